@@ -1,1 +1,14 @@
+//! ECSS-E-ST-50-15C, the CANbus extension protocol, on top of CANopen.
+//!
+//! The protocol is *sans-IO*: every service is a plain struct that is given frames and the time and puts what it wants
+//! done into an outbox. Only [`runner`] is async; it joins a node to two CAN controllers through the traits
+//! [`link::port::CanPort`] and [`time::Clock`], which boards implement on bxCAN and host tests on mocks.
+
 #![no_std]
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod link;
+pub mod nmt;
+pub mod runner;
+pub mod time;

@@ -1,0 +1,75 @@
+//! The two buses of a spacecraft, and one value for each.
+
+/// One of the two CAN buses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Bus {
+    /// The bus in use by default; value 0 in object 2000h.
+    Nominal = 0,
+    /// The other one; value 1 in object 2000h.
+    Redundant = 1,
+}
+
+impl Bus {
+    /// Both buses, nominal first.
+    pub const ALL: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
+
+    /// The alternate bus: always the other physical one, never a stored parameter (ECSS 8.3.3e).
+    #[must_use]
+    pub const fn other(self) -> Bus {
+        match self {
+            Bus::Nominal => Bus::Redundant,
+            Bus::Redundant => Bus::Nominal,
+        }
+    }
+
+    /// From the value of Bdefault (object 2000h sub 1); `None` for anything but 0 and 1.
+    pub const fn from_bdefault(value: u8) -> Option<Bus> {
+        match value {
+            0 => Some(Bus::Nominal),
+            1 => Some(Bus::Redundant),
+            _ => None,
+        }
+    }
+
+    /// Value of Bdefault for this bus.
+    pub const fn bdefault(self) -> u8 {
+        self as u8
+    }
+}
+
+/// One value for each bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PerBus<T> {
+    /// That of the nominal bus.
+    pub nominal: T,
+    /// That of the redundant bus.
+    pub redundant: T,
+}
+
+impl<T> PerBus<T> {
+    /// The same function for each bus.
+    pub fn from_fn(mut value: impl FnMut(Bus) -> T) -> Self {
+        PerBus { nominal: value(Bus::Nominal), redundant: value(Bus::Redundant) }
+    }
+}
+
+impl<T> core::ops::Index<Bus> for PerBus<T> {
+    type Output = T;
+    fn index(&self, bus: Bus) -> &T {
+        match bus {
+            Bus::Nominal => &self.nominal,
+            Bus::Redundant => &self.redundant,
+        }
+    }
+}
+
+impl<T> core::ops::IndexMut<Bus> for PerBus<T> {
+    fn index_mut(&mut self, bus: Bus) -> &mut T {
+        match bus {
+            Bus::Nominal => &mut self.nominal,
+            Bus::Redundant => &mut self.redundant,
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! The only frames this system speaks: 11-bit data frames.
+//!
+//! Remote and extended frames cannot be expressed here (ECSS 5.6 allows neither); ports filter those of others.
+
+use super::CobId;
+
+/// A CAN 2.0A data frame.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Frame {
+    id: CobId,
+    len: u8,
+    /// Bytes at and above `len` are zero, so that equal frames compare equal.
+    data: [u8; 8],
+}
+
+/// Why a frame cannot be built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FrameError {
+    /// More than 8 data bytes.
+    TooLong,
+}
+
+impl Frame {
+    /// A frame with up to 8 data bytes.
+    ///
+    /// # Errors
+    /// [`FrameError::TooLong`] for more than 8.
+    pub fn new(id: CobId, payload: &[u8]) -> Result<Frame, FrameError> {
+        let mut data = [0; 8];
+        let Some(head) = data.get_mut(..payload.len()) else { return Err(FrameError::TooLong) };
+        head.copy_from_slice(payload);
+        Ok(Frame { id, len: payload.len() as u8, data })
+    }
+
+    /// A frame whose length is known at compile time; `N` above 8 does not compile.
+    pub fn of<const N: usize>(id: CobId, payload: [u8; N]) -> Frame {
+        const { assert!(N <= 8, "a CAN frame has at most 8 data bytes") };
+        let mut data = [0; 8];
+        for (slot, byte) in data.iter_mut().zip(payload) {
+            *slot = byte;
+        }
+        Frame { id, len: N as u8, data }
+    }
+
+    /// From a controller's registers: DLC 9..15 mean 8 data bytes (ISO 11898-1 8.4.2.4).
+    pub fn from_dlc(id: CobId, dlc: u8, mut data: [u8; 8]) -> Frame {
+        let len = dlc.min(8);
+        for byte in data.iter_mut().skip(usize::from(len)) {
+            *byte = 0;
+        }
+        Frame { id, len, data }
+    }
+
+    /// The COB-ID.
+    pub const fn id(&self) -> CobId {
+        self.id
+    }
+
+    /// The data bytes.
+    pub fn data(&self) -> &[u8] {
+        self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
+    }
+
+    /// The data length, `0..=8`.
+    pub const fn dlc(&self) -> u8 {
+        self.len
+    }
+
+    /// All eight bytes, zero above the length: what a controller's data registers take.
+    pub const fn padded(&self) -> [u8; 8] {
+        self.data
+    }
+}
+
+impl core::fmt::Debug for Frame {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{:03X}#", self.id.raw())?;
+        self.data().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
+    }
+}

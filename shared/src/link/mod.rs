@@ -1,0 +1,11 @@
+//! The data link below the protocol: frames, buses, ports, queues.
+
+mod bus;
+mod cob_id;
+mod frame;
+pub mod port;
+pub mod queue;
+
+pub use bus::{Bus, PerBus};
+pub use cob_id::CobId;
+pub use frame::{Frame, FrameError};

@@ -1,0 +1,168 @@
+//! What the protocol needs of a CAN controller.
+//!
+//! Implemented by `boards` on bxCAN and by the mocks of the host tests. One port serves one bus.
+
+use super::{CobId, Frame};
+use crate::time::Stamp;
+
+/// A transmit mailbox of a port, `0..MAILBOXES`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Mailbox(pub u8);
+
+/// Transmit mailboxes of a port.
+pub const MAILBOXES: usize = 3;
+
+/// All mailboxes that may take this frame now are in use; try again after the next transmit event.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Busy;
+
+/// A CAN controller on one bus.
+///
+/// A port starts *off the bus*: it neither sends, receives nor acknowledges until [`CanPort::join`].
+#[allow(async_fn_in_trait)] // spawned on single-threaded executors only
+pub trait CanPort {
+    /// Admit only these frames from now on. Called once, off the bus.
+    fn set_filters(&mut self, filters: &[Filter]);
+
+    /// Go on the bus; takes part after 11 recessive bits.
+    fn join(&mut self);
+
+    /// Go off the bus: abort every mailbox (each is reported [`PortEvent::Failed`]) and stay silent.
+    fn leave(&mut self);
+
+    /// Put a frame into a mailbox.
+    ///
+    /// Frames of one COB-ID leave in the order of the calls. A frame that is not [`urgent`](is_urgent) leaves at least
+    /// one mailbox free for those that are.
+    ///
+    /// # Errors
+    /// [`Busy`] when no mailbox may take the frame now.
+    fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy>;
+
+    /// Abort a mailbox; its end is reported as [`PortEvent::Failed`], or as [`PortEvent::Transmitted`] when it was too
+    /// late.
+    fn abort(&mut self, mailbox: Mailbox);
+
+    /// Error state and counters, read without side effect (ECSS 5.6.2b, c).
+    fn health(&self) -> Health;
+
+    /// Begin recovery from bus-off (128 x 11 recessive bits).
+    fn recover(&mut self);
+
+    /// The next thing that happened. Cancel-safe: a dropped future loses no event.
+    async fn event(&mut self) -> PortEvent;
+}
+
+/// Frames that must never wait behind others: NMT, SYNC, EMCY, TIME and the Spacecraft Time PDO (181h).
+pub fn is_urgent(id: CobId) -> bool {
+    id.raw() <= 0x181
+}
+
+/// Admits frames whose identifier agrees with `id` in the bits set in `mask`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Filter {
+    /// Pattern.
+    pub id: CobId,
+    /// Bits that count, `0..=0x7FF`.
+    pub mask: u16,
+}
+
+impl Filter {
+    /// Exactly this COB-ID.
+    pub const fn exact(id: CobId) -> Filter {
+        Filter { id, mask: 0x7FF }
+    }
+
+    /// Every node of this function code (the low seven bits do not count).
+    pub const fn function(id: CobId) -> Filter {
+        Filter { id, mask: 0x780 }
+    }
+
+    /// Whether it admits `id`.
+    pub const fn admits(&self, id: CobId) -> bool {
+        (self.id.raw() ^ id.raw()) & self.mask & 0x7FF == 0
+    }
+}
+
+/// What a port reports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum PortEvent {
+    /// A frame that passed the filters.
+    Received {
+        /// The frame.
+        frame: Frame,
+        /// End of the frame on this node's clock.
+        stamp: Stamp,
+    },
+    /// The frame in this mailbox was acknowledged.
+    Transmitted {
+        /// Where it was.
+        mailbox: Mailbox,
+        /// End of the frame on this node's clock.
+        stamp: Stamp,
+    },
+    /// The frame in this mailbox was aborted and did not go out.
+    Failed {
+        /// Where it was.
+        mailbox: Mailbox,
+    },
+    /// This many received frames were lost: a FIFO overran or the queue behind it was full.
+    Overrun {
+        /// Frames lost since the last such report.
+        lost: u16,
+    },
+    /// The error state changed.
+    Health(Health),
+}
+
+/// Fault confinement state (ISO 11898-1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ErrorState {
+    /// Both counters below 128.
+    #[default]
+    Active,
+    /// A counter at 128 or above.
+    Passive,
+    /// Transmit error counter above 255: off the bus until recovered.
+    BusOff,
+}
+
+/// Last error code of a controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LastError {
+    /// None since the last successful transfer.
+    #[default]
+    None,
+    /// More than five equal bits.
+    Stuff,
+    /// A fixed-form bit was wrong.
+    Form,
+    /// Nobody acknowledged.
+    Ack,
+    /// A recessive bit was read dominant.
+    BitRecessive,
+    /// A dominant bit was read recessive.
+    BitDominant,
+    /// Checksum.
+    Crc,
+}
+
+/// Error state and counters of a controller.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Health {
+    /// Fault confinement state.
+    pub state: ErrorState,
+    /// Transmit error counter, `0..=255`.
+    pub tec: u8,
+    /// Receive error counter, `0..=255`.
+    pub rec: u8,
+    /// Cause of the last error.
+    pub last_error: LastError,
+}

@@ -1,0 +1,21 @@
+//! Node-ID: 1 is the master, 2..127 are slaves (ECSS 6.10).
+
+/// A valid Node-ID, `1..=127`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NodeId(u8);
+
+impl NodeId {
+    /// The NMT and redundancy master.
+    pub const MASTER: NodeId = NodeId(1);
+
+    /// `None` for 0 and above 127.
+    pub const fn new(raw: u8) -> Option<NodeId> {
+        if raw >= 1 && raw <= 127 { Some(NodeId(raw)) } else { None }
+    }
+
+    /// The number, `1..=127`.
+    pub const fn get(self) -> u8 {
+        self.0
+    }
+}

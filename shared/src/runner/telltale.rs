@@ -1,0 +1,98 @@
+//! Counters that a debugger or an emulator reads in a running image, without stopping it.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use crate::link::{Bus, PerBus};
+
+/// A block of counters at a fixed, documented layout: 32-bit words in the order below, little-endian.
+///
+/// An image exports one as the symbol `TELLTALE`.
+#[repr(C)]
+#[derive(Debug)]
+pub struct Telltale {
+    magic: AtomicU32,
+    handled_nominal: Tally,
+    handled_redundant: Tally,
+    overruns: Tally,
+    app_overflows: Tally,
+    /// Commands the application sent (master) or executed (slave).
+    pub commands: Tally,
+    /// Telemetry the application asked for (master) or answered (slave).
+    pub telemetry_requests: Tally,
+    /// Telemetry replies the application received (master).
+    pub telemetry_replies: Tally,
+}
+
+/// A counter that only rises and stops at its maximum never: it wraps at 2^32.
+#[repr(transparent)]
+#[derive(Debug)]
+pub struct Tally(AtomicU32);
+
+impl Tally {
+    const fn new() -> Self {
+        Tally(AtomicU32::new(0))
+    }
+
+    /// Counts one more.
+    pub fn count(&self) {
+        self.add(1);
+    }
+
+    /// Counts `n` more.
+    pub fn add(&self, n: u32) {
+        self.0.fetch_add(n, Ordering::Relaxed);
+    }
+
+    /// The count.
+    pub fn get(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
+    }
+}
+
+impl Telltale {
+    /// First word: `"ECAN"` in ASCII, little-endian.
+    pub const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
+
+    /// All zero.
+    pub const fn new() -> Self {
+        Telltale {
+            magic: AtomicU32::new(Self::MAGIC),
+            handled_nominal: Tally::new(),
+            handled_redundant: Tally::new(),
+            overruns: Tally::new(),
+            app_overflows: Tally::new(),
+            commands: Tally::new(),
+            telemetry_requests: Tally::new(),
+            telemetry_replies: Tally::new(),
+        }
+    }
+
+    /// Frames of this bus that the node has dealt with.
+    pub fn handled(&self, bus: Bus) -> &Tally {
+        match bus {
+            Bus::Nominal => &self.handled_nominal,
+            Bus::Redundant => &self.handled_redundant,
+        }
+    }
+
+    /// Both counts of dealt-with frames.
+    pub fn handled_frames(&self) -> PerBus<u32> {
+        PerBus::from_fn(|bus| self.handled(bus).get())
+    }
+
+    /// Received frames lost in the port.
+    pub fn overruns(&self) -> &Tally {
+        &self.overruns
+    }
+
+    /// Events the application was too slow to take.
+    pub fn app_overflows(&self) -> &Tally {
+        &self.app_overflows
+    }
+}
+
+impl Default for Telltale {
+    fn default() -> Self {
+        Self::new()
+    }
+}
