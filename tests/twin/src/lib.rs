@@ -1,1 +1,3 @@
-//! stub
+//! The emulated spacecraft boards.
+
+pub mod bxcan;

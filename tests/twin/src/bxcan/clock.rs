@@ -1,0 +1,39 @@
+//! Bit time from PCLK1 and BTR, without rounding drift.
+
+use can_wire::time::Time;
+
+/// Length of one PCLK1 tick as the rational `ticks / per`, in [`Time`] ticks of 1/336 µs.
+///
+/// A rational, because a crystal's error of some ppm vanishes in one tick: 42 MHz exactly is `8 / 1`, the same
+/// crystal 50 ppm slow is `8_000_400 / 1_000_000`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PclkTick {
+    ticks: u64,
+    per: u64,
+}
+
+impl PclkTick {
+    /// `ticks` of [`Time`] for `per` ticks of PCLK1.
+    ///
+    /// # Panics
+    /// When either is zero.
+    pub fn new(ticks: u64, per: u64) -> Self {
+        assert!(ticks > 0 && per > 0, "a clock has a period, not {ticks}/{per}");
+        PclkTick { ticks, per }
+    }
+
+    /// Length of `count` ticks, rounded to the nearest [`Time`] tick once.
+    pub fn span(self, count: u64) -> Time {
+        let per = u128::from(self.per);
+        let exact = u128::from(count) * u128::from(self.ticks);
+        Time(u64::try_from((exact + per / 2) / per).unwrap_or(u64::MAX))
+    }
+}
+
+/// PCLK1 ticks of one bit: `(BRP + 1) * (1 + TS1 + 1 + TS2 + 1)`, RM0090 32.7.7.
+pub fn bit_pclks(btr: u32) -> u64 {
+    let brp = u64::from(btr & 0x3FF);
+    let ts1 = u64::from(btr >> 16 & 0xF);
+    let ts2 = u64::from(btr >> 20 & 0x7);
+    (brp + 1) * (1 + (ts1 + 1) + (ts2 + 1))
+}

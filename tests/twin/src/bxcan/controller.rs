@@ -1,0 +1,402 @@
+//! One controller without its filters: modes, errors, interrupts.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+
+use super::clock::{PclkTick, bit_pclks};
+use super::errors::ErrorState;
+use super::fifo::{Fifo, Storing, rir};
+use super::filter::{FilterBlock, FilterKey};
+use super::mailbox::Mailboxes;
+use super::recessive::RecessiveCount;
+use super::regs::*;
+use super::{IrqLines, Overrun, Side, Stats};
+
+/// Sequences of 11 recessive bits that end bus-off.
+const BUS_OFF_SEQUENCES: u64 = 128;
+
+/// Operating mode, RM0090 32.4.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    Sleep,
+    Initialisation,
+    Normal,
+}
+
+/// Registers and state of one controller.
+#[derive(Clone, Debug)]
+pub struct Registers {
+    side: Side,
+    pclk: PclkTick,
+    mcr: u32,
+    /// ERRI, WKUI and SLAKI.
+    msr_flags: u32,
+    ier: u32,
+    btr: u32,
+    pub(super) errors: ErrorState,
+    pub(super) mailboxes: Mailboxes,
+    fifos: [Fifo; 2],
+    pub(super) mode: Mode,
+    /// On the way from Sleep or Initialisation to Normal.
+    joining: Option<RecessiveCount>,
+    /// On the way from Normal to another mode since this instant.
+    leaving: Option<Time>,
+    /// On the way out of bus-off.
+    recovery: Option<RecessiveCount>,
+    /// Since when frames may be sent: synchronised, and not bus-off.
+    pub(super) on_bus_since: Time,
+    /// End of the current loopback frame.
+    pub(super) loopback_end: Option<Time>,
+    idle_since: Option<Time>,
+    /// Recessive stretches that ended since the last poll.
+    stretches: Vec<(Time, Time)>,
+    start_of_frame_seen: bool,
+    pub(super) stats: Stats,
+}
+
+impl Registers {
+    pub fn new(side: Side, pclk: PclkTick) -> Self {
+        Registers {
+            side,
+            pclk,
+            mcr: MCR_AT_RESET,
+            msr_flags: 0,
+            ier: 0,
+            btr: BTR_AT_RESET,
+            errors: ErrorState::default(),
+            mailboxes: Mailboxes::default(),
+            fifos: Default::default(),
+            mode: Mode::Sleep,
+            joining: None,
+            leaving: None,
+            recovery: None,
+            on_bus_since: Time::ZERO,
+            loopback_end: None,
+            idle_since: Some(Time::ZERO),
+            stretches: Vec::new(),
+            start_of_frame_seen: false,
+            stats: Stats::default(),
+        }
+    }
+
+    /// What the reset line of RCC does; the clock, the line and the statistics stay.
+    pub fn reset(&mut self) {
+        let fresh = Registers::new(self.side, self.pclk);
+        self.stats.discarded += self.fifos.iter().map(|fifo| fifo.pending() as u64).sum::<u64>();
+        self.stats.aborted += self.mailboxes.aborted();
+        let stats = std::mem::take(&mut self.stats);
+        *self = Registers { stats, idle_since: self.idle_since, ..fresh };
+    }
+
+    /// Statistics so far.
+    pub fn stats(&self) -> Stats {
+        let mut stats = self.stats.clone();
+        stats.aborted += self.mailboxes.aborted();
+        stats
+    }
+
+    pub fn set_pclk(&mut self, pclk: PclkTick) {
+        self.pclk = pclk;
+    }
+
+    /// Value of a register of this controller; `None` where there is none.
+    pub fn read(&self, offset: u32) -> Option<u32> {
+        Some(match offset {
+            MCR => self.mcr,
+            MSR => self.msr(),
+            TSR => self.mailboxes.tsr(self.mcr(MCR_TXFP)),
+            RF0R => self.fifos[0].rfr(),
+            RF1R => self.fifos[1].rfr(),
+            IER => self.ier,
+            ESR => self.errors.esr(),
+            BTR => self.btr,
+            TX_MAILBOXES..RX_MAILBOXES => {
+                let (n, word) = locate(offset - TX_MAILBOXES);
+                self.mailboxes.read(n, word)
+            }
+            RX_MAILBOXES..RX_MAILBOXES_END => {
+                let (n, word) = locate(offset - RX_MAILBOXES);
+                self.fifos[n].output(word)
+            }
+            _ => return None,
+        })
+    }
+
+    /// Writes a register; `Some(false)` when the hardware ignores the value.
+    pub fn write(&mut self, offset: u32, value: u32, now: Time) -> Option<bool> {
+        match offset {
+            MCR => self.write_mcr(value, now),
+            MSR => self.msr_flags &= !(value & (MSR_ERRI | MSR_WKUI | MSR_SLAKI)),
+            TSR => {
+                self.mailboxes.write_tsr(value, now);
+                if self.mode != Mode::Normal {
+                    self.mailboxes.settle(now);
+                }
+            }
+            RF0R | RF1R => {
+                let n = usize::from(offset == RF1R);
+                if self.fifos[n].write_rfr(value, now) {
+                    self.stats.released[n] += 1;
+                }
+            }
+            IER => self.ier = value & IER_STORED,
+            ESR => self.errors.write(value),
+            BTR => {
+                let writable = self.mode == Mode::Initialisation;
+                if writable {
+                    self.btr = value & BTR_STORED;
+                }
+                return Some(writable);
+            }
+            TX_MAILBOXES..RX_MAILBOXES => {
+                let (n, word) = locate(offset - TX_MAILBOXES);
+                return Some(self.mailboxes.write(n, word, value, now));
+            }
+            RX_MAILBOXES..RX_MAILBOXES_END => return Some(false),
+            _ => return None,
+        }
+        Some(true)
+    }
+
+    /// Levels of the four interrupt lines, RM0090 32.8.
+    pub fn irq(&self) -> IrqLines {
+        let enabled = |bit: u32| self.ier & bit != 0;
+        let fifo = |n: usize| {
+            let rfr = self.fifos[n].rfr();
+            let enabled = |bit: u32| enabled(bit << (3 * n));
+            enabled(IER_FMPIE0) && rfr & 0b11 != 0
+                || enabled(IER_FFIE0) && rfr & RFR_FULL != 0
+                || enabled(IER_FOVIE0) && rfr & RFR_FOVR != 0
+        };
+        let flag = |bit: u32| self.msr_flags & bit != 0;
+        IrqLines {
+            tx: enabled(IER_TMEIE) && self.mailboxes.any_completed(),
+            rx0: fifo(0),
+            rx1: fifo(1),
+            sce: enabled(IER_ERRIE) && flag(MSR_ERRI)
+                || enabled(IER_WKUIE) && flag(MSR_WKUI)
+                || enabled(IER_SLKIE) && flag(MSR_SLAKI),
+        }
+    }
+
+    /// `bits` bit times by this controller's clock.
+    pub fn bits(&self, bits: u64) -> Time {
+        self.pclk.span(bits * bit_pclks(self.btr))
+    }
+
+    pub fn mcr(&self, bit: u32) -> bool {
+        self.mcr & bit != 0
+    }
+
+    pub fn loopback(&self) -> bool {
+        self.btr & BTR_LBKM != 0
+    }
+
+    pub fn silent(&self) -> bool {
+        self.btr & BTR_SILM != 0
+    }
+
+    /// May start a frame at `at`.
+    pub fn may_send(&self, at: Time) -> bool {
+        self.mode == Mode::Normal
+            && !self.errors.bus_off()
+            && self.on_bus_since <= at
+            && self.leaving.is_none_or(|leaving| leaving > at)
+    }
+
+    pub fn set_idle_since(&mut self, since: Option<Time>) {
+        self.start_of_frame_seen |=
+            self.idle_since.is_some_and(|before| since.is_none_or(|since| since > before));
+        self.idle_since = since;
+    }
+
+    pub fn recessive_stretch(&mut self, from: Time, to: Time) {
+        self.start_of_frame_seen = true;
+        self.stretches.push((from, to));
+    }
+
+    /// The wire has reached `now`.
+    pub fn poll(&mut self, now: Time) {
+        if std::mem::take(&mut self.start_of_frame_seen) {
+            self.wake_up(now);
+        }
+        for (from, to) in std::mem::take(&mut self.stretches) {
+            self.observe(from, to.min(now));
+        }
+        if let Some(since) = self.recessive_since() {
+            self.observe(since, now);
+        }
+        self.mailboxes.settle(now);
+        self.fifos.iter_mut().for_each(Fifo::settle);
+        let inactive = self.errors.bus_off() || self.recessive_since().is_some();
+        if self.leaving.is_some() && !self.mailboxes.transmitting() && inactive {
+            self.leave();
+        }
+    }
+
+    /// The frame on the line ended at `at`, for this controller: a wish to leave Normal mode from before waited for
+    /// that ("until the current CAN activity is completed", INRQ in 32.9.2).
+    pub fn activity_ended(&mut self, at: Time) {
+        if self.leaving.is_some_and(|leaving| leaving <= at) {
+            self.leave();
+        }
+    }
+
+    /// Next change that comes by itself if the line stays as it is.
+    pub fn next_event(&self) -> Option<Time> {
+        let since = self.recessive_since();
+        let counts = [&self.joining, &self.recovery].into_iter().flatten();
+        let completed = counts.filter_map(|count| Some(count.completes_at(since?, |bits| self.bits(bits))));
+        completed.chain(self.loopback_end).min()
+    }
+
+    /// Stores a frame that became valid at `at`, if a filter admits it.
+    pub fn receive(&mut self, at: Time, frame: WireFrame, filters: &FilterBlock) {
+        self.errors.received();
+        let Some(found) = filters.admit(self.side, FilterKey { rir: rir(&frame) }) else {
+            self.stats.rejected += 1;
+            return;
+        };
+        match self.fifos[found.fifo].store(at, frame, found.index, self.mcr(MCR_RFLM)) {
+            Storing::Stored => self.stats.stored[found.fifo] += 1,
+            Storing::Overrun(lost) => {
+                self.stats.overruns.push(Overrun { at, fifo: found.fifo, lost });
+                // The newest was replaced: the message that came is stored all the same.
+                self.stats.stored[found.fifo] += u64::from(!self.mcr(MCR_RFLM));
+            }
+        }
+    }
+
+    /// Counts an error at `at` and raises what it enables.
+    pub fn fail(&mut self, at: Time, count: impl FnOnce(&mut ErrorState)) {
+        let before = self.errors.flags();
+        count(&mut self.errors);
+        let raised = self.errors.flags() & !before;
+        let enables = [(ESR_EWGF, IER_EWGIE), (ESR_EPVF, IER_EPVIE), (ESR_BOFF, IER_BOFIE)];
+        let state = enables.iter().any(|&(flag, enable)| raised & flag != 0 && self.ier & enable != 0);
+        if state || self.ier & IER_LECIE != 0 {
+            self.msr_flags |= MSR_ERRI;
+        }
+        if raised & ESR_BOFF != 0 && self.mcr(MCR_ABOM) {
+            self.recovery = Some(RecessiveCount::new(at, BUS_OFF_SEQUENCES));
+        }
+    }
+
+    fn msr(&self) -> u32 {
+        let mode = match self.mode {
+            Mode::Sleep => MSR_SLAK,
+            Mode::Initialisation => MSR_INAK,
+            Mode::Normal if self.mailboxes.transmitting() => MSR_TXM,
+            Mode::Normal if self.recessive_since().is_none() => MSR_RXM,
+            Mode::Normal => 0,
+        };
+        mode | self.msr_flags | MSR_RECESSIVE
+    }
+
+    fn write_mcr(&mut self, value: u32, now: Time) {
+        if value & MCR_RESET != 0 {
+            self.master_reset();
+            return;
+        }
+        let abom_before = self.mcr(MCR_ABOM);
+        self.mcr = value & MCR_STORED;
+        let (init, sleep) = (self.mcr(MCR_INRQ), self.mcr(MCR_SLEEP));
+        match self.mode {
+            // "If software requests entry to initialization mode while bxCAN is in Sleep mode, it must also clear
+            // the SLEEP bit", 32.4.3.
+            Mode::Sleep if sleep => self.joining = None,
+            Mode::Sleep if init => self.enter(Mode::Initialisation),
+            Mode::Initialisation if init => self.joining = None,
+            Mode::Initialisation if sleep => self.enter(Mode::Sleep),
+            Mode::Sleep | Mode::Initialisation => self.join(now),
+            Mode::Normal if init || sleep => {
+                self.leaving.get_or_insert(now);
+                if self.errors.bus_off() {
+                    self.leave();
+                }
+            }
+            Mode::Normal => {
+                self.leaving = None;
+                if self.errors.bus_off() && !abom_before && self.mcr(MCR_ABOM) {
+                    self.recovery.get_or_insert(RecessiveCount::new(now, BUS_OFF_SEQUENCES));
+                }
+            }
+        }
+    }
+
+    /// RESET in MCR: "MCR and the FMP bits are initialized, Sleep mode is activated". BTR, IER and filters stay. The
+    /// manual is silent on the rest; here the protocol core restarts: mailboxes empty, counters zero.
+    fn master_reset(&mut self) {
+        let (ier, btr) = (self.ier, self.btr);
+        self.reset();
+        self.ier = ier;
+        self.btr = btr;
+    }
+
+    fn join(&mut self, now: Time) {
+        self.joining.get_or_insert(RecessiveCount::new(now, 1));
+        if self.errors.bus_off() {
+            // The sequence that synchronises is the first of the 128.
+            self.recovery.get_or_insert(RecessiveCount::new(now, BUS_OFF_SEQUENCES));
+        }
+    }
+
+    /// Leaves Normal mode as MCR asks.
+    fn leave(&mut self) {
+        self.enter(if self.mcr(MCR_INRQ) { Mode::Initialisation } else { Mode::Sleep });
+    }
+
+    fn enter(&mut self, mode: Mode) {
+        self.mode = mode;
+        self.joining = None;
+        self.leaving = None;
+        if mode != Mode::Normal {
+            // "In initialization mode bxCAN does not monitor CANRX, therefore it cannot complete the recovery
+            // sequence", 32.7.6.
+            self.recovery = None;
+        }
+        if mode == Mode::Sleep {
+            if self.ier & IER_SLKIE != 0 {
+                self.msr_flags |= MSR_SLAKI;
+            }
+        } else {
+            self.msr_flags &= !MSR_SLAKI;
+        }
+    }
+
+    /// A start of frame was seen; it matters in Sleep mode only, 32.4.3.
+    fn wake_up(&mut self, now: Time) {
+        if self.mode != Mode::Sleep || self.joining.is_some() {
+            return;
+        }
+        self.msr_flags |= MSR_WKUI;
+        if self.mcr(MCR_AWUM) {
+            self.mcr &= !MCR_SLEEP;
+            if self.mcr(MCR_INRQ) { self.enter(Mode::Initialisation) } else { self.join(now) }
+        }
+    }
+
+    /// The line as the core hears it: in loopback the pin is disregarded, 32.5.2.
+    fn recessive_since(&self) -> Option<Time> {
+        if self.loopback() { Some(Time::ZERO) } else { self.idle_since }
+    }
+
+    fn observe(&mut self, from: Time, to: Time) {
+        let (pclk, bit) = (self.pclk, bit_pclks(self.btr));
+        let span = |bits: u64| pclk.span(bits * bit);
+        if let Some(at) = self.joining.as_mut().and_then(|count| count.observe(from, to, span)) {
+            self.enter(Mode::Normal);
+            self.on_bus_since = at;
+        }
+        if let Some(at) = self.recovery.as_mut().and_then(|count| count.observe(from, to, span)) {
+            self.recovery = None;
+            self.errors.recover();
+            self.on_bus_since = at;
+        }
+    }
+}
+
+/// Number and word of a mailbox of 16 bytes.
+fn locate(offset: u32) -> (usize, usize) {
+    ((offset / 16) as usize, (offset / 4 % 4) as usize)
+}

@@ -1,0 +1,121 @@
+//! A receive FIFO, three deep: RM0090 32.7.3, RFxR in 32.9.2.
+
+use std::collections::VecDeque;
+
+use can_wire::frame::{WireFrame, WireId};
+use can_wire::time::Time;
+
+use super::regs::{RFR_FOVR, RFR_FULL, RFR_RFOM, TIR_IDE, TIR_RTR};
+
+const DEPTH: usize = 3;
+
+/// What became of a frame that passed the filters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storing {
+    /// It is in the FIFO.
+    Stored,
+    /// The FIFO was full: this frame is gone. Itself when RFLM is set, else the newest one before it.
+    Overrun(WireFrame),
+}
+
+/// One message as the output mailbox shows it.
+#[derive(Clone, Copy, Debug)]
+struct Message {
+    frame: WireFrame,
+    filter: u8,
+}
+
+/// RFxR and the messages behind it.
+#[derive(Clone, Debug, Default)]
+pub struct Fifo {
+    messages: VecDeque<Message>,
+    full: bool,
+    overrun: bool,
+    /// Releases since the last [`Fifo::settle`]: the CPU ran ahead of the wire, so a frame may still arrive that was
+    /// complete before them.
+    released: Vec<Time>,
+}
+
+impl Fifo {
+    /// RFxR; RFOM acts at once and never reads 1.
+    pub fn rfr(&self) -> u32 {
+        let mut value = self.messages.len() as u32;
+        if self.full {
+            value |= RFR_FULL;
+        }
+        if self.overrun {
+            value |= RFR_FOVR;
+        }
+        value
+    }
+
+    /// Writes RFxR; tells whether a message was released.
+    pub fn write_rfr(&mut self, value: u32, now: Time) -> bool {
+        if value & RFR_FULL != 0 {
+            self.full = false;
+        }
+        if value & RFR_FOVR != 0 {
+            self.overrun = false;
+        }
+        let releases = value & RFR_RFOM != 0 && self.messages.pop_front().is_some();
+        if releases {
+            self.released.push(now);
+        }
+        releases
+    }
+
+    /// RIR, RDTR, RDLR and RDHR of the oldest message; zero when the FIFO is empty.
+    ///
+    /// TIME stays zero: the block's time stamps cannot be used (TTCM, errata). The DLC of a remote frame reads zero.
+    pub fn output(&self, word: usize) -> u32 {
+        let Some(Message { frame, filter }) = self.messages.front() else { return 0 };
+        match word {
+            0 => rir(frame),
+            1 => u32::from(*filter) << 8 | if frame.remote { 0 } else { u32::from(frame.dlc & 0xF) },
+            2 => u32::from_le_bytes([frame.data[0], frame.data[1], frame.data[2], frame.data[3]]),
+            _ => u32::from_le_bytes([frame.data[4], frame.data[5], frame.data[6], frame.data[7]]),
+        }
+    }
+
+    /// A frame that passed filter number `filter` became valid at `at`; `locked` is RFLM.
+    pub fn store(&mut self, at: Time, frame: WireFrame, filter: u8, locked: bool) -> Storing {
+        let released_later = self.released.iter().filter(|&&released| released > at).count();
+        let message = Message { frame, filter };
+        if self.messages.len() + released_later < DEPTH {
+            self.messages.push_back(message);
+            self.full |= self.messages.len() + released_later == DEPTH;
+            return Storing::Stored;
+        }
+        self.overrun = true;
+        if locked {
+            return Storing::Overrun(frame);
+        }
+        match self.messages.back_mut() {
+            Some(newest) => Storing::Overrun(std::mem::replace(newest, message).frame),
+            // All three were released after `at`: the CPU has the old one already, the newer one comes after it.
+            None => {
+                self.messages.push_back(message);
+                Storing::Stored
+            }
+        }
+    }
+
+    /// The wire has caught up with the CPU.
+    pub fn settle(&mut self) {
+        self.released.clear();
+    }
+
+    /// Messages waiting.
+    pub fn pending(&self) -> usize {
+        self.messages.len()
+    }
+}
+
+/// The identifier word of a frame as in RIR.
+pub fn rir(frame: &WireFrame) -> u32 {
+    let identifier = match frame.id {
+        WireId::Standard(id) => u32::from(id) << 21,
+        WireId::Extended(id) => id << 3 | TIR_IDE,
+    };
+    identifier | if frame.remote { TIR_RTR } else { 0 }
+}

@@ -1,0 +1,242 @@
+//! The two bxCAN controllers of the STM32F405, register by register.
+//!
+//! Model of RM0090 chapter 32 ("Controller area network (bxCAN)") without a CPU: registers are read and written at
+//! an instant of virtual time, and each controller hangs on a wire as a
+//! [`Controller`](can_wire::controller::Controller).
+//!
+//! # Order of calls
+//!
+//! The CPU runs ahead by a quantum (at most 20 µs), then the wire follows, then the model is told that both have
+//! arrived:
+//!
+//! 1. [`BxcanPair::write`] and [`BxcanPair::read`] with instants inside the quantum;
+//! 2. `Wire::advance` to the end of the quantum, which calls [`BxcanPair::line`];
+//! 3. [`BxcanPair::set_bus_idle_since`] (and [`BxcanPair::recessive_stretch`]), then [`BxcanPair::poll`] with the
+//!    end of the quantum.
+//!
+//! So the wire speaks of instants that the CPU has left behind. What the CPU wrote carries its instant and holds
+//! from there on:
+//! - a mailbox enters an arbitration that begins at or after its request, and before its abort;
+//! - an abort later than the start of its frame waits for the end of that transmission; an earlier one prevents it.
+//!   Either way the mailbox shows as empty from `poll` on, not at the write (in Initialisation or Sleep, where
+//!   nothing can start, at the write);
+//! - INRQ or SLEEP stop new transmissions at their instant; the mode changes when the frame on the line ends, or
+//!   at the next `poll` that finds the line idle;
+//! - a FIFO place released later than a frame became valid was still taken then: that frame overruns.
+//!
+//! # Not modelled
+//!
+//! TTCM: the errata of this block say that time stamps cannot be used and that TTCM stays cleared, so TIME reads 0.
+//! Debug freeze (DBF), and CANTX in loopback. SAMP and RX of MSR always read recessive.
+
+mod clock;
+mod controller;
+mod errors;
+mod fifo;
+mod filter;
+mod line;
+mod mailbox;
+mod recessive;
+mod regs;
+
+use std::fmt;
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+
+pub use clock::PclkTick;
+use controller::Registers;
+use filter::FilterBlock;
+pub use line::Line;
+use regs::{CONTROLLER_SIZE, FMR};
+
+/// One of the two controllers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Side {
+    /// 4000 6400h, owner of the filters.
+    Can1,
+    /// 4000 6800h.
+    Can2,
+}
+
+/// No register there, or not word aligned.
+///
+/// "The peripheral registers have to be accessed by words (32 bits)", RM0090 32.9: a narrower access is the caller's
+/// to refuse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BadAccess {
+    /// Offset from 4000 6400h.
+    pub offset: u32,
+}
+
+impl fmt::Display for BadAccess {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "bxCAN has no register at offset {:03X}h", self.offset)
+    }
+}
+
+impl std::error::Error for BadAccess {}
+
+/// Levels of the four interrupt lines of one controller, RM0090 32.8.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct IrqLines {
+    /// Transmit (vector 19 or 63).
+    pub tx: bool,
+    /// FIFO 0 (20 or 64).
+    pub rx0: bool,
+    /// FIFO 1 (21 or 65).
+    pub rx1: bool,
+    /// Error and status change (22 or 66).
+    pub sce: bool,
+}
+
+/// A frame that passed the filters and was lost in a full FIFO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Overrun {
+    /// When the frame that found no room became valid.
+    pub at: Time,
+    /// FIFO 0 or 1.
+    pub fifo: usize,
+    /// The lost frame: that one, or with RFLM = 0 the newest before it.
+    pub lost: WireFrame,
+}
+
+/// What one controller did since power-on.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Stats {
+    /// Frames stored per FIFO.
+    pub stored: [u64; 2],
+    /// Messages released by software per FIFO.
+    pub released: [u64; 2],
+    /// Frames lost in full FIFOs.
+    pub overruns: Vec<Overrun>,
+    /// Valid frames that no filter admitted.
+    pub rejected: u64,
+    /// Stored messages that a reset threw away.
+    pub discarded: u64,
+    /// Transmit requests that ended by an abort.
+    pub aborted: u64,
+    /// Writes that the hardware ignores: BTR outside initialisation, a mailbox that is not empty, an active filter
+    /// bank, a receive mailbox.
+    pub ignored_writes: u64,
+    /// Instant and offset from 4000 6400h of the latest of them.
+    pub last_ignored_write: Option<(Time, u32)>,
+}
+
+/// CAN1 and CAN2 with the filter block that they share.
+#[derive(Clone, Debug)]
+pub struct BxcanPair {
+    controllers: [Registers; 2],
+    filters: FilterBlock,
+}
+
+impl BxcanPair {
+    /// As after power-on: both asleep. `pclk` is the length of a PCLK1 tick.
+    pub fn new(pclk: PclkTick) -> Self {
+        BxcanPair {
+            controllers: [Registers::new(Side::Can1, pclk), Registers::new(Side::Can2, pclk)],
+            filters: FilterBlock::default(),
+        }
+    }
+
+    /// Reset of one controller by RCC (CAN1RST, CAN2RST); that of CAN1 takes the filters with it.
+    pub fn reset(&mut self, side: Side) {
+        self.controllers[side as usize].reset();
+        if side == Side::Can1 {
+            self.filters = FilterBlock::default();
+        }
+    }
+
+    /// The length of a PCLK1 tick changed (clock tree, drift of the crystal).
+    pub fn set_pclk(&mut self, pclk: PclkTick) {
+        for controller in &mut self.controllers {
+            controller.set_pclk(pclk);
+        }
+    }
+
+    /// Reads the word at `offset` from 4000 6400h; CAN2 begins at 400h. Reading has no side effect.
+    ///
+    /// # Errors
+    /// [`BadAccess`] where there is no register.
+    pub fn read(&self, offset: u32) -> Result<u32, BadAccess> {
+        let (side, within) = locate(offset)?;
+        let value = match side {
+            Side::Can1 if within >= FMR => self.filters.read(within),
+            _ => self.controllers[side as usize].read(within),
+        };
+        value.ok_or(BadAccess { offset })
+    }
+
+    /// Writes the word at `offset` from 4000 6400h at `now`. Reserved bits keep their value, read-only registers
+    /// and protected ones ignore the write ([`Stats::ignored_writes`]).
+    ///
+    /// # Errors
+    /// [`BadAccess`] where there is no register.
+    pub fn write(&mut self, offset: u32, value: u32, now: Time) -> Result<(), BadAccess> {
+        let (side, within) = locate(offset)?;
+        let controller = &mut self.controllers[side as usize];
+        let accepted = match side {
+            Side::Can1 if within >= FMR => self.filters.write(within, value),
+            _ => controller.write(within, value, now),
+        };
+        if !accepted.ok_or(BadAccess { offset })? {
+            controller.stats.ignored_writes += 1;
+            controller.stats.last_ignored_write = Some((now, offset));
+        }
+        Ok(())
+    }
+
+    /// Levels of the interrupt lines of `side`.
+    pub fn irq(&self, side: Side) -> IrqLines {
+        self.controllers[side as usize].irq()
+    }
+
+    /// The controller as its wire sees it.
+    pub fn line(&mut self, side: Side) -> Line<'_> {
+        Line { registers: &mut self.controllers[side as usize], filters: &self.filters }
+    }
+
+    /// Since when the line of `side` is recessive without a frame on it: the end of the last dominant bit, so that
+    /// the recessive end of a frame counts. `None` while a frame is on it. A controller that is connected to nothing
+    /// hears a line that was always recessive, which is also the state before the first call.
+    pub fn set_bus_idle_since(&mut self, side: Side, since: Option<Time>) {
+        self.controllers[side as usize].set_idle_since(since);
+    }
+
+    /// A recessive stretch of the line of `side` that came and went since the last [`BxcanPair::poll`], from the end
+    /// of a dominant bit to the next start of frame. Without it a busy bus, sampled at polls only, seems to have no
+    /// pauses. Stretches shorter than 11 bits need not be told.
+    pub fn recessive_stretch(&mut self, side: Side, from: Time, to: Time) {
+        self.controllers[side as usize].recessive_stretch(from, to);
+    }
+
+    /// CPU and wires have reached `now`: settles aborts and mode changes, counts recessive bits, runs loopback.
+    pub fn poll(&mut self, now: Time) {
+        for side in [Side::Can1, Side::Can2] {
+            self.controllers[side as usize].poll(now);
+            self.line(side).run_loopback(now);
+        }
+    }
+
+    /// The next instant at which something changes without CPU or wire, if the lines stay as they are: end of a
+    /// synchronisation, of bus-off, or of a loopback frame. Stop there, and `poll`.
+    pub fn next_event(&self) -> Option<Time> {
+        self.controllers.iter().filter_map(Registers::next_event).min()
+    }
+
+    /// What `side` did so far.
+    pub fn stats(&self, side: Side) -> Stats {
+        self.controllers[side as usize].stats()
+    }
+}
+
+fn locate(offset: u32) -> Result<(Side, u32), BadAccess> {
+    if !offset.is_multiple_of(4) {
+        return Err(BadAccess { offset });
+    }
+    match offset / CONTROLLER_SIZE {
+        0 => Ok((Side::Can1, offset)),
+        1 => Ok((Side::Can2, offset - CONTROLLER_SIZE)),
+        _ => Err(BadAccess { offset }),
+    }
+}
