@@ -8,7 +8,14 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod heartbeat;
 pub mod link;
 pub mod nmt;
+pub mod node;
+pub mod od;
+pub mod pdo;
+pub mod profile;
+pub mod redundancy;
 pub mod runner;
+pub mod sync;
 pub mod time;

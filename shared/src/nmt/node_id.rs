@@ -14,6 +14,12 @@ impl NodeId {
         if raw >= 1 && raw <= 127 { Some(NodeId(raw)) } else { None }
     }
 
+    /// A Node-ID known at compile time; one out of range does not compile.
+    pub const fn of<const RAW: u8>() -> NodeId {
+        const { assert!(RAW >= 1 && RAW <= 127, "a Node-ID is 1..=127") };
+        NodeId(RAW)
+    }
+
     /// The number, `1..=127`.
     pub const fn get(self) -> u8 {
         self.0

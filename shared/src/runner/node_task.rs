@@ -6,7 +6,7 @@ use embassy_futures::select::{Either4, select4};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use heapless::Deque;
 
-use super::{AppLink, BusCommand, COMMAND_DEPTH, LinkEvent, Links, Telltale};
+use super::{APP_DEPTH, AppLink, BusCommand, COMMAND_DEPTH, LinkEvent, Links, Telltale};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, Frame};
 use crate::time::{Clock, Duration, Instant};
@@ -40,7 +40,7 @@ const CONTROL_RESERVE: usize = 8;
 /// Where a node puts what it wants done.
 pub struct Outbox<E> {
     commands: Deque<(Bus, BusCommand), COMMAND_DEPTH>,
-    events: Deque<E, COMMAND_DEPTH>,
+    events: Deque<E, APP_DEPTH>,
     overflows: u32,
 }
 
@@ -65,14 +65,14 @@ impl<E> Outbox<E> {
         let reserve = if matches!(command, BusCommand::Send(_)) { CONTROL_RESERVE } else { 0 };
         if self.commands.len() + reserve >= COMMAND_DEPTH || self.commands.push_back((bus, command)).is_err()
         {
-            self.overflows += 1;
+            self.overflows = self.overflows.saturating_add(1);
         }
     }
 
     /// Tell the application.
     pub fn event(&mut self, event: E) {
         if self.events.push_back(event).is_err() {
-            self.overflows += 1;
+            self.overflows = self.overflows.saturating_add(1);
         }
     }
 

@@ -1,8 +1,16 @@
 //! Time: protocol timers, stamps, spacecraft time.
 
+mod clock;
+pub mod consumer;
 mod instant;
+mod periodic;
+pub mod producer;
+mod scet;
 
+pub use clock::LocalClock;
 pub use instant::{Duration, Instant};
+pub use periodic::Periodic;
+pub use scet::Scet;
 
 /// Where the protocol gets its time from. One per node, monotonic.
 #[allow(async_fn_in_trait)] // spawned on single-threaded executors only

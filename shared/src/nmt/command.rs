@@ -1,0 +1,82 @@
+//! Module control: what the NMT master commands (CiA 301 7.2.8.3.1).
+
+use super::NodeId;
+use crate::link::{CobId, Frame};
+
+/// Command specifier, first byte of an NMT frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Command {
+    /// Enter Operational.
+    Start = 0x01,
+    /// Enter Stopped.
+    Stop = 0x02,
+    /// Enter Pre-operational.
+    EnterPreOperational = 0x80,
+    /// Reset the whole node.
+    ResetNode = 0x81,
+    /// Reset the communication profile area only.
+    ResetCommunication = 0x82,
+}
+
+impl Command {
+    const fn from_byte(byte: u8) -> Option<Command> {
+        match byte {
+            0x01 => Some(Command::Start),
+            0x02 => Some(Command::Stop),
+            0x80 => Some(Command::EnterPreOperational),
+            0x81 => Some(Command::ResetNode),
+            0x82 => Some(Command::ResetCommunication),
+            _ => None,
+        }
+    }
+}
+
+/// Whom a command addresses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Target {
+    /// Every slave; node 0 on the wire.
+    All,
+    /// One slave.
+    Node(NodeId),
+}
+
+impl Target {
+    /// Whether `node` is meant.
+    pub fn includes(self, node: NodeId) -> bool {
+        match self {
+            Target::All => true,
+            Target::Node(addressed) => addressed == node,
+        }
+    }
+}
+
+/// A module control message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NmtMessage {
+    /// What to do.
+    pub command: Command,
+    /// Who.
+    pub target: Target,
+}
+
+impl NmtMessage {
+    /// The frame: COB-ID 000h, command, node.
+    pub fn encode(self) -> Frame {
+        let node = match self.target {
+            Target::All => 0,
+            Target::Node(node) => node.get(),
+        };
+        Frame::of(CobId::NMT, [self.command as u8, node])
+    }
+
+    /// `None` when malformed: length other than 2, unknown command, node above 127.
+    pub fn decode(frame: &Frame) -> Option<NmtMessage> {
+        let &[command, node] = frame.data() else { return None };
+        let target = if node == 0 { Target::All } else { Target::Node(NodeId::new(node)?) };
+        Some(NmtMessage { command: Command::from_byte(command)?, target })
+    }
+}

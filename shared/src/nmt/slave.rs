@@ -1,0 +1,80 @@
+//! NMT state machine of a slave (CiA 301 7.3.2, ECSS 6.5.4).
+
+use super::{Command, NmtState};
+
+/// The state machine.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NmtSlave {
+    state: NmtState,
+    autostart: bool,
+}
+
+/// What a command led to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Reaction {
+    /// The state stays as it was.
+    Unchanged,
+    /// A new state.
+    Entered(NmtState),
+    /// The node is to be reset; it says nothing more until then.
+    ResetNode,
+    /// Communication starts over: [`NmtSlave::boot`] comes next.
+    ResetCommunication,
+}
+
+impl NmtSlave {
+    /// Initialising. With `autostart` the node goes on to Operational by itself after its boot-up message (CiA 301
+    /// 7.3.2.2.1), else it waits in Pre-operational.
+    pub const fn new(autostart: bool) -> Self {
+        NmtSlave { state: NmtState::Initialising, autostart }
+    }
+
+    /// The present state.
+    pub const fn state(&self) -> NmtState {
+        self.state
+    }
+
+    /// The boot-up message goes out: leave Initialising. Returns the state entered.
+    pub fn boot(&mut self) -> NmtState {
+        self.state = if self.autostart { NmtState::Operational } else { NmtState::PreOperational };
+        self.state
+    }
+
+    /// A command that addresses this node.
+    pub fn on_command(&mut self, command: Command) -> Reaction {
+        if self.state == NmtState::Initialising {
+            return Reaction::Unchanged;
+        }
+        match command {
+            Command::Start => self.enter(NmtState::Operational),
+            Command::Stop => self.enter(NmtState::Stopped),
+            Command::EnterPreOperational => self.enter(NmtState::PreOperational),
+            Command::ResetNode => {
+                self.state = NmtState::Initialising;
+                Reaction::ResetNode
+            }
+            Command::ResetCommunication => {
+                self.state = NmtState::Initialising;
+                Reaction::ResetCommunication
+            }
+        }
+    }
+
+    /// The master is missed: Pre-operational from any state that communicates (ECSS 8.3.3e.1, Figure 8-2).
+    pub fn on_master_missed(&mut self) -> Reaction {
+        match self.state {
+            NmtState::Initialising => Reaction::Unchanged,
+            _ => self.enter(NmtState::PreOperational),
+        }
+    }
+
+    fn enter(&mut self, state: NmtState) -> Reaction {
+        if self.state == state {
+            return Reaction::Unchanged;
+        }
+        self.state = state;
+        Reaction::Entered(state)
+    }
+}

@@ -1,0 +1,45 @@
+//! NMT states and their heartbeat bytes (CiA 301 7.2.8.3.2.2, 7.3.2.2).
+
+/// State of a node, with the byte that its heartbeat carries.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum NmtState {
+    /// Sends nothing but its boot-up message, which carries this byte.
+    #[default]
+    Initialising = 0x00,
+    /// Heartbeat and module control only.
+    Stopped = 0x04,
+    /// Everything.
+    Operational = 0x05,
+    /// Everything but PDOs.
+    PreOperational = 0x7F,
+}
+
+impl NmtState {
+    /// From the byte of a heartbeat; `None` for one that CiA 301 does not define.
+    pub const fn from_byte(byte: u8) -> Option<NmtState> {
+        match byte {
+            0x00 => Some(NmtState::Initialising),
+            0x04 => Some(NmtState::Stopped),
+            0x05 => Some(NmtState::Operational),
+            0x7F => Some(NmtState::PreOperational),
+            _ => None,
+        }
+    }
+
+    /// The byte of the heartbeat.
+    pub const fn byte(self) -> u8 {
+        self as u8
+    }
+
+    /// Whether PDOs are sent and obeyed (CiA 301 table 37).
+    pub const fn allows_pdo(self) -> bool {
+        matches!(self, NmtState::Operational)
+    }
+
+    /// Whether the SYNC object is produced and consumed.
+    pub const fn allows_sync(self) -> bool {
+        matches!(self, NmtState::Operational | NmtState::PreOperational)
+    }
+}

@@ -1,0 +1,188 @@
+//! What every node does with its two buses: counting, health, recovery, joining and leaving.
+
+use crate::link::port::Health;
+use crate::link::{Bus, PerBus};
+use crate::nmt::NmtState;
+use crate::redundancy::{Access, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
+use crate::runner::{BusCommand, FailCause, LinkEvent, Outbox};
+use crate::time::{Duration, Instant, Scet};
+
+/// Frames of one bus. The first two wrap, all others stay at their maximum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Counters {
+    /// Received, whatever became of them.
+    pub received: u32,
+    /// Sent and acknowledged.
+    pub sent: u32,
+    /// Received, but not as the protocol has them: wrong length, unknown command or state.
+    pub malformed: u16,
+    /// Received well-formed, but not for this node in this state on this bus.
+    pub ignored: u16,
+    /// Lost in the receiver.
+    pub lost: u16,
+    /// Not sent: refused by this node, in the wrong state or on the inactive bus.
+    pub refused: u16,
+    /// Not sent: the bus was left.
+    pub bus_left: u16,
+    /// Not sent: the lifetime ended.
+    pub expired: u16,
+    /// Not sent: the queue was full.
+    pub queue_full: u16,
+    /// Not sent: the controller gave up.
+    pub aborted: u16,
+}
+
+impl Counters {
+    /// Not sent, for whatever cause.
+    pub const fn failed(&self) -> u16 {
+        self.refused
+            .saturating_add(self.bus_left)
+            .saturating_add(self.expired)
+            .saturating_add(self.queue_full)
+            .saturating_add(self.aborted)
+    }
+}
+
+/// A node as it is now.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Status {
+    /// Since power-on.
+    pub uptime: Duration,
+    /// Local spacecraft time (object 2011h).
+    pub scet: Scet,
+    /// NMT state.
+    pub state: NmtState,
+    /// The bus considered active.
+    pub active: Bus,
+    /// Redundancy parameters, Bdefault and Ctoggle as they are now (objects 1016h, 1017h, 2000h).
+    pub redundancy: Parameters,
+    /// Frames of each bus.
+    pub counters: PerBus<Counters>,
+    /// Error state and counters of each bus (objects 2020h, 2021h).
+    pub health: PerBus<Health>,
+}
+
+/// Both buses of a node.
+#[derive(Clone, Debug)]
+pub(super) struct Buses {
+    access: Access,
+    pub counters: PerBus<Counters>,
+    pub health: PerBus<Health>,
+    recovery: PerBus<BusOffRecovery>,
+}
+
+/// What a node has to tell of a bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BusNews {
+    /// The error state changed.
+    Health(Health),
+    /// The controller went bus-off too often.
+    Failed(Health),
+}
+
+impl Buses {
+    pub fn new(access: Access, policy: BusOffPolicy) -> Self {
+        Buses {
+            access,
+            counters: PerBus::default(),
+            health: PerBus::default(),
+            recovery: PerBus::from_fn(|_| BusOffRecovery::new(policy)),
+        }
+    }
+
+    /// Go on the bus or buses, at power-on.
+    pub fn join<E>(&self, active: Bus, out: &mut Outbox<E>) {
+        match self.access {
+            Access::Parallel => Bus::ALL.into_iter().for_each(|bus| out.command(bus, BusCommand::Join)),
+            Access::Selective => out.command(active, BusCommand::Join),
+        }
+    }
+
+    /// The active bus changed: nothing that was meant for the old one may go out there later.
+    pub fn change<E>(&mut self, from: Bus, to: Bus, out: &mut Outbox<E>) {
+        match self.access {
+            Access::Parallel => out.command(from, BusCommand::Abandon),
+            Access::Selective => {
+                out.command(from, BusCommand::Leave);
+                out.command(to, BusCommand::Join);
+            }
+        }
+    }
+
+    /// Whether the node takes part in `bus`: what a left one still reports is of the past.
+    pub fn is_joined(&self, bus: Bus, active: Bus) -> bool {
+        self.access == Access::Parallel || bus == active
+    }
+
+    /// Counts an event and follows the error state.
+    pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
+        let counters = &mut self.counters[bus];
+        match event {
+            LinkEvent::Received { .. } => counters.received = counters.received.wrapping_add(1),
+            LinkEvent::Transmitted { .. } => counters.sent = counters.sent.wrapping_add(1),
+            LinkEvent::Failed { cause, .. } => count(match cause {
+                FailCause::BusLeft => &mut counters.bus_left,
+                FailCause::Expired => &mut counters.expired,
+                FailCause::QueueFull => &mut counters.queue_full,
+                FailCause::Aborted => &mut counters.aborted,
+            }),
+            LinkEvent::Overrun { lost } => counters.lost = counters.lost.saturating_add(*lost),
+            LinkEvent::Health(health) => {
+                self.health[bus] = *health;
+                return Some(match self.recovery[bus].on_state(health.state, now) {
+                    Some(RecoveryStep::Failed) => BusNews::Failed(*health),
+                    _ => BusNews::Health(*health),
+                });
+            }
+        }
+        None
+    }
+
+    /// A received frame that is not as the protocol has it.
+    pub fn malformed(&mut self, bus: Bus) {
+        count(&mut self.counters[bus].malformed);
+    }
+
+    /// A received frame that is not for this node in this state.
+    pub fn ignored(&mut self, bus: Bus) {
+        count(&mut self.counters[bus].ignored);
+    }
+
+    /// Something that this node will not send.
+    pub fn refused(&mut self, bus: Bus) {
+        count(&mut self.counters[bus].refused);
+    }
+
+    /// A frame held back until its lifetime ended.
+    pub fn expired(&mut self, bus: Bus) {
+        count(&mut self.counters[bus].expired);
+    }
+
+    /// A frame held back until its bus was left.
+    pub fn left(&mut self, bus: Bus) {
+        count(&mut self.counters[bus].bus_left);
+    }
+
+    pub fn is_failed(&self, bus: Bus) -> bool {
+        self.recovery[bus].is_failed()
+    }
+
+    /// Begin the recoveries that are due.
+    pub fn poll<E>(&mut self, now: Instant, out: &mut Outbox<E>) {
+        for bus in Bus::ALL {
+            if self.recovery[bus].poll(now) == Some(RecoveryStep::Recover) {
+                out.command(bus, BusCommand::Recover);
+            }
+        }
+    }
+
+    pub fn deadline(&self) -> Option<Instant> {
+        Bus::ALL.into_iter().filter_map(|bus| self.recovery[bus].deadline()).min()
+    }
+}
+
+fn count(counter: &mut u16) {
+    *counter = counter.saturating_add(1);
+}

@@ -1,0 +1,315 @@
+//! The master node.
+
+use heapless::Deque;
+
+use super::buses::{BusNews, Buses};
+use super::{MasterEvent, MasterRequest, RefusalCause, Status};
+use crate::link::port::Filter;
+use crate::link::queue::{Outgoing, is_expired};
+use crate::link::{Bus, CobId, Frame};
+use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
+use crate::pdo::Message;
+use crate::profile::Profile;
+use crate::redundancy::{Action, Manager, Parameters};
+use crate::runner::{BusCommand, FailCause, Filters, LinkEvent, Node, Outbox};
+use crate::time::producer::TimeProducer;
+use crate::time::{Duration, Instant, LocalClock, Scet, Stamp};
+use crate::{heartbeat, sync};
+
+type Out = Outbox<MasterEvent>;
+
+/// Frames that may wait until the active bus is announced.
+const HELD: usize = 16;
+
+/// NMT master, redundancy master, SYNC and time producer, commands and telemetry.
+#[derive(Clone, Debug)]
+pub struct Master {
+    redundancy: Parameters,
+    manager: Manager,
+    sync: sync::Producer,
+    time: TimeProducer,
+    clock: LocalClock,
+    buses: Buses,
+    lifetimes: Lifetimes,
+    held: Deque<Outgoing, HELD>,
+    /// Spacecraft time when the last SYNC was sent.
+    at_sync: Option<Scet>,
+}
+
+/// How long frames may wait for their bus.
+#[derive(Clone, Copy, Debug)]
+struct Lifetimes {
+    heartbeat: Duration,
+    sync: Duration,
+    time: Duration,
+    command: Duration,
+    telemetry: Duration,
+}
+
+impl Master {
+    /// A master before power-on.
+    pub fn new(profile: &Profile) -> Master {
+        let redundancy = profile.redundancy();
+        Master {
+            redundancy,
+            manager: Manager::new(redundancy, profile.silent_share),
+            sync: sync::Producer::new(profile.sync),
+            time: TimeProducer::new(profile.time),
+            clock: LocalClock::default(),
+            buses: Buses::new(profile.access(NodeId::MASTER), profile.bus_off),
+            lifetimes: Lifetimes {
+                heartbeat: profile.heartbeat,
+                sync: profile.sync.min(profile.heartbeat),
+                time: profile.time.min(profile.heartbeat),
+                command: profile.command,
+                telemetry: profile.telemetry,
+            },
+            held: Deque::new(),
+            at_sync: None,
+        }
+    }
+
+    /// What it receives: heartbeats, telemetry and local times of all slaves, EMCY and foreign SYNCs.
+    pub fn filters(&self) -> Filters {
+        let node = NodeId::MASTER;
+        [CobId::heartbeat(node), CobId::telemetry(node), CobId::local_time(node), CobId::SYNC]
+            .into_iter()
+            .map(Filter::function)
+            .collect()
+    }
+
+    fn status(&self, now: Instant) -> Status {
+        Status {
+            uptime: now.since(Instant::ZERO),
+            scet: self.clock.at(now),
+            state: NmtState::Operational,
+            active: self.manager.active(),
+            redundancy: self.redundancy,
+            counters: self.buses.counters,
+            health: self.buses.health,
+        }
+    }
+
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+        let active = self.manager.active();
+        let Some(node) = frame.id().node().filter(|node| *node != NodeId::MASTER) else {
+            return self.buses.ignored(bus);
+        };
+        if !self.buses.is_joined(bus, active) {
+            return self.buses.ignored(bus);
+        }
+        self.manager.on_peer(bus, stamp.at);
+        let id = frame.id();
+        if id == CobId::heartbeat(node) {
+            return self.on_heartbeat(bus, node, frame, stamp, now, out);
+        }
+        if bus != active {
+            return self.buses.ignored(bus);
+        }
+        let event = if id == CobId::telemetry(node) {
+            Message::decode(frame).map(|message| MasterEvent::Telemetry { node, bus, message })
+        } else if id == CobId::local_time(node) {
+            Scet::decode(frame.data()).map(|scet| MasterEvent::LocalTime {
+                node,
+                scet,
+                reference: self.at_sync,
+            })
+        } else {
+            return self.buses.ignored(bus);
+        };
+        match event {
+            Some(event) => out.event(event),
+            None => self.buses.malformed(bus),
+        }
+    }
+
+    fn on_heartbeat(
+        &mut self,
+        bus: Bus,
+        node: NodeId,
+        frame: &Frame,
+        stamp: Stamp,
+        now: Instant,
+        out: &mut Out,
+    ) {
+        let Some(state) = heartbeat::decode(frame) else { return self.buses.malformed(bus) };
+        let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
+        if heard.returned {
+            out.event(MasterEvent::SlaveReturned { node, bus });
+        }
+        if heard.changed {
+            out.event(MasterEvent::SlaveState { node, bus, state });
+        }
+        if heard.start {
+            // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
+            let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
+            self.send_nmt(start, now, out);
+        }
+    }
+
+    fn send_nmt(&mut self, message: NmtMessage, now: Instant, out: &mut Out) -> bool {
+        self.send(message.encode(), now, self.lifetimes.heartbeat, out)
+    }
+
+    /// To the active bus, when it is announced. Whether there was room to wait for that.
+    fn send(&mut self, frame: Frame, now: Instant, lifetime: Duration, out: &mut Out) -> bool {
+        let bus = self.manager.active();
+        if self.manager.is_announced() {
+            out.send_for(bus, frame, now, lifetime);
+            return true;
+        }
+        let taken = self.held.push_back(Outgoing { frame, expires: Some(now + lifetime) }).is_ok();
+        if !taken {
+            self.buses.refused(bus);
+        }
+        taken
+    }
+
+    fn release_held(&mut self, now: Instant, out: &mut Out) {
+        let bus = self.manager.active();
+        while self.manager.is_announced() {
+            let Some(outgoing) = self.held.pop_front() else { return };
+            if is_expired(outgoing.expires, now) {
+                self.buses.expired(bus);
+            } else {
+                out.command(bus, BusCommand::Send(outgoing));
+            }
+        }
+    }
+
+    fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
+        if frame.id() == CobId::heartbeat(NodeId::MASTER) {
+            self.manager.on_heartbeat_sent(bus, stamp.at);
+        } else if frame.id() == CobId::SYNC {
+            self.at_sync = Some(self.clock.at(stamp.at));
+            out.event(MasterEvent::SyncSent { stamp });
+        }
+    }
+
+    fn on_failed(&mut self, bus: Bus, frame: &Frame, cause: FailCause) {
+        // A heartbeat given up because its bus was left belongs to an earlier stay on it.
+        if frame.id() == CobId::heartbeat(NodeId::MASTER) && cause != FailCause::BusLeft {
+            self.manager.on_heartbeat_failed(bus);
+        }
+    }
+
+    fn on_message(&mut self, node: NodeId, frame: Frame, lifetime: Duration, now: Instant, out: &mut Out) {
+        let cause = if self.manager.peers().state(node) != Some(NmtState::Operational) {
+            self.buses.refused(self.manager.active());
+            RefusalCause::NotOperational
+        } else if !self.send(frame, now, lifetime, out) {
+            RefusalCause::Busy
+        } else {
+            return;
+        };
+        out.event(MasterEvent::Refused { node, cause });
+    }
+
+    fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {
+        let held = matches!(message.command, Command::Stop | Command::EnterPreOperational);
+        self.manager.peers_mut().hold(message.target, held);
+        if !self.send_nmt(message, now, out)
+            && let Target::Node(node) = message.target
+        {
+            out.event(MasterEvent::Refused { node, cause: RefusalCause::Busy });
+        }
+    }
+
+    fn act(&mut self, action: Action, now: Instant, out: &mut Out) {
+        match action {
+            Action::Heartbeat { bus, frame } => out.send_for(bus, frame, now, self.lifetimes.heartbeat),
+            Action::Switched { from, to, cause } => {
+                // What waited for the bus that is left never goes out.
+                while self.held.pop_front().is_some() {
+                    self.buses.left(from);
+                }
+                self.buses.change(from, to, out);
+                out.event(MasterEvent::BusSwitched { from, to, cause });
+            }
+            Action::Lost(node) => out.event(MasterEvent::SlaveLost { node }),
+        }
+    }
+
+    /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        while let Some(action) = self.manager.poll(until) {
+            self.act(action, now, out);
+        }
+        self.release_held(now, out);
+        if self.manager.is_announced() {
+            let bus = self.manager.active();
+            if let Some(frame) = self.sync.poll(until) {
+                out.send_for(bus, frame, now, self.lifetimes.sync);
+            }
+            if let Some(frame) = self.time.poll(now, &self.clock) {
+                out.send_for(bus, frame, now, self.lifetimes.time);
+            }
+        }
+        self.buses.poll(until, out);
+    }
+}
+
+impl Node for Master {
+    type Event = MasterEvent;
+    type Request = MasterRequest;
+
+    fn start(&mut self, now: Instant, out: &mut Out) {
+        let bus = self.manager.active();
+        self.buses.join(bus, out);
+        let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
+        out.send_for(bus, boot_up, now, self.lifetimes.heartbeat);
+        self.manager.start(now);
+        self.sync.start(now);
+        self.time.start(now);
+        self.run(now, now, out);
+    }
+
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+        if let Some(news) = self.buses.on_link(bus, event, now) {
+            let (BusNews::Health(health) | BusNews::Failed(health)) = news;
+            self.manager.on_health(bus, health, self.buses.is_failed(bus), now);
+            out.event(MasterEvent::Health { bus, health });
+            if matches!(news, BusNews::Failed(_)) {
+                out.event(MasterEvent::BusFailed { bus });
+            }
+        }
+        match event {
+            LinkEvent::Received { frame, stamp } => {
+                self.run(stamp.at.min(now), now, out);
+                self.on_received(bus, frame, *stamp, now, out);
+            }
+            LinkEvent::Transmitted { frame, stamp } => self.on_transmitted(bus, frame, *stamp, out),
+            LinkEvent::Failed { frame, cause } => self.on_failed(bus, frame, *cause),
+            LinkEvent::Overrun { .. } | LinkEvent::Health(_) => {}
+        }
+        self.run(now, now, out);
+    }
+
+    fn on_request(&mut self, request: MasterRequest, now: Instant, out: &mut Out) {
+        match request {
+            MasterRequest::Command { node, message } => {
+                let frame = message.encode(CobId::telecommand(node));
+                self.on_message(node, frame, self.lifetimes.command, now, out);
+            }
+            MasterRequest::RequestTelemetry { node, message } => {
+                let frame = message.encode(CobId::telemetry_request(node));
+                self.on_message(node, frame, self.lifetimes.telemetry, now, out);
+            }
+            MasterRequest::SwitchBus(bus) => self.manager.request(bus),
+            MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
+            MasterRequest::SetTime(scet) => self.clock.set(scet, now),
+            MasterRequest::Status => out.event(MasterEvent::Status(self.status(now))),
+        }
+        self.run(now, now, out);
+    }
+
+    fn poll(&mut self, now: Instant, out: &mut Out) {
+        self.run(now, now, out);
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let gated = self.manager.is_announced().then(|| [self.sync.deadline(), self.time.deadline()]);
+        let always = [self.manager.deadline(), self.buses.deadline()];
+        always.into_iter().chain(gated.into_iter().flatten()).flatten().min()
+    }
+}

@@ -1,0 +1,128 @@
+//! What a master and its application tell each other.
+
+use super::Status;
+use crate::link::Bus;
+use crate::link::port::Health;
+use crate::nmt::{NmtMessage, NmtState, NodeId};
+use crate::pdo::Message;
+use crate::redundancy::SwitchCause;
+use crate::time::{Scet, Stamp};
+
+/// What a master tells its application.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MasterEvent {
+    /// First word of a slave, or another state than before.
+    SlaveState {
+        /// Who.
+        node: NodeId,
+        /// Where it was heard.
+        bus: Bus,
+        /// Its state; [`NmtState::Initialising`] is its boot-up message.
+        state: NmtState,
+    },
+    /// No heartbeat of a slave for its consumer time, on neither bus.
+    SlaveLost {
+        /// Who.
+        node: NodeId,
+    },
+    /// A lost slave is heard again.
+    SlaveReturned {
+        /// Who.
+        node: NodeId,
+        /// Where.
+        bus: Bus,
+    },
+    /// Telemetry.
+    Telemetry {
+        /// Of whom.
+        node: NodeId,
+        /// Where it came.
+        bus: Bus,
+        /// What.
+        message: Message,
+    },
+    /// A Local Time PDO.
+    LocalTime {
+        /// Of whom.
+        node: NodeId,
+        /// Its time at the last SYNC.
+        scet: Scet,
+        /// Spacecraft time at the last SYNC, once there was one.
+        reference: Option<Scet>,
+    },
+    /// The active bus changed.
+    BusSwitched {
+        /// The old one.
+        from: Bus,
+        /// The new one.
+        to: Bus,
+        /// Why.
+        cause: SwitchCause,
+    },
+    /// A SYNC went out.
+    SyncSent {
+        /// Its end.
+        stamp: Stamp,
+    },
+    /// A request was refused (counted as such on the active bus).
+    Refused {
+        /// For whom it was.
+        node: NodeId,
+        /// Why.
+        cause: RefusalCause,
+    },
+    /// The error state of a controller changed.
+    Health {
+        /// Which bus.
+        bus: Bus,
+        /// What it is now.
+        health: Health,
+    },
+    /// A controller went bus-off too often; it is tried again when its window ends.
+    BusFailed {
+        /// Which bus.
+        bus: Bus,
+    },
+    /// Answer to [`MasterRequest::Status`].
+    Status(Status),
+}
+
+/// Why a request was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RefusalCause {
+    /// The slave is lost, was never heard, or is not operational.
+    NotOperational,
+    /// Too much waits for a new bus to be announced.
+    Busy,
+}
+
+/// What the application may ask of a master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MasterRequest {
+    /// Send a telecommand.
+    Command {
+        /// To whom.
+        node: NodeId,
+        /// What.
+        message: Message,
+    },
+    /// Request telemetry; the answer is [`MasterEvent::Telemetry`].
+    RequestTelemetry {
+        /// Of whom.
+        node: NodeId,
+        /// Which.
+        message: Message,
+    },
+    /// Make this bus the active one.
+    SwitchBus(Bus),
+    /// Send a module control command. A slave that is stopped or made pre-operational here is not started unasked until
+    /// it is started or reset here.
+    Nmt(NmtMessage),
+    /// Set the spacecraft time, as of now.
+    SetTime(Scet),
+    /// Report [`MasterEvent::Status`].
+    Status,
+}

@@ -1,0 +1,13 @@
+//! The services put together: a master and a slave, both sans-IO [`crate::runner::Node`]s.
+
+mod buses;
+mod master;
+mod master_api;
+mod slave;
+mod slave_api;
+
+pub use buses::{Counters, Status};
+pub use master::Master;
+pub use master_api::{MasterEvent, MasterRequest, RefusalCause};
+pub use slave::Slave;
+pub use slave_api::{BusCause, SlaveEvent, SlaveRequest};

@@ -1,0 +1,5 @@
+//! Process data objects.
+
+mod message;
+
+pub use message::Message;

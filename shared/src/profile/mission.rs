@@ -1,0 +1,300 @@
+//! Commands and telemetry of the demonstration mission.
+//!
+//! One code per command and per telemetry request; telemetry repeats the code of its request. Numbers little-endian.
+
+use crate::link::Bus;
+use crate::link::port::{ErrorState, Health, LastError};
+use crate::node::Status;
+use crate::pdo::Message;
+use crate::time::StampSource;
+
+const SET_LED: u16 = 0x0001;
+const SET_VALUE: u16 = 0x0002;
+const RESET_COUNTERS: u16 = 0x0003;
+
+const UPTIME: u16 = 0x0101;
+const VALUE: u16 = 0x0102;
+const EXECUTED: u16 = 0x0103;
+const STAMP_SOURCE: u16 = 0x0104;
+const TRAFFIC: u16 = 0x0110;
+const LOSSES: u16 = 0x0120;
+const ERRORS: u16 = 0x0130;
+
+/// A telecommand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Command {
+    /// Switch the command LED on or off.
+    SetLed(bool),
+    /// Keep a value, for telemetry to read back.
+    SetValue(u32),
+    /// Zero the executed commands and the counters of both buses.
+    ResetCounters,
+}
+
+impl Command {
+    /// The message on the bus.
+    pub fn encode(self) -> Message {
+        match self {
+            Command::SetLed(on) => Message::of(SET_LED, [u8::from(on)]),
+            Command::SetValue(value) => Message::of(SET_VALUE, value.to_le_bytes()),
+            Command::ResetCounters => Message::of(RESET_COUNTERS, []),
+        }
+    }
+
+    /// `None` for an unknown code, a wrong length, or an LED that is neither on nor off.
+    pub fn decode(message: &Message) -> Option<Command> {
+        match (message.code(), message.data()) {
+            (SET_LED, [0]) => Some(Command::SetLed(false)),
+            (SET_LED, [1]) => Some(Command::SetLed(true)),
+            (SET_VALUE, &[a, b, c, d]) => Some(Command::SetValue(u32::from_le_bytes([a, b, c, d]))),
+            (RESET_COUNTERS, []) => Some(Command::ResetCounters),
+            _ => None,
+        }
+    }
+}
+
+/// A telemetry request.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Request {
+    /// Time since power-on.
+    Uptime,
+    /// The value set by command.
+    Value,
+    /// Commands executed.
+    Executed,
+    /// How frames are stamped.
+    StampSource,
+    /// Frames received and sent.
+    Traffic(Bus),
+    /// Frames lost, malformed, not sent.
+    Losses(Bus),
+    /// Error state and counters.
+    Errors(Bus),
+}
+
+impl Request {
+    /// Every request once, for a master that asks in turn.
+    pub const ALL: [Request; 10] = [
+        Request::Uptime,
+        Request::Value,
+        Request::Executed,
+        Request::StampSource,
+        Request::Traffic(Bus::Nominal),
+        Request::Traffic(Bus::Redundant),
+        Request::Losses(Bus::Nominal),
+        Request::Losses(Bus::Redundant),
+        Request::Errors(Bus::Nominal),
+        Request::Errors(Bus::Redundant),
+    ];
+
+    /// The code of the request and of its telemetry.
+    pub const fn code(self) -> u16 {
+        match self {
+            Request::Uptime => UPTIME,
+            Request::Value => VALUE,
+            Request::Executed => EXECUTED,
+            Request::StampSource => STAMP_SOURCE,
+            Request::Traffic(bus) => TRAFFIC | bus as u16,
+            Request::Losses(bus) => LOSSES | bus as u16,
+            Request::Errors(bus) => ERRORS | bus as u16,
+        }
+    }
+
+    /// The message on the bus.
+    pub fn encode(self) -> Message {
+        Message::of(self.code(), [])
+    }
+
+    /// `None` for an unknown code or any data.
+    pub fn decode(message: &Message) -> Option<Request> {
+        if message.data().is_empty() { Self::from_code(message.code()) } else { None }
+    }
+
+    fn from_code(code: u16) -> Option<Request> {
+        Self::ALL.into_iter().find(|request| request.code() == code)
+    }
+}
+
+/// Telemetry: the answer to a [`Request`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Telemetry {
+    /// Milliseconds since power-on, modulo 2^48.
+    Uptime(u64),
+    /// The value set by command.
+    Value(u32),
+    /// Commands executed since power-on or the last reset of counters.
+    Executed(u32),
+    /// How frames are stamped; `None` before the first SYNC.
+    StampSource(Option<StampSource>),
+    /// Frames of a bus, each modulo 2^24.
+    Traffic {
+        /// Which bus.
+        bus: Bus,
+        /// Received.
+        received: u32,
+        /// Sent and acknowledged.
+        sent: u32,
+    },
+    /// Frames of a bus that came to nothing; each stays at its maximum.
+    Losses {
+        /// Which bus.
+        bus: Bus,
+        /// Lost in the receiver.
+        lost: u16,
+        /// Malformed.
+        malformed: u16,
+        /// Not sent, for whatever cause.
+        failed: u16,
+    },
+    /// Error state and counters of a bus.
+    Errors {
+        /// Which bus.
+        bus: Bus,
+        /// As the controller has it.
+        health: Health,
+    },
+}
+
+impl Telemetry {
+    /// What it answers.
+    pub const fn request(self) -> Request {
+        match self {
+            Telemetry::Uptime(_) => Request::Uptime,
+            Telemetry::Value(_) => Request::Value,
+            Telemetry::Executed(_) => Request::Executed,
+            Telemetry::StampSource(_) => Request::StampSource,
+            Telemetry::Traffic { bus, .. } => Request::Traffic(bus),
+            Telemetry::Losses { bus, .. } => Request::Losses(bus),
+            Telemetry::Errors { bus, .. } => Request::Errors(bus),
+        }
+    }
+
+    /// The message on the bus.
+    pub fn encode(self) -> Message {
+        let code = self.request().code();
+        match self {
+            Telemetry::Uptime(ms) => {
+                let [a, b, c, d, e, f, ..] = ms.to_le_bytes();
+                Message::of(code, [a, b, c, d, e, f])
+            }
+            Telemetry::Value(value) | Telemetry::Executed(value) => Message::of(code, value.to_le_bytes()),
+            Telemetry::StampSource(source) => Message::of(
+                code,
+                [match source {
+                    None => 0,
+                    Some(StampSource::Interrupt) => 1,
+                }],
+            ),
+            Telemetry::Traffic { received, sent, .. } => {
+                let ([a, b, c, _], [d, e, f, _]) = (received.to_le_bytes(), sent.to_le_bytes());
+                Message::of(code, [a, b, c, d, e, f])
+            }
+            Telemetry::Losses { lost, malformed, failed, .. } => {
+                let ([a, b], [c, d], [e, f]) =
+                    (lost.to_le_bytes(), malformed.to_le_bytes(), failed.to_le_bytes());
+                Message::of(code, [a, b, c, d, e, f])
+            }
+            Telemetry::Errors { health, .. } => {
+                Message::of(code, [health.state as u8, health.tec, health.rec, health.last_error as u8])
+            }
+        }
+    }
+
+    /// `None` for an unknown code, a wrong length or a value that is never sent.
+    pub fn decode(message: &Message) -> Option<Telemetry> {
+        Some(match (Request::from_code(message.code())?, message.data()) {
+            (Request::Uptime, &[a, b, c, d, e, f]) => {
+                Telemetry::Uptime(u64::from_le_bytes([a, b, c, d, e, f, 0, 0]))
+            }
+            (Request::Value, &[a, b, c, d]) => Telemetry::Value(u32::from_le_bytes([a, b, c, d])),
+            (Request::Executed, &[a, b, c, d]) => Telemetry::Executed(u32::from_le_bytes([a, b, c, d])),
+            (Request::StampSource, [0]) => Telemetry::StampSource(None),
+            (Request::StampSource, [1]) => Telemetry::StampSource(Some(StampSource::Interrupt)),
+            (Request::Traffic(bus), &[a, b, c, d, e, f]) => Telemetry::Traffic {
+                bus,
+                received: u32::from_le_bytes([a, b, c, 0]),
+                sent: u32::from_le_bytes([d, e, f, 0]),
+            },
+            (Request::Losses(bus), &[a, b, c, d, e, f]) => Telemetry::Losses {
+                bus,
+                lost: u16::from_le_bytes([a, b]),
+                malformed: u16::from_le_bytes([c, d]),
+                failed: u16::from_le_bytes([e, f]),
+            },
+            (Request::Errors(bus), &[state, tec, rec, last_error]) => Telemetry::Errors {
+                bus,
+                health: Health {
+                    state: error_state(state)?,
+                    tec,
+                    rec,
+                    last_error: last_error_code(last_error)?,
+                },
+            },
+            _ => return None,
+        })
+    }
+}
+
+fn error_state(byte: u8) -> Option<ErrorState> {
+    [ErrorState::Active, ErrorState::Passive, ErrorState::BusOff]
+        .into_iter()
+        .find(|state| *state as u8 == byte)
+}
+
+fn last_error_code(byte: u8) -> Option<LastError> {
+    use LastError::{Ack, BitDominant, BitRecessive, Crc, Form, None as NoError, Stuff};
+    [NoError, Stuff, Form, Ack, BitRecessive, BitDominant, Crc].into_iter().find(|code| *code as u8 == byte)
+}
+
+/// What a slave of this mission keeps beside its node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SlaveRecord {
+    /// State of the command LED.
+    pub led: bool,
+    /// The value set by command.
+    pub value: u32,
+    /// Commands executed.
+    pub executed: u32,
+    /// How the last SYNC was stamped.
+    pub stamp_source: Option<StampSource>,
+}
+
+impl SlaveRecord {
+    /// Execute a command. For [`Command::ResetCounters`] the node's counters are the caller's part.
+    pub fn execute(&mut self, command: Command) {
+        self.executed = self.executed.wrapping_add(1);
+        match command {
+            Command::SetLed(on) => self.led = on,
+            Command::SetValue(value) => self.value = value,
+            Command::ResetCounters => self.executed = 0,
+        }
+    }
+
+    /// Answer a request.
+    pub fn answer(&self, request: Request, status: &Status) -> Telemetry {
+        match request {
+            Request::Uptime => Telemetry::Uptime(status.uptime.as_millis()),
+            Request::Value => Telemetry::Value(self.value),
+            Request::Executed => Telemetry::Executed(self.executed),
+            Request::StampSource => Telemetry::StampSource(self.stamp_source),
+            Request::Traffic(bus) => {
+                let counters = &status.counters[bus];
+                Telemetry::Traffic { bus, received: counters.received, sent: counters.sent }
+            }
+            Request::Losses(bus) => {
+                let counters = &status.counters[bus];
+                Telemetry::Losses {
+                    bus,
+                    lost: counters.lost,
+                    malformed: counters.malformed,
+                    failed: counters.failed(),
+                }
+            }
+            Request::Errors(bus) => Telemetry::Errors { bus, health: status.health[bus] },
+        }
+    }
+}

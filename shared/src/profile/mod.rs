@@ -1,0 +1,68 @@
+//! A mission's numbers, once for both images, host worlds and documents.
+
+mod librecube;
+pub mod mission;
+mod standard;
+
+pub use librecube::LIBRECUBE;
+pub use standard::STANDARD;
+
+use crate::link::Bus;
+use crate::nmt::NodeId;
+use crate::redundancy::{Access, BusOffPolicy, Parameters};
+use crate::time::Duration;
+
+/// The numbers of a mission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Profile {
+    /// What it is called on command lines and in reports.
+    pub name: &'static str,
+    /// Bit/s on both buses.
+    pub bit_rate: u32,
+    /// Producer heartbeat time (1017h) of every node, whole milliseconds, above zero.
+    pub heartbeat: Duration,
+    /// Consumer heartbeat time (1016h), whole milliseconds.
+    pub consumer: Duration,
+    /// Bdefault (2000h sub 1).
+    pub bdefault: Bus,
+    /// Ttoggle (2000h sub 2), consumer times.
+    pub ttoggle: u8,
+    /// Ntoggle (2000h sub 3).
+    pub ntoggle: u8,
+    /// Communication cycle period (1006h).
+    pub sync: Duration,
+    /// Period of the Spacecraft Time PDO.
+    pub time: Duration,
+    /// How often the master's application commands each slave.
+    pub command: Duration,
+    /// How often the master's application asks each slave for telemetry.
+    pub telemetry: Duration,
+    /// Nodes with selective access; all others have parallel access.
+    pub selective: &'static [NodeId],
+    /// Share of the monitored slaves whose silence makes the master switch buses, percent, `1..=100`.
+    pub silent_share: u8,
+    /// Recovery from bus-off.
+    pub bus_off: BusOffPolicy,
+    /// Slaves go to Operational by themselves after boot-up and reset communication (ECSS Table 11-1).
+    pub autostart: bool,
+}
+
+impl Profile {
+    /// How a node reaches its buses.
+    pub fn access(&self, node: NodeId) -> Access {
+        if self.selective.contains(&node) { Access::Selective } else { Access::Parallel }
+    }
+
+    /// The redundancy parameters of every node.
+    pub const fn redundancy(&self) -> Parameters {
+        Parameters {
+            consumer: self.consumer,
+            producer: self.heartbeat,
+            bdefault: self.bdefault,
+            ttoggle: self.ttoggle,
+            ntoggle: self.ntoggle,
+            ctoggle: 0,
+        }
+    }
+}

@@ -1,0 +1,29 @@
+//! The defaults.
+
+use super::Profile;
+use crate::link::Bus;
+use crate::redundancy::BusOffPolicy;
+use crate::time::Duration;
+
+/// 1 Mbit/s, heartbeat 100 ms, fail-over of a slave by itself within half a second, parallel access everywhere.
+pub const STANDARD: Profile = Profile {
+    name: "standard",
+    bit_rate: 1_000_000,
+    heartbeat: Duration::from_millis(100),
+    consumer: Duration::from_millis(250),
+    bdefault: Bus::Nominal,
+    ttoggle: 2,
+    ntoggle: 10,
+    sync: Duration::from_millis(100),
+    time: Duration::from_millis(1_000),
+    command: Duration::from_millis(100),
+    telemetry: Duration::from_millis(100),
+    selective: &[],
+    silent_share: 50,
+    bus_off: BusOffPolicy {
+        pause: Duration::from_millis(10),
+        attempts: 3,
+        window: Duration::from_millis(1_000),
+    },
+    autostart: false,
+};

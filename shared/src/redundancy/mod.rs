@@ -1,0 +1,83 @@
+//! Redundancy management: which of the two buses is the active one (ECSS 8).
+//!
+//! The master decides by where it sends its heartbeat ([`Manager`]); slaves follow ([`Selector`]). Both are pure: facts
+//! and the time in, decisions out, equal states compare and hash equal.
+
+mod bus_off;
+mod manager;
+mod peers;
+mod selector;
+
+pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
+pub use manager::{Action, Manager, SwitchCause};
+pub use peers::{Heard, Peers};
+pub use selector::{MasterMessage, Selection, Selector};
+
+use crate::link::Bus;
+use crate::nmt::NodeId;
+use crate::od;
+use crate::time::Duration;
+
+/// How a node reaches its two buses (ECSS 8.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Access {
+    /// Two controllers, both on their bus all the time.
+    #[default]
+    Parallel,
+    /// On one bus at a time; off the other, silent.
+    Selective,
+}
+
+/// Bus redundancy management parameters of a node (ECSS Tables 8-1 and 8-2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Parameters {
+    /// Consumer heartbeat time (1016h). Zero: no monitoring.
+    pub consumer: Duration,
+    /// Producer heartbeat time (1017h). Zero: no heartbeat.
+    pub producer: Duration,
+    /// Bdefault (2000h sub 1): the active bus after power-on or hardware reset.
+    pub bdefault: Bus,
+    /// Ttoggle (2000h sub 2): consumer times to listen on a bus before switching. Zero: no toggling.
+    pub ttoggle: u8,
+    /// Ntoggle (2000h sub 3): bus switches before giving up. Zero: no toggling.
+    pub ntoggle: u8,
+    /// Ctoggle (2000h sub 4): switches done so far in this search.
+    pub ctoggle: u8,
+}
+
+impl Parameters {
+    /// How long a slave listens on one bus: Ttoggle consumer times.
+    pub const fn toggling_time(&self) -> Duration {
+        self.consumer.times(self.ttoggle as u32)
+    }
+
+    /// How long after a switch of the master every reachable slave has been heard on the new bus, at the latest.
+    pub fn settling_time(&self) -> Duration {
+        self.toggling_time() + self.producer.times(2)
+    }
+
+    /// Whether a slave may change the bus by itself.
+    pub const fn toggling_enabled(&self) -> bool {
+        self.toggling_time().as_micros() > 0 && self.ntoggle > 0
+    }
+
+    /// The value of an object of Tables 8-1 and 8-2, sub 0 included; `None` for any other.
+    pub fn read(&self, index: u16, sub: u8) -> Option<u32> {
+        let millis = |span: Duration| u16::try_from(span.as_millis()).unwrap_or(u16::MAX);
+        Some(match (index, sub) {
+            (od::CONSUMER_HEARTBEAT, 0) => 1,
+            (od::CONSUMER_HEARTBEAT, 1) => {
+                u32::from(NodeId::MASTER.get()) << 16 | u32::from(millis(self.consumer))
+            }
+            (od::PRODUCER_HEARTBEAT, 0) => u32::from(millis(self.producer)),
+            (od::REDUNDANCY, 0) => 4,
+            (od::REDUNDANCY, 1) => u32::from(self.bdefault.bdefault()),
+            (od::REDUNDANCY, 2) => u32::from(self.ttoggle),
+            (od::REDUNDANCY, 3) => u32::from(self.ntoggle),
+            (od::REDUNDANCY, 4) => u32::from(self.ctoggle),
+            _ => return None,
+        })
+    }
+}

@@ -1,0 +1,47 @@
+//! A timer that comes round.
+
+use super::{Duration, Instant};
+
+/// Due every period, on the grid of its start: being polled late does not shift what follows.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Periodic {
+    period: Duration,
+    next: Option<Instant>,
+}
+
+impl Periodic {
+    /// Stopped. A period of zero never starts.
+    pub const fn new(period: Duration) -> Self {
+        Periodic { period, next: None }
+    }
+
+    /// Due at once, then every period.
+    pub fn start(&mut self, now: Instant) {
+        self.next = (self.period > Duration::ZERO).then_some(now);
+    }
+
+    /// Due a period from now, then every period.
+    pub fn restart(&mut self, now: Instant) {
+        self.start(now + self.period);
+    }
+
+    /// Never due.
+    pub fn stop(&mut self) {
+        self.next = None;
+    }
+
+    /// Whether it is due; if so, it is due again at the next point of its grid after `now`. Missed points are skipped.
+    pub fn due(&mut self, now: Instant) -> bool {
+        let Some(next) = self.next.filter(|next| *next <= now) else { return false };
+        let period = self.period.as_micros();
+        let skipped = now.since(next).as_micros().checked_div(period).unwrap_or(0);
+        self.next = Some(next + Duration::from_micros(skipped.saturating_add(1).saturating_mul(period)));
+        true
+    }
+
+    /// When it is due next.
+    pub fn deadline(&self) -> Option<Instant> {
+        self.next
+    }
+}
