@@ -1,1 +1,43 @@
-fn main() {}
+//! `cargo demo` and `cargo xtask`: what people run at the root of this repository.
+//!
+//! Exit codes: 0 all went well, 1 something failed (the reason is on stderr), 2 the command line was wrong.
+
+#![forbid(unsafe_code)]
+
+mod board;
+mod demo;
+mod firmware;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Build, fly and inspect the dual-bus spacecraft.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Fly the real firmware on emulated boards: cut the nominal bus, watch the fail-over
+    Demo(demo::Options),
+    /// Build both firmware images and print where they are and how big
+    Firmware(firmware::Options),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Demo(options) => demo::run(&options),
+        Command::Firmware(options) => firmware::run(&options),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("{} {failure:#}", console::style("error:").red().bold().for_stderr());
+            ExitCode::FAILURE
+        }
+    }
+}

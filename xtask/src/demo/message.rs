@@ -1,0 +1,240 @@
+//! Frames in the words of CANopen, decoded from identifiers alone.
+//!
+//! Written from the standards and not with the protocol crate: an observer that shares code with the observed would
+//! share its mistakes.
+
+use std::fmt;
+
+use can_wire::frame::{WireFrame, WireId};
+
+use super::record::{MASTER, Node};
+
+/// A frame's meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Message {
+    /// NMT module control (CiA 301 7.2.8.3.1); node 0 means all.
+    Nmt { command: NmtCommand, node: Node },
+    /// SYNC (CiA 301 7.2.5).
+    Sync,
+    /// Emergency with its error code (CiA 301 7.2.7).
+    Emergency { node: Node, code: u16 },
+    /// Spacecraft Time PDO of the master (ECSS 7.2.2).
+    SpacecraftTime(Scet),
+    /// Local Time PDO of a slave (ECSS 7.2.2).
+    LocalTime { node: Node, scet: Scet },
+    /// Unconfirmed command to a slave (ECSS 9.4.2).
+    Telecommand { node: Node, code: u16, value: u64 },
+    /// Telemetry request to a slave (ECSS 9.4.3).
+    TelemetryRequest { node: Node, code: u16 },
+    /// Telemetry of a slave (ECSS 9.4.3).
+    Telemetry { node: Node, code: u16, value: u64 },
+    /// Boot-up (CiA 301 7.2.8.3.3).
+    BootUp { node: Node },
+    /// Heartbeat (CiA 301 7.2.8.3.2.2).
+    Heartbeat { node: Node, state: NmtState },
+}
+
+/// Commands of NMT module control.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NmtCommand {
+    Start,
+    Stop,
+    EnterPreOperational,
+    ResetNode,
+    ResetCommunication,
+}
+
+/// States as a heartbeat tells them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum NmtState {
+    Stopped,
+    Operational,
+    PreOperational,
+}
+
+/// Spacecraft Elapsed Time: fine time first in the frame, little-endian (ECSS figure 7-1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Scet {
+    /// Seconds.
+    pub coarse: u32,
+    /// 2^-24 seconds.
+    pub fine: u32,
+}
+
+impl Message {
+    /// The meaning of a frame, `None` when it has none on this spacecraft: foreign or malformed.
+    pub fn decode(frame: &WireFrame) -> Option<Message> {
+        let WireId::Standard(id) = frame.id else { return None };
+        if frame.remote {
+            return None;
+        }
+        let data = frame.payload();
+        let node = (id & 0x7F) as Node;
+        match (id & 0x780, node) {
+            (0x000, 0) => {
+                let &[command, node] = data else { return None };
+                Some(Message::Nmt { command: NmtCommand::from_byte(command)?, node })
+            }
+            (0x080, 0) => (data.len() <= 1).then_some(Message::Sync),
+            (_, 0) => None,
+            (0x080, _) => {
+                (data.len() == 8).then(|| Message::Emergency { node, code: little_endian(&data[..2]) as u16 })
+            }
+            (0x180, _) => {
+                let scet = Scet::decode(data)?;
+                Some(match node {
+                    MASTER => Message::SpacecraftTime(scet),
+                    _ => Message::LocalTime { node, scet },
+                })
+            }
+            (0x300, _) => {
+                let (code, value) = code_and_value(data)?;
+                Some(Message::Telecommand { node, code, value })
+            }
+            (0x380, _) => {
+                let (code, value) = code_and_value(data)?;
+                Some(Message::Telemetry { node, code, value })
+            }
+            (0x400, _) => {
+                let (code, _) = code_and_value(data)?;
+                Some(Message::TelemetryRequest { node, code })
+            }
+            (0x700, _) => {
+                let &[state] = data else { return None };
+                match state {
+                    0x00 => Some(Message::BootUp { node }),
+                    0x04 => Some(Message::Heartbeat { node, state: NmtState::Stopped }),
+                    0x05 => Some(Message::Heartbeat { node, state: NmtState::Operational }),
+                    0x7F => Some(Message::Heartbeat { node, state: NmtState::PreOperational }),
+                    _ => None,
+                }
+            }
+            _ => None,
+        }
+    }
+}
+
+impl NmtCommand {
+    fn from_byte(byte: u8) -> Option<Self> {
+        Some(match byte {
+            0x01 => NmtCommand::Start,
+            0x02 => NmtCommand::Stop,
+            0x80 => NmtCommand::EnterPreOperational,
+            0x81 => NmtCommand::ResetNode,
+            0x82 => NmtCommand::ResetCommunication,
+            _ => return None,
+        })
+    }
+}
+
+impl Scet {
+    fn decode(data: &[u8]) -> Option<Self> {
+        (data.len() == 7).then(|| Scet {
+            fine: little_endian(&data[..3]) as u32,
+            coarse: little_endian(&data[3..]) as u32,
+        })
+    }
+}
+
+fn code_and_value(data: &[u8]) -> Option<(u16, u64)> {
+    (data.len() >= 2).then(|| (little_endian(&data[..2]) as u16, little_endian(&data[2..])))
+}
+
+fn little_endian(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |value, &byte| value << 8 | u64::from(byte))
+}
+
+impl fmt::Display for NmtCommand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            NmtCommand::Start => "start",
+            NmtCommand::Stop => "stop",
+            NmtCommand::EnterPreOperational => "enter pre-operational",
+            NmtCommand::ResetNode => "reset node",
+            NmtCommand::ResetCommunication => "reset communication",
+        })
+    }
+}
+
+impl fmt::Display for NmtState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            NmtState::Stopped => "stopped",
+            NmtState::Operational => "operational",
+            NmtState::PreOperational => "pre-operational",
+        })
+    }
+}
+
+impl fmt::Display for Scet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let micros = u64::from(self.fine) * 1_000_000 >> 24;
+        write!(f, "{}.{micros:06} s", self.coarse)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decode(id: u16, data: &[u8]) -> Option<Message> {
+        Message::decode(&WireFrame::standard(id, data))
+    }
+
+    #[test]
+    fn network_management_is_decoded() {
+        assert_eq!(decode(0x000, &[0x01, 0]), Some(Message::Nmt { command: NmtCommand::Start, node: 0 }));
+        assert_eq!(
+            decode(0x000, &[0x82, 4]),
+            Some(Message::Nmt { command: NmtCommand::ResetCommunication, node: 4 })
+        );
+        assert_eq!(decode(0x703, &[0x00]), Some(Message::BootUp { node: 3 }));
+        assert_eq!(
+            decode(0x701, &[0x05]),
+            Some(Message::Heartbeat { node: 1, state: NmtState::Operational })
+        );
+    }
+
+    #[test]
+    fn process_data_is_decoded() {
+        assert_eq!(decode(0x080, &[]), Some(Message::Sync));
+        assert_eq!(
+            decode(0x302, &[0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 0, 0]),
+            Some(Message::Telecommand { node: 2, code: 0x1234, value: 0xDEAD_BEEF })
+        );
+        assert_eq!(decode(0x402, &[0x01, 0x00]), Some(Message::TelemetryRequest { node: 2, code: 1 }));
+        assert_eq!(
+            decode(0x382, &[0x01, 0x00, 0x2A]),
+            Some(Message::Telemetry { node: 2, code: 1, value: 42 })
+        );
+        assert_eq!(
+            decode(0x082, &[0x10, 0x81, 0x11, 0, 0, 0, 0, 0]),
+            Some(Message::Emergency { node: 2, code: 0x8110 })
+        );
+    }
+
+    #[test]
+    fn spacecraft_time_is_decoded_fine_part_first() {
+        let half_past_seven = decode(0x181, &[0x00, 0x00, 0x80, 7, 0, 0, 0]);
+        assert_eq!(half_past_seven, Some(Message::SpacecraftTime(Scet { coarse: 7, fine: 1 << 23 })));
+        let Some(Message::SpacecraftTime(scet)) = half_past_seven else { unreachable!() };
+        assert_eq!(scet.to_string(), "7.500000 s");
+    }
+
+    #[test]
+    fn malformed_frames_have_no_meaning() {
+        for (id, data) in [
+            (0x000, &[0x01][..]),         // node missing
+            (0x000, &[0x03, 2]),          // no such command
+            (0x702, &[]),                 // state missing
+            (0x702, &[0x06]),             // no such state
+            (0x181, &[1, 2, 3, 4, 5, 6]), // one byte short
+            (0x302, &[1]),                // half a code
+            (0x7E5, &[0; 8]),             // LSS: not on this spacecraft
+        ] {
+            assert_eq!(decode(id, data), None, "{id:03X}h {data:02X?}");
+        }
+        let remote = WireFrame { remote: true, ..WireFrame::standard(0x702, &[]) };
+        assert_eq!(Message::decode(&remote), None);
+    }
+}

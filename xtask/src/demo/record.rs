@@ -1,0 +1,116 @@
+//! What can happen in a flight, as the observers of the demo see it.
+//!
+//! Everything after the flight itself (narrator, observer, logs, report) works on these records, in order of time.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+
+/// Node-ID of a board, `1..=127`; 1 is the master.
+pub type Node = u8;
+
+/// The master's Node-ID.
+pub const MASTER: Node = 1;
+
+/// One of the two buses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Bus {
+    /// The bus in use after power-on.
+    Nominal,
+    /// The other one.
+    Redundant,
+}
+
+impl Bus {
+    /// Both, nominal first.
+    pub const BOTH: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
+
+    /// The name in logs, pictures and on the screen; a valid interface name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Bus::Nominal => "nominal",
+            Bus::Redundant => "redundant",
+        }
+    }
+
+    /// 0 for nominal, 1 for redundant.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// A set of Node-IDs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Nodes(u128);
+
+impl Nodes {
+    /// Adds one.
+    pub fn insert(&mut self, node: Node) {
+        self.0 |= 1 << node;
+    }
+
+    /// Whether `node` is in it.
+    pub fn contains(self, node: Node) -> bool {
+        self.0 & 1 << node != 0
+    }
+}
+
+impl FromIterator<Node> for Nodes {
+    fn from_iter<I: IntoIterator<Item = Node>>(nodes: I) -> Self {
+        let mut set = Nodes::default();
+        nodes.into_iter().for_each(|node| set.insert(node));
+        set
+    }
+}
+
+/// A frame that completed on a bus.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seen {
+    /// The bus.
+    pub bus: Bus,
+    /// The frame.
+    pub frame: WireFrame,
+    /// Who sent it.
+    pub from: Node,
+    /// Whose controllers received it: live, on the same side of a cut.
+    pub reached: Nodes,
+}
+
+/// Severity of a firmware's log line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// Worth telling.
+    Info,
+    /// Suspicious.
+    Warn,
+    /// Wrong.
+    Error,
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Happening {
+    /// A board got power.
+    PowerOn(Node),
+    /// The demo cut a bus next to the master.
+    Cut(Bus),
+    /// A frame completed.
+    Frame(Seen),
+    /// A firmware logged a line.
+    Log {
+        /// On which board.
+        node: Node,
+        /// How bad.
+        level: Level,
+        /// The text, one line.
+        text: String,
+    },
+}
+
+/// Something that happened, and when.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Record {
+    /// Virtual time; for a frame the end of its last bit.
+    pub at: Time,
+    /// What.
+    pub what: Happening,
+}

@@ -1,0 +1,92 @@
+//! The time axis that all pictures of a report share.
+
+use can_wire::time::Time;
+
+use super::svg::Svg;
+
+/// Width of a picture in SVG units.
+pub const WIDTH: f64 = 1160.0;
+
+/// Where the plot begins: left of it stand the names of the rows.
+pub const LEFT: f64 = 150.0;
+
+const RIGHT: f64 = WIDTH - 20.0;
+
+/// Maps a window of virtual time to places in a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Axis {
+    from: f64,
+    to: f64,
+}
+
+impl Axis {
+    /// For `from..to`.
+    pub fn new(from: Time, to: Time) -> Self {
+        Axis { from: from.as_secs_f64(), to: to.as_secs_f64() }
+    }
+
+    /// Whether the window contains `at`.
+    pub fn shows(&self, at: Time) -> bool {
+        (self.from..=self.to).contains(&at.as_secs_f64())
+    }
+
+    /// The place of an instant; those outside the window stand at its border.
+    pub fn x(&self, at: Time) -> f64 {
+        self.place(at.as_secs_f64().clamp(self.from, self.to))
+    }
+
+    fn place(&self, second: f64) -> f64 {
+        LEFT + (second - self.from) / (self.to - self.from) * (RIGHT - LEFT)
+    }
+
+    /// Left and right end of the plot.
+    pub fn ends(&self) -> (f64, f64) {
+        (LEFT, RIGHT)
+    }
+
+    /// Vertical lines from `top` to `bottom` with their seconds below.
+    pub fn draw(&self, svg: &mut Svg, top: f64, bottom: f64) {
+        let step = step(self.to - self.from);
+        let decimals = if step < 1.0 { 1 } else { 0 };
+        let first = (self.from / step).ceil() as i64;
+        let last = (self.to / step + 1e-9).floor() as i64;
+        for count in first..=last {
+            let second = count as f64 * step;
+            let x = self.place(second);
+            svg.line("grid", (x, top), (x, bottom));
+            svg.text("soft middle", x, bottom + 16.0, &format!("{second:.decimals$} s"));
+        }
+    }
+}
+
+/// A round distance between marks, at most about ten of them.
+fn step(span: f64) -> f64 {
+    let rough = span / 10.0;
+    let magnitude = 10f64.powf(rough.log10().floor());
+    [1.0, 2.0, 5.0, 10.0]
+        .map(|factor| factor * magnitude)
+        .into_iter()
+        .find(|step| *step >= rough * 0.999)
+        .unwrap_or(rough)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_stand_at_round_seconds() {
+        assert_eq!(step(40.0), 5.0);
+        assert_eq!(step(1.0), 0.1);
+        assert_eq!(step(3600.0), 500.0);
+    }
+
+    #[test]
+    fn places_grow_with_time_and_stay_inside() {
+        let axis = Axis::new(Time::from_ms(1000), Time::from_ms(3000));
+        let (left, right) = axis.ends();
+        assert_eq!(axis.x(Time::from_ms(2000)), (left + right) / 2.0);
+        assert_eq!(axis.x(Time::ZERO), left);
+        assert!(!axis.shows(Time::from_ms(3001)));
+    }
+}

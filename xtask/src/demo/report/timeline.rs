@@ -1,0 +1,184 @@
+//! The two buses over time: a lane each, a row per kind of frame, a tick per frame.
+
+use std::collections::BTreeSet;
+
+use can_wire::time::Time;
+
+use super::axis::{Axis, LEFT, WIDTH};
+use super::svg::Svg;
+use crate::demo::flight::Flight;
+use crate::demo::message::Message;
+use crate::demo::record::{Bus, MASTER, Seen};
+
+/// Kinds of frames, in the order of their rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    Network,
+    Master,
+    Slave,
+    Time,
+    Command,
+    Request,
+    Reply,
+    Other,
+}
+
+impl Kind {
+    /// Those that our nodes send; foreign frames share the first row.
+    pub const ROWS: [Kind; 7] =
+        [Kind::Network, Kind::Master, Kind::Slave, Kind::Time, Kind::Command, Kind::Request, Kind::Reply];
+
+    /// The kind of a frame.
+    pub fn of(seen: &Seen) -> Kind {
+        match Message::decode(&seen.frame) {
+            Some(Message::Nmt { .. } | Message::BootUp { .. } | Message::Emergency { .. }) => Kind::Network,
+            Some(Message::Heartbeat { node: MASTER, .. }) => Kind::Master,
+            Some(Message::Heartbeat { .. }) => Kind::Slave,
+            Some(Message::Sync | Message::SpacecraftTime(_) | Message::LocalTime { .. }) => Kind::Time,
+            Some(Message::Telecommand { .. }) => Kind::Command,
+            Some(Message::TelemetryRequest { .. }) => Kind::Request,
+            Some(Message::Telemetry { .. }) => Kind::Reply,
+            None => Kind::Other,
+        }
+    }
+
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Network => "NMT, boot-up, EMCY",
+            Kind::Master => "heartbeat, master",
+            Kind::Slave => "heartbeats, slaves",
+            Kind::Time => "SYNC and time",
+            Kind::Command => "TC",
+            Kind::Request => "TM request",
+            Kind::Reply => "TM reply",
+            Kind::Other => "other",
+        }
+    }
+
+    /// Its class in the style sheet.
+    pub fn class(self) -> &'static str {
+        match self {
+            Kind::Network => "network",
+            Kind::Master => "master",
+            Kind::Slave => "slave",
+            Kind::Time => "time",
+            Kind::Command => "command",
+            Kind::Request => "request",
+            Kind::Reply => "reply",
+            Kind::Other => "other",
+        }
+    }
+
+    fn row(self) -> usize {
+        Kind::ROWS.iter().position(|kind| *kind == self).unwrap_or(0)
+    }
+}
+
+const ROW: f64 = 16.0;
+const LANE: f64 = Kind::ROWS.len() as f64 * ROW + 6.0;
+const TITLE: f64 = 32.0;
+const AXIS: f64 = 26.0;
+const HEIGHT: f64 = 2.0 * (TITLE + LANE) + AXIS;
+
+fn top(bus: Bus) -> f64 {
+    TITLE + bus.index() as f64 * (LANE + TITLE)
+}
+
+/// The whole flight.
+pub fn overview(flight: &Flight) -> Svg {
+    draw(flight, Axis::new(Time::ZERO, flight.end), "", "Frames on the two buses over the whole flight")
+}
+
+/// The moments around the cut until the slaves with parallel access are back; `None` without a cut.
+pub fn close_up(flight: &Flight) -> Option<Svg> {
+    let (cut, _) = flight.cut()?;
+    let before = Time::from_ms(400);
+    let back = flight.observer.slaves().filter_map(|(_, track)| track.failover).min();
+    let switch = flight.switch().map(|at| at.since(cut));
+    let after = back.or(switch).unwrap_or_default() + Time::from_ms(600);
+    let until = (cut + after).min(flight.end);
+    (until > cut).then(|| draw(flight, Axis::new(cut - before, until), " close-up", "Frames around the cut"))
+}
+
+fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
+    let mut svg = Svg::new(WIDTH, HEIGHT, title);
+    let (left, right) = axis.ends();
+    svg.rect("paper", 0.0, 0.0, WIDTH, HEIGHT);
+    for bus in Bus::BOTH {
+        svg.rect("lane", left, top(bus), right - left, LANE);
+    }
+    shade_active(flight, &axis, &mut svg);
+    axis.draw(&mut svg, top(Bus::Nominal), top(Bus::Redundant) + LANE);
+    for bus in Bus::BOTH {
+        svg.text(
+            &format!("bus-{} end", bus.name()),
+            LEFT - 12.0,
+            top(bus) - 9.0,
+            &format!("{} bus", capital(bus.name())),
+        );
+        for kind in Kind::ROWS {
+            let y = row_top(bus, kind);
+            svg.text("soft end", LEFT - 12.0, y + 11.0, kind.name());
+        }
+        for kind in Kind::ROWS.into_iter().chain([Kind::Other]) {
+            let places: BTreeSet<i64> = flight
+                .frames()
+                .filter(|(at, seen)| seen.bus == bus && axis.shows(*at) && Kind::of(seen) == kind)
+                .map(|(at, _)| (axis.x(at) * 5.0).round() as i64 * 2)
+                .collect();
+            svg.ticks(&format!("{}{tick_class}", kind.class()), places, row_top(bus, kind), ROW - 4.0);
+        }
+    }
+    annotate(flight, &axis, &mut svg);
+    svg
+}
+
+fn row_top(bus: Bus, kind: Kind) -> f64 {
+    top(bus) + 5.0 + kind.row() as f64 * ROW
+}
+
+/// The bus on which the master's heartbeat runs has another ground.
+fn shade_active(flight: &Flight, axis: &Axis, svg: &mut Svg) {
+    let mut beats = flight
+        .frames()
+        .filter(|(_, seen)| Kind::of(seen) == Kind::Master)
+        .map(|(at, seen)| (at, seen.bus))
+        .peekable();
+    while let Some((begin, bus)) = beats.next() {
+        let mut last = begin;
+        while let Some((at, _)) = beats.next_if(|(_, next)| *next == bus) {
+            last = at;
+        }
+        // Without a successor it runs to the end, or to the cut that silenced it.
+        let silenced = flight.cut().filter(|(at, cut)| *cut == bus && *at >= last).map(|(at, _)| at);
+        let end = silenced.unwrap_or(if beats.peek().is_some() { last } else { flight.end });
+        let (x, until) = (axis.x(begin), axis.x(end));
+        svg.rect("active", x, top(bus), until - x, LANE);
+    }
+}
+
+fn annotate(flight: &Flight, axis: &Axis, svg: &mut Svg) {
+    let Some((cut, bus)) = flight.cut().filter(|(at, _)| axis.shows(*at)) else { return };
+    let x = axis.x(cut);
+    let cut_lane = top(bus);
+    svg.line("cut", (x, cut_lane - 8.0), (x, cut_lane + LANE));
+    svg.text(
+        "cut-label",
+        x + 6.0,
+        cut_lane - 9.0,
+        &format!("cut next to the master, {:.1} s", cut.as_secs_f64()),
+    );
+    let Some(switch) = flight.switch().filter(|at| *at >= cut && axis.shows(*at)) else { return };
+    let other = top(Bus::Redundant);
+    let x = axis.x(switch);
+    svg.line("switch", (x, other - 8.0), (x, other + LANE));
+    let delay = switch.since(cut).as_secs_f64() * 1e3;
+    let label = format!("master switches, {delay:.1} ms after the cut");
+    svg.text("bus-redundant", x + 6.0, other - 9.0, &label);
+}
+
+fn capital(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+}

@@ -1,0 +1,100 @@
+//! The command line: help, wrong values, exit codes.
+
+use assert_cmd::Command;
+
+/// Runs xtask; gives exit code, stdout, stderr.
+fn xtask(arguments: &[&str]) -> (i32, String, String) {
+    let output = Command::new(env!("CARGO_BIN_EXE_xtask")).args(arguments).output().expect("xtask starts");
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("xtask prints UTF-8");
+    (output.status.code().expect("xtask exits"), text(output.stdout), text(output.stderr))
+}
+
+/// A wrong command line must end with code 2, name the option and say what is allowed.
+fn refuses(arguments: &[&str], expected: &[&str]) {
+    let (code, stdout, stderr) = xtask(arguments);
+    assert_eq!(code, 2, "{arguments:?}: {stderr}");
+    assert_eq!(stdout, "", "{arguments:?}");
+    for part in expected {
+        assert!(stderr.contains(part), "{arguments:?}: no {part:?} in\n{stderr}");
+    }
+}
+
+#[test]
+fn help_explains_every_option_with_default_and_range() {
+    let (code, help, _) = xtask(&["demo", "--help"]);
+    assert_eq!(code, 0);
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "--slaves <N>",
+        "[1..14]",
+        "[default: 3]",
+        "--seconds <S>",
+        "[1..3600]",
+        "[default: 40]",
+        "--cut-at <S>",
+        "[0..SECONDS]",
+        "[default: half of SECONDS]",
+        "--seed <N>",
+        "[default: 1]",
+        "--board <BOARD>",
+        "pyboard-v11",
+        "--out <DIR>",
+        "[default: target/demo]",
+        "Exit code 0",
+    ] {
+        assert!(help.contains(part), "no {part:?} in\n{help}");
+    }
+}
+
+#[test]
+fn the_subcommands_are_listed() {
+    let (code, help, _) = xtask(&["--help"]);
+    assert_eq!(code, 0);
+    assert!(help.contains("demo") && help.contains("firmware"), "{help}");
+}
+
+#[test]
+fn the_number_of_slaves_is_checked() {
+    refuses(&["demo", "--slaves", "0"], &["--slaves", "1..=14"]);
+    refuses(&["demo", "--slaves", "15"], &["--slaves", "1..=14"]);
+    refuses(&["demo", "--slaves", "three"], &["--slaves", "three"]);
+}
+
+#[test]
+fn times_are_checked() {
+    refuses(&["demo", "--seconds", "0"], &["--seconds", "1 to 3600"]);
+    refuses(&["demo", "--seconds", "nan"], &["--seconds", "1 to 3600"]);
+    refuses(&["demo", "--cut-at", "-1"], &["--cut-at"]);
+    refuses(&["demo", "--cut-at=-1"], &["--cut-at", "from 0 to the value of --seconds", "never"]);
+    refuses(&["demo", "--cut-at", "inf"], &["--cut-at", "from 0 to the value of --seconds"]);
+}
+
+#[test]
+fn a_cut_after_the_end_is_refused() {
+    refuses(
+        &["demo", "--seconds", "10", "--cut-at", "10.5"],
+        &["10.5", "--cut-at", "0 to 10", "ends at 10 s"],
+    );
+}
+
+#[test]
+fn an_unknown_board_is_refused_with_the_known_ones() {
+    refuses(&["demo", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11"]);
+    refuses(&["firmware", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11"]);
+}
+
+#[test]
+fn an_out_directory_that_cannot_be_written_is_refused() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let file = here.path().join("file");
+    std::fs::write(&file, "in the way").expect("a file");
+    let below = file.join("out");
+    refuses(&["demo", "--out", below.to_str().expect("UTF-8")], &["--out", "created and written to"]);
+}
+
+#[test]
+fn without_a_command_the_help_is_shown() {
+    let (code, _, stderr) = xtask(&[]);
+    assert_eq!(code, 2);
+    assert!(stderr.contains("Usage"), "{stderr}");
+}
