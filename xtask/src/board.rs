@@ -17,11 +17,4 @@ impl Board {
             Board::PyboardV11 => "pyboard-v11",
         }
     }
-
-    /// Where its firmware takes the time stamps of frames from.
-    pub fn stamp_source(self) -> &'static str {
-        match self {
-            Board::PyboardV11 => "Interrupt",
-        }
-    }
 }

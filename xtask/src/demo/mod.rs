@@ -5,12 +5,14 @@ mod message;
 mod narrator;
 mod observer;
 mod options;
+mod outcome;
 mod plan;
 mod record;
 mod report;
 #[cfg(test)]
 mod sample;
 mod summary;
+mod telemetry;
 
 pub use options::Options;
 

@@ -6,6 +6,7 @@ use console::{Style, style};
 use super::message::{Message, NmtState};
 use super::observer::{Change, Phase};
 use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
+use super::telemetry;
 
 /// How often the traffic in between is summed up.
 const SUMMARY_EVERY: Time = Time::from_ms(5000);
@@ -156,10 +157,10 @@ impl Narrator {
             bus: None,
             who: String::new(),
             text: format!(
-                "in the last {} s: {commands} TC, {requests} TM requests, {replies} TM replies; latest: {} \
-                 answers {code:04X}h with {value}",
+                "in the last {} s: {commands} TC, {requests} TM requests, {replies} TM replies; latest: {}, {}",
                 SUMMARY_EVERY.as_us() / 1_000_000,
-                name(node)
+                name(node),
+                telemetry::text(code, value)
             ),
             tone: Tone::Quiet,
         })
@@ -252,11 +253,11 @@ mod tests {
     fn traffic_is_summed_up_every_five_seconds() {
         let mut narrator = Narrator::new();
         assert!(texts(&mut narrator, &frame(10, Bus::Nominal, 0x302, &[1, 0])).is_empty());
-        assert!(texts(&mut narrator, &frame(20, Bus::Nominal, 0x402, &[7, 0])).is_empty());
-        assert!(texts(&mut narrator, &frame(21, Bus::Nominal, 0x382, &[7, 0, 99])).is_empty());
+        assert!(texts(&mut narrator, &frame(20, Bus::Nominal, 0x402, &[3, 1])).is_empty());
+        assert!(texts(&mut narrator, &frame(21, Bus::Nominal, 0x382, &[3, 1, 99])).is_empty());
         assert_eq!(
             texts(&mut narrator, &frame(5001, Bus::Nominal, 0x080, &[])),
-            [": in the last 5 s: 1 TC, 1 TM requests, 1 TM replies; latest: node 2 answers 0007h with 99"]
+            [": in the last 5 s: 1 TC, 1 TM requests, 1 TM replies; latest: node 2, 99 commands executed"]
         );
     }
 

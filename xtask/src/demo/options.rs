@@ -17,20 +17,20 @@ const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
     1: one of these failed, the reason is printed; 2: wrong command line.")]
 pub struct Options {
     /// Number of slave boards: nodes 2, 3, 4, ... (node 4 uses selective bus access) [1..14]
-    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u8).range(1..=14))]
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=14))]
     pub slaves: u8,
 
     /// Length of the flight in virtual seconds [1..3600]
-    #[arg(long, value_name = "S", default_value_t = 40.0, value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
     /// [default: half of SECONDS]
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub cut_at: Option<CutAt>,
 
     /// Chooses crystal errors, places on the bus and power-on times [0..18446744073709551615]
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
     pub seed: u64,
 
     /// Board whose images are built and flown

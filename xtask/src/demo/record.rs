@@ -32,6 +32,14 @@ impl Bus {
         }
     }
 
+    /// The alternate bus.
+    pub fn other(self) -> Bus {
+        match self {
+            Bus::Nominal => Bus::Redundant,
+            Bus::Redundant => Bus::Nominal,
+        }
+    }
+
     /// 0 for nominal, 1 for redundant.
     pub fn index(self) -> usize {
         self as usize

@@ -98,9 +98,16 @@ fn records() -> Vec<Record> {
             let reached: &[Node] = if listens { &[2, 4] } else { &[2] };
             let request = 0x400 + u16::from(node);
             records.push(frame(ms + offset, bus, 1, 0x300 + u16::from(node), &[1, 0, 7], reached));
-            records.push(frame(ms + offset + 40, bus, 1, request, &[1, 0], reached));
+            records.push(frame(ms + offset + 40, bus, 1, request, &[0x04, 0x01], reached));
             if listens {
-                records.push(frame(ms + offset + 41, bus, node, 0x380 + u16::from(node), &[1, 0, 42], &[1]));
+                records.push(frame(
+                    ms + offset + 41,
+                    bus,
+                    node,
+                    0x380 + u16::from(node),
+                    &[0x04, 0x01, 1],
+                    &[1],
+                ));
             }
         }
     }

@@ -10,6 +10,7 @@ use super::narrator::name;
 use super::observer::Access;
 use super::plan::PROFILE;
 use super::record::{Bus, MASTER, Node};
+use super::telemetry;
 
 /// `summary.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -30,7 +31,7 @@ pub struct Summary {
     pub emulated_mips: f64,
     /// Second of the cut, `null` without one.
     pub cut_at_seconds: Option<f64>,
-    /// Where the firmware's frame time stamps come from.
+    /// Where the slaves say they take the time stamps of frames from; `Unknown` when none told.
     pub stamp_source: &'static str,
     /// Frames that completed, per bus.
     pub frames: BTreeMap<&'static str, u64>,
@@ -78,7 +79,12 @@ impl Summary {
             wall_seconds: rounded(wall_seconds, 3),
             emulated_mips: rounded(instructions as f64 / 1e6 / wall_seconds, 2),
             cut_at_seconds: flight.cut().map(|(at, _)| at.as_secs_f64()),
-            stamp_source: flight.plan.board.stamp_source(),
+            stamp_source: messages()
+                .find_map(|message| match message {
+                    Message::Telemetry { code, value, .. } => telemetry::stamp_source(code, value),
+                    _ => None,
+                })
+                .unwrap_or("Unknown"),
             frames: Bus::BOTH
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
@@ -167,6 +173,7 @@ mod tests {
         assert_eq!(summary.slaves_operational_at_end, 2);
         assert_eq!(summary.failover_ms[&2], Some(sample::PARALLEL_FAILOVER_MS));
         assert_eq!(summary.failover_ms[&4], Some(sample::SELECTIVE_FAILOVER_MS));
+        assert_eq!(summary.stamp_source, "Interrupt");
         assert_eq!(summary.wall_seconds, 10.0);
         assert_eq!(summary.emulated_mips, 9.0, "3 boards with 30 million instructions each in 10 s");
         assert_eq!(faults(&flight), Vec::<String>::new());

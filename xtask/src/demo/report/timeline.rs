@@ -160,22 +160,23 @@ fn shade_active(flight: &Flight, axis: &Axis, svg: &mut Svg) {
 
 fn annotate(flight: &Flight, axis: &Axis, svg: &mut Svg) {
     let Some((cut, bus)) = flight.cut().filter(|(at, _)| axis.shows(*at)) else { return };
-    let x = axis.x(cut);
-    let cut_lane = top(bus);
-    svg.line("cut", (x, cut_lane - 8.0), (x, cut_lane + LANE));
-    svg.text(
-        "cut-label",
-        x + 6.0,
-        cut_lane - 9.0,
-        &format!("cut next to the master, {:.1} s", cut.as_secs_f64()),
-    );
+    let label = format!("cut next to the master, {:.1} s", cut.as_secs_f64());
+    flag(svg, axis.x(cut), bus, ["cut", "cut-label"], &label);
     let Some(switch) = flight.switch().filter(|at| *at >= cut && axis.shows(*at)) else { return };
-    let other = top(Bus::Redundant);
-    let x = axis.x(switch);
-    svg.line("switch", (x, other - 8.0), (x, other + LANE));
     let delay = switch.since(cut).as_secs_f64() * 1e3;
     let label = format!("master switches, {delay:.1} ms after the cut");
-    svg.text("bus-redundant", x + 6.0, other - 9.0, &label);
+    flag(svg, axis.x(switch), bus.other(), ["switch", "bus-redundant"], &label);
+}
+
+/// A vertical line through a lane and words above it, on the side where there is room.
+fn flag(svg: &mut Svg, x: f64, bus: Bus, [line, label]: [&str; 2], text: &str) {
+    let y = top(bus);
+    svg.line(line, (x, y - 8.0), (x, y + LANE));
+    if x < WIDTH * 0.7 {
+        svg.text(label, x + 6.0, y - 9.0, text);
+    } else {
+        svg.text(&format!("{label} end"), x - 6.0, y - 9.0, text);
+    }
 }
 
 fn capital(word: &str) -> String {

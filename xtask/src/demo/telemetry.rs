@@ -1,0 +1,66 @@
+//! Telemetry of the demonstration mission in words: what the two-byte codes and their values mean.
+
+/// Code of the telemetry that tells how a slave stamps frames.
+const STAMP_SOURCE: u16 = 0x0104;
+
+/// A reply for people; `value` is what follows the code, little-endian.
+pub fn text(code: u16, value: u64) -> String {
+    let field = |from: u32, bits: u32| value >> from & ((1 << bits) - 1);
+    let bus = if code & 1 == 0 { "nominal" } else { "redundant" };
+    match code {
+        0x0101 => format!("up for {:.3} s", value as f64 / 1e3),
+        0x0102 => format!("value kept: {value}"),
+        0x0103 => format!("{value} commands executed"),
+        STAMP_SOURCE => match stamp_source(code, value) {
+            Some(source) => format!("stamps frames by {}", source.to_lowercase()),
+            None => "has stamped no frame yet".into(),
+        },
+        0x0110 | 0x0111 => format!("{bus} bus: {} frames received, {} sent", field(0, 24), field(24, 24)),
+        0x0120 | 0x0121 => {
+            let (lost, malformed, failed) = (field(0, 16), field(16, 16), field(32, 16));
+            format!("{bus} bus: {lost} frames lost, {malformed} malformed, {failed} not sent")
+        }
+        0x0130 | 0x0131 => {
+            let state = match field(0, 8) {
+                0 => "error active",
+                1 => "error passive",
+                2 => "bus-off",
+                _ => "in an unknown error state",
+            };
+            format!("{bus} bus: {state}, TEC {}, REC {}", field(8, 8), field(16, 8))
+        }
+        _ => format!("{code:04X}h: {value}"),
+    }
+}
+
+/// Where a slave says it takes the time stamps of frames from; `None` when the reply is about something else or the
+/// slave does not know yet.
+pub fn stamp_source(code: u16, value: u64) -> Option<&'static str> {
+    match (code, value) {
+        (STAMP_SOURCE, 1) => Some("Interrupt"),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn replies_read_like_sentences() {
+        assert_eq!(text(0x0101, 12_345), "up for 12.345 s");
+        assert_eq!(text(0x0103, 7), "7 commands executed");
+        assert_eq!(text(0x0111, 0x00_0005_0000_03), "redundant bus: 3 frames received, 5 sent");
+        assert_eq!(text(0x0120, 0x0003_0002_0001), "nominal bus: 1 frames lost, 2 malformed, 3 not sent");
+        assert_eq!(text(0x0130, 0x03_05_80_01), "nominal bus: error passive, TEC 128, REC 5");
+        assert_eq!(text(0x0104, 1), "stamps frames by interrupt");
+        assert_eq!(text(0x7777, 9), "7777h: 9");
+    }
+
+    #[test]
+    fn only_the_reply_about_stamps_tells_their_source() {
+        assert_eq!(stamp_source(0x0104, 1), Some("Interrupt"));
+        assert_eq!(stamp_source(0x0104, 0), None);
+        assert_eq!(stamp_source(0x0101, 1), None);
+    }
+}
