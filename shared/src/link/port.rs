@@ -35,7 +35,7 @@ pub trait CanPort {
     /// Put a frame into a mailbox.
     ///
     /// Frames of one COB-ID leave in the order of the calls. A frame that is not [`urgent`](is_urgent) leaves at least
-    /// one mailbox free for those that are.
+    /// one mailbox free for those that are. A mailbox is in use until [`CanPort::event`] has handed out its end.
     ///
     /// # Errors
     /// [`Busy`] when no mailbox may take the frame now.

@@ -105,6 +105,7 @@ impl Buses {
         match self.access {
             Access::Parallel => out.command(from, BusCommand::Abandon),
             Access::Selective => {
+                self.recovery[from].leave();
                 out.command(from, BusCommand::Leave);
                 out.command(to, BusCommand::Join);
             }

@@ -54,7 +54,7 @@ impl BusOffRecovery {
     pub fn on_state(&mut self, state: ErrorState, now: Instant) -> Option<RecoveryStep> {
         let was_off = core::mem::replace(&mut self.off, state == ErrorState::BusOff);
         if !self.off {
-            (self.failed, self.recover_at) = (false, None);
+            self.leave();
             return None;
         }
         if was_off {
@@ -71,6 +71,11 @@ impl BusOffRecovery {
         self.recover_at = Some(self.window_end);
         self.failed = true;
         Some(RecoveryStep::Failed)
+    }
+
+    /// The bus was left: nothing to recover any more.
+    pub fn leave(&mut self) {
+        (self.off, self.failed, self.recover_at) = (false, false, None);
     }
 
     /// The recovery, when it is due.

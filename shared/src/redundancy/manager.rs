@@ -23,7 +23,7 @@ pub struct Manager {
     peers: Peers,
     /// A peer was heard on the active bus since power-on or the last switch.
     heard_here: bool,
-    /// Not isolated before, after a switch.
+    /// Settled after a switch from then on; not isolated before.
     guard: Instant,
     /// On the active bus unacknowledged and without reception since then.
     alone_since: Option<Instant>,
@@ -118,7 +118,7 @@ impl Manager {
         &mut self.peers
     }
 
-    /// Any well-formed frame of a slave on `bus`.
+    /// Any frame of a slave on `bus`.
     pub fn on_peer(&mut self, bus: Bus, at: Instant) {
         if bus == self.active {
             self.heard_here = true;
@@ -137,6 +137,9 @@ impl Manager {
         if bus == self.active {
             self.announcing = false;
             self.not_alone(at);
+        } else {
+            // It was on the wire when its bus was left, and may have taken parallel slaves back there.
+            self.heartbeat.announce(at);
         }
     }
 
@@ -209,7 +212,9 @@ impl Manager {
         }
         let (silent, total) = self.peers.silent(now);
         if silent == 0 {
-            self.left_behind = 0;
+            if self.guard <= now {
+                self.left_behind = 0;
+            }
             return None;
         }
         let share_reached = u32::from(silent) * 100 >= u32::from(total) * u32::from(self.silent_share);

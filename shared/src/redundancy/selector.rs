@@ -107,6 +107,8 @@ impl Selector {
                 }
                 return None;
             }
+            // Frames of two buses may be told out of order.
+            Phase::Following { master: Consumer::Armed { last } } if at < *last => return None,
             Phase::Following { .. } => Selection::Followed { to: bus },
             Phase::Searching { .. } | Phase::Listening => Selection::Found { bus, moved },
         };

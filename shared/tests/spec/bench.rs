@@ -1,0 +1,137 @@
+//! A node on a bench: frames and time in, what it wants done out.
+
+use ecss_can::link::port::Health;
+use ecss_can::link::{Bus, CobId, Frame};
+use ecss_can::nmt::NodeId;
+use ecss_can::runner::{BusCommand, FailCause, LinkEvent, Node, Outbox};
+use ecss_can::time::{Duration, Instant, Stamp, StampSource};
+
+pub const NOMINAL: Bus = Bus::Nominal;
+pub const REDUNDANT: Bus = Bus::Redundant;
+
+pub fn ms(ms: u64) -> Instant {
+    Instant::from_micros(ms * 1_000)
+}
+
+pub fn span(ms: u64) -> Duration {
+    Duration::from_millis(ms)
+}
+
+pub fn frame(id: u16, data: &[u8]) -> Frame {
+    Frame::new(CobId::new(id).unwrap(), data).unwrap()
+}
+
+pub fn node(raw: u8) -> NodeId {
+    NodeId::new(raw).unwrap()
+}
+
+pub fn stamp(at: Instant) -> Stamp {
+    Stamp { at, source: StampSource::Interrupt }
+}
+
+/// A frame that a node sent: when, where, what, and until when it lives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sent {
+    pub at: Instant,
+    pub bus: Bus,
+    pub frame: Frame,
+    pub expires: Option<Instant>,
+}
+
+/// Runs a node from deadline to deadline and keeps everything it did.
+pub struct Bench<N: Node> {
+    pub node: N,
+    pub now: Instant,
+    pub sent: Vec<Sent>,
+    /// Commands other than sending.
+    pub controls: Vec<(Bus, BusCommand)>,
+    pub events: Vec<N::Event>,
+}
+
+impl<N: Node> Bench<N> {
+    /// Powered on at zero.
+    pub fn new(node: N) -> Self {
+        let mut bench = Bench { node, now: Instant::ZERO, sent: vec![], controls: vec![], events: vec![] };
+        bench.with(|node, now, out| node.start(now, out));
+        bench
+    }
+
+    fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event>)) {
+        let mut out = Outbox::new();
+        step(&mut self.node, self.now, &mut out);
+        while let Some((bus, command)) = out.pop_command() {
+            match command {
+                BusCommand::Send(outgoing) => self.sent.push(Sent {
+                    at: self.now,
+                    bus,
+                    frame: outgoing.frame,
+                    expires: outgoing.expires,
+                }),
+                other => self.controls.push((bus, other)),
+            }
+        }
+        while let Some(event) = out.pop_event() {
+            self.events.push(event);
+        }
+        assert_eq!(out.take_overflows(), 0);
+    }
+
+    /// Let time pass: polls at every deadline up to and including `until`.
+    pub fn run_until(&mut self, until: Instant) {
+        while let Some(deadline) = self.node.deadline().filter(|deadline| *deadline <= until) {
+            assert!(deadline >= self.now, "a deadline of the past is not served");
+            self.now = deadline;
+            self.with(|node, now, out| node.poll(now, out));
+            assert!(
+                self.node.deadline().is_none_or(|next| next > deadline),
+                "a deadline that stays is a busy loop"
+            );
+        }
+        self.now = until;
+    }
+
+    pub fn link(&mut self, bus: Bus, event: LinkEvent) {
+        self.with(|node, now, out| node.on_link(bus, &event, now, out));
+    }
+
+    /// A frame ends now.
+    pub fn receive(&mut self, bus: Bus, id: u16, data: &[u8]) {
+        let stamp = stamp(self.now);
+        self.link(bus, LinkEvent::Received { frame: frame(id, data), stamp });
+    }
+
+    pub fn transmitted(&mut self, bus: Bus, frame: Frame) {
+        let stamp = stamp(self.now);
+        self.link(bus, LinkEvent::Transmitted { frame, stamp });
+    }
+
+    pub fn failed(&mut self, bus: Bus, frame: Frame, cause: FailCause) {
+        self.link(bus, LinkEvent::Failed { frame, cause });
+    }
+
+    pub fn health(&mut self, bus: Bus, health: Health) {
+        self.link(bus, LinkEvent::Health(health));
+    }
+
+    pub fn request(&mut self, request: N::Request) {
+        self.with(|node, now, out| node.on_request(request, now, out));
+    }
+
+    /// Forget what was done so far.
+    pub fn clear(&mut self) {
+        self.sent.clear();
+        self.controls.clear();
+        self.events.clear();
+    }
+
+    /// What was sent so far, as bus and frame.
+    pub fn frames(&self) -> Vec<(Bus, Frame)> {
+        self.sent.iter().map(|sent| (sent.bus, sent.frame)).collect()
+    }
+
+    /// When frames of this COB-ID were sent on this bus, milliseconds.
+    pub fn times(&self, bus: Bus, id: u16) -> Vec<u64> {
+        let of_id = self.sent.iter().filter(|sent| sent.bus == bus && sent.frame.id().raw() == id);
+        of_id.map(|sent| sent.at.as_micros() / 1_000).collect()
+    }
+}

@@ -1,0 +1,55 @@
+//! Recovery from bus-off.
+
+use ecss_can::link::port::ErrorState::{Active, BusOff, Passive};
+use ecss_can::redundancy::{BusOffPolicy, BusOffRecovery, RecoveryStep};
+
+use crate::bench::ms;
+
+const POLICY: BusOffPolicy = BusOffPolicy { pause: span_const(10), attempts: 2, window: span_const(1_000) };
+
+const fn span_const(ms: u64) -> ecss_can::time::Duration {
+    ecss_can::time::Duration::from_millis(ms)
+}
+
+/// Verifies: ECSS 5.6.2a
+#[test]
+fn a_pause_and_then_the_recovery_once() {
+    let mut recovery = BusOffRecovery::new(POLICY);
+    assert_eq!(recovery.on_state(Passive, ms(90)), None);
+    assert_eq!(recovery.deadline(), None);
+    assert_eq!(recovery.on_state(BusOff, ms(100)), None);
+    assert_eq!(recovery.poll(ms(109)), None);
+    assert_eq!(recovery.poll(ms(110)), Some(RecoveryStep::Recover));
+    assert_eq!(recovery.poll(ms(111)), None);
+    assert_eq!(recovery.on_state(Active, ms(112)), None);
+    assert!(!recovery.is_failed());
+}
+
+#[test]
+fn too_many_in_a_window_and_the_bus_is_failed_until_it_comes_back() {
+    let mut recovery = BusOffRecovery::new(POLICY);
+    for at in [100, 200] {
+        assert_eq!(recovery.on_state(BusOff, ms(at)), None);
+        assert_eq!(recovery.poll(ms(at + 10)), Some(RecoveryStep::Recover));
+        recovery.on_state(Active, ms(at + 12));
+    }
+    assert_eq!(recovery.on_state(BusOff, ms(300)), Some(RecoveryStep::Failed));
+    assert!(recovery.is_failed());
+    // The window began at 100 ms: one more try when it ends.
+    assert_eq!(recovery.deadline(), Some(ms(1_100)));
+    assert_eq!(recovery.poll(ms(1_100)), Some(RecoveryStep::Recover));
+    assert!(recovery.is_failed());
+    recovery.on_state(Active, ms(1_102));
+    assert!(!recovery.is_failed());
+    // A new window.
+    assert_eq!(recovery.on_state(BusOff, ms(1_200)), None);
+}
+
+#[test]
+fn a_bus_that_was_left_is_not_recovered() {
+    let mut recovery = BusOffRecovery::new(POLICY);
+    recovery.on_state(BusOff, ms(100));
+    recovery.leave();
+    assert_eq!(recovery.deadline(), None);
+    assert_eq!(recovery.poll(ms(500)), None);
+}

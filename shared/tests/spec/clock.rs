@@ -1,0 +1,60 @@
+//! Local clock, time producer, time consumer.
+
+use ecss_can::time::consumer::TimeConsumer;
+use ecss_can::time::producer::{self, TimeProducer};
+use ecss_can::time::{Duration, Instant, LocalClock, Scet};
+
+use crate::bench::{frame, ms, node, span, stamp};
+
+fn scet(coarse: u32, fine: u32) -> Scet {
+    Scet::new(coarse, fine).unwrap()
+}
+
+#[test]
+fn a_clock_counts_from_power_on_until_it_is_set() {
+    let mut clock = LocalClock::default();
+    assert_eq!(clock.at(ms(2_500)), scet(2, 0x0080_0000));
+    clock.set(scet(1_000, 0), ms(2_500));
+    assert_eq!(clock.at(ms(3_500)), scet(1_001, 0));
+    // A stamp may be older than the setting.
+    assert_eq!(clock.at(ms(2_000)), scet(999, 0x0080_0000));
+}
+
+/// Verifies: ECSS 7.2.2b, 7.2.2d
+#[test]
+fn the_producer_conveys_the_spacecraft_time_every_period() {
+    let mut clock = LocalClock::default();
+    clock.set(scet(0x0102_0304, 0), Instant::ZERO);
+    let mut producer = TimeProducer::new(span(1_000));
+    producer.start(Instant::ZERO);
+    assert_eq!(producer.poll(ms(999), &clock), None);
+    assert_eq!(producer.poll(ms(1_000), &clock), Some(frame(0x181, &[0, 0, 0, 5, 3, 2, 1])));
+    assert_eq!(producer.deadline(), Some(ms(2_000)));
+}
+
+/// Verifies: ECSS 7.2.2c, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
+#[test]
+fn a_consumer_takes_the_time_and_tells_its_own_as_of_the_sync() {
+    let mut consumer = TimeConsumer::new(node(3));
+    // Given a Spacecraft Time PDO that ended at 100 ms
+    assert!(consumer.on_spacecraft_time(&producer::encode(scet(50, 0)), stamp(ms(100))).is_some());
+    // Then the answer to a SYNC that ended half a second later says so, however late it is asked for
+    assert_eq!(consumer.on_sync(stamp(ms(600))), frame(0x183, &[0, 0, 0x80, 50, 0, 0, 0]));
+}
+
+#[test]
+fn a_short_time_pdo_is_malformed_and_sets_nothing() {
+    let mut consumer = TimeConsumer::new(node(3));
+    assert_eq!(consumer.on_spacecraft_time(&frame(0x181, &[0; 6]), stamp(ms(100))), None);
+    assert_eq!(consumer.clock().at(ms(1_000)), scet(1, 0));
+}
+
+#[test]
+fn instants_and_durations_saturate() {
+    let end = Instant::from_micros(u64::MAX);
+    assert_eq!(end + span(1), end);
+    assert_eq!(Instant::ZERO - span(1), Instant::ZERO);
+    assert_eq!(ms(1).since(ms(2)), Duration::ZERO);
+    assert_eq!(Duration::from_micros(u64::MAX).times(2), Duration::from_micros(u64::MAX));
+    assert_eq!(Duration::from_micros(u64::MAX) + span(1), Duration::from_micros(u64::MAX));
+}

@@ -1,0 +1,18 @@
+//! The protocol core against the texts of ECSS-E-ST-50-15C and CiA 301.
+//!
+//! Sans-IO: every test makes its own time. Tests that verify a requirement name it.
+
+mod bench;
+mod bus_off;
+mod clock;
+mod heartbeat;
+mod link;
+mod manager;
+mod master;
+mod messages;
+mod nmt;
+mod profiles;
+mod queue;
+mod scet;
+mod selector;
+mod slave;

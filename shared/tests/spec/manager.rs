@@ -1,0 +1,305 @@
+//! Bus management of the master.
+//!
+//! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3: settling time 380 ms. Silent share 50 %.
+
+use ecss_can::link::port::{ErrorState, Health, LastError};
+use ecss_can::link::{Bus, Frame};
+use ecss_can::nmt::NmtState::{Initialising, Operational, PreOperational};
+use ecss_can::nmt::Target;
+use ecss_can::redundancy::{Action, Heard, Manager, Parameters, SwitchCause};
+use ecss_can::time::Duration;
+
+use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};
+
+const PARAMETERS: Parameters = Parameters {
+    consumer: Duration::from_millis(100),
+    producer: Duration::from_millis(40),
+    bdefault: Bus::Nominal,
+    ttoggle: 3,
+    ntoggle: 4,
+    ctoggle: 0,
+};
+
+const ALONE: Health = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
+
+fn started() -> Manager {
+    let mut manager = Manager::new(PARAMETERS, 50);
+    manager.start(ms(0));
+    manager
+}
+
+fn heartbeat() -> Frame {
+    frame(0x701, &[0x05])
+}
+
+/// Every action up to `until`, with its time.
+fn actions(manager: &mut Manager, until: u64) -> Vec<(u64, Action)> {
+    let mut done = vec![];
+    while let Some(at) = manager.deadline().filter(|at| *at <= ms(until)) {
+        while let Some(action) = manager.poll(at) {
+            done.push((at.as_micros() / 1_000, action));
+        }
+    }
+    done
+}
+
+/// The same without heartbeats.
+fn decisions(manager: &mut Manager, until: u64) -> Vec<(u64, Action)> {
+    let mut all = actions(manager, until);
+    all.retain(|(_, action)| !matches!(action, Action::Heartbeat { .. }));
+    all
+}
+
+fn hear(manager: &mut Manager, bus: Bus, raw: u8, at: u64) -> Heard {
+    manager.on_peer(bus, ms(at));
+    manager.on_heartbeat(bus, node(raw), Operational, ms(at))
+}
+
+fn switched(from: Bus, cause: SwitchCause) -> Action {
+    Action::Switched { from, to: from.other(), cause }
+}
+
+/// Verifies: ECSS 8.3.3a
+#[test]
+fn heartbeats_on_the_active_bus_every_period() {
+    let mut manager = started();
+    let beat = Action::Heartbeat { bus: NOMINAL, frame: heartbeat() };
+    assert_eq!(actions(&mut manager, 80), [(0, beat), (40, beat), (80, beat)]);
+}
+
+/// Verifies: ECSS 8.3.3b, 8.3.3b.1, 8.3.3b.2
+#[test]
+fn a_commanded_switch_stops_the_heartbeat_here_and_starts_it_there_at_once() {
+    let mut manager = started();
+    actions(&mut manager, 50);
+    manager.request(REDUNDANT);
+    assert_eq!(manager.poll(ms(50)), Some(switched(NOMINAL, SwitchCause::Commanded)));
+    let beat = Action::Heartbeat { bus: REDUNDANT, frame: heartbeat() };
+    assert_eq!(manager.poll(ms(50)), Some(beat));
+    assert_eq!(actions(&mut manager, 130), [(90, beat), (130, beat)]);
+}
+
+#[test]
+fn a_switch_to_the_active_bus_is_none() {
+    let mut manager = started();
+    actions(&mut manager, 10);
+    manager.request(NOMINAL);
+    assert_eq!(manager.poll(ms(10)), None);
+}
+
+#[test]
+fn a_new_bus_is_announced_when_its_heartbeat_went_out_or_could_not() {
+    for failed in [false, true] {
+        let mut manager = started();
+        actions(&mut manager, 0);
+        assert!(manager.is_announced());
+        manager.request(REDUNDANT);
+        actions(&mut manager, 50);
+        manager.poll(ms(50));
+        assert!(!manager.is_announced());
+        // That of the old bus does not count.
+        manager.on_heartbeat_sent(NOMINAL, ms(50));
+        manager.on_heartbeat_failed(NOMINAL);
+        assert!(!manager.is_announced());
+        if failed {
+            manager.on_heartbeat_failed(REDUNDANT);
+        } else {
+            manager.on_heartbeat_sent(REDUNDANT, ms(51));
+        }
+        assert!(manager.is_announced());
+    }
+}
+
+#[test]
+fn a_heartbeat_that_still_went_out_on_the_bus_left_is_followed_by_one_on_the_active_bus() {
+    let mut manager = started();
+    actions(&mut manager, 0);
+    manager.request(REDUNDANT);
+    while manager.poll(ms(20)).is_some() {}
+    manager.on_heartbeat_sent(NOMINAL, ms(21));
+    assert_eq!(manager.poll(ms(21)), Some(Action::Heartbeat { bus: REDUNDANT, frame: heartbeat() }));
+}
+
+#[test]
+fn a_master_that_never_heard_a_slave_stays_and_keeps_sending() {
+    let mut manager = started();
+    manager.on_health(NOMINAL, ALONE, false, ms(3));
+    assert_eq!(decisions(&mut manager, 60_000), []);
+    assert_eq!(manager.active(), NOMINAL);
+}
+
+#[test]
+fn isolated_where_a_slave_was_heard_it_switches_within_5_ms() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 30);
+    manager.on_health(NOMINAL, ALONE, false, ms(83));
+    assert_eq!(decisions(&mut manager, 88), [(85, switched(NOMINAL, SwitchCause::Isolated))]);
+}
+
+#[test]
+fn reception_or_an_acknowledge_is_no_isolation() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 30);
+    manager.on_health(NOMINAL, ALONE, false, ms(50));
+    hear(&mut manager, NOMINAL, 2, 51);
+    assert_eq!(decisions(&mut manager, 52), []);
+    manager.on_heartbeat_sent(NOMINAL, ms(52));
+    assert_eq!(decisions(&mut manager, 53), []);
+    manager.on_health(NOMINAL, Health::default(), false, ms(53));
+    assert_eq!(decisions(&mut manager, 90), []);
+}
+
+#[test]
+fn error_passive_for_another_reason_is_no_isolation() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 30);
+    manager.on_health(NOMINAL, Health { last_error: LastError::BitDominant, ..ALONE }, false, ms(50));
+    assert_eq!(decisions(&mut manager, 90), []);
+}
+
+#[test]
+fn after_a_switch_isolation_waits_for_the_settling_time_and_a_slave_heard_there() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 30);
+    manager.on_health(REDUNDANT, ALONE, false, ms(40));
+    manager.request(REDUNDANT);
+    assert_eq!(manager.poll(ms(50)), Some(switched(NOMINAL, SwitchCause::Commanded)));
+    // The slave is heard on the new bus until 400 ms; still nobody acknowledges.
+    for at in (100..=400).step_by(50) {
+        assert_eq!(decisions(&mut manager, at), []);
+        hear(&mut manager, REDUNDANT, 2, at);
+    }
+    assert_eq!(decisions(&mut manager, 450), [(430, switched(REDUNDANT, SwitchCause::Isolated))]);
+}
+
+#[test]
+fn a_failed_bus_is_left_unless_the_other_is_failed_too() {
+    let off = Health { state: ErrorState::BusOff, ..Health::default() };
+    let mut manager = started();
+    manager.on_health(NOMINAL, off, false, ms(10));
+    assert_eq!(decisions(&mut manager, 10), []);
+    manager.on_health(NOMINAL, off, true, ms(11));
+    assert_eq!(manager.poll(ms(11)), Some(switched(NOMINAL, SwitchCause::BusOff)));
+    manager.on_health(REDUNDANT, off, true, ms(12));
+    assert_eq!(decisions(&mut manager, 20), []);
+    manager.on_health(NOMINAL, Health::default(), false, ms(30));
+    assert_eq!(manager.poll(ms(30)), Some(switched(REDUNDANT, SwitchCause::BusOff)));
+}
+
+/// Verifies: ECSS 6.5.2a
+#[test]
+fn a_slave_is_lost_once_and_returns_once() {
+    let mut manager = started();
+    for raw in 2..=4 {
+        hear(&mut manager, NOMINAL, raw, 10);
+    }
+    for raw in 3..=4 {
+        hear(&mut manager, NOMINAL, raw, 90);
+        hear(&mut manager, NOMINAL, raw, 160);
+    }
+    assert_eq!(decisions(&mut manager, 200), [(110, Action::Lost(node(2)))]);
+    assert_eq!(manager.peers().state(node(2)), None);
+    let heard = hear(&mut manager, NOMINAL, 2, 201);
+    assert_eq!(heard, Heard { changed: false, returned: true, start: false });
+    assert!(!hear(&mut manager, NOMINAL, 2, 202).returned);
+    assert_eq!(manager.peers().state(node(2)), Some(Operational));
+}
+
+#[test]
+fn up_to_126_slaves_are_monitored() {
+    let mut manager = started();
+    for raw in 2..=127 {
+        assert!(hear(&mut manager, NOMINAL, raw, 10).changed);
+    }
+    let lost = decisions(&mut manager, 110);
+    assert_eq!(lost.iter().filter(|(_, action)| matches!(action, Action::Lost(_))).count(), 126);
+    assert_eq!(lost.last(), Some(&(110, switched(NOMINAL, SwitchCause::SlavesSilent))));
+}
+
+#[test]
+fn half_of_the_slaves_silent_is_enough_less_is_not() {
+    let mut manager = started();
+    for raw in 2..=5 {
+        hear(&mut manager, NOMINAL, raw, 10);
+    }
+    for raw in 3..=5 {
+        hear(&mut manager, NOMINAL, raw, 90);
+    }
+    assert_eq!(decisions(&mut manager, 150), [(110, Action::Lost(node(2)))]);
+    for raw in 4..=5 {
+        hear(&mut manager, NOMINAL, raw, 150);
+    }
+    assert_eq!(
+        decisions(&mut manager, 200),
+        [(190, Action::Lost(node(3))), (190, switched(NOMINAL, SwitchCause::SlavesSilent))]
+    );
+}
+
+#[test]
+fn of_two_buses_with_half_of_the_slaves_each_the_present_one_is_kept() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 10);
+    hear(&mut manager, NOMINAL, 3, 10);
+    hear(&mut manager, NOMINAL, 3, 60);
+    let left = decisions(&mut manager, 110);
+    assert_eq!(left.last(), Some(&(110, switched(NOMINAL, SwitchCause::SlavesSilent))));
+    // On the other bus slave 3 follows, slave 2 is heard as little as before.
+    for at in (150..2_000).step_by(50) {
+        assert_eq!(decisions(&mut manager, at), []);
+        hear(&mut manager, REDUNDANT, 3, at);
+    }
+}
+
+#[test]
+fn with_everybody_silent_the_master_searches_at_the_pace_of_the_settling_time() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 10);
+    let silent = |from| switched(from, SwitchCause::SlavesSilent);
+    assert_eq!(
+        decisions(&mut manager, 1_000),
+        [
+            (110, Action::Lost(node(2))),
+            (110, silent(NOMINAL)),
+            (490, silent(REDUNDANT)),
+            (870, silent(NOMINAL))
+        ]
+    );
+}
+
+#[test]
+fn slaves_heard_on_the_other_bus_only_draw_the_master_there_after_the_settling_time() {
+    let mut manager = started();
+    // Given a master that was reset while its slaves were on the redundant bus, and the nominal one is cut
+    for at in (10..390).step_by(40) {
+        assert_eq!(decisions(&mut manager, at), []);
+        hear(&mut manager, REDUNDANT, 2, at);
+    }
+    // Then it goes where they are
+    assert_eq!(decisions(&mut manager, 390), [(390, switched(NOMINAL, SwitchCause::SlavesSilent))]);
+}
+
+/// Verifies: ECSS 8.3.3f
+#[test]
+fn slaves_that_wait_are_to_be_started_on_the_active_bus_unless_held() {
+    let mut manager = started();
+    let start =
+        |manager: &mut Manager, bus, state| manager.on_heartbeat(bus, node(2), state, ms(1)).start;
+    assert!(start(&mut manager, NOMINAL, PreOperational));
+    assert!(start(&mut manager, NOMINAL, Initialising));
+    assert!(!start(&mut manager, NOMINAL, Operational));
+    assert!(!start(&mut manager, REDUNDANT, PreOperational));
+    manager.peers_mut().hold(Target::Node(node(2)), true);
+    assert!(!start(&mut manager, NOMINAL, PreOperational));
+    manager.peers_mut().hold(Target::All, false);
+    assert!(start(&mut manager, NOMINAL, PreOperational));
+}
+
+#[test]
+fn a_change_of_state_is_news() {
+    let mut manager = started();
+    let mut changed = |state, at| manager.on_heartbeat(NOMINAL, node(2), state, ms(at)).changed;
+    assert!(changed(Initialising, 1));
+    assert!(changed(PreOperational, 2));
+    assert!(!changed(PreOperational, 3));
+    assert!(changed(Operational, 4));
+}

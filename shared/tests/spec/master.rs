@@ -1,0 +1,306 @@
+//! A master node on the bench, profile `standard`: heartbeat 100 ms, SYNC 100 ms, time 1 s, settling time 700 ms.
+
+use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
+use ecss_can::link::{Bus, CobId};
+use ecss_can::nmt::{Command, NmtMessage, NmtState, Target};
+use ecss_can::node::{Master, MasterEvent, MasterRequest, RefusalCause, Status};
+use ecss_can::pdo::Message;
+use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::redundancy::SwitchCause;
+use ecss_can::runner::{BusCommand, FailCause};
+use ecss_can::time::Scet;
+
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, stamp};
+
+fn powered(profile: &Profile) -> Bench<Master> {
+    Bench::new(Master::new(profile))
+}
+
+/// Slaves 2 and 3 operational on the nominal bus, heard at 10 ms; everything the bus took was acknowledged.
+fn flying() -> Bench<Master> {
+    let mut master = powered(&STANDARD);
+    master.run_until(ms(10));
+    master.transmitted(NOMINAL, frame(0x701, &[0x05]));
+    master.receive(NOMINAL, 0x702, &[0x05]);
+    master.receive(NOMINAL, 0x703, &[0x05]);
+    master.clear();
+    master
+}
+
+fn status(master: &mut Bench<Master>) -> Status {
+    master.request(MasterRequest::Status);
+    match master.events.pop() {
+        Some(MasterEvent::Status(status)) => status,
+        other => panic!("no status: {other:?}"),
+    }
+}
+
+fn command(raw: u8) -> MasterRequest {
+    MasterRequest::Command { node: node(raw), message: Message::of(1, []) }
+}
+
+/// Verifies: ECSS 8.3.2a, 8.3.3a
+#[test]
+fn power_on_joins_boots_up_and_sends_heartbeats_on_the_default_bus() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(master.controls, [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)]);
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x701, &[0])), (NOMINAL, frame(0x701, &[0x05]))]);
+    assert_eq!(master.sent[1].expires, Some(ms(100)));
+    master.run_until(ms(250));
+    assert_eq!(master.times(NOMINAL, 0x701), [0, 0, 100, 200]);
+    assert!(master.sent.iter().all(|sent| sent.bus == NOMINAL));
+}
+
+#[test]
+fn its_filters_are_the_function_codes_of_slaves() {
+    let expected = [0x701, 0x381, 0x181, 0x080].map(|raw| Filter::function(CobId::new(raw).unwrap()));
+    let filters: Vec<Filter> = Master::new(&STANDARD).filters().into_iter().collect();
+    assert_eq!(filters, expected);
+}
+
+/// Verifies: ECSS 6.9c, 6.9d, 7.2.2b, 7.2.3d
+#[test]
+fn sync_and_spacecraft_time_each_in_its_period_none_outliving_it() {
+    let mut master = powered(&STANDARD);
+    master.run_until(ms(2_000));
+    assert_eq!(master.times(NOMINAL, 0x080).len(), 20);
+    assert_eq!(master.times(NOMINAL, 0x181), [1_000, 2_000]);
+    let time = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x181).unwrap();
+    assert_eq!(time.frame, frame(0x181, &[0, 0, 0, 1, 0, 0, 0]));
+    for sent in &master.sent {
+        assert_eq!(sent.expires, Some(sent.at + STANDARD.heartbeat));
+    }
+}
+
+#[test]
+fn the_time_set_by_the_application_is_the_one_conveyed() {
+    let mut master = powered(&STANDARD);
+    master.run_until(ms(500));
+    master.request(MasterRequest::SetTime(Scet::new(1_000, 0).unwrap()));
+    master.run_until(ms(1_000));
+    let time = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x181).unwrap();
+    assert_eq!(time.frame, frame(0x181, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]));
+}
+
+/// Verifies: ECSS 8.3.3f
+#[test]
+fn slaves_that_boot_up_or_wait_are_started_unasked() {
+    let mut master = powered(&STANDARD);
+    master.clear();
+    master.run_until(ms(20));
+    master.receive(NOMINAL, 0x703, &[0x00]);
+    master.receive(NOMINAL, 0x704, &[0x7F]);
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x000, &[1, 3])), (NOMINAL, frame(0x000, &[1, 4]))]);
+    assert_eq!(master.sent[0].expires, Some(ms(120)));
+    master.receive(NOMINAL, 0x703, &[0x05]);
+    assert_eq!(
+        master.events,
+        [
+            MasterEvent::SlaveState { node: node(3), bus: NOMINAL, state: NmtState::Initialising },
+            MasterEvent::SlaveState { node: node(4), bus: NOMINAL, state: NmtState::PreOperational },
+            MasterEvent::SlaveState { node: node(3), bus: NOMINAL, state: NmtState::Operational },
+        ]
+    );
+}
+
+#[test]
+fn a_slave_that_the_application_stopped_is_left_alone_until_it_is_started() {
+    let mut master = flying();
+    let nmt = |command| MasterRequest::Nmt(NmtMessage { command, target: Target::Node(node(2)) });
+    master.request(nmt(Command::EnterPreOperational));
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x000, &[0x80, 2]))]);
+    master.clear();
+    master.receive(NOMINAL, 0x702, &[0x7F]);
+    assert_eq!(master.frames(), []);
+    master.request(nmt(Command::ResetCommunication));
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x000, &[0x82, 2])), (NOMINAL, frame(0x000, &[1, 2]))]);
+}
+
+#[test]
+fn commands_and_requests_go_to_operational_slaves_only() {
+    let mut master = flying();
+    master.receive(NOMINAL, 0x703, &[0x04]);
+    master.clear();
+    master.request(command(2));
+    master.request(MasterRequest::RequestTelemetry { node: node(2), message: Message::of(1, []) });
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x302, &[1, 0])), (NOMINAL, frame(0x402, &[1, 0]))]);
+    assert_eq!(master.sent[0].expires, Some(ms(110)));
+    master.clear();
+    master.request(command(3));
+    master.request(command(9));
+    let refused = |raw| MasterEvent::Refused { node: node(raw), cause: RefusalCause::NotOperational };
+    assert_eq!((master.frames(), master.events.as_slice()), (vec![], [refused(3), refused(9)].as_slice()));
+    assert_eq!(status(&mut master).counters.nominal.refused, 2);
+}
+
+#[test]
+fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
+    let mut master = flying();
+    let time = Scet::new(0, 0x0080_0000).unwrap();
+    master.receive(NOMINAL, 0x382, &[1, 0]);
+    master.receive(NOMINAL, 0x182, &time.encode());
+    // A SYNC that ended 50 ms after power-on is the reference of what follows.
+    master.run_until(ms(50));
+    master.clear();
+    master.transmitted(NOMINAL, frame(0x080, &[]));
+    master.receive(NOMINAL, 0x183, &time.encode());
+    let reference = Scet::new(0, 838_861); // 0.05 x 2^24 = 838,860.8
+    assert_eq!(
+        master.events,
+        [
+            MasterEvent::SyncSent { stamp: stamp(ms(50)) },
+            MasterEvent::LocalTime { node: node(3), scet: time, reference },
+        ]
+    );
+    master.clear();
+    master.receive(NOMINAL, 0x382, &[1]);
+    master.receive(NOMINAL, 0x183, &[0; 6]);
+    master.receive(NOMINAL, 0x703, &[0x33]);
+    master.receive(REDUNDANT, 0x382, &[1, 0]);
+    master.receive(NOMINAL, 0x701, &[0x05]);
+    master.receive(NOMINAL, 0x082, &[0; 8]);
+    assert_eq!(master.events, []);
+    let counters = status(&mut master).counters;
+    assert_eq!((counters.nominal.malformed, counters.nominal.ignored, counters.redundant.ignored), (3, 2, 1));
+}
+
+/// Verifies: ECSS 8.3.3b, 8.3.3b.1, 8.3.3b.2
+#[test]
+fn a_switch_abandons_the_old_bus_and_announces_the_new_one_before_using_it() {
+    let mut master = flying();
+    master.run_until(ms(95));
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    assert_eq!(master.controls, [(NOMINAL, BusCommand::Abandon)]);
+    assert_eq!(
+        master.events,
+        [MasterEvent::BusSwitched { from: NOMINAL, to: REDUNDANT, cause: SwitchCause::Commanded }]
+    );
+    let heartbeat = frame(0x701, &[0x05]);
+    assert_eq!(master.frames(), [(REDUNDANT, heartbeat)]);
+    // Commands, NMT and SYNC wait for the heartbeat.
+    master.clear();
+    master.request(command(2));
+    master.receive(REDUNDANT, 0x704, &[0x7F]);
+    master.run_until(ms(105));
+    assert_eq!(master.frames(), []);
+    master.transmitted(REDUNDANT, heartbeat);
+    let expected = [frame(0x302, &[1, 0]), frame(0x000, &[1, 4]), frame(0x080, &[])];
+    assert_eq!(master.frames(), expected.map(|frame| (REDUNDANT, frame)));
+    // With the lifetime they were given when they were asked for.
+    assert_eq!(master.sent[0].expires, Some(ms(195)));
+}
+
+#[test]
+fn what_waits_for_the_announcement_dies_of_age_or_with_the_bus() {
+    let mut master = flying();
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    master.request(command(2));
+    master.run_until(ms(50));
+    master.request(command(3));
+    master.clear();
+    // The heartbeat could not go out within its period: the first command is too old, the second is not.
+    master.run_until(ms(110));
+    master.failed(REDUNDANT, frame(0x701, &[0x05]), FailCause::Expired);
+    assert!(master.frames().contains(&(REDUNDANT, frame(0x303, &[1, 0]))));
+    assert!(!master.frames().contains(&(REDUNDANT, frame(0x302, &[1, 0]))));
+    assert_eq!(status(&mut master).counters.redundant.expired, 2);
+    // Back before anything was announced: what waited is gone.
+    master.request(MasterRequest::SwitchBus(NOMINAL));
+    master.request(command(2));
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    assert_eq!(status(&mut master).counters.nominal.bus_left, 1);
+}
+
+#[test]
+fn an_abandoned_heartbeat_of_an_earlier_stay_announces_nothing() {
+    let mut master = flying();
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    master.request(MasterRequest::SwitchBus(NOMINAL));
+    master.clear();
+    master.failed(NOMINAL, frame(0x701, &[0x05]), FailCause::BusLeft);
+    master.request(command(2));
+    assert_eq!(master.frames(), []);
+}
+
+#[test]
+fn no_more_than_a_few_frames_wait_for_the_announcement() {
+    let mut master = flying();
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    master.clear();
+    for _ in 0..17 {
+        master.request(command(2));
+    }
+    assert_eq!(master.events, [MasterEvent::Refused { node: node(2), cause: RefusalCause::Busy }]);
+    assert_eq!(status(&mut master).counters.redundant.refused, 1);
+}
+
+#[test]
+fn a_lost_slave_is_refused_and_returns() {
+    let mut master = flying();
+    for at in [100, 200] {
+        master.run_until(ms(at));
+        for id in [0x703, 0x704, 0x705] {
+            master.receive(NOMINAL, id, &[0x05]);
+        }
+    }
+    master.clear();
+    master.run_until(ms(260));
+    assert_eq!(master.events, [MasterEvent::SlaveLost { node: node(2) }]);
+    master.clear();
+    master.request(command(2));
+    assert_eq!(master.events, [MasterEvent::Refused { node: node(2), cause: RefusalCause::NotOperational }]);
+    master.clear();
+    master.receive(NOMINAL, 0x702, &[0x05]);
+    assert_eq!(master.events, [MasterEvent::SlaveReturned { node: node(2), bus: NOMINAL }]);
+}
+
+#[test]
+fn cut_off_it_goes_to_the_other_bus_within_milliseconds() {
+    let mut master = flying();
+    let health = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
+    master.run_until(ms(102));
+    master.health(NOMINAL, health);
+    master.run_until(ms(105));
+    assert_eq!(
+        master.events,
+        [
+            MasterEvent::Health { bus: NOMINAL, health },
+            MasterEvent::BusSwitched { from: NOMINAL, to: REDUNDANT, cause: SwitchCause::Isolated },
+        ]
+    );
+    assert_eq!(master.times(REDUNDANT, 0x701), [104]);
+}
+
+/// Verifies: ECSS 5.6.2a, 5.6.2b
+#[test]
+fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
+    let mut master = flying();
+    let off = Health { state: ErrorState::BusOff, tec: 255, ..Health::default() };
+    master.health(NOMINAL, off);
+    master.run_until(ms(20));
+    assert_eq!(master.controls, [(NOMINAL, BusCommand::Recover)]);
+    for _ in 0..3 {
+        master.health(NOMINAL, Health::default());
+        master.health(NOMINAL, off);
+    }
+    assert!(master.events.contains(&MasterEvent::BusFailed { bus: NOMINAL }));
+    assert!(master.events.contains(&MasterEvent::BusSwitched {
+        from: NOMINAL,
+        to: REDUNDANT,
+        cause: SwitchCause::BusOff
+    }));
+}
+
+/// Verifies: ECSS 8.2.1a.1
+#[test]
+fn a_master_with_selective_access_leaves_and_joins() {
+    let mut master = powered(&Profile { selective: &[ecss_can::nmt::NodeId::MASTER], ..STANDARD });
+    assert_eq!(master.controls, [(Bus::Nominal, BusCommand::Join)]);
+    master.clear();
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    assert_eq!(master.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+    master.clear();
+    master.receive(NOMINAL, 0x702, &[0x05]);
+    assert_eq!(master.events, []);
+}

@@ -1,0 +1,46 @@
+//! The transmit queue of a bus.
+
+use ecss_can::link::queue::{Full, Outgoing, TxQueue};
+
+use crate::bench::{frame, ms};
+
+fn outgoing(id: u16, tag: u8, expires: Option<u64>) -> Outgoing {
+    Outgoing { frame: frame(id, &[tag]), expires: expires.map(ms) }
+}
+
+fn drain<const N: usize>(queue: &mut TxQueue<N>) -> Vec<(u16, u8)> {
+    std::iter::from_fn(|| queue.pop()).map(|out| (out.frame.id().raw(), out.frame.data()[0])).collect()
+}
+
+#[test]
+fn lowest_cob_id_first_and_in_order_within_one() {
+    let mut queue = TxQueue::<8>::new();
+    for (id, tag) in [(0x701, 1), (0x302, 2), (0x701, 3), (0x080, 4), (0x302, 5), (0x302, 6)] {
+        queue.push(outgoing(id, tag, None)).unwrap();
+    }
+    let order = drain(&mut queue);
+    assert_eq!(order, [(0x080, 4), (0x302, 2), (0x302, 5), (0x302, 6), (0x701, 1), (0x701, 3)]);
+}
+
+#[test]
+fn a_full_queue_takes_nothing_and_keeps_what_it_has() {
+    let mut queue = TxQueue::<2>::new();
+    queue.push(outgoing(0x302, 1, None)).unwrap();
+    queue.push(outgoing(0x303, 2, None)).unwrap();
+    assert_eq!(queue.push(outgoing(0x080, 3, None)), Err(Full));
+    assert_eq!(drain(&mut queue), [(0x302, 1), (0x303, 2)]);
+}
+
+#[test]
+fn frames_expire_at_the_end_of_their_lifetime_wherever_they_stand() {
+    let mut queue = TxQueue::<4>::new();
+    queue.push(outgoing(0x080, 1, Some(30))).unwrap();
+    queue.push(outgoing(0x302, 2, Some(20))).unwrap();
+    queue.push(outgoing(0x303, 3, None)).unwrap();
+    assert_eq!(queue.next_expiry(), Some(ms(20)));
+    assert_eq!(queue.pop_expired(ms(19)), None);
+    assert_eq!(queue.pop_expired(ms(20)).unwrap().frame, frame(0x302, &[2]));
+    assert_eq!(queue.pop_expired(ms(20)), None);
+    assert_eq!(queue.next_expiry(), Some(ms(30)));
+    assert_eq!(drain(&mut queue), [(0x080, 1), (0x303, 3)]);
+}

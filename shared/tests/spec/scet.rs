@@ -1,0 +1,76 @@
+//! Spacecraft Elapsed Time.
+
+use ecss_can::time::{Duration, Scet};
+
+use crate::bench::span;
+
+fn scet(coarse: u32, fine: u32) -> Scet {
+    Scet::new(coarse, fine).unwrap()
+}
+
+/// Verifies: ECSS 7.1.2f
+#[test]
+fn figure_7_1_fine_time_first_little_endian() {
+    let time = scet(0x0102_0304, 0x00AA_BBCC);
+    assert_eq!(time.encode(), [0xCC, 0xBB, 0xAA, 0x04, 0x03, 0x02, 0x01]);
+    assert_eq!(Scet::decode(&[0xCC, 0xBB, 0xAA, 0x04, 0x03, 0x02, 0x01]), Some(time));
+}
+
+#[test]
+fn a_longer_pdo_is_used_as_far_as_it_is_mapped_a_shorter_one_is_none() {
+    assert_eq!(Scet::decode(&[1, 0, 0, 2, 0, 0, 0, 99]), Some(scet(2, 1)));
+    assert_eq!(Scet::decode(&[1, 0, 0, 2, 0, 0]), None);
+}
+
+/// Verifies: ECSS 7.1.2e
+#[test]
+fn coarse_has_32_bits_and_fine_24() {
+    let last = scet(u32::MAX, 0x00FF_FFFF);
+    assert_eq!((last.coarse(), last.fine()), (u32::MAX, 0x00FF_FFFF));
+    assert_eq!(Scet::new(0, 0x0100_0000), None);
+}
+
+/// Verifies: ECSS 7.1.2g, 7.1.2h
+#[test]
+fn fewer_fine_bits_leave_the_low_ones_zero() {
+    let time = scet(7, 0x00AB_CDEF);
+    assert_eq!(time.with_fine_bits(24), time);
+    assert_eq!(time.with_fine_bits(16), scet(7, 0x00AB_CD00));
+    assert_eq!(time.with_fine_bits(8), scet(7, 0x00AB_0000));
+    assert_eq!(time.with_fine_bits(0), scet(7, 0));
+    assert_eq!(scet(u32::MAX, 1).with_fine_bits(0), scet(u32::MAX, 0));
+}
+
+#[test]
+fn spans_are_rounded_to_the_nearest_unit() {
+    let plus_us = |us| scet(0, 0).plus(Duration::from_micros(us));
+    assert_eq!(plus_us(500_000), scet(0, 0x0080_0000));
+    // 1 us = 16.777216 units, 2 us = 33.554432, 3 us = 50.331648.
+    assert_eq!(plus_us(1), scet(0, 17));
+    assert_eq!(plus_us(2), scet(0, 34));
+    assert_eq!(plus_us(3), scet(0, 50));
+    assert_eq!(plus_us(999_999), scet(0, 16_777_199));
+    assert_eq!(scet(5, 0).minus(span(500)), scet(4, 0x0080_0000));
+}
+
+#[test]
+fn the_counter_wraps() {
+    assert_eq!(scet(u32::MAX, 0x0080_0000).plus(span(500)), scet(0, 0));
+    assert_eq!(scet(0, 0).minus(span(1_000)), scet(u32::MAX, 0));
+}
+
+#[test]
+fn differences_are_signed_and_go_the_shorter_way() {
+    assert_eq!(scet(11, 0x0080_0000).micros_since(scet(10, 0)), 1_500_000);
+    assert_eq!(scet(10, 0).micros_since(scet(11, 0x0080_0000)), -1_500_000);
+    assert_eq!(scet(1, 0).micros_since(scet(u32::MAX, 0)), 2_000_000);
+    assert_eq!(scet(0, 17).micros_since(scet(0, 0)), 1);
+}
+
+#[test]
+fn a_span_there_and_back_is_exact_to_the_microsecond() {
+    for us in [1, 2, 3, 59, 999_999, 1_000_001, 86_400_000_000, 4_294_967_295_999_999] {
+        let there = scet(3, 5).plus(Duration::from_micros(us));
+        assert_eq!(there.minus(Duration::from_micros(us)), scet(3, 5));
+    }
+}

@@ -1,0 +1,256 @@
+//! Bus selection of a slave: clause 8.3.3 and the corner cases it leaves open.
+//!
+//! Parameters throughout: consumer time 100 ms, Ttoggle 3, Ntoggle 4, Bdefault nominal, unless a test says otherwise.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use ecss_can::link::Bus;
+use ecss_can::redundancy::{MasterMessage, Parameters, Selection, Selector};
+
+use crate::bench::{NOMINAL, REDUNDANT, ms, span};
+use MasterMessage::{Command, Heartbeat};
+
+const PARAMETERS: Parameters = Parameters {
+    consumer: ecss_can::time::Duration::from_millis(100),
+    producer: ecss_can::time::Duration::from_millis(40),
+    bdefault: Bus::Nominal,
+    ttoggle: 3,
+    ntoggle: 4,
+    ctoggle: 0,
+};
+
+fn started(parameters: Parameters) -> Selector {
+    let mut selector = Selector::new(parameters);
+    selector.start(ms(0));
+    selector
+}
+
+/// Follows the master on the default bus since 1000 ms.
+fn following(parameters: Parameters) -> Selector {
+    let mut selector = started(parameters);
+    selector.on_master(selector.selected(), Heartbeat, ms(1_000));
+    selector
+}
+
+/// Every decision up to `until`, with the time each was due.
+fn decisions(selector: &mut Selector, until: u64) -> Vec<(u64, Selection)> {
+    let mut made = vec![];
+    while let Some(at) = selector.deadline().filter(|at| *at <= ms(until)) {
+        let selection = selector.poll(at).expect("a deadline has a decision");
+        made.push((at.as_micros() / 1_000, selection));
+    }
+    made
+}
+
+fn bdefault(selector: &Selector) -> Bus {
+    selector.parameters().bdefault
+}
+
+/// Verifies: ECSS 8.3.2a
+#[test]
+fn power_on_selects_the_default_bus_and_clears_ctoggle() {
+    for bus in Bus::ALL {
+        let selector = started(Parameters { bdefault: bus, ctoggle: 3, ..PARAMETERS });
+        assert_eq!(selector.selected(), bus);
+        assert_eq!(selector.parameters().ctoggle, 0);
+    }
+}
+
+/// Verifies: ECSS 8.3.2b, 8.3.3h, 8.3.3i
+#[test]
+fn before_the_first_heartbeat_ever_the_search_runs_from_pre_operational() {
+    let mut selector = started(PARAMETERS);
+    let toggled = decisions(&mut selector, 1_200);
+    assert_eq!(
+        toggled,
+        [
+            (300, Selection::Toggled { to: REDUNDANT }),
+            (600, Selection::Toggled { to: NOMINAL }),
+            (900, Selection::Toggled { to: REDUNDANT }),
+            (1_200, Selection::Toggled { to: NOMINAL }),
+        ]
+    );
+    assert_eq!(selector.parameters().ctoggle, 4);
+}
+
+/// Verifies: ECSS 8.3.3j
+#[test]
+fn after_an_even_ntoggle_it_listens_on_bdefault() {
+    let mut selector = started(PARAMETERS);
+    let last = decisions(&mut selector, 100_000).pop();
+    assert_eq!(last, Some((1_500, Selection::GaveUp { bus: NOMINAL })));
+    assert_eq!(selector.deadline(), None);
+}
+
+/// Verifies: ECSS 8.3.3j
+#[test]
+fn after_an_odd_ntoggle_it_stays_where_it_is_and_bdefault_is_untouched() {
+    let mut selector = started(Parameters { ntoggle: 3, ..PARAMETERS });
+    let last = decisions(&mut selector, 100_000).pop();
+    assert_eq!(last, Some((1_200, Selection::GaveUp { bus: REDUNDANT })));
+    assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, NOMINAL));
+    // A later master message there makes it active, Bdefault stays (Figure 8-3, late branch).
+    let late = selector.on_master(REDUNDANT, Heartbeat, ms(9_000));
+    assert_eq!(late, Some(Selection::Found { bus: REDUNDANT, moved: false }));
+    assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, NOMINAL));
+    assert_eq!(selector.parameters().ctoggle, 0);
+    // And it is monitored like any active bus.
+    assert_eq!(decisions(&mut selector, 9_100), [(9_100, Selection::Missed { bus: REDUNDANT })]);
+}
+
+/// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2
+#[test]
+fn missed_at_the_first_consumer_time_switched_exactly_ttoggle_of_them_after_the_last_heartbeat() {
+    let mut selector = following(PARAMETERS);
+    selector.on_master(NOMINAL, Heartbeat, ms(1_090));
+    let made = decisions(&mut selector, 1_390);
+    assert_eq!(
+        made,
+        [(1_190, Selection::Missed { bus: NOMINAL }), (1_390, Selection::Toggled { to: REDUNDANT })]
+    );
+    assert_eq!(selector.parameters().ctoggle, 1);
+}
+
+#[test]
+fn with_ttoggle_one_miss_and_switch_coincide_in_that_order() {
+    let mut selector = following(Parameters { ttoggle: 1, ..PARAMETERS });
+    let made = decisions(&mut selector, 1_100);
+    assert_eq!(
+        made,
+        [(1_100, Selection::Missed { bus: NOMINAL }), (1_100, Selection::Toggled { to: REDUNDANT })]
+    );
+}
+
+#[test]
+fn a_late_poll_does_not_shift_the_search() {
+    let mut selector = following(PARAMETERS);
+    assert_eq!(selector.poll(ms(1_550)), Some(Selection::Missed { bus: NOMINAL }));
+    assert_eq!(selector.poll(ms(1_550)), Some(Selection::Toggled { to: REDUNDANT }));
+    assert_eq!(selector.poll(ms(1_550)), None);
+    assert_eq!(selector.deadline(), Some(ms(1_600)));
+}
+
+/// Verifies: ECSS 8.3.3c
+#[test]
+fn heartbeats_in_time_keep_the_bus() {
+    let mut selector = following(PARAMETERS);
+    for at in [1_099, 1_198, 1_297] {
+        assert_eq!(selector.poll(ms(at)), None);
+        assert_eq!(selector.on_master(NOMINAL, Heartbeat, ms(at)), None);
+    }
+    assert_eq!(selector.deadline(), Some(ms(1_397)));
+}
+
+#[test]
+fn a_command_on_the_active_bus_is_no_heartbeat() {
+    let mut selector = following(PARAMETERS);
+    assert_eq!(selector.on_master(NOMINAL, Command, ms(1_090)), None);
+    assert_eq!(selector.deadline(), Some(ms(1_100)));
+}
+
+/// Verifies: ECSS 8.3.3k
+#[test]
+fn the_master_returns_on_the_same_bus_after_the_miss_before_the_switch() {
+    let mut selector = following(PARAMETERS);
+    assert_eq!(selector.poll(ms(1_100)), Some(Selection::Missed { bus: NOMINAL }));
+    let found = selector.on_master(NOMINAL, Heartbeat, ms(1_250));
+    assert_eq!(found, Some(Selection::Found { bus: NOMINAL, moved: false }));
+    assert_eq!(decisions(&mut selector, 1_349), []);
+}
+
+/// Verifies: ECSS 8.3.3g, 8.3.3k, 8.3.3l
+#[test]
+fn a_heartbeat_on_the_bus_toggled_to_ends_the_search_and_becomes_bdefault() {
+    let mut selector = following(PARAMETERS);
+    decisions(&mut selector, 1_300);
+    let found = selector.on_master(REDUNDANT, Heartbeat, ms(1_310));
+    assert_eq!(found, Some(Selection::Found { bus: REDUNDANT, moved: false }));
+    assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, REDUNDANT));
+    assert_eq!(selector.parameters().ctoggle, 0);
+}
+
+/// Verifies: ECSS 8.3.3l
+#[test]
+fn after_the_last_toggle_a_message_within_the_toggling_time_still_updates_bdefault() {
+    let mut selector = started(Parameters { ntoggle: 1, ..PARAMETERS });
+    decisions(&mut selector, 300);
+    selector.on_master(REDUNDANT, Heartbeat, ms(599));
+    assert_eq!(bdefault(&selector), REDUNDANT);
+}
+
+/// Verifies: ECSS 8.3.3g
+#[test]
+fn any_master_message_ends_the_search_also_on_the_other_bus() {
+    for message in [Heartbeat, Command] {
+        let mut selector = started(PARAMETERS);
+        let found = selector.on_master(REDUNDANT, message, ms(50));
+        assert_eq!(found, Some(Selection::Found { bus: REDUNDANT, moved: true }));
+        assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, REDUNDANT));
+        // The active bus is monitored from that message on.
+        assert_eq!(selector.deadline(), Some(ms(150)));
+    }
+}
+
+/// Verifies: ECSS 8.3.3g, 8.3.3l
+#[test]
+fn a_parallel_slave_follows_at_once_when_the_master_changes_the_bus() {
+    let mut selector = following(PARAMETERS);
+    let followed = selector.on_master(REDUNDANT, Heartbeat, ms(1_020));
+    assert_eq!(followed, Some(Selection::Followed { to: REDUNDANT }));
+    assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, REDUNDANT));
+    assert_eq!(decisions(&mut selector, 1_120), [(1_120, Selection::Missed { bus: REDUNDANT })]);
+}
+
+#[test]
+fn a_message_told_late_that_is_older_than_the_last_heartbeat_does_not_take_it_back() {
+    let mut selector = following(PARAMETERS);
+    selector.on_master(REDUNDANT, Heartbeat, ms(1_020));
+    assert_eq!(selector.on_master(NOMINAL, Heartbeat, ms(1_019)), None);
+    assert_eq!(selector.selected(), REDUNDANT);
+}
+
+/// Verifies: ECSS 8.3.3e
+#[test]
+fn with_ntoggle_zero_switching_is_disabled() {
+    let mut selector = following(Parameters { ntoggle: 0, ..PARAMETERS });
+    assert_eq!(decisions(&mut selector, 100_000), [(1_100, Selection::Missed { bus: NOMINAL })]);
+    let found = selector.on_master(NOMINAL, Heartbeat, ms(2_000));
+    assert_eq!(found, Some(Selection::Found { bus: NOMINAL, moved: false }));
+}
+
+#[test]
+fn with_ttoggle_zero_it_never_toggles() {
+    let mut selector = started(Parameters { ttoggle: 0, ..PARAMETERS });
+    assert_eq!(selector.deadline(), None);
+    selector.on_master(NOMINAL, Heartbeat, ms(1_000));
+    assert_eq!(decisions(&mut selector, 100_000), [(1_100, Selection::Missed { bus: NOMINAL })]);
+}
+
+#[test]
+fn with_a_consumer_time_of_zero_nothing_is_monitored() {
+    let mut selector = following(Parameters { consumer: span(0), ..PARAMETERS });
+    assert_eq!(selector.deadline(), None);
+    assert_eq!(selector.poll(ms(100_000)), None);
+}
+
+#[test]
+fn reset_communication_keeps_the_bus_and_the_alternate_is_the_other_physical_one() {
+    let mut selector = following(PARAMETERS);
+    selector.on_master(REDUNDANT, Heartbeat, ms(1_020));
+    selector.start(ms(1_030));
+    assert_eq!(selector.selected(), REDUNDANT);
+    assert_eq!(decisions(&mut selector, 1_330), [(1_330, Selection::Toggled { to: NOMINAL })]);
+}
+
+#[test]
+fn equal_histories_make_equal_states() {
+    let hash = |selector: &Selector| {
+        let mut hasher = DefaultHasher::new();
+        selector.hash(&mut hasher);
+        hasher.finish()
+    };
+    let (a, mut b) = (following(PARAMETERS), following(PARAMETERS));
+    assert_eq!((&a, hash(&a)), (&b, hash(&b)));
+    b.poll(ms(1_100));
+    assert_ne!(a, b);
+}

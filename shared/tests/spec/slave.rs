@@ -1,0 +1,384 @@
+//! A slave node on the bench, profile `standard`: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2.
+
+use ecss_can::link::port::{ErrorState, Filter, Health};
+use ecss_can::link::{Bus, CobId, PerBus};
+use ecss_can::nmt::NmtState;
+use ecss_can::node::{BusCause, Slave, SlaveEvent, SlaveRequest};
+use ecss_can::pdo::Message;
+use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::runner::{BusCommand, FailCause, LinkEvent, Node};
+use ecss_can::time::{Instant, Scet};
+
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, stamp};
+
+const SELECTIVE: Profile = Profile { selective: &[ecss_can::nmt::NodeId::of::<5>()], ..STANDARD };
+
+fn powered(profile: &Profile) -> Bench<Slave> {
+    Bench::new(Slave::new(node(5), profile))
+}
+
+/// Operational on the nominal bus at 10 ms, the master heard at 10 ms.
+fn operational(profile: &Profile) -> Bench<Slave> {
+    let mut slave = powered(profile);
+    slave.run_until(ms(10));
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.receive(NOMINAL, 0x000, &[0x01, 0x05]);
+    slave.clear();
+    slave
+}
+
+fn status_counters(slave: &mut Bench<Slave>) -> PerBus<ecss_can::node::Counters> {
+    let events = slave.events.len();
+    slave.receive(NOMINAL, 0x405, &[1, 1]);
+    match slave.events.get(events) {
+        Some(SlaveEvent::TelemetryRequested { status, .. }) => status.counters,
+        other => panic!("no status: {other:?}"),
+    }
+}
+
+/// Verifies: ECSS 8.3.2a, 6.5.3a
+#[test]
+fn power_on_joins_boots_up_on_the_default_bus_and_waits_pre_operational() {
+    for bus in Bus::ALL {
+        let slave = powered(&Profile { bdefault: bus, ..STANDARD });
+        assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)]);
+        assert_eq!(slave.frames(), [(bus, frame(0x705, &[0]))]);
+        assert_eq!(
+            slave.events,
+            [
+                SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn },
+                SlaveEvent::State(NmtState::PreOperational)
+            ]
+        );
+    }
+}
+
+/// Verifies: ECSS 8.2.1a.1, 8.2.3a
+#[test]
+fn with_selective_access_it_joins_the_default_bus_only() {
+    assert_eq!(powered(&SELECTIVE).controls, [(NOMINAL, BusCommand::Join)]);
+}
+
+#[test]
+fn its_filters_are_exact() {
+    let slave = Slave::new(node(5), &STANDARD);
+    let expected = [0x000, 0x080, 0x181, 0x305, 0x405, 0x701];
+    let filters: Vec<Filter> = slave.filters().into_iter().collect();
+    assert_eq!(filters, expected.map(|raw| Filter::exact(CobId::new(raw).unwrap())));
+}
+
+/// Verifies: ECSS 6.5.2a, 8.3.3d
+#[test]
+fn heartbeats_on_the_bus_considered_active_each_living_one_period() {
+    let mut slave = powered(&STANDARD);
+    slave.clear();
+    slave.run_until(ms(250));
+    assert_eq!(slave.times(NOMINAL, 0x705), [100, 200]);
+    assert_eq!(slave.sent[0].frame, frame(0x705, &[0x7F]));
+    assert_eq!(slave.sent[0].expires, Some(ms(200)));
+}
+
+/// Verifies: ECSS 6.5.4a
+#[test]
+fn a_command_changes_the_state_and_the_heartbeat_tells_at_once() {
+    let mut slave = powered(&STANDARD);
+    slave.run_until(ms(30));
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x01, 0x00]);
+    assert!(slave.events.contains(&SlaveEvent::State(NmtState::Operational)));
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x705, &[0x05]))]);
+    slave.receive(NOMINAL, 0x000, &[0x02, 0x05]);
+    assert_eq!(slave.events.last(), Some(&SlaveEvent::State(NmtState::Stopped)));
+}
+
+#[test]
+fn a_command_to_another_node_is_not_obeyed() {
+    let mut slave = operational(&STANDARD);
+    slave.receive(NOMINAL, 0x000, &[0x02, 0x06]);
+    assert_eq!(slave.events, []);
+}
+
+/// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2, 8.3.3h
+#[test]
+fn master_missed_pre_operational_switch_heartbeat_there() {
+    let mut slave = operational(&STANDARD);
+    slave.run_until(ms(259));
+    assert_eq!(slave.events, []);
+    slave.run_until(ms(260));
+    assert_eq!(
+        slave.events,
+        [SlaveEvent::MasterMissed { bus: NOMINAL }, SlaveEvent::State(NmtState::PreOperational)]
+    );
+    slave.run_until(ms(509));
+    slave.clear();
+    slave.run_until(ms(510));
+    assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Toggled }]);
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Abandon)]);
+    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x7F]))]);
+    slave.run_until(ms(720));
+    assert_eq!(slave.times(REDUNDANT, 0x705), [510, 610, 710]);
+    assert_eq!(slave.times(NOMINAL, 0x705), [0; 0]);
+}
+
+/// Verifies: ECSS 8.2.1a.1
+#[test]
+fn with_selective_access_it_leaves_one_bus_and_joins_the_other() {
+    let mut slave = operational(&SELECTIVE);
+    slave.run_until(ms(510));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+    slave.clear();
+    // What the bus it left still had to tell is of the past.
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    assert_eq!(slave.events, []);
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    assert_eq!(
+        slave.events,
+        [
+            SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Found },
+            SlaveEvent::Heartbeat { bus: REDUNDANT }
+        ]
+    );
+}
+
+/// Verifies: ECSS 8.3.3j
+#[test]
+fn after_ntoggle_switches_in_vain_it_gives_up_and_keeps_its_heartbeat() {
+    let mut slave = powered(&Profile { ntoggle: 2, ..STANDARD });
+    slave.run_until(ms(1_500));
+    assert_eq!(slave.events.last(), Some(&SlaveEvent::GaveUp { bus: NOMINAL }));
+    slave.clear();
+    slave.run_until(ms(2_000));
+    assert_eq!(slave.events, []);
+    assert_eq!(slave.times(NOMINAL, 0x705).len(), 5);
+}
+
+/// Verifies: ECSS 8.3.3g
+#[test]
+fn a_parallel_slave_follows_the_heartbeat_at_once_and_stays_operational() {
+    let mut slave = operational(&STANDARD);
+    slave.run_until(ms(60));
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Abandon)]);
+    assert_eq!(
+        slave.events,
+        [
+            SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Followed },
+            SlaveEvent::Heartbeat { bus: REDUNDANT }
+        ]
+    );
+    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x05]))]);
+    slave.clear();
+    slave.receive(REDUNDANT, 0x305, &[1, 0]);
+    assert_eq!(slave.events.len(), 1);
+}
+
+/// Verifies: ECSS 8.3.3g
+#[test]
+fn start_on_the_other_bus_while_searching_finds_it_and_is_obeyed_there() {
+    let mut slave = powered(&STANDARD);
+    slave.run_until(ms(50));
+    slave.clear();
+    slave.receive(REDUNDANT, 0x000, &[0x01, 0x05]);
+    assert_eq!(
+        slave.events,
+        [
+            SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Found },
+            SlaveEvent::State(NmtState::Operational)
+        ]
+    );
+    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x05]))]);
+}
+
+#[test]
+fn a_malformed_command_or_heartbeat_is_no_master_message() {
+    let mut slave = powered(&STANDARD);
+    slave.clear();
+    slave.run_until(ms(50));
+    for (id, data) in
+        [(0x000, &[0x01][..]), (0x000, &[0x33, 5]), (0x701, &[]), (0x701, &[0x01]), (0x701, &[5, 0])]
+    {
+        slave.receive(REDUNDANT, id, data);
+    }
+    assert_eq!(slave.events, []);
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.receive(NOMINAL, 0x000, &[0x01, 0x05]);
+    let counters = status_counters(&mut slave);
+    assert_eq!((counters.redundant.malformed, counters.redundant.received), (5, 5));
+    assert_eq!(counters.nominal.malformed, 0);
+}
+
+#[test]
+fn reset_communication_boots_up_on_the_bus_in_use() {
+    let mut slave = operational(&STANDARD);
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    slave.clear();
+    slave.run_until(ms(20));
+    slave.receive(REDUNDANT, 0x000, &[0x82, 0x05]);
+    assert_eq!(slave.events, [SlaveEvent::State(NmtState::PreOperational)]);
+    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0]))]);
+    slave.run_until(ms(120));
+    assert_eq!(slave.times(REDUNDANT, 0x705), [20, 120]);
+}
+
+#[test]
+fn reset_node_silences_it_until_the_application_resets_the_chip() {
+    let mut slave = operational(&STANDARD);
+    slave.receive(NOMINAL, 0x000, &[0x81, 0x00]);
+    assert_eq!(slave.events, [SlaveEvent::ResetNode]);
+    slave.clear();
+    assert_eq!(slave.node.deadline(), None);
+    slave.run_until(ms(5_000));
+    slave.receive(NOMINAL, 0x000, &[0x01, 0x00]);
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    assert_eq!((slave.frames(), slave.events), (vec![], vec![]));
+}
+
+#[test]
+fn commands_and_requests_only_when_operational_on_the_active_bus() {
+    let mut slave = operational(&STANDARD);
+    slave.receive(NOMINAL, 0x305, &[0x34, 0x12, 9]);
+    let message = Message::of(0x1234, [9]);
+    assert_eq!(slave.events, [SlaveEvent::Command { bus: NOMINAL, message }]);
+    slave.clear();
+    slave.receive(REDUNDANT, 0x305, &[0x34, 0x12, 9]);
+    slave.receive(REDUNDANT, 0x405, &[0x34, 0x12]);
+    slave.receive(REDUNDANT, 0x080, &[]);
+    slave.receive(NOMINAL, 0x305, &[0x34]);
+    assert_eq!(slave.events, []);
+    let counters = status_counters(&mut slave);
+    assert_eq!((counters.redundant.ignored, counters.nominal.malformed), (3, 1));
+    slave.receive(NOMINAL, 0x000, &[0x80, 0x05]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x305, &[0x34, 0x12, 9]);
+    slave.receive(NOMINAL, 0x181, &[0; 7]);
+    assert_eq!(slave.events, []);
+}
+
+#[test]
+fn telemetry_goes_out_for_one_period_and_only_where_it_was_asked_for() {
+    let mut slave = operational(&STANDARD);
+    slave.run_until(ms(20));
+    slave.receive(NOMINAL, 0x405, &[0x02, 0x01]);
+    let Some(SlaveEvent::TelemetryRequested { bus, request, status }) = slave.events.pop() else {
+        panic!("no request")
+    };
+    assert_eq!((bus, request), (NOMINAL, Message::of(0x0102, [])));
+    assert_eq!(
+        (status.uptime.as_millis(), status.state, status.active),
+        (20, NmtState::Operational, NOMINAL)
+    );
+    let message = Message::of(0x0102, [1, 2, 3, 4]);
+    slave.request(SlaveRequest::Telemetry { bus: NOMINAL, message });
+    let sent = slave.sent.pop().unwrap();
+    assert_eq!((sent.bus, sent.frame), (NOMINAL, frame(0x385, &[0x02, 0x01, 1, 2, 3, 4])));
+    assert_eq!(sent.expires, Some(ms(120)));
+    // Too late: the bus has changed meanwhile.
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    slave.clear();
+    slave.request(SlaveRequest::Telemetry { bus: NOMINAL, message });
+    assert_eq!(slave.frames(), []);
+}
+
+/// Verifies: ECSS 6.9e, 7.2.2f, 7.2.3k
+#[test]
+fn each_sync_is_answered_with_the_local_time_at_its_end_when_operational() {
+    let mut slave = operational(&STANDARD);
+    slave.run_until(ms(60));
+    // Given the spacecraft time 100 s at 50 ms
+    let time = Scet::new(100, 0).unwrap();
+    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x181, &time.encode()), stamp: stamp(ms(50)) });
+    assert_eq!(slave.events, [SlaveEvent::Time(time)]);
+    slave.clear();
+    // When a SYNC that ended 4.5 s later is handled some microseconds late
+    for at in (100..4_550).step_by(50) {
+        slave.run_until(ms(at));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+    }
+    slave.clear();
+    slave.run_until(Instant::from_micros(4_550_060));
+    slave.clear();
+    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x080, &[]), stamp: stamp(ms(4_550)) });
+    // Then the Local Time PDO says 104.5 s
+    assert_eq!(slave.events, [SlaveEvent::Sync { bus: NOMINAL, stamp: stamp(ms(4_550)) }]);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0x80, 104, 0, 0, 0]))]);
+    // And in Pre-operational SYNC is consumed without a PDO
+    slave.receive(NOMINAL, 0x000, &[0x80, 0x05]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[7]);
+    assert_eq!((slave.events.len(), slave.frames()), (1, vec![]));
+    // And a SYNC with more than a counter is malformed
+    slave.receive(NOMINAL, 0x080, &[7, 7]);
+    assert_eq!(slave.events.len(), 1);
+}
+
+#[test]
+fn a_heartbeat_that_ended_in_time_is_in_time_however_late_it_is_handled() {
+    let mut slave = operational(&STANDARD);
+    slave.run_until(ms(259));
+    slave.now = ms(265);
+    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x701, &[0x05]), stamp: stamp(ms(259)) });
+    assert_eq!(slave.events, [SlaveEvent::Heartbeat { bus: NOMINAL }]);
+}
+
+#[test]
+fn every_loss_is_counted_by_cause() {
+    let mut slave = operational(&STANDARD);
+    let heartbeat = frame(0x705, &[5]);
+    for cause in [FailCause::BusLeft, FailCause::Expired, FailCause::QueueFull, FailCause::Aborted] {
+        slave.failed(NOMINAL, heartbeat, cause);
+    }
+    slave.transmitted(NOMINAL, heartbeat);
+    slave.link(NOMINAL, LinkEvent::Overrun { lost: 3 });
+    slave.request(SlaveRequest::Telemetry { bus: REDUNDANT, message: Message::of(1, []) });
+    let counters = status_counters(&mut slave);
+    let nominal = counters.nominal;
+    assert_eq!((nominal.bus_left, nominal.expired, nominal.queue_full, nominal.aborted), (1, 1, 1, 1));
+    assert_eq!((nominal.sent, nominal.lost, nominal.failed()), (1, 3, 4));
+    assert_eq!((counters.redundant.refused, counters.redundant.failed()), (1, 1));
+    slave.request(SlaveRequest::ResetCounters);
+    let counters = status_counters(&mut slave);
+    assert_eq!((counters.nominal.failed(), counters.nominal.received), (0, 1));
+}
+
+/// Verifies: ECSS 5.6.2b, 5.6.2c
+#[test]
+fn error_states_are_told_and_bus_off_is_recovered_after_a_pause() {
+    let mut slave = operational(&STANDARD);
+    let health = Health { state: ErrorState::BusOff, tec: 255, ..Health::default() };
+    slave.health(REDUNDANT, health);
+    assert_eq!(slave.events, [SlaveEvent::Health { bus: REDUNDANT, health }]);
+    slave.run_until(ms(19));
+    assert_eq!(slave.controls, []);
+    slave.run_until(ms(20));
+    assert_eq!(slave.controls, [(REDUNDANT, BusCommand::Recover)]);
+    for _ in 0..3 {
+        slave.health(REDUNDANT, Health::default());
+        slave.health(REDUNDANT, health);
+    }
+    assert_eq!(slave.events.last(), Some(&SlaveEvent::BusFailed { bus: REDUNDANT }));
+}
+
+#[test]
+fn a_selective_slave_does_not_recover_a_bus_it_left() {
+    let mut slave = operational(&SELECTIVE);
+    slave.run_until(ms(505));
+    slave.health(NOMINAL, Health { state: ErrorState::BusOff, ..Health::default() });
+    slave.run_until(ms(600));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+}
+
+/// Verifies: ECSS 6.5.4a
+#[test]
+fn with_autostart_it_goes_to_operational_by_itself_and_back_when_the_search_toggles() {
+    let mut slave = powered(&Profile { autostart: true, ..STANDARD });
+    assert_eq!(slave.events.last(), Some(&SlaveEvent::State(NmtState::Operational)));
+    slave.run_until(ms(500));
+    assert!(slave.events.contains(&SlaveEvent::State(NmtState::PreOperational)));
+}
+
+#[test]
+fn a_frame_it_has_no_use_for_is_counted() {
+    let mut slave = operational(&STANDARD);
+    slave.receive(NOMINAL, 0x306, &[1, 2]);
+    assert_eq!(status_counters(&mut slave).nominal.ignored, 1);
+}
