@@ -1,0 +1,411 @@
+//! One emulated board: a core, its peripherals, a crystal, straps, a debug probe that listens.
+
+use std::fmt;
+use std::sync::Arc;
+
+use can_wire::time::Time;
+
+use crate::clock::BoardClock;
+use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
+use crate::image::{Image, Symbol};
+use crate::link::{Link, RefusedAccess};
+use crate::mmio::Refusal;
+use crate::peripherals::{Clocks, IrqLevels, Peripherals, Pin, PinChange, ResetCause};
+use crate::rtt::{Line, Rtt};
+
+/// Crystal of the pyboard.
+const CRYSTAL_HZ: u64 = 12_000_000;
+
+/// What a board is made of and where it sits.
+#[derive(Clone, Debug)]
+pub struct BoardConfig {
+    /// For logs and errors.
+    pub name: String,
+    /// The program in flash.
+    pub image: Arc<Image>,
+    /// Pins that the harness ties to a level; the others float.
+    pub straps: Vec<(Pin, bool)>,
+    /// How much the crystal runs fast, parts per million, within ±1000.
+    pub ppm: f64,
+    /// Where it hangs on both wires, metres.
+    pub position_m: f64,
+    /// When power comes up.
+    pub power_on_at: Time,
+}
+
+/// What the program asked for and nobody could give. The board stops there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AccessError {
+    /// Name of the board.
+    pub board: String,
+    /// When.
+    pub at: Time,
+    /// The instruction.
+    pub pc: u32,
+    /// What it accessed.
+    pub address: u32,
+    /// A store, not a load or fetch.
+    pub write: bool,
+    /// Why it was refused.
+    pub refusal: Refusal,
+}
+
+impl fmt::Display for AccessError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let AccessError { board, at, pc, address, write, refusal } = self;
+        let kind = if *write { "store to" } else { "load from" };
+        let us = at.as_us();
+        write!(f, "{board}: {kind} {address:08X}h by the instruction at {pc:08X}h after {us} us: {refusal}")
+    }
+}
+
+impl std::error::Error for AccessError {}
+
+/// Whether a board's core runs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum State {
+    /// Without power.
+    Off,
+    /// Executing, or asleep until an interrupt.
+    Running,
+    /// In a HardFault handler that will never leave its loop. Peripherals go on.
+    Stuck,
+    /// Locked up: a fault that no handler can take. Peripherals go on.
+    LockedUp,
+    /// Stopped at an access that the model refused.
+    Refused(AccessError),
+}
+
+/// What happened to a board since the start of the simulation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Instructions executed, exception entries included.
+    pub instructions: u64,
+    /// Core cycles awake, by the core's timing model: zero flash wait states.
+    pub cycles_awake: u64,
+    /// Panic messages, and HardFaults that no panic message announced.
+    pub panics: u64,
+    /// Lock-ups of the core.
+    pub lockups: u64,
+    /// Resets that the program asked for (AIRCR.SYSRESETREQ).
+    pub system_resets: u64,
+    /// Log frames that did not decode.
+    pub malformed_logs: u64,
+}
+
+/// One board.
+pub struct Board {
+    config: BoardConfig,
+    link: Arc<Link>,
+    cpu: Box<dyn Cpu>,
+    clock: BoardClock,
+    clocks: Option<Clocks>,
+    state: State,
+    asleep: bool,
+    lines: IrqLevels,
+    /// The cycle at which a timer next raises its line; later than everything when none will.
+    timer_event: u64,
+    rtt: Rtt,
+    log: Vec<Line>,
+    panicked: bool,
+    counters: Counters,
+}
+
+impl fmt::Debug for Board {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Board")
+            .field("name", &self.config.name)
+            .field("state", &self.state)
+            .field("now", &self.clock.now())
+            .field("counters", &self.counters)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Board {
+    /// A board without power. `serial` goes into its unique ID.
+    ///
+    /// # Panics
+    /// When the crystal is more than 1000 ppm off: a mistake in a test, not an input.
+    pub fn new(config: BoardConfig, serial: u32) -> Self {
+        assert!(config.ppm.abs() <= 1000.0, "a crystal is not {} ppm off", config.ppm);
+        let link = Arc::new(Link::new(Peripherals::new(CRYSTAL_HZ, serial)));
+        for &(pin, level) in &config.straps {
+            link.peripherals().drive(pin, Some(level));
+        }
+        Board {
+            cpu: cpu::stm32f405(config.image.flash(), link.clone()),
+            link,
+            clock: BoardClock::new((config.ppm * 1000.0).round() as i32),
+            clocks: None,
+            state: State::Off,
+            asleep: false,
+            lines: [0; 3],
+            timer_event: u64::MAX,
+            rtt: Rtt::new(&config.image),
+            log: Vec::new(),
+            panicked: false,
+            counters: Counters::default(),
+            config,
+        }
+    }
+
+    /// As configured.
+    pub fn config(&self) -> &BoardConfig {
+        &self.config
+    }
+
+    /// Whether the core runs.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// What happened so far.
+    pub fn counters(&self) -> Counters {
+        Counters { malformed_logs: self.rtt.malformed(), ..self.counters }
+    }
+
+    /// The variable or function `name` of the image.
+    pub fn symbol(&self, name: &str) -> Option<Symbol> {
+        self.config.image.symbol(name)
+    }
+
+    /// Reads flash or RAM without side effects.
+    ///
+    /// # Errors
+    /// [`NotMemory`] when the range leaves both.
+    pub fn read_memory(&self, address: u32, len: usize) -> Result<Vec<u8>, NotMemory> {
+        let mut bytes = vec![0; len];
+        self.cpu.read_memory(address, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Core registers.
+    pub fn registers(&self) -> Registers {
+        self.cpu.registers()
+    }
+
+    /// HCLK now, Hz, without the crystal's error.
+    pub fn hclk(&self) -> u64 {
+        self.link.peripherals().clocks().hclk
+    }
+
+    /// Ties an input to a level, or lets it float.
+    pub fn drive(&mut self, pin: Pin, level: Option<bool>) {
+        self.link.peripherals().drive(pin, level);
+        self.refresh();
+    }
+
+    /// Level of a pin as its port sees it.
+    pub fn pin_level(&self, pin: Pin) -> bool {
+        self.link.peripherals().pin_level(pin)
+    }
+
+    /// Changes of output pins since the last call.
+    pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
+        self.link.peripherals().take_pin_changes()
+    }
+
+    /// Log lines since the last call.
+    pub fn take_log(&mut self) -> Vec<Line> {
+        std::mem::take(&mut self.log)
+    }
+
+    /// Whether it has power.
+    pub fn is_powered(&self) -> bool {
+        self.state != State::Off
+    }
+
+    pub(crate) fn link(&self) -> &Arc<Link> {
+        &self.link
+    }
+
+    /// Power comes up at the board's present, or goes away.
+    pub fn power(&mut self, on: bool) {
+        if on == self.is_powered() {
+            return;
+        }
+        if on {
+            self.cpu = cpu::stm32f405(self.config.image.flash(), self.link.clone());
+            self.start(ResetCause::PowerOn);
+        } else {
+            self.drain();
+            self.state = State::Off;
+            self.link.peripherals().reset(ResetCause::PowerOn);
+        }
+    }
+
+    /// Pulls the reset pin. Without effect on a board without power.
+    pub fn reset(&mut self) {
+        if self.is_powered() {
+            self.start(ResetCause::Pin);
+        }
+    }
+
+    fn start(&mut self, cause: ResetCause) {
+        self.drain();
+        self.rtt.reset();
+        self.cpu.reset();
+        self.link.peripherals().reset(cause);
+        self.lines = [0; 3];
+        self.asleep = false;
+        self.panicked = false;
+        self.clocks = None;
+        self.state = State::Running;
+        self.refresh();
+    }
+
+    /// The next instant at which the board does something if no wire disturbs it.
+    pub fn next_event(&self) -> Time {
+        match self.state {
+            State::Off => Time::NEVER,
+            State::Running if !self.asleep => self.clock.now().time,
+            _ => {
+                let can = self.link.peripherals().can().next_event().unwrap_or(Time::NEVER);
+                let timer = if self.timer_event == u64::MAX || self.state != State::Running {
+                    Time::NEVER
+                } else {
+                    self.clock.time_at(self.timer_event)
+                };
+                can.min(timer)
+            }
+        }
+    }
+
+    /// Where the board stands; it may have run past the instant asked for by the rest of an instruction.
+    pub fn now(&self) -> Time {
+        self.clock.now().time
+    }
+
+    /// Runs until `until` is reached.
+    ///
+    /// # Errors
+    /// [`AccessError`] when the program reached for something that is not there; the board stays stopped.
+    pub fn run_until(&mut self, until: Time) -> Result<(), AccessError> {
+        let result = self.run(until);
+        match self.state {
+            State::Off => self.clock.jump_to(until),
+            State::Running => {}
+            _ => self.clock.advance_to(until),
+        }
+        result
+    }
+
+    fn run(&mut self, until: Time) -> Result<(), AccessError> {
+        let before = self.counters.instructions;
+        while self.state == State::Running && self.now() < until {
+            if self.asleep {
+                self.sleep(until);
+            } else {
+                self.step()?;
+            }
+        }
+        if self.counters.instructions != before {
+            if self.state == State::Running && self.cpu.is_locked_up() {
+                self.counters.lockups += 1;
+                self.state = State::LockedUp;
+            }
+            self.drain();
+        }
+        Ok(())
+    }
+
+    fn sleep(&mut self, until: Time) {
+        if self.timer_event == u64::MAX || self.clock.time_at(self.timer_event) > until {
+            self.clock.advance_to(until);
+        } else {
+            self.clock.advance_to_cycle(self.timer_event);
+            self.refresh();
+        }
+    }
+
+    fn step(&mut self) -> Result<(), AccessError> {
+        self.link.set_now(self.clock.now());
+        let step = self.cpu.step();
+        self.clock.advance(step.cycles);
+        self.counters.instructions += 1;
+        self.counters.cycles_awake += u64::from(step.cycles);
+        self.asleep = step.asleep;
+        if self.link.take_touched() {
+            if let Some(refused) = self.link.take_refused() {
+                return Err(self.refuse(refused));
+            }
+            self.refresh();
+        } else if self.clock.now().cycle >= self.timer_event {
+            self.refresh();
+        }
+        self.look_after(step)
+    }
+
+    fn look_after(&mut self, step: Step) -> Result<(), AccessError> {
+        if step.hard_fault {
+            if let Some(address) = self.cpu.take_bus_fault() {
+                let refused = RefusedAccess { address, write: false, refusal: Refusal::Unmodelled };
+                return Err(self.refuse(refused));
+            }
+            self.drain();
+            if !self.panicked {
+                self.counters.panics += 1;
+                self.panicked = true;
+            }
+        }
+        if step.stuck {
+            self.state = State::Stuck;
+        }
+        if step.reset_request {
+            self.counters.system_resets += 1;
+            self.start(ResetCause::Software);
+        }
+        Ok(())
+    }
+
+    fn refuse(&mut self, refused: RefusedAccess) -> AccessError {
+        let RefusedAccess { address, write, refusal } = refused;
+        let error = AccessError {
+            board: self.config.name.clone(),
+            at: self.now(),
+            pc: self.cpu.return_address().unwrap_or(u32::MAX),
+            address,
+            write,
+            refusal,
+        };
+        self.state = State::Refused(error.clone());
+        error
+    }
+
+    /// Follows what the peripherals did: clock tree, interrupt lines, next timer event.
+    pub(crate) fn refresh(&mut self) {
+        let link = self.link.clone();
+        let mut peripherals = link.peripherals();
+        let clocks = peripherals.clocks();
+        if self.clocks != Some(clocks) {
+            self.clocks = Some(clocks);
+            let pclk1 = self.clock.set(clocks);
+            peripherals.set_clocks(self.clock.now().cycle, clocks, pclk1);
+        }
+        let now = self.clock.now();
+        let levels = peripherals.irq_levels(now);
+        self.timer_event = peripherals.next_timer_event(now).unwrap_or(u64::MAX);
+        for (word, (&new, old)) in levels.iter().zip(&mut self.lines).enumerate() {
+            let mut changed = new ^ *old;
+            while changed != 0 {
+                let bit = changed.trailing_zeros();
+                changed &= changed - 1;
+                let level = new >> bit & 1 == 1;
+                self.cpu.set_irq((word * 32) as u16 + bit as u16, level);
+                // A masked interrupt does not wake the core: the next step finds out.
+                self.asleep &= !level;
+            }
+            *old = new;
+        }
+    }
+
+    fn drain(&mut self) {
+        let first = self.log.len();
+        let at = self.now();
+        self.rtt.drain(&mut *self.cpu, &self.config.image, at, &mut self.log);
+        let panics = self.log[first..].iter().filter(|line| line.text.contains("panicked at")).count();
+        self.panicked |= panics > 0;
+        self.counters.panics += panics as u64;
+    }
+}

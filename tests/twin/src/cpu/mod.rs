@@ -1,0 +1,78 @@
+//! The CPU as the board sees it: one instruction at a time.
+//!
+//! The trait keeps the emulator library out of the rest of the crate. Only [`rsemu`] names it.
+
+mod rsemu;
+#[cfg(test)]
+mod tests;
+
+use std::sync::Arc;
+
+use crate::link::Link;
+
+/// One instruction, exception entry or reset sequence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Step {
+    /// Model cycles: no flash wait states, no prefetch.
+    pub cycles: u32,
+    /// The core sleeps in WFE or WFI; more steps change nothing until an interrupt line rises.
+    pub asleep: bool,
+    /// The step entered HardFault.
+    pub hard_fault: bool,
+    /// The HardFault handler branches to itself: it will never do anything else.
+    pub stuck: bool,
+    /// The program asked for a system reset (AIRCR.SYSRESETREQ) and did not get it yet.
+    pub reset_request: bool,
+}
+
+/// Core registers, for tests and for reports on a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Registers {
+    /// R0 to R15; R13 is the stack pointer in use, R15 the next instruction.
+    pub r: [u32; 16],
+    /// Flags, IT state and exception number.
+    pub xpsr: u32,
+}
+
+/// Memory outside flash and RAM was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct NotMemory(
+    /// The first address outside.
+    pub u32,
+);
+
+/// An ARMv7E-M core with its flash and RAM.
+pub trait Cpu: Send {
+    /// Runs one instruction, exception entry or reset sequence.
+    fn step(&mut self) -> Step;
+    /// Drives an NVIC input; level sensitive.
+    fn set_irq(&mut self, irq: u16, asserted: bool);
+    /// System reset: the core starts again from the vector table, memories keep their content.
+    fn reset(&mut self);
+    /// A fault at a priority that no handler can pre-empt.
+    fn is_locked_up(&self) -> bool;
+    /// Address of the next instruction.
+    fn pc(&self) -> u32;
+    /// Where the exception just entered will return to: after a fault, the instruction that caused it.
+    fn return_address(&self) -> Option<u32>;
+    /// Where memory or bus refused an access since the last call.
+    fn take_bus_fault(&mut self) -> Option<u32>;
+    /// All core registers.
+    fn registers(&self) -> Registers;
+    /// Copies from flash or RAM without side effects.
+    ///
+    /// # Errors
+    /// [`NotMemory`] when the range leaves flash and RAM.
+    fn read_memory(&self, address: u32, bytes: &mut [u8]) -> Result<(), NotMemory>;
+    /// Copies into RAM without side effects.
+    ///
+    /// # Errors
+    /// [`NotMemory`] when the range leaves RAM.
+    fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory>;
+}
+
+/// An STM32F405 core: Cortex-M4F, 1 MiB flash, 128 KiB RAM, 64 KiB CCM, everything else through `link`. `flash` is the
+/// content from 0800 0000h on; the rest is erased.
+pub fn stm32f405(flash: &[u8], link: Arc<Link>) -> Box<dyn Cpu> {
+    Box::new(rsemu::Core::new(flash, link))
+}

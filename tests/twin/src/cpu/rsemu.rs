@@ -1,0 +1,246 @@
+//! The adapter to the `rsemu` core library, version 0.0.7, used unmodified.
+//!
+//! Its exception entry stacks xPSR without ITSTATE, so that an interrupt inside an IT block makes the rest of the block
+//! unconditional, and its exception return advances the ITSTATE it has just restored when the returning instruction
+//! stands in an IT block of the handler. Both are put right here from outside, after the step.
+
+use std::sync::Arc;
+
+use rsemu::core::space::{
+    AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region, RomStore, RomWrite,
+};
+use rsemu::core::{BusError, Device, ResetKind};
+use rsemu::cpu::arm::v7m::sys::Exception;
+use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
+
+use super::{Cpu, NotMemory, Registers, Step};
+use crate::link::Link;
+use crate::mmio::Width;
+
+const FLASH_BASE: u32 = 0x0800_0000;
+const FLASH_LEN: u32 = 1 << 20;
+const CCM_BASE: u32 = 0x1000_0000;
+const CCM_LEN: u32 = 64 << 10;
+const RAM_BASE: u32 = 0x2000_0000;
+const RAM_LEN: u32 = 128 << 10;
+/// Where RM0090 figure 2 puts peripherals, the system memory with the device signature, and DBGMCU.
+const WINDOWS: [(u32, u32); 4] =
+    [(0x4000_0000, 512 << 10), (0x5000_0000, 256 << 20), (0x1FFF_0000, 64 << 10), (0xE004_2000, 0x1000)];
+/// RAM after power-on holds no zeros: programs that rely on them must not fly by luck.
+const RAM_AT_POWER_ON: u8 = 0xA5;
+
+const HARD_FAULT: u32 = 3;
+/// Words from a stack frame's base to the return address and to xPSR (DDI 0403 B1.5.6).
+const FRAME_PC: u32 = 6;
+const FRAME_XPSR: u32 = 7;
+
+/// One peripheral window of the core's address space.
+#[derive(Debug)]
+struct Window {
+    base: u32,
+    link: Arc<Link>,
+}
+
+impl Window {
+    fn target(&self, offset: u64, len: usize) -> Result<(u32, Width), BusError> {
+        let width = match len {
+            1 => Width::Byte,
+            2 => Width::Half,
+            4 => Width::Word,
+            _ => return Err(BusError::BadAccess),
+        };
+        Ok((self.base + offset as u32, width))
+    }
+}
+
+impl MemOps for Window {
+    fn read(&self, offset: u64, dst: &mut [u8], _attrs: MemAttrs) -> MemResult {
+        let (address, width) = self.target(offset, dst.len())?;
+        let value = self.link.read(address, width).map_err(|_| BusError::Unassigned)?;
+        dst.copy_from_slice(&value.to_le_bytes()[..dst.len()]);
+        Ok(())
+    }
+
+    fn write(&self, offset: u64, src: &[u8], _attrs: MemAttrs) -> MemResult {
+        let (address, width) = self.target(offset, src.len())?;
+        let mut word = [0; 4];
+        word[..src.len()].copy_from_slice(src);
+        self.link.write(address, width, u32::from_le_bytes(word)).map_err(|_| BusError::Unassigned)
+    }
+}
+
+/// A Cortex-M4F with the memories of an STM32F405.
+pub(super) struct Core {
+    cpu: ArmV7m,
+    flash: Arc<RomStore>,
+    ram: Arc<RamStore>,
+    ccm: Arc<RamStore>,
+    /// xPSR before the next step.
+    xpsr: u32,
+    bus_faults: u64,
+}
+
+impl Core {
+    pub(super) fn new(image: &[u8], link: Arc<Link>) -> Self {
+        let mut content = vec![0xFF; FLASH_LEN as usize];
+        content[..image.len()].copy_from_slice(image);
+        let flash = Arc::new(RomStore::new(content));
+        let ram = Arc::new(RamStore::new(u64::from(RAM_LEN)));
+        let ccm = Arc::new(RamStore::new(u64::from(CCM_LEN)));
+        for (store, len) in [(&ram, RAM_LEN), (&ccm, CCM_LEN)] {
+            store.fill(0, u64::from(len), RAM_AT_POWER_ON).expect("the whole store");
+        }
+
+        let space = AddressSpace::new("stm32f405", 32);
+        {
+            let mut map = space.topology();
+            let disjoint = "the memory map has no overlaps";
+            // BOOT0 low: flash also answers at zero.
+            for base in [0, FLASH_BASE] {
+                let region = Region::rom("flash", flash.clone(), RomWrite::Fault);
+                map.map_with_perms(region, u64::from(base), Perms::RX).expect(disjoint);
+            }
+            map.map(Region::ram("ram", ram.clone()), u64::from(RAM_BASE)).expect(disjoint);
+            // CCM hangs on the data bus alone: no code runs there.
+            let region = Region::ram("ccm", ccm.clone());
+            map.map_with_perms(region, u64::from(CCM_BASE), Perms::RW).expect(disjoint);
+            for (base, len) in WINDOWS {
+                let window = Arc::new(Window { base, link: link.clone() });
+                map.map(Region::io("peripherals", u64::from(len), window), u64::from(base)).expect(disjoint);
+            }
+        }
+
+        let config = Config::CORTEX_M4F.with_priority_bits(4).with_reset_vtor(FLASH_BASE);
+        let cpu = ArmV7m::new(config);
+        cpu.attach_space(Arc::new(space));
+        Core { xpsr: cpu.xpsr(), cpu, flash, ram, ccm, bus_faults: 0 }
+    }
+
+    fn ram_at(&self, address: u32, len: usize) -> Option<(&RamStore, u64)> {
+        [(RAM_BASE, RAM_LEN, &self.ram), (CCM_BASE, CCM_LEN, &self.ccm)].into_iter().find_map(
+            |(base, size, store)| {
+                let offset = address.checked_sub(base)?;
+                (u64::from(offset) + len as u64 <= u64::from(size)).then_some((&**store, u64::from(offset)))
+            },
+        )
+    }
+
+    fn branches_to_itself(&self) -> bool {
+        const B_SELF: [u8; 2] = [0xFE, 0xE7];
+        let mut instruction = [0; 2];
+        self.read_memory(self.cpu.pc(), &mut instruction).is_ok() && instruction == B_SELF
+    }
+
+    fn word(&self, address: u32) -> Option<u32> {
+        let mut bytes = [0; 4];
+        self.read_memory(address, &mut bytes).ok()?;
+        Some(u32::from_le_bytes(bytes))
+    }
+
+    /// The frame that the current exception's entry stacked; valid right after the entry.
+    fn frame(&self) -> u32 {
+        const SPSEL: u32 = 1 << 2;
+        if self.cpu.reg(14) & SPSEL != 0 { self.cpu.psp() } else { self.cpu.msp() }
+    }
+
+    /// Puts the IT bits that the library dropped into the frame it stacked.
+    fn restore_stacked_itstate(&mut self, it_bits: u32) {
+        let at = self.frame().wrapping_add(FRAME_XPSR * 4);
+        // A frame outside RAM has raised a stacking fault already.
+        if let Some(stacked) = self.word(at) {
+            let _ = self.write_memory(at, &(stacked | it_bits).to_le_bytes());
+        }
+    }
+
+    /// After a return from inside a handler's IT block, takes ITSTATE from the frame just popped: the one right below
+    /// the stack pointer whose registers are those of the core.
+    fn restore_returned_itstate(&mut self) {
+        let regs = self.cpu.regs();
+        let expected = [regs.r[0], regs.r[1], regs.r[2], regs.r[3], regs.r[12], regs.r[14], regs.r[15]];
+        for (size, padding) in [(0x20, 0), (0x20, 4), (0x68, 0), (0x68, 4)] {
+            let frame = regs.r[13].wrapping_sub(size + padding);
+            let popped = (0..=FRAME_PC).zip(expected).all(|(k, r)| {
+                let clear = if k == FRAME_PC { 1 } else { 0 };
+                self.word(frame.wrapping_add(k * 4)).is_some_and(|w| w & !clear == r)
+            });
+            let Some(stacked) = self.word(frame.wrapping_add(FRAME_XPSR * 4)) else { continue };
+            if popped && (stacked >> 9 & 1 == 1) == (padding != 0) {
+                self.cpu.set_xpsr(regs.xpsr & !xpsr::IT_MASK | stacked & xpsr::IT_MASK);
+                return;
+            }
+        }
+    }
+}
+
+impl Cpu for Core {
+    fn step(&mut self) -> Step {
+        let before = self.xpsr;
+        let cycles = self.cpu.step();
+        self.xpsr = self.cpu.xpsr();
+        let (was, is) = (before & xpsr::EXCEPTION, self.xpsr & xpsr::EXCEPTION);
+        if was != is && before & xpsr::IT_MASK != 0 {
+            // An exception that is still active was pre-empted; one that is not has returned.
+            let pre_empted = was == 0 || self.cpu.with_sys(|sys| sys.is_active(Exception(was as u16)));
+            if pre_empted {
+                self.restore_stacked_itstate(before & xpsr::IT_MASK);
+            } else {
+                self.restore_returned_itstate();
+            }
+            self.xpsr = self.cpu.xpsr();
+        }
+        Step {
+            cycles: cycles as u32,
+            // A sleeping step and the WFE that starts the sleep cost one cycle. SysTick, once enabled, runs on asleep.
+            asleep: cycles == 1 && self.cpu.is_asleep() && self.cpu.with_sys(|sys| sys.syst_csr & 1 == 0),
+            hard_fault: is == HARD_FAULT && was != HARD_FAULT,
+            stuck: is == HARD_FAULT && self.branches_to_itself(),
+            // The store to AIRCR costs two cycles; asking after every step would double the cost of most.
+            reset_request: cycles >= 2 && self.cpu.reset_requested(),
+        }
+    }
+
+    fn set_irq(&mut self, irq: u16, asserted: bool) {
+        self.cpu.set_irq(irq, asserted);
+    }
+
+    fn reset(&mut self) {
+        self.cpu.reset(ResetKind::Cold);
+        self.xpsr = self.cpu.xpsr();
+        self.bus_faults = 0;
+    }
+
+    fn is_locked_up(&self) -> bool {
+        self.cpu.is_locked_up()
+    }
+
+    fn pc(&self) -> u32 {
+        self.cpu.pc()
+    }
+
+    fn return_address(&self) -> Option<u32> {
+        self.word(self.frame().wrapping_add(FRAME_PC * 4))
+    }
+
+    fn take_bus_fault(&mut self) -> Option<u32> {
+        let (count, address) = self.cpu.bus_faults();
+        (std::mem::replace(&mut self.bus_faults, count) != count).then_some(address)
+    }
+
+    fn registers(&self) -> Registers {
+        let regs = self.cpu.regs();
+        Registers { r: regs.r, xpsr: regs.xpsr }
+    }
+
+    fn read_memory(&self, address: u32, bytes: &mut [u8]) -> Result<(), NotMemory> {
+        if let Some((store, offset)) = self.ram_at(address, bytes.len()) {
+            return store.read_at(offset, bytes).map_err(|_| NotMemory(address));
+        }
+        let offset = address.checked_sub(FLASH_BASE).ok_or(NotMemory(address))?;
+        self.flash.read_at(u64::from(offset), bytes).map_err(|_| NotMemory(address))
+    }
+
+    fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory> {
+        let (store, offset) = self.ram_at(address, bytes.len()).ok_or(NotMemory(address))?;
+        store.write_at(offset, bytes).map_err(|_| NotMemory(address))
+    }
+}

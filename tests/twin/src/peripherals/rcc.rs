@@ -1,0 +1,300 @@
+//! RCC: oscillators, the clock tree, clock gates, peripheral resets, reset flags.
+//!
+//! RM0090 chapter 7 (F405). HSE and the PLL take their datasheet's time to get ready. Gated clocks are enforced by the
+//! bus; what the low-power enables (LPENR) switch off in Sleep is stored and not enforced. PLLI2S locks at once.
+
+use can_wire::time::Time;
+
+use crate::mmio::Now;
+
+const HSI_HZ: u64 = 16_000_000;
+/// DS8626 table 34: start-up of a 4..26 MHz crystal.
+const HSE_STARTUP: Time = Time::from_ms(2);
+/// DS8626 table 36: PLL lock time at 2 MHz input, upper bound at 1 MHz is 300 µs.
+const PLL_LOCK: Time = Time::from_us(200);
+
+const CR: u32 = 0x00;
+const PLLCFGR: u32 = 0x04;
+const CFGR: u32 = 0x08;
+const AHB1RSTR: u32 = 0x10;
+const APB2RSTR: u32 = 0x24;
+const AHB1ENR: u32 = 0x30;
+const APB2ENR: u32 = 0x44;
+const CSR: u32 = 0x74;
+const DCKCFGR: u32 = 0x8C;
+
+const CR_HSION: u32 = 1 << 0;
+const CR_HSIRDY: u32 = 1 << 1;
+const CR_HSEON: u32 = 1 << 16;
+const CR_HSERDY: u32 = 1 << 17;
+const CR_PLLON: u32 = 1 << 24;
+const CR_PLLRDY: u32 = 1 << 25;
+const CR_PLLI2SON: u32 = 1 << 26;
+const CR_PLLI2SRDY: u32 = 1 << 27;
+const CR_READY: u32 = CR_HSIRDY | CR_HSERDY | CR_PLLRDY | CR_PLLI2SRDY;
+const PLLCFGR_SRC_HSE: u32 = 1 << 22;
+
+const CSR_LSION: u32 = 1 << 0;
+const CSR_LSIRDY: u32 = 1 << 1;
+const CSR_RMVF: u32 = 1 << 24;
+const CSR_FLAGS: u32 = 0xFE00_0000;
+
+/// What caused the reset that the program starts from (RCC_CSR).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ResetCause {
+    /// Power came up.
+    PowerOn,
+    /// The reset pin.
+    Pin,
+    /// AIRCR.SYSRESETREQ.
+    Software,
+}
+
+impl ResetCause {
+    /// PORRSTF and BORRSTF, PINRSTF, SFTRSTF. Every reset pulls the pin low (RM0090 7.1.1).
+    const fn flags(self) -> u32 {
+        match self {
+            ResetCause::PowerOn => 0x0E00_0000,
+            ResetCause::Pin => 0x0400_0000,
+            ResetCause::Software => 0x1400_0000,
+        }
+    }
+}
+
+/// A clock gate and the reset of the same peripheral: register by bus, and bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Gate {
+    /// Offset from AHB1ENR: 0 AHB1, 10h APB1, 14h APB2.
+    pub bus: u32,
+    /// Bit in ENR and RSTR.
+    pub bit: u32,
+}
+
+/// Frequencies that follow from the registers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clocks {
+    /// HCLK in Hz, nominal.
+    pub hclk: u64,
+    /// HCLK cycles per PCLK1 cycle.
+    pub apb1_divider: u64,
+    /// HCLK cycles per APB1 timer clock.
+    pub timer1_divider: u64,
+    /// The crystal drives the clock tree, with its error.
+    pub from_crystal: bool,
+}
+
+/// The registers.
+#[derive(Debug)]
+pub struct Rcc {
+    crystal_hz: u64,
+    words: [u32; 36],
+    hse_ready: Time,
+    pll_ready: Time,
+    /// Peripherals put into reset by the last write, as (RSTR offset from AHB1RSTR, bits).
+    resets: Option<(u32, u32)>,
+}
+
+impl Rcc {
+    /// After power-on; `crystal_hz` is the nominal frequency on OSC_IN.
+    pub fn new(crystal_hz: u64) -> Self {
+        let mut rcc =
+            Rcc { crystal_hz, words: [0; 36], hse_ready: Time::NEVER, pll_ready: Time::NEVER, resets: None };
+        rcc.reset(ResetCause::PowerOn);
+        rcc
+    }
+
+    /// Everything but the reset flags starts again; they add up until RMVF clears them.
+    pub fn reset(&mut self, cause: ResetCause) {
+        let flags = if cause == ResetCause::PowerOn { 0 } else { self.word(CSR) & CSR_FLAGS };
+        self.words = [0; 36];
+        for (offset, value) in [
+            (CR, 0x83),
+            (PLLCFGR, 0x2400_3010),
+            (AHB1ENR, 0x0010_0000),
+            (0x50, 0x7E67_91FF),
+            (0x54, 0x0000_00F1),
+            (0x58, 0x0000_0001),
+            (0x60, 0x36FE_C9FF),
+            (0x64, 0x0007_5F33),
+            (CSR, flags | cause.flags()),
+            (0x84, 0x2000_3000),
+        ] {
+            *self.word_mut(offset) = value;
+        }
+        self.hse_ready = Time::NEVER;
+        self.pll_ready = Time::NEVER;
+    }
+
+    fn word(&self, offset: u32) -> u32 {
+        self.words[offset as usize / 4]
+    }
+
+    fn word_mut(&mut self, offset: u32) -> &mut u32 {
+        &mut self.words[offset as usize / 4]
+    }
+
+    const fn exists(offset: u32) -> bool {
+        // 88h (PLLSAICFGR) exists on F42x only; DCKCFGR too, yet HALs of the family touch it on every part.
+        matches!(offset, 0x00..=0x18 | 0x20 | 0x24 | 0x30..=0x38 | 0x40 | 0x44 | 0x50..=0x58 | 0x60 | 0x64
+            | 0x70 | 0x74 | 0x80 | 0x84 | DCKCFGR)
+    }
+
+    /// A load; `None` for a register the part lacks.
+    pub fn read(&self, now: Now, offset: u32) -> Option<u32> {
+        if !Self::exists(offset) {
+            return None;
+        }
+        let word = self.word(offset);
+        Some(match offset {
+            CR => {
+                let ready = |on, at: Time, flag| if word & on != 0 && now.time >= at { flag } else { 0 };
+                word & !CR_READY
+                    | ready(CR_HSION, Time::ZERO, CR_HSIRDY)
+                    | ready(CR_HSEON, self.hse_ready, CR_HSERDY)
+                    | ready(CR_PLLON, self.pll_ready, CR_PLLRDY)
+                    | ready(CR_PLLI2SON, Time::ZERO, CR_PLLI2SRDY)
+            }
+            CFGR => word & !0b1100 | (word & 0b11) << 2,
+            CSR => word & !CSR_LSIRDY | if word & CSR_LSION != 0 { CSR_LSIRDY } else { 0 },
+            _ => word,
+        })
+    }
+
+    /// A store; `None` for a register the part lacks.
+    pub fn write(&mut self, now: Now, offset: u32, value: u32) -> Option<()> {
+        if !Self::exists(offset) {
+            return None;
+        }
+        let old = self.word(offset);
+        match offset {
+            CR => {
+                let risen = value & !old;
+                if risen & CR_HSEON != 0 {
+                    self.hse_ready = now.time + HSE_STARTUP;
+                }
+                if risen & CR_PLLON != 0 {
+                    self.pll_ready = now.time + PLL_LOCK;
+                }
+                // The oscillator that drives SYSCLK cannot be stopped (RM0090 7.3.1).
+                let in_use = match (self.word(CFGR) & 0b11, self.word(PLLCFGR) & PLLCFGR_SRC_HSE != 0) {
+                    (0, _) => CR_HSION,
+                    (1, _) => CR_HSEON,
+                    (_, true) => CR_PLLON | CR_HSEON,
+                    (_, false) => CR_PLLON | CR_HSION,
+                };
+                *self.word_mut(CR) = value | old & in_use;
+            }
+            CSR => {
+                let flags = if value & CSR_RMVF != 0 { 0 } else { old & CSR_FLAGS };
+                *self.word_mut(CSR) = flags | value & CSR_LSION;
+            }
+            AHB1RSTR..=APB2RSTR => {
+                self.resets = Some((offset - AHB1RSTR, value & !old));
+                *self.word_mut(offset) = value;
+            }
+            _ => *self.word_mut(offset) = value,
+        }
+        Some(())
+    }
+
+    /// Peripherals put into reset since the last call, as (bus as in [`Gate`], bits).
+    pub fn take_resets(&mut self) -> Option<(u32, u32)> {
+        self.resets.take()
+    }
+
+    /// Whether a peripheral is clocked.
+    pub fn is_clocked(&self, gate: Gate) -> bool {
+        debug_assert!(AHB1ENR + gate.bus <= APB2ENR);
+        self.word(AHB1ENR + gate.bus) >> gate.bit & 1 == 1
+    }
+
+    /// The clock tree as set now.
+    pub fn clocks(&self) -> Clocks {
+        let pllcfgr = self.word(PLLCFGR);
+        let cfgr = self.word(CFGR);
+        let (sysclk, from_crystal) = match cfgr & 0b11 {
+            0 => (HSI_HZ, false),
+            1 => (self.crystal_hz, true),
+            _ => {
+                let crystal = pllcfgr & PLLCFGR_SRC_HSE != 0;
+                let input = if crystal { self.crystal_hz } else { HSI_HZ };
+                let m = u64::from(pllcfgr & 0x3F).max(1);
+                let n = u64::from(pllcfgr >> 6 & 0x1FF);
+                let p = (u64::from(pllcfgr >> 16 & 0b11) + 1) * 2;
+                ((input * n / (m * p)).max(1), crystal)
+            }
+        };
+        let hpre = match cfgr >> 4 & 0xF {
+            0..=7 => 1,
+            8..=11 => 2 << (cfgr >> 4 & 0b11),
+            // 1100b is 64: there is no 32 (RM0090 7.3.3).
+            _ => 64 << (cfgr >> 4 & 0b11),
+        };
+        let apb1_divider = match cfgr >> 10 & 0b111 {
+            0..=3 => 1,
+            n => 2 << (n - 4),
+        };
+        // RM0090 7.2, figure 16: timers run at PCLK, or at twice PCLK when it is divided.
+        let timer1_divider = if apb1_divider == 1 { 1 } else { apb1_divider / 2 };
+        Clocks { hclk: sysclk / hpre, apb1_divider, timer1_divider, from_crystal }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at_us(us: u64) -> Now {
+        Now { cycle: 0, time: Time::from_us(us) }
+    }
+
+    /// PLL M = 6, N = 168, P = 2 from a 12 MHz crystal; AHB 1, APB1 4, APB2 2.
+    fn at_168_mhz() -> Rcc {
+        let mut rcc = Rcc::new(12_000_000);
+        rcc.write(at_us(0), PLLCFGR, 7 << 24 | PLLCFGR_SRC_HSE | 168 << 6 | 6).unwrap();
+        rcc.write(at_us(0), CR, 0x83 | CR_HSEON | CR_PLLON).unwrap();
+        rcc.write(at_us(3000), CFGR, 4 << 13 | 5 << 10 | 2).unwrap();
+        rcc
+    }
+
+    #[test]
+    fn the_pyboards_tree_gives_168_mhz_and_84_mhz_timers() {
+        let clocks = at_168_mhz().clocks();
+        assert_eq!(
+            clocks,
+            Clocks { hclk: 168_000_000, apb1_divider: 4, timer1_divider: 2, from_crystal: true }
+        );
+    }
+
+    #[test]
+    fn a_reset_runs_on_hsi() {
+        let clocks = Rcc::new(12_000_000).clocks();
+        assert_eq!((clocks.hclk, clocks.timer1_divider, clocks.from_crystal), (16_000_000, 1, false));
+    }
+
+    #[test]
+    fn hse_gets_ready_after_its_start_up_time() {
+        let mut rcc = Rcc::new(12_000_000);
+        rcc.write(at_us(100), CR, 0x83 | CR_HSEON).unwrap();
+        assert_eq!(rcc.read(at_us(2099), CR).unwrap() & CR_HSERDY, 0);
+        assert_ne!(rcc.read(at_us(2100), CR).unwrap() & CR_HSERDY, 0);
+    }
+
+    #[test]
+    fn the_oscillator_in_use_cannot_be_stopped() {
+        let mut rcc = at_168_mhz();
+        rcc.write(at_us(4000), CR, 0).unwrap();
+        let cr = rcc.read(at_us(4000), CR).unwrap();
+        assert_eq!(cr & (CR_HSEON | CR_PLLON | CR_HSION), CR_HSEON | CR_PLLON);
+    }
+
+    #[test]
+    fn reset_flags_add_up_until_removed() {
+        let mut rcc = Rcc::new(12_000_000);
+        rcc.reset(ResetCause::Software);
+        assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x1E00_0000);
+        rcc.write(at_us(0), CSR, CSR_RMVF).unwrap();
+        rcc.reset(ResetCause::Software);
+        assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x1400_0000);
+    }
+}

@@ -1,0 +1,116 @@
+//! Small blocks that firmware only sets up and reads back: FLASH, PWR, DBGMCU, device signature.
+
+/// FLASH interface, RM0090 chapter 3. Wait states are stored and cost nothing; programming and erasing are refused.
+#[derive(Debug, Default)]
+pub struct Flash {
+    acr: u32,
+}
+
+impl Flash {
+    const ACR: u32 = 0x00;
+    const SR: u32 = 0x0C;
+    const CR: u32 = 0x10;
+    const OPTCR: u32 = 0x14;
+
+    /// A load; `None` for what is not modelled.
+    pub fn read(&self, offset: u32) -> Option<u32> {
+        match offset {
+            Self::ACR => Some(self.acr),
+            Self::SR => Some(0),
+            // LOCK
+            Self::CR => Some(0x8000_0000),
+            Self::OPTCR => Some(0x0FFF_AAED),
+            _ => None,
+        }
+    }
+
+    /// A store; `None` for what is not modelled.
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+        (offset == Self::ACR).then(|| self.acr = value)
+    }
+}
+
+/// PWR, RM0090 chapter 5 (F405). The regulator reaches its scale at once; Stop and Standby are not modelled.
+#[derive(Debug)]
+pub struct Pwr {
+    cr: u32,
+    csr: u32,
+}
+
+impl Default for Pwr {
+    fn default() -> Self {
+        Pwr { cr: 0x0000_4000, csr: 0 }
+    }
+}
+
+impl Pwr {
+    const VOSRDY: u32 = 1 << 14;
+    const BRE: u32 = 1 << 9;
+    const BRR: u32 = 1 << 3;
+    const EWUP: u32 = 1 << 8;
+
+    /// A load; `None` for what does not exist.
+    pub fn read(&self, offset: u32) -> Option<u32> {
+        match offset {
+            0x00 => Some(self.cr),
+            0x04 => {
+                let backup = if self.csr & Self::BRE != 0 { Self::BRR } else { 0 };
+                Some(self.csr | Self::VOSRDY | backup)
+            }
+            _ => None,
+        }
+    }
+
+    /// A store; `None` for what does not exist.
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+        match offset {
+            0x00 => self.cr = value & 0x43FF,
+            0x04 => self.csr = value & (Self::BRE | Self::EWUP),
+            _ => return None,
+        }
+        Some(())
+    }
+}
+
+/// DBGMCU, RM0090 38.16. Freezing is stored: no debugger ever halts the core.
+#[derive(Debug, Default)]
+pub struct Dbgmcu {
+    words: [u32; 4],
+}
+
+impl Dbgmcu {
+    /// Device 413h, revision Y.
+    const IDCODE: u32 = 0x100F_6413;
+
+    /// A load; `None` for what does not exist.
+    pub fn read(&self, offset: u32) -> Option<u32> {
+        match offset {
+            0x00 => Some(Self::IDCODE),
+            0x04..=0x0C => Some(self.words[offset as usize / 4]),
+            _ => None,
+        }
+    }
+
+    /// A store; `None` for what does not exist.
+    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
+        match offset {
+            0x04..=0x0C => {
+                self.words[offset as usize / 4] = value;
+                Some(())
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Device signature in system memory, RM0090 chapter 39: unique ID and flash size.
+pub fn signature(serial: u32, address: u32) -> Option<u32> {
+    match address {
+        0x1FFF_7A10 => Some(serial),
+        0x1FFF_7A14 => Some(0x3430_3546),
+        0x1FFF_7A18 => Some(0x2054_5749),
+        // Flash size in KiB in the upper half; the lower is reserved.
+        0x1FFF_7A20 => Some(1024 << 16),
+        _ => None,
+    }
+}

@@ -1,0 +1,155 @@
+//! What a debug probe does for a running board: drains the RTT buffer and decodes defmt frames.
+
+use std::fmt;
+
+use can_wire::time::Time;
+use defmt_decoder::DecodeError;
+
+use crate::cpu::Cpu;
+use crate::image::Image;
+
+/// Severity of a log line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Level {
+    /// `defmt::trace!`
+    Trace,
+    /// `defmt::debug!`
+    Debug,
+    /// `defmt::info!`
+    Info,
+    /// `defmt::warn!`
+    Warn,
+    /// `defmt::error!`
+    Error,
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Level::Trace => "TRACE",
+            Level::Debug => "DEBUG",
+            Level::Info => "INFO",
+            Level::Warn => "WARN",
+            Level::Error => "ERROR",
+        })
+    }
+}
+
+/// A decoded line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// When the probe saw its last byte: at most a quantum after the program wrote it.
+    pub at: Time,
+    /// `None` for `defmt::println!`.
+    pub level: Option<Level>,
+    /// The message without timestamp and level.
+    pub text: String,
+}
+
+/// The control block's identifier; absent until the program has initialised its memory.
+const MAGIC: &[u8; 10] = b"SEGGER RTT";
+/// Offsets in the control block: up channel 0.
+const BUFFER: u32 = 28;
+const WRITE: u32 = 36;
+const READ: u32 = 40;
+/// rzcobs ends every frame with this byte.
+const END_OF_FRAME: u8 = 0;
+
+/// The probe's end of the log of one board.
+#[derive(Debug, Default)]
+pub struct Rtt {
+    control_block: Option<u32>,
+    pending: Vec<u8>,
+    malformed: u64,
+}
+
+impl Rtt {
+    /// For a board that runs `image`.
+    pub fn new(image: &Image) -> Self {
+        let control_block = image.log_table().and_then(|_| image.symbol("_SEGGER_RTT"));
+        Rtt { control_block: control_block.map(|symbol| symbol.address), ..Rtt::default() }
+    }
+
+    /// Frames that did not decode: overwritten before the probe came, or cut by a reset.
+    pub fn malformed(&self) -> u64 {
+        self.malformed
+    }
+
+    /// The program starts again; half a frame will not be finished.
+    pub fn reset(&mut self) {
+        if !self.pending.is_empty() {
+            self.malformed += 1;
+            self.pending.clear();
+        }
+    }
+
+    /// Takes what the program wrote since the last call.
+    pub fn drain(&mut self, cpu: &mut dyn Cpu, image: &Image, at: Time, lines: &mut Vec<Line>) {
+        let Some(block) = self.control_block else { return };
+        let (write, read) = (word(cpu, block + WRITE), word(cpu, block + READ));
+        if write == read {
+            return;
+        }
+        let mut magic = [0; MAGIC.len()];
+        let (buffer, size) = (word(cpu, block + BUFFER), word(cpu, block + BUFFER + 4));
+        if cpu.read_memory(block, &mut magic).is_err() || magic != *MAGIC || write >= size || read >= size {
+            return;
+        }
+        let mut ring = vec![0; size as usize];
+        if cpu.read_memory(buffer, &mut ring).is_err()
+            || cpu.write_memory(block + READ, &write.to_le_bytes()).is_err()
+        {
+            return;
+        }
+        let (write, read) = (write as usize, read as usize);
+        if read < write {
+            self.pending.extend_from_slice(&ring[read..write]);
+        } else {
+            self.pending.extend_from_slice(&ring[read..]);
+            self.pending.extend_from_slice(&ring[..write]);
+        }
+        self.decode(image, at, lines);
+    }
+
+    /// Decodes whole frames only, so that nothing is left in the stream decoder, which borrows the table.
+    fn decode(&mut self, image: &Image, at: Time, lines: &mut Vec<Line>) {
+        let (Some(table), Some(end)) =
+            (image.log_table(), self.pending.iter().rposition(|&byte| byte == END_OF_FRAME))
+        else {
+            return;
+        };
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(&self.pending[..=end]);
+        self.pending.drain(..=end);
+        loop {
+            match decoder.decode() {
+                Ok(frame) => lines.push(Line {
+                    at,
+                    level: frame.level().map(level),
+                    text: frame.display_message().to_string(),
+                }),
+                Err(DecodeError::UnexpectedEof) => return,
+                Err(DecodeError::Malformed) => self.malformed += 1,
+            }
+        }
+    }
+}
+
+fn word(cpu: &dyn Cpu, address: u32) -> u32 {
+    let mut bytes = [0; 4];
+    // The control block of a sound image lies in RAM; anything else reads as an empty channel.
+    match cpu.read_memory(address, &mut bytes) {
+        Ok(()) => u32::from_le_bytes(bytes),
+        Err(_) => 0,
+    }
+}
+
+fn level(level: defmt_parser::Level) -> Level {
+    match level {
+        defmt_parser::Level::Trace => Level::Trace,
+        defmt_parser::Level::Debug => Level::Debug,
+        defmt_parser::Level::Info => Level::Info,
+        defmt_parser::Level::Warn => Level::Warn,
+        defmt_parser::Level::Error => Level::Error,
+    }
+}
