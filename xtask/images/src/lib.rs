@@ -1,1 +1,136 @@
-//! stub
+//! Builds both firmware images, whichever way this machine can.
+//!
+//! [`build`] is all that most need: it finds a toolchain, says so in one line, and builds under a file lock, so that test
+//! processes that want the same images build them once. It is never called from a build script.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+mod environment;
+mod toolchain;
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// What people flash and the twin flies.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Images {
+    /// ELF file of the master image.
+    pub master: PathBuf,
+    /// ELF file of the slave image.
+    pub slave: PathBuf,
+}
+
+/// Why there are no images.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// Neither rustup nor Debian gives a toolchain for the target.
+    #[error(
+        "no toolchain for {TARGET}: rustup has no such target and cannot fetch it; on Debian, run as root\n    {0}"
+    )]
+    NoToolchain(String),
+    /// A command could not be started.
+    #[error("cannot run {0}: {1}")]
+    Spawn(String, std::io::Error),
+    /// A command failed; its output went to stderr.
+    #[error("{0} failed ({1})")]
+    Failed(String, std::process::ExitStatus),
+    /// The build directory cannot be used.
+    #[error("cannot use {0}: {1}")]
+    Directory(PathBuf, std::io::Error),
+}
+
+/// Target triple of every supported board.
+pub const TARGET: &str = "thumbv7em-none-eabihf";
+
+const PACKAGES: [&str; 2] = ["master", "slave"];
+
+/// Builds master and slave for a board (`pyboard-v11`) and a mission profile (`librecube`, or `standard`).
+///
+/// # Errors
+/// See [`Error`]; each says what to do.
+pub fn build(board: &str, profile: &str) -> Result<Images, Error> {
+    let directory = cargo(&["build"], board, profile, &[])?;
+    Ok(Images { master: directory.join("master"), slave: directory.join("slave") })
+}
+
+/// Lints boards and firmware as they are compiled for a board; warnings are errors.
+///
+/// # Errors
+/// See [`Error`].
+pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
+    cargo(
+        &["clippy", "--package", "ecss-can", "--package", "boards"],
+        board,
+        profile,
+        &["--", "-D", "warnings"],
+    )
+    .map(drop)
+}
+
+/// Runs cargo for both packages under the lock; returns the directory of the ELF files.
+fn cargo(command: &[&str], board: &str, profile: &str, rest: &[&str]) -> Result<PathBuf, Error> {
+    let root = workspace();
+    // One directory per configuration: images of two profiles never overwrite each other.
+    let target_dir = root.join("target/firmware").join(format!("{board}-{profile}"));
+    let unusable = |error| Error::Directory(target_dir.clone(), error);
+    fs::create_dir_all(&target_dir).map_err(unusable)?;
+    let lock_file = File::create(root.join("target/firmware/lock")).map_err(unusable)?;
+    let mut lock = fd_lock::RwLock::new(lock_file);
+    let _guard = lock.write().map_err(unusable)?;
+
+    let toolchain = toolchain::find(command[0] == "clippy")?;
+    let progress = spinner(&format!("{} firmware for {board}, profile {profile}: {toolchain}", command[0]));
+    let mut cargo = toolchain.cargo();
+    cargo.current_dir(&root).args(command).args(toolchain.arguments());
+    cargo.args(["--quiet", "--locked", "--profile", "firmware", "--target", TARGET]);
+    cargo.arg("--target-dir").arg(&target_dir);
+    for package in PACKAGES {
+        cargo.args(["--package", package, "--features", &format!("{package}/{board}")]);
+        if profile != "standard" {
+            cargo.args(["--features", &format!("{package}/{profile}")]);
+        }
+    }
+    cargo.args(rest);
+    let outcome = run(&mut cargo);
+    progress.finish_and_clear();
+    outcome?;
+    Ok(target_dir.join(TARGET).join("firmware"))
+}
+
+/// Root of the workspace.
+fn workspace() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new(".")).to_path_buf()
+}
+
+/// A line with a running clock on a terminal; a plain line elsewhere.
+fn spinner(message: &str) -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    if bar.is_hidden() {
+        eprintln!("{message}");
+    }
+    let style = ProgressStyle::with_template("{spinner} {msg} [{elapsed}]")
+        .unwrap_or_else(|_| ProgressStyle::default_spinner());
+    bar.set_style(style);
+    bar.set_message(message.to_owned());
+    bar.enable_steady_tick(std::time::Duration::from_millis(120));
+    bar
+}
+
+/// Runs a command to its end, its output on our stderr.
+fn run(command: &mut Command) -> Result<(), Error> {
+    let line = command_line(command);
+    match command.stdout(std::io::stderr()).status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(Error::Failed(line, status)),
+        Err(error) => Err(Error::Spawn(line, error)),
+    }
+}
+
+fn command_line(command: &Command) -> String {
+    let words = std::iter::once(command.get_program()).chain(command.get_args());
+    words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
