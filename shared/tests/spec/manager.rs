@@ -282,8 +282,7 @@ fn slaves_heard_on_the_other_bus_only_draw_the_master_there_after_the_settling_t
 #[test]
 fn slaves_that_wait_are_to_be_started_on_the_active_bus_unless_held() {
     let mut manager = started();
-    let start =
-        |manager: &mut Manager, bus, state| manager.on_heartbeat(bus, node(2), state, ms(1)).start;
+    let start = |manager: &mut Manager, bus, state| manager.on_heartbeat(bus, node(2), state, ms(1)).start;
     assert!(start(&mut manager, NOMINAL, PreOperational));
     assert!(start(&mut manager, NOMINAL, Initialising));
     assert!(!start(&mut manager, NOMINAL, Operational));
