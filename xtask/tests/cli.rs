@@ -81,6 +81,7 @@ fn a_cut_after_the_end_is_refused() {
 fn an_unknown_board_is_refused_with_the_known_ones() {
     refuses(&["demo", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11"]);
     refuses(&["firmware", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11"]);
+    refuses(&["firmware", "--profile", "apollo"], &["apollo", "--profile", "librecube", "standard"]);
 }
 
 #[test]

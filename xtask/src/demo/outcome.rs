@@ -87,7 +87,7 @@ mod tests {
         let text = text(&flight, &Summary::of(&flight));
         for expected in [
             "master               operational, redundant bus",
-            "node 4   selective   operational, redundant bus    12406.0 ms      271        271",
+            "node 4   selective   operational, redundant bus   12406.0 ms      271        271",
             "2 of 2 slaves operational; TC: 778 on the wire, 660 due, 660 executed",
         ] {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");

@@ -6,9 +6,10 @@ use super::observer::Access;
 use super::options::{Misuse, Options};
 use super::record::{Bus, MASTER, Node};
 use crate::board::Board;
+use crate::firmware::Profile;
 
-/// The mission profile that both images are built with by default.
-pub const PROFILE: &str = "librecube";
+/// The mission profile that both images are built with.
+pub const PROFILE: Profile = Profile::Librecube;
 
 /// The slave with selective access in that profile.
 const SELECTIVE: Node = 4;

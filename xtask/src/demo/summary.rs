@@ -73,7 +73,7 @@ impl Summary {
         Summary {
             boards: flight.boards.len(),
             board: flight.plan.board.name(),
-            profile: PROFILE,
+            profile: PROFILE.name(),
             seed: flight.plan.seed,
             virtual_seconds: rounded(flight.end.as_secs_f64(), 6),
             wall_seconds: rounded(wall_seconds, 3),
