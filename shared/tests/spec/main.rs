@@ -4,6 +4,7 @@
 
 mod bench;
 mod bus_off;
+mod bus_task;
 mod clock;
 mod heartbeat;
 mod link;
