@@ -1,1 +1,42 @@
+//! Board support: two CAN ports, a clock, LEDs and straps.
+//!
+//! A board is one module and one feature. [`Board::init`] hands out everything an image needs; nothing above this crate
+//! names a register or a pin. All `unsafe` of the project is here. On the host only what needs no hardware is compiled,
+//! so that it can be tested there.
+
 #![cfg_attr(target_os = "none", no_std)]
+#![deny(unsafe_op_in_unsafe_fn)]
+#![deny(clippy::undocumented_unsafe_blocks)]
+#![warn(missing_docs)]
+
+#[cfg(any(test, target_os = "none"))]
+mod bxcan;
+pub mod straps;
+
+#[cfg(target_os = "none")]
+mod clock;
+#[cfg(all(target_os = "none", feature = "pyboard-v11"))]
+mod pyboard_v11;
+
+#[cfg(target_os = "none")]
+mod image {
+    use defmt_rtt as _;
+    use ecss_can::runner::Telltale;
+    use panic_probe as _;
+
+    /// What a debugger or an emulator reads of the running image, by this symbol.
+    // SAFETY: no other symbol of an image has this name.
+    #[unsafe(no_mangle)]
+    pub static TELLTALE: Telltale = Telltale::new();
+
+    /// Reset the chip.
+    pub fn reset() -> ! {
+        cortex_m::peripheral::SCB::sys_reset()
+    }
+}
+
+#[cfg(target_os = "none")]
+pub use {bxcan::Port, clock::Uptime, image::TELLTALE, image::reset};
+
+#[cfg(all(target_os = "none", feature = "pyboard-v11"))]
+pub use pyboard_v11::{BIT_RATE, Board, Leds};

@@ -1,1 +1,19 @@
-fn main() {}
+//! Firmware of the master.
+//!
+//! This file is the shell of the crate: on a board [`app`] starts everything, on the host a hint is printed.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+#[cfg(target_os = "none")]
+mod app;
+#[cfg(target_os = "none")]
+mod application;
+#[cfg(target_os = "none")]
+mod tasks;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This is firmware. Flash a board:  cargo master --features pyboard-v11,librecube");
+    println!("Or see it fly without a board:   cargo demo");
+}

@@ -1,0 +1,19 @@
+//! Puts the linker's memory map of the chosen board where the linker looks for it.
+
+use std::path::PathBuf;
+use std::{env, fs};
+
+/// Board feature as cargo passes it, memory map.
+const MAPS: [(&str, &str); 1] = [("CARGO_FEATURE_PYBOARD_V11", "memory/stm32f405rg.x")];
+
+fn main() {
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-changed=memory");
+    if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
+        return;
+    }
+    let Some((_, map)) = MAPS.iter().find(|(feature, _)| env::var_os(feature).is_some()) else { return };
+    let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    fs::copy(map, out.join("memory.x")).expect("OUT_DIR is writable");
+    println!("cargo:rustc-link-search={}", out.display());
+}

@@ -1,0 +1,108 @@
+//! From the interrupts of a controller to its port: bounded, nothing lost unseen.
+
+use core::cell::RefCell;
+use core::task::{Context, Poll};
+
+use ecss_can::link::Frame;
+use ecss_can::link::port::{Health, MAILBOXES, PortEvent};
+use ecss_can::time::Stamp;
+use embassy_stm32::pac::can::regs::Esr;
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::waitqueue::AtomicWaker;
+use heapless::Deque;
+
+use super::controller::health;
+
+/// Received frames that may wait for the task: 3 ms of the shortest frames.
+const FRAMES: usize = 64;
+
+/// What happened on a controller and was not taken yet.
+pub struct EventQueue {
+    waiting: Mutex<CriticalSectionRawMutex, RefCell<Waiting>>,
+    waker: AtomicWaker,
+}
+
+struct Waiting {
+    /// In the order of time. A mailbox is not used again before its result was taken, so the places that frames leave
+    /// free always suffice for results.
+    events: Deque<PortEvent, { FRAMES + MAILBOXES }>,
+    lost: u16,
+    flags: ErrorFlags,
+    health: Option<Health>,
+}
+
+/// Error warning, error passive, bus-off.
+type ErrorFlags = (bool, bool, bool);
+
+impl EventQueue {
+    pub(super) const fn new() -> Self {
+        let waiting = Waiting { events: Deque::new(), lost: 0, flags: (false, false, false), health: None };
+        EventQueue { waiting: Mutex::new(RefCell::new(waiting)), waker: AtomicWaker::new() }
+    }
+
+    /// A frame came; when the queue is full it is counted as lost.
+    pub(super) fn received(&self, frame: Frame, stamp: Stamp) {
+        self.update(|waiting| {
+            if waiting.events.len() >= FRAMES
+                || waiting.events.push_back(PortEvent::Received { frame, stamp }).is_err()
+            {
+                waiting.lost = waiting.lost.saturating_add(1);
+            }
+        });
+    }
+
+    /// A frame was lost before it could be read.
+    pub(super) fn overrun(&self) {
+        self.update(|waiting| waiting.lost = waiting.lost.saturating_add(1));
+    }
+
+    /// The result of a mailbox.
+    pub(super) fn finished(&self, result: PortEvent) {
+        self.update(|waiting| {
+            let taken = waiting.events.push_back(result).is_ok();
+            debug_assert!(taken, "a mailbox was used again before its result was taken");
+        });
+    }
+
+    /// The error register as it is now; a change of its flags is reported, the latest only.
+    pub(super) fn error_status(&self, esr: Esr) {
+        self.update(|waiting| {
+            let flags = (esr.ewgf(), esr.epvf(), esr.boff());
+            if flags != waiting.flags {
+                waiting.flags = flags;
+                waiting.health = Some(health(esr));
+            }
+        });
+    }
+
+    /// The next event.
+    pub(super) fn poll(&self, cx: &mut Context<'_>) -> Poll<PortEvent> {
+        self.waker.register(cx.waker());
+        match self.with(Waiting::take) {
+            Some(event) => Poll::Ready(event),
+            None => Poll::Pending,
+        }
+    }
+
+    fn update(&self, change: impl FnOnce(&mut Waiting)) {
+        self.with(change);
+        self.waker.wake();
+    }
+
+    fn with<R>(&self, what: impl FnOnce(&mut Waiting) -> R) -> R {
+        self.waiting.lock(|waiting| what(&mut waiting.borrow_mut()))
+    }
+}
+
+impl Waiting {
+    fn take(&mut self) -> Option<PortEvent> {
+        if let Some(health) = self.health.take() {
+            return Some(PortEvent::Health(health));
+        }
+        if self.lost > 0 {
+            return Some(PortEvent::Overrun { lost: core::mem::take(&mut self.lost) });
+        }
+        self.events.pop_front()
+    }
+}

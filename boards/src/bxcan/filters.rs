@@ -1,0 +1,54 @@
+//! Acceptance filters in 16-bit mask mode, two to a bank (RM0090 32.7.4).
+
+use ecss_can::link::port::Filter;
+
+/// Banks of each controller; the second one's begin here (CAN2SB).
+pub(super) const BANKS: usize = 14;
+
+const RTR: u32 = 1 << 4;
+const IDE: u32 = 1 << 3;
+
+/// One half of a bank: identifier below, mask above. RTR and IDE count and are 0 in the identifier, so that remote
+/// frames and those with 29-bit identifiers are never admitted.
+pub(super) fn half_bank(filter: Filter) -> u32 {
+    let identifier = u32::from(filter.id.raw()) << 5;
+    let mask = u32::from(filter.mask & 0x7FF) << 5 | RTR | IDE;
+    mask << 16 | identifier
+}
+
+/// Both halves of each bank. The half that an odd number leaves over repeats the last filter: an empty one would admit
+/// identifier 0.
+pub(super) fn banks(filters: &[Filter]) -> impl Iterator<Item = [u32; 2]> {
+    filters.chunks(2).filter_map(|pair| {
+        let (first, last) = (pair.first()?, pair.last()?);
+        Some([half_bank(*first), half_bank(*last)])
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ecss_can::link::CobId;
+
+    fn id(raw: u16) -> CobId {
+        CobId::new(raw).unwrap()
+    }
+
+    #[test]
+    fn an_exact_filter_compares_every_identifier_bit_and_rtr_and_ide() {
+        // STID 31:21 of the 16-bit register layout: 701h << 5 = E020h, mask 7FFh << 5 | 18h = FFF8h.
+        assert_eq!(half_bank(Filter::exact(id(0x701))), 0xFFF8_E020);
+    }
+
+    #[test]
+    fn a_function_filter_leaves_the_node_out() {
+        assert_eq!(half_bank(Filter::function(id(0x380))), 0xF018_7000);
+    }
+
+    #[test]
+    fn the_left_over_half_admits_nothing_new() {
+        let filters = [0x000, 0x080, 0x181].map(|raw| Filter::exact(id(raw)));
+        let banks: Vec<_> = banks(&filters).collect();
+        assert_eq!(banks, [[0xFFF8_0000, 0xFFF8_1000], [0xFFF8_3020, 0xFFF8_3020]]);
+    }
+}

@@ -1,0 +1,30 @@
+//! Driver of ST's bxCAN controllers (RM0090 chapter 32).
+//!
+//! ```text
+//! TX interrupt: results of the mailboxes ──┐
+//! RX interrupt: frames of the FIFO ────────┼── EventQueue ── Port::event()
+//! SCE interrupt: error flags ──────────────┘
+//! ```
+//!
+//! Frames are retransmitted until they are acknowledged or aborted, the mailbox with the lowest identifier first.
+//! Recovery from bus-off is a decision of the node, so the automatic one is off. Time-triggered mode stays off: the
+//! errata of this block say that its time stamps are not available.
+
+mod filters;
+mod mailboxes;
+
+#[cfg(target_os = "none")]
+mod controller;
+#[cfg(target_os = "none")]
+mod events;
+#[cfg(target_os = "none")]
+mod interrupts;
+#[cfg(target_os = "none")]
+mod port;
+
+#[cfg(target_os = "none")]
+pub use {
+    controller::BitTiming,
+    interrupts::{ReceiveHandler, StatusHandler, TransmitHandler},
+    port::Port,
+};

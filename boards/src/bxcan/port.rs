@@ -1,0 +1,152 @@
+//! A controller as the port of one bus.
+
+use core::future::poll_fn;
+
+use ecss_can::link::Frame;
+use ecss_can::link::port::{Busy, CanPort, Filter, Health, MAILBOXES, Mailbox, PortEvent};
+use embassy_stm32::can::{RxPin, TxPin};
+use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
+use embassy_stm32::interrupt::Priority;
+use embassy_stm32::interrupt::typelevel::{Binding, Interrupt};
+use embassy_stm32::pac::can::Can;
+use embassy_stm32::{Peri, pac, rcc};
+
+use super::controller::{self, BitTiming, Controller};
+use super::events::EventQueue;
+use super::filters::{BANKS, banks};
+use super::interrupts::{ReceiveHandler, StatusHandler, TransmitHandler};
+use super::mailboxes::Mailboxes;
+
+/// Below the timer driver's: its interrupt keeps the time that the stamps are read from.
+const PRIORITY: Priority = Priority::P6;
+
+/// Polls of MSR while a controller in bus-off enters Init mode, which takes it a bit time or two: some 100 µs.
+const INIT_POLLS: usize = 2_000;
+
+/// A bxCAN controller on its bus.
+pub struct Port {
+    registers: Can,
+    first_bank: usize,
+    events: &'static EventQueue,
+    mailboxes: Mailboxes,
+    joined: bool,
+    /// Dropping them would cut the controller off its pins.
+    _pins: [Flex<'static>; 2],
+}
+
+impl Port {
+    /// Takes a controller into Init mode, silent. CAN1 must be made first: it clocks the filters of both.
+    pub fn new<T: Controller>(
+        _controller: Peri<'static, T>,
+        rx: Peri<'static, impl RxPin<T>>,
+        tx: Peri<'static, impl TxPin<T>>,
+        _interrupts: impl Binding<T::TXInterrupt, TransmitHandler<T>>
+        + Binding<T::RX0Interrupt, ReceiveHandler<T>>
+        + Binding<T::SCEInterrupt, StatusHandler<T>>,
+        timing: BitTiming,
+    ) -> Port {
+        rcc::enable_and_reset::<T>();
+        controller::configure(T::REGISTERS, timing);
+        // Recessive in Init mode, so the pins come last. The pull-up keeps a port without transceiver recessive.
+        let (rx_function, tx_function) = (rx.af_num(), tx.af_num());
+        let (mut rx, mut tx) = (Flex::new(rx), Flex::new(tx));
+        rx.set_as_af_unchecked(rx_function, AfType::input(Pull::Up));
+        tx.set_as_af_unchecked(tx_function, AfType::output(OutputType::PushPull, Speed::VeryHigh));
+        enable::<T::TXInterrupt>();
+        enable::<T::RX0Interrupt>();
+        enable::<T::SCEInterrupt>();
+        Port {
+            registers: T::REGISTERS,
+            first_bank: T::FIRST_BANK,
+            events: T::events(),
+            mailboxes: Mailboxes::default(),
+            joined: false,
+            _pins: [rx, tx],
+        }
+    }
+
+    fn request_init(&self, init: bool) {
+        self.registers.mcr().modify(|w| w.set_inrq(init));
+    }
+}
+
+fn enable<I: Interrupt>() {
+    I::set_priority(PRIORITY);
+    // SAFETY: the handler is bound, its state is a static behind a critical section; no critical section relies on
+    // this interrupt being masked.
+    unsafe { I::enable() };
+}
+
+impl CanPort for Port {
+    fn set_filters(&mut self, filters: &[Filter]) {
+        let block = pac::CAN1;
+        block.fmr().modify(|w| {
+            w.set_finit(true);
+            w.set_can2sb(BANKS as u8);
+        });
+        for (n, [low, high]) in banks(filters).take(BANKS).enumerate() {
+            let bank = self.first_bank + n;
+            block.fm1r().modify(|w| w.set_fbm(bank, false));
+            block.fs1r().modify(|w| w.set_fsc(bank, false));
+            block.ffa1r().modify(|w| w.set_ffa(bank, false));
+            block.fb(bank).fr1().write(|w| w.0 = low);
+            block.fb(bank).fr2().write(|w| w.0 = high);
+            block.fa1r().modify(|w| w.set_fact(bank, true));
+        }
+        block.fmr().modify(|w| w.set_finit(false));
+    }
+
+    fn join(&mut self) {
+        self.joined = true;
+        self.request_init(false);
+    }
+
+    fn leave(&mut self) {
+        self.joined = false;
+        // Before INRQ: in Init mode nothing ends any more.
+        self.registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_abrq(n, true)));
+        self.request_init(true);
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
+        let number = self.mailboxes.claim(frame.id()).ok_or(Busy)?;
+        let mailbox = self.registers.tx(usize::from(number.0));
+        let [a, b, c, d, e, f, g, h] = frame.padded();
+        mailbox.tdtr().write(|w| w.set_dlc(frame.dlc()));
+        mailbox.tdlr().write(|w| w.0 = u32::from_le_bytes([a, b, c, d]));
+        mailbox.tdhr().write(|w| w.0 = u32::from_le_bytes([e, f, g, h]));
+        mailbox.tir().write(|w| {
+            w.set_stid(frame.id().raw());
+            w.set_txrq(true);
+        });
+        Ok(number)
+    }
+
+    fn abort(&mut self, mailbox: Mailbox) {
+        let number = usize::from(mailbox.0);
+        if number < MAILBOXES {
+            self.registers.tsr().write(|w| w.set_abrq(number, true));
+        }
+    }
+
+    fn health(&self) -> Health {
+        controller::health(self.registers.esr().read())
+    }
+
+    /// A port that left its bus stays off it: [`CanPort::join`] recovers it too.
+    fn recover(&mut self) {
+        if self.joined {
+            self.request_init(true);
+            let _entered = (0..INIT_POLLS).any(|_| self.registers.msr().read().inak());
+            self.request_init(false);
+        }
+    }
+
+    async fn event(&mut self) -> PortEvent {
+        let event = poll_fn(|cx| self.events.poll(cx)).await;
+        if let PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox } = event {
+            self.mailboxes.release(mailbox);
+        }
+        event
+    }
+}

@@ -1,0 +1,18 @@
+//! Uptime as the protocol's clock.
+
+use ecss_can::time::{Clock, Instant};
+use embassy_time::Timer;
+
+/// Microseconds since power-on, counted by a hardware timer.
+#[derive(Clone, Copy, Debug)]
+pub struct Uptime;
+
+impl Clock for Uptime {
+    fn now(&self) -> Instant {
+        Instant::from_micros(embassy_time::Instant::now().as_micros())
+    }
+
+    async fn at(&self, deadline: Instant) {
+        Timer::at(embassy_time::Instant::from_micros(deadline.as_micros())).await;
+    }
+}

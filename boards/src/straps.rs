@@ -1,0 +1,64 @@
+//! The Node-ID from five straps: four bits and odd parity.
+//!
+//! A strap to ground is 1, an open one 0. Odd parity over all five makes a board without straps, or with one wire lost
+//! or shorted, recognisable: it must stay silent (ECSS 6.10f).
+
+use ecss_can::nmt::NodeId;
+
+/// Why the straps give no Node-ID.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub enum StrapError {
+    /// An even number of straps is closed.
+    Parity,
+    /// A value below 2: 0 is no Node-ID, 1 is the master.
+    NotASlave(u8),
+}
+
+/// Node-ID of a slave, 2..=15. `closed` are bits 0 to 3, then parity; true is a strap to ground.
+///
+/// # Errors
+/// [`StrapError`], see there.
+pub fn node_id(closed: [bool; 5]) -> Result<NodeId, StrapError> {
+    if closed.iter().filter(|strap| **strap).count() % 2 == 0 {
+        return Err(StrapError::Parity);
+    }
+    let [bit0, bit1, bit2, bit3, _parity] = closed;
+    let value = [bit3, bit2, bit1, bit0].into_iter().fold(0, |value, bit| value << 1 | u8::from(bit));
+    NodeId::new(value).filter(|id| *id != NodeId::MASTER).ok_or(StrapError::NotASlave(value))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn four_bits_least_significant_first_then_parity() {
+        assert_eq!(node_id([false, true, false, false, false]), Ok(NodeId::of::<2>()));
+        assert_eq!(node_id([true, true, false, false, true]), Ok(NodeId::of::<3>()));
+        assert_eq!(node_id([false, false, true, false, false]), Ok(NodeId::of::<4>()));
+        assert_eq!(node_id([true, true, true, true, true]), Ok(NodeId::of::<15>()));
+    }
+
+    #[test]
+    fn a_board_without_straps_has_no_node_id() {
+        assert_eq!(node_id([false; 5]), Err(StrapError::Parity));
+    }
+
+    #[test]
+    fn zero_and_one_are_no_slaves() {
+        assert_eq!(node_id([false, false, false, false, true]), Err(StrapError::NotASlave(0)));
+        assert_eq!(node_id([true, false, false, false, false]), Err(StrapError::NotASlave(1)));
+    }
+
+    #[test]
+    fn every_single_fault_is_recognised() {
+        let good = [true, true, false, true, false];
+        assert!(node_id(good).is_ok());
+        for wire in 0..5 {
+            let mut broken = good;
+            broken[wire] = !broken[wire];
+            assert_eq!(node_id(broken), Err(StrapError::Parity), "wire {wire}");
+        }
+    }
+}

@@ -1,0 +1,42 @@
+//! Start of the master: board, node, tasks.
+
+use boards::{Board, TELLTALE};
+use ecss_can::link::Bus;
+use ecss_can::link::port::CanPort;
+use ecss_can::node::{Master, MasterEvent, MasterRequest};
+use ecss_can::profile::Profile;
+use ecss_can::runner::{AppLink, Links};
+use embassy_executor::Spawner;
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+
+use crate::application::Application;
+use crate::tasks;
+
+#[cfg(feature = "librecube")]
+pub const PROFILE: &Profile = &ecss_can::profile::LIBRECUBE;
+#[cfg(not(feature = "librecube"))]
+pub const PROFILE: &Profile = &ecss_can::profile::STANDARD;
+
+const _: () =
+    assert!(PROFILE.bit_rate == boards::BIT_RATE, "the board has another bit rate than the profile");
+
+/// Only tasks use the channels, and all tasks run in thread mode.
+pub type Raw = ThreadModeRawMutex;
+
+pub static LINKS: Links<Raw> = Links::new();
+pub static APPLICATION: AppLink<Raw, MasterEvent, MasterRequest> = AppLink::new();
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let Board { mut ports, clock, leds, .. } = Board::init();
+    defmt::info!("master starts, profile {=str}", PROFILE.name);
+    let node = Master::new(PROFILE);
+    let filters = node.filters();
+    Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
+
+    spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));
+    spawner.spawn(tasks::bus(Bus::Redundant, ports.redundant, clock).expect("spawned once"));
+    spawner.spawn(tasks::node(node, clock).expect("spawned once"));
+    let application = Application::new(PROFILE, clock, leds, &APPLICATION, &TELLTALE);
+    spawner.spawn(tasks::application(application).expect("spawned once"));
+}

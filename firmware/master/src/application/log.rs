@@ -1,0 +1,36 @@
+//! What the master's application says: changes as they happen, frames only at debug level.
+
+use ecss_can::link::port::{ErrorState, Health};
+use ecss_can::node::MasterEvent;
+use ecss_can::profile::mission::Telemetry;
+
+pub fn event(event: &MasterEvent) {
+    match event {
+        MasterEvent::SlaveState { node, bus, state } => {
+            defmt::info!("slave {}: {} on {}", node.get(), state, bus);
+        }
+        MasterEvent::SlaveLost { node } => defmt::warn!("slave {}: lost", node.get()),
+        MasterEvent::SlaveReturned { node, bus } => defmt::info!("slave {}: back on {}", node.get(), bus),
+        MasterEvent::Telemetry { node, message, .. } => match Telemetry::decode(message) {
+            Some(telemetry) => defmt::debug!("slave {}: {}", node.get(), telemetry),
+            None => defmt::warn!("slave {}: unknown telemetry {=u16:04X}h", node.get(), message.code()),
+        },
+        MasterEvent::LocalTime { node, scet, reference: Some(reference) } => {
+            defmt::debug!("slave {}: clock off by {} us", node.get(), scet.micros_since(*reference));
+        }
+        MasterEvent::BusSwitched { from, to, cause } => {
+            defmt::warn!("active bus: {}, no longer {} ({})", to, from, cause);
+        }
+        MasterEvent::Refused { node, cause } => defmt::debug!("slave {}: not sent, {}", node.get(), cause),
+        MasterEvent::Health { bus, health: Health { state, tec, rec, last_error } } => match state {
+            ErrorState::Active => {
+                defmt::info!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error);
+            }
+            _ => defmt::warn!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error),
+        },
+        MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
+        MasterEvent::LocalTime { reference: None, .. }
+        | MasterEvent::SyncSent { .. }
+        | MasterEvent::Status(_) => {}
+    }
+}

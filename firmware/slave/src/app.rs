@@ -1,0 +1,49 @@
+//! Start of the slave: board, node, tasks.
+
+use boards::{Board, TELLTALE};
+use ecss_can::link::Bus;
+use ecss_can::link::port::CanPort;
+use ecss_can::node::{Slave, SlaveEvent, SlaveRequest};
+use ecss_can::profile::Profile;
+use ecss_can::runner::{AppLink, Links};
+use embassy_executor::Spawner;
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+
+use crate::application::Application;
+use crate::tasks;
+
+#[cfg(feature = "librecube")]
+pub const PROFILE: &Profile = &ecss_can::profile::LIBRECUBE;
+#[cfg(not(feature = "librecube"))]
+pub const PROFILE: &Profile = &ecss_can::profile::STANDARD;
+
+const _: () =
+    assert!(PROFILE.bit_rate == boards::BIT_RATE, "the board has another bit rate than the profile");
+
+/// Only tasks use the channels, and all tasks run in thread mode.
+pub type Raw = ThreadModeRawMutex;
+
+pub static LINKS: Links<Raw> = Links::new();
+pub static APPLICATION: AppLink<Raw, SlaveEvent, SlaveRequest> = AppLink::new();
+
+#[embassy_executor::main]
+async fn main(spawner: Spawner) {
+    let Board { mut ports, clock, leds, node_id } = Board::init();
+    let id = match node_id {
+        Ok(id) => id,
+        Err(error) => {
+            // ECSS 6.10f: the controllers stay in Init mode and do not even acknowledge.
+            defmt::error!("no valid Node-ID on the straps, staying silent: {}", error);
+            return;
+        }
+    };
+    defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
+    let node = Slave::new(id, PROFILE);
+    let filters = node.filters();
+    Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
+
+    spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));
+    spawner.spawn(tasks::bus(Bus::Redundant, ports.redundant, clock).expect("spawned once"));
+    spawner.spawn(tasks::node(node, clock).expect("spawned once"));
+    spawner.spawn(tasks::application(Application::new(leds, &APPLICATION, &TELLTALE)).expect("spawned once"));
+}

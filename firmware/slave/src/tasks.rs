@@ -1,0 +1,24 @@
+//! The tasks: one for each bus, one for the node, one for its application.
+
+use boards::{Port, TELLTALE, Uptime};
+use ecss_can::link::Bus;
+use ecss_can::node::Slave;
+use ecss_can::runner::{bus_task, node_task};
+
+use crate::app::{APPLICATION, LINKS};
+use crate::application::Application;
+
+#[embassy_executor::task(pool_size = 2)]
+pub async fn bus(bus: Bus, port: Port, clock: Uptime) -> ! {
+    bus_task(bus, port, clock, &LINKS).await
+}
+
+#[embassy_executor::task]
+pub async fn node(node: Slave, clock: Uptime) -> ! {
+    node_task(node, clock, &LINKS, &APPLICATION, &TELLTALE).await
+}
+
+#[embassy_executor::task]
+pub async fn application(application: Application) -> ! {
+    application.run().await
+}
