@@ -5,6 +5,8 @@
 //! 2. the same after `rustup target add`, where rustup can fetch it;
 //! 3. Debian's `rustc-web`, which compiles `core` from `rust-web-src` for the target;
 //! 4. the same after installing these packages, as root.
+//!
+//! The environment variable `FIRMWARE_TOOLCHAIN=debian` skips the first two.
 
 use std::fmt;
 use std::path::Path;
@@ -35,7 +37,8 @@ const DEBIAN_CLIPPY: (&str, &str) = ("rust-web-clippy", "/usr/bin/clippy-driver"
 /// # Errors
 /// [`Error::NoToolchain`] with the command to run as root.
 pub fn find(clippy: bool) -> Result<Toolchain, Error> {
-    if has_rustup_target() || add_rustup_target() {
+    let debian_wanted = std::env::var("FIRMWARE_TOOLCHAIN").is_ok_and(|way| way == "debian");
+    if !debian_wanted && (has_rustup_target() || add_rustup_target()) {
         return Ok(Toolchain::Rustup);
     }
     let wanted = DEBIAN_PACKAGES.into_iter().chain(clippy.then_some(DEBIAN_CLIPPY));

@@ -1,0 +1,22 @@
+//! The images come out as ELF files for ARM, whichever toolchain was found.
+
+use std::fs;
+
+/// `e_machine` of ARM (ELF for the ARM Architecture, table 4-1).
+const EM_ARM: [u8; 2] = [40, 0];
+
+#[test]
+fn both_images_are_arm_executables() {
+    let images = firmware_images::build("pyboard-v11", "librecube").expect("the images build");
+    for path in [images.master, images.slave] {
+        let elf = fs::read(&path).expect("the image is where the builder says");
+        assert_eq!(elf[..4], *b"\x7FELF", "{}", path.display());
+        assert_eq!(elf[18..20], EM_ARM, "{}", path.display());
+    }
+}
+
+#[test]
+fn an_unknown_board_is_an_error() {
+    let error = firmware_images::build("no-such-board", "librecube").expect_err("there is no such board");
+    assert!(matches!(error, firmware_images::Error::Failed(..)), "{error}");
+}
