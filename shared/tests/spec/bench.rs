@@ -51,7 +51,12 @@ pub struct Bench<N: Node> {
 impl<N: Node> Bench<N> {
     /// Powered on at zero.
     pub fn new(node: N) -> Self {
-        let mut bench = Bench { node, now: Instant::ZERO, sent: vec![], controls: vec![], events: vec![] };
+        Self::powered_at(Instant::ZERO, node)
+    }
+
+    /// Powered on later.
+    pub fn powered_at(now: Instant, node: N) -> Self {
+        let mut bench = Bench { node, now, sent: vec![], controls: vec![], events: vec![] };
         bench.with(|node, now, out| node.start(now, out));
         bench
     }
@@ -121,6 +126,11 @@ impl<N: Node> Bench<N> {
     pub fn clear(&mut self) {
         self.sent.clear();
         self.controls.clear();
+        self.clear_events();
+    }
+
+    /// Forget the events so far.
+    pub fn clear_events(&mut self) {
         self.events.clear();
     }
 

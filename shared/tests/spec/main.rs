@@ -6,6 +6,7 @@ mod bench;
 mod bus_off;
 mod bus_task;
 mod clock;
+mod fleet;
 mod heartbeat;
 mod link;
 mod manager;
