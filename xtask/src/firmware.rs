@@ -66,6 +66,14 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Lints boards and firmware as they are compiled for a board.
+///
+/// # Errors
+/// When there is a warning.
+pub fn clippy(options: &Options) -> anyhow::Result<()> {
+    Ok(firmware_images::clippy(options.board.name(), options.profile.name())?)
+}
+
 fn size(path: &Path) -> anyhow::Result<Size> {
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     let file = object::File::parse(&*bytes).with_context(|| format!("{} is no ELF file", path.display()))?;

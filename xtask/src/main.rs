@@ -26,12 +26,15 @@ enum Command {
     Demo(demo::Options),
     /// Build both firmware images and print where they are and how big
     Firmware(firmware::Options),
+    /// Lint firmware and boards for their target; warnings are errors
+    Clippy(firmware::Options),
 }
 
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Demo(options) => demo::run(&options),
         Command::Firmware(options) => firmware::run(&options),
+        Command::Clippy(options) => firmware::clippy(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,12 +1,12 @@
 //! Which toolchain compiles for the boards.
 //!
-//! Tried in this order, because it needs the least and comes closest to the pinned toolchain:
-//! 1. rustup's pinned toolchain, its thumb target installed;
-//! 2. the same after `rustup target add`, where rustup can fetch it;
-//! 3. Debian's `rustc-web`, which compiles `core` from `rust-web-src` for the target;
-//! 4. the same after installing these packages, as root.
+//! Tried in this order:
+//! 1. rustup's pinned toolchain with its thumb target installed, as rust-toolchain.toml asks for;
+//! 2. Debian's `rustc-web` with `rust-web-src`, when installed: it builds `core` for the target, nothing is fetched;
+//! 3. `rustup target add`: as the user, without root; not where `RUSTUP_AUTO_INSTALL=0` forbids rustup to install;
+//! 4. installing Debian's packages, as root.
 //!
-//! The environment variable `FIRMWARE_TOOLCHAIN=debian` skips the first two.
+//! The environment variable `FIRMWARE_TOOLCHAIN=debian` leaves rustup out.
 
 use std::fmt;
 use std::path::Path;
@@ -37,8 +37,8 @@ const DEBIAN_CLIPPY: (&str, &str) = ("rust-web-clippy", "/usr/bin/clippy-driver"
 /// # Errors
 /// [`Error::NoToolchain`] with the command to run as root.
 pub fn find(clippy: bool) -> Result<Toolchain, Error> {
-    let debian_wanted = std::env::var("FIRMWARE_TOOLCHAIN").is_ok_and(|way| way == "debian");
-    if !debian_wanted && (has_rustup_target() || add_rustup_target()) {
+    let rustup_wanted = std::env::var("FIRMWARE_TOOLCHAIN").as_deref() != Ok("debian");
+    if rustup_wanted && has_rustup_target() {
         return Ok(Toolchain::Rustup);
     }
     let wanted = DEBIAN_PACKAGES.into_iter().chain(clippy.then_some(DEBIAN_CLIPPY));
@@ -46,6 +46,9 @@ pub fn find(clippy: bool) -> Result<Toolchain, Error> {
         wanted.filter(|(_, file)| !Path::new(file).exists()).map(|(package, _)| package).collect();
     if missing.is_empty() {
         return Ok(Toolchain::Debian);
+    }
+    if rustup_wanted && rustup_may_install() && add_rustup_target() {
+        return Ok(Toolchain::Rustup);
     }
     let install = format!("apt-get update && apt-get install -y {}", missing.join(" "));
     if !Path::new("/usr/bin/apt-get").exists() || !is_root() {
@@ -107,7 +110,13 @@ fn has_rustup_target() -> bool {
     })
 }
 
+/// rustup's own switch against unasked installation.
+fn rustup_may_install() -> bool {
+    std::env::var("RUSTUP_AUTO_INSTALL").as_deref() != Ok("0")
+}
+
 fn add_rustup_target() -> bool {
+    eprintln!("no target {TARGET} yet: rustup target add {TARGET}");
     clean(&mut Command::new("rustup"))
         .current_dir(crate::workspace())
         .args(["target", "add", TARGET])
