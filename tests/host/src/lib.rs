@@ -1,1 +1,18 @@
-//! stub
+//! Worlds of nodes on two simulated buses, in virtual time, on the host.
+//!
+//! The same `bus_task` and `node_task` as on the boards run here on mocks of [`CanPort`] and [`Clock`]: one
+//! single-threaded executor per node, no sleeping, and time that jumps from event to event. Equal worlds give equal
+//! traces.
+//!
+//! [`CanPort`]: ecss_can::link::port::CanPort
+//! [`Clock`]: ecss_can::time::Clock
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+mod application;
+mod board;
+pub mod clock;
+pub mod log;
+pub mod port;
+pub mod timeline;

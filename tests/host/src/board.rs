@@ -1,0 +1,156 @@
+//! One node with its power switch: two mock ports, a clock, and the tasks of the boards' firmware.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use ecss_can::link::port::CanPort;
+use ecss_can::link::{Bus, PerBus};
+use ecss_can::nmt::NodeId;
+use ecss_can::node::{Master, MasterRequest, Slave};
+use ecss_can::profile::Profile;
+use ecss_can::runner::{AppLink, Filters, Links, Node, Telltale, bus_task, node_task};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use futures_executor::{LocalPool, LocalSpawner};
+use futures_util::task::LocalSpawnExt;
+
+use crate::application::{self, Diary, MasterApp};
+use crate::clock::MockClock;
+use crate::log::{Entry, Happening};
+use crate::port::MockPort;
+use crate::timeline::Timeline;
+
+/// What a node is, with or without power.
+pub(crate) struct Board {
+    pub id: NodeId,
+    pub drift_ppm: i32,
+    profile: Profile,
+    /// Slaves that the master's application keeps busy.
+    traffic: Vec<NodeId>,
+    diary: Diary,
+    powered: Option<Powered>,
+}
+
+/// What lives from power-on to power-off or reset.
+struct Powered {
+    pool: LocalPool,
+    clock: MockClock,
+    ports: PerBus<MockPort>,
+    telltale: Rc<Telltale>,
+    master: Option<Rc<MasterApp>>,
+    reset: Rc<Cell<bool>>,
+}
+
+impl Board {
+    pub fn new(
+        id: NodeId,
+        drift_ppm: i32,
+        profile: Profile,
+        traffic: Vec<NodeId>,
+        timeline: Rc<Timeline>,
+        entries: Rc<RefCell<Vec<Entry>>>,
+    ) -> Self {
+        let diary = Diary { node: id, timeline, entries };
+        Board { id, drift_ppm, profile, traffic, diary, powered: None }
+    }
+
+    pub fn power_on(&mut self) {
+        self.diary.note(Happening::PowerOn);
+        let pool = LocalPool::new();
+        let clock = MockClock::power_on(self.diary.timeline.clone(), self.drift_ppm);
+        let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
+        let telltale = Rc::new(Telltale::new());
+        let reset = Rc::new(Cell::new(false));
+        let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &ports, telltale: &telltale };
+        let mut master_app = None;
+        if self.id == NodeId::MASTER {
+            let node = Master::new(&self.profile);
+            let filters = node.filters();
+            let app = shell.run(node, filters);
+            shell.spawn(application::master(app.clone(), self.diary.clone()));
+            let (slaves, profile) = (self.traffic.clone(), self.profile);
+            shell.spawn(application::traffic(app.clone(), clock.clone(), slaves, profile));
+            master_app = Some(app);
+        } else {
+            let node = Slave::new(self.id, &self.profile);
+            let filters = node.filters();
+            let app = shell.run(node, filters);
+            shell.spawn(application::slave(app, self.diary.clone(), reset.clone()));
+        }
+        self.powered = Some(Powered { pool, clock, ports, telltale, master: master_app, reset });
+    }
+
+    pub fn power_off(&mut self) {
+        if self.powered.take().is_some() {
+            self.diary.note(Happening::PowerOff);
+        }
+    }
+
+    pub fn is_powered(&self) -> bool {
+        self.powered.is_some()
+    }
+
+    /// Lets every task do what it can now.
+    pub fn run(&mut self) {
+        while let Some(powered) = &mut self.powered {
+            powered.pool.run_until_stalled();
+            if !powered.reset.get() {
+                return;
+            }
+            self.power_on();
+        }
+    }
+
+    /// The controller on a bus, while there is power.
+    pub fn port(&self, bus: Bus) -> Option<&MockPort> {
+        Some(&self.powered.as_ref()?.ports[bus])
+    }
+
+    pub fn clock(&self) -> Option<&MockClock> {
+        Some(&self.powered.as_ref()?.clock)
+    }
+
+    pub fn telltale(&self) -> Option<&Telltale> {
+        Some(&self.powered.as_ref()?.telltale)
+    }
+
+    /// Whether the request was taken.
+    pub fn request(&self, request: MasterRequest) -> bool {
+        let app = self.powered.as_ref().and_then(|powered| powered.master.as_ref());
+        app.is_some_and(|app| app.requests.try_send(request).is_ok())
+    }
+}
+
+/// Spawns what `main` of an image spawns.
+struct Shell<'a> {
+    spawner: LocalSpawner,
+    clock: &'a MockClock,
+    ports: &'a PerBus<MockPort>,
+    telltale: &'a Rc<Telltale>,
+}
+
+impl Shell<'_> {
+    fn run<N: Node + 'static>(
+        &self,
+        node: N,
+        filters: Filters,
+    ) -> Rc<AppLink<NoopRawMutex, N::Event, N::Request>> {
+        let links = Rc::new(Links::<NoopRawMutex>::new());
+        let app = Rc::new(AppLink::new());
+        for bus in Bus::ALL {
+            let (mut port, clock, links) = (self.ports[bus].clone(), self.clock.clone(), links.clone());
+            port.set_filters(&filters);
+            self.spawn(async move {
+                bus_task(bus, port, clock, &links).await;
+            });
+        }
+        let (clock, link, telltale) = (self.clock.clone(), app.clone(), self.telltale.clone());
+        self.spawn(async move {
+            node_task(node, clock, &links, &link, &telltale).await;
+        });
+        app
+    }
+
+    fn spawn(&self, task: impl Future<Output = ()> + 'static) {
+        self.spawner.spawn_local(task).expect("the pool of this board lives");
+    }
+}

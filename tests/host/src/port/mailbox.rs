@@ -1,0 +1,100 @@
+//! Three transmit mailboxes: lowest COB-ID first, equal ones by number.
+
+use can_wire::time::Time;
+use ecss_can::link::Frame;
+use ecss_can::link::port::{MAILBOXES, is_urgent};
+
+#[derive(Clone, Copy, Debug, Default)]
+enum Slot {
+    #[default]
+    Free,
+    Pending {
+        frame: Frame,
+        since: Time,
+        on_wire: bool,
+        aborted: bool,
+    },
+    /// Its end is not yet handed out.
+    Ended,
+}
+
+#[derive(Debug, Default)]
+pub(super) struct Mailboxes([Slot; MAILBOXES]);
+
+impl Mailboxes {
+    /// `None` when no mailbox may take the frame now.
+    pub fn put(&mut self, frame: Frame, now: Time) -> Option<usize> {
+        let free = self.0.iter().filter(|slot| matches!(slot, Slot::Free)).count();
+        if free < if is_urgent(frame.id()) { 1 } else { 2 } {
+            return None;
+        }
+        // Equal COB-IDs go by mailbox number: only above those that wait already.
+        let same =
+            |slot: &Slot| matches!(slot, Slot::Pending { frame: other, .. } if other.id() == frame.id());
+        let first = self.0.iter().rposition(same).map_or(0, |last| last + 1);
+        let mailbox = (first..MAILBOXES).find(|&mailbox| matches!(self.0[mailbox], Slot::Free))?;
+        self.0[mailbox] = Slot::Pending { frame, since: now, on_wire: false, aborted: false };
+        Some(mailbox)
+    }
+
+    /// What goes out when an arbitration begins at `at`.
+    pub fn best(&self, at: Time) -> Option<(usize, Frame)> {
+        let ready = self.0.iter().enumerate().filter_map(|(mailbox, slot)| match slot {
+            Slot::Pending { frame, since, aborted: false, .. } if *since <= at => Some((mailbox, *frame)),
+            _ => None,
+        });
+        ready.min_by_key(|(mailbox, frame)| (frame.id(), *mailbox))
+    }
+
+    /// Since when a frame waits.
+    pub fn waiting_since(&self) -> Option<Time> {
+        let waiting = self.0.iter().filter_map(|slot| match slot {
+            Slot::Pending { since, aborted: false, .. } => Some(*since),
+            _ => None,
+        });
+        waiting.min()
+    }
+
+    /// The frame of this mailbox starts.
+    pub fn start(&mut self, mailbox: usize) {
+        if let Slot::Pending { on_wire, .. } = &mut self.0[mailbox] {
+            *on_wire = true;
+        }
+    }
+
+    /// The mailbox whose frame is on the wire.
+    pub fn on_wire(&self) -> Option<usize> {
+        self.0.iter().position(|slot| matches!(slot, Slot::Pending { on_wire: true, .. }))
+    }
+
+    /// The frame on the wire did not make it: it waits again. Returns its mailbox when it was to be aborted.
+    pub fn retry(&mut self) -> Option<usize> {
+        let mailbox = self.on_wire()?;
+        let Slot::Pending { on_wire, aborted, .. } = &mut self.0[mailbox] else { return None };
+        *on_wire = false;
+        aborted.then_some(mailbox)
+    }
+
+    /// Whether the abort takes effect now; a frame on the wire ends by itself.
+    pub fn abort(&mut self, mailbox: usize) -> bool {
+        match self.0.get_mut(mailbox) {
+            Some(Slot::Pending { on_wire, aborted, .. }) => {
+                *aborted = true;
+                !*on_wire
+            }
+            _ => false,
+        }
+    }
+
+    pub fn is_pending(&self, mailbox: usize) -> bool {
+        matches!(self.0[mailbox], Slot::Pending { .. })
+    }
+
+    pub fn end(&mut self, mailbox: usize) {
+        self.0[mailbox] = Slot::Ended;
+    }
+
+    pub fn free(&mut self, mailbox: usize) {
+        self.0[mailbox] = Slot::Free;
+    }
+}

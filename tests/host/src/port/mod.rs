@@ -1,0 +1,207 @@
+//! A mock of the boards' CAN port, with the promises of [`CanPort`] and nothing else.
+//!
+//! Two sides share one state: a task holds the port ([`CanPort`]), a wire the controller
+//! ([`Controller`](can_wire::controller::Controller)).
+
+mod confinement;
+mod mailbox;
+mod wire_side;
+
+use std::cell::{Ref, RefCell};
+use std::collections::VecDeque;
+use std::future::poll_fn;
+use std::rc::Rc;
+use std::task::{Context, Poll, Waker};
+
+use can_wire::time::{TICKS_PER_US, Time};
+use ecss_can::link::Frame;
+use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, MAILBOXES, Mailbox, PortEvent};
+use ecss_can::time::{Stamp, StampSource};
+
+use crate::clock::MockClock;
+use confinement::Confinement;
+use mailbox::Mailboxes;
+
+/// Received frames that wait for the task; more are lost and counted.
+pub const RECEIVE_DEPTH: usize = 16;
+/// Bit time at 1 Mbit/s.
+pub const BIT: Time = Time(TICKS_PER_US);
+/// A controller takes part after this many recessive bits (RM0090 32.4.2).
+const JOIN_BITS: u64 = 11;
+/// Recovery from bus-off (ISO 11898-1).
+const RECOVERY_BITS: u64 = 128 * 11;
+
+/// A CAN controller of a node. Clones are the same controller.
+#[derive(Clone, Debug)]
+pub struct MockPort(Rc<RefCell<Chip>>);
+
+/// The state of the controller.
+#[derive(Debug)]
+struct Chip {
+    clock: MockClock,
+    filters: Vec<Filter>,
+    /// When it takes part, while it is on the bus.
+    joined: Option<Time>,
+    /// Off the bus as soon as the frame on the wire has ended.
+    leaving: bool,
+    mailboxes: Mailboxes,
+    confinement: Confinement,
+    recovered_at: Option<Time>,
+    /// Ends of mailboxes and received frames, in the order of time.
+    events: VecDeque<PortEvent>,
+    received: usize,
+    lost: u16,
+    /// Last state told.
+    told: Health,
+    waker: Option<Waker>,
+}
+
+impl MockPort {
+    /// A controller at power-on, off the bus.
+    pub fn new(clock: MockClock) -> Self {
+        MockPort(Rc::new(RefCell::new(Chip {
+            clock,
+            filters: Vec::new(),
+            joined: None,
+            leaving: false,
+            mailboxes: Mailboxes::default(),
+            confinement: Confinement::default(),
+            recovered_at: None,
+            events: VecDeque::new(),
+            received: 0,
+            lost: 0,
+            told: Health::default(),
+            waker: None,
+        })))
+    }
+
+    fn chip(&self) -> Ref<'_, Chip> {
+        self.0.borrow()
+    }
+}
+
+impl Chip {
+    fn now(&self) -> Time {
+        self.clock.timeline().now()
+    }
+
+    /// Read in the interrupt at the end of the frame.
+    fn stamp(&self, at: Time) -> Stamp {
+        Stamp { at: self.clock.instant(at), source: StampSource::Interrupt }
+    }
+
+    fn takes_part(&self) -> bool {
+        self.joined.is_some_and(|at| at <= self.now()) && self.confinement.state() != ErrorState::BusOff
+    }
+
+    fn push(&mut self, event: PortEvent) {
+        self.events.push_back(event);
+        self.wake();
+    }
+
+    fn wake(&mut self) {
+        if let Some(waker) = self.waker.take() {
+            waker.wake();
+        }
+    }
+
+    fn finish_leaving(&mut self) {
+        if self.leaving && self.mailboxes.on_wire().is_none() {
+            (self.leaving, self.joined) = (false, None);
+        }
+    }
+
+    fn fail(&mut self, mailbox: usize) {
+        self.mailboxes.end(mailbox);
+        self.push(PortEvent::Failed { mailbox: Mailbox(mailbox as u8) });
+    }
+
+    fn abort(&mut self, mailbox: usize) {
+        if self.mailboxes.abort(mailbox) {
+            self.fail(mailbox);
+        }
+    }
+
+    fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
+        if self.recovered_at.is_some_and(|at| at <= self.now()) {
+            self.recovered_at = None;
+            self.confinement = Confinement::default();
+        }
+        let health = self.confinement.health();
+        if health.state != self.told.state {
+            self.told = health;
+            return Poll::Ready(PortEvent::Health(health));
+        }
+        if self.lost > 0 {
+            return Poll::Ready(PortEvent::Overrun { lost: std::mem::take(&mut self.lost) });
+        }
+        let Some(event) = self.events.pop_front() else {
+            self.waker = Some(context.waker().clone());
+            return Poll::Pending;
+        };
+        match event {
+            PortEvent::Received { .. } => self.received -= 1,
+            PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox } => {
+                self.mailboxes.free(usize::from(mailbox.0));
+            }
+            PortEvent::Overrun { .. } | PortEvent::Health(_) => {}
+        }
+        Poll::Ready(event)
+    }
+}
+
+impl CanPort for MockPort {
+    fn set_filters(&mut self, filters: &[Filter]) {
+        self.0.borrow_mut().filters = filters.to_vec();
+    }
+
+    fn join(&mut self) {
+        let mut chip = self.0.borrow_mut();
+        chip.leaving = false;
+        if chip.joined.is_none() {
+            chip.joined = Some(chip.now() + Time(JOIN_BITS * BIT.0));
+        }
+    }
+
+    fn leave(&mut self) {
+        let mut chip = self.0.borrow_mut();
+        (0..MAILBOXES).for_each(|mailbox| chip.abort(mailbox));
+        chip.leaving = true;
+        chip.recovered_at = None;
+        chip.finish_leaving();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
+        let mut chip = self.0.borrow_mut();
+        let now = chip.now();
+        chip.mailboxes.put(*frame, now).map(|mailbox| Mailbox(mailbox as u8)).ok_or(Busy)
+    }
+
+    fn abort(&mut self, mailbox: Mailbox) {
+        self.0.borrow_mut().abort(usize::from(mailbox.0));
+    }
+
+    fn health(&self) -> Health {
+        self.chip().confinement.health()
+    }
+
+    fn recover(&mut self) {
+        let mut chip = self.0.borrow_mut();
+        if chip.confinement.state() == ErrorState::BusOff && chip.recovered_at.is_none() {
+            chip.recovered_at = Some(chip.now() + Time(RECOVERY_BITS * BIT.0));
+        }
+    }
+
+    async fn event(&mut self) -> PortEvent {
+        let recovery = self.chip().recovered_at.map(|at| self.chip().clock.timeline().sleep_until(at));
+        let mut recovery = recovery.map(Box::pin);
+        poll_fn(|context| {
+            if let Some(sleep) = &mut recovery {
+                // Only to be woken; the chip looks at the time itself.
+                let _ = sleep.as_mut().poll(context).is_ready();
+            }
+            self.0.borrow_mut().poll_event(context)
+        })
+        .await
+    }
+}

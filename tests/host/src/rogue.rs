@@ -1,0 +1,48 @@
+//! A controller that sends whatever a test wants, whenever it wants.
+
+use std::collections::VecDeque;
+
+use can_wire::controller::{Controller, WireEvent};
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+
+use crate::port::BIT;
+
+/// Acknowledges everything, obeys nothing, and sends what it is given, in order.
+#[derive(Debug, Default)]
+pub(crate) struct Rogue {
+    queue: VecDeque<(Time, WireFrame)>,
+    plugged_in: bool,
+}
+
+impl Rogue {
+    /// Send a frame from `now` on; from the first one on it takes part in the bus.
+    pub fn send(&mut self, now: Time, frame: WireFrame) {
+        self.plugged_in = true;
+        self.queue.push_back((now, frame));
+    }
+}
+
+impl Controller for Rogue {
+    fn bit_time(&self) -> Option<Time> {
+        self.plugged_in.then_some(BIT)
+    }
+
+    fn error_passive(&self) -> bool {
+        false
+    }
+
+    fn request_at(&self) -> Option<Time> {
+        self.queue.front().map(|(since, _)| *since)
+    }
+
+    fn contend(&self, at: Time) -> Option<WireFrame> {
+        self.queue.front().filter(|(since, _)| *since <= at).map(|(_, frame)| *frame)
+    }
+
+    fn on_wire(&mut self, _: Time, event: &WireEvent) {
+        if matches!(event, WireEvent::Transmitted(_)) {
+            self.queue.pop_front();
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The present of a world, and who waits for the future.
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::future::Future;
+use std::pin::Pin;
+use std::rc::Rc;
+use std::task::{Context, Poll, Waker};
+
+use can_wire::time::Time;
+
+/// Virtual time shared by everything in a world. It moves only when told to.
+#[derive(Debug, Default)]
+pub struct Timeline {
+    now: Cell<Time>,
+    /// Wakes in the order of time, then of registration.
+    sleepers: RefCell<BTreeMap<(Time, u64), Waker>>,
+    registrations: Cell<u64>,
+}
+
+impl Timeline {
+    /// At the start of time.
+    pub fn new() -> Rc<Self> {
+        Rc::default()
+    }
+
+    /// The present.
+    pub fn now(&self) -> Time {
+        self.now.get()
+    }
+
+    /// When the next sleeper wakes.
+    pub fn next_wake(&self) -> Option<Time> {
+        self.sleepers.borrow().keys().next().map(|(at, _)| *at)
+    }
+
+    /// Makes `now` the present and wakes everybody whose time has come.
+    ///
+    /// # Panics
+    /// When time would run backwards.
+    pub fn advance(&self, now: Time) {
+        assert!(now >= self.now.get(), "time runs forwards only");
+        self.now.set(now);
+        loop {
+            let Some(entry) = self.sleepers.borrow_mut().first_entry().filter(|e| e.key().0 <= now).map(|e| e.remove())
+            else {
+                return;
+            };
+            entry.wake();
+        }
+    }
+
+    /// Sleeps until `at`; at once when that has passed.
+    pub fn sleep_until(self: &Rc<Self>, at: Time) -> Sleep {
+        Sleep { timeline: self.clone(), at, registered: None }
+    }
+
+    fn register(&self, at: Time, waker: &Waker) -> (Time, u64) {
+        let key = (at, self.registrations.get());
+        self.registrations.set(key.1 + 1);
+        self.sleepers.borrow_mut().insert(key, waker.clone());
+        key
+    }
+}
+
+/// Future of [`Timeline::sleep_until`]. Dropped, it leaves no trace.
+#[derive(Debug)]
+pub struct Sleep {
+    timeline: Rc<Timeline>,
+    at: Time,
+    registered: Option<(Time, u64)>,
+}
+
+impl Sleep {
+    fn forget(&mut self) {
+        if let Some(key) = self.registered.take() {
+            self.timeline.sleepers.borrow_mut().remove(&key);
+        }
+    }
+}
+
+impl Future for Sleep {
+    type Output = ();
+
+    fn poll(mut self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<()> {
+        self.forget();
+        if self.timeline.now() >= self.at {
+            return Poll::Ready(());
+        }
+        let key = self.timeline.register(self.at, context.waker());
+        self.registered = Some(key);
+        Poll::Pending
+    }
+}
+
+impl Drop for Sleep {
+    fn drop(&mut self) {
+        self.forget();
+    }
+}

@@ -1,0 +1,480 @@
+//! The policies of `bus_task` and `node_task`, on a mock port whose wire the test plays by hand.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::sync::Arc;
+
+use can_wire::controller::{Controller, ErrorKind, Trace, WireEvent};
+use can_wire::frame::{WireFrame, WireId};
+use can_wire::time::Time;
+use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
+use ecss_can::link::queue::Outgoing;
+use ecss_can::link::{Bus, CobId, Frame};
+use ecss_can::runner::{
+    AppLink, BusCommand, COMMAND_DEPTH, EVENT_DEPTH, FailCause, LinkEvent, Links, Node, Outbox, Telltale,
+    bus_task, node_task,
+};
+use ecss_can::time::{Clock, Duration, Instant};
+use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use futures_executor::LocalPool;
+use futures_util::FutureExt;
+use futures_util::task::LocalSpawnExt;
+use host_worlds::clock::MockClock;
+use host_worlds::port::{BIT, MockPort, RECEIVE_DEPTH};
+use host_worlds::timeline::Timeline;
+
+/// A node that obeys the test and remembers what it was told.
+#[derive(Clone, Default)]
+struct Probe {
+    told: Rc<RefCell<Vec<LinkEvent>>>,
+    /// Frames it sends for every frame it receives.
+    replies: u8,
+}
+
+impl Node for Probe {
+    type Event = ();
+    type Request = BusCommand;
+
+    fn start(&mut self, _: Instant, out: &mut Outbox<()>) {
+        out.command(Bus::Nominal, BusCommand::Join);
+    }
+
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, _: Instant, out: &mut Outbox<()>) {
+        self.told.borrow_mut().push(*event);
+        if matches!(event, LinkEvent::Received { .. }) {
+            (0..self.replies).for_each(|byte| out.send(bus, frame(0x385, byte)));
+        }
+    }
+
+    fn on_request(&mut self, request: BusCommand, _: Instant, out: &mut Outbox<()>) {
+        out.command(Bus::Nominal, request);
+    }
+
+    fn poll(&mut self, _: Instant, _: &mut Outbox<()>) {}
+
+    fn deadline(&self) -> Option<Instant> {
+        None
+    }
+}
+
+/// One bus task and one node task; the node task runs from [`Bench::start_node`] on.
+struct Bench {
+    pool: LocalPool,
+    timeline: Rc<Timeline>,
+    clock: MockClock,
+    wire: MockPort,
+    links: Rc<Links<NoopRawMutex>>,
+    app: Rc<AppLink<NoopRawMutex, (), BusCommand>>,
+    telltale: Rc<Telltale>,
+    probe: Probe,
+}
+
+impl Bench {
+    fn new(replies: u8) -> Bench {
+        let timeline = Timeline::new();
+        let clock = MockClock::power_on(timeline.clone(), 0);
+        let wire = MockPort::new(clock.clone());
+        let links = Rc::new(Links::new());
+        let pool = LocalPool::new();
+        let (mut port, task_clock, task_links) = (wire.clone(), clock.clone(), links.clone());
+        port.set_filters(&[Filter::function(id(0x700))]);
+        let task = async move {
+            bus_task(Bus::Nominal, port, task_clock, &task_links).await;
+        };
+        pool.spawner().spawn_local(task).expect("a new pool takes tasks");
+        Bench {
+            pool,
+            timeline,
+            clock,
+            wire,
+            links,
+            app: Rc::default(),
+            telltale: Rc::default(),
+            probe: Probe { replies, ..Probe::default() },
+        }
+    }
+
+    /// Both tasks, on the bus.
+    fn joined(replies: u8) -> Bench {
+        let mut bench = Bench::new(replies);
+        bench.start_node();
+        bench.run_for(Time::from_us(11));
+        bench
+    }
+
+    fn start_node(&mut self) {
+        let (probe, clock) = (self.probe.clone(), self.clock.clone());
+        let (links, app, telltale) = (self.links.clone(), self.app.clone(), self.telltale.clone());
+        let task = async move {
+            node_task(probe, clock, &links, &app, &telltale).await;
+        };
+        self.pool.spawner().spawn_local(task).expect("the pool lives");
+        self.pool.run_until_stalled();
+    }
+
+    fn run_for(&mut self, span: Time) {
+        let end = self.timeline.now() + span;
+        self.pool.run_until_stalled();
+        while let Some(at) = self.timeline.next_wake().filter(|at| *at <= end) {
+            self.timeline.advance(at);
+            self.pool.run_until_stalled();
+        }
+        self.timeline.advance(end);
+        self.pool.run_until_stalled();
+    }
+
+    fn command(&mut self, command: BusCommand) {
+        assert!(self.app.requests.try_send(command).is_ok(), "the node takes requests");
+        self.pool.run_until_stalled();
+    }
+
+    fn send(&mut self, raw: u16, byte: u8) {
+        self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires: None }));
+    }
+
+    fn send_for(&mut self, raw: u16, byte: u8, lifetime: Duration) {
+        let expires = Some(self.clock.now() + lifetime);
+        self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires }));
+    }
+
+    /// An arbitration begins; the frame that the port puts on the wire.
+    fn begin(&mut self) -> Option<WireFrame> {
+        let sent = self.wire.contend(self.timeline.now())?;
+        self.wire.on_wire(self.timeline.now(), &WireEvent::Started);
+        Some(sent)
+    }
+
+    fn end(&mut self, event: impl Fn(Arc<Trace>) -> WireEvent, sent: WireFrame) {
+        let start = self.timeline.now();
+        self.run_for(Time(100 * BIT.0));
+        let end = self.timeline.now();
+        let trace = Trace { frame: sent, transmitter: 0, start, end, bit_time: BIT, edges: Vec::new() };
+        self.wire.on_wire(end, &event(Arc::new(trace)));
+        self.pool.run_until_stalled();
+    }
+
+    /// Sends what waits, in 100 us each, until nothing waits: identifier and first data byte.
+    fn drain(&mut self) -> Vec<(u16, u8)> {
+        let mut sent = Vec::new();
+        while let Some(frame) = self.begin() {
+            sent.push((raw_id(&frame), frame.data[0]));
+            self.end(WireEvent::Transmitted, frame);
+        }
+        sent
+    }
+
+    /// A frame of a peer arrives at once.
+    fn receive(&mut self, sent: WireFrame) {
+        let now = self.timeline.now();
+        let trace = Trace { frame: sent, transmitter: 1, start: now, end: now, bit_time: BIT, edges: Vec::new() };
+        self.wire.on_wire(now, &WireEvent::Received(Arc::new(trace)));
+    }
+
+    fn receive_heartbeats(&mut self, bytes: std::ops::Range<u16>) {
+        for byte in bytes {
+            self.receive(WireFrame::standard(0x700, &byte.to_le_bytes()));
+        }
+        self.pool.run_until_stalled();
+    }
+
+    fn failures(&self) -> Vec<(u8, FailCause)> {
+        let told = self.probe.told.borrow();
+        let failed = told.iter().filter_map(|event| match event {
+            LinkEvent::Failed { frame, cause } => Some((frame.data()[0], *cause)),
+            _ => None,
+        });
+        failed.collect()
+    }
+
+    fn transmitted(&self) -> usize {
+        let told = self.probe.told.borrow();
+        told.iter().filter(|event| matches!(event, LinkEvent::Transmitted { .. })).count()
+    }
+
+    fn received(&self) -> Vec<u16> {
+        let told = self.probe.told.borrow();
+        let received = told.iter().filter_map(|event| match event {
+            LinkEvent::Received { frame, .. } => Some(u16::from_le_bytes(frame.data().try_into().ok()?)),
+            _ => None,
+        });
+        received.collect()
+    }
+
+    fn lost(&self) -> u32 {
+        let told = self.probe.told.borrow();
+        let lost = told.iter().map(|event| match event {
+            LinkEvent::Overrun { lost } => u32::from(*lost),
+            _ => 0,
+        });
+        lost.sum()
+    }
+}
+
+fn id(raw: u16) -> CobId {
+    CobId::new(raw).expect("an 11-bit identifier")
+}
+
+fn frame(raw: u16, byte: u8) -> Frame {
+    Frame::of(id(raw), [byte])
+}
+
+fn raw_id(frame: &WireFrame) -> u16 {
+    match frame.id {
+        WireId::Standard(raw) => raw,
+        WireId::Extended(_) => panic!("our nodes never send 29-bit identifiers"),
+    }
+}
+
+#[test]
+fn nothing_goes_out_before_eleven_recessive_bits() {
+    let mut bench = Bench::new(0);
+    bench.start_node();
+    bench.send(0x701, 1);
+    bench.run_for(Time::from_us(10));
+    assert_eq!(bench.wire.bit_time(), None);
+    assert_eq!(bench.begin(), None);
+    assert_eq!(bench.wire.request_at(), Some(Time::from_us(11)));
+    bench.run_for(Time::from_us(1));
+    assert_eq!(bench.drain(), [(0x701, 1)]);
+}
+
+#[test]
+fn the_lowest_cob_id_goes_first_and_equal_ones_in_order() {
+    let mut bench = Bench::joined(0);
+    // The first two take the mailboxes; all others wait in the queue and overtake by their COB-ID.
+    for (raw, byte) in [(0x705, 1), (0x705, 2), (0x385, 3), (0x302, 4), (0x385, 5), (0x302, 6)] {
+        bench.send(raw, byte);
+    }
+    let sent = bench.drain();
+    assert_eq!(sent.len(), 6);
+    for raw in [0x302, 0x385, 0x705] {
+        let bytes: Vec<u8> = sent.iter().filter(|(id, _)| *id == raw).map(|(_, byte)| *byte).collect();
+        assert!(bytes.is_sorted(), "{raw:03X} in order of the calls: {sent:?}");
+    }
+    // One frame of 705h left a mailbox free; the queue sent all of 302h and 385h through it, lowest first.
+    let overtakers: Vec<u16> = sent.iter().map(|(id, _)| *id).filter(|id| *id != 0x705).collect();
+    assert_eq!(overtakers, [0x302, 0x302, 0x385, 0x385]);
+    assert_eq!(bench.transmitted(), 6);
+}
+
+#[test]
+fn one_mailbox_stays_free_for_urgent_frames() {
+    let mut bench = Bench::joined(0);
+    for byte in 0..5 {
+        bench.send(0x301, byte);
+    }
+    // 301h is on the wire when SYNC is requested: SYNC is next, not fifth.
+    let on_wire = bench.begin().expect("a frame waits");
+    bench.send(0x080, 9);
+    bench.end(WireEvent::Transmitted, on_wire);
+    assert_eq!(bench.drain(), [(0x080, 9), (0x301, 1), (0x301, 2), (0x301, 3), (0x301, 4)]);
+}
+
+#[test]
+fn a_frame_dies_at_the_end_of_its_lifetime_in_queue_and_mailbox() {
+    let mut bench = Bench::joined(0);
+    for byte in 0..4 {
+        bench.send_for(0x701, byte, Duration::from_millis(5));
+    }
+    bench.send_for(0x702, 4, Duration::from_millis(50));
+    bench.run_for(Time::from_us(4_999));
+    assert_eq!(bench.failures(), []);
+    bench.run_for(Time::from_us(1));
+    let mut failures = bench.failures();
+    failures.sort_by_key(|(byte, _)| *byte);
+    assert_eq!(failures, (0..4).map(|byte| (byte, FailCause::Expired)).collect::<Vec<_>>());
+    assert_eq!(bench.drain(), [(0x702, 4)]);
+}
+
+#[test]
+fn a_frame_on_the_wire_at_the_end_of_its_lifetime_is_reported_as_it_ends() {
+    let mut bench = Bench::joined(0);
+    bench.send_for(0x701, 1, Duration::from_micros(50));
+    let on_wire = bench.begin().expect("a frame waits");
+    bench.end(WireEvent::Transmitted, on_wire);
+    assert_eq!((bench.failures(), bench.transmitted()), (vec![], 1));
+
+    bench.send_for(0x701, 2, Duration::from_micros(50));
+    let on_wire = bench.begin().expect("a frame waits");
+    bench.end(|_| WireEvent::TransmitError(ErrorKind::Ack), on_wire);
+    assert_eq!((bench.failures(), bench.transmitted()), (vec![(2, FailCause::Expired)], 1));
+    assert_eq!(bench.drain(), []);
+}
+
+/// Verifies: ECSS 8.3.3b.1
+#[test]
+fn abandoning_a_bus_reports_everything_pending_and_nothing_stale_goes_out() {
+    let mut bench = Bench::joined(0);
+    for byte in 0..6 {
+        bench.send(0x701, byte);
+    }
+    bench.command(BusCommand::Abandon);
+    let mut failures = bench.failures();
+    failures.sort_by_key(|(byte, _)| *byte);
+    assert_eq!(failures, (0..6).map(|byte| (byte, FailCause::BusLeft)).collect::<Vec<_>>());
+    assert_eq!(bench.drain(), []);
+    // The bus is still joined: what is sent from now on goes out.
+    bench.send(0x701, 7);
+    assert_eq!(bench.drain(), [(0x701, 7)]);
+}
+
+/// Verifies: ECSS 8.3.3b.1
+#[test]
+fn a_left_bus_is_silent_and_clean_when_joined_again() {
+    let mut bench = Bench::joined(0);
+    for byte in 0..6 {
+        bench.send(0x701, byte);
+    }
+    bench.command(BusCommand::Leave);
+    assert_eq!(bench.failures().len(), 6);
+    assert_eq!((bench.wire.bit_time(), bench.begin()), (None, None));
+    bench.command(BusCommand::Join);
+    bench.run_for(Time::from_us(11));
+    assert!(bench.wire.bit_time().is_some());
+    assert_eq!(bench.drain(), []);
+}
+
+#[test]
+fn leaving_waits_for_the_frame_on_the_wire() {
+    let mut bench = Bench::joined(0);
+    bench.send(0x701, 1);
+    let on_wire = bench.begin().expect("a frame waits");
+    bench.command(BusCommand::Leave);
+    assert!(bench.wire.bit_time().is_some(), "a started frame is not torn off");
+    bench.end(WireEvent::Transmitted, on_wire);
+    assert_eq!((bench.wire.bit_time(), bench.transmitted(), bench.failures()), (None, 1, vec![]));
+}
+
+#[test]
+fn a_full_transmit_queue_refuses_and_reports() {
+    let mut bench = Bench::joined(0);
+    let capacity = COMMAND_DEPTH as u8 + 2; // two mailboxes for frames that are not urgent
+    for byte in 0..capacity + 3 {
+        bench.send(0x302, byte);
+    }
+    let refused: Vec<_> = (capacity..capacity + 3).map(|byte| (byte, FailCause::QueueFull)).collect();
+    assert_eq!(bench.failures(), refused);
+    assert_eq!(bench.drain(), (0..capacity).map(|byte| (0x302, byte)).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_node_that_is_behind_holds_the_bus_back_and_losses_are_counted() {
+    let mut bench = Bench::new(0);
+    // Nobody takes events. The bus task holds one in its hand, the channel and the port's queue fill up.
+    let mut port = bench.wire.clone();
+    port.join();
+    bench.run_for(Time::from_us(11));
+    let room = EVENT_DEPTH as u16 + 1;
+    (0..room).for_each(|number| bench.receive_heartbeats(number..number + 1));
+    bench.receive_heartbeats(room..room + RECEIVE_DEPTH as u16 + 7);
+    bench.start_node();
+    let kept = room + RECEIVE_DEPTH as u16;
+    assert_eq!(bench.received(), (0..kept).collect::<Vec<_>>());
+    assert_eq!(bench.lost(), 7);
+    assert_eq!(bench.telltale.overruns().get(), 7);
+    assert_eq!(bench.telltale.handled(Bus::Nominal).get(), u32::from(kept));
+}
+
+#[test]
+fn an_event_future_that_is_dropped_loses_no_event() {
+    let mut bench = Bench::new(0);
+    let mut port = MockPort::new(bench.clock.clone());
+    port.set_filters(&[Filter::function(id(0x700))]);
+    assert!(port.event().now_or_never().is_none());
+    bench.wire = port.clone();
+    bench.receive(WireFrame::standard(0x70A, &[5]));
+    // Polled and dropped while nothing was there; the frame is handed out once, later.
+    let event = port.event().now_or_never();
+    assert!(matches!(event, Some(PortEvent::Received { frame: received, .. }) if received == frame(0x70A, 5)));
+    assert!(port.event().now_or_never().is_none());
+}
+
+#[test]
+fn commands_and_receptions_at_the_same_instant_are_all_handled() {
+    let mut bench = Bench::joined(0);
+    for round in 0..10_u16 {
+        for frame in 0..RECEIVE_DEPTH as u16 {
+            bench.receive(WireFrame::standard(0x700, &(round * RECEIVE_DEPTH as u16 + frame).to_le_bytes()));
+        }
+        bench.send(0x302, round as u8);
+        assert_eq!(bench.drain(), [(0x302, round as u8)]);
+    }
+    assert_eq!(bench.received(), (0..10 * RECEIVE_DEPTH as u16).collect::<Vec<_>>());
+    assert_eq!((bench.transmitted(), bench.lost()), (10, 0));
+}
+
+#[test]
+fn overload_of_both_directions_neither_deadlocks_nor_loses_count() {
+    // Every frame received causes three to be sent on a wire that takes none.
+    let mut bench = Bench::joined(3);
+    let mut fed = 0_u16;
+    for _ in 0..40 {
+        bench.receive_heartbeats(fed..fed + 50);
+        fed += 50;
+    }
+    // Then the wire takes everything.
+    let drained = bench.drain().len();
+    assert!(drained > COMMAND_DEPTH);
+    bench.receive_heartbeats(fed..fed + 1);
+    assert_eq!(bench.drain().len(), 3, "node and bus work as before");
+    let handled = bench.received().len();
+    assert_eq!(handled as u32 + bench.lost(), u32::from(fed) + 1, "received or counted as lost");
+    // Sent, reported as failed, or counted where the outbox was full.
+    let accounted = bench.transmitted() + bench.failures().len() + bench.telltale.app_overflows().get() as usize;
+    assert_eq!(accounted, 3 * handled);
+}
+
+/// Verifies: ECSS 5.6.2b
+#[test]
+fn a_lone_transmitter_becomes_error_passive_and_never_bus_off() {
+    let mut bench = Bench::joined(0);
+    bench.send(0x701, 1);
+    for _ in 0..100 {
+        let on_wire = bench.begin().expect("automatic retransmission");
+        bench.end(|_| WireEvent::TransmitError(ErrorKind::Ack), on_wire);
+    }
+    let passive = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
+    assert_eq!(bench.wire.health(), passive);
+    assert_eq!(*bench.probe.told.borrow(), [LinkEvent::Health(passive)]);
+    assert!(bench.wire.error_passive());
+    assert_eq!(bench.drain(), [(0x701, 1)]);
+    let active = Health { state: ErrorState::Active, tec: 127, rec: 0, last_error: LastError::None };
+    assert!(bench.probe.told.borrow().contains(&LinkEvent::Health(active)));
+}
+
+#[test]
+fn bus_off_gives_up_everything_pending_and_recovery_takes_128_times_11_bits() {
+    let mut bench = Bench::joined(0);
+    for byte in 0..2 {
+        bench.send(0x701, byte);
+    }
+    for _ in 0..32 {
+        let on_wire = bench.begin().expect("automatic retransmission");
+        bench.end(|_| WireEvent::TransmitError(ErrorKind::BitDominant), on_wire);
+    }
+    assert_eq!(bench.wire.health().state, ErrorState::BusOff);
+    assert_eq!(bench.failures(), [(0, FailCause::Aborted), (1, FailCause::Aborted)]);
+    assert_eq!(bench.wire.bit_time(), None);
+    bench.command(BusCommand::Recover);
+    bench.run_for(Time::from_us(1_407));
+    assert_eq!(bench.wire.bit_time(), None);
+    bench.run_for(Time::from_us(1));
+    assert_eq!(bench.wire.health(), Health::default());
+    bench.send(0x701, 2);
+    assert_eq!(bench.drain(), [(0x701, 2)]);
+}
+
+#[test]
+fn foreign_frames_are_filtered_and_long_dlcs_mean_eight_bytes() {
+    let mut bench = Bench::joined(0);
+    let ours = WireFrame::standard(0x70A, &[1, 2]);
+    bench.receive(WireFrame { id: WireId::Extended(0x70A), ..ours });
+    bench.receive(WireFrame { remote: true, ..ours });
+    bench.receive(WireFrame::standard(0x18A, &[1, 2]));
+    bench.pool.run_until_stalled();
+    assert_eq!(*bench.probe.told.borrow(), []);
+    bench.receive(WireFrame { dlc: 15, data: [1, 2, 3, 4, 5, 6, 7, 8], ..ours });
+    bench.pool.run_until_stalled();
+    let told = bench.probe.told.borrow();
+    assert!(matches!(&told[..], [LinkEvent::Received { frame, .. }] if frame.data() == [1, 2, 3, 4, 5, 6, 7, 8]));
+}
