@@ -19,7 +19,7 @@ pub(super) fn half_bank(filter: Filter) -> u32 {
 /// Both halves of each bank. The half that an odd number leaves over repeats the last filter: an empty one would admit
 /// identifier 0.
 pub(super) fn banks(filters: &[Filter]) -> impl Iterator<Item = [u32; 2]> {
-    filters.chunks(2).filter_map(|pair| {
+    filters.chunks(2).take(BANKS).filter_map(|pair| {
         let (first, last) = (pair.first()?, pair.last()?);
         Some([half_bank(*first), half_bank(*last)])
     })

@@ -84,7 +84,7 @@ impl CanPort for Port {
             w.set_finit(true);
             w.set_can2sb(BANKS as u8);
         });
-        for (n, [low, high]) in banks(filters).take(BANKS).enumerate() {
+        for (n, [low, high]) in banks(filters).enumerate() {
             let bank = self.first_bank + n;
             block.fm1r().modify(|w| w.set_fbm(bank, false));
             block.fs1r().modify(|w| w.set_fsc(bank, false));
