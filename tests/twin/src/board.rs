@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 
+use crate::bxcan::{Side, Stats};
 use crate::clock::BoardClock;
 use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
 use crate::image::{Image, Symbol};
@@ -199,6 +200,11 @@ impl Board {
     /// Level of a pin as its port sees it.
     pub fn pin_level(&self, pin: Pin) -> bool {
         self.link.peripherals().pin_level(pin)
+    }
+
+    /// What a CAN controller did since power-on.
+    pub fn can_stats(&self, side: Side) -> Stats {
+        self.link.peripherals().can().stats(side)
     }
 
     /// Changes of output pins since the last call.
@@ -398,6 +404,23 @@ impl Board {
             }
             *old = new;
         }
+    }
+
+    /// The wires have reached `now`: modes, aborts and interrupts of the CAN controllers follow.
+    pub(crate) fn settle(&mut self, now: Time, idle_since: [Option<Time>; 2]) {
+        if !self.is_powered() {
+            return;
+        }
+        let link = self.link.clone();
+        let mut peripherals = link.peripherals();
+        for (side, idle_since) in [Side::Can1, Side::Can2].into_iter().zip(idle_since) {
+            // Off its pins a controller hears nothing but recessive bits.
+            let idle = if peripherals.can_line(side).is_some() { idle_since } else { Some(Time::ZERO) };
+            peripherals.can().set_bus_idle_since(side, idle);
+        }
+        peripherals.can().poll(now);
+        drop(peripherals);
+        self.refresh();
     }
 
     fn drain(&mut self) {

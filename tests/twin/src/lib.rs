@@ -1,4 +1,26 @@
 //! The twin: emulated STM32F405 boards on two CAN buses, in virtual time.
+//!
+//! It flies the very ELF files that are flashed on boards: [`image::Image`] is the program,
+//! [`spacecraft::Spacecraft`] joins any number of [`board::Board`]s by two wires. Everything is a function of what was
+//! configured: the same flight gives the same records, to the tick.
+//!
+//! # What is modelled
+//!
+//! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`cpu`]).
+//! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, TIM2, both bxCANs
+//!   with their filters ([`bxcan`]), and what set-up code touches in FLASH, PWR, DBGMCU and the device signature.
+//! * One crystal per board with its own error, from which the core, the timers and the bit timing follow.
+//! * A debug probe per board that reads the defmt log, and neither halts the core nor slows it.
+//!
+//! # What is not
+//!
+//! * Anything else of the part. A program that reaches for it stops its board with an
+//!   [`AccessError`](board::AccessError) that names board, instruction and address; so does one that uses a peripheral
+//!   whose clock is off, which the real part would answer with silence.
+//! * Flash wait states, prefetch, bus contention: cycle counts are those of a core with ideal memory, lower than on a
+//!   board. Flash programming and erasing are refused.
+//! * The HSI oscillator's error (it runs at 16 MHz exactly), temperature and ageing of crystals.
+//! * Stop and Standby, watchdogs, brown-out, DMA, debug halts.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -11,4 +33,6 @@ pub mod image;
 pub mod link;
 pub mod mmio;
 pub mod peripherals;
+mod port;
 pub mod rtt;
+pub mod spacecraft;

@@ -204,7 +204,7 @@ impl Peripherals {
     fn select(&self, address: u32, width: Width) -> Result<(Block, u32), Refusal> {
         let (block, base) = Block::at(address).ok_or(Refusal::Unmodelled)?;
         let offset = address - base;
-        if block == Block::Can && width != Width::Word || address % width.bytes() != 0 {
+        if block == Block::Can && width != Width::Word || !address.is_multiple_of(width.bytes()) {
             return Err(Refusal::Width);
         }
         match block.gate(offset) {

@@ -1,0 +1,300 @@
+//! N boards and two wires in one virtual time.
+//!
+//! Boards run one quantum after the other, then the wires follow and deliver what happened. A quantum ends at the next
+//! event of either wire, so a frame reaches its boards at its own instant; what a board asks for inside a quantum
+//! carries its instant with it. When every core sleeps, time jumps to the next event.
+//!
+//! A controller's mode handshakes and aborts settle at the end of a quantum, so a flight is reproducible for one length
+//! of the quantum; another shifts what follows a handshake by some microseconds.
+
+use std::fmt;
+
+use can_wire::controller::{Controller, NodeIndex};
+use can_wire::record::Record;
+use can_wire::time::Time;
+use can_wire::wire::{Controllers, Wire, WireConfig};
+
+use crate::board::{AccessError, Board, BoardConfig};
+use crate::bxcan::Side;
+use crate::peripherals::Pin;
+use crate::port::Port;
+use crate::rtt::Level;
+
+/// One of the two buses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Bus {
+    /// CAN1 of every board.
+    Nominal,
+    /// CAN2 of every board.
+    Redundant,
+}
+
+impl Bus {
+    /// Both.
+    pub const ALL: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
+
+    const fn side(self) -> Side {
+        match self {
+            Bus::Nominal => Side::Can1,
+            Bus::Redundant => Side::Can2,
+        }
+    }
+}
+
+impl fmt::Display for Bus {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(match self {
+            Bus::Nominal => "nominal",
+            Bus::Redundant => "redundant",
+        })
+    }
+}
+
+/// A board of a spacecraft, in the order of [`Spacecraft::add_board`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BoardId(pub usize);
+
+/// What all boards share.
+#[derive(Clone, Debug)]
+pub struct SpacecraftConfig {
+    /// Longest stretch that boards run ahead of the wires, 1 to 20 µs: shorter than any frame.
+    pub quantum: Time,
+    /// The nominal and the redundant cable.
+    pub wires: [WireConfig; 2],
+}
+
+impl Default for SpacecraftConfig {
+    fn default() -> Self {
+        SpacecraftConfig { quantum: Time::from_us(20), wires: [WireConfig::default(), WireConfig::default()] }
+    }
+}
+
+/// Something that happens to a board.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// Power comes up or goes away.
+    Power(bool),
+    /// The reset pin is pulled.
+    Reset,
+    /// The harness ties a pin to a level, or lets it float.
+    Drive(Pin, Option<bool>),
+}
+
+/// A log line of a board.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LogRecord {
+    /// When the probe saw it, at most a quantum after the program wrote it.
+    pub at: Time,
+    /// Who.
+    pub board: BoardId,
+    /// `None` for `defmt::println!`.
+    pub level: Option<Level>,
+    /// The message.
+    pub text: String,
+}
+
+/// What happened on a wire.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WireRecord {
+    /// When it was over.
+    pub at: Time,
+    /// Where.
+    pub bus: Bus,
+    /// What.
+    pub record: Record,
+}
+
+/// Boards on two wires.
+#[derive(Debug)]
+pub struct Spacecraft {
+    now: Time,
+    quantum: Time,
+    boards: Vec<Board>,
+    wires: [Wire; 2],
+    ports: [Vec<Port>; 2],
+    /// What is scheduled, the earliest last.
+    events: Vec<(Time, BoardId, Event)>,
+    logs: Vec<LogRecord>,
+}
+
+struct Ports<'a>(&'a mut [Port]);
+
+impl Controllers for Ports<'_> {
+    fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller {
+        &mut self.0[node]
+    }
+}
+
+impl Spacecraft {
+    /// Two wires without boards at time zero.
+    ///
+    /// # Panics
+    /// When the quantum is not 1 to 20 µs: a mistake in a test, not an input.
+    pub fn new(config: SpacecraftConfig) -> Self {
+        let us = Time::from_us(1)..=Time::from_us(20);
+        assert!(us.contains(&config.quantum), "the quantum is 1 to 20 us, not {:?}", config.quantum);
+        Spacecraft {
+            now: Time::ZERO,
+            quantum: config.quantum,
+            boards: Vec::new(),
+            wires: config.wires.map(Wire::new),
+            ports: [Vec::new(), Vec::new()],
+            events: Vec::new(),
+            logs: Vec::new(),
+        }
+    }
+
+    /// Hangs a board on both wires; it gets power at its time.
+    ///
+    /// # Panics
+    /// When its crystal is more than 1000 ppm off.
+    pub fn add_board(&mut self, config: BoardConfig) -> BoardId {
+        let id = BoardId(self.boards.len());
+        let (power_on_at, position_m) = (config.power_on_at, config.position_m);
+        let board = Board::new(config, id.0 as u32 + 1);
+        for bus in Bus::ALL {
+            self.ports[bus as usize].push(Port::new(board.link().clone(), bus.side()));
+            let node = self.wires[bus as usize].attach(position_m);
+            assert_eq!(node, id.0, "boards are the only nodes");
+        }
+        self.boards.push(board);
+        self.schedule(power_on_at, id, Event::Power(true));
+        id
+    }
+
+    /// The present.
+    pub fn now(&self) -> Time {
+        self.now
+    }
+
+    /// All boards, in the order of their ids.
+    pub fn boards(&self) -> impl Iterator<Item = (BoardId, &Board)> {
+        self.boards.iter().enumerate().map(|(n, board)| (BoardId(n), board))
+    }
+
+    /// A board.
+    pub fn board(&self, id: BoardId) -> &Board {
+        &self.boards[id.0]
+    }
+
+    /// A board, to take its pin changes.
+    pub fn board_mut(&mut self, id: BoardId) -> &mut Board {
+        &mut self.boards[id.0]
+    }
+
+    /// A wire.
+    pub fn wire(&self, bus: Bus) -> &Wire {
+        &self.wires[bus as usize]
+    }
+
+    /// A wire, to cut or to schedule a cut.
+    pub fn wire_mut(&mut self, bus: Bus) -> &mut Wire {
+        &mut self.wires[bus as usize]
+    }
+
+    /// Lets `event` happen to a board at `at`, or at once when that is past. Equal instants: in the order of the calls.
+    pub fn schedule(&mut self, at: Time, board: BoardId, event: Event) {
+        let place = self.events.partition_point(|&(other, ..)| other > at);
+        self.events.insert(place, (at, board, event));
+    }
+
+    /// Pulls the reset pin of a board now.
+    pub fn reset(&mut self, board: BoardId) {
+        self.schedule(self.now, board, Event::Reset);
+    }
+
+    /// Switches the power of a board now.
+    pub fn power(&mut self, board: BoardId, on: bool) {
+        self.schedule(self.now, board, Event::Power(on));
+    }
+
+    /// Log lines since the last call, in the order of time.
+    pub fn take_logs(&mut self) -> Vec<LogRecord> {
+        let mut logs = std::mem::take(&mut self.logs);
+        logs.sort_by_key(|log| log.at);
+        logs
+    }
+
+    /// What happened on both wires since the last call, in the order of time.
+    pub fn take_frames(&mut self) -> Vec<WireRecord> {
+        let mut records: Vec<_> = Bus::ALL
+            .into_iter()
+            .flat_map(|bus| {
+                let records = self.wires[bus as usize].take_records();
+                records.into_iter().map(move |record| WireRecord { at: end_of(&record), bus, record })
+            })
+            .collect();
+        records.sort_by_key(|record| record.at);
+        records
+    }
+
+    /// Runs everything until `until`.
+    ///
+    /// # Errors
+    /// [`AccessError`] when a program reached for something that is not there. Its board stays stopped, the others have
+    /// run as far as it; calling again goes on without it.
+    pub fn run_until(&mut self, until: Time) -> Result<(), AccessError> {
+        self.apply_events();
+        while self.now < until {
+            let next = self.next_stop().min(until);
+            let mut failure = None;
+            for board in &mut self.boards {
+                failure = failure.or(board.run_until(next).err());
+            }
+            for (wire, ports) in self.wires.iter_mut().zip(&mut self.ports) {
+                wire.advance(next, &mut Ports(ports));
+            }
+            self.now = next;
+            self.settle();
+            self.apply_events();
+            failure.map_or(Ok(()), Err)?;
+        }
+        Ok(())
+    }
+
+    /// The end of the next stretch that boards and wires may run without each other.
+    fn next_stop(&self) -> Time {
+        let boards = self.boards.iter().map(|board| match board.next_event() {
+            at if at <= self.now => self.now + self.quantum,
+            at => at,
+        });
+        let wires = self.wires.iter().filter_map(Wire::next_event);
+        let events = self.events.last().map(|&(at, ..)| at);
+        let next = boards.chain(wires).chain(events).min().unwrap_or(Time::NEVER);
+        next.max(self.now + Time(1))
+    }
+
+    /// Tells the boards that the wires have caught up.
+    fn settle(&mut self) {
+        for (node, board) in self.boards.iter_mut().enumerate() {
+            let idle_since = Bus::ALL.map(|bus| self.wires[bus as usize].idle_since(node));
+            board.settle(self.now, idle_since);
+            let id = BoardId(node);
+            self.logs.extend(board.take_log().into_iter().map(|line| LogRecord {
+                // A core finishes its instruction, past the end of the quantum.
+                at: line.at.min(self.now),
+                board: id,
+                level: line.level,
+                text: line.text,
+            }));
+        }
+    }
+
+    fn apply_events(&mut self) {
+        while let Some((_, id, event)) = self.events.pop_if(|&mut (at, ..)| at <= self.now) {
+            let board = &mut self.boards[id.0];
+            match event {
+                Event::Power(on) => board.power(on),
+                Event::Reset => board.reset(),
+                Event::Drive(pin, level) => board.drive(pin, level),
+            }
+        }
+    }
+}
+
+fn end_of(record: &Record) -> Time {
+    match record {
+        Record::Completed { trace, .. } => trace.end,
+        Record::Destroyed { at, .. } | Record::Fault { at, .. } => *at,
+    }
+}

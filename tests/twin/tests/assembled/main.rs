@@ -1,0 +1,5 @@
+//! The twin flown by programs that are assembled by hand: no toolchain for the part is needed.
+
+mod board;
+mod programs;
+mod spacecraft;

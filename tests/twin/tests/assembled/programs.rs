@@ -1,0 +1,153 @@
+//! Programs assembled by hand, without a toolchain for the part.
+
+use std::sync::Arc;
+
+use can_wire::time::Time;
+use twin::board::BoardConfig;
+use twin::image::Image;
+
+pub const RAM: u32 = 0x2000_0000;
+const FLASH: u32 = 0x0800_0000;
+const CODE: u32 = FLASH + 0x200;
+pub const HANDLER: u32 = FLASH + 0x800;
+
+/// `B .`
+pub const STOP: [u16; 1] = [0xE7FE];
+/// `WFE; B WFE`
+pub const SLEEP: [u16; 2] = [0xBF20, 0xE7FD];
+/// `BX lr`
+pub const RETURN: [u16; 1] = [0x4770];
+
+/// `MOVW r<d>, #low; MOVT r<d>, #high` (DDI 0403 A7.7.76 T3, A7.7.79 T1).
+pub fn load(d: u16, value: u32) -> [u16; 4] {
+    let half = |opcode: u16, imm: u32| {
+        let imm = imm as u16;
+        [opcode | (imm >> 11 & 1) << 10 | imm >> 12, (imm >> 8 & 7) << 12 | d << 8 | imm & 0xFF]
+    };
+    let ([a, b], [c, e]) = (half(0xF240, value & 0xFFFF), half(0xF2C0, value >> 16));
+    [a, b, c, e]
+}
+
+/// Stores a word: `r0 = address; r1 = value; STR r1, [r0]`.
+pub fn store(address: u32, value: u32) -> Vec<u16> {
+    [&load(0, address)[..], &load(1, value), &[0x6001]].concat()
+}
+
+/// Copies a word: `r0 = from; LDR r1, [r0]; r0 = to; STR r1, [r0]`.
+pub fn copy(from: u32, to: u32) -> Vec<u16> {
+    [&load(0, from)[..], &[0x6801], &load(0, to), &[0x6001]].concat()
+}
+
+/// Flash with `program` after reset and `handler` for every exception.
+pub fn image(program: &[u16], handler: &[u16]) -> Arc<Image> {
+    let mut flash = vec![0xFF; 0x1000];
+    let mut put = |address: u32, bytes: &[u8]| {
+        let at = (address - FLASH) as usize;
+        flash[at..at + bytes.len()].copy_from_slice(bytes);
+    };
+    put(FLASH, &(RAM + 0x1000).to_le_bytes());
+    put(FLASH + 4, &(CODE | 1).to_le_bytes());
+    for vector in 2..98 {
+        put(FLASH + vector * 4, &(HANDLER | 1).to_le_bytes());
+    }
+    for (base, code) in [(CODE, program), (HANDLER, handler)] {
+        for (k, halfword) in code.iter().enumerate() {
+            put(base + 2 * k as u32, &halfword.to_le_bytes());
+        }
+    }
+    Arc::new(Image::from_flash(flash))
+}
+
+/// A board at the left end of the cable with an exact crystal.
+pub fn board(name: &str, image: Arc<Image>) -> BoardConfig {
+    BoardConfig {
+        name: name.to_owned(),
+        image,
+        straps: Vec::new(),
+        ppm: 0.0,
+        position_m: 0.0,
+        power_on_at: Time::ZERO,
+    }
+}
+
+pub const RCC: u32 = 0x4002_3800;
+pub const GPIOB: u32 = 0x4002_0400;
+pub const TIM2: u32 = 0x4000_0000;
+pub const NVIC_ISER0: u32 = 0xE000_E100;
+
+/// HSE 12 MHz, PLL M = 6, N = 168, P = 2, AHB 1, APB1 4, APB2 2: 168 MHz once the PLL has locked.
+pub fn run_at_168_mhz() -> Vec<u16> {
+    [
+        store(RCC + 0x04, 7 << 24 | 1 << 22 | 168 << 6 | 6),
+        store(RCC, 0x0001_0083),
+        wait_for(RCC, 17),
+        store(RCC, 0x0101_0083),
+        wait_for(RCC, 25),
+        store(RCC + 0x08, 4 << 13 | 5 << 10 | 2),
+    ]
+    .concat()
+}
+
+/// Spins until a bit is set: `r0 = address; LDR r1, [r0]; LSLS r1, r1, #(31 - bit); BPL .-4`.
+pub fn wait_for(address: u32, bit: u16) -> Vec<u16> {
+    [&load(0, address)[..], &[0x6801, (31 - bit) << 6 | 1 << 3 | 1, 0xD5FC]].concat()
+}
+
+/// Spins until a bit is clear.
+pub fn wait_for_clear(address: u32, bit: u16) -> Vec<u16> {
+    [&load(0, address)[..], &[0x6801, (31 - bit) << 6 | 1 << 3 | 1, 0xD4FC]].concat()
+}
+
+pub const CAN1: u32 = 0x4000_6400;
+pub const CAN2: u32 = 0x4000_6800;
+
+/// Both controllers on their pins, 1 Mbit/s at 42 MHz PCLK1 (BRP 2, TS1 9, TS2 2), every frame into FIFO 0.
+pub fn join_both_buses() -> Vec<u16> {
+    let join = |can: u32| {
+        [
+            store(can, 1),
+            wait_for(can + 4, 0),
+            store(can + 0x1C, 2 << 20 | 9 << 16 | 2),
+            store(can, 0),
+            wait_for_clear(can + 4, 0),
+        ]
+        .concat()
+    };
+    [
+        run_at_168_mhz(),
+        store(RCC + 0x30, 1 << 1),
+        store(RCC + 0x40, 1 << 25 | 1 << 26),
+        store(GPIOB + 0x24, 0x0099_0099),
+        store(GPIOB, 0x0A0A_0280),
+        // Filter bank 0 for CAN1, bank 14 for CAN2: 32-bit masks of zero.
+        store(CAN1 + 0x200, 14 << 8 | 1),
+        store(CAN1 + 0x20C, 1 << 14 | 1),
+        store(CAN1 + 0x240, 0),
+        store(CAN1 + 0x244, 0),
+        store(CAN1 + 0x240 + 14 * 8, 0),
+        store(CAN1 + 0x244 + 14 * 8, 0),
+        store(CAN1 + 0x21C, 1 << 14 | 1),
+        store(CAN1 + 0x200, 14 << 8),
+        join(CAN1),
+        join(CAN2),
+    ]
+    .concat()
+}
+
+/// Requests a frame of four bytes from mailbox 0 and waits for its completion.
+pub fn send(can: u32, id: u16, data: u32) -> Vec<u16> {
+    [
+        store(can + 0x184, 4),
+        store(can + 0x188, data),
+        store(can + 0x180, u32::from(id) << 21 | 1),
+        wait_for(can + 8, 0),
+        store(can + 8, 1),
+    ]
+    .concat()
+}
+
+/// Waits for a frame in FIFO 0, copies its low data word to `to` and releases it.
+pub fn receive(can: u32, to: u32) -> Vec<u16> {
+    // FMP counts in bits 0 and 1; the first frame sets bit 0.
+    [wait_for(can + 0x0C, 0), copy(can + 0x1B8, to), store(can + 0x0C, 1 << 5)].concat()
+}
