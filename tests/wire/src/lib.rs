@@ -6,6 +6,12 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod arbitration;
 pub mod controller;
+pub mod encode;
+pub mod fault;
 pub mod frame;
+pub mod record;
+mod segment;
 pub mod time;
+pub mod wire;
