@@ -26,11 +26,11 @@ fn blinker() -> std::sync::Arc<twin::image::Image> {
         store(RCC + 0x40, 1),
         store(TIM2 + 0x28, 83),
         store(TIM2 + 0x2C, 999),
-        store(TIM2 + 0x00, 1 << 2),
+        store(TIM2, 1 << 2),
         store(TIM2 + 0x14, 1),
         store(TIM2 + 0x0C, 1),
         store(NVIC_ISER0, 1 << 28),
-        store(TIM2 + 0x00, 1),
+        store(TIM2, 1),
         SLEEP.to_vec(),
     ]
     .concat();
