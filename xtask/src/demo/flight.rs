@@ -8,6 +8,7 @@ use super::narrator::Line;
 use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
+use super::telltale::Telltale;
 
 /// A finished flight.
 #[derive(Clone, Debug)]
@@ -39,16 +40,16 @@ pub struct BoardCount {
     pub lost_frames: u64,
     /// Transmissions given up: aborted in a mailbox.
     pub aborted_frames: u64,
-    /// The CPU locked up.
-    pub locked_up: bool,
-    /// The firmware panicked.
-    pub panicked: bool,
-    /// Events its application was too slow to take.
-    pub app_overflows: u32,
-    /// Commands sent (master) or executed (slave), by the image's own count.
-    pub commands: u32,
-    /// Telemetry replies received, by the master's own count.
-    pub telemetry_replies: u32,
+    /// Lock-ups of the CPU.
+    pub lockups: u64,
+    /// Panics of the firmware.
+    pub panics: u64,
+    /// Resets that the firmware asked for.
+    pub resets: u64,
+    /// Why the twin had to stop it: it reached for hardware that is not there.
+    pub stopped: Option<String>,
+    /// What the firmware itself counted.
+    pub telltale: Telltale,
 }
 
 impl Flight {

@@ -18,7 +18,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
             format!("{}, {} bus", now.phase.name(), now.bus.name()),
             track.failover.map_or(of_slave("-".into()), |took| format!("{:.1} ms", took.as_secs_f64() * 1e3)),
             of_slave(track.tc_due.to_string()),
-            of_slave(board.commands.to_string()),
+            of_slave(board.telltale.commands.to_string()),
             board.lost_frames.to_string(),
             board.aborted_frames.to_string(),
         ]

@@ -10,9 +10,10 @@ use can_wire::time::Time;
 use super::flight::{BoardCount, Flight};
 use super::message::{Message, NmtState};
 use super::narrator::Narrator;
-use super::observer::{Access, Observer};
+use super::observer::{Access, Observer, Phase};
 use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Record, Seen};
+use super::telltale::Telltale;
 use crate::board::Board;
 
 const CUT_MS: u64 = 20_000;
@@ -139,17 +140,18 @@ pub fn flight() -> Flight {
         let Happening::Frame(seen) = &record.what else { return false };
         matches!(Message::decode(&seen.frame), Some(Message::Telemetry { .. }))
     });
-    let count =
-        |node, commands| BoardCount { node, instructions: 30_000_000, commands, ..BoardCount::default() };
+    let count = |node, commands, telemetry_replies| BoardCount {
+        node,
+        instructions: 30_000_000,
+        telltale: Telltale { commands, telemetry_replies, ..Telltale::default() },
+        ..BoardCount::default()
+    };
     let boards = vec![
-        BoardCount { telemetry_replies: replies.count() as u32, aborted_frames: 3, ..count(1, 780) },
-        count(2, 195 + 194),
-        count(4, 195 + 76),
+        BoardCount { aborted_frames: 3, ..count(1, 780, replies.count() as u32) },
+        count(2, 195 + 194, 0),
+        count(4, 195 + 76, 0),
     ];
-    assert!(
-        observer
-            .slaves()
-            .all(|(_, track)| { track.now().phase == super::observer::Phase::Nmt(NmtState::Operational) })
-    );
+    let operational = Phase::Nmt(NmtState::Operational);
+    assert!(observer.slaves().all(|(_, track)| track.now().phase == operational));
     Flight { end: plan.end, plan, wall: Duration::from_secs(10), records, story, observer, boards }
 }

@@ -55,10 +55,10 @@ pub struct Summary {
     pub aborted_frames: u64,
     /// Events that an application was too slow to take, all boards.
     pub app_overflows: u64,
-    /// Boards whose CPU locked up.
-    pub lockups: usize,
-    /// Boards whose firmware panicked.
-    pub panics: usize,
+    /// Lock-ups of a CPU, all boards.
+    pub lockups: u64,
+    /// Panics of the firmware, all boards.
+    pub panics: u64,
 }
 
 impl Summary {
@@ -90,9 +90,9 @@ impl Summary {
                 .into(),
             tc_sent: count(|message| matches!(message, Message::Telecommand { .. })),
             tc_due: flight.observer.slaves().map(|(_, track)| track.tc_due).sum(),
-            tc_executed: slave_counts().map(|board| u64::from(board.commands)).sum(),
+            tc_executed: slave_counts().map(|board| u64::from(board.telltale.commands)).sum(),
             tm_requested: count(|message| matches!(message, Message::TelemetryRequest { .. })),
-            tm_received: master_counts().map(|board| u64::from(board.telemetry_replies)).sum(),
+            tm_received: master_counts().map(|board| u64::from(board.telltale.telemetry_replies)).sum(),
             failover_ms: flight
                 .observer
                 .slaves()
@@ -105,9 +105,9 @@ impl Summary {
                 .count(),
             lost_frames: flight.boards.iter().map(|board| board.lost_frames).sum(),
             aborted_frames: flight.boards.iter().map(|board| board.aborted_frames).sum(),
-            app_overflows: flight.boards.iter().map(|board| u64::from(board.app_overflows)).sum(),
-            lockups: flight.boards.iter().filter(|board| board.locked_up).count(),
-            panics: flight.boards.iter().filter(|board| board.panicked).count(),
+            app_overflows: flight.boards.iter().map(|board| u64::from(board.telltale.app_overflows)).sum(),
+            lockups: flight.boards.iter().map(|board| board.lockups).sum(),
+            panics: flight.boards.iter().map(|board| board.panics).sum(),
         }
     }
 }
@@ -133,20 +133,29 @@ pub fn faults(flight: &Flight) -> Vec<String> {
     }
     for board in &flight.boards {
         let who = name(board.node);
-        if board.locked_up {
+        if let Some(reason) = &board.stopped {
+            faults.push(format!("the twin stopped {reason}"));
+        }
+        if board.lockups > 0 {
             faults.push(format!("{who} locked up"));
         }
-        if board.panicked {
+        if board.panics > 0 {
             faults.push(format!("{who} panicked"));
+        }
+        if board.resets > 0 {
+            faults.push(format!("{who} reset itself"));
         }
         if board.lost_frames > 0 {
             faults.push(format!("{who} lost {} frames", board.lost_frames));
         }
         if let Some(track) = flight.observer.nodes().get(&board.node)
             && track.access.is_some()
-            && track.tc_due != u64::from(board.commands)
+            && track.tc_due != u64::from(board.telltale.commands)
         {
-            faults.push(format!("{who} executed {} commands, {} were due", board.commands, track.tc_due));
+            faults.push(format!(
+                "{who} executed {} commands, {} were due",
+                board.telltale.commands, track.tc_due
+            ));
         }
     }
     faults
@@ -182,9 +191,9 @@ mod tests {
     #[test]
     fn what_went_wrong_is_said() {
         let mut flight = sample::flight();
-        flight.boards[0].locked_up = true;
-        flight.boards[1].panicked = true;
-        flight.boards[1].commands -= 1;
+        flight.boards[0].lockups = 1;
+        flight.boards[1].panics = 1;
+        flight.boards[1].telltale.commands -= 1;
         flight.boards[2].lost_frames = 3;
         let summary = Summary::of(&flight);
         assert_eq!((summary.lockups, summary.panics, summary.lost_frames), (1, 1, 3));

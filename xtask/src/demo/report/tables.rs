@@ -42,7 +42,7 @@ pub fn boards(flight: &Flight) -> String {
     let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, count)| {
         let track = &flight.observer.nodes()[&plan.node];
         let (due, executed) = match track.access {
-            Some(_) => (track.tc_due.to_string(), count.commands.to_string()),
+            Some(_) => (track.tc_due.to_string(), count.telltale.commands.to_string()),
             None => ("".into(), "".into()),
         };
         vec![
