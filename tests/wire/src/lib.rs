@@ -7,10 +7,12 @@
 #![warn(missing_docs)]
 
 mod arbitration;
+pub mod candump;
 pub mod controller;
 pub mod encode;
 pub mod fault;
 pub mod frame;
+pub mod pcapng;
 pub mod record;
 mod segment;
 pub mod time;
