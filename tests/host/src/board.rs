@@ -22,11 +22,12 @@ use crate::timeline::Timeline;
 /// What a node is, with or without power.
 pub(crate) struct Board {
     pub id: NodeId,
-    pub drift_ppm: i32,
+    drift_ppm: i32,
     profile: Profile,
     /// Slaves that the master's application keeps busy.
     traffic: Vec<NodeId>,
     diary: Diary,
+    ports: PerBus<MockPort>,
     powered: Option<Powered>,
 }
 
@@ -34,7 +35,6 @@ pub(crate) struct Board {
 struct Powered {
     pool: LocalPool,
     clock: MockClock,
-    ports: PerBus<MockPort>,
     telltale: Rc<Telltale>,
     master: Option<Rc<MasterApp>>,
     reset: Rc<Cell<bool>>,
@@ -50,17 +50,19 @@ impl Board {
         entries: Rc<RefCell<Vec<Entry>>>,
     ) -> Self {
         let diary = Diary { node: id, timeline, entries };
-        Board { id, drift_ppm, profile, traffic, diary, powered: None }
+        let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
+        let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
+        Board { id, drift_ppm, profile, traffic, diary, ports, powered: None }
     }
 
     pub fn power_on(&mut self) {
         self.diary.note(Happening::PowerOn);
         let pool = LocalPool::new();
         let clock = MockClock::power_on(self.diary.timeline.clone(), self.drift_ppm);
-        let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
+        Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(clock.clone()));
         let telltale = Rc::new(Telltale::new());
         let reset = Rc::new(Cell::new(false));
-        let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &ports, telltale: &telltale };
+        let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &self.ports, telltale: &telltale };
         let mut master_app = None;
         if self.id == NodeId::MASTER {
             let node = Master::new(&self.profile);
@@ -76,11 +78,12 @@ impl Board {
             let app = shell.run(node, filters);
             shell.spawn(application::slave(app, self.diary.clone(), reset.clone()));
         }
-        self.powered = Some(Powered { pool, clock, ports, telltale, master: master_app, reset });
+        self.powered = Some(Powered { pool, clock, telltale, master: master_app, reset });
     }
 
     pub fn power_off(&mut self) {
-        if self.powered.take().is_some() {
+        if let Some(powered) = self.powered.take() {
+            Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(powered.clock.clone()));
             self.diary.note(Happening::PowerOff);
         }
     }
@@ -100,17 +103,17 @@ impl Board {
         }
     }
 
-    /// The controller on a bus, while there is power.
-    pub fn port(&self, bus: Bus) -> Option<&MockPort> {
-        Some(&self.powered.as_ref()?.ports[bus])
+    /// The controller on a bus.
+    pub fn port(&self, bus: Bus) -> &MockPort {
+        &self.ports[bus]
     }
 
     pub fn clock(&self) -> Option<&MockClock> {
         Some(&self.powered.as_ref()?.clock)
     }
 
-    pub fn telltale(&self) -> Option<&Telltale> {
-        Some(&self.powered.as_ref()?.telltale)
+    pub fn telltale(&self) -> Option<Rc<Telltale>> {
+        Some(self.powered.as_ref()?.telltale.clone())
     }
 
     /// Whether the request was taken.

@@ -12,7 +12,12 @@
 
 mod application;
 mod board;
+mod builder;
 pub mod clock;
 pub mod log;
 pub mod port;
+mod rogue;
 pub mod timeline;
+pub mod world;
+
+pub use builder::Builder;

@@ -16,6 +16,7 @@ pub struct Timeline {
     /// Wakes in the order of time, then of registration.
     sleepers: RefCell<BTreeMap<(Time, u64), Waker>>,
     registrations: Cell<u64>,
+    interrupts: Cell<u64>,
 }
 
 impl Timeline {
@@ -53,6 +54,16 @@ impl Timeline {
     /// Sleeps until `at`; at once when that has passed.
     pub fn sleep_until(self: &Rc<Self>, at: Time) -> Sleep {
         Sleep { timeline: self.clone(), at, registered: None }
+    }
+
+    /// How often a controller called its task so far.
+    pub fn interrupts(&self) -> u64 {
+        self.interrupts.get()
+    }
+
+    /// A controller calls its task.
+    pub fn interrupt(&self) {
+        self.interrupts.set(self.interrupts.get() + 1);
     }
 
     fn register(&self, at: Time, waker: &Waker) -> (Time, u64) {

@@ -7,7 +7,7 @@ mod confinement;
 mod mailbox;
 mod wire_side;
 
-use std::cell::{Ref, RefCell};
+use std::cell::{Cell, Ref, RefCell};
 use std::collections::VecDeque;
 use std::future::poll_fn;
 use std::rc::Rc;
@@ -45,6 +45,8 @@ struct Chip {
     /// Off the bus as soon as the frame on the wire has ended.
     leaving: bool,
     mailboxes: Mailboxes,
+    /// The mailbox whose frame the wire was given last.
+    contending: Cell<Option<usize>>,
     confinement: Confinement,
     recovered_at: Option<Time>,
     /// Ends of mailboxes and received frames, in the order of time.
@@ -59,20 +61,12 @@ struct Chip {
 impl MockPort {
     /// A controller at power-on, off the bus.
     pub fn new(clock: MockClock) -> Self {
-        MockPort(Rc::new(RefCell::new(Chip {
-            clock,
-            filters: Vec::new(),
-            joined: None,
-            leaving: false,
-            mailboxes: Mailboxes::default(),
-            confinement: Confinement::default(),
-            recovered_at: None,
-            events: VecDeque::new(),
-            received: 0,
-            lost: 0,
-            told: Health::default(),
-            waker: None,
-        })))
+        MockPort(Rc::new(RefCell::new(Chip::new(clock))))
+    }
+
+    /// A chip reset, or another power-on with a new clock.
+    pub fn reset(&self, clock: MockClock) {
+        *self.0.borrow_mut() = Chip::new(clock);
     }
 
     fn chip(&self) -> Ref<'_, Chip> {
@@ -81,6 +75,24 @@ impl MockPort {
 }
 
 impl Chip {
+    fn new(clock: MockClock) -> Self {
+        Chip {
+            clock,
+            filters: Vec::new(),
+            joined: None,
+            leaving: false,
+            mailboxes: Mailboxes::default(),
+            contending: Cell::new(None),
+            confinement: Confinement::default(),
+            recovered_at: None,
+            events: VecDeque::new(),
+            received: 0,
+            lost: 0,
+            told: Health::default(),
+            waker: None,
+        }
+    }
+
     fn now(&self) -> Time {
         self.clock.timeline().now()
     }
@@ -101,6 +113,7 @@ impl Chip {
 
     fn wake(&mut self) {
         if let Some(waker) = self.waker.take() {
+            self.clock.timeline().interrupt();
             waker.wake();
         }
     }

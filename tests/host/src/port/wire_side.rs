@@ -30,14 +30,15 @@ impl Controller for MockPort {
         if chip.leaving || !chip.takes_part() {
             return None;
         }
-        let (_, frame) = chip.mailboxes.best(at)?;
+        let (mailbox, frame) = chip.mailboxes.best(at)?;
+        chip.contending.set(Some(mailbox));
         Some(WireFrame::standard(frame.id().raw(), frame.data()))
     }
 
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
         let mut chip = self.0.borrow_mut();
         match event {
-            WireEvent::Started => chip.on_started(at),
+            WireEvent::Started => chip.on_started(),
             WireEvent::ArbitrationLost => chip.on_retry(),
             WireEvent::Transmitted(_) => chip.on_transmitted(at),
             WireEvent::Received(trace) => chip.on_received(at, &trace.frame),
@@ -56,8 +57,8 @@ impl Controller for MockPort {
 }
 
 impl Chip {
-    fn on_started(&mut self, at: Time) {
-        if let Some((mailbox, _)) = self.mailboxes.best(at) {
+    fn on_started(&mut self) {
+        if let Some(mailbox) = self.contending.take() {
             self.mailboxes.start(mailbox);
         }
     }
