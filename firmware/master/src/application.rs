@@ -3,7 +3,9 @@
 //! Blue toggles with every SYNC sent. Yellow is lit while the redundant bus is the active one.
 
 mod log;
-mod round;
+mod schedule;
+
+use core::future::pending;
 
 use boards::{Leds, Uptime};
 use ecss_can::link::Bus;
@@ -16,16 +18,15 @@ use ecss_can::time::Clock;
 use embassy_futures::select::{Either3, select3};
 
 use crate::app::Raw;
-use round::{Round, SLAVES, Turn};
+use schedule::{Schedule, Turn};
 
 pub struct Application {
     clock: Uptime,
     leds: Leds,
     link: &'static AppLink<Raw, MasterEvent, MasterRequest>,
     telltale: &'static Telltale,
-    commands: Round,
-    telemetry: Round,
-    operational: [bool; SLAVES],
+    commands: Schedule,
+    telemetry: Schedule,
 }
 
 impl Application {
@@ -36,34 +37,21 @@ impl Application {
         link: &'static AppLink<Raw, MasterEvent, MasterRequest>,
         telltale: &'static Telltale,
     ) -> Self {
-        Application {
-            clock,
-            leds,
-            link,
-            telltale,
-            commands: Round::new(profile.command, clock.now()),
-            telemetry: Round::new(profile.telemetry, clock.now()),
-            operational: [false; SLAVES],
-        }
+        let (commands, telemetry) = (Schedule::new(profile.command), Schedule::new(profile.telemetry));
+        Application { clock, leds, link, telltale, commands, telemetry }
     }
 
     pub async fn run(mut self) -> ! {
         loop {
             let due = select3(
                 self.link.events.receive(),
-                self.clock.at(self.commands.next()),
-                self.clock.at(self.telemetry.next()),
+                turn(self.clock, &self.commands),
+                turn(self.clock, &self.telemetry),
             );
             match due.await {
                 Either3::First(event) => self.on_event(&event),
-                Either3::Second(()) => {
-                    let turn = self.commands.take();
-                    self.command(turn).await;
-                }
-                Either3::Third(()) => {
-                    let turn = self.telemetry.take();
-                    self.request(turn).await;
-                }
+                Either3::Second(turn) => self.command(turn).await,
+                Either3::Third(turn) => self.request(turn).await,
             }
         }
     }
@@ -71,10 +59,12 @@ impl Application {
     fn on_event(&mut self, event: &MasterEvent) {
         log::event(event);
         match event {
-            MasterEvent::SlaveState { node, state, .. } => {
-                self.set_operational(*node, *state == NmtState::Operational);
+            MasterEvent::SlaveState { node, state: NmtState::Operational, .. } => {
+                let now = self.clock.now();
+                self.commands.start(*node, now);
+                self.telemetry.start(*node, now);
             }
-            MasterEvent::SlaveLost { node } => self.set_operational(*node, false),
+            MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
             MasterEvent::Telemetry { .. } => self.telltale.telemetry_replies.count(),
             MasterEvent::SyncSent { .. } => self.leds.blue.toggle(),
             MasterEvent::BusSwitched { to, .. } => {
@@ -84,33 +74,39 @@ impl Application {
         }
     }
 
-    fn set_operational(&mut self, node: NodeId, operational: bool) {
-        if let Some(slave) = round::slot(node).and_then(|slot| self.operational.get_mut(slot)) {
-            *slave = operational;
-        }
+    fn rest(&mut self, node: NodeId) {
+        self.commands.stop(node);
+        self.telemetry.stop(node);
     }
 
-    fn is_operational(&self, node: NodeId) -> bool {
-        round::slot(node).and_then(|slot| self.operational.get(slot)).is_some_and(|slave| *slave)
-    }
-
-    /// The LED in every other round, a value that telemetry reads back in the rounds between.
-    async fn command(&mut self, Turn { node, round }: Turn) {
-        if self.is_operational(node) {
-            let command =
-                if round % 2 == 0 { Command::SetLed(round % 4 == 0) } else { Command::SetValue(round) };
-            self.link.requests.send(MasterRequest::Command { node, message: command.encode() }).await;
-            self.telltale.commands.count();
-        }
+    /// The LED in every other turn, a value that telemetry reads back in those between.
+    async fn command(&mut self, turn: Turn) {
+        self.commands.taken(turn);
+        let Turn { node, count, .. } = turn;
+        let command = if count % 2 == 0 { Command::SetLed(count % 4 == 0) } else { Command::SetValue(count) };
+        self.link.requests.send(MasterRequest::Command { node, message: command.encode() }).await;
+        self.telltale.commands.count();
     }
 
     /// Every request in turn.
-    async fn request(&mut self, Turn { node, round }: Turn) {
-        let which = Request::ALL.get(round as usize % Request::ALL.len());
-        if let Some(request) = which.filter(|_| self.is_operational(node)) {
+    async fn request(&mut self, turn: Turn) {
+        self.telemetry.taken(turn);
+        let Turn { node, count, .. } = turn;
+        if let Some(request) = Request::ALL.get(count as usize % Request::ALL.len()) {
             let message = request.encode();
             self.link.requests.send(MasterRequest::RequestTelemetry { node, message }).await;
             self.telltale.telemetry_requests.count();
         }
+    }
+}
+
+/// Waits for the next turn, for ever when there is none.
+async fn turn(clock: Uptime, schedule: &Schedule) -> Turn {
+    match schedule.peek() {
+        Some(turn) => {
+            clock.at(turn.at).await;
+            turn
+        }
+        None => pending().await,
     }
 }
