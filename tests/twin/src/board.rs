@@ -94,6 +94,15 @@ pub struct Counters {
     pub malformed_logs: u64,
 }
 
+/// What a board heard of the line of one bus since it last looked.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Recessive {
+    /// Since when the line is recessive outside a frame.
+    pub since: Option<Time>,
+    /// A recessive stretch that a frame has ended.
+    pub ended: Option<(Time, Time)>,
+}
+
 /// One board.
 pub struct Board {
     config: BoardConfig,
@@ -407,16 +416,22 @@ impl Board {
     }
 
     /// The wires have reached `now`: modes, aborts and interrupts of the CAN controllers follow.
-    pub(crate) fn settle(&mut self, now: Time, idle_since: [Option<Time>; 2]) {
+    pub(crate) fn settle(&mut self, now: Time, lines: [Recessive; 2]) {
         if !self.is_powered() {
             return;
         }
         let link = self.link.clone();
         let mut peripherals = link.peripherals();
-        for (side, idle_since) in [Side::Can1, Side::Can2].into_iter().zip(idle_since) {
-            // Off its pins a controller hears nothing but recessive bits.
-            let idle = if peripherals.can_line(side).is_some() { idle_since } else { Some(Time::ZERO) };
-            peripherals.can().set_bus_idle_since(side, idle);
+        for (side, line) in [Side::Can1, Side::Can2].into_iter().zip(lines) {
+            if peripherals.can_line(side).is_none() {
+                // Off its pins a controller hears nothing but recessive bits.
+                peripherals.can().set_bus_idle_since(side, Some(Time::ZERO));
+                continue;
+            }
+            if let Some((from, to)) = line.ended {
+                peripherals.can().recessive_stretch(side, from, to);
+            }
+            peripherals.can().set_bus_idle_since(side, line.since);
         }
         peripherals.can().poll(now);
         drop(peripherals);

@@ -14,11 +14,17 @@ use crate::link::Link;
 pub(crate) struct Port {
     link: Arc<Link>,
     side: Side,
+    started: Option<Time>,
 }
 
 impl Port {
     pub(crate) fn new(link: Arc<Link>, side: Side) -> Self {
-        Port { link, side }
+        Port { link, side, started: None }
+    }
+
+    /// The start of the last frame that this board began since the last call.
+    pub(crate) fn take_started(&mut self) -> Option<Time> {
+        self.started.take()
     }
 }
 
@@ -44,6 +50,9 @@ impl Controller for Port {
     }
 
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
+        if matches!(event, WireEvent::Started) {
+            self.started = Some(at);
+        }
         // A frame that ends after the controller left its pins is not its business any more.
         if let Some(mut line) = self.link.peripherals().can_line(self.side) {
             line.on_wire(at, event);

@@ -14,7 +14,7 @@ use can_wire::record::Record;
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 
-use crate::board::{AccessError, Board, BoardConfig};
+use crate::board::{AccessError, Board, BoardConfig, Recessive};
 use crate::bxcan::Side;
 use crate::peripherals::Pin;
 use crate::port::Port;
@@ -241,11 +241,9 @@ impl Spacecraft {
             for board in &mut self.boards {
                 failure = failure.or(board.run_until(next).err());
             }
-            for (wire, ports) in self.wires.iter_mut().zip(&mut self.ports) {
-                wire.advance(next, &mut Ports(ports));
-            }
+            let lines = Bus::ALL.map(|bus| self.advance_wire(bus, next));
             self.now = next;
-            self.settle();
+            self.settle(lines);
             self.apply_events();
             failure.map_or(Ok(()), Err)?;
         }
@@ -264,11 +262,26 @@ impl Spacecraft {
         next.max(self.now + Time(1))
     }
 
+    /// Lets a wire catch up; returns what each board heard of its line.
+    fn advance_wire(&mut self, bus: Bus, until: Time) -> Vec<Recessive> {
+        let (wire, ports) = (&mut self.wires[bus as usize], &mut self.ports[bus as usize]);
+        let nodes = 0..ports.len();
+        let before: Vec<_> = nodes.map(|node| wire.idle_since(node)).collect();
+        wire.advance(until, &mut Ports(ports));
+        // No more than one frame begins in a stretch that no event of the wire interrupts.
+        let started = ports.iter_mut().filter_map(Port::take_started).min();
+        let heard = |(node, before): (NodeIndex, Option<Time>)| {
+            let since = wire.idle_since(node);
+            let ended = before.filter(|_| since != before).zip(started);
+            Recessive { since, ended }
+        };
+        before.into_iter().enumerate().map(heard).collect()
+    }
+
     /// Tells the boards that the wires have caught up.
-    fn settle(&mut self) {
+    fn settle(&mut self, lines: [Vec<Recessive>; 2]) {
         for (node, board) in self.boards.iter_mut().enumerate() {
-            let idle_since = Bus::ALL.map(|bus| self.wires[bus as usize].idle_since(node));
-            board.settle(self.now, idle_since);
+            board.settle(self.now, lines.each_ref().map(|line| line[node]));
             let id = BoardId(node);
             self.logs.extend(board.take_log().into_iter().map(|line| LogRecord {
                 // A core finishes its instruction, past the end of the quantum.

@@ -228,3 +228,26 @@ fn sleeping_boards_cost_next_to_nothing() {
     let after: Vec<_> = spacecraft.boards().map(|(_, board)| board.counters().instructions).collect();
     assert_eq!(before, after, "an hour asleep");
 }
+
+/// RM0090 32.4.1: leaving initialisation takes 11 recessive bits, which a full bus has only between two frames.
+#[test]
+fn a_board_joins_a_bus_without_pauses() {
+    // The mailbox is requested again as soon as it is empty; the intermission leaves time for that.
+    let again = [store(CAN1 + 8, 1), store(CAN1 + 0x180, 0x456 << 21 | 1), wait_for(CAN1 + 8, 0)].concat();
+    let back = 0_u16.wrapping_sub(again.len() as u16 + 2) & 0x07FF; // B to its beginning
+    let loops = [&send(CAN1, 0x456, PING)[..], &again, &[0xE000 | back]].concat();
+    let jammer = [join_both_buses(), loops].concat();
+    let late = BoardConfig { ppm: -100.0, power_on_at: Time::from_ms(3), ..board("late", asker()) };
+    let mut spacecraft =
+        spacecraft(vec![board("jammer", image(&jammer, &STOP)), board("bystander", bystander()), late]);
+    spacecraft.run_until(Time::from_ms(10)).unwrap();
+    let records = spacecraft.take_frames();
+    let frames = completed(&records);
+    let second_start = |pair: &[WireRecord]| pair[1].at.since(pair[0].at);
+    let busiest = records.windows(2).map(second_start).min().unwrap();
+    assert!(busiest < Time::from_us(95), "the bus is full: {busiest:?}");
+    assert!(
+        frames.iter().any(|&(bus, _, sender)| bus == Bus::Nominal && sender == 2),
+        "the late board sends"
+    );
+}
