@@ -39,7 +39,8 @@ impl MockClock {
 
     /// The first instant of the world at which this clock shows `local`.
     pub fn world_time(&self, local: Instant) -> Time {
-        let elapsed = (u128::from(local.as_micros()) * u128::from(TICKS_PER_US) * MILLION as u128).div_ceil(self.rate);
+        let elapsed =
+            (u128::from(local.as_micros()) * u128::from(TICKS_PER_US) * MILLION as u128).div_ceil(self.rate);
         self.power_on + Time(u64::try_from(elapsed).unwrap_or(u64::MAX))
     }
 

@@ -43,7 +43,8 @@ impl Timeline {
         assert!(now >= self.now.get(), "time runs forwards only");
         self.now.set(now);
         loop {
-            let Some(entry) = self.sleepers.borrow_mut().first_entry().filter(|e| e.key().0 <= now).map(|e| e.remove())
+            let Some(entry) =
+                self.sleepers.borrow_mut().first_entry().filter(|e| e.key().0 <= now).map(|e| e.remove())
             else {
                 return;
             };

@@ -303,10 +303,11 @@ impl World {
     pub fn master_bus(&self) -> Bus {
         let log = self.log();
         let life = log.iter().rev().filter(|entry| entry.node == NodeId::MASTER);
-        let switched = life.take_while(|entry| entry.what != Happening::PowerOn).find_map(|entry| match entry.what {
-            Happening::Master(MasterEvent::BusSwitched { to, .. }) => Some(to),
-            _ => None,
-        });
+        let switched =
+            life.take_while(|entry| entry.what != Happening::PowerOn).find_map(|entry| match entry.what {
+                Happening::Master(MasterEvent::BusSwitched { to, .. }) => Some(to),
+                _ => None,
+            });
         switched.unwrap_or(self.profile.bdefault)
     }
 

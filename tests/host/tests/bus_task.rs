@@ -166,7 +166,8 @@ impl Bench {
     /// A frame of a peer arrives at once.
     fn receive(&mut self, sent: WireFrame) {
         let now = self.timeline.now();
-        let trace = Trace { frame: sent, transmitter: 1, start: now, end: now, bit_time: BIT, edges: Vec::new() };
+        let trace =
+            Trace { frame: sent, transmitter: 1, start: now, end: now, bit_time: BIT, edges: Vec::new() };
         self.wire.on_wire(now, &WireEvent::Received(Arc::new(trace)));
     }
 
@@ -385,7 +386,9 @@ fn an_event_future_that_is_dropped_loses_no_event() {
     bench.receive(WireFrame::standard(0x70A, &[5]));
     // Polled and dropped while nothing was there; the frame is handed out once, later.
     let event = port.event().now_or_never();
-    assert!(matches!(event, Some(PortEvent::Received { frame: received, .. }) if received == frame(0x70A, 5)));
+    assert!(
+        matches!(event, Some(PortEvent::Received { frame: received, .. }) if received == frame(0x70A, 5))
+    );
     assert!(port.event().now_or_never().is_none());
 }
 
@@ -420,7 +423,8 @@ fn overload_of_both_directions_neither_deadlocks_nor_loses_count() {
     let handled = bench.received().len();
     assert_eq!(handled as u32 + bench.lost(), u32::from(fed) + 1, "received or counted as lost");
     // Sent, reported as failed, or counted where the outbox was full.
-    let accounted = bench.transmitted() + bench.failures().len() + bench.telltale.app_overflows().get() as usize;
+    let accounted =
+        bench.transmitted() + bench.failures().len() + bench.telltale.app_overflows().get() as usize;
     assert_eq!(accounted, 3 * handled);
 }
 
@@ -435,7 +439,8 @@ fn a_lone_transmitter_becomes_error_passive_and_never_bus_off() {
     }
     let passive = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
     assert_eq!(bench.wire.health(), passive);
-    assert_eq!(*bench.probe.told.borrow(), [LinkEvent::Health(passive)]);
+    let warning = Health { state: ErrorState::Active, tec: 96, ..passive };
+    assert_eq!(*bench.probe.told.borrow(), [LinkEvent::Health(warning), LinkEvent::Health(passive)]);
     assert!(bench.wire.error_passive());
     assert_eq!(bench.drain(), [(0x701, 1)]);
     let active = Health { state: ErrorState::Active, tec: 127, rec: 0, last_error: LastError::None };
@@ -476,5 +481,7 @@ fn foreign_frames_are_filtered_and_long_dlcs_mean_eight_bytes() {
     bench.receive(WireFrame { dlc: 15, data: [1, 2, 3, 4, 5, 6, 7, 8], ..ours });
     bench.pool.run_until_stalled();
     let told = bench.probe.told.borrow();
-    assert!(matches!(&told[..], [LinkEvent::Received { frame, .. }] if frame.data() == [1, 2, 3, 4, 5, 6, 7, 8]));
+    assert!(
+        matches!(&told[..], [LinkEvent::Received { frame, .. }] if frame.data() == [1, 2, 3, 4, 5, 6, 7, 8])
+    );
 }

@@ -21,6 +21,11 @@ impl Confinement {
         }
     }
 
+    /// Error warning (a counter at 96 or above, RM0090 32.9.2 EWGF) and state: a change of these is news.
+    pub fn flags(&self) -> (bool, ErrorState) {
+        (self.tec.max(self.rec) >= 96, self.state())
+    }
+
     pub fn health(&self) -> Health {
         let byte = |counter: u16| u8::try_from(counter).unwrap_or(u8::MAX);
         Health { state: self.state(), tec: byte(self.tec), rec: byte(self.rec), last_error: self.last_error }

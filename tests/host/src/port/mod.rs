@@ -53,8 +53,8 @@ struct Chip {
     events: VecDeque<PortEvent>,
     received: usize,
     lost: u16,
-    /// Last state told.
-    told: Health,
+    /// Error warning and state as told last.
+    told: (bool, ErrorState),
     waker: Option<Waker>,
 }
 
@@ -88,7 +88,7 @@ impl Chip {
             events: VecDeque::new(),
             received: 0,
             lost: 0,
-            told: Health::default(),
+            told: (false, ErrorState::Active),
             waker: None,
         }
     }
@@ -140,10 +140,9 @@ impl Chip {
             self.recovered_at = None;
             self.confinement = Confinement::default();
         }
-        let health = self.confinement.health();
-        if health.state != self.told.state {
-            self.told = health;
-            return Poll::Ready(PortEvent::Health(health));
+        if self.told != self.confinement.flags() {
+            self.told = self.confinement.flags();
+            return Poll::Ready(PortEvent::Health(self.confinement.health()));
         }
         if self.lost > 0 {
             return Poll::Ready(PortEvent::Overrun { lost: std::mem::take(&mut self.lost) });

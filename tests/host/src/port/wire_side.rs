@@ -113,7 +113,7 @@ impl Chip {
                 .into_iter()
                 .for_each(|mailbox| self.fail(mailbox));
         }
-        if self.confinement.state() != self.told.state {
+        if self.confinement.flags() != self.told {
             self.wake();
         }
     }

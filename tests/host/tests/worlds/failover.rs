@@ -1,0 +1,174 @@
+//! The master leaves a bus; parallel slaves follow its first message, selective ones find it by toggling.
+
+use can_wire::time::Time;
+use ecss_can::link::Bus;
+use ecss_can::nmt::{NmtState, NodeId};
+use ecss_can::node::{BusCause, MasterEvent, MasterRequest};
+use ecss_can::profile::mission::Command;
+use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::redundancy::SwitchCause;
+use host_worlds::log::Happening;
+use host_worlds::world::World;
+
+use crate::support::*;
+
+/// Last heartbeat of the master on the nominal bus.
+fn last_heartbeat(world: &World) -> Time {
+    since(world, Bus::Nominal, 0x701, Time::ZERO).pop().expect("a heartbeat").end
+}
+
+fn switched_at(world: &World, from: Time) -> (Time, SwitchCause) {
+    let log = world.log_of(MASTER).into_iter();
+    let mut switches = log.filter_map(|(at, what)| match what {
+        Happening::Master(MasterEvent::BusSwitched { cause, .. }) if at >= from => Some((at, cause)),
+        _ => None,
+    });
+    let first = switches.next().expect("the master switched");
+    assert_eq!(switches.next(), None, "one switch");
+    first
+}
+
+/// Verifies: ECSS 8.3.3b, 8.3.3g, 8.3.3l
+#[test]
+fn parallel_slaves_follow_the_first_message_on_the_other_bus() {
+    let mut world = running(STANDARD, 3);
+    for offset_us in [0, 13_000, 99_990] {
+        world = running(STANDARD, 3);
+        world.run_for(Time::from_us(offset_us));
+        let cut = world.now();
+        cut_next_to_master(&mut world, Bus::Nominal);
+        world.run_for(ms(1_000));
+
+        let (switched, cause) = switched_at(&world, cut);
+        assert_eq!(cause, SwitchCause::Isolated);
+        // A heartbeat period and 5 ms.
+        assert!(switched.since(cut) <= ms(105), "detected after {} us", switched.since(cut).as_us());
+        let first = &world.frames(Bus::Redundant)[0];
+        assert_eq!((first.id(), first.node), (Some(0x701), Some(MASTER)), "announced by its heartbeat");
+        assert!(first.end.since(switched) < ms(1));
+        for node in [TWO, THREE, FOUR] {
+            let followed = told_once(&world, node, cut, changed_bus(Bus::Redundant, BusCause::Followed));
+            assert!(followed.since(first.start) < ms(1));
+            assert!(told(&world, node, cut, |event| entered(NmtState::PreOperational)(event)).is_empty());
+        }
+        let last = world.frames(Bus::Nominal).iter().filter(|sent| sent.node == Some(MASTER)).next_back();
+        assert!(last.is_some_and(|sent| sent.end <= cut + ms(1)));
+    }
+    assert!(world.all_operational());
+}
+
+#[test]
+fn commands_flow_again_within_10_ms_of_the_detection() {
+    let mut world = running(STANDARD, 3);
+    let cut = world.now();
+    cut_next_to_master(&mut world, Bus::Nominal);
+    while switches(&world, cut) == 0 {
+        world.run_for(ms(1));
+    }
+    let (switched, _) = switched_at(&world, cut);
+    world.command(THREE, Command::SetLed(true));
+    world.run_for(ms(10));
+    let log = world.log_of(THREE);
+    let executed = log.iter().find(|(_, what)| *what == Happening::Executed(Command::SetLed(true)));
+    assert!(executed.is_some_and(|(at, _)| at.since(switched) <= ms(10)));
+    let sent = since(&world, Bus::Redundant, 0x303, cut);
+    assert_eq!(sent.len(), 1);
+}
+
+/// Verifies: ECSS 8.3.3e, 8.3.3f, 8.3.3h
+#[test]
+fn a_selective_slave_toggles_after_ttoggle_consumer_times_and_is_started() {
+    // 2 x 250 ms and 5 x 2.5 s after the last heartbeat.
+    for (profile, consumer, toggle) in [(MIXED, 250, 500), (LIBRECUBE, 2_500, 12_500)] {
+        let mut world = running(profile, 3);
+        let cut = world.now();
+        cut_next_to_master(&mut world, Bus::Nominal);
+        world.run_for(ms(toggle + 2 * consumer));
+        let last = last_heartbeat(&world);
+        assert!(last <= cut + ms(1));
+
+        let missed = told_once(&world, FOUR, cut, entered(NmtState::PreOperational)).since(last);
+        assert!(
+            missed.0.abs_diff(ms(consumer).0) < ms(consumer).0 / 20,
+            "missed after {} us",
+            missed.as_us()
+        );
+        let toggled = told_once(&world, FOUR, cut, changed_bus(Bus::Redundant, BusCause::Toggled));
+        let after = toggled.since(last);
+        assert!(after.0.abs_diff(ms(toggle).0) < ms(toggle).0 / 20, "toggled after {} us", after.as_us());
+        // Its first word there, still Pre-operational, follows at once.
+        let word = since(&world, Bus::Redundant, 0x704, cut).remove(0);
+        assert!(word.end.since(toggled) < ms(2));
+        assert_eq!(word.frame.payload(), [0x7F]);
+        // The master starts it unasked.
+        let started = told_once(&world, FOUR, cut, entered(NmtState::Operational));
+        assert!(started.since(word.end) < ms(2));
+        assert!(world.all_operational());
+    }
+}
+
+#[test]
+fn a_cut_between_slaves_moves_everybody_to_the_whole_bus() {
+    let mut world = running(STANDARD, 3);
+    let cut = world.now();
+    // Master and slave 2 on one side, 3 and 4 on the other.
+    world.cut(Bus::Nominal, 5.0);
+    world.run_for(ms(2_000));
+    let (switched, cause) = switched_at(&world, cut);
+    assert_eq!(cause, SwitchCause::SlavesSilent);
+    assert!(switched.since(cut) <= ms(355), "the consumer time and a period");
+    assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 8.3.3b.1, 8.3.3b.2
+#[test]
+fn on_command_the_heartbeat_stops_on_one_bus_and_starts_on_the_other() {
+    let mut world = running(MIXED, 3);
+    for (from, to) in [(Bus::Nominal, Bus::Redundant), (Bus::Redundant, Bus::Nominal)] {
+        let begin = world.now();
+        world.request(MasterRequest::SwitchBus(to));
+        world.run_for(ms(1_500));
+        assert!(world.all_operational());
+        assert_eq!(world.master_bus(), to);
+        assert_eq!(switched_at(&world, begin), (begin, SwitchCause::Commanded));
+        assert!(since(&world, from, 0x701, begin + ms(1)).is_empty());
+        assert!(since(&world, to, 0x701, begin)[0].start.since(begin) < ms(1));
+        // The selective slave came by itself, then nobody is left behind.
+        let late = world.frames(from).iter().filter(|sent| sent.start > begin + ms(501)).count();
+        assert_eq!(late, 0);
+    }
+}
+
+/// Verifies: ECSS 8.3.3e
+#[test]
+fn drifting_clocks_fail_over_in_time() {
+    for drift in [-100, 100] {
+        let mut world = World::builder(MIXED, 3).drift(FOUR, drift).drift(MASTER, -drift).build();
+        world.run_until(ms(30_000));
+        let cut = world.now();
+        assert_eq!(switches(&world, Time::ZERO), 0);
+        assert!(
+            told(&world, FOUR, Time::ZERO, |event| changed_bus(Bus::Redundant, BusCause::Toggled)(event))
+                .is_empty()
+        );
+        cut_next_to_master(&mut world, Bus::Nominal);
+        world.run_for(ms(1_000));
+        assert!(world.all_operational());
+        let toggled = told_once(&world, FOUR, cut, changed_bus(Bus::Redundant, BusCause::Toggled));
+        let after = toggled.since(last_heartbeat(&world)).as_secs_f64();
+        // 500 ms of its own clock.
+        assert!((after - 0.5 / (1.0 + f64::from(drift) * 1e-6)).abs() < 200e-6, "{after}");
+    }
+}
+
+#[test]
+fn fourteen_slaves_fail_over_under_traffic() {
+    const SELECTIVE: Profile =
+        Profile { selective: &[FOUR, NodeId::of::<9>(), NodeId::of::<15>()], ..STANDARD };
+    let mut world = World::builder(SELECTIVE, 14).seed(3).traffic().build();
+    world.run_until(ms(2_000));
+    cut_next_to_master(&mut world, Bus::Nominal);
+    world.run_until(ms(4_000));
+    assert!(world.all_operational());
+    assert_eq!((world.master_bus(), switches(&world, Time::ZERO)), (Bus::Redundant, 1));
+}

@@ -1,0 +1,11 @@
+//! Masters and slaves on two simulated buses: what the standard wants, seen from outside.
+
+mod determinism;
+mod failover;
+mod messages;
+mod recovery;
+mod scripts;
+mod start_up;
+mod support;
+mod time;
+mod toggling;

@@ -1,0 +1,131 @@
+//! Cuts that heal, resets in mid-flight, slaves that come and go.
+
+use can_wire::time::Time;
+use ecss_can::link::{Bus, PerBus};
+use ecss_can::nmt::NmtState;
+use ecss_can::node::{MasterEvent, MasterRequest};
+use ecss_can::profile::STANDARD;
+use ecss_can::profile::mission::Command;
+use host_worlds::log::Happening;
+use host_worlds::world::{Sent, World};
+
+use crate::support::*;
+
+fn of_master(world: &World, bus: Bus, from: Time) -> Vec<Sent> {
+    let frames = world.frames(bus).iter().map(|sent| Sent::clone(sent));
+    frames.filter(|sent| sent.node == Some(MASTER) && sent.end > from).collect()
+}
+
+#[test]
+fn both_buses_cut_and_restored() {
+    for outage in [ms(50), ms(300), ms(700), ms(3_000)] {
+        let mut world = running(MIXED, 3);
+        Bus::ALL.into_iter().for_each(|bus| cut_next_to_master(&mut world, bus));
+        world.run_for(outage);
+        Bus::ALL.into_iter().for_each(|bus| world.heal(bus));
+        world.run_for(ms(3_000));
+        assert!(world.all_operational(), "after an outage of {} us", outage.as_us());
+    }
+}
+
+/// Verifies: ECSS 8.3.2a
+#[test]
+fn a_master_reset_in_mid_flight_is_back_before_it_is_missed() {
+    let mut world = running(MIXED, 3);
+    let from = world.now();
+    // A heartbeat of 1 byte takes some 55 us; it is due each 100 ms, within the first 200 us of SYNC and heartbeat.
+    for us in [10, 40, 70, 100, 130, 160] {
+        world.run_until(Time::from_us(world.now().as_us() / 100_000 * 100_000 + 100_000 + us));
+        world.reset(MASTER);
+        world.run_for(ms(250));
+        assert!(world.all_operational(), "reset at {us} us");
+        assert_eq!(world.master_bus(), Bus::Nominal);
+    }
+    for node in world.slaves() {
+        assert!(told(&world, node, from, entered(NmtState::PreOperational)).is_empty());
+    }
+    assert_eq!(world.frames(Bus::Redundant), []);
+}
+
+/// Verifies: ECSS 8.3.2a
+#[test]
+fn a_master_reset_on_the_redundant_bus_comes_back_on_the_default_bus() {
+    let mut world = running(MIXED, 3);
+    world.request(MasterRequest::SwitchBus(Bus::Redundant));
+    world.run_for(ms(1_000));
+    assert!(world.all_operational());
+    world.reset(MASTER);
+    world.run_for(ms(1_500));
+    assert_eq!(world.master_bus(), Bus::Nominal);
+    assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 8.3.3b.1
+#[test]
+fn a_cut_healed_while_frames_were_pending_lets_nothing_stale_out() {
+    for healed_after in [ms(120), ms(200), ms(777), ms(2_000)] {
+        let mut world = World::builder(MIXED, 3).traffic().build();
+        world.run_until(ms(2_030));
+        let cut = world.now();
+        cut_next_to_master(&mut world, Bus::Nominal);
+        world.run_for(healed_after);
+        assert_eq!(world.master_bus(), Bus::Redundant);
+        let healed = world.now();
+        world.heal(Bus::Nominal);
+        world.run_for(ms(2_000));
+        assert_eq!(
+            of_master(&world, Bus::Nominal, cut + ms(1)),
+            [],
+            "healed after {} us",
+            healed_after.as_us()
+        );
+        assert_eq!(switches(&world, cut), 1);
+        assert!(world.all_operational());
+        // Nobody was pulled back, and the slaves' heartbeats meant for the nominal bus died with their period.
+        let stragglers = [0x702, 0x703].map(|id| since(&world, Bus::Nominal, id, healed).len());
+        assert_eq!(stragglers, [0, 0]);
+    }
+}
+
+/// A command that waits on a cut wire never arrives later, on whichever bus.
+#[test]
+fn a_command_pending_on_a_cut_bus_dies_with_it() {
+    let mut world = running(STANDARD, 3);
+    let cut = world.now();
+    cut_next_to_master(&mut world, Bus::Nominal);
+    world.run_for(Time::from_us(500));
+    world.command(TWO, Command::SetValue(0x0BAD_F00D));
+    world.run_for(ms(300));
+    assert_eq!(world.master_bus(), Bus::Redundant);
+    world.heal(Bus::Nominal);
+    world.run_for(ms(1_000));
+    let sent = PerBus::from_fn(|bus| since(&world, bus, 0x302, cut).len());
+    assert_eq!(sent, PerBus { nominal: 0, redundant: 0 });
+    assert!(!world.log_of(TWO).iter().any(|(_, what)| matches!(what, Happening::Executed(_))));
+}
+
+#[test]
+fn a_slave_that_loses_power_is_lost_and_returns() {
+    let mut world = running(MIXED, 3);
+    let off = world.now();
+    world.power_off(TWO);
+    world.run_for(ms(1_000));
+    assert!(master_told(&world, off).contains(&MasterEvent::SlaveLost { node: TWO }));
+    let on = world.now();
+    world.power_on(TWO);
+    world.run_for(ms(500));
+    assert!(master_told(&world, on).contains(&MasterEvent::SlaveReturned { node: TWO, bus: Bus::Nominal }));
+    assert!(world.all_operational());
+    assert_eq!(switches(&world, off), 0);
+}
+
+/// Everybody but the master without power: it stays where it is, and everybody is found again.
+#[test]
+fn all_slaves_off_and_on_again() {
+    let mut world = running(MIXED, 3);
+    world.slaves().into_iter().for_each(|node| world.power_off(node));
+    world.run_for(ms(5_000));
+    world.slaves().into_iter().for_each(|node| world.power_on(node));
+    world.run_for(ms(3_000));
+    assert!(world.all_operational());
+}

@@ -1,0 +1,148 @@
+//! Power-on, boot-up, heartbeats and module control.
+
+use can_wire::time::Time;
+use ecss_can::link::Bus;
+use ecss_can::nmt::{Command, NmtState, NodeId, Target};
+use ecss_can::node::BusCause;
+use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use host_worlds::world::World;
+
+use crate::support::*;
+
+/// Verifies: ECSS 6.5.3a, 6.5.4a, 8.3.2a
+#[test]
+fn every_slave_boots_on_the_default_bus_and_is_started() {
+    for profile in [STANDARD, LIBRECUBE] {
+        let mut world = World::builder(profile, 3).build();
+        world.run_until(ms(1_000));
+        for node in [TWO, THREE, FOUR] {
+            let heartbeats = since(&world, Bus::Nominal, 0x700 + u16::from(node.get()), Time::ZERO);
+            let states: Vec<u8> = heartbeats.iter().map(|sent| sent.frame.data[0]).collect();
+            assert_eq!(states[0], 0x00, "boot-up is the first word");
+            assert!(states[1..].iter().all(|state| [0x7F, 0x05].contains(state)), "{states:X?}");
+            assert!(
+                states[1..].is_sorted_by(|a, b| a >= b),
+                "pre-operational before operational: {states:X?}"
+            );
+            assert_eq!(states.last(), Some(&0x05));
+            assert_eq!(world.state(node), Some(NmtState::Operational));
+            assert_eq!(world.active(node), Some(Bus::Nominal));
+        }
+        assert_eq!(world.frames(Bus::Redundant), []);
+    }
+}
+
+/// Verifies: ECSS 8.3.2a
+#[test]
+fn a_default_of_redundant_is_where_everybody_starts() {
+    let mut world = World::builder(Profile { bdefault: Bus::Redundant, ..STANDARD }, 2).build();
+    world.run_until(ms(1_000));
+    assert!(world.all_operational());
+    assert_eq!(world.master_bus(), Bus::Redundant);
+    assert_eq!(world.frames(Bus::Nominal), []);
+}
+
+/// Verifies: ECSS 6.5.2a, 8.3.3a, 8.3.3d
+#[test]
+fn heartbeats_of_everybody_come_every_period_on_the_active_bus() {
+    let mut world = running(STANDARD, 3);
+    world.run_until(ms(3_000));
+    for id in 0x701..=0x704 {
+        let frames = between(&world, Bus::Nominal, id, ms(1_000), ms(3_000));
+        assert_eq!(frames.len(), 20, "{id:03X}");
+        // Waiting for other frames moves the end by less than a millisecond.
+        assert!(
+            periods_us(&frames).iter().all(|us| us.abs_diff(100_000) < 1_000),
+            "{:?}",
+            periods_us(&frames)
+        );
+    }
+    assert_eq!(world.frames(Bus::Redundant), []);
+}
+
+/// Verifies: ECSS 6.5.1a
+#[test]
+fn module_control_commands_are_obeyed_by_whom_they_address() {
+    let mut world = running(STANDARD, 2);
+    world.nmt(Command::Stop, Target::Node(TWO));
+    world.run_for(ms(500));
+    assert_eq!(world.state(TWO), Some(NmtState::Stopped));
+    assert_eq!(world.state(THREE), Some(NmtState::Operational));
+
+    world.nmt(Command::EnterPreOperational, Target::All);
+    world.run_for(ms(500));
+    assert_eq!(world.state(TWO), Some(NmtState::PreOperational));
+    assert_eq!(world.state(THREE), Some(NmtState::PreOperational));
+
+    world.nmt(Command::Start, Target::All);
+    world.run_for(ms(50));
+    assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
+#[test]
+fn reset_commands_lead_through_boot_up_back_to_operational() {
+    for command in [Command::ResetNode, Command::ResetCommunication] {
+        let mut world = running(STANDARD, 2);
+        let from = world.now();
+        world.nmt(command, Target::Node(TWO));
+        world.run_for(ms(1_000));
+        let words: Vec<u8> =
+            since(&world, Bus::Nominal, 0x702, from).iter().map(|sent| sent.frame.data[0]).collect();
+        assert_eq!(words.iter().filter(|state| **state == 0).count(), 1, "{command:?}: {words:X?}");
+        assert!(world.all_operational(), "{command:?}");
+        let uptime = world.clock(TWO).map(|clock| clock.instant(world.now()).as_micros());
+        let rebooted = uptime.is_some_and(|us| us < 1_010_000);
+        assert_eq!(rebooted, command == Command::ResetNode, "only Reset Node restarts the clock");
+        assert_eq!(
+            told(&world, THREE, from, |_| true).len(),
+            told(&world, THREE, from, heartbeat_like).len()
+        );
+    }
+}
+
+fn heartbeat_like(event: &ecss_can::node::SlaveEvent) -> bool {
+    use ecss_can::node::SlaveEvent::{Heartbeat, Sync, Time};
+    matches!(event, Heartbeat { .. } | Sync { .. } | Time(_))
+}
+
+/// Verifies: ECSS 8.3.2b, 8.3.3g
+#[test]
+fn a_slave_started_before_the_master_toggles_and_is_found() {
+    // 2 x 250 ms on each bus: at 3.2 s every slave listens on the nominal bus.
+    let mut world = World::builder(MIXED, 3).powered_at(MASTER, ms(3_200)).build();
+    world.run_until(ms(3_000));
+    for node in [TWO, THREE, FOUR] {
+        assert_eq!(world.state(node), Some(NmtState::PreOperational));
+        assert_eq!(told(&world, node, Time::ZERO, changed_bus(Bus::Redundant, BusCause::Toggled)).len(), 3);
+    }
+    world.run_until(ms(5_000));
+    assert!(world.all_operational());
+    assert_eq!(switches(&world, Time::ZERO), 0);
+}
+
+#[test]
+fn a_master_started_before_its_slaves_does_not_switch_buses() {
+    let late = |builder: host_worlds::Builder, node: NodeId| builder.powered_at(node, ms(5_000));
+    let mut world = [TWO, THREE, FOUR].into_iter().fold(World::builder(MIXED, 3), late).build();
+    world.run_until(ms(6_500));
+    assert!(world.all_operational());
+    assert_eq!((world.master_bus(), switches(&world, Time::ZERO)), (Bus::Nominal, 0));
+    assert_eq!(world.frames(Bus::Redundant), []);
+}
+
+#[test]
+fn fourteen_slaves_run_with_traffic_and_lose_nothing() {
+    let mut world = World::builder(STANDARD, 14).seed(14).traffic().build();
+    world.run_until(ms(5_000));
+    assert!(world.all_operational());
+    for node in world.slaves() {
+        let commands =
+            between(&world, Bus::Nominal, 0x300 + u16::from(node.get()), ms(1_000), ms(4_900)).len();
+        assert!((38..=40).contains(&commands), "one per 100 ms, not {commands}");
+        let telltale = world.telltale(node).expect("it has power");
+        assert_eq!((telltale.overruns().get(), telltale.app_overflows().get()), (0, 0));
+    }
+    let telltale = world.telltale(MASTER).expect("it has power");
+    assert_eq!((telltale.overruns().get(), telltale.app_overflows().get()), (0, 0));
+}

@@ -1,0 +1,93 @@
+//! What the tests of worlds share.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use ecss_can::link::Bus;
+use ecss_can::nmt::{NmtState, NodeId};
+use ecss_can::node::{BusCause, MasterEvent, SlaveEvent};
+use ecss_can::profile::{Profile, STANDARD};
+use host_worlds::log::Happening;
+use host_worlds::world::{NEXT_TO_MASTER_M, Sent, World};
+
+pub const MASTER: NodeId = NodeId::MASTER;
+pub const TWO: NodeId = NodeId::of::<2>();
+pub const THREE: NodeId = NodeId::of::<3>();
+pub const FOUR: NodeId = NodeId::of::<4>();
+
+/// The defaults, slave 4 with selective access.
+pub const MIXED: Profile = Profile { selective: &[FOUR], ..STANDARD };
+
+pub fn ms(ms: u64) -> Time {
+    Time::from_ms(ms)
+}
+
+/// A running system: everybody operational on the nominal bus.
+pub fn running(profile: Profile, slaves: u8) -> World {
+    let mut world = World::builder(profile, slaves).build();
+    world.run_until(ms(1_000));
+    assert!(world.all_operational());
+    assert_eq!(world.master_bus(), Bus::Nominal);
+    world
+}
+
+pub fn cut_next_to_master(world: &mut World, bus: Bus) {
+    world.cut(bus, NEXT_TO_MASTER_M);
+}
+
+/// Frames with this identifier that ended in `(from, to]`, oldest first.
+pub fn between(world: &World, bus: Bus, id: u16, from: Time, to: Time) -> Vec<Sent> {
+    let frames = world.frames(bus).iter().map(|sent| Sent::clone(sent));
+    frames.filter(|sent| sent.id() == Some(id) && sent.end > from && sent.end <= to).collect()
+}
+
+/// Frames with this identifier that ended after `from`.
+pub fn since(world: &World, bus: Bus, id: u16, from: Time) -> Vec<Sent> {
+    between(world, bus, id, from, Time::NEVER)
+}
+
+/// Frames of the stranger too.
+pub fn standard(id: u16, data: &[u8]) -> WireFrame {
+    WireFrame::standard(id, data)
+}
+
+/// When a slave told this after `from`.
+pub fn told(world: &World, node: NodeId, from: Time, which: impl Fn(&SlaveEvent) -> bool) -> Vec<Time> {
+    let log = world.log_of(node).into_iter();
+    log.filter(|(at, what)| *at >= from && matches!(what, Happening::Slave(event) if which(event)))
+        .map(|(at, _)| at)
+        .collect()
+}
+
+/// The one time that a slave told this after `from`.
+pub fn told_once(world: &World, node: NodeId, from: Time, which: impl Fn(&SlaveEvent) -> bool) -> Time {
+    let times = told(world, node, from, which);
+    assert_eq!(times.len(), 1, "slave {} told it at {times:?}", node.get());
+    times[0]
+}
+
+/// What the master told after `from`.
+pub fn master_told(world: &World, from: Time) -> Vec<MasterEvent> {
+    let log = world.log_of(MASTER).into_iter().filter(|(at, _)| *at >= from);
+    log.filter_map(|(_, what)| match what {
+        Happening::Master(event) => Some(event),
+        _ => None,
+    })
+    .collect()
+}
+
+pub fn switches(world: &World, from: Time) -> usize {
+    master_told(world, from).iter().filter(|event| matches!(event, MasterEvent::BusSwitched { .. })).count()
+}
+
+pub fn entered(state: NmtState) -> impl Fn(&SlaveEvent) -> bool {
+    move |event| *event == SlaveEvent::State(state)
+}
+
+pub fn changed_bus(bus: Bus, cause: BusCause) -> impl Fn(&SlaveEvent) -> bool {
+    move |event| *event == SlaveEvent::ActiveBus { bus, cause }
+}
+
+/// Distances between the ends of consecutive frames, microseconds.
+pub fn periods_us(frames: &[Sent]) -> Vec<u64> {
+    frames.windows(2).map(|pair| pair[1].end.since(pair[0].end).as_us()).collect()
+}

@@ -1,0 +1,121 @@
+//! SYNC, Local Time and the Spacecraft Time PDO; drifting clocks.
+
+use can_wire::time::Time;
+use ecss_can::link::Bus;
+use ecss_can::node::{MasterEvent, MasterRequest};
+use ecss_can::profile::STANDARD;
+use ecss_can::time::Scet;
+use host_worlds::world::{Sent, World};
+
+use crate::support::*;
+
+/// Seconds that seven octets say: fine time u24, coarse time u32, little-endian (ECSS Figure 7-1).
+fn seconds(octets: &[u8]) -> f64 {
+    assert_eq!(octets.len(), 7);
+    let fine = u32::from_le_bytes([octets[0], octets[1], octets[2], 0]);
+    let coarse = u32::from_le_bytes([octets[3], octets[4], octets[5], octets[6]]);
+    f64::from(coarse) + f64::from(fine) / f64::from(1 << 24)
+}
+
+fn seconds_of(sent: &Sent) -> f64 {
+    seconds(sent.frame.payload())
+}
+
+/// The frame of `id` that follows `sent`.
+fn next(world: &World, id: u16, after: &Sent) -> Sent {
+    since(world, Bus::Nominal, id, after.end).into_iter().next().expect("an answer to the SYNC")
+}
+
+/// Verifies: ECSS 6.3a, 6.9c, 6.9d
+#[test]
+fn sync_comes_every_period_from_the_master_alone() {
+    let mut world = running(STANDARD, 3);
+    world.run_until(ms(4_000));
+    let frames = between(&world, Bus::Nominal, 0x080, ms(1_000), ms(4_000));
+    assert_eq!(frames.len(), 30);
+    assert!(frames.iter().all(|sent| sent.node == Some(MASTER) && sent.frame.dlc == 0));
+    assert!(periods_us(&frames).iter().all(|us| us.abs_diff(100_000) < 500), "{:?}", periods_us(&frames));
+}
+
+/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
+#[test]
+fn local_time_is_the_slaves_time_at_the_end_of_the_sync() {
+    // Nobody sets the clocks in the first second; they began at zero with the power.
+    let mut world = World::builder(STANDARD, 2).powered_at(TWO, ms(7)).powered_at(THREE, ms(13)).build();
+    world.run_until(ms(900));
+    let syncs = between(&world, Bus::Nominal, 0x080, ms(400), ms(850));
+    assert!(syncs.len() >= 4);
+    for sync in syncs {
+        for (id, power_on) in [(0x182, 0.007), (0x183, 0.013)] {
+            let told = seconds_of(&next(&world, id, &sync));
+            let truth = sync.end.as_secs_f64() - power_on;
+            assert!((told - truth).abs() < 3e-6, "{id:03X} says {told}, it was {truth}");
+        }
+    }
+}
+
+/// Verifies: ECSS 7.2.2a, 7.2.2b, 7.2.2c, 7.2.2d
+#[test]
+fn spacecraft_time_reaches_every_slave() {
+    let mut world = running(STANDARD, 3);
+    world.run_for(ms(50));
+    let set_at = world.now();
+    world.request(MasterRequest::SetTime(Scet::new(1_000_000, 1 << 23).expect("half a second")));
+    world.run_for(ms(3_000));
+    // The value on the bus is the master's time when the frame was queued, a frame before its end.
+    let distributed = since(&world, Bus::Nominal, 0x181, set_at);
+    assert_eq!(distributed.len(), 3, "one per second, from the master");
+    for sent in &distributed {
+        assert_eq!(sent.node, Some(MASTER));
+        let truth = 1_000_000.5 + sent.end.since(set_at).as_secs_f64();
+        let late = truth - seconds_of(sent);
+        assert!((0.0..0.001).contains(&late), "late by {late} s");
+    }
+    let last = distributed.last().expect("three");
+    for sync in since(&world, Bus::Nominal, 0x080, last.end) {
+        for id in [0x182, 0x183, 0x184] {
+            let answers = since(&world, Bus::Nominal, id, sync.end);
+            let Some(answer) = answers.first() else { continue };
+            // A slave takes the value as the time at the end of the frame: that is the error it keeps.
+            let truth = 1_000_000.5 + sync.end.since(set_at).as_secs_f64();
+            assert!((seconds_of(answer) - truth).abs() < 0.001, "{id:03X}");
+        }
+    }
+    // The master compares them itself: within a millisecond of its own time.
+    let compared: Vec<i64> = master_told(&world, last.end)
+        .into_iter()
+        .filter_map(|event| match event {
+            MasterEvent::LocalTime { scet, reference, .. } => Some(scet.micros_since(reference?)),
+            _ => None,
+        })
+        .collect();
+    assert!(!compared.is_empty());
+    assert!(compared.iter().all(|us| us.abs() < 1_000), "{compared:?}");
+}
+
+#[test]
+fn clocks_100_ppm_apart_are_told_apart_and_set_again() {
+    let mut world = World::builder(STANDARD, 2).drift(TWO, 100).drift(THREE, -100).build();
+    world.run_until(ms(10_500));
+    assert!(world.all_operational());
+    let time = since(&world, Bus::Nominal, 0x181, ms(9_500)).remove(0);
+    // The last SYNC before the next distribution: some 0.9 s after this one.
+    let sync = between(&world, Bus::Nominal, 0x080, time.end, ms(10_500)).pop().expect("SYNC every 100 ms");
+    let elapsed = sync.end.since(time.end).as_secs_f64();
+    for (id, drift) in [(0x182, 100e-6), (0x183, -100e-6)] {
+        let told = seconds_of(&since(&world, Bus::Nominal, id, sync.end)[0]);
+        let truth = seconds_of(&time) + elapsed * (1.0 + drift);
+        assert!((told - truth).abs() < 4e-6, "{id:03X} says {told}, its clock makes it {truth}");
+    }
+}
+
+#[test]
+fn a_master_100_ppm_off_makes_its_periods_so_much_longer() {
+    let mut world = World::builder(STANDARD, 2).drift(MASTER, -100).build();
+    world.run_until(ms(101_000));
+    assert!(world.all_operational());
+    let syncs = between(&world, Bus::Nominal, 0x080, Time::ZERO, Time::NEVER);
+    let span = syncs[1_000].end.since(syncs[0].end).as_secs_f64();
+    // 1000 periods of 100 ms on a clock that is slow by 100 ppm.
+    assert!((span - 100.010_001).abs() < 500e-6, "{span}");
+}
