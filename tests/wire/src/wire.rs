@@ -5,7 +5,7 @@
 //! the quantum that has just passed; its [`Started`](crate::controller::WireEvent::Started) is told late by up to a
 //! quantum and a bit. Everything later is told exactly at its time, because the caller stops there; only an arbitration
 //! lost, or a collision, within the quantum of the start is told late, with its true time. What happens does not depend
-//! on the length of the quantum.
+//! on the length of the quantum, except that who joins or leaves the bus does so at the advance that first sees it.
 //!
 //! # What is modelled
 //!
