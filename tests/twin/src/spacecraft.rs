@@ -10,12 +10,14 @@
 use std::fmt;
 
 use can_wire::controller::{Controller, NodeIndex};
+use can_wire::frame::WireFrame;
 use can_wire::record::Record;
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 
 use crate::board::{AccessError, Board, BoardConfig, Recessive};
 use crate::bxcan::Side;
+use crate::guest::Guest;
 use crate::peripherals::Pin;
 use crate::port::Port;
 use crate::rtt::Level;
@@ -53,6 +55,15 @@ impl fmt::Display for Bus {
 /// A board of a spacecraft, in the order of [`Spacecraft::add_board`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct BoardId(pub usize);
+
+/// A foreign controller on one wire, [`Spacecraft::add_guest`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct GuestId {
+    /// The wire.
+    pub bus: Bus,
+    /// Its index there.
+    pub node: NodeIndex,
+}
 
 /// What all boards share.
 #[derive(Clone, Debug)]
@@ -112,16 +123,22 @@ pub struct Spacecraft {
     boards: Vec<Board>,
     wires: [Wire; 2],
     ports: [Vec<Port>; 2],
+    /// After the ports on their wire.
+    guests: [Vec<Guest>; 2],
     /// What is scheduled, the earliest last.
     events: Vec<(Time, BoardId, Event)>,
     logs: Vec<LogRecord>,
 }
 
-struct Ports<'a>(&'a mut [Port]);
+struct OnWire<'a> {
+    ports: &'a mut [Port],
+    guests: &'a mut [Guest],
+}
 
-impl Controllers for Ports<'_> {
+impl Controllers for OnWire<'_> {
     fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller {
-        &mut self.0[node]
+        let boards = self.ports.len();
+        if node < boards { &mut self.ports[node] } else { &mut self.guests[node - boards] }
     }
 }
 
@@ -139,6 +156,7 @@ impl Spacecraft {
             boards: Vec::new(),
             wires: config.wires.map(Wire::new),
             ports: [Vec::new(), Vec::new()],
+            guests: [Vec::new(), Vec::new()],
             events: Vec::new(),
             logs: Vec::new(),
         }
@@ -147,7 +165,7 @@ impl Spacecraft {
     /// Hangs a board on both wires; it gets power at its time.
     ///
     /// # Panics
-    /// When its crystal is more than 1000 ppm off.
+    /// When its crystal is more than 1000 ppm off, or a guest is there already.
     pub fn add_board(&mut self, config: BoardConfig) -> BoardId {
         let id = BoardId(self.boards.len());
         let (power_on_at, position_m) = (config.power_on_at, config.position_m);
@@ -155,11 +173,26 @@ impl Spacecraft {
         for bus in Bus::ALL {
             self.ports[bus as usize].push(Port::new(board.link().clone(), bus.side()));
             let node = self.wires[bus as usize].attach(position_m);
-            assert_eq!(node, id.0, "boards are the only nodes");
+            assert_eq!(node, id.0, "boards come before guests");
         }
         self.boards.push(board);
         self.schedule(power_on_at, id, Event::Power(true));
         id
+    }
+
+    /// Hangs a foreign controller on one wire: 1 Mbit/s, no filters, acknowledges everything. All boards come first.
+    pub fn add_guest(&mut self, bus: Bus, position_m: f64) -> GuestId {
+        self.guests[bus as usize].push(Guest::default());
+        GuestId { bus, node: self.wires[bus as usize].attach(position_m) }
+    }
+
+    /// Lets a guest send `frame` at `at`, after everything it was handed before.
+    ///
+    /// # Panics
+    /// When there is no such guest.
+    pub fn inject(&mut self, guest: GuestId, at: Time, frame: WireFrame) {
+        let GuestId { bus, node } = guest;
+        self.guests[bus as usize][node - self.boards.len()].send(at.max(self.now), frame);
     }
 
     /// The present.
@@ -235,7 +268,9 @@ impl Spacecraft {
     /// run as far as it; calling again goes on without it.
     pub fn run_until(&mut self, until: Time) -> Result<(), AccessError> {
         self.apply_events();
+        static N: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0); static K: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
         while self.now < until {
+ let n = N.fetch_add(1, std::sync::atomic::Ordering::Relaxed); if n % 10000 == 0 { eprintln!("stop {n} at {} awake {:?} next {:?} wires {:?}", self.now.as_us(), self.boards.iter().map(|b| b.next_event().since(self.now).0).collect::<Vec<_>>(), self.next_stop().since(self.now).0, self.wires.iter().map(|w| w.next_event().map(|t| t.since(self.now).0)).collect::<Vec<_>>()); }
             let next = self.next_stop().min(until);
             let mut failure = None;
             for board in &mut self.boards {
@@ -258,18 +293,22 @@ impl Spacecraft {
         });
         let wires = self.wires.iter().filter_map(Wire::next_event);
         let events = self.events.last().map(|&(at, ..)| at);
-        let next = boards.chain(wires).chain(events).min().unwrap_or(Time::NEVER);
+        // A wire learns of a request when it is advanced.
+        let guests = self.guests.iter().flatten().filter_map(Guest::request_at).filter(|at| *at > self.now);
+        let next = boards.chain(wires).chain(events).chain(guests).min().unwrap_or(Time::NEVER);
         next.max(self.now + Time(1))
     }
 
     /// Lets a wire catch up; returns what each board heard of its line.
     fn advance_wire(&mut self, bus: Bus, until: Time) -> Vec<Recessive> {
-        let (wire, ports) = (&mut self.wires[bus as usize], &mut self.ports[bus as usize]);
+        let wire = &mut self.wires[bus as usize];
+        let (ports, guests) = (&mut self.ports[bus as usize], &mut self.guests[bus as usize]);
         let nodes = 0..ports.len();
         let before: Vec<_> = nodes.map(|node| wire.idle_since(node)).collect();
-        wire.advance(until, &mut Ports(ports));
+        wire.advance(until, &mut OnWire { ports, guests });
         // No more than one frame begins in a stretch that no event of the wire interrupts.
-        let started = ports.iter_mut().filter_map(Port::take_started).min();
+        let started = ports.iter_mut().filter_map(Port::take_started);
+        let started = started.chain(guests.iter_mut().filter_map(Guest::take_started)).min();
         let heard = |(node, before): (NodeIndex, Option<Time>)| {
             let since = wire.idle_since(node);
             let ended = before.filter(|_| since != before).zip(started);
