@@ -419,7 +419,6 @@ impl Segment {
         };
         match &mut self.flight {
             Some(flight) if flight.acknowledged => {
-                other.busy_until = flight.trace.end;
                 other.free_from = flight.trace.end + bits(self.bit, INTERMISSION_BITS);
             }
             Some(flight) => {

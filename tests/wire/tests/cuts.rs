@@ -105,9 +105,10 @@ fn a_cut_within_a_frame_may_take_its_only_acknowledger() {
 }
 
 #[test]
-fn a_cut_after_the_acknowledgement_harms_nobody() {
+fn a_cut_after_the_acknowledgement_harms_nobody_nor_does_its_healing() {
     let mut world = four([Script::new(), Script::new(), Script::new(), Script::sending(us(5), frame(0x080))]);
     world.wire.schedule(us(48), Fault::Cut { position_m: 6.0 });
+    world.wire.schedule(us(50), Fault::RestoreAll);
     world.run(us(200), us(20));
     assert_eq!(world.node(3).sent().len(), 1);
     for node in [0, 1, 2] {
