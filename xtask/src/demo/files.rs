@@ -3,8 +3,11 @@
 use std::path::Path;
 
 use anyhow::Context;
+use can_wire::candump::CandumpWriter;
+use can_wire::pcapng::PcapngWriter;
 
 use super::flight::Flight;
+use super::record::Bus;
 use super::report;
 use super::summary::Summary;
 
@@ -21,7 +24,51 @@ pub fn write(out: &Path, flight: &Flight, summary: &Summary, faults: &[String]) 
         let path = out.join(name);
         std::fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))
     };
+    for bus in Bus::BOTH {
+        put(&format!("bus-{}.log", bus.name()), &candump(flight, bus)?)?;
+    }
+    put("spacecraft.pcapng", &pcapng(flight)?)?;
     put("report.html", report::page(flight, summary, faults).as_bytes())?;
     put("timeline.svg", report::timeline(flight).as_bytes())?;
     put("summary.json", (serde_json::to_string_pretty(summary)? + "\n").as_bytes())
+}
+
+fn candump(flight: &Flight, bus: Bus) -> anyhow::Result<Vec<u8>> {
+    let mut log = CandumpWriter::new(Vec::new(), bus.name());
+    for (at, seen) in flight.frames().filter(|(_, seen)| seen.bus == bus) {
+        log.write(at, &seen.frame)?;
+    }
+    Ok(log.finish()?)
+}
+
+fn pcapng(flight: &Flight) -> anyhow::Result<Vec<u8>> {
+    let mut capture = PcapngWriter::new(Vec::new(), &Bus::BOTH.map(Bus::name))?;
+    for (at, seen) in flight.frames() {
+        capture.write(seen.bus.index(), at, &seen.frame)?;
+    }
+    Ok(capture.finish()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::demo::sample;
+
+    #[test]
+    fn every_frame_stands_in_the_log_of_its_bus() {
+        let here = tempfile::tempdir().unwrap();
+        let flight = sample::flight();
+        write(here.path(), &flight, &Summary::of(&flight), &[]).unwrap();
+        let lines = |bus: &str| -> Vec<String> {
+            let log = std::fs::read_to_string(here.path().join(format!("bus-{bus}.log"))).unwrap();
+            assert!(log.lines().all(|line| line.contains(&format!(" {bus} "))));
+            log.lines().map(String::from).collect()
+        };
+        let (nominal, redundant) = (lines("nominal"), lines("redundant"));
+        assert_eq!(nominal.len() + redundant.len(), flight.frames().count());
+        assert!(nominal.contains(&"(0000000000.112000) nominal 702#00".to_owned()));
+        for name in LIST.split(", ") {
+            assert!(here.path().join(name).metadata().unwrap().len() > 0, "{name}");
+        }
+    }
 }

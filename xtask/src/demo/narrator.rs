@@ -1,5 +1,7 @@
 //! Tells a flight to people, line by line: what changed, not every frame.
 
+use std::collections::BTreeMap;
+
 use can_wire::time::Time;
 use console::{Style, style};
 
@@ -42,12 +44,13 @@ pub enum Tone {
 }
 
 /// Traffic since the last summary.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Traffic {
     commands: u32,
     requests: u32,
     replies: u32,
-    last_reply: Option<(Node, u16, u64)>,
+    /// The latest reply to each request.
+    latest: BTreeMap<u16, (Node, u64)>,
 }
 
 /// Turns records and the observer's changes into lines.
@@ -55,6 +58,7 @@ struct Traffic {
 pub struct Narrator {
     traffic: Traffic,
     next_summary: Time,
+    summaries: usize,
     master_bus: Option<Bus>,
     cut: Option<Time>,
 }
@@ -137,7 +141,7 @@ impl Narrator {
             Some(Message::TelemetryRequest { .. }) => self.traffic.requests += 1,
             Some(Message::Telemetry { node, code, value }) => {
                 self.traffic.replies += 1;
-                self.traffic.last_reply = Some((node, code, value));
+                self.traffic.latest.insert(code, (node, value));
             }
             Some(Message::Sync | Message::LocalTime { .. } | Message::Heartbeat { .. }) => {}
             None => {
@@ -150,14 +154,16 @@ impl Narrator {
     fn sum_up(&mut self) -> Option<Line> {
         let at = self.next_summary;
         self.next_summary = at + SUMMARY_EVERY;
-        let Traffic { commands, requests, replies, last_reply } = std::mem::take(&mut self.traffic);
-        let (node, code, value) = last_reply?;
+        let Traffic { commands, requests, replies, latest } = std::mem::take(&mut self.traffic);
+        // Another request each time, so that everything is heard of.
+        let (&code, &(node, value)) = latest.iter().nth(self.summaries % latest.len().max(1))?;
+        self.summaries += 1;
         Some(Line {
             at,
             bus: None,
             who: String::new(),
             text: format!(
-                "in the last {} s: {commands} TC, {requests} TM requests, {replies} TM replies; latest: {}, {}",
+                "in the last {} s: {commands} TC, {requests} TM requests, {replies} TM replies; {}: {}",
                 SUMMARY_EVERY.as_us() / 1_000_000,
                 name(node),
                 telemetry::text(code, value)
@@ -257,7 +263,7 @@ mod tests {
         assert!(texts(&mut narrator, &frame(21, Bus::Nominal, 0x382, &[3, 1, 99])).is_empty());
         assert_eq!(
             texts(&mut narrator, &frame(5001, Bus::Nominal, 0x080, &[])),
-            [": in the last 5 s: 1 TC, 1 TM requests, 1 TM replies; latest: node 2, 99 commands executed"]
+            [": in the last 5 s: 1 TC, 1 TM requests, 1 TM replies; node 2: 99 commands executed"]
         );
     }
 

@@ -106,15 +106,18 @@ fn tiles(summary: &Summary) -> String {
     let fastest = summary.failover_ms.values().flatten().copied().reduce(f64::min);
     let slowest = summary.failover_ms.values().flatten().copied().reduce(f64::max);
     let mut tiles = vec![
-        (format!("{} of {slaves}", summary.slaves_operational_at_end), "slaves operational at the end"),
-        (format!("{} of {}", summary.tc_executed, summary.tc_due), "commands executed of those due"),
-        (summary.tm_received.to_string(), "telemetry replies received"),
+        (
+            format!("{} of {slaves}", summary.slaves_operational_at_end),
+            "slaves operational at the end".into(),
+        ),
+        (summary.tc_executed.to_string(), format!("commands executed, {} due", summary.tc_due)),
+        (summary.tm_received.to_string(), "telemetry replies received".into()),
     ];
     if let (Some(fastest), Some(slowest)) = (fastest, slowest) {
-        tiles.push((duration(fastest), "fastest fail-over"));
-        tiles.push((duration(slowest), "slowest fail-over"));
+        tiles.push((duration(fastest), "fastest fail-over".into()));
+        tiles.push((duration(slowest), "slowest fail-over".into()));
     }
-    tiles.push((summary.lost_frames.to_string(), "frames lost"));
+    tiles.push((summary.lost_frames.to_string(), "frames lost".into()));
     let tiles: String = tiles
         .iter()
         .map(|(value, what)| format!("<div class=\"tile\"><b>{value}</b><span>{what}</span></div>\n"))
