@@ -51,7 +51,7 @@ fn parallel_slaves_follow_the_first_message_on_the_other_bus() {
             assert!(followed.since(first.start) < ms(1));
             assert!(told(&world, node, cut, |event| entered(NmtState::PreOperational)(event)).is_empty());
         }
-        let last = world.frames(Bus::Nominal).iter().filter(|sent| sent.node == Some(MASTER)).next_back();
+        let last = world.frames(Bus::Nominal).iter().rfind(|sent| sent.node == Some(MASTER));
         assert!(last.is_some_and(|sent| sent.end <= cut + ms(1)));
     }
     assert!(world.all_operational());
