@@ -270,11 +270,11 @@ impl Board {
         self.refresh();
     }
 
-    /// The next instant at which the board does something if no wire disturbs it.
+    /// The next instant at which the board does something if no wire disturbs it; zero while its core is awake.
     pub fn next_event(&self) -> Time {
         match self.state {
             State::Off => Time::NEVER,
-            State::Running if !self.asleep => self.clock.now().time,
+            State::Running if !self.asleep => Time::ZERO,
             _ => {
                 let can = self.link.peripherals().can().next_event().unwrap_or(Time::NEVER);
                 let timer = if self.timer_event == u64::MAX || self.state != State::Running {

@@ -268,9 +268,7 @@ impl Spacecraft {
     /// run as far as it; calling again goes on without it.
     pub fn run_until(&mut self, until: Time) -> Result<(), AccessError> {
         self.apply_events();
-        static N: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0); static K: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
         while self.now < until {
- let n = N.fetch_add(1, std::sync::atomic::Ordering::Relaxed); if n % 10000 == 0 { eprintln!("stop {n} at {} awake {:?} next {:?} wires {:?}", self.now.as_us(), self.boards.iter().map(|b| b.next_event().since(self.now).0).collect::<Vec<_>>(), self.next_stop().since(self.now).0, self.wires.iter().map(|w| w.next_event().map(|t| t.since(self.now).0)).collect::<Vec<_>>()); }
             let next = self.next_stop().min(until);
             let mut failure = None;
             for board in &mut self.boards {
