@@ -4,7 +4,7 @@ use core::cell::RefCell;
 use core::task::{Context, Poll};
 
 use ecss_can::link::Frame;
-use ecss_can::link::port::{Health, MAILBOXES, PortEvent};
+use ecss_can::link::port::{MAILBOXES, PortEvent};
 use ecss_can::time::Stamp;
 use embassy_stm32::pac::can::regs::Esr;
 use embassy_sync::blocking_mutex::Mutex;
@@ -28,16 +28,14 @@ struct Waiting {
     /// free always suffice for results.
     events: Deque<PortEvent, { FRAMES + MAILBOXES }>,
     lost: u16,
-    flags: ErrorFlags,
-    health: Option<Health>,
+    /// The error register when its flags last changed.
+    status: Esr,
+    status_changed: bool,
 }
-
-/// Error warning, error passive, bus-off.
-type ErrorFlags = (bool, bool, bool);
 
 impl EventQueue {
     pub(super) const fn new() -> Self {
-        let waiting = Waiting { events: Deque::new(), lost: 0, flags: (false, false, false), health: None };
+        let waiting = Waiting { events: Deque::new(), lost: 0, status: Esr(0), status_changed: false };
         EventQueue { waiting: Mutex::new(RefCell::new(waiting)), waker: AtomicWaker::new() }
     }
 
@@ -68,10 +66,9 @@ impl EventQueue {
     /// The error register as it is now; a change of its flags is reported, the latest only.
     pub(super) fn error_status(&self, esr: Esr) {
         self.update(|waiting| {
-            let flags = (esr.ewgf(), esr.epvf(), esr.boff());
-            if flags != waiting.flags {
-                waiting.flags = flags;
-                waiting.health = Some(health(esr));
+            if flags(esr) != flags(waiting.status) {
+                waiting.status = esr;
+                waiting.status_changed = true;
             }
         });
     }
@@ -97,12 +94,17 @@ impl EventQueue {
 
 impl Waiting {
     fn take(&mut self) -> Option<PortEvent> {
-        if let Some(health) = self.health.take() {
-            return Some(PortEvent::Health(health));
+        if core::mem::take(&mut self.status_changed) {
+            return Some(PortEvent::Health(health(self.status)));
         }
         if self.lost > 0 {
             return Some(PortEvent::Overrun { lost: core::mem::take(&mut self.lost) });
         }
         self.events.pop_front()
     }
+}
+
+/// Error warning, error passive, bus-off.
+fn flags(esr: Esr) -> (bool, bool, bool) {
+    (esr.ewgf(), esr.epvf(), esr.boff())
 }
