@@ -32,6 +32,8 @@ pub enum ImageError {
     Elf(object::Error),
     /// The defmt section does not parse.
     LogTable(String),
+    /// The file ends inside a segment.
+    Truncated,
     /// A segment is loaded outside flash, at this address.
     OutsideFlash(u64),
 }
@@ -41,6 +43,7 @@ impl fmt::Display for ImageError {
         match self {
             ImageError::Elf(error) => write!(f, "not a usable ELF file: {error}"),
             ImageError::LogTable(error) => write!(f, "the defmt log table does not parse: {error}"),
+            ImageError::Truncated => f.write_str("the ELF file ends inside a segment"),
             ImageError::OutsideFlash(address) => {
                 write!(f, "a segment at {address:08X}h is outside the 1 MiB of flash at 0800 0000h")
             }
@@ -119,10 +122,49 @@ fn load_segments(elf: &[u8]) -> Result<Vec<(u64, &[u8])>, ImageError> {
     let endian = file.endian();
     let mut segments = Vec::new();
     for header in file.elf_program_headers() {
-        let content = header.data(endian, elf).map_err(|()| ImageError::OutsideFlash(0))?;
+        let content = header.data(endian, elf).map_err(|()| ImageError::Truncated)?;
         if header.p_type(endian) == PT_LOAD && !content.is_empty() {
             segments.push((u64::from(header.p_paddr(endian)), content));
         }
     }
     Ok(segments)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An ELF header for ARM and one loadable segment of four bytes at `address`.
+    fn elf(address: u32) -> Vec<u8> {
+        let mut file = vec![0x7F, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+        for half in [2_u16, 40] {
+            file.extend(half.to_le_bytes());
+        }
+        for word in [1_u32, address, 52, 0, 0] {
+            file.extend(word.to_le_bytes());
+        }
+        for half in [52_u16, 32, 1, 40, 0, 0] {
+            file.extend(half.to_le_bytes());
+        }
+        for word in [1, 84, address, address, 4, 4, 5, 4] {
+            file.extend(word.to_le_bytes());
+        }
+        file.extend([1, 2, 3, 4]);
+        file
+    }
+
+    #[test]
+    fn a_segment_goes_where_it_is_loaded() {
+        let image = Image::parse(&elf(0x0800_0002)).unwrap();
+        assert_eq!(image.flash(), [0xFF, 0xFF, 1, 2, 3, 4]);
+        assert_eq!(image.symbol("_SEGGER_RTT"), None);
+    }
+
+    #[test]
+    fn files_that_are_no_images_are_told_apart() {
+        assert!(matches!(Image::parse(b"not an ELF file at all"), Err(ImageError::Elf(_))));
+        assert!(matches!(Image::parse(&elf(0x2000_0000)), Err(ImageError::OutsideFlash(0x2000_0000))));
+        let whole = elf(0x0800_0000);
+        assert!(matches!(Image::parse(&whole[..86]), Err(ImageError::Truncated)));
+    }
 }

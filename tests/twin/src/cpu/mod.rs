@@ -1,6 +1,6 @@
 //! The CPU as the board sees it: one instruction at a time.
 //!
-//! The trait keeps the emulator library out of the rest of the crate. Only [`rsemu`] names it.
+//! The trait keeps the emulator library out of the rest of the crate. Only the `rsemu` module names it.
 
 mod rsemu;
 #[cfg(test)]
