@@ -26,7 +26,7 @@ impl Board {
         if node == 1 {
             return Vec::new();
         }
-        let parity = (node.count_ones() % 2 == 0).then_some(4);
+        let parity = node.count_ones().is_multiple_of(2).then_some(4);
         let closed = (0..4).filter(|bit| node >> bit & 1 == 1).chain(parity);
         closed.map(|strap| (Pin::new('A', 2 + strap), false)).collect()
     }

@@ -168,7 +168,7 @@ impl fmt::Display for NmtState {
 
 impl fmt::Display for Scet {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let micros = u64::from(self.fine) * 1_000_000 >> 24;
+        let micros = (u64::from(self.fine) * 1_000_000) >> 24;
         write!(f, "{}.{micros:06} s", self.coarse)
     }
 }

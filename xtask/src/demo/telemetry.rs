@@ -50,7 +50,7 @@ mod tests {
     fn replies_read_like_sentences() {
         assert_eq!(text(0x0101, 12_345), "up for 12.345 s");
         assert_eq!(text(0x0103, 7), "7 commands executed");
-        assert_eq!(text(0x0111, 0x00_0005_0000_03), "redundant bus: 3 frames received, 5 sent");
+        assert_eq!(text(0x0111, 0x0000_0500_0003), "redundant bus: 3 frames received, 5 sent");
         assert_eq!(text(0x0120, 0x0003_0002_0001), "nominal bus: 1 frames lost, 2 malformed, 3 not sent");
         assert_eq!(text(0x0130, 0x03_05_80_01), "nominal bus: error passive, TEC 128, REC 5");
         assert_eq!(text(0x0104, 1), "stamps frames by interrupt");
