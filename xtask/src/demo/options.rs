@@ -25,7 +25,7 @@ pub struct Options {
     pub seconds: f64,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
-    /// [default: half of SECONDS]
+    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub cut_at: Option<CutAt>,
 
