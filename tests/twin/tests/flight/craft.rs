@@ -1,0 +1,323 @@
+//! A spacecraft of real images, and everything that was seen on its wires and in its logs.
+
+use std::ops::{Deref, Range};
+use std::sync::{Arc, LazyLock};
+
+use can_wire::frame::{WireFrame, WireId};
+use can_wire::record::Record;
+use can_wire::time::Time;
+use twin::board::{BoardConfig, State};
+use twin::bxcan::Side;
+use twin::image::Image;
+use twin::peripherals::Pin;
+use twin::spacecraft::{BoardId, Bus, LogRecord, Spacecraft, SpacecraftConfig, WireRecord};
+
+pub const MASTER: u8 = 1;
+
+/// States in heartbeats (CiA 301 7.2.8.3.2.2).
+pub const BOOT_UP: u8 = 0x00;
+pub const STOPPED: u8 = 0x04;
+pub const OPERATIONAL: u8 = 0x05;
+pub const PRE_OPERATIONAL: u8 = 0x7F;
+
+/// The master and slave images, built once for all tests.
+static IMAGES: LazyLock<[Arc<Image>; 2]> = LazyLock::new(|| {
+    let images = firmware_images::build("pyboard-v11", "librecube").unwrap();
+    [images.master, images.slave].map(|path| Arc::new(Image::parse(&std::fs::read(path).unwrap()).unwrap()))
+});
+
+/// One board of a test.
+#[derive(Clone, Copy, Debug)]
+pub struct Seat {
+    /// Node-ID, 1 is the master.
+    pub node: u8,
+    /// Error of the crystal, parts per million.
+    pub ppm: f64,
+    /// Metres from the left end of both wires.
+    pub position_m: f64,
+    /// Milliseconds.
+    pub power_on_ms: u64,
+    /// The parity strap as it should be.
+    pub parity: bool,
+}
+
+impl Seat {
+    fn config(self) -> BoardConfig {
+        let [master, slave] = &*IMAGES;
+        BoardConfig {
+            name: format!("node {}", self.node),
+            image: if self.node == MASTER { master } else { slave }.clone(),
+            straps: self.straps(),
+            ppm: self.ppm,
+            position_m: self.position_m,
+            power_on_at: ms(self.power_on_ms),
+        }
+    }
+
+    /// Bits 0 to 3 on PA2 to PA5, odd parity on PA6; closed is tied to ground. The master's image reads none.
+    fn straps(self) -> Vec<(Pin, bool)> {
+        if self.node == MASTER {
+            return Vec::new();
+        }
+        let even = self.node.count_ones().is_multiple_of(2);
+        let parity = if even == self.parity { Some(6) } else { None };
+        let bits = (0..4).filter(|bit| self.node >> bit & 1 == 1).map(|bit| bit + 2);
+        bits.chain(parity).map(|pin| (Pin::new('A', pin), false)).collect()
+    }
+}
+
+/// The master at the left end and its slaves 2, 3 and 4 (selective access).
+pub const MASTER_AND_THREE: [Seat; 4] = [
+    Seat { node: 1, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
+    Seat { node: 2, ppm: -31.0, position_m: 4.0, power_on_ms: 110, parity: true },
+    Seat { node: 3, ppm: 48.0, position_m: 11.5, power_on_ms: 60, parity: true },
+    Seat { node: 4, ppm: -50.0, position_m: 23.0, power_on_ms: 230, parity: true },
+];
+
+/// Between the master and everybody else.
+pub const NEXT_TO_MASTER_M: f64 = 0.5;
+
+/// A frame that completed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seen {
+    pub bus: Bus,
+    /// SOF and the end of EOF, at the sender.
+    pub start: Time,
+    pub end: Time,
+    /// Index on the wire: board, or guest.
+    pub sender: usize,
+    pub frame: WireFrame,
+    /// Nodes that received it, ascending; guests are left out.
+    pub reached: Vec<u8>,
+}
+
+impl Seen {
+    /// The identifier of an 11-bit data frame, `None` for any other.
+    pub fn id(&self) -> Option<u16> {
+        match self.frame.id {
+            WireId::Standard(id) if !self.frame.remote => Some(id),
+            _ => None,
+        }
+    }
+
+    pub fn data(&self) -> &[u8] {
+        self.frame.payload()
+    }
+}
+
+/// What was seen of a flight.
+pub struct Recording {
+    seats: Vec<Seat>,
+    /// Frames that completed, in the order of their ends.
+    pub frames: Vec<Seen>,
+    /// Everything on the wires, as recorded.
+    pub records: Vec<WireRecord>,
+    pub logs: Vec<LogRecord>,
+    /// Until when.
+    pub end: Time,
+}
+
+/// The spacecraft and what was seen of it so far.
+pub struct Craft {
+    pub twin: Spacecraft,
+    pub seen: Recording,
+}
+
+impl Deref for Craft {
+    type Target = Recording;
+    fn deref(&self) -> &Recording {
+        &self.seen
+    }
+}
+
+impl Recording {
+    pub fn board(&self, node: u8) -> BoardId {
+        BoardId(self.seats.iter().position(|seat| seat.node == node).unwrap())
+    }
+
+    /// Data frames of one identifier that `node` sent on `bus`.
+    pub fn sent(&self, node: u8, bus: Bus, id: u16) -> impl Iterator<Item = &Seen> {
+        let sender = self.board(node).0;
+        self.on(bus).filter(move |seen| seen.sender == sender && seen.id() == Some(id))
+    }
+
+    /// Frames that completed on `bus`.
+    pub fn on(&self, bus: Bus) -> impl Iterator<Item = &Seen> {
+        self.frames.iter().filter(move |seen| seen.bus == bus)
+    }
+
+    /// Heartbeats and boot-up messages of `node` on `bus`: when they ended, and the state they tell.
+    pub fn heartbeats(&self, node: u8, bus: Bus) -> Vec<(Time, u8)> {
+        self.sent(node, bus, 0x700 + u16::from(node)).map(|seen| (seen.end, seen.data()[0])).collect()
+    }
+
+    /// Attempts of `node` on `bus` that came to nothing: when they ended.
+    pub fn attempts(&self, node: u8, bus: Bus) -> impl Iterator<Item = Time> {
+        let sender = self.board(node).0;
+        self.records.iter().filter(move |record| record.bus == bus).filter_map(move |record| {
+            match record.record {
+                Record::Destroyed { transmitter, at, .. } if transmitter == sender => Some(at),
+                _ => None,
+            }
+        })
+    }
+
+    /// Whether the last thing that `node` said of itself, on either bus, was "operational" on `bus`, and that just now.
+    pub fn is_operational(&self, node: u8, bus: Bus) -> bool {
+        let sender = self.board(node).0;
+        let id = 0x700 + u16::from(node);
+        let last = self.frames.iter().rfind(|seen| seen.sender == sender && seen.id() == Some(id));
+        last.is_some_and(|seen| {
+            seen.bus == bus && seen.data() == [OPERATIONAL] && self.end.since(seen.end) < ms(300)
+        })
+    }
+
+    /// Whether `node` said "pre-operational" in a heartbeat after `from`, on either bus.
+    pub fn fell_back(&self, node: u8, from: Time) -> bool {
+        let all = Bus::ALL.into_iter().flat_map(|bus| self.heartbeats(node, bus));
+        all.into_iter().any(|(at, state)| at > from && state == PRE_OPERATIONAL)
+    }
+
+    /// The first frame after `from` for which `what` holds.
+    pub fn first_after(&self, from: Time, what: impl Fn(&Seen) -> bool) -> Option<&Seen> {
+        self.frames.iter().find(|seen| seen.end > from && what(seen))
+    }
+
+    /// When `node` said something that contains `text`, the first time after `from`.
+    pub fn said(&self, node: u8, text: &str, from: Time) -> Option<Time> {
+        let board = self.board(node);
+        let line =
+            self.logs.iter().find(|log| log.board == board && log.at > from && log.text.contains(text));
+        line.map(|log| log.at)
+    }
+
+    /// Everything that `node` said, for messages of failed tests.
+    pub fn log(&self, node: u8) -> String {
+        let board = self.board(node);
+        let lines = self.logs.iter().filter(|log| log.board == board);
+        lines.map(|log| format!("{:>12} us  {}\n", log.at.as_us(), log.text)).collect()
+    }
+}
+
+impl Craft {
+    pub fn new(seats: &[Seat]) -> Craft {
+        let mut twin = Spacecraft::new(SpacecraftConfig::default());
+        for seat in seats {
+            twin.add_board(seat.config());
+        }
+        let seen = Recording {
+            seats: seats.to_vec(),
+            frames: Vec::new(),
+            records: Vec::new(),
+            logs: Vec::new(),
+            end: Time::ZERO,
+        };
+        Craft { twin, seen }
+    }
+
+    /// Flies to `until` milliseconds. No board may reach for hardware that is not there.
+    pub fn fly_to(&mut self, until_ms: u64) {
+        self.fly(ms(until_ms));
+    }
+
+    /// Flies to `until`.
+    pub fn fly(&mut self, until: Time) {
+        self.twin.run_until(until).unwrap();
+        self.seen.end = until;
+        self.seen.logs.extend(self.twin.take_logs());
+        for wire in self.twin.take_frames() {
+            if let Record::Completed { trace, receivers, .. } = &wire.record {
+                let mut reached: Vec<u8> = receivers
+                    .iter()
+                    .filter_map(|(index, _)| self.seats.get(*index))
+                    .map(|seat| seat.node)
+                    .collect();
+                reached.sort_unstable();
+                self.seen.frames.push(Seen {
+                    bus: wire.bus,
+                    start: trace.start,
+                    end: trace.end,
+                    sender: trace.transmitter,
+                    frame: trace.frame,
+                    reached,
+                });
+            }
+            self.seen.records.push(wire);
+        }
+    }
+
+    /// Flies in small steps until a frame completes for which `what` holds, which it returns.
+    ///
+    /// # Panics
+    /// When none does within a second.
+    pub fn fly_until(&mut self, what: impl Fn(&Seen) -> bool) -> Seen {
+        let patience = self.end + ms(1000);
+        while self.end < patience {
+            let known = self.frames.len();
+            self.fly(self.end + Time::from_us(10));
+            if let Some(seen) = self.frames[known..].iter().find(|seen| what(seen)) {
+                return seen.clone();
+            }
+        }
+        panic!("nothing like that happened until {} us", self.end.as_us())
+    }
+
+    /// Frames that passed the filters of `node` since its last reset and that its node never handled. Both counts must
+    /// be of one life of the program: boards that were reset have discarded what they had.
+    fn lost_frames(&self, node: u8) -> u64 {
+        let board = self.twin.board(self.board(node));
+        let symbol = board.symbol("TELLTALE").unwrap();
+        let bytes = board.read_memory(symbol.address, 12).unwrap();
+        let word = |n: usize| u64::from(u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()));
+        assert_eq!(&bytes[..4], b"ECAN");
+        let admitted: u64 = [Side::Can1, Side::Can2]
+            .map(|side| board.can_stats(side))
+            .iter()
+            .map(|stats| stats.stored.iter().sum::<u64>() + stats.overruns.len() as u64 - stats.discarded)
+            .sum();
+        admitted - (word(1) + word(2))
+    }
+
+    /// No board panicked, locked up, stands still, or was reset by its program.
+    pub fn assert_sound(&self) {
+        for (id, board) in self.twin.boards() {
+            let name = &board.config().name;
+            let counters = board.counters();
+            assert_eq!(*board.state(), State::Running, "{name}\n{}", self.log(self.seats[id.0].node));
+            assert_eq!((counters.panics, counters.lockups), (0, 0), "{name}");
+            assert_eq!(counters.malformed_logs, 0, "{name}");
+        }
+    }
+
+    /// Sound, and no frame that a filter admitted was lost on its way to the node. For flights without resets.
+    ///
+    /// A frame needs time from the wire to the node: the flight goes on until the buses were quiet for a millisecond.
+    pub fn assert_nothing_lost(&mut self) {
+        self.assert_sound();
+        let quiet = |craft: &Craft| {
+            let last = craft.frames.last().map_or(Time::ZERO, |seen| seen.end);
+            craft.twin.now() > last + ms(1)
+        };
+        while !quiet(self) {
+            self.fly(self.twin.now() + Time::from_us(500));
+        }
+        for seat in &self.seen.seats {
+            assert_eq!(self.lost_frames(seat.node), 0, "node {}", seat.node);
+        }
+    }
+}
+
+/// Milliseconds as a time.
+pub const fn ms(milliseconds: u64) -> Time {
+    Time::from_ms(milliseconds)
+}
+
+/// From the end of one thing to that of the next.
+pub fn gaps(times: &[Time]) -> impl Iterator<Item = Time> + '_ {
+    times.windows(2).map(|pair| pair[1].since(pair[0]))
+}
+
+/// `span` long, give or take `tolerance`.
+pub fn about(span: Time, tolerance: Time) -> Range<Time> {
+    span.since(tolerance)..span + tolerance
+}

@@ -1,0 +1,9 @@
+//! Firmware in the loop: the real master and slave images fly a two-bus spacecraft.
+//!
+//! Profile `librecube`: heartbeat 250 ms, consumer time 2.5 s, Ttoggle 5, SYNC 5 s, time 10 s, a command and a telemetry
+//! request to each slave every 100 ms; slave 4 has selective access.
+
+mod craft;
+mod cuts;
+mod nominal;
+mod start;
