@@ -6,7 +6,7 @@ use std::rc::Rc;
 use can_wire::controller::{Controller, NodeIndex, Trace};
 use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Record;
+use can_wire::record::{Destruction, Record};
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::link::{Bus, PerBus};
@@ -24,8 +24,8 @@ use crate::port::MockPort;
 use crate::rogue::Rogue;
 use crate::timeline::Timeline;
 
-/// Distance between neighbours on the cable; node n sits at n times this many metres.
-pub const SPACING_M: f64 = 2.0;
+/// Distance between neighbours on the cable: node n sits at n times this many metres.
+const SPACING_M: f64 = 2.0;
 /// Where a cut separates the master from all slaves.
 pub const NEXT_TO_MASTER_M: f64 = 3.0;
 /// Steps without time going on: somebody wakes for nothing.
@@ -47,6 +47,7 @@ struct Cable {
     wire: Wire,
     plugs: Plugs,
     seen: Vec<Rc<Sent>>,
+    torn: usize,
 }
 
 /// The controllers of one wire: those of the boards, then the rogue.
@@ -90,17 +91,19 @@ impl Controllers for Plugs {
 impl Cable {
     fn advance(&mut self, now: Time, boards: &[Board]) {
         self.wire.advance(now, &mut self.plugs);
-        let completed = self.wire.take_records().into_iter().filter_map(|record| match record {
-            Record::Completed { trace, .. } => Some(trace),
-            Record::Destroyed { .. } | Record::Fault { .. } => None,
-        });
         let sent = |trace: &Trace| Sent {
             start: trace.start,
             end: trace.end,
             node: boards.get(trace.transmitter).map(|board| board.id),
             frame: trace.frame,
         };
-        self.seen.extend(completed.map(|trace| Rc::new(sent(&trace))));
+        for record in self.wire.take_records() {
+            match record {
+                Record::Completed { trace, .. } => self.seen.push(Rc::new(sent(&trace))),
+                Record::Destroyed { cause: Destruction::TransmitterLeft, .. } => self.torn += 1,
+                Record::Destroyed { .. } | Record::Fault { .. } => {}
+            }
+        }
     }
 
     /// When something happens that nobody caused just now.
@@ -136,14 +139,9 @@ impl World {
             }
             wire.attach((boards.len() + 1) as f64 * SPACING_M);
             let ports = boards.iter().map(|board| board.port(bus).clone()).collect();
-            Cable { wire, plugs: Plugs { ports, rogue: Rogue::default() }, seen: Vec::new() }
+            Cable { wire, plugs: Plugs { ports, rogue: Rogue::default() }, seen: Vec::new(), torn: 0 }
         });
         World { profile, timeline, boards, cables, switches, entries }
-    }
-
-    /// The numbers of the mission.
-    pub fn profile(&self) -> &Profile {
-        &self.profile
     }
 
     /// The present.
@@ -281,6 +279,11 @@ impl World {
     /// Frames completed on a bus so far.
     pub fn frames(&self, bus: Bus) -> &[Rc<Sent>] {
         &self.cables[bus].seen
+    }
+
+    /// Frames whose transmitter left the bus, or lost power, before their end.
+    pub fn torn_frames(&self, bus: Bus) -> usize {
+        self.cables[bus].torn
     }
 
     /// NMT state of a slave as it told its application; `None` without power.

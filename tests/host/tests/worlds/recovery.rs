@@ -1,9 +1,10 @@
 //! Cuts that heal, resets in mid-flight, slaves that come and go.
 
 use can_wire::time::Time;
+use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::link::{Bus, PerBus};
 use ecss_can::nmt::NmtState;
-use ecss_can::node::{MasterEvent, MasterRequest};
+use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::profile::STANDARD;
 use ecss_can::profile::mission::Command;
 use host_worlds::log::Happening;
@@ -33,11 +34,13 @@ fn both_buses_cut_and_restored() {
 fn a_master_reset_in_mid_flight_is_back_before_it_is_missed() {
     let mut world = running(MIXED, 3);
     let from = world.now();
-    // A heartbeat of 1 byte takes some 55 us; it is due each 100 ms, within the first 200 us of SYNC and heartbeat.
-    for us in [10, 40, 70, 100, 130, 160] {
-        world.run_until(Time::from_us(world.now().as_us() / 100_000 * 100_000 + 100_000 + us));
+    // SYNC takes 48 us and the heartbeat some 58 us; each comes 100 ms after its last.
+    for (torn, (id, us)) in (1..).zip([(0x080, 10), (0x080, 35), (0x701, 20), (0x701, 30), (0x701, 40)]) {
+        let last = since(&world, Bus::Nominal, id, Time::ZERO).pop().expect("they come all the time").start;
+        world.run_until(last + ms(100) + Time::from_us(us));
         world.reset(MASTER);
         world.run_for(ms(250));
+        assert_eq!(world.torn_frames(Bus::Nominal), torn, "{id:03X} was on the wire after {us} us");
         assert!(world.all_operational(), "reset at {us} us");
         assert_eq!(world.master_bus(), Bus::Nominal);
     }
@@ -128,4 +131,33 @@ fn all_slaves_off_and_on_again() {
     world.slaves().into_iter().for_each(|node| world.power_on(node));
     world.run_for(ms(3_000));
     assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 5.6.2b
+#[test]
+fn a_slave_driven_to_bus_off_recovers_and_goes_on() {
+    let mut world = running(STANDARD, 3);
+    let from = world.now();
+    // A babbler under the identity of slave 2: both start together and differ in the data, again and again.
+    for _ in 0..400 {
+        world.inject(Bus::Nominal, standard(0x702, &[0xFF]));
+    }
+    world.run_for(ms(120));
+    let states: Vec<ErrorState> = world
+        .log_of(TWO)
+        .into_iter()
+        .filter_map(|(at, what)| match what {
+            Happening::Slave(SlaveEvent::Health { bus: Bus::Nominal, health }) if at >= from => {
+                Some(health.state)
+            }
+            _ => None,
+        })
+        .collect();
+    assert_eq!(states.iter().filter(|state| **state == ErrorState::BusOff).count(), 1, "{states:?}");
+    assert_eq!(states.last(), Some(&ErrorState::Active));
+    world.run_for(ms(1_000));
+    assert!(world.all_operational());
+    assert_eq!(world.port(TWO, Bus::Nominal).health(), Health::default());
+    assert!(!since(&world, Bus::Nominal, 0x702, world.now() - ms(150)).is_empty());
+    assert_eq!(switches(&world, from), 0);
 }
