@@ -4,7 +4,6 @@
 
 mod bench;
 mod bus_off;
-mod bus_task;
 mod clock;
 mod fleet;
 mod heartbeat;
