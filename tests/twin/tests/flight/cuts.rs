@@ -80,10 +80,11 @@ fn slaves_with_parallel_access_follow_at_the_masters_first_message() {
 #[test]
 fn commands_flow_within_10_ms_of_the_detection() {
     let detection = detection(&FLIGHT);
-    let command = FLIGHT
-        .first_after(detection, |seen| seen.bus == Bus::Redundant && matches!(seen.id(), Some(0x302 | 0x303)));
+    let command = FLIGHT.first_after(detection, |seen| {
+        seen.bus == Bus::Redundant && matches!(seen.id(), Some(0x302 | 0x303))
+    });
     assert!(command.unwrap().end < detection + ms(10), "{} us", command.unwrap().end.as_us());
-    for node in [2, 3] {
+    for node in [2_u8, 3] {
         let flow: Vec<Time> = FLIGHT
             .sent(MASTER, Bus::Redundant, 0x300 + u16::from(node))
             .chain(FLIGHT.sent(MASTER, Bus::Redundant, 0x400 + u16::from(node)))
@@ -168,7 +169,8 @@ fn both_buses_cut_and_restored() {
     let active = active_bus(&craft);
     for node in [2, 3] {
         assert!(craft.is_operational(node, active), "node {node}\n{}", craft.log(node));
-        let started = craft.heartbeats(node, active).into_iter().find(|(at, s)| *at > ms(5000) && *s == OPERATIONAL);
+        let started =
+            craft.heartbeats(node, active).into_iter().find(|(at, s)| *at > ms(5000) && *s == OPERATIONAL);
         assert!(started.unwrap().0 < ms(5010), "node {node}: {} us", started.unwrap().0.as_us());
     }
     // Slave 4 hears one bus, and changes it at its time.

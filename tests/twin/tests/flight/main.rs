@@ -5,5 +5,7 @@
 
 mod craft;
 mod cuts;
+mod foreign;
 mod nominal;
+mod resets;
 mod start;

@@ -84,7 +84,11 @@ fn a_sync_every_5_s_and_a_spacecraft_time_every_10_s() {
     for (id, period, count) in [(SYNC, 5000, 4), (SPACECRAFT_TIME, 10_000, 2)] {
         let ends: Vec<Time> = FLIGHT.sent(MASTER, Bus::Nominal, id).map(|seen| seen.end).collect();
         assert_eq!(ends.len(), count, "{id:03X}h");
-        assert_eq!(FLIGHT.frames.iter().filter(|seen| seen.id() == Some(id)).count(), count, "no other producer");
+        assert_eq!(
+            FLIGHT.frames.iter().filter(|seen| seen.id() == Some(id)).count(),
+            count,
+            "no other producer"
+        );
         for gap in gaps(&ends) {
             let expected = by_crystal(MASTER, ms(period));
             assert!(about(expected, QUEUEING).contains(&gap), "{id:03X}h: {} us", gap.as_us());
@@ -207,8 +211,10 @@ fn no_slave_sees_an_error_or_loses_a_frame() {
             }
         }
     }
-    let destroyed =
-        FLIGHT.records.iter().filter(|wire| matches!(wire.record, Record::Destroyed { .. }) && wire.at > ms(70));
+    let destroyed = FLIGHT
+        .records
+        .iter()
+        .filter(|wire| matches!(wire.record, Record::Destroyed { .. }) && wire.at > ms(70));
     assert_eq!(destroyed.count(), 0, "with two nodes on the bus every frame is acknowledged");
 }
 

@@ -86,9 +86,11 @@ fn slaves_that_search_already_find_a_late_master() {
     let mut craft = Craft::new(&[seat(1, 13_000), seat(2, 20), seat(4, 60)]);
     craft.fly_to(13_600);
     for (node, since) in [(2, 20), (4, 60)] {
-        let (moved, state) = craft.heartbeats(node, Bus::Redundant)[0];
+        let moved = craft.said(node, "Redundant (Toggled)", ms(0)).unwrap();
         // Ttoggle x consumer time after Pre-operational was entered, by its crystal.
         assert!(about(ms(since + 12_500), ms(10)).contains(&moved), "node {node}: {} us", moved.as_us());
+        let (first, state) = craft.heartbeats(node, Bus::Redundant)[0];
+        assert!(first > moved && first < ms(12_570), "acknowledged as soon as both are there");
         assert_eq!(state, PRE_OPERATIONAL);
     }
     assert!(craft.is_operational(2, Bus::Nominal), "parallel access\n{}", craft.log(2));
