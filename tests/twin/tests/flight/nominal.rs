@@ -101,7 +101,7 @@ fn scet_us(octets: &[u8]) -> u64 {
     assert_eq!(octets.len(), 7);
     let fine = u64::from(u32::from_le_bytes([octets[0], octets[1], octets[2], 0]));
     let coarse = u64::from(u32::from_le_bytes([octets[3], octets[4], octets[5], octets[6]]));
-    coarse * 1_000_000 + (fine * 1_000_000 >> 24)
+    coarse * 1_000_000 + ((fine * 1_000_000) >> 24)
 }
 
 /// Verifies: ECSS 6.9e
