@@ -84,7 +84,7 @@ impl Summary {
                     Message::Telemetry { code, value, .. } => telemetry::stamp_source(code, value),
                     _ => None,
                 })
-                .unwrap_or("Unknown"),
+                .unwrap_or("unknown"),
             frames: Bus::BOTH
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
@@ -182,7 +182,7 @@ mod tests {
         assert_eq!(summary.slaves_operational_at_end, 2);
         assert_eq!(summary.failover_ms[&2], Some(sample::PARALLEL_FAILOVER_MS));
         assert_eq!(summary.failover_ms[&4], Some(sample::SELECTIVE_FAILOVER_MS));
-        assert_eq!(summary.stamp_source, "Interrupt");
+        assert_eq!(summary.stamp_source, "interrupt");
         assert_eq!(summary.wall_seconds, 10.0);
         assert_eq!(summary.emulated_mips, 9.0, "3 boards with 30 million instructions each in 10 s");
         assert_eq!(faults(&flight), Vec::<String>::new());

@@ -37,7 +37,7 @@ pub fn text(code: u16, value: u64) -> String {
 /// slave does not know yet.
 pub fn stamp_source(code: u16, value: u64) -> Option<&'static str> {
     match (code, value) {
-        (STAMP_SOURCE, 1) => Some("Interrupt"),
+        (STAMP_SOURCE, 1) => Some("interrupt"),
         _ => None,
     }
 }
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn only_the_reply_about_stamps_tells_their_source() {
-        assert_eq!(stamp_source(0x0104, 1), Some("Interrupt"));
+        assert_eq!(stamp_source(0x0104, 1), Some("interrupt"));
         assert_eq!(stamp_source(0x0104, 0), None);
         assert_eq!(stamp_source(0x0101, 1), None);
     }
