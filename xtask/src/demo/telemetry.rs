@@ -12,7 +12,7 @@ pub fn text(code: u16, value: u64) -> String {
         0x0102 => format!("value kept: {value}"),
         0x0103 => format!("{value} commands executed"),
         STAMP_SOURCE => match stamp_source(code, value) {
-            Some(source) => format!("stamps frames by {}", source.to_lowercase()),
+            Some(source) => format!("stamps frames by {source}"),
             None => "has stamped no frame yet".into(),
         },
         0x0110 | 0x0111 => format!("{bus} bus: {} frames received, {} sent", field(0, 24), field(24, 24)),
