@@ -137,7 +137,7 @@ impl Master {
         if heard.returned {
             out.event(MasterEvent::SlaveReturned { node, bus });
         }
-        if heard.changed {
+        if heard.changed || heard.returned {
             out.event(MasterEvent::SlaveState { node, bus, state });
         }
         if heard.start {

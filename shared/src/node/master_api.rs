@@ -12,7 +12,7 @@ use crate::time::{Scet, Stamp};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MasterEvent {
-    /// First word of a slave, or another state than before.
+    /// First word of a slave, also after it was lost, or another state than before.
     SlaveState {
         /// Who.
         node: NodeId,

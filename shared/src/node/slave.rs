@@ -93,7 +93,12 @@ impl Slave {
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
         let active = self.selector.selected();
-        if self.nmt.state() == NmtState::Initialising || !self.buses.is_joined(bus, active) {
+        if self.nmt.state() == NmtState::Initialising {
+            // Told again with every frame: were it lost in a full channel, the node would stay silent for ever.
+            out.event(SlaveEvent::ResetNode);
+            return self.buses.ignored(bus);
+        }
+        if !self.buses.is_joined(bus, active) {
             return self.buses.ignored(bus);
         }
         let id = frame.id();

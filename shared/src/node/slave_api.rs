@@ -72,7 +72,7 @@ pub enum SlaveEvent {
         /// Which bus.
         bus: Bus,
     },
-    /// Reset the chip. The node is silent until then.
+    /// Reset the chip. The node is silent until then and tells this again with every frame it receives.
     ResetNode,
 }
 

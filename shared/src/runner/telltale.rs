@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use crate::link::{Bus, PerBus};
+use crate::link::Bus;
 
 /// A block of counters at a fixed, documented layout: 32-bit words in the order below, little-endian.
 ///
@@ -73,11 +73,6 @@ impl Telltale {
             Bus::Nominal => &self.handled_nominal,
             Bus::Redundant => &self.handled_redundant,
         }
-    }
-
-    /// Both counts of dealt-with frames.
-    pub fn handled_frames(&self) -> PerBus<u32> {
-        PerBus::from_fn(|bus| self.handled(bus).get())
     }
 
     /// Received frames lost in the port.

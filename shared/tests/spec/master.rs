@@ -252,7 +252,15 @@ fn a_lost_slave_is_refused_and_returns() {
     assert_eq!(master.events, [MasterEvent::Refused { node: node(2), cause: RefusalCause::NotOperational }]);
     master.clear();
     master.receive(NOMINAL, 0x702, &[0x05]);
-    assert_eq!(master.events, [MasterEvent::SlaveReturned { node: node(2), bus: NOMINAL }]);
+    // Its state too, though it is the old one: the application has forgotten it.
+    let (slave, bus, state) = (node(2), NOMINAL, NmtState::Operational);
+    assert_eq!(
+        master.events,
+        [
+            MasterEvent::SlaveReturned { node: slave, bus },
+            MasterEvent::SlaveState { node: slave, bus, state }
+        ]
+    );
 }
 
 #[test]
