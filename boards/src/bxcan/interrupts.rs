@@ -74,7 +74,8 @@ impl<T: Controller> Handler<T::SCEInterrupt> for StatusHandler<T> {
     }
 }
 
-/// The return to a better state raises no interrupt of its own; it comes with a success on the bus.
+/// The return to a better state raises no interrupt of its own; it comes with a success on the bus. That from bus-off
+/// the port looks for.
 fn note_errors<T: Controller>() {
     T::events().error_status(T::REGISTERS.esr().read());
 }

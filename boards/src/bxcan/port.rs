@@ -10,6 +10,7 @@ use embassy_stm32::interrupt::Priority;
 use embassy_stm32::interrupt::typelevel::{Binding, Interrupt};
 use embassy_stm32::pac::can::Can;
 use embassy_stm32::{Peri, pac, rcc};
+use embassy_time::{Duration, with_timeout};
 
 use super::controller::{self, BitTiming, Controller};
 use super::events::EventQueue;
@@ -23,6 +24,9 @@ const PRIORITY: Priority = Priority::P6;
 /// Polls of MSR while a controller in bus-off enters Init mode, which takes it a bit time or two: some 100 µs.
 const INIT_POLLS: usize = 2_000;
 
+/// The end of a recovery from bus-off raises no interrupt, and on a quiet bus no success tells of it either.
+const RECOVERY_POLL: Duration = Duration::from_millis(1);
+
 /// A bxCAN controller on its bus.
 pub struct Port {
     registers: Can,
@@ -30,6 +34,8 @@ pub struct Port {
     events: &'static EventQueue,
     mailboxes: Mailboxes,
     joined: bool,
+    /// May be on its way out of bus-off.
+    recovering: bool,
     /// Dropping them would cut the controller off its pins.
     _pins: [Flex<'static>; 2],
 }
@@ -61,12 +67,22 @@ impl Port {
             events: T::events(),
             mailboxes: Mailboxes::default(),
             joined: false,
+            recovering: false,
             _pins: [rx, tx],
         }
     }
 
     fn request_init(&self, init: bool) {
         self.registers.mcr().modify(|w| w.set_inrq(init));
+    }
+
+    fn watch_recovery(&mut self) {
+        // No interrupt between: its newer status must not be overwritten.
+        cortex_m::interrupt::free(|_| {
+            let status = self.registers.esr().read();
+            self.recovering = status.boff();
+            self.events.error_status(status);
+        });
     }
 }
 
@@ -97,12 +113,12 @@ impl CanPort for Port {
     }
 
     fn join(&mut self) {
-        self.joined = true;
+        (self.joined, self.recovering) = (true, true);
         self.request_init(false);
     }
 
     fn leave(&mut self) {
-        self.joined = false;
+        (self.joined, self.recovering) = (false, false);
         // Before INRQ: in Init mode nothing ends any more.
         self.registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_abrq(n, true)));
         self.request_init(true);
@@ -139,11 +155,23 @@ impl CanPort for Port {
             self.request_init(true);
             let _entered = (0..INIT_POLLS).any(|_| self.registers.msr().read().inak());
             self.request_init(false);
+            self.recovering = true;
         }
     }
 
     async fn event(&mut self) -> PortEvent {
-        let event = poll_fn(|cx| self.events.poll(cx)).await;
+        let event = loop {
+            if self.recovering {
+                self.watch_recovery();
+            }
+            let next = poll_fn(|cx| self.events.poll(cx));
+            if !self.recovering {
+                break next.await;
+            }
+            if let Ok(event) = with_timeout(RECOVERY_POLL, next).await {
+                break event;
+            }
+        };
         if let PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox } = event {
             self.mailboxes.release(mailbox);
         }
