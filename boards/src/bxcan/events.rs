@@ -7,6 +7,7 @@ use ecss_can::link::Frame;
 use ecss_can::link::port::{MAILBOXES, PortEvent};
 use ecss_can::time::Stamp;
 use embassy_stm32::pac::can::regs::Esr;
+use embassy_stm32::pac::can::vals::Lec;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
@@ -104,7 +105,7 @@ impl Waiting {
     }
 }
 
-/// Error warning, error passive, bus-off.
-fn flags(esr: Esr) -> (bool, bool, bool) {
-    (esr.ewgf(), esr.epvf(), esr.boff())
+/// Error warning, error passive, bus-off; unacknowledged while error passive, which is how a lone transmitter looks.
+fn flags(esr: Esr) -> (bool, bool, bool, bool) {
+    (esr.ewgf(), esr.epvf(), esr.boff(), esr.epvf() && esr.lec() == Lec::ACK)
 }

@@ -18,6 +18,9 @@ use crate::{heartbeat, sync};
 
 type Out = Outbox<MasterEvent>;
 
+/// A spacecraft time that waited longer on its way out would set clocks late by that much.
+const TIME_LIFETIME: Duration = Duration::from_millis(5);
+
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
 
@@ -60,7 +63,7 @@ impl Master {
             lifetimes: Lifetimes {
                 heartbeat: profile.heartbeat,
                 sync: profile.sync.min(profile.heartbeat),
-                time: profile.time.min(profile.heartbeat),
+                time: TIME_LIFETIME,
                 command: profile.command,
                 telemetry: profile.telemetry,
             },

@@ -21,9 +21,11 @@ impl Confinement {
         }
     }
 
-    /// Error warning (a counter at 96 or above, RM0090 32.9.2 EWGF) and state: a change of these is news.
-    pub fn flags(&self) -> (bool, ErrorState) {
-        (self.tec.max(self.rec) >= 96, self.state())
+    /// Error warning (a counter at 96 or above, RM0090 32.9.2 EWGF), state, unacknowledged while error passive: a change
+    /// of these is news.
+    pub fn flags(&self) -> (bool, ErrorState, bool) {
+        let unacknowledged = self.state() == ErrorState::Passive && self.last_error == LastError::Ack;
+        (self.tec.max(self.rec) >= 96, self.state(), unacknowledged)
     }
 
     pub fn health(&self) -> Health {

@@ -53,8 +53,8 @@ struct Chip {
     events: VecDeque<PortEvent>,
     received: usize,
     lost: u16,
-    /// Error warning and state as told last.
-    told: (bool, ErrorState),
+    /// Flags of the error state as told last.
+    told: (bool, ErrorState, bool),
     waker: Option<Waker>,
 }
 
@@ -88,7 +88,7 @@ impl Chip {
             events: VecDeque::new(),
             received: 0,
             lost: 0,
-            told: (false, ErrorState::Active),
+            told: (false, ErrorState::Active, false),
             waker: None,
         }
     }
