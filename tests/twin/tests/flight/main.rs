@@ -3,6 +3,7 @@
 //! Profile `librecube`: heartbeat 250 ms, consumer time 2.5 s, Ttoggle 5, SYNC 5 s, time 10 s, a command and a telemetry
 //! request to each slave every 100 ms; slave 4 has selective access.
 
+mod bus_off;
 mod craft;
 mod cuts;
 mod foreign;

@@ -1,0 +1,44 @@
+//! The master is driven into bus-off and comes back.
+
+use can_wire::frame::WireFrame;
+use twin::spacecraft::Bus;
+
+use crate::craft::*;
+
+/// ISO 11898-1: 128 times 11 recessive bits, at 1 Mbit/s on an idle bus.
+const RECOVERY_US: u64 = 1408;
+
+/// A guest sends the master's COB-ID with other data: each meeting is a bit error for both, 32 of them are bus-off. The
+/// master is alone with its slaves again after the pause of its policy and the recovery sequence; nobody changes the bus.
+///
+/// Verifies: ECSS 5.6.2b
+/// Verifies: ECSS 5.6.2c
+#[test]
+fn the_master_recovers_from_bus_off_and_keeps_its_slaves() {
+    let mut craft = Craft::new(&MASTER_AND_THREE);
+    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    craft.fly_to(1000);
+    let (last, _) = *craft.heartbeats(1, Bus::Nominal).last().unwrap();
+    // The guest keeps the bus busy over the instant of the next heartbeat, so that both want it at once afterwards.
+    for _ in 0..16 {
+        craft.twin.inject(guest, last + ms(249), WireFrame::standard(0x010, &[0x55; 8]));
+    }
+    // Once error passive the master pauses after each of its attempts and the guest gets through: it needs many frames.
+    for _ in 0..24 {
+        craft.twin.inject(guest, last + ms(249), WireFrame::standard(0x701, &[0x7E]));
+    }
+    craft.fly_to(3500);
+
+    let off = craft.said(1, "Nominal: error BusOff", last).unwrap_or_else(|| panic!("{}", craft.log(1)));
+    let back = craft.said(1, "Nominal: error Active", off).unwrap_or_else(|| panic!("{}", craft.log(1)));
+    let pause = ms(10);
+    let recovered = pause + can_wire::time::Time::from_us(RECOVERY_US);
+    // Slaves may talk meanwhile, and the driver looks every millisecond.
+    assert!((recovered..recovered + ms(3)).contains(&back.since(off)), "{} us", back.since(off).as_us());
+    for node in [2, 3, 4] {
+        assert!(craft.is_operational(node, Bus::Nominal), "node {node}\n{}", craft.log(node));
+        assert!(!craft.fell_back(node, last), "node {node}\n{}", craft.log(node));
+    }
+    assert!(craft.said(1, "active bus", last).is_none(), "{}", craft.log(1));
+    craft.assert_nothing_lost();
+}
