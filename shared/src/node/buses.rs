@@ -130,6 +130,7 @@ impl Buses {
                 FailCause::Aborted => &mut counters.aborted,
             }),
             LinkEvent::Overrun { lost } => counters.lost = counters.lost.saturating_add(*lost),
+            LinkEvent::Counters(health) => self.health[bus] = *health,
             LinkEvent::Health(health) => {
                 self.health[bus] = *health;
                 return Some(match self.recovery[bus].on_state(health.state, now) {

@@ -283,7 +283,7 @@ impl Node for Master {
             }
             LinkEvent::Transmitted { frame, stamp } => self.on_transmitted(bus, frame, *stamp, out),
             LinkEvent::Failed { frame, cause } => self.on_failed(bus, frame, *cause),
-            LinkEvent::Overrun { .. } | LinkEvent::Health(_) => {}
+            LinkEvent::Overrun { .. } | LinkEvent::Health(_) | LinkEvent::Counters(_) => {}
         }
         self.run(now, now, out);
     }

@@ -6,14 +6,15 @@ use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 
 use super::{BusCommand, COMMAND_DEPTH, FailCause, LinkEvent, Links};
-use crate::link::port::{CanPort, MAILBOXES, Mailbox, PortEvent};
+use crate::link::port::{CanPort, Health, MAILBOXES, Mailbox, PortEvent};
 use crate::link::queue::{Outgoing, TxQueue, is_expired};
 use crate::link::{Bus, Frame};
 use crate::time::{Clock, Instant};
 
 /// Runs one controller for ever. The port comes off the bus, its filters set.
 pub async fn bus_task<M: RawMutex>(bus: Bus, port: impl CanPort, clock: impl Clock, links: &Links<M>) -> ! {
-    BusTask { bus, port, clock, links, queue: TxQueue::new(), mailboxes: [None; MAILBOXES] }.run().await
+    let (queue, mailboxes, told) = (TxQueue::new(), [None; MAILBOXES], Health::default());
+    BusTask { bus, port, clock, links, queue, mailboxes, told }.run().await
 }
 
 /// A frame in a mailbox, and why it is being aborted, if it is.
@@ -30,6 +31,8 @@ struct BusTask<'a, M: RawMutex, P, C> {
     links: &'a Links<M>,
     queue: TxQueue<COMMAND_DEPTH>,
     mailboxes: [Option<Pending>; MAILBOXES],
+    /// What the node knows of the controller.
+    told: Health,
 }
 
 impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
@@ -70,6 +73,7 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
     }
 
     async fn on_port(&mut self, event: PortEvent) {
+        self.tell_counters(&event).await;
         let event = match event {
             PortEvent::Received { frame, stamp } => LinkEvent::Received { frame, stamp },
             PortEvent::Transmitted { mailbox, stamp } => match self.release(mailbox) {
@@ -87,6 +91,19 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
             PortEvent::Health(health) => LinkEvent::Health(health),
         };
         self.report(event).await;
+    }
+
+    /// The port tells of changed states only; a node that answers for its counters needs them as they are.
+    async fn tell_counters(&mut self, event: &PortEvent) {
+        if let PortEvent::Health(health) = event {
+            self.told = *health;
+            return;
+        }
+        let health = self.port.health();
+        if health != self.told {
+            self.told = health;
+            self.report(LinkEvent::Counters(health)).await;
+        }
     }
 
     fn release(&mut self, mailbox: Mailbox) -> Option<Pending> {

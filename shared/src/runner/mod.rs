@@ -69,6 +69,8 @@ pub enum LinkEvent {
     },
     /// The error state of the controller changed.
     Health(Health),
+    /// Its error counters moved since they were told last; told before the next event of the controller.
+    Counters(Health),
 }
 
 /// Why a frame did not go out.

@@ -23,7 +23,7 @@ pub struct Telltale {
     pub telemetry_replies: Tally,
 }
 
-/// A counter that only rises and stops at its maximum never: it wraps at 2^32.
+/// A counter that only rises; it wraps at 2^32.
 #[repr(transparent)]
 #[derive(Debug)]
 pub struct Tally(AtomicU32);

@@ -307,6 +307,13 @@ impl Craft {
     }
 }
 
+/// Data of the last telemetry of `node` on the nominal bus with this code.
+pub fn telemetry(craft: &Craft, node: u8, code: u16) -> Vec<u8> {
+    let replies = craft.sent(node, Bus::Nominal, 0x380 + u16::from(node));
+    let last = replies.filter(|seen| seen.data()[..2] == code.to_le_bytes()).last();
+    last.unwrap().data()[2..].to_vec()
+}
+
 /// Milliseconds as a time.
 pub const fn ms(milliseconds: u64) -> Time {
     Time::from_ms(milliseconds)

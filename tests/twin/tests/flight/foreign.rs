@@ -53,13 +53,6 @@ fn undisturbed(bus: Bus, frames: &[WireFrame]) -> (Craft, GuestId) {
     (craft, guest)
 }
 
-/// The last telemetry of `node` with this code.
-fn telemetry(craft: &Craft, node: u8, code: u16) -> Vec<u8> {
-    let replies = craft.sent(node, Bus::Nominal, 0x380 + u16::from(node));
-    let last = replies.filter(|seen| seen.data()[..2] == code.to_le_bytes()).last();
-    last.unwrap().data()[2..].to_vec()
-}
-
 /// Malformed frames that `node` has counted on `bus`, by telemetry 0120h and 0121h.
 fn malformed(craft: &Craft, node: u8, bus: Bus) -> u16 {
     let losses = telemetry(craft, node, 0x0120 | bus as u16);

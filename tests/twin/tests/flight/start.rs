@@ -55,6 +55,22 @@ fn a_lone_slave_waits_for_its_master() {
     craft.assert_nothing_lost();
 }
 
+/// A slave alone on the bus counts up to 128 and becomes error passive. Each frame acknowledged counts down by 1 (ISO
+/// 11898-1 12.1.4.2 h); after 14 heartbeats and replies a second for 12 s the counter is 0, and telemetry says so.
+///
+/// Verifies: ECSS 5.6.2c
+#[test]
+fn telemetry_tells_the_error_counters_as_they_are() {
+    let mut craft = Craft::new(&[seat(1, 500), seat(3, 20)]);
+    craft.fly_to(2_000);
+    let [state, tec, rec, _] = telemetry(&craft, 3, 0x0130)[..] else { panic!("4 octets") };
+    assert_eq!((state, rec), (0, 0));
+    assert!((100..127).contains(&tec), "some 20 frames after 128: {tec}");
+    craft.fly_to(13_000);
+    assert_eq!(telemetry(&craft, 3, 0x0130), [0, 0, 0, 0]);
+    craft.assert_nothing_lost();
+}
+
 #[test]
 fn slaves_that_wait_in_company_are_started_when_the_master_comes() {
     let mut craft = Craft::new(&[seat(1, 3000), seat(2, 20), seat(3, 60), seat(4, 110)]);
