@@ -1,26 +1,19 @@
 //! What a wire asks of a CAN controller, and what it tells it.
 
-use std::sync::Arc;
-
+pub use crate::confinement::ErrorCounters;
 use crate::frame::WireFrame;
 use crate::time::Time;
+use crate::timing::BitTiming;
 
 /// Index of a controller on one wire, in the order of attachment.
 pub type NodeIndex = usize;
 
-/// A CAN controller as the wire sees it. The wire calls it only inside [`Wire::advance`](crate::wire::Wire::advance).
+/// A CAN controller as the wire sees it: registers, mailboxes and modes. Bit timing, the protocol engine and the error
+/// counters behind it are the wire's. The wire calls it only inside [`Wire::advance`](crate::wire::Wire::advance).
 pub trait Controller {
-    /// Length of one bit by this controller's own clock and settings; `None` while it is off the bus (initialisation,
-    /// sleep, reset, bus-off, no power): it then neither sends, receives nor acknowledges.
-    fn bit_time(&self) -> Option<Time>;
-
-    /// Silent (bus-monitoring) controllers receive but do not acknowledge.
-    fn acknowledges(&self) -> bool {
-        true
-    }
-
-    /// Error passive: waits 8 more bits after its own transmission (suspend), sends passive error flags.
-    fn error_passive(&self) -> bool;
+    /// How this controller takes part; `None` while it does not (initialisation, sleep, reset, no power): it then
+    /// neither sends, receives nor acknowledges. Its error counters stay until [`Attachment::power_cycle`] changes.
+    fn attachment(&self) -> Option<Attachment>;
 
     /// Earliest instant from which a frame waits for transmission (its request, or the end of a refusal such as
     /// joining the bus); `None` when nothing waits.
@@ -31,27 +24,61 @@ pub trait Controller {
 
     /// Something happened on the wire at `at`.
     fn on_wire(&mut self, at: Time, event: &WireEvent);
+
+    /// Wants [`Controller::on_line`].
+    fn watches_line(&self) -> bool {
+        false
+    }
+
+    /// The level at the RX pin changed at these instants, in order; `true` is recessive.
+    fn on_line(&mut self, _changes: &[(Time, bool)]) {}
 }
 
-/// What a wire tells a controller.
-#[derive(Clone, Debug)]
+/// How a controller takes part.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Attachment {
+    /// Its bits, by its own clock.
+    pub timing: BitTiming,
+    /// Bus monitoring: receives, but drives nothing: no frame, no acknowledgement, no flag.
+    pub silent: bool,
+    /// When bus-off, counts 128 sequences of 11 recessive bits and comes back.
+    pub recovers: bool,
+    /// Another number than before: the error counters start from zero.
+    pub power_cycle: u32,
+    /// Since when it takes part; the past counts as now.
+    pub since: Time,
+}
+
+impl Attachment {
+    /// A node that takes part in everything and leaves bus-off by itself.
+    pub fn new(timing: BitTiming) -> Self {
+        Attachment { timing, silent: false, recovers: true, power_cycle: 0, since: Time::ZERO }
+    }
+}
+
+/// What a wire tells a controller. Instants are the end of the bit that decided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum WireEvent {
-    /// This controller entered arbitration with the frame `contend` gave.
+    /// 11 recessive bits were seen: it takes part from now on.
+    Joined,
+    /// It entered arbitration with the frame that [`Controller::contend`] gave.
     Started,
     /// It lost arbitration and is a receiver now.
     ArbitrationLost,
     /// Its frame was acknowledged and completed (last bit of EOF).
-    Transmitted(Arc<Trace>),
+    Transmitted,
     /// A frame from another node is valid (last but one bit of EOF).
-    Received(Arc<Trace>),
-    /// It transmitted and saw an error.
+    Received(WireFrame),
+    /// Its transmission ended with an error.
     TransmitError(ErrorKind),
-    /// It received and saw an error.
+    /// It saw an error while it was not transmitting a frame: as a receiver, or within an error or overload frame.
     ReceiveError(ErrorKind),
+    /// Its error counters changed; told after what changed them. Leaving bus-off sets both to zero.
+    Counters(ErrorCounters),
 }
 
 /// Cause of an error, as in the LEC field of bxCAN.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ErrorKind {
     /// More than five equal bits in a row.
     Stuff,
@@ -68,7 +95,7 @@ pub enum ErrorKind {
 }
 
 /// One frame on the wire with its timing.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Trace {
     /// The frame.
     pub frame: WireFrame,
@@ -76,10 +103,9 @@ pub struct Trace {
     pub transmitter: NodeIndex,
     /// Falling edge of SOF at the transmitter.
     pub start: Time,
-    /// End of the last bit of EOF at the transmitter.
+    /// End of the last bit of EOF: `start` and the frame's bits by the transmitter's clock. A resynchronisation of the
+    /// transmitter to the acknowledgement does not count: whoever counts bits from an edge of the frame gets here.
     pub end: Time,
     /// Bit time of the transmitter.
     pub bit_time: Time,
-    /// Level changes at the transmitter, SOF first: the instant, and the level from then on (`true` = recessive).
-    pub edges: Vec<(Time, bool)>,
 }

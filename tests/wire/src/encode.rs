@@ -4,9 +4,9 @@
 //! follows five equal ones; CRC delimiter, ACK slot, ACK delimiter and the seven bits of EOF are of fixed form
 //! (ISO 11898-1, 10.4 and 10.5).
 
-use crate::controller::Trace;
+use std::fmt;
+
 use crate::frame::{WireFrame, WireId};
-use crate::time::Time;
 
 /// Recessive bits between two frames.
 pub const INTERMISSION_BITS: u64 = 3;
@@ -17,128 +17,139 @@ const TAIL: [bool; 10] = [true, false, true, true, true, true, true, true, true,
 /// Generator of CRC-15/CAN without its leading term.
 const CRC_POLYNOMIAL: u16 = 0x4599;
 
+/// Longest frame: extended, 8 data bytes, every stuff bit.
+const LONGEST: usize = 160;
+
 /// The bits of one acknowledged frame, SOF to the last bit of EOF.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, PartialEq, Eq)]
 pub struct Encoded {
-    bits: Vec<bool>,
-    arbitration_bits: usize,
+    bits: [bool; LONGEST],
+    len: u8,
+    arbitration_bits: u8,
+    /// Indices of the bits whose level differs from the bit before, SOF first.
+    changes: [u8; LONGEST],
+    changes_len: u8,
 }
 
 /// Lays a frame out as the bits on the wire.
 pub fn encode(frame: &WireFrame) -> Encoded {
-    let (mut plain, arbitration) = layout(frame);
-    let crc = crc15(&plain);
-    push(&mut plain, u32::from(crc), 15);
-
-    let mut bits = Vec::with_capacity(plain.len() * 5 / 4 + TAIL.len());
-    let mut arbitration_bits = 0;
+    let (plain, arbitration) = layout(frame);
+    let mut encoded = Encoded {
+        bits: [true; LONGEST],
+        len: 0,
+        arbitration_bits: 0,
+        changes: [0; LONGEST],
+        changes_len: 0,
+    };
     let (mut last, mut run) = (true, 0);
-    for (index, &bit) in plain.iter().enumerate() {
-        bits.push(bit);
+    for (index, &bit) in plain.bits[..plain.len].iter().enumerate() {
+        encoded.push(bit);
         run = if bit == last { run + 1 } else { 1 };
         last = bit;
         if run == 5 {
-            bits.push(!bit);
+            encoded.push(!bit);
             last = !bit;
             run = 1;
         }
         if index + 1 == arbitration {
-            arbitration_bits = bits.len();
+            encoded.arbitration_bits = encoded.len;
         }
     }
-    bits.extend(TAIL);
-    Encoded { bits, arbitration_bits }
+    TAIL.iter().for_each(|&bit| encoded.push(bit));
+    encoded
 }
 
 impl Encoded {
+    fn push(&mut self, bit: bool) {
+        let index = usize::from(self.len);
+        let before = index.checked_sub(1).is_none_or(|before| self.bits[before]);
+        self.bits[index] = bit;
+        self.len += 1;
+        if bit != before {
+            self.changes[usize::from(self.changes_len)] = index as u8;
+            self.changes_len += 1;
+        }
+    }
+
     /// Every level from SOF to the last bit of EOF, with the ACK slot dominant.
     pub fn bits(&self) -> &[bool] {
-        &self.bits
+        &self.bits[..usize::from(self.len)]
     }
 
     /// Bits from SOF to the end of the CRC sequence, stuff bits included.
     pub fn stuffed_len(&self) -> usize {
-        self.bits.len() - TAIL.len()
+        usize::from(self.len) - TAIL.len()
     }
 
     /// Bits from SOF to the last bit of the arbitration field (IDE included), stuff bits included. A transmitter that
     /// sends recessive and sees dominant lost arbitration here, and made a bit error after it.
     pub fn arbitration_len(&self) -> usize {
-        self.arbitration_bits
+        usize::from(self.arbitration_bits)
     }
 
-    /// Bits from SOF to the end of the ACK slot: the first instant at which a missing acknowledgement is known.
-    pub fn acknowledged_len(&self) -> usize {
-        self.stuffed_len() + 2
+    /// Indices of the bits that differ from the bit before them: SOF first, the ACK slot and the ACK delimiter last.
+    pub fn changes(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.changes[..usize::from(self.changes_len)].iter().map(|&index| usize::from(index))
     }
+}
 
-    /// Level changes at the transmitter, SOF first: instant and level from then on.
-    pub fn edges(&self, start: Time, bit_time: Time) -> Vec<(Time, bool)> {
-        let mut edges = Vec::new();
-        let mut level = true;
-        for (index, &bit) in self.bits.iter().enumerate() {
-            if bit != level {
-                edges.push((start + Time(bit_time.0 * index as u64), bit));
-                level = bit;
-            }
+impl fmt::Debug for Encoded {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.bits().iter().try_for_each(|&bit| f.write_str(if bit { "1" } else { "0" }))
+    }
+}
+
+/// Bits without stuffing.
+struct Plain {
+    bits: [bool; LONGEST],
+    len: usize,
+}
+
+impl Plain {
+    /// Appends the `count` low bits of `value`, highest first.
+    fn push(&mut self, value: u32, count: u32) {
+        for shift in (0..count).rev() {
+            self.bits[self.len] = value >> shift & 1 == 1;
+            self.len += 1;
         }
-        edges
-    }
-
-    /// The frame with its timing, SOF at `start`.
-    pub fn trace(&self, frame: WireFrame, transmitter: usize, start: Time, bit_time: Time) -> Trace {
-        let end = start + Time(bit_time.0 * self.bits.len() as u64);
-        Trace { frame, transmitter, start, end, bit_time, edges: self.edges(start, bit_time) }
     }
 }
 
-impl Trace {
-    /// The edges as a node `delay` away from the transmitter sees them.
-    pub fn edges_after(&self, delay: Time) -> impl Iterator<Item = (Time, bool)> + '_ {
-        self.edges.iter().map(move |&(at, level)| (at + delay, level))
-    }
-}
-
-/// Bits from SOF to the end of the data field, and how many of them arbitrate.
-fn layout(frame: &WireFrame) -> (Vec<bool>, usize) {
-    let mut bits = Vec::with_capacity(128);
-    bits.push(false);
+/// Bits from SOF to the end of the CRC sequence, and how many of them arbitrate.
+fn layout(frame: &WireFrame) -> (Plain, usize) {
+    let mut plain = Plain { bits: [true; LONGEST], len: 0 };
+    plain.push(0, 1);
     match frame.id {
         WireId::Standard(id) => {
-            push(&mut bits, u32::from(id), 11);
-            bits.push(frame.remote);
-            bits.push(false); // IDE
+            plain.push(u32::from(id), 11);
+            plain.push(u32::from(frame.remote), 1);
+            plain.push(0, 1); // IDE
         }
         WireId::Extended(id) => {
-            push(&mut bits, id >> 18, 11);
-            bits.extend([true, true]); // SRR, IDE
-            push(&mut bits, id, 18);
-            bits.push(frame.remote);
+            plain.push(id >> 18, 11);
+            plain.push(0b11, 2); // SRR, IDE
+            plain.push(id, 18);
+            plain.push(u32::from(frame.remote), 1);
         }
     }
-    let arbitration = bits.len();
+    let arbitration = plain.len;
     if let WireId::Extended(_) = frame.id {
-        bits.push(false); // r1
+        plain.push(0, 1); // r1
     }
-    bits.push(false); // r0
-    push(&mut bits, u32::from(frame.dlc), 4);
+    plain.push(0, 1); // r0
+    plain.push(u32::from(frame.dlc), 4);
     for &byte in frame.payload() {
-        push(&mut bits, u32::from(byte), 8);
+        plain.push(u32::from(byte), 8);
     }
-    (bits, arbitration)
+    let crc = plain.bits[..plain.len].iter().fold(0, |crc, &bit| crc_step(crc, bit));
+    plain.push(u32::from(crc), 15);
+    (plain, arbitration)
 }
 
-/// Appends the `count` low bits of `value`, highest first.
-fn push(bits: &mut Vec<bool>, value: u32, count: u32) {
-    bits.extend((0..count).rev().map(|shift| value >> shift & 1 == 1));
-}
-
-/// CRC-15/CAN of a bit string (ISO 11898-1, 10.4.2.6).
-fn crc15(bits: &[bool]) -> u16 {
-    bits.iter().fold(0, |crc, &bit| {
-        let shifted = crc << 1 & 0x7FFF;
-        if bit != (crc & 0x4000 != 0) { shifted ^ CRC_POLYNOMIAL } else { shifted }
-    })
+/// One bit through CRC-15/CAN (ISO 11898-1, 10.4.2.6).
+pub(crate) fn crc_step(crc: u16, bit: bool) -> u16 {
+    let shifted = crc << 1 & 0x7FFF;
+    if bit != (crc & 0x4000 != 0) { shifted ^ CRC_POLYNOMIAL } else { shifted }
 }
 
 #[cfg(test)]
@@ -148,10 +159,7 @@ mod tests {
     /// The catalogue of parametrised CRC algorithms gives 059Eh as the check value of CRC-15/CAN.
     #[test]
     fn crc_of_the_catalogue_check_string() {
-        let mut bits = Vec::new();
-        for byte in b"123456789" {
-            push(&mut bits, u32::from(*byte), 8);
-        }
-        assert_eq!(crc15(&bits), 0x059E);
+        let bits = b"123456789".iter().flat_map(|byte| (0..8).rev().map(move |shift| byte >> shift & 1 == 1));
+        assert_eq!(bits.fold(0, crc_step), 0x059E);
     }
 }

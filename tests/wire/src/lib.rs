@@ -1,19 +1,31 @@
-//! Two-wire CAN buses in virtual time: timing, arbitration, ACK, cuts.
+//! CAN buses in virtual time: every bit of every node, and what goes wrong.
 //!
 //! A [`Wire`](wire::Wire) joins any number of [`Controller`](controller::Controller)s. It knows nothing of what stands
-//! behind a controller: an emulated bxCAN or a std mock.
+//! behind a controller: an emulated bxCAN or a std mock. Bit timing, arbitration, acknowledgement, error frames and
+//! fault confinement are its own (ISO 11898-1); faults are values ([`fault::Fault`]).
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-mod arbitration;
+mod bits;
 pub mod candump;
+mod confinement;
 pub mod controller;
+mod decode;
 pub mod encode;
+mod errors;
 pub mod fault;
+pub mod field;
+mod fine;
+mod flight;
 pub mod frame;
+mod mac;
+mod node;
 pub mod pcapng;
 pub mod record;
 mod segment;
+mod stage;
+pub mod station;
 pub mod time;
+pub mod timing;
 pub mod wire;

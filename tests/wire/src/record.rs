@@ -1,8 +1,6 @@
 //! What an observer of a wire gets to know.
 
-use std::sync::Arc;
-
-use crate::controller::{NodeIndex, Trace};
+use crate::controller::{ErrorKind, NodeIndex, Trace};
 use crate::fault::Fault;
 use crate::frame::WireFrame;
 use crate::time::Time;
@@ -13,13 +11,13 @@ pub enum Record {
     /// A frame was acknowledged and completed.
     Completed {
         /// The frame.
-        trace: Arc<Trace>,
+        trace: Trace,
         /// Who received it, and when it was valid there (last but one bit of EOF), in the order of time.
         receivers: Vec<(NodeIndex, Time)>,
         /// Piece of the cable, counted from the left; 0 on an uncut one.
         segment: usize,
     },
-    /// A transmission ended without a valid frame.
+    /// A transmission ended without success.
     Destroyed {
         /// What was being sent.
         frame: WireFrame,
@@ -31,10 +29,32 @@ pub enum Record {
         at: Time,
         /// Why.
         cause: Destruction,
+        /// Who received it all the same, because the error came after it was valid there: they will receive it twice.
+        receivers: Vec<(NodeIndex, Time)>,
         /// Piece of the cable, counted from the left; 0 on an uncut one.
         segment: usize,
     },
-    /// The cable broke or healed.
+    /// A node received a frame that nobody sent: an error that no check caught.
+    Misread {
+        /// When it was valid.
+        at: Time,
+        /// By whom.
+        node: NodeIndex,
+        /// What it received.
+        frame: WireFrame,
+    },
+    /// A node saw an error: when, who, what, and its counters after it.
+    Error {
+        /// End of the bit that showed it.
+        at: Time,
+        /// Who saw it.
+        node: NodeIndex,
+        /// What.
+        kind: ErrorKind,
+        /// It was transmitting a frame.
+        transmitting: bool,
+    },
+    /// Something was done to the wire.
     Fault {
         /// When.
         at: Time,
@@ -46,14 +66,10 @@ pub enum Record {
 /// Why a transmission ended early.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Destruction {
-    /// Nobody acknowledged.
-    Unacknowledged,
-    /// Two transmitters with equal arbitration fields, or with different bit times.
-    Collision,
+    /// The transmitter saw an error; [`ErrorKind::Ack`] when nobody acknowledged.
+    Error(ErrorKind),
     /// The transmitter left the bus.
     TransmitterLeft,
-    /// A cut healed while both sides were busy.
-    Merged,
 }
 
 /// Totals since the start.
@@ -61,9 +77,9 @@ pub enum Destruction {
 pub struct Counters {
     /// Frames acknowledged and completed.
     pub completed: u64,
-    /// Frames that ended early for any reason but a missing acknowledgement.
+    /// Transmissions that ended early for any reason but a missing acknowledgement.
     pub destroyed: u64,
-    /// Frames that nobody acknowledged.
+    /// Transmissions that nobody acknowledged.
     pub ack_errors: u64,
     /// Time spent on frames and error frames, each with its intermission; over the time elapsed it is the bus load.
     /// The pieces of a cut cable add up.

@@ -1,33 +1,23 @@
-//! One bus: controllers along a cable, in virtual time.
+//! One bus: controllers along a cable, in virtual time, bit by bit.
 //!
-//! The caller runs what stands behind the controllers for a quantum (at most 20 µs, never beyond
+//! The caller runs what stands behind the controllers for a quantum (at most 20 us, never beyond
 //! [`Wire::next_event`]) and then calls [`Wire::advance`]. Requests carry their own times, so a frame may start inside
-//! the quantum that has just passed; its [`Started`](crate::controller::WireEvent::Started) is told late by up to a
-//! quantum and a bit. Everything later is told exactly at its time, because the caller stops there; only an arbitration
-//! lost, or a collision, within the quantum of the start is told late, with its true time. What happens does not depend
-//! on the length of the quantum, except that who joins or leaves the bus does so at the advance that first sees it.
+//! the quantum that has just passed: what it brings within that quantum is told late, with its true time. Everything
+//! later is told exactly at its time, because the caller stops there.
 //!
-//! # What is modelled
-//!
-//! * Arbitration: the earliest request makes the SOF, and everybody whose own SOF would begin within that bit
-//!   contends. Frames with equal arbitration fields but different rest destroy each other (bit errors, an error frame);
-//!   frames equal in every bit are one frame, and all its transmitters succeed.
-//! * Intermission of 3 bits; 8 more for an error-passive transmitter after its own frame.
-//! * ACK by any other controller on the same piece of cable whose bit time matches within 1 % and which was on the bus
-//!   since the start of the frame. Others understand nothing: they see a form error at the ACK slot, but their error
-//!   flags do not disturb the frame.
-//! * A transmitter that leaves the bus before the ACK slot has passed leaves a stuff error to the others.
-//! * Cuts: every piece is a bus of its own. A healed cut leaves a frame on one side alone in peace; frames on both
-//!   sides are destroyed.
-//! * Propagation: 5 ns/m by default, for receivers and for those who join an arbitration. Cables so long that a bit
-//!   does not fit are not.
-//!
-//! Single corrupted bits, error flags of receivers, overload frames and dominant-stuck lines are not modelled.
+//! Every node has an engine of its own for bit timing, protocol and fault confinement ([`crate::controller`] says what
+//! the chip around it adds). Levels travel at the speed of the cable; a node sees dominant while any driver that has
+//! reached it is. Frames that nothing disturbs take a fast path with the same result ([`WireConfig::bit_by_bit`]).
 
-use crate::controller::{Controller, NodeIndex};
-use crate::fault::Fault;
-use crate::record::{Counters, Record};
-use crate::segment::{Observed, Segment, Surroundings};
+use crate::bits::{Arrival, Change};
+use crate::controller::{Attachment, Controller, ErrorCounters, NodeIndex};
+use crate::errors::BitErrors;
+use crate::fault::{Fault, FaultError, Flip};
+use crate::fine::Fine;
+use crate::node::{Drivers, MOST_NODES, Node};
+use crate::record::{Counters, Destruction, Record};
+use crate::segment::{Mode, Segment};
+use crate::stage::{Observed, Stage};
 use crate::time::Time;
 
 /// The controllers of one wire, by index of attachment.
@@ -36,18 +26,31 @@ pub trait Controllers {
     fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller;
 }
 
-/// Properties of the cable.
+/// Properties of the cable and of how it is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WireConfig {
     /// Propagation delay, nanoseconds per metre.
     pub ns_per_m: u32,
+    /// Delay of transceivers and isolation, out and in together, nanoseconds. It also lies between a node's output and
+    /// its own input.
+    pub transceiver_ns: u32,
+    /// Computes every bit, also those of undisturbed frames.
+    pub bit_by_bit: bool,
 }
 
 impl Default for WireConfig {
-    /// Twisted pair: 5 ns/m.
+    /// Twisted pair with 5 ns/m, ideal transceivers.
     fn default() -> Self {
-        WireConfig { ns_per_m: 5 }
+        WireConfig { ns_per_m: 5, transceiver_ns: 0, bit_by_bit: false }
     }
+}
+
+/// Something that is to happen.
+#[derive(Clone, Copy, Debug)]
+enum Planned {
+    Fault(Fault),
+    /// A controller begins to take part.
+    Join(NodeIndex, Attachment),
 }
 
 /// One bus.
@@ -55,14 +58,15 @@ impl Default for WireConfig {
 pub struct Wire {
     config: WireConfig,
     now: Time,
-    positions: Vec<f64>,
-    /// Propagation delay of each node from the left end.
-    offsets: Vec<Time>,
-    /// Ascending, without doubles; `cuts[n]` lies between `segments[n]` and `segments[n + 1]`.
+    nodes: Vec<Node>,
+    /// Ascending, without doubles.
     cuts: Vec<f64>,
+    shorts: Vec<(f64, bool)>,
     segments: Vec<Segment>,
     /// In the order of time.
-    faults: Vec<(Time, Fault)>,
+    planned: Vec<(Time, Planned)>,
+    flips: Vec<Flip>,
+    errors: Option<BitErrors>,
     observed: Observed,
 }
 
@@ -72,11 +76,13 @@ impl Wire {
         Wire {
             config,
             now: Time::ZERO,
-            positions: Vec::new(),
-            offsets: Vec::new(),
+            nodes: Vec::new(),
             cuts: Vec::new(),
-            segments: vec![Segment::default()],
-            faults: Vec::new(),
+            shorts: Vec::new(),
+            segments: vec![Segment::new(Vec::new(), Fine(0))],
+            planned: Vec::new(),
+            flips: Vec::new(),
+            errors: None,
             observed: Observed::default(),
         }
     }
@@ -84,20 +90,22 @@ impl Wire {
     /// Attaches a controller `position_m` metres from the left end; in any order of positions.
     ///
     /// # Panics
-    /// When the position is negative or not finite.
+    /// When the position is negative or not finite, after the first [`Wire::advance`], or for a node too many (128): a
+    /// mistake in a test, not an input.
     pub fn attach(&mut self, position_m: f64) -> NodeIndex {
         assert!(position_m.is_finite() && position_m >= 0.0, "no place on a cable: {position_m} m");
-        let node = self.positions.len();
-        self.positions.push(position_m);
-        self.offsets.push(Time::from_ns((position_m * f64::from(self.config.ns_per_m)).round() as u64));
-        let segment = self.segment_of(node);
-        self.segments[segment].members.push(node);
+        assert_eq!(self.now, Time::ZERO, "nodes are attached before time runs");
+        assert!(self.nodes.len() < MOST_NODES, "a wire has at most {MOST_NODES} nodes");
+        let node = self.nodes.len();
+        let delay_ns = position_m * f64::from(self.config.ns_per_m);
+        self.nodes.push(Node::new(position_m, Fine::from_ratio((delay_ns * 336.0).round() as u64, 1000)));
+        self.segments = self.pieces().into_iter().map(|members| Segment::new(members, Fine(0))).collect();
         node
     }
 
     /// Propagation delay between two nodes, whether or not the cable between them is whole.
     pub fn delay(&self, from: NodeIndex, to: NodeIndex) -> Time {
-        Time(self.offsets[from].0.abs_diff(self.offsets[to].0))
+        self.nodes[from].distance(&self.nodes[to]).nearest()
     }
 
     /// Until when the wire has been advanced.
@@ -105,18 +113,29 @@ impl Wire {
         self.now
     }
 
-    /// The next instant at which the wire itself does something, as known at the last [`Wire::advance`]: an event for a
-    /// controller, the decision of an arbitration, the end of an intermission, a scheduled fault. `None`: nothing,
-    /// unless a controller asks.
+    /// The next instant after [`Wire::now`] at which the wire itself does something, as known at the last
+    /// [`Wire::advance`]: an event for a controller, a bit of a disturbed frame, the start of a frame that waits, a
+    /// planned fault. `None`: nothing, unless a controller asks.
     pub fn next_event(&self) -> Option<Time> {
-        let fault = self.faults.first().map(|&(at, _)| at.max(self.now));
-        self.segments.iter().filter_map(|segment| segment.next_event(self.now)).chain(fault).min()
+        let planned = self.planned.first().map(|&(at, _)| at);
+        let errors = self.errors.as_ref().map(BitErrors::next);
+        let segments = self.segments.iter().map(|segment| segment.next).filter(|&at| at != Fine::NEVER);
+        let next = segments.map(Fine::ceil).chain(planned).chain(errors).min()?;
+        Some(next.max(self.now + Time(1)))
     }
 
-    /// Since when the line at `node` is recessive outside of a frame: the end of the last dominant bit, so that the
-    /// recessive end of a frame and the intermission count. `None` while it is busy.
-    pub fn idle_since(&self, node: NodeIndex) -> Option<Time> {
-        self.segments[self.segment_of(node)].idle_since(self.now)
+    /// `node` neither sends nor receives a frame or an error frame: it could leave the bus unnoticed.
+    pub fn is_idle(&self, node: NodeIndex) -> bool {
+        let in_flight = self.segments.iter().any(|segment| {
+            matches!(&segment.mode, Mode::Flight(flight) if flight.carries(node, Fine::from_time(self.now)))
+        });
+        !in_flight && self.nodes[node].mac.is_quiet()
+    }
+
+    /// Error counters of `node` as of its last [`WireEvent::Counters`](crate::controller::WireEvent::Counters) or
+    /// later.
+    pub fn error_counters(&self, node: NodeIndex) -> ErrorCounters {
+        self.nodes[node].mac.counters
     }
 
     /// Advances to `until`, telling the controllers what happened on the way.
@@ -125,61 +144,78 @@ impl Wire {
     /// When `until` lies before [`Wire::now`].
     pub fn advance(&mut self, until: Time, controllers: &mut dyn Controllers) {
         assert!(until >= self.now, "a wire does not run backwards");
-        for index in 0..self.segments.len() {
-            let (segment, mut around) = self.step_into(index, controllers);
-            segment.drop_absent(until, &mut around);
-        }
+        self.look_around(until, controllers);
         loop {
-            let mut next: Option<(Time, usize)> = None;
-            for index in 0..self.segments.len() {
-                let (segment, mut around) = self.step_into(index, controllers);
-                if let Some(at) = segment.due(&mut around)
-                    && next.is_none_or(|(earliest, _)| at < earliest)
-                {
-                    next = Some((at, index));
-                }
+            let planned = self.planned.first().map_or(Time::NEVER, |&(at, _)| at);
+            let error = self.errors.as_ref().map_or(Time::NEVER, BitErrors::next);
+            let at = planned.min(error);
+            if at > until {
+                break;
             }
-            let fault = self.faults.first().map(|&(at, _)| at.max(self.now));
-            match (next, fault) {
-                // What ends at the instant of a fault has ended before it.
-                (Some((at, index)), _) if at <= until && fault.is_none_or(|fault| at <= fault) => {
-                    let (segment, mut around) = self.step_into(index, controllers);
-                    segment.step(at, &mut around);
+            self.run_to(at.max(self.now), controllers);
+            if error < planned {
+                let count = self.nodes.len();
+                if let Some(glitch) = self.errors.as_mut().map(|errors| errors.strike(count)) {
+                    self.apply(glitch, controllers);
                 }
-                (_, Some(at)) if at <= until => {
-                    let (_, fault) = self.faults.remove(0);
-                    self.apply(at, fault);
+                continue;
+            }
+            match self.planned.remove(0).1 {
+                Planned::Join(node, attachment) => self.set_attachment(node, Some(attachment), controllers),
+                Planned::Fault(fault) => {
+                    self.observed.records.push(Record::Fault { at: self.now, fault });
+                    self.apply(fault, controllers);
                 }
-                _ => break,
             }
         }
-        self.now = until;
+        self.run_to(until, controllers);
+        for node in 0..self.nodes.len() {
+            if !self.nodes[node].changes.is_empty() {
+                controllers.controller(node).on_line(&self.nodes[node].changes);
+                self.nodes[node].changes.clear();
+            }
+        }
     }
 
     /// Breaks the cable now, [`Fault::Cut`].
-    pub fn cut(&mut self, position_m: f64) {
-        self.apply(self.now, Fault::Cut { position_m });
+    ///
+    /// # Errors
+    /// [`FaultError`] when there is no such place.
+    pub fn cut(&mut self, position_m: f64) -> Result<(), FaultError> {
+        self.schedule(self.now, Fault::Cut { position_m })
     }
 
     /// Heals one break now, [`Fault::Restore`].
-    pub fn restore(&mut self, position_m: f64) {
-        self.apply(self.now, Fault::Restore { position_m });
+    ///
+    /// # Errors
+    /// [`FaultError`] when there is no such place.
+    pub fn restore(&mut self, position_m: f64) -> Result<(), FaultError> {
+        self.schedule(self.now, Fault::Restore { position_m })
     }
 
     /// Heals every break now, [`Fault::RestoreAll`].
     pub fn restore_all(&mut self) {
-        self.apply(self.now, Fault::RestoreAll);
+        self.plan(self.now, Planned::Fault(Fault::RestoreAll));
     }
 
-    /// Lets a fault happen at `at`, or with the next [`Wire::advance`] when that has passed.
-    pub fn schedule(&mut self, at: Time, fault: Fault) {
-        let index = self.faults.partition_point(|&(due, _)| due <= at);
-        self.faults.insert(index, (at, fault));
+    /// Lets a fault happen at `at`; what ends at that instant has ended before it.
+    ///
+    /// # Errors
+    /// [`FaultError`] when it cannot be; nothing is planned then.
+    pub fn schedule(&mut self, at: Time, fault: Fault) -> Result<(), FaultError> {
+        fault.check(self.nodes.len())?;
+        if at < self.now {
+            return Err(FaultError::Past { at, now: self.now });
+        }
+        self.plan(at, Planned::Fault(fault));
+        Ok(())
     }
 
     /// What happened since the last call, in the order of time. Without calls the records pile up.
     pub fn take_records(&mut self) -> Vec<Record> {
-        std::mem::take(&mut self.observed.records)
+        let mut records = std::mem::take(&mut self.observed.records);
+        records.sort_by_key(Record::at);
+        records
     }
 
     /// Totals since the start.
@@ -187,52 +223,280 @@ impl Wire {
         self.observed.counters
     }
 
-    fn segment_of(&self, node: NodeIndex) -> usize {
-        self.cuts.partition_point(|&cut| cut <= self.positions[node])
+    fn plan(&mut self, at: Time, what: Planned) {
+        let index = self.planned.partition_point(|&(due, _)| due <= at);
+        self.planned.insert(index, (at, what));
     }
 
-    fn step_into<'a>(
-        &'a mut self,
-        index: usize,
-        controllers: &'a mut dyn Controllers,
-    ) -> (&'a mut Segment, Surroundings<'a>) {
-        let around =
-            Surroundings { controllers, offsets: &self.offsets, observed: &mut self.observed, index };
-        (&mut self.segments[index], around)
-    }
-
-    fn apply(&mut self, at: Time, fault: Fault) {
-        self.observed.records.push(Record::Fault { at, fault });
-        match fault {
-            Fault::Cut { position_m } => {
-                let index = self.cuts.partition_point(|&cut| cut < position_m);
-                if self.cuts.get(index).is_some_and(|&cut| cut == position_m) {
-                    return;
+    /// Sees which controllers came, went or changed.
+    fn look_around(&mut self, until: Time, controllers: &mut dyn Controllers) {
+        for node in 0..self.nodes.len() {
+            let controller = controllers.controller(node);
+            self.nodes[node].watches = controller.watches_line();
+            let seen = controller.attachment();
+            let attachment = seen.filter(|_| !self.nodes[node].condition.unpowered).map(|mut attachment| {
+                attachment.timing = attachment.timing.fast_by(self.nodes[node].condition.drift_ppb);
+                attachment
+            });
+            let before = self.nodes[node].mac.attachment;
+            match (before, attachment) {
+                (Some(_), None) => self.set_attachment(node, None, controllers),
+                (Some(before), Some(now)) if before != now => self.set_attachment(node, Some(now), controllers),
+                (None, Some(now)) if !self.is_joining(node) => {
+                    self.plan(now.since.clamp(self.now, until), Planned::Join(node, now));
                 }
-                self.cuts.insert(index, position_m);
-                let positions = &self.positions;
-                let whole = std::mem::take(&mut self.segments[index]);
-                let (left, right) = whole.split(at, |node| positions[node] >= position_m);
-                self.segments[index] = left;
-                self.segments.insert(index + 1, right);
-            }
-            Fault::Restore { position_m } => {
-                if let Some(index) = self.cuts.iter().position(|&cut| cut == position_m) {
-                    self.heal(at, index);
-                }
-            }
-            Fault::RestoreAll => {
-                while !self.cuts.is_empty() {
-                    self.heal(at, 0);
-                }
+                _ => {}
             }
         }
     }
 
-    fn heal(&mut self, at: Time, index: usize) {
-        self.cuts.remove(index);
-        let right = self.segments.remove(index + 1);
-        let left = std::mem::take(&mut self.segments[index]);
-        self.segments[index] = left.merge(right, at, &mut self.observed, index);
+    fn is_joining(&self, node: NodeIndex) -> bool {
+        self.planned.iter().any(|(_, planned)| matches!(planned, Planned::Join(other, _) if *other == node))
+    }
+
+    /// Runs all segments to `until`, with no fault on the way.
+    fn run_to(&mut self, until: Time, controllers: &mut dyn Controllers) {
+        let fine = Fine::from_time(until);
+        for segment in 0..self.segments.len() {
+            self.with_stage(segment, controllers, |segment, stage| segment.run(fine, stage));
+        }
+        self.now = until;
+    }
+
+    /// Works on one segment.
+    fn with_stage<R>(
+        &mut self,
+        segment: usize,
+        controllers: &mut dyn Controllers,
+        work: impl FnOnce(&mut Segment, &mut Stage) -> R,
+    ) -> R {
+        let planned = self.planned.first().map_or(Time::NEVER, |&(at, _)| at);
+        let error = self.errors.as_ref().map_or(Time::NEVER, BitErrors::next);
+        let mut stage = Stage {
+            nodes: &mut self.nodes,
+            controllers,
+            observed: &mut self.observed,
+            flips: &mut self.flips,
+            loop_delay: Fine::from_ratio(u64::from(self.config.transceiver_ns) * 336, 1000),
+            horizon: Fine::from_time(planned.min(error)),
+            fast: !self.config.bit_by_bit,
+            segment,
+        };
+        work(&mut self.segments[segment], &mut stage)
+    }
+
+    fn segment_of(&self, node: NodeIndex) -> usize {
+        let is_here = |segment: &Segment| segment.members.contains(&node);
+        self.segments.iter().position(is_here).expect("every node is on some piece")
+    }
+
+    fn set_attachment(
+        &mut self,
+        node: NodeIndex,
+        attachment: Option<Attachment>,
+        controllers: &mut dyn Controllers,
+    ) {
+        let segment = self.segment_of(node);
+        let unchanged = |before: Attachment, now: Attachment| {
+            before.silent == now.silent && before.power_cycle == now.power_cycle
+        };
+        let in_flight = matches!(self.segments[segment].mode, Mode::Flight(_));
+        if let (Some(before), Some(now)) = (self.nodes[node].mac.attachment, attachment)
+            && in_flight
+            && unchanged(before, now)
+        {
+            // Drift, or leave to recover: after the frame.
+            return;
+        }
+        self.with_stage(segment, controllers, |segment, stage| {
+            segment.wake(stage);
+            let at = segment.cursor;
+            let left = stage.nodes[node].mac.transmission.take();
+            let stays = attachment.is_some() && left.is_some();
+            stage.nodes[node].mac.attach(attachment, at);
+            if stays {
+                stage.nodes[node].mac.transmission = left;
+            } else {
+                stage.destroyed(&mut segment.ledger, at, node, left.as_ref(), Destruction::TransmitterLeft);
+            }
+            segment.drive(node, stage);
+        });
+    }
+
+    /// Lets a fault happen now.
+    fn apply(&mut self, fault: Fault, controllers: &mut dyn Controllers) {
+        match fault {
+            Fault::Cut { position_m } => {
+                let index = self.cuts.partition_point(|&cut| cut < position_m);
+                if self.cuts.get(index) != Some(&position_m) {
+                    self.cuts.insert(index, position_m);
+                }
+                self.rewire(controllers);
+            }
+            Fault::Restore { position_m } => {
+                self.cuts.retain(|&cut| cut != position_m);
+                self.rewire(controllers);
+            }
+            Fault::RestoreAll => {
+                self.cuts.clear();
+                self.rewire(controllers);
+            }
+            Fault::Short { position_m, level } => {
+                self.shorts.push((position_m, level));
+                self.rewire(controllers);
+            }
+            Fault::ClearShorts => {
+                self.shorts.clear();
+                self.rewire(controllers);
+            }
+            Fault::Disconnect(node) => self.set_connected(node, false, controllers),
+            Fault::Reconnect(node) => self.set_connected(node, true, controllers),
+            Fault::PowerOff(node) => {
+                self.nodes[node].condition.unpowered = true;
+                self.set_attachment(node, None, controllers);
+            }
+            Fault::PowerOn(node) => {
+                let node = &mut self.nodes[node];
+                node.condition.unpowered = false;
+                node.mac.counters = ErrorCounters::default();
+            }
+            Fault::StuckDominant(node) => self.set_stuck(node, true, controllers),
+            Fault::ReleaseDriver(node) => self.set_stuck(node, false, controllers),
+            Fault::Babble(node, frame) => self.nodes[node].condition.babbles = Some(frame),
+            Fault::StopBabbling(node) => self.nodes[node].condition.babbles = None,
+            Fault::Drift(node, ppb) => self.nodes[node].condition.drift_ppb = ppb,
+            Fault::Glitch { nodes, duration, effect } => {
+                let (from, to) = (Fine::from_time(self.now), Fine::from_time(self.now + duration));
+                for node in (0..self.nodes.len()).filter(|&node| nodes.contains(node)) {
+                    let segment = self.segment_of(node);
+                    self.with_stage(segment, controllers, |segment, stage| {
+                        let arrivals = segment.wake(stage);
+                        arrivals.push(Arrival { at: from, change: Change::GlitchBegins(effect), node });
+                        arrivals.push(Arrival { at: to, change: Change::GlitchEnds(effect), node });
+                    });
+                }
+            }
+            Fault::Flip(flip) => {
+                for segment in 0..self.segments.len() {
+                    self.with_stage(segment, controllers, |segment, stage| {
+                        segment.wake(stage);
+                    });
+                }
+                self.flips.push(flip.among(self.nodes.len()));
+            }
+            Fault::BitErrors { rate, seed } => self.errors = BitErrors::new(rate, seed, self.now, self.nodes.len()),
+        }
+    }
+
+    fn set_connected(&mut self, node: NodeIndex, connected: bool, controllers: &mut dyn Controllers) {
+        self.nodes[node].condition.disconnected = !connected;
+        self.rewire(controllers);
+    }
+
+    fn set_stuck(&mut self, node: NodeIndex, stuck: bool, controllers: &mut dyn Controllers) {
+        self.nodes[node].condition.stuck_dominant = stuck;
+        let segment = self.segment_of(node);
+        self.with_stage(segment, controllers, |segment, stage| {
+            segment.wake(stage);
+            segment.drive(node, stage);
+        });
+    }
+
+    /// The nodes of every piece of cable, left to right, then of every open stub; on a piece in the order of their
+    /// place.
+    fn pieces(&self) -> Vec<Vec<NodeIndex>> {
+        let mut pieces = vec![Vec::new(); self.cuts.len() + 1];
+        let mut stubs = Vec::new();
+        let mut nodes: Vec<NodeIndex> = (0..self.nodes.len()).collect();
+        nodes.sort_by_key(|&node| self.nodes[node].offset);
+        for node in nodes {
+            let Node { position_m, condition, .. } = &self.nodes[node];
+            if condition.disconnected {
+                stubs.push(vec![node]);
+            } else {
+                pieces[self.piece_at(*position_m)].push(node);
+            }
+        }
+        pieces.append(&mut stubs);
+        pieces
+    }
+
+    fn piece_at(&self, position_m: f64) -> usize {
+        self.cuts.partition_point(|&cut| cut <= position_m)
+    }
+
+    /// Cables, stubs or shorts have changed: builds the segments anew, bit by bit.
+    fn rewire(&mut self, controllers: &mut dyn Controllers) {
+        let pieces = self.pieces();
+        let mut before: Vec<Drivers> = vec![0; self.nodes.len()];
+        let mut arrivals: Vec<Arrival> = Vec::new();
+        for segment in 0..self.segments.len() {
+            let mask = self.segments[segment].members.iter().fold(0, |mask, &node| mask | 1 << node);
+            self.segments[segment].members.iter().for_each(|&node| before[node] = mask);
+            let under_way =
+                self.with_stage(segment, controllers, |segment, stage| std::mem::take(segment.wake(stage)));
+            arrivals.extend(under_way.into_iter());
+        }
+        let old = std::mem::take(&mut self.segments);
+        let mut ledgers: Vec<_> = old.into_iter().map(|segment| (segment.members, segment.ledger)).collect();
+        let now = Fine::from_time(self.now);
+        let loop_delay = Fine::from_ratio(u64::from(self.config.transceiver_ns) * 336, 1000);
+        for (index, members) in pieces.iter().enumerate() {
+            let mask: Drivers = members.iter().fold(0, |mask, &node| mask | 1 << node);
+            let mut segment = Segment::new(members.clone(), now);
+            segment.grounded = true;
+            // The frame under way goes on where its transmitter is.
+            let sends = |&node: &NodeIndex| self.nodes[node].mac.transmission.is_some();
+            let heir = members.iter().copied().find(sends).or(members.first().copied());
+            if let Some(heir) = heir
+                && let Some(position) = ledgers.iter().position(|(members, _)| members.contains(&heir))
+            {
+                segment.ledger = ledgers.swap_remove(position).1;
+            }
+            for &node in members {
+                self.nodes[node].seen &= mask;
+                let short = self.shorts.iter().rev().find(|&&(at, _)| self.piece_at(at) == index);
+                let connected = !self.nodes[node].condition.disconnected;
+                self.nodes[node].short = short.filter(|_| connected).map(|&(_, level)| level);
+                for &driver in members {
+                    let is_new = before[node] >> driver & 1 == 0;
+                    if is_new && self.nodes[driver].driving && !self.nodes[driver].mac.is_silent() {
+                        let at = now + self.nodes[driver].distance(&self.nodes[node]) + loop_delay;
+                        segment.arrivals().push(Arrival { at, change: Change::Dominant(driver), node });
+                    }
+                }
+            }
+            self.segments.push(segment);
+        }
+        for arrival in arrivals {
+            let segment = self.segment_of(arrival.node);
+            let driver = match arrival.change {
+                Change::Dominant(driver) | Change::Recessive(driver) => driver,
+                Change::GlitchBegins(_) | Change::GlitchEnds(_) => arrival.node,
+            };
+            if self.segments[segment].members.contains(&driver) {
+                self.segments[segment].arrivals().push(arrival);
+            }
+        }
+        for segment in 0..self.segments.len() {
+            self.with_stage(segment, controllers, |segment, stage| {
+                for n in 0..segment.members.len() {
+                    segment.relevel(segment.members[n], now, stage);
+                }
+            });
+        }
+    }
+}
+
+impl Record {
+    /// When it was over.
+    pub fn at(&self) -> Time {
+        match self {
+            Record::Completed { trace, .. } => trace.end,
+            Record::Destroyed { at, .. }
+            | Record::Misread { at, .. }
+            | Record::Error { at, .. }
+            | Record::Fault { at, .. } => *at,
+        }
     }
 }

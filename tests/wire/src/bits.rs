@@ -1,0 +1,210 @@
+//! The bit path: every node by its own clock, every level change with its delay.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use crate::controller::NodeIndex;
+use crate::fine::Fine;
+use crate::mac::{DOMINANT, State, Transmission};
+use crate::segment::{Mode, Segment};
+use crate::stage::Stage;
+
+/// A change that reaches a node. Equal instants: what makes a line dominant comes first, so that a hand-over between
+/// two drivers is no pulse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Arrival {
+    pub(crate) at: Fine,
+    pub(crate) change: Change,
+    pub(crate) node: NodeIndex,
+}
+
+/// What changes at a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Change {
+    /// A driver went dominant.
+    Dominant(NodeIndex),
+    /// A driver went recessive.
+    Recessive(NodeIndex),
+    /// A disturbance begins.
+    GlitchBegins(Effect),
+    /// It ends.
+    GlitchEnds(Effect),
+}
+
+/// What a disturbance does to the level that a node sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Effect {
+    /// The other level.
+    Invert,
+    /// Dominant, whatever is sent.
+    Dominant,
+    /// Recessive, whatever is sent.
+    Recessive,
+}
+
+/// What is under way to the nodes of a segment.
+#[derive(Debug, Default)]
+pub(crate) struct Arrivals(BinaryHeap<Reverse<Arrival>>);
+
+impl Arrivals {
+    pub(crate) fn push(&mut self, arrival: Arrival) {
+        self.0.push(Reverse(arrival));
+    }
+
+    fn next(&self) -> Option<Fine> {
+        self.0.peek().map(|Reverse(arrival)| arrival.at)
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    pub(crate) fn into_iter(self) -> impl Iterator<Item = Arrival> {
+        self.0.into_iter().map(|Reverse(arrival)| arrival)
+    }
+}
+
+impl Segment {
+    /// Runs bit by bit. `true`: nothing more up to `until`.
+    pub(crate) fn run_bits(&mut self, until: Fine, stage: &mut Stage) -> bool {
+        loop {
+            if self.try_settle(stage) || self.try_take_off(stage) {
+                return false;
+            }
+            let mut first: Option<(Fine, NodeIndex)> = None;
+            for &node in &self.members {
+                if let Some(at) = self.own_event(node, stage)
+                    && first.is_none_or(|(other, _)| at < other)
+                {
+                    first = Some((at, node));
+                }
+            }
+            let arrival = self.arrivals().next().unwrap_or(Fine::NEVER);
+            let (own, node) = first.unwrap_or((Fine::NEVER, 0));
+            self.next = own.min(arrival);
+            if self.next > until || self.next == Fine::NEVER {
+                return true;
+            }
+            self.cursor = self.cursor.max(self.next);
+            if own <= arrival {
+                self.bit_boundary(node, stage);
+            } else {
+                self.arrive(stage);
+            }
+        }
+    }
+
+    /// What is under way to the nodes.
+    pub(crate) fn arrivals(&mut self) -> &mut Arrivals {
+        match &mut self.mode {
+            Mode::Bits(arrivals) => arrivals,
+            _ => unreachable!("only called bit by bit"),
+        }
+    }
+
+    /// When `node` does something by itself.
+    fn own_event(&self, node: NodeIndex, stage: &mut Stage) -> Option<Fine> {
+        let mac = &stage.nodes[node].mac;
+        if mac.is_running() {
+            return Some(mac.clock.end());
+        }
+        if mac.state == State::Idle { self.start_of(node, stage) } else { None }
+    }
+
+    /// A bit of `node` ends, or its own frame starts.
+    fn bit_boundary(&mut self, node: NodeIndex, stage: &mut Stage) {
+        if stage.nodes[node].mac.is_running() {
+            self.step(node, self.cursor, stage);
+        }
+        // A frame that waits starts with the bit that begins idle.
+        if stage.nodes[node].mac.state == State::Idle && self.start_of(node, stage) == Some(self.cursor) {
+            match stage.contend(node, self.cursor) {
+                Some(own) => self.begin(node, own, stage),
+                None => self.withdrawn |= 1 << node,
+            }
+        }
+        self.drive(node, stage);
+    }
+
+    /// `node` begins its own frame now.
+    pub(crate) fn begin(&mut self, node: NodeIndex, own: Transmission, stage: &mut Stage) {
+        let at = own.start;
+        stage.nodes[node].mac.start(own);
+        let bit = stage.nodes[node].mac.clock.bit();
+        self.ledger.start(at, bit, stage.observed);
+        stage.started(&mut self.ledger, at, at, node);
+    }
+
+    /// Sends what the driver of `node` does from now on to all nodes of the segment.
+    pub(crate) fn drive(&mut self, node: NodeIndex, stage: &mut Stage) {
+        let this = &mut stage.nodes[node];
+        let drives = this.wants_to_drive();
+        if std::mem::replace(&mut this.driving, drives) == drives {
+            return;
+        }
+        let silent = this.mac.is_silent() && !this.condition.stuck_dominant;
+        let change = if drives { Change::Dominant(node) } else { Change::Recessive(node) };
+        let cursor = self.cursor;
+        for n in 0..self.members.len() {
+            let member = self.members[n];
+            if silent && member != node {
+                continue;
+            }
+            let distance = stage.nodes[node].distance(&stage.nodes[member]);
+            let at = cursor + distance + stage.loop_delay;
+            self.arrivals().push(Arrival { at, change, node: member });
+        }
+    }
+
+    fn arrive(&mut self, stage: &mut Stage) {
+        let Some(Reverse(Arrival { at, change, node })) = self.arrivals().0.pop() else { return };
+        let this = &mut stage.nodes[node];
+        match change {
+            Change::Dominant(driver) => this.seen |= 1 << driver,
+            Change::Recessive(driver) => this.seen &= !(1 << driver),
+            Change::GlitchBegins(effect) => *this.glitch.of(effect) += 1,
+            Change::GlitchEnds(effect) => *this.glitch.of(effect) -= 1,
+        }
+        self.relevel(node, at, stage);
+    }
+
+    /// Something about the line of `node` changed at `at`.
+    pub(crate) fn relevel(&mut self, node: NodeIndex, at: Fine, stage: &mut Stage) {
+        let this = &mut stage.nodes[node];
+        let level = this.line();
+        if std::mem::replace(&mut this.level, level) == level {
+            return;
+        }
+        if self.ledger.is_news(at) {
+            this.record_change(at, level);
+        }
+        if level == DOMINANT {
+            this.mac.dominant_edge(at);
+        } else {
+            this.mac.clock.recessive_edge(at);
+        }
+    }
+
+    /// Goes over to [`Mode::Still`] once nothing moves.
+    fn try_settle(&mut self, stage: &mut Stage) -> bool {
+        if !self.arrivals().is_empty() || !self.is_settled(stage) {
+            return false;
+        }
+        self.ledger.calm(self.calm_at(stage), stage.observed);
+        self.mode = Mode::Still;
+        self.grounded = false;
+        true
+    }
+
+    /// End of the intermission after what has just ended.
+    fn calm_at(&self, stage: &Stage) -> Fine {
+        let ends = self.members.iter().filter_map(|&node| {
+            let mac = &stage.nodes[node].mac;
+            match mac.state {
+                State::Intermission(bit) => Some(mac.clock.end() + mac.clock.bit().times(u64::from(2 - bit))),
+                _ => None,
+            }
+        });
+        ends.max().unwrap_or(self.cursor)
+    }
+}

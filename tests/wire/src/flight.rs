@@ -1,0 +1,526 @@
+//! The fast path: a frame that nothing disturbs, computed as a whole.
+//!
+//! For one transmitter and receivers that are in step with it only the edges of the frame matter: each receiver's clock
+//! is led from edge to edge with the same arithmetic as on the bit path, and every sample is checked to fall into its
+//! bit. Then come the acknowledgement, in which everybody's first edge is the earliest of all, and the recessive end.
+//! Whatever does not fit (another contender, a sample that would miss, a disturbance to come) is left to the bit path.
+
+use std::collections::VecDeque;
+
+use crate::bits::Arrivals;
+use crate::confinement::ErrorCounters;
+use crate::controller::{ErrorKind, NodeIndex, WireEvent};
+use crate::encode::INTERMISSION_BITS;
+use crate::fine::Fine;
+use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
+use crate::segment::{Mode, Segment};
+use crate::stage::Stage;
+use crate::time::Time;
+use crate::timing::BitClock;
+
+/// ACK delimiter and EOF.
+const RECESSIVE_END: u64 = 8;
+/// An error flag and its delimiter that nobody prolongs.
+const ERROR_FRAME: u64 = 14;
+const FLAG: u64 = 6;
+
+/// A frame under way whose rest is known.
+#[derive(Debug)]
+pub(crate) struct Flight {
+    /// The nodes are as they were here.
+    from: Fine,
+    own: Transmission,
+    transmitter: NodeIndex,
+    /// The flight began with its SOF, of which the nodes know nothing.
+    with_sof: bool,
+    agenda: VecDeque<(Fine, NodeIndex, WireEvent)>,
+    landings: Vec<Landing>,
+    /// Everybody has reached intermission.
+    end: Fine,
+    /// Level changes to hand to those that watch their line.
+    lines: Vec<(NodeIndex, VecDeque<(Time, bool)>)>,
+}
+
+impl Flight {
+    /// `node` takes part and has not come to its intermission at `now`.
+    pub(crate) fn carries(&self, node: NodeIndex, now: Fine) -> bool {
+        self.landings.iter().any(|landing| landing.node == node && landing.clock.start() > now)
+    }
+}
+
+/// A node at the beginning of its intermission.
+#[derive(Debug)]
+struct Landing {
+    node: NodeIndex,
+    clock: BitClock,
+    counters: ErrorCounters,
+}
+
+/// A node that takes part, with the bit under way.
+struct Participant {
+    node: NodeIndex,
+    clock: BitClock,
+    transmits: bool,
+    silent: bool,
+}
+
+/// What is to be computed: `own`, of which the transmitter sends bit `index`.
+struct Plan<'a> {
+    own: &'a Transmission,
+    index: usize,
+    /// Bit `index` at the transmitter.
+    clock: BitClock,
+    transmitter: NodeIndex,
+}
+
+impl Plan<'_> {
+    /// Start of bit `bit` at the transmitter.
+    fn start_of(&self, bit: usize) -> Fine {
+        match bit - self.index {
+            0 => self.clock.start(),
+            later => self.clock.end() + self.clock.bit().times(later as u64 - 1),
+        }
+    }
+
+    /// CRC delimiter.
+    fn delimiter(&self) -> usize {
+        self.own.encoded.stuffed_len()
+    }
+
+    /// The changes of level that the transmitter still makes.
+    fn changes(&self) -> impl Iterator<Item = usize> {
+        let delimiter = self.delimiter();
+        self.own.encoded.changes().filter(move |&bit| bit > self.index && bit <= delimiter)
+    }
+
+    /// Leads the clock of a receiver `delay` away to its CRC delimiter; `None` when a sample misses its bit.
+    fn lead(&self, mut clock: BitClock, delay: Fine) -> Option<BitClock> {
+        let bits = self.own.encoded.bits();
+        let mut index = self.index;
+        let mut level = bits[index];
+        for change in self.changes() {
+            let edge = self.start_of(change) + delay;
+            clock.skip((change - 1 - index) as u64, level);
+            clock = pass_edge(clock, edge, level, false)?;
+            (index, level) = (change, !level);
+        }
+        clock.skip((self.delimiter() - index) as u64, level);
+        Some(clock)
+    }
+}
+
+/// Lets the level change from `before` at `edge`, between the sample of the bit under way and that of the next.
+fn pass_edge(mut clock: BitClock, edge: Fine, before: bool, sends_dominant: bool) -> Option<BitClock> {
+    let apply = |clock: &mut BitClock, sends_dominant| {
+        if before == RECESSIVE {
+            clock.dominant_edge(edge, sends_dominant);
+        } else {
+            clock.recessive_edge(edge);
+        }
+    };
+    if edge < clock.end() {
+        if edge <= clock.sample() || clock.latched().is_some() {
+            return None;
+        }
+        // In this bit it still sends what the line shows.
+        apply(&mut clock, before == DOMINANT && sends_dominant);
+        clock.next_bit(before);
+    } else {
+        clock.next_bit(before);
+        if edge > clock.sample() {
+            return None;
+        }
+        apply(&mut clock, sends_dominant);
+    }
+    (edge <= clock.sample()).then_some(clock)
+}
+
+impl Segment {
+    /// `node` begins `own` now, on a line that was still.
+    pub(crate) fn launch(&mut self, node: NodeIndex, own: Transmission, stage: &mut Stage) {
+        for n in 0..self.members.len() {
+            self.catch_up(self.members[n], self.cursor, stage);
+        }
+        if stage.fast && let Some(flight) = self.plan_from_sof(node, &own, stage) {
+            let bit = flight.landings[0].clock.bit();
+            self.ledger.start(own.start, bit, stage.observed);
+            stage.started(&mut self.ledger, own.start, own.start, node);
+            self.mode = Mode::Flight(Box::new(flight));
+            return;
+        }
+        self.mode = Mode::Bits(Arrivals::default());
+        self.begin(node, own, stage);
+        self.drive(node, stage);
+    }
+
+    /// Continues as a flight once arbitration is over and everybody is in step.
+    pub(crate) fn try_take_off(&mut self, stage: &mut Stage) -> bool {
+        if !stage.fast || self.grounded || !stage.flips.is_empty() || !self.is_in_step(stage) {
+            return false;
+        }
+        match self.plan_from_here(stage) {
+            Some(flight) => {
+                self.mode = Mode::Flight(Box::new(flight));
+                true
+            }
+            None => {
+                self.grounded = true;
+                false
+            }
+        }
+    }
+
+    /// One node transmits, past its arbitration, and all others that take part have taken the same bits.
+    fn is_in_step(&mut self, stage: &Stage) -> bool {
+        let mut first: Option<NodeIndex> = None;
+        let mut transmitters = 0;
+        for &node in &self.members {
+            let mac = &stage.nodes[node].mac;
+            match mac.state {
+                State::Off | State::BusOff => continue,
+                State::Stuffed => {}
+                _ => return false,
+            }
+            if let Some(own) = &mac.transmission {
+                transmitters += 1;
+                if mac.decoder.index() < own.encoded.arbitration_len() {
+                    return false;
+                }
+            }
+            let leader = *first.get_or_insert(node);
+            if stage.nodes[leader].mac.decoder != mac.decoder {
+                return false;
+            }
+        }
+        transmitters == 1 && self.arrivals().is_empty()
+    }
+
+    fn plan_from_here(&self, stage: &mut Stage) -> Option<Flight> {
+        let sends = |&&node: &&NodeIndex| stage.nodes[node].mac.transmission.is_some();
+        let transmitter = *self.members.iter().find(sends)?;
+        let mac = &stage.nodes[transmitter].mac;
+        let (clock, index) = (mac.clock, mac.decoder.index());
+        let own = mac.transmission.clone()?;
+        let level = own.encoded.bits()[index];
+        let mut participants = Vec::with_capacity(self.members.len());
+        for &node in &self.members {
+            let this = &stage.nodes[node];
+            if !this.mac.is_running() {
+                continue;
+            }
+            if this.level != level || this.mac.clock.latched().is_some() {
+                return None;
+            }
+            participants.push(Participant {
+                node,
+                clock: this.mac.clock,
+                transmits: node == transmitter,
+                silent: this.mac.is_silent(),
+            });
+        }
+        let plan = Plan { own: &own, index, clock, transmitter };
+        self.plan(&plan, participants, false, stage)
+    }
+
+    fn plan_from_sof(&self, transmitter: NodeIndex, own: &Transmission, stage: &mut Stage) -> Option<Flight> {
+        let timing = stage.nodes[transmitter].mac.attachment?.timing;
+        let mut clock = BitClock::new(timing, own.start);
+        clock.restart(timing, own.start);
+        let mut participants = Vec::with_capacity(self.members.len());
+        for &node in &self.members {
+            let this = &stage.nodes[node];
+            if this.level != RECESSIVE {
+                return None;
+            }
+            if node == transmitter {
+                participants.push(Participant { node, clock, transmits: true, silent: false });
+                continue;
+            }
+            let arrival = own.start + this.distance(&stage.nodes[transmitter]) + stage.loop_delay;
+            let silent = this.mac.is_silent();
+            let babbles = this.condition.babbles.is_some();
+            let clock = match this.mac.state {
+                State::Off | State::BusOff => continue,
+                State::Idle => {
+                    let mut clock = this.mac.clock;
+                    let timing = this.mac.attachment.map_or(clock.timing(), |attachment| attachment.timing);
+                    if timing != clock.timing() {
+                        clock.restart(timing, arrival);
+                    }
+                    clock.begin_with_edge(arrival);
+                    clock
+                }
+                _ => return None,
+            };
+            let mut waits = || {
+                stage
+                    .controllers
+                    .controller(node)
+                    .request_at()
+                    .is_some_and(|request| Fine::from_time(request) <= arrival)
+            };
+            if !silent && (babbles || waits()) {
+                return None;
+            }
+            participants.push(Participant { node, clock, transmits: false, silent });
+        }
+        let plan = Plan { own, index: 0, clock, transmitter };
+        self.plan(&plan, participants, true, stage)
+    }
+
+    fn plan(
+        &self,
+        plan: &Plan,
+        participants: Vec<Participant>,
+        with_sof: bool,
+        stage: &mut Stage,
+    ) -> Option<Flight> {
+        let sample = plan.clock.sample() - plan.clock.start();
+        let disturbed = self.members.iter().any(|&node| !stage.nodes[node].is_undisturbed());
+        if disturbed || !stage.flips.is_empty() || stage.loop_delay > sample {
+            return None;
+        }
+        let flight = if participants.len() == 1 {
+            if !with_sof {
+                return None;
+            }
+            self.alone(plan, stage)
+        } else {
+            self.acknowledged(plan, participants, with_sof, stage)?
+        };
+        (flight.end < stage.horizon).then_some(flight)
+    }
+
+    /// Nobody else is there: a missing acknowledgement and its error frame.
+    fn alone(&self, plan: &Plan, stage: &Stage) -> Flight {
+        let node = plan.transmitter;
+        let bit = plan.clock.bit();
+        let mut counters = stage.nodes[node].mac.counters;
+        let passive = counters.error_passive();
+        let mut clock = plan.clock;
+        clock.skip(plan.delimiter() as u64 + 2, RECESSIVE);
+        let seen = clock.start();
+        let mut agenda = VecDeque::from([(seen, node, WireEvent::TransmitError(ErrorKind::Ack))]);
+        if !passive {
+            counters.add_eight(true);
+            agenda.push_back((seen, node, WireEvent::Counters(counters)));
+        }
+        clock.skip(ERROR_FRAME, RECESSIVE);
+        let lines = self.lines(plan, stage, |distance| {
+            let flag = (seen + distance, seen + bit.times(FLAG) + distance);
+            (!passive).then_some(flag)
+        });
+        Flight {
+            from: self.cursor,
+            own: plan.own.clone(),
+            transmitter: node,
+            with_sof: true,
+            agenda,
+            end: clock.start(),
+            landings: vec![Landing { node, clock, counters }],
+            lines,
+        }
+    }
+
+    /// Others are there and acknowledge.
+    fn acknowledged(
+        &self,
+        plan: &Plan,
+        mut participants: Vec<Participant>,
+        with_sof: bool,
+        stage: &Stage,
+    ) -> Option<Flight> {
+        let offset = |node: NodeIndex| stage.nodes[node].offset;
+        for participant in &mut participants {
+            participant.clock = if participant.transmits {
+                let mut clock = plan.clock;
+                clock.skip((plan.delimiter() - plan.index) as u64, RECESSIVE);
+                clock
+            } else {
+                let distance = stage.nodes[participant.node].distance(&stage.nodes[plan.transmitter]);
+                plan.lead(participant.clock, distance + stage.loop_delay)?
+            };
+        }
+        let drives = |participant: &&Participant| !participant.transmits && !participant.silent;
+        let begins: Vec<(Fine, Fine)> = participants
+            .iter()
+            .filter(drives)
+            .map(|participant| (participant.clock.end(), offset(participant.node)))
+            .collect();
+        let latest_begin = begins.iter().map(|&(at, _)| at).max()?;
+        let first = |node: NodeIndex| nearest(&begins, offset(node)) + stage.loop_delay;
+        for participant in &mut participants {
+            let own = participant.clock.end() + stage.loop_delay;
+            let heard = first(participant.node);
+            let edge = if participant.silent { heard.min(own) } else { heard };
+            participant.clock = pass_edge(participant.clock, edge, RECESSIVE, !participant.transmits)?;
+        }
+        let ends: Vec<(Fine, Fine)> = participants
+            .iter()
+            .filter(drives)
+            .map(|participant| (participant.clock.end(), offset(participant.node)))
+            .collect();
+        let extent = match (self.members.first(), self.members.last()) {
+            (Some(&left), Some(&right)) => offset(right) - offset(left),
+            _ => Fine(0),
+        };
+        // One pulse without a gap, wherever it is seen.
+        if latest_begin + extent > ends.iter().map(|&(at, _)| at).min()? {
+            return None;
+        }
+        let last = |node: NodeIndex| furthest(&ends, offset(node)) + stage.loop_delay;
+        for participant in &mut participants {
+            let own = participant.clock.end() + stage.loop_delay;
+            let heard = last(participant.node);
+            let edge = if participant.silent { heard.max(own) } else { heard };
+            let mut clock = pass_edge(participant.clock, edge, DOMINANT, false)?;
+            clock.skip(RECESSIVE_END, RECESSIVE);
+            participant.clock = clock;
+        }
+        let lines = self.lines(plan, stage, |_| None);
+        let mut lines = lines;
+        for (node, changes) in &mut lines {
+            changes.push_back((first(*node).floor(), DOMINANT));
+            changes.push_back((last(*node).floor(), RECESSIVE));
+        }
+        self.land(plan, participants, with_sof, lines, stage)
+    }
+
+    /// What is told at the end of an acknowledged frame, and how everybody stands then.
+    fn land(
+        &self,
+        plan: &Plan,
+        participants: Vec<Participant>,
+        with_sof: bool,
+        lines: Vec<(NodeIndex, VecDeque<(Time, bool)>)>,
+        stage: &Stage,
+    ) -> Option<Flight> {
+        let bit = plan.clock.bit();
+        let starts = participants.iter().map(|participant| participant.clock.start());
+        let (earliest, end) = (starts.clone().min()?, starts.max()?);
+        if end > earliest + bit {
+            return None;
+        }
+        let mut agenda = Vec::with_capacity(2 * participants.len());
+        let mut landings = Vec::with_capacity(participants.len());
+        for Participant { node, clock, transmits, .. } in participants {
+            let before = stage.nodes[node].mac.counters;
+            let mut counters = before;
+            let (at, event) = if transmits {
+                counters.transmitted();
+                (clock.start(), WireEvent::Transmitted)
+            } else {
+                counters.received();
+                (clock.start() - clock.bit(), WireEvent::Received(plan.own.frame))
+            };
+            agenda.push((at, node, event));
+            if counters != before {
+                agenda.push((at, node, WireEvent::Counters(counters)));
+            }
+            landings.push(Landing { node, clock, counters });
+        }
+        agenda.sort_by_key(|&(at, ..)| at);
+        Some(Flight {
+            from: self.cursor,
+            own: plan.own.clone(),
+            transmitter: plan.transmitter,
+            with_sof,
+            agenda: agenda.into(),
+            landings,
+            end,
+            lines,
+        })
+    }
+
+    /// What those see that watch their line, up to the CRC delimiter, and an error flag if there is one.
+    fn lines(
+        &self,
+        plan: &Plan,
+        stage: &Stage,
+        flag: impl Fn(Fine) -> Option<(Fine, Fine)>,
+    ) -> Vec<(NodeIndex, VecDeque<(Time, bool)>)> {
+        let bits = plan.own.encoded.bits();
+        let watching = self.members.iter().filter(|&&node| stage.nodes[node].watches);
+        let line = |&node: &NodeIndex| {
+            let delay = stage.nodes[node].distance(&stage.nodes[plan.transmitter]) + stage.loop_delay;
+            let mut changes = VecDeque::with_capacity(plan.own.encoded.changes().len());
+            if plan.index == 0 {
+                changes.push_back(((plan.clock.start() + delay).floor(), DOMINANT));
+            }
+            changes.extend(plan.changes().map(|bit| ((plan.start_of(bit) + delay).floor(), bits[bit])));
+            if let Some((from, to)) = flag(delay) {
+                changes.extend([(from.floor(), DOMINANT), (to.floor(), RECESSIVE)]);
+            }
+            (node, changes)
+        };
+        watching.map(line).collect()
+    }
+
+    /// Lets a flight go on. `true`: nothing more up to `until`.
+    pub(crate) fn run_flight(&mut self, until: Fine, stage: &mut Stage) -> bool {
+        let Mode::Flight(flight) = &mut self.mode else { return false };
+        while let Some((at, node, event)) = flight.agenda.pop_front_if(|(at, ..)| *at <= until) {
+            stage.tell(&mut self.ledger, at, node, event, Some(&flight.own));
+        }
+        let reached = until.floor();
+        for (node, line) in &mut flight.lines {
+            while let Some(change) = line.pop_front_if(|(at, _)| *at <= reached) {
+                stage.nodes[*node].changes.push(change);
+            }
+        }
+        if flight.end > until {
+            self.next = flight.agenda.front().map_or(flight.end, |&(at, ..)| at);
+            return true;
+        }
+        for Landing { node, clock, counters } in &flight.landings {
+            let mac = &mut stage.nodes[*node].mac;
+            mac.clock = *clock;
+            mac.counters = *counters;
+            mac.state = State::Intermission(0);
+            mac.transmitter = *node == flight.transmitter;
+            mac.transmission = None;
+            mac.finished = None;
+            stage.nodes[*node].driving = false;
+        }
+        for &node in &self.members {
+            stage.nodes[node].seen = 0;
+            stage.nodes[node].level = RECESSIVE;
+        }
+        self.cursor = flight.end;
+        let bit = stage.nodes[flight.transmitter].mac.clock.bit();
+        self.ledger.calm(flight.end + bit.times(INTERMISSION_BITS), stage.observed);
+        self.mode = Mode::Still;
+        false
+    }
+
+    /// Takes a flight back to its beginning and plays it bit by bit up to now, unheard.
+    pub(crate) fn replay(&mut self, stage: &mut Stage) {
+        let Mode::Flight(flight) = std::mem::replace(&mut self.mode, Mode::Bits(Arrivals::default())) else {
+            return;
+        };
+        let reached = self.cursor;
+        self.cursor = flight.from;
+        self.ledger.told_until = Some(reached);
+        self.grounded = true;
+        self.replaying = true;
+        if flight.with_sof {
+            self.begin(flight.transmitter, flight.own, stage);
+            self.drive(flight.transmitter, stage);
+        }
+        self.run_bits(reached, stage);
+        self.replaying = false;
+        self.cursor = reached;
+    }
+}
+
+/// The first instant at which any of `origins` (instant, place) reaches `place`.
+fn nearest(origins: &[(Fine, Fine)], place: Fine) -> Fine {
+    let reaches = origins.iter().map(|&(at, from)| at + Fine(from.0.abs_diff(place.0)));
+    reaches.min().unwrap_or(Fine::NEVER)
+}
+
+/// The last instant at which any of `origins` (instant, place) reaches `place`.
+fn furthest(origins: &[(Fine, Fine)], place: Fine) -> Fine {
+    let reaches = origins.iter().map(|&(at, from)| at + Fine(from.0.abs_diff(place.0)));
+    reaches.max().unwrap_or(Fine(0))
+}

@@ -1,0 +1,564 @@
+//! The protocol engine of one node: from sampled bits to frames, flags and error counters, and back.
+//!
+//! A [`Mac`] is stepped once per bit, at the bit's end, with the level that its sample point gave (ISO 11898-1, 10 and
+//! 12). Its state names the bit under way.
+
+use std::sync::Arc;
+
+use crate::confinement::ErrorCounters;
+use crate::controller::{Attachment, ErrorKind, WireEvent};
+use crate::decode::Decoder;
+use crate::encode::Encoded;
+use crate::field::Field;
+use crate::fine::Fine;
+use crate::frame::WireFrame;
+use crate::timing::BitClock;
+
+const FLAG_BITS: u8 = 6;
+const DELIMITER_BITS: u8 = 8;
+const INTERMISSION_BITS: u8 = 3;
+const SUSPEND_BITS: u8 = 8;
+const EOF_BITS: u8 = 7;
+/// Recessive bits that synchronise a node with the bus.
+const SEQUENCE_BITS: u8 = 11;
+/// Such sequences that end bus-off.
+const RECOVERY_SEQUENCES: u8 = 128;
+
+/// Levels on the line.
+pub(crate) const RECESSIVE: bool = true;
+pub(crate) const DOMINANT: bool = false;
+
+/// What the bit under way is to the node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum State {
+    /// Takes no part.
+    Off,
+    /// Waits for 11 recessive bits.
+    Integrating { recessive: u8 },
+    /// Bus-off, and not on the way back.
+    BusOff,
+    /// Bus-off; counts 128 times 11 recessive bits.
+    Recovering { recessive: u8, sequences: u8 },
+    /// No bit under way: waits for an edge or a request.
+    Idle,
+    /// SOF, the own one or one that an edge announced.
+    Sof,
+    /// Within a frame up to its CRC sequence.
+    Stuffed,
+    CrcDelimiter,
+    AckSlot,
+    AckDelimiter,
+    Eof(u8),
+    Intermission(u8),
+    Suspend(u8),
+    ActiveFlag { error: bool, sent: u8 },
+    PassiveFlag { sent: u8, run: u8, level: bool, spared: bool },
+    /// After the own flag, until the line is recessive.
+    Superposition { error: bool, dominant: u16 },
+    Delimiter { seen: u8 },
+}
+
+/// A frame that a node sends.
+#[derive(Clone, Debug)]
+pub(crate) struct Transmission {
+    pub(crate) frame: WireFrame,
+    pub(crate) encoded: Arc<Encoded>,
+    /// Start of its SOF.
+    pub(crate) start: Fine,
+    /// Length of its bits.
+    pub(crate) bit: Fine,
+}
+
+/// One node's engine.
+#[derive(Clone, Debug)]
+pub(crate) struct Mac {
+    pub(crate) attachment: Option<Attachment>,
+    pub(crate) clock: BitClock,
+    pub(crate) state: State,
+    pub(crate) counters: ErrorCounters,
+    pub(crate) decoder: Decoder,
+    /// While it sends a frame.
+    pub(crate) transmission: Option<Transmission>,
+    /// The frame that it has just ended to send, well or not.
+    pub(crate) finished: Option<Transmission>,
+    /// It sent the frame that is under way or has just ended, well or not.
+    pub(crate) transmitter: bool,
+    /// Of the attachment that the counters belong to.
+    power_cycle: u32,
+}
+
+/// What the end of a bit brought.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Note {
+    pub(crate) event: Option<WireEvent>,
+    /// The bit was the SOF of somebody else: with a frame that waits the node may enter the arbitration.
+    pub(crate) may_join: bool,
+}
+
+impl From<WireEvent> for Note {
+    fn from(event: WireEvent) -> Self {
+        Note { event: Some(event), may_join: false }
+    }
+}
+
+impl Mac {
+    pub(crate) fn new() -> Self {
+        Mac {
+            attachment: None,
+            clock: BitClock::new(crate::timing::BitTiming::MEGABIT, Fine(0)),
+            state: State::Off,
+            counters: ErrorCounters::default(),
+            decoder: Decoder::new(),
+            transmission: None,
+            finished: None,
+            transmitter: false,
+            power_cycle: 0,
+        }
+    }
+
+    /// Begins or ends to take part at `at`, or takes part in another way.
+    pub(crate) fn attach(&mut self, attachment: Option<Attachment>, at: Fine) {
+        self.attachment = attachment;
+        let Some(now) = attachment else {
+            self.state = State::Off;
+            self.transmission = None;
+            return;
+        };
+        if self.power_cycle != now.power_cycle {
+            self.power_cycle = now.power_cycle;
+            self.counters = ErrorCounters::default();
+            self.state = State::Off;
+        }
+        let may_return = self.state == State::BusOff && now.recovers;
+        if self.state == State::Off || may_return {
+            self.transmitter = false;
+            self.transmission = None;
+            self.clock.restart(now.timing, at);
+            self.state = match (self.counters.bus_off(), now.recovers) {
+                (false, _) => State::Integrating { recessive: 0 },
+                (true, true) => State::Recovering { recessive: 0, sequences: 0 },
+                (true, false) => State::BusOff,
+            };
+        }
+    }
+
+    /// Has a bit under way.
+    pub(crate) fn is_running(&self) -> bool {
+        !matches!(self.state, State::Off | State::BusOff | State::Idle)
+    }
+
+    /// Neither sends nor receives, and a recessive line leaves it so but for counting bits.
+    pub(crate) fn is_quiet(&self) -> bool {
+        !self.is_running() || matches!(self.state, State::Intermission(_) | State::Suspend(_) | State::Integrating { .. } | State::Recovering { .. })
+    }
+
+    pub(crate) fn is_silent(&self) -> bool {
+        self.attachment.is_some_and(|attachment| attachment.silent)
+    }
+
+    /// Drives the line dominant during the bit under way.
+    pub(crate) fn drives(&self) -> bool {
+        match self.state {
+            State::Sof => self.transmission.is_some(),
+            State::Stuffed => self.sends() == DOMINANT,
+            State::AckSlot => self.acknowledges(),
+            State::ActiveFlag { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// Acknowledges the frame whose ACK slot comes.
+    pub(crate) fn acknowledges(&self) -> bool {
+        self.transmission.is_none() && self.decoder.crc_is_good()
+    }
+
+    /// Level that a transmitter sends in the bit under way; recessive for others.
+    fn sends(&self) -> bool {
+        let index = self.decoder.index();
+        self.transmission.as_ref().is_none_or(|own| own.encoded.bits()[index])
+    }
+
+    /// When a frame may start if the line stays recessive; `None` while another thing is under way.
+    pub(crate) fn idle_from(&self) -> Option<Fine> {
+        let bits = match self.state {
+            State::Idle => return Some(Fine(0)),
+            State::Intermission(bit) => {
+                let suspend = if self.is_suspended() { SUSPEND_BITS } else { 0 };
+                INTERMISSION_BITS - bit + suspend
+            }
+            State::Suspend(bit) => SUSPEND_BITS - bit,
+            _ => return None,
+        };
+        Some(self.clock.end() + self.clock.bit().times(u64::from(bits - 1)))
+    }
+
+    fn is_suspended(&self) -> bool {
+        self.transmitter && self.counters.error_passive()
+    }
+
+    /// Starts a frame.
+    pub(crate) fn start(&mut self, own: Transmission) {
+        let timing = self.attachment.map_or(self.clock.timing(), |attachment| attachment.timing);
+        self.clock.restart(timing, own.start);
+        self.state = State::Sof;
+        self.join(own);
+    }
+
+    /// Enters the arbitration whose SOF has just been sampled.
+    pub(crate) fn join(&mut self, own: Transmission) {
+        self.transmission = Some(own);
+        self.transmitter = true;
+    }
+
+    /// The line became dominant at `at`.
+    pub(crate) fn dominant_edge(&mut self, at: Fine) {
+        match self.state {
+            State::Off | State::BusOff => {}
+            State::Idle => {
+                let timing = self.attachment.map_or(self.clock.timing(), |attachment| attachment.timing);
+                if timing != self.clock.timing() {
+                    self.clock.restart(timing, at);
+                }
+                self.clock.begin_with_edge(at);
+                self.state = State::Sof;
+                self.transmitter = false;
+            }
+            State::Intermission(1..) | State::Suspend(_) | State::Integrating { .. } | State::Recovering { .. } => {
+                self.clock.hard_synchronise(at);
+            }
+            _ => {
+                let drives = self.drives();
+                self.clock.dominant_edge(at, drives);
+            }
+        }
+    }
+}
+
+/// The end of a bit.
+impl Mac {
+    /// Ends the bit under way, which gave `sampled`, and begins the next; `line` is the level by now.
+    pub(crate) fn step(&mut self, sampled: bool, line: bool) -> Note {
+        let note = self.decide(sampled);
+        self.clock.next_bit(sampled);
+        if self.state == State::Idle && line == DOMINANT {
+            // The edge came after the last sample point: it synchronised this bit, which is a SOF.
+            self.state = State::Sof;
+            self.transmitter = false;
+        }
+        note
+    }
+
+    fn decide(&mut self, sampled: bool) -> Note {
+        match self.state {
+            State::Off | State::BusOff | State::Idle => Note::default(),
+            State::Integrating { recessive } => self.integrate(sampled, recessive),
+            State::Recovering { recessive, sequences } => self.recover(sampled, recessive, sequences),
+            State::Sof => self.start_of_frame(sampled),
+            State::Stuffed => self.stuffed(sampled),
+            State::CrcDelimiter => self.fixed(sampled, State::AckSlot),
+            State::AckSlot => self.ack_slot(sampled),
+            State::AckDelimiter => self.ack_delimiter(sampled),
+            State::Eof(bit) => self.end_of_frame(sampled, bit),
+            State::Intermission(bit) => self.intermission(sampled, bit),
+            State::Suspend(bit) => self.suspend(sampled, bit),
+            State::ActiveFlag { error, sent } => self.active_flag(sampled, error, sent),
+            State::PassiveFlag { .. } => self.passive_flag(sampled),
+            State::Superposition { error, dominant } => self.superposition(sampled, error, dominant),
+            State::Delimiter { seen } => self.delimiter(sampled, seen),
+        }
+    }
+
+    fn integrate(&mut self, sampled: bool, recessive: u8) -> Note {
+        let recessive = if sampled { recessive + 1 } else { 0 };
+        if recessive == SEQUENCE_BITS {
+            self.state = State::Idle;
+            return WireEvent::Joined.into();
+        }
+        self.state = State::Integrating { recessive };
+        Note::default()
+    }
+
+    fn recover(&mut self, sampled: bool, recessive: u8, sequences: u8) -> Note {
+        let recessive = if sampled { recessive + 1 } else { 0 };
+        if recessive < SEQUENCE_BITS {
+            self.state = State::Recovering { recessive, sequences };
+            return Note::default();
+        }
+        self.state = State::Recovering { recessive: 0, sequences: sequences + 1 };
+        if sequences + 1 == RECOVERY_SEQUENCES {
+            // Rule l.
+            self.counters = ErrorCounters::default();
+            self.state = State::Idle;
+        }
+        if sequences == 0 { WireEvent::Joined.into() } else { Note::default() }
+    }
+
+    fn start_of_frame(&mut self, sampled: bool) -> Note {
+        if sampled == RECESSIVE {
+            if self.transmission.is_some() {
+                return self.fail(ErrorKind::BitDominant, false);
+            }
+            self.state = State::Idle;
+            return Note::default();
+        }
+        self.begin_frame();
+        Note { event: None, may_join: self.transmission.is_none() }
+    }
+
+    fn begin_frame(&mut self) {
+        self.decoder = Decoder::new();
+        // A first bit cannot break the stuffing rule.
+        let _ = self.decoder.push(DOMINANT);
+        self.state = State::Stuffed;
+    }
+
+    fn stuffed(&mut self, sampled: bool) -> Note {
+        let sent = self.sends();
+        let mut note = Note::default();
+        if let Some(own) = &self.transmission
+            && sampled != sent
+        {
+            let arbitrates = self.decoder.index() < own.encoded.arbitration_len();
+            match (sent, arbitrates, self.decoder.stuff_is_due()) {
+                (DOMINANT, ..) => return self.fail(ErrorKind::BitDominant, false),
+                (RECESSIVE, false, _) => return self.fail(ErrorKind::BitRecessive, false),
+                // Rule c, exception 2.
+                (RECESSIVE, true, true) => return self.fail(ErrorKind::Stuff, true),
+                (RECESSIVE, true, false) => {
+                    self.transmission = None;
+                    self.transmitter = false;
+                    note = WireEvent::ArbitrationLost.into();
+                }
+            }
+        }
+        if self.decoder.push(sampled).is_err() {
+            return self.fail(ErrorKind::Stuff, false);
+        }
+        if self.decoder.is_complete() {
+            self.state = State::CrcDelimiter;
+        }
+        note
+    }
+
+    /// A bit that everybody sends recessive.
+    fn fixed(&mut self, sampled: bool, next: State) -> Note {
+        if sampled == DOMINANT {
+            let sends = self.transmission.is_some();
+            return self.fail(if sends { ErrorKind::BitRecessive } else { ErrorKind::Form }, false);
+        }
+        self.decoder.push_fixed();
+        self.state = next;
+        Note::default()
+    }
+
+    fn ack_slot(&mut self, sampled: bool) -> Note {
+        if sampled == RECESSIVE {
+            if self.transmission.is_some() {
+                // Rule c, exception 1: whether it counts shows the flag.
+                let spared = self.counters.error_passive();
+                return self.fail(ErrorKind::Ack, spared);
+            }
+            if self.acknowledges() {
+                return self.fail(ErrorKind::BitDominant, false);
+            }
+        }
+        self.decoder.push_fixed();
+        self.state = State::AckDelimiter;
+        Note::default()
+    }
+
+    fn ack_delimiter(&mut self, sampled: bool) -> Note {
+        if sampled == RECESSIVE && self.transmission.is_none() && !self.decoder.crc_is_good() {
+            return self.fail(ErrorKind::Crc, false);
+        }
+        self.fixed(sampled, State::Eof(0))
+    }
+
+    fn end_of_frame(&mut self, sampled: bool, bit: u8) -> Note {
+        let sends = self.transmission.is_some();
+        let last = bit == EOF_BITS - 1;
+        if sampled == DOMINANT && last && !sends {
+            self.overload();
+            return Note::default();
+        }
+        let note = self.fixed(sampled, if last { State::Intermission(0) } else { State::Eof(bit + 1) });
+        if sampled == DOMINANT {
+            return note;
+        }
+        if last && sends {
+            self.finished = self.transmission.take();
+            self.counters.transmitted();
+            return WireEvent::Transmitted.into();
+        }
+        if bit + 2 == EOF_BITS && !sends {
+            self.counters.received();
+            return WireEvent::Received(self.decoder.frame()).into();
+        }
+        note
+    }
+
+    fn intermission(&mut self, sampled: bool, bit: u8) -> Note {
+        let last = bit + 1 == INTERMISSION_BITS;
+        match (sampled, last) {
+            (RECESSIVE, false) => self.state = State::Intermission(bit + 1),
+            (RECESSIVE, true) => {
+                self.state = if self.is_suspended() { State::Suspend(0) } else { State::Idle };
+            }
+            (DOMINANT, false) => self.overload(),
+            (DOMINANT, true) => {
+                let may_join = !self.is_suspended();
+                self.transmitter = false;
+                self.begin_frame();
+                return Note { event: None, may_join };
+            }
+        }
+        Note::default()
+    }
+
+    fn suspend(&mut self, sampled: bool, bit: u8) -> Note {
+        if sampled == DOMINANT {
+            self.transmitter = false;
+            self.begin_frame();
+        } else {
+            self.state = if bit + 1 == SUSPEND_BITS { State::Idle } else { State::Suspend(bit + 1) };
+        }
+        Note::default()
+    }
+
+    fn overload(&mut self) {
+        self.state = State::ActiveFlag { error: false, sent: 0 };
+    }
+
+    fn active_flag(&mut self, sampled: bool, error: bool, sent: u8) -> Note {
+        if sampled == RECESSIVE {
+            // Rules d and e.
+            let passive = self.counters.error_passive();
+            self.counters.add_eight(self.transmitter);
+            self.flag(passive, false);
+            return WireEvent::ReceiveError(ErrorKind::BitDominant).into();
+        }
+        self.state = if sent + 1 == FLAG_BITS {
+            State::Superposition { error, dominant: 0 }
+        } else {
+            State::ActiveFlag { error, sent: sent + 1 }
+        };
+        Note::default()
+    }
+
+    fn passive_flag(&mut self, sampled: bool) -> Note {
+        let State::PassiveFlag { sent, run, level, mut spared } = self.state else { return Note::default() };
+        if spared && sampled == DOMINANT {
+            spared = false;
+            self.counters.add_eight(true);
+            if self.counters.bus_off() {
+                self.leave_bus();
+                return Note::default();
+            }
+        }
+        let run = if sent > 0 && sampled == level { run + 1 } else { 1 };
+        self.state = if run == FLAG_BITS {
+            State::Superposition { error: true, dominant: 0 }
+        } else {
+            State::PassiveFlag { sent: sent.saturating_add(1), run, level: sampled, spared }
+        };
+        Note::default()
+    }
+
+    fn superposition(&mut self, sampled: bool, error: bool, dominant: u16) -> Note {
+        if sampled == RECESSIVE {
+            self.state = State::Delimiter { seen: 1 };
+            return Note::default();
+        }
+        if error && dominant == 0 && !self.transmitter {
+            // Rule b.
+            self.counters.add_eight(false);
+        }
+        let dominant = if dominant == u16::MAX { 8 } else { dominant + 1 };
+        if dominant.is_multiple_of(8) {
+            // Rule f.
+            self.counters.add_eight(self.transmitter);
+        }
+        self.state = State::Superposition { error, dominant };
+        if self.counters.bus_off() {
+            self.leave_bus();
+        }
+        Note::default()
+    }
+
+    fn delimiter(&mut self, sampled: bool, seen: u8) -> Note {
+        if sampled == DOMINANT {
+            if seen + 1 == DELIMITER_BITS {
+                self.overload();
+                return Note::default();
+            }
+            return self.fail(ErrorKind::Form, false);
+        }
+        self.state = if seen + 1 == DELIMITER_BITS {
+            State::Intermission(0)
+        } else {
+            State::Delimiter { seen: seen + 1 }
+        };
+        Note::default()
+    }
+
+    /// An error: rules a and c, then the flag. `spared` is an exception to rule c.
+    fn fail(&mut self, kind: ErrorKind, spared: bool) -> Note {
+        let passive = self.counters.error_passive();
+        self.finished = self.transmission.take();
+        if !self.transmitter {
+            self.counters.receive_error();
+        } else if !spared {
+            self.counters.add_eight(true);
+        }
+        self.flag(passive, spared && kind == ErrorKind::Ack);
+        if self.finished.is_some() { WireEvent::TransmitError(kind) } else { WireEvent::ReceiveError(kind) }.into()
+    }
+
+    /// The error that makes a node error passive still shows with an active flag; bus-off sends none.
+    fn flag(&mut self, passive: bool, spared: bool) {
+        if self.counters.bus_off() {
+            self.leave_bus();
+        } else if passive {
+            self.state = State::PassiveFlag { sent: 0, run: 0, level: RECESSIVE, spared };
+        } else {
+            self.state = State::ActiveFlag { error: true, sent: 0 };
+        }
+    }
+
+    fn leave_bus(&mut self) {
+        let recovers = self.attachment.is_some_and(|attachment| attachment.recovers);
+        self.transmission = None;
+        self.state =
+            if recovers { State::Recovering { recessive: 0, sequences: 0 } } else { State::BusOff };
+    }
+
+    /// Index of the bit under way within its frame, stuff bits included; 0 is SOF.
+    pub(crate) fn position(&self) -> Option<usize> {
+        match self.state {
+            State::Sof => Some(0),
+            State::Stuffed | State::CrcDelimiter | State::AckSlot | State::AckDelimiter | State::Eof(_) => {
+                Some(self.decoder.index())
+            }
+            _ => None,
+        }
+    }
+
+    /// What the bit under way is, for observers and for faults at a place.
+    pub(crate) fn field(&self) -> Field {
+        match self.state {
+            State::Off | State::BusOff | State::Idle | State::Integrating { .. } | State::Recovering { .. } => Field::Idle,
+            State::Sof => Field::Sof,
+            State::Stuffed => self.decoder.field(),
+            State::CrcDelimiter => Field::CrcDelimiter,
+            State::AckSlot => Field::AckSlot,
+            State::AckDelimiter => Field::AckDelimiter,
+            State::Eof(bit) => Field::Eof(bit),
+            State::Intermission(bit) => Field::Intermission(bit),
+            State::Suspend(bit) => Field::Suspend(bit),
+            State::ActiveFlag { error: true, sent } | State::PassiveFlag { sent, .. } => Field::ErrorFlag(sent),
+            State::ActiveFlag { error: false, sent } => Field::OverloadFlag(sent),
+            State::Superposition { dominant, .. } => Field::Superposition(dominant.min(255) as u8),
+            State::Delimiter { seen } => Field::Delimiter(seen),
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! One node of a wire: its engine, and the line as it sees it.
+
+use crate::bits::Effect;
+use crate::fine::Fine;
+use crate::frame::WireFrame;
+use crate::mac::{DOMINANT, Mac, RECESSIVE};
+use crate::time::Time;
+
+/// Drivers of a wire, one bit each.
+pub(crate) type Drivers = u128;
+
+/// Most nodes of one wire.
+pub(crate) const MOST_NODES: usize = Drivers::BITS as usize;
+
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub(crate) mac: Mac,
+    pub(crate) position_m: f64,
+    /// Propagation delay from the left end.
+    pub(crate) offset: Fine,
+    /// Dominant drivers that have arrived here.
+    pub(crate) seen: Drivers,
+    /// The level at its RX pin.
+    pub(crate) level: bool,
+    /// What the others have been told of its driver.
+    pub(crate) driving: bool,
+    /// Level of a shorted piece of cable.
+    pub(crate) short: Option<bool>,
+    /// Disturbances in progress.
+    pub(crate) glitch: Glitching,
+    pub(crate) condition: Condition,
+    /// Wants to know of level changes.
+    pub(crate) watches: bool,
+    /// Level changes not handed over yet, in the order of time.
+    pub(crate) changes: Vec<(Time, bool)>,
+}
+
+/// Disturbances in progress at one node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Glitching {
+    pub(crate) inverted: u8,
+    pub(crate) dominant: u8,
+    pub(crate) recessive: u8,
+}
+
+impl Glitching {
+    /// How many disturbances with this effect are at work.
+    pub(crate) fn of(&mut self, effect: Effect) -> &mut u8 {
+        match effect {
+            Effect::Invert => &mut self.inverted,
+            Effect::Dominant => &mut self.dominant,
+            Effect::Recessive => &mut self.recessive,
+        }
+    }
+}
+
+/// Lasting faults of one node.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Condition {
+    /// Its stub is open.
+    pub(crate) disconnected: bool,
+    pub(crate) unpowered: bool,
+    /// Its driver is stuck dominant.
+    pub(crate) stuck_dominant: bool,
+    /// It sends this frame without end, whatever its controller wants.
+    pub(crate) babbles: Option<WireFrame>,
+    /// Its oscillator runs this much faster than its controller believes.
+    pub(crate) drift_ppb: i32,
+}
+
+impl Node {
+    pub(crate) fn new(position_m: f64, offset: Fine) -> Self {
+        Node {
+            mac: Mac::new(),
+            position_m,
+            offset,
+            seen: 0,
+            level: RECESSIVE,
+            driving: false,
+            short: None,
+            glitch: Glitching::default(),
+            condition: Condition::default(),
+            watches: false,
+            changes: Vec::new(),
+        }
+    }
+
+    /// What its driver does to the line.
+    pub(crate) fn wants_to_drive(&self) -> bool {
+        let stuck = self.condition.stuck_dominant && !self.condition.unpowered;
+        stuck || self.mac.drives()
+    }
+
+    /// The level that its receiver sees.
+    pub(crate) fn line(&self) -> bool {
+        let bus = self.short.unwrap_or(self.seen == 0);
+        let forced = match self.glitch {
+            Glitching { dominant: 1.., .. } => DOMINANT,
+            Glitching { recessive: 1.., .. } => RECESSIVE,
+            _ => bus,
+        };
+        forced != (self.glitch.inverted % 2 == 1)
+    }
+
+    /// Neither a short nor a disturbance is at work.
+    pub(crate) fn is_undisturbed(&self) -> bool {
+        self.short.is_none() && self.glitch == Glitching::default() && !self.condition.stuck_dominant
+    }
+
+    pub(crate) fn distance(&self, other: &Node) -> Fine {
+        Fine(self.offset.0.abs_diff(other.offset.0))
+    }
+
+    pub(crate) fn record_change(&mut self, at: Fine, level: bool) {
+        if self.watches {
+            self.changes.push((at.floor(), level));
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! What the engines of a wire work on, and how they speak to controllers and observers.
+
+use std::sync::Arc;
+
+use crate::controller::{ErrorKind, NodeIndex, Trace, WireEvent};
+use crate::encode::{INTERMISSION_BITS, encode};
+use crate::fault::Flip;
+use crate::fine::Fine;
+use crate::frame::WireFrame;
+use crate::mac::Transmission;
+use crate::node::Node;
+use crate::record::{Counters, Destruction, Record};
+use crate::time::Time;
+use crate::wire::Controllers;
+
+/// What observers are told.
+#[derive(Debug, Default)]
+pub(crate) struct Observed {
+    pub(crate) records: Vec<Record>,
+    pub(crate) counters: Counters,
+}
+
+/// The surroundings of a segment while it runs.
+pub(crate) struct Stage<'a> {
+    pub(crate) nodes: &'a mut [Node],
+    pub(crate) controllers: &'a mut dyn Controllers,
+    pub(crate) observed: &'a mut Observed,
+    pub(crate) flips: &'a mut Vec<Flip>,
+    /// Transceiver delay of every path, the one to the own receiver included.
+    pub(crate) loop_delay: Fine,
+    /// When the next fault strikes.
+    pub(crate) horizon: Fine,
+    /// Undisturbed frames may be computed as a whole.
+    pub(crate) fast: bool,
+    /// Index of the segment, for the records.
+    pub(crate) segment: usize,
+}
+
+/// The frame that a segment's records speak of.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Ledger {
+    /// Everything up to here has been told and recorded: a replay keeps silent.
+    pub(crate) told_until: Option<Fine>,
+    start: Fine,
+    recorded: bool,
+    deliveries: Vec<(NodeIndex, Time, WireFrame)>,
+    /// Start of what keeps the bus busy without having been completed.
+    busy_from: Option<Fine>,
+}
+
+impl Ledger {
+    pub(crate) fn is_news(&self, at: Fine) -> bool {
+        self.told_until.is_none_or(|told| at > told)
+    }
+
+    /// Somebody starts a frame of `bit` per bit at `at`.
+    pub(crate) fn start(&mut self, at: Fine, bit: Fine, observed: &mut Observed) {
+        if self.is_news(at) && (at > self.start + bit + bit || self.recorded) {
+            self.calm(at, observed);
+            self.start = at;
+            self.recorded = false;
+            self.deliveries.clear();
+        }
+    }
+
+    /// Nothing is under way from `at` on.
+    pub(crate) fn calm(&mut self, at: Fine, observed: &mut Observed) {
+        if let Some(from) = self.busy_from.take() {
+            observed.counters.busy += at.nearest().since(from.nearest());
+        }
+    }
+}
+
+impl Stage<'_> {
+    /// Tells `node` of an `event` at `at`, and the observers of what matters to them.
+    pub(crate) fn tell(
+        &mut self,
+        ledger: &mut Ledger,
+        at: Fine,
+        node: NodeIndex,
+        event: WireEvent,
+        transmission: Option<&Transmission>,
+    ) {
+        if !ledger.is_news(at) {
+            return;
+        }
+        let time = at.floor();
+        match event {
+            WireEvent::Received(frame) => ledger.deliveries.push((node, time, frame)),
+            WireEvent::Transmitted => self.completed(ledger, node, transmission),
+            WireEvent::TransmitError(kind) => {
+                self.error(time, node, kind, true);
+                self.destroyed(ledger, at, node, transmission, Destruction::Error(kind));
+            }
+            WireEvent::ReceiveError(kind) => self.error(time, node, kind, false),
+            _ => {}
+        }
+        let about_frame = matches!(
+            event,
+            WireEvent::Started | WireEvent::ArbitrationLost | WireEvent::Transmitted | WireEvent::TransmitError(_)
+        );
+        if about_frame && self.nodes[node].condition.babbles.is_some() {
+            return;
+        }
+        self.controllers.controller(node).on_wire(time, &event);
+    }
+
+    /// `node` entered an arbitration whose SOF was at `sof`; it shows at `at`.
+    pub(crate) fn started(&mut self, ledger: &mut Ledger, at: Fine, sof: Fine, node: NodeIndex) {
+        let own = self.nodes[node].condition.babbles.is_none();
+        if own && ledger.is_news(at) {
+            self.controllers.controller(node).on_wire(sof.floor(), &WireEvent::Started);
+        }
+    }
+
+    fn error(&mut self, at: Time, node: NodeIndex, kind: ErrorKind, transmitting: bool) {
+        self.observed.records.push(Record::Error { at, node, kind, transmitting });
+    }
+
+    fn completed(&mut self, ledger: &mut Ledger, node: NodeIndex, transmission: Option<&Transmission>) {
+        let Some(own) = transmission else { return };
+        if std::mem::replace(&mut ledger.recorded, true) {
+            return;
+        }
+        let bit = own.bit;
+        let bits = own.encoded.bits().len() as u64;
+        let trace = Trace {
+            frame: own.frame,
+            transmitter: node,
+            start: own.start.floor(),
+            end: (own.start + bit.times(bits)).nearest(),
+            bit_time: bit.nearest(),
+        };
+        self.observed.counters.completed += 1;
+        self.observed.counters.busy += bit.times(bits + INTERMISSION_BITS).nearest();
+        let receivers = self.take_deliveries(ledger, own.frame);
+        self.observed.records.push(Record::Completed { trace, receivers, segment: self.segment });
+    }
+
+    /// A transmission ended without success.
+    pub(crate) fn destroyed(
+        &mut self,
+        ledger: &mut Ledger,
+        at: Fine,
+        node: NodeIndex,
+        transmission: Option<&Transmission>,
+        cause: Destruction,
+    ) {
+        let Some(own) = transmission else { return };
+        if !ledger.is_news(at) || std::mem::replace(&mut ledger.recorded, true) {
+            return;
+        }
+        ledger.busy_from.get_or_insert(own.start);
+        if cause == Destruction::Error(ErrorKind::Ack) {
+            self.observed.counters.ack_errors += 1;
+        } else {
+            self.observed.counters.destroyed += 1;
+        }
+        let receivers = self.take_deliveries(ledger, own.frame);
+        self.observed.records.push(Record::Destroyed {
+            frame: own.frame,
+            transmitter: node,
+            start: own.start.floor(),
+            at: at.floor(),
+            cause,
+            receivers,
+            segment: self.segment,
+        });
+    }
+
+    /// Who received `frame`; whoever received another one is recorded.
+    fn take_deliveries(&mut self, ledger: &mut Ledger, frame: WireFrame) -> Vec<(NodeIndex, Time)> {
+        let mut receivers = Vec::with_capacity(ledger.deliveries.len());
+        for (node, at, got) in ledger.deliveries.drain(..) {
+            if got == frame {
+                receivers.push((node, at));
+            } else {
+                self.observed.records.push(Record::Misread { at, node, frame: got });
+            }
+        }
+        receivers
+    }
+
+    /// When `node` would start a frame if its line stayed recessive from `cursor` on.
+    pub(crate) fn start_of(&mut self, node: NodeIndex, cursor: Fine) -> Option<Fine> {
+        let mac = &self.nodes[node].mac;
+        let idle_from = mac.idle_from()?;
+        if mac.is_silent() {
+            return None;
+        }
+        if self.nodes[node].condition.babbles.is_some() {
+            return Some(idle_from.max(cursor));
+        }
+        let request = self.controllers.controller(node).request_at()?;
+        Some(Fine::from_time(request).max(idle_from).max(cursor)).filter(|&at| at != Fine::NEVER)
+    }
+
+    /// The frame with which `node` enters an arbitration at `at`.
+    pub(crate) fn contend(&mut self, node: NodeIndex, at: Fine) -> Option<Transmission> {
+        let attachment = self.nodes[node].mac.attachment.filter(|attachment| !attachment.silent)?;
+        let frame = match self.nodes[node].condition.babbles {
+            Some(frame) => frame,
+            None => self.controllers.controller(node).contend(at.floor())?,
+        };
+        let bit = attachment.timing.bit();
+        Some(Transmission { frame, encoded: Arc::new(encode(&frame)), start: at, bit })
+    }
+}

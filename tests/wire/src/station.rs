@@ -1,0 +1,150 @@
+//! A plain controller that sends what it is handed, and a bench of several on one wire.
+
+use std::collections::VecDeque;
+
+use crate::controller::{Attachment, Controller, NodeIndex, WireEvent};
+use crate::frame::WireFrame;
+use crate::time::Time;
+use crate::timing::BitTiming;
+use crate::wire::{Controllers, Wire, WireConfig};
+
+/// Sends its queue in order, each frame not before its time, and repeats what failed.
+#[derive(Clone, Debug)]
+pub struct Station {
+    /// How it takes part; `None` while it does not.
+    pub attachment: Option<Attachment>,
+    /// What waits, and from when on.
+    pub queue: VecDeque<(Time, WireFrame)>,
+    /// Gives a frame up after its first attempt, whether it lost arbitration or met an error.
+    pub single_shot: bool,
+    /// What the wire told it.
+    pub log: Vec<(Time, WireEvent)>,
+    /// Level changes at its RX pin.
+    pub line: Vec<(Time, bool)>,
+    /// Keeps [`Station::line`].
+    pub watches_line: bool,
+}
+
+impl Default for Station {
+    /// 1 Mbit/s, leaves bus-off by itself.
+    fn default() -> Self {
+        Station {
+            attachment: Some(Attachment::new(BitTiming::MEGABIT)),
+            queue: VecDeque::new(),
+            single_shot: false,
+            log: Vec::new(),
+            line: Vec::new(),
+            watches_line: false,
+        }
+    }
+}
+
+impl Station {
+    /// One with other bits.
+    pub fn with_timing(timing: BitTiming) -> Self {
+        Station { attachment: Some(Attachment::new(timing)), ..Station::default() }
+    }
+
+    /// Sends `frame` at `at`, or as soon as the bus is free and everything handed over before is out.
+    #[must_use]
+    pub fn sending(mut self, at: Time, frame: WireFrame) -> Self {
+        self.queue.push_back((at, frame));
+        self
+    }
+
+    /// Frames it received.
+    pub fn received(&self) -> impl Iterator<Item = (Time, WireFrame)> + '_ {
+        self.log.iter().filter_map(|&(at, event)| match event {
+            WireEvent::Received(frame) => Some((at, frame)),
+            _ => None,
+        })
+    }
+
+    /// When it was told of `event`.
+    pub fn told(&self, event: WireEvent) -> Vec<Time> {
+        self.log.iter().filter(|&&(_, told)| told == event).map(|&(at, _)| at).collect()
+    }
+}
+
+impl Controller for Station {
+    fn attachment(&self) -> Option<Attachment> {
+        self.attachment
+    }
+
+    fn request_at(&self) -> Option<Time> {
+        self.queue.front().map(|&(at, _)| at)
+    }
+
+    fn contend(&self, at: Time) -> Option<WireFrame> {
+        self.queue.front().filter(|(from, _)| *from <= at).map(|&(_, frame)| frame)
+    }
+
+    fn on_wire(&mut self, at: Time, event: &WireEvent) {
+        let over = match event {
+            WireEvent::Transmitted => true,
+            WireEvent::ArbitrationLost | WireEvent::TransmitError(_) => self.single_shot,
+            _ => false,
+        };
+        if over {
+            self.queue.pop_front();
+        }
+        self.log.push((at, *event));
+    }
+
+    fn watches_line(&self) -> bool {
+        self.watches_line
+    }
+
+    fn on_line(&mut self, changes: &[(Time, bool)]) {
+        self.line.extend(changes);
+    }
+}
+
+/// Stations on one wire.
+#[derive(Debug)]
+pub struct Bench {
+    /// The wire.
+    pub wire: Wire,
+    /// In the order of their index.
+    pub stations: Vec<Station>,
+}
+
+struct OnWire<'a>(&'a mut [Station]);
+
+impl Controllers for OnWire<'_> {
+    fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller {
+        &mut self.0[node]
+    }
+}
+
+impl Bench {
+    /// Stations at positions in metres.
+    pub fn new(config: WireConfig, stations: Vec<(f64, Station)>) -> Self {
+        let mut wire = Wire::new(config);
+        let stations = stations.into_iter().map(|(position_m, station)| {
+            wire.attach(position_m);
+            station
+        });
+        let stations = stations.collect();
+        Bench { wire, stations }
+    }
+
+    /// All at one place.
+    pub fn together(stations: Vec<Station>) -> Self {
+        Bench::new(WireConfig::default(), stations.into_iter().map(|station| (0.0, station)).collect())
+    }
+
+    /// Runs to `until` in quanta, as boards do: never beyond the next event of the wire.
+    pub fn run(&mut self, until: Time, quantum: Time) {
+        while self.wire.now() < until {
+            let next = self.wire.next_event().unwrap_or(Time::NEVER);
+            let stop = (self.wire.now() + quantum).min(next).min(until);
+            self.wire.advance(stop, &mut OnWire(&mut self.stations));
+        }
+    }
+
+    /// Runs to `until` at once.
+    pub fn leap(&mut self, until: Time) {
+        self.wire.advance(until, &mut OnWire(&mut self.stations));
+    }
+}

@@ -1,0 +1,238 @@
+//! Bit timing of one node: time quanta, sample point, synchronisation (ISO 11898-1, 11.3).
+
+use crate::fine::Fine;
+use crate::time::Time;
+
+/// Length of a time quantum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Quantum(Fine);
+
+impl Quantum {
+    /// `ticks / per` ticks of [`Time`], rounded to 11 fs: a crystal's error of some ppm is a fraction of a tick.
+    ///
+    /// # Panics
+    /// When either is zero: a clock has a period.
+    pub fn new(ticks: u64, per: u64) -> Self {
+        assert!(ticks > 0 && per > 0, "a time quantum has a length, not {ticks}/{per} ticks");
+        Quantum(Fine::from_ratio(ticks, per))
+    }
+
+    /// This quantum by an oscillator that runs `ppb` parts per billion fast.
+    #[must_use]
+    pub fn fast_by(self, ppb: i32) -> Self {
+        let scale = i128::from(1_000_000_000 + i64::from(ppb));
+        let exact = i128::from(self.0.0) * 1_000_000_000;
+        Quantum(Fine(u64::try_from((exact + scale / 2) / scale).unwrap_or(u64::MAX)))
+    }
+}
+
+/// The settings of a node: one bit is SYNC_SEG of one quantum, segment 1 up to the sample point, segment 2 after it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct BitTiming {
+    quantum: Quantum,
+    segment1: u8,
+    segment2: u8,
+    jump_width: u8,
+}
+
+impl BitTiming {
+    /// 1 Mbit/s in 21 quanta of 1/21 us, sample point 81 %, SJW 4.
+    pub const MEGABIT: BitTiming =
+        BitTiming { quantum: Quantum(Fine::from_time(Time(16))), segment1: 16, segment2: 4, jump_width: 4 };
+
+    /// `segment1` holds PROP_SEG and PHASE_SEG1; all in quanta.
+    ///
+    /// # Panics
+    /// When a segment or the jump width is zero, or the jump width exceeds a segment: no chip can be set so.
+    pub fn new(quantum: Quantum, segment1: u8, segment2: u8, jump_width: u8) -> Self {
+        assert!(segment1 > 0 && segment2 > 0 && jump_width > 0, "segments and SJW have at least one quantum");
+        assert!(jump_width <= segment1, "SJW {jump_width} exceeds segment 1 of {segment1} quanta");
+        BitTiming { quantum, segment1, segment2, jump_width }
+    }
+
+    /// The same settings by an oscillator that runs `ppb` parts per billion fast.
+    #[must_use]
+    pub fn fast_by(self, ppb: i32) -> Self {
+        BitTiming { quantum: self.quantum.fast_by(ppb), ..self }
+    }
+
+    /// Quanta of one bit.
+    pub fn quanta(&self) -> u64 {
+        1 + u64::from(self.segment1) + u64::from(self.segment2)
+    }
+
+    /// Length of one bit, to the nearest tick.
+    pub fn bit_time(&self) -> Time {
+        self.bit().nearest()
+    }
+
+    /// Start of a bit to its sample point, to the nearest tick.
+    pub fn sample_point(&self) -> Time {
+        self.quantum.0.times(1 + u64::from(self.segment1)).nearest()
+    }
+
+    pub(crate) fn bit(&self) -> Fine {
+        self.quantum.0.times(self.quanta())
+    }
+}
+
+/// The bit clock of a node on its bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BitClock {
+    timing: BitTiming,
+    bit: Fine,
+    start: Fine,
+    sample: Fine,
+    end: Fine,
+    /// An edge was used since the last sample point ("only one synchronisation within one bit time").
+    synchronised: bool,
+    /// The level at the sample point, once that has passed with an edge after it.
+    latched: Option<bool>,
+    /// Level of the previous sample.
+    previous: bool,
+}
+
+impl BitClock {
+    pub(crate) fn new(timing: BitTiming, start: Fine) -> Self {
+        let mut clock = BitClock {
+            timing,
+            bit: timing.bit(),
+            start,
+            sample: start,
+            end: start,
+            synchronised: false,
+            latched: None,
+            previous: true,
+        };
+        clock.place(start);
+        clock
+    }
+
+    fn place(&mut self, start: Fine) {
+        self.start = start;
+        self.sample = start + self.timing.quantum.0.times(1 + u64::from(self.timing.segment1));
+        self.end = start + self.bit;
+    }
+
+    pub(crate) fn start(&self) -> Fine {
+        self.start
+    }
+
+    pub(crate) fn sample(&self) -> Fine {
+        self.sample
+    }
+
+    pub(crate) fn end(&self) -> Fine {
+        self.end
+    }
+
+    pub(crate) fn bit(&self) -> Fine {
+        self.bit
+    }
+
+    pub(crate) fn timing(&self) -> BitTiming {
+        self.timing
+    }
+
+    /// What was sampled in this bit, if `level` has not changed since the last edge.
+    pub(crate) fn sampled(&self, level: bool) -> bool {
+        self.latched.unwrap_or(level)
+    }
+
+    /// Already sampled, for certain: an edge came after the sample point.
+    pub(crate) fn latched(&self) -> Option<bool> {
+        self.latched
+    }
+
+    /// Goes on with the next bit; `sampled` is the level of the one that ends.
+    pub(crate) fn next_bit(&mut self, sampled: bool) {
+        if self.latched.take().is_none() {
+            self.synchronised = false;
+        }
+        self.previous = sampled;
+        self.place(self.end);
+    }
+
+    /// Goes on by `bits` bits in which all samples give `level` and no edge comes.
+    pub(crate) fn skip(&mut self, bits: u64, level: bool) {
+        if bits > 0 {
+            self.next_bit(level);
+            if bits > 1 {
+                self.synchronised = false;
+                self.place(self.start + self.bit.times(bits - 1));
+            }
+        }
+    }
+
+    /// The line changes to `level` at `at`.
+    fn pass_sample_point(&mut self, at: Fine, level: bool) {
+        if self.latched.is_none() && at > self.sample {
+            self.latched = Some(!level);
+            self.synchronised = false;
+        }
+    }
+
+    /// A rising edge: keeps the sample, synchronises nothing.
+    pub(crate) fn recessive_edge(&mut self, at: Fine) {
+        self.pass_sample_point(at, true);
+    }
+
+    /// A falling edge outside of idle: resynchronises (11.3.2.2). Who sends dominant itself ignores an edge that is
+    /// late: it may be the own one.
+    pub(crate) fn dominant_edge(&mut self, at: Fine, sends_dominant: bool) {
+        self.pass_sample_point(at, false);
+        let before = self.latched.unwrap_or(self.previous);
+        if self.synchronised || !before {
+            return;
+        }
+        let quantum = self.timing.quantum.0;
+        let jump = u64::from(self.timing.jump_width);
+        if self.latched.is_none() {
+            let late = (at - self.start).0 / quantum.0;
+            if late > 0 && sends_dominant {
+                return;
+            }
+            let stretch = quantum.times(late.min(jump));
+            self.sample = self.sample + stretch;
+            self.end = self.end + stretch;
+        } else {
+            let begun = Fine((at - self.start).0 / quantum.0 * quantum.0);
+            let early = (self.end - self.start).0 - begun.0;
+            self.end = if early <= quantum.times(jump).0 {
+                self.start + begun
+            } else {
+                self.end - quantum.times(jump)
+            };
+        }
+        self.synchronised = true;
+    }
+
+    /// A falling edge in idle, however long after the last bit: a bit begins with the quantum that holds the edge
+    /// (hard synchronisation, 11.3.2.1).
+    pub(crate) fn begin_with_edge(&mut self, at: Fine) {
+        let quantum = self.timing.quantum.0;
+        let begun = Fine((at - self.start).0 / quantum.0 * quantum.0);
+        self.latched = None;
+        self.synchronised = true;
+        self.previous = true;
+        self.place(self.start + begun);
+    }
+
+    /// A falling edge between frames: before its sample point the bit begins anew, after it the next one does.
+    pub(crate) fn hard_synchronise(&mut self, at: Fine) {
+        self.pass_sample_point(at, false);
+        if self.latched.is_none() {
+            self.begin_with_edge(at);
+        } else if !self.synchronised {
+            let quantum = self.timing.quantum.0;
+            self.end = self.start + Fine((at - self.start).0 / quantum.0 * quantum.0);
+            self.synchronised = true;
+        }
+    }
+
+    /// Starts a bit of its own accord.
+    pub(crate) fn restart(&mut self, timing: BitTiming, at: Fine) {
+        *self = BitClock::new(timing, at);
+        self.synchronised = true;
+    }
+}
