@@ -330,7 +330,6 @@ impl Segment {
         with_sof: bool,
         stage: &Stage,
     ) -> Option<Flight> {
-        let offset = |node: NodeIndex| stage.nodes[node].offset;
         for participant in &mut participants {
             participant.clock = if participant.transmits {
                 let mut clock = plan.clock;
@@ -341,49 +340,43 @@ impl Segment {
                 plan.lead(participant.clock, distance + stage.loop_delay)?
             };
         }
-        let drives = |participant: &&Participant| !participant.transmits && !participant.silent;
-        let begins: Vec<(Fine, Fine)> = participants
-            .iter()
-            .filter(drives)
-            .map(|participant| (participant.clock.end(), offset(participant.node)))
-            .collect();
-        let latest_begin = begins.iter().map(|&(at, _)| at).max()?;
-        let first = |node: NodeIndex| nearest(&begins, offset(node)) + stage.loop_delay;
-        for participant in &mut participants {
-            let own = participant.clock.end() + stage.loop_delay;
-            let heard = first(participant.node);
-            let edge = if participant.silent { heard.min(own) } else { heard };
+        let pulses = self.acknowledge(&mut participants, stage)?;
+        let mut lines = self.lines(plan, stage, |_| None);
+        for (node, changes) in &mut lines {
+            let (from, to) = pulses.seen_by(*node, stage);
+            changes.extend([(from.floor(), DOMINANT), (to.floor(), RECESSIVE)]);
+        }
+        self.land(plan, participants, with_sof, lines, stage)
+    }
+
+    /// Leads everybody from the CRC delimiter to intermission.
+    fn acknowledge(&self, participants: &mut [Participant], stage: &Stage) -> Option<Pulses> {
+        let place = |node: NodeIndex| stage.nodes[node].offset;
+        let mut pulses = Pulses::default();
+        for participant in &*participants {
+            pulses.begins.push(participant, participant.clock.end(), place(participant.node));
+        }
+        for participant in &mut *participants {
+            let edge = pulses.begins.reaching(participant.node, stage, Fine::min)?;
             participant.clock = pass_edge(participant.clock, edge, RECESSIVE, !participant.transmits)?;
         }
-        let ends: Vec<(Fine, Fine)> = participants
-            .iter()
-            .filter(drives)
-            .map(|participant| (participant.clock.end(), offset(participant.node)))
-            .collect();
+        for participant in &*participants {
+            pulses.ends.push(participant, participant.clock.end(), place(participant.node));
+        }
         let extent = match (self.members.first(), self.members.last()) {
-            (Some(&left), Some(&right)) => offset(right) - offset(left),
+            (Some(&left), Some(&right)) => place(right) - place(left),
             _ => Fine(0),
         };
         // One pulse without a gap, wherever it is seen.
-        if latest_begin + extent > ends.iter().map(|&(at, _)| at).min()? {
+        if pulses.begins.all().max()? + extent > pulses.ends.all().min()? {
             return None;
         }
-        let last = |node: NodeIndex| furthest(&ends, offset(node)) + stage.loop_delay;
-        for participant in &mut participants {
-            let own = participant.clock.end() + stage.loop_delay;
-            let heard = last(participant.node);
-            let edge = if participant.silent { heard.max(own) } else { heard };
-            let mut clock = pass_edge(participant.clock, edge, DOMINANT, false)?;
-            clock.skip(RECESSIVE_END, RECESSIVE);
-            participant.clock = clock;
+        for participant in &mut *participants {
+            let edge = pulses.ends.reaching(participant.node, stage, Fine::max)?;
+            participant.clock = pass_edge(participant.clock, edge, DOMINANT, false)?;
+            participant.clock.skip(RECESSIVE_END, RECESSIVE);
         }
-        let lines = self.lines(plan, stage, |_| None);
-        let mut lines = lines;
-        for (node, changes) in &mut lines {
-            changes.push_back((first(*node).floor(), DOMINANT));
-            changes.push_back((last(*node).floor(), RECESSIVE));
-        }
-        self.land(plan, participants, with_sof, lines, stage)
+        Some(pulses)
     }
 
     /// What is told at the end of an acknowledged frame, and how everybody stands then.
@@ -513,14 +506,49 @@ impl Segment {
     }
 }
 
-/// The first instant at which any of `origins` (instant, place) reaches `place`.
-fn nearest(origins: &[(Fine, Fine)], place: Fine) -> Fine {
-    let reaches = origins.iter().map(|&(at, from)| at + Fine(from.0.abs_diff(place.0)));
-    reaches.min().unwrap_or(Fine::NEVER)
+/// The acknowledgement: where it begins and where it ends.
+#[derive(Default)]
+struct Pulses {
+    begins: Origins,
+    ends: Origins,
 }
 
-/// The last instant at which any of `origins` (instant, place) reaches `place`.
-fn furthest(origins: &[(Fine, Fine)], place: Fine) -> Fine {
-    let reaches = origins.iter().map(|&(at, from)| at + Fine(from.0.abs_diff(place.0)));
-    reaches.max().unwrap_or(Fine(0))
+impl Pulses {
+    /// First and last dominant instant at `node`.
+    fn seen_by(&self, node: NodeIndex, stage: &Stage) -> (Fine, Fine) {
+        let from = self.begins.reaching(node, stage, Fine::min).unwrap_or(Fine::NEVER);
+        (from, self.ends.reaching(node, stage, Fine::max).unwrap_or(Fine::NEVER))
+    }
+}
+
+/// Level changes on their way from several nodes at once.
+#[derive(Default)]
+struct Origins {
+    /// Instant and place.
+    heard_by_all: Vec<(Fine, Fine)>,
+    /// Of silent nodes: only they themselves see them.
+    silent: Vec<(NodeIndex, Fine)>,
+}
+
+impl Origins {
+    fn push(&mut self, participant: &Participant, at: Fine, place: Fine) {
+        match participant {
+            Participant { transmits: true, .. } => {}
+            Participant { silent: true, node, .. } => self.silent.push((*node, at)),
+            Participant { .. } => self.heard_by_all.push((at, place)),
+        }
+    }
+
+    /// The instant that `pick` takes of all that reach `node`; `None` when only silent nodes acknowledge.
+    fn reaching(&self, node: NodeIndex, stage: &Stage, pick: fn(Fine, Fine) -> Fine) -> Option<Fine> {
+        let place = stage.nodes[node].offset;
+        let heard = self.heard_by_all.iter().map(|&(at, from)| at + Fine(from.0.abs_diff(place.0)));
+        let first = heard.reduce(pick)?;
+        let own = self.silent.iter().find(|(silent, _)| *silent == node).map_or(first, |&(_, at)| at);
+        Some(pick(first, own) + stage.loop_delay)
+    }
+
+    fn all(&self) -> impl Iterator<Item = Fine> {
+        self.heard_by_all.iter().map(|&(at, _)| at).chain(self.silent.iter().map(|&(_, at)| at))
+    }
 }

@@ -144,7 +144,9 @@ impl Wire {
     /// When `until` lies before [`Wire::now`].
     pub fn advance(&mut self, until: Time, controllers: &mut dyn Controllers) {
         assert!(until >= self.now, "a wire does not run backwards");
-        self.look_around(until, controllers);
+        for node in 0..self.nodes.len() {
+            self.look_at(node, until, controllers);
+        }
         loop {
             let planned = self.planned.first().map_or(Time::NEVER, |&(at, _)| at);
             let error = self.errors.as_ref().map_or(Time::NEVER, BitErrors::next);
@@ -228,25 +230,22 @@ impl Wire {
         self.planned.insert(index, (at, what));
     }
 
-    /// Sees which controllers came, went or changed.
-    fn look_around(&mut self, until: Time, controllers: &mut dyn Controllers) {
-        for node in 0..self.nodes.len() {
-            let controller = controllers.controller(node);
-            self.nodes[node].watches = controller.watches_line();
-            let seen = controller.attachment();
-            let attachment = seen.filter(|_| !self.nodes[node].condition.unpowered).map(|mut attachment| {
-                attachment.timing = attachment.timing.fast_by(self.nodes[node].condition.drift_ppb);
-                attachment
-            });
-            let before = self.nodes[node].mac.attachment;
-            match (before, attachment) {
-                (Some(_), None) => self.set_attachment(node, None, controllers),
-                (Some(before), Some(now)) if before != now => self.set_attachment(node, Some(now), controllers),
-                (None, Some(now)) if !self.is_joining(node) => {
-                    self.plan(now.since.clamp(self.now, until), Planned::Join(node, now));
-                }
-                _ => {}
+    /// Sees whether a controller came, went or changed, at the latest at `until`.
+    fn look_at(&mut self, node: NodeIndex, until: Time, controllers: &mut dyn Controllers) {
+        let controller = controllers.controller(node);
+        self.nodes[node].watches = controller.watches_line();
+        let condition = self.nodes[node].condition;
+        let attachment = controller.attachment().filter(|_| !condition.unpowered).map(|mut attachment| {
+            attachment.timing = attachment.timing.fast_by(condition.drift_ppb);
+            attachment
+        });
+        match (self.nodes[node].mac.attachment, attachment) {
+            (Some(_), None) => self.set_attachment(node, None, controllers),
+            (Some(before), Some(now)) if before != now => self.set_attachment(node, Some(now), controllers),
+            (None, Some(now)) if !self.is_joining(node) => {
+                self.plan(now.since.clamp(self.now, until), Planned::Join(node, now));
             }
+            _ => {}
         }
     }
 
@@ -356,15 +355,19 @@ impl Wire {
                 self.set_attachment(node, None, controllers);
             }
             Fault::PowerOn(node) => {
-                let node = &mut self.nodes[node];
-                node.condition.unpowered = false;
-                node.mac.counters = ErrorCounters::default();
+                if std::mem::take(&mut self.nodes[node].condition.unpowered) {
+                    self.nodes[node].mac.counters = ErrorCounters::default();
+                    self.look_at(node, self.now, controllers);
+                }
             }
             Fault::StuckDominant(node) => self.set_stuck(node, true, controllers),
             Fault::ReleaseDriver(node) => self.set_stuck(node, false, controllers),
             Fault::Babble(node, frame) => self.nodes[node].condition.babbles = Some(frame),
             Fault::StopBabbling(node) => self.nodes[node].condition.babbles = None,
-            Fault::Drift(node, ppb) => self.nodes[node].condition.drift_ppb = ppb,
+            Fault::Drift(node, ppb) => {
+                self.nodes[node].condition.drift_ppb = ppb;
+                self.look_at(node, self.now, controllers);
+            }
             Fault::Glitch { nodes, duration, effect } => {
                 let (from, to) = (Fine::from_time(self.now), Fine::from_time(self.now + duration));
                 for node in (0..self.nodes.len()).filter(|&node| nodes.contains(node)) {
