@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 
-use crate::bxcan::{Side, Stats};
+use crate::bxcan::{Heard, Side, Stats};
 use crate::clock::BoardClock;
 use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
 use crate::image::{Image, Symbol};
@@ -92,15 +92,6 @@ pub struct Counters {
     pub system_resets: u64,
     /// Log frames that did not decode.
     pub malformed_logs: u64,
-}
-
-/// What a board heard of the line of one bus since it last looked.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Recessive {
-    /// Since when the line is recessive outside a frame.
-    pub since: Option<Time>,
-    /// A recessive stretch that a frame has ended.
-    pub ended: Option<(Time, Time)>,
 }
 
 /// One board.
@@ -416,22 +407,19 @@ impl Board {
     }
 
     /// The wires have reached `now`: modes, aborts and interrupts of the CAN controllers follow.
-    pub(crate) fn settle(&mut self, now: Time, lines: [Recessive; 2]) {
+    pub(crate) fn settle(&mut self, now: Time, idle: [bool; 2]) {
         if !self.is_powered() {
             return;
         }
         let link = self.link.clone();
         let mut peripherals = link.peripherals();
-        for (side, line) in [Side::Can1, Side::Can2].into_iter().zip(lines) {
-            if peripherals.can_line(side).is_none() {
-                // Off its pins a controller hears nothing but recessive bits.
-                peripherals.can().set_bus_idle_since(side, Some(Time::ZERO));
-                continue;
-            }
-            if let Some((from, to)) = line.ended {
-                peripherals.can().recessive_stretch(side, from, to);
-            }
-            peripherals.can().set_bus_idle_since(side, line.since);
+        for (side, idle) in [Side::Can1, Side::Can2].into_iter().zip(idle) {
+            let heard = match peripherals.can_line(side) {
+                None => Heard::Nothing,
+                Some(_) if idle => Heard::Idle,
+                Some(_) => Heard::Busy,
+            };
+            peripherals.can().hear(side, heard);
         }
         peripherals.can().poll(now);
         drop(peripherals);

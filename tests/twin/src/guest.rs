@@ -1,22 +1,19 @@
 //! A foreign controller on one wire: sends what a test hands it, acknowledges what it hears.
 //!
-//! It has no program and never tires: always error active, it repeats a frame until somebody acknowledges it.
+//! It has no program: it repeats a frame until it is out, and comes back from bus-off by itself.
 
 use std::collections::VecDeque;
 
-use can_wire::controller::{Controller, WireEvent};
+use can_wire::controller::{Attachment, Controller, WireEvent};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-
-/// 1 Mbit/s, exact.
-const BIT_TIME: Time = Time::from_us(1);
+use can_wire::timing::BitTiming;
 
 /// The controller. On its wire it comes after all boards.
 #[derive(Debug, Default)]
 pub(crate) struct Guest {
     /// What waits and from when on, in the order of sending.
     waiting: VecDeque<(Time, WireFrame)>,
-    started: Option<Time>,
 }
 
 impl Guest {
@@ -24,20 +21,11 @@ impl Guest {
     pub(crate) fn send(&mut self, at: Time, frame: WireFrame) {
         self.waiting.push_back((at, frame));
     }
-
-    /// The start of the last frame that it began since the last call.
-    pub(crate) fn take_started(&mut self) -> Option<Time> {
-        self.started.take()
-    }
 }
 
 impl Controller for Guest {
-    fn bit_time(&self) -> Option<Time> {
-        Some(BIT_TIME)
-    }
-
-    fn error_passive(&self) -> bool {
-        false
+    fn attachment(&self) -> Option<Attachment> {
+        Some(Attachment::new(BitTiming::MEGABIT))
     }
 
     fn request_at(&self) -> Option<Time> {
@@ -48,14 +36,9 @@ impl Controller for Guest {
         self.waiting.front().filter(|(from, _)| *from <= at).map(|&(_, frame)| frame)
     }
 
-    fn on_wire(&mut self, at: Time, event: &WireEvent) {
-        match event {
-            WireEvent::Started => self.started = Some(at),
-            WireEvent::Transmitted(_) => drop(self.waiting.pop_front()),
-            WireEvent::ArbitrationLost
-            | WireEvent::Received(_)
-            | WireEvent::TransmitError(_)
-            | WireEvent::ReceiveError(_) => {}
+    fn on_wire(&mut self, _at: Time, event: &WireEvent) {
+        if let WireEvent::Transmitted = event {
+            self.waiting.pop_front();
         }
     }
 }

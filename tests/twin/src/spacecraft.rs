@@ -15,7 +15,7 @@ use can_wire::record::Record;
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 
-use crate::board::{AccessError, Board, BoardConfig, Recessive};
+use crate::board::{AccessError, Board, BoardConfig};
 use crate::bxcan::Side;
 use crate::guest::Guest;
 use crate::peripherals::Pin;
@@ -254,7 +254,7 @@ impl Spacecraft {
             .into_iter()
             .flat_map(|bus| {
                 let records = self.wires[bus as usize].take_records();
-                records.into_iter().map(move |record| WireRecord { at: end_of(&record), bus, record })
+                records.into_iter().map(move |record| WireRecord { at: record.at(), bus, record })
             })
             .collect();
         records.sort_by_key(|record| record.at);
@@ -274,9 +274,9 @@ impl Spacecraft {
             for board in &mut self.boards {
                 failure = failure.or(board.run_until(next).err());
             }
-            let lines = Bus::ALL.map(|bus| self.advance_wire(bus, next));
+            Bus::ALL.into_iter().for_each(|bus| self.advance_wire(bus, next));
             self.now = next;
-            self.settle(lines);
+            self.settle();
             self.apply_events();
             failure.map_or(Ok(()), Err)?;
         }
@@ -297,28 +297,16 @@ impl Spacecraft {
         next.max(self.now + Time(1))
     }
 
-    /// Lets a wire catch up; returns what each board heard of its line.
-    fn advance_wire(&mut self, bus: Bus, until: Time) -> Vec<Recessive> {
-        let wire = &mut self.wires[bus as usize];
+    /// Lets a wire catch up.
+    fn advance_wire(&mut self, bus: Bus, until: Time) {
         let (ports, guests) = (&mut self.ports[bus as usize], &mut self.guests[bus as usize]);
-        let nodes = 0..ports.len();
-        let before: Vec<_> = nodes.map(|node| wire.idle_since(node)).collect();
-        wire.advance(until, &mut OnWire { ports, guests });
-        // No more than one frame begins in a stretch that no event of the wire interrupts.
-        let started = ports.iter_mut().filter_map(Port::take_started);
-        let started = started.chain(guests.iter_mut().filter_map(Guest::take_started)).min();
-        let heard = |(node, before): (NodeIndex, Option<Time>)| {
-            let since = wire.idle_since(node);
-            let ended = before.filter(|_| since != before).zip(started);
-            Recessive { since, ended }
-        };
-        before.into_iter().enumerate().map(heard).collect()
+        self.wires[bus as usize].advance(until, &mut OnWire { ports, guests });
     }
 
     /// Tells the boards that the wires have caught up.
-    fn settle(&mut self, lines: [Vec<Recessive>; 2]) {
+    fn settle(&mut self) {
         for (node, board) in self.boards.iter_mut().enumerate() {
-            board.settle(self.now, lines.each_ref().map(|line| line[node]));
+            board.settle(self.now, self.wires.each_ref().map(|wire| wire.is_idle(node)));
             let id = BoardId(node);
             self.logs.extend(board.take_log().into_iter().map(|line| LogRecord {
                 // A core finishes its instruction, past the end of the quantum.
@@ -339,12 +327,5 @@ impl Spacecraft {
                 Event::Drive(pin, level) => board.drive(pin, level),
             }
         }
-    }
-}
-
-fn end_of(record: &Record) -> Time {
-    match record {
-        Record::Completed { trace, .. } => trace.end,
-        Record::Destroyed { at, .. } | Record::Fault { at, .. } => *at,
     }
 }

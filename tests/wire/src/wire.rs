@@ -181,18 +181,18 @@ impl Wire {
 
     /// Breaks the cable now, [`Fault::Cut`].
     ///
-    /// # Errors
-    /// [`FaultError`] when there is no such place.
-    pub fn cut(&mut self, position_m: f64) -> Result<(), FaultError> {
-        self.schedule(self.now, Fault::Cut { position_m })
+    /// # Panics
+    /// When there is no such place: a mistake in a test. [`Wire::schedule`] refuses it.
+    pub fn cut(&mut self, position_m: f64) {
+        self.schedule(self.now, Fault::Cut { position_m }).expect("a place on the cable");
     }
 
     /// Heals one break now, [`Fault::Restore`].
     ///
-    /// # Errors
-    /// [`FaultError`] when there is no such place.
-    pub fn restore(&mut self, position_m: f64) -> Result<(), FaultError> {
-        self.schedule(self.now, Fault::Restore { position_m })
+    /// # Panics
+    /// When there is no such place: a mistake in a test. [`Wire::schedule`] refuses it.
+    pub fn restore(&mut self, position_m: f64) {
+        self.schedule(self.now, Fault::Restore { position_m }).expect("a place on the cable");
     }
 
     /// Heals every break now, [`Fault::RestoreAll`].

@@ -1,6 +1,7 @@
-//! Bit time from PCLK1 and BTR, without rounding drift.
+//! Bit timing from PCLK1 and BTR, without rounding drift.
 
 use can_wire::time::Time;
+use can_wire::timing::{BitTiming, Quantum};
 
 /// Length of one PCLK1 tick as the rational `ticks / per`, in [`Time`] ticks of 1/336 µs.
 ///
@@ -27,6 +28,15 @@ impl PclkTick {
         let per = u128::from(self.per);
         let exact = u128::from(count) * u128::from(self.ticks);
         Time(u64::try_from((exact + per / 2) / per).unwrap_or(u64::MAX))
+    }
+
+    /// The bits that BTR asks for, RM0090 32.7.7. A jump width beyond segment 1 acts as segment 1.
+    pub fn timing(self, btr: u32) -> BitTiming {
+        let field = |shift: u32, mask: u32| (btr >> shift & mask) as u8 + 1;
+        let prescaler = u64::from(btr & 0x3FF) + 1;
+        let (segment1, segment2, jump) = (field(16, 0xF), field(20, 0x7), field(24, 0x3));
+        let quantum = Quantum::new(self.ticks * prescaler, self.per);
+        BitTiming::new(quantum, segment1, segment2, jump.min(segment1))
     }
 }
 

@@ -1,5 +1,6 @@
 //! One controller without its filters: modes, errors, interrupts.
 
+use can_wire::controller::{Attachment, ErrorCounters, ErrorKind};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
@@ -8,11 +9,12 @@ use super::errors::ErrorState;
 use super::fifo::{Fifo, Storing, rir};
 use super::filter::{FilterBlock, FilterKey};
 use super::mailbox::Mailboxes;
-use super::recessive::RecessiveCount;
 use super::regs::*;
-use super::{IrqLines, Overrun, Side, Stats};
+use super::{Heard, IrqLines, Overrun, Side, Stats};
 
-/// Sequences of 11 recessive bits that end bus-off.
+/// Recessive bits that synchronise a controller with the bus, 32.4.2.
+const SEQUENCE: u64 = 11;
+/// Sequences of them that end bus-off, 32.7.6.
 const BUS_OFF_SEQUENCES: u64 = 128;
 
 /// Operating mode, RM0090 32.4.
@@ -38,19 +40,22 @@ pub struct Registers {
     fifos: [Fifo; 2],
     pub(super) mode: Mode,
     /// On the way from Sleep or Initialisation to Normal.
-    joining: Option<RecessiveCount>,
+    joining: bool,
+    /// When it last began to take part.
+    joined_since: Time,
+    /// Bus-off, and INRQ was set and cleared since.
+    recovery_asked: bool,
     /// On the way from Normal to another mode since this instant.
     leaving: Option<Time>,
-    /// On the way out of bus-off.
-    recovery: Option<RecessiveCount>,
     /// Since when frames may be sent: synchronised, and not bus-off.
     pub(super) on_bus_since: Time,
     /// End of the current loopback frame.
     pub(super) loopback_end: Option<Time>,
-    idle_since: Option<Time>,
-    /// Recessive stretches that ended since the last poll.
-    stretches: Vec<(Time, Time)>,
-    start_of_frame_seen: bool,
+    heard: Heard,
+    /// The line became dominant since the last poll.
+    pub(super) dominant_seen: bool,
+    /// Resets so far: each starts the error counters anew.
+    resets: u32,
     pub(super) stats: Stats,
 }
 
@@ -67,14 +72,15 @@ impl Registers {
             mailboxes: Mailboxes::default(),
             fifos: Default::default(),
             mode: Mode::Sleep,
-            joining: None,
+            joining: false,
+            joined_since: Time::ZERO,
+            recovery_asked: false,
             leaving: None,
-            recovery: None,
             on_bus_since: Time::ZERO,
             loopback_end: None,
-            idle_since: Some(Time::ZERO),
-            stretches: Vec::new(),
-            start_of_frame_seen: false,
+            heard: Heard::Nothing,
+            dominant_seen: false,
+            resets: 0,
             stats: Stats::default(),
         }
     }
@@ -85,7 +91,7 @@ impl Registers {
         self.stats.discarded += self.fifos.iter().map(|fifo| fifo.pending() as u64).sum::<u64>();
         self.stats.aborted += self.mailboxes.aborted();
         let stats = std::mem::take(&mut self.stats);
-        *self = Registers { stats, idle_since: self.idle_since, ..fresh };
+        *self = Registers { stats, heard: self.heard, resets: self.resets + 1, ..fresh };
     }
 
     /// Statistics so far.
@@ -204,55 +210,81 @@ impl Registers {
             && self.leaving.is_none_or(|leaving| leaving > at)
     }
 
-    pub fn set_idle_since(&mut self, since: Option<Time>) {
-        self.start_of_frame_seen |=
-            self.idle_since.is_some_and(|before| since.is_none_or(|since| since > before));
-        self.idle_since = since;
+    /// How this controller takes part in its bus.
+    pub fn attachment(&self) -> Option<Attachment> {
+        let live = (self.mode == Mode::Normal || self.joining) && !self.loopback();
+        live.then(|| Attachment {
+            timing: self.pclk.timing(self.btr),
+            silent: self.silent(),
+            recovers: self.recovers(),
+            power_cycle: self.resets,
+            since: self.joined_since,
+        })
     }
 
-    pub fn recessive_stretch(&mut self, from: Time, to: Time) {
-        self.start_of_frame_seen = true;
-        self.stretches.push((from, to));
+    /// Comes back from bus-off after 128 sequences of 11 recessive bits.
+    fn recovers(&self) -> bool {
+        self.mcr(MCR_ABOM) || self.recovery_asked
     }
 
-    /// The wire has reached `now`.
+    pub fn hear(&mut self, heard: Heard) {
+        self.heard = heard;
+    }
+
+    /// CPU and wire have reached `now`.
     pub fn poll(&mut self, now: Time) {
-        if std::mem::take(&mut self.start_of_frame_seen) {
+        if std::mem::take(&mut self.dominant_seen) {
             self.wake_up(now);
         }
-        for (from, to) in std::mem::take(&mut self.stretches) {
-            self.observe(from, to.min(now));
-        }
-        if let Some(since) = self.recessive_since() {
-            self.observe(since, now);
+        if self.is_alone() {
+            self.count_alone(now);
         }
         self.mailboxes.settle(now);
         self.fifos.iter_mut().for_each(Fifo::settle);
-        let inactive = self.errors.bus_off() || self.recessive_since().is_some();
+        let inactive = self.errors.bus_off() || self.is_alone() || self.heard == Heard::Idle;
         if self.leaving.is_some() && !self.mailboxes.transmitting() && inactive {
             self.leave();
         }
     }
 
-    /// The frame on the line ended at `at`, for this controller: a wish to leave Normal mode from before waited for
-    /// that ("until the current CAN activity is completed", INRQ in 32.9.2).
-    pub fn activity_ended(&mut self, at: Time) {
-        if self.leaving.is_some_and(|leaving| leaving <= at) {
-            self.leave();
+    /// Hears no wire but its own recessive level: off its pins, or in loopback ("the pin is disregarded", 32.5.2).
+    fn is_alone(&self) -> bool {
+        self.loopback() || self.heard == Heard::Nothing
+    }
+
+    /// Without a wire every bit is recessive.
+    fn count_alone(&mut self, now: Time) {
+        if self.joining && self.joined_since + self.bits(SEQUENCE) <= now {
+            self.joined(self.joined_since + self.bits(SEQUENCE));
+        }
+        let back = self.joined_since + self.bits(SEQUENCE * BUS_OFF_SEQUENCES);
+        if self.errors.bus_off() && self.recovers() && back <= now {
+            self.resets += 1;
+            self.count(back, ErrorCounters::default());
+        }
+    }
+
+    /// 11 recessive bits were seen.
+    pub fn joined(&mut self, at: Time) {
+        if self.joining {
+            self.enter(Mode::Normal);
+            self.on_bus_since = at;
         }
     }
 
     /// Next change that comes by itself if the line stays as it is.
     pub fn next_event(&self) -> Option<Time> {
-        let since = self.recessive_since();
-        let counts = [&self.joining, &self.recovery].into_iter().flatten();
-        let completed = counts.filter_map(|count| Some(count.completes_at(since?, |bits| self.bits(bits))));
-        completed.chain(self.loopback_end).min()
+        let alone = self.is_alone().then(|| {
+            let joined = self.joining.then_some(SEQUENCE);
+            let recovered = (self.errors.bus_off() && self.recovers()).then_some(SEQUENCE * BUS_OFF_SEQUENCES);
+            joined.or(recovered).map(|bits| self.joined_since + self.bits(bits))
+        });
+        [alone.flatten(), self.loopback_end].into_iter().flatten().min()
     }
 
     /// Stores a frame that became valid at `at`, if a filter admits it.
     pub fn receive(&mut self, at: Time, frame: WireFrame, filters: &FilterBlock) {
-        self.errors.received();
+        self.succeed();
         let Some(found) = filters.admit(self.side, FilterKey { rir: rir(&frame) }) else {
             self.stats.rejected += 1;
             return;
@@ -267,18 +299,32 @@ impl Registers {
         }
     }
 
-    /// Counts an error at `at` and raises what it enables.
-    pub fn fail(&mut self, at: Time, count: impl FnOnce(&mut ErrorState)) {
-        let before = self.errors.flags();
-        count(&mut self.errors);
-        let raised = self.errors.flags() & !before;
-        let enables = [(ESR_EWGF, IER_EWGIE), (ESR_EPVF, IER_EPVIE), (ESR_BOFF, IER_BOFIE)];
-        let state = enables.iter().any(|&(flag, enable)| raised & flag != 0 && self.ier & enable != 0);
-        if state || self.ier & IER_LECIE != 0 {
+    /// A frame was sent or received well.
+    pub fn succeed(&mut self) {
+        self.errors.succeeded();
+    }
+
+    /// An error was seen.
+    pub fn fail(&mut self, kind: ErrorKind) {
+        self.errors.failed(kind);
+        if self.ier & IER_LECIE != 0 {
             self.msr_flags |= MSR_ERRI;
         }
-        if raised & ESR_BOFF != 0 && self.mcr(MCR_ABOM) {
-            self.recovery = Some(RecessiveCount::new(at, BUS_OFF_SEQUENCES));
+    }
+
+    /// The error counters changed: raises what that enables.
+    pub fn count(&mut self, at: Time, counters: ErrorCounters) {
+        let before = self.errors.flags();
+        self.errors.count(counters);
+        let after = self.errors.flags();
+        let enables = [(ESR_EWGF, IER_EWGIE), (ESR_EPVF, IER_EPVIE), (ESR_BOFF, IER_BOFIE)];
+        let raised = after & !before;
+        if enables.iter().any(|&(flag, enable)| raised & flag != 0 && self.ier & enable != 0) {
+            self.msr_flags |= MSR_ERRI;
+        }
+        if before & !after & ESR_BOFF != 0 {
+            self.recovery_asked = false;
+            self.on_bus_since = at;
         }
     }
 
@@ -287,7 +333,7 @@ impl Registers {
             Mode::Sleep => MSR_SLAK,
             Mode::Initialisation => MSR_INAK,
             Mode::Normal if self.mailboxes.transmitting() => MSR_TXM,
-            Mode::Normal if self.recessive_since().is_none() => MSR_RXM,
+            Mode::Normal if self.heard == Heard::Busy && !self.loopback() => MSR_RXM,
             Mode::Normal => 0,
         };
         mode | self.msr_flags | MSR_RECESSIVE
@@ -298,15 +344,14 @@ impl Registers {
             self.master_reset();
             return;
         }
-        let abom_before = self.mcr(MCR_ABOM);
         self.mcr = value & MCR_STORED;
         let (init, sleep) = (self.mcr(MCR_INRQ), self.mcr(MCR_SLEEP));
         match self.mode {
             // "If software requests entry to initialization mode while bxCAN is in Sleep mode, it must also clear
             // the SLEEP bit", 32.4.3.
-            Mode::Sleep if sleep => self.joining = None,
+            Mode::Sleep if sleep => self.joining = false,
             Mode::Sleep if init => self.enter(Mode::Initialisation),
-            Mode::Initialisation if init => self.joining = None,
+            Mode::Initialisation if init => self.joining = false,
             Mode::Initialisation if sleep => self.enter(Mode::Sleep),
             Mode::Sleep | Mode::Initialisation => self.join(now),
             Mode::Normal if init || sleep => {
@@ -315,12 +360,7 @@ impl Registers {
                     self.leave();
                 }
             }
-            Mode::Normal => {
-                self.leaving = None;
-                if self.errors.bus_off() && !abom_before && self.mcr(MCR_ABOM) {
-                    self.recovery.get_or_insert(RecessiveCount::new(now, BUS_OFF_SEQUENCES));
-                }
-            }
+            Mode::Normal => self.leaving = None,
         }
     }
 
@@ -334,11 +374,12 @@ impl Registers {
     }
 
     fn join(&mut self, now: Time) {
-        self.joining.get_or_insert(RecessiveCount::new(now, 1));
-        if self.errors.bus_off() {
-            // The sequence that synchronises is the first of the 128.
-            self.recovery.get_or_insert(RecessiveCount::new(now, BUS_OFF_SEQUENCES));
+        if !std::mem::replace(&mut self.joining, true) {
+            self.joined_since = now;
         }
+        // "In initialization mode bxCAN does not monitor CANRX, therefore it cannot complete the recovery sequence",
+        // 32.7.6: it begins here, and the sequence that synchronises is the first of the 128.
+        self.recovery_asked |= self.errors.bus_off();
     }
 
     /// Leaves Normal mode as MCR asks.
@@ -348,12 +389,10 @@ impl Registers {
 
     fn enter(&mut self, mode: Mode) {
         self.mode = mode;
-        self.joining = None;
+        self.joining = false;
         self.leaving = None;
         if mode != Mode::Normal {
-            // "In initialization mode bxCAN does not monitor CANRX, therefore it cannot complete the recovery
-            // sequence", 32.7.6.
-            self.recovery = None;
+            self.recovery_asked = false;
         }
         if mode == Mode::Sleep {
             if self.ier & IER_SLKIE != 0 {
@@ -366,32 +405,13 @@ impl Registers {
 
     /// A start of frame was seen; it matters in Sleep mode only, 32.4.3.
     fn wake_up(&mut self, now: Time) {
-        if self.mode != Mode::Sleep || self.joining.is_some() {
+        if self.mode != Mode::Sleep || self.joining {
             return;
         }
         self.msr_flags |= MSR_WKUI;
         if self.mcr(MCR_AWUM) {
             self.mcr &= !MCR_SLEEP;
             if self.mcr(MCR_INRQ) { self.enter(Mode::Initialisation) } else { self.join(now) }
-        }
-    }
-
-    /// The line as the core hears it: in loopback the pin is disregarded, 32.5.2.
-    fn recessive_since(&self) -> Option<Time> {
-        if self.loopback() { Some(Time::ZERO) } else { self.idle_since }
-    }
-
-    fn observe(&mut self, from: Time, to: Time) {
-        let (pclk, bit) = (self.pclk, bit_pclks(self.btr));
-        let span = |bits: u64| pclk.span(bits * bit);
-        if let Some(at) = self.joining.as_mut().and_then(|count| count.observe(from, to, span)) {
-            self.enter(Mode::Normal);
-            self.on_bus_since = at;
-        }
-        if let Some(at) = self.recovery.as_mut().and_then(|count| count.observe(from, to, span)) {
-            self.recovery = None;
-            self.errors.recover();
-            self.on_bus_since = at;
         }
     }
 }

@@ -1,6 +1,6 @@
 //! A controller on its wire, and the internal wire of loopback.
 
-use can_wire::controller::{Controller, WireEvent};
+use can_wire::controller::{Attachment, Controller, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 
@@ -20,22 +20,12 @@ pub struct Line<'a> {
 }
 
 impl Controller for Line<'_> {
-    fn bit_time(&self) -> Option<Time> {
-        let registers = &self.registers;
-        let live = registers.mode == Mode::Normal && !registers.errors.bus_off() && !registers.loopback();
-        live.then(|| registers.bits(1))
-    }
-
-    fn acknowledges(&self) -> bool {
-        !self.registers.silent()
-    }
-
-    fn error_passive(&self) -> bool {
-        self.registers.errors.passive()
+    fn attachment(&self) -> Option<Attachment> {
+        self.registers.attachment()
     }
 
     fn request_at(&self) -> Option<Time> {
-        if self.bit_time().is_none() || self.registers.silent() {
+        if self.registers.silent() {
             return None;
         }
         let at = self.registers.mailboxes.request_at()?.max(self.registers.on_bus_since);
@@ -43,38 +33,43 @@ impl Controller for Line<'_> {
     }
 
     fn contend(&self, at: Time) -> Option<WireFrame> {
-        let allowed = self.bit_time().is_some() && !self.registers.silent() && self.registers.may_send(at);
+        let allowed = !self.registers.silent() && self.registers.may_send(at);
         allowed.then(|| self.registers.mailboxes.contend(at, self.registers.mcr(MCR_TXFP))).flatten()
     }
 
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
         let registers = &mut *self.registers;
-        if registers.mode != Mode::Normal || registers.errors.bus_off() {
-            return;
-        }
         let single_shot = registers.mcr(MCR_NART);
         match event {
+            WireEvent::Joined => registers.joined(at),
+            WireEvent::Counters(counters) => registers.count(at, *counters),
+            _ if registers.mode != Mode::Normal => {}
             WireEvent::Started => {
                 let by_request_order = registers.mcr(MCR_TXFP);
                 registers.mailboxes.start(at, by_request_order);
-                return;
             }
             WireEvent::ArbitrationLost => {
                 registers.mailboxes.finish(at, Attempt::ArbitrationLost, single_shot);
-                return;
             }
-            WireEvent::Transmitted(_) => {
-                registers.errors.transmitted();
+            WireEvent::Transmitted => {
                 registers.mailboxes.finish(at, Attempt::Succeeded, single_shot);
+                registers.succeed();
             }
-            WireEvent::Received(trace) => registers.receive(at, trace.frame, self.filters),
+            WireEvent::Received(frame) => registers.receive(at, *frame, self.filters),
             WireEvent::TransmitError(kind) => {
                 registers.mailboxes.finish(at, Attempt::Failed, single_shot);
-                registers.fail(at, |errors| errors.transmit_error(*kind));
+                registers.fail(*kind);
             }
-            WireEvent::ReceiveError(kind) => registers.fail(at, |errors| errors.receive_error(*kind)),
+            WireEvent::ReceiveError(kind) => registers.fail(*kind),
         }
-        registers.activity_ended(at);
+    }
+
+    fn watches_line(&self) -> bool {
+        true
+    }
+
+    fn on_line(&mut self, changes: &[(Time, bool)]) {
+        self.registers.dominant_seen |= changes.iter().any(|&(_, recessive)| !recessive);
     }
 }
 
@@ -96,7 +91,7 @@ impl Line<'_> {
                     return;
                 }
                 let frame = registers.mailboxes.finish(end, Attempt::Succeeded, false);
-                registers.errors.transmitted();
+                registers.succeed();
                 if let Some(frame) = frame {
                     registers.receive(end, frame, self.filters);
                 }

@@ -11,8 +11,7 @@
 //!
 //! 1. [`BxcanPair::write`] and [`BxcanPair::read`] with instants inside the quantum;
 //! 2. `Wire::advance` to the end of the quantum, which calls [`BxcanPair::line`];
-//! 3. [`BxcanPair::set_bus_idle_since`] (and [`BxcanPair::recessive_stretch`]), then [`BxcanPair::poll`] with the
-//!    end of the quantum.
+//! 3. [`BxcanPair::hear`], then [`BxcanPair::poll`] with the end of the quantum.
 //!
 //! So the wire speaks of instants that the CPU has left behind. What the CPU wrote carries its instant and holds
 //! from there on:
@@ -36,7 +35,6 @@ mod fifo;
 mod filter;
 mod line;
 mod mailbox;
-mod recessive;
 mod regs;
 
 use std::fmt;
@@ -88,6 +86,17 @@ pub struct IrqLines {
     pub rx1: bool,
     /// Error and status change (22 or 66).
     pub sce: bool,
+}
+
+/// What a controller hears of its bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// It is connected to nothing: every bit is recessive.
+    Nothing,
+    /// Its bus, and it could leave it unnoticed.
+    Idle,
+    /// Its bus, in the middle of a frame or an error frame.
+    Busy,
 }
 
 /// A frame that passed the filters and was lost in a full FIFO.
@@ -196,21 +205,12 @@ impl BxcanPair {
         Line { registers: &mut self.controllers[side as usize], filters: &self.filters }
     }
 
-    /// Since when the line of `side` is recessive without a frame on it: the end of the last dominant bit, so that
-    /// the recessive end of a frame counts. `None` while a frame is on it. A controller that is connected to nothing
-    /// hears a line that was always recessive, which is also the state before the first call.
-    pub fn set_bus_idle_since(&mut self, side: Side, since: Option<Time>) {
-        self.controllers[side as usize].set_idle_since(since);
+    /// What the controller hears of its bus by now; [`Heard::Nothing`] before the first call.
+    pub fn hear(&mut self, side: Side, heard: Heard) {
+        self.controllers[side as usize].hear(heard);
     }
 
-    /// A recessive stretch of the line of `side` that came and went since the last [`BxcanPair::poll`], from the end
-    /// of a dominant bit to the next start of frame. Without it a busy bus, sampled at polls only, seems to have no
-    /// pauses. Stretches shorter than 11 bits need not be told.
-    pub fn recessive_stretch(&mut self, side: Side, from: Time, to: Time) {
-        self.controllers[side as usize].recessive_stretch(from, to);
-    }
-
-    /// CPU and wires have reached `now`: settles aborts and mode changes, counts recessive bits, runs loopback.
+    /// CPU and wires have reached `now`: settles aborts and mode changes, runs loopback.
     pub fn poll(&mut self, now: Time) {
         for side in [Side::Can1, Side::Can2] {
             self.controllers[side as usize].poll(now);
@@ -218,8 +218,8 @@ impl BxcanPair {
         }
     }
 
-    /// The next instant at which something changes without CPU or wire, if the lines stay as they are: end of a
-    /// synchronisation, of bus-off, or of a loopback frame. Stop there, and `poll`.
+    /// The next instant at which something changes without CPU or wire: end of a synchronisation or of bus-off of a
+    /// controller that hears no wire, or of a loopback frame. Stop there, and `poll`.
     pub fn next_event(&self) -> Option<Time> {
         self.controllers.iter().filter_map(Registers::next_event).min()
     }
