@@ -186,7 +186,7 @@ fn a_cut_separates_the_boards_until_it_heals() {
     let listener = BoardConfig { position_m: 10.0, ..board("bystander", bystander()) };
     let mut spacecraft = spacecraft(vec![board("asker", asker()), listener]);
     spacecraft.wire_mut(Bus::Nominal).cut(5.0);
-    spacecraft.wire_mut(Bus::Nominal).schedule(Time::from_ms(6), Fault::Restore { position_m: 5.0 });
+    spacecraft.wire_mut(Bus::Nominal).schedule(Time::from_ms(6), Fault::Restore { position_m: 5.0 }).unwrap();
     spacecraft.run_until(Time::from_ms(6)).unwrap();
     assert_eq!(completed(&spacecraft.take_frames()), []);
     spacecraft.run_until(Time::from_ms(8)).unwrap();
