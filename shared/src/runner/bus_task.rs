@@ -14,7 +14,9 @@ use crate::time::{Clock, Instant};
 /// Runs one controller for ever. The port comes off the bus, its filters set.
 pub async fn bus_task<M: RawMutex>(bus: Bus, port: impl CanPort, clock: impl Clock, links: &Links<M>) -> ! {
     let (queue, mailboxes, told) = (TxQueue::new(), [None; MAILBOXES], Health::default());
-    BusTask { bus, port, clock, links, queue, mailboxes, told }.run().await
+    // Borrowed, not moved: a future keeps a second copy of what is moved into the one that it waits for.
+    let mut task = BusTask { bus, port, clock, links, queue, mailboxes, told };
+    task.run().await
 }
 
 /// A frame in a mailbox, and why it is being aborted, if it is.
@@ -36,7 +38,7 @@ struct BusTask<'a, M: RawMutex, P, C> {
 }
 
 impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
-    async fn run(mut self) -> ! {
+    async fn run(&mut self) -> ! {
         loop {
             self.expire().await;
             self.fill_mailboxes();
