@@ -60,8 +60,8 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
     async fn on_command(&mut self, command: BusCommand) {
         match command {
             BusCommand::Send(outgoing) => {
-                if self.queue.push(outgoing).is_err() {
-                    self.fail(outgoing.frame, FailCause::QueueFull).await;
+                if let Some(lost) = self.queue.push(outgoing).unwrap_or(Some(outgoing)) {
+                    self.fail(lost.frame, FailCause::QueueFull).await;
                 }
             }
             BusCommand::Abandon => self.abandon().await,

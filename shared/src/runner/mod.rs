@@ -81,7 +81,7 @@ pub enum FailCause {
     BusLeft,
     /// Its lifetime ended.
     Expired,
-    /// The transmit queue was full.
+    /// The transmit queue was full, or a frame that the network lives on took its place there.
     QueueFull,
     /// The controller gave the frame up by itself (bus-off, reset).
     Aborted,
