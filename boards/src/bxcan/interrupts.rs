@@ -11,7 +11,7 @@ use embassy_stm32::interrupt::typelevel::Handler;
 use embassy_stm32::pac::can::Can;
 
 use super::controller::Controller;
-use crate::Uptime;
+use crate::{TELLTALE, Uptime};
 
 /// Handler of the transmit interrupt.
 pub struct TransmitHandler<T>(PhantomData<T>);
@@ -25,6 +25,7 @@ pub struct StatusHandler<T>(PhantomData<T>);
 impl<T: Controller> Handler<T::TXInterrupt> for TransmitHandler<T> {
     unsafe fn on_interrupt() {
         let stamp = stamp();
+        TELLTALE.interrupts.transmit.count();
         let status = T::REGISTERS.tsr().read();
         // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
         T::REGISTERS.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
@@ -44,6 +45,7 @@ impl<T: Controller> Handler<T::TXInterrupt> for TransmitHandler<T> {
 impl<T: Controller> Handler<T::RX0Interrupt> for ReceiveHandler<T> {
     unsafe fn on_interrupt() {
         let stamp = stamp();
+        TELLTALE.interrupts.receive.count();
         let fifo = T::REGISTERS.rfr(0);
         loop {
             let status = fifo.read();
@@ -68,6 +70,7 @@ impl<T: Controller> Handler<T::RX0Interrupt> for ReceiveHandler<T> {
 
 impl<T: Controller> Handler<T::SCEInterrupt> for StatusHandler<T> {
     unsafe fn on_interrupt() {
+        TELLTALE.interrupts.error.count();
         // Written, not modified: MSR holds other flags that are cleared by writing 1.
         T::REGISTERS.msr().write(|w| w.set_erri(true));
         note_errors::<T>();
