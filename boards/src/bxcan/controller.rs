@@ -1,5 +1,6 @@
 //! The controllers of this chip and their settings.
 
+use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use embassy_stm32::pac::can::Can;
 use embassy_stm32::pac::can::regs::Esr;
@@ -8,19 +9,6 @@ use embassy_stm32::{can, pac, peripherals};
 
 use super::events::EventQueue;
 use super::filters::BANKS;
-
-/// Lengths in time quanta (RM0090 32.7.7); the synchronisation segment is one more.
-#[derive(Clone, Copy)]
-pub struct BitTiming {
-    /// APB1 clocks to a time quantum, 1..=1024.
-    pub prescaler: u16,
-    /// Before the sample point, 1..=16.
-    pub segment1: u8,
-    /// After the sample point, 1..=8.
-    pub segment2: u8,
-    /// Most that one resynchronisation moves, 1..=4.
-    pub jump_width: u8,
-}
 
 /// A bxCAN controller.
 pub trait Controller: can::Instance {
@@ -59,10 +47,10 @@ pub(super) fn configure(registers: Can, timing: BitTiming) {
     registers.mcr().write(|w| w.set_inrq(true));
     while !registers.msr().read().inak() {}
     registers.btr().write(|w| {
-        w.set_brp(timing.prescaler - 1);
-        w.set_ts(0, timing.segment1 - 1);
-        w.set_ts(1, timing.segment2 - 1);
-        w.set_sjw(timing.jump_width - 1);
+        w.set_brp(timing.prescaler() - 1);
+        w.set_ts(0, timing.segment1() - 1);
+        w.set_ts(1, timing.segment2() - 1);
+        w.set_sjw(timing.jump_width() - 1);
     });
     // Not LECIE: on a cut bus it would fire with every attempt.
     registers.ier().write(|w| {

@@ -24,7 +24,6 @@ mod port;
 
 #[cfg(target_os = "none")]
 pub use {
-    controller::BitTiming,
     interrupts::{ReceiveHandler, StatusHandler, TransmitHandler},
     port::Port,
 };

@@ -3,6 +3,7 @@
 use core::future::poll_fn;
 
 use ecss_can::link::Frame;
+use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, MAILBOXES, Mailbox, PortEvent};
 use embassy_stm32::can::{RxPin, TxPin};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
@@ -12,7 +13,7 @@ use embassy_stm32::pac::can::Can;
 use embassy_stm32::{Peri, pac, rcc};
 use embassy_time::{Duration, with_timeout};
 
-use super::controller::{self, BitTiming, Controller};
+use super::controller::{self, Controller};
 use super::events::EventQueue;
 use super::filters::{BANKS, banks};
 use super::interrupts::{ReceiveHandler, StatusHandler, TransmitHandler};
