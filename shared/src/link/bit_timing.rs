@@ -244,9 +244,10 @@ impl BitTiming {
 /// Clocks to a time quantum, if a whole number of them gives the bit rate exactly.
 const fn prescaler(clock: Hertz, bit_rate: BitRate, quanta: u8) -> Option<u16> {
     let quanta_per_second = bit_rate.0 * quanta as u32;
-    let prescaler = clock.0 / quanta_per_second;
-    let fits = clock.0 % quanta_per_second == 0 && prescaler >= 1 && prescaler <= PRESCALERS;
-    if fits { Some(prescaler as u16) } else { None }
+    match clock.0 / quanta_per_second {
+        prescaler @ 1..=PRESCALERS if clock.0.is_multiple_of(quanta_per_second) => Some(prescaler as u16),
+        _ => None,
+    }
 }
 
 /// The better option, or the error that got further.
