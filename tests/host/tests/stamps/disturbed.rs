@@ -1,0 +1,1 @@
+//! Lines with faults: no stamp rather than one of another frame.
