@@ -11,6 +11,8 @@ use embassy_stm32::interrupt::typelevel::Handler;
 use embassy_stm32::pac::can::Can;
 
 use super::controller::Controller;
+use super::events::EventQueue;
+use super::status::{Enables, Status};
 use crate::{TELLTALE, Uptime};
 
 /// Handler of the transmit interrupt.
@@ -40,7 +42,7 @@ impl<T: Controller> Handler<T::TXInterrupt> for TransmitHandler<T> {
                 PortEvent::Failed { mailbox }
             });
         }
-        note_errors::<T>();
+        note_errors(T::REGISTERS, T::events());
     }
 }
 
@@ -67,23 +69,51 @@ impl<T: Controller> Handler<T::RX0Interrupt> for ReceiveHandler<T> {
                 None => T::events().overrun(),
             }
         }
-        note_errors::<T>();
+        note_errors(T::REGISTERS, T::events());
     }
 }
 
 impl<T: Controller> Handler<T::SCEInterrupt> for StatusHandler<T> {
     unsafe fn on_interrupt() {
         TELLTALE.interrupts.error.count();
-        // Written, not modified: MSR holds other flags that are cleared by writing 1.
-        T::REGISTERS.msr().write(|w| w.set_erri(true));
-        note_errors::<T>();
+        let registers = T::REGISTERS;
+        clear_errors(registers);
+        let status = Status(registers.esr().read().0);
+        let repeated = registers.msr().read().erri();
+        enable_sources(registers, T::events().error_interrupt(status, repeated));
+        if repeated {
+            clear_errors(registers);
+        }
     }
 }
 
-/// The return to a better state raises no interrupt of its own; it comes with a success on the bus. That from bus-off
-/// the port looks for.
-fn note_errors<T: Controller>() {
-    T::events().error_status(T::REGISTERS.esr().read());
+/// Written, not modified: MSR holds other flags that are cleared by writing 1.
+fn clear_errors(registers: Can) {
+    registers.msr().write(|w| w.set_erri(true));
+}
+
+/// Follows the error register where it changes without an interrupt of its own: a better state comes with a success on
+/// the bus; that after bus-off the port looks for. Not to be interrupted by the handlers above.
+pub(super) fn note_errors(registers: Can, events: &EventQueue) {
+    let status = Status(registers.esr().read().0);
+    // A flag that is new is left to the error interrupt, which would take it for another one. ESR is read first, so that
+    // no flag comes between.
+    if !registers.msr().read().erri() {
+        enable_sources(registers, events.error_status(status));
+    }
+}
+
+/// Not LECIE: on a cut bus it would fire with every attempt.
+pub(super) fn enable_sources(registers: Can, errors: Enables) {
+    registers.ier().write(|w| {
+        w.set_tmeie(true);
+        w.set_fmpie(0, true);
+        w.set_fovie(0, true);
+        w.set_ewgie(errors.warning);
+        w.set_epvie(errors.passive);
+        w.set_bofie(errors.bus_off);
+        w.set_errie(true);
+    });
 }
 
 /// Of a frame that was found at `now`, with or without later ones.

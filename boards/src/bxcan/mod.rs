@@ -12,6 +12,8 @@
 
 mod filters;
 mod mailboxes;
+mod mode;
+mod status;
 
 #[cfg(target_os = "none")]
 mod controller;

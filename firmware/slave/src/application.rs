@@ -86,6 +86,7 @@ fn log(event: &SlaveEvent) {
             }
             _ => defmt::warn!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error),
         },
+        SlaveEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         SlaveEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
         _ => {}
     }

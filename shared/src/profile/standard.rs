@@ -28,6 +28,7 @@ pub const STANDARD: Profile = Profile {
     silent_share: 50,
     bus_off: BusOffPolicy {
         pause: Duration::from_millis(10),
+        patience: Duration::from_millis(50),
         attempts: 3,
         window: Duration::from_millis(1_000),
     },

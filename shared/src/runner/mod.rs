@@ -64,13 +64,15 @@ pub enum LinkEvent {
     },
     /// Received frames were lost before the node could see them.
     Overrun {
-        /// How many since the last report.
+        /// How many since the last report, at least.
         lost: u16,
     },
     /// The error state of the controller changed.
     Health(Health),
     /// Its error counters moved since they were told last; told before the next event of the controller.
     Counters(Health),
+    /// The controller does not get on or off the bus: it is defective, or the bus is dominant all the time.
+    Stalled,
 }
 
 /// Why a frame did not go out.

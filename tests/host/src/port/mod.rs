@@ -156,7 +156,7 @@ impl Chip {
             PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox } => {
                 self.mailboxes.free(usize::from(mailbox.0));
             }
-            PortEvent::Overrun { .. } | PortEvent::Health(_) => {}
+            PortEvent::Overrun { .. } | PortEvent::Health(_) | PortEvent::Stalled => {}
         }
         Poll::Ready(event)
     }
