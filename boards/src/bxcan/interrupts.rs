@@ -6,7 +6,7 @@ use core::marker::PhantomData;
 
 use ecss_can::link::port::{MAILBOXES, Mailbox, PortEvent};
 use ecss_can::link::{CobId, Frame};
-use ecss_can::time::{Clock, Instant, Stamp};
+use ecss_can::time::{Clock, Stamp};
 use embassy_stm32::interrupt::typelevel::Handler;
 use embassy_stm32::pac::can::Can;
 
@@ -27,10 +27,8 @@ pub struct StatusHandler<T>(PhantomData<T>);
 impl<T: Controller> Handler<T::TXInterrupt> for TransmitHandler<T> {
     unsafe fn on_interrupt() {
         TELLTALE.interrupts.transmit.count();
-        let now = Uptime.now();
+        let stamp = Stamp::interrupt(Uptime.now());
         let status = T::REGISTERS.tsr().read();
-        let sent = (0..MAILBOXES).filter(|n| status.txok(*n)).count();
-        let stamp = stamp(now, sent == 1 && T::REGISTERS.rfr(0).read().fmp() == 0);
         // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
         T::REGISTERS.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
         for n in (0..MAILBOXES).filter(|n| status.rqcp(*n)) {
@@ -51,8 +49,7 @@ impl<T: Controller> Handler<T::RX0Interrupt> for ReceiveHandler<T> {
         TELLTALE.interrupts.receive.count();
         let fifo = T::REGISTERS.rfr(0);
         loop {
-            // Before the FIFO is looked at: if it holds one frame, all that ended until now have been reported.
-            let now = Uptime.now();
+            let stamp = Stamp::interrupt(Uptime.now());
             let status = fifo.read();
             if status.fovr() {
                 fifo.write(|w| w.set_fovr(true));
@@ -65,7 +62,7 @@ impl<T: Controller> Handler<T::RX0Interrupt> for ReceiveHandler<T> {
             fifo.write(|w| w.set_rfom(true));
             while fifo.read().rfom() {}
             match frame {
-                Some(frame) => T::events().received(frame, stamp(now, status.fmp() == 1)),
+                Some(frame) => T::events().received(frame, stamp),
                 None => T::events().overrun(),
             }
         }
@@ -114,11 +111,6 @@ pub(super) fn enable_sources(registers: Can, errors: Enables) {
         w.set_bofie(errors.bus_off);
         w.set_errie(true);
     });
-}
-
-/// Of a frame that was found at `now`, with or without later ones.
-fn stamp(now: Instant, newest: bool) -> Stamp {
-    if newest { Stamp::interrupt(now) } else { Stamp::late(now) }
 }
 
 /// The frame at the output of FIFO 0. The filters admit 11-bit data frames only.

@@ -187,7 +187,6 @@ impl Telemetry {
                     None => 0,
                     Some(StampSource::Interrupt) => 1,
                     Some(StampSource::Capture) => 2,
-                    Some(StampSource::Late) => 3,
                 }],
             ),
             Telemetry::Traffic { received, sent, .. } => {
@@ -216,7 +215,6 @@ impl Telemetry {
             (Request::StampSource, [0]) => Telemetry::StampSource(None),
             (Request::StampSource, [1]) => Telemetry::StampSource(Some(StampSource::Interrupt)),
             (Request::StampSource, [2]) => Telemetry::StampSource(Some(StampSource::Capture)),
-            (Request::StampSource, [3]) => Telemetry::StampSource(Some(StampSource::Late)),
             (Request::Traffic(bus), &[a, b, c, d, e, f]) => Telemetry::Traffic {
                 bus,
                 received: u32::from_le_bytes([a, b, c, 0]),

@@ -13,7 +13,7 @@ pub use clock::LocalClock;
 pub use instant::{Duration, Instant};
 pub use periodic::Periodic;
 pub use scet::Scet;
-pub use stamp::{EDGES, EdgeRing, Miss, Stamp, StampSource, Ticks};
+pub use stamp::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource, Ticks};
 
 /// Where the protocol gets its time from. One per node, monotonic.
 #[allow(async_fn_in_trait)] // spawned on single-threaded executors only

@@ -72,10 +72,8 @@ pub enum StampSource {
     /// constant delay of the timer's input.
     Capture,
     /// Read in the interrupt at the end of the frame: late by the interrupt latency, some microseconds, which has no
-    /// bound of its own; early by at most one bit and two microseconds.
+    /// bound of its own; early by at most one bit, as a receiver has a frame one bit before its end.
     Interrupt,
-    /// As [`StampSource::Interrupt`], but later frames were there already: late by at least a whole frame.
-    Late,
 }
 
 impl StampSource {
@@ -88,11 +86,6 @@ impl Stamp {
     /// Read in the interrupt that the frame raised.
     pub fn interrupt(at: Instant) -> Stamp {
         Stamp { at, ticks: at.into(), source: StampSource::Interrupt }
-    }
-
-    /// Read in an interrupt that found later frames too.
-    pub fn late(at: Instant) -> Stamp {
-        Stamp { source: StampSource::Late, ..Stamp::interrupt(at) }
     }
 
     fn capture(ticks: Ticks) -> Stamp {
@@ -108,10 +101,20 @@ pub enum Miss {
     Silent,
     /// There are edges, but one is missing, one too many, or one in a wrong place.
     Mismatch,
-    /// The interrupt came so late that another frame may be meant.
+    /// The interrupt came a frame late: an earlier frame may have these edges.
     Late,
-    /// Found more than once since the last time.
+    /// Found more than once since the last time, or another frame like it was reported meanwhile.
     Ambiguous,
+}
+
+/// What was captured of a line when a stamp is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Captured {
+    /// The cell that the next edge goes to, `0..EDGES`.
+    pub next: usize,
+    /// Until then no later frame like the one in question was received or sent: low word of [`Ticks`], at least a bit
+    /// after the report.
+    pub alone_until: u32,
 }
 
 /// Edges in a ring: at least 512 bits of any traffic.
@@ -135,26 +138,28 @@ impl EdgeRing {
         &self.cells
     }
 
-    /// The stamp of a frame that was reported with the stamp `reported`. `next` is the cell that the next edge goes to,
-    /// `bit` the length of a bit in ticks.
+    /// The stamp of a frame that was reported with the stamp `reported`. `bit` is the length of a bit in ticks.
     ///
-    /// Frames are to be asked for in the order of their ends, and all with the same edges: each takes what it finds out
-    /// of the ring, so that nothing is found again, not even when the low word has come round to the same value.
+    /// Each call takes what it finds out of the ring, so that nothing is found again, not even when the low word has come
+    /// round to the same value.
     ///
     /// # Errors
     /// A [`Miss`] rather than a doubt.
-    pub fn stamp(&self, next: usize, frame: &Frame, reported: Stamp, bit: u32) -> Result<Stamp, Miss> {
+    pub fn stamp(&self, line: Captured, frame: &Frame, reported: Stamp, bit: u32) -> Result<Stamp, Miss> {
         let pattern = Pattern::of(frame);
-        let search = Search { ring: self, next, bit, pattern: &pattern };
-        // A receiver reports one bit before the end, on a bit grid of its own; clock and timer differ by a microsecond,
-        // and the clock is rounded to one.
-        let latest = reported.ticks.low().wrapping_add(2 * bit + 2 * Ticks::PER_MICRO);
+        let search = Search { ring: self, next: line.next, bit, pattern: &pattern };
+        // A receiver has a frame one bit before its end, by a bit grid that is off by up to 0.6 bit; the clock of the
+        // interrupt is rounded to a microsecond and up to another one off the timer.
+        let reported_by = reported.ticks.low().wrapping_add(2 * bit + 2 * Ticks::PER_MICRO);
+        // The same bit and its grid for the next frame like it, which was not there until then.
+        let alone_until = line.alone_until.wrapping_add(search.tenths(4) as u32);
+        let latest = if later(reported_by, alone_until) < 0 { reported_by } else { alone_until };
         let before = |at: u32| latest.wrapping_sub(at);
 
         let (mut found, mut more) = (None, false);
         for back in 0..EDGES.saturating_sub(pattern.edges.len()) {
             if let Some(end) = search.end_of_match(back)
-                && before(end) as i32 >= 0
+                && later(latest, end) >= 0
             {
                 search.take(back);
                 more |= found.replace(end).is_some();
@@ -163,10 +168,8 @@ impl EdgeRing {
         let length = u32::from(pattern.length) * bit;
         match found {
             Some(_) if more => Err(Miss::Ambiguous),
-            // Two equal frames end at least their length apart: here ends none but the one that was reported.
-            Some(end) if reported.source == StampSource::Interrupt && before(end) < length => {
-                Ok(Stamp::capture(reported.ticks.nearest(end)))
-            }
+            // Two equal frames end at least their length apart: no earlier one ended here.
+            Some(end) if before(end) < length => Ok(Stamp::capture(reported.ticks.nearest(end))),
             Some(_) => Err(Miss::Late),
             None if (0..EDGES).any(|back| before(search.edge(back)) < 2 * length) => Err(Miss::Mismatch),
             None => Err(Miss::Silent),

@@ -5,7 +5,7 @@
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
 use ecss_can::link::{CobId, Frame};
-use ecss_can::time::{EDGES, EdgeRing, Instant, Miss, Stamp, StampSource, Ticks};
+use ecss_can::time::{Captured, EDGES, EdgeRing, Instant, Miss, Stamp, StampSource, Ticks};
 
 /// Length of a bit at 1 Mbit/s, and of a microsecond.
 pub const BIT: f64 = 84.0;
@@ -25,7 +25,6 @@ pub struct Sent {
 #[derive(Clone, Copy, Debug)]
 pub struct Complete {
     pub frame: WireFrame,
-    pub start: f64,
     pub end: f64,
 }
 
@@ -68,7 +67,7 @@ impl Line {
             self.falls.push(start + n as f64 * bit + shift * BIT);
         }
         self.now = start + encoded.bits().len() as f64 * bit;
-        Complete { frame: *frame, start, end: self.now }
+        Complete { frame: *frame, end: self.now }
     }
 
     /// The first `bits` bits of a frame, then an error flag of `flag` bits with its echo, and the delimiter.
@@ -110,12 +109,13 @@ impl Node {
         }
     }
 
-    /// The node asks for the stamp of a frame that its interrupt found at `interrupt`.
-    pub fn stamp(&self, frame: &WireFrame, interrupt: f64, newest: bool) -> Result<Stamp, Miss> {
-        let at = Instant::from_micros(interrupt as u64 / BIT as u64);
-        let reported = if newest { Stamp::interrupt(at) } else { Stamp::late(at) };
+    /// The node asks at `task` for the stamp of a frame that its interrupt found at `interrupt`; it has no later one like
+    /// it yet.
+    pub fn stamp(&self, frame: &WireFrame, interrupt: f64, task: f64) -> Result<Stamp, Miss> {
+        let reported = Stamp::interrupt(Instant::from_micros(interrupt as u64 / BIT as u64));
+        let line = Captured { next: self.next, alone_until: task.max(interrupt + BIT) as u64 as u32 };
         let frame = Frame::new(CobId::new(id(frame)).unwrap(), frame.payload()).unwrap();
-        self.ring.stamp(self.next, &frame, reported, BIT as u32)
+        self.ring.stamp(line, &frame, reported, BIT as u32)
     }
 }
 
