@@ -4,7 +4,10 @@ use std::path::PathBuf;
 use std::{env, fs};
 
 /// Board feature as cargo passes it, memory map.
-const MAPS: [(&str, &str); 1] = [("CARGO_FEATURE_PYBOARD_V11", "memory/stm32f405rg.x")];
+const MAPS: [(&str, &str); 2] = [
+    ("CARGO_FEATURE_PYBOARD_V11", "memory/stm32f405rg.x"),
+    ("CARGO_FEATURE_NUCLEO_F446RE", "memory/stm32f446re.x"),
+];
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

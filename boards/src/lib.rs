@@ -14,7 +14,11 @@ mod bxcan;
 pub mod straps;
 
 #[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
 mod clock;
+#[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
+mod nucleo_f446re;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 mod pyboard_v11;
 
@@ -36,7 +40,10 @@ mod image {
 }
 
 #[cfg(target_os = "none")]
-pub use {bxcan::Port, clock::Uptime, image::TELLTALE, image::reset};
-
-#[cfg(all(target_os = "none", feature = "pyboard-v11"))]
-pub use pyboard_v11::{BIT_RATE, Board, Leds};
+pub use {
+    board::{Board, Leds, bit_timing},
+    bxcan::Port,
+    clock::Uptime,
+    image::TELLTALE,
+    image::reset,
+};

@@ -9,6 +9,9 @@ pub enum Board {
     /// pyboard v1.1: STM32F405RG at 168 MHz, two bxCAN controllers
     #[value(name = "pyboard-v11")]
     PyboardV11,
+    /// NUCLEO-F446RE: STM32F446RE at 168 MHz, two bxCAN controllers, external transceivers
+    #[value(name = "nucleo-f446re")]
+    NucleoF446re,
 }
 
 impl Board {
@@ -16,19 +19,23 @@ impl Board {
     pub fn name(self) -> &'static str {
         match self {
             Board::PyboardV11 => "pyboard-v11",
+            Board::NucleoF446re => "nucleo-f446re",
         }
     }
 
     /// How the harness closes the Node-ID straps for `node`, `2..=15`: four bits from the lowest, then odd parity; a
     /// closed strap is tied to ground, an open one has a pull-up. The master has none.
     pub fn straps(self, node: u8) -> Vec<(Pin, bool)> {
-        let Board::PyboardV11 = self;
         if node == 1 {
             return Vec::new();
         }
+        let pins = match self {
+            Board::PyboardV11 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
+            Board::NucleoF446re => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
+        };
         let parity = node.count_ones().is_multiple_of(2).then_some(4);
         let closed = (0..4).filter(|bit| node >> bit & 1 == 1).chain(parity);
-        closed.map(|strap| (Pin::new('A', 2 + strap), false)).collect()
+        closed.map(|strap| pins[strap]).map(|(port, number)| (Pin::new(port, number), false)).collect()
     }
 }
 
@@ -38,6 +45,12 @@ mod tests {
 
     fn tied(node: u8) -> Vec<(Pin, bool)> {
         Board::PyboardV11.straps(node)
+    }
+
+    #[test]
+    fn each_board_has_its_own_pins() {
+        let pins = [('C', 0), ('C', 1), ('B', 0)].map(|(port, number)| (Pin::new(port, number), false));
+        assert_eq!(Board::NucleoF446re.straps(3), pins);
     }
 
     #[test]

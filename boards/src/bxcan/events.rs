@@ -6,14 +6,12 @@ use core::task::{Context, Poll};
 use ecss_can::link::Frame;
 use ecss_can::link::port::{MAILBOXES, PortEvent};
 use ecss_can::time::Stamp;
-use embassy_stm32::pac::can::regs::Esr;
-use embassy_stm32::pac::can::vals::Lec;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
 use heapless::Deque;
 
-use super::controller::health;
+use super::status::{Enables, ErrorLog, Status};
 
 /// Received frames that may wait for the task: 3 ms of the shortest frames.
 const FRAMES: usize = 64;
@@ -29,14 +27,12 @@ struct Waiting {
     /// free always suffice for results.
     events: Deque<PortEvent, { FRAMES + MAILBOXES }>,
     lost: u16,
-    /// The error register when its flags last changed.
-    status: Esr,
-    status_changed: bool,
+    errors: ErrorLog,
 }
 
 impl EventQueue {
     pub(super) const fn new() -> Self {
-        let waiting = Waiting { events: Deque::new(), lost: 0, status: Esr(0), status_changed: false };
+        let waiting = Waiting { events: Deque::new(), lost: 0, errors: ErrorLog::new() };
         EventQueue { waiting: Mutex::new(RefCell::new(waiting)), waker: AtomicWaker::new() }
     }
 
@@ -51,7 +47,7 @@ impl EventQueue {
         });
     }
 
-    /// A frame was lost before it could be read.
+    /// A frame was lost before it could be read, or more than one: FOVR says no more than that.
     pub(super) fn overrun(&self) {
         self.update(|waiting| waiting.lost = waiting.lost.saturating_add(1));
     }
@@ -64,14 +60,14 @@ impl EventQueue {
         });
     }
 
-    /// The error register as it is now; a change of its flags is reported, the latest only.
-    pub(super) fn error_status(&self, esr: Esr) {
-        self.update(|waiting| {
-            if flags(esr) != flags(waiting.status) {
-                waiting.status = esr;
-                waiting.status_changed = true;
-            }
-        });
+    /// The error register as it is now; what may raise the error interrupt from now on.
+    pub(super) fn error_status(&self, now: Status) -> Enables {
+        self.update(|waiting| waiting.errors.note(now))
+    }
+
+    /// The error interrupt; `repeated`: it would have come at once again.
+    pub(super) fn error_interrupt(&self, now: Status, repeated: bool) -> Enables {
+        self.update(|waiting| waiting.errors.on_interrupt(now, repeated))
     }
 
     /// The next event.
@@ -83,9 +79,10 @@ impl EventQueue {
         }
     }
 
-    fn update(&self, change: impl FnOnce(&mut Waiting)) {
-        self.with(change);
+    fn update<R>(&self, change: impl FnOnce(&mut Waiting) -> R) -> R {
+        let result = self.with(change);
         self.waker.wake();
+        result
     }
 
     fn with<R>(&self, what: impl FnOnce(&mut Waiting) -> R) -> R {
@@ -95,17 +92,12 @@ impl EventQueue {
 
 impl Waiting {
     fn take(&mut self) -> Option<PortEvent> {
-        if core::mem::take(&mut self.status_changed) {
-            return Some(PortEvent::Health(health(self.status)));
+        if let Some(health) = self.errors.take() {
+            return Some(PortEvent::Health(health));
         }
         if self.lost > 0 {
             return Some(PortEvent::Overrun { lost: core::mem::take(&mut self.lost) });
         }
         self.events.pop_front()
     }
-}
-
-/// Error warning, error passive, bus-off; unacknowledged while error passive, which is how a lone transmitter looks.
-fn flags(esr: Esr) -> (bool, bool, bool, bool) {
-    (esr.ewgf(), esr.epvf(), esr.boff(), esr.epvf() && esr.lec() == Lec::ACK)
 }

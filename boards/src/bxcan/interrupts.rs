@@ -6,12 +6,14 @@ use core::marker::PhantomData;
 
 use ecss_can::link::port::{MAILBOXES, Mailbox, PortEvent};
 use ecss_can::link::{CobId, Frame};
-use ecss_can::time::{Clock, Stamp, StampSource};
+use ecss_can::time::{Clock, Stamp};
 use embassy_stm32::interrupt::typelevel::Handler;
 use embassy_stm32::pac::can::Can;
 
 use super::controller::Controller;
-use crate::Uptime;
+use super::events::EventQueue;
+use super::status::{Enables, Status};
+use crate::{TELLTALE, Uptime};
 
 /// Handler of the transmit interrupt.
 pub struct TransmitHandler<T>(PhantomData<T>);
@@ -24,7 +26,8 @@ pub struct StatusHandler<T>(PhantomData<T>);
 
 impl<T: Controller> Handler<T::TXInterrupt> for TransmitHandler<T> {
     unsafe fn on_interrupt() {
-        let stamp = stamp();
+        TELLTALE.interrupts.transmit.count();
+        let stamp = Stamp::interrupt(Uptime.now());
         let status = T::REGISTERS.tsr().read();
         // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
         T::REGISTERS.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
@@ -37,15 +40,16 @@ impl<T: Controller> Handler<T::TXInterrupt> for TransmitHandler<T> {
                 PortEvent::Failed { mailbox }
             });
         }
-        note_errors::<T>();
+        note_errors(T::REGISTERS, T::events());
     }
 }
 
 impl<T: Controller> Handler<T::RX0Interrupt> for ReceiveHandler<T> {
     unsafe fn on_interrupt() {
-        let stamp = stamp();
+        TELLTALE.interrupts.receive.count();
         let fifo = T::REGISTERS.rfr(0);
         loop {
+            let stamp = Stamp::interrupt(Uptime.now());
             let status = fifo.read();
             if status.fovr() {
                 fifo.write(|w| w.set_fovr(true));
@@ -62,26 +66,51 @@ impl<T: Controller> Handler<T::RX0Interrupt> for ReceiveHandler<T> {
                 None => T::events().overrun(),
             }
         }
-        note_errors::<T>();
+        note_errors(T::REGISTERS, T::events());
     }
 }
 
 impl<T: Controller> Handler<T::SCEInterrupt> for StatusHandler<T> {
     unsafe fn on_interrupt() {
-        // Written, not modified: MSR holds other flags that are cleared by writing 1.
-        T::REGISTERS.msr().write(|w| w.set_erri(true));
-        note_errors::<T>();
+        TELLTALE.interrupts.error.count();
+        let registers = T::REGISTERS;
+        clear_errors(registers);
+        let status = Status(registers.esr().read().0);
+        let repeated = registers.msr().read().erri();
+        enable_sources(registers, T::events().error_interrupt(status, repeated));
+        if repeated {
+            clear_errors(registers);
+        }
     }
 }
 
-/// The return to a better state raises no interrupt of its own; it comes with a success on the bus. That from bus-off
-/// the port looks for.
-fn note_errors<T: Controller>() {
-    T::events().error_status(T::REGISTERS.esr().read());
+/// Written, not modified: MSR holds other flags that are cleared by writing 1.
+fn clear_errors(registers: Can) {
+    registers.msr().write(|w| w.set_erri(true));
 }
 
-fn stamp() -> Stamp {
-    Stamp { at: Uptime.now(), source: StampSource::Interrupt }
+/// Follows the error register where it changes without an interrupt of its own: a better state comes with a success on
+/// the bus; that after bus-off the port looks for. Not to be interrupted by the handlers above.
+pub(super) fn note_errors(registers: Can, events: &EventQueue) {
+    let status = Status(registers.esr().read().0);
+    // A flag that is new is left to the error interrupt, which would take it for another one. ESR is read first, so that
+    // no flag comes between.
+    if !registers.msr().read().erri() {
+        enable_sources(registers, events.error_status(status));
+    }
+}
+
+/// Not LECIE: on a cut bus it would fire with every attempt.
+pub(super) fn enable_sources(registers: Can, errors: Enables) {
+    registers.ier().write(|w| {
+        w.set_tmeie(true);
+        w.set_fmpie(0, true);
+        w.set_fovie(0, true);
+        w.set_ewgie(errors.warning);
+        w.set_epvie(errors.passive);
+        w.set_bofie(errors.bus_off);
+        w.set_errie(true);
+    });
 }
 
 /// The frame at the output of FIFO 0. The filters admit 11-bit data frames only.

@@ -12,6 +12,8 @@
 
 mod filters;
 mod mailboxes;
+mod mode;
+mod status;
 
 #[cfg(target_os = "none")]
 mod controller;
@@ -24,7 +26,6 @@ mod port;
 
 #[cfg(target_os = "none")]
 pub use {
-    controller::BitTiming,
     interrupts::{ReceiveHandler, StatusHandler, TransmitHandler},
     port::Port,
 };

@@ -3,7 +3,9 @@
 use core::future::poll_fn;
 
 use ecss_can::link::Frame;
+use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, MAILBOXES, Mailbox, PortEvent};
+use ecss_can::time::Clock;
 use embassy_stm32::can::{RxPin, TxPin};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::Priority;
@@ -12,20 +14,24 @@ use embassy_stm32::pac::can::Can;
 use embassy_stm32::{Peri, pac, rcc};
 use embassy_time::{Duration, with_timeout};
 
-use super::controller::{self, BitTiming, Controller};
+use super::controller::{self, Controller};
 use super::events::EventQueue;
 use super::filters::{BANKS, banks};
-use super::interrupts::{ReceiveHandler, StatusHandler, TransmitHandler};
+use super::interrupts::{ReceiveHandler, StatusHandler, TransmitHandler, enable_sources, note_errors};
 use super::mailboxes::Mailboxes;
+use super::mode::{Mode, Request, Seen};
+use super::status::{Enables, Status};
+use crate::Uptime;
 
 /// Below the timer driver's: its interrupt keeps the time that the stamps are read from.
 const PRIORITY: Priority = Priority::P6;
 
-/// Polls of MSR while a controller in bus-off enters Init mode, which takes it a bit time or two: some 100 µs.
+/// Looks at MSR until a controller has entered Init mode after reset; one that takes longer is looked at later.
 const INIT_POLLS: usize = 2_000;
 
-/// The end of a recovery from bus-off raises no interrupt, and on a quiet bus no success tells of it either.
-const RECOVERY_POLL: Duration = Duration::from_millis(1);
+/// Changes of mode raise no interrupt. Nor does the end of a recovery from bus-off, and on a quiet bus no success tells
+/// of it either.
+const LOOK: Duration = Duration::from_millis(1);
 
 /// A bxCAN controller on its bus.
 pub struct Port {
@@ -33,7 +39,8 @@ pub struct Port {
     first_bank: usize,
     events: &'static EventQueue,
     mailboxes: Mailboxes,
-    joined: bool,
+    timing: BitTiming,
+    mode: Mode,
     /// May be on its way out of bus-off.
     recovering: bool,
     /// Dropping them would cut the controller off its pins.
@@ -42,6 +49,8 @@ pub struct Port {
 
 impl Port {
     /// Takes a controller into Init mode, silent. CAN1 must be made first: it clocks the filters of both.
+    ///
+    /// One that does not get there stays silent, is tried again for ever, and says so ([`PortEvent::Stalled`]).
     pub fn new<T: Controller>(
         _controller: Peri<'static, T>,
         rx: Peri<'static, impl RxPin<T>>,
@@ -52,7 +61,9 @@ impl Port {
         timing: BitTiming,
     ) -> Port {
         rcc::enable_and_reset::<T>();
-        controller::configure(T::REGISTERS, timing);
+        // Everything that is not named is off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
+        T::REGISTERS.mcr().write(|w| w.set_inrq(true));
+        enable_sources(T::REGISTERS, Enables::ALL);
         // Recessive in Init mode, so the pins come last. The pull-up keeps a port without transceiver recessive.
         let (rx_function, tx_function) = (rx.af_num(), tx.af_num());
         let (mut rx, mut tx) = (Flex::new(rx), Flex::new(tx));
@@ -61,28 +72,55 @@ impl Port {
         enable::<T::TXInterrupt>();
         enable::<T::RX0Interrupt>();
         enable::<T::SCEInterrupt>();
-        Port {
+        let mut port = Port {
             registers: T::REGISTERS,
             first_bank: T::FIRST_BANK,
             events: T::events(),
             mailboxes: Mailboxes::default(),
-            joined: false,
+            timing,
+            mode: Mode::entering(Uptime.now()),
             recovering: false,
             _pins: [rx, tx],
+        };
+        for _ in 0..INIT_POLLS {
+            port.advance();
+            if port.mode.is_settled() {
+                break;
+            }
+        }
+        port
+    }
+
+    /// Goes on with what is under way.
+    fn advance(&mut self) {
+        while let Some(request) = self.mode.advance(self.seen(), Uptime.now()) {
+            self.obey(request);
         }
     }
 
-    fn request_init(&self, init: bool) {
-        self.registers.mcr().modify(|w| w.set_inrq(init));
+    fn seen(&self) -> Seen {
+        let status = self.registers.tsr().read();
+        Seen { init: self.registers.msr().read().inak(), empty: (0..MAILBOXES).all(|n| status.tme(n)) }
+    }
+
+    fn obey(&self, request: Request) {
+        match request {
+            Request::Configure => controller::configure(self.registers, self.timing),
+            Request::Abort => {
+                self.registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_abrq(n, true)));
+            }
+            Request::Init => self.registers.mcr().modify(|w| w.set_inrq(true)),
+            Request::Normal => self.registers.mcr().modify(|w| w.set_inrq(false)),
+        }
+    }
+
+    fn is_bus_off(&self) -> bool {
+        self.registers.esr().read().boff()
     }
 
     fn watch_recovery(&mut self) {
-        // No interrupt between: its newer status must not be overwritten.
-        cortex_m::interrupt::free(|_| {
-            let status = self.registers.esr().read();
-            self.recovering = status.boff();
-            self.events.error_status(status);
-        });
+        cortex_m::interrupt::free(|_| note_errors(self.registers, self.events));
+        self.recovering = self.is_bus_off();
     }
 }
 
@@ -113,18 +151,21 @@ impl CanPort for Port {
     }
 
     fn join(&mut self) {
-        (self.joined, self.recovering) = (true, true);
-        self.request_init(false);
+        self.mode.want(true);
+        self.recovering = true;
+        self.advance();
     }
 
     fn leave(&mut self) {
-        (self.joined, self.recovering) = (false, false);
-        // Before INRQ: in Init mode nothing ends any more.
-        self.registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_abrq(n, true)));
-        self.request_init(true);
+        self.mode.want(false);
+        self.recovering = false;
+        self.advance();
     }
 
     fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
+        if !self.mode.is_wanted_on_bus() {
+            return Err(Busy);
+        }
         let number = self.mailboxes.claim(frame.id()).ok_or(Busy)?;
         let mailbox = self.registers.tx(usize::from(number.0));
         let [a, b, c, d, e, f, g, h] = frame.padded();
@@ -146,29 +187,34 @@ impl CanPort for Port {
     }
 
     fn health(&self) -> Health {
-        controller::health(self.registers.esr().read())
+        Status(self.registers.esr().read().0).health()
     }
 
     /// A port that left its bus stays off it: [`CanPort::join`] recovers it too.
     fn recover(&mut self) {
-        if self.joined {
-            self.request_init(true);
-            let _entered = (0..INIT_POLLS).any(|_| self.registers.msr().read().inak());
-            self.request_init(false);
+        if self.is_bus_off()
+            && let Some(request) = self.mode.recover(Uptime.now())
+        {
+            self.obey(request);
             self.recovering = true;
+            self.advance();
         }
     }
 
     async fn event(&mut self) -> PortEvent {
         let event = loop {
+            self.advance();
+            if self.mode.take_stall(Uptime.now()) {
+                return PortEvent::Stalled;
+            }
             if self.recovering {
                 self.watch_recovery();
             }
             let next = poll_fn(|cx| self.events.poll(cx));
-            if !self.recovering {
+            if self.mode.is_settled() && !self.recovering {
                 break next.await;
             }
-            if let Ok(event) = with_timeout(RECOVERY_POLL, next).await {
+            if let Ok(event) = with_timeout(LOOK, next).await {
                 break event;
             }
         };

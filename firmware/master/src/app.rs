@@ -2,6 +2,7 @@
 
 use boards::{Board, TELLTALE};
 use ecss_can::link::Bus;
+use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
 use ecss_can::node::{Master, MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
@@ -17,8 +18,8 @@ pub const PROFILE: &Profile = &ecss_can::profile::LIBRECUBE;
 #[cfg(not(feature = "librecube"))]
 pub const PROFILE: &Profile = &ecss_can::profile::STANDARD;
 
-const _: () =
-    assert!(PROFILE.bit_rate == boards::BIT_RATE, "the board has another bit rate than the profile");
+/// A network for which this board has no bit timing fails the build here.
+const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
 
 /// Only tasks use the channels, and all tasks run in thread mode.
 pub type Raw = ThreadModeRawMutex;
@@ -28,7 +29,7 @@ pub static APPLICATION: AppLink<Raw, MasterEvent, MasterRequest> = AppLink::new(
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let Board { mut ports, clock, leds, .. } = Board::init();
+    let Board { mut ports, clock, leds, .. } = Board::init(BIT_TIMING);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     let node = Master::new(PROFILE);
     let filters = node.filters();

@@ -66,9 +66,9 @@ impl Application {
             }
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
             MasterEvent::Telemetry { .. } => self.telltale.telemetry_replies.count(),
-            MasterEvent::SyncSent { .. } => self.leds.blue.toggle(),
+            MasterEvent::SyncSent { .. } => self.leds.activity.toggle(),
             MasterEvent::BusSwitched { to, .. } => {
-                self.leds.yellow.set_level((*to == Bus::Redundant).into());
+                self.leds.state.set_level((*to == Bus::Redundant).into());
             }
             _ => {}
         }
@@ -81,7 +81,8 @@ impl Application {
 
     /// The LED in every other turn, a value that telemetry reads back in those between.
     async fn command(&mut self, turn: Turn) {
-        self.commands.taken(turn);
+        let missed = self.commands.taken(turn, self.clock.now());
+        self.telltale.skipped_turns.add(missed as u32);
         let Turn { node, count, .. } = turn;
         let command = if count % 2 == 0 { Command::SetLed(count % 4 == 0) } else { Command::SetValue(count) };
         self.link.requests.send(MasterRequest::Command { node, message: command.encode() }).await;
@@ -90,7 +91,8 @@ impl Application {
 
     /// Every request in turn.
     async fn request(&mut self, turn: Turn) {
-        self.telemetry.taken(turn);
+        let missed = self.telemetry.taken(turn, self.clock.now());
+        self.telltale.skipped_turns.add(missed as u32);
         let Turn { node, count, .. } = turn;
         if let Some(request) = Request::ALL.get(count as usize % Request::ALL.len()) {
             let message = request.encode();

@@ -35,10 +35,10 @@ impl Application {
                 SlaveEvent::TelemetryRequested { bus, request, status } => {
                     self.answer(bus, &request, &status).await;
                 }
-                SlaveEvent::Heartbeat { .. } | SlaveEvent::Time(_) => self.leds.blue.toggle(),
+                SlaveEvent::Heartbeat { .. } | SlaveEvent::Time(_) => self.leds.activity.toggle(),
                 SlaveEvent::Sync { stamp, .. } => {
                     self.record.stamp_source = Some(stamp.source);
-                    self.leds.blue.toggle();
+                    self.leds.activity.toggle();
                 }
                 SlaveEvent::ResetNode => {
                     defmt::info!("reset by the master");
@@ -57,7 +57,7 @@ impl Application {
         self.record.execute(command);
         self.telltale.commands.count();
         match command {
-            Command::SetLed(on) => self.leds.yellow.set_level(on.into()),
+            Command::SetLed(on) => self.leds.state.set_level(on.into()),
             Command::SetValue(_) => {}
             Command::ResetCounters => self.link.requests.send(SlaveRequest::ResetCounters).await,
         }
@@ -86,6 +86,7 @@ fn log(event: &SlaveEvent) {
             }
             _ => defmt::warn!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error),
         },
+        SlaveEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         SlaveEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
         _ => {}
     }

@@ -1,5 +1,6 @@
 //! The data link below the protocol: frames, buses, ports, queues.
 
+pub mod bit_timing;
 mod bus;
 mod cob_id;
 mod frame;

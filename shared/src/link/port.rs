@@ -29,7 +29,8 @@ pub trait CanPort {
     /// Go on the bus; takes part after 11 recessive bits.
     fn join(&mut self);
 
-    /// Go off the bus: abort every mailbox (each is reported [`PortEvent::Failed`]) and stay silent.
+    /// Go off the bus: abort every mailbox (each is reported [`PortEvent::Failed`], or [`PortEvent::Transmitted`] when it
+    /// was too late) and stay silent once a frame that is on the wire has ended.
     fn leave(&mut self);
 
     /// Put a frame into a mailbox.
@@ -38,7 +39,7 @@ pub trait CanPort {
     /// one mailbox free for those that are. A mailbox is in use until [`CanPort::event`] has handed out its end.
     ///
     /// # Errors
-    /// [`Busy`] when no mailbox may take the frame now.
+    /// [`Busy`] when no mailbox may take the frame now, or the port is off the bus.
     fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy>;
 
     /// Abort a mailbox; its end is reported as [`PortEvent::Failed`], or as [`PortEvent::Transmitted`] when it was too
@@ -48,7 +49,7 @@ pub trait CanPort {
     /// Error state and counters, read without side effect (ECSS 5.6.2b, c).
     fn health(&self) -> Health;
 
-    /// Begin recovery from bus-off (128 x 11 recessive bits).
+    /// Begin recovery from bus-off (128 x 11 recessive bits). Nothing happens when it is not bus-off, or off the bus.
     fn recover(&mut self);
 
     /// The next thing that happened. Cancel-safe: a dropped future loses no event.
@@ -110,13 +111,16 @@ pub enum PortEvent {
         /// Where it was.
         mailbox: Mailbox,
     },
-    /// This many received frames were lost: a FIFO overran or the queue behind it was full.
+    /// Received frames were lost: a FIFO overran or the queue behind it was full.
     Overrun {
-        /// Frames lost since the last such report.
+        /// Frames lost since the last such report, at least: an overrun counts as one, however many frames it cost.
         lost: u16,
     },
-    /// The error state changed.
+    /// The error state changed. Each bus-off is told, and the state between two of them.
     Health(Health),
+    /// The controller does not get on or off the bus as it was told to: it is defective, or the bus is dominant all the
+    /// time. It is told once and tried on.
+    Stalled,
 }
 
 /// Fault confinement state (ISO 11898-1).

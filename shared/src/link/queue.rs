@@ -1,9 +1,15 @@
-//! Transmit queue of a bus: lowest COB-ID first, in order within a COB-ID, each frame with its lifetime.
+//! Transmit queue of a bus: lowest COB-ID first, each frame with its lifetime.
+//!
+//! Frames of one COB-ID keep their order. When the queue is full, what the network lives on displaces what it does not.
 
 use heapless::Vec;
 
-use super::Frame;
+use super::port::is_urgent;
+use super::{CobId, Frame};
 use crate::time::Instant;
+
+/// Function code of NMT error control.
+const HEARTBEATS: u16 = 0x700;
 
 /// A frame on its way out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,14 +39,22 @@ impl<const N: usize> TxQueue<N> {
         TxQueue { frames: Vec::new() }
     }
 
-    /// Queue a frame behind those of its COB-ID.
+    /// Queue a frame behind those of its COB-ID. In a full queue a [vital](is_vital) frame displaces the one that would
+    /// go last of those that are not vital; that one is returned.
     ///
     /// # Errors
-    /// [`Full`] when there are `N` frames already.
-    pub fn push(&mut self, outgoing: Outgoing) -> Result<(), Full> {
+    /// [`Full`] when there are `N` frames already, and none to displace.
+    pub fn push(&mut self, outgoing: Outgoing) -> Result<Option<Outgoing>, Full> {
         let id = outgoing.frame.id();
+        let displaced = if self.frames.is_full() && is_vital(id) {
+            let last = self.frames.iter().position(|queued| !is_vital(queued.frame.id()));
+            Some(self.frames.remove(last.ok_or(Full)?))
+        } else {
+            None
+        };
         let at = self.frames.partition_point(|queued| queued.frame.id() > id);
-        self.frames.insert(at, outgoing).map_err(|_| Full)
+        self.frames.insert(at, outgoing).map_err(|_| Full)?;
+        Ok(displaced)
     }
 
     /// The next frame to send.
@@ -63,6 +77,11 @@ impl<const N: usize> TxQueue<N> {
     pub fn next_expiry(&self) -> Option<Instant> {
         self.frames.iter().filter_map(|queued| queued.expires).min()
     }
+}
+
+/// Frames that the network lives on: the [urgent](is_urgent) ones and heartbeats.
+pub fn is_vital(id: CobId) -> bool {
+    is_urgent(id) || id.function() == HEARTBEATS
 }
 
 /// Whether a lifetime has ended.

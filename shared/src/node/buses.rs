@@ -80,6 +80,8 @@ pub(super) enum BusNews {
     Health(Health),
     /// The controller went bus-off too often.
     Failed(Health),
+    /// The controller does not get on or off the bus.
+    Stalled,
 }
 
 impl Buses {
@@ -131,6 +133,7 @@ impl Buses {
             }),
             LinkEvent::Overrun { lost } => counters.lost = counters.lost.saturating_add(*lost),
             LinkEvent::Counters(health) => self.health[bus] = *health,
+            LinkEvent::Stalled => return Some(BusNews::Stalled),
             LinkEvent::Health(health) => {
                 self.health[bus] = *health;
                 return Some(match self.recovery[bus].on_state(health.state, now) {
@@ -171,13 +174,16 @@ impl Buses {
         self.recovery[bus].is_failed()
     }
 
-    /// Begin the recoveries that are due.
-    pub fn poll<E>(&mut self, now: Instant, out: &mut Outbox<E>) {
-        for bus in Bus::ALL {
-            if self.recovery[bus].poll(now) == Some(RecoveryStep::Recover) {
-                out.command(bus, BusCommand::Recover);
+    /// Begins the recoveries that are due. A bus that did not come back in time and is failed now; call until `None`.
+    pub fn poll<E>(&mut self, now: Instant, out: &mut Outbox<E>) -> Option<Bus> {
+        Bus::ALL.into_iter().find(|bus| match self.recovery[*bus].poll(now) {
+            Some(RecoveryStep::Recover) => {
+                out.command(*bus, BusCommand::Recover);
+                false
             }
-        }
+            Some(RecoveryStep::Failed) => true,
+            None => false,
+        })
     }
 
     pub fn deadline(&self) -> Option<Instant> {

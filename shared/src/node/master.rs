@@ -4,7 +4,7 @@ use heapless::Deque;
 
 use super::buses::{BusNews, Buses};
 use super::{MasterEvent, MasterRequest, RefusalCause, Status};
-use crate::link::port::Filter;
+use crate::link::port::{Filter, Health};
 use crate::link::queue::{Outgoing, is_expired};
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
@@ -180,6 +180,11 @@ impl Master {
         }
     }
 
+    fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
+        self.manager.on_health(bus, health, self.buses.is_failed(bus), now);
+        out.event(MasterEvent::Health { bus, health });
+    }
+
     fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
             self.manager.on_heartbeat_sent(bus, stamp.at);
@@ -235,6 +240,10 @@ impl Master {
 
     /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        while let Some(bus) = self.buses.poll(until, out) {
+            self.manager.on_health(bus, self.buses.health[bus], true, now);
+            out.event(MasterEvent::BusFailed { bus });
+        }
         while let Some(action) = self.manager.poll(until) {
             self.act(action, now, out);
         }
@@ -248,7 +257,6 @@ impl Master {
                 out.send_for(bus, frame, now, self.lifetimes.time);
             }
         }
-        self.buses.poll(until, out);
     }
 }
 
@@ -268,13 +276,14 @@ impl Node for Master {
     }
 
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        if let Some(news) = self.buses.on_link(bus, event, now) {
-            let (BusNews::Health(health) | BusNews::Failed(health)) = news;
-            self.manager.on_health(bus, health, self.buses.is_failed(bus), now);
-            out.event(MasterEvent::Health { bus, health });
-            if matches!(news, BusNews::Failed(_)) {
+        match self.buses.on_link(bus, event, now) {
+            Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
+            Some(BusNews::Failed(health)) => {
+                self.on_health(bus, health, now, out);
                 out.event(MasterEvent::BusFailed { bus });
             }
+            Some(BusNews::Stalled) => out.event(MasterEvent::BusStalled { bus }),
+            None => {}
         }
         match event {
             LinkEvent::Received { frame, stamp } => {
@@ -283,7 +292,10 @@ impl Node for Master {
             }
             LinkEvent::Transmitted { frame, stamp } => self.on_transmitted(bus, frame, *stamp, out),
             LinkEvent::Failed { frame, cause } => self.on_failed(bus, frame, *cause),
-            LinkEvent::Overrun { .. } | LinkEvent::Health(_) | LinkEvent::Counters(_) => {}
+            LinkEvent::Overrun { .. }
+            | LinkEvent::Health(_)
+            | LinkEvent::Counters(_)
+            | LinkEvent::Stalled => {}
         }
         self.run(now, now, out);
     }

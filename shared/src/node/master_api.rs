@@ -79,6 +79,11 @@ pub enum MasterEvent {
         /// What it is now.
         health: Health,
     },
+    /// A controller does not get on or off its bus: it is defective, or the bus is dominant all the time. It tries on.
+    BusStalled {
+        /// Which bus.
+        bus: Bus,
+    },
     /// A controller went bus-off too often; it is tried again when its window ends.
     BusFailed {
         /// Which bus.

@@ -226,7 +226,9 @@ impl Slave {
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
             out.send_for(self.selector.selected(), frame, now, self.lifetimes.heartbeat);
         }
-        self.buses.poll(until, out);
+        while let Some(bus) = self.buses.poll(until, out) {
+            out.event(SlaveEvent::BusFailed { bus });
+        }
     }
 }
 
@@ -248,6 +250,7 @@ impl Node for Slave {
                 out.event(SlaveEvent::Health { bus, health });
                 out.event(SlaveEvent::BusFailed { bus });
             }
+            Some(BusNews::Stalled) => out.event(SlaveEvent::BusStalled { bus }),
             None => {}
         }
         if let LinkEvent::Received { frame, stamp } = event {

@@ -186,6 +186,7 @@ impl Telemetry {
                 [match source {
                     None => 0,
                     Some(StampSource::Interrupt) => 1,
+                    Some(StampSource::Capture) => 2,
                 }],
             ),
             Telemetry::Traffic { received, sent, .. } => {
@@ -213,6 +214,7 @@ impl Telemetry {
             (Request::Executed, &[a, b, c, d]) => Telemetry::Executed(u32::from_le_bytes([a, b, c, d])),
             (Request::StampSource, [0]) => Telemetry::StampSource(None),
             (Request::StampSource, [1]) => Telemetry::StampSource(Some(StampSource::Interrupt)),
+            (Request::StampSource, [2]) => Telemetry::StampSource(Some(StampSource::Capture)),
             (Request::Traffic(bus), &[a, b, c, d, e, f]) => Telemetry::Traffic {
                 bus,
                 received: u32::from_le_bytes([a, b, c, 0]),

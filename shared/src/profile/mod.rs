@@ -8,6 +8,7 @@ pub use librecube::LIBRECUBE;
 pub use standard::STANDARD;
 
 use crate::link::Bus;
+use crate::link::bit_timing::Network;
 use crate::nmt::NodeId;
 use crate::redundancy::{Access, BusOffPolicy, Parameters};
 use crate::time::Duration;
@@ -18,8 +19,8 @@ use crate::time::Duration;
 pub struct Profile {
     /// What it is called on command lines and in reports.
     pub name: &'static str,
-    /// Bit/s on both buses.
-    pub bit_rate: u32,
+    /// Both buses, as the bit timing of every node sees them.
+    pub network: Network,
     /// Producer heartbeat time (1017h) of every node, whole milliseconds, above zero.
     pub heartbeat: Duration,
     /// Consumer heartbeat time (1016h), whole milliseconds.

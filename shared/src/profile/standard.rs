@@ -2,13 +2,19 @@
 
 use super::Profile;
 use crate::link::Bus;
+use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
 use crate::redundancy::BusOffPolicy;
 use crate::time::Duration;
 
 /// 1 Mbit/s, heartbeat 100 ms, fail-over of a slave by itself within half a second, parallel access everywhere.
 pub const STANDARD: Profile = Profile {
     name: "standard",
-    bit_rate: 1_000_000,
+    network: Network {
+        bit_rate: BitRate::MBIT_1,
+        length: Metres(40),
+        node_delay: Network::NODE_DELAY,
+        oscillator_tolerance: PartsPerMillion(1_000),
+    },
     heartbeat: Duration::from_millis(100),
     consumer: Duration::from_millis(250),
     bdefault: Bus::Nominal,
@@ -22,6 +28,7 @@ pub const STANDARD: Profile = Profile {
     silent_share: 50,
     bus_off: BusOffPolicy {
         pause: Duration::from_millis(10),
+        patience: Duration::from_millis(50),
         attempts: 3,
         window: Duration::from_millis(1_000),
     },

@@ -9,6 +9,9 @@ use crate::time::{Duration, Instant};
 pub struct BusOffPolicy {
     /// Between bus-off and the start of the recovery sequence.
     pub pause: Duration,
+    /// What a recovery sequence may take; then it counts as another bus-off. Above 128 of the longest frames, each of
+    /// which ends in 11 recessive bits: 17 ms at 1 Mbit/s.
+    pub patience: Duration,
     /// Recoveries allowed in a window.
     pub attempts: u8,
     /// Counts from the first bus-off. A failed bus is tried again when it ends.
@@ -22,9 +25,19 @@ pub struct BusOffRecovery {
     policy: BusOffPolicy,
     off: bool,
     failed: bool,
-    recover_at: Option<Instant>,
+    due: Option<Due>,
     window_end: Instant,
     used: u8,
+}
+
+/// What comes next while a controller is bus-off.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+enum Due {
+    /// The recovery sequence begins.
+    Recovery(Instant),
+    /// It should have ended.
+    End(Instant),
 }
 
 /// What is due.
@@ -40,14 +53,7 @@ pub enum RecoveryStep {
 impl BusOffRecovery {
     /// On the bus.
     pub const fn new(policy: BusOffPolicy) -> Self {
-        BusOffRecovery {
-            policy,
-            off: false,
-            failed: false,
-            recover_at: None,
-            window_end: Instant::ZERO,
-            used: 0,
-        }
+        BusOffRecovery { policy, off: false, failed: false, due: None, window_end: Instant::ZERO, used: 0 }
     }
 
     /// The controller is in this state now.
@@ -57,37 +63,42 @@ impl BusOffRecovery {
             self.leave();
             return None;
         }
-        if was_off {
-            return None;
-        }
+        if was_off { None } else { self.went_off(now) }
+    }
+
+    fn went_off(&mut self, now: Instant) -> Option<RecoveryStep> {
         if now >= self.window_end {
             (self.window_end, self.used) = (now + self.policy.window, 0);
         }
         if self.used < self.policy.attempts {
             self.used = self.used.saturating_add(1);
-            self.recover_at = Some(now + self.policy.pause);
+            self.due = Some(Due::Recovery(now + self.policy.pause));
             return None;
         }
-        self.recover_at = Some(self.window_end);
-        self.failed = true;
-        Some(RecoveryStep::Failed)
+        self.due = Some(Due::Recovery(self.window_end));
+        (!core::mem::replace(&mut self.failed, true)).then_some(RecoveryStep::Failed)
     }
 
     /// The bus was left: nothing to recover any more.
     pub fn leave(&mut self) {
-        (self.off, self.failed, self.recover_at) = (false, false, None);
+        (self.off, self.failed, self.due) = (false, false, None);
     }
 
-    /// The recovery, when it is due.
+    /// What is due at `now`.
     pub fn poll(&mut self, now: Instant) -> Option<RecoveryStep> {
-        self.recover_at.filter(|at| *at <= now)?;
-        self.recover_at = None;
-        Some(RecoveryStep::Recover)
+        match self.due? {
+            Due::Recovery(at) if at <= now => {
+                self.due = Some(Due::End(now + self.policy.patience));
+                Some(RecoveryStep::Recover)
+            }
+            Due::End(at) if at <= now => self.went_off(now),
+            _ => None,
+        }
     }
 
-    /// When the recovery is due.
+    /// When something is due.
     pub fn deadline(&self) -> Option<Instant> {
-        self.recover_at
+        self.due.map(|(Due::Recovery(at) | Due::End(at))| at)
     }
 
     /// Whether the bus is failed: until the controller is back on it.

@@ -11,6 +11,8 @@ const PLACES: usize = 128;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Peers {
     places: [Option<Peer>; PLACES],
+    /// Not to be started unasked, heard already or not: the application stopped them. One bit per Node-ID.
+    held: u128,
     /// No peer is overdue before. Later heartbeats only move the truth further away.
     check: Option<Instant>,
 }
@@ -21,8 +23,6 @@ struct Peer {
     heartbeat: Consumer,
     /// Silent on the active bus from then on.
     silent_at: Instant,
-    /// Not to be started unasked: the application stopped it.
-    held: bool,
 }
 
 /// What a heartbeat told.
@@ -46,7 +46,7 @@ impl Default for Peers {
 impl Peers {
     /// Nobody heard yet.
     pub const fn new() -> Self {
-        Peers { places: [None; PLACES], check: None }
+        Peers { places: [None; PLACES], held: 0, check: None }
     }
 
     /// A heartbeat or boot-up message of `node`, on the active bus or not. `consumer` is its consumer time,
@@ -65,7 +65,6 @@ impl Peers {
             state,
             heartbeat: Consumer::Unarmed,
             silent_at: at + settling.max(consumer),
-            held: false,
         });
         if active {
             peer.silent_at = at + consumer;
@@ -76,7 +75,8 @@ impl Peers {
         let waiting = matches!(state, NmtState::PreOperational | NmtState::Initialising);
         let next = peer.silent_at.min(at + consumer);
         self.check = Some(self.check.map_or(next, |check| check.min(next)));
-        Heard { changed, returned, start: active && waiting && !peer.held }
+        let held = self.held & node_bit(node) != 0;
+        Heard { changed, returned, start: active && waiting && !held }
     }
 
     /// The active bus changed: everybody gets `settling` to be heard there.
@@ -87,13 +87,13 @@ impl Peers {
         self.check = Some(now);
     }
 
-    /// The application wants these slaves to run, or not to be started unasked.
+    /// The application wants these slaves to run, or not to be started unasked; those too that were not heard yet.
     pub fn hold(&mut self, target: Target, held: bool) {
-        for (node, peer) in self.iter_mut() {
-            if target.includes(node) {
-                peer.held = held;
-            }
-        }
+        let nodes = match target {
+            Target::All => u128::MAX,
+            Target::Node(node) => node_bit(node),
+        };
+        self.held = if held { self.held | nodes } else { self.held & !nodes };
     }
 
     /// Look at everybody again at `now`: the circumstances changed.
@@ -143,4 +143,8 @@ impl Peers {
             .zip(0_u8..)
             .filter_map(|(place, raw)| Some((NodeId::new(raw)?, place.as_mut()?)))
     }
+}
+
+fn node_bit(node: NodeId) -> u128 {
+    1 << (node.get() & 0x7F)
 }

@@ -1,20 +1,28 @@
 //! The task of one bus: priority queue, mailboxes, lifetimes, leaving.
 
-use core::future::pending;
-
 use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 
 use super::{BusCommand, COMMAND_DEPTH, FailCause, LinkEvent, Links};
-use crate::link::port::{CanPort, Health, MAILBOXES, Mailbox, PortEvent};
+use crate::link::port::{CanPort, ErrorState, Health, LastError, MAILBOXES, Mailbox, PortEvent};
 use crate::link::queue::{Outgoing, TxQueue, is_expired};
 use crate::link::{Bus, Frame};
-use crate::time::{Clock, Instant};
+use crate::time::{Clock, Duration, Instant};
+
+/// Counters move and causes of errors change without an event of the controller: so often they are looked at.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// As often while an error passive controller sends and its last error is none that tells of isolation: the wire may be
+/// cut at any moment, and nothing else would say so.
+const CLOSE_LOOK: Duration = Duration::from_millis(2);
 
 /// Runs one controller for ever. The port comes off the bus, its filters set.
 pub async fn bus_task<M: RawMutex>(bus: Bus, port: impl CanPort, clock: impl Clock, links: &Links<M>) -> ! {
     let (queue, mailboxes, told) = (TxQueue::new(), [None; MAILBOXES], Health::default());
-    BusTask { bus, port, clock, links, queue, mailboxes, told }.run().await
+    let looked = clock.now();
+    // Borrowed, not moved: a future keeps a second copy of what is moved into the one that it waits for.
+    let mut task = BusTask { bus, port, clock, links, queue, mailboxes, told, looked };
+    task.run().await
 }
 
 /// A frame in a mailbox, and why it is being aborted, if it is.
@@ -33,24 +41,25 @@ struct BusTask<'a, M: RawMutex, P, C> {
     mailboxes: [Option<Pending>; MAILBOXES],
     /// What the node knows of the controller.
     told: Health,
+    /// When it looked at the controller last.
+    looked: Instant,
 }
 
 impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
-    async fn run(mut self) -> ! {
+    async fn run(&mut self) -> ! {
         loop {
             self.expire().await;
             self.fill_mailboxes();
-            let deadline = self.next_expiry();
-            let expiry = async {
-                match deadline {
-                    Some(at) => self.clock.at(at).await,
-                    None => pending().await,
-                }
-            };
-            match select3(self.port.event(), self.links.commands[self.bus].receive(), expiry).await {
+            let deadline = self.next_expiry().map_or(self.next_look(), |expiry| expiry.min(self.next_look()));
+            let timer = self.clock.at(deadline);
+            match select3(self.port.event(), self.links.commands[self.bus].receive(), timer).await {
                 Either3::First(event) => self.on_port(event).await,
                 Either3::Second(command) => self.on_command(command).await,
-                Either3::Third(()) => {}
+                Either3::Third(()) => {
+                    if self.next_look() <= self.clock.now() {
+                        self.look().await;
+                    }
+                }
             }
         }
     }
@@ -58,12 +67,16 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
     async fn on_command(&mut self, command: BusCommand) {
         match command {
             BusCommand::Send(outgoing) => {
-                if self.queue.push(outgoing).is_err() {
-                    self.fail(outgoing.frame, FailCause::QueueFull).await;
+                if let Some(lost) = self.queue.push(outgoing).unwrap_or(Some(outgoing)) {
+                    self.fail(lost.frame, FailCause::QueueFull).await;
                 }
             }
             BusCommand::Abandon => self.abandon().await,
-            BusCommand::Join => self.port.join(),
+            BusCommand::Join => {
+                self.port.join();
+                // The node has forgotten this bus: a controller that is bus-off still is told as if it were new.
+                self.told = Health::default();
+            }
             BusCommand::Leave => {
                 self.abandon().await;
                 self.port.leave();
@@ -73,8 +86,14 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
     }
 
     async fn on_port(&mut self, event: PortEvent) {
-        self.tell_counters(&event).await;
         let event = match event {
+            PortEvent::Health(health) => {
+                if health != self.told {
+                    self.told = health;
+                    self.report(LinkEvent::Health(health)).await;
+                }
+                return;
+            }
             PortEvent::Received { frame, stamp } => LinkEvent::Received { frame, stamp },
             PortEvent::Transmitted { mailbox, stamp } => match self.release(mailbox) {
                 Some(pending) => LinkEvent::Transmitted { frame: pending.outgoing.frame, stamp },
@@ -88,22 +107,30 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
                 None => return,
             },
             PortEvent::Overrun { lost } => LinkEvent::Overrun { lost },
-            PortEvent::Health(health) => LinkEvent::Health(health),
+            PortEvent::Stalled => LinkEvent::Stalled,
         };
+        // A node that answers for its counters with the next frame needs them as they are.
+        self.look().await;
         self.report(event).await;
     }
 
-    /// The port tells of changed states only; a node that answers for its counters needs them as they are.
-    async fn tell_counters(&mut self, event: &PortEvent) {
-        if let PortEvent::Health(health) = event {
-            self.told = *health;
-            return;
-        }
+    /// Tells what the controller did not: it tells of a state when it has to, of its counters never.
+    async fn look(&mut self) {
+        self.looked = self.clock.now();
         let health = self.port.health();
-        if health != self.told {
-            self.told = health;
+        let told = core::mem::replace(&mut self.told, health);
+        if verdict(&health) != verdict(&told) {
+            self.report(LinkEvent::Health(health)).await;
+        } else if health != told {
             self.report(LinkEvent::Counters(health)).await;
         }
+    }
+
+    fn next_look(&self) -> Instant {
+        let sends = self.mailboxes.iter().any(Option::is_some);
+        let may_be_isolated =
+            self.told.state == ErrorState::Passive && self.told.last_error != LastError::Ack;
+        self.looked + if sends && may_be_isolated { CLOSE_LOOK } else { LOOK }
     }
 
     fn release(&mut self, mailbox: Mailbox) -> Option<Pending> {
@@ -162,4 +189,9 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
     async fn report(&self, event: LinkEvent) {
         self.links.events.send((self.bus, event)).await;
     }
+}
+
+/// What decisions are taken by: the state, and whether nobody acknowledges.
+fn verdict(health: &Health) -> (ErrorState, bool) {
+    (health.state, health.state == ErrorState::Passive && health.last_error == LastError::Ack)
 }

@@ -18,7 +18,7 @@ use embassy_sync::channel::Channel;
 
 pub use bus_task::bus_task;
 pub use node_task::{Node, Outbox, node_task};
-pub use telltale::{Tally, Telltale};
+pub use telltale::{Interrupts, Tally, Telltale};
 
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
@@ -64,13 +64,15 @@ pub enum LinkEvent {
     },
     /// Received frames were lost before the node could see them.
     Overrun {
-        /// How many since the last report.
+        /// How many since the last report, at least.
         lost: u16,
     },
     /// The error state of the controller changed.
     Health(Health),
     /// Its error counters moved since they were told last; told before the next event of the controller.
     Counters(Health),
+    /// The controller does not get on or off the bus: it is defective, or the bus is dominant all the time.
+    Stalled,
 }
 
 /// Why a frame did not go out.
@@ -81,7 +83,7 @@ pub enum FailCause {
     BusLeft,
     /// Its lifetime ended.
     Expired,
-    /// The transmit queue was full.
+    /// The transmit queue was full, or a frame that the network lives on took its place there.
     QueueFull,
     /// The controller gave the frame up by itself (bus-off, reset).
     Aborted,

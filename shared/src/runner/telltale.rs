@@ -21,6 +21,22 @@ pub struct Telltale {
     pub telemetry_requests: Tally,
     /// Telemetry replies the application received (master).
     pub telemetry_replies: Tally,
+    /// Turns of slaves that the application let pass because it was late (master).
+    pub skipped_turns: Tally,
+    /// Interrupts of both controllers.
+    pub interrupts: Interrupts,
+}
+
+/// Interrupts by their kind: how often a controller called.
+#[repr(C)]
+#[derive(Debug)]
+pub struct Interrupts {
+    /// Results of transmissions.
+    pub transmit: Tally,
+    /// Received frames.
+    pub receive: Tally,
+    /// Changes of the error state.
+    pub error: Tally,
 }
 
 /// A counter that only rises; it wraps at 2^32.
@@ -64,6 +80,8 @@ impl Telltale {
             commands: Tally::new(),
             telemetry_requests: Tally::new(),
             telemetry_replies: Tally::new(),
+            skipped_turns: Tally::new(),
+            interrupts: Interrupts { transmit: Tally::new(), receive: Tally::new(), error: Tally::new() },
         }
     }
 

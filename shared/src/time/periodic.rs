@@ -16,7 +16,7 @@ impl Periodic {
         Periodic { period, next: None }
     }
 
-    /// Due at once, then every period.
+    /// Due at `now`, then every period.
     pub fn start(&mut self, now: Instant) {
         self.next = (self.period > Duration::ZERO).then_some(now);
     }
@@ -33,11 +33,16 @@ impl Periodic {
 
     /// Whether it is due; if so, it is due again at the next point of its grid after `now`. Missed points are skipped.
     pub fn due(&mut self, now: Instant) -> bool {
-        let Some(next) = self.next.filter(|next| *next <= now) else { return false };
+        self.take(now).is_some()
+    }
+
+    /// As [`Periodic::due`]; tells how many points were skipped.
+    pub fn take(&mut self, now: Instant) -> Option<u64> {
+        let next = self.next.filter(|next| *next <= now)?;
         let period = self.period.as_micros();
         let skipped = now.since(next).as_micros().checked_div(period).unwrap_or(0);
         self.next = Some(next + Duration::from_micros(skipped.saturating_add(1).saturating_mul(period)));
-        true
+        Some(skipped)
     }
 
     /// When it is due next.

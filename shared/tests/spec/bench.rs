@@ -4,7 +4,7 @@ use ecss_can::link::port::Health;
 use ecss_can::link::{Bus, CobId, Frame};
 use ecss_can::nmt::NodeId;
 use ecss_can::runner::{BusCommand, FailCause, LinkEvent, Node, Outbox};
-use ecss_can::time::{Duration, Instant, Stamp, StampSource};
+use ecss_can::time::{Duration, Instant, Stamp};
 
 pub const NOMINAL: Bus = Bus::Nominal;
 pub const REDUNDANT: Bus = Bus::Redundant;
@@ -26,7 +26,7 @@ pub fn node(raw: u8) -> NodeId {
 }
 
 pub fn stamp(at: Instant) -> Stamp {
-    Stamp { at, source: StampSource::Interrupt }
+    Stamp::interrupt(at)
 }
 
 /// A frame that a node sent: when, where, what, and until when it lives.

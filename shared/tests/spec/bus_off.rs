@@ -5,7 +5,8 @@ use ecss_can::redundancy::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 
 use crate::bench::ms;
 
-const POLICY: BusOffPolicy = BusOffPolicy { pause: span_const(10), attempts: 2, window: span_const(1_000) };
+const POLICY: BusOffPolicy =
+    BusOffPolicy { pause: span_const(10), patience: span_const(50), attempts: 2, window: span_const(1_000) };
 
 const fn span_const(ms: u64) -> ecss_can::time::Duration {
     ecss_can::time::Duration::from_millis(ms)
@@ -52,4 +53,36 @@ fn a_bus_that_was_left_is_not_recovered() {
     recovery.leave();
     assert_eq!(recovery.deadline(), None);
     assert_eq!(recovery.poll(ms(500)), None);
+}
+
+#[test]
+fn a_recovery_that_does_not_end_is_tried_again_and_counts_until_the_bus_is_failed() {
+    let mut recovery = BusOffRecovery::new(POLICY);
+    recovery.on_state(BusOff, ms(100));
+    assert_eq!(recovery.poll(ms(110)), Some(RecoveryStep::Recover));
+    // The bus is dominant all the time: no 11 recessive bits come.
+    assert_eq!((recovery.deadline(), recovery.poll(ms(159))), (Some(ms(160)), None));
+    assert_eq!(recovery.poll(ms(160)), None);
+    assert_eq!(recovery.poll(ms(170)), Some(RecoveryStep::Recover));
+    assert_eq!(recovery.poll(ms(220)), Some(RecoveryStep::Failed));
+    // Once in each window from then on, and failed as long as it lasts.
+    assert_eq!(recovery.deadline(), Some(ms(1_100)));
+    assert_eq!(recovery.poll(ms(1_100)), Some(RecoveryStep::Recover));
+    assert_eq!(recovery.poll(ms(1_150)), None);
+    assert!(recovery.is_failed());
+    recovery.on_state(Active, ms(1_151));
+    assert_eq!((recovery.is_failed(), recovery.deadline()), (false, None));
+}
+
+#[test]
+fn another_bus_off_before_the_end_of_the_first_was_told_is_another_attempt() {
+    let mut recovery = BusOffRecovery::new(POLICY);
+    recovery.on_state(BusOff, ms(100));
+    assert_eq!(recovery.poll(ms(110)), Some(RecoveryStep::Recover));
+    recovery.on_state(Active, ms(113));
+    recovery.on_state(BusOff, ms(113));
+    assert_eq!(recovery.deadline(), Some(ms(123)));
+    assert_eq!(recovery.poll(ms(123)), Some(RecoveryStep::Recover));
+    recovery.on_state(Active, ms(126));
+    assert_eq!(recovery.on_state(BusOff, ms(126)), Some(RecoveryStep::Failed));
 }

@@ -2,7 +2,7 @@
 
 use ecss_can::time::consumer::TimeConsumer;
 use ecss_can::time::producer::{self, TimeProducer};
-use ecss_can::time::{Duration, Instant, LocalClock, Scet};
+use ecss_can::time::{Duration, Instant, LocalClock, Periodic, Scet};
 
 use crate::bench::{frame, ms, node, span, stamp};
 
@@ -57,4 +57,16 @@ fn instants_and_durations_saturate() {
     assert_eq!(ms(1).since(ms(2)), Duration::ZERO);
     assert_eq!(Duration::from_micros(u64::MAX).times(2), Duration::from_micros(u64::MAX));
     assert_eq!(Duration::from_micros(u64::MAX) + span(1), Duration::from_micros(u64::MAX));
+}
+
+#[test]
+fn a_timer_asked_late_skips_what_it_missed_and_says_how_much() {
+    let mut timer = Periodic::new(span(100));
+    timer.start(ms(30));
+    assert_eq!(timer.take(ms(29)), None);
+    assert_eq!(timer.take(ms(30)), Some(0));
+    assert_eq!(timer.take(ms(229)), Some(0));
+    // Due at 230, 330 and 430: one of them counts, the grid stays.
+    assert_eq!(timer.take(ms(430)), Some(2));
+    assert_eq!(timer.deadline(), Some(ms(530)));
 }

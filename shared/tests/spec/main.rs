@@ -3,6 +3,7 @@
 //! Sans-IO: every test makes its own time. Tests that verify a requirement name it.
 
 mod bench;
+mod bit_timing;
 mod bus_off;
 mod clock;
 mod fleet;

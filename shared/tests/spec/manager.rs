@@ -294,6 +294,20 @@ fn slaves_that_wait_are_to_be_started_on_the_active_bus_unless_held() {
 }
 
 #[test]
+fn slaves_held_before_they_were_heard_are_not_started_either() {
+    let mut manager = started();
+    let start =
+        |manager: &mut Manager, raw| manager.on_heartbeat(NOMINAL, node(raw), Initialising, ms(1)).start;
+    manager.peers_mut().hold(Target::All, true);
+    assert!(!start(&mut manager, 2) && !start(&mut manager, 127));
+    manager.peers_mut().hold(Target::Node(node(127)), false);
+    assert!(!start(&mut manager, 2) && start(&mut manager, 127));
+    manager.peers_mut().hold(Target::Node(node(3)), true);
+    manager.peers_mut().hold(Target::All, false);
+    assert!(start(&mut manager, 2) && start(&mut manager, 3));
+}
+
+#[test]
 fn a_change_of_state_is_news() {
     let mut manager = started();
     let mut changed = |state, at| manager.on_heartbeat(NOMINAL, node(2), state, ms(at)).changed;

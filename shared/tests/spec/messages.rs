@@ -78,6 +78,7 @@ fn telemetry_on_the_wire() {
         (Telemetry::Executed(7), 0x103, &[7, 0, 0, 0]),
         (Telemetry::StampSource(None), 0x104, &[0]),
         (Telemetry::StampSource(Some(StampSource::Interrupt)), 0x104, &[1]),
+        (Telemetry::StampSource(Some(StampSource::Capture)), 0x104, &[2]),
         (Telemetry::Traffic { bus, received: 0x03_0201, sent: 0x06_0504 }, 0x110, &[1, 2, 3, 4, 5, 6]),
         (
             Telemetry::Losses { bus: redundant, lost: 0x0201, malformed: 0x0403, failed: 0x0605 },

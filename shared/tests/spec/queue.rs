@@ -23,12 +23,35 @@ fn lowest_cob_id_first_and_in_order_within_one() {
 }
 
 #[test]
-fn a_full_queue_takes_nothing_and_keeps_what_it_has() {
+fn a_full_queue_takes_nothing_ordinary_and_keeps_what_it_has() {
     let mut queue = TxQueue::<2>::new();
     queue.push(outgoing(0x302, 1, None)).unwrap();
     queue.push(outgoing(0x303, 2, None)).unwrap();
-    assert_eq!(queue.push(outgoing(0x080, 3, None)), Err(Full));
+    assert_eq!(queue.push(outgoing(0x182, 3, None)), Err(Full));
     assert_eq!(drain(&mut queue), [(0x302, 1), (0x303, 2)]);
+}
+
+#[test]
+fn in_a_full_queue_what_the_network_lives_on_displaces_what_would_go_last() {
+    // NMT, SYNC, Spacecraft Time, heartbeats.
+    for vital in [0x000, 0x080, 0x181, 0x701, 0x77F] {
+        let mut queue = TxQueue::<4>::new();
+        for (id, tag) in [(0x702, 1), (0x382, 2), (0x382, 3), (0x302, 4)] {
+            assert_eq!(queue.push(outgoing(id, tag, None)), Ok(None));
+        }
+        assert_eq!(queue.push(outgoing(vital, 9, None)), Ok(Some(outgoing(0x382, 3, None))), "{vital:03X}");
+        let left = drain(&mut queue);
+        assert!(left.contains(&(vital, 9)) && left.contains(&(0x382, 2)), "{left:?}");
+    }
+}
+
+#[test]
+fn a_queue_full_of_what_the_network_lives_on_takes_nothing() {
+    let mut queue = TxQueue::<2>::new();
+    queue.push(outgoing(0x701, 1, None)).unwrap();
+    queue.push(outgoing(0x080, 2, None)).unwrap();
+    assert_eq!(queue.push(outgoing(0x000, 3, None)), Err(Full));
+    assert_eq!(drain(&mut queue), [(0x080, 2), (0x701, 1)]);
 }
 
 #[test]

@@ -28,6 +28,7 @@ pub fn event(event: &MasterEvent) {
             }
             _ => defmt::warn!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error),
         },
+        MasterEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
         MasterEvent::LocalTime { reference: None, .. }
         | MasterEvent::SyncSent { .. }

@@ -1,7 +1,9 @@
 //! Whose turn it is: every slave once in a period, each in its own part of it, so that bursts never fill a queue.
+//!
+//! Turns that were missed are skipped, not made up for.
 
 use ecss_can::nmt::NodeId;
-use ecss_can::time::{Duration, Instant};
+use ecss_can::time::{Duration, Instant, Periodic};
 
 /// Slaves that straps can number: 2..=15.
 const SLAVES: usize = 14;
@@ -21,14 +23,14 @@ pub struct Turn {
 /// Turns of the slaves that take part.
 pub struct Schedule {
     period: Duration,
-    next: [Option<Instant>; SLAVES],
+    turns: [Periodic; SLAVES],
     counts: [u32; SLAVES],
 }
 
 impl Schedule {
     /// Nobody takes part yet.
     pub fn new(period: Duration) -> Self {
-        Schedule { period, next: [None; SLAVES], counts: [0; SLAVES] }
+        Schedule { period, turns: core::array::from_fn(|_| Periodic::new(period)), counts: [0; SLAVES] }
     }
 
     /// A slave takes part from now on. One that straps cannot number never does.
@@ -38,33 +40,33 @@ impl Schedule {
         let offset = Duration::from_micros(period * slot as u64 / SLAVES as u64);
         let began = Instant::from_micros(now.as_micros() / period * period);
         let first = began + offset;
-        if let Some(next) = self.next.get_mut(slot).filter(|next| next.is_none()) {
-            *next = Some(if first > now { first } else { first + self.period });
+        if let Some(turns) = self.turns.get_mut(slot).filter(|turns| turns.deadline().is_none()) {
+            turns.start(if first > now { first } else { first + self.period });
         }
     }
 
     /// It does not any more.
     pub fn stop(&mut self, node: NodeId) {
-        if let Some(next) = slot(node).and_then(|slot| self.next.get_mut(slot)) {
-            *next = None;
+        if let Some(turns) = slot(node).and_then(|slot| self.turns.get_mut(slot)) {
+            turns.stop();
         }
     }
 
     /// The next turn.
     pub fn peek(&self) -> Option<Turn> {
-        let turns = self.next.iter().zip(&self.counts).zip(FIRST..).filter_map(|((next, count), node)| {
-            Some(Turn { node: NodeId::new(node)?, at: (*next)?, count: *count })
+        let turns = self.turns.iter().zip(&self.counts).zip(FIRST..).filter_map(|((turns, count), node)| {
+            Some(Turn { node: NodeId::new(node)?, at: turns.deadline()?, count: *count })
         });
         turns.min_by_key(|turn| turn.at)
     }
 
-    /// A turn was taken.
-    pub fn taken(&mut self, turn: Turn) {
-        let Some(slot) = slot(turn.node) else { return };
-        if let (Some(next), Some(count)) = (self.next.get_mut(slot), self.counts.get_mut(slot)) {
-            *next = Some(turn.at + self.period);
+    /// A turn is taken at `now`; how many of that slave were missed before it.
+    pub fn taken(&mut self, turn: Turn, now: Instant) -> u64 {
+        let Some(slot) = slot(turn.node) else { return 0 };
+        if let Some(count) = self.counts.get_mut(slot) {
             *count = count.wrapping_add(1);
         }
+        self.turns.get_mut(slot).and_then(|turns| turns.take(now)).unwrap_or(0)
     }
 }
 

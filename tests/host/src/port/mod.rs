@@ -16,7 +16,7 @@ use std::task::{Context, Poll, Waker};
 use can_wire::time::{TICKS_PER_US, Time};
 use ecss_can::link::Frame;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, MAILBOXES, Mailbox, PortEvent};
-use ecss_can::time::{Stamp, StampSource};
+use ecss_can::time::Stamp;
 
 use crate::clock::MockClock;
 use confinement::Confinement;
@@ -99,7 +99,7 @@ impl Chip {
 
     /// Read in the interrupt at the end of the frame.
     fn stamp(&self, at: Time) -> Stamp {
-        Stamp { at: self.clock.instant(at), source: StampSource::Interrupt }
+        Stamp::interrupt(self.clock.instant(at))
     }
 
     fn takes_part(&self) -> bool {
@@ -156,7 +156,7 @@ impl Chip {
             PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox } => {
                 self.mailboxes.free(usize::from(mailbox.0));
             }
-            PortEvent::Overrun { .. } | PortEvent::Health(_) => {}
+            PortEvent::Overrun { .. } | PortEvent::Health(_) | PortEvent::Stalled => {}
         }
         Poll::Ready(event)
     }

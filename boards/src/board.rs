@@ -1,0 +1,82 @@
+//! What every board hands to an image, and what all boards have in common.
+//!
+//! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
+
+use ecss_can::link::PerBus;
+use ecss_can::link::bit_timing::{BitTiming, Hertz, Network};
+use ecss_can::nmt::NodeId;
+use embassy_stm32::gpio::{Input, Output};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
+};
+use embassy_stm32::{Config, bind_interrupts, peripherals};
+
+use crate::Uptime;
+use crate::bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler};
+use crate::straps::{self, StrapError};
+
+bind_interrupts!(pub(crate) struct Irqs {
+    CAN1_TX => TransmitHandler<peripherals::CAN1>;
+    CAN1_RX0 => ReceiveHandler<peripherals::CAN1>;
+    CAN1_SCE => StatusHandler<peripherals::CAN1>;
+    CAN2_TX => TransmitHandler<peripherals::CAN2>;
+    CAN2_RX0 => ReceiveHandler<peripherals::CAN2>;
+    CAN2_SCE => StatusHandler<peripherals::CAN2>;
+});
+
+/// Clock of the CAN controllers: APB1 as in [`clocks`].
+const PCLK1: Hertz = Hertz(42_000_000);
+
+/// The setting of both CAN controllers for a network. Evaluated as a constant, a network without bit timing fails the
+/// build with the reason.
+///
+/// # Panics
+/// When there is no bit timing.
+pub const fn bit_timing(network: &Network) -> BitTiming {
+    match BitTiming::new(PCLK1, network) {
+        Ok(timing) => timing,
+        Err(error) => panic!("{}", error.message().as_str()),
+    }
+}
+
+/// Everything an image needs of the board.
+pub struct Board {
+    /// The CAN controllers, off their buses.
+    pub ports: PerBus<Port>,
+    /// Time since power-on.
+    pub clock: Uptime,
+    /// The LEDs, dark.
+    pub leds: Leds,
+    /// Node-ID of a slave from the straps.
+    pub node_id: Result<NodeId, StrapError>,
+}
+
+/// Two LEDs; a high level lights them.
+pub struct Leds {
+    /// Toggles with what the node hears or sends.
+    pub activity: Output<'static>,
+    /// On or off by command, or by the state of the node.
+    pub state: Output<'static>,
+}
+
+/// SYSCLK 168 MHz, APB1 42 MHz, its timers 84 MHz: one bit timing and one timer rate on all boards. `prediv` makes 2 MHz
+/// of the oscillator.
+pub(crate) fn clocks(oscillator: Hse, prediv: PllPreDiv) -> Config {
+    let mut config = Config::default();
+    config.rcc.hse = Some(oscillator);
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll =
+        Some(Pll { prediv, mul: PllMul::MUL168, divp: Some(PllPDiv::DIV2), divq: None, divr: None });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    config
+}
+
+/// Reads the straps: bits 0 to 3, then parity.
+pub(crate) fn node_id(straps: [Input<'static>; 5]) -> Result<NodeId, StrapError> {
+    // Time for the pull-ups (40 kΩ) to charge a wire of some 100 pF.
+    embassy_time::block_for(embassy_time::Duration::from_micros(50));
+    straps::node_id(straps.map(|strap| strap.is_low()))
+}

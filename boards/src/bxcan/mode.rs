@@ -1,0 +1,250 @@
+//! How a controller gets on and off its bus, one request at a time (RM0090 32.4).
+//!
+//! ```text
+//! Entering ── INAK ──> Silent ── join ──> Joining ── INAK = 0 ──> OnBus
+//!    ^                                                              │ leave: ABRQ
+//!    └───────────── INRQ ────────────── Emptying <──────────────────┘
+//! ```
+//!
+//! A mailbox that transmits when it is aborted empties at the end of the transmission (RM0090 32.7.2), and that end
+//! never comes in Init mode: so INRQ waits until the mailboxes are empty. Nothing here waits: a request that the
+//! controller has not obeyed yet is looked at again, for as long as it takes.
+
+use ecss_can::time::{Duration, Instant};
+
+/// A frame and the error frame after it, at 125 kbit/s and more.
+const EMPTYING: Duration = Duration::from_millis(5);
+
+/// A controller that has not obeyed by then is defective, or its bus is dominant all the time.
+const STALLED: Duration = Duration::from_millis(50);
+
+/// What a controller shows of its mode.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen {
+    /// INAK of MSR: it is in Init mode, or not yet on the bus.
+    pub init: bool,
+    /// TME of TSR: no mailbox is pending.
+    pub empty: bool,
+}
+
+/// What to write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Request {
+    /// The settings that can be made in Init mode only. Once.
+    Configure,
+    /// ABRQ of all mailboxes.
+    Abort,
+    /// INRQ = 1.
+    Init,
+    /// INRQ = 0.
+    Normal,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    /// INRQ was set.
+    Entering,
+    /// In Init mode: not even an acknowledgement (ECSS 6.10f).
+    Silent,
+    /// INRQ was cleared; takes part after 11 recessive bits.
+    Joining,
+    OnBus,
+    /// The mailboxes were aborted.
+    Emptying,
+}
+
+/// The mode of one controller, and the one that is wanted.
+#[derive(Debug)]
+pub(super) struct Mode {
+    step: Step,
+    since: Instant,
+    configured: bool,
+    on_bus: bool,
+    stall_told: bool,
+}
+
+impl Mode {
+    /// INRQ was set at `now`, for the first time.
+    pub const fn entering(now: Instant) -> Self {
+        Mode { step: Step::Entering, since: now, configured: false, on_bus: false, stall_told: false }
+    }
+
+    /// Wanted on the bus or off it.
+    pub fn want(&mut self, on_bus: bool) {
+        self.on_bus = on_bus;
+    }
+
+    /// Whether frames may be put into mailboxes.
+    pub fn is_wanted_on_bus(&self) -> bool {
+        self.on_bus
+    }
+
+    /// Recovery from bus-off begins when INRQ was set and cleared (RM0090 32.7.6). To be written at once.
+    pub fn recover(&mut self, now: Instant) -> Option<Request> {
+        let recovers = self.on_bus && matches!(self.step, Step::OnBus | Step::Joining);
+        recovers.then(|| self.enter(Step::Entering, Request::Init, now))
+    }
+
+    /// What to write next; call until `None`, after every change.
+    pub fn advance(&mut self, seen: Seen, now: Instant) -> Option<Request> {
+        match self.step {
+            Step::Entering if seen.init && !self.configured => {
+                self.configured = true;
+                Some(Request::Configure)
+            }
+            Step::Entering if seen.init => {
+                self.reach(Step::Silent, now);
+                self.advance(seen, now)
+            }
+            Step::Silent if self.on_bus => Some(self.enter(Step::Joining, Request::Normal, now)),
+            Step::Joining if !seen.init => {
+                self.reach(Step::OnBus, now);
+                self.advance(seen, now)
+            }
+            Step::Joining | Step::OnBus if !self.on_bus => {
+                Some(self.enter(Step::Emptying, Request::Abort, now))
+            }
+            Step::Emptying if self.on_bus => {
+                self.reach(Step::Joining, now);
+                self.advance(seen, now)
+            }
+            Step::Emptying if seen.empty || now.since(self.since) >= EMPTYING => {
+                Some(self.enter(Step::Entering, Request::Init, now))
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether the controller is where it was wanted.
+    pub fn is_settled(&self) -> bool {
+        self.step == if self.on_bus { Step::OnBus } else { Step::Silent }
+    }
+
+    /// Whether the present request takes too long; told once.
+    pub fn take_stall(&mut self, now: Instant) -> bool {
+        let stalled = !self.is_settled() && now.since(self.since) >= STALLED;
+        stalled && !core::mem::replace(&mut self.stall_told, true)
+    }
+
+    fn enter(&mut self, step: Step, request: Request, now: Instant) -> Request {
+        self.reach(step, now);
+        request
+    }
+
+    fn reach(&mut self, step: Step, now: Instant) {
+        (self.step, self.since, self.stall_told) = (step, now, false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const INIT: Seen = Seen { init: true, empty: true };
+    const NORMAL: Seen = Seen { init: false, empty: true };
+    const SENDING: Seen = Seen { init: false, empty: false };
+
+    fn ms(ms: u64) -> Instant {
+        Instant::from_micros(1_000 * ms)
+    }
+
+    fn requests(mode: &mut Mode, seen: Seen, now: Instant) -> Vec<Request> {
+        std::iter::from_fn(|| mode.advance(seen, now)).collect()
+    }
+
+    fn silent() -> Mode {
+        let mut mode = Mode::entering(ms(0));
+        assert_eq!(requests(&mut mode, INIT, ms(0)), [Request::Configure]);
+        mode
+    }
+
+    fn on_bus() -> Mode {
+        let mut mode = silent();
+        mode.want(true);
+        assert_eq!(requests(&mut mode, INIT, ms(1)), [Request::Normal]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(2)), []);
+        assert!(mode.is_settled());
+        mode
+    }
+
+    #[test]
+    fn nothing_is_set_before_init_mode_is_reached_and_a_wish_to_join_waits_for_that() {
+        let mut mode = Mode::entering(ms(0));
+        assert!(!mode.is_wanted_on_bus());
+        mode.want(true);
+        assert!(mode.is_wanted_on_bus());
+        assert_eq!(requests(&mut mode, NORMAL, ms(1)), []);
+        assert_eq!(requests(&mut mode, INIT, ms(2)), [Request::Configure, Request::Normal]);
+        assert!(!mode.is_settled(), "INAK falls after 11 recessive bits");
+        assert_eq!(requests(&mut mode, NORMAL, ms(3)), []);
+        assert!(mode.is_settled());
+    }
+
+    #[test]
+    fn a_bus_is_left_when_the_mailboxes_are_empty() {
+        let mut mode = on_bus();
+        mode.want(false);
+        assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
+        assert_eq!(requests(&mut mode, SENDING, ms(11)), []);
+        assert_eq!(requests(&mut mode, NORMAL, ms(12)), [Request::Init]);
+        assert_eq!(requests(&mut mode, INIT, ms(13)), []);
+        assert!(mode.is_settled());
+    }
+
+    #[test]
+    fn a_mailbox_that_does_not_empty_keeps_nobody_on_the_bus() {
+        let mut mode = on_bus();
+        mode.want(false);
+        assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
+        assert_eq!(requests(&mut mode, SENDING, ms(15)), [Request::Init]);
+    }
+
+    #[test]
+    fn a_bus_joined_again_before_it_was_left_is_not_left() {
+        let mut mode = on_bus();
+        mode.want(false);
+        assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
+        mode.want(true);
+        assert_eq!(requests(&mut mode, SENDING, ms(11)), []);
+        assert!(mode.is_settled());
+    }
+
+    #[test]
+    fn a_bus_joined_again_while_it_is_being_left_is_joined_from_init_mode() {
+        let mut mode = on_bus();
+        mode.want(false);
+        assert_eq!(requests(&mut mode, NORMAL, ms(10)), [Request::Abort, Request::Init]);
+        mode.want(true);
+        assert_eq!(requests(&mut mode, NORMAL, ms(10)), []);
+        assert_eq!(requests(&mut mode, INIT, ms(11)), [Request::Normal]);
+    }
+
+    /// Verifies: ECSS 5.6.2a
+    #[test]
+    fn recovery_waits_for_init_mode_however_long_it_takes_and_says_so_once() {
+        let mut mode = on_bus();
+        assert_eq!(mode.recover(ms(10)), Some(Request::Init));
+        assert_eq!(mode.recover(ms(11)), None, "under way");
+        assert_eq!((requests(&mut mode, NORMAL, ms(59)), mode.take_stall(ms(59))), (vec![], false));
+        assert!(mode.take_stall(ms(60)));
+        assert!(!mode.take_stall(ms(61)));
+        assert_eq!(requests(&mut mode, INIT, ms(500)), [Request::Normal]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(501)), []);
+        assert!(mode.is_settled());
+    }
+
+    #[test]
+    fn a_bus_that_was_left_is_not_recovered() {
+        let mut mode = silent();
+        assert_eq!(mode.recover(ms(10)), None);
+        assert!(!mode.take_stall(ms(1_000)));
+    }
+
+    #[test]
+    fn a_bus_that_is_dominant_all_the_time_stalls_who_joins_it() {
+        let mut mode = silent();
+        mode.want(true);
+        assert_eq!(requests(&mut mode, INIT, ms(10)), [Request::Normal]);
+        assert!(mode.take_stall(ms(60)));
+    }
+}

@@ -1,0 +1,281 @@
+//! The error register, and which of its changes are still to be told.
+//!
+//! ESR says how things are now. Interrupts note it whenever it may have changed; the task takes what is news since it
+//! last looked. It may look late: neither a bus-off nor a worse state that is over by then is lost.
+
+use ecss_can::link::port::{ErrorState, Health, LastError};
+
+const EWGF: u32 = 1 << 0;
+const EPVF: u32 = 1 << 1;
+const BOFF: u32 = 1 << 2;
+
+/// ESR as read (RM0090 32.9.2). Reading it changes nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Status(pub u32);
+
+impl Status {
+    /// After a recovery from bus-off, as after reset: error active, both counters zero.
+    const FRESH: Status = Status(0);
+
+    pub fn is_warning(self) -> bool {
+        self.0 & EWGF != 0
+    }
+
+    pub fn is_passive(self) -> bool {
+        self.0 & EPVF != 0
+    }
+
+    pub fn is_bus_off(self) -> bool {
+        self.0 & BOFF != 0
+    }
+
+    /// How a lone transmitter looks.
+    fn is_unacknowledged(self) -> bool {
+        self.is_passive() && self.last_error() == LastError::Ack
+    }
+
+    fn last_error(self) -> LastError {
+        match self.0 >> 4 & 0b111 {
+            1 => LastError::Stuff,
+            2 => LastError::Form,
+            3 => LastError::Ack,
+            4 => LastError::BitRecessive,
+            5 => LastError::BitDominant,
+            6 => LastError::Crc,
+            // 7 stands there only when software wrote it, which this driver does not.
+            _ => LastError::None,
+        }
+    }
+
+    /// Error state and counters.
+    pub fn health(self) -> Health {
+        let [_, _, tec, rec] = self.0.to_le_bytes();
+        let state = if self.is_bus_off() {
+            ErrorState::BusOff
+        } else if self.is_passive() {
+            ErrorState::Passive
+        } else {
+            ErrorState::Active
+        };
+        Health { state, tec, rec, last_error: self.last_error() }
+    }
+
+    /// What may raise the error interrupt now. In bus-off only another bus-off may: the receive error counter may count
+    /// recessive sequences then. Where flags that stand `repeat` the interrupt, only those that do not stand may.
+    fn enables(self, repeat: bool) -> Enables {
+        let stands = |flag: bool| flag && repeat;
+        let on_bus = !self.is_bus_off();
+        Enables {
+            warning: on_bus && !stands(self.is_warning()),
+            passive: on_bus && !stands(self.is_passive()),
+            bus_off: !stands(self.is_bus_off()),
+        }
+    }
+
+    /// Orders states; equal ones are no news.
+    fn severity(self) -> u8 {
+        if self.is_bus_off() {
+            4
+        } else if self.is_unacknowledged() {
+            3
+        } else {
+            u8::from(self.is_warning()) + u8::from(self.is_passive())
+        }
+    }
+}
+
+/// Flags that may raise the error interrupt: EWGIE, EPVIE and BOFIE of IER.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Enables {
+    pub warning: bool,
+    pub passive: bool,
+    pub bus_off: bool,
+}
+
+impl Enables {
+    pub const ALL: Enables = Enables { warning: true, passive: true, bus_off: true };
+}
+
+/// What the task has to be told of the error state.
+#[derive(Debug)]
+pub(super) struct ErrorLog {
+    told: Status,
+    latest: Status,
+    /// The worst that was noted since the task looked last.
+    worst: Status,
+    /// Bus-offs that were not told yet, and how the latest of them looked.
+    bus_offs: u8,
+    off: Status,
+    /// The manual says that ERRI is set when a flag rises. Once it was seen to be set by one that stands, standing ones
+    /// are masked.
+    repeats: bool,
+}
+
+impl ErrorLog {
+    pub const fn new() -> Self {
+        let fresh = Status::FRESH;
+        ErrorLog { told: fresh, latest: fresh, worst: fresh, bus_offs: 0, off: fresh, repeats: false }
+    }
+
+    /// The register as it is now; what may raise the error interrupt from now on.
+    pub fn note(&mut self, now: Status) -> Enables {
+        if now.is_bus_off() && !self.latest.is_bus_off() {
+            self.went_off(now);
+        }
+        self.latest = now;
+        if now.severity() >= self.worst.severity() {
+            self.worst = now;
+        }
+        now.enables(self.repeats)
+    }
+
+    /// The error interrupt, with the register as it is now; what may raise the next one. `repeated`: it would have come
+    /// at once again. While a controller is bus-off nothing but another bus-off raises it: the first one ended, and
+    /// nobody looked.
+    pub fn on_interrupt(&mut self, now: Status, repeated: bool) -> Enables {
+        if now.is_bus_off() && self.latest.is_bus_off() && !self.repeats {
+            self.went_off(now);
+        }
+        self.repeats |= repeated;
+        self.note(now)
+    }
+
+    fn went_off(&mut self, now: Status) {
+        self.bus_offs = self.bus_offs.saturating_add(1);
+        self.off = now;
+    }
+
+    /// The next news, the oldest first.
+    pub fn take(&mut self) -> Option<Health> {
+        let news = if self.bus_offs > 0 {
+            if self.told.is_bus_off() {
+                // Only a recovery lies between two of them.
+                Status::FRESH
+            } else {
+                self.bus_offs -= 1;
+                self.worst = Status::FRESH;
+                self.off
+            }
+        } else {
+            let worst = core::mem::replace(&mut self.worst, Status::FRESH);
+            if worst.severity() > self.told.severity().max(self.latest.severity()) {
+                worst
+            } else if self.latest.severity() != self.told.severity() {
+                self.latest
+            } else {
+                return None;
+            }
+        };
+        self.told = news;
+        Some(news.health())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // RM0090 32.9.2: REC 31:24, TEC 23:16, LEC 6:4, BOFF 2, EPVF 1, EWGF 0.
+    const ACTIVE: Status = Status(0x0000_0000);
+    const WARNING: Status = Status(0x0060_0031);
+    const PASSIVE: Status = Status(0x0580_0053);
+    const ALONE: Status = Status(0x0080_0033);
+    const OFF: Status = Status(0x00F8_0057);
+
+    fn news(log: &mut ErrorLog) -> Vec<Health> {
+        std::iter::from_fn(|| log.take()).collect()
+    }
+
+    fn states(log: &mut ErrorLog) -> Vec<ErrorState> {
+        news(log).into_iter().map(|health| health.state).collect()
+    }
+
+    /// Verifies: ECSS 5.6.2b
+    /// Verifies: ECSS 5.6.2c
+    #[test]
+    fn the_register_tells_state_counters_and_last_error() {
+        let passive =
+            Health { state: ErrorState::Passive, tec: 0x80, rec: 5, last_error: LastError::BitDominant };
+        assert_eq!(PASSIVE.health(), passive);
+        assert_eq!(ACTIVE.health(), Health::default());
+        assert_eq!(OFF.health().state, ErrorState::BusOff);
+        let causes = [1, 2, 3, 4, 5, 6].map(|lec| Status(lec << 4).health().last_error);
+        use LastError::{Ack, BitDominant, BitRecessive, Crc, Form, Stuff};
+        assert_eq!(causes, [Stuff, Form, Ack, BitRecessive, BitDominant, Crc]);
+    }
+
+    #[test]
+    fn a_change_of_state_is_told_once_and_moving_counters_are_none() {
+        let mut log = ErrorLog::new();
+        assert_eq!(log.take(), None);
+        log.note(Status(0x0008_0030));
+        assert_eq!(log.take(), None);
+        for status in [WARNING, ALONE, PASSIVE, ACTIVE] {
+            log.note(status);
+            assert_eq!(news(&mut log), [status.health()]);
+        }
+    }
+
+    #[test]
+    fn a_worse_state_that_is_over_when_the_task_looks_is_told_before_the_present_one() {
+        let mut log = ErrorLog::new();
+        [WARNING, PASSIVE, WARNING].into_iter().for_each(|status| _ = log.note(status));
+        assert_eq!(news(&mut log), [PASSIVE.health(), WARNING.health()]);
+        [PASSIVE, ACTIVE].into_iter().for_each(|status| _ = log.note(status));
+        assert_eq!(news(&mut log), [PASSIVE.health(), ACTIVE.health()]);
+    }
+
+    #[test]
+    fn a_bus_off_that_is_over_when_the_task_looks_is_told() {
+        let mut log = ErrorLog::new();
+        log.on_interrupt(OFF, false);
+        log.note(ACTIVE);
+        assert_eq!(news(&mut log), [OFF.health(), ACTIVE.health()]);
+    }
+
+    #[test]
+    fn a_second_bus_off_before_the_end_of_the_first_was_seen_is_told_as_another() {
+        use ErrorState::{Active, BusOff};
+        let mut log = ErrorLog::new();
+        log.on_interrupt(OFF, false);
+        assert_eq!(states(&mut log), [BusOff]);
+        log.on_interrupt(OFF, false);
+        assert_eq!(states(&mut log), [Active, BusOff]);
+        // Neither was looked at, nor the recovery after the second.
+        log.note(ACTIVE);
+        log.on_interrupt(OFF, false);
+        log.on_interrupt(OFF, false);
+        log.note(ACTIVE);
+        assert_eq!(states(&mut log), [Active, BusOff, Active, BusOff, Active]);
+    }
+
+    #[test]
+    fn looking_at_a_controller_in_bus_off_is_no_news() {
+        let mut log = ErrorLog::new();
+        log.on_interrupt(OFF, false);
+        assert_eq!(states(&mut log), [ErrorState::BusOff]);
+        log.note(OFF);
+        assert_eq!(log.take(), None);
+    }
+
+    #[test]
+    fn in_bus_off_only_another_bus_off_may_interrupt() {
+        let mut log = ErrorLog::new();
+        assert_eq!(log.on_interrupt(ALONE, false), Enables::ALL);
+        assert_eq!(log.on_interrupt(OFF, false), Enables { warning: false, passive: false, bus_off: true });
+        assert_eq!(log.note(ACTIVE), Enables::ALL);
+    }
+
+    #[test]
+    fn flags_that_repeat_their_interrupt_are_masked_while_they_stand() {
+        let mut log = ErrorLog::new();
+        let enables = log.on_interrupt(PASSIVE, true);
+        assert_eq!(enables, Enables { warning: false, passive: false, bus_off: true });
+        assert_eq!(log.on_interrupt(OFF, true), Enables { warning: false, passive: false, bus_off: false });
+        // A repeated interrupt is no other bus-off.
+        log.on_interrupt(OFF, true);
+        assert_eq!(states(&mut log), [ErrorState::BusOff]);
+        assert_eq!(log.note(WARNING), Enables { warning: false, passive: true, bus_off: true });
+        assert_eq!(log.note(ACTIVE), Enables::ALL);
+    }
+}

@@ -1,0 +1,53 @@
+//! NUCLEO-F446RE: STM32F446RE with 8 MHz from its ST-LINK.
+//!
+//! | what | pins | connector |
+//! | --- | --- | --- |
+//! | nominal bus, CAN1 RX and TX | PB8, PB9 | CN10 3, 5 |
+//! | redundant bus, CAN2 RX and TX | PB12, PB13 | CN10 16, 30 |
+//! | straps: bits 0 to 3, odd parity | PC0, PC1, PC2, PC3, PB0 | CN7 38, 36, 35, 37, 34 |
+//! | LEDs: activity (LD2, green), state (external) | PA5, PA6 | on board, CN10 13 |
+//!
+//! PA2 and PA3 are the serial port of the ST-LINK, PA13 and PA14 its debug port; they are never touched. CN7 28 and 30
+//! (PA0, PA1) stay free for capturing CAN_RX. Straps are closed to ground (CN7 22); inside they have pull-ups.
+
+use ecss_can::link::PerBus;
+use ecss_can::link::bit_timing::BitTiming;
+use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
+use embassy_stm32::time::Hertz;
+
+use crate::Uptime;
+use crate::board::{Board, Irqs, Leds, clocks, node_id};
+use crate::bxcan::Port;
+
+/// MCO of the ST-LINK, a square wave.
+const OSCILLATOR: Hse = Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass };
+
+impl Board {
+    /// Starts clocks, puts both controllers into Init mode (silent: not even an acknowledgement) and reads the straps.
+    ///
+    /// # Panics
+    /// When called twice.
+    pub fn init(timing: BitTiming) -> Board {
+        let p = embassy_stm32::init(clocks(OSCILLATOR, PllPreDiv::DIV4));
+        let node_id = node_id([
+            Input::new(p.PC0, Pull::Up),
+            Input::new(p.PC1, Pull::Up),
+            Input::new(p.PC2, Pull::Up),
+            Input::new(p.PC3, Pull::Up),
+            Input::new(p.PB0, Pull::Up),
+        ]);
+        // CAN1 first: it holds the filter banks and the clock of both.
+        let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing);
+        let redundant = Port::new(p.CAN2, p.PB12, p.PB13, Irqs, timing);
+        Board {
+            ports: PerBus { nominal, redundant },
+            clock: Uptime,
+            leds: Leds {
+                activity: Output::new(p.PA5, Level::Low, Speed::Low),
+                state: Output::new(p.PA6, Level::Low, Speed::Low),
+            },
+            node_id,
+        }
+    }
+}

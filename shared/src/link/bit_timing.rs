@@ -1,0 +1,264 @@
+//! Bit timing of bxCAN, computed where it can still fail the build.
+//!
+//! ```text
+//! | SYNC | PROP_SEG           | PHASE_SEG1 | PHASE_SEG2 |
+//! | 1 tq | TS1                             ^ TS2        |
+//!                                          sample point
+//! ```
+//!
+//! ECSS 5.4.3b, c names the method (iCC 2012): of all options, take the one with the longest propagation segment that
+//! still meets the oscillator tolerance. An option is a prescaler and the lengths of three segments. It must
+//!
+//! * give the bit rate exactly, with 8 to 25 time quanta to a bit (ISO 11898-1),
+//! * have PHASE_SEG2 = max(PHASE_SEG1, information processing time of 2 tq) (ISO 11898-1),
+//! * have SJW = min(4, PHASE_SEG1) (ECSS 5.4.3d),
+//! * sample where CiA 301 wants it for this bit rate,
+//! * fit the registers: TS1 1 to 16, TS2 1 to 8, BRP 1 to 1024 (RM0090 32.7.7).
+//!
+//! With N time quanta to a bit, oscillators may be off by `df` in either direction, where
+//!
+//! ```text
+//! df <= SJW / (20 N)                                            ten bits from edge to edge, resynchronised
+//! df <= min(PHASE_SEG1, PHASE_SEG2) / (2 (13 N - PHASE_SEG2))   thirteen bits after an error flag
+//! ```
+//!
+//! and the propagation segment must hold twice the way from any node to any other: line and both nodes' delays.
+
+mod error;
+
+pub use error::{BitTimingError, Message};
+
+/// A frequency in Hz.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Hertz(pub u32);
+
+/// A length in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Metres(pub u16);
+
+/// A span in nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Nanoseconds(pub u32);
+
+/// A relative error in parts per million, in either direction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PartsPerMillion(pub u32);
+
+/// A share of the bit time, in thousandths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Permille(pub u16);
+
+/// A bit rate of high-speed CAN: 10 kbit/s to 1 Mbit/s.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BitRate(u32);
+
+impl BitRate {
+    /// 1 Mbit/s, which every node supports (ECSS 5.4.1a).
+    pub const MBIT_1: BitRate = BitRate(1_000_000);
+
+    /// `None` outside 10,000 to 1,000,000 bit/s.
+    pub const fn new(bits_per_second: u32) -> Option<BitRate> {
+        match bits_per_second {
+            10_000..=1_000_000 => Some(BitRate(bits_per_second)),
+            _ => None,
+        }
+    }
+
+    /// Bit/s.
+    pub const fn get(self) -> u32 {
+        self.0
+    }
+
+    /// First and last place of the sample point that interoperates (CiA 301 5.4, table of bit rates).
+    pub const fn sample_points(self) -> (Permille, Permille) {
+        (Permille(if self.0 >= 800_000 { 750 } else { 850 }), Permille(900))
+    }
+}
+
+/// What the bus asks of the bit timing of all its nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Network {
+    /// Bit rate.
+    pub bit_rate: BitRate,
+    /// Between the two nodes farthest apart.
+    pub length: Metres,
+    /// From a controller's CAN_TX through its transceiver and that of another node to its CAN_RX, without the line.
+    pub node_delay: Nanoseconds,
+    /// Worst oscillator of any node.
+    pub oscillator_tolerance: PartsPerMillion,
+}
+
+impl Network {
+    /// Node delay with common transceivers, some reserve included: an SN65HVD230 takes at most 135 ns.
+    pub const NODE_DELAY: Nanoseconds = Nanoseconds(150);
+
+    /// Of a twisted pair, per metre.
+    pub const LINE_DELAY: Nanoseconds = Nanoseconds(5);
+
+    /// There and back, between the two nodes farthest apart.
+    pub const fn propagation(&self) -> Nanoseconds {
+        let line = self.length.0 as u32 * Self::LINE_DELAY.0;
+        Nanoseconds(line.saturating_add(self.node_delay.0).saturating_mul(2))
+    }
+}
+
+/// Most clocks to a time quantum.
+const PRESCALERS: u32 = 1024;
+/// Fewest and most time quanta to a bit.
+const QUANTA: (u8, u8) = (8, 25);
+/// Time quanta that a controller may need between sample point and next bit.
+const INFORMATION_PROCESSING: u8 = 2;
+/// Longest PHASE_SEG1, and longest TS2.
+const PHASE: u8 = 8;
+/// Longest TS1.
+const SEGMENT1: u8 = 16;
+/// Longest SJW.
+const JUMP_WIDTH: u8 = 4;
+
+/// A setting of a bxCAN controller.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BitTiming {
+    prescaler: u16,
+    propagation: u8,
+    phase1: u8,
+    phase2: u8,
+    bit_rate: BitRate,
+}
+
+impl BitTiming {
+    /// The option with the longest propagation segment that meets the oscillator tolerance (ECSS 5.4.3c); of equals the
+    /// one with more tolerance. `clock` drives the controller: PCLK1.
+    ///
+    /// # Errors
+    /// [`BitTimingError`]: the first constraint that no option meets.
+    pub const fn new(clock: Hertz, network: &Network) -> Result<BitTiming, BitTimingError> {
+        let bit_rate = network.bit_rate;
+        let mut outcome = Err(BitTimingError::Prescaler { clock, bit_rate });
+        let mut quanta = QUANTA.0;
+        while quanta <= QUANTA.1 {
+            if let Some(prescaler) = prescaler(clock, bit_rate, quanta) {
+                let mut phase1 = 1;
+                while let Some(option) = Self::option(bit_rate, prescaler, quanta, phase1) {
+                    outcome = better(outcome, option.meets(network));
+                    phase1 += 1;
+                }
+            }
+            quanta += 1;
+        }
+        outcome
+    }
+
+    /// `None` when the phase segments leave no propagation segment.
+    const fn option(bit_rate: BitRate, prescaler: u16, quanta: u8, phase1: u8) -> Option<BitTiming> {
+        let phase2 = if phase1 > INFORMATION_PROCESSING { phase1 } else { INFORMATION_PROCESSING };
+        if phase1 > PHASE || quanta < 2 + phase1 + phase2 {
+            return None;
+        }
+        Some(BitTiming { prescaler, propagation: quanta - 1 - phase1 - phase2, phase1, phase2, bit_rate })
+    }
+
+    /// The option, unless it breaks a constraint; the errors are in the order of [`BitTimingError`].
+    const fn meets(self, network: &Network) -> Result<BitTiming, BitTimingError> {
+        let (first, last) = self.bit_rate.sample_points();
+        let thousandths = (self.quanta() - self.phase2) as u16 * 1000;
+        let quanta = self.quanta() as u16;
+        if thousandths < first.0 * quanta || thousandths > last.0 * quanta {
+            return Err(BitTimingError::SamplePoint { place: self.sample_point(), first, last });
+        }
+        if self.segment1() > SEGMENT1 {
+            return Err(BitTimingError::Segment1 { needed: self.segment1(), longest: SEGMENT1 });
+        }
+        let (needed, available) = (network.propagation(), self.propagation());
+        if available.0 < needed.0 {
+            return Err(BitTimingError::Propagation { needed, available });
+        }
+        let (needed, available) = (network.oscillator_tolerance, self.oscillator_tolerance());
+        if available.0 < needed.0 {
+            return Err(BitTimingError::Tolerance { needed, available });
+        }
+        Ok(self)
+    }
+
+    /// BRP: clocks to a time quantum, `1..=1024`.
+    pub const fn prescaler(&self) -> u16 {
+        self.prescaler
+    }
+
+    /// TS1: time quanta from the synchronisation segment to the sample point, `1..=16`.
+    pub const fn segment1(&self) -> u8 {
+        self.propagation + self.phase1
+    }
+
+    /// TS2: time quanta after the sample point, `2..=8`.
+    pub const fn segment2(&self) -> u8 {
+        self.phase2
+    }
+
+    /// SJW: most time quanta that one resynchronisation moves, `1..=4`.
+    pub const fn jump_width(&self) -> u8 {
+        if self.phase1 < JUMP_WIDTH { self.phase1 } else { JUMP_WIDTH }
+    }
+
+    /// Time quanta to a bit, `8..=25`.
+    pub const fn quanta(&self) -> u8 {
+        1 + self.propagation + self.phase1 + self.phase2
+    }
+
+    /// Place of the sample point, rounded down.
+    pub const fn sample_point(&self) -> Permille {
+        Permille((self.quanta() - self.phase2) as u16 * 1000 / self.quanta() as u16)
+    }
+
+    /// What the propagation segment holds, there and back, rounded down.
+    pub const fn propagation(&self) -> Nanoseconds {
+        let quanta_per_second = self.bit_rate.0 as u64 * self.quanta() as u64;
+        Nanoseconds((self.propagation as u64 * 1_000_000_000 / quanta_per_second) as u32)
+    }
+
+    /// What every oscillator on the bus may be off, rounded down.
+    pub const fn oscillator_tolerance(&self) -> PartsPerMillion {
+        let quanta = self.quanta() as u32;
+        let phase = if self.phase1 < self.phase2 { self.phase1 } else { self.phase2 };
+        let running = self.jump_width() as u32 * 1_000_000 / (20 * quanta);
+        let after_error = phase as u32 * 1_000_000 / (2 * (13 * quanta - self.phase2 as u32));
+        PartsPerMillion(if running < after_error { running } else { after_error })
+    }
+
+    /// Whether it is to be preferred, by ECSS 5.4.3c.
+    const fn is_better_than(&self, other: &BitTiming) -> bool {
+        // As shares of the bit time, without rounding.
+        let mine = self.propagation as u32 * other.quanta() as u32;
+        let theirs = other.propagation as u32 * self.quanta() as u32;
+        mine > theirs || mine == theirs && self.oscillator_tolerance().0 > other.oscillator_tolerance().0
+    }
+}
+
+/// Clocks to a time quantum, if a whole number of them gives the bit rate exactly.
+const fn prescaler(clock: Hertz, bit_rate: BitRate, quanta: u8) -> Option<u16> {
+    let quanta_per_second = bit_rate.0 * quanta as u32;
+    match clock.0 / quanta_per_second {
+        prescaler @ 1..=PRESCALERS if clock.0.is_multiple_of(quanta_per_second) => Some(prescaler as u16),
+        _ => None,
+    }
+}
+
+/// The better option, or the error that got further.
+const fn better(
+    known: Result<BitTiming, BitTimingError>,
+    new: Result<BitTiming, BitTimingError>,
+) -> Result<BitTiming, BitTimingError> {
+    let new_wins = match (&known, &new) {
+        (Ok(known), Ok(new)) => new.is_better_than(known),
+        (Err(known), Err(new)) => new.is_closer_than(known),
+        (_, new) => new.is_ok(),
+    };
+    if new_wins { new } else { known }
+}

@@ -1,0 +1,169 @@
+//! Which constraint leaves no bit timing, and by how much.
+
+use core::fmt;
+
+use super::{BitRate, Hertz, Nanoseconds, PartsPerMillion, Permille};
+
+/// Why a network has no bit timing: the first constraint, in this order, that no option meets. Its figures are those of
+/// the option that comes closest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BitTimingError {
+    /// No prescaler of 1 to 1024 divides the clock into 8 to 25 time quanta per bit: take another PCLK1.
+    Prescaler {
+        /// PCLK1.
+        clock: Hertz,
+        /// As asked for.
+        bit_rate: BitRate,
+    },
+    /// The sample point lies too early or too late: take another PCLK1.
+    SamplePoint {
+        /// The nearest that can be had.
+        place: Permille,
+        /// Earliest place for the bit rate.
+        first: Permille,
+        /// Latest place for the bit rate.
+        last: Permille,
+    },
+    /// The sample point needs more of TS1 than the register has: take another PCLK1.
+    Segment1 {
+        /// Time quanta needed.
+        needed: u8,
+        /// Time quanta that the register has.
+        longest: u8,
+    },
+    /// The propagation segment is too short: take a shorter bus, faster transceivers, a lower bit rate.
+    Propagation {
+        /// There and back.
+        needed: Nanoseconds,
+        /// The most of any option.
+        available: Nanoseconds,
+    },
+    /// With enough propagation the phase segments are too short: take better oscillators or a shorter bus.
+    Tolerance {
+        /// As asked for.
+        needed: PartsPerMillion,
+        /// The most of any option with enough propagation.
+        available: PartsPerMillion,
+    },
+}
+
+impl BitTimingError {
+    /// Whether the option behind it came closer to a bit timing.
+    pub(super) const fn is_closer_than(&self, other: &BitTimingError) -> bool {
+        use BitTimingError::{Propagation, SamplePoint, Segment1, Tolerance};
+        match (self, other) {
+            (SamplePoint { place, first, last }, SamplePoint { place: other, .. }) => {
+                distance(*place, *first, *last) < distance(*other, *first, *last)
+            }
+            (Segment1 { needed, .. }, Segment1 { needed: other, .. }) => *needed < *other,
+            (Propagation { available, .. }, Propagation { available: other, .. }) => available.0 > other.0,
+            (Tolerance { available, .. }, Tolerance { available: other, .. }) => available.0 > other.0,
+            _ => self.constraint() > other.constraint(),
+        }
+    }
+
+    const fn constraint(&self) -> u8 {
+        match self {
+            BitTimingError::Prescaler { .. } => 0,
+            BitTimingError::SamplePoint { .. } => 1,
+            BitTimingError::Segment1 { .. } => 2,
+            BitTimingError::Propagation { .. } => 3,
+            BitTimingError::Tolerance { .. } => 4,
+        }
+    }
+
+    /// The error in words, also for a build that fails with it.
+    pub const fn message(&self) -> Message {
+        let text = Message::new("no bit timing: ");
+        match *self {
+            BitTimingError::Prescaler { clock, bit_rate } => text
+                .text("no prescaler of 1 to 1024 makes 8 to 25 time quanta per bit, PCLK1 ")
+                .number(clock.0)
+                .text(" Hz, bit rate ")
+                .number(bit_rate.get())
+                .text(" bit/s"),
+            BitTimingError::SamplePoint { place, first, last } => text
+                .text("sample point at ")
+                .number(place.0 as u32)
+                .text(" per mille of the bit, allowed ")
+                .number(first.0 as u32)
+                .text(" to ")
+                .number(last.0 as u32),
+            BitTimingError::Segment1 { needed, longest } => text
+                .text("TS1 of ")
+                .number(needed as u32)
+                .text(" time quanta needed, the register has ")
+                .number(longest as u32),
+            BitTimingError::Propagation { needed, available } => text
+                .text("propagation segment of ")
+                .number(needed.0)
+                .text(" ns needed, ")
+                .number(available.0)
+                .text(" ns available"),
+            BitTimingError::Tolerance { needed, available } => text
+                .text("oscillator tolerance of ")
+                .number(needed.0)
+                .text(" ppm needed, ")
+                .number(available.0)
+                .text(" ppm available with this propagation"),
+        }
+    }
+}
+
+impl fmt::Display for BitTimingError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.message().as_str())
+    }
+}
+
+impl core::error::Error for BitTimingError {}
+
+const fn distance(place: Permille, first: Permille, last: Permille) -> u16 {
+    if place.0 < first.0 { first.0 - place.0 } else { place.0.saturating_sub(last.0) }
+}
+
+/// Longest message.
+const LENGTH: usize = 128;
+
+/// A line of text that is put together while compiling, where `core::fmt` is out of reach.
+#[derive(Clone, Copy, Debug)]
+pub struct Message {
+    bytes: [u8; LENGTH],
+    len: usize,
+}
+
+impl Message {
+    const fn new(text: &str) -> Message {
+        Message { bytes: [0; LENGTH], len: 0 }.text(text)
+    }
+
+    const fn text(mut self, text: &str) -> Message {
+        let mut n = 0;
+        while n < text.len() && self.len < LENGTH {
+            self.bytes[self.len] = text.as_bytes()[n];
+            self.len += 1;
+            n += 1;
+        }
+        self
+    }
+
+    const fn number(mut self, number: u32) -> Message {
+        if number > 9 {
+            self = self.number(number / 10);
+        }
+        let digit = [b'0' + (number % 10) as u8];
+        match core::str::from_utf8(&digit) {
+            Ok(digit) => self.text(digit),
+            Err(_) => self,
+        }
+    }
+
+    /// As a string; all of it is ASCII.
+    pub const fn as_str(&self) -> &str {
+        match core::str::from_utf8(self.bytes.split_at(self.len).0) {
+            Ok(text) => text,
+            Err(_) => "no bit timing",
+        }
+    }
+}

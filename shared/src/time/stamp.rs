@@ -1,0 +1,268 @@
+//! Stamps of frames: when a frame ended, on the clock of the node that saw it.
+//!
+//! A timer captures every falling edge of CAN_RX into an [`EdgeRing`], without the CPU. When a frame is reported, the
+//! ring is searched for exactly the edges that this frame makes on the wire, and its end follows from one of them.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use super::Instant;
+use super::pattern::Pattern;
+use crate::link::Frame;
+
+/// Since the node's power-on, in ticks of 1/84 µs (11.9 ns): [`Instant`] with more resolution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Ticks(u64);
+
+impl Ticks {
+    /// Ticks in a microsecond.
+    pub const PER_MICRO: u32 = 84;
+
+    /// From ticks since power-on.
+    pub const fn new(ticks: u64) -> Ticks {
+        Ticks(ticks)
+    }
+
+    /// Ticks since power-on.
+    pub const fn get(self) -> u64 {
+        self.0
+    }
+
+    /// The low word, which a 32-bit timer counts.
+    pub const fn low(self) -> u32 {
+        self.0 as u32
+    }
+
+    /// Rounded down to a microsecond.
+    pub const fn instant(self) -> Instant {
+        Instant::from_micros(self.0 / Self::PER_MICRO as u64)
+    }
+
+    /// The instant nearest to this one at which the low word is `low`.
+    const fn nearest(self, low: u32) -> Ticks {
+        let apart = low.wrapping_sub(self.low()) as i32;
+        Ticks(self.0.saturating_add_signed(apart as i64))
+    }
+}
+
+impl From<Instant> for Ticks {
+    fn from(instant: Instant) -> Ticks {
+        Ticks(instant.as_micros().saturating_mul(u64::from(Self::PER_MICRO)))
+    }
+}
+
+/// When a frame ended: the last bit of its EOF, as the node's CAN_RX shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct Stamp {
+    /// Rounded down to a microsecond, for protocol timers.
+    pub at: Instant,
+    /// The same in full.
+    pub ticks: Ticks,
+    /// How it was measured.
+    pub source: StampSource,
+}
+
+/// How a [`Stamp`] was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StampSource {
+    /// A captured edge of the frame and the known rest of it: off by at most [`StampSource::CAPTURE_ERROR`], plus the
+    /// constant delay of the timer's input.
+    Capture,
+    /// Read in the interrupt at the end of the frame: late by the interrupt latency, some microseconds, which has no
+    /// bound of its own; early by at most one bit, as a receiver has a frame one bit before its end.
+    Interrupt,
+}
+
+impl StampSource {
+    /// Most that a captured stamp is off at 1 Mbit/s, ticks (48 ns): one for the phase of the edge against the timer, one
+    /// for its rounding, two for 200 ppm between the clocks over the longest frame.
+    pub const CAPTURE_ERROR: u32 = 4;
+}
+
+impl Stamp {
+    /// Read in the interrupt that the frame raised.
+    pub fn interrupt(at: Instant) -> Stamp {
+        Stamp { at, ticks: at.into(), source: StampSource::Interrupt }
+    }
+
+    fn capture(ticks: Ticks) -> Stamp {
+        Stamp { at: ticks.instant(), ticks, source: StampSource::Capture }
+    }
+}
+
+/// Why the edges of a frame gave no stamp.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Miss {
+    /// No edge is left from the time of the frame: no wire, or later edges took their places.
+    Silent,
+    /// There are edges, but one is missing, one too many, or one in a wrong place.
+    Mismatch,
+    /// The interrupt came a frame late: an earlier frame may have these edges.
+    Late,
+    /// Found more than once since the last time, or another frame like it was reported meanwhile.
+    Ambiguous,
+}
+
+/// What was captured of a line when a stamp is asked for.
+#[derive(Clone, Copy, Debug)]
+pub struct Captured {
+    /// The cell that the next edge goes to, `0..EDGES`.
+    pub next: usize,
+    /// Until then no later frame like the one in question was received or sent: low word of [`Ticks`], at least a bit
+    /// after the report.
+    pub alone_until: u32,
+}
+
+/// Edges in a ring: at least 512 bits of any traffic.
+pub const EDGES: usize = 256;
+
+/// Falling edges of one CAN_RX line, written round and round by a DMA: low words of [`Ticks`].
+///
+/// No count of laps is kept: an edge that took the place of another does not fit the pattern of its neighbours.
+pub struct EdgeRing {
+    cells: [AtomicU32; EDGES],
+}
+
+impl EdgeRing {
+    /// Without edges.
+    pub const fn new() -> Self {
+        EdgeRing { cells: [const { AtomicU32::new(0) }; EDGES] }
+    }
+
+    /// Where the edges go.
+    pub const fn cells(&self) -> &[AtomicU32; EDGES] {
+        &self.cells
+    }
+
+    /// The stamp of a frame that was reported with the stamp `reported`. `bit` is the length of a bit in ticks.
+    ///
+    /// Each call takes what it finds out of the ring, so that nothing is found again, not even when the low word has come
+    /// round to the same value.
+    ///
+    /// # Errors
+    /// A [`Miss`] rather than a doubt.
+    pub fn stamp(&self, line: Captured, frame: &Frame, reported: Stamp, bit: u32) -> Result<Stamp, Miss> {
+        let pattern = Pattern::of(frame);
+        let search = Search { ring: self, next: line.next, bit, pattern: &pattern };
+        // A receiver has a frame one bit before its end, by a bit grid that is off by up to 0.6 bit; the clock of the
+        // interrupt is rounded to a microsecond and up to another one off the timer.
+        let reported_by = reported.ticks.low().wrapping_add(2 * bit + 2 * Ticks::PER_MICRO);
+        // The same bit and its grid for the next frame like it, which was not there until then.
+        let alone_until = line.alone_until.wrapping_add(search.tenths(4) as u32);
+        let latest = if later(reported_by, alone_until) < 0 { reported_by } else { alone_until };
+        let before = |at: u32| latest.wrapping_sub(at);
+
+        let (mut found, mut more) = (None, false);
+        for back in 0..EDGES.saturating_sub(pattern.edges.len()) {
+            if let Some(end) = search.end_of_match(back)
+                && later(latest, end) >= 0
+            {
+                search.take(back);
+                more |= found.replace(end).is_some();
+            }
+        }
+        let length = u32::from(pattern.length) * bit;
+        match found {
+            Some(_) if more => Err(Miss::Ambiguous),
+            // Two equal frames end at least their length apart: no earlier one ended here.
+            Some(end) if before(end) < length => Ok(Stamp::capture(reported.ticks.nearest(end))),
+            Some(_) => Err(Miss::Late),
+            None if (0..EDGES).any(|back| before(search.edge(back)) < 2 * length) => Err(Miss::Mismatch),
+            None => Err(Miss::Silent),
+        }
+    }
+}
+
+impl Default for EdgeRing {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+// Tenths of a bit.
+
+/// Tolerance of the edges that the transmitter alone drives.
+const OFF: u32 = 3;
+/// Tolerance to one side of edges that others may drive.
+const EARLY_OR_LATE: u32 = 6;
+/// After the start of the ACK slot: an edge in the last bit of EOF, 8 bits later, comes too late to spoil a reception.
+/// Before that, form errors and the error flags of others make one.
+const QUIET_AFTER_ACK: u32 = 77;
+/// Within a frame there are at most 10 bits between falling edges. Before SOF there are 12, from the ACK slot of
+/// another frame; tolerances make it 10.8.
+const QUIET_BEFORE_SOF: u32 = 103;
+
+/// The search for one pattern, from the newest edge back.
+struct Search<'a> {
+    ring: &'a EdgeRing,
+    next: usize,
+    bit: u32,
+    pattern: &'a Pattern,
+}
+
+impl Search<'_> {
+    /// The cell `back` places before the newest edge.
+    fn cell(&self, back: usize) -> &AtomicU32 {
+        let [first, ..] = &self.ring.cells;
+        self.ring.cells.get((self.next + 2 * EDGES - 1 - back) % EDGES).unwrap_or(first)
+    }
+
+    fn edge(&self, back: usize) -> u32 {
+        self.cell(back).load(Ordering::Relaxed)
+    }
+
+    /// Tenths of a bit in ticks.
+    fn tenths(&self, tenths: u32) -> i32 {
+        (self.bit * tenths / 10) as i32
+    }
+
+    /// When the frame ended, if the edge `back` places before the newest is its ACK slot.
+    ///
+    /// Places are taken from the reference edge, which only the transmitter drives. Edges of any other frame are whole
+    /// bits away, so tolerances to both sides must add up to less than one bit:
+    /// * 0.3 bit either way for edges of the transmitter: its clock and ours, jitter of the transceivers;
+    /// * 0.6 bit early up to the end of the identifier: a contender nearer to us may drive them, by the propagation
+    ///   there and back, for which our bit timing has at most 12 of 21 quanta;
+    /// * 0.6 bit late for the ACK slot: receivers drive it, after the same propagation.
+    fn end_of_match(&self, back: usize) -> Option<u32> {
+        let ack = self.edge(back);
+        let newer = back.checked_sub(1).map(|newer| self.edge(newer));
+        // Most edges have another close behind and need no closer look.
+        if newer.is_some_and(|newer| later(newer, ack) < self.tenths(QUIET_AFTER_ACK - EARLY_OR_LATE)) {
+            return None;
+        }
+        let Pattern { edges, reference, length } = self.pattern;
+        let last = edges.len().checked_sub(1)?;
+        let start = self
+            .edge(back + last.checked_sub(*reference)?)
+            .wrapping_sub(u32::from(*edges.get(*reference)?) * self.bit);
+        let time = |position: u8| start.wrapping_add(u32::from(position) * self.bit);
+
+        for (n, position) in edges.iter().enumerate().rev() {
+            let late = later(self.edge(back + last - n), time(*position));
+            let early = if n < *reference { EARLY_OR_LATE } else { OFF };
+            let tardy = if n == last { EARLY_OR_LATE } else { OFF };
+            if late < -self.tenths(early) || late > self.tenths(tardy) {
+                return None;
+            }
+        }
+        let quiet_until = time(self.pattern.ack()).wrapping_add(self.tenths(QUIET_AFTER_ACK) as u32);
+        let disturbed = newer.is_some_and(|newer| later(newer, quiet_until) < 0);
+        let idle = self.edge(back + last).wrapping_sub(self.edge(back + last + 1));
+        (!disturbed && idle >= self.tenths(QUIET_BEFORE_SOF) as u32).then(|| time(*length))
+    }
+
+    /// Makes a match one no more: two edges at one time are in no pattern.
+    fn take(&self, back: usize) {
+        self.cell(back).store(self.edge(back + 1), Ordering::Relaxed);
+    }
+}
+
+/// How much later `edge` is than `than`, within half a round of the timer.
+fn later(edge: u32, than: u32) -> i32 {
+    edge.wrapping_sub(than) as i32
+}

@@ -1,0 +1,216 @@
+//! Lines with faults: no stamp rather than one of another frame.
+
+use can_wire::encode::encode;
+use can_wire::frame::WireFrame;
+use ecss_can::time::{EDGES, Miss};
+use proptest::prelude::*;
+
+use crate::line::{BIT, Complete, Line, Node, Sent, error, falls};
+use crate::sound::{frames, sync};
+
+/// Bits of error flag, echo of it, delimiter and intermission until the next frame, as [`Line::destroyed`] has them.
+const FLAG: usize = 6;
+
+/// What a node makes of `complete` after everything on the line was captured, `bits` after the frame.
+fn stamp_of(line: &Line, complete: &Complete, bits: f64) -> Result<f64, Miss> {
+    let mut node = Node::new(200);
+    node.follow(line, line.now);
+    node.stamp(&complete.frame, complete.end + bits * BIT, line.now).map(|stamp| error(&stamp, complete))
+}
+
+#[test]
+fn a_missing_edge_is_missed() {
+    for missing in 0..falls(&sync()).len() {
+        let mut line = Line::new(1e6);
+        let complete = line.frame(&sync(), Sent::default());
+        line.falls.remove(missing);
+        assert_eq!(stamp_of(&line, &complete, 3.0), Err(Miss::Mismatch), "edge {missing}");
+    }
+}
+
+#[test]
+fn an_edge_too_many_is_noticed_from_the_idle_bus_to_the_end_of_the_frame() {
+    for tenth in -100..=465 {
+        let mut line = Line::new(1e6);
+        let complete = line.frame(&sync(), Sent::default());
+        line.falls.push(1e6 + f64::from(tenth) / 10.0 * BIT);
+        line.falls.sort_by(f64::total_cmp);
+        assert_eq!(stamp_of(&line, &complete, 3.0), Err(Miss::Mismatch), "{tenth} tenths of a bit after SOF");
+    }
+}
+
+#[test]
+fn an_edge_in_a_wrong_place_is_noticed() {
+    for (wrong, at) in falls(&sync()).into_iter().enumerate() {
+        for off in [-0.9, 0.8] {
+            let mut line = Line::new(1e6);
+            let complete = line.frame(&sync(), Sent::default());
+            line.falls[wrong] += off * BIT;
+            let result = stamp_of(&line, &complete, 3.0);
+            assert_eq!(result, Err(Miss::Mismatch), "the edge {at} bits after SOF, off by {off}");
+        }
+    }
+}
+
+/// Error flags at every bit of an attempt, then the retransmission: it is stamped, and its attempt never instead of it.
+#[test]
+fn a_destroyed_attempt_is_not_stamped_and_its_retransmission_is() {
+    let length = encode(&sync()).bits().len();
+    for bits in 1..length {
+        for flag in FLAG..=12 {
+            let mut line = Line::new(1e6);
+            line.destroyed(&sync(), bits, flag);
+            line.idle(3.0);
+            let attempts = line.falls.len();
+            let complete = line.frame(&sync(), Sent::default());
+            let result = stamp_of(&line, &complete, 5.0);
+            if [length - 9, length - 8, length - 1].contains(&bits) {
+                // The flag is where the acknowledgement would be, or joined to it, and looks like it; or receivers have
+                // the frame, only its transmitter has not.
+                assert_eq!(result, Err(Miss::Ambiguous));
+            } else {
+                assert!(result.is_ok_and(|off| off.abs() <= 1.0), "{bits} bits, flag {flag}: {result:?}");
+            }
+
+            line.falls.truncate(attempts);
+            assert!(stamp_of(&line, &complete, 5.0).is_err(), "{bits} bits, flag {flag}, edges lost");
+        }
+    }
+}
+
+/// A dominant last bit of EOF: receivers have the frame, its transmitter sends it again.
+#[test]
+fn each_of_a_doubled_frame_has_its_own_stamp() {
+    let length = encode(&sync()).bits().len();
+    let mut line = Line::new(1e6);
+    let first = Complete { frame: sync(), end: 1e6 + length as f64 * BIT };
+    line.destroyed(&sync(), length - 1, FLAG);
+    line.idle(3.0);
+    let second = line.frame(&sync(), Sent::default());
+
+    // The task is late: most edges of the second are in the ring when the first is asked for.
+    let mut node = Node::new(0);
+    for (complete, task) in [(first, second.end - 2.0 * BIT), (second, second.end + 9.0 * BIT)] {
+        node.follow(&line, task);
+        let stamp = node.stamp(&sync(), complete.end + 4.0 * BIT, task).unwrap();
+        assert!(error(&stamp, &complete).abs() <= 1.0);
+    }
+}
+
+#[test]
+fn frames_that_begin_with_the_same_edges_are_others() {
+    let counted = WireFrame::standard(0x080, &[0x00]);
+    let remote = WireFrame { remote: true, ..sync() };
+    let emergency = WireFrame::standard(0x081, &[]);
+    for other in [counted, remote, emergency] {
+        let mut line = Line::new(1e6);
+        let complete = line.frame(&other, Sent::default());
+        let reported = Complete { frame: sync(), ..complete };
+        assert_eq!(stamp_of(&line, &reported, 5.0), Err(Miss::Mismatch), "{other:?}");
+    }
+}
+
+/// The edges of the frame in question may be spoiled, and these be those of an earlier one whose report was lost.
+#[test]
+fn an_interrupt_that_is_a_frame_late_gives_no_stamp() {
+    let mut line = Line::new(1e6);
+    let complete = line.frame(&sync(), Sent::default());
+    assert_eq!(stamp_of(&line, &complete, 48.0), Err(Miss::Late));
+    // Two equal frames, one report lost or late.
+    line.idle(3.0);
+    let second = line.frame(&sync(), Sent::default());
+    assert_eq!(stamp_of(&line, &second, 2.0), Err(Miss::Ambiguous));
+}
+
+#[test]
+fn after_a_miss_the_next_frame_is_stamped() {
+    let mut line = Line::new(1e6);
+    let mut node = Node::new(0);
+    let late = line.frame(&sync(), Sent::default());
+    node.follow(&line, line.now);
+    assert_eq!(node.stamp(&sync(), late.end + 60.0 * BIT, 0.0), Err(Miss::Late));
+    line.idle(100.0);
+    let complete = line.frame(&sync(), Sent::default());
+    node.follow(&line, line.now);
+    let stamp = node.stamp(&sync(), complete.end, 0.0).unwrap();
+    assert!(error(&stamp, &complete).abs() <= 1.0);
+}
+
+#[test]
+fn a_ring_that_was_overwritten_gives_no_stamp() {
+    let dense = WireFrame::standard(0x555, &[0x55; 8]);
+    let mut line = Line::new(1e6);
+    let complete = line.frame(&sync(), Sent::default());
+    let edges = line.falls.len();
+    while line.falls.len() < EDGES + edges {
+        line.idle(3.0);
+        line.frame(&dense, Sent::default());
+        let kept = line.falls.len() < EDGES;
+        assert_eq!(stamp_of(&line, &complete, 5.0).is_ok(), kept, "{} edges", line.falls.len());
+    }
+    assert_eq!(stamp_of(&line, &complete, 5.0), Err(Miss::Silent));
+}
+
+#[derive(Clone, Debug)]
+enum Fault {
+    /// The place in the sequence of edges.
+    Missing(prop::sample::Index),
+    /// The place on the line.
+    Noise(f64),
+}
+
+fn faults() -> impl Strategy<Value = Vec<Fault>> {
+    let missing = any::<prop::sample::Index>().prop_map(Fault::Missing);
+    let noise = (0.0..1.0f64).prop_map(Fault::Noise);
+    prop::collection::vec(prop_oneof![missing, noise], 0..4)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    /// Attempts, equal frames, foreign ones, edges lost and edges from nowhere: what is stamped is stamped right.
+    #[test]
+    fn a_stamp_is_right_or_there_is_none(
+        frame in frames(),
+        before in frames(),
+        attempts in prop::collection::vec((1..60usize, FLAG..=12usize), 0..3),
+        twice in any::<bool>(),
+        faults in faults(),
+        cell in 0..EDGES,
+        origin in 1_000_000u64..20_000_000_000,
+        latency in -1.0..120.0f64,
+        task in 0.0..60.0f64,
+    ) {
+        prop_assume!(before != frame);
+        let mut line = Line::new(origin as f64);
+        line.frame(&before, Sent::default());
+        line.idle(3.0);
+        for (bits, flag) in attempts {
+            line.destroyed(&frame, bits.min(encode(&frame).bits().len() - 1), flag);
+            line.idle(3.0);
+        }
+        let mut complete = vec![line.frame(&frame, Sent::default())];
+        if twice {
+            line.idle(3.0);
+            complete.push(line.frame(&frame, Sent::default()));
+        }
+        for fault in faults {
+            match fault {
+                Fault::Missing(index) => drop(line.falls.remove(index.index(line.falls.len()))),
+                Fault::Noise(at) => line.falls.push(origin as f64 + at * (line.now - origin as f64)),
+            }
+        }
+        line.falls.sort_by(f64::total_cmp);
+        let mut node = Node::new(cell);
+        node.follow(&line, line.now);
+        for (n, complete_frame) in complete.iter().enumerate() {
+            let interrupt = complete_frame.end + latency * BIT;
+            let task = interrupt + task.max(1.0) * BIT;
+            // A receiver has a frame one bit before its end. With a later one like it no stamp is asked for.
+            let alone = complete[n + 1..].iter().all(|later| later.end - BIT > task);
+            if alone && let Ok(stamp) = node.stamp(&frame, interrupt, task) {
+                prop_assert!(error(&stamp, complete_frame).abs() <= 1.0);
+            }
+        }
+    }
+}

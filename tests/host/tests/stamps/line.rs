@@ -1,0 +1,135 @@
+//! A CAN_RX line and a node that captures its falling edges and is told of frames.
+//!
+//! Bits come from the wire's encoder. Time is in ticks of the node's timer, so that only the transmitter's clock errs.
+
+use can_wire::encode::encode;
+use can_wire::frame::WireFrame;
+use ecss_can::link::{CobId, Frame};
+use ecss_can::time::{Captured, EDGES, EdgeRing, Instant, Miss, Stamp, StampSource, Ticks};
+
+/// Length of a bit at 1 Mbit/s, and of a microsecond.
+pub const BIT: f64 = 84.0;
+
+/// How a frame is sent.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sent {
+    /// How much longer the bits of the transmitter are.
+    pub ppm: f64,
+    /// How much earlier than the winner a contender drives the edges up to the identifier, bits.
+    pub early: f64,
+    /// How much later than the transmitter the receivers drive the ACK slot, bits.
+    pub ack_late: f64,
+}
+
+/// A frame that was received by everybody.
+#[derive(Clone, Copy, Debug)]
+pub struct Complete {
+    pub frame: WireFrame,
+    pub end: f64,
+}
+
+/// What happens on a line, in the order of time.
+#[derive(Debug)]
+pub struct Line {
+    pub now: f64,
+    pub falls: Vec<f64>,
+}
+
+/// Bits at which a falling edge begins.
+pub fn falls(frame: &WireFrame) -> Vec<usize> {
+    let encoded = encode(frame);
+    let bits = encoded.bits();
+    (0..bits.len()).filter(|&n| !bits[n] && (n == 0 || bits[n - 1])).collect()
+}
+
+impl Line {
+    pub fn new(now: f64) -> Self {
+        Line { now, falls: Vec::new() }
+    }
+
+    pub fn idle(&mut self, bits: f64) {
+        self.now += bits * BIT;
+    }
+
+    /// A frame from SOF to the last bit of EOF.
+    pub fn frame(&mut self, frame: &WireFrame, sent: Sent) -> Complete {
+        let encoded = encode(frame);
+        let bit = BIT * (1.0 + sent.ppm / 1e6);
+        let (start, ack) = (self.now, encoded.acknowledged_len() - 1);
+        // The last two bits of the arbitration field, RTR and IDE, are dominant: only the winner is left there.
+        let contended = encoded.arbitration_len() - 2;
+        for n in falls(frame) {
+            let shift = match n {
+                n if n == ack => sent.ack_late,
+                n if n < contended => -sent.early,
+                _ => 0.0,
+            };
+            self.falls.push(start + n as f64 * bit + shift * BIT);
+        }
+        self.now = start + encoded.bits().len() as f64 * bit;
+        Complete { frame: *frame, end: self.now }
+    }
+
+    /// The first `bits` bits of a frame, then an error flag of `flag` bits with its echo, and the delimiter.
+    pub fn destroyed(&mut self, frame: &WireFrame, bits: usize, flag: usize) {
+        let encoded = encode(frame);
+        let start = self.now;
+        let before = falls(frame).into_iter().filter(|n| *n < bits);
+        self.falls.extend(before.map(|n| start + n as f64 * BIT));
+        if bits == 0 || encoded.bits()[bits - 1] {
+            self.falls.push(start + bits as f64 * BIT);
+        }
+        self.now = start + (bits + flag + 8) as f64 * BIT;
+    }
+}
+
+/// A node with an edge ring.
+pub struct Node {
+    ring: EdgeRing,
+    next: usize,
+    fed: usize,
+}
+
+impl Node {
+    /// The first edge goes to this cell.
+    pub fn new(next: usize) -> Self {
+        Node { ring: EdgeRing::new(), next: next % EDGES, fed: 0 }
+    }
+
+    fn capture(&mut self, at: f64) {
+        self.ring.cells()[self.next].store(at as u64 as u32, std::sync::atomic::Ordering::Relaxed);
+        self.next = (self.next + 1) % EDGES;
+    }
+
+    /// The timer captures what falls until `until`.
+    pub fn follow(&mut self, line: &Line, until: f64) {
+        while let Some(&at) = line.falls.get(self.fed).filter(|at| **at <= until) {
+            self.capture(at);
+            self.fed += 1;
+        }
+    }
+
+    /// The node asks at `task` for the stamp of a frame that its interrupt found at `interrupt`; it has no later one like
+    /// it yet.
+    pub fn stamp(&self, frame: &WireFrame, interrupt: f64, task: f64) -> Result<Stamp, Miss> {
+        let reported = Stamp::interrupt(Instant::from_micros(interrupt as u64 / BIT as u64));
+        let line = Captured { next: self.next, alone_until: task.max(interrupt + BIT) as u64 as u32 };
+        let frame = Frame::new(CobId::new(id(frame)).unwrap(), frame.payload()).unwrap();
+        self.ring.stamp(line, &frame, reported, BIT as u32)
+    }
+}
+
+fn id(frame: &WireFrame) -> u16 {
+    match frame.id {
+        can_wire::frame::WireId::Standard(id) => id,
+        can_wire::frame::WireId::Extended(_) => panic!("the product has no frames with 29 bits"),
+    }
+}
+
+/// How far a captured stamp is from the end of its frame, ticks.
+pub fn error(stamp: &Stamp, complete: &Complete) -> f64 {
+    assert_eq!(stamp.source, StampSource::Capture);
+    assert_eq!(stamp.at, stamp.ticks.instant());
+    assert_eq!(Ticks::from(stamp.at).get() / u64::from(Ticks::PER_MICRO), stamp.at.as_micros());
+    stamp.ticks.get() as f64 - complete.end
+}

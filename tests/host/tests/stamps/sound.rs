@@ -1,0 +1,139 @@
+//! Frames whose edges are all there.
+
+use can_wire::frame::WireFrame;
+use ecss_can::time::{EDGES, Miss, StampSource};
+use proptest::prelude::*;
+
+use crate::line::{BIT, Line, Node, Sent, error};
+
+const LIMIT: f64 = StampSource::CAPTURE_ERROR as f64;
+
+pub fn sync() -> WireFrame {
+    WireFrame::standard(0x080, &[])
+}
+
+pub fn frames() -> impl Strategy<Value = WireFrame> {
+    (0..=0x7FFu16, prop::collection::vec(prop_oneof![any::<u8>(), Just(0), Just(0xFF), Just(0x55)], 0..=8))
+        .prop_map(|(id, data)| WireFrame::standard(id, &data))
+}
+
+fn ways() -> impl Strategy<Value = Sent> {
+    (-200.0..=200.0, 0.0..0.55, 0.0..0.55).prop_map(|(ppm, early, ack_late)| Sent { ppm, early, ack_late })
+}
+
+/// The edge that counts is 17 bits after SOF, the end 48.
+#[test]
+fn a_sync_is_stamped_by_the_edge_of_dlc_bit_3() {
+    let mut line = Line::new(1e6);
+    let complete = line.frame(&sync(), Sent::default());
+    assert_eq!(complete.end, 1e6 + 48.0 * BIT);
+    let n = line.falls.iter().position(|at| *at == 1e6 + 17.0 * BIT).expect("the encoder has an edge there");
+    line.falls[n] += 11.0;
+    let mut node = Node::new(0);
+    node.follow(&line, complete.end);
+    let stamp = node.stamp(&sync(), complete.end, complete.end).unwrap();
+    assert_eq!(stamp.ticks.get() as f64, complete.end + 11.0);
+}
+
+#[test]
+fn wherever_the_ring_begins_and_the_timer_wraps() {
+    let wrap = 4_294_967_296.0;
+    for cell in 0..EDGES {
+        for origin in [wrap - cell as f64 * BIT / 4.0, 3.0 * wrap - 20.0 * BIT, 1e6] {
+            let mut line = Line::new(origin);
+            line.frame(&WireFrame::standard(0x555, &[0x55; 8]), Sent::default());
+            line.idle(3.0);
+            let complete = line.frame(&sync(), Sent::default());
+            let mut node = Node::new(cell);
+            node.follow(&line, complete.end);
+            let stamp = node.stamp(&sync(), complete.end + 5.0 * BIT, line.now + 9.0 * BIT).unwrap();
+            assert!(error(&stamp, &complete).abs() <= 1.0, "cell {cell}, origin {origin}");
+        }
+    }
+}
+
+/// ISO 11898-1 8.4.2.4: a receiver has the frame one bit before its end.
+#[test]
+fn the_interrupt_may_come_from_a_bit_before_the_end_to_almost_a_frame_after_it() {
+    for late in -1..=40 {
+        let mut line = Line::new(1e6 + f64::from(late));
+        let complete = line.frame(&sync(), Sent::default());
+        let mut node = Node::new(0);
+        node.follow(&line, complete.end);
+        let stamp = node.stamp(&sync(), complete.end + f64::from(late) * BIT, 0.0);
+        assert!(error(&stamp.unwrap(), &complete).abs() <= 1.0, "{late} bits late");
+    }
+}
+
+#[test]
+fn equal_frames_back_to_back_have_their_own_stamps_also_when_the_task_is_late() {
+    for task_delay in [0.0, 20.0, 40.0] {
+        let mut line = Line::new(1e6);
+        let mut ends = Vec::new();
+        for _ in 0..20 {
+            ends.push(line.frame(&sync(), Sent::default()));
+            line.idle(3.0);
+        }
+        let mut node = Node::new(7);
+        for complete in &ends {
+            let interrupt = complete.end + 9.0 * BIT;
+            let task = interrupt + task_delay * BIT;
+            node.follow(&line, task);
+            let stamp = node.stamp(&sync(), interrupt, task).unwrap();
+            assert!(error(&stamp, complete).abs() <= 1.0);
+        }
+    }
+}
+
+#[test]
+fn a_stamp_is_given_once() {
+    let mut line = Line::new(1e6);
+    let complete = line.frame(&sync(), Sent::default());
+    let mut node = Node::new(0);
+    node.follow(&line, complete.end);
+    assert!(node.stamp(&sync(), complete.end, complete.end).is_ok());
+    assert_eq!(node.stamp(&sync(), complete.end, complete.end), Err(Miss::Mismatch));
+    // The low word has come round to the same value.
+    let round = complete.end + 4_294_967_296.0;
+    assert_eq!(node.stamp(&sync(), round, round), Err(Miss::Mismatch));
+}
+
+#[test]
+fn without_edges_there_is_no_stamp() {
+    let node = Node::new(0);
+    assert_eq!(node.stamp(&sync(), 1e9, 1e9), Err(Miss::Silent));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+    /// Any frame among others, at any place of the ring and of the timer, sent by a clock 200 ppm off, contended, with
+    /// late acknowledgements.
+    #[test]
+    fn every_frame_is_stamped_within_its_error(
+        frame in frames(),
+        others in prop::collection::vec(frames(), 0..4),
+        after in prop::option::of(frames()),
+        way in ways(),
+        cell in 0..EDGES,
+        origin in 1_000_000u64..20_000_000_000,
+        latency in 0.0..15.0f64,
+    ) {
+        prop_assume!(others.iter().chain(&after).all(|other| *other != frame));
+        let mut line = Line::new(origin as f64);
+        for other in &others {
+            line.frame(other, way);
+            line.idle(3.0);
+        }
+        let complete = line.frame(&frame, way);
+        if let Some(after) = &after {
+            line.idle(3.0);
+            line.frame(after, way);
+        }
+        let mut node = Node::new(cell);
+        node.follow(&line, line.now);
+        let stamp = node.stamp(&frame, complete.end + latency * BIT, line.now);
+        let stamp = stamp.map_err(|miss| TestCaseError::fail(format!("{miss:?}")))?;
+        prop_assert!(error(&stamp, &complete).abs() <= LIMIT, "off by {}", error(&stamp, &complete));
+    }
+}
