@@ -1,6 +1,6 @@
 //! The master is driven into bus-off and comes back.
 
-use can_wire::frame::WireFrame;
+use can_wire::fault::{Effect, Fault, Nodes};
 use twin::spacecraft::Bus;
 
 use crate::craft::*;
@@ -8,25 +8,23 @@ use crate::craft::*;
 /// ISO 11898-1: 128 times 11 recessive bits, at 1 Mbit/s on an idle bus.
 const RECOVERY_US: u64 = 1408;
 
-/// A guest sends the master's COB-ID with other data: each meeting is a bit error for both, 32 of them are bus-off. The
-/// master is alone with its slaves again after the pause of its policy and the recovery sequence; nobody changes the bus.
+/// The master's receiver is deaf for two milliseconds while it sends: every dominant bit of its is a bit error, and its
+/// counter runs to bus-off. It is alone with its slaves again after the pause of its policy and the recovery sequence;
+/// nobody changes the bus.
 ///
 /// Verifies: ECSS 5.6.2b
 /// Verifies: ECSS 5.6.2c
 #[test]
 fn the_master_recovers_from_bus_off_and_keeps_its_slaves() {
     let mut craft = Craft::new(&MASTER_AND_THREE);
-    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
     craft.fly_to(1000);
     let (last, _) = *craft.heartbeats(1, Bus::Nominal).last().unwrap();
-    // The guest keeps the bus busy over the instant of the next heartbeat, so that both want it at once afterwards.
-    for _ in 0..16 {
-        craft.twin.inject(guest, last + ms(249), WireFrame::standard(0x010, &[0x55; 8]));
-    }
-    // Once error passive the master pauses after each of its attempts and the guest gets through: it needs many frames.
-    for _ in 0..24 {
-        craft.twin.inject(guest, last + ms(249), WireFrame::standard(0x701, &[0x7E]));
-    }
+    let deaf = Fault::Glitch {
+        nodes: Nodes::of(&[craft.board(1).0]),
+        duration: ms(2),
+        effect: Effect::Recessive,
+    };
+    craft.twin.wire_mut(Bus::Nominal).schedule(last + ms(249), deaf).unwrap();
     craft.fly_to(3500);
 
     let off = craft.said(1, "Nominal: error BusOff", last).unwrap_or_else(|| panic!("{}", craft.log(1)));
