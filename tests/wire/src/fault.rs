@@ -235,6 +235,7 @@ impl Place {
                 Field::Suspend(n) => n < 8,
                 Field::OverloadFlag(n) => n < 6,
                 Field::Delimiter(n) => (1..8).contains(&n),
+                Field::Idle => false,
                 _ => true,
             },
         }
