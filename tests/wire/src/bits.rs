@@ -191,6 +191,11 @@ impl Segment {
             return false;
         }
         self.ledger.calm(self.calm_at(stage), stage.observed);
+        let counts = |&node: &NodeIndex| stage.nodes[node].mac.is_running();
+        if !stage.flips.is_empty() && self.members.iter().any(counts) {
+            // A flip may strike one of the bits.
+            return false;
+        }
         self.mode = Mode::Still;
         self.grounded = false;
         true

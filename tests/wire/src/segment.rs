@@ -198,12 +198,8 @@ impl Segment {
         }
     }
 
-    /// Everybody waits, or counts bits of an unchanging line in which no flip can strike.
+    /// Everybody waits, or counts bits of an unchanging line.
     pub(crate) fn is_settled(&self, stage: &Stage) -> bool {
-        let counts = |&node: &NodeIndex| stage.nodes[node].mac.is_running();
-        if !stage.flips.is_empty() && self.members.iter().any(counts) {
-            return false;
-        }
         self.members.iter().all(|&node| {
             let node = &stage.nodes[node];
             if node.level == RECESSIVE {

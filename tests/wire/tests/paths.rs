@@ -88,14 +88,20 @@ fn fly(plan: &Plan, bit_by_bit: bool, quantum: Option<Time>) -> Bench {
     bench
 }
 
+/// Equal, or where they differ first.
+fn equal<T: std::fmt::Debug + PartialEq>(what: &str, a: &[T], b: &[T]) -> Result<(), TestCaseError> {
+    let at = (0..a.len().max(b.len())).find(|&n| a.get(n) != b.get(n));
+    prop_assert!(at.is_none(), "{what} {at:?}: {:?}, not {:?}", at.map(|at| a.get(at)), at.map(|at| b.get(at)));
+    Ok(())
+}
+
 fn same(a: &mut Bench, b: &mut Bench) -> Result<(), TestCaseError> {
-    for (a, b) in a.stations.iter().zip(&b.stations) {
-        prop_assert_eq!(&a.log, &b.log);
-        prop_assert_eq!(&a.line, &b.line);
+    for (node, (a, b)) in a.stations.iter().zip(&b.stations).enumerate() {
+        equal(&format!("log of node {node}"), &a.log, &b.log)?;
+        equal(&format!("line of node {node}"), &a.line, &b.line)?;
     }
     prop_assert_eq!(a.wire.counters(), b.wire.counters());
-    prop_assert_eq!(a.wire.take_records(), b.wire.take_records());
-    Ok(())
+    equal("records", &a.wire.take_records(), &b.wire.take_records())
 }
 
 proptest! {
