@@ -33,30 +33,70 @@ pub struct Encoded {
 
 /// Lays a frame out as the bits on the wire.
 pub fn encode(frame: &WireFrame) -> Encoded {
-    let (plain, arbitration) = layout(frame);
-    let mut encoded = Encoded {
-        bits: [true; LONGEST],
-        len: 0,
-        arbitration_bits: 0,
-        changes: [0; LONGEST],
-        changes_len: 0,
+    let mut stuffing = Stuffing {
+        encoded: Encoded {
+            bits: [true; LONGEST],
+            len: 0,
+            arbitration_bits: 0,
+            changes: [0; LONGEST],
+            changes_len: 0,
+        },
+        last: true,
+        run: 0,
+        crc: 0,
     };
-    let (mut last, mut run) = (true, 0);
-    for (index, &bit) in plain.bits[..plain.len].iter().enumerate() {
-        encoded.push(bit);
-        run = if bit == last { run + 1 } else { 1 };
-        last = bit;
-        if run == 5 {
-            encoded.push(!bit);
-            last = !bit;
-            run = 1;
+    stuffing.push(0, 1);
+    match frame.id {
+        WireId::Standard(id) => {
+            stuffing.push(u32::from(id), 11);
+            stuffing.push(u32::from(frame.remote), 1);
+            stuffing.push(0, 1); // IDE
+            stuffing.encoded.arbitration_bits = stuffing.encoded.len;
         }
-        if index + 1 == arbitration {
-            encoded.arbitration_bits = encoded.len;
+        WireId::Extended(id) => {
+            stuffing.push(id >> 18, 11);
+            stuffing.push(0b11, 2); // SRR, IDE
+            stuffing.push(id, 18);
+            stuffing.push(u32::from(frame.remote), 1);
+            stuffing.encoded.arbitration_bits = stuffing.encoded.len;
+            stuffing.push(0, 1); // r1
         }
     }
+    stuffing.push(0, 1); // r0
+    stuffing.push(u32::from(frame.dlc), 4);
+    for &byte in frame.payload() {
+        stuffing.push(u32::from(byte), 8);
+    }
+    let crc = stuffing.crc;
+    stuffing.push(u32::from(crc), 15);
+    let mut encoded = stuffing.encoded;
     TAIL.iter().for_each(|&bit| encoded.push(bit));
     encoded
+}
+
+/// The stuffed part as it grows.
+struct Stuffing {
+    encoded: Encoded,
+    last: bool,
+    run: u8,
+    crc: u16,
+}
+
+impl Stuffing {
+    /// Appends the `count` low bits of `value`, highest first.
+    fn push(&mut self, value: u32, count: u32) {
+        for shift in (0..count).rev() {
+            let bit = value >> shift & 1 == 1;
+            self.crc = crc_step(self.crc, bit);
+            self.encoded.push(bit);
+            self.run = if bit == self.last { self.run + 1 } else { 1 };
+            self.last = bit;
+            if self.run == 5 {
+                self.encoded.push(!bit);
+                (self.last, self.run) = (!bit, 1);
+            }
+        }
+    }
 }
 
 impl Encoded {
@@ -97,53 +137,6 @@ impl fmt::Debug for Encoded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.bits().iter().try_for_each(|&bit| f.write_str(if bit { "1" } else { "0" }))
     }
-}
-
-/// Bits without stuffing.
-struct Plain {
-    bits: [bool; LONGEST],
-    len: usize,
-}
-
-impl Plain {
-    /// Appends the `count` low bits of `value`, highest first.
-    fn push(&mut self, value: u32, count: u32) {
-        for shift in (0..count).rev() {
-            self.bits[self.len] = value >> shift & 1 == 1;
-            self.len += 1;
-        }
-    }
-}
-
-/// Bits from SOF to the end of the CRC sequence, and how many of them arbitrate.
-fn layout(frame: &WireFrame) -> (Plain, usize) {
-    let mut plain = Plain { bits: [true; LONGEST], len: 0 };
-    plain.push(0, 1);
-    match frame.id {
-        WireId::Standard(id) => {
-            plain.push(u32::from(id), 11);
-            plain.push(u32::from(frame.remote), 1);
-            plain.push(0, 1); // IDE
-        }
-        WireId::Extended(id) => {
-            plain.push(id >> 18, 11);
-            plain.push(0b11, 2); // SRR, IDE
-            plain.push(id, 18);
-            plain.push(u32::from(frame.remote), 1);
-        }
-    }
-    let arbitration = plain.len;
-    if let WireId::Extended(_) = frame.id {
-        plain.push(0, 1); // r1
-    }
-    plain.push(0, 1); // r0
-    plain.push(u32::from(frame.dlc), 4);
-    for &byte in frame.payload() {
-        plain.push(u32::from(byte), 8);
-    }
-    let crc = plain.bits[..plain.len].iter().fold(0, |crc, &bit| crc_step(crc, bit));
-    plain.push(u32::from(crc), 15);
-    (plain, arbitration)
 }
 
 /// One bit through CRC-15/CAN (ISO 11898-1, 10.4.2.6).

@@ -15,8 +15,7 @@ use crate::fine::Fine;
 use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
 use crate::segment::{Mode, Segment};
 use crate::stage::Stage;
-use crate::time::Time;
-use crate::timing::BitClock;
+use crate::timing::{BitClock, Edge};
 
 /// ACK delimiter and EOF.
 const RECESSIVE_END: u64 = 8;
@@ -38,7 +37,7 @@ pub(crate) struct Flight {
     /// Everybody has reached intermission.
     end: Fine,
     /// Level changes to hand to those that watch their line.
-    lines: Vec<(NodeIndex, VecDeque<(Time, bool)>)>,
+    lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
 }
 
 impl Flight {
@@ -71,15 +70,22 @@ struct Plan<'a> {
     /// Bit `index` at the transmitter.
     clock: BitClock,
     transmitter: NodeIndex,
+    /// The changes of level that the transmitter still makes, up to the CRC delimiter.
+    edges: Vec<Edge>,
 }
 
-impl Plan<'_> {
-    /// Start of bit `bit` at the transmitter.
-    fn start_of(&self, bit: usize) -> Fine {
-        match bit - self.index {
-            0 => self.clock.start(),
-            later => self.clock.end() + self.clock.bit().times(later as u64 - 1),
+impl<'a> Plan<'a> {
+    fn new(own: &'a Transmission, index: usize, clock: BitClock, transmitter: NodeIndex) -> Self {
+        let delimiter = own.encoded.stuffed_len();
+        let bits = own.encoded.bits();
+        let mut edges = Vec::with_capacity(own.encoded.changes().len());
+        let mut before = index;
+        for bit in own.encoded.changes().filter(|&bit| bit > index && bit <= delimiter) {
+            let at = clock.end() + clock.bit().times((bit - index) as u64 - 1);
+            edges.push(Edge { bits: (bit - before) as u64, at, level: bits[bit] });
+            before = bit;
         }
+        Plan { own, index, clock, transmitter, edges }
     }
 
     /// CRC delimiter.
@@ -87,25 +93,10 @@ impl Plan<'_> {
         self.own.encoded.stuffed_len()
     }
 
-    /// The changes of level that the transmitter still makes.
-    fn changes(&self) -> impl Iterator<Item = usize> {
-        let delimiter = self.delimiter();
-        self.own.encoded.changes().filter(move |&bit| bit > self.index && bit <= delimiter)
-    }
-
-    /// Leads the clock of a receiver `delay` away to its CRC delimiter; `None` when a sample misses its bit.
-    fn lead(&self, mut clock: BitClock, delay: Fine) -> Option<BitClock> {
-        let bits = self.own.encoded.bits();
-        let mut index = self.index;
-        let mut level = bits[index];
-        for change in self.changes() {
-            let edge = self.start_of(change) + delay;
-            clock.skip((change - 1 - index) as u64, level);
-            clock = pass_edge(clock, edge, level, false)?;
-            (index, level) = (change, !level);
-        }
-        clock.skip((self.delimiter() - index) as u64, level);
-        Some(clock)
+    /// Bits from the last change to the CRC delimiter.
+    fn rest(&self) -> u64 {
+        let led: u64 = self.edges.iter().map(|edge| edge.bits).sum();
+        (self.delimiter() - self.index) as u64 - led
     }
 }
 
@@ -218,7 +209,7 @@ impl Segment {
                 silent: this.mac.is_silent(),
             });
         }
-        let plan = Plan { own: &own, index, clock, transmitter };
+        let plan = Plan::new(&own, index, clock, transmitter);
         self.plan(&plan, participants, false, stage)
     }
 
@@ -264,7 +255,7 @@ impl Segment {
             }
             participants.push(Participant { node, clock, transmits: false, silent });
         }
-        let plan = Plan { own, index: 0, clock, transmitter };
+        let plan = Plan::new(own, 0, clock, transmitter);
         self.plan(&plan, participants, true, stage)
     }
 
@@ -330,6 +321,7 @@ impl Segment {
         with_sof: bool,
         stage: &Stage,
     ) -> Option<Flight> {
+        let rest = plan.rest();
         for participant in &mut participants {
             participant.clock = if participant.transmits {
                 let mut clock = plan.clock;
@@ -337,14 +329,14 @@ impl Segment {
                 clock
             } else {
                 let distance = stage.nodes[participant.node].distance(&stage.nodes[plan.transmitter]);
-                plan.lead(participant.clock, distance + stage.loop_delay)?
+                participant.clock.follow(&plan.edges, distance + stage.loop_delay, rest)?
             };
         }
         let pulses = self.acknowledge(&mut participants, stage)?;
         let mut lines = self.lines(plan, stage, |_| None);
         for (node, changes) in &mut lines {
             let (from, to) = pulses.seen_by(*node, stage);
-            changes.extend([(from.floor(), DOMINANT), (to.floor(), RECESSIVE)]);
+            changes.extend([(from, DOMINANT), (to, RECESSIVE)]);
         }
         self.land(plan, participants, with_sof, lines, stage)
     }
@@ -385,7 +377,7 @@ impl Segment {
         plan: &Plan,
         participants: Vec<Participant>,
         with_sof: bool,
-        lines: Vec<(NodeIndex, VecDeque<(Time, bool)>)>,
+        lines: Vec<(NodeIndex, VecDeque<(Fine, bool)>)>,
         stage: &Stage,
     ) -> Option<Flight> {
         let bit = plan.clock.bit();
@@ -431,18 +423,17 @@ impl Segment {
         plan: &Plan,
         stage: &Stage,
         flag: impl Fn(Fine) -> Option<(Fine, Fine)>,
-    ) -> Vec<(NodeIndex, VecDeque<(Time, bool)>)> {
-        let bits = plan.own.encoded.bits();
+    ) -> Vec<(NodeIndex, VecDeque<(Fine, bool)>)> {
         let watching = self.members.iter().filter(|&&node| stage.nodes[node].watches);
         let line = |&node: &NodeIndex| {
             let delay = stage.nodes[node].distance(&stage.nodes[plan.transmitter]) + stage.loop_delay;
             let mut changes = VecDeque::with_capacity(plan.own.encoded.changes().len());
             if plan.index == 0 {
-                changes.push_back(((plan.clock.start() + delay).floor(), DOMINANT));
+                changes.push_back((plan.clock.start() + delay, DOMINANT));
             }
-            changes.extend(plan.changes().map(|bit| ((plan.start_of(bit) + delay).floor(), bits[bit])));
+            changes.extend(plan.edges.iter().map(|edge| (edge.at + delay, edge.level)));
             if let Some((from, to)) = flag(delay) {
-                changes.extend([(from.floor(), DOMINANT), (to.floor(), RECESSIVE)]);
+                changes.extend([(from, DOMINANT), (to, RECESSIVE)]);
             }
             (node, changes)
         };
@@ -455,10 +446,9 @@ impl Segment {
         while let Some((at, node, event)) = flight.agenda.pop_front_if(|(at, ..)| *at <= until) {
             stage.tell(&mut self.ledger, at, node, event, Some(&flight.own));
         }
-        let reached = until.floor();
         for (node, line) in &mut flight.lines {
-            while let Some(change) = line.pop_front_if(|(at, _)| *at <= reached) {
-                stage.nodes[*node].changes.push(change);
+            while let Some((at, level)) = line.pop_front_if(|(at, _)| *at <= until) {
+                stage.nodes[*node].changes.push((at.floor(), level));
             }
         }
         if flight.end > until {

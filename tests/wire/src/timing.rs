@@ -76,6 +76,16 @@ impl BitTiming {
     }
 }
 
+/// A change of level that a transmitter makes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Edge {
+    /// Bits since the one before.
+    pub(crate) bits: u64,
+    pub(crate) at: Fine,
+    /// From then on.
+    pub(crate) level: bool,
+}
+
 /// The bit clock of a node on its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct BitClock {
@@ -235,4 +245,62 @@ impl BitClock {
         *self = BitClock::new(timing, at);
         self.synchronised = true;
     }
+
+    /// Follows `edges`, which arrive `delay` late, and then `rest` bits without one; the last of them is recessive.
+    /// `None` when a sample would miss its bit.
+    ///
+    /// The arithmetic of [`BitClock::dominant_edge`] for a receiver that sees nothing but edges of one transmitter: a
+    /// sample point lies between any two of them.
+    pub(crate) fn follow(mut self, edges: &[Edge], delay: Fine, rest: u64) -> Option<BitClock> {
+        if self.latched.is_some() {
+            return None;
+        }
+        let (quantum, bit) = (self.timing.quantum.0.0, self.bit.0);
+        let jump = quantum * u64::from(self.timing.jump_width);
+        let to_sample = quantum * (1 + u64::from(self.timing.segment1));
+        let (mut start, mut sample, mut end) = (self.start.0, self.sample.0, self.end.0);
+        for edge in edges {
+            let at = edge.at.0 + delay.0;
+            if edge.bits > 1 {
+                start = end + (edge.bits - 2) * bit;
+                (sample, end) = (start + to_sample, start + bit);
+            }
+            if at < end {
+                if at <= sample {
+                    return None;
+                }
+                start = if edge.level { end } else { end - whole_quanta(end - at, quantum, jump) };
+                (sample, end) = (start + to_sample, start + bit);
+            } else {
+                start = end;
+                (sample, end) = (start + to_sample, start + bit);
+                if at > sample {
+                    return None;
+                }
+                if !edge.level {
+                    let stretch = whole_quanta((at - start + 1).saturating_sub(quantum), quantum, jump);
+                    (sample, end) = (sample + stretch, end + stretch);
+                }
+            }
+            if at > sample {
+                return None;
+            }
+        }
+        if rest > 0 {
+            start = end + (rest - 1) * bit;
+            (sample, end) = (start + to_sample, start + bit);
+        }
+        (self.start, self.sample, self.end) = (Fine(start), Fine(sample), Fine(end));
+        (self.synchronised, self.previous) = (false, true);
+        Some(self)
+    }
+}
+
+/// `span` rounded up to whole quanta, at most `most`.
+fn whole_quanta(span: u64, quantum: u64, most: u64) -> u64 {
+    let mut quanta = 0;
+    while quanta < span && quanta < most {
+        quanta += quantum;
+    }
+    quanta
 }
