@@ -11,17 +11,17 @@ use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
 use crate::image::{Image, Symbol};
 use crate::link::{Link, RefusedAccess};
 use crate::mmio::Refusal;
+use crate::model::Model;
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, Pin, PinChange, ResetCause};
 use crate::rtt::{Line, Rtt};
-
-/// Crystal of the pyboard.
-const CRYSTAL_HZ: u64 = 12_000_000;
 
 /// What a board is made of and where it sits.
 #[derive(Clone, Debug)]
 pub struct BoardConfig {
     /// For logs and errors.
     pub name: String,
+    /// Which board it is.
+    pub model: Model,
     /// The program in flash.
     pub image: Arc<Image>,
     /// Pins that the harness ties to a level; the others float.
@@ -136,15 +136,17 @@ impl Board {
     /// A board without power. `serial` goes into its unique ID.
     ///
     /// # Panics
-    /// When the crystal is more than 1000 ppm off: a mistake in a test, not an input.
+    /// When the crystal is more than 1000 ppm off, or the flash too small for the image: mistakes in a test, not inputs.
     pub fn new(config: BoardConfig, serial: u32) -> Self {
         assert!(config.ppm.abs() <= 1000.0, "a crystal is not {} ppm off", config.ppm);
-        let link = Arc::new(Link::new(Peripherals::new(CRYSTAL_HZ, serial)));
+        let flash_bytes = config.model.part.flash_bytes() as usize;
+        assert!(config.image.flash().len() <= flash_bytes, "{}: the image does not fit", config.name);
+        let link = Arc::new(Link::new(Peripherals::new(config.model, serial)));
         for &(pin, level) in &config.straps {
             link.peripherals().drive(pin, Some(level));
         }
         Board {
-            cpu: cpu::stm32f405(config.image.flash(), link.clone()),
+            cpu: cpu::stm32f4(config.model.part, config.image.flash(), link.clone()),
             link,
             clock: BoardClock::new((config.ppm * 1000.0).round() as i32),
             clocks: None,
@@ -241,7 +243,7 @@ impl Board {
             return;
         }
         if on {
-            self.cpu = cpu::stm32f405(self.config.image.flash(), self.link.clone());
+            self.cpu = cpu::stm32f4(self.config.model.part, self.config.image.flash(), self.link.clone());
             self.start(ResetCause::PowerOn);
         } else {
             self.drain();

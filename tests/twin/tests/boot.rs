@@ -5,6 +5,7 @@ use std::sync::Arc;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, State};
 use twin::image::Image;
+use twin::model::Model;
 use twin::peripherals::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
@@ -16,6 +17,7 @@ fn the_slave_image_boots_and_logs() {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let id = spacecraft.add_board(BoardConfig {
         name: "slave 2".to_owned(),
+        model: Model::PYBOARD_V11,
         image,
         // Node-ID 2 and odd parity: bit 1 closed to ground, nothing else.
         straps: vec![(Pin::new('A', 3), false)],

@@ -83,6 +83,7 @@ impl Mission {
             let image = if board.node == MASTER { &master } else { &slave };
             spacecraft.add_board(BoardConfig {
                 name: super::narrator::name(board.node),
+                model: plan.board.model(),
                 image: image.clone(),
                 straps: plan.board.straps(board.node),
                 ppm: board.crystal_ppm,

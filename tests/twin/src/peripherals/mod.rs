@@ -1,4 +1,4 @@
-//! The peripherals of one STM32F405 and the bus in front of them.
+//! The peripherals of one part and the bus in front of them.
 //!
 //! The bus refuses what a real one would answer with silence: registers that the model lacks and blocks whose clock is
 //! off in RCC. A twin that answered zeros would let wrong firmware fly.
@@ -11,6 +11,7 @@ mod tim2;
 
 use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
 use crate::mmio::{Now, Refusal, Width};
+use crate::model::{Model, Part};
 use exti::{Exti, Syscfg};
 use gpio::Gpio;
 pub use gpio::{Pin, PinChange};
@@ -25,7 +26,7 @@ pub type IrqLevels = [u32; 3];
 const TIM2_IRQ: u16 = 28;
 /// TX, RX0, RX1, SCE of CAN1 and CAN2.
 const CAN_IRQS: [(Side, u16); 2] = [(Side::Can1, 19), (Side::Can2, 63)];
-/// CAN_RX and CAN_TX of the pyboard, and their alternate function.
+/// CAN_RX and CAN_TX of both boards, and their alternate function.
 const CAN_PINS: [(Side, [u32; 2]); 2] = [(Side::Can1, [8, 9]), (Side::Can2, [12, 13])];
 const CAN_AF: u32 = 9;
 const PORT_B: usize = 1;
@@ -55,14 +56,17 @@ enum Block {
 
 impl Block {
     /// The block at `address` and where it begins (RM0090 table 1).
-    fn at(address: u32) -> Option<(Block, u32)> {
+    fn at(part: Part, address: u32) -> Option<(Block, u32)> {
         let block = match address & !0x3FF {
             0x4000_0000 => Block::Tim2,
             0x4000_6400 | 0x4000_6800 => return Some((Block::Can, 0x4000_6400)),
             0x4000_7000 => Block::Pwr,
             0x4001_3800 => Block::Syscfg,
             0x4001_3C00 => Block::Exti,
-            base @ 0x4002_0000..0x4002_2400 => Block::Gpio((base as usize - 0x4002_0000) >> 10),
+            base @ 0x4002_0000..0x4002_2400 => {
+                let port = (base as usize - 0x4002_0000) >> 10;
+                return (port < part.ports()).then_some((Block::Gpio(port), base));
+            }
             0x4002_3800 => Block::Rcc,
             0x4002_3C00 => Block::Flash,
             0xE004_2000 => Block::Dbgmcu,
@@ -90,6 +94,7 @@ impl Block {
 /// All peripherals of one board.
 #[derive(Debug)]
 pub struct Peripherals {
+    part: Part,
     serial: u32,
     rcc: Rcc,
     flash: Flash,
@@ -109,14 +114,16 @@ fn hsi_tick() -> PclkTick {
 }
 
 impl Peripherals {
-    /// After power-on. `crystal_hz` is the nominal frequency of the crystal, `serial` goes into the unique ID.
-    pub fn new(crystal_hz: u64, serial: u32) -> Self {
+    /// After power-on; `serial` goes into the unique ID.
+    pub fn new(model: Model, serial: u32) -> Self {
+        let part = model.part;
         Peripherals {
+            part,
             serial,
-            rcc: Rcc::new(crystal_hz),
+            rcc: Rcc::new(model),
             flash: Flash::default(),
-            pwr: Pwr::default(),
-            dbgmcu: Dbgmcu::default(),
+            pwr: Pwr::new(part),
+            dbgmcu: Dbgmcu::new(part),
             gpio: std::array::from_fn(Gpio::new),
             exti: Exti::default(),
             syscfg: Syscfg::default(),
@@ -130,7 +137,7 @@ impl Peripherals {
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.flash = Flash::default();
-        self.pwr = Pwr::default();
+        self.pwr = Pwr::new(self.part);
         self.gpio.iter_mut().for_each(Gpio::reset);
         self.exti = Exti::default();
         self.syscfg = Syscfg::default();
@@ -138,7 +145,7 @@ impl Peripherals {
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
         if cause == ResetCause::PowerOn {
-            self.dbgmcu = Dbgmcu::default();
+            self.dbgmcu = Dbgmcu::new(self.part);
         }
     }
 
@@ -159,7 +166,7 @@ impl Peripherals {
             Block::Rcc => self.rcc.read(now, word),
             Block::Flash => self.flash.read(word),
             Block::Dbgmcu => self.dbgmcu.read(word),
-            Block::Signature => signature(self.serial, address & !3),
+            Block::Signature => signature(self.part, self.serial, address & !3),
         };
         let value = value.ok_or(Refusal::Unmodelled)?;
         Ok(value >> (8 * (address & 3)) & width.mask())
@@ -202,7 +209,7 @@ impl Peripherals {
     }
 
     fn select(&self, address: u32, width: Width) -> Result<(Block, u32), Refusal> {
-        let (block, base) = Block::at(address).ok_or(Refusal::Unmodelled)?;
+        let (block, base) = Block::at(self.part, address).ok_or(Refusal::Unmodelled)?;
         let offset = address - base;
         if block == Block::Can && width != Width::Word || !address.is_multiple_of(width.bytes()) {
             return Err(Refusal::Width);
@@ -229,7 +236,7 @@ impl Peripherals {
             }
         }
         if hit(APB1, PWR_BIT) {
-            self.pwr = Pwr::default();
+            self.pwr = Pwr::new(self.part);
         }
         if hit(APB2, SYSCFG_BIT) {
             self.syscfg = Syscfg::default();
@@ -323,15 +330,26 @@ mod tests {
 
     #[test]
     fn nothing_answers_where_no_peripheral_is_modelled() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
+        let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
         for address in [0x4000_0C00, 0x4000_4400, 0x4002_3850 - 4, 0x5000_0000] {
             assert_eq!(peripherals.read(Now::default(), address, Width::Word), Err(Refusal::Unmodelled));
         }
     }
 
     #[test]
+    fn the_f446_has_no_port_i_and_its_own_identity() {
+        let mut f446 = Peripherals::new(Model::NUCLEO_F446RE, 0);
+        enable(&mut f446, 0x30, 0x1FF);
+        let mut read = |address| f446.read(Now::default(), address, Width::Word);
+        assert_eq!(read(0x4002_1C00), Ok(0), "port H");
+        assert_eq!(read(0x4002_2000), Err(Refusal::Unmodelled), "port I");
+        assert_eq!(read(0xE004_2000).map(|id| id & 0xFFF), Ok(0x421));
+        assert_eq!(read(0x1FFF_7A20).map(|size| size >> 16), Ok(512));
+    }
+
+    #[test]
     fn a_block_without_clock_refuses() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
+        let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
         let moder = 0x4002_0400;
         assert_eq!(peripherals.read(Now::default(), moder, Width::Word), Err(Refusal::ClockOff));
         enable(&mut peripherals, 0x30, 1 << 1);
@@ -340,7 +358,7 @@ mod tests {
 
     #[test]
     fn can_takes_words_only() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
+        let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
         enable(&mut peripherals, 0x40, 1 << 25);
         assert_eq!(peripherals.read(Now::default(), 0x4000_6400, Width::Half), Err(Refusal::Width));
         assert_eq!(peripherals.read(Now::default(), 0x4000_6400, Width::Word), Ok(0x0001_0002));
@@ -348,7 +366,7 @@ mod tests {
 
     #[test]
     fn a_byte_store_to_a_port_keeps_its_neighbours() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
+        let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
         enable(&mut peripherals, 0x30, 1);
         peripherals.write(Now::default(), 0x4002_0000, Width::Byte, 0x55).unwrap();
         assert_eq!(peripherals.read(Now::default(), 0x4002_0000, Width::Word), Ok(0xA800_0055));
@@ -356,7 +374,7 @@ mod tests {
 
     #[test]
     fn the_wire_sees_a_controller_only_behind_its_pins() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
+        let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
         enable(&mut peripherals, 0x40, 1 << 25);
         enable(&mut peripherals, 0x30, 1 << 1);
         assert!(peripherals.can_line(Side::Can1).is_none());
@@ -367,7 +385,7 @@ mod tests {
 
     #[test]
     fn an_rcc_reset_returns_a_block_to_its_reset_state() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
+        let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
         enable(&mut peripherals, 0x40, 1);
         peripherals.write(Now::default(), 0x4000_0028, Width::Half, 83).unwrap();
         enable(&mut peripherals, 0x20, 1);

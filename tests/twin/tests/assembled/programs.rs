@@ -5,6 +5,7 @@ use std::sync::Arc;
 use can_wire::time::Time;
 use twin::board::BoardConfig;
 use twin::image::Image;
+use twin::model::Model;
 
 pub const RAM: u32 = 0x2000_0000;
 const FLASH: u32 = 0x0800_0000;
@@ -62,6 +63,7 @@ pub fn image(program: &[u16], handler: &[u16]) -> Arc<Image> {
 pub fn board(name: &str, image: Arc<Image>) -> BoardConfig {
     BoardConfig {
         name: name.to_owned(),
+        model: Model::PYBOARD_V11,
         image,
         straps: Vec::new(),
         ppm: 0.0,

@@ -7,6 +7,7 @@ mod bus_off;
 mod craft;
 mod cuts;
 mod foreign;
+mod mixed;
 mod nominal;
 mod resets;
 mod start;
