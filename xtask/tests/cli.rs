@@ -100,3 +100,12 @@ fn without_a_command_the_help_is_shown() {
     assert_eq!(code, 2);
     assert!(stderr.contains("Usage"), "{stderr}");
 }
+
+#[test]
+fn an_unknown_area_is_refused_with_the_known_ones() {
+    refuses(
+        &["bench", "--only", "weather"],
+        &["weather", "--only", "size", "rx", "load", "failover", "demo"],
+    );
+    refuses(&["sizes", "--symbols", "-1"], &["--symbols", "-1"]);
+}
