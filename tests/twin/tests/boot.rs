@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, State};
+use twin::board::{BoardConfig, Fittings, State};
 use twin::image::Image;
 use twin::model::Model;
 use twin::peripherals::Pin;
@@ -24,6 +24,7 @@ fn the_slave_image_boots_and_logs() {
         ppm: 0.0,
         position_m: 0.0,
         power_on_at: Time::from_ms(10),
+        fittings: Fittings::default(),
     });
     spacecraft.run_until(Time::from_ms(200)).unwrap();
 

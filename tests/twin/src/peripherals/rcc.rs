@@ -54,15 +54,18 @@ pub enum ResetCause {
     Pin,
     /// AIRCR.SYSRESETREQ.
     Software,
+    /// The independent watchdog ran out.
+    Watchdog,
 }
 
 impl ResetCause {
-    /// PORRSTF and BORRSTF, PINRSTF, SFTRSTF. Every reset pulls the pin low (RM0090 7.1.1).
+    /// PORRSTF and BORRSTF, PINRSTF, SFTRSTF, IWDGRSTF. Every reset pulls the pin low (RM0090 7.1.1).
     const fn flags(self) -> u32 {
         match self {
             ResetCause::PowerOn => 0x0E00_0000,
             ResetCause::Pin => 0x0400_0000,
             ResetCause::Software => 0x1400_0000,
+            ResetCause::Watchdog => 0x2400_0000,
         }
     }
 }
@@ -83,6 +86,8 @@ pub struct Clocks {
     pub hclk: u64,
     /// HCLK cycles per PCLK1 cycle.
     pub apb1_divider: u64,
+    /// HCLK cycles per PCLK2 cycle.
+    pub apb2_divider: u64,
     /// HCLK cycles per APB1 timer clock.
     pub timer1_divider: u64,
     /// The board's oscillator drives the clock tree, with its error.
@@ -259,13 +264,14 @@ impl Rcc {
             // 1100b is 64: there is no 32 (RM0090 7.3.3).
             _ => 64 << (cfgr >> 4 & 0b11),
         };
-        let apb1_divider = match cfgr >> 10 & 0b111 {
+        let apb_divider = |field: u32| match field & 0b111 {
             0..=3 => 1,
             n => 2 << (n - 4),
         };
+        let (apb1_divider, apb2_divider) = (apb_divider(cfgr >> 10), apb_divider(cfgr >> 13));
         // RM0090 7.2, figure 16: timers run at PCLK, or at twice PCLK when it is divided.
         let timer1_divider = if apb1_divider == 1 { 1 } else { apb1_divider / 2 };
-        Clocks { hclk: sysclk / hpre, apb1_divider, timer1_divider, from_crystal }
+        Clocks { hclk: sysclk / hpre, apb1_divider, apb2_divider, timer1_divider, from_crystal }
     }
 }
 
@@ -291,7 +297,13 @@ mod tests {
         let clocks = at_168_mhz().clocks();
         assert_eq!(
             clocks,
-            Clocks { hclk: 168_000_000, apb1_divider: 4, timer1_divider: 2, from_crystal: true }
+            Clocks {
+                hclk: 168_000_000,
+                apb1_divider: 4,
+                apb2_divider: 2,
+                timer1_divider: 2,
+                from_crystal: true
+            }
         );
     }
 
@@ -356,5 +368,9 @@ mod tests {
         rcc.write(at_us(0), CSR, CSR_RMVF).unwrap();
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x1400_0000);
+        rcc.write(at_us(0), CSR, CSR_RMVF).unwrap();
+        rcc.reset(ResetCause::Watchdog);
+        // IWDGRSTF and PINRSTF (RM0090 7.3.21).
+        assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x2400_0000);
     }
 }

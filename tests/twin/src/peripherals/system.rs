@@ -1,5 +1,6 @@
 //! Small blocks that firmware only sets up and reads back: FLASH, PWR, DBGMCU, device signature.
 
+use super::adc::calibration;
 use crate::model::Part;
 
 /// FLASH interface, RM0090 chapter 3. Wait states are stored and cost nothing; programming and erasing are refused.
@@ -127,12 +128,15 @@ impl Dbgmcu {
     }
 }
 
-/// Device signature in system memory, RM0090 chapter 39: unique ID and flash size.
+/// Device signature in system memory, RM0090 chapter 39: unique ID and flash size; calibration of the ADC's inner
+/// channels.
 pub fn signature(part: Part, serial: u32, address: u32) -> Option<u32> {
     match address {
         0x1FFF_7A10 => Some(serial),
         0x1FFF_7A14 => Some(0x3430_3546),
         0x1FFF_7A18 => Some(0x2054_5749),
+        0x1FFF_7A28 => Some(calibration()[0]),
+        0x1FFF_7A2C => Some(calibration()[1]),
         // Flash size in KiB in the upper half; the lower is reserved.
         0x1FFF_7A20 => Some(part.flash_bytes() >> 10 << 16),
         _ => None,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use can_wire::time::Time;
-use twin::board::BoardConfig;
+use twin::board::{BoardConfig, Fittings};
 use twin::image::Image;
 use twin::model::Model;
 
@@ -69,6 +69,7 @@ pub fn board(name: &str, image: Arc<Image>) -> BoardConfig {
         ppm: 0.0,
         position_m: 0.0,
         power_on_at: Time::ZERO,
+        fittings: Fittings::default(),
     }
 }
 
