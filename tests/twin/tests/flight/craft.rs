@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Record;
 use can_wire::time::Time;
-use twin::board::{BoardConfig, Fittings, State};
+use twin::board::{BoardConfig, State};
 use twin::bxcan::Side;
 use twin::image::Image;
 use twin::model::{Model, Part};
@@ -64,7 +64,6 @@ impl Seat {
             ppm: self.ppm,
             position_m: self.position_m,
             power_on_at: ms(self.power_on_ms),
-            fittings: Fittings::default(),
         }
     }
 
@@ -285,16 +284,30 @@ impl Craft {
     /// be of one life of the program: boards that were reset have discarded what they had.
     fn lost_frames(&self, node: u8) -> u64 {
         let board = self.twin.board(self.board(node));
-        let symbol = board.symbol("TELLTALE").unwrap();
-        let bytes = board.read_memory(symbol.address, 12).unwrap();
-        let word = |n: usize| u64::from(u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()));
-        assert_eq!(&bytes[..4], b"ECAN");
         let admitted: u64 = [Side::Can1, Side::Can2]
             .map(|side| board.can_stats(side))
             .iter()
             .map(|stats| stats.stored.iter().sum::<u64>() + stats.overruns.len() as u64 - stats.discarded)
             .sum();
-        admitted - (word(1) + word(2))
+        let [nominal, redundant] = self.telltale(node, 1);
+        admitted - u64::from(nominal) - u64::from(redundant)
+    }
+
+    /// Interrupts of both controllers of `node` since its last reset: results, received frames, changes of error state.
+    pub fn interrupts(&self, node: u8) -> [u32; 3] {
+        self.telltale(node, 9)
+    }
+
+    /// Words of the counters that the image of `node` exports, from the `first` on.
+    fn telltale<const N: usize>(&self, node: u8, first: usize) -> [u32; N] {
+        let board = self.twin.board(self.board(node));
+        let symbol = board.symbol("TELLTALE").unwrap();
+        let bytes = board.read_memory(symbol.address, 4 * (first + N)).unwrap();
+        assert_eq!(&bytes[..4], b"ECAN");
+        std::array::from_fn(|n| {
+            let at = 4 * (first + n);
+            u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
+        })
     }
 
     /// No board panicked, locked up, stands still, or was reset by its program.

@@ -6,6 +6,7 @@
 mod bus_off;
 mod craft;
 mod cuts;
+mod driver;
 mod foreign;
 mod mixed;
 mod nominal;
