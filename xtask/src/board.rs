@@ -1,6 +1,7 @@
 //! The boards that images are built for and flown on.
 
 use clap::ValueEnum;
+use twin::model::Model;
 use twin::peripherals::Pin;
 
 /// A supported board; its name on the command line is that of the firmware's cargo feature.
@@ -20,6 +21,14 @@ impl Board {
         match self {
             Board::PyboardV11 => "pyboard-v11",
             Board::NucleoF446re => "nucleo-f446re",
+        }
+    }
+
+    /// Its emulation.
+    pub fn model(self) -> Model {
+        match self {
+            Board::PyboardV11 => Model::PYBOARD_V11,
+            Board::NucleoF446re => Model::NUCLEO_F446RE,
         }
     }
 

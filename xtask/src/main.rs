@@ -4,9 +4,12 @@
 
 #![forbid(unsafe_code)]
 
+mod bench;
 mod board;
 mod demo;
+mod elf;
 mod firmware;
+mod telltale;
 
 use std::process::ExitCode;
 
@@ -26,6 +29,10 @@ enum Command {
     Demo(demo::Options),
     /// Build both firmware images and print where they are and how big
     Firmware(firmware::Options),
+    /// Measure: latency, load, fail-over, cost of the demo, sizes; write target/bench/summary.json
+    Bench(bench::Options),
+    /// Measure flash and static RAM of the images of every board; add them to target/bench/summary.json
+    Sizes(bench::SizesOptions),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware::Options),
 }
@@ -34,6 +41,8 @@ fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Demo(options) => demo::run(&options),
         Command::Firmware(options) => firmware::run(&options),
+        Command::Bench(options) => bench::run(&options),
+        Command::Sizes(options) => bench::sizes(&options),
         Command::Clippy(options) => firmware::clippy(&options),
     };
     match outcome {

@@ -38,6 +38,7 @@ fn help_explains_every_option_with_default_and_range() {
         "[default: 1]",
         "--board <BOARD>",
         "pyboard-v11",
+        "nucleo-f446re",
         "--out <DIR>",
         "[default: target/demo]",
         "Exit code 0",
@@ -79,8 +80,8 @@ fn a_cut_after_the_end_is_refused() {
 
 #[test]
 fn an_unknown_board_is_refused_with_the_known_ones() {
-    refuses(&["demo", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11"]);
-    refuses(&["firmware", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11"]);
+    refuses(&["demo", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]);
+    refuses(&["firmware", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]);
     refuses(&["firmware", "--profile", "apollo"], &["apollo", "--profile", "librecube", "standard"]);
 }
 
@@ -98,4 +99,13 @@ fn without_a_command_the_help_is_shown() {
     let (code, _, stderr) = xtask(&[]);
     assert_eq!(code, 2);
     assert!(stderr.contains("Usage"), "{stderr}");
+}
+
+#[test]
+fn an_unknown_area_is_refused_with_the_known_ones() {
+    refuses(
+        &["bench", "--only", "weather"],
+        &["weather", "--only", "size", "rx", "load", "failover", "demo"],
+    );
+    refuses(&["sizes", "--symbols", "-1"], &["--symbols", "-1"]);
 }

@@ -38,6 +38,19 @@ fn a_seed_decides_every_byte_of_the_logs() {
 }
 
 #[test]
+fn the_other_board_flies_as_well() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let arguments = ["--board", "nucleo-f446re", "--slaves", "1", "--seconds", "2", "--cut-at", "1"];
+    let output = fly(here.path(), &arguments);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary: serde_json::Value =
+        serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    assert_eq!(summary["board"], "nucleo-f446re");
+    assert_eq!(summary["slaves_operational_at_end"], 1);
+    assert_eq!(summary["lost_frames"], 0);
+}
+
+#[test]
 fn a_flight_too_short_for_the_selective_slave_fails_and_says_why() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let output = fly(here.path(), &["--seconds", "4", "--cut-at", "1"]);

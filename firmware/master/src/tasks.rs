@@ -5,12 +5,12 @@ use ecss_can::link::Bus;
 use ecss_can::node::Master;
 use ecss_can::runner::{bus_task, node_task};
 
-use crate::app::{APPLICATION, LINKS};
+use crate::app::{APPLICATION, LINKS, PROFILE};
 use crate::application::Application;
 
 #[embassy_executor::task(pool_size = 2)]
 pub async fn bus(bus: Bus, port: Port, clock: Uptime) -> ! {
-    bus_task(bus, port, clock, &LINKS).await
+    bus_task(bus, port, clock, &LINKS, PROFILE.stamped).await
 }
 
 #[embassy_executor::task]

@@ -52,6 +52,12 @@ pub trait CanPort {
     /// Begin recovery from bus-off (128 x 11 recessive bits). Nothing happens when it is not bus-off, or off the bus.
     fn recover(&mut self);
 
+    /// The stamp of a frame that [`CanPort::event`] handed out last, received or transmitted: measured in hardware where
+    /// that is possible, else `reported`, the one that it was handed out with.
+    fn stamp(&mut self, _frame: &Frame, reported: Stamp) -> Stamp {
+        reported
+    }
+
     /// The next thing that happened. Cancel-safe: a dropped future loses no event.
     async fn event(&mut self) -> PortEvent;
 }

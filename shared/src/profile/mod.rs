@@ -7,8 +7,8 @@ mod standard;
 pub use librecube::LIBRECUBE;
 pub use standard::STANDARD;
 
-use crate::link::Bus;
 use crate::link::bit_timing::Network;
+use crate::link::{Bus, CobId};
 use crate::nmt::NodeId;
 use crate::redundancy::{Access, BusOffPolicy, Parameters};
 use crate::time::Duration;
@@ -43,6 +43,8 @@ pub struct Profile {
     pub selective: &'static [NodeId],
     /// Share of the monitored slaves whose silence makes the master switch buses, percent, `1..=100`.
     pub silent_share: u8,
+    /// Frames whose end is measured in hardware, received and sent, where a board can.
+    pub stamped: &'static [CobId],
     /// Recovery from bus-off.
     pub bus_off: BusOffPolicy,
     /// Slaves go to Operational by themselves after boot-up and reset communication (ECSS Table 11-1).

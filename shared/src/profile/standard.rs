@@ -1,8 +1,8 @@
 //! The defaults.
 
 use super::Profile;
-use crate::link::Bus;
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
+use crate::link::{Bus, CobId};
 use crate::redundancy::BusOffPolicy;
 use crate::time::Duration;
 
@@ -26,6 +26,7 @@ pub const STANDARD: Profile = Profile {
     telemetry: Duration::from_millis(100),
     selective: &[],
     silent_share: 50,
+    stamped: &[CobId::SYNC],
     bus_off: BusOffPolicy {
         pause: Duration::from_millis(10),
         patience: Duration::from_millis(50),

@@ -6,8 +6,8 @@ use embassy_sync::blocking_mutex::raw::RawMutex;
 use super::{BusCommand, COMMAND_DEPTH, FailCause, LinkEvent, Links};
 use crate::link::port::{CanPort, ErrorState, Health, LastError, MAILBOXES, Mailbox, PortEvent};
 use crate::link::queue::{Outgoing, TxQueue, is_expired};
-use crate::link::{Bus, Frame};
-use crate::time::{Clock, Duration, Instant};
+use crate::link::{Bus, CobId, Frame};
+use crate::time::{Clock, Duration, Instant, Stamp};
 
 /// Counters move and causes of errors change without an event of the controller: so often they are looked at.
 const LOOK: Duration = Duration::from_millis(100);
@@ -16,12 +16,19 @@ const LOOK: Duration = Duration::from_millis(100);
 /// cut at any moment, and nothing else would say so.
 const CLOSE_LOOK: Duration = Duration::from_millis(2);
 
-/// Runs one controller for ever. The port comes off the bus, its filters set.
-pub async fn bus_task<M: RawMutex>(bus: Bus, port: impl CanPort, clock: impl Clock, links: &Links<M>) -> ! {
+/// Runs one controller for ever. The port comes off the bus, its filters set. Frames with COB-IDs in `stamped` get the
+/// best stamps that the port has.
+pub async fn bus_task<M: RawMutex>(
+    bus: Bus,
+    port: impl CanPort,
+    clock: impl Clock,
+    links: &Links<M>,
+    stamped: &'static [CobId],
+) -> ! {
     let (queue, mailboxes, told) = (TxQueue::new(), [None; MAILBOXES], Health::default());
     let looked = clock.now();
     // Borrowed, not moved: a future keeps a second copy of what is moved into the one that it waits for.
-    let mut task = BusTask { bus, port, clock, links, queue, mailboxes, told, looked };
+    let mut task = BusTask { bus, port, clock, links, stamped, queue, mailboxes, told, looked };
     task.run().await
 }
 
@@ -37,6 +44,7 @@ struct BusTask<'a, M: RawMutex, P, C> {
     port: P,
     clock: C,
     links: &'a Links<M>,
+    stamped: &'static [CobId],
     queue: TxQueue<COMMAND_DEPTH>,
     mailboxes: [Option<Pending>; MAILBOXES],
     /// What the node knows of the controller.
@@ -94,9 +102,13 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
                 }
                 return;
             }
-            PortEvent::Received { frame, stamp } => LinkEvent::Received { frame, stamp },
+            PortEvent::Received { frame, stamp } => {
+                LinkEvent::Received { frame, stamp: self.stamp(&frame, stamp) }
+            }
             PortEvent::Transmitted { mailbox, stamp } => match self.release(mailbox) {
-                Some(pending) => LinkEvent::Transmitted { frame: pending.outgoing.frame, stamp },
+                Some(Pending { outgoing: Outgoing { frame, .. }, .. }) => {
+                    LinkEvent::Transmitted { frame, stamp: self.stamp(&frame, stamp) }
+                }
                 None => return,
             },
             PortEvent::Failed { mailbox } => match self.release(mailbox) {
@@ -112,6 +124,11 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
         // A node that answers for its counters with the next frame needs them as they are.
         self.look().await;
         self.report(event).await;
+    }
+
+    /// Before anything else is waited for: what the port has measured does not last.
+    fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
+        if self.stamped.contains(&frame.id()) { self.port.stamp(frame, reported) } else { reported }
     }
 
     /// Tells what the controller did not: it tells of a state when it has to, of its counters never.

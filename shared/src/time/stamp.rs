@@ -148,11 +148,11 @@ impl EdgeRing {
     pub fn stamp(&self, line: Captured, frame: &Frame, reported: Stamp, bit: u32) -> Result<Stamp, Miss> {
         let pattern = Pattern::of(frame);
         let search = Search { ring: self, next: line.next, bit, pattern: &pattern };
-        // A receiver has a frame one bit before its end, by a bit grid that is off by up to 0.6 bit; the clock of the
+        // A receiver has a frame one bit before its end, by a bit grid 0.3 early to 0.7 bit late; the clock of the
         // interrupt is rounded to a microsecond and up to another one off the timer.
         let reported_by = reported.ticks.low().wrapping_add(2 * bit + 2 * Ticks::PER_MICRO);
         // The same bit and its grid for the next frame like it, which was not there until then.
-        let alone_until = line.alone_until.wrapping_add(search.tenths(4) as u32);
+        let alone_until = line.alone_until.wrapping_add(search.percent(30) as u32);
         let latest = if later(reported_by, alone_until) < 0 { reported_by } else { alone_until };
         let before = |at: u32| latest.wrapping_sub(at);
 
@@ -183,18 +183,18 @@ impl Default for EdgeRing {
     }
 }
 
-// Tenths of a bit.
+// Hundredths of a bit.
 
 /// Tolerance of the edges that the transmitter alone drives.
-const OFF: u32 = 3;
+const OFF: u32 = 25;
 /// Tolerance to one side of edges that others may drive.
-const EARLY_OR_LATE: u32 = 6;
+const EARLY_OR_LATE: u32 = 70;
 /// After the start of the ACK slot: an edge in the last bit of EOF, 8 bits later, comes too late to spoil a reception.
 /// Before that, form errors and the error flags of others make one.
-const QUIET_AFTER_ACK: u32 = 77;
+const QUIET_AFTER_ACK: u32 = 775;
 /// Within a frame there are at most 10 bits between falling edges. Before SOF there are 12, from the ACK slot of
-/// another frame; tolerances make it 10.8.
-const QUIET_BEFORE_SOF: u32 = 103;
+/// another frame; tolerances make it 10.6.
+const QUIET_BEFORE_SOF: u32 = 1_030;
 
 /// The search for one pattern, from the newest edge back.
 struct Search<'a> {
@@ -215,24 +215,24 @@ impl Search<'_> {
         self.cell(back).load(Ordering::Relaxed)
     }
 
-    /// Tenths of a bit in ticks.
-    fn tenths(&self, tenths: u32) -> i32 {
-        (self.bit * tenths / 10) as i32
+    /// Hundredths of a bit in ticks.
+    fn percent(&self, percent: u32) -> i32 {
+        (self.bit * percent / 100) as i32
     }
 
     /// When the frame ended, if the edge `back` places before the newest is its ACK slot.
     ///
     /// Places are taken from the reference edge, which only the transmitter drives. Edges of any other frame are whole
     /// bits away, so tolerances to both sides must add up to less than one bit:
-    /// * 0.3 bit either way for edges of the transmitter: its clock and ours, jitter of the transceivers;
-    /// * 0.6 bit early up to the end of the identifier: a contender nearer to us may drive them, by the propagation
-    ///   there and back, for which our bit timing has at most 12 of 21 quanta;
-    /// * 0.6 bit late for the ACK slot: receivers drive it, after the same propagation.
+    /// * a quarter either way for edges of the transmitter: its clock and ours, jitter of the transceivers;
+    /// * 0.7 bit early up to the end of the identifier: a contender nearer to us may drive them, by the propagation there
+    ///   and back, which for 40 m is 0.7 µs;
+    /// * 0.7 bit late for the ACK slot: receivers drive it, after the same propagation.
     fn end_of_match(&self, back: usize) -> Option<u32> {
         let ack = self.edge(back);
         let newer = back.checked_sub(1).map(|newer| self.edge(newer));
         // Most edges have another close behind and need no closer look.
-        if newer.is_some_and(|newer| later(newer, ack) < self.tenths(QUIET_AFTER_ACK - EARLY_OR_LATE)) {
+        if newer.is_some_and(|newer| later(newer, ack) < self.percent(QUIET_AFTER_ACK - EARLY_OR_LATE)) {
             return None;
         }
         let Pattern { edges, reference, length } = self.pattern;
@@ -246,14 +246,14 @@ impl Search<'_> {
             let late = later(self.edge(back + last - n), time(*position));
             let early = if n < *reference { EARLY_OR_LATE } else { OFF };
             let tardy = if n == last { EARLY_OR_LATE } else { OFF };
-            if late < -self.tenths(early) || late > self.tenths(tardy) {
+            if late < -self.percent(early) || late > self.percent(tardy) {
                 return None;
             }
         }
-        let quiet_until = time(self.pattern.ack()).wrapping_add(self.tenths(QUIET_AFTER_ACK) as u32);
+        let quiet_until = time(self.pattern.ack()).wrapping_add(self.percent(QUIET_AFTER_ACK) as u32);
         let disturbed = newer.is_some_and(|newer| later(newer, quiet_until) < 0);
         let idle = self.edge(back + last).wrapping_sub(self.edge(back + last + 1));
-        (!disturbed && idle >= self.tenths(QUIET_BEFORE_SOF) as u32).then(|| time(*length))
+        (!disturbed && idle >= self.percent(QUIET_BEFORE_SOF) as u32).then(|| time(*length))
     }
 
     /// Makes a match one no more: two edges at one time are in no pattern.

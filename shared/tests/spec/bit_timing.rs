@@ -200,24 +200,37 @@ fn settings(clock: u64, bits_per_second: u64) -> Vec<Setting> {
     found
 }
 
+#[derive(Clone, Copy, Debug)]
+enum Clock {
+    Hertz(u32),
+    /// Of the bit rate.
+    Multiple(u32),
+}
+
 fn networks() -> impl Strategy<Value = (u32, Network)> {
     let rates = prop_oneof![
         prop::sample::select(vec![10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000]),
         (10_u32..=1000).prop_map(|kbit| kbit * 1000),
     ];
+    // Clocks that divide into any number of time quanta, common ones, any.
     let clocks = prop_oneof![
-        prop::sample::select(vec![8, 10, 16, 24, 30, 32, 36, 42, 45, 48, 50]).prop_map(|mhz| mhz * MHZ),
-        (1_u32..100_000).prop_map(|khz| khz * 1000),
-        any::<u32>(),
+        3 => (8_u32..=25, 1_u32..=64).prop_map(|(quanta, prescaler)| Clock::Multiple(quanta * prescaler)),
+        2 => prop::sample::select(vec![8, 10, 16, 24, 30, 32, 36, 42, 45, 48, 50])
+            .prop_map(|mhz| Clock::Hertz(mhz * MHZ)),
+        1 => any::<u32>().prop_map(Clock::Hertz),
     ];
     (rates, clocks, 0_u32..100, 0_u32..25, 0_u32..20_000, any::<bool>()).prop_map(
         |(bits_per_second, clock, length, delay, ppm, quartz)| {
-            // Line and nodes take up to a bit and a half, so that many fit and many do not.
+            let clock = match clock {
+                Clock::Hertz(hertz) => hertz,
+                Clock::Multiple(clocks_per_bit) => clocks_per_bit * bits_per_second,
+            };
+            // Line and nodes take up to a bit and a quarter, there and back, so that many fit and many do not.
             let bit = 1_000_000_000 / bits_per_second;
             let network = Network {
                 bit_rate: rate(bits_per_second),
                 length: Metres((bit / 2 * length / 100 / 5) as u16),
-                node_delay: Nanoseconds(bit / 4 * delay / 25),
+                node_delay: Nanoseconds(bit / 8 * delay / 25),
                 oscillator_tolerance: PartsPerMillion(if quartz { ppm / 100 } else { ppm }),
             };
             (clock, network)

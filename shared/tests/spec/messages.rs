@@ -98,7 +98,7 @@ fn telemetry_on_the_wire() {
 #[test]
 fn telemetry_that_is_none() {
     let bad =
-        [(0x101, &[0; 5][..]), (0x104, &[2]), (0x130, &[3, 0, 0, 0]), (0x130, &[0, 0, 0, 7]), (0x105, &[])];
+        [(0x101, &[0; 5][..]), (0x104, &[3]), (0x130, &[3, 0, 0, 0]), (0x130, &[0, 0, 0, 7]), (0x105, &[])];
     for (code, data) in bad {
         assert_eq!(Telemetry::decode(&Message::new(code, data).unwrap()), None, "{code:04X} {data:?}");
     }

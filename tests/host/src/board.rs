@@ -4,7 +4,7 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use ecss_can::link::port::CanPort;
-use ecss_can::link::{Bus, PerBus};
+use ecss_can::link::{Bus, CobId, PerBus};
 use ecss_can::nmt::NodeId;
 use ecss_can::node::{Master, MasterRequest, Slave};
 use ecss_can::profile::Profile;
@@ -62,7 +62,13 @@ impl Board {
         Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(clock.clone()));
         let telltale = Rc::new(Telltale::new());
         let reset = Rc::new(Cell::new(false));
-        let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &self.ports, telltale: &telltale };
+        let shell = Shell {
+            spawner: pool.spawner(),
+            clock: &clock,
+            ports: &self.ports,
+            telltale: &telltale,
+            stamped: self.profile.stamped,
+        };
         let mut master_app = None;
         if self.id == NodeId::MASTER {
             let node = Master::new(&self.profile);
@@ -129,6 +135,7 @@ struct Shell<'a> {
     clock: &'a MockClock,
     ports: &'a PerBus<MockPort>,
     telltale: &'a Rc<Telltale>,
+    stamped: &'static [CobId],
 }
 
 impl Shell<'_> {
@@ -141,9 +148,10 @@ impl Shell<'_> {
         let app = Rc::new(AppLink::new());
         for bus in Bus::ALL {
             let (mut port, clock, links) = (self.ports[bus].clone(), self.clock.clone(), links.clone());
+            let stamped = self.stamped;
             port.set_filters(&filters);
             self.spawn(async move {
-                bus_task(bus, port, clock, &links).await;
+                bus_task(bus, port, clock, &links, stamped).await;
             });
         }
         let (clock, link, telltale) = (self.clock.clone(), app.clone(), self.telltale.clone());

@@ -79,7 +79,7 @@ impl Bench {
         let (mut port, task_clock, task_links) = (wire.clone(), clock.clone(), links.clone());
         port.set_filters(&[Filter::function(id(0x700))]);
         let task = async move {
-            bus_task(Bus::Nominal, port, task_clock, &task_links).await;
+            bus_task(Bus::Nominal, port, task_clock, &task_links, &[CobId::SYNC]).await;
         };
         pool.spawner().spawn_local(task).expect("a new pool takes tasks");
         Bench {

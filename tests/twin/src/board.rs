@@ -1,6 +1,7 @@
 //! One emulated board: a core, its peripherals, a crystal, straps, a debug probe that listens.
 
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 use can_wire::time::Time;
@@ -11,17 +12,39 @@ use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
 use crate::image::{Image, Symbol};
 use crate::link::{Link, RefusedAccess};
 use crate::mmio::Refusal;
+use crate::model::Model;
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, Pin, PinChange, ResetCause};
 use crate::rtt::{Line, Rtt};
 
-/// Crystal of the pyboard.
-const CRYSTAL_HZ: u64 = 12_000_000;
+/// The SRAM that DMA reaches; CCM hangs on the core's data bus alone.
+const DMA_RAM: Range<u32> = 0x2000_0000..0x2002_0000;
+/// Where the wires from CAN_RX of CAN1 and CAN2 end.
+const CAPTURE_PINS: [Pin; 2] = [Pin::new('A', 0), Pin::new('A', 1)];
+
+/// What a board carries and what it feels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fittings {
+    /// The two jumper wires from CAN_RX to the capture inputs: CAN1 to PA0, CAN2 to PA1.
+    pub capture_wires: bool,
+    /// Frequency of the LSI oscillator, Hz: 32 000 typical, 17 000 to 47 000 by the data sheet (DS8626 table 41).
+    pub lsi_hz: u32,
+    /// Temperature of the chip at first, °C.
+    pub temperature_c: f64,
+}
+
+impl Default for Fittings {
+    fn default() -> Self {
+        Fittings { capture_wires: true, lsi_hz: 32_000, temperature_c: 25.0 }
+    }
+}
 
 /// What a board is made of and where it sits.
 #[derive(Clone, Debug)]
 pub struct BoardConfig {
     /// For logs and errors.
     pub name: String,
+    /// Which board it is.
+    pub model: Model,
     /// The program in flash.
     pub image: Arc<Image>,
     /// Pins that the harness ties to a level; the others float.
@@ -32,6 +55,8 @@ pub struct BoardConfig {
     pub position_m: f64,
     /// When power comes up.
     pub power_on_at: Time,
+    /// Wires and surroundings.
+    pub fittings: Fittings,
 }
 
 /// What the program asked for and nobody could give. The board stops there.
@@ -90,6 +115,8 @@ pub struct Counters {
     pub lockups: u64,
     /// Resets that the program asked for (AIRCR.SYSRESETREQ).
     pub system_resets: u64,
+    /// Resets by the independent watchdog.
+    pub watchdog_resets: u64,
     /// Log frames that did not decode.
     pub malformed_logs: u64,
 }
@@ -104,8 +131,10 @@ pub struct Board {
     state: State,
     asleep: bool,
     lines: IrqLevels,
-    /// The cycle at which a timer next raises its line; later than everything when none will.
+    /// The cycle at which a timer next raises its line, or the watchdog runs out; later than everything when none will.
     timer_event: u64,
+    /// When the watchdog runs out, and the cycle at which that is noticed.
+    watchdog: Option<(Time, u64)>,
     rtt: Rtt,
     log: Vec<Line>,
     panicked: bool,
@@ -127,15 +156,29 @@ impl Board {
     /// A board without power. `serial` goes into its unique ID.
     ///
     /// # Panics
-    /// When the crystal is more than 1000 ppm off: a mistake in a test, not an input.
+    /// When the crystal is more than 1000 ppm off, LSI outside its data sheet or the flash too small for the image:
+    /// mistakes in a test, not inputs.
     pub fn new(config: BoardConfig, serial: u32) -> Self {
         assert!(config.ppm.abs() <= 1000.0, "a crystal is not {} ppm off", config.ppm);
-        let link = Arc::new(Link::new(Peripherals::new(CRYSTAL_HZ, serial)));
+        let flash_bytes = config.model.part.flash_bytes() as usize;
+        assert!(config.image.flash().len() <= flash_bytes, "{}: the image does not fit", config.name);
+        let Fittings { capture_wires, lsi_hz, temperature_c } = config.fittings;
+        assert!((17_000..=47_000).contains(&lsi_hz), "LSI runs at 17 to 47 kHz, not {lsi_hz} Hz");
+        let mut peripherals = Peripherals::new(config.model, serial);
+        peripherals.set_lsi(lsi_hz);
+        peripherals.set_temperature(temperature_c);
+        let link = Arc::new(Link::new(peripherals));
+        if capture_wires {
+            // A bus at rest is recessive.
+            for pin in CAPTURE_PINS {
+                link.peripherals().drive(pin, Some(true));
+            }
+        }
         for &(pin, level) in &config.straps {
             link.peripherals().drive(pin, Some(level));
         }
         Board {
-            cpu: cpu::stm32f405(config.image.flash(), link.clone()),
+            cpu: cpu::stm32f4(config.model.part, config.image.flash(), link.clone()),
             link,
             clock: BoardClock::new((config.ppm * 1000.0).round() as i32),
             clocks: None,
@@ -143,6 +186,7 @@ impl Board {
             asleep: false,
             lines: [0; 3],
             timer_event: u64::MAX,
+            watchdog: None,
             rtt: Rtt::new(&config.image),
             log: Vec::new(),
             panicked: false,
@@ -197,6 +241,25 @@ impl Board {
         self.refresh();
     }
 
+    /// The receive line of a bus changes to `level` (high is recessive) at `at`. In the order of time for each bus; `at`
+    /// may lie before the board's present by as much as the board ran ahead, and the timer captures the count of that
+    /// instant. What follows from it (interrupt, DMA) the program meets from now on.
+    pub fn can_rx_edge(&mut self, side: Side, at: Time, level: bool) {
+        if !self.config.fittings.capture_wires {
+            return;
+        }
+        let cycle = self.clock.cycle_at(at);
+        let told = self.link.peripherals().capture_edge(side, cycle, level);
+        if told && self.is_powered() {
+            self.refresh();
+        }
+    }
+
+    /// The chip gets warmer or colder: °C.
+    pub fn set_temperature(&mut self, celsius: f64) {
+        self.link.peripherals().set_temperature(celsius);
+    }
+
     /// Level of a pin as its port sees it.
     pub fn pin_level(&self, pin: Pin) -> bool {
         self.link.peripherals().pin_level(pin)
@@ -232,7 +295,7 @@ impl Board {
             return;
         }
         if on {
-            self.cpu = cpu::stm32f405(self.config.image.flash(), self.link.clone());
+            self.cpu = cpu::stm32f4(self.config.model.part, self.config.image.flash(), self.link.clone());
             self.start(ResetCause::PowerOn);
         } else {
             self.drain();
@@ -268,11 +331,12 @@ impl Board {
             State::Running if !self.asleep => Time::ZERO,
             _ => {
                 let can = self.link.peripherals().can().next_event().unwrap_or(Time::NEVER);
-                let timer = if self.timer_event == u64::MAX || self.state != State::Running {
-                    Time::NEVER
-                } else {
-                    self.clock.time_at(self.timer_event)
+                let event = match self.state {
+                    State::Running => self.timer_event,
+                    State::Refused(_) => u64::MAX,
+                    _ => self.watchdog.map_or(u64::MAX, |(_, cycle)| cycle),
                 };
+                let timer = if event == u64::MAX { Time::NEVER } else { self.clock.time_at(event) };
                 can.min(timer)
             }
         }
@@ -288,13 +352,24 @@ impl Board {
     /// # Errors
     /// [`AccessError`] when the program reached for something that is not there; the board stays stopped.
     pub fn run_until(&mut self, until: Time) -> Result<(), AccessError> {
-        let result = self.run(until);
-        match self.state {
-            State::Off => self.clock.jump_to(until),
-            State::Running => {}
-            _ => self.clock.advance_to(until),
+        loop {
+            let result = self.run(until);
+            match self.state {
+                State::Off => self.clock.jump_to(until),
+                State::Running => {}
+                // Nobody feeds the watchdog of a core that is gone.
+                State::Stuck | State::LockedUp => match self.watchdog {
+                    Some((_, cycle)) if self.clock.time_at(cycle) < until => {
+                        self.clock.advance_to_cycle(cycle);
+                        self.on_event();
+                        continue;
+                    }
+                    _ => self.clock.advance_to(until),
+                },
+                State::Refused(_) => self.clock.advance_to(until),
+            }
+            return result;
         }
-        result
     }
 
     fn run(&mut self, until: Time) -> Result<(), AccessError> {
@@ -321,6 +396,16 @@ impl Board {
             self.clock.advance_to(until);
         } else {
             self.clock.advance_to_cycle(self.timer_event);
+            self.on_event();
+        }
+    }
+
+    /// The cycle of `timer_event` has come.
+    fn on_event(&mut self) {
+        if self.watchdog.is_some_and(|(_, cycle)| cycle <= self.clock.now().cycle) {
+            self.counters.watchdog_resets += 1;
+            self.start(ResetCause::Watchdog);
+        } else {
             self.refresh();
         }
     }
@@ -337,10 +422,12 @@ impl Board {
                 return Err(self.refuse(refused));
             }
             self.refresh();
-        } else if self.clock.now().cycle >= self.timer_event {
-            self.refresh();
         }
-        self.look_after(step)
+        self.look_after(step)?;
+        if self.clock.now().cycle >= self.timer_event {
+            self.on_event();
+        }
+        Ok(())
     }
 
     fn look_after(&mut self, step: Step) -> Result<(), AccessError> {
@@ -384,14 +471,23 @@ impl Board {
         let link = self.link.clone();
         let mut peripherals = link.peripherals();
         let clocks = peripherals.clocks();
-        if self.clocks != Some(clocks) {
+        let clocks_changed = self.clocks != Some(clocks);
+        if clocks_changed {
             self.clocks = Some(clocks);
             let pclk1 = self.clock.set(clocks);
             peripherals.set_clocks(self.clock.now().cycle, clocks, pclk1);
         }
         let now = self.clock.now();
-        let levels = peripherals.irq_levels(now);
-        self.timer_event = peripherals.next_timer_event(now).unwrap_or(u64::MAX);
+        // Timers raise requests, requests move data, data moved changes flags.
+        let mut levels = peripherals.irq_levels(now);
+        if peripherals.transfer(now, |address, bytes| {
+            DMA_RAM.contains(&address) && self.cpu.write_memory(address, bytes).is_ok()
+        }) {
+            levels = peripherals.irq_levels(now);
+        }
+        self.follow_watchdog(peripherals.watchdog_deadline(), clocks_changed);
+        let watchdog = self.watchdog.map_or(u64::MAX, |(_, cycle)| cycle);
+        self.timer_event = peripherals.next_timer_event(now).unwrap_or(u64::MAX).min(watchdog);
         for (word, (&new, old)) in levels.iter().zip(&mut self.lines).enumerate() {
             let mut changed = new ^ *old;
             while changed != 0 {
@@ -403,6 +499,13 @@ impl Board {
                 self.asleep &= !level;
             }
             *old = new;
+        }
+    }
+
+    fn follow_watchdog(&mut self, deadline: Option<Time>, clocks_changed: bool) {
+        if clocks_changed || deadline != self.watchdog.map(|(at, _)| at) {
+            // The first cycle that does not begin before the deadline.
+            self.watchdog = deadline.map(|at| (at, self.clock.cycle_at(at) + 1));
         }
     }
 

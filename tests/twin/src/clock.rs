@@ -85,6 +85,15 @@ impl BoardClock {
         then.now.time
     }
 
+    /// The cycle that runs at `time`, which may lie in the past: then as if its cycles had been as long as those now.
+    pub fn cycle_at(&self, time: Time) -> u64 {
+        let denominator = i128::from(self.denominator);
+        let span =
+            (i128::from(time.0) - i128::from(self.now.time.0)) * denominator - i128::from(self.remainder);
+        let cycles = span.div_euclid(i128::from(self.numerator));
+        self.now.cycle.saturating_add_signed(cycles.clamp(i64::MIN.into(), i64::MAX.into()) as i64)
+    }
+
     /// Without power no cycles pass.
     pub fn jump_to(&mut self, time: Time) {
         self.now.time = time;
@@ -103,7 +112,7 @@ mod tests {
     use super::*;
 
     const AT_168_MHZ: Clocks =
-        Clocks { hclk: 168_000_000, apb1_divider: 4, timer1_divider: 2, from_crystal: true };
+        Clocks { hclk: 168_000_000, apb1_divider: 4, apb2_divider: 2, timer1_divider: 2, from_crystal: true };
 
     #[test]
     fn a_second_of_cycles_is_a_second() {
@@ -136,6 +145,23 @@ mod tests {
         }
         large.advance_to_cycle(12_345 * 7);
         assert_eq!(small.now(), large.now());
+    }
+
+    #[test]
+    fn an_instant_in_the_past_has_its_cycle() {
+        // Exact: two ticks per cycle.
+        let mut clock = BoardClock::new(0);
+        clock.set(AT_168_MHZ);
+        clock.advance_to_cycle(1000);
+        for (ticks, cycle) in [(2000, 1000), (1999, 999), (1998, 999), (0, 0), (2001, 1000), (2002, 1001)] {
+            assert_eq!(clock.cycle_at(Time(ticks)), cycle, "{ticks} ticks");
+        }
+        // 100 ppm slow: 2.0002 ticks per cycle.
+        let mut slow = BoardClock::new(-100_000);
+        slow.set(AT_168_MHZ);
+        slow.advance_to_cycle(20_000_000);
+        assert_eq!(slow.cycle_at(Time(20_002_000)), 9_999_999);
+        assert_eq!(slow.cycle_at(Time(20_002_001)), 10_000_000);
     }
 
     #[test]

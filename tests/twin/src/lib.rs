@@ -1,4 +1,4 @@
-//! The twin: emulated STM32F405 boards on two CAN buses, in virtual time.
+//! The twin: emulated STM32F4 boards on two CAN buses, in virtual time.
 //!
 //! It flies the very ELF files that are flashed on boards: [`image::Image`] is the program,
 //! [`spacecraft::Spacecraft`] joins any number of [`board::Board`]s by two wires. Everything is a function of what was
@@ -6,6 +6,7 @@
 //!
 //! # What is modelled
 //!
+//! * Two boards ([`model`]): pyboard v1.1 (STM32F405) and NUCLEO-F446RE (STM32F446), mixed as you like.
 //! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`cpu`]).
 //! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, TIM2, both bxCANs
 //!   with their filters ([`bxcan`]), and what set-up code touches in FLASH, PWR, DBGMCU and the device signature.
@@ -33,6 +34,7 @@ mod guest;
 pub mod image;
 pub mod link;
 pub mod mmio;
+pub mod model;
 pub mod peripherals;
 mod port;
 pub mod rtt;

@@ -51,6 +51,8 @@ pub enum Refusal {
     ClockOff,
     /// The register exists; this width or alignment does not.
     Width,
+    /// The reference manual forbids it in the peripheral's present state.
+    Misuse,
 }
 
 impl std::fmt::Display for Refusal {
@@ -59,6 +61,7 @@ impl std::fmt::Display for Refusal {
             Refusal::Unmodelled => "no modelled peripheral answers",
             Refusal::ClockOff => "the peripheral's clock is off in RCC",
             Refusal::Width => "the register does not take this width or alignment",
+            Refusal::Misuse => "the reference manual forbids it in the peripheral's present state",
         })
     }
 }

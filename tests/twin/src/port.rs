@@ -14,11 +14,18 @@ use crate::link::Link;
 pub(crate) struct Port {
     link: Arc<Link>,
     side: Side,
+    /// Level changes at the receive pin since they were taken.
+    changes: Vec<(Time, bool)>,
 }
 
 impl Port {
     pub(crate) fn new(link: Arc<Link>, side: Side) -> Self {
-        Port { link, side }
+        Port { link, side, changes: Vec::new() }
+    }
+
+    /// Hands the level changes since the last call to `edge`.
+    pub(crate) fn drain_changes(&mut self, edge: impl FnMut((Time, bool))) {
+        self.changes.drain(..).for_each(edge);
     }
 }
 
@@ -50,5 +57,6 @@ impl Controller for Port {
         if let Some(mut line) = self.link.peripherals().can_line(self.side) {
             line.on_line(changes);
         }
+        self.changes.extend(changes);
     }
 }

@@ -301,6 +301,9 @@ impl Spacecraft {
     fn advance_wire(&mut self, bus: Bus, until: Time) {
         let (ports, guests) = (&mut self.ports[bus as usize], &mut self.guests[bus as usize]);
         self.wires[bus as usize].advance(until, &mut OnWire { ports, guests });
+        for (port, board) in ports.iter_mut().zip(&mut self.boards) {
+            port.drain_changes(|(at, level)| board.can_rx_edge(bus.side(), at, level));
+        }
     }
 
     /// Tells the boards that the wires have caught up.

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, State};
+use twin::board::{BoardConfig, Fittings, State};
 use twin::image::Image;
+use twin::model::Model;
 use twin::peripherals::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
@@ -16,12 +17,14 @@ fn the_slave_image_boots_and_logs() {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let id = spacecraft.add_board(BoardConfig {
         name: "slave 2".to_owned(),
+        model: Model::PYBOARD_V11,
         image,
         // Node-ID 2 and odd parity: bit 1 closed to ground, nothing else.
         straps: vec![(Pin::new('A', 3), false)],
         ppm: 0.0,
         position_m: 0.0,
         power_on_at: Time::from_ms(10),
+        fittings: Fittings::default(),
     });
     spacecraft.run_until(Time::from_ms(200)).unwrap();
 

@@ -8,7 +8,7 @@ use super::narrator::Line;
 use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
-use super::telltale::Telltale;
+use crate::telltale::Telltale;
 
 /// A finished flight.
 #[derive(Clone, Debug)]

@@ -19,7 +19,7 @@ use super::narrator::{Line, Narrator};
 use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
-use super::telltale::Telltale;
+use crate::telltale::Telltale;
 
 /// How often the watchers look.
 const STEP: Time = Time::from_ms(10);
@@ -83,6 +83,7 @@ impl Mission {
             let image = if board.node == MASTER { &master } else { &slave };
             spacecraft.add_board(BoardConfig {
                 name: super::narrator::name(board.node),
+                model: plan.board.model(),
                 image: image.clone(),
                 straps: plan.board.straps(board.node),
                 ppm: board.crystal_ppm,
@@ -159,7 +160,11 @@ impl Mission {
     }
 }
 
-fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
+/// The image at `path`, for boards of the twin.
+///
+/// # Errors
+/// When it cannot be read or is not one.
+pub fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
     let elf = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     let image = Image::parse(&elf).with_context(|| format!("{} is no image", path.display()))?;
     Ok(Arc::new(image))
@@ -211,15 +216,10 @@ fn count(node: Node, board: &Board) -> anyhow::Result<BoardCount> {
     let telltale = Telltale::read(board).with_context(|| format!("{}: cannot count", board.config().name))?;
     let counters = board.counters();
     let controllers = [Side::Can1, Side::Can2].map(|side| board.can_stats(side));
-    let admitted: u64 = controllers
-        .iter()
-        .map(|stats| stats.stored.iter().sum::<u64>() + stats.overruns.len() as u64 - stats.discarded)
-        .sum();
-    let handled: u64 = telltale.handled.iter().map(|count| u64::from(*count)).sum();
     Ok(BoardCount {
         node,
         instructions: counters.instructions,
-        lost_frames: admitted.saturating_sub(handled),
+        lost_frames: telltale.lost_frames(board),
         aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
         lockups: counters.lockups,
         panics: counters.panics,

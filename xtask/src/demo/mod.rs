@@ -1,21 +1,20 @@
 //! `cargo demo`: one flight of the spacecraft, told, recorded and judged.
 
 mod files;
-mod flight;
-mod message;
-mod mission;
+pub mod flight;
+pub mod message;
+pub mod mission;
 mod narrator;
-mod observer;
+pub mod observer;
 mod options;
 mod outcome;
-mod plan;
-mod record;
+pub mod plan;
+pub mod record;
 mod report;
 #[cfg(test)]
-mod sample;
+pub mod sample;
 mod summary;
 mod telemetry;
-mod telltale;
 
 use anyhow::bail;
 use can_wire::time::Time;

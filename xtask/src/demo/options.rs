@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::Args;
 use clap::error::ErrorKind;
+use clap::{Args, FromArgMatches};
 
 use crate::board::Board;
 
@@ -69,6 +69,14 @@ fn seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if SECONDS.contains(&seconds) => Ok(seconds),
         _ => Err(format!("allowed are seconds from {} to {}", SECONDS.start(), SECONDS.end())),
+    }
+}
+
+impl Default for Options {
+    /// What the command line without options means.
+    fn default() -> Self {
+        let command = Options::augment_args(clap::Command::new("demo"));
+        Options::from_arg_matches(&command.get_matches_from(["demo"])).expect("every option has a default")
     }
 }
 

@@ -65,6 +65,13 @@ pub struct CutPlan {
     pub position_m: f64,
 }
 
+impl Default for Plan {
+    /// The flight of `cargo demo` without options.
+    fn default() -> Self {
+        Plan::new(&Options::default()).expect("the defaults fit together")
+    }
+}
+
 impl Plan {
     /// From the command line.
     ///

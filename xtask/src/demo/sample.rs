@@ -13,8 +13,8 @@ use super::narrator::Narrator;
 use super::observer::{Access, Observer, Phase};
 use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Record, Seen};
-use super::telltale::Telltale;
 use crate::board::Board;
+use crate::telltale::Telltale;
 
 const CUT_MS: u64 = 20_000;
 const SWITCH_MS: u64 = 20_600;

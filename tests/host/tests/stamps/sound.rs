@@ -18,7 +18,7 @@ pub fn frames() -> impl Strategy<Value = WireFrame> {
 }
 
 fn ways() -> impl Strategy<Value = Sent> {
-    (-200.0..=200.0, 0.0..0.55, 0.0..0.55).prop_map(|(ppm, early, ack_late)| Sent { ppm, early, ack_late })
+    (-200.0..=200.0, 0.0..0.65, 0.0..0.65).prop_map(|(ppm, early, ack_late)| Sent { ppm, early, ack_late })
 }
 
 /// The edge that counts is 17 bits after SOF, the end 48.

@@ -42,8 +42,8 @@ impl Bus {
     fn way(&mut self) -> Sent {
         Sent {
             ppm: self.range(-200.0, 200.0),
-            early: if self.chance(4) { self.range(0.0, 0.5) } else { 0.0 },
-            ack_late: self.range(0.0, 0.5),
+            early: if self.chance(4) { self.range(0.0, 0.6) } else { 0.0 },
+            ack_late: self.range(0.0, 0.6),
         }
     }
 

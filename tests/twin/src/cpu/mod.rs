@@ -9,6 +9,7 @@ mod tests;
 use std::sync::Arc;
 
 use crate::link::Link;
+use crate::model::Part;
 
 /// One instruction, exception entry or reset sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,8 +72,8 @@ pub trait Cpu: Send {
     fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory>;
 }
 
-/// An STM32F405 core: Cortex-M4F, 1 MiB flash, 128 KiB RAM, 64 KiB CCM, everything else through `link`. `flash` is the
+/// The core of a part: Cortex-M4F with its flash, 128 KiB RAM and CCM, everything else through `link`. `flash` is the
 /// content from 0800 0000h on; the rest is erased.
-pub fn stm32f405(flash: &[u8], link: Arc<Link>) -> Box<dyn Cpu> {
-    Box::new(rsemu::Core::new(flash, link))
+pub fn stm32f4(part: Part, flash: &[u8], link: Arc<Link>) -> Box<dyn Cpu> {
+    Box::new(rsemu::Core::new(part, flash, link))
 }

@@ -16,11 +16,10 @@ use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
 use super::{Cpu, NotMemory, Registers, Step};
 use crate::link::Link;
 use crate::mmio::Width;
+use crate::model::Part;
 
 const FLASH_BASE: u32 = 0x0800_0000;
-const FLASH_LEN: u32 = 1 << 20;
 const CCM_BASE: u32 = 0x1000_0000;
-const CCM_LEN: u32 = 64 << 10;
 const RAM_BASE: u32 = 0x2000_0000;
 const RAM_LEN: u32 = 128 << 10;
 /// Where RM0090 figure 2 puts peripherals, the system memory with the device signature, and DBGMCU.
@@ -69,29 +68,31 @@ impl MemOps for Window {
     }
 }
 
-/// A Cortex-M4F with the memories of an STM32F405.
+/// A Cortex-M4F with the memories of its part.
 pub(super) struct Core {
     cpu: ArmV7m,
     flash: Arc<RomStore>,
     ram: Arc<RamStore>,
     ccm: Arc<RamStore>,
+    ccm_len: u32,
     /// xPSR before the next step.
     xpsr: u32,
     bus_faults: u64,
 }
 
 impl Core {
-    pub(super) fn new(image: &[u8], link: Arc<Link>) -> Self {
-        let mut content = vec![0xFF; FLASH_LEN as usize];
+    pub(super) fn new(part: Part, image: &[u8], link: Arc<Link>) -> Self {
+        let ccm_len = part.ccm_bytes();
+        let mut content = vec![0xFF; part.flash_bytes() as usize];
         content[..image.len()].copy_from_slice(image);
         let flash = Arc::new(RomStore::new(content));
         let ram = Arc::new(RamStore::new(u64::from(RAM_LEN)));
-        let ccm = Arc::new(RamStore::new(u64::from(CCM_LEN)));
-        for (store, len) in [(&ram, RAM_LEN), (&ccm, CCM_LEN)] {
+        let ccm = Arc::new(RamStore::new(u64::from(ccm_len)));
+        for (store, len) in [(&ram, RAM_LEN), (&ccm, ccm_len)] {
             store.fill(0, u64::from(len), RAM_AT_POWER_ON).expect("the whole store");
         }
 
-        let space = AddressSpace::new("stm32f405", 32);
+        let space = AddressSpace::new("stm32f4", 32);
         {
             let mut map = space.topology();
             let disjoint = "the memory map has no overlaps";
@@ -102,8 +103,10 @@ impl Core {
             }
             map.map(Region::ram("ram", ram.clone()), u64::from(RAM_BASE)).expect(disjoint);
             // CCM hangs on the data bus alone: no code runs there.
-            let region = Region::ram("ccm", ccm.clone());
-            map.map_with_perms(region, u64::from(CCM_BASE), Perms::RW).expect(disjoint);
+            if ccm_len > 0 {
+                let region = Region::ram("ccm", ccm.clone());
+                map.map_with_perms(region, u64::from(CCM_BASE), Perms::RW).expect(disjoint);
+            }
             for (base, len) in WINDOWS {
                 let window = Arc::new(Window { base, link: link.clone() });
                 map.map(Region::io("peripherals", u64::from(len), window), u64::from(base)).expect(disjoint);
@@ -113,11 +116,11 @@ impl Core {
         let config = Config::CORTEX_M4F.with_priority_bits(4).with_reset_vtor(FLASH_BASE);
         let cpu = ArmV7m::new(config);
         cpu.attach_space(Arc::new(space));
-        Core { xpsr: cpu.xpsr(), cpu, flash, ram, ccm, bus_faults: 0 }
+        Core { xpsr: cpu.xpsr(), cpu, flash, ram, ccm, ccm_len, bus_faults: 0 }
     }
 
     fn ram_at(&self, address: u32, len: usize) -> Option<(&RamStore, u64)> {
-        [(RAM_BASE, RAM_LEN, &self.ram), (CCM_BASE, CCM_LEN, &self.ccm)].into_iter().find_map(
+        [(RAM_BASE, RAM_LEN, &self.ram), (CCM_BASE, self.ccm_len, &self.ccm)].into_iter().find_map(
             |(base, size, store)| {
                 let offset = address.checked_sub(base)?;
                 (u64::from(offset) + len as u64 <= u64::from(size)).then_some((&**store, u64::from(offset)))

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::*;
+use crate::model::Model;
 use crate::peripherals::Peripherals;
 
 const FLASH: u32 = 0x0800_0000;
@@ -39,8 +40,8 @@ fn core(program: &[u16], handler: &[u16]) -> Box<dyn Cpu> {
             put(base + 2 * k as u32, &halfword.to_le_bytes());
         }
     }
-    let link = Arc::new(Link::new(Peripherals::new(12_000_000, 0)));
-    let mut core = stm32f405(&flash, link);
+    let link = Arc::new(Link::new(Peripherals::new(Model::PYBOARD_V11, 0)));
+    let mut core = stm32f4(Part::Stm32f405, &flash, link);
     core.step();
     assert_eq!(core.pc(), CODE, "the reset sequence takes the vector");
     core

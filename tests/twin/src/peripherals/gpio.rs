@@ -113,6 +113,11 @@ impl Gpio {
         self.levels = self.levels & !(1 << n) | u32::from(level == Some(true)) << n;
     }
 
+    /// What the harness drives pin `n` to.
+    pub fn driven_level(&self, n: u32) -> Option<bool> {
+        (self.driven >> n & 1 == 1).then_some(self.levels >> n & 1 == 1)
+    }
+
     /// Levels of the pins, as IDR shows them.
     pub fn idr(&self) -> u32 {
         (0..16).fold(0, |idr, n| {

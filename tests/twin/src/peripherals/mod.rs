@@ -1,95 +1,60 @@
-//! The peripherals of one STM32F405 and the bus in front of them.
+//! The peripherals of one part and the bus in front of them.
 //!
 //! The bus refuses what a real one would answer with silence: registers that the model lacks and blocks whose clock is
 //! off in RCC. A twin that answered zeros would let wrong firmware fly.
 
+mod adc;
+mod dma;
 mod exti;
 mod gpio;
+mod iwdg;
+mod map;
 mod rcc;
 mod system;
-mod tim2;
+#[cfg(test)]
+mod tests;
+mod timer;
 
 use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
 use crate::mmio::{Now, Refusal, Width};
+use crate::model::{Model, Part};
+use adc::Adc;
+use can_wire::time::Time;
+use dma::{Dma, Transfer};
 use exti::{Exti, Syscfg};
 use gpio::Gpio;
 pub use gpio::{Pin, PinChange};
+use iwdg::Iwdg;
+use map::{
+    ADC1_BIT, AHB1, APB1, APB2, Block, CAN1_BIT, CAN2_BIT, DMA1_BIT, PWR_BIT, SYSCFG_BIT, TIM2_BIT, TIM5_BIT,
+};
 pub use rcc::{Clocks, ResetCause};
 use rcc::{Gate, Rcc};
 use system::{Dbgmcu, Flash, Pwr, signature};
-use tim2::Tim2;
+use timer::Timer;
 
 /// Levels of the NVIC inputs 0..=95.
 pub type IrqLevels = [u32; 3];
 
 const TIM2_IRQ: u16 = 28;
+const TIM5_IRQ: u16 = 50;
+const ADC_IRQ: u16 = 18;
 /// TX, RX0, RX1, SCE of CAN1 and CAN2.
 const CAN_IRQS: [(Side, u16); 2] = [(Side::Can1, 19), (Side::Can2, 63)];
-/// CAN_RX and CAN_TX of the pyboard, and their alternate function.
+/// CAN_RX and CAN_TX of both boards, and their alternate function.
 const CAN_PINS: [(Side, [u32; 2]); 2] = [(Side::Can1, [8, 9]), (Side::Can2, [12, 13])];
 const CAN_AF: u32 = 9;
+const PORT_A: usize = 0;
 const PORT_B: usize = 1;
-
-const AHB1: u32 = 0x00;
-const APB1: u32 = 0x10;
-const APB2: u32 = 0x14;
-const TIM2_BIT: u32 = 0;
-const CAN1_BIT: u32 = 25;
-const CAN2_BIT: u32 = 26;
-const PWR_BIT: u32 = 28;
-const SYSCFG_BIT: u32 = 14;
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Block {
-    Tim2,
-    Can,
-    Pwr,
-    Syscfg,
-    Exti,
-    Gpio(usize),
-    Rcc,
-    Flash,
-    Dbgmcu,
-    Signature,
-}
-
-impl Block {
-    /// The block at `address` and where it begins (RM0090 table 1).
-    fn at(address: u32) -> Option<(Block, u32)> {
-        let block = match address & !0x3FF {
-            0x4000_0000 => Block::Tim2,
-            0x4000_6400 | 0x4000_6800 => return Some((Block::Can, 0x4000_6400)),
-            0x4000_7000 => Block::Pwr,
-            0x4001_3800 => Block::Syscfg,
-            0x4001_3C00 => Block::Exti,
-            base @ 0x4002_0000..0x4002_2400 => Block::Gpio((base as usize - 0x4002_0000) >> 10),
-            0x4002_3800 => Block::Rcc,
-            0x4002_3C00 => Block::Flash,
-            0xE004_2000 => Block::Dbgmcu,
-            0x1FFF_7800 => Block::Signature,
-            _ => return None,
-        };
-        Some((block, address & !0x3FF))
-    }
-
-    /// Its clock gate; some blocks have none.
-    fn gate(self, offset: u32) -> Option<Gate> {
-        let (bus, bit) = match self {
-            Block::Tim2 => (APB1, TIM2_BIT),
-            Block::Can if offset < 0x400 => (APB1, CAN1_BIT),
-            Block::Can => (APB1, CAN2_BIT),
-            Block::Pwr => (APB1, PWR_BIT),
-            Block::Syscfg => (APB2, SYSCFG_BIT),
-            Block::Gpio(port) => (AHB1, port as u32),
-            Block::Exti | Block::Rcc | Block::Flash | Block::Dbgmcu | Block::Signature => return None,
-        };
-        Some(Gate { bus, bit })
-    }
-}
+/// TIM5_CH1 on PA0 and TIM5_CH2 on PA1, where the wires from CAN_RX end.
+const TIM5_AF: u32 = 2;
+const LSI_HZ: u32 = 32_000;
+const ROOM_TEMPERATURE_C: f64 = 25.0;
 
 /// All peripherals of one board.
 #[derive(Debug)]
 pub struct Peripherals {
+    part: Part,
     serial: u32,
     rcc: Rcc,
     flash: Flash,
@@ -98,7 +63,11 @@ pub struct Peripherals {
     gpio: [Gpio; Pin::PORTS],
     exti: Exti,
     syscfg: Syscfg,
-    tim2: Tim2,
+    tim2: Timer,
+    tim5: Timer,
+    dma1: Dma,
+    iwdg: Iwdg,
+    adc: Adc,
     can: BxcanPair,
     pin_changes: Vec<PinChange>,
 }
@@ -109,18 +78,24 @@ fn hsi_tick() -> PclkTick {
 }
 
 impl Peripherals {
-    /// After power-on. `crystal_hz` is the nominal frequency of the crystal, `serial` goes into the unique ID.
-    pub fn new(crystal_hz: u64, serial: u32) -> Self {
+    /// After power-on; `serial` goes into the unique ID.
+    pub fn new(model: Model, serial: u32) -> Self {
+        let part = model.part;
         Peripherals {
+            part,
             serial,
-            rcc: Rcc::new(crystal_hz),
+            rcc: Rcc::new(model),
             flash: Flash::default(),
-            pwr: Pwr::default(),
-            dbgmcu: Dbgmcu::default(),
+            pwr: Pwr::new(part),
+            dbgmcu: Dbgmcu::new(part),
             gpio: std::array::from_fn(Gpio::new),
             exti: Exti::default(),
             syscfg: Syscfg::default(),
-            tim2: Tim2::default(),
+            tim2: Timer::default(),
+            tim5: Timer::default(),
+            dma1: Dma::default(),
+            iwdg: Iwdg::new(LSI_HZ),
+            adc: Adc::new(ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
             pin_changes: Vec::new(),
         }
@@ -130,15 +105,19 @@ impl Peripherals {
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.flash = Flash::default();
-        self.pwr = Pwr::default();
+        self.pwr = Pwr::new(self.part);
         self.gpio.iter_mut().for_each(Gpio::reset);
         self.exti = Exti::default();
         self.syscfg = Syscfg::default();
         self.tim2.reset();
+        self.tim5.reset();
+        self.dma1 = Dma::default();
+        self.iwdg.reset();
+        self.adc.reset();
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
         if cause == ResetCause::PowerOn {
-            self.dbgmcu = Dbgmcu::default();
+            self.dbgmcu = Dbgmcu::new(self.part);
         }
     }
 
@@ -147,10 +126,14 @@ impl Peripherals {
     /// # Errors
     /// A [`Refusal`] when nothing may answer.
     pub fn read(&mut self, now: Now, address: u32, width: Width) -> Result<u32, Refusal> {
-        let (block, offset) = self.select(address, width)?;
+        let (block, offset) = self.select(address, width, false)?;
         let word = offset & !3;
         let value = match block {
-            Block::Tim2 => self.tim2.read(now.cycle, word),
+            Block::Tim2 => Some(self.tim2.read(now.cycle, word)?),
+            Block::Tim5 => Some(self.tim5.read(now.cycle, word)?),
+            Block::Dma1 => Some(self.dma1.read(word)?),
+            Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
+            Block::Adc => Some(self.adc.read(now.cycle, word)?),
             Block::Can => self.can.read(word).ok(),
             Block::Pwr => self.pwr.read(word),
             Block::Syscfg => self.syscfg.read(word),
@@ -159,7 +142,7 @@ impl Peripherals {
             Block::Rcc => self.rcc.read(now, word),
             Block::Flash => self.flash.read(word),
             Block::Dbgmcu => self.dbgmcu.read(word),
-            Block::Signature => signature(self.serial, address & !3),
+            Block::Signature => signature(self.part, self.serial, address & !3),
         };
         let value = value.ok_or(Refusal::Unmodelled)?;
         Ok(value >> (8 * (address & 3)) & width.mask())
@@ -170,7 +153,7 @@ impl Peripherals {
     /// # Errors
     /// A [`Refusal`] when nothing may answer.
     pub fn write(&mut self, now: Now, address: u32, width: Width, value: u32) -> Result<(), Refusal> {
-        let (block, offset) = self.select(address, width)?;
+        let (block, offset) = self.select(address, width, true)?;
         let word = offset & !3;
         if let Block::Gpio(port) = block {
             // AHB keeps the bytes that the access leaves out; BSRR reads zero, so they do nothing there.
@@ -185,7 +168,11 @@ impl Peripherals {
             return Err(Refusal::Width);
         }
         let done = match block {
-            Block::Tim2 => self.tim2.write(now.cycle, word, value),
+            Block::Tim2 => Some(self.tim2.write(now.cycle, word, width, value)?),
+            Block::Tim5 => Some(self.tim5.write(now.cycle, word, width, value)?),
+            Block::Dma1 => Some(self.dma1.write(word, value)?),
+            Block::Iwdg => Some(self.iwdg.write(now.time, word, value)?),
+            Block::Adc => Some(self.adc.write(now.cycle, word, value)?),
             Block::Can => self.can.write(word, value, now.time).ok(),
             Block::Pwr => self.pwr.write(word, value),
             Block::Syscfg => self.syscfg.write(word, value),
@@ -201,10 +188,11 @@ impl Peripherals {
         done.ok_or(Refusal::Unmodelled)
     }
 
-    fn select(&self, address: u32, width: Width) -> Result<(Block, u32), Refusal> {
-        let (block, base) = Block::at(address).ok_or(Refusal::Unmodelled)?;
+    fn select(&self, address: u32, width: Width, write: bool) -> Result<(Block, u32), Refusal> {
+        let (block, base) = Block::at(self.part, address).ok_or(Refusal::Unmodelled)?;
         let offset = address - base;
-        if block == Block::Can && width != Width::Word || !address.is_multiple_of(width.bytes()) {
+        block.takes(width, write)?;
+        if !address.is_multiple_of(width.bytes()) {
             return Err(Refusal::Width);
         }
         match block.gate(offset) {
@@ -220,8 +208,16 @@ impl Peripherals {
                 gpio.reset();
             }
         }
-        if hit(APB1, TIM2_BIT) {
-            self.tim2.reset();
+        for (timer, bit) in [(&mut self.tim2, TIM2_BIT), (&mut self.tim5, TIM5_BIT)] {
+            if hit(APB1, bit) {
+                timer.reset();
+            }
+        }
+        if hit(AHB1, DMA1_BIT) {
+            self.dma1 = Dma::default();
+        }
+        if hit(APB2, ADC1_BIT) {
+            self.adc.reset();
         }
         for (side, bit) in [(Side::Can1, CAN1_BIT), (Side::Can2, CAN2_BIT)] {
             if hit(APB1, bit) {
@@ -229,7 +225,7 @@ impl Peripherals {
             }
         }
         if hit(APB1, PWR_BIT) {
-            self.pwr = Pwr::default();
+            self.pwr = Pwr::new(self.part);
         }
         if hit(APB2, SYSCFG_BIT) {
             self.syscfg = Syscfg::default();
@@ -244,6 +240,8 @@ impl Peripherals {
     /// Applies a changed clock tree from `cycle` on; `pclk1` is the length of a PCLK1 tick.
     pub fn set_clocks(&mut self, cycle: u64, clocks: Clocks, pclk1: PclkTick) {
         self.tim2.set_divider(cycle, clocks.timer1_divider);
+        self.tim5.set_divider(cycle, clocks.timer1_divider);
+        self.adc.set_divider(clocks.apb2_divider);
         self.can.set_pclk(pclk1);
     }
 
@@ -253,6 +251,90 @@ impl Peripherals {
         self.gpio[pin.port_index()].drive(u32::from(pin.number), level);
         let after = self.exti_inputs();
         self.exti.edges(before, after);
+    }
+
+    /// CAN_RX of a bus changes, on the wire from there to PA0 (CAN1) or PA1 (CAN2), at `cycle`. Whether the program may
+    /// notice at once: by an interrupt line or a DMA transfer.
+    pub fn capture_edge(&mut self, side: Side, cycle: u64, level: bool) -> bool {
+        let n = side as u32;
+        let gpio = &mut self.gpio[PORT_A];
+        if gpio.driven_level(n) == Some(level) {
+            return false;
+        }
+        gpio.drive(n, Some(level));
+        let captured = gpio.alternate_function(n) == Some(TIM5_AF)
+            && self.rcc.is_clocked(Gate { bus: APB1, bit: TIM5_BIT })
+            && self.tim5.edge(n, cycle, level);
+        let external = self.syscfg.exti_port(n) == PORT_A;
+        if external {
+            let lines = |level: bool| u32::from(level) << n;
+            self.exti.edges(lines(!level), lines(level));
+        }
+        captured || external
+    }
+
+    /// Moves what DMA streams are asked to move. `store` puts bytes into the RAM that DMA reaches, or says that there is
+    /// none at that address. Whether anything was to be moved.
+    pub fn transfer(&mut self, now: Now, mut store: impl FnMut(u32, &[u8]) -> bool) -> bool {
+        let mut any = false;
+        while let Some(transfer) = self.next_transfer() {
+            any = true;
+            let width = [Width::Byte, Width::Half, Width::Word][transfer.bytes.ilog2() as usize];
+            let (tim2, tim5) = self.requested(transfer.stream, self.dma1.channel(transfer.stream));
+            let moved = self
+                .read(now, transfer.from, width)
+                .is_ok_and(|value| store(transfer.to, &value.to_le_bytes()[..transfer.bytes as usize]));
+            if moved {
+                self.dma1.done(transfer.stream);
+            } else {
+                self.dma1.failed(transfer.stream);
+            }
+            self.tim2.acknowledge(tim2);
+            self.tim5.acknowledge(tim5);
+        }
+        any
+    }
+
+    fn next_transfer(&self) -> Option<Transfer> {
+        let asked = self.tim2.requests() | self.tim5.requests() != 0;
+        if !asked || !self.rcc.is_clocked(Gate { bus: AHB1, bit: DMA1_BIT }) {
+            return None;
+        }
+        self.dma1.next(|stream, channel| self.requested(stream, channel) != (0, 0))
+    }
+
+    /// Channels of TIM2 and TIM5 that ask this stream on this of its channels (RM0090 table 42).
+    fn requested(&self, stream: usize, channel: u32) -> (u32, u32) {
+        const CH1: u32 = 1;
+        const CH2: u32 = 2;
+        const CH3: u32 = 4;
+        const CH4: u32 = 8;
+        match (channel, stream) {
+            (3, 1) => (self.tim2.requests() & CH3, 0),
+            (3, 5) => (self.tim2.requests() & CH1, 0),
+            (3, 6) => (self.tim2.requests() & (CH2 | CH4), 0),
+            (3, 7) => (self.tim2.requests() & CH4, 0),
+            (6, 0) => (0, self.tim5.requests() & CH3),
+            (6, 1 | 3) => (0, self.tim5.requests() & CH4),
+            (6, 2) => (0, self.tim5.requests() & CH1),
+            (6, 4) => (0, self.tim5.requests() & CH2),
+            _ => (0, 0),
+        }
+    }
+
+    /// When the watchdog resets the chip unless the program reloads it before.
+    pub fn watchdog_deadline(&self) -> Option<Time> {
+        self.iwdg.deadline()
+    }
+
+    /// The LSI oscillator's frequency, Hz; the watchdog must not run yet.
+    pub fn set_lsi(&mut self, hz: u32) {
+        self.iwdg = Iwdg::new(hz);
+    }
+
+    /// The chip's temperature from now on, °C.
+    pub fn set_temperature(&mut self, celsius: f64) {
+        self.adc.set_temperature(celsius);
     }
 
     fn exti_inputs(&self) -> u32 {
@@ -279,6 +361,11 @@ impl Peripherals {
             levels[usize::from(irq) / 32] |= u32::from(level) << (irq % 32);
         };
         set(TIM2_IRQ, self.tim2.irq(now.cycle));
+        set(TIM5_IRQ, self.tim5.irq(now.cycle));
+        set(ADC_IRQ, self.adc.irq(now.cycle));
+        for (irq, level) in self.dma1.irqs() {
+            set(irq, level);
+        }
         for (side, first) in CAN_IRQS {
             let lines = self.can.irq(side);
             for (k, level) in [lines.tx, lines.rx0, lines.rx1, lines.sce].into_iter().enumerate() {
@@ -291,9 +378,10 @@ impl Peripherals {
         levels
     }
 
-    /// The cycle at which a timer next raises its line.
+    /// The cycle at which a timer or the ADC next raises its line or asks for DMA.
     pub fn next_timer_event(&self, now: Now) -> Option<u64> {
-        self.tim2.next_event(now.cycle)
+        let timers = [self.tim2.next_event(now.cycle), self.tim5.next_event(now.cycle)];
+        timers.into_iter().chain([self.adc.next_event()]).flatten().min()
     }
 
     /// The two CAN controllers.
@@ -308,69 +396,5 @@ impl Peripherals {
             && (side == Side::Can1 || self.rcc.is_clocked(Gate { bus: APB1, bit: CAN2_BIT }));
         let routed = pins.iter().all(|&n| self.gpio[PORT_B].alternate_function(n) == Some(CAN_AF));
         (clocked && routed).then(|| self.can.line(side))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const RCC: u32 = 0x4002_3800;
-
-    fn enable(peripherals: &mut Peripherals, register: u32, bits: u32) {
-        peripherals.write(Now::default(), RCC + register, Width::Word, bits).unwrap();
-    }
-
-    #[test]
-    fn nothing_answers_where_no_peripheral_is_modelled() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
-        for address in [0x4000_0C00, 0x4000_4400, 0x4002_3850 - 4, 0x5000_0000] {
-            assert_eq!(peripherals.read(Now::default(), address, Width::Word), Err(Refusal::Unmodelled));
-        }
-    }
-
-    #[test]
-    fn a_block_without_clock_refuses() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
-        let moder = 0x4002_0400;
-        assert_eq!(peripherals.read(Now::default(), moder, Width::Word), Err(Refusal::ClockOff));
-        enable(&mut peripherals, 0x30, 1 << 1);
-        assert_eq!(peripherals.read(Now::default(), moder, Width::Word), Ok(0x280));
-    }
-
-    #[test]
-    fn can_takes_words_only() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
-        enable(&mut peripherals, 0x40, 1 << 25);
-        assert_eq!(peripherals.read(Now::default(), 0x4000_6400, Width::Half), Err(Refusal::Width));
-        assert_eq!(peripherals.read(Now::default(), 0x4000_6400, Width::Word), Ok(0x0001_0002));
-    }
-
-    #[test]
-    fn a_byte_store_to_a_port_keeps_its_neighbours() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
-        enable(&mut peripherals, 0x30, 1);
-        peripherals.write(Now::default(), 0x4002_0000, Width::Byte, 0x55).unwrap();
-        assert_eq!(peripherals.read(Now::default(), 0x4002_0000, Width::Word), Ok(0xA800_0055));
-    }
-
-    #[test]
-    fn the_wire_sees_a_controller_only_behind_its_pins() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
-        enable(&mut peripherals, 0x40, 1 << 25);
-        enable(&mut peripherals, 0x30, 1 << 1);
-        assert!(peripherals.can_line(Side::Can1).is_none());
-        peripherals.write(Now::default(), 0x4002_0424, Width::Word, 0x99).unwrap();
-        peripherals.write(Now::default(), 0x4002_0400, Width::Word, 0x000A_0280).unwrap();
-        assert!(peripherals.can_line(Side::Can1).is_some());
-    }
-
-    #[test]
-    fn an_rcc_reset_returns_a_block_to_its_reset_state() {
-        let mut peripherals = Peripherals::new(12_000_000, 0);
-        enable(&mut peripherals, 0x40, 1);
-        peripherals.write(Now::default(), 0x4000_0028, Width::Half, 83).unwrap();
-        enable(&mut peripherals, 0x20, 1);
-        assert_eq!(peripherals.read(Now::default(), 0x4000_0028, Width::Word), Ok(0));
     }
 }

@@ -1,11 +1,12 @@
 //! RCC: oscillators, the clock tree, clock gates, peripheral resets, reset flags.
 //!
-//! RM0090 chapter 7 (F405). HSE and the PLL take their datasheet's time to get ready. Gated clocks are enforced by the
-//! bus; what the low-power enables (LPENR) switch off in Sleep is stored and not enforced. PLLI2S locks at once.
+//! RM0090 chapter 7 (F405), RM0390 chapter 6 (F446). HSE and the PLL take their datasheet's time to get ready; HSE never
+//! does while HSEBYP does not suit what the board has on OSC_IN. Gated clocks are enforced by the bus; what the low-power enables (LPENR) switch off in Sleep is stored and not enforced. PLLI2S and PLLSAI lock at once.
 
 use can_wire::time::Time;
 
 use crate::mmio::Now;
+use crate::model::{Model, Part};
 
 const HSI_HZ: u64 = 16_000_000;
 /// DS8626 table 34: start-up of a 4..26 MHz crystal.
@@ -22,16 +23,21 @@ const AHB1ENR: u32 = 0x30;
 const APB2ENR: u32 = 0x44;
 const CSR: u32 = 0x74;
 const DCKCFGR: u32 = 0x8C;
+/// Registers, the F446's DCKCFGR2 the last.
+const WORDS: usize = 0x94 / 4 + 1;
 
 const CR_HSION: u32 = 1 << 0;
 const CR_HSIRDY: u32 = 1 << 1;
 const CR_HSEON: u32 = 1 << 16;
 const CR_HSERDY: u32 = 1 << 17;
+const CR_HSEBYP: u32 = 1 << 18;
 const CR_PLLON: u32 = 1 << 24;
 const CR_PLLRDY: u32 = 1 << 25;
 const CR_PLLI2SON: u32 = 1 << 26;
 const CR_PLLI2SRDY: u32 = 1 << 27;
-const CR_READY: u32 = CR_HSIRDY | CR_HSERDY | CR_PLLRDY | CR_PLLI2SRDY;
+const CR_PLLSAION: u32 = 1 << 28;
+const CR_PLLSAIRDY: u32 = 1 << 29;
+const CR_READY: u32 = CR_HSIRDY | CR_HSERDY | CR_PLLRDY | CR_PLLI2SRDY | CR_PLLSAIRDY;
 const PLLCFGR_SRC_HSE: u32 = 1 << 22;
 
 const CSR_LSION: u32 = 1 << 0;
@@ -48,15 +54,18 @@ pub enum ResetCause {
     Pin,
     /// AIRCR.SYSRESETREQ.
     Software,
+    /// The independent watchdog ran out.
+    Watchdog,
 }
 
 impl ResetCause {
-    /// PORRSTF and BORRSTF, PINRSTF, SFTRSTF. Every reset pulls the pin low (RM0090 7.1.1).
+    /// PORRSTF and BORRSTF, PINRSTF, SFTRSTF, IWDGRSTF. Every reset pulls the pin low (RM0090 7.1.1).
     const fn flags(self) -> u32 {
         match self {
             ResetCause::PowerOn => 0x0E00_0000,
             ResetCause::Pin => 0x0400_0000,
             ResetCause::Software => 0x1400_0000,
+            ResetCause::Watchdog => 0x2400_0000,
         }
     }
 }
@@ -77,17 +86,19 @@ pub struct Clocks {
     pub hclk: u64,
     /// HCLK cycles per PCLK1 cycle.
     pub apb1_divider: u64,
+    /// HCLK cycles per PCLK2 cycle.
+    pub apb2_divider: u64,
     /// HCLK cycles per APB1 timer clock.
     pub timer1_divider: u64,
-    /// The crystal drives the clock tree, with its error.
+    /// The board's oscillator drives the clock tree, with its error.
     pub from_crystal: bool,
 }
 
 /// The registers.
 #[derive(Debug)]
 pub struct Rcc {
-    crystal_hz: u64,
-    words: [u32; 36],
+    model: Model,
+    words: [u32; WORDS],
     hse_ready: Time,
     pll_ready: Time,
     /// Peripherals put into reset by the last write, as (RSTR offset from AHB1RSTR, bits).
@@ -95,10 +106,10 @@ pub struct Rcc {
 }
 
 impl Rcc {
-    /// After power-on; `crystal_hz` is the nominal frequency on OSC_IN.
-    pub fn new(crystal_hz: u64) -> Self {
+    /// After power-on.
+    pub fn new(model: Model) -> Self {
         let mut rcc =
-            Rcc { crystal_hz, words: [0; 36], hse_ready: Time::NEVER, pll_ready: Time::NEVER, resets: None };
+            Rcc { model, words: [0; WORDS], hse_ready: Time::NEVER, pll_ready: Time::NEVER, resets: None };
         rcc.reset(ResetCause::PowerOn);
         rcc
     }
@@ -106,18 +117,28 @@ impl Rcc {
     /// Everything but the reset flags starts again; they add up until RMVF clears them.
     pub fn reset(&mut self, cause: ResetCause) {
         let flags = if cause == ResetCause::PowerOn { 0 } else { self.word(CSR) & CSR_FLAGS };
-        self.words = [0; 36];
+        self.words = [0; WORDS];
+        // AHB1ENR, the five LPENR, PLLI2SCFGR, PLLSAICFGR.
+        let [ahb1, ahb1lp, ahb2lp, ahb3lp, apb1lp, apb2lp, plli2s, pllsai] = match self.model.part {
+            Part::Stm32f405 => {
+                [0x0010_0000, 0x7E67_91FF, 0x0000_00F1, 0x0000_0001, 0x36FE_C9FF, 0x0007_5F33, 0x2000_3000, 0]
+            }
+            Part::Stm32f446 => {
+                [0, 0x6067_90FF, 0x0000_0081, 0x0000_0003, 0x3FFF_C9FF, 0x00C7_7F33, 0x2400_3010, 0x0400_3010]
+            }
+        };
         for (offset, value) in [
             (CR, 0x83),
             (PLLCFGR, 0x2400_3010),
-            (AHB1ENR, 0x0010_0000),
-            (0x50, 0x7E67_91FF),
-            (0x54, 0x0000_00F1),
-            (0x58, 0x0000_0001),
-            (0x60, 0x36FE_C9FF),
-            (0x64, 0x0007_5F33),
+            (AHB1ENR, ahb1),
+            (0x50, ahb1lp),
+            (0x54, ahb2lp),
+            (0x58, ahb3lp),
+            (0x60, apb1lp),
+            (0x64, apb2lp),
             (CSR, flags | cause.flags()),
-            (0x84, 0x2000_3000),
+            (0x84, plli2s),
+            (0x88, pllsai),
         ] {
             *self.word_mut(offset) = value;
         }
@@ -133,15 +154,19 @@ impl Rcc {
         &mut self.words[offset as usize / 4]
     }
 
-    const fn exists(offset: u32) -> bool {
-        // 88h (PLLSAICFGR) exists on F42x only; DCKCFGR too, yet HALs of the family touch it on every part.
+    const fn exists(&self, offset: u32) -> bool {
+        // PLLSAICFGR; CKGATENR and DCKCFGR2.
+        if let (Part::Stm32f446, 0x88 | 0x90 | 0x94) = (self.model.part, offset) {
+            return true;
+        }
+        // The F405 has no DCKCFGR, yet HALs of the family touch it on every part.
         matches!(offset, 0x00..=0x18 | 0x20 | 0x24 | 0x30..=0x38 | 0x40 | 0x44 | 0x50..=0x58 | 0x60 | 0x64
             | 0x70 | 0x74 | 0x80 | 0x84 | DCKCFGR)
     }
 
     /// A load; `None` for a register the part lacks.
     pub fn read(&self, now: Now, offset: u32) -> Option<u32> {
-        if !Self::exists(offset) {
+        if !self.exists(offset) {
             return None;
         }
         let word = self.word(offset);
@@ -153,6 +178,7 @@ impl Rcc {
                     | ready(CR_HSEON, self.hse_ready, CR_HSERDY)
                     | ready(CR_PLLON, self.pll_ready, CR_PLLRDY)
                     | ready(CR_PLLI2SON, Time::ZERO, CR_PLLI2SRDY)
+                    | ready(CR_PLLSAION, Time::ZERO, CR_PLLSAIRDY)
             }
             CFGR => word & !0b1100 | (word & 0b11) << 2,
             CSR => word & !CSR_LSIRDY | if word & CSR_LSION != 0 { CSR_LSIRDY } else { 0 },
@@ -162,15 +188,23 @@ impl Rcc {
 
     /// A store; `None` for a register the part lacks.
     pub fn write(&mut self, now: Now, offset: u32, value: u32) -> Option<()> {
-        if !Self::exists(offset) {
+        if !self.exists(offset) {
             return None;
         }
         let old = self.word(offset);
         match offset {
             CR => {
+                let value = match self.model.part {
+                    Part::Stm32f405 => value & !CR_PLLSAION,
+                    Part::Stm32f446 => value,
+                };
                 let risen = value & !old;
                 if risen & CR_HSEON != 0 {
-                    self.hse_ready = now.time + HSE_STARTUP;
+                    self.hse_ready = match (self.model.oscillator.external, value & CR_HSEBYP != 0) {
+                        (false, false) => now.time + HSE_STARTUP,
+                        (true, true) => now.time,
+                        _ => Time::NEVER,
+                    };
                 }
                 if risen & CR_PLLON != 0 {
                     self.pll_ready = now.time + PLL_LOCK;
@@ -214,10 +248,10 @@ impl Rcc {
         let cfgr = self.word(CFGR);
         let (sysclk, from_crystal) = match cfgr & 0b11 {
             0 => (HSI_HZ, false),
-            1 => (self.crystal_hz, true),
+            1 => (self.model.oscillator.hz, true),
             _ => {
                 let crystal = pllcfgr & PLLCFGR_SRC_HSE != 0;
-                let input = if crystal { self.crystal_hz } else { HSI_HZ };
+                let input = if crystal { self.model.oscillator.hz } else { HSI_HZ };
                 let m = u64::from(pllcfgr & 0x3F).max(1);
                 let n = u64::from(pllcfgr >> 6 & 0x1FF);
                 let p = (u64::from(pllcfgr >> 16 & 0b11) + 1) * 2;
@@ -230,13 +264,14 @@ impl Rcc {
             // 1100b is 64: there is no 32 (RM0090 7.3.3).
             _ => 64 << (cfgr >> 4 & 0b11),
         };
-        let apb1_divider = match cfgr >> 10 & 0b111 {
+        let apb_divider = |field: u32| match field & 0b111 {
             0..=3 => 1,
             n => 2 << (n - 4),
         };
+        let (apb1_divider, apb2_divider) = (apb_divider(cfgr >> 10), apb_divider(cfgr >> 13));
         // RM0090 7.2, figure 16: timers run at PCLK, or at twice PCLK when it is divided.
         let timer1_divider = if apb1_divider == 1 { 1 } else { apb1_divider / 2 };
-        Clocks { hclk: sysclk / hpre, apb1_divider, timer1_divider, from_crystal }
+        Clocks { hclk: sysclk / hpre, apb1_divider, apb2_divider, timer1_divider, from_crystal }
     }
 }
 
@@ -250,7 +285,7 @@ mod tests {
 
     /// PLL M = 6, N = 168, P = 2 from a 12 MHz crystal; AHB 1, APB1 4, APB2 2.
     fn at_168_mhz() -> Rcc {
-        let mut rcc = Rcc::new(12_000_000);
+        let mut rcc = Rcc::new(Model::PYBOARD_V11);
         rcc.write(at_us(0), PLLCFGR, 7 << 24 | PLLCFGR_SRC_HSE | 168 << 6 | 6).unwrap();
         rcc.write(at_us(0), CR, 0x83 | CR_HSEON | CR_PLLON).unwrap();
         rcc.write(at_us(3000), CFGR, 4 << 13 | 5 << 10 | 2).unwrap();
@@ -262,19 +297,56 @@ mod tests {
         let clocks = at_168_mhz().clocks();
         assert_eq!(
             clocks,
-            Clocks { hclk: 168_000_000, apb1_divider: 4, timer1_divider: 2, from_crystal: true }
+            Clocks {
+                hclk: 168_000_000,
+                apb1_divider: 4,
+                apb2_divider: 2,
+                timer1_divider: 2,
+                from_crystal: true
+            }
         );
+    }
+
+    /// PLL M = 4, N = 168, P = 2 from 8 MHz; AHB 1, APB1 4, APB2 2.
+    #[test]
+    fn the_nucleos_tree_gives_168_mhz_from_a_bypassed_oscillator() {
+        let mut rcc = Rcc::new(Model::NUCLEO_F446RE);
+        rcc.write(at_us(0), PLLCFGR, 7 << 24 | PLLCFGR_SRC_HSE | 168 << 6 | 4).unwrap();
+        rcc.write(at_us(0), CR, 0x83 | CR_HSEBYP | CR_HSEON | CR_PLLON).unwrap();
+        assert_ne!(rcc.read(at_us(0), CR).unwrap() & CR_HSERDY, 0);
+        rcc.write(at_us(300), CFGR, 4 << 13 | 5 << 10 | 2).unwrap();
+        assert_eq!(rcc.clocks(), at_168_mhz().clocks());
+    }
+
+    #[test]
+    fn hse_never_gets_ready_in_the_wrong_mode() {
+        for (model, wrong) in [(Model::PYBOARD_V11, CR_HSEBYP), (Model::NUCLEO_F446RE, 0)] {
+            let mut rcc = Rcc::new(model);
+            rcc.write(at_us(0), CR, 0x83 | CR_HSEON | wrong).unwrap();
+            assert_eq!(rcc.read(Now { cycle: 0, time: Time::from_ms(60_000) }, CR).unwrap() & CR_HSERDY, 0);
+        }
+    }
+
+    #[test]
+    fn registers_are_those_of_the_part() {
+        let (f405, f446) = (Rcc::new(Model::PYBOARD_V11), Rcc::new(Model::NUCLEO_F446RE));
+        for offset in [0x88, 0x90, 0x94] {
+            assert_eq!(f405.read(at_us(0), offset), None);
+            assert!(f446.read(at_us(0), offset).is_some());
+        }
+        assert_eq!(f446.read(at_us(0), 0x50), Some(0x6067_90FF));
+        assert_eq!(f446.read(at_us(0), PLLCFGR), Some(0x2400_3010));
     }
 
     #[test]
     fn a_reset_runs_on_hsi() {
-        let clocks = Rcc::new(12_000_000).clocks();
+        let clocks = Rcc::new(Model::PYBOARD_V11).clocks();
         assert_eq!((clocks.hclk, clocks.timer1_divider, clocks.from_crystal), (16_000_000, 1, false));
     }
 
     #[test]
     fn hse_gets_ready_after_its_start_up_time() {
-        let mut rcc = Rcc::new(12_000_000);
+        let mut rcc = Rcc::new(Model::PYBOARD_V11);
         rcc.write(at_us(100), CR, 0x83 | CR_HSEON).unwrap();
         assert_eq!(rcc.read(at_us(2099), CR).unwrap() & CR_HSERDY, 0);
         assert_ne!(rcc.read(at_us(2100), CR).unwrap() & CR_HSERDY, 0);
@@ -290,11 +362,15 @@ mod tests {
 
     #[test]
     fn reset_flags_add_up_until_removed() {
-        let mut rcc = Rcc::new(12_000_000);
+        let mut rcc = Rcc::new(Model::PYBOARD_V11);
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x1E00_0000);
         rcc.write(at_us(0), CSR, CSR_RMVF).unwrap();
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x1400_0000);
+        rcc.write(at_us(0), CSR, CSR_RMVF).unwrap();
+        rcc.reset(ResetCause::Watchdog);
+        // IWDGRSTF and PINRSTF (RM0090 7.3.21).
+        assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x2400_0000);
     }
 }

@@ -1,5 +1,8 @@
 //! Small blocks that firmware only sets up and reads back: FLASH, PWR, DBGMCU, device signature.
 
+use super::adc::calibration;
+use crate::model::Part;
+
 /// FLASH interface, RM0090 chapter 3. Wait states are stored and cost nothing; programming and erasing are refused.
 #[derive(Debug, Default)]
 pub struct Flash {
@@ -30,20 +33,36 @@ impl Flash {
     }
 }
 
-/// PWR, RM0090 chapter 5 (F405). The regulator reaches its scale at once; Stop and Standby are not modelled.
+/// PWR, RM0090 chapter 5 (F405), RM0390 chapter 5 (F446). The regulator reaches its scale and over-drive at once; Stop
+/// and Standby are not modelled.
 #[derive(Debug)]
 pub struct Pwr {
+    part: Part,
     cr: u32,
     csr: u32,
 }
 
-impl Default for Pwr {
-    fn default() -> Self {
-        Pwr { cr: 0x0000_4000, csr: 0 }
-    }
-}
-
 impl Pwr {
+    /// After a reset.
+    pub fn new(part: Part) -> Self {
+        let cr = match part {
+            Part::Stm32f405 => 0x0000_4000,
+            Part::Stm32f446 => 0x0000_C000,
+        };
+        Pwr { part, cr, csr: 0 }
+    }
+
+    /// Bits of CR that the part has.
+    const fn cr_mask(&self) -> u32 {
+        match self.part {
+            Part::Stm32f405 => 0x0000_43FF,
+            Part::Stm32f446 => 0x003F_EFFF,
+        }
+    }
+
+    /// ODEN and ODSWEN in CR, ODRDY and ODSWRDY in CSR.
+    const OD: u32 = 1 << 16;
+    const ODSW: u32 = 1 << 17;
     const VOSRDY: u32 = 1 << 14;
     const BRE: u32 = 1 << 9;
     const BRR: u32 = 1 << 3;
@@ -55,7 +74,12 @@ impl Pwr {
             0x00 => Some(self.cr),
             0x04 => {
                 let backup = if self.csr & Self::BRE != 0 { Self::BRR } else { 0 };
-                Some(self.csr | Self::VOSRDY | backup)
+                // The switch to over-drive needs it enabled (RM0390 5.1.4).
+                let over_drive = match self.cr & (Self::OD | Self::ODSW) {
+                    Self::ODSW => 0,
+                    bits => bits,
+                };
+                Some(self.csr | Self::VOSRDY | backup | over_drive)
             }
             _ => None,
         }
@@ -64,7 +88,7 @@ impl Pwr {
     /// A store; `None` for what does not exist.
     pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
         match offset {
-            0x00 => self.cr = value & 0x43FF,
+            0x00 => self.cr = value & self.cr_mask(),
             0x04 => self.csr = value & (Self::BRE | Self::EWUP),
             _ => return None,
         }
@@ -73,20 +97,21 @@ impl Pwr {
 }
 
 /// DBGMCU, RM0090 38.16. Freezing is stored: no debugger ever halts the core.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Dbgmcu {
     words: [u32; 4],
 }
 
 impl Dbgmcu {
-    /// Device 413h, revision Y.
-    const IDCODE: u32 = 0x100F_6413;
+    /// After power-on.
+    pub fn new(part: Part) -> Self {
+        Dbgmcu { words: [part.idcode(), 0, 0, 0] }
+    }
 
     /// A load; `None` for what does not exist.
     pub fn read(&self, offset: u32) -> Option<u32> {
         match offset {
-            0x00 => Some(Self::IDCODE),
-            0x04..=0x0C => Some(self.words[offset as usize / 4]),
+            0x00..=0x0C => Some(self.words[offset as usize / 4]),
             _ => None,
         }
     }
@@ -103,14 +128,17 @@ impl Dbgmcu {
     }
 }
 
-/// Device signature in system memory, RM0090 chapter 39: unique ID and flash size.
-pub fn signature(serial: u32, address: u32) -> Option<u32> {
+/// Device signature in system memory, RM0090 chapter 39: unique ID and flash size; calibration of the ADC's inner
+/// channels.
+pub fn signature(part: Part, serial: u32, address: u32) -> Option<u32> {
     match address {
         0x1FFF_7A10 => Some(serial),
         0x1FFF_7A14 => Some(0x3430_3546),
         0x1FFF_7A18 => Some(0x2054_5749),
+        0x1FFF_7A28 => Some(calibration()[0]),
+        0x1FFF_7A2C => Some(calibration()[1]),
         // Flash size in KiB in the upper half; the lower is reserved.
-        0x1FFF_7A20 => Some(1024 << 16),
+        0x1FFF_7A20 => Some(part.flash_bytes() >> 10 << 16),
         _ => None,
     }
 }

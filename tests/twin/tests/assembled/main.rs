@@ -1,5 +1,6 @@
 //! The twin flown by programs that are assembled by hand: no toolchain for the part is needed.
 
 mod board;
+mod capture;
 mod programs;
 mod spacecraft;

@@ -3,8 +3,9 @@
 use std::sync::Arc;
 
 use can_wire::time::Time;
-use twin::board::BoardConfig;
+use twin::board::{BoardConfig, Fittings};
 use twin::image::Image;
+use twin::model::Model;
 
 pub const RAM: u32 = 0x2000_0000;
 const FLASH: u32 = 0x0800_0000;
@@ -62,11 +63,13 @@ pub fn image(program: &[u16], handler: &[u16]) -> Arc<Image> {
 pub fn board(name: &str, image: Arc<Image>) -> BoardConfig {
     BoardConfig {
         name: name.to_owned(),
+        model: Model::PYBOARD_V11,
         image,
         straps: Vec::new(),
         ppm: 0.0,
         position_m: 0.0,
         power_on_at: Time::ZERO,
+        fittings: Fittings::default(),
     }
 }
 

@@ -9,6 +9,7 @@ use can_wire::time::Time;
 use twin::board::{BoardConfig, State};
 use twin::bxcan::Side;
 use twin::image::Image;
+use twin::model::{Model, Part};
 use twin::peripherals::Pin;
 use twin::spacecraft::{BoardId, Bus, LogRecord, Spacecraft, SpacecraftConfig, WireRecord};
 
@@ -20,17 +21,25 @@ pub const STOPPED: u8 = 0x04;
 pub const OPERATIONAL: u8 = 0x05;
 pub const PRE_OPERATIONAL: u8 = 0x7F;
 
-/// The master and slave images, built once for all tests.
-static IMAGES: LazyLock<[Arc<Image>; 2]> = LazyLock::new(|| {
-    let images = firmware_images::build("pyboard-v11", "librecube").unwrap();
+/// The master and slave images of a board.
+type Images = [Arc<Image>; 2];
+
+/// Built once for all tests.
+static PYBOARD: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11"));
+static NUCLEO: LazyLock<Images> = LazyLock::new(|| build("nucleo-f446re"));
+
+fn build(board: &str) -> Images {
+    let images = firmware_images::build(board, "librecube").unwrap();
     [images.master, images.slave].map(|path| Arc::new(Image::parse(&std::fs::read(path).unwrap()).unwrap()))
-});
+}
 
 /// One board of a test.
 #[derive(Clone, Copy, Debug)]
 pub struct Seat {
     /// Node-ID, 1 is the master.
     pub node: u8,
+    /// Which board sits there.
+    pub model: Model,
     /// Error of the crystal, parts per million.
     pub ppm: f64,
     /// Metres from the left end of both wires.
@@ -43,9 +52,13 @@ pub struct Seat {
 
 impl Seat {
     fn config(self) -> BoardConfig {
-        let [master, slave] = &*IMAGES;
+        let [master, slave] = match self.model.part {
+            Part::Stm32f405 => &*PYBOARD,
+            Part::Stm32f446 => &*NUCLEO,
+        };
         BoardConfig {
             name: format!("node {}", self.node),
+            model: self.model,
             image: if self.node == MASTER { master } else { slave }.clone(),
             straps: self.straps(),
             ppm: self.ppm,
@@ -54,24 +67,29 @@ impl Seat {
         }
     }
 
-    /// Bits 0 to 3 on PA2 to PA5, odd parity on PA6; closed is tied to ground. The master's image reads none.
+    /// Bits 0 to 3, then odd parity, on the pins of `docs/wiring.md`; closed is tied to ground. The master's image reads
+    /// none.
     fn straps(self) -> Vec<(Pin, bool)> {
         if self.node == MASTER {
             return Vec::new();
         }
+        let pins = match self.model.part {
+            Part::Stm32f405 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
+            Part::Stm32f446 => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
+        };
         let even = self.node.count_ones().is_multiple_of(2);
-        let parity = if even == self.parity { Some(6) } else { None };
-        let bits = (0..4).filter(|bit| self.node >> bit & 1 == 1).map(|bit| bit + 2);
-        bits.chain(parity).map(|pin| (Pin::new('A', pin), false)).collect()
+        let parity = (even == self.parity).then_some(4);
+        let closed = (0..4).filter(|bit| self.node >> bit & 1 == 1).chain(parity);
+        closed.map(|strap| pins[strap]).map(|(port, number)| (Pin::new(port, number), false)).collect()
     }
 }
 
 /// The master at the left end and its slaves 2, 3 and 4 (selective access).
 pub const MASTER_AND_THREE: [Seat; 4] = [
-    Seat { node: 1, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
-    Seat { node: 2, ppm: -31.0, position_m: 4.0, power_on_ms: 110, parity: true },
-    Seat { node: 3, ppm: 48.0, position_m: 11.5, power_on_ms: 60, parity: true },
-    Seat { node: 4, ppm: -50.0, position_m: 23.0, power_on_ms: 230, parity: true },
+    Seat { node: 1, model: Model::PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
+    Seat { node: 2, model: Model::PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 110, parity: true },
+    Seat { node: 3, model: Model::PYBOARD_V11, ppm: 48.0, position_m: 11.5, power_on_ms: 60, parity: true },
+    Seat { node: 4, model: Model::PYBOARD_V11, ppm: -50.0, position_m: 23.0, power_on_ms: 230, parity: true },
 ];
 
 /// Between the master and everybody else.
@@ -266,16 +284,30 @@ impl Craft {
     /// be of one life of the program: boards that were reset have discarded what they had.
     fn lost_frames(&self, node: u8) -> u64 {
         let board = self.twin.board(self.board(node));
-        let symbol = board.symbol("TELLTALE").unwrap();
-        let bytes = board.read_memory(symbol.address, 12).unwrap();
-        let word = |n: usize| u64::from(u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()));
-        assert_eq!(&bytes[..4], b"ECAN");
         let admitted: u64 = [Side::Can1, Side::Can2]
             .map(|side| board.can_stats(side))
             .iter()
             .map(|stats| stats.stored.iter().sum::<u64>() + stats.overruns.len() as u64 - stats.discarded)
             .sum();
-        admitted - (word(1) + word(2))
+        let [nominal, redundant] = self.telltale(node, 1);
+        admitted - u64::from(nominal) - u64::from(redundant)
+    }
+
+    /// Interrupts of both controllers of `node` since its last reset: results, received frames, changes of error state.
+    pub fn interrupts(&self, node: u8) -> [u32; 3] {
+        self.telltale(node, 9)
+    }
+
+    /// Words of the counters that the image of `node` exports, from the `first` on.
+    fn telltale<const N: usize>(&self, node: u8, first: usize) -> [u32; N] {
+        let board = self.twin.board(self.board(node));
+        let symbol = board.symbol("TELLTALE").unwrap();
+        let bytes = board.read_memory(symbol.address, 4 * (first + N)).unwrap();
+        assert_eq!(&bytes[..4], b"ECAN");
+        std::array::from_fn(|n| {
+            let at = 4 * (first + n);
+            u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
+        })
     }
 
     /// No board panicked, locked up, stands still, or was reset by its program.

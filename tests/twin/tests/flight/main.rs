@@ -6,7 +6,9 @@
 mod bus_off;
 mod craft;
 mod cuts;
+mod driver;
 mod foreign;
+mod mixed;
 mod nominal;
 mod resets;
 mod start;

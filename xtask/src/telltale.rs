@@ -2,6 +2,7 @@
 
 use anyhow::{Context, ensure};
 use twin::board::Board;
+use twin::bxcan::Side;
 
 /// The variable's name in the image.
 const SYMBOL: &str = "TELLTALE";
@@ -10,7 +11,7 @@ const SYMBOL: &str = "TELLTALE";
 const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 
 /// 32-bit words, little-endian: magic, then the fields below in their order.
-const WORDS: usize = 8;
+const WORDS: usize = 12;
 
 /// What the firmware itself counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,6 +28,10 @@ pub struct Telltale {
     pub telemetry_requests: u32,
     /// Telemetry replies received (master).
     pub telemetry_replies: u32,
+    /// Turns of slaves that the application let pass because it was late (master).
+    pub skipped_turns: u32,
+    /// Interrupts of both controllers: results of transmissions, received frames, changes of the error state.
+    pub interrupts: [u32; 3],
 }
 
 impl Telltale {
@@ -40,6 +45,21 @@ impl Telltale {
             .read_memory(symbol.address, 4 * WORDS)
             .map_err(|_| anyhow::anyhow!("{SYMBOL} at {:08X}h is not in memory", symbol.address))?;
         decode(&bytes)
+    }
+
+    /// Frames that passed the filters of `board` in this life of its program and that its node never dealt with.
+    pub fn lost_frames(&self, board: &Board) -> u64 {
+        let admitted: u64 = [Side::Can1, Side::Can2]
+            .map(|side| board.can_stats(side))
+            .iter()
+            .map(|stats| stats.stored.iter().sum::<u64>() + stats.overruns.len() as u64 - stats.discarded)
+            .sum();
+        admitted.saturating_sub(self.frames())
+    }
+
+    /// Frames the node dealt with, both buses.
+    pub fn frames(&self) -> u64 {
+        self.handled.iter().map(|count| u64::from(*count)).sum()
     }
 }
 
@@ -56,6 +76,8 @@ fn decode(bytes: &[u8]) -> anyhow::Result<Telltale> {
         commands: word(5),
         telemetry_requests: word(6),
         telemetry_replies: word(7),
+        skipped_turns: word(8),
+        interrupts: [word(9), word(10), word(11)],
     })
 }
 
@@ -65,7 +87,7 @@ mod tests {
 
     #[test]
     fn words_stand_in_their_order() {
-        let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7];
+        let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let expected = Telltale {
             handled: [1, 2],
@@ -74,13 +96,15 @@ mod tests {
             commands: 5,
             telemetry_requests: 6,
             telemetry_replies: 7,
+            skipped_turns: 8,
+            interrupts: [9, 10, 11],
         };
         assert_eq!(decode(&bytes).unwrap(), expected);
     }
 
     #[test]
     fn something_else_in_its_place_is_an_error() {
-        assert!(decode(&[0xFF; 32]).unwrap_err().to_string().contains("ECAN"));
-        assert_eq!(decode(&[0; 32]).unwrap(), Telltale::default());
+        assert!(decode(&[0xFF; 48]).unwrap_err().to_string().contains("ECAN"));
+        assert_eq!(decode(&[0; 48]).unwrap(), Telltale::default());
     }
 }

@@ -1,0 +1,417 @@
+//! DMA1: eight streams that move what peripherals ask to be moved, from peripheral to memory.
+//!
+//! RM0090 chapter 10. Modelled: direct mode, circular and single buffers, priorities, half and complete flags, transfer
+//! errors, disabling under way, interrupts. Not modelled, and refused when a stream is enabled: the other directions,
+//! FIFO mode, bursts, double buffers, the peripheral as flow controller. A transfer takes no time. A stream whose
+//! request no modelled peripheral raises waits for ever.
+
+use crate::mmio::Refusal;
+
+const LISR: u32 = 0x00;
+const HISR: u32 = 0x04;
+const LIFCR: u32 = 0x08;
+const HIFCR: u32 = 0x0C;
+const FIRST_STREAM: u32 = 0x10;
+const STREAM_LEN: u32 = 0x18;
+const LAST: u32 = FIRST_STREAM + 8 * STREAM_LEN - 1;
+/// Of a stream.
+const CR: u32 = 0x00;
+const NDTR: u32 = 0x04;
+const PAR: u32 = 0x08;
+const M0AR: u32 = 0x0C;
+const M1AR: u32 = 0x10;
+const FCR: u32 = 0x14;
+
+const EN: u32 = 1 << 0;
+/// DMEIE, TEIE, HTIE, TCIE.
+const INTERRUPTS: u32 = 0xF << 1;
+const PFCTRL: u32 = 1 << 5;
+const DIR: u32 = 0b11 << 6;
+const CIRC: u32 = 1 << 8;
+const PINC: u32 = 1 << 9;
+const MINC: u32 = 1 << 10;
+const MSIZE: u32 = 0b11 << 13;
+const DBM: u32 = 1 << 18;
+const BURSTS: u32 = 0xF << 21;
+const CR_BITS: u32 = 0x0FEF_FFFF;
+const DMDIS: u32 = 1 << 2;
+const FEIE: u32 = 1 << 7;
+const FIFO_EMPTY: u32 = 0b100 << 3;
+
+/// Flags of one stream: FEIF, DMEIF, TEIF, HTIF, TCIF.
+const TEIF: u32 = 1 << 3;
+const HTIF: u32 = 1 << 4;
+const TCIF: u32 = 1 << 5;
+const FLAGS: u32 = 0b11_1101;
+/// Where the flags of streams 0 to 3, and of 4 to 7, stand in LISR and HISR.
+const FLAG_SHIFT: [u32; 4] = [0, 6, 16, 22];
+
+/// NVIC inputs of the streams (RM0090 table 61).
+const IRQS: [u16; 8] = [11, 12, 13, 14, 15, 16, 17, 47];
+
+/// One stream.
+#[derive(Clone, Copy, Debug)]
+struct Stream {
+    cr: u32,
+    ndtr: u32,
+    par: u32,
+    m0ar: u32,
+    m1ar: u32,
+    fcr: u32,
+    flags: u32,
+    /// NDTR as written, for circular mode.
+    reload: u32,
+    /// Items since the buffer's start.
+    done: u32,
+}
+
+impl Stream {
+    const RESET: Stream =
+        Stream { cr: 0, ndtr: 0, par: 0, m0ar: 0, m1ar: 0, fcr: 0x01, flags: 0, reload: 0, done: 0 };
+
+    fn is_enabled(&self) -> bool {
+        self.cr & EN != 0
+    }
+
+    /// PSIZE; in direct mode it is the size at both ends.
+    fn bytes(&self) -> u32 {
+        1 << (self.cr >> 11 & 0b11)
+    }
+
+    fn irq(&self) -> bool {
+        // DMEIE to TCIE stand one bit below their flags.
+        self.flags & (self.cr & INTERRUPTS) << 1 != 0 || self.flags & 1 != 0 && self.fcr & FEIE != 0
+    }
+
+    fn enable(&mut self) -> Result<(), Refusal> {
+        const LACKING: u32 = PFCTRL | DIR | PINC | DBM | BURSTS;
+        if self.cr & LACKING != 0 || self.fcr & DMDIS != 0 {
+            return Err(Refusal::Unmodelled);
+        }
+        // RM0090 10.3.17: all flags of the stream are cleared before; addresses fit the size; 11b is no size.
+        if self.flags != 0 || self.bytes() == 8 || (self.par | self.m0ar) & (self.bytes() - 1) != 0 {
+            return Err(Refusal::Misuse);
+        }
+        // Direct mode: hardware makes MSIZE equal to PSIZE (RM0090 10.5.5).
+        self.cr = self.cr & !MSIZE | self.cr >> 11 << 13 & MSIZE | EN;
+        self.done = 0;
+        Ok(())
+    }
+
+    fn write_cr(&mut self, value: u32) -> Result<(), Refusal> {
+        let value = value & CR_BITS;
+        if !self.is_enabled() {
+            self.cr = value & !EN;
+            return if value & EN != 0 { self.enable() } else { Ok(()) };
+        }
+        // Everything else is protected while the stream runs.
+        self.cr = self.cr & !INTERRUPTS | value & INTERRUPTS;
+        if value & EN == 0 {
+            // RM0090 10.3.14: the end of a transfer that was stopped shows like any other.
+            self.cr &= !EN;
+            self.flags |= TCIF;
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, register: u32, value: u32) -> Result<(), Refusal> {
+        match register {
+            CR => return self.write_cr(value),
+            // Protected while the stream runs.
+            NDTR | PAR | M0AR | M1AR if self.is_enabled() => {}
+            NDTR => (self.ndtr, self.reload) = (value & 0xFFFF, value & 0xFFFF),
+            PAR => self.par = value,
+            M0AR => self.m0ar = value,
+            M1AR => self.m1ar = value,
+            FCR if self.is_enabled() => self.fcr = self.fcr & !FEIE | value & FEIE,
+            FCR => self.fcr = value & (FEIE | DMDIS | 0b11),
+            _ => return Err(Refusal::Unmodelled),
+        }
+        Ok(())
+    }
+
+    fn read(&self, register: u32) -> Result<u32, Refusal> {
+        Ok(match register {
+            CR => self.cr,
+            NDTR => self.ndtr,
+            PAR => self.par,
+            M0AR => self.m0ar,
+            M1AR => self.m1ar,
+            FCR => self.fcr | FIFO_EMPTY,
+            _ => return Err(Refusal::Unmodelled),
+        })
+    }
+}
+
+/// What a stream moves next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Transfer {
+    /// Which stream.
+    pub stream: usize,
+    /// Address of the peripheral's register.
+    pub from: u32,
+    /// Address in memory.
+    pub to: u32,
+    /// 1, 2 or 4.
+    pub bytes: u32,
+}
+
+/// The controller.
+#[derive(Debug)]
+pub struct Dma {
+    streams: [Stream; 8],
+}
+
+impl Default for Dma {
+    fn default() -> Self {
+        Dma { streams: [Stream::RESET; 8] }
+    }
+}
+
+impl Dma {
+    /// A load.
+    ///
+    /// # Errors
+    /// [`Refusal::Unmodelled`] for what does not exist.
+    pub fn read(&self, offset: u32) -> Result<u32, Refusal> {
+        let flags =
+            |first: usize| (0..4).fold(0, |isr, n| isr | self.streams[first + n].flags << FLAG_SHIFT[n]);
+        match offset {
+            LISR => Ok(flags(0)),
+            HISR => Ok(flags(4)),
+            LIFCR | HIFCR => Ok(0),
+            FIRST_STREAM..=LAST => self.streams[index(offset)].read((offset - FIRST_STREAM) % STREAM_LEN),
+            _ => Err(Refusal::Unmodelled),
+        }
+    }
+
+    /// A store.
+    ///
+    /// # Errors
+    /// [`Refusal::Unmodelled`] for a register that does not exist and a transfer that is not modelled,
+    /// [`Refusal::Misuse`] for one that the manual forbids.
+    pub fn write(&mut self, offset: u32, value: u32) -> Result<(), Refusal> {
+        match offset {
+            LISR | HISR => Ok(()),
+            LIFCR | HIFCR => {
+                let first = if offset == LIFCR { 0 } else { 4 };
+                for n in 0..4 {
+                    self.streams[first + n].flags &= !(value >> FLAG_SHIFT[n] & FLAGS);
+                }
+                Ok(())
+            }
+            FIRST_STREAM..=LAST => {
+                self.streams[index(offset)].write((offset - FIRST_STREAM) % STREAM_LEN, value)
+            }
+            _ => Err(Refusal::Unmodelled),
+        }
+    }
+
+    /// What moves next when `asks(stream, channel)` tells where a request waits: the highest priority, then the lowest
+    /// stream (RM0090 10.3.5).
+    pub fn next(&self, asks: impl Fn(usize, u32) -> bool) -> Option<Transfer> {
+        let ready = |&(n, stream): &(usize, &Stream)| {
+            stream.is_enabled() && stream.ndtr != 0 && asks(n, self.channel(n))
+        };
+        let first = |&(n, stream): &(usize, &Stream)| (3 - (stream.cr >> 16 & 0b11), n);
+        let (n, stream) = self.streams.iter().enumerate().filter(ready).min_by_key(first)?;
+        let offset = if stream.cr & MINC != 0 { stream.done * stream.bytes() } else { 0 };
+        let to = stream.m0ar.wrapping_add(offset);
+        Some(Transfer { stream: n, from: stream.par, to, bytes: stream.bytes() })
+    }
+
+    /// CHSEL of a stream.
+    pub fn channel(&self, stream: usize) -> u32 {
+        self.streams[stream].cr >> 25 & 0b111
+    }
+
+    /// A stream has moved its item.
+    pub fn done(&mut self, stream: usize) {
+        let stream = &mut self.streams[stream];
+        stream.done += 1;
+        stream.ndtr -= 1;
+        if stream.ndtr == stream.reload / 2 && stream.ndtr != 0 {
+            stream.flags |= HTIF;
+        }
+        if stream.ndtr == 0 {
+            stream.flags |= TCIF;
+            if stream.cr & CIRC != 0 {
+                stream.ndtr = stream.reload;
+                stream.done = 0;
+            } else {
+                stream.cr &= !EN;
+            }
+        }
+    }
+
+    /// A stream met a bus error: it stops.
+    pub fn failed(&mut self, stream: usize) {
+        self.streams[stream].flags |= TEIF;
+        self.streams[stream].cr &= !EN;
+    }
+
+    /// NVIC lines and their levels.
+    pub fn irqs(&self) -> impl Iterator<Item = (u16, bool)> {
+        IRQS.into_iter().zip(self.streams.iter().map(Stream::irq))
+    }
+}
+
+const fn index(offset: u32) -> usize {
+    ((offset - FIRST_STREAM) / STREAM_LEN) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const S2: u32 = 0x40;
+    const S4: u32 = 0x70;
+    const CHANNEL_6: u32 = 6 << 25;
+    const WORDS: u32 = 2 << 11 | 2 << 13;
+
+    fn set_up(dma: &mut Dma, stream: u32, len: u32, cr: u32) {
+        for (register, value) in [(PAR, 0x4000_0C34), (M0AR, 0x2000_0100), (NDTR, len), (CR, cr)] {
+            dma.write(stream + register, value).unwrap();
+        }
+        dma.write(stream + CR, cr | EN).unwrap();
+    }
+
+    fn ring(len: u32) -> Dma {
+        let mut dma = Dma::default();
+        set_up(&mut dma, S2, len, CHANNEL_6 | WORDS | MINC | CIRC);
+        dma
+    }
+
+    /// Serves `count` requests of whichever stream comes; returns where they went.
+    fn served(dma: &mut Dma, count: usize) -> Vec<u32> {
+        (0..count)
+            .map_while(|_| {
+                let transfer = dma.next(|_, channel| channel == 6)?;
+                dma.done(transfer.stream);
+                Some(transfer.to)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn registers_reset_as_the_manual_says() {
+        let dma = Dma::default();
+        for offset in (0..0x10).step_by(4) {
+            assert_eq!(dma.read(offset), Ok(0));
+        }
+        let stream = |register| dma.read(0x10 + 7 * 0x18 + register);
+        assert_eq!([CR, NDTR, PAR, M0AR, M1AR].map(stream), [Ok(0); 5]);
+        assert_eq!(stream(FCR), Ok(0x21));
+        assert_eq!(dma.read(0xD0), Err(Refusal::Unmodelled));
+    }
+
+    #[test]
+    fn a_ring_starts_again_where_it_began() {
+        let mut dma = ring(4);
+        let expected = [0x2000_0100, 0x2000_0104, 0x2000_0108, 0x2000_010C, 0x2000_0100];
+        assert_eq!(served(&mut dma, 5), expected);
+        assert_eq!(dma.read(S2 + NDTR), Ok(3));
+    }
+
+    /// RM0090 10.5.1: HTIF2 is bit 20, TCIF2 bit 21 of LISR; cleared through the same bits of LIFCR.
+    #[test]
+    fn half_and_complete_show_and_clear_in_their_places() {
+        let mut dma = ring(4);
+        served(&mut dma, 1);
+        assert_eq!(dma.read(LISR), Ok(0));
+        served(&mut dma, 1);
+        assert_eq!(dma.read(LISR), Ok(1 << 20));
+        served(&mut dma, 2);
+        assert_eq!(dma.read(LISR), Ok(3 << 20));
+        dma.write(LIFCR, 1 << 20).unwrap();
+        assert_eq!(dma.read(LISR), Ok(1 << 21));
+        dma.write(HIFCR, u32::MAX).unwrap();
+        assert_eq!(dma.read(LISR), Ok(1 << 21));
+    }
+
+    #[test]
+    fn flags_raise_the_line_of_their_stream_where_enabled() {
+        let mut dma = ring(2);
+        let line = |dma: &Dma| dma.irqs().filter(|&(_, level)| level).map(|(irq, _)| irq).collect::<Vec<_>>();
+        served(&mut dma, 2);
+        assert_eq!(line(&dma), [0_u16; 0]);
+        // HTIE and TCIE may change while it runs; CHSEL may not.
+        dma.write(S2 + CR, EN | 1 << 4).unwrap();
+        assert_eq!(line(&dma), [13]);
+        assert_eq!(dma.read(S2 + CR), Ok(CHANNEL_6 | WORDS | MINC | CIRC | EN | 1 << 4));
+        dma.write(LIFCR, 1 << 21).unwrap();
+        assert_eq!(line(&dma), [0_u16; 0]);
+    }
+
+    #[test]
+    fn a_single_buffer_ends_with_the_stream_disabled() {
+        let mut dma = Dma::default();
+        set_up(&mut dma, S4, 3, CHANNEL_6 | WORDS | MINC);
+        assert_eq!(served(&mut dma, 9).len(), 3);
+        assert_eq!((dma.read(S4 + CR).unwrap() & EN, dma.read(S4 + NDTR)), (0, Ok(0)));
+        // Stream 4: HTIF4 is bit 4, TCIF4 bit 5 of HISR.
+        assert_eq!(dma.read(HISR), Ok(1 << 4 | 1 << 5));
+    }
+
+    #[test]
+    fn a_stream_disabled_under_way_keeps_its_count_and_shows_complete() {
+        let mut dma = ring(8);
+        served(&mut dma, 3);
+        dma.write(S2 + CR, 0).unwrap();
+        assert_eq!(served(&mut dma, 1), [0_u32; 0]);
+        assert_eq!((dma.read(S2 + NDTR), dma.read(LISR)), (Ok(5), Ok(1 << 21)));
+    }
+
+    #[test]
+    fn a_stream_with_flags_left_does_not_start() {
+        let mut dma = ring(8);
+        dma.write(S2 + CR, CHANNEL_6 | WORDS).unwrap();
+        assert_eq!(dma.write(S2 + CR, CHANNEL_6 | WORDS | EN), Err(Refusal::Misuse));
+        dma.write(LIFCR, 0x3D << 16).unwrap();
+        assert_eq!(dma.write(S2 + CR, CHANNEL_6 | WORDS | EN), Ok(()));
+    }
+
+    #[test]
+    fn priority_goes_before_the_number_of_the_stream() {
+        let mut dma = Dma::default();
+        set_up(&mut dma, S2, 4, CHANNEL_6 | WORDS | MINC);
+        set_up(&mut dma, S4, 4, CHANNEL_6 | WORDS | MINC | 1 << 16);
+        assert_eq!(dma.next(|_, _| true).map(|t| t.stream), Some(4));
+        dma.write(S4 + CR, 0).unwrap();
+        assert_eq!(dma.next(|_, _| true).map(|t| t.stream), Some(2));
+    }
+
+    #[test]
+    fn a_running_streams_addresses_are_protected() {
+        let mut dma = ring(4);
+        dma.write(S2 + M0AR, 0x2000_2000).unwrap();
+        dma.write(S2 + NDTR, 1).unwrap();
+        assert_eq!((dma.read(S2 + M0AR), dma.read(S2 + NDTR)), (Ok(0x2000_0100), Ok(4)));
+    }
+
+    #[test]
+    fn what_is_not_modelled_is_refused_at_the_start() {
+        for bits in [1 << 5, 1 << 6, 1 << 7, 1 << 9, 1 << 18, 1 << 21, 1 << 23] {
+            let mut dma = Dma::default();
+            dma.write(S2 + CR, bits).unwrap();
+            assert_eq!(dma.write(S2 + CR, bits | EN), Err(Refusal::Unmodelled), "{bits:X}h");
+        }
+        let mut dma = Dma::default();
+        dma.write(S2 + FCR, DMDIS).unwrap();
+        assert_eq!(dma.write(S2 + CR, EN), Err(Refusal::Unmodelled));
+    }
+
+    #[test]
+    fn an_address_that_does_not_fit_its_size_is_refused() {
+        let mut dma = Dma::default();
+        dma.write(S2 + M0AR, 0x2000_0002).unwrap();
+        assert_eq!(dma.write(S2 + CR, WORDS | EN), Err(Refusal::Misuse));
+    }
+
+    #[test]
+    fn a_bus_error_stops_the_stream() {
+        let mut dma = ring(4);
+        dma.failed(2);
+        assert_eq!((dma.read(S2 + CR).unwrap() & EN, dma.read(LISR)), (0, Ok(1 << 19)));
+    }
+}

@@ -1,0 +1,92 @@
+//! Where the blocks stand in the address space, and what clocks them.
+
+use super::rcc::Gate;
+use crate::mmio::{Refusal, Width};
+use crate::model::Part;
+
+pub(super) const AHB1: u32 = 0x00;
+pub(super) const APB1: u32 = 0x10;
+pub(super) const APB2: u32 = 0x14;
+pub(super) const TIM2_BIT: u32 = 0;
+pub(super) const TIM5_BIT: u32 = 3;
+pub(super) const ADC1_BIT: u32 = 8;
+pub(super) const DMA1_BIT: u32 = 21;
+pub(super) const CAN1_BIT: u32 = 25;
+pub(super) const CAN2_BIT: u32 = 26;
+pub(super) const PWR_BIT: u32 = 28;
+pub(super) const SYSCFG_BIT: u32 = 14;
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Block {
+    Tim2,
+    Tim5,
+    Iwdg,
+    Can,
+    Pwr,
+    Adc,
+    Syscfg,
+    Exti,
+    Gpio(usize),
+    Rcc,
+    Flash,
+    Dma1,
+    Dbgmcu,
+    Signature,
+}
+
+impl Block {
+    /// The block at `address` and where it begins (RM0090 table 1).
+    pub(super) fn at(part: Part, address: u32) -> Option<(Block, u32)> {
+        let block = match address & !0x3FF {
+            0x4000_0000 => Block::Tim2,
+            0x4000_0C00 => Block::Tim5,
+            0x4000_3000 => Block::Iwdg,
+            0x4000_6400 | 0x4000_6800 => return Some((Block::Can, 0x4000_6400)),
+            0x4000_7000 => Block::Pwr,
+            0x4001_2000 => Block::Adc,
+            0x4001_3800 => Block::Syscfg,
+            0x4001_3C00 => Block::Exti,
+            base @ 0x4002_0000..0x4002_2400 => {
+                let port = (base as usize - 0x4002_0000) >> 10;
+                return (port < part.ports()).then_some((Block::Gpio(port), base));
+            }
+            0x4002_3800 => Block::Rcc,
+            0x4002_3C00 => Block::Flash,
+            0x4002_6000 => Block::Dma1,
+            0xE004_2000 => Block::Dbgmcu,
+            0x1FFF_7800 => Block::Signature,
+            _ => return None,
+        };
+        Some((block, address & !0x3FF))
+    }
+
+    /// Its clock gate; some blocks have none.
+    pub(super) fn gate(self, offset: u32) -> Option<Gate> {
+        let (bus, bit) = match self {
+            Block::Tim2 => (APB1, TIM2_BIT),
+            Block::Tim5 => (APB1, TIM5_BIT),
+            Block::Can if offset < 0x400 => (APB1, CAN1_BIT),
+            Block::Can => (APB1, CAN2_BIT),
+            Block::Pwr => (APB1, PWR_BIT),
+            Block::Adc => (APB2, ADC1_BIT),
+            Block::Syscfg => (APB2, SYSCFG_BIT),
+            Block::Gpio(port) => (AHB1, port as u32),
+            Block::Dma1 => (AHB1, DMA1_BIT),
+            Block::Iwdg | Block::Exti | Block::Rcc | Block::Flash | Block::Dbgmcu | Block::Signature => {
+                return None;
+            }
+        };
+        Some(Gate { bus, bit })
+    }
+
+    /// Whether its registers take an access of this width at all (RM0090 10.5, 13.13, 21.4, 32.9).
+    pub(super) fn takes(self, width: Width, write: bool) -> Result<(), Refusal> {
+        let taken = match self {
+            Block::Can | Block::Dma1 => width == Width::Word,
+            Block::Adc => width == Width::Word || !write,
+            Block::Iwdg => width != Width::Byte,
+            _ => true,
+        };
+        if taken { Ok(()) } else { Err(Refusal::Width) }
+    }
+}

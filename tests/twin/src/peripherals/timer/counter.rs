@@ -1,0 +1,124 @@
+//! The time base of a timer: prescaler, counter, auto-reload, upwards.
+//!
+//! RM0090 18.3.1 and 18.3.2. Nothing is stepped: the count follows from the cycle when somebody looks.
+
+/// Prescaler and reload with their buffers, and the counter's anchor.
+#[derive(Debug)]
+pub(super) struct Counter {
+    /// PSC and ARR as written.
+    pub(super) psc: u32,
+    pub(super) arr: u32,
+    /// Those in effect.
+    active_psc: u32,
+    active_arr: u32,
+    running: bool,
+    /// HCLK cycles per timer clock.
+    divider: u64,
+    /// The counter became `anchor_count` at this HCLK cycle.
+    anchor_cycle: u64,
+    anchor_count: u32,
+}
+
+impl Counter {
+    pub(super) fn new(divider: u64) -> Self {
+        Counter {
+            psc: 0,
+            arr: u32::MAX,
+            active_psc: 0,
+            active_arr: u32::MAX,
+            running: false,
+            divider,
+            anchor_cycle: 0,
+            anchor_count: 0,
+        }
+    }
+
+    /// HCLK cycles per timer clock.
+    pub(super) fn divider(&self) -> u64 {
+        self.divider
+    }
+
+    /// HCLK cycles per count.
+    fn count_cycles(&self) -> u64 {
+        self.divider * (u64::from(self.active_psc) + 1)
+    }
+
+    fn period(&self) -> u64 {
+        u64::from(self.active_arr) + 1
+    }
+
+    /// Counts since the anchor, at `cycle`.
+    fn counts(&self, cycle: u64) -> u64 {
+        if self.running { cycle.saturating_sub(self.anchor_cycle) / self.count_cycles() } else { 0 }
+    }
+
+    /// The count at `cycle`, which may lie before the anchor: then as if it had run at its present pace.
+    pub(super) fn count(&self, cycle: u64) -> u32 {
+        let period = self.period();
+        let back = match self.anchor_cycle.checked_sub(cycle) {
+            Some(early) if self.running => early.div_ceil(self.count_cycles()) % period,
+            _ => 0,
+        };
+        ((u64::from(self.anchor_count) + period - back + self.counts(cycle)) % period) as u32
+    }
+
+    /// The cycle after `cycle` at which the counter next becomes `value`; a value beyond the reload value counts as the
+    /// overflow (RM0090 18.4.5).
+    pub(super) fn reaches(&self, value: u32, cycle: u64) -> Option<u64> {
+        if !self.running {
+            return None;
+        }
+        let value = if value > self.active_arr { 0 } else { u64::from(value) };
+        let counts = self.counts(cycle);
+        let count = (u64::from(self.anchor_count) + counts) % self.period();
+        let ahead = match (value + self.period() - count) % self.period() {
+            0 => self.period(),
+            ahead => ahead,
+        };
+        Some(self.anchor_cycle + (counts + ahead) * self.count_cycles())
+    }
+
+    /// Whether a buffered value waits for the update event.
+    pub(super) fn is_stale(&self) -> bool {
+        (self.active_psc, self.active_arr) != (self.psc, self.arr)
+    }
+
+    /// The update event at `cycle`: back to zero, buffers take effect.
+    pub(super) fn update(&mut self, cycle: u64) {
+        self.anchor_cycle = cycle;
+        self.anchor_count = 0;
+        self.active_psc = self.psc;
+        self.active_arr = self.arr;
+    }
+
+    /// Moves the anchor to the last count at or before `cycle`, before the pace changes.
+    fn anchor(&mut self, cycle: u64) {
+        let counts = self.counts(cycle);
+        self.anchor_count = self.count(cycle);
+        self.anchor_cycle =
+            if self.running { self.anchor_cycle + counts * self.count_cycles() } else { cycle };
+    }
+
+    pub(super) fn run(&mut self, cycle: u64, running: bool) {
+        self.anchor(cycle);
+        self.running = running;
+    }
+
+    pub(super) fn set_count(&mut self, cycle: u64, count: u32) {
+        self.anchor(cycle);
+        self.anchor_count = count;
+    }
+
+    pub(super) fn set_reload(&mut self, cycle: u64, arr: u32, buffered: bool) {
+        self.arr = arr;
+        if !buffered {
+            self.anchor(cycle);
+            self.active_arr = arr;
+        }
+    }
+
+    pub(super) fn set_divider(&mut self, cycle: u64, divider: u64) {
+        self.anchor(cycle);
+        self.divider = divider;
+    }
+}

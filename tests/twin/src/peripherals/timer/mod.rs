@@ -1,0 +1,358 @@
+//! TIM2 and TIM5: 32-bit timers that count up, compare and capture.
+//!
+//! RM0090 chapter 18. Modelled: prescaler and auto-reload with their buffers, URS, UDIS, UG, update and compare flags,
+//! input capture with polarity, prescaler and overcapture, interrupts, DMA requests of the channels. A capture takes the
+//! count of the edge's own cycle: the two timer clocks of the input synchroniser and the filter (ICxF) are left out,
+//! being the same for every edge. Not modelled, and refused: counting down or centre-aligned, one-pulse, slave modes,
+//! TI1 as XOR, TRC, DMA requests by update and trigger. The preload of compare values (OCxPE) is stored without effect.
+//!
+//! Nothing is stepped: flags and counter follow from the cycle count when somebody looks.
+
+mod counter;
+#[cfg(test)]
+mod tests;
+
+use crate::mmio::{Refusal, Width};
+use counter::Counter;
+
+const CR1: u32 = 0x00;
+const CR2: u32 = 0x04;
+const SMCR: u32 = 0x08;
+const DIER: u32 = 0x0C;
+const SR: u32 = 0x10;
+const EGR: u32 = 0x14;
+const CCMR1: u32 = 0x18;
+const CCMR2: u32 = 0x1C;
+const CCER: u32 = 0x20;
+const CNT: u32 = 0x24;
+const PSC: u32 = 0x28;
+const ARR: u32 = 0x2C;
+const CCR1: u32 = 0x34;
+const CCR4: u32 = 0x40;
+
+const CEN: u32 = 1 << 0;
+const UDIS: u32 = 1 << 1;
+const URS: u32 = 1 << 2;
+const ARPE: u32 = 1 << 7;
+const UIF: u32 = 1 << 0;
+/// UIF and CC1IF..CC4IF; the enables in DIER and the events in EGR have the same places.
+const FLAGS: u32 = 0x1F;
+/// CC1DE in DIER and CC1OF in SR.
+const CC1DE: u32 = 9;
+const CC1OF: u32 = 9;
+const CHANNEL_REQUESTS: u32 = 0xF << CC1DE;
+
+/// A timer with four channels.
+#[derive(Debug)]
+pub struct Timer {
+    cr1: u32,
+    dier: u32,
+    sr: u32,
+    ccmr: [u32; 2],
+    ccer: u32,
+    ccr: [u32; 4],
+    counter: Counter,
+    /// Flags are up to date until this cycle.
+    seen: u64,
+    /// Channels whose DMA request waits for its acknowledgement.
+    requests: u32,
+    /// Edges since the last capture, for the prescaler.
+    edges: [u32; 4],
+    /// Cycle of the last change to what an edge does; edges before it are not of this set-up.
+    set_up_at: u64,
+}
+
+impl Default for Timer {
+    fn default() -> Self {
+        Timer::new(1)
+    }
+}
+
+impl Timer {
+    fn new(divider: u64) -> Self {
+        Timer {
+            cr1: 0,
+            dier: 0,
+            sr: 0,
+            ccmr: [0; 2],
+            ccer: 0,
+            ccr: [0; 4],
+            counter: Counter::new(divider),
+            seen: 0,
+            requests: 0,
+            edges: [0; 4],
+            set_up_at: 0,
+        }
+    }
+
+    /// RCC or a system reset; the timer's clock stays what it is.
+    pub fn reset(&mut self) {
+        *self = Timer::new(self.counter.divider());
+    }
+
+    /// CCxS of channel 0..=3: 0 output, 1 its own input, 2 its neighbour's.
+    fn selection(&self, channel: u32) -> u32 {
+        self.ccmr[channel as usize / 2] >> (8 * (channel % 2)) & 0b11
+    }
+
+    fn is_input(&self, channel: u32) -> bool {
+        self.selection(channel) != 0
+    }
+
+    /// CCxE, CCxP, CCxNP as bits 0, 1, 3.
+    fn polarity(&self, channel: u32) -> u32 {
+        self.ccer >> (4 * channel) & 0b1011
+    }
+
+    /// Flag bit and counter value of the events that counting makes. The update event is the return to zero.
+    fn matches(&self) -> impl Iterator<Item = (u32, u32)> + use<'_> {
+        let channels = (0..4).filter(|&n| !self.is_input(n)).map(|n| (n + 1, self.ccr[n as usize]));
+        std::iter::once((0, 0)).chain(channels)
+    }
+
+    /// Whether a match of this flag bit asks for DMA.
+    fn asks_dma(&self, bit: u32) -> bool {
+        bit > 0 && self.dier >> (CC1DE + bit - 1) & 1 == 1
+    }
+
+    /// Sets the flags of what happened until `cycle`.
+    fn catch_up(&mut self, cycle: u64) {
+        if cycle <= self.seen {
+            return;
+        }
+        let (mut flags, mut requests) = (0, 0);
+        for (bit, value) in self.matches() {
+            let asks_dma = self.asks_dma(bit);
+            let idle = self.sr >> bit & 1 == 1 && !asks_dma;
+            let update_disabled = bit == 0 && self.cr1 & UDIS != 0;
+            if !idle
+                && !update_disabled
+                && self.counter.reaches(value, self.seen).is_some_and(|at| at <= cycle)
+            {
+                flags |= 1 << bit;
+                requests |= u32::from(asks_dma) << bit >> 1;
+            }
+        }
+        self.sr |= flags;
+        self.requests |= requests;
+        // A buffered prescaler or reload takes effect at the update event.
+        while self.counter.is_stale() && self.cr1 & UDIS == 0 {
+            match self.counter.reaches(0, self.seen) {
+                Some(update) if update <= cycle => {
+                    self.counter.update(update);
+                    self.seen = update;
+                }
+                _ => break,
+            }
+        }
+        self.seen = cycle;
+    }
+
+    /// The clock tree changed: `divider` HCLK cycles per timer clock from `cycle` on.
+    pub fn set_divider(&mut self, cycle: u64, divider: u64) {
+        if divider != self.counter.divider() {
+            self.catch_up(cycle);
+            self.counter.set_divider(cycle, divider);
+        }
+    }
+
+    /// The interrupt line at `cycle`.
+    pub fn irq(&mut self, cycle: u64) -> bool {
+        if self.dier & (FLAGS | CHANNEL_REQUESTS) == 0 {
+            return false;
+        }
+        self.catch_up(cycle);
+        self.sr & self.dier & FLAGS != 0
+    }
+
+    /// The cycle at which counting next raises the interrupt line or a DMA request.
+    pub fn next_event(&self, cycle: u64) -> Option<u64> {
+        if self.dier & (FLAGS | CHANNEL_REQUESTS) == 0 {
+            return None;
+        }
+        self.matches()
+            .filter(|&(bit, _)| (self.dier & !self.sr) >> bit & 1 == 1 || self.asks_dma(bit))
+            .filter_map(|(_, value)| self.counter.reaches(value, cycle))
+            .min()
+    }
+
+    /// Channels 0..=3 that wait for DMA.
+    pub fn requests(&self) -> u32 {
+        self.requests
+    }
+
+    /// DMA has served these channels.
+    pub fn acknowledge(&mut self, channels: u32) {
+        self.requests &= !channels;
+    }
+
+    /// An edge on input 0..=3 (TI1 to TI4) at `cycle`, which may lie before what the program has seen. Whether a capture
+    /// raised the interrupt line or a DMA request.
+    pub fn edge(&mut self, input: u32, cycle: u64, rising: bool) -> bool {
+        if cycle < self.set_up_at {
+            return false;
+        }
+        let mut told = false;
+        for channel in 0..4 {
+            let source = match self.selection(channel) {
+                1 => channel,
+                2 => channel ^ 1,
+                _ => continue,
+            };
+            let wanted = match self.polarity(channel) {
+                0b0001 => rising,
+                0b0011 => !rising,
+                0b1011 => true,
+                _ => false,
+            };
+            if source != input || !wanted {
+                continue;
+            }
+            let prescaler = self.ccmr[channel as usize / 2] >> (8 * (channel % 2) + 2) & 0b11;
+            self.edges[channel as usize] += 1;
+            if self.edges[channel as usize] >> prescaler != 0 {
+                self.edges[channel as usize] = 0;
+                self.catch_up(cycle);
+                self.capture(channel, self.counter.count(cycle));
+                told |= self.dier & (1 << (channel + 1) | 1 << (CC1DE + channel)) != 0;
+            }
+        }
+        told
+    }
+
+    fn capture(&mut self, channel: u32, count: u32) {
+        if self.sr >> (channel + 1) & 1 == 1 {
+            self.sr |= 1 << (CC1OF + channel);
+        }
+        self.sr |= 1 << (channel + 1);
+        self.ccr[channel as usize] = count;
+        self.requests |= (self.dier >> (CC1DE + channel) & 1) << channel;
+    }
+
+    /// A load.
+    ///
+    /// # Errors
+    /// [`Refusal::Unmodelled`] for what does not exist.
+    pub fn read(&mut self, cycle: u64, offset: u32) -> Result<u32, Refusal> {
+        self.catch_up(cycle);
+        Ok(match offset {
+            CR1 => self.cr1,
+            CR2 | SMCR => 0,
+            DIER => self.dier,
+            SR => self.sr,
+            EGR => 0,
+            CCMR1 => self.ccmr[0],
+            CCMR2 => self.ccmr[1],
+            CCER => self.ccer,
+            CNT => self.counter.count(cycle),
+            PSC => self.counter.psc,
+            ARR => self.counter.arr,
+            CCR1..=CCR4 => {
+                let channel = (offset - CCR1) / 4;
+                if self.is_input(channel) {
+                    self.sr &= !(1 << (channel + 1));
+                }
+                self.ccr[channel as usize]
+            }
+            _ => return Err(Refusal::Unmodelled),
+        })
+    }
+
+    /// A store.
+    ///
+    /// # Errors
+    /// [`Refusal::Unmodelled`] for what is not modelled, [`Refusal::Width`] for a byte and for half a 32-bit register
+    /// (RM0090 18.4).
+    pub fn write(&mut self, cycle: u64, offset: u32, width: Width, value: u32) -> Result<(), Refusal> {
+        let is_long = matches!(offset, CNT | ARR | CCR1..=CCR4);
+        if width == Width::Byte || is_long && width != Width::Word {
+            return Err(Refusal::Width);
+        }
+        self.catch_up(cycle);
+        match offset {
+            // DIR, CMS and OPM change how it counts.
+            CR1 if value & 0x78 != 0 => return Err(Refusal::Unmodelled),
+            CR1 => {
+                if (self.cr1 ^ value) & CEN != 0 {
+                    self.counter.run(cycle, value & CEN != 0);
+                    self.set_up_at = cycle;
+                }
+                self.cr1 = value;
+            }
+            CR2 | SMCR if value != 0 => return Err(Refusal::Unmodelled),
+            CR2 | SMCR => {}
+            // UDE, COMDE and TDE are other DMA requests, TIE comes from slave modes.
+            DIER if value & !(FLAGS | CHANNEL_REQUESTS) != 0 => return Err(Refusal::Unmodelled),
+            DIER => {
+                self.dier = value;
+                self.requests &= value >> CC1DE;
+            }
+            // Flags clear by writing 0; writing 1 keeps them.
+            SR => self.sr &= value,
+            EGR => self.generate(cycle, value),
+            CCMR1 | CCMR2 => return self.set_mode(cycle, offset, value),
+            CCER => return self.set_enables(cycle, value),
+            CNT => {
+                self.counter.set_count(cycle, value);
+                self.set_up_at = cycle;
+            }
+            PSC => self.counter.psc = value & 0xFFFF,
+            ARR => self.counter.set_reload(cycle, value, self.cr1 & ARPE != 0),
+            // In input mode a capture register is read-only.
+            CCR1..=CCR4 if self.is_input((offset - CCR1) / 4) => {}
+            CCR1..=CCR4 => self.ccr[(offset - CCR1) as usize / 4] = value,
+            _ => return Err(Refusal::Unmodelled),
+        }
+        Ok(())
+    }
+
+    /// CCMR1 and CCMR2. CCxS changes only while its channel is off (RM0090 18.4.7).
+    fn set_mode(&mut self, cycle: u64, offset: u32, value: u32) -> Result<(), Refusal> {
+        let pair = (offset - CCMR1) / 4;
+        let frozen = (0..2).fold(0, |mask, n| {
+            let enabled = self.polarity(2 * pair + n) & 1 == 1;
+            mask | if enabled { 0b11 << (8 * n) } else { 0 }
+        });
+        let merged = self.ccmr[pair as usize] & frozen | value & 0xFFFF & !frozen;
+        if (0..2).any(|n| merged >> (8 * n) & 0b11 == 0b11) {
+            return Err(Refusal::Unmodelled);
+        }
+        self.ccmr[pair as usize] = merged;
+        self.set_up_at = cycle;
+        Ok(())
+    }
+
+    fn set_enables(&mut self, cycle: u64, value: u32) -> Result<(), Refusal> {
+        const RESERVED: u32 = 0b1001;
+        self.ccer = value & 0xBBBB;
+        self.set_up_at = cycle;
+        for channel in 0..4 {
+            // The prescaler starts again when the channel goes off (RM0090 18.4.7, ICxPSC).
+            if self.polarity(channel) & 1 == 0 {
+                self.edges[channel as usize] = 0;
+            }
+            if self.is_input(channel) && self.polarity(channel) == RESERVED {
+                return Err(Refusal::Misuse);
+            }
+        }
+        Ok(())
+    }
+
+    fn generate(&mut self, cycle: u64, value: u32) {
+        if value & UIF != 0 && self.cr1 & UDIS == 0 {
+            self.counter.update(cycle);
+            self.set_up_at = cycle;
+            if self.cr1 & URS == 0 {
+                self.sr |= UIF;
+            }
+        }
+        for channel in (0..4).filter(|n| value >> (n + 1) & 1 == 1) {
+            if self.is_input(channel) {
+                self.capture(channel, self.counter.count(cycle));
+            } else {
+                self.sr |= 1 << (channel + 1);
+                self.requests |= (self.dier >> (CC1DE + channel) & 1) << channel;
+            }
+        }
+    }
+}

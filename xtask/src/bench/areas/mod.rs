@@ -1,0 +1,28 @@
+//! Everything that is measured, area by area.
+//!
+//! A new area is a file here that ends in `pub const AREA: Area`, and its name in the two lists below.
+
+mod demo;
+mod failover;
+mod irq;
+mod load;
+mod rx;
+mod size;
+
+pub use size::biggest_symbols;
+
+use super::context::Context;
+use super::row::Row;
+
+/// Rows that are measured together; its name is the first part of theirs.
+pub struct Area {
+    /// On the command line and before the dot of its rows.
+    pub name: &'static str,
+    /// What it measures, for people.
+    pub about: &'static str,
+    /// Measures.
+    pub measure: fn(&Context) -> anyhow::Result<Vec<Row>>,
+}
+
+/// All areas, in the order in which they are measured and printed.
+pub const ALL: &[Area] = &[size::AREA, rx::AREA, load::AREA, failover::AREA, demo::AREA, irq::AREA];

@@ -1,0 +1,137 @@
+//! `cargo xtask bench` and `cargo xtask sizes`: figures that a change must not make worse unseen.
+//!
+//! Figures are counts and virtual times of the twin, and sizes: the same code and compiler give the same figures on
+//! every computer. Rows made of wall-clock times say so (`noisy`) and have no target.
+
+mod areas;
+mod context;
+mod rig;
+mod row;
+mod summary;
+mod table;
+
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use console::style;
+
+use self::areas::{ALL, Area};
+use self::context::{Context, FLOWN};
+use self::row::Row;
+use self::summary::Summary;
+use crate::elf::Facts;
+use crate::firmware::Profile;
+
+/// Command line of `bench`.
+#[derive(Args, Debug)]
+#[command(after_help = areas_help())]
+pub struct Options {
+    /// Measure these areas only [default: all]
+    #[arg(long, value_name = "AREA", value_delimiter = ',', value_parser = area_names())]
+    only: Vec<String>,
+
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Command line of `sizes`.
+#[derive(Args, Debug)]
+pub struct SizesOptions {
+    /// How many of the biggest symbols of each image to print
+    #[arg(long, value_name = "N", default_value_t = 15, allow_negative_numbers = true)]
+    symbols: usize,
+
+    #[command(flatten)]
+    output: Output,
+}
+
+/// What becomes of the figures.
+#[derive(Args, Debug)]
+struct Output {
+    /// Exit with 1 when a target does not hold
+    #[arg(long)]
+    check: bool,
+
+    /// Print the rows of this run as JSON, not as a table
+    #[arg(long)]
+    json: bool,
+
+    /// Where the rows go; those of areas not measured now stay as they are
+    #[arg(long, value_name = "FILE", default_value = "target/bench/summary.json")]
+    out: PathBuf,
+}
+
+fn area_names() -> PossibleValuesParser {
+    PossibleValuesParser::new(ALL.iter().map(|area| area.name))
+}
+
+fn areas_help() -> String {
+    let lines = ALL.iter().map(|area| format!("  {:<10} {}\n", area.name, area.about));
+    format!("Areas:\n{}", lines.collect::<String>())
+}
+
+/// Measures, prints, and writes the summary.
+///
+/// # Errors
+/// When something cannot be measured or written, or, asked to check, when a target does not hold.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    let wanted = |area: &&Area| options.only.is_empty() || options.only.iter().any(|name| name == area.name);
+    let areas: Vec<_> = ALL.iter().filter(wanted).collect();
+    measure(&Context::default(), &areas, &options.output)
+}
+
+/// The area `size` alone, then the biggest symbols.
+///
+/// # Errors
+/// As [`run`].
+pub fn sizes(options: &SizesOptions) -> anyhow::Result<()> {
+    let context = Context::default();
+    let areas: Vec<_> = ALL.iter().filter(|area| area.name == "size").collect();
+    let outcome = measure(&context, &areas, &options.output);
+    if !options.output.json && options.symbols > 0 {
+        print!("{}", areas::biggest_symbols(&context, options.symbols)?);
+    }
+    outcome
+}
+
+fn measure(context: &Context, areas: &[&Area], output: &Output) -> anyhow::Result<()> {
+    // Read first: a long run must not end at a file that it cannot add to.
+    let mut summary = Summary::read(&output.out)?;
+    let mut this_run = Summary::default();
+    let mut failed = Vec::new();
+    for area in areas {
+        eprintln!("{} {}: {}", style("measuring").dim().for_stderr(), area.name, area.about);
+        let rows = (area.measure)(context)?;
+        summary.replace(area.name, &rows)?;
+        this_run.replace(area.name, &rows)?;
+        if !output.json {
+            table::lines(area.name, &rows).iter().for_each(|line| println!("{line}"));
+        }
+        let broken = rows.iter().filter(|row| row.holds() == Some(false));
+        failed.extend(broken.map(|row: &Row| format!("{}.{}", area.name, row.name)));
+    }
+    let compiler = compiler(context)?;
+    this_run.set_toolchain(&compiler);
+    if let Some(before) = summary.set_toolchain(&compiler) {
+        eprintln!("rows of areas not measured now are of another compiler: {before}");
+    }
+    summary.write(&output.out)?;
+    if output.json {
+        println!("{this_run}");
+    } else {
+        println!("\nimages by {compiler}; rows written to {}", output.out.display());
+    }
+    match (failed.as_slice(), output.check) {
+        ([], _) => {}
+        (failed, true) => bail!("targets that do not hold: {}", failed.join(", ")),
+        (failed, false) => eprintln!("targets that do not hold: {}", failed.join(", ")),
+    }
+    Ok(())
+}
+
+fn compiler(context: &Context) -> anyhow::Result<String> {
+    let images = context.images(FLOWN, Profile::Standard)?;
+    Ok(Facts::read(&images.slave)?.compiler.unwrap_or_else(|| "unknown".into()))
+}

@@ -1,0 +1,129 @@
+//! One figure of the benchmarks: its name, value, unit and what it should be.
+
+use serde::{Serialize, Serializer};
+use serde_json::Number;
+
+/// A figure. Its area stands before its name in the summary: `load.frames`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Within its area.
+    pub name: String,
+    /// What was measured.
+    pub value: Number,
+    /// Of the value and the target.
+    pub unit: &'static str,
+    /// Which way is progress.
+    pub better: Better,
+    /// The bound that the value must not pass, if there is one.
+    pub target: Option<Number>,
+    /// Differs from run to run: made of wall-clock times.
+    pub noisy: bool,
+}
+
+/// Which values are better.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Better {
+    /// Small ones.
+    Lower,
+    /// Large ones.
+    Higher,
+}
+
+impl Row {
+    /// A figure that should be small.
+    pub fn lower(name: impl Into<String>, value: impl Figure, unit: &'static str) -> Row {
+        let better = Better::Lower;
+        Row { name: name.into(), value: value.number(), unit, better, target: None, noisy: false }
+    }
+
+    /// A figure that should be large.
+    pub fn higher(name: impl Into<String>, value: impl Figure, unit: &'static str) -> Row {
+        Row { better: Better::Higher, ..Row::lower(name, value, unit) }
+    }
+
+    /// With a bound: the value may reach it and not pass it.
+    pub fn within(self, target: impl Figure) -> Row {
+        Row { target: Some(target.number()), ..self }
+    }
+
+    /// Made of wall-clock times.
+    pub fn noisy(self) -> Row {
+        Row { noisy: true, ..self }
+    }
+
+    /// Whether the target is met; `None` without one.
+    pub fn holds(&self) -> Option<bool> {
+        let (value, target) = (self.value.as_f64()?, self.target.as_ref()?.as_f64()?);
+        Some(match self.better {
+            Better::Lower => value <= target,
+            Better::Higher => value >= target,
+        })
+    }
+}
+
+/// Whole numbers as they are, others with three decimals.
+pub trait Figure {
+    /// As JSON.
+    fn number(self) -> Number;
+}
+
+impl Figure for u64 {
+    fn number(self) -> Number {
+        self.into()
+    }
+}
+
+impl Figure for f64 {
+    /// What is no number becomes 0: a ratio of nothing.
+    fn number(self) -> Number {
+        Number::from_f64((self * 1e3).round() / 1e3).unwrap_or_else(|| 0.into())
+    }
+}
+
+impl Serialize for Row {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        #[derive(Serialize)]
+        struct Fields<'a> {
+            value: &'a Number,
+            unit: &'a str,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            target: &'a Option<Number>,
+            better: Better,
+            #[serde(skip_serializing_if = "Option::is_none")]
+            holds: Option<bool>,
+            #[serde(skip_serializing_if = "std::ops::Not::not")]
+            noisy: bool,
+        }
+        let Row { value, unit, better, target, noisy, .. } = self;
+        Fields { value, unit, target, better: *better, holds: self.holds(), noisy: *noisy }
+            .serialize(serializer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn a_row_is_written_as_the_format_says() {
+        let row = Row::lower("latency", 1234, "model_cycles").within(1500);
+        let expected =
+            json!({"value": 1234, "unit": "model_cycles", "target": 1500, "better": "lower", "holds": true});
+        assert_eq!(serde_json::to_value(&row).unwrap(), expected);
+        let row = Row::higher("speed", 2.34567, "times").noisy();
+        let expected = json!({"value": 2.346, "unit": "times", "better": "higher", "noisy": true});
+        assert_eq!(serde_json::to_value(&row).unwrap(), expected);
+    }
+
+    #[test]
+    fn a_target_may_be_reached_and_not_passed() {
+        let lower = |value: u64| Row::lower("x", value, "bytes").within(10).holds();
+        assert_eq!([lower(9), lower(10), lower(11)], [Some(true), Some(true), Some(false)]);
+        let higher = |value: f64| Row::higher("x", value, "percent").within(95.0).holds();
+        assert_eq!([higher(94.9), higher(95.0), higher(99.0)], [Some(false), Some(true), Some(true)]);
+        assert_eq!(Row::lower("x", 1, "bytes").holds(), None);
+    }
+}
