@@ -192,7 +192,7 @@ impl Spacecraft {
     /// When there is no such guest.
     pub fn inject(&mut self, guest: GuestId, at: Time, frame: WireFrame) {
         let GuestId { bus, node } = guest;
-        self.guests[bus as usize][node - self.boards.len()].send(at.max(self.now), frame);
+        self.guests[bus as usize][node - self.boards.len()].send(at.max(self.now + Time(1)), frame);
     }
 
     /// The present.
