@@ -95,7 +95,7 @@ impl Peripherals {
             tim5: Timer::default(),
             dma1: Dma::default(),
             iwdg: Iwdg::new(LSI_HZ),
-            adc: Adc::new(ROOM_TEMPERATURE_C),
+            adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
             pin_changes: Vec::new(),
         }
