@@ -15,11 +15,12 @@ mod system;
 mod tests;
 mod timer;
 
+use can_wire::time::Time;
+
 use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
 use crate::mmio::{Now, Refusal, Width};
 use crate::model::{Model, Part};
 use adc::Adc;
-use can_wire::time::Time;
 use dma::{Dma, Transfer};
 use exti::{Exti, Syscfg};
 use gpio::Gpio;
