@@ -97,7 +97,7 @@ fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
 /// Verifies: ECSS 8.3.3b
 #[test]
 fn a_bus_that_the_master_cannot_stay_on_is_left() {
-    let (mut craft, last) = besieged(4000);
+    let (mut craft, last) = besieged(2000);
     let failed = craft.said(1, "Nominal failed: bus-off too often", last);
     let failed = failed.unwrap_or_else(|| panic!("{}", craft.log(1)));
     let off = changes(&craft).into_iter().filter(|(at, off)| *off && *at <= failed).count();
