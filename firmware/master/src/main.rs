@@ -15,5 +15,6 @@ mod tasks;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!("This is firmware. Flash a board:  cargo master --features pyboard-v11,librecube");
+    println!("or a NUCLEO-F446RE:               cargo nucleo-master --features librecube");
     println!("Or see it fly without a board:   cargo demo");
 }

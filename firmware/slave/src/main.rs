@@ -15,5 +15,6 @@ mod tasks;
 #[cfg(not(target_os = "none"))]
 fn main() {
     println!("This is firmware. Flash a board:  cargo slave --features pyboard-v11,librecube");
+    println!("or a NUCLEO-F446RE:               cargo nucleo-slave --features librecube");
     println!("Or see it fly without a board:   cargo demo");
 }

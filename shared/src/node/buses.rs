@@ -19,7 +19,7 @@ pub struct Counters {
     pub malformed: u16,
     /// Received well-formed, but not for this node in this state on this bus.
     pub ignored: u16,
-    /// Lost in the receiver.
+    /// Lost in the receiver, at least: an overrun of its FIFO counts as one, however many frames it cost.
     pub lost: u16,
     /// Not sent: refused by this node, in the wrong state or on the inactive bus.
     pub refused: u16,
@@ -27,7 +27,7 @@ pub struct Counters {
     pub bus_left: u16,
     /// Not sent: the lifetime ended.
     pub expired: u16,
-    /// Not sent: the queue was full.
+    /// Not sent: a queue was full, of the node or of the bus.
     pub queue_full: u16,
     /// Not sent: the controller gave up.
     pub aborted: u16,
@@ -131,6 +131,9 @@ impl Buses {
                 FailCause::QueueFull => &mut counters.queue_full,
                 FailCause::Aborted => &mut counters.aborted,
             }),
+            LinkEvent::Unsent { frames } => {
+                counters.queue_full = counters.queue_full.saturating_add(*frames);
+            }
             LinkEvent::Overrun { lost } => counters.lost = counters.lost.saturating_add(*lost),
             LinkEvent::Counters(health) => self.health[bus] = *health,
             LinkEvent::Stalled => return Some(BusNews::Stalled),

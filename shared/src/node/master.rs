@@ -292,7 +292,8 @@ impl Node for Master {
             }
             LinkEvent::Transmitted { frame, stamp } => self.on_transmitted(bus, frame, *stamp, out),
             LinkEvent::Failed { frame, cause } => self.on_failed(bus, frame, *cause),
-            LinkEvent::Overrun { .. }
+            LinkEvent::Unsent { .. }
+            | LinkEvent::Overrun { .. }
             | LinkEvent::Health(_)
             | LinkEvent::Counters(_)
             | LinkEvent::Stalled => {}

@@ -3,7 +3,7 @@
 use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 
-use super::{BusCommand, COMMAND_DEPTH, FailCause, LinkEvent, Links};
+use super::{BusCommand, FailCause, LinkEvent, Links, QUEUE_DEPTH};
 use crate::link::port::{CanPort, ErrorState, Health, LastError, MAILBOXES, Mailbox, PortEvent};
 use crate::link::queue::{Outgoing, TxQueue, is_expired};
 use crate::link::{Bus, CobId, Frame};
@@ -45,7 +45,7 @@ struct BusTask<'a, M: RawMutex, P, C> {
     clock: C,
     links: &'a Links<M>,
     stamped: &'static [CobId],
-    queue: TxQueue<COMMAND_DEPTH>,
+    queue: TxQueue<QUEUE_DEPTH>,
     mailboxes: [Option<Pending>; MAILBOXES],
     /// What the node knows of the controller.
     told: Health,

@@ -25,10 +25,12 @@ use crate::link::queue::Outgoing;
 use crate::link::{Bus, Frame, PerBus};
 use crate::time::Stamp;
 
-/// Events that may wait for a node.
-pub const EVENT_DEPTH: usize = 32;
-/// Commands that may wait for a bus, and frames in its priority queue.
-pub const COMMAND_DEPTH: usize = 32;
+/// Events that may wait for a node; before them wait those of the ports.
+pub const EVENT_DEPTH: usize = 16;
+/// Commands on their way to a bus: those it has not taken yet stay in the outbox.
+pub const COMMAND_DEPTH: usize = 8;
+/// Commands in an outbox, and frames in the priority queue of a bus.
+pub const QUEUE_DEPTH: usize = 32;
 /// Events and requests that may wait between node and application.
 pub const APP_DEPTH: usize = 16;
 /// Acceptance filters of a port.
@@ -61,6 +63,11 @@ pub enum LinkEvent {
         frame: Frame,
         /// Why.
         cause: FailCause,
+    },
+    /// Frames of ours were dropped before they came to the bus: the outbox was full.
+    Unsent {
+        /// How many since the last report.
+        frames: u16,
     },
     /// Received frames were lost before the node could see them.
     Overrun {

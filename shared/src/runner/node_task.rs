@@ -6,9 +6,9 @@ use embassy_futures::select::{Either4, select4};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use heapless::Deque;
 
-use super::{APP_DEPTH, AppLink, BusCommand, COMMAND_DEPTH, LinkEvent, Links, Telltale};
+use super::{APP_DEPTH, AppLink, BusCommand, LinkEvent, Links, QUEUE_DEPTH, Telltale};
 use crate::link::queue::Outgoing;
-use crate::link::{Bus, Frame};
+use crate::link::{Bus, Frame, PerBus};
 use crate::time::{Clock, Duration, Instant};
 
 /// A protocol node: master or slave, sans-IO.
@@ -39,15 +39,21 @@ const CONTROL_RESERVE: usize = 8;
 
 /// Where a node puts what it wants done.
 pub struct Outbox<E> {
-    commands: Deque<(Bus, BusCommand), COMMAND_DEPTH>,
+    commands: Deque<(Bus, BusCommand), QUEUE_DEPTH>,
     events: Deque<E, APP_DEPTH>,
     overflows: u32,
+    unsent: PerBus<u16>,
 }
 
 impl<E> Outbox<E> {
     /// An empty outbox.
     pub const fn new() -> Self {
-        Outbox { commands: Deque::new(), events: Deque::new(), overflows: 0 }
+        Outbox {
+            commands: Deque::new(),
+            events: Deque::new(),
+            overflows: 0,
+            unsent: PerBus { nominal: 0, redundant: 0 },
+        }
     }
 
     /// Send a frame now or within `lifetime` of `now`; after that it is stale and dies.
@@ -62,10 +68,11 @@ impl<E> Outbox<E> {
 
     /// Command a bus. The last [`CONTROL_RESERVE`] places are kept for commands other than sending.
     pub fn command(&mut self, bus: Bus, command: BusCommand) {
-        let reserve = if matches!(command, BusCommand::Send(_)) { CONTROL_RESERVE } else { 0 };
-        if self.commands.len() + reserve >= COMMAND_DEPTH || self.commands.push_back((bus, command)).is_err()
-        {
+        let sends = matches!(command, BusCommand::Send(_));
+        let reserve = if sends { CONTROL_RESERVE } else { 0 };
+        if self.commands.len() + reserve >= QUEUE_DEPTH || self.commands.push_back((bus, command)).is_err() {
             self.overflows = self.overflows.saturating_add(1);
+            self.unsent[bus] = self.unsent[bus].saturating_add(u16::from(sends));
         }
     }
 
@@ -89,6 +96,11 @@ impl<E> Outbox<E> {
     /// The next event, in order.
     pub fn pop_event(&mut self) -> Option<E> {
         self.events.pop_front()
+    }
+
+    /// Frames for `bus` lost since the last call because this outbox was full.
+    pub fn take_unsent(&mut self, bus: Bus) -> u16 {
+        core::mem::take(&mut self.unsent[bus])
     }
 
     /// Commands and events lost since the last call because this outbox was full.
@@ -117,6 +129,12 @@ pub async fn node_task<M: RawMutex, N: Node>(
     let mut out = Outbox::new();
     node.start(clock.now(), &mut out);
     loop {
+        for bus in Bus::ALL {
+            let frames = out.take_unsent(bus);
+            if frames > 0 {
+                node.on_link(bus, &LinkEvent::Unsent { frames }, clock.now(), &mut out);
+            }
+        }
         deliver(&mut out, links, app, telltale);
         let (deadline, blocked) = (node.deadline(), out.next_bus());
         let timer = async {

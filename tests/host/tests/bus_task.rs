@@ -11,7 +11,7 @@ use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortE
 use ecss_can::link::queue::Outgoing;
 use ecss_can::link::{Bus, CobId, Frame};
 use ecss_can::runner::{
-    AppLink, BusCommand, COMMAND_DEPTH, EVENT_DEPTH, FailCause, LinkEvent, Links, Node, Outbox, Telltale,
+    AppLink, BusCommand, EVENT_DEPTH, FailCause, LinkEvent, Links, Node, Outbox, QUEUE_DEPTH, Telltale,
     bus_task, node_task,
 };
 use ecss_can::time::{Clock, Duration, Instant};
@@ -349,7 +349,7 @@ fn leaving_waits_for_the_frame_on_the_wire() {
 #[test]
 fn a_full_transmit_queue_refuses_and_reports() {
     let mut bench = Bench::joined(0);
-    let capacity = COMMAND_DEPTH as u8 + 2; // two mailboxes for frames that are not urgent
+    let capacity = QUEUE_DEPTH as u8 + 2; // two mailboxes for frames that are not urgent
     for byte in 0..capacity + 3 {
         bench.send(0x302, byte);
     }
@@ -417,15 +417,59 @@ fn overload_of_both_directions_neither_deadlocks_nor_loses_count() {
     }
     // Then the wire takes everything.
     let drained = bench.drain().len();
-    assert!(drained > COMMAND_DEPTH);
+    assert!(drained > QUEUE_DEPTH);
     bench.receive_heartbeats(fed..fed + 1);
     assert_eq!(bench.drain().len(), 3, "node and bus work as before");
     let handled = bench.received().len();
     assert_eq!(handled as u32 + bench.lost(), u32::from(fed) + 1, "received or counted as lost");
-    // Sent, reported as failed, or counted where the outbox was full.
+    // Sent, reported as failed, or dropped where the outbox was full: counted, and told.
     let accounted =
         bench.transmitted() + bench.failures().len() + bench.telltale.app_overflows().get() as usize;
     assert_eq!(accounted, 3 * handled);
+    let told = bench.probe.told.borrow();
+    let unsent: u32 = told
+        .iter()
+        .map(|event| match event {
+            LinkEvent::Unsent { frames } => u32::from(*frames),
+            _ => 0,
+        })
+        .sum();
+    assert!(unsent > 0 && unsent == bench.telltale.app_overflows().get());
+}
+
+#[test]
+fn a_heartbeat_takes_the_place_of_telemetry_in_a_full_queue() {
+    let mut bench = Bench::joined(0);
+    // Two frames of 385h are in the mailboxes, QUEUE_DEPTH more in the queue.
+    for byte in 0..QUEUE_DEPTH as u8 + 2 {
+        bench.send(0x385, byte);
+    }
+    assert_eq!(bench.failures(), []);
+    bench.send(0x385, 100);
+    bench.send(0x705, 101);
+    let last = QUEUE_DEPTH as u8 + 1;
+    assert_eq!(bench.failures(), [(100, FailCause::QueueFull), (last, FailCause::QueueFull)]);
+    let sent = bench.drain();
+    assert_eq!(sent.len(), QUEUE_DEPTH + 2);
+    assert!(sent.contains(&(0x705, 101)), "{sent:?}");
+}
+
+/// Errors that no frame follows are told all the same: nothing else would say that the wire was cut.
+///
+/// Verifies: ECSS 5.6.2b
+/// Verifies: ECSS 5.6.2c
+#[test]
+fn counters_that_move_without_an_event_are_told_too() {
+    let mut bench = Bench::joined(0);
+    for _ in 0..3 {
+        bench.wire.on_wire(bench.timeline.now(), &WireEvent::ReceiveError(ErrorKind::Stuff));
+    }
+    bench.run_for(Time::from_ms(101));
+    let moved = Health { state: ErrorState::Active, tec: 0, rec: 3, last_error: LastError::Stuff };
+    assert_eq!(*bench.probe.told.borrow(), [LinkEvent::Counters(moved)]);
+    bench.run_for(Time::from_ms(1000));
+    assert_eq!(bench.probe.told.borrow().len(), 1, "once");
+    assert_eq!(bench.wire.health(), moved, "looking changes nothing");
 }
 
 /// Verifies: ECSS 5.6.2b

@@ -8,8 +8,13 @@
 //!
 //! * Two boards ([`model`]): pyboard v1.1 (STM32F405) and NUCLEO-F446RE (STM32F446), mixed as you like.
 //! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`cpu`]).
-//! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, TIM2, both bxCANs
-//!   with their filters ([`bxcan`]), and what set-up code touches in FLASH, PWR, DBGMCU and the device signature.
+//! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, both bxCANs with
+//!   their filters ([`bxcan`]), and what set-up code touches in FLASH, PWR, DBGMCU and the device signature.
+//! * TIM2 and TIM5, upwards: compare, input capture, their DMA requests. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
+//!   two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
+//! * DMA1 from peripheral to memory in direct mode, single or circular buffers. A transfer takes no time.
+//! * The independent watchdog on an LSI of any frequency in the data sheet; ADC1 for one conversion at a time of the
+//!   temperature sensor or the internal reference.
 //! * One crystal per board with its own error, from which the core, the timers and the bit timing follow.
 //! * A debug probe per board that reads the defmt log, and neither halts the core nor slows it.
 //!
@@ -21,7 +26,10 @@
 //! * Flash wait states, prefetch, bus contention: cycle counts are those of a core with ideal memory, lower than on a
 //!   board. Flash programming and erasing are refused.
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), temperature and ageing of crystals.
-//! * Stop and Standby, watchdogs, brown-out, DMA, debug halts.
+//! * Stop and Standby, the window watchdog, brown-out, DMA2, debug halts (what DBGMCU would freeze then runs on).
+//! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
+//!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.
+//! * The synchroniser and the filter of capture inputs (a delay that is equal for every edge), compare preload.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -5,7 +5,7 @@
 use anyhow::Context as _;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig};
+use twin::board::{Board, BoardConfig, Fittings};
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 
 use super::context::{Context, FLOWN};
@@ -49,6 +49,7 @@ impl Rig {
             ppm: 0.0,
             position_m: SLAVE_AT_M,
             power_on_at: Time::ZERO,
+            fittings: Fittings::default(),
         });
         let masters = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
         let mut rig = Rig { spacecraft, slave, masters };

@@ -8,7 +8,7 @@ use anyhow::Context;
 use can_wire::record::Record as WireRecord;
 use can_wire::time::Time;
 use firmware_images::Images;
-use twin::board::{Board, BoardConfig, State};
+use twin::board::{Board, BoardConfig, Fittings, State};
 use twin::bxcan::Side;
 use twin::image::Image;
 use twin::rtt;
@@ -89,6 +89,7 @@ impl Mission {
                 ppm: board.crystal_ppm,
                 position_m: board.position_m,
                 power_on_at: board.power_on,
+                fittings: Fittings::default(),
             });
         }
         Ok(Mission {

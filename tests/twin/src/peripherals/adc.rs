@@ -2,10 +2,11 @@
 //!
 //! RM0090 chapter 13. Modelled: regular conversions started by software, their time, resolution, EOC, STRT, overrun,
 //! interrupts. Not modelled, and refused: sequences, continuous and injected conversions, external triggers, DMA, the
-//! analog watchdog, left alignment, and a conversion of any other channel than 16 and 17. The supply is 3.3 V; a
+//! analog watchdog, left alignment, and a conversion of anything but sensor and reference. The supply is 3.3 V; a
 //! sampling time that is too short for the sensor, and its 10 µs of start-up, cost no accuracy.
 
 use crate::mmio::Refusal;
+use crate::model::Part;
 
 const SR: u32 = 0x00;
 const CR1: u32 = 0x04;
@@ -34,7 +35,9 @@ const ADCPRE: u32 = 0b11 << 16;
 const VBATE: u32 = 1 << 22;
 const TSVREFE: u32 = 1 << 23;
 
-const SENSOR: u32 = 16;
+/// ADC1_IN of the sensor: 18 on the F446, shared with VBAT (RM0390 13.10).
+const SENSOR_F405: u32 = 16;
+const SENSOR_F446: u32 = 18;
 const REFERENCE: u32 = 17;
 const SUPPLY_V: f64 = 3.3;
 /// Typical values of DS8626 tables 69 and 72.
@@ -56,13 +59,23 @@ pub struct Adc {
     conversion: Option<(u64, u32)>,
     /// HCLK cycles per PCLK2 cycle.
     divider: u64,
+    sensor: u32,
     temperature_c: f64,
 }
 
 impl Adc {
     /// After a reset.
-    pub fn new(temperature_c: f64) -> Self {
+    pub fn new(part: Part, temperature_c: f64) -> Self {
+        let sensor = match part {
+            Part::Stm32f405 => SENSOR_F405,
+            Part::Stm32f446 => SENSOR_F446,
+        };
+        Adc::of(sensor, temperature_c)
+    }
+
+    fn of(sensor: u32, temperature_c: f64) -> Self {
         Adc {
+            sensor,
             sr: 0,
             cr1: 0,
             cr2: 0,
@@ -78,7 +91,7 @@ impl Adc {
 
     /// RCC or a system reset; clock and temperature stay what they are.
     pub fn reset(&mut self) {
-        *self = Adc { divider: self.divider, ..Adc::new(self.temperature_c) };
+        *self = Adc { divider: self.divider, ..Adc::of(self.sensor, self.temperature_c) };
     }
 
     /// Junction temperature from now on, °C.
@@ -183,7 +196,9 @@ impl Adc {
         let channel = self.sqr[2] & 0x1F;
         let volts = match channel {
             _ if length != 0 => return Err(Refusal::Unmodelled),
-            SENSOR => SENSOR_AT_25_C_V + (self.temperature_c - 25.0) * SENSOR_V_PER_C,
+            // VBAT takes precedence over the sensor on the channel that they share.
+            SENSOR_F446 if self.ccr & VBATE != 0 => return Err(Refusal::Unmodelled),
+            n if n == self.sensor => SENSOR_AT_25_C_V + (self.temperature_c - 25.0) * SENSOR_V_PER_C,
             REFERENCE => REFERENCE_V,
             _ => return Err(Refusal::Unmodelled),
         };
@@ -216,7 +231,7 @@ mod tests {
 
     /// 168 MHz, PCLK2 at half of it, ADCPRE 4: 21 MHz, eight HCLK cycles per ADC cycle.
     fn powered(temperature_c: f64) -> Adc {
-        let mut adc = Adc::new(temperature_c);
+        let mut adc = Adc::new(Part::Stm32f405, temperature_c);
         adc.set_divider(2);
         adc.write(0, CCR, TSVREFE | 1 << 16).unwrap();
         adc.write(0, CR2, ADON).unwrap();
@@ -234,7 +249,7 @@ mod tests {
     fn a_conversion_takes_its_sampling_time_and_twelve_cycles() {
         for (field, cycles) in [(0, 3 + 12), (4, 84 + 12), (7, 480 + 12)] {
             let mut adc = powered(25.0);
-            start(&mut adc, SENSOR, field);
+            start(&mut adc, SENSOR_F405, field);
             assert_eq!(adc.read(8 * cycles - 1, SR), Ok(STRT), "field {field}");
             assert_eq!(adc.read(8 * cycles, SR), Ok(STRT | EOC), "field {field}");
         }
@@ -245,7 +260,7 @@ mod tests {
         let mut adc = powered(25.0);
         // 8 bits: 3 + 8 cycles. 0.76 V / 3.3 V * 4095 = 943.1, its upper 8 bits 58.
         adc.write(0, CR1, 2 << 24).unwrap();
-        start(&mut adc, SENSOR, 0);
+        start(&mut adc, SENSOR_F405, 0);
         assert_eq!(adc.read(8 * 11 - 1, SR).unwrap() & EOC, 0);
         assert_eq!(adc.read(8 * 11, DR), Ok(58));
     }
@@ -264,7 +279,7 @@ mod tests {
     fn the_sensor_follows_the_temperature() {
         for (celsius, expected) in [(25.0, 943), (85.0, 1129), (-40.0, 741)] {
             let mut adc = powered(celsius);
-            start(&mut adc, SENSOR, 7);
+            start(&mut adc, SENSOR_F405, 7);
             assert_eq!(adc.read(10_000, DR), Ok(expected), "{celsius} C");
         }
     }
@@ -275,17 +290,28 @@ mod tests {
         let [_, word] = calibration();
         let (at_30, at_110) = (f64::from(word & 0xFFFF), f64::from(word >> 16));
         let mut adc = powered(63.0);
-        start(&mut adc, SENSOR, 7);
+        start(&mut adc, SENSOR_F405, 7);
         let code = f64::from(adc.read(10_000, DR).unwrap());
         let celsius = (code - at_30) / (at_110 - at_30) * 80.0 + 30.0;
         assert!((celsius - 63.0).abs() < 0.5, "{celsius}");
     }
 
     #[test]
+    fn the_f446_has_its_sensor_on_channel_18() {
+        let mut adc = Adc::new(Part::Stm32f446, 25.0);
+        adc.write(0, CCR, TSVREFE).unwrap();
+        adc.write(0, SQR3, 18).unwrap();
+        adc.write(0, CR2, ADON | SWSTART).unwrap();
+        assert_eq!(adc.read(1000, DR), Ok(943));
+        adc.write(1000, CCR, TSVREFE | VBATE).unwrap();
+        assert_eq!(adc.write(1000, CR2, ADON | SWSTART), Err(Refusal::Unmodelled));
+    }
+
+    #[test]
     fn without_tsvrefe_the_sensor_is_dead() {
         let mut adc = powered(25.0);
         adc.write(0, CCR, 1 << 16).unwrap();
-        start(&mut adc, SENSOR, 0);
+        start(&mut adc, SENSOR_F405, 0);
         assert_eq!(adc.read(1000, DR), Ok(0));
     }
 
@@ -293,7 +319,7 @@ mod tests {
     fn the_end_of_conversion_interrupts() {
         let mut adc = powered(25.0);
         adc.write(0, CR1, EOCIE).unwrap();
-        start(&mut adc, SENSOR, 0);
+        start(&mut adc, SENSOR_F405, 0);
         assert_eq!(adc.next_event(), Some(8 * 15));
         assert!(!adc.irq(8 * 15 - 1));
         assert!(adc.irq(8 * 15));
@@ -305,7 +331,7 @@ mod tests {
     fn an_unread_value_overruns_with_eocs() {
         let mut adc = powered(25.0);
         adc.write(0, CR2, ADON | EOCS).unwrap();
-        adc.write(0, SQR3, SENSOR).unwrap();
+        adc.write(0, SQR3, SENSOR_F405).unwrap();
         adc.write(0, CR2, ADON | EOCS | SWSTART).unwrap();
         adc.write(1000, CR2, ADON | EOCS | SWSTART).unwrap();
         assert_eq!(adc.read(2000, SR), Ok(STRT | EOC | OVR));

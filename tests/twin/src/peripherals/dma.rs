@@ -195,8 +195,8 @@ impl Dma {
             LISR | HISR => Ok(()),
             LIFCR | HIFCR => {
                 let first = if offset == LIFCR { 0 } else { 4 };
-                for n in 0..4 {
-                    self.streams[first + n].flags &= !(value >> FLAG_SHIFT[n] & FLAGS);
+                for (stream, shift) in self.streams[first..].iter_mut().zip(FLAG_SHIFT) {
+                    stream.flags &= !(value >> shift & FLAGS);
                 }
                 Ok(())
             }

@@ -15,11 +15,12 @@ mod system;
 mod tests;
 mod timer;
 
+use can_wire::time::Time;
+
 use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
 use crate::mmio::{Now, Refusal, Width};
 use crate::model::{Model, Part};
 use adc::Adc;
-use can_wire::time::Time;
 use dma::{Dma, Transfer};
 use exti::{Exti, Syscfg};
 use gpio::Gpio;
@@ -95,7 +96,7 @@ impl Peripherals {
             tim5: Timer::default(),
             dma1: Dma::default(),
             iwdg: Iwdg::new(LSI_HZ),
-            adc: Adc::new(ROOM_TEMPERATURE_C),
+            adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
             pin_changes: Vec::new(),
         }

@@ -71,3 +71,140 @@ fn the_f446_has_no_port_i_and_its_own_identity() {
     assert_eq!(read(0xE004_2000).map(|id| id & 0xFFF), Ok(0x421));
     assert_eq!(read(0x1FFF_7A20).map(|size| size >> 16), Ok(512));
 }
+
+/// Accesses and widths of embassy-stm32 0.6 on its way to a ring of captures: timer, input capture, ring buffer, start.
+#[test]
+fn the_hals_way_to_a_ring_of_captures_is_accepted() {
+    use Width::{Half, Word};
+    const TIM5: u32 = 0x4000_0C00;
+    const DMA1: u32 = 0x4002_6000;
+    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    enable(&mut peripherals, 0x30, 1 << 21);
+    enable(&mut peripherals, 0x40, 1 << 3);
+    enable(&mut peripherals, 0x20, 1 << 3);
+    enable(&mut peripherals, 0x20, 0);
+    let cr = 6 << 25 | 3 << 16 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 0b111 << 2;
+    for (address, width, value) in [
+        (TIM5, Word, 0),
+        (TIM5 + 0x28, Half, 0),
+        (TIM5 + 0x14, Word, 1),
+        (TIM5 + 0x2C, Word, u32::MAX),
+        (TIM5, Word, 1 << 2),
+        (TIM5, Word, 0),
+        (TIM5, Word, 1),
+        (TIM5 + 0x18, Word, 0x0001),
+        (TIM5 + 0x20, Word, 0x000A),
+        (TIM5 + 0x20, Word, 0x000B),
+        (TIM5 + 0x0C, Word, 1 << 9),
+        // HTIF, TCIF, TEIF of stream 2; its addresses, length, direct mode, configuration, start.
+        (DMA1 + 0x08, Word, 1 << 19 | 1 << 20 | 1 << 21),
+        (DMA1 + 0x48, Word, TIM5 + 0x34),
+        (DMA1 + 0x4C, Word, 0x2000_0000),
+        (DMA1 + 0x44, Word, 64),
+        (DMA1 + 0x54, Word, 0),
+        (DMA1 + 0x40, Word, cr),
+        (DMA1 + 0x40, Word, cr | 1),
+    ] {
+        assert_eq!(peripherals.write(Now::default(), address, width, value), Ok(()), "{address:08X}h");
+    }
+    assert_eq!(peripherals.read(Now::default(), DMA1 + 0x40, Word), Ok(cr | 1));
+    assert_eq!(peripherals.read(Now::default(), DMA1 + 0x44, Word), Ok(64));
+}
+
+/// Accesses of embassy-stm32 0.6 for a watchdog and for one blocking conversion.
+#[test]
+fn the_hals_watchdog_and_conversion_are_accepted() {
+    const IWDG: u32 = 0x4000_3000;
+    const ADC1: u32 = 0x4001_2000;
+    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    enable(&mut peripherals, 0x44, 1 << 8);
+    enable(&mut peripherals, 0x24, 1 << 8);
+    enable(&mut peripherals, 0x24, 0);
+    for (address, value) in [
+        (IWDG, 0x5555),
+        (IWDG + 0x04, 2),
+        (IWDG + 0x08, 0x3E7),
+        (IWDG, 0xCCCC),
+        (IWDG, 0xAAAA),
+        (ADC1 + 0x304, 1 << 16),
+        (ADC1 + 0x08, 1),
+        (ADC1 + 0x304, 1 << 23 | 1 << 16),
+        (ADC1 + 0x08, 0),
+        (ADC1 + 0x04, 0),
+        (ADC1, 0),
+        (ADC1 + 0x08, 1),
+        (ADC1 + 0x2C, 0),
+        (ADC1 + 0x34, 16),
+        (ADC1 + 0x0C, 7 << 18),
+        (ADC1, 0),
+        (ADC1 + 0x08, 1 << 30 | 1),
+    ] {
+        let done = peripherals.write(Now::default(), address, Width::Word, value);
+        assert_eq!(done, Ok(()), "{address:08X}h");
+    }
+    let later = Now { cycle: 10_000, time: Time::from_us(60) };
+    // STRT and EOC; then 0.76 V of 3.3 V by half a word.
+    assert_eq!(peripherals.read(later, ADC1, Width::Word), Ok(1 << 4 | 1 << 1));
+    assert_eq!(peripherals.read(later, ADC1 + 0x4C, Width::Half), Ok(943));
+    // VREFINT_CAL, TS_CAL1, TS_CAL2 by halves: 1.21 V, 0.7725 V, 0.9725 V of 3.3 V.
+    let word = |address| peripherals.read(later, address, Width::Half).unwrap();
+    let calibration = [0x1FFF_7A2A, 0x1FFF_7A2C, 0x1FFF_7A2E].map(word);
+    for (found, expected) in calibration.into_iter().zip([1501.5, 958.6, 1206.8]) {
+        assert!((f64::from(found) - expected).abs() <= 0.6, "{found} for {expected}");
+    }
+}
+
+/// RM0090 table 42: TIM5_CH1 asks stream 2 and TIM5_CH2 stream 4, both on channel 6; no other pair moves them.
+#[test]
+fn a_request_reaches_its_stream_on_its_channel() {
+    const TIM5: u32 = 0x4000_0C00;
+    const DMA1: u32 = 0x4002_6000;
+    for (side, register) in [(Side::Can1, 0x34), (Side::Can2, 0x38)] {
+        for stream in 0..8 {
+            for channel in 0..8 {
+                let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+                enable(&mut peripherals, 0x30, 1 << 21 | 1);
+                enable(&mut peripherals, 0x40, 1 << 3);
+                let base = DMA1 + 0x10 + stream * 0x18;
+                for (address, value) in [
+                    (0x4002_0020, 0x22),
+                    (0x4002_0000, 0x0000_000A),
+                    (TIM5 + 0x18, 0x0101),
+                    (TIM5 + 0x20, 0x00BB),
+                    (TIM5 + 0x0C, 3 << 9),
+                    (base + 0x08, TIM5 + register),
+                    (base + 0x04, 1),
+                    (base, channel << 25 | 2 << 11 | 1),
+                ] {
+                    peripherals.write(Now::default(), address, Width::Word, value).unwrap();
+                }
+                peripherals.capture_edge(side, 10, false);
+                let moved = peripherals.transfer(Now { cycle: 20, time: Time::ZERO }, |_, _| true);
+                let expected = channel == 6 && stream == if side == Side::Can1 { 2 } else { 4 };
+                assert_eq!(moved, expected, "{side:?} stream {stream} channel {channel}");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_edge_is_captured_only_through_pins_in_their_alternate_function() {
+    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    enable(&mut peripherals, 0x30, 1);
+    enable(&mut peripherals, 0x40, 1 << 3);
+    let (moder, afrl, tim5) = (0x4002_0000, 0x4002_0020, 0x4000_0C00);
+    for (address, value) in [(tim5 + 0x18, 1), (tim5 + 0x20, 0xB)] {
+        peripherals.write(Now::default(), address, Width::Word, value).unwrap();
+    }
+    let mut captured = |mode: u32, function: u32, level: bool| {
+        peripherals.write(Now::default(), moder, Width::Word, mode).unwrap();
+        peripherals.write(Now::default(), afrl, Width::Word, function).unwrap();
+        peripherals.capture_edge(Side::Can1, 10, level);
+        let high = peripherals.pin_level(Pin::new('A', 0));
+        assert_eq!(high, level, "the pin itself follows");
+        peripherals.read(Now::default(), tim5 + 0x10, Width::Word).unwrap() & 0b10 != 0
+    };
+    assert!(!captured(0, 2, true), "an input");
+    assert!(!captured(2, 1, false), "another alternate function");
+    assert!(captured(2, 2, true));
+}

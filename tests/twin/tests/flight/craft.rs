@@ -6,7 +6,7 @@ use std::sync::{Arc, LazyLock};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Record;
 use can_wire::time::Time;
-use twin::board::{BoardConfig, State};
+use twin::board::{BoardConfig, Fittings, State};
 use twin::bxcan::Side;
 use twin::image::Image;
 use twin::model::{Model, Part};
@@ -64,6 +64,7 @@ impl Seat {
             ppm: self.ppm,
             position_m: self.position_m,
             power_on_at: ms(self.power_on_ms),
+            fittings: Fittings::default(),
         }
     }
 
