@@ -2,11 +2,10 @@
 
 use std::collections::VecDeque;
 
-use can_wire::controller::{Controller, WireEvent};
+use can_wire::controller::{Attachment, Controller, WireEvent};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-
-use crate::port::BIT;
+use can_wire::timing::BitTiming;
 
 /// Acknowledges everything, obeys nothing, and sends what it is given, in order.
 #[derive(Debug, Default)]
@@ -24,12 +23,8 @@ impl Rogue {
 }
 
 impl Controller for Rogue {
-    fn bit_time(&self) -> Option<Time> {
-        self.plugged_in.then_some(BIT)
-    }
-
-    fn error_passive(&self) -> bool {
-        false
+    fn attachment(&self) -> Option<Attachment> {
+        self.plugged_in.then(|| Attachment::new(BitTiming::MEGABIT))
     }
 
     fn request_at(&self) -> Option<Time> {
@@ -41,7 +36,7 @@ impl Controller for Rogue {
     }
 
     fn on_wire(&mut self, _: Time, event: &WireEvent) {
-        if matches!(event, WireEvent::Transmitted(_)) {
+        if matches!(event, WireEvent::Transmitted) {
             self.queue.pop_front();
         }
     }

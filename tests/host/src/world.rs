@@ -6,7 +6,7 @@ use std::rc::Rc;
 use can_wire::controller::{Controller, NodeIndex, Trace};
 use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::{Destruction, Record};
+use can_wire::record::{Counters, Destruction, Record};
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::link::{Bus, PerBus};
@@ -48,6 +48,7 @@ struct Cable {
     plugs: Plugs,
     seen: Vec<Rc<Sent>>,
     torn: usize,
+    misread: usize,
 }
 
 /// The controllers of one wire: those of the boards, then the rogue.
@@ -101,15 +102,10 @@ impl Cable {
             match record {
                 Record::Completed { trace, .. } => self.seen.push(Rc::new(sent(&trace))),
                 Record::Destroyed { cause: Destruction::TransmitterLeft, .. } => self.torn += 1,
-                Record::Destroyed { .. } | Record::Fault { .. } => {}
+                Record::Misread { .. } => self.misread += 1,
+                Record::Destroyed { .. } | Record::Error { .. } | Record::Fault { .. } => {}
             }
         }
-    }
-
-    /// When something happens that nobody caused just now.
-    fn next_event(&self, now: Time) -> Option<Time> {
-        let asked = self.plugs.ports.iter().filter_map(|port| port.request_at()).filter(|at| *at > now);
-        asked.chain(self.wire.next_event()).min()
     }
 }
 
@@ -139,7 +135,13 @@ impl World {
             }
             wire.attach((boards.len() + 1) as f64 * SPACING_M);
             let ports = boards.iter().map(|board| board.port(bus).clone()).collect();
-            Cable { wire, plugs: Plugs { ports, rogue: Rogue::default() }, seen: Vec::new(), torn: 0 }
+            Cable {
+                wire,
+                plugs: Plugs { ports, rogue: Rogue::default() },
+                seen: Vec::new(),
+                torn: 0,
+                misread: 0,
+            }
         });
         World { profile, timeline, boards, cables, switches, entries }
     }
@@ -158,7 +160,7 @@ impl World {
         loop {
             self.settle();
             let now = self.now();
-            let wires = Bus::ALL.into_iter().filter_map(|bus| self.cables[bus].next_event(now));
+            let wires = Bus::ALL.into_iter().filter_map(|bus| self.cables[bus].wire.next_event());
             let switch = self.switches.last().map(|(at, _)| *at);
             let next = wires.chain(self.timeline.next_wake()).chain(switch).min().map(|at| at.max(now));
             let Some(next) = next.filter(|next| *next <= end) else { break };
@@ -201,16 +203,33 @@ impl World {
         }
     }
 
+    /// Lets something go wrong on a bus now, or heals it.
+    ///
+    /// # Panics
+    /// When it cannot happen: a mistake in a test.
+    pub fn strike(&mut self, bus: Bus, fault: Fault) {
+        let at = self.now();
+        self.cables[bus].wire.schedule(at, fault).expect("a fault of this wire");
+    }
+
     /// Cuts a bus now, so many metres from its left end.
     pub fn cut(&mut self, bus: Bus, position_m: f64) {
-        let at = self.now();
-        self.cables[bus].wire.schedule(at, Fault::Cut { position_m });
+        self.strike(bus, Fault::Cut { position_m });
     }
 
     /// Heals every cut of a bus now.
     pub fn heal(&mut self, bus: Bus) {
-        let at = self.now();
-        self.cables[bus].wire.schedule(at, Fault::RestoreAll);
+        self.strike(bus, Fault::RestoreAll);
+    }
+
+    /// Index of a node on both wires, for [`World::strike`].
+    pub fn index(&self, node: NodeId) -> NodeIndex {
+        self.boards.iter().position(|board| board.id == node).expect("a node of this world")
+    }
+
+    /// Totals of a wire.
+    pub fn counters(&self, bus: Bus) -> Counters {
+        self.cables[bus].wire.counters()
     }
 
     /// Switches a node on; nothing happens when it is.
@@ -284,6 +303,11 @@ impl World {
     /// Frames whose transmitter left the bus, or lost power, before their end.
     pub fn torn_frames(&self, bus: Bus) -> usize {
         self.cables[bus].torn
+    }
+
+    /// Frames that a node received and nobody sent.
+    pub fn misread_frames(&self, bus: Bus) -> usize {
+        self.cables[bus].misread
     }
 
     /// NMT state of a slave as it told its application; `None` without power.

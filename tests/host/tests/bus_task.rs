@@ -2,9 +2,8 @@
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::sync::Arc;
 
-use can_wire::controller::{Controller, ErrorKind, Trace, WireEvent};
+use can_wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
@@ -98,7 +97,7 @@ impl Bench {
     fn joined(replies: u8) -> Bench {
         let mut bench = Bench::new(replies);
         bench.start_node();
-        bench.run_for(Time::from_us(11));
+        bench.see_eleven_recessive_bits();
         bench
     }
 
@@ -123,6 +122,11 @@ impl Bench {
         self.pool.run_until_stalled();
     }
 
+    fn see_eleven_recessive_bits(&mut self) {
+        self.run_for(Time(11 * BIT.0));
+        self.wire.on_wire(self.timeline.now(), &WireEvent::Joined);
+    }
+
     fn command(&mut self, command: BusCommand) {
         assert!(self.app.requests.try_send(command).is_ok(), "the node takes requests");
         self.pool.run_until_stalled();
@@ -144,13 +148,26 @@ impl Bench {
         Some(sent)
     }
 
-    fn end(&mut self, event: impl Fn(Arc<Trace>) -> WireEvent, sent: WireFrame) {
-        let start = self.timeline.now();
+    /// The frame on the wire ends like this, 100 us later.
+    fn end(&mut self, event: WireEvent) {
         self.run_for(Time(100 * BIT.0));
-        let end = self.timeline.now();
-        let trace = Trace { frame: sent, transmitter: 0, start, end, bit_time: BIT, edges: Vec::new() };
-        self.wire.on_wire(end, &event(Arc::new(trace)));
+        self.tell(event);
+    }
+
+    fn tell(&mut self, event: WireEvent) {
+        self.wire.on_wire(self.timeline.now(), &event);
         self.pool.run_until_stalled();
+    }
+
+    /// An attempt fails, and the error counters are these after it.
+    fn fail(&mut self, kind: ErrorKind, transmit: u16) {
+        self.begin().expect("automatic retransmission");
+        self.end(WireEvent::TransmitError(kind));
+        self.tell(WireEvent::Counters(ErrorCounters { transmit, receive: 0 }));
+    }
+
+    fn is_on_bus(&self) -> bool {
+        self.wire.attachment().is_some()
     }
 
     /// Sends what waits, in 100 us each, until nothing waits: identifier and first data byte.
@@ -158,17 +175,14 @@ impl Bench {
         let mut sent = Vec::new();
         while let Some(frame) = self.begin() {
             sent.push((raw_id(&frame), frame.data[0]));
-            self.end(WireEvent::Transmitted, frame);
+            self.end(WireEvent::Transmitted);
         }
         sent
     }
 
     /// A frame of a peer arrives at once.
     fn receive(&mut self, sent: WireFrame) {
-        let now = self.timeline.now();
-        let trace =
-            Trace { frame: sent, transmitter: 1, start: now, end: now, bit_time: BIT, edges: Vec::new() };
-        self.wire.on_wire(now, &WireEvent::Received(Arc::new(trace)));
+        self.wire.on_wire(self.timeline.now(), &WireEvent::Received(sent));
     }
 
     fn receive_heartbeats(&mut self, bytes: std::ops::Range<u16>) {
@@ -231,11 +245,11 @@ fn nothing_goes_out_before_eleven_recessive_bits() {
     let mut bench = Bench::new(0);
     bench.start_node();
     bench.send(0x701, 1);
-    bench.run_for(Time::from_us(10));
-    assert_eq!(bench.wire.bit_time(), None);
-    assert_eq!(bench.begin(), None);
-    assert_eq!(bench.wire.request_at(), Some(Time::from_us(11)));
-    bench.run_for(Time::from_us(1));
+    assert_eq!(bench.wire.attachment().map(|attachment| attachment.since), Some(Time::ZERO));
+    bench.run_for(Time::from_ms(1));
+    assert_eq!((bench.wire.request_at(), bench.begin()), (None, None));
+    bench.see_eleven_recessive_bits();
+    assert_eq!(bench.wire.request_at(), Some(Time::ZERO));
     assert_eq!(bench.drain(), [(0x701, 1)]);
 }
 
@@ -265,9 +279,9 @@ fn one_mailbox_stays_free_for_urgent_frames() {
         bench.send(0x301, byte);
     }
     // 301h is on the wire when SYNC is requested: SYNC is next, not fifth.
-    let on_wire = bench.begin().expect("a frame waits");
+    bench.begin().expect("a frame waits");
     bench.send(0x080, 9);
-    bench.end(WireEvent::Transmitted, on_wire);
+    bench.end(WireEvent::Transmitted);
     assert_eq!(bench.drain(), [(0x080, 9), (0x301, 1), (0x301, 2), (0x301, 3), (0x301, 4)]);
 }
 
@@ -291,13 +305,13 @@ fn a_frame_dies_at_the_end_of_its_lifetime_in_queue_and_mailbox() {
 fn a_frame_on_the_wire_at_the_end_of_its_lifetime_is_reported_as_it_ends() {
     let mut bench = Bench::joined(0);
     bench.send_for(0x701, 1, Duration::from_micros(50));
-    let on_wire = bench.begin().expect("a frame waits");
-    bench.end(WireEvent::Transmitted, on_wire);
+    bench.begin().expect("a frame waits");
+    bench.end(WireEvent::Transmitted);
     assert_eq!((bench.failures(), bench.transmitted()), (vec![], 1));
 
     bench.send_for(0x701, 2, Duration::from_micros(50));
-    let on_wire = bench.begin().expect("a frame waits");
-    bench.end(|_| WireEvent::TransmitError(ErrorKind::Ack), on_wire);
+    bench.begin().expect("a frame waits");
+    bench.end(WireEvent::TransmitError(ErrorKind::Ack));
     assert_eq!((bench.failures(), bench.transmitted()), (vec![(2, FailCause::Expired)], 1));
     assert_eq!(bench.drain(), []);
 }
@@ -328,10 +342,10 @@ fn a_left_bus_is_silent_and_clean_when_joined_again() {
     }
     bench.command(BusCommand::Leave);
     assert_eq!(bench.failures().len(), 6);
-    assert_eq!((bench.wire.bit_time(), bench.begin()), (None, None));
+    assert_eq!((bench.is_on_bus(), bench.begin()), (false, None));
     bench.command(BusCommand::Join);
-    bench.run_for(Time::from_us(11));
-    assert!(bench.wire.bit_time().is_some());
+    bench.see_eleven_recessive_bits();
+    assert!(bench.is_on_bus());
     assert_eq!(bench.drain(), []);
 }
 
@@ -339,11 +353,11 @@ fn a_left_bus_is_silent_and_clean_when_joined_again() {
 fn leaving_waits_for_the_frame_on_the_wire() {
     let mut bench = Bench::joined(0);
     bench.send(0x701, 1);
-    let on_wire = bench.begin().expect("a frame waits");
+    bench.begin().expect("a frame waits");
     bench.command(BusCommand::Leave);
-    assert!(bench.wire.bit_time().is_some(), "a started frame is not torn off");
-    bench.end(WireEvent::Transmitted, on_wire);
-    assert_eq!((bench.wire.bit_time(), bench.transmitted(), bench.failures()), (None, 1, vec![]));
+    assert!(bench.is_on_bus(), "a started frame is not torn off");
+    bench.end(WireEvent::Transmitted);
+    assert_eq!((bench.is_on_bus(), bench.transmitted(), bench.failures()), (false, 1, vec![]));
 }
 
 #[test]
@@ -364,7 +378,7 @@ fn a_node_that_is_behind_holds_the_bus_back_and_losses_are_counted() {
     // Nobody takes events. The bus task holds one in its hand, the channel and the port's queue fill up.
     let mut port = bench.wire.clone();
     port.join();
-    bench.run_for(Time::from_us(11));
+    bench.see_eleven_recessive_bits();
     let room = EVENT_DEPTH as u16 + 1;
     (0..room).for_each(|number| bench.receive_heartbeats(number..number + 1));
     bench.receive_heartbeats(room..room + RECEIVE_DEPTH as u16 + 7);
@@ -472,44 +486,50 @@ fn counters_that_move_without_an_event_are_told_too() {
     assert_eq!(bench.wire.health(), moved, "looking changes nothing");
 }
 
-/// Verifies: ECSS 5.6.2b
+/// Verifies: ECSS 5.6.2b, 5.6.2c
 #[test]
-fn a_lone_transmitter_becomes_error_passive_and_never_bus_off() {
+fn error_warning_and_error_passive_are_told_and_the_counters_are_those_of_the_controller() {
     let mut bench = Bench::joined(0);
     bench.send(0x701, 1);
-    for _ in 0..100 {
-        let on_wire = bench.begin().expect("automatic retransmission");
-        bench.end(|_| WireEvent::TransmitError(ErrorKind::Ack), on_wire);
-    }
+    // Nobody acknowledges: 8 each until error passive, then none (ISO 11898-1, 12.1.4.2 c).
+    (1..=20).for_each(|attempt| bench.fail(ErrorKind::Ack, (8 * attempt).min(128)));
     let passive = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
     assert_eq!(bench.wire.health(), passive);
     let warning = Health { state: ErrorState::Active, tec: 96, ..passive };
     assert_eq!(*bench.probe.told.borrow(), [LinkEvent::Health(warning), LinkEvent::Health(passive)]);
-    assert!(bench.wire.error_passive());
-    assert_eq!(bench.drain(), [(0x701, 1)]);
+    bench.begin().expect("automatic retransmission");
+    bench.end(WireEvent::Transmitted);
+    bench.tell(WireEvent::Counters(ErrorCounters { transmit: 127, receive: 0 }));
     let active = Health { state: ErrorState::Active, tec: 127, rec: 0, last_error: LastError::None };
     assert!(bench.probe.told.borrow().contains(&LinkEvent::Health(active)));
+    // As a receiver: error passive without anything to send.
+    bench.tell(WireEvent::ReceiveError(ErrorKind::Form));
+    bench.tell(WireEvent::Counters(ErrorCounters { transmit: 127, receive: 135 }));
+    let receiver = Health { state: ErrorState::Passive, tec: 127, rec: 135, last_error: LastError::Form };
+    assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(receiver)));
 }
 
 #[test]
-fn bus_off_gives_up_everything_pending_and_recovery_takes_128_times_11_bits() {
+fn bus_off_gives_up_everything_pending_and_recovery_begins_on_command() {
     let mut bench = Bench::joined(0);
     for byte in 0..2 {
         bench.send(0x701, byte);
     }
-    for _ in 0..32 {
-        let on_wire = bench.begin().expect("automatic retransmission");
-        bench.end(|_| WireEvent::TransmitError(ErrorKind::BitDominant), on_wire);
-    }
+    (1..=32).for_each(|attempt| bench.fail(ErrorKind::BitDominant, 8 * attempt));
     assert_eq!(bench.wire.health().state, ErrorState::BusOff);
     assert_eq!(bench.failures(), [(0, FailCause::Aborted), (1, FailCause::Aborted)]);
-    assert_eq!(bench.wire.bit_time(), None);
+    let recovers = |bench: &Bench| bench.wire.attachment().map(|attachment| attachment.recovers);
+    bench.run_for(Time::from_ms(10));
+    assert_eq!(recovers(&bench), Some(false));
     bench.command(BusCommand::Recover);
-    bench.run_for(Time::from_us(1_407));
-    assert_eq!(bench.wire.bit_time(), None);
-    bench.run_for(Time::from_us(1));
-    assert_eq!(bench.wire.health(), Health::default());
+    assert_eq!(recovers(&bench), Some(true));
+    // The first of the 128 sequences ends.
+    bench.tell(WireEvent::Joined);
     bench.send(0x701, 2);
+    assert_eq!((bench.wire.request_at(), bench.begin()), (None, None));
+    bench.tell(WireEvent::Counters(ErrorCounters::default()));
+    assert_eq!(bench.wire.health().state, ErrorState::Active);
+    assert_eq!(recovers(&bench), Some(false), "the next bus-off waits for a command again");
     assert_eq!(bench.drain(), [(0x701, 2)]);
 }
 

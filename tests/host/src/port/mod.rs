@@ -3,7 +3,7 @@
 //! Two sides share one state: a task holds the port ([`CanPort`]), a wire the controller
 //! ([`Controller`](can_wire::controller::Controller)).
 
-mod confinement;
+mod faults;
 mod mailbox;
 mod wire_side;
 
@@ -19,17 +19,13 @@ use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, MAILBOXES,
 use ecss_can::time::Stamp;
 
 use crate::clock::MockClock;
-use confinement::Confinement;
+use faults::Faults;
 use mailbox::Mailboxes;
 
 /// Received frames that wait for the task; more are lost and counted.
 pub const RECEIVE_DEPTH: usize = 16;
 /// Bit time at 1 Mbit/s.
 pub const BIT: Time = Time(TICKS_PER_US);
-/// A controller takes part after this many recessive bits (RM0090 32.4.2).
-const JOIN_BITS: u64 = 11;
-/// Recovery from bus-off (ISO 11898-1).
-const RECOVERY_BITS: u64 = 128 * 11;
 
 /// A CAN controller of a node. Clones are the same controller.
 #[derive(Clone, Debug)]
@@ -40,15 +36,22 @@ pub struct MockPort(Rc<RefCell<Chip>>);
 struct Chip {
     clock: MockClock,
     filters: Vec<Filter>,
-    /// When it takes part, while it is on the bus.
-    joined: Option<Time>,
+    /// Since when it is on the bus.
+    on_bus: Option<Time>,
+    /// It has seen 11 recessive bits since (RM0090 32.4.2).
+    joined: bool,
+    /// It went off the bus, and the wire does not know yet.
+    gone: Cell<bool>,
+    /// Number of this life, from reset to reset.
+    power_cycle: u32,
     /// Off the bus as soon as the frame on the wire has ended.
     leaving: bool,
     mailboxes: Mailboxes,
     /// The mailbox whose frame the wire was given last.
     contending: Cell<Option<usize>>,
-    confinement: Confinement,
-    recovered_at: Option<Time>,
+    faults: Faults,
+    /// Told to recover from bus-off.
+    recovers: bool,
     /// Ends of mailboxes and received frames, in the order of time.
     events: VecDeque<PortEvent>,
     received: usize,
@@ -61,12 +64,14 @@ struct Chip {
 impl MockPort {
     /// A controller at power-on, off the bus.
     pub fn new(clock: MockClock) -> Self {
-        MockPort(Rc::new(RefCell::new(Chip::new(clock))))
+        MockPort(Rc::new(RefCell::new(Chip::new(clock, 0))))
     }
 
     /// A chip reset, or another power-on with a new clock.
     pub fn reset(&self, clock: MockClock) {
-        *self.0.borrow_mut() = Chip::new(clock);
+        let power_cycle = self.chip().power_cycle + 1;
+        let gone = self.chip().on_bus.is_some() || self.chip().gone.get();
+        *self.0.borrow_mut() = Chip { gone: Cell::new(gone), ..Chip::new(clock, power_cycle) };
     }
 
     fn chip(&self) -> Ref<'_, Chip> {
@@ -75,16 +80,19 @@ impl MockPort {
 }
 
 impl Chip {
-    fn new(clock: MockClock) -> Self {
+    fn new(clock: MockClock, power_cycle: u32) -> Self {
         Chip {
             clock,
             filters: Vec::new(),
-            joined: None,
+            on_bus: None,
+            joined: false,
+            gone: Cell::new(false),
+            power_cycle,
             leaving: false,
             mailboxes: Mailboxes::default(),
             contending: Cell::new(None),
-            confinement: Confinement::default(),
-            recovered_at: None,
+            faults: Faults::default(),
+            recovers: false,
             events: VecDeque::new(),
             received: 0,
             lost: 0,
@@ -102,8 +110,9 @@ impl Chip {
         Stamp::interrupt(self.clock.instant(at))
     }
 
-    fn takes_part(&self) -> bool {
-        self.joined.is_some_and(|at| at <= self.now()) && self.confinement.state() != ErrorState::BusOff
+    /// Joined, not on its way out, not bus-off.
+    fn may_send(&self) -> bool {
+        self.joined && !self.leaving && self.faults.state() != ErrorState::BusOff
     }
 
     fn push(&mut self, event: PortEvent) {
@@ -120,7 +129,8 @@ impl Chip {
 
     fn finish_leaving(&mut self) {
         if self.leaving && self.mailboxes.on_wire().is_none() {
-            (self.leaving, self.joined) = (false, None);
+            self.gone.set(self.gone.get() || self.on_bus.is_some());
+            (self.leaving, self.on_bus, self.joined) = (false, None, false);
         }
     }
 
@@ -136,13 +146,9 @@ impl Chip {
     }
 
     fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
-        if self.recovered_at.is_some_and(|at| at <= self.now()) {
-            self.recovered_at = None;
-            self.confinement = Confinement::default();
-        }
-        if self.told != self.confinement.flags() {
-            self.told = self.confinement.flags();
-            return Poll::Ready(PortEvent::Health(self.confinement.health()));
+        if self.told != self.faults.flags() {
+            self.told = self.faults.flags();
+            return Poll::Ready(PortEvent::Health(self.faults.health()));
         }
         if self.lost > 0 {
             return Poll::Ready(PortEvent::Overrun { lost: std::mem::take(&mut self.lost) });
@@ -170,8 +176,8 @@ impl CanPort for MockPort {
     fn join(&mut self) {
         let mut chip = self.0.borrow_mut();
         chip.leaving = false;
-        if chip.joined.is_none() {
-            chip.joined = Some(chip.now() + Time(JOIN_BITS * BIT.0));
+        if chip.on_bus.is_none() {
+            chip.on_bus = Some(chip.now());
         }
     }
 
@@ -179,7 +185,7 @@ impl CanPort for MockPort {
         let mut chip = self.0.borrow_mut();
         (0..MAILBOXES).for_each(|mailbox| chip.abort(mailbox));
         chip.leaving = true;
-        chip.recovered_at = None;
+        chip.recovers = false;
         chip.finish_leaving();
     }
 
@@ -194,26 +200,15 @@ impl CanPort for MockPort {
     }
 
     fn health(&self) -> Health {
-        self.chip().confinement.health()
+        self.chip().faults.health()
     }
 
     fn recover(&mut self) {
         let mut chip = self.0.borrow_mut();
-        if chip.confinement.state() == ErrorState::BusOff && chip.recovered_at.is_none() {
-            chip.recovered_at = Some(chip.now() + Time(RECOVERY_BITS * BIT.0));
-        }
+        chip.recovers = chip.on_bus.is_some() && chip.faults.state() == ErrorState::BusOff;
     }
 
     async fn event(&mut self) -> PortEvent {
-        let recovery = self.chip().recovered_at.map(|at| self.chip().clock.timeline().sleep_until(at));
-        let mut recovery = recovery.map(Box::pin);
-        poll_fn(|context| {
-            if let Some(sleep) = &mut recovery {
-                // Only to be woken; the chip looks at the time itself.
-                let _ = sleep.as_mut().poll(context).is_ready();
-            }
-            self.0.borrow_mut().poll_event(context)
-        })
-        .await
+        poll_fn(|context| self.0.borrow_mut().poll_event(context)).await
     }
 }

@@ -1,33 +1,36 @@
 //! The port as the wire sees it.
 
-use can_wire::controller::{Controller, WireEvent};
+use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
-use ecss_can::link::port::{ErrorState, MAILBOXES, Mailbox, PortEvent};
+use can_wire::timing::BitTiming;
+use ecss_can::link::port::{LastError, MAILBOXES, Mailbox, PortEvent};
 use ecss_can::link::{CobId, Frame};
 
-use super::{BIT, Chip, MockPort, RECEIVE_DEPTH};
+use super::faults::last_error;
+use super::{Chip, MockPort, RECEIVE_DEPTH};
 
 impl Controller for MockPort {
-    fn bit_time(&self) -> Option<Time> {
-        self.chip().takes_part().then_some(BIT)
-    }
-
-    fn error_passive(&self) -> bool {
-        self.chip().confinement.state() != ErrorState::Active
+    fn attachment(&self) -> Option<Attachment> {
+        let chip = self.chip();
+        if chip.gone.take() {
+            // Off and on again at the same instant are two things: the wire has to look once more.
+            chip.clock.timeline().interrupt();
+            return None;
+        }
+        let since = chip.on_bus?;
+        let (recovers, power_cycle) = (chip.recovers, chip.power_cycle);
+        Some(Attachment { recovers, power_cycle, since, ..Attachment::new(BitTiming::MEGABIT) })
     }
 
     fn request_at(&self) -> Option<Time> {
         let chip = self.chip();
-        if chip.leaving || chip.confinement.state() == ErrorState::BusOff {
-            return None;
-        }
-        Some(chip.mailboxes.waiting_since()?.max(chip.joined?))
+        if chip.may_send() { chip.mailboxes.waiting_since() } else { None }
     }
 
     fn contend(&self, at: Time) -> Option<WireFrame> {
         let chip = self.chip();
-        if chip.leaving || !chip.takes_part() {
+        if !chip.may_send() {
             return None;
         }
         let (mailbox, frame) = chip.mailboxes.best(at)?;
@@ -38,19 +41,20 @@ impl Controller for MockPort {
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
         let mut chip = self.0.borrow_mut();
         match event {
+            WireEvent::Joined => chip.joined = true,
             WireEvent::Started => chip.on_started(),
             WireEvent::ArbitrationLost => chip.on_retry(),
-            WireEvent::Transmitted(_) => chip.on_transmitted(at),
-            WireEvent::Received(trace) => chip.on_received(at, &trace.frame),
+            WireEvent::Transmitted => chip.on_transmitted(at),
+            WireEvent::Received(frame) => chip.on_received(at, frame),
             WireEvent::TransmitError(kind) => {
-                chip.confinement.transmit_error(*kind);
+                chip.faults.last_error = last_error(*kind);
                 chip.on_retry();
-                chip.on_counters();
             }
-            WireEvent::ReceiveError(kind) => {
-                chip.confinement.receive_error(*kind);
-                chip.on_counters();
-            }
+            WireEvent::ReceiveError(kind) => chip.faults.last_error = last_error(*kind),
+            WireEvent::Counters(counters) => chip.on_counters(*counters),
+        }
+        if chip.faults.flags() != chip.told {
+            chip.wake();
         }
         chip.finish_leaving();
     }
@@ -73,18 +77,16 @@ impl Chip {
     fn on_transmitted(&mut self, at: Time) {
         let Some(mailbox) = self.mailboxes.on_wire() else { return };
         self.mailboxes.end(mailbox);
-        self.confinement.transmitted();
+        self.faults.last_error = LastError::None;
         let stamp = self.stamp(at);
         self.push(PortEvent::Transmitted { mailbox: Mailbox(mailbox as u8), stamp });
-        self.on_counters();
     }
 
     fn on_received(&mut self, at: Time, frame: &WireFrame) {
         if self.leaving {
             return;
         }
-        self.confinement.received();
-        self.on_counters();
+        self.faults.last_error = LastError::None;
         let Some(frame) = self.admit(frame) else { return };
         if self.received == RECEIVE_DEPTH {
             self.lost = self.lost.saturating_add(1);
@@ -105,16 +107,17 @@ impl Chip {
             .then(|| Frame::from_dlc(id, frame.dlc, frame.data))
     }
 
-    fn on_counters(&mut self) {
-        if self.confinement.state() == ErrorState::BusOff {
+    fn on_counters(&mut self, counters: ErrorCounters) {
+        self.faults.counters = counters;
+        if counters.bus_off() {
             (0..MAILBOXES)
                 .filter(|&mailbox| self.mailboxes.is_pending(mailbox))
                 .collect::<Vec<_>>()
                 .into_iter()
                 .for_each(|mailbox| self.fail(mailbox));
-        }
-        if self.confinement.flags() != self.told {
-            self.wake();
+        } else if counters == ErrorCounters::default() {
+            // A recovery ends with both at zero.
+            self.recovers = false;
         }
     }
 }

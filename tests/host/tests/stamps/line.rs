@@ -9,6 +9,8 @@ use ecss_can::time::{Captured, EDGES, EdgeRing, Instant, Miss, Stamp, StampSourc
 
 /// Length of a bit at 1 Mbit/s, and of a microsecond.
 pub const BIT: f64 = 84.0;
+/// ACK delimiter and EOF.
+const AFTER_ACK_SLOT: usize = 8;
 
 /// How a frame is sent.
 #[derive(Clone, Copy, Debug, Default)]
@@ -55,7 +57,7 @@ impl Line {
     pub fn frame(&mut self, frame: &WireFrame, sent: Sent) -> Complete {
         let encoded = encode(frame);
         let bit = BIT * (1.0 + sent.ppm / 1e6);
-        let (start, ack) = (self.now, encoded.acknowledged_len() - 1);
+        let (start, ack) = (self.now, encoded.bits().len() - AFTER_ACK_SLOT - 1);
         // The last two bits of the arbitration field, RTR and IDE, are dominant: only the winner is left there.
         let contended = encoded.arbitration_len() - 2;
         for n in falls(frame) {

@@ -1,0 +1,264 @@
+//! Noise on the bits, shorts, loose stubs and defective nodes: the data link and the second bus cope.
+
+use can_wire::fault::Fault;
+use can_wire::time::Time;
+use ecss_can::link::Bus;
+use ecss_can::link::port::{CanPort, ErrorState, Health, LastError};
+use ecss_can::nmt::NodeId;
+use ecss_can::node::{MasterEvent, SlaveEvent};
+use ecss_can::profile::mission::Command;
+use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::redundancy::SwitchCause;
+use host_worlds::log::Happening;
+use host_worlds::world::World;
+
+use crate::support::*;
+
+/// With commands, telemetry and a fault some time later.
+fn busy(profile: Profile, slaves: u8) -> World {
+    let mut world = World::builder(profile, slaves).traffic().build();
+    world.run_until(ms(1_000));
+    assert!(world.all_operational());
+    world
+}
+
+fn causes(world: &World, from: Time) -> Vec<SwitchCause> {
+    let causes = master_told(world, from).into_iter().filter_map(|event| match event {
+        MasterEvent::BusSwitched { cause, .. } => Some(cause),
+        _ => None,
+    });
+    causes.collect()
+}
+
+/// Values that a slave was commanded, in the order of execution.
+fn executed(world: &World, node: NodeId) -> Vec<u32> {
+    let log = world.log_of(node).into_iter();
+    log.filter_map(|(_, what)| match what {
+        Happening::Executed(Command::SetValue(value)) => Some(value),
+        _ => None,
+    })
+    .collect()
+}
+
+/// Verifies: ECSS 5.6.1a, 5.6.2a
+#[test]
+fn bit_errors_cost_repetitions_and_nothing_else() {
+    for (rate, span) in [(1e-5, ms(20_000)), (1e-4, ms(5_000))] {
+        let mut world = busy(STANDARD, 3);
+        let from = world.now();
+        Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::BitErrors { rate, seed: 7 }));
+        world.run_for(span);
+        assert!(world.counters(Bus::Nominal).destroyed > 0, "the noise at {rate:e} struck frames");
+        Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::BitErrors { rate: 0.0, seed: 0 }));
+        world.run_for(ms(100));
+        assert_eq!(switches(&world, from), 0, "{rate:e}: {:?}", causes(&world, from));
+        assert!(world.all_operational());
+        assert_eq!(world.misread_frames(Bus::Nominal), 0);
+        for node in world.slaves() {
+            assert!(told(&world, node, from, entered(ecss_can::nmt::NmtState::PreOperational)).is_empty());
+            // Every command arrived, in order; one whose end was disturbed for some may have arrived twice (ISO 11898-1,
+            // 10.9: an error in the last bit of EOF).
+            let mut values = executed(&world, node);
+            assert!(values.is_sorted(), "{values:?}");
+            values.dedup();
+            let last = *values.last().expect("commands all the time");
+            assert_eq!(values, (values[0]..=last).collect::<Vec<_>>());
+            assert!(u64::from(last) >= (ms(1_000) + span).as_us() / 100_000 - 1);
+        }
+    }
+}
+
+/// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i, 8.3.3b
+#[test]
+fn a_bus_shorted_recessive_is_left_for_the_other_one() {
+    let mut world = running(MIXED, 3);
+    let from = world.now();
+    world.strike(Bus::Nominal, Fault::Short { position_m: 4.0, level: true });
+    world.run_for(ms(1_500));
+    assert_eq!(
+        (world.master_bus(), switches(&world, from)),
+        (Bus::Redundant, 1),
+        "{:?}",
+        causes(&world, from)
+    );
+    assert!(world.all_operational());
+    // Nothing stale goes out when it is over.
+    let over = world.now();
+    world.strike(Bus::Nominal, Fault::ClearShorts);
+    world.run_for(ms(1_000));
+    assert!(since(&world, Bus::Nominal, 0x701, over).is_empty());
+    assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 5.3.3.2.3e, 5.3.3.2.3i, 8.3.3b
+#[test]
+fn a_bus_shorted_dominant_is_left_for_the_other_one() {
+    let mut world = running(MIXED, 3);
+    let from = world.now();
+    world.strike(Bus::Nominal, Fault::Short { position_m: 4.0, level: false });
+    world.run_for(ms(2_000));
+    assert_eq!(
+        (world.master_bus(), switches(&world, from)),
+        (Bus::Redundant, 1),
+        "{:?}",
+        causes(&world, from)
+    );
+    assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 5.3.3.2.3d, 5.3.3.2.3g, 5.3.3.2.3h, 5.3.3.2.3j
+#[test]
+fn a_short_that_goes_away_leaves_no_ill_effects() {
+    for level in [true, false] {
+        for span in [ms(3), ms(60), ms(400), ms(3_000)] {
+            let mut world = running(MIXED, 3);
+            Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::Short { position_m: 4.0, level }));
+            world.run_for(span);
+            Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::ClearShorts));
+            world.run_for(ms(6_000));
+            assert!(world.all_operational(), "level {level} for {} us", span.as_us());
+            let settled = world.now();
+            world.run_for(ms(2_000));
+            assert_eq!(switches(&world, settled), 0);
+            let bus = world.master_bus();
+            for id in 0x701..=0x704 {
+                assert_eq!(since(&world, bus, id, settled).len(), 20, "{id:03X}");
+            }
+        }
+    }
+}
+
+/// Verifies: ECSS 5.3.3.2.2a, 8.3.3b, 8.3.3g
+#[test]
+fn a_master_off_its_stub_goes_to_the_other_bus() {
+    let mut world = running(MIXED, 3);
+    let from = world.now();
+    let master = world.index(MASTER);
+    world.strike(Bus::Nominal, Fault::Disconnect(master));
+    world.run_for(ms(1_000));
+    assert_eq!(causes(&world, from), [SwitchCause::Isolated]);
+    assert_eq!(world.master_bus(), Bus::Redundant);
+    assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 5.3.3.2.2a
+#[test]
+fn a_slave_off_its_stub_is_lost_and_the_others_go_on() {
+    let mut world = busy(STANDARD, 3);
+    let from = world.now();
+    let two = world.index(TWO);
+    Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::Disconnect(two)));
+    world.run_for(ms(2_000));
+    let events = master_told(&world, from);
+    assert!(events.contains(&MasterEvent::SlaveLost { node: TWO }));
+    for (node, id) in [(THREE, 0x703), (FOUR, 0x704)] {
+        assert!(told(&world, node, from, entered(ecss_can::nmt::NmtState::PreOperational)).is_empty());
+        assert_eq!(between(&world, Bus::Nominal, id, from, from + ms(2_000)).len(), 20);
+    }
+    Bus::ALL.into_iter().for_each(|bus| world.strike(bus, Fault::Reconnect(two)));
+    world.run_for(ms(3_000));
+    assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 5.3.3.2.2b
+#[test]
+fn a_controller_without_power_disturbs_nobody() {
+    let mut world = running(STANDARD, 3);
+    let from = world.now();
+    let four = world.index(FOUR);
+    world.strike(Bus::Nominal, Fault::PowerOff(four));
+    world.run_for(ms(100));
+    assert_eq!(world.counters(Bus::Nominal).destroyed, 0);
+    for node in [TWO, THREE] {
+        assert!(told(&world, node, from, entered(ecss_can::nmt::NmtState::PreOperational)).is_empty());
+    }
+}
+
+/// Verifies: ECSS 5.3.3.1b, 8.3.3b
+#[test]
+fn a_babbling_node_costs_one_bus() {
+    let mut world = running(STANDARD, 3);
+    let from = world.now();
+    let four = world.index(FOUR);
+    // The highest priority that there is, data that nobody understands.
+    world.strike(Bus::Nominal, Fault::Babble(four, standard(0x000, &[0x55; 8])));
+    world.run_for(ms(2_000));
+    assert_eq!(
+        (world.master_bus(), switches(&world, from)),
+        (Bus::Redundant, 1),
+        "{:?}",
+        causes(&world, from)
+    );
+    assert!(world.all_operational());
+    world.command(TWO, Command::SetValue(77));
+    world.run_for(ms(20));
+    assert_eq!(executed(&world, TWO), [77]);
+}
+
+/// Verifies: ECSS 5.3.3.1b, 8.3.3b
+#[test]
+fn a_driver_stuck_dominant_costs_one_bus() {
+    let mut world = running(MIXED, 3);
+    let from = world.now();
+    let three = world.index(THREE);
+    world.strike(Bus::Nominal, Fault::StuckDominant(three));
+    world.run_for(ms(2_000));
+    assert_eq!(
+        (world.master_bus(), switches(&world, from)),
+        (Bus::Redundant, 1),
+        "{:?}",
+        causes(&world, from)
+    );
+    assert!(world.all_operational());
+    // When it lets go, the bus is there to go back to.
+    world.strike(Bus::Nominal, Fault::ReleaseDriver(three));
+    world.run_for(ms(500));
+    world.request(ecss_can::node::MasterRequest::SwitchBus(Bus::Nominal));
+    world.run_for(ms(2_000));
+    assert_eq!(world.master_bus(), Bus::Nominal);
+    assert!(world.all_operational());
+}
+
+/// Verifies: ECSS 5.6.2a, 5.6.2b
+#[test]
+fn a_lone_master_becomes_error_passive_and_never_bus_off() {
+    let mut world = World::builder(STANDARD, 0).build();
+    world.run_until(ms(3_000));
+    let port = world.port(MASTER, Bus::Nominal);
+    let passive = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
+    assert_eq!(port.health(), passive);
+    let states: Vec<ErrorState> = master_told(&world, Time::ZERO)
+        .into_iter()
+        .filter_map(|event| match event {
+            MasterEvent::Health { bus: Bus::Nominal, health } => Some(health.state),
+            _ => None,
+        })
+        .collect();
+    assert!(states.contains(&ErrorState::Passive) && !states.contains(&ErrorState::BusOff), "{states:?}");
+}
+
+/// Verifies: ECSS 5.6.2a
+#[test]
+fn recovery_from_bus_off_takes_128_times_11_bits() {
+    let mut world = running(STANDARD, 3);
+    let from = world.now();
+    for _ in 0..400 {
+        world.inject(Bus::Nominal, standard(0x702, &[0x01]));
+    }
+    world.run_for(ms(200));
+    let log = world.log_of(TWO).into_iter().filter(|(at, _)| *at >= from);
+    let states: Vec<(Time, ErrorState)> = log
+        .filter_map(|(at, what)| match what {
+            Happening::Slave(SlaveEvent::Health { bus: Bus::Nominal, health }) => Some((at, health.state)),
+            _ => None,
+        })
+        .collect();
+    let off = states.iter().position(|(_, state)| *state == ErrorState::BusOff).expect("it went off");
+    let back = states[off + 1];
+    assert_eq!(back.1, ErrorState::Active);
+    let away = back.0.since(states[off].0);
+    let pause = Time::from_us(STANDARD.bus_off.pause.as_micros());
+    assert!(away >= pause + Time::from_us(1_408), "back after {} us", away.as_us());
+    // Frames of others end in 11 recessive bits each.
+    assert!(away <= pause + ms(20), "back after {} us", away.as_us());
+}
