@@ -27,6 +27,11 @@ impl Mailboxes {
         Some(Mailbox(number as u8))
     }
 
+    /// Whether it is in use by a frame with this identifier.
+    pub fn holds(&self, mailbox: Mailbox, id: CobId) -> bool {
+        self.in_use.get(usize::from(mailbox.0)) == Some(&Some(id))
+    }
+
     /// Its result was reported.
     pub fn release(&mut self, mailbox: Mailbox) {
         if let Some(slot) = self.in_use.get_mut(usize::from(mailbox.0)) {
