@@ -61,6 +61,17 @@ mod tests {
     }
 
     #[test]
+    fn a_mailbox_holds_an_identifier_until_its_result_was_reported() {
+        let mut mailboxes = Mailboxes::default();
+        assert_eq!(mailboxes.claim(URGENT), Some(Mailbox(0)));
+        assert!(mailboxes.holds(Mailbox(0), URGENT));
+        assert!(!mailboxes.holds(Mailbox(0), id(0x382)));
+        assert!(!mailboxes.holds(Mailbox(1), URGENT));
+        mailboxes.release(Mailbox(0));
+        assert!(!mailboxes.holds(Mailbox(0), URGENT));
+    }
+
+    #[test]
     fn equal_identifiers_are_pending_in_rising_numbers_only() {
         let mut mailboxes = Mailboxes::default();
         assert_eq!(mailboxes.claim(id(0x382)), Some(Mailbox(0)));
