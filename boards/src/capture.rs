@@ -44,8 +44,8 @@ pub fn start(
     _timer: Peri<'static, peripherals::TIM5>,
     nominal: Peri<'static, impl TimerPin<peripherals::TIM5, Ch1>>,
     redundant: Peri<'static, impl TimerPin<peripherals::TIM5, Ch2>>,
-    _nominal: Peri<'static, peripherals::DMA1_CH2>,
-    _redundant: Peri<'static, peripherals::DMA1_CH4>,
+    _stream2: Peri<'static, peripherals::DMA1_CH2>,
+    _stream4: Peri<'static, peripherals::DMA1_CH4>,
 ) -> PerBus<Edges> {
     rcc::enable_and_reset::<peripherals::TIM5>();
     let functions = PerBus { nominal: nominal.af_num(), redundant: redundant.af_num() };
@@ -68,7 +68,8 @@ pub fn start(
     PerBus { nominal: Edges::new(Bus::Nominal, nominal), redundant: Edges::new(Bus::Redundant, redundant) }
 }
 
-/// Each request moves the capture register into the next cell of the ring, for ever, without interrupts.
+/// Each request moves the capture register into the next cell of the ring, for ever, without interrupts. The cells are
+/// atomics of a static: they may change at any time, and are there for ever.
 fn go_round(stream: St, capture: *const u32, ring: &'static EdgeRing) {
     stream.par().write_value(capture as u32);
     stream.m0ar().write_value(ring.cells().as_ptr() as u32);
