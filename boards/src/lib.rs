@@ -16,6 +16,8 @@ pub mod straps;
 #[cfg(target_os = "none")]
 mod board;
 #[cfg(target_os = "none")]
+mod capture;
+#[cfg(target_os = "none")]
 mod clock;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;

@@ -4,11 +4,11 @@
 //! | --- | --- | --- |
 //! | nominal bus, CAN1 RX and TX | PB8, PB9 | CN10 3, 5 |
 //! | redundant bus, CAN2 RX and TX | PB12, PB13 | CN10 16, 30 |
+//! | capture of CAN_RX, nominal and redundant, by wires from CN10 3 and 16 | PA0, PA1 | CN7 28, 30 |
 //! | straps: bits 0 to 3, odd parity | PC0, PC1, PC2, PC3, PB0 | CN7 38, 36, 35, 37, 34 |
 //! | LEDs: activity (LD2, green), state (external) | PA5, PA6 | on board, CN10 13 |
 //!
-//! PA2 and PA3 are the serial port of the ST-LINK, PA13 and PA14 its debug port; they are never touched. CN7 28 and 30
-//! (PA0, PA1) stay free for capturing CAN_RX. Straps are closed to ground (CN7 22); inside they have pull-ups.
+//! PA2 and PA3 are the serial port of the ST-LINK, PA13 and PA14 its debug port; they are never touched. Straps are closed to ground (CN7 22); inside they have pull-ups.
 
 use ecss_can::link::PerBus;
 use ecss_can::link::bit_timing::BitTiming;
@@ -16,9 +16,9 @@ use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
 
-use crate::Uptime;
 use crate::board::{Board, Irqs, Leds, clocks, node_id};
 use crate::bxcan::Port;
+use crate::{Uptime, capture};
 
 /// MCO of the ST-LINK, a square wave.
 const OSCILLATOR: Hse = Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass };
@@ -37,9 +37,10 @@ impl Board {
             Input::new(p.PC3, Pull::Up),
             Input::new(p.PB0, Pull::Up),
         ]);
+        let edges = capture::start(p.TIM5, p.PA0, p.PA1, p.DMA1_CH2, p.DMA1_CH4);
         // CAN1 first: it holds the filter banks and the clock of both.
-        let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing);
-        let redundant = Port::new(p.CAN2, p.PB12, p.PB13, Irqs, timing);
+        let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing, edges.nominal);
+        let redundant = Port::new(p.CAN2, p.PB12, p.PB13, Irqs, timing, edges.redundant);
         Board {
             ports: PerBus { nominal, redundant },
             clock: Uptime,

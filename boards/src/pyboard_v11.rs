@@ -4,11 +4,11 @@
 //! | --- | --- | --- |
 //! | nominal bus, CAN1 RX and TX | PB8, PB9 | Y3, Y4 |
 //! | redundant bus, CAN2 RX and TX | PB12, PB13 | Y5, Y6 |
+//! | capture of CAN_RX, nominal and redundant, by wires from Y3 and Y5 | PA0, PA1 | X1, X2 |
 //! | straps: bits 0 to 3, odd parity | PA2, PA3, PA4, PA5, PA6 | X3, X4, X5, X6, X7 |
 //! | LEDs: activity (blue), state (yellow) | PB4, PA15 | on board |
 //!
-//! The red and green LEDs hang on the debug pins PA13 and PA14 and are never touched. X1 and X2 (PA0, PA1) stay free for
-//! capturing CAN_RX. Straps are closed to ground (X14, Y14); inside they have pull-ups.
+//! The red and green LEDs hang on the debug pins PA13 and PA14 and are never touched. Straps are closed to ground (X14, Y14); inside they have pull-ups.
 
 use ecss_can::link::PerBus;
 use ecss_can::link::bit_timing::BitTiming;
@@ -16,9 +16,9 @@ use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
 
-use crate::Uptime;
 use crate::board::{Board, Irqs, Leds, clocks, node_id};
 use crate::bxcan::Port;
+use crate::{Uptime, capture};
 
 /// A crystal.
 const OSCILLATOR: Hse = Hse { freq: Hertz(12_000_000), mode: HseMode::Oscillator };
@@ -37,9 +37,10 @@ impl Board {
             Input::new(p.PA5, Pull::Up),
             Input::new(p.PA6, Pull::Up),
         ]);
+        let edges = capture::start(p.TIM5, p.PA0, p.PA1, p.DMA1_CH2, p.DMA1_CH4);
         // CAN1 first: it holds the filter banks and the clock of both.
-        let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing);
-        let redundant = Port::new(p.CAN2, p.PB12, p.PB13, Irqs, timing);
+        let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing, edges.nominal);
+        let redundant = Port::new(p.CAN2, p.PB12, p.PB13, Irqs, timing, edges.redundant);
         Board {
             ports: PerBus { nominal, redundant },
             clock: Uptime,

@@ -11,7 +11,7 @@ const SYMBOL: &str = "TELLTALE";
 const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 
 /// 32-bit words, little-endian: magic, then the fields below in their order.
-const WORDS: usize = 12;
+const WORDS: usize = 18;
 
 /// What the firmware itself counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,6 +32,19 @@ pub struct Telltale {
     pub skipped_turns: u32,
     /// Interrupts of both controllers: results of transmissions, received frames, changes of the error state.
     pub interrupts: [u32; 3],
+    /// What became of stamps that were to be measured in hardware.
+    pub stamps: Stamps,
+}
+
+/// Stamps of a board, both buses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Stamps {
+    /// Measured.
+    pub captured: u32,
+    /// Not measured: no edges; not those of the frame; interrupt too late; more than one frame like it.
+    pub missed: [u32; 4],
+    /// Low word of the last one measured, ticks of 1/84 µs.
+    pub last: u32,
 }
 
 impl Telltale {
@@ -78,6 +91,11 @@ fn decode(bytes: &[u8]) -> anyhow::Result<Telltale> {
         telemetry_replies: word(7),
         skipped_turns: word(8),
         interrupts: [word(9), word(10), word(11)],
+        stamps: Stamps {
+            captured: word(12),
+            missed: [word(13), word(14), word(15), word(16)],
+            last: word(17),
+        },
     })
 }
 
@@ -87,7 +105,7 @@ mod tests {
 
     #[test]
     fn words_stand_in_their_order() {
-        let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11];
+        let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17];
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let expected = Telltale {
             handled: [1, 2],
@@ -98,13 +116,14 @@ mod tests {
             telemetry_replies: 7,
             skipped_turns: 8,
             interrupts: [9, 10, 11],
+            stamps: Stamps { captured: 12, missed: [13, 14, 15, 16], last: 17 },
         };
         assert_eq!(decode(&bytes).unwrap(), expected);
     }
 
     #[test]
     fn something_else_in_its_place_is_an_error() {
-        assert!(decode(&[0xFF; 48]).unwrap_err().to_string().contains("ECAN"));
-        assert_eq!(decode(&[0; 48]).unwrap(), Telltale::default());
+        assert!(decode(&[0xFF; 4 * WORDS]).unwrap_err().to_string().contains("ECAN"));
+        assert_eq!(decode(&[0; 4 * WORDS]).unwrap(), Telltale::default());
     }
 }

@@ -13,8 +13,8 @@ use heapless::Deque;
 
 use super::status::{Enables, ErrorLog, Status};
 
-/// Received frames that may wait for the task: 3 ms of the shortest frames.
-const FRAMES: usize = 64;
+/// Received frames that may wait for the task: 1.5 ms of the shortest frames, 3.5 ms of those with 8 bytes.
+const FRAMES: usize = 32;
 
 /// What happened on a controller and was not taken yet.
 pub struct EventQueue {
@@ -68,6 +68,11 @@ impl EventQueue {
     /// The error interrupt; `repeated`: it would have come at once again.
     pub(super) fn error_interrupt(&self, now: Status, repeated: bool) -> Enables {
         self.update(|waiting| waiting.errors.on_interrupt(now, repeated))
+    }
+
+    /// Whether such an event waits.
+    pub(super) fn holds(&self, such: impl Fn(&PortEvent) -> bool) -> bool {
+        self.with(|waiting| waiting.events.iter().any(such))
     }
 
     /// The next event.

@@ -27,6 +27,11 @@ impl Mailboxes {
         Some(Mailbox(number as u8))
     }
 
+    /// Whether it is in use by a frame with this identifier.
+    pub fn holds(&self, mailbox: Mailbox, id: CobId) -> bool {
+        self.in_use.get(usize::from(mailbox.0)) == Some(&Some(id))
+    }
+
     /// Its result was reported.
     pub fn release(&mut self, mailbox: Mailbox) {
         if let Some(slot) = self.in_use.get_mut(usize::from(mailbox.0)) {
@@ -53,6 +58,17 @@ mod tests {
         assert_eq!(mailboxes.claim(id(0x382)), None);
         assert_eq!(mailboxes.claim(URGENT), Some(Mailbox(2)));
         assert_eq!(mailboxes.claim(URGENT), None);
+    }
+
+    #[test]
+    fn a_mailbox_holds_an_identifier_until_its_result_was_reported() {
+        let mut mailboxes = Mailboxes::default();
+        assert_eq!(mailboxes.claim(URGENT), Some(Mailbox(0)));
+        assert!(mailboxes.holds(Mailbox(0), URGENT));
+        assert!(!mailboxes.holds(Mailbox(0), id(0x382)));
+        assert!(!mailboxes.holds(Mailbox(1), URGENT));
+        mailboxes.release(Mailbox(0));
+        assert!(!mailboxes.holds(Mailbox(0), URGENT));
     }
 
     #[test]

@@ -2,10 +2,10 @@
 
 use core::future::poll_fn;
 
-use ecss_can::link::Frame;
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, MAILBOXES, Mailbox, PortEvent};
-use ecss_can::time::Clock;
+use ecss_can::link::{CobId, Frame};
+use ecss_can::time::{Clock, Stamp};
 use embassy_stm32::can::{RxPin, TxPin};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::Priority;
@@ -22,6 +22,7 @@ use super::mailboxes::Mailboxes;
 use super::mode::{Mode, Request, Seen};
 use super::status::{Enables, Status};
 use crate::Uptime;
+use crate::capture::Edges;
 
 /// Below the timer driver's: its interrupt keeps the time that the stamps are read from.
 const PRIORITY: Priority = Priority::P6;
@@ -33,6 +34,9 @@ const INIT_POLLS: usize = 2_000;
 /// of it either.
 const LOOK: Duration = Duration::from_millis(1);
 
+/// Ticks of the capture timer in a clock of APB1: timers run at twice its rate.
+const TICKS_PER_CLOCK: u32 = 2;
+
 /// A bxCAN controller on its bus.
 pub struct Port {
     registers: Can,
@@ -40,6 +44,7 @@ pub struct Port {
     events: &'static EventQueue,
     mailboxes: Mailboxes,
     timing: BitTiming,
+    edges: Edges,
     mode: Mode,
     /// May be on its way out of bus-off.
     recovering: bool,
@@ -59,6 +64,7 @@ impl Port {
         + Binding<T::RX0Interrupt, ReceiveHandler<T>>
         + Binding<T::SCEInterrupt, StatusHandler<T>>,
         timing: BitTiming,
+        edges: Edges,
     ) -> Port {
         rcc::enable_and_reset::<T>();
         // Everything that is not named is off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
@@ -78,6 +84,7 @@ impl Port {
             events: T::events(),
             mailboxes: Mailboxes::default(),
             timing,
+            edges,
             mode: Mode::entering(Uptime.now()),
             recovering: false,
             _pins: [rx, tx],
@@ -112,6 +119,18 @@ impl Port {
             Request::Init => self.registers.mcr().modify(|w| w.set_inrq(true)),
             Request::Normal => self.registers.mcr().modify(|w| w.set_inrq(false)),
         }
+    }
+
+    /// Whether a frame with this identifier was received or sent and not handed out, or may have been.
+    fn holds(&self, id: CobId) -> bool {
+        let status = self.registers.tsr().read();
+        (0..MAILBOXES).any(|n| status.rqcp(n))
+            || self.registers.rfr(0).read().fmp() > 0
+            || self.events.holds(|event| match event {
+                PortEvent::Received { frame, .. } => frame.id() == id,
+                PortEvent::Transmitted { mailbox, .. } => self.mailboxes.holds(*mailbox, id),
+                _ => false,
+            })
     }
 
     fn is_bus_off(&self) -> bool {
@@ -199,6 +218,11 @@ impl CanPort for Port {
             self.recovering = true;
             self.advance();
         }
+    }
+
+    fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
+        let bit = u32::from(self.timing.prescaler()) * u32::from(self.timing.quanta()) * TICKS_PER_CLOCK;
+        self.edges.stamp(frame, reported, bit, || !self.holds(frame.id()))
     }
 
     async fn event(&mut self) -> PortEvent {

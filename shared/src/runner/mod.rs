@@ -18,7 +18,7 @@ use embassy_sync::channel::Channel;
 
 pub use bus_task::bus_task;
 pub use node_task::{Node, Outbox, node_task};
-pub use telltale::{Interrupts, Tally, Telltale};
+pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;

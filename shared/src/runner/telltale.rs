@@ -3,6 +3,7 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use crate::link::Bus;
+use crate::time::{Miss, Stamp};
 
 /// A block of counters at a fixed, documented layout: 32-bit words in the order below, little-endian.
 ///
@@ -25,6 +26,8 @@ pub struct Telltale {
     pub skipped_turns: Tally,
     /// Interrupts of both controllers.
     pub interrupts: Interrupts,
+    /// Stamps that were to be measured in hardware.
+    pub stamps: Stamps,
 }
 
 /// Interrupts by their kind: how often a controller called.
@@ -37,6 +40,45 @@ pub struct Interrupts {
     pub receive: Tally,
     /// Changes of the error state.
     pub error: Tally,
+}
+
+/// What became of stamps that were to be measured in hardware, on both buses.
+#[repr(C)]
+#[derive(Debug)]
+pub struct Stamps {
+    captured: Tally,
+    silent: Tally,
+    mismatched: Tally,
+    late: Tally,
+    ambiguous: Tally,
+    last: AtomicU32,
+}
+
+impl Stamps {
+    const fn new() -> Self {
+        Stamps {
+            captured: Tally::new(),
+            silent: Tally::new(),
+            mismatched: Tally::new(),
+            late: Tally::new(),
+            ambiguous: Tally::new(),
+            last: AtomicU32::new(0),
+        }
+    }
+
+    /// Counts a stamp, or why there is none, and keeps the low word of its [`Ticks`](crate::time::Ticks).
+    pub fn note(&self, result: &Result<Stamp, Miss>) {
+        match result {
+            Ok(stamp) => {
+                self.captured.count();
+                self.last.store(stamp.ticks.low(), Ordering::Relaxed);
+            }
+            Err(Miss::Silent) => self.silent.count(),
+            Err(Miss::Mismatch) => self.mismatched.count(),
+            Err(Miss::Late) => self.late.count(),
+            Err(Miss::Ambiguous) => self.ambiguous.count(),
+        }
+    }
 }
 
 /// A counter that only rises; it wraps at 2^32.
@@ -82,6 +124,7 @@ impl Telltale {
             telemetry_replies: Tally::new(),
             skipped_turns: Tally::new(),
             interrupts: Interrupts { transmit: Tally::new(), receive: Tally::new(), error: Tally::new() },
+            stamps: Stamps::new(),
         }
     }
 

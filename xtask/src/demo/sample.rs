@@ -14,7 +14,7 @@ use super::observer::{Access, Observer, Phase};
 use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Record, Seen};
 use crate::board::Board;
-use crate::telltale::Telltale;
+use crate::telltale::{Stamps, Telltale};
 
 const CUT_MS: u64 = 20_000;
 const SWITCH_MS: u64 = 20_600;
@@ -143,7 +143,12 @@ pub fn flight() -> Flight {
     let count = |node, commands, telemetry_replies| BoardCount {
         node,
         instructions: 30_000_000,
-        telltale: Telltale { commands, telemetry_replies, ..Telltale::default() },
+        telltale: Telltale {
+            commands,
+            telemetry_replies,
+            stamps: Stamps { captured: 1, ..Stamps::default() },
+            ..Telltale::default()
+        },
         ..BoardCount::default()
     };
     let boards = vec![

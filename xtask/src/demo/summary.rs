@@ -10,7 +10,6 @@ use super::narrator::name;
 use super::observer::Access;
 use super::plan::PROFILE;
 use super::record::{Bus, MASTER, Node};
-use super::telemetry;
 
 /// `summary.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -31,7 +30,8 @@ pub struct Summary {
     pub emulated_mips: f64,
     /// Second of the cut, `null` without one.
     pub cut_at_seconds: Option<f64>,
-    /// Where the slaves say they take the time stamps of frames from; `Unknown` when none told.
+    /// Where the boards took the stamps of frames that matter from: `capture` when all of them were measured by hardware,
+    /// `interrupt` when none was, else `mixed`; `unknown` when there was no such frame.
     pub stamp_source: &'static str,
     /// Frames that completed, per bus.
     pub frames: BTreeMap<&'static str, u64>,
@@ -79,12 +79,7 @@ impl Summary {
             wall_seconds: rounded(wall_seconds, 3),
             emulated_mips: rounded(instructions as f64 / 1e6 / wall_seconds, 2),
             cut_at_seconds: flight.cut().map(|(at, _)| at.as_secs_f64()),
-            stamp_source: messages()
-                .find_map(|message| match message {
-                    Message::Telemetry { code, value, .. } => telemetry::stamp_source(code, value),
-                    _ => None,
-                })
-                .unwrap_or("unknown"),
+            stamp_source: stamp_source(flight),
             frames: Bus::BOTH
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
@@ -109,6 +104,18 @@ impl Summary {
             lockups: flight.boards.iter().map(|board| board.lockups).sum(),
             panics: flight.boards.iter().map(|board| board.panics).sum(),
         }
+    }
+}
+
+fn stamp_source(flight: &Flight) -> &'static str {
+    let stamps = || flight.boards.iter().map(|board| &board.telltale.stamps);
+    let captured = stamps().any(|stamps| stamps.captured > 0);
+    let missed = stamps().any(|stamps| stamps.missed.iter().any(|count| *count > 0));
+    match (captured, missed) {
+        (true, false) => "capture",
+        (true, true) => "mixed",
+        (false, true) => "interrupt",
+        (false, false) => "unknown",
     }
 }
 
@@ -182,10 +189,21 @@ mod tests {
         assert_eq!(summary.slaves_operational_at_end, 2);
         assert_eq!(summary.failover_ms[&2], Some(sample::PARALLEL_FAILOVER_MS));
         assert_eq!(summary.failover_ms[&4], Some(sample::SELECTIVE_FAILOVER_MS));
-        assert_eq!(summary.stamp_source, "interrupt");
+        assert_eq!(summary.stamp_source, "capture");
         assert_eq!(summary.wall_seconds, 10.0);
         assert_eq!(summary.emulated_mips, 9.0, "3 boards with 30 million instructions each in 10 s");
         assert_eq!(faults(&flight), Vec::<String>::new());
+    }
+
+    #[test]
+    fn the_source_of_stamps_is_that_of_all_boards() {
+        let mut flight = sample::flight();
+        flight.boards[2].telltale.stamps.missed[3] = 1;
+        assert_eq!(Summary::of(&flight).stamp_source, "mixed");
+        flight.boards.iter_mut().for_each(|board| board.telltale.stamps.captured = 0);
+        assert_eq!(Summary::of(&flight).stamp_source, "interrupt");
+        flight.boards[2].telltale.stamps.missed[3] = 0;
+        assert_eq!(Summary::of(&flight).stamp_source, "unknown");
     }
 
     #[test]

@@ -11,9 +11,10 @@ pub fn text(code: u16, value: u64) -> String {
         0x0101 => format!("up for {:.3} s", value as f64 / 1e3),
         0x0102 => format!("value kept: {value}"),
         0x0103 => format!("{value} commands executed"),
-        STAMP_SOURCE => match stamp_source(code, value) {
-            Some(source) => format!("stamps frames by {source}"),
-            None => "has stamped no frame yet".into(),
+        STAMP_SOURCE => match value {
+            1 => "stamped its last SYNC in the interrupt".into(),
+            2 => "stamped its last SYNC by a captured edge".into(),
+            _ => "has stamped no SYNC yet".into(),
         },
         0x0110 | 0x0111 => format!("{bus} bus: {} frames received, {} sent", field(0, 24), field(24, 24)),
         0x0120 | 0x0121 => {
@@ -33,15 +34,6 @@ pub fn text(code: u16, value: u64) -> String {
     }
 }
 
-/// Where a slave says it takes the time stamps of frames from; `None` when the reply is about something else or the
-/// slave does not know yet.
-pub fn stamp_source(code: u16, value: u64) -> Option<&'static str> {
-    match (code, value) {
-        (STAMP_SOURCE, 1) => Some("interrupt"),
-        _ => None,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,14 +45,7 @@ mod tests {
         assert_eq!(text(0x0111, 0x0000_0500_0003), "redundant bus: 3 frames received, 5 sent");
         assert_eq!(text(0x0120, 0x0003_0002_0001), "nominal bus: 1 frames lost, 2 malformed, 3 not sent");
         assert_eq!(text(0x0130, 0x03_05_80_01), "nominal bus: error passive, TEC 128, REC 5");
-        assert_eq!(text(0x0104, 1), "stamps frames by interrupt");
+        assert_eq!(text(0x0104, 2), "stamped its last SYNC by a captured edge");
         assert_eq!(text(0x7777, 9), "7777h: 9");
-    }
-
-    #[test]
-    fn only_the_reply_about_stamps_tells_their_source() {
-        assert_eq!(stamp_source(0x0104, 1), Some("interrupt"));
-        assert_eq!(stamp_source(0x0104, 0), None);
-        assert_eq!(stamp_source(0x0101, 1), None);
     }
 }

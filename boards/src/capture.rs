@@ -1,0 +1,121 @@
+//! Falling edges of both CAN_RX lines, captured by TIM5 and moved by DMA1, and stamps of frames from them.
+//!
+//! ```text
+//! CAN1_RX ── wire ── PA0 ── TIM5 channel 1 ── DMA1 stream 2 ── ring of the nominal bus
+//! CAN2_RX ── wire ── PA1 ── TIM5 channel 2 ── DMA1 stream 4 ── ring of the redundant bus
+//! ```
+//!
+//! A pin has one alternate function, so CAN_RX goes to a second pin by wire; without it frames keep the stamps of their
+//! interrupts. Nothing here interrupts: the DMA goes round for ever and is asked for its place when a frame is to be
+//! stamped. That is why the streams are programmed here: the ring buffer of embassy-stm32 counts laps in interrupts and
+//! hands edges out in order, once, where a search looks back and needs no count: edges that were overwritten are not
+//! the pattern of a frame any more.
+//!
+//! TIM5 counts the low word of [`Ticks`]; the rest comes with the interrupt's time.
+
+use ecss_can::link::{Bus, Frame, PerBus};
+use ecss_can::time::{Captured, Clock, EDGES, EdgeRing, Miss, Stamp, Ticks};
+use embassy_stm32::gpio::{AfType, Flex, Pull};
+use embassy_stm32::pac::TIM5;
+use embassy_stm32::pac::dma::St;
+use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
+use embassy_stm32::pac::timer::vals::CcmrInputCcs;
+use embassy_stm32::timer::{Ch1, Ch2, TimerPin};
+use embassy_stm32::{Peri, pac, peripherals, rcc};
+
+use crate::{TELLTALE, Uptime};
+
+/// TIM5_CH1 on stream 2 and TIM5_CH2 on stream 4 (RM0090 table 42).
+const STREAMS: PerBus<usize> = PerBus { nominal: 2, redundant: 4 };
+const STREAM_CHANNEL: u8 = 6;
+
+static RINGS: PerBus<EdgeRing> = PerBus { nominal: EdgeRing::new(), redundant: EdgeRing::new() };
+
+/// The edges of one line.
+pub struct Edges {
+    ring: &'static EdgeRing,
+    stream: St,
+    /// Dropping it would cut the timer off its pin.
+    _pin: Flex<'static>,
+}
+
+/// Captures both lines from now on.
+pub fn start(
+    _timer: Peri<'static, peripherals::TIM5>,
+    nominal: Peri<'static, impl TimerPin<peripherals::TIM5, Ch1>>,
+    redundant: Peri<'static, impl TimerPin<peripherals::TIM5, Ch2>>,
+    _stream2: Peri<'static, peripherals::DMA1_CH2>,
+    _stream4: Peri<'static, peripherals::DMA1_CH4>,
+) -> PerBus<Edges> {
+    rcc::enable_and_reset::<peripherals::TIM5>();
+    let functions = PerBus { nominal: nominal.af_num(), redundant: redundant.af_num() };
+    let mut pins = PerBus { nominal: Flex::new(nominal), redundant: Flex::new(redundant) };
+    for (channel, bus) in Bus::ALL.into_iter().enumerate() {
+        // A line without wire is quiet.
+        pins[bus].set_as_af_unchecked(functions[bus], AfType::input(Pull::Up));
+        go_round(pac::DMA1.st(STREAMS[bus]), TIM5.ccr(channel).as_ptr(), &RINGS[bus]);
+        TIM5.ccmr_input(0).modify(|w| w.set_ccs(channel, CcmrInputCcs::TI4));
+        TIM5.dier().modify(|w| w.set_ccde(channel, true));
+        TIM5.ccer().modify(|w| {
+            w.set_ccp(channel, true);
+            w.set_cce(channel, true);
+        });
+    }
+    TIM5.arr().write_value(u32::MAX);
+    TIM5.cnt().write_value(next_microsecond().low());
+    TIM5.cr1().modify(|w| w.set_cen(true));
+    let PerBus { nominal, redundant } = pins;
+    PerBus { nominal: Edges::new(Bus::Nominal, nominal), redundant: Edges::new(Bus::Redundant, redundant) }
+}
+
+/// Each request moves the capture register into the next cell of the ring, for ever, without interrupts. The cells are
+/// atomics of a static: they may change at any time, and are there for ever.
+fn go_round(stream: St, capture: *const u32, ring: &'static EdgeRing) {
+    stream.par().write_value(capture as u32);
+    stream.m0ar().write_value(ring.cells().as_ptr() as u32);
+    stream.ndtr().write(|w| w.set_ndt(EDGES as u16));
+    stream.cr().write(|w| {
+        w.set_chsel(STREAM_CHANNEL);
+        w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
+        w.set_psize(Size::BITS32);
+        w.set_msize(Size::BITS32);
+        w.set_minc(true);
+        w.set_circ(true);
+        w.set_pl(Pl::VERY_HIGH);
+        w.set_en(true);
+    });
+}
+
+/// The beginning of a microsecond of the uptime, when it is there.
+fn next_microsecond() -> Ticks {
+    let now = Uptime.now();
+    loop {
+        let next = Uptime.now();
+        if next > now {
+            return next.into();
+        }
+    }
+}
+
+impl Edges {
+    fn new(bus: Bus, pin: Flex<'static>) -> Edges {
+        Edges { ring: &RINGS[bus], stream: pac::DMA1.st(STREAMS[bus]), _pin: pin }
+    }
+
+    /// The stamp of a frame, measured if possible, else `reported`, that of its interrupt; counted either way. `bit` is
+    /// the length of a bit in ticks, `alone` whether no later frame like this one has been received or sent.
+    pub fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
+        // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too.
+        let end = reported.ticks.low().wrapping_add(bit);
+        while (1..=bit).contains(&end.wrapping_sub(TIM5.cnt().read())) {}
+        let alone_until = TIM5.cnt().read();
+        let next = EDGES - usize::from(self.stream.ndtr().read().ndt());
+        let result = if alone() {
+            self.ring.stamp(Captured { next, alone_until }, frame, reported, bit)
+        } else {
+            Err(Miss::Ambiguous)
+        };
+        TELLTALE.stamps.note(&result);
+        result.unwrap_or(reported)
+    }
+}
