@@ -135,7 +135,11 @@ impl Wire {
     /// Error counters of `node` as of its last [`WireEvent::Counters`](crate::controller::WireEvent::Counters) or
     /// later.
     pub fn error_counters(&self, node: NodeIndex) -> ErrorCounters {
-        self.nodes[node].mac.counters
+        let in_flight = self.segments.iter().find_map(|segment| match &segment.mode {
+            Mode::Flight(flight) => flight.counters(node),
+            _ => None,
+        });
+        in_flight.unwrap_or(self.nodes[node].mac.counters)
     }
 
     /// Advances to `until`, telling the controllers what happened on the way.

@@ -134,13 +134,11 @@ fn a_transmitter_that_leaves_takes_its_frame_along() {
     assert_eq!(errors(&bench, 1)[0], (end_of(SOF, 20), receive_error(ErrorKind::Stuff)));
     let left = |record: &Record| matches!(record, Record::Destroyed { cause: Destruction::TransmitterLeft, at, transmitter: 0, .. } if *at == us(SOF + 15));
     assert!(bench.wire.take_records().iter().any(left));
-    // Alone now: flag, delimiter, intermission, and nobody acknowledges.
-    assert_eq!(starts(&bench, 1), [us(SOF + 21 + 6 + 8 + 3), us(SOF + 21 + 17 + 57 + stuff_difference())]);
-}
-
-/// 700h without data has one bit more than 080h up to its ACK slot, or fewer: by paper.
-fn stuff_difference() -> u64 {
-    (can_wire::encode::encode(&frame(0x700)).stuffed_len() - CRC_DELIMITER) as u64
+    // Alone now: flag, delimiter, intermission, and nobody acknowledges. 0 11100000 (1) 000 0 0 0 0000 ...: up to the
+    // ACK slot, the bits of the frame but for ACK delimiter and EOF.
+    let second = SOF + 21 + 6 + 8 + 3;
+    let up_to_ack = can_wire::encode::encode(&frame(0x700)).bits().len() as u64 - 8;
+    assert_eq!(starts(&bench, 1), [us(second), us(second + up_to_ack + 6 + 8 + 3)]);
 }
 
 #[test]
