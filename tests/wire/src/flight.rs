@@ -41,6 +41,13 @@ pub(crate) struct Flight {
 }
 
 impl Flight {
+    /// Error counters of `node`, once everything about them has been told.
+    pub(crate) fn counters(&self, node: NodeIndex) -> Option<ErrorCounters> {
+        let told = self.agenda.iter().all(|&(_, other, _)| other != node);
+        let landing = self.landings.iter().find(|landing| landing.node == node);
+        landing.filter(|_| told).map(|landing| landing.counters)
+    }
+
     /// `node` takes part and has not come to its intermission at `now`.
     pub(crate) fn carries(&self, node: NodeIndex, now: Fine) -> bool {
         self.landings.iter().any(|landing| landing.node == node && landing.clock.start() > now)
@@ -492,6 +499,7 @@ impl Segment {
         }
         self.run_bits(reached, stage);
         self.replaying = false;
+        self.ledger.told_until = None;
         self.cursor = reached;
     }
 }

@@ -14,6 +14,7 @@ pub mod controller;
 mod decode;
 pub mod encode;
 mod errors;
+pub mod failure;
 pub mod fault;
 pub mod field;
 mod fine;

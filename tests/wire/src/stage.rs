@@ -147,7 +147,8 @@ impl Stage<'_> {
         cause: Destruction,
     ) {
         let Some(own) = transmission else { return };
-        if !ledger.is_news(at) || std::mem::replace(&mut ledger.recorded, true) {
+        let is_news = cause == Destruction::TransmitterLeft || ledger.is_news(at);
+        if !is_news || std::mem::replace(&mut ledger.recorded, true) {
             return;
         }
         ledger.busy_from.get_or_insert(own.start);

@@ -135,7 +135,11 @@ impl Wire {
     /// Error counters of `node` as of its last [`WireEvent::Counters`](crate::controller::WireEvent::Counters) or
     /// later.
     pub fn error_counters(&self, node: NodeIndex) -> ErrorCounters {
-        self.nodes[node].mac.counters
+        let in_flight = self.segments.iter().find_map(|segment| match &segment.mode {
+            Mode::Flight(flight) => flight.counters(node),
+            _ => None,
+        });
+        in_flight.unwrap_or(self.nodes[node].mac.counters)
     }
 
     /// Advances to `until`, telling the controllers what happened on the way.
@@ -239,10 +243,21 @@ impl Wire {
             attachment.timing = attachment.timing.fast_by(condition.drift_ppb);
             attachment
         });
-        match (self.nodes[node].mac.attachment, attachment) {
+        let before = self.nodes[node].mac.attachment;
+        let is_same = |before: Attachment, now: Attachment| {
+            before.since == now.since && before.power_cycle == now.power_cycle
+        };
+        match (before, attachment) {
             (Some(_), None) => self.set_attachment(node, None, controllers),
-            (Some(before), Some(now)) if before != now => self.set_attachment(node, Some(now), controllers),
-            (None, Some(now)) if !self.is_joining(node) => {
+            (Some(before), Some(now)) if before == now => {}
+            (Some(before), Some(now)) if is_same(before, now) => {
+                self.set_attachment(node, Some(now), controllers);
+            }
+            (_, Some(now)) if !self.is_joining(node) => {
+                // One that left and came back between two looks has left all the same.
+                if before.is_some() {
+                    self.set_attachment(node, None, controllers);
+                }
                 self.plan(now.since.clamp(self.now, until), Planned::Join(node, now));
             }
             _ => {}
@@ -296,13 +311,10 @@ impl Wire {
         controllers: &mut dyn Controllers,
     ) {
         let segment = self.segment_of(node);
-        let unchanged = |before: Attachment, now: Attachment| {
-            before.silent == now.silent && before.power_cycle == now.power_cycle
-        };
         let in_flight = matches!(self.segments[segment].mode, Mode::Flight(_));
         if let (Some(before), Some(now)) = (self.nodes[node].mac.attachment, attachment)
             && in_flight
-            && unchanged(before, now)
+            && before.silent == now.silent
         {
             // Drift, or leave to recover: after the frame.
             return;

@@ -6,7 +6,7 @@ use can_wire::controller::{ErrorKind, WireEvent};
 use can_wire::fault::{Effect, Fault, Nodes};
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
-use can_wire::station::{Bench, Station};
+use can_wire::station::Bench;
 use can_wire::time::Time;
 use common::*;
 

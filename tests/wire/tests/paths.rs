@@ -26,28 +26,75 @@ fn frame() -> impl Strategy<Value = WireFrame> {
 struct Plan {
     nodes: Vec<(f64, i32, bool, Vec<(u64, WireFrame)>)>,
     faults: Vec<(u64, Fault)>,
+    /// Faults that are scheduled when they happen, in the order of time.
+    surprises: Vec<(u64, Surprise)>,
     transceiver_ns: u32,
     quantum_us: u64,
 }
 
+/// What a wire does not know beforehand.
+#[derive(Clone, Debug)]
+enum Surprise {
+    Fault(Fault),
+    /// The controller of a node leaves the bus.
+    Leaves(usize),
+    Returns(usize),
+    /// It changes to bus monitoring and back.
+    Silent(usize, bool),
+    /// A frame is handed over only now.
+    Sends(usize, WireFrame),
+}
+
 fn fault(nodes: usize) -> impl Strategy<Value = Fault> {
-    let position = 0u32..60;
-    prop_oneof![
-        position.clone().prop_map(|m| Fault::Cut { position_m: f64::from(m) }),
+    let position = || (0u32..60).prop_map(f64::from);
+    let some = || any::<u8>().prop_map(|mask| Nodes::of(&(0..8).filter(|n| mask >> n & 1 == 1).collect::<Vec<_>>()));
+    let effect = prop_oneof![Just(Effect::Invert), Just(Effect::Dominant), Just(Effect::Recessive)];
+    let place = prop_oneof![
+        3 => (0usize..100).prop_map(Place::Bit),
+        1 => (0u8..7).prop_map(|bit| Place::Field(Field::Eof(bit))),
+        1 => (0u8..3).prop_map(|bit| Place::Field(Field::Intermission(bit))),
+        1 => (0u8..6).prop_map(|bit| Place::Field(Field::ErrorFlag(bit))),
+        1 => (0u8..6).prop_map(|bit| Place::Field(Field::OverloadFlag(bit))),
+        1 => (1u8..8).prop_map(|bit| Place::Field(Field::Delimiter(bit))),
+        1 => (0u8..8).prop_map(|bit| Place::Field(Field::Suspend(bit))),
+        1 => prop::sample::select(vec![Field::Sof, Field::Rtr, Field::Stuff, Field::CrcDelimiter, Field::AckSlot])
+            .prop_map(Place::Field),
+    ];
+    let cable = prop_oneof![
+        position().prop_map(|position_m| Fault::Cut { position_m }),
+        position().prop_map(|position_m| Fault::Restore { position_m }),
         Just(Fault::RestoreAll),
-        (position, any::<bool>()).prop_map(|(m, level)| Fault::Short { position_m: f64::from(m), level }),
+        (position(), any::<bool>()).prop_map(|(position_m, level)| Fault::Short { position_m, level }),
         Just(Fault::ClearShorts),
+    ];
+    let node = prop_oneof![
         (0..nodes).prop_map(Fault::Disconnect),
         (0..nodes).prop_map(Fault::Reconnect),
         (0..nodes).prop_map(Fault::PowerOff),
         (0..nodes).prop_map(Fault::PowerOn),
-        (any::<u8>(), 1u64..3000).prop_map(|(mask, ticks)| Fault::Glitch {
-            nodes: Nodes::of(&(0..8).filter(|n| mask >> n & 1 == 1).collect::<Vec<_>>()),
-            duration: Time(ticks),
-            effect: Effect::Invert,
-        }),
-        (0usize..60, 0..nodes).prop_map(|(bit, node)| Fault::Flip(Flip::new(Place::Bit(bit), Nodes::of(&[node])))),
-        (0u8..7, 0..nodes).prop_map(|(bit, node)| Fault::Flip(Flip::new(Place::Field(Field::Eof(bit)), Nodes::of(&[node])))),
+        (0..nodes).prop_map(Fault::StuckDominant),
+        (0..nodes).prop_map(Fault::ReleaseDriver),
+        (0..nodes, frame()).prop_map(|(node, frame)| Fault::Babble(node, frame)),
+        (0..nodes).prop_map(Fault::StopBabbling),
+        (0..nodes, -5_000_000i32..5_000_000).prop_map(|(node, ppb)| Fault::Drift(node, ppb)),
+        (0..nodes, prop::sample::select(vec![1_000_000_000, -500_000_000, 50_000_000]))
+            .prop_map(|(node, ppb)| Fault::Drift(node, ppb)),
+    ];
+    let line = prop_oneof![
+        (some(), 1u64..6000, effect).prop_map(|(nodes, ticks, effect)| Fault::Glitch { nodes, duration: Time(ticks), effect }),
+        (place, some()).prop_map(|(place, nodes)| Fault::Flip(Flip::new(place, nodes))),
+        (prop::sample::select(vec![0.0, 1e-4, 1e-2]), any::<u64>()).prop_map(|(rate, seed)| Fault::BitErrors { rate, seed }),
+    ];
+    prop_oneof![cable, node, line]
+}
+
+fn surprise(nodes: usize) -> impl Strategy<Value = Surprise> {
+    prop_oneof![
+        4 => fault(nodes).prop_map(Surprise::Fault),
+        1 => (0..nodes).prop_map(Surprise::Leaves),
+        1 => (0..nodes).prop_map(Surprise::Returns),
+        1 => (0..nodes, any::<bool>()).prop_map(|(node, silent)| Surprise::Silent(node, silent)),
+        2 => (0..nodes, frame()).prop_map(|(node, frame)| Surprise::Sends(node, frame)),
     ]
 }
 
@@ -61,8 +108,12 @@ fn plan(most_faults: usize) -> impl Strategy<Value = Plan> {
         );
         let nodes = prop::collection::vec(node, count);
         let faults = prop::collection::vec((50u64..4_000, fault(count)), 0..=most_faults);
-        (nodes, faults, prop_oneof![Just(0u32), 100u32..250], 1u64..20).prop_map(
-            |(nodes, faults, transceiver_ns, quantum_us)| Plan { nodes, faults, transceiver_ns, quantum_us },
+        let surprises = prop::collection::vec((50u64..4_000, surprise(count)), 0..=most_faults);
+        (nodes, faults, surprises, prop_oneof![Just(0u32), 100u32..250], 1u64..20).prop_map(
+            |(nodes, faults, mut surprises, transceiver_ns, quantum_us)| {
+                surprises.sort_by_key(|&(at, _)| at);
+                Plan { nodes, faults, surprises, transceiver_ns, quantum_us }
+            },
         )
     })
 }
@@ -81,10 +132,27 @@ fn fly(plan: &Plan, bit_by_bit: bool, quantum: Option<Time>) -> Bench {
     for (at, fault) in &plan.faults {
         bench.wire.schedule(Time::from_us(*at), *fault).unwrap();
     }
-    match quantum {
-        Some(quantum) => bench.run(Time::from_ms(6), quantum),
-        None => bench.leap(Time::from_ms(6)),
+    let go_to = |bench: &mut Bench, until: Time| match quantum {
+        Some(quantum) => bench.run(until, quantum),
+        None => bench.leap(until),
+    };
+    let kept: Vec<_> = bench.stations.iter().map(|station| station.attachment).collect();
+    for (at, surprise) in &plan.surprises {
+        let now = Time::from_us(*at);
+        go_to(&mut bench, now);
+        match surprise {
+            Surprise::Fault(fault) => bench.wire.schedule(now, *fault).unwrap(),
+            Surprise::Leaves(node) => bench.stations[*node].attachment = None,
+            Surprise::Returns(node) => bench.stations[*node].attachment = kept[*node],
+            Surprise::Silent(node, silent) => {
+                if let Some(attachment) = &mut bench.stations[*node].attachment {
+                    attachment.silent = *silent;
+                }
+            }
+            Surprise::Sends(node, frame) => bench.stations[*node].queue.push_back((now, *frame)),
+        }
     }
+    go_to(&mut bench, Time::from_ms(6));
     bench
 }
 
@@ -104,8 +172,35 @@ fn same(a: &mut Bench, b: &mut Bench) -> Result<(), TestCaseError> {
     equal("records", &a.wire.take_records(), &b.wire.take_records())
 }
 
+/// When the wire does something next, two bits after the SOF at 40 us.
+fn next_event_within_a_frame(bench: &mut Bench) -> Time {
+    bench.leap(Time::from_us(42));
+    bench.wire.next_event().unwrap()
+}
+
+/// An undisturbed frame is one step: nothing happens before it is valid, 47 bits after its SOF. On the bit path the next
+/// event is the next bit.
+#[test]
+fn undisturbed_frames_take_the_fast_path() {
+    let sync = WireFrame::standard(0x080, &[]);
+    for (bit_by_bit, next) in [(false, 40 + 47), (true, 43)] {
+        let config = WireConfig { bit_by_bit, ..WireConfig::default() };
+        let sender = Station::default().sending(Time::from_us(40), sync);
+        let mut bench = Bench::new(config, vec![(0.0, sender), (0.0, Station::default())]);
+        assert_eq!(next_event_within_a_frame(&mut bench), Time::from_us(next));
+    }
+    // A contest takes it as soon as it is over: 15 bits of arbitration field with one stuff bit.
+    let mut bench = Bench::together(vec![
+        Station::default().sending(Time::from_us(40), sync),
+        Station::default().sending(Time::from_us(40), WireFrame::standard(0x081, &[])),
+        Station::default(),
+    ]);
+    bench.leap(Time::from_us(40 + 17));
+    assert_eq!(bench.wire.next_event(), Some(Time::from_us(40 + 47)));
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, max_shrink_iters: 20000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1000, max_shrink_iters: 20000, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn undisturbed_traffic_is_the_same_on_both_paths(plan in plan(0)) {
