@@ -71,13 +71,14 @@ impl Script {
     }
 
     fn run(&self) -> Bench {
-        let stations = self.positions.iter().zip(&self.clocks).enumerate().map(|(node, (&position, &ppb))| {
-            let mut station = Station::with_timing(BitTiming::MEGABIT.fast_by(ppb));
-            let own = self.frames.iter().filter(|&&(sender, ..)| sender == node);
-            station.queue.extend(own.map(|&(_, at, frame)| (at, frame)));
-            station.queue.make_contiguous().sort_by_key(|&(at, _)| at);
-            (position, station)
-        });
+        let stations =
+            self.positions.iter().zip(&self.clocks).enumerate().map(|(node, (&position, &ppb))| {
+                let mut station = Station::with_timing(BitTiming::MEGABIT.fast_by(ppb));
+                let own = self.frames.iter().filter(|&&(sender, ..)| sender == node);
+                station.queue.extend(own.map(|&(_, at, frame)| (at, frame)));
+                station.queue.make_contiguous().sort_by_key(|&(at, _)| at);
+                (position, station)
+            });
         let mut bench = Bench::new(WireConfig::default(), stations.collect());
         for &(at, (fault, _)) in &self.faults {
             bench.wire.schedule(at, fault).unwrap();
@@ -192,9 +193,8 @@ impl Judge<'_> {
 
     /// On the same piece of cable, with power, all the time.
     fn together(&self, one: usize, other: usize, from: Time, to: Time) -> bool {
-        self.during(from, to).all(|topology| {
-            topology.piece[one].is_some() && topology.piece[one] == topology.piece[other]
-        })
+        self.during(from, to)
+            .all(|topology| topology.piece[one].is_some() && topology.piece[one] == topology.piece[other])
     }
 
     /// Takes part and is error active all the time.
@@ -251,8 +251,12 @@ impl Judge<'_> {
     fn is_explained(&self, Disagreement { frame, at, .. }: &Disagreement) -> bool {
         let (from, to) = (at.since(us(1) + Time(168)), *at + us(1) + Time(168));
         let length = encode(frame).bits().len();
-        let last_two =
-            [Place::Field(Field::Eof(5)), Place::Field(Field::Eof(6)), Place::Bit(length - 2), Place::Bit(length - 1)];
+        let last_two = [
+            Place::Field(Field::Eof(5)),
+            Place::Field(Field::Eof(6)),
+            Place::Bit(length - 2),
+            Place::Bit(length - 1),
+        ];
         self.script.faults.iter().any(|&(when, (fault, place))| match fault {
             Fault::Glitch { duration, .. } => when <= to && when + duration >= from,
             Fault::Flip(_) => when <= to && place.is_some_and(|place| last_two.contains(&place)),
