@@ -97,7 +97,8 @@ impl Registers {
         self.stats.discarded += self.fifos.iter().map(|fifo| fifo.pending() as u64).sum::<u64>();
         self.stats.aborted += self.mailboxes.aborted();
         let stats = std::mem::take(&mut self.stats);
-        *self = Registers { stats, heard: self.heard, resets: self.resets + 1, ..fresh };
+        let (left_unseen, resets) = (self.left_unseen || self.takes_part(), self.resets + 1);
+        *self = Registers { stats, heard: self.heard, left_unseen, resets, ..fresh };
     }
 
     /// Statistics so far.
@@ -292,7 +293,8 @@ impl Registers {
     pub fn next_event(&self) -> Option<Time> {
         let alone = self.is_alone().then(|| {
             let joined = self.joining.then_some(SEQUENCE);
-            let recovered = (self.errors.bus_off() && self.recovers()).then_some(SEQUENCE * BUS_OFF_SEQUENCES);
+            let recovered =
+                (self.errors.bus_off() && self.recovers()).then_some(SEQUENCE * BUS_OFF_SEQUENCES);
             joined.or(recovered).map(|bits| self.joined_since + self.bits(bits))
         });
         [alone.flatten(), self.loopback_end].into_iter().flatten().min()

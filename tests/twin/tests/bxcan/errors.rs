@@ -1,5 +1,6 @@
 //! Error management: RM0090 32.7.6, 32.9.2 (ESR), by real errors on the wire.
 
+use can_wire::fault::{Effect, Fault, Nodes};
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -152,6 +153,36 @@ fn an_error_of_its_own_counts_9_for_a_receiver() {
     bench.until("both", |bench| bench.rec() == 9);
     bench.until("the repetition", |bench| bench.read(RF0R) == 1);
     assert_eq!((bench.rec(), bench.tec()), (8, 0));
+}
+
+#[test]
+fn a_pulse_on_an_idle_bus_is_a_stuff_error() {
+    let mut bench = Bench::normal();
+    bench.dominant_pulse(1);
+    bench.until("an error", |bench| bench.rec() != 0);
+    assert_eq!(bench.lec(), 1, "a start of frame, and six recessive bits");
+}
+
+#[test]
+fn a_pulse_that_ends_before_the_sample_point_is_nothing() {
+    let mut bench = Bench::normal();
+    let (nodes, effect) = (Nodes::of(&[CAN1]), Effect::Dominant);
+    // The sample point lies 17 of 21 quanta into the bit.
+    bench.fault(Fault::Glitch { nodes, duration: Time(14 * 16), effect });
+    bench.pass(bits(100));
+    assert_eq!(bench.read(ESR), 0);
+}
+
+#[test]
+fn an_overload_frame_is_no_error() {
+    let mut bench = Bench::normal();
+    bench.flip(CAN1, Field::Intermission(0));
+    let start = bench.now;
+    bench.deliver(sync());
+    bench.deliver(sync());
+    assert_eq!((bench.read(ESR), bench.read(RF0R)), (0, 2));
+    // A bit of intermission, two flags one bit apart, a delimiter, and the intermission anew.
+    assert_eq!(bench.now, start + bits(2 * SYNC_BITS + 1 + 7 + 8 + 3));
 }
 
 #[test]

@@ -168,6 +168,21 @@ fn initialisation_of_an_idle_controller_is_immediate() {
 }
 
 #[test]
+fn a_request_for_initialisation_can_be_taken_back() {
+    let mut bench = Bench::normal();
+    bench.send(sync());
+    bench.pass(bits(10));
+    bench.write(MCR, INRQ);
+    bench.pass(bits(10));
+    bench.write(MCR, 0);
+    bench.calm();
+    assert_eq!((bench.read(MSR) & 0b11, bench.read(RF0R)), (0, 1));
+    bench.request(0, 0x100);
+    bench.complete(0);
+    assert_eq!(bench.status(0), RQCP | TXOK);
+}
+
+#[test]
 fn no_frame_starts_after_the_request_for_initialisation() {
     let mut bench = Bench::normal();
     let start = bench.now;
@@ -241,12 +256,53 @@ fn master_reset_returns_to_sleep() {
 }
 
 #[test]
+fn a_reset_breaks_off_the_frame_on_the_wire() {
+    for rejoins_at_once in [true, false] {
+        let mut bench = Bench::normal();
+        bench.request(0, 0x080);
+        bench.pass(bits(20));
+        bench.write(MCR, 1 << 15);
+        if !rejoins_at_once {
+            bench.pass(bits(100));
+        }
+        bench.write(MCR, INRQ);
+        bench.write(MCR, 0);
+        bench.until("normal mode", |bench| bench.read(MSR) & 0b11 == 0);
+        bench.calm();
+        assert_eq!((bench.received_by(PEER), bench.read(ESR)), (vec![], 0));
+        assert_eq!(bench.read(TSR), 0x1C00_0000, "nothing is pending");
+        bench.request(0, 0x100);
+        bench.complete(0);
+        assert_eq!(bench.received_by(PEER), [frame(0x100)]);
+    }
+}
+
+#[test]
 fn btr_changes_in_initialisation_only() {
     let mut bench = Bench::normal();
     bench.write(BTR, 0);
     assert_eq!(bench.read(BTR), BTR_1M);
     let stats = bench.stats();
     assert_eq!((stats.ignored_writes, stats.last_ignored_write), (1, Some((bench.now, BTR))));
+}
+
+#[test]
+fn can2_has_its_own_interrupts() {
+    let mut bench = Bench::normal();
+    bench.start_can2();
+    bench.write(FMR, 1);
+    bench.write(FMR, 0);
+    bench.write(BASE2 + IER, 1 | 1 << 1 | 1 << 11 | 1 << 15);
+    bench.deliver(sync());
+    assert!(bench.pair().irq(Side::Can2).rx0, "all banks are CAN2's");
+    bench.write(BASE2 + TIR0 + 4, 0);
+    bench.write(BASE2 + TIR0, 0x100 << 21 | 1);
+    bench.flip(CAN2, can_wire::field::Field::Dlc(0));
+    bench.until("an error", |bench| bench.read(BASE2 + ESR) >> 4 & 0b111 == 5);
+    assert!(bench.pair().irq(Side::Can2).sce);
+    bench.until("success", |bench| bench.read(BASE2 + TSR) & TXOK != 0);
+    assert!(bench.pair().irq(Side::Can2).tx);
+    assert_eq!(bench.irq(), twin::bxcan::IrqLines::default());
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Bit rate, silent and loopback mode: RM0090 32.5, 32.7.7.
 
+use can_wire::fault::Fault;
+use can_wire::frame::WireFrame;
 use can_wire::record::Record;
 use can_wire::station::Station;
 use can_wire::time::Time;
@@ -69,6 +71,22 @@ fn two_bit_rates_do_not_understand_each_other() {
     bench.pass(Time::from_ms(5));
     assert_eq!(bench.status(0) & TXOK, 0);
     assert_eq!(bench.received_by(PEER), []);
+}
+
+/// 1.2 % are 1.5 quanta in the six bits between two edges of long runs: more than one quantum can follow.
+#[test]
+fn the_jump_width_follows_btr() {
+    for drift_ppb in [12_000_000, -12_000_000] {
+        for (sjw, received) in [(0, 0), (3, 1)] {
+            let mut bench = with_btr(BTR_1M | sjw << 24, vec![Station::default(), Station::default()]);
+            bench.fault(Fault::Drift(CAN1, drift_ppb));
+            bench.pass(bits(1));
+            bench.station(PEER).single_shot = true;
+            bench.deliver(WireFrame::standard(0x080, &[0; 8]));
+            bench.calm();
+            assert_eq!(bench.read(RF0R), received, "{drift_ppb} ppb, SJW field {sjw}");
+        }
+    }
 }
 
 #[test]
@@ -144,6 +162,19 @@ fn loopback_filters_its_own_frames() {
     bench.request(0, 0x321);
     bench.complete(0);
     assert_eq!((bench.read(RF0R), bench.stats().rejected), (0, 1));
+}
+
+#[test]
+fn loopback_aborts_what_has_not_begun() {
+    let mut bench = Bench::normal_with(0, LBKM);
+    bench.request(0, 0x100);
+    bench.request(1, 0x200);
+    bench.pass(bits(5));
+    bench.write(TSR, ABRQ | ABRQ << 8);
+    bench.complete(0);
+    bench.calm();
+    assert_eq!((bench.status(0), bench.status(1)), (RQCP | TXOK, RQCP));
+    assert_eq!(bench.read(RF0R), 1);
 }
 
 #[test]

@@ -164,6 +164,17 @@ fn txfp_goes_by_request_order() {
 }
 
 #[test]
+fn txfp_keeps_the_order_after_a_lost_arbitration() {
+    let mut bench = Bench::normal_with(TXFP, 0);
+    bench.request(2, 0x300);
+    bench.send(sync());
+    bench.until("ALST", |bench| bench.status(2) & ALST != 0);
+    bench.request(0, 0x100);
+    bench.complete(0);
+    assert_eq!(heard(&bench), standard(&[0x300, 0x100]));
+}
+
+#[test]
 fn code_and_low_name_the_next_free_and_the_lowest_priority() {
     let mut bench = Bench::normal();
     occupy(&mut bench);
@@ -291,6 +302,22 @@ fn a_request_before_synchronisation_waits_for_it() {
     assert_eq!(bench.status(0), 0);
     bench.pass(Time(1));
     assert_eq!(bench.status(0), RQCP | TXOK);
+}
+
+/// An error passive transmitter waits 8 bits more (ISO 11898-1, 10.4.6): another node overtakes it.
+#[test]
+fn a_passive_transmitter_lets_others_go_first() {
+    for (failures, order) in [(15, [0x100, 0x200]), (17, [0x200, 0x100])] {
+        let mut bench = Bench::normal();
+        bench.request(0, 0x080);
+        (0..failures).for_each(|_| bench.fail_attempt());
+        bench.until("the repetition", |bench| bench.read(TIR0) & 1 == 0);
+        bench.request(0, 0x100);
+        bench.send(frame(0x200));
+        bench.until("both", |bench| bench.received_by(OTHER).len() == 3);
+        let last: Vec<_> = bench.received_by(OTHER)[1..].iter().map(|frame| frame.id).collect();
+        assert_eq!(last, standard(&order), "after {failures} errors");
+    }
 }
 
 #[test]
