@@ -42,7 +42,8 @@ pub(crate) struct Ledger {
     /// Everything up to here has been told and recorded: a replay keeps silent.
     pub(crate) told_until: Option<Fine>,
     start: Fine,
-    recorded: bool,
+    /// SOFs of the transmissions since then that are on record; after a cut has healed there may be two.
+    recorded: Vec<Fine>,
     deliveries: Vec<(NodeIndex, Time, WireFrame)>,
     /// Start of what keeps the bus busy without having been completed.
     busy_from: Option<Fine>,
@@ -55,12 +56,22 @@ impl Ledger {
 
     /// Somebody starts a frame of `bit` per bit at `at`.
     pub(crate) fn start(&mut self, at: Fine, bit: Fine, observed: &mut Observed) {
-        if self.is_news(at) && (at > self.start + bit + bit || self.recorded) {
+        if self.is_news(at) && (at > self.start + bit + bit || !self.recorded.is_empty()) {
             self.calm(at, observed);
             self.start = at;
-            self.recorded = false;
+            self.recorded.clear();
             self.deliveries.clear();
         }
+    }
+
+    /// Puts `own` on record. `false` when it, or the same frame of a contender, has been already.
+    fn record(&mut self, own: &Transmission) -> bool {
+        let same = |&start: &Fine| start.0.abs_diff(own.start.0) <= own.bit.times(2).0;
+        let is_new = !self.recorded.iter().any(same);
+        if is_new {
+            self.recorded.push(own.start);
+        }
+        is_new
     }
 
     /// Nothing is under way from `at` on.
@@ -119,7 +130,7 @@ impl Stage<'_> {
 
     fn completed(&mut self, ledger: &mut Ledger, node: NodeIndex, transmission: Option<&Transmission>) {
         let Some(own) = transmission else { return };
-        if std::mem::replace(&mut ledger.recorded, true) {
+        if !ledger.record(own) {
             return;
         }
         let bit = own.bit;
@@ -148,7 +159,7 @@ impl Stage<'_> {
     ) {
         let Some(own) = transmission else { return };
         let is_news = cause == Destruction::TransmitterLeft || ledger.is_news(at);
-        if !is_news || std::mem::replace(&mut ledger.recorded, true) {
+        if !is_news || !ledger.record(own) {
             return;
         }
         ledger.busy_from.get_or_insert(own.start);

@@ -291,7 +291,10 @@ fn the_32nd_error_of_a_transmitter_is_bus_off() {
     assert_eq!(counts(&bench, 0).last(), Some(&(end_of(last, 11), 256, 0)));
     // Bits 12 to 17 are recessive, bits 18 to 23 the flags of the others.
     let line = &bench.stations[1].line;
-    assert_eq!(line[line.len() - 3..], [(us(last + 12), true), (us(last + 18), false), (us(last + 24), true)]);
+    assert_eq!(
+        line[line.len() - 3..],
+        [(us(last + 12), true), (us(last + 18), false), (us(last + 24), true)]
+    );
 }
 
 /// Rule k: error active again as soon as both counters are 127 or less.

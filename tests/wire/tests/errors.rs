@@ -72,7 +72,11 @@ fn form_error_in_an_error_delimiter() {
 fn ack_error_of_a_transmitter_is_a_recessive_ack_slot() {
     let told = first_errors(flip_field(Field::AckSlot, &[0]));
     assert_eq!(told[0], at(ACK_SLOT, transmit_error(ErrorKind::Ack)));
-    assert_eq!(told[1], at(ACK_DELIMITER, receive_error(ErrorKind::Form)), "the flag falls into the delimiter");
+    assert_eq!(
+        told[1],
+        at(ACK_DELIMITER, receive_error(ErrorKind::Form)),
+        "the flag falls into the delimiter"
+    );
 }
 
 #[test]
@@ -128,7 +132,10 @@ fn crc_error_of_a_receiver_shows_after_the_ack_delimiter() {
     assert_eq!(told(2), (vec![bit_error], vec![(end_of(SOF, slot + 1), receive_error(ErrorKind::Crc))]));
     // The only receiver: the flag for the missing acknowledgement comes first.
     let unacknowledged = (end_of(SOF, slot), transmit_error(ErrorKind::Ack));
-    assert_eq!(told(1), (vec![unacknowledged], vec![(end_of(SOF, slot + 1), receive_error(ErrorKind::Form))]));
+    assert_eq!(
+        told(1),
+        (vec![unacknowledged], vec![(end_of(SOF, slot + 1), receive_error(ErrorKind::Form))])
+    );
 }
 
 /// How long the line stays dominant after a local error of node 1 in bit `bit`, in bits from the end of that bit that
@@ -153,7 +160,9 @@ fn superposition(payload: WireFrame, bit: usize) -> Option<u64> {
 #[test]
 fn flags_superpose_to_6_up_to_12_bits() {
     let mut seen = BTreeSet::new();
-    for payload in [sync(), WireFrame::standard(0x2A5, &[0x0F, 0xAA, 0x31]), WireFrame::standard(0x7F0, &[0xFF; 4])] {
+    for payload in
+        [sync(), WireFrame::standard(0x2A5, &[0x0F, 0xAA, 0x31]), WireFrame::standard(0x7F0, &[0xFF; 4])]
+    {
         // The last bit of EOF is another matter.
         for bit in 1..encode(&payload).bits().len() - 1 {
             seen.extend(superposition(payload, bit));
@@ -319,9 +328,9 @@ fn a_passive_flag_of_a_transmitter_is_seen_as_a_stuff_error() {
     assert_eq!(errors(&bench, 1), [(end_of(940, 17), receive_error(ErrorKind::Stuff))]);
 }
 
-/// The tutorial's short fall of the Hamming distance: two wrong bits, one of them that makes a stuff bit out of a data
-/// bit and one that makes a data bit out of a stuff bit, shift what lies between by one bit. With the CRC sequence fit
-/// for it nobody notices. The frames are searched for, as the tutorial's own are fragments.
+/// The known short fall of the Hamming distance: of two wrong bits the first makes a stuff bit of a data bit or the
+/// other way round, the second undoes it, and what lies between is shifted by one bit. The 6 that the CRC promises counts
+/// bits without stuffing; here two are enough.
 #[test]
 fn two_wrong_bits_may_pass_the_crc() {
     let (payload, first, second) = short_fall().expect("two bits are enough for some frame");
@@ -342,18 +351,21 @@ fn two_wrong_bits_may_pass_the_crc() {
     assert!(bench.wire.take_records().contains(&misread));
 }
 
-/// Seeds of the search; the remainder of what changes is one of 2^15, so some thousand frames give a find.
+/// A frame and two bits of it. What the shift changes leaves one remainder of 2^15 more or less by chance, so some
+/// thousand frames give a find.
 fn short_fall() -> Option<(WireFrame, usize, usize)> {
     let mut rng = fastrand::Rng::with_seed(7);
     (0..200_000).find_map(|_| {
-        let data: [u8; 8] = core::array::from_fn(|_| if rng.bool() { [0x07, 0xE0, 0x83, 0x1F][rng.usize(..4)] } else { rng.u8(..) });
+        let data: [u8; 8] = core::array::from_fn(|_| {
+            if rng.bool() { [0x07, 0xE0, 0x83, 0x1F][rng.usize(..4)] } else { rng.u8(..) }
+        });
         let payload = WireFrame::standard(rng.u16(..0x800), &data);
         unnoticed_pair(&payload).map(|(first, second)| (payload, first, second))
     })
 }
 
-/// Two bits of the frame whose inversion leaves stuffing and CRC right, the first before a run of four, the second a
-/// stuff bit.
+/// Two bits of the frame whose inversion leaves length, stuffing and CRC right, and the first of which shifts what
+/// follows.
 fn unnoticed_pair(payload: &WireFrame) -> Option<(usize, usize)> {
     let encoded = encode(payload);
     let bits = &encoded.bits()[..encoded.stuffed_len()];
@@ -361,7 +373,9 @@ fn unnoticed_pair(payload: &WireFrame) -> Option<(usize, usize)> {
     for first in 24..bits.len() - 20 {
         let mut wrong = bits.to_vec();
         wrong[first] = !wrong[first];
-        if destuffed(&wrong).is_some_and(|plain| plain.len() == destuffed(bits).map_or(0, |plain| plain.len())) {
+        if destuffed(&wrong)
+            .is_some_and(|plain| plain.len() == destuffed(bits).map_or(0, |plain| plain.len()))
+        {
             continue;
         }
         for second in first + 1..bits.len() {

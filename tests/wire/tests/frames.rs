@@ -61,11 +61,8 @@ fn as_text(bits: &[bool]) -> String {
 
 /// Random frames of every kind; bytes of equal bits are what stuffing is about.
 fn random(rng: &mut fastrand::Rng) -> WireFrame {
-    let id = if rng.bool() {
-        WireId::Standard(rng.u16(..0x800))
-    } else {
-        WireId::Extended(rng.u32(..1 << 29))
-    };
+    let id =
+        if rng.bool() { WireId::Standard(rng.u16(..0x800)) } else { WireId::Extended(rng.u32(..1 << 29)) };
     let (remote, dlc) = (rng.u8(..8) == 0, rng.u8(..16));
     let mut data: [u8; 8] = core::array::from_fn(|_| match rng.u8(..3) {
         0 => 0x00,
@@ -87,7 +84,9 @@ fn ten_thousand_random_frames_are_the_same_on_paper() {
         let changes: Vec<usize> = encoded.changes().collect();
         let expected: Vec<usize> = paper
             .char_indices()
-            .filter(|&(index, digit)| digit != index.checked_sub(1).map_or('1', |before| paper.as_bytes()[before] as char))
+            .filter(|&(index, digit)| {
+                digit != index.checked_sub(1).map_or('1', |before| paper.as_bytes()[before] as char)
+            })
             .map(|(index, _)| index)
             .collect();
         assert_eq!(changes, expected);
@@ -123,8 +122,7 @@ fn a_dlc_above_8_means_8_bytes() {
         let bits: String = on_paper(&long);
         let eight = on_paper(&WireFrame { dlc: 8, ..long });
         assert!(bits.len().abs_diff(eight.len()) <= 5, "64 data bits either way");
-        let mut bench =
-            Bench::together(vec![Station::default().sending(us(SOF), long), Station::default()]);
+        let mut bench = Bench::together(vec![Station::default().sending(us(SOF), long), Station::default()]);
         bench.leap(us(300));
         assert_eq!(received(&bench, 1), [(us(SOF + bits.len() as u64 - 1), long)]);
         let remote = WireFrame { remote: true, data: [0; 8], ..long };

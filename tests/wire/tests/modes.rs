@@ -65,7 +65,9 @@ fn a_silent_node_never_starts_a_frame() {
 
 #[test]
 fn single_shot_gives_up_after_an_error_or_a_lost_arbitration() {
-    let shot = |at: u64, frame: WireFrame| Station { single_shot: true, ..Station::default() }.sending(us(at), frame);
+    let shot = |at: u64, frame: WireFrame| {
+        Station { single_shot: true, ..Station::default() }.sending(us(at), frame)
+    };
     let mut bench = Bench::together(vec![shot(SOF, sync())]);
     bench.leap(us(500));
     assert_eq!(starts(&bench, 0), [us(SOF)]);

@@ -24,13 +24,16 @@ fn frame() -> impl Strategy<Value = WireFrame> {
 
 #[derive(Clone, Debug)]
 struct Plan {
-    nodes: Vec<(f64, i32, bool, Vec<(u64, WireFrame)>)>,
+    nodes: Vec<Planned>,
     faults: Vec<(u64, Fault)>,
     /// Faults that are scheduled when they happen, in the order of time.
     surprises: Vec<(u64, Surprise)>,
     transceiver_ns: u32,
     quantum_us: u64,
 }
+
+/// Place in metres, clock error in ppb, bus monitoring, frames and when they are handed over, us.
+type Planned = (f64, i32, bool, Vec<(u64, WireFrame)>);
 
 /// What a wire does not know beforehand.
 #[derive(Clone, Debug)]
@@ -47,7 +50,8 @@ enum Surprise {
 
 fn fault(nodes: usize) -> impl Strategy<Value = Fault> {
     let position = || (0u32..60).prop_map(f64::from);
-    let some = || any::<u8>().prop_map(|mask| Nodes::of(&(0..8).filter(|n| mask >> n & 1 == 1).collect::<Vec<_>>()));
+    let some =
+        || any::<u8>().prop_map(|mask| Nodes::of(&(0..8).filter(|n| mask >> n & 1 == 1).collect::<Vec<_>>()));
     let effect = prop_oneof![Just(Effect::Invert), Just(Effect::Dominant), Just(Effect::Recessive)];
     let place = prop_oneof![
         3 => (0usize..100).prop_map(Place::Bit),
@@ -81,9 +85,14 @@ fn fault(nodes: usize) -> impl Strategy<Value = Fault> {
             .prop_map(|(node, ppb)| Fault::Drift(node, ppb)),
     ];
     let line = prop_oneof![
-        (some(), 1u64..6000, effect).prop_map(|(nodes, ticks, effect)| Fault::Glitch { nodes, duration: Time(ticks), effect }),
+        (some(), 1u64..6000, effect).prop_map(|(nodes, ticks, effect)| Fault::Glitch {
+            nodes,
+            duration: Time(ticks),
+            effect
+        }),
         (place, some()).prop_map(|(place, nodes)| Fault::Flip(Flip::new(place, nodes))),
-        (prop::sample::select(vec![0.0, 1e-4, 1e-2]), any::<u64>()).prop_map(|(rate, seed)| Fault::BitErrors { rate, seed }),
+        (prop::sample::select(vec![0.0, 1e-4, 1e-2]), any::<u64>())
+            .prop_map(|(rate, seed)| Fault::BitErrors { rate, seed }),
     ];
     prop_oneof![cable, node, line]
 }
@@ -121,7 +130,8 @@ fn plan(most_faults: usize) -> impl Strategy<Value = Plan> {
 fn fly(plan: &Plan, bit_by_bit: bool, quantum: Option<Time>) -> Bench {
     let config = WireConfig { bit_by_bit, transceiver_ns: plan.transceiver_ns, ..WireConfig::default() };
     let stations = plan.nodes.iter().map(|(position_m, ppb, silent, frames)| {
-        let mut station = Station { watches_line: true, ..Station::with_timing(BitTiming::MEGABIT.fast_by(*ppb)) };
+        let mut station =
+            Station { watches_line: true, ..Station::with_timing(BitTiming::MEGABIT.fast_by(*ppb)) };
         station.attachment.as_mut().unwrap().silent = *silent;
         for (at, frame) in frames {
             station.queue.push_back((Time::from_us(*at), *frame));
@@ -159,7 +169,12 @@ fn fly(plan: &Plan, bit_by_bit: bool, quantum: Option<Time>) -> Bench {
 /// Equal, or where they differ first.
 fn equal<T: std::fmt::Debug + PartialEq>(what: &str, a: &[T], b: &[T]) -> Result<(), TestCaseError> {
     let at = (0..a.len().max(b.len())).find(|&n| a.get(n) != b.get(n));
-    prop_assert!(at.is_none(), "{what} {at:?}: {:?}, not {:?}", at.map(|at| a.get(at)), at.map(|at| b.get(at)));
+    prop_assert!(
+        at.is_none(),
+        "{what} {at:?}: {:?}, not {:?}",
+        at.map(|at| a.get(at)),
+        at.map(|at| b.get(at))
+    );
     Ok(())
 }
 

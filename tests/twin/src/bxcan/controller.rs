@@ -39,8 +39,12 @@ pub struct Registers {
     pub(super) mailboxes: Mailboxes,
     fifos: [Fifo; 2],
     pub(super) mode: Mode,
+    /// When it was entered.
+    mode_since: Time,
     /// On the way from Sleep or Initialisation to Normal.
     joining: bool,
+    /// It ceased to take part after its wire last looked, which must see that before it takes part anew.
+    left_unseen: bool,
     /// When it last began to take part.
     joined_since: Time,
     /// Bus-off, and INRQ was set and cleared since.
@@ -52,8 +56,8 @@ pub struct Registers {
     /// End of the current loopback frame.
     pub(super) loopback_end: Option<Time>,
     heard: Heard,
-    /// The line became dominant since the last poll.
-    pub(super) dominant_seen: bool,
+    /// The line became dominant in Sleep mode since the last poll.
+    dominant_seen: bool,
     /// Resets so far: each starts the error counters anew.
     resets: u32,
     pub(super) stats: Stats,
@@ -72,7 +76,9 @@ impl Registers {
             mailboxes: Mailboxes::default(),
             fifos: Default::default(),
             mode: Mode::Sleep,
+            mode_since: Time::ZERO,
             joining: false,
+            left_unseen: false,
             joined_since: Time::ZERO,
             recovery_asked: false,
             leaving: None,
@@ -91,7 +97,8 @@ impl Registers {
         self.stats.discarded += self.fifos.iter().map(|fifo| fifo.pending() as u64).sum::<u64>();
         self.stats.aborted += self.mailboxes.aborted();
         let stats = std::mem::take(&mut self.stats);
-        *self = Registers { stats, heard: self.heard, resets: self.resets + 1, ..fresh };
+        let (left_unseen, resets) = (self.left_unseen || self.takes_part(), self.resets + 1);
+        *self = Registers { stats, heard: self.heard, left_unseen, resets, ..fresh };
     }
 
     /// Statistics so far.
@@ -212,7 +219,7 @@ impl Registers {
 
     /// How this controller takes part in its bus.
     pub fn attachment(&self) -> Option<Attachment> {
-        let live = (self.mode == Mode::Normal || self.joining) && !self.loopback();
+        let live = self.takes_part() && !self.left_unseen && !self.loopback();
         live.then(|| Attachment {
             timing: self.pclk.timing(self.btr),
             silent: self.silent(),
@@ -220,6 +227,10 @@ impl Registers {
             power_cycle: self.resets,
             since: self.joined_since,
         })
+    }
+
+    fn takes_part(&self) -> bool {
+        self.mode == Mode::Normal || self.joining
     }
 
     /// Comes back from bus-off after 128 sequences of 11 recessive bits.
@@ -231,8 +242,14 @@ impl Registers {
         self.heard = heard;
     }
 
+    /// The line became dominant at `at`; it matters in Sleep mode only, 32.4.3.
+    pub fn dominant(&mut self, at: Time) {
+        self.dominant_seen |= self.mode == Mode::Sleep && at >= self.mode_since;
+    }
+
     /// CPU and wire have reached `now`.
     pub fn poll(&mut self, now: Time) {
+        self.left_unseen = false;
         if std::mem::take(&mut self.dominant_seen) {
             self.wake_up(now);
         }
@@ -243,7 +260,7 @@ impl Registers {
         self.fifos.iter_mut().for_each(Fifo::settle);
         let inactive = self.errors.bus_off() || self.is_alone() || self.heard == Heard::Idle;
         if self.leaving.is_some() && !self.mailboxes.transmitting() && inactive {
-            self.leave();
+            self.leave(now);
         }
     }
 
@@ -267,7 +284,7 @@ impl Registers {
     /// 11 recessive bits were seen.
     pub fn joined(&mut self, at: Time) {
         if self.joining {
-            self.enter(Mode::Normal);
+            self.enter(Mode::Normal, at);
             self.on_bus_since = at;
         }
     }
@@ -276,7 +293,8 @@ impl Registers {
     pub fn next_event(&self) -> Option<Time> {
         let alone = self.is_alone().then(|| {
             let joined = self.joining.then_some(SEQUENCE);
-            let recovered = (self.errors.bus_off() && self.recovers()).then_some(SEQUENCE * BUS_OFF_SEQUENCES);
+            let recovered =
+                (self.errors.bus_off() && self.recovers()).then_some(SEQUENCE * BUS_OFF_SEQUENCES);
             joined.or(recovered).map(|bits| self.joined_since + self.bits(bits))
         });
         [alone.flatten(), self.loopback_end].into_iter().flatten().min()
@@ -346,22 +364,24 @@ impl Registers {
         }
         self.mcr = value & MCR_STORED;
         let (init, sleep) = (self.mcr(MCR_INRQ), self.mcr(MCR_SLEEP));
+        let took_part = self.takes_part();
         match self.mode {
             // "If software requests entry to initialization mode while bxCAN is in Sleep mode, it must also clear
             // the SLEEP bit", 32.4.3.
             Mode::Sleep if sleep => self.joining = false,
-            Mode::Sleep if init => self.enter(Mode::Initialisation),
+            Mode::Sleep if init => self.enter(Mode::Initialisation, now),
             Mode::Initialisation if init => self.joining = false,
-            Mode::Initialisation if sleep => self.enter(Mode::Sleep),
+            Mode::Initialisation if sleep => self.enter(Mode::Sleep, now),
             Mode::Sleep | Mode::Initialisation => self.join(now),
             Mode::Normal if init || sleep => {
                 self.leaving.get_or_insert(now);
                 if self.errors.bus_off() {
-                    self.leave();
+                    self.leave(now);
                 }
             }
             Mode::Normal => self.leaving = None,
         }
+        self.left_unseen |= took_part && !self.takes_part();
     }
 
     /// RESET in MCR: "MCR and the FMP bits are initialized, Sleep mode is activated". BTR, IER and filters stay. The
@@ -383,12 +403,14 @@ impl Registers {
     }
 
     /// Leaves Normal mode as MCR asks.
-    fn leave(&mut self) {
-        self.enter(if self.mcr(MCR_INRQ) { Mode::Initialisation } else { Mode::Sleep });
+    fn leave(&mut self, now: Time) {
+        self.enter(if self.mcr(MCR_INRQ) { Mode::Initialisation } else { Mode::Sleep }, now);
+        self.left_unseen = true;
     }
 
-    fn enter(&mut self, mode: Mode) {
+    fn enter(&mut self, mode: Mode, at: Time) {
         self.mode = mode;
+        self.mode_since = at;
         self.joining = false;
         self.leaving = None;
         if mode != Mode::Normal {
@@ -403,7 +425,7 @@ impl Registers {
         }
     }
 
-    /// A start of frame was seen; it matters in Sleep mode only, 32.4.3.
+    /// A start of frame was seen in Sleep mode, 32.4.3.
     fn wake_up(&mut self, now: Time) {
         if self.mode != Mode::Sleep || self.joining {
             return;
@@ -411,7 +433,7 @@ impl Registers {
         self.msr_flags |= MSR_WKUI;
         if self.mcr(MCR_AWUM) {
             self.mcr &= !MCR_SLEEP;
-            if self.mcr(MCR_INRQ) { self.enter(Mode::Initialisation) } else { self.join(now) }
+            if self.mcr(MCR_INRQ) { self.enter(Mode::Initialisation, now) } else { self.join(now) }
         }
     }
 }

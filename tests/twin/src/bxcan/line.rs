@@ -69,7 +69,7 @@ impl Controller for Line<'_> {
     }
 
     fn on_line(&mut self, changes: &[(Time, bool)]) {
-        self.registers.dominant_seen |= changes.iter().any(|&(_, recessive)| !recessive);
+        changes.iter().filter(|(_, recessive)| !recessive).for_each(|&(at, _)| self.registers.dominant(at));
     }
 }
 

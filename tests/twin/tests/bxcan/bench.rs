@@ -1,11 +1,16 @@
-//! A pair of controllers and the hand that plays the wire.
+//! Both controllers of a chip on one wire, next to plain stations.
 
-use std::sync::Arc;
+use std::cell::RefCell;
+use std::rc::Rc;
 
-use can_wire::controller::{Controller, ErrorKind, Trace, WireEvent};
+use can_wire::controller::{Attachment, Controller, NodeIndex, WireEvent};
+use can_wire::fault::{Effect, Fault, Flip, Nodes, Place};
+use can_wire::field::Field;
 use can_wire::frame::WireFrame;
+use can_wire::station::Station;
 use can_wire::time::Time;
-use twin::bxcan::{BxcanPair, PclkTick, Side};
+use can_wire::wire::{Controllers, Wire, WireConfig};
+use twin::bxcan::{BxcanPair, Heard, IrqLines, PclkTick, Side, Stats};
 
 pub const MCR: u32 = 0x000;
 pub const MSR: u32 = 0x004;
@@ -24,102 +29,340 @@ pub const FS1R: u32 = 0x20C;
 pub const FFA1R: u32 = 0x214;
 pub const FA1R: u32 = 0x21C;
 pub const BANKS: u32 = 0x240;
+/// Registers of CAN2.
+pub const BASE2: u32 = 0x400;
+
+pub const INRQ: u32 = 1 << 0;
+pub const SLEEP: u32 = 1 << 1;
+pub const TXFP: u32 = 1 << 2;
+pub const RFLM: u32 = 1 << 3;
+pub const NART: u32 = 1 << 4;
+pub const AWUM: u32 = 1 << 5;
+pub const ABOM: u32 = 1 << 6;
+pub const TTCM: u32 = 1 << 7;
+
+pub const INAK: u32 = 1 << 0;
+pub const SLAK: u32 = 1 << 1;
+pub const ERRI: u32 = 1 << 2;
+pub const WKUI: u32 = 1 << 3;
+
+/// Of mailbox 0; those of the others sit 8 and 16 higher.
+pub const RQCP: u32 = 1 << 0;
+pub const TXOK: u32 = 1 << 1;
+pub const ALST: u32 = 1 << 2;
+pub const TERR: u32 = 1 << 3;
+pub const STATUS: u32 = RQCP | TXOK | ALST | TERR;
+pub const ABRQ: u32 = 1 << 7;
+pub const TME0: u32 = 1 << 26;
+
+pub const LBKM: u32 = 1 << 30;
+pub const SILM: u32 = 1 << 31;
 
 /// 42 MHz PCLK1, prescaler 2, 21 time quanta: 1 Mbit/s.
 pub const BTR_1M: u32 = 3 << 20 | 15 << 16 | 1;
 /// One bit at 1 Mbit/s.
 pub const BIT: u64 = 336;
+
+/// Where the controllers and the stations hang.
+pub const CAN1: NodeIndex = 0;
+pub const CAN2: NodeIndex = 1;
+pub const PEER: NodeIndex = 2;
+pub const OTHER: NodeIndex = 3;
+
+/// SOF to the last bit of EOF of a SYNC message: identifier 080h, no data; with intermission it is 51 bits.
+pub const SYNC_BITS: u64 = 48;
+/// Longer than any frame.
+const PATIENCE: Time = Time::from_ms(50);
+
 /// PCLK1 of exactly 42 MHz.
 pub fn pclk() -> PclkTick {
     PclkTick::new(8, 1)
 }
 
-/// CAN1 of a pair, with the shorthands of the tests.
+pub fn bits(count: u64) -> Time {
+    Time(count * BIT)
+}
+
+/// A standard data frame without data.
+pub fn frame(id: u16) -> WireFrame {
+    WireFrame::standard(id, &[])
+}
+
+pub fn sync() -> WireFrame {
+    frame(0x080)
+}
+
+/// A controller behind its pins.
+struct Pins {
+    pair: Rc<RefCell<BxcanPair>>,
+    side: Side,
+}
+
+impl Controller for Pins {
+    fn attachment(&self) -> Option<Attachment> {
+        self.pair.borrow_mut().line(self.side).attachment()
+    }
+
+    fn request_at(&self) -> Option<Time> {
+        self.pair.borrow_mut().line(self.side).request_at()
+    }
+
+    fn contend(&self, at: Time) -> Option<WireFrame> {
+        self.pair.borrow_mut().line(self.side).contend(at)
+    }
+
+    fn on_wire(&mut self, at: Time, event: &WireEvent) {
+        self.pair.borrow_mut().line(self.side).on_wire(at, event);
+    }
+
+    fn watches_line(&self) -> bool {
+        self.pair.borrow_mut().line(self.side).watches_line()
+    }
+
+    fn on_line(&mut self, changes: &[(Time, bool)]) {
+        self.pair.borrow_mut().line(self.side).on_line(changes);
+    }
+}
+
+struct OnWire {
+    pins: [Pins; 2],
+    stations: Vec<Station>,
+}
+
+impl Controllers for OnWire {
+    fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller {
+        match node {
+            CAN1 | CAN2 => &mut self.pins[node],
+            _ => &mut self.stations[node - PEER],
+        }
+    }
+}
+
+/// A chip on its wire; `now` is how far both have come.
 pub struct Bench {
-    pub pair: BxcanPair,
+    pair: Rc<RefCell<BxcanPair>>,
+    nodes: OnWire,
+    pub wire: Wire,
     pub now: Time,
 }
 
 impl Bench {
     /// After reset: asleep.
-    pub fn asleep() -> Self {
-        Bench { pair: BxcanPair::new(pclk()), now: Time::ZERO }
+    pub fn asleep(stations: Vec<Station>) -> Self {
+        let pair = Rc::new(RefCell::new(BxcanPair::new(pclk())));
+        let mut wire = Wire::new(WireConfig::default());
+        (0..PEER + stations.len()).for_each(|_| {
+            wire.attach(0.0);
+        });
+        let pins = [Side::Can1, Side::Can2].map(|side| Pins { pair: Rc::clone(&pair), side });
+        Bench { pair, nodes: OnWire { pins, stations }, wire, now: Time::ZERO }
     }
 
-    /// In initialisation, BTR set to 1 Mbit/s and `btr_bits`.
-    pub fn initialising(btr_bits: u32) -> Self {
-        let mut bench = Bench::asleep();
-        bench.write(MCR, 1);
+    /// CAN1 in initialisation, BTR set to 1 Mbit/s and `btr_bits`; every identifier will go to FIFO 0.
+    pub fn initialising(stations: Vec<Station>, btr_bits: u32) -> Self {
+        let mut bench = Bench::asleep(stations);
+        bench.write(MCR, INRQ);
         bench.write(BTR, BTR_1M | btr_bits);
-        bench
-    }
-
-    /// In normal mode with these bits in MCR; every identifier goes to FIFO 0.
-    pub fn normal_with(mcr: u32, btr_bits: u32) -> Self {
-        let mut bench = Bench::initialising(btr_bits);
         bench.write(FMR, 1 | 14 << 8);
         bench.write(FS1R, 1);
         bench.write(FA1R, 1);
         bench.write(FMR, 14 << 8);
-        bench.write(MCR, mcr);
-        bench.pass(Time(11 * BIT));
-        assert_eq!(bench.read(MSR) & 0b11, 0, "normal mode");
         bench
+    }
+
+    /// CAN1 in normal mode with these bits in MCR.
+    pub fn with(stations: Vec<Station>, mcr: u32, btr_bits: u32) -> Self {
+        let mut bench = Bench::initialising(stations, btr_bits);
+        bench.write(MCR, mcr);
+        bench.pass(bits(11));
+        assert_eq!(bench.read(MSR) & (INAK | SLAK), 0, "normal mode");
+        bench
+    }
+
+    /// With two stations, PEER and OTHER.
+    pub fn normal_with(mcr: u32, btr_bits: u32) -> Self {
+        Bench::with(vec![Station::default(), Station::default()], mcr, btr_bits)
     }
 
     pub fn normal() -> Self {
         Bench::normal_with(0, 0)
     }
 
+    /// Brings CAN2 to normal mode at 1 Mbit/s.
+    pub fn start_can2(&mut self) {
+        self.write(BASE2 + MCR, INRQ);
+        self.write(BASE2 + BTR, BTR_1M);
+        self.write(BASE2 + MCR, 0);
+        self.pass(bits(11));
+        assert_eq!(self.read(BASE2 + MSR) & (INAK | SLAK), 0, "normal mode");
+    }
+
+    pub fn pair(&self) -> std::cell::RefMut<'_, BxcanPair> {
+        self.pair.borrow_mut()
+    }
+
     pub fn read(&self, offset: u32) -> u32 {
-        self.pair.read(offset).expect("a register")
+        self.pair.borrow().read(offset).expect("a register")
     }
 
     pub fn write(&mut self, offset: u32, value: u32) {
-        self.pair.write(offset, value, self.now).expect("a register");
+        self.write_at(self.now, offset, value);
     }
 
-    /// Lets time pass on an undisturbed line.
+    /// The CPU has run ahead of the wire, to `at`.
+    pub fn write_at(&mut self, at: Time, offset: u32, value: u32) {
+        self.pair.borrow_mut().write(offset, value, at).expect("a register");
+    }
+
+    /// Interrupt lines of CAN1.
+    pub fn irq(&self) -> IrqLines {
+        self.pair.borrow().irq(Side::Can1)
+    }
+
+    /// Statistics of CAN1.
+    pub fn stats(&self) -> Stats {
+        self.pair.borrow().stats(Side::Can1)
+    }
+
+    pub fn station(&mut self, node: NodeIndex) -> &mut Station {
+        &mut self.nodes.stations[node - PEER]
+    }
+
+    /// Frames that a station has received.
+    pub fn received_by(&self, node: NodeIndex) -> Vec<WireFrame> {
+        self.nodes.stations[node - PEER].received().map(|(_, frame)| frame).collect()
+    }
+
+    /// Lets time pass.
     pub fn pass(&mut self, span: Time) {
-        self.now += span;
-        self.pair.poll(self.now);
+        let until = self.now + span;
+        while self.now < until {
+            self.step(until);
+        }
     }
 
-    pub fn event(&mut self, event: WireEvent) {
-        self.pair.line(Side::Can1).on_wire(self.now, &event);
+    /// Lets time pass until `condition` holds.
+    pub fn until(&mut self, what: &str, condition: impl Fn(&Bench) -> bool) {
+        let limit = self.now + PATIENCE;
+        while !condition(self) {
+            assert!(self.now < limit, "waited in vain for {what}");
+            self.step(self.now + bits(1));
+        }
     }
 
-    pub fn started(&mut self) {
-        self.event(WireEvent::Started);
-    }
-
-    pub fn transmitted(&mut self) {
-        self.event(WireEvent::Transmitted(trace(WireFrame::standard(0, &[]))));
-    }
-
-    pub fn transmit_error(&mut self, kind: ErrorKind) {
-        self.event(WireEvent::TransmitError(kind));
-    }
-
-    pub fn received(&mut self, frame: WireFrame) {
-        self.event(WireEvent::Received(trace(frame)));
+    /// One quantum, as a board does it.
+    fn step(&mut self, until: Time) {
+        let requests = self.nodes.stations.iter().filter_map(Controller::request_at);
+        let own = self.pair.borrow().next_event();
+        let known = requests.chain(self.wire.next_event()).chain(own).filter(|&at| at > self.now).min();
+        self.now = until.min(self.now + Time::from_us(20)).min(known.unwrap_or(until));
+        self.wire.advance(self.now, &mut self.nodes);
+        let mut pair = self.pair.borrow_mut();
+        for (side, node) in [(Side::Can1, CAN1), (Side::Can2, CAN2)] {
+            pair.hear(side, if self.wire.is_idle(node) { Heard::Idle } else { Heard::Busy });
+        }
+        pair.poll(self.now);
     }
 
     /// Fills mailbox `n` with a standard data frame without data and requests it.
     pub fn request(&mut self, n: u32, id: u32) {
-        self.write(TIR0 + 16 * n + 4, 0);
-        self.write(TIR0 + 16 * n, id << 21 | 1);
+        self.request_at(self.now, n, id);
     }
 
-    /// Identifier that would enter an arbitration now.
-    pub fn contends(&mut self) -> Option<WireFrame> {
-        self.pair.line(Side::Can1).contend(self.now)
+    pub fn request_at(&mut self, at: Time, n: u32, id: u32) {
+        self.write_at(at, TIR0 + 16 * n + 4, 0);
+        self.write_at(at, TIR0 + 16 * n, id << 21 | 1);
     }
-}
 
-/// A trace of which only the frame matters to a controller.
-pub fn trace(frame: WireFrame) -> Arc<Trace> {
-    let edges = Vec::new();
-    let (start, end) = (Time::ZERO, Time::ZERO);
-    Arc::new(Trace { frame, transmitter: 9, start, end, bit_time: Time(BIT), edges })
+    /// Status bits of mailbox `n`, as those of mailbox 0.
+    pub fn status(&self, n: u32) -> u32 {
+        self.read(TSR) >> (8 * n) & (STATUS | ABRQ)
+    }
+
+    /// Lets the request in mailbox `n` come to its end.
+    pub fn complete(&mut self, n: u32) {
+        self.until("RQCP", |bench| bench.status(n) & RQCP != 0);
+    }
+
+    /// Hands PEER a frame, to be sent as soon as the bus is free.
+    pub fn send(&mut self, frame: WireFrame) {
+        let now = self.now;
+        self.station(PEER).queue.push_back((now, frame));
+    }
+
+    /// PEER sends a frame; returns at its end.
+    pub fn deliver(&mut self, frame: WireFrame) {
+        self.send(frame);
+        self.until("the end of a frame", |bench| bench.nodes.stations[0].queue.is_empty());
+    }
+
+    /// Lets error frames and intermission end.
+    pub fn calm(&mut self) {
+        self.until("a quiet bus", |bench| {
+            (0..PEER + bench.nodes.stations.len()).all(|node| bench.wire.is_idle(node))
+        });
+        self.pass(bits(20));
+    }
+
+    pub fn fault(&mut self, fault: Fault) {
+        self.wire.schedule(self.now, fault).expect("a possible fault");
+    }
+
+    /// The next bit that `node` sees in `field` reads as its opposite.
+    pub fn flip(&mut self, node: NodeIndex, field: Field) {
+        self.fault(Fault::Flip(Flip::new(Place::Field(field), Nodes::of(&[node]))));
+    }
+
+    /// CAN1 sees a dominant pulse of `count` bits.
+    pub fn dominant_pulse(&mut self, count: u64) {
+        let (nodes, duration) = (Nodes::of(&[CAN1]), bits(count));
+        self.fault(Fault::Glitch { nodes, duration, effect: Effect::Dominant });
+    }
+
+    /// The bus shows one level from now on.
+    pub fn short(&mut self, level: bool) {
+        self.fault(Fault::Short { position_m: 0.0, level });
+    }
+
+    /// A station starts anew, with error counters of zero.
+    pub fn renew(&mut self, node: NodeIndex) {
+        let attachment = self.station(node).attachment.as_mut().expect("takes part");
+        attachment.power_cycle += 1;
+        self.pass(bits(12));
+    }
+
+    pub fn tec(&self) -> u32 {
+        self.read(ESR) >> 16 & 0xFF
+    }
+
+    pub fn rec(&self) -> u32 {
+        self.read(ESR) >> 24
+    }
+
+    pub fn lec(&self) -> u32 {
+        self.read(ESR) >> 4 & 0b111
+    }
+
+    /// BOFF, EPVF, EWGF.
+    pub fn flags(&self) -> u32 {
+        self.read(ESR) & 0b111
+    }
+
+    /// The attempt of CAN1 that is under way, or the next one, fails because it reads a dominant bit as recessive.
+    pub fn fail_attempt(&mut self) {
+        let before = self.tec();
+        self.flip(CAN1, Field::Dlc(0));
+        self.until("a transmit error", |bench| bench.tec() != before);
+    }
+
+    /// A frame of PEER fails at PEER: all others see its error flag.
+    pub fn fail_reception(&mut self) {
+        self.renew(PEER);
+        let before = self.rec();
+        self.flip(PEER, Field::Dlc(0));
+        self.station(PEER).single_shot = true;
+        self.deliver(frame(0x123));
+        self.calm();
+        assert_ne!(self.rec(), before.min(254), "a receive error");
+    }
 }

@@ -1,8 +1,6 @@
 //! Acceptance filters: RM0090 32.7.4, 32.9.4.
 
-use can_wire::controller::{Controller, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
-use twin::bxcan::Side;
 
 use crate::bench::*;
 
@@ -53,7 +51,7 @@ impl Filters {
 
 /// Which FIFO of CAN1 took the frame, and its filter match index.
 fn admitted(bench: &mut Bench, frame: WireFrame) -> Option<(usize, u32)> {
-    bench.received(frame);
+    bench.deliver(frame);
     for (fifo, (rfr, rir)) in [(RF0R, RIR0), (RF1R, RIR1)].into_iter().enumerate() {
         if bench.read(rfr) & 0b11 != 0 {
             let index = bench.read(rir + 4) >> 8 & 0xFF;
@@ -83,7 +81,7 @@ const NO: u32 = 0x7FF << 5 | 0x7FF << 21;
 fn no_active_bank_admits_nothing() {
     let mut bench = Filters::none().done(28);
     assert_eq!(admitted(&mut bench, standard(1)), None);
-    assert_eq!(bench.pair.stats(Side::Can1).rejected, 1);
+    assert_eq!(bench.stats().rejected, 1);
 }
 
 #[test]
@@ -205,16 +203,10 @@ fn can2sb_splits_the_banks() {
     let mut bench = build(14);
     assert_eq!(admitted(&mut bench, standard(0x100)), Some((0, 0)));
     assert_eq!(admitted(&mut bench, standard(0x200)), None);
-    bench.write(0x400 + MCR, 1);
-    bench.write(0x400 + BTR, BTR_1M);
-    bench.write(0x400 + MCR, 0);
-    bench.pass(can_wire::time::Time(11 * BIT));
-    for id in [0x100, 0x200] {
-        let event = WireEvent::Received(trace(standard(id)));
-        bench.pair.line(Side::Can2).on_wire(bench.now, &event);
-    }
-    assert_eq!(bench.read(0x400 + RF0R), 1);
-    assert_eq!(bench.read(0x400 + RIR0), wide(0x200));
+    bench.start_can2();
+    [0x100, 0x200].into_iter().for_each(|id| bench.deliver(standard(id)));
+    assert_eq!(bench.read(BASE2 + RF0R), 1);
+    assert_eq!(bench.read(BASE2 + RIR0), wide(0x200));
     // Bank 0 holds one filter, the 13 idle banks after it (16-bit mask at reset) two each.
     assert_eq!(admitted(&mut build(28), standard(0x200)), Some((0, 1 + 13 * 2)), "28: all to CAN1");
     assert_eq!(admitted(&mut build(0), standard(0x100)), None, "0: none to CAN1");
@@ -236,7 +228,7 @@ fn filter_registers_are_protected() {
         bench.write(register, 0xFFFF_FFFF);
         assert_eq!(bench.read(register), 0, "{register:X}h");
     }
-    assert_eq!(bench.pair.stats(Side::Can1).ignored_writes, 3);
+    assert_eq!(bench.stats().ignored_writes, 3);
     bench.write(BANKS + 8, 0x1234_5678);
     assert_eq!(bench.read(BANKS + 8), 0x1234_5678, "an inactive bank is writable");
     bench.write(FMR, 1);
@@ -244,4 +236,25 @@ fn filter_registers_are_protected() {
     assert_eq!(bench.read(BANKS), 0x1234_5678, "and every bank with FINIT");
     bench.write(FM1R, 0xFFFF_FFFF);
     assert_eq!(bench.read(FM1R), 0x0FFF_FFFF, "28 banks");
+}
+
+#[test]
+fn a_frame_that_no_filter_admits_is_acknowledged() {
+    let mut bench = Bench::with(vec![can_wire::station::Station::default()], 0, 0);
+    bench.write(FA1R, 0);
+    let foreign = WireFrame { id: WireId::Extended(0x1234_5678), remote: true, ..standard(0) };
+    for frame in [standard(0x123), foreign] {
+        bench.deliver(frame);
+    }
+    assert_eq!((bench.stats().rejected, bench.wire.counters().ack_errors), (2, 0));
+    assert_eq!(bench.read(ESR), 0);
+}
+
+#[test]
+fn a_bank_takes_and_gives_up_its_part_while_the_bus_runs() {
+    let mut bench = Bench::normal();
+    bench.write(FA1R, 0);
+    assert_eq!(admitted(&mut bench, standard(1)), None);
+    bench.write(FA1R, 1);
+    assert_eq!(admitted(&mut bench, standard(1)), Some((0, 0)));
 }

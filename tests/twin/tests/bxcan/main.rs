@@ -2,8 +2,12 @@
 
 mod bench;
 
+mod abort;
+mod bus_off;
 mod errors;
 mod filters;
 mod modes;
 mod receive;
+mod sleep;
+mod traffic;
 mod transmit;
