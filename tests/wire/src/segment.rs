@@ -188,7 +188,8 @@ impl Segment {
     /// Somebody else's SOF has passed at `node`: with a frame that waited when it began, it takes part.
     fn join(&mut self, node: NodeIndex, sof: Fine, at: Fine, stage: &mut Stage) {
         let babbles = stage.nodes[node].condition.babbles.is_some();
-        let mut waits = || stage.controllers.controller(node).request_at().is_some_and(|at| Fine::from_time(at) <= sof);
+        let mut waits =
+            || stage.controllers.controller(node).request_at().is_some_and(|at| Fine::from_time(at) <= sof);
         if self.replaying || !babbles && !waits() {
             return;
         }

@@ -311,14 +311,6 @@ impl Wire {
         controllers: &mut dyn Controllers,
     ) {
         let segment = self.segment_of(node);
-        let in_flight = matches!(self.segments[segment].mode, Mode::Flight(_));
-        if let (Some(before), Some(now)) = (self.nodes[node].mac.attachment, attachment)
-            && in_flight
-            && before.silent == now.silent
-        {
-            // Drift, or leave to recover: after the frame.
-            return;
-        }
         self.with_stage(segment, controllers, |segment, stage| {
             segment.wake(stage);
             let at = segment.cursor;
@@ -374,7 +366,13 @@ impl Wire {
             }
             Fault::StuckDominant(node) => self.set_stuck(node, true, controllers),
             Fault::ReleaseDriver(node) => self.set_stuck(node, false, controllers),
-            Fault::Babble(node, frame) => self.nodes[node].condition.babbles = Some(frame),
+            Fault::Babble(node, frame) => {
+                let segment = self.segment_of(node);
+                self.with_stage(segment, controllers, |segment, stage| {
+                    segment.wake(stage);
+                    stage.nodes[node].condition.babbles = Some(frame);
+                });
+            }
             Fault::StopBabbling(node) => self.nodes[node].condition.babbles = None,
             Fault::Drift(node, ppb) => {
                 self.nodes[node].condition.drift_ppb = ppb;
@@ -399,7 +397,9 @@ impl Wire {
                 }
                 self.flips.push(flip.among(self.nodes.len()));
             }
-            Fault::BitErrors { rate, seed } => self.errors = BitErrors::new(rate, seed, self.now, self.nodes.len()),
+            Fault::BitErrors { rate, seed } => {
+                self.errors = BitErrors::new(rate, seed, self.now, self.nodes.len())
+            }
         }
     }
 
@@ -409,10 +409,10 @@ impl Wire {
     }
 
     fn set_stuck(&mut self, node: NodeIndex, stuck: bool, controllers: &mut dyn Controllers) {
-        self.nodes[node].condition.stuck_dominant = stuck;
         let segment = self.segment_of(node);
         self.with_stage(segment, controllers, |segment, stage| {
             segment.wake(stage);
+            stage.nodes[node].condition.stuck_dominant = stuck;
             segment.drive(node, stage);
         });
     }

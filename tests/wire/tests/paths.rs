@@ -144,7 +144,8 @@ fn fly(plan: &Plan, bit_by_bit: bool, quantum: Option<Time>) -> Bench {
     }
     let go_to = |bench: &mut Bench, until: Time| match quantum {
         Some(quantum) => bench.run(until, quantum),
-        None => bench.leap(until),
+        None if bench.wire.now() < until => bench.leap(until),
+        None => {}
     };
     let kept: Vec<_> = bench.stations.iter().map(|station| station.attachment).collect();
     for (at, surprise) in &plan.surprises {
