@@ -19,6 +19,8 @@ const DELIMITER_BITS: u8 = 8;
 const INTERMISSION_BITS: u8 = 3;
 const SUSPEND_BITS: u8 = 8;
 const EOF_BITS: u8 = 7;
+/// SOF and a standard identifier.
+const IDENTIFIER_BITS: u8 = 12;
 /// Recessive bits that synchronise a node with the bus.
 const SEQUENCE_BITS: u8 = 11;
 /// Such sequences that end bus-off.
@@ -181,6 +183,23 @@ impl Mac {
 
     pub(crate) fn is_silent(&self) -> bool {
         self.attachment.is_some_and(|attachment| attachment.silent)
+    }
+
+    /// Bits from the one under way on that end without news if nothing goes wrong, that one included.
+    pub(crate) fn uneventful_bits(&self) -> u64 {
+        let bits = match self.state {
+            State::Sof => IDENTIFIER_BITS,
+            State::Stuffed => IDENTIFIER_BITS.saturating_sub(self.decoder.index() as u8),
+            State::Integrating { recessive } | State::Recovering { recessive, .. } => {
+                SEQUENCE_BITS - recessive
+            }
+            State::ActiveFlag { sent, .. } => FLAG_BITS - sent,
+            State::Delimiter { seen } => DELIMITER_BITS - seen,
+            State::Intermission(bit) => INTERMISSION_BITS - bit,
+            State::Suspend(bit) => SUSPEND_BITS - bit,
+            _ => 1,
+        };
+        u64::from(bits.max(1))
     }
 
     /// Drives the line dominant during the bit under way.

@@ -3,6 +3,7 @@
 use can_wire::controller::{Attachment, ErrorCounters, ErrorKind};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
+use can_wire::timing::BitTiming;
 
 use super::clock::{PclkTick, bit_pclks};
 use super::errors::ErrorState;
@@ -30,6 +31,8 @@ pub enum Mode {
 pub struct Registers {
     side: Side,
     pclk: PclkTick,
+    /// What BTR makes of it.
+    timing: BitTiming,
     mcr: u32,
     /// ERRI, WKUI and SLAKI.
     msr_flags: u32,
@@ -66,6 +69,7 @@ impl Registers {
         Registers {
             side,
             pclk,
+            timing: pclk.timing(BTR_AT_RESET),
             mcr: MCR_AT_RESET,
             msr_flags: 0,
             ier: 0,
@@ -106,6 +110,7 @@ impl Registers {
 
     pub fn set_pclk(&mut self, pclk: PclkTick) {
         self.pclk = pclk;
+        self.timing = pclk.timing(self.btr);
     }
 
     /// Value of a register of this controller; `None` where there is none.
@@ -153,7 +158,7 @@ impl Registers {
             BTR => {
                 let writable = self.mode == Mode::Initialisation;
                 if writable {
-                    self.btr = value & BTR_STORED;
+                    self.set_btr(value & BTR_STORED);
                 }
                 return Some(writable);
             }
@@ -165,6 +170,11 @@ impl Registers {
             _ => return None,
         }
         Some(true)
+    }
+
+    fn set_btr(&mut self, btr: u32) {
+        self.btr = btr;
+        self.timing = self.pclk.timing(btr);
     }
 
     /// Levels of the four interrupt lines, RM0090 32.8.
@@ -217,7 +227,7 @@ impl Registers {
     pub fn attachment(&self) -> Option<Attachment> {
         let live = (self.mode == Mode::Normal || self.joining) && !self.loopback();
         live.then(|| Attachment {
-            timing: self.pclk.timing(self.btr),
+            timing: self.timing,
             silent: self.silent(),
             recovers: self.recovers(),
             power_cycle: self.resets,
@@ -379,7 +389,7 @@ impl Registers {
         let (ier, btr) = (self.ier, self.btr);
         self.reset();
         self.ier = ier;
-        self.btr = btr;
+        self.set_btr(btr);
     }
 
     fn join(&mut self, now: Time) {
