@@ -106,7 +106,7 @@ impl Edges {
     /// the length of a bit in ticks, `alone` whether no later frame like this one has been received or sent.
     pub fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
         // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too.
-        let end = reported.ticks.low().wrapping_add(bit);
+        let end = reported.ticks().low().wrapping_add(bit);
         while (1..=bit).contains(&end.wrapping_sub(TIM5.cnt().read())) {}
         let alone_until = TIM5.cnt().read();
         let next = EDGES - usize::from(self.stream.ndtr().read().ndt());

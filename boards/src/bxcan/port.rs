@@ -227,7 +227,9 @@ impl CanPort for Port {
 
     async fn event(&mut self) -> PortEvent {
         let event = loop {
-            self.advance();
+            if !self.mode.is_settled() {
+                self.advance();
+            }
             if self.mode.take_stall(Uptime.now()) {
                 return PortEvent::Stalled;
             }

@@ -14,8 +14,8 @@ use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{Command, Request};
 use ecss_can::runner::{AppLink, Telltale};
-use ecss_can::time::Clock;
-use embassy_futures::select::{Either3, select3};
+use ecss_can::time::{Clock, Instant};
+use embassy_futures::select::{Either, select};
 
 use crate::app::Raw;
 use schedule::{Schedule, Turn};
@@ -43,16 +43,25 @@ impl Application {
 
     pub async fn run(mut self) -> ! {
         loop {
-            let due = select3(
-                self.link.events.receive(),
-                turn(self.clock, &self.commands),
-                turn(self.clock, &self.telemetry),
-            );
-            match due.await {
-                Either3::First(event) => self.on_event(&event),
-                Either3::Second(turn) => self.command(turn).await,
-                Either3::Third(turn) => self.request(turn).await,
+            match select(self.link.events.receive(), wait(self.clock, self.next_turn())).await {
+                Either::First(event) => self.on_event(&event),
+                Either::Second(()) => self.take_turns().await,
             }
+        }
+    }
+
+    fn next_turn(&self) -> Option<Instant> {
+        let turns = [self.commands.next(), self.telemetry.next()];
+        turns.into_iter().flatten().map(|turn| turn.at).min()
+    }
+
+    async fn take_turns(&mut self) {
+        let now = self.clock.now();
+        if let Some(turn) = self.commands.next().filter(|turn| turn.at <= now) {
+            self.command(turn).await;
+        }
+        if let Some(turn) = self.telemetry.next().filter(|turn| turn.at <= now) {
+            self.request(turn).await;
         }
     }
 
@@ -102,13 +111,10 @@ impl Application {
     }
 }
 
-/// Waits for the next turn, for ever when there is none.
-async fn turn(clock: Uptime, schedule: &Schedule) -> Turn {
-    match schedule.peek() {
-        Some(turn) => {
-            clock.at(turn.at).await;
-            turn
-        }
+/// Waits until then, for ever without.
+async fn wait(clock: Uptime, until: Option<Instant>) {
+    match until {
+        Some(at) => clock.at(at).await,
         None => pending().await,
     }
 }

@@ -5,7 +5,7 @@
 use boards::Leds;
 use ecss_can::link::Bus;
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{SlaveEvent, SlaveRequest, Status};
+use ecss_can::node::{SlaveEvent, SlaveRequest};
 use ecss_can::pdo::Message;
 use ecss_can::profile::mission::{Command, Request, SlaveRecord};
 use ecss_can::runner::{AppLink, Telltale};
@@ -32,9 +32,7 @@ impl Application {
         loop {
             match self.link.events.receive().await {
                 SlaveEvent::Command { message, .. } => self.execute(&message).await,
-                SlaveEvent::TelemetryRequested { bus, request, status } => {
-                    self.answer(bus, &request, &status).await;
-                }
+                SlaveEvent::TelemetryRequested { bus, request } => self.answer(bus, &request).await,
                 SlaveEvent::Heartbeat { .. } | SlaveEvent::Time(_) => self.leds.activity.toggle(),
                 SlaveEvent::Sync { stamp, .. } => {
                     self.record.stamp_source = Some(stamp.source);
@@ -63,12 +61,14 @@ impl Application {
         }
     }
 
-    async fn answer(&mut self, bus: Bus, request: &Message, status: &Status) {
+    async fn answer(&mut self, bus: Bus, request: &Message) {
         let Some(request) = Request::decode(request) else {
             defmt::warn!("unknown telemetry request {=u16:04X}h", request.code());
             return;
         };
-        let message = self.record.answer(request, status).encode();
+        // A node that asks has shown its status.
+        let Some(status) = self.link.status() else { return };
+        let message = self.record.answer(request, &status).encode();
         self.link.requests.send(SlaveRequest::Telemetry { bus, message }).await;
         self.telltale.telemetry_requests.count();
     }

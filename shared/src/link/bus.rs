@@ -3,6 +3,7 @@
 /// One of the two CAN buses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
 pub enum Bus {
     /// The bus in use by default; value 0 in object 2000h.
     Nominal = 0,

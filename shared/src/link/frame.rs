@@ -4,9 +4,10 @@
 
 use super::CobId;
 
-/// A CAN 2.0A data frame.
+/// A CAN 2.0A data frame. Aligned to words, so that it moves in words.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(align(4))]
 pub struct Frame {
     id: CobId,
     len: u8,

@@ -97,6 +97,7 @@ impl Filter {
 /// What a port reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
 pub enum PortEvent {
     /// A frame that passed the filters.
     Received {

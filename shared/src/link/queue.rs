@@ -17,8 +17,15 @@ const HEARTBEATS: u16 = 0x700;
 pub struct Outgoing {
     /// What to send.
     pub frame: Frame,
-    /// Not to be sent after this instant; `None`: whenever the bus takes it.
-    pub expires: Option<Instant>,
+    /// Not to be sent from this instant on.
+    pub expires: Instant,
+}
+
+impl Outgoing {
+    /// Whether its lifetime has ended.
+    pub fn is_expired(&self, now: Instant) -> bool {
+        self.expires <= now
+    }
 }
 
 /// The queue is full; nothing was taken.
@@ -69,22 +76,17 @@ impl<const N: usize> TxQueue<N> {
 
     /// Take one frame whose lifetime has ended.
     pub fn pop_expired(&mut self, now: Instant) -> Option<Outgoing> {
-        let at = self.frames.iter().position(|queued| is_expired(queued.expires, now))?;
+        let at = self.frames.iter().position(|queued| queued.is_expired(now))?;
         Some(self.frames.remove(at))
     }
 
     /// The earliest end of a lifetime.
     pub fn next_expiry(&self) -> Option<Instant> {
-        self.frames.iter().filter_map(|queued| queued.expires).min()
+        self.frames.iter().map(|queued| queued.expires).min()
     }
 }
 
 /// Frames that the network lives on: the [urgent](is_urgent) ones and heartbeats.
 pub fn is_vital(id: CobId) -> bool {
     is_urgent(id) || id.function() == HEARTBEATS
-}
-
-/// Whether a lifetime has ended.
-pub fn is_expired(expires: Option<Instant>, now: Instant) -> bool {
-    expires.is_some_and(|end| end <= now)
 }

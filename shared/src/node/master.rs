@@ -5,7 +5,7 @@ use heapless::Deque;
 use super::buses::{BusNews, Buses};
 use super::{MasterEvent, MasterRequest, RefusalCause, Status};
 use crate::link::port::{Filter, Health};
-use crate::link::queue::{Outgoing, is_expired};
+use crate::link::queue::Outgoing;
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
 use crate::pdo::Message;
@@ -81,18 +81,6 @@ impl Master {
             .collect()
     }
 
-    fn status(&self, now: Instant) -> Status {
-        Status {
-            uptime: now.since(Instant::ZERO),
-            scet: self.clock.at(now),
-            state: NmtState::Operational,
-            active: self.manager.active(),
-            redundancy: self.redundancy,
-            counters: self.buses.counters,
-            health: self.buses.health,
-        }
-    }
-
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
         let active = self.manager.active();
         let Some(node) = frame.id().node().filter(|node| *node != NodeId::MASTER) else {
@@ -161,7 +149,7 @@ impl Master {
             out.send_for(bus, frame, now, lifetime);
             return true;
         }
-        let taken = self.held.push_back(Outgoing { frame, expires: Some(now + lifetime) }).is_ok();
+        let taken = self.held.push_back(Outgoing { frame, expires: now + lifetime }).is_ok();
         if !taken {
             self.buses.refused(bus);
         }
@@ -172,7 +160,7 @@ impl Master {
         let bus = self.manager.active();
         while self.manager.is_announced() {
             let Some(outgoing) = self.held.pop_front() else { return };
-            if is_expired(outgoing.expires, now) {
+            if outgoing.is_expired(now) {
                 self.buses.expired(bus);
             } else {
                 out.command(bus, BusCommand::Send(outgoing));
@@ -314,7 +302,10 @@ impl Node for Master {
             MasterRequest::SwitchBus(bus) => self.manager.request(bus),
             MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
             MasterRequest::SetTime(scet) => self.clock.set(scet, now),
-            MasterRequest::Status => out.event(MasterEvent::Status(self.status(now))),
+            MasterRequest::Status => {
+                out.show_status();
+                out.event(MasterEvent::Status);
+            }
         }
         self.run(now, now, out);
     }
@@ -327,5 +318,17 @@ impl Node for Master {
         let gated = self.manager.is_announced().then(|| [self.sync.deadline(), self.time.deadline()]);
         let always = [self.manager.deadline(), self.buses.deadline()];
         always.into_iter().chain(gated.into_iter().flatten()).flatten().min()
+    }
+
+    fn status(&self, now: Instant) -> Status {
+        Status {
+            uptime: now.since(Instant::ZERO),
+            scet: self.clock.at(now),
+            state: NmtState::Operational,
+            active: self.manager.active(),
+            redundancy: self.redundancy,
+            counters: self.buses.counters,
+            health: self.buses.health,
+        }
     }
 }

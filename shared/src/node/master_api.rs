@@ -1,16 +1,18 @@
 //! What a master and its application tell each other.
 
-use super::Status;
 use crate::link::Bus;
 use crate::link::port::Health;
 use crate::nmt::{NmtMessage, NmtState, NodeId};
 use crate::pdo::Message;
 use crate::redundancy::SwitchCause;
+#[cfg(doc)]
+use crate::runner::AppLink;
 use crate::time::{Scet, Stamp};
 
 /// What a master tells its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
 pub enum MasterEvent {
     /// First word of a slave, also after it was lost, or another state than before.
     SlaveState {
@@ -89,8 +91,8 @@ pub enum MasterEvent {
         /// Which bus.
         bus: Bus,
     },
-    /// Answer to [`MasterRequest::Status`].
-    Status(Status),
+    /// Answer to [`MasterRequest::Status`]: [`AppLink::status`] is as of now.
+    Status,
 }
 
 /// Why a request was refused.
@@ -106,6 +108,7 @@ pub enum RefusalCause {
 /// What the application may ask of a master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
 pub enum MasterRequest {
     /// Send a telecommand.
     Command {
@@ -128,6 +131,6 @@ pub enum MasterRequest {
     Nmt(NmtMessage),
     /// Set the spacecraft time, as of now.
     SetTime(Scet),
-    /// Report [`MasterEvent::Status`].
+    /// Show the status of this node, then tell [`MasterEvent::Status`].
     Status,
 }

@@ -69,19 +69,6 @@ impl Slave {
         .collect()
     }
 
-    /// This node as it is at `now`.
-    fn status(&self, now: Instant) -> Status {
-        Status {
-            uptime: now.since(Instant::ZERO),
-            scet: self.time.clock().at(now),
-            state: self.nmt.state(),
-            active: self.selector.selected(),
-            redundancy: *self.selector.parameters(),
-            counters: self.buses.counters,
-            health: self.buses.health,
-        }
-    }
-
     /// Boot-up on the bus selected, then Pre-operational (ECSS 8.3.2).
     fn boot(&mut self, now: Instant, out: &mut Out) {
         let frame = heartbeat::encode(self.id, NmtState::Initialising);
@@ -113,7 +100,7 @@ impl Slave {
         if bus == active && id == CobId::SYNC && state.allows_sync() {
             self.on_sync(bus, frame, stamp, now, out);
         } else if bus == active && state.allows_pdo() {
-            self.on_pdo(bus, frame, stamp, now, out);
+            self.on_pdo(bus, frame, stamp, out);
         } else {
             self.buses.ignored(bus);
         }
@@ -165,15 +152,15 @@ impl Slave {
         out.event(SlaveEvent::Sync { bus, stamp });
     }
 
-    fn on_pdo(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+    fn on_pdo(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
         let id = frame.id();
         let event = if id == CobId::local_time(NodeId::MASTER) {
             self.time.on_spacecraft_time(frame, stamp).map(SlaveEvent::Time)
         } else if id == CobId::telecommand(self.id) {
             Message::decode(frame).map(|message| SlaveEvent::Command { bus, message })
         } else if id == CobId::telemetry_request(self.id) {
-            let status = self.status(now);
-            Message::decode(frame).map(|request| SlaveEvent::TelemetryRequested { bus, request, status })
+            out.show_status();
+            Message::decode(frame).map(|request| SlaveEvent::TelemetryRequested { bus, request })
         } else {
             return self.buses.ignored(bus);
         };
@@ -286,5 +273,17 @@ impl Node for Slave {
             .into_iter()
             .flatten()
             .min()
+    }
+
+    fn status(&self, now: Instant) -> Status {
+        Status {
+            uptime: now.since(Instant::ZERO),
+            scet: self.time.clock().at(now),
+            state: self.nmt.state(),
+            active: self.selector.selected(),
+            redundancy: *self.selector.parameters(),
+            counters: self.buses.counters,
+            health: self.buses.health,
+        }
     }
 }

@@ -1,15 +1,17 @@
 //! What a slave and its application tell each other.
 
-use super::Status;
 use crate::link::Bus;
 use crate::link::port::Health;
 use crate::nmt::NmtState;
 use crate::pdo::Message;
+#[cfg(doc)]
+use crate::runner::AppLink;
 use crate::time::{Scet, Stamp};
 
 /// What a slave tells its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
 pub enum SlaveEvent {
     /// Another NMT state.
     State(NmtState),
@@ -37,14 +39,12 @@ pub enum SlaveEvent {
         /// The command.
         message: Message,
     },
-    /// Answer with [`SlaveRequest::Telemetry`].
+    /// Answer with [`SlaveRequest::Telemetry`]; [`AppLink::status`] is this node when it was asked, or later.
     TelemetryRequested {
         /// Where to answer.
         bus: Bus,
         /// The request.
         request: Message,
-        /// This node as it was when asked.
-        status: Status,
     },
     /// A heartbeat of the master.
     Heartbeat {
@@ -98,6 +98,7 @@ pub enum BusCause {
 /// What the application may ask of a slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
 pub enum SlaveRequest {
     /// Send telemetry; refused and counted when no longer operational, or when `bus` is no longer the active one.
     Telemetry {

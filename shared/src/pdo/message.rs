@@ -4,9 +4,10 @@
 
 use crate::link::{CobId, Frame};
 
-/// A telecommand, a telemetry request, or telemetry.
+/// A telecommand, a telemetry request, or telemetry. Aligned to words, so that it moves in words.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(align(4))]
 pub struct Message {
     code: u16,
     len: u8,

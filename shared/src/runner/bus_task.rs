@@ -2,10 +2,11 @@
 
 use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
+use embassy_sync::channel::TrySendError;
 
 use super::{BusCommand, FailCause, LinkEvent, Links, QUEUE_DEPTH};
 use crate::link::port::{CanPort, ErrorState, Health, LastError, MAILBOXES, Mailbox, PortEvent};
-use crate::link::queue::{Outgoing, TxQueue, is_expired};
+use crate::link::queue::{Outgoing, TxQueue};
 use crate::link::{Bus, CobId, Frame};
 use crate::time::{Clock, Duration, Instant, Stamp};
 
@@ -61,7 +62,17 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
             let deadline = self.next_expiry().map_or(self.next_look(), |expiry| expiry.min(self.next_look()));
             let timer = self.clock.at(deadline);
             match select3(self.port.event(), self.links.commands[self.bus].receive(), timer).await {
-                Either3::First(event) => self.on_port(event).await,
+                Either3::First(PortEvent::Health(health)) if health != self.told => {
+                    self.told = health;
+                    self.report(LinkEvent::Health(health)).await;
+                }
+                Either3::First(event) => {
+                    if let Some(event) = self.on_port(&event) {
+                        // A node that answers for its counters with the next frame needs them as they are.
+                        self.look().await;
+                        self.report(event).await;
+                    }
+                }
                 Either3::Second(command) => self.on_command(command).await,
                 Either3::Third(()) => {
                     if self.next_look() <= self.clock.now() {
@@ -93,37 +104,24 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
         }
     }
 
-    async fn on_port(&mut self, event: PortEvent) {
-        let event = match event {
-            PortEvent::Health(health) => {
-                if health != self.told {
-                    self.told = health;
-                    self.report(LinkEvent::Health(health)).await;
-                }
-                return;
-            }
+    /// What it means to the node; `None`: nothing new.
+    fn on_port(&mut self, event: &PortEvent) -> Option<LinkEvent> {
+        Some(match *event {
             PortEvent::Received { frame, stamp } => {
                 LinkEvent::Received { frame, stamp: self.stamp(&frame, stamp) }
             }
-            PortEvent::Transmitted { mailbox, stamp } => match self.release(mailbox) {
-                Some(Pending { outgoing: Outgoing { frame, .. }, .. }) => {
-                    LinkEvent::Transmitted { frame, stamp: self.stamp(&frame, stamp) }
-                }
-                None => return,
-            },
-            PortEvent::Failed { mailbox } => match self.release(mailbox) {
-                Some(pending) => LinkEvent::Failed {
-                    frame: pending.outgoing.frame,
-                    cause: pending.aborting.unwrap_or(FailCause::Aborted),
-                },
-                None => return,
-            },
+            PortEvent::Transmitted { mailbox, stamp } => {
+                let frame = self.release(mailbox)?.outgoing.frame;
+                LinkEvent::Transmitted { frame, stamp: self.stamp(&frame, stamp) }
+            }
+            PortEvent::Failed { mailbox } => {
+                let Pending { outgoing, aborting } = self.release(mailbox)?;
+                LinkEvent::Failed { frame: outgoing.frame, cause: aborting.unwrap_or(FailCause::Aborted) }
+            }
             PortEvent::Overrun { lost } => LinkEvent::Overrun { lost },
             PortEvent::Stalled => LinkEvent::Stalled,
-        };
-        // A node that answers for its counters with the next frame needs them as they are.
-        self.look().await;
-        self.report(event).await;
+            PortEvent::Health(_) => return None,
+        })
     }
 
     /// Before anything else is waited for: what the port has measured does not last.
@@ -168,7 +166,7 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
         while let Some(outgoing) = self.queue.pop_expired(now) {
             self.fail(outgoing.frame, FailCause::Expired).await;
         }
-        self.abort_where(|outgoing| is_expired(outgoing.expires, now), FailCause::Expired);
+        self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
     }
 
     fn abort_where(&mut self, which: impl Fn(&Outgoing) -> bool, cause: FailCause) {
@@ -195,7 +193,7 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
 
     fn next_expiry(&self) -> Option<Instant> {
         let in_mailboxes = self.mailboxes.iter().flatten().filter(|pending| pending.aborting.is_none());
-        in_mailboxes.filter_map(|pending| pending.outgoing.expires).chain(self.queue.next_expiry()).min()
+        in_mailboxes.map(|pending| pending.outgoing.expires).chain(self.queue.next_expiry()).min()
     }
 
     async fn fail(&self, frame: Frame, cause: FailCause) {
@@ -204,7 +202,9 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
 
     /// Waits when the node is behind: the port's receive queue is the bounded place where a loss is counted.
     async fn report(&self, event: LinkEvent) {
-        self.links.events.send((self.bus, event)).await;
+        if let Err(TrySendError::Full(event)) = self.links.events.try_send((self.bus, event)) {
+            self.links.events.send(event).await;
+        }
     }
 }
 

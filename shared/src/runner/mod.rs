@@ -8,11 +8,18 @@
 //!
 //! The user owns the storage ([`Links`], [`AppLink`], [`Telltale`]) and spawns [`bus_task`] once per controller and
 //! [`node_task`] once per node. Nothing here knows a HAL or an executor.
+//!
+//! What goes through the channels is small and moves in words: events and commands have a tag of a word (`repr(u32)`),
+//! because the compiler moves tag and rest apart, and behind a tag of a byte the rest goes byte by byte. A node's
+//! [`Status`] is no event: it lies in [`AppLink`] for the application to read.
 
 mod bus_task;
 mod node_task;
 mod telltale;
 
+use core::cell::Cell;
+
+use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 
@@ -23,6 +30,7 @@ pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, Frame, PerBus};
+use crate::node::Status;
 use crate::time::Stamp;
 
 /// Events that may wait for a node; before them wait those of the ports.
@@ -42,6 +50,7 @@ pub type Filters = heapless::Vec<Filter, MAX_FILTERS>;
 /// What a bus tells its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
 pub enum LinkEvent {
     /// A frame that passed the filters.
     Received {
@@ -99,6 +108,7 @@ pub enum FailCause {
 /// What a node wants of a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
 pub enum BusCommand {
     /// Send a frame.
     Send(Outgoing),
@@ -140,12 +150,23 @@ pub struct AppLink<M: RawMutex, E, R> {
     pub events: Channel<M, E, APP_DEPTH>,
     /// What the application wants of the node.
     pub requests: Channel<M, R, APP_DEPTH>,
+    status: Mutex<M, Cell<Option<Status>>>,
 }
 
 impl<M: RawMutex, E, R> AppLink<M, E, R> {
     /// Empty channels.
     pub const fn new() -> Self {
-        AppLink { events: Channel::new(), requests: Channel::new() }
+        let status = Mutex::new(Cell::new(None));
+        AppLink { events: Channel::new(), requests: Channel::new(), status }
+    }
+
+    /// The node when it showed its status last: at power-on, and before each event that says so. `None`: not powered on.
+    pub fn status(&self) -> Option<Status> {
+        self.status.lock(Cell::get)
+    }
+
+    fn show(&self, status: Status) {
+        self.status.lock(|shown| shown.set(Some(status)));
     }
 }
 

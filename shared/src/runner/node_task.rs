@@ -9,6 +9,7 @@ use heapless::Deque;
 use super::{APP_DEPTH, AppLink, BusCommand, LinkEvent, Links, QUEUE_DEPTH, Telltale};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, Frame, PerBus};
+use crate::node::Status;
 use crate::time::{Clock, Duration, Instant};
 
 /// A protocol node: master or slave, sans-IO.
@@ -32,6 +33,9 @@ pub trait Node {
 
     /// When to call [`Node::poll`] next, `None`: not before another event.
     fn deadline(&self) -> Option<Instant>;
+
+    /// The node as it is at `now`.
+    fn status(&self, now: Instant) -> Status;
 }
 
 /// Places of an [`Outbox`] that frames cannot take: joining and leaving a bus must always get through.
@@ -41,6 +45,7 @@ const CONTROL_RESERVE: usize = 8;
 pub struct Outbox<E> {
     commands: Deque<(Bus, BusCommand), QUEUE_DEPTH>,
     events: Deque<E, APP_DEPTH>,
+    status_due: bool,
     overflows: u32,
     unsent: PerBus<u16>,
 }
@@ -51,6 +56,7 @@ impl<E> Outbox<E> {
         Outbox {
             commands: Deque::new(),
             events: Deque::new(),
+            status_due: false,
             overflows: 0,
             unsent: PerBus { nominal: 0, redundant: 0 },
         }
@@ -58,12 +64,7 @@ impl<E> Outbox<E> {
 
     /// Send a frame now or within `lifetime` of `now`; after that it is stale and dies.
     pub fn send_for(&mut self, bus: Bus, frame: Frame, now: Instant, lifetime: Duration) {
-        self.command(bus, BusCommand::Send(Outgoing { frame, expires: Some(now + lifetime) }));
-    }
-
-    /// Send a frame whenever the bus takes it.
-    pub fn send(&mut self, bus: Bus, frame: Frame) {
-        self.command(bus, BusCommand::Send(Outgoing { frame, expires: None }));
+        self.command(bus, BusCommand::Send(Outgoing { frame, expires: now + lifetime }));
     }
 
     /// Command a bus. The last [`CONTROL_RESERVE`] places are kept for commands other than sending.
@@ -83,6 +84,11 @@ impl<E> Outbox<E> {
         }
     }
 
+    /// Show the application the [`Status`] of the node before it is told of the events here.
+    pub fn show_status(&mut self) {
+        self.status_due = true;
+    }
+
     /// The next command, in order.
     pub fn pop_command(&mut self) -> Option<(Bus, BusCommand)> {
         self.commands.pop_front()
@@ -96,6 +102,11 @@ impl<E> Outbox<E> {
     /// The next event, in order.
     pub fn pop_event(&mut self) -> Option<E> {
         self.events.pop_front()
+    }
+
+    /// Whether to show the status, since the last call.
+    pub fn take_status_due(&mut self) -> bool {
+        core::mem::take(&mut self.status_due)
     }
 
     /// Frames for `bus` lost since the last call because this outbox was full.
@@ -128,12 +139,16 @@ pub async fn node_task<M: RawMutex, N: Node>(
 ) -> ! {
     let mut out = Outbox::new();
     node.start(clock.now(), &mut out);
+    out.show_status();
     loop {
         for bus in Bus::ALL {
             let frames = out.take_unsent(bus);
             if frames > 0 {
                 node.on_link(bus, &LinkEvent::Unsent { frames }, clock.now(), &mut out);
             }
+        }
+        if out.take_status_due() {
+            app.show(node.status(clock.now()));
         }
         deliver(&mut out, links, app, telltale);
         let (deadline, blocked) = (node.deadline(), out.next_bus());

@@ -71,7 +71,7 @@ impl Stamps {
         match result {
             Ok(stamp) => {
                 self.captured.count();
-                self.last.store(stamp.ticks.low(), Ordering::Relaxed);
+                self.last.store(stamp.ticks().low(), Ordering::Relaxed);
             }
             Err(Miss::Silent) => self.silent.count(),
             Err(Miss::Mismatch) => self.mismatched.count(),

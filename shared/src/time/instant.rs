@@ -18,6 +18,9 @@ impl Instant {
     /// Power-on.
     pub const ZERO: Instant = Instant(0);
 
+    /// After everything else.
+    pub const NEVER: Instant = Instant(u64::MAX);
+
     /// From microseconds since power-on.
     pub const fn from_micros(us: u64) -> Instant {
         Instant(us)

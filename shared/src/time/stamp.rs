@@ -58,8 +58,8 @@ impl From<Instant> for Ticks {
 pub struct Stamp {
     /// Rounded down to a microsecond, for protocol timers.
     pub at: Instant,
-    /// The same in full.
-    pub ticks: Ticks,
+    /// Ticks beyond that, `0..84`.
+    beyond: u8,
     /// How it was measured.
     pub source: StampSource,
 }
@@ -84,12 +84,20 @@ impl StampSource {
 
 impl Stamp {
     /// Read in the interrupt that the frame raised.
-    pub fn interrupt(at: Instant) -> Stamp {
-        Stamp { at, ticks: at.into(), source: StampSource::Interrupt }
+    pub const fn interrupt(at: Instant) -> Stamp {
+        Stamp { at, beyond: 0, source: StampSource::Interrupt }
     }
 
     fn capture(ticks: Ticks) -> Stamp {
-        Stamp { at: ticks.instant(), ticks, source: StampSource::Capture }
+        let at = ticks.instant();
+        let beyond = ticks.low().wrapping_sub(Ticks::from(at).low()) as u8;
+        Stamp { at, beyond, source: StampSource::Capture }
+    }
+
+    /// In full.
+    pub fn ticks(&self) -> Ticks {
+        let Ticks(whole) = self.at.into();
+        Ticks(whole.saturating_add(u64::from(self.beyond)))
     }
 }
 
@@ -150,7 +158,7 @@ impl EdgeRing {
         let search = Search { ring: self, next: line.next, bit, pattern: &pattern };
         // A receiver has a frame one bit before its end, by a bit grid 0.3 early to 0.7 bit late; the clock of the
         // interrupt is rounded to a microsecond and up to another one off the timer.
-        let reported_by = reported.ticks.low().wrapping_add(2 * bit + 2 * Ticks::PER_MICRO);
+        let reported_by = reported.ticks().low().wrapping_add(2 * bit + 2 * Ticks::PER_MICRO);
         // The same bit and its grid for the next frame like it, which was not there until then.
         let alone_until = line.alone_until.wrapping_add(search.percent(30) as u32);
         let latest = if later(reported_by, alone_until) < 0 { reported_by } else { alone_until };
@@ -169,7 +177,7 @@ impl EdgeRing {
         match found {
             Some(_) if more => Err(Miss::Ambiguous),
             // Two equal frames end at least their length apart: no earlier one ended here.
-            Some(end) if before(end) < length => Ok(Stamp::capture(reported.ticks.nearest(end))),
+            Some(end) if before(end) < length => Ok(Stamp::capture(reported.ticks().nearest(end))),
             Some(_) => Err(Miss::Late),
             None if (0..EDGES).any(|back| before(search.edge(back)) < 2 * length) => Err(Miss::Mismatch),
             None => Err(Miss::Silent),

@@ -3,6 +3,7 @@
 use ecss_can::link::port::Health;
 use ecss_can::link::{Bus, CobId, Frame};
 use ecss_can::nmt::NodeId;
+use ecss_can::node::Status;
 use ecss_can::runner::{BusCommand, FailCause, LinkEvent, Node, Outbox};
 use ecss_can::time::{Duration, Instant, Stamp};
 
@@ -35,7 +36,7 @@ pub struct Sent {
     pub at: Instant,
     pub bus: Bus,
     pub frame: Frame,
-    pub expires: Option<Instant>,
+    pub expires: Instant,
 }
 
 /// Runs a node from deadline to deadline and keeps everything it did.
@@ -46,6 +47,8 @@ pub struct Bench<N: Node> {
     /// Commands other than sending.
     pub controls: Vec<(Bus, BusCommand)>,
     pub events: Vec<N::Event>,
+    /// The status that it showed last.
+    pub status: Option<Status>,
 }
 
 impl<N: Node> Bench<N> {
@@ -56,7 +59,7 @@ impl<N: Node> Bench<N> {
 
     /// Powered on later.
     pub fn powered_at(now: Instant, node: N) -> Self {
-        let mut bench = Bench { node, now, sent: vec![], controls: vec![], events: vec![] };
+        let mut bench = Bench { node, now, sent: vec![], controls: vec![], events: vec![], status: None };
         bench.with(|node, now, out| node.start(now, out));
         bench
     }
@@ -74,6 +77,9 @@ impl<N: Node> Bench<N> {
                 }),
                 other => self.controls.push((bus, other)),
             }
+        }
+        if out.take_status_due() {
+            self.status = Some(self.node.status(self.now));
         }
         while let Some(event) = out.pop_event() {
             self.events.push(event);

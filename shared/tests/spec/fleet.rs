@@ -24,7 +24,7 @@ struct Station<N: Node> {
     joined: PerBus<bool>,
     connected: PerBus<bool>,
     passive: PerBus<bool>,
-    pending: Vec<(Bus, Frame, Option<Instant>)>,
+    pending: Vec<(Bus, Frame, Instant)>,
 }
 
 impl<N: Node> Station<N> {
@@ -90,7 +90,7 @@ impl<N: Node> Station<N> {
     fn transmit(&mut self, acknowledged: PerBus<bool>) -> Vec<(Bus, Frame)> {
         let mut gone = vec![];
         for (bus, frame, expires) in std::mem::take(&mut self.pending) {
-            if expires.is_some_and(|end| end <= self.bench.now) {
+            if expires <= self.bench.now {
                 self.bench.failed(bus, frame, FailCause::Expired);
             } else if self.is_on(bus) && acknowledged[bus] {
                 self.set_passive(bus, false);

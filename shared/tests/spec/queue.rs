@@ -1,11 +1,12 @@
 //! The transmit queue of a bus.
 
 use ecss_can::link::queue::{Full, Outgoing, TxQueue};
+use ecss_can::time::Instant;
 
 use crate::bench::{frame, ms};
 
 fn outgoing(id: u16, tag: u8, expires: Option<u64>) -> Outgoing {
-    Outgoing { frame: frame(id, &[tag]), expires: expires.map(ms) }
+    Outgoing { frame: frame(id, &[tag]), expires: expires.map_or(Instant::NEVER, ms) }
 }
 
 fn drain<const N: usize>(queue: &mut TxQueue<N>) -> Vec<(u16, u8)> {

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use can_wire::time::Time;
 use ecss_can::link::Bus;
 use ecss_can::nmt::NodeId;
-use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent, SlaveRequest, Status};
+use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent, SlaveRequest};
 use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{Command, Request, SlaveRecord};
@@ -80,8 +80,8 @@ pub(crate) async fn slave(app: Rc<SlaveApp>, diary: Diary, reset: Rc<Cell<bool>>
                 }
                 None => diary.note(Happening::Unknown(message.code())),
             },
-            SlaveEvent::TelemetryRequested { bus, request, status } => {
-                answer(&app, &diary, &record, bus, request, &status).await;
+            SlaveEvent::TelemetryRequested { bus, request } => {
+                answer(&app, &diary, &record, bus, request).await;
             }
             SlaveEvent::Sync { stamp, .. } => record.stamp_source = Some(stamp.source),
             SlaveEvent::ResetNode => reset.set(true),
@@ -90,17 +90,11 @@ pub(crate) async fn slave(app: Rc<SlaveApp>, diary: Diary, reset: Rc<Cell<bool>>
     }
 }
 
-async fn answer(
-    app: &SlaveApp,
-    diary: &Diary,
-    record: &SlaveRecord,
-    bus: Bus,
-    message: Message,
-    status: &Status,
-) {
+async fn answer(app: &SlaveApp, diary: &Diary, record: &SlaveRecord, bus: Bus, message: Message) {
     match Request::decode(&message) {
         Some(request) => {
-            let message = record.answer(request, status).encode();
+            let status = app.status().expect("a node that asks has shown its status");
+            let message = record.answer(request, &status).encode();
             app.requests.send(SlaveRequest::Telemetry { bus, message }).await;
         }
         None => diary.note(Happening::Unknown(message.code())),

@@ -8,12 +8,15 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
 use ecss_can::link::queue::Outgoing;
-use ecss_can::link::{Bus, CobId, Frame};
+use ecss_can::link::{Bus, CobId, Frame, PerBus};
+use ecss_can::nmt::NmtState;
+use ecss_can::node::Status;
+use ecss_can::profile::STANDARD;
 use ecss_can::runner::{
     AppLink, BusCommand, EVENT_DEPTH, FailCause, LinkEvent, Links, Node, Outbox, QUEUE_DEPTH, Telltale,
     bus_task, node_task,
 };
-use ecss_can::time::{Clock, Duration, Instant};
+use ecss_can::time::{Clock, Duration, Instant, Scet};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::LocalPool;
 use futures_util::FutureExt;
@@ -41,7 +44,12 @@ impl Node for Probe {
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, _: Instant, out: &mut Outbox<()>) {
         self.told.borrow_mut().push(*event);
         if matches!(event, LinkEvent::Received { .. }) {
-            (0..self.replies).for_each(|byte| out.send(bus, frame(0x385, byte)));
+            (0..self.replies).for_each(|byte| {
+                out.command(
+                    bus,
+                    BusCommand::Send(Outgoing { frame: frame(0x385, byte), expires: Instant::NEVER }),
+                )
+            });
         }
     }
 
@@ -53,6 +61,18 @@ impl Node for Probe {
 
     fn deadline(&self) -> Option<Instant> {
         None
+    }
+
+    fn status(&self, _: Instant) -> Status {
+        Status {
+            uptime: Duration::ZERO,
+            scet: Scet::default(),
+            state: NmtState::Operational,
+            active: Bus::Nominal,
+            redundancy: STANDARD.redundancy(),
+            counters: PerBus::default(),
+            health: PerBus::default(),
+        }
     }
 }
 
@@ -133,11 +153,11 @@ impl Bench {
     }
 
     fn send(&mut self, raw: u16, byte: u8) {
-        self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires: None }));
+        self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires: Instant::NEVER }));
     }
 
     fn send_for(&mut self, raw: u16, byte: u8, lifetime: Duration) {
-        let expires = Some(self.clock.now() + lifetime);
+        let expires = self.clock.now() + lifetime;
         self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires }));
     }
 
@@ -475,9 +495,9 @@ fn a_heartbeat_takes_the_place_of_telemetry_in_a_full_queue() {
 #[test]
 fn counters_that_move_without_an_event_are_told_too() {
     let mut bench = Bench::joined(0);
-    for _ in 0..3 {
-        bench.wire.on_wire(bench.timeline.now(), &WireEvent::ReceiveError(ErrorKind::Stuff));
-    }
+    let at = bench.timeline.now();
+    bench.wire.on_wire(at, &WireEvent::ReceiveError(ErrorKind::Stuff));
+    bench.wire.on_wire(at, &WireEvent::Counters(ErrorCounters { transmit: 0, receive: 3 }));
     bench.run_for(Time::from_ms(101));
     let moved = Health { state: ErrorState::Active, tec: 0, rec: 3, last_error: LastError::Stuff };
     assert_eq!(*bench.probe.told.borrow(), [LinkEvent::Counters(moved)]);

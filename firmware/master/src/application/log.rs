@@ -32,6 +32,6 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
         MasterEvent::LocalTime { reference: None, .. }
         | MasterEvent::SyncSent { .. }
-        | MasterEvent::Status(_) => {}
+        | MasterEvent::Status => {}
     }
 }

@@ -25,12 +25,18 @@ pub struct Schedule {
     period: Duration,
     turns: [Periodic; SLAVES],
     counts: [u32; SLAVES],
+    next: Option<Turn>,
 }
 
 impl Schedule {
     /// Nobody takes part yet.
     pub fn new(period: Duration) -> Self {
-        Schedule { period, turns: core::array::from_fn(|_| Periodic::new(period)), counts: [0; SLAVES] }
+        Schedule {
+            period,
+            turns: core::array::from_fn(|_| Periodic::new(period)),
+            counts: [0; SLAVES],
+            next: None,
+        }
     }
 
     /// A slave takes part from now on. One that straps cannot number never does.
@@ -42,6 +48,7 @@ impl Schedule {
         let first = began + offset;
         if let Some(turns) = self.turns.get_mut(slot).filter(|turns| turns.deadline().is_none()) {
             turns.start(if first > now { first } else { first + self.period });
+            self.plan();
         }
     }
 
@@ -49,15 +56,20 @@ impl Schedule {
     pub fn stop(&mut self, node: NodeId) {
         if let Some(turns) = slot(node).and_then(|slot| self.turns.get_mut(slot)) {
             turns.stop();
+            self.plan();
         }
     }
 
     /// The next turn.
-    pub fn peek(&self) -> Option<Turn> {
+    pub fn next(&self) -> Option<Turn> {
+        self.next
+    }
+
+    fn plan(&mut self) {
         let turns = self.turns.iter().zip(&self.counts).zip(FIRST..).filter_map(|((turns, count), node)| {
             Some(Turn { node: NodeId::new(node)?, at: turns.deadline()?, count: *count })
         });
-        turns.min_by_key(|turn| turn.at)
+        self.next = turns.min_by_key(|turn| turn.at);
     }
 
     /// A turn is taken at `now`; how many of that slave were missed before it.
@@ -66,7 +78,9 @@ impl Schedule {
         if let Some(count) = self.counts.get_mut(slot) {
             *count = count.wrapping_add(1);
         }
-        self.turns.get_mut(slot).and_then(|turns| turns.take(now)).unwrap_or(0)
+        let missed = self.turns.get_mut(slot).and_then(|turns| turns.take(now)).unwrap_or(0);
+        self.plan();
+        missed
     }
 }
 

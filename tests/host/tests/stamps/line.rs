@@ -131,7 +131,7 @@ fn id(frame: &WireFrame) -> u16 {
 /// How far a captured stamp is from the end of its frame, ticks.
 pub fn error(stamp: &Stamp, complete: &Complete) -> f64 {
     assert_eq!(stamp.source, StampSource::Capture);
-    assert_eq!(stamp.at, stamp.ticks.instant());
+    assert_eq!(stamp.at, stamp.ticks().instant());
     assert_eq!(Ticks::from(stamp.at).get() / u64::from(Ticks::PER_MICRO), stamp.at.as_micros());
-    stamp.ticks.get() as f64 - complete.end
+    stamp.ticks().get() as f64 - complete.end
 }

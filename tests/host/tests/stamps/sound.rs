@@ -32,7 +32,7 @@ fn a_sync_is_stamped_by_the_edge_of_dlc_bit_3() {
     let mut node = Node::new(0);
     node.follow(&line, complete.end);
     let stamp = node.stamp(&sync(), complete.end, complete.end).unwrap();
-    assert_eq!(stamp.ticks.get() as f64, complete.end + 11.0);
+    assert_eq!(stamp.ticks().get() as f64, complete.end + 11.0);
 }
 
 #[test]
