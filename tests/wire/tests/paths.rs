@@ -261,7 +261,8 @@ fn a_driver_stuck_within_a_frame_does_not_change_the_past() {
             recorded: None,
         };
         let mut fast = fly(&plan, false, Some(Time::from_us(1)));
-        same(&mut fast, &mut fly(&plan, true, None)).unwrap_or_else(|error| panic!("stuck at {at} us: {error}"));
+        same(&mut fast, &mut fly(&plan, true, None))
+            .unwrap_or_else(|error| panic!("stuck at {at} us: {error}"));
     }
 }
 

@@ -116,8 +116,7 @@ impl Band {
             Kind::Sof => fixed(&["SOF"]),
             Kind::Identifier if self.bits == 29 => hex("identifier", "ID", 8, 29),
             Kind::Identifier => hex("identifier", "ID", 3, 11),
-            Kind::Rtr { extended: false } => fixed(&["RTR"]),
-            Kind::Rtr { extended: true } => fixed(&["RTR"]),
+            Kind::Rtr { .. } => fixed(&["RTR"]),
             Kind::Ide => fixed(&["IDE"]),
             Kind::Reserved(bit) => vec![format!("r{}", 1 - bit.min(1))],
             Kind::Dlc => {
@@ -126,9 +125,9 @@ impl Band {
             }
             Kind::Data(byte) => hex(&format!("data {byte}:"), &format!("D{byte}"), 2, 8),
             Kind::Crc => hex("CRC", "CRC", 4, 15),
-            Kind::CrcDelimiter => fixed(&["CRC delimiter", "del", "D"]),
+            Kind::CrcDelimiter => fixed(&["CRC delimiter", "del"]),
             Kind::Ack => fixed(&["ACK"]),
-            Kind::AckDelimiter => fixed(&["ACK delimiter", "del", "D"]),
+            Kind::AckDelimiter => fixed(&["ACK delimiter", "del"]),
             Kind::Eof => fixed(&["end of frame", "EOF"]),
             Kind::Intermission => fixed(&["intermission", "IFS"]),
             Kind::Suspend => fixed(&["suspend transmission", "suspend", "SUS"]),

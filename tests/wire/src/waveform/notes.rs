@@ -42,7 +42,7 @@ pub(super) fn notes(lane: &Lane) -> Vec<Note> {
     });
     let shifts = lane.bits.iter().filter(|bit| bit.resynchronised != 0).map(|bit| {
         let ns = bit.resynchronised as f64 * 1000.0 / TICKS_PER_US as f64;
-        Note { at: bit.end, text: format!("bit {ns:+.0} ns"), class: Class::Resynchronised }
+        Note { at: bit.end, text: format!("resync {ns:+.0} ns"), class: Class::Resynchronised }
     });
     for &(at, event) in &lane.events {
         let (text, class) = words(&event, &mut counters);

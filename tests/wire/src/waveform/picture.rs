@@ -8,7 +8,7 @@ use svg::node::element::{Circle, Group, Line, Path, Rectangle, Style, Text, Titl
 use super::bands::{Band, bands};
 use super::notes::{Note, notes};
 use super::style::{AXIS, BAND, DIGITS, EDGE, GAP, LEGEND, MARGIN, NOTE, SHEET, SPACE, SWING, TITLE, width};
-use super::{Lane, Waveform};
+use super::{Bit, Lane, Waveform};
 use crate::controller::WireEvent;
 use crate::field::Field;
 use crate::mac::{DOMINANT, RECESSIVE};
@@ -76,7 +76,7 @@ impl<'a> Picture<'a> {
         }
         document.append(scale.draw(top, y - SPACE));
         document.append(lanes);
-        document.append(legend(y + 4.0));
+        document.append(legend(self.waveform, y + 4.0));
         format!("{document}\n")
     }
 }
@@ -200,7 +200,7 @@ impl Sheet<'_> {
         (group, height)
     }
 
-    fn digit(&self, bit: &super::Bit, y: f64) -> Text {
+    fn digit(&self, bit: &Bit, y: f64) -> Text {
         let x = (self.scale.x(bit.start) + self.scale.x(bit.end)) / 2.0;
         let class = if bit.field == Field::Stuff { "digit stuffed" } else { "digit" };
         text(if bit.sampled { "1" } else { "0" }, class, x, y)
@@ -263,7 +263,7 @@ fn spans(changes: &[(Time, bool)], to: Time) -> impl Iterator<Item = (Time, Time
 }
 
 /// What the marks mean.
-fn legend(y: f64) -> Group {
+fn legend(waveform: &Waveform, y: f64) -> Group {
     let mut group = Group::new();
     let mut x = EDGE;
     let mut entry = |mark: Box<dyn svg::Node>, words: &str| {
@@ -275,11 +275,14 @@ fn legend(y: f64) -> Group {
     entry(line("rx", 0.0, y, 16.0, y).into(), "what it sees");
     entry(circle("sample", 8.0, y, 2.3).into(), "sample point");
     entry(rectangle("stuff", 2.0, y - 7.0, 12.0, 14.0).into(), "stuff bit");
-    entry(
-        rectangle("resync", 6.0, y - 7.0, 3.0, 14.0).into(),
-        "bit made longer or shorter: resynchronisation",
-    );
-    entry(circle("flip", 8.0, y, 5.0).into(), "sample flipped by a fault");
+    let has = |is: fn(&Bit) -> bool| waveform.lanes.iter().any(|lane| lane.bits.iter().any(is));
+    if has(|bit| bit.resynchronised != 0) {
+        let words = "bit made longer or shorter: resynchronisation";
+        entry(rectangle("resync", 6.0, y - 7.0, 3.0, 14.0).into(), words);
+    }
+    if has(|bit| bit.flipped) {
+        entry(circle("flip", 8.0, y, 5.0).into(), "sample flipped by a fault");
+    }
     group
 }
 
