@@ -83,6 +83,8 @@ impl Segment {
             let (own, node) = first.unwrap_or((Fine::NEVER, 0));
             self.next = own.min(arrival);
             if self.next > until || self.next == Fine::NEVER {
+                let news = self.news(stage);
+                self.next = if news == Fine::NEVER { arrival } else { news };
                 return true;
             }
             self.cursor = self.cursor.max(self.next);
@@ -109,6 +111,19 @@ impl Segment {
             return Some(mac.clock.end());
         }
         if mac.state == State::Idle { self.start_of(node, stage) } else { None }
+    }
+
+    /// When somebody may have to be told of something; an error where none is expected is told late by some bits.
+    fn news(&self, stage: &mut Stage) -> Fine {
+        let times = self.members.iter().filter_map(|&node| {
+            let mac = &stage.nodes[node].mac;
+            if mac.is_running() {
+                Some(mac.clock.end() + mac.clock.bit().times(mac.uneventful_bits() - 1))
+            } else {
+                self.own_event(node, stage)
+            }
+        });
+        times.min().unwrap_or(Fine::NEVER)
     }
 
     /// A bit of `node` ends, or its own frame starts.

@@ -192,7 +192,8 @@ impl Fault {
             let exists = at.is_finite() && at >= 0.0;
             if exists { Ok(()) } else { Err(FaultError::Position(at)) }
         };
-        let node = |node: NodeIndex| if node < count { Ok(()) } else { Err(FaultError::Node { node, count }) };
+        let node =
+            |node: NodeIndex| if node < count { Ok(()) } else { Err(FaultError::Node { node, count }) };
         match *self {
             Fault::Cut { position_m } | Fault::Restore { position_m } | Fault::Short { position_m, .. } => {
                 position(position_m)

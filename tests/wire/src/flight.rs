@@ -139,7 +139,9 @@ impl Segment {
         for n in 0..self.members.len() {
             self.catch_up(self.members[n], self.cursor, stage);
         }
-        if stage.fast && let Some(flight) = self.plan_from_sof(node, &own, stage) {
+        if stage.fast
+            && let Some(flight) = self.plan_from_sof(node, &own, stage)
+        {
             let bit = flight.landings[0].clock.bit();
             self.ledger.start(own.start, bit, stage.observed);
             stage.started(&mut self.ledger, own.start, own.start, node);
@@ -447,8 +449,32 @@ impl Segment {
         watching.map(line).collect()
     }
 
+    /// Somebody whom the SOF has yet to reach wants to send by now, which nobody knew when the flight began.
+    fn is_contested(&self, flight: &Flight, stage: &mut Stage) -> bool {
+        flight.with_sof
+            && self.cursor <= flight.own.start + flight.own.bit
+            && flight.landings.iter().any(|&Landing { node, .. }| {
+                let reached = flight.own.start + stage.nodes[node].distance(&stage.nodes[flight.transmitter]);
+                let arrival = reached + stage.loop_delay;
+                node != flight.transmitter
+                    && self.cursor <= arrival
+                    && !stage.nodes[node].mac.is_silent()
+                    && stage
+                        .controllers
+                        .controller(node)
+                        .request_at()
+                        .is_some_and(|at| Fine::from_time(at) <= arrival)
+            })
+    }
+
     /// Lets a flight go on. `true`: nothing more up to `until`.
     pub(crate) fn run_flight(&mut self, until: Fine, stage: &mut Stage) -> bool {
+        if let Mode::Flight(flight) = &self.mode
+            && self.is_contested(flight, stage)
+        {
+            self.replay(stage);
+            return false;
+        }
         let Mode::Flight(flight) = &mut self.mode else { return false };
         while let Some((at, node, event)) = flight.agenda.pop_front_if(|(at, ..)| *at <= until) {
             stage.tell(&mut self.ledger, at, node, event, Some(&flight.own));

@@ -19,6 +19,8 @@ const DELIMITER_BITS: u8 = 8;
 const INTERMISSION_BITS: u8 = 3;
 const SUSPEND_BITS: u8 = 8;
 const EOF_BITS: u8 = 7;
+/// SOF and a standard identifier.
+const IDENTIFIER_BITS: u8 = 12;
 /// Recessive bits that synchronise a node with the bus.
 const SEQUENCE_BITS: u8 = 11;
 /// Such sequences that end bus-off.
@@ -34,11 +36,16 @@ pub(crate) enum State {
     /// Takes no part.
     Off,
     /// Waits for 11 recessive bits.
-    Integrating { recessive: u8 },
+    Integrating {
+        recessive: u8,
+    },
     /// Bus-off, and not on the way back.
     BusOff,
     /// Bus-off; counts 128 times 11 recessive bits.
-    Recovering { recessive: u8, sequences: u8 },
+    Recovering {
+        recessive: u8,
+        sequences: u8,
+    },
     /// No bit under way: waits for an edge or a request.
     Idle,
     /// SOF, the own one or one that an edge announced.
@@ -51,11 +58,24 @@ pub(crate) enum State {
     Eof(u8),
     Intermission(u8),
     Suspend(u8),
-    ActiveFlag { error: bool, sent: u8 },
-    PassiveFlag { sent: u8, run: u8, level: bool, spared: bool },
+    ActiveFlag {
+        error: bool,
+        sent: u8,
+    },
+    PassiveFlag {
+        sent: u8,
+        run: u8,
+        level: bool,
+        spared: bool,
+    },
     /// After the own flag, until the line is recessive.
-    Superposition { error: bool, dominant: u16 },
-    Delimiter { seen: u8 },
+    Superposition {
+        error: bool,
+        dominant: u16,
+    },
+    Delimiter {
+        seen: u8,
+    },
 }
 
 /// A frame that a node sends.
@@ -67,6 +87,8 @@ pub(crate) struct Transmission {
     pub(crate) start: Fine,
     /// Length of its bits.
     pub(crate) bit: Fine,
+    /// The controller knows nothing of it.
+    pub(crate) babbled: bool,
 }
 
 /// One node's engine.
@@ -149,11 +171,35 @@ impl Mac {
 
     /// Neither sends nor receives, and a recessive line leaves it so but for counting bits.
     pub(crate) fn is_quiet(&self) -> bool {
-        !self.is_running() || matches!(self.state, State::Intermission(_) | State::Suspend(_) | State::Integrating { .. } | State::Recovering { .. })
+        !self.is_running()
+            || matches!(
+                self.state,
+                State::Intermission(_)
+                    | State::Suspend(_)
+                    | State::Integrating { .. }
+                    | State::Recovering { .. }
+            )
     }
 
     pub(crate) fn is_silent(&self) -> bool {
         self.attachment.is_some_and(|attachment| attachment.silent)
+    }
+
+    /// Bits from the one under way on that end without news if nothing goes wrong, that one included.
+    pub(crate) fn uneventful_bits(&self) -> u64 {
+        let bits = match self.state {
+            State::Sof => IDENTIFIER_BITS,
+            State::Stuffed => IDENTIFIER_BITS.saturating_sub(self.decoder.index() as u8),
+            State::Integrating { recessive } | State::Recovering { recessive, .. } => {
+                SEQUENCE_BITS - recessive
+            }
+            State::ActiveFlag { sent, .. } => FLAG_BITS - sent,
+            State::Delimiter { seen } => DELIMITER_BITS - seen,
+            State::Intermission(bit) => INTERMISSION_BITS - bit,
+            State::Suspend(bit) => SUSPEND_BITS - bit,
+            _ => 1,
+        };
+        u64::from(bits.max(1))
     }
 
     /// Drives the line dominant during the bit under way.
@@ -223,7 +269,10 @@ impl Mac {
                 self.state = State::Sof;
                 self.transmitter = false;
             }
-            State::Intermission(1..) | State::Suspend(_) | State::Integrating { .. } | State::Recovering { .. } => {
+            State::Intermission(1..)
+            | State::Suspend(_)
+            | State::Integrating { .. }
+            | State::Recovering { .. } => {
                 self.clock.hard_synchronise(at);
             }
             _ => {
@@ -325,7 +374,7 @@ impl Mac {
                 // Rule c, exception 2.
                 (RECESSIVE, true, true) => return self.fail(ErrorKind::Stuff, true),
                 (RECESSIVE, true, false) => {
-                    self.transmission = None;
+                    self.finished = self.transmission.take();
                     self.transmitter = false;
                     note = WireEvent::ArbitrationLost.into();
                 }
@@ -511,7 +560,8 @@ impl Mac {
             self.counters.add_eight(true);
         }
         self.flag(passive, spared && kind == ErrorKind::Ack);
-        if self.finished.is_some() { WireEvent::TransmitError(kind) } else { WireEvent::ReceiveError(kind) }.into()
+        if self.finished.is_some() { WireEvent::TransmitError(kind) } else { WireEvent::ReceiveError(kind) }
+            .into()
     }
 
     /// The error that makes a node error passive still shows with an active flag; bus-off sends none.
@@ -528,8 +578,7 @@ impl Mac {
     fn leave_bus(&mut self) {
         let recovers = self.attachment.is_some_and(|attachment| attachment.recovers);
         self.transmission = None;
-        self.state =
-            if recovers { State::Recovering { recessive: 0, sequences: 0 } } else { State::BusOff };
+        self.state = if recovers { State::Recovering { recessive: 0, sequences: 0 } } else { State::BusOff };
     }
 
     /// Index of the bit under way within its frame, stuff bits included; 0 is SOF.
@@ -546,7 +595,11 @@ impl Mac {
     /// What the bit under way is, for observers and for faults at a place.
     pub(crate) fn field(&self) -> Field {
         match self.state {
-            State::Off | State::BusOff | State::Idle | State::Integrating { .. } | State::Recovering { .. } => Field::Idle,
+            State::Off
+            | State::BusOff
+            | State::Idle
+            | State::Integrating { .. }
+            | State::Recovering { .. } => Field::Idle,
             State::Sof => Field::Sof,
             State::Stuffed => self.decoder.field(),
             State::CrcDelimiter => Field::CrcDelimiter,
@@ -555,7 +608,9 @@ impl Mac {
             State::Eof(bit) => Field::Eof(bit),
             State::Intermission(bit) => Field::Intermission(bit),
             State::Suspend(bit) => Field::Suspend(bit),
-            State::ActiveFlag { error: true, sent } | State::PassiveFlag { sent, .. } => Field::ErrorFlag(sent),
+            State::ActiveFlag { error: true, sent } | State::PassiveFlag { sent, .. } => {
+                Field::ErrorFlag(sent)
+            }
             State::ActiveFlag { error: false, sent } => Field::OverloadFlag(sent),
             State::Superposition { dominant, .. } => Field::Superposition(dominant.min(255) as u8),
             State::Delimiter { seen } => Field::Delimiter(seen),

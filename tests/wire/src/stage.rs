@@ -119,7 +119,11 @@ impl Stage<'_> {
                 | WireEvent::Transmitted
                 | WireEvent::TransmitError(_)
         );
-        if about_frame && self.nodes[node].condition.babbles.is_some() {
+        let babbled = match transmission {
+            Some(own) => own.babbled,
+            None => self.nodes[node].condition.babbles.is_some(),
+        };
+        if about_frame && babbled {
             return;
         }
         self.controllers.controller(node).on_wire(time, &event);
@@ -229,6 +233,7 @@ impl Stage<'_> {
             None => self.controllers.controller(node).contend(at.floor())?,
         };
         let bit = attachment.timing.bit();
-        Some(Transmission { frame, encoded: Arc::new(encode(&frame)), start: at, bit })
+        let babbled = self.nodes[node].condition.babbles.is_some();
+        Some(Transmission { frame, encoded: Arc::new(encode(&frame)), start: at, bit, babbled })
     }
 }

@@ -3,7 +3,8 @@
 //! The caller runs what stands behind the controllers for a quantum (at most 20 us, never beyond
 //! [`Wire::next_event`]) and then calls [`Wire::advance`]. Requests carry their own times, so a frame may start inside
 //! the quantum that has just passed: what it brings within that quantum is told late, with its true time. Everything
-//! later is told exactly at its time, because the caller stops there.
+//! later is told exactly at its time, because the caller stops there; but for an error or a lost arbitration where
+//! nothing is expected, such as within an identifier: that may be told late by a quantum as well.
 //!
 //! Every node has an engine of its own for bit timing, protocol and fault confinement ([`crate::controller`] says what
 //! the chip around it adds). Levels travel at the speed of the cable; a node sees dominant while any driver that has
@@ -278,7 +279,9 @@ impl Wire {
         self.nodes[node].watches = controller.watches_line();
         let condition = self.nodes[node].condition;
         let attachment = controller.attachment().filter(|_| !condition.unpowered).map(|mut attachment| {
-            attachment.timing = attachment.timing.fast_by(condition.drift_ppb);
+            if condition.drift_ppb != 0 {
+                attachment.timing = attachment.timing.fast_by(condition.drift_ppb);
+            }
             attachment
         });
         let before = self.nodes[node].mac.attachment;
@@ -350,14 +353,6 @@ impl Wire {
         controllers: &mut dyn Controllers,
     ) {
         let segment = self.segment_of(node);
-        let in_flight = matches!(self.segments[segment].mode, Mode::Flight(_));
-        if let (Some(before), Some(now)) = (self.nodes[node].mac.attachment, attachment)
-            && in_flight
-            && before.silent == now.silent
-        {
-            // Drift, or leave to recover: after the frame.
-            return;
-        }
         self.with_stage(segment, controllers, |segment, stage| {
             segment.wake(stage);
             let at = segment.cursor;
@@ -413,7 +408,13 @@ impl Wire {
             }
             Fault::StuckDominant(node) => self.set_stuck(node, true, controllers),
             Fault::ReleaseDriver(node) => self.set_stuck(node, false, controllers),
-            Fault::Babble(node, frame) => self.nodes[node].condition.babbles = Some(frame),
+            Fault::Babble(node, frame) => {
+                let segment = self.segment_of(node);
+                self.with_stage(segment, controllers, |segment, stage| {
+                    segment.wake(stage);
+                    stage.nodes[node].condition.babbles = Some(frame);
+                });
+            }
             Fault::StopBabbling(node) => self.nodes[node].condition.babbles = None,
             Fault::Drift(node, ppb) => {
                 self.nodes[node].condition.drift_ppb = ppb;

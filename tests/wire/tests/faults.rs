@@ -344,6 +344,17 @@ fn a_babbling_node_starves_those_of_lower_priority() {
     }
 }
 
+/// The frame under way when the babble begins is the controller's, the one under way when it ends is not.
+#[test]
+fn a_babbler_keeps_its_controllers_frames_apart() {
+    let mut bench = Bench::together(vec![sending(SOF, sync()).sending(us(80), frame(0x300)), idle()]);
+    schedule(&mut bench, SOF + 10, Fault::Babble(0, frame(0x000)));
+    schedule(&mut bench, SOF + 51 + 25, Fault::StopBabbling(0));
+    bench.leap(us(400));
+    assert_eq!(frames(&bench, 1), [sync(), frame(0x000), frame(0x300)]);
+    assert_eq!(sent(&bench, 0).len(), 2);
+}
+
 /// A clock that drifts by 3 %, twice what the bit timing tolerates, loses the traffic, and gets it back.
 #[test]
 fn a_drifting_clock_loses_the_bus_until_it_is_back() {

@@ -3,6 +3,7 @@
 use can_wire::controller::{Attachment, ErrorCounters, ErrorKind};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
+use can_wire::timing::BitTiming;
 
 use super::clock::{PclkTick, bit_pclks};
 use super::errors::ErrorState;
@@ -30,6 +31,8 @@ pub enum Mode {
 pub struct Registers {
     side: Side,
     pclk: PclkTick,
+    /// What BTR makes of it.
+    timing: BitTiming,
     mcr: u32,
     /// ERRI, WKUI and SLAKI.
     msr_flags: u32,
@@ -43,8 +46,6 @@ pub struct Registers {
     mode_since: Time,
     /// On the way from Sleep or Initialisation to Normal.
     joining: bool,
-    /// It ceased to take part after its wire last looked, which must see that before it takes part anew.
-    left_unseen: bool,
     /// When it last began to take part.
     joined_since: Time,
     /// Bus-off, and INRQ was set and cleared since.
@@ -68,6 +69,7 @@ impl Registers {
         Registers {
             side,
             pclk,
+            timing: pclk.timing(BTR_AT_RESET),
             mcr: MCR_AT_RESET,
             msr_flags: 0,
             ier: 0,
@@ -78,7 +80,6 @@ impl Registers {
             mode: Mode::Sleep,
             mode_since: Time::ZERO,
             joining: false,
-            left_unseen: false,
             joined_since: Time::ZERO,
             recovery_asked: false,
             leaving: None,
@@ -97,8 +98,7 @@ impl Registers {
         self.stats.discarded += self.fifos.iter().map(|fifo| fifo.pending() as u64).sum::<u64>();
         self.stats.aborted += self.mailboxes.aborted();
         let stats = std::mem::take(&mut self.stats);
-        let (left_unseen, resets) = (self.left_unseen || self.takes_part(), self.resets + 1);
-        *self = Registers { stats, heard: self.heard, left_unseen, resets, ..fresh };
+        *self = Registers { stats, heard: self.heard, resets: self.resets + 1, ..fresh };
     }
 
     /// Statistics so far.
@@ -110,6 +110,7 @@ impl Registers {
 
     pub fn set_pclk(&mut self, pclk: PclkTick) {
         self.pclk = pclk;
+        self.timing = pclk.timing(self.btr);
     }
 
     /// Value of a register of this controller; `None` where there is none.
@@ -157,7 +158,7 @@ impl Registers {
             BTR => {
                 let writable = self.mode == Mode::Initialisation;
                 if writable {
-                    self.btr = value & BTR_STORED;
+                    self.set_btr(value & BTR_STORED);
                 }
                 return Some(writable);
             }
@@ -169,6 +170,11 @@ impl Registers {
             _ => return None,
         }
         Some(true)
+    }
+
+    fn set_btr(&mut self, btr: u32) {
+        self.btr = btr;
+        self.timing = self.pclk.timing(btr);
     }
 
     /// Levels of the four interrupt lines, RM0090 32.8.
@@ -219,18 +225,14 @@ impl Registers {
 
     /// How this controller takes part in its bus.
     pub fn attachment(&self) -> Option<Attachment> {
-        let live = self.takes_part() && !self.left_unseen && !self.loopback();
+        let live = (self.mode == Mode::Normal || self.joining) && !self.loopback();
         live.then(|| Attachment {
-            timing: self.pclk.timing(self.btr),
+            timing: self.timing,
             silent: self.silent(),
             recovers: self.recovers(),
             power_cycle: self.resets,
             since: self.joined_since,
         })
-    }
-
-    fn takes_part(&self) -> bool {
-        self.mode == Mode::Normal || self.joining
     }
 
     /// Comes back from bus-off after 128 sequences of 11 recessive bits.
@@ -249,7 +251,6 @@ impl Registers {
 
     /// CPU and wire have reached `now`.
     pub fn poll(&mut self, now: Time) {
-        self.left_unseen = false;
         if std::mem::take(&mut self.dominant_seen) {
             self.wake_up(now);
         }
@@ -364,7 +365,6 @@ impl Registers {
         }
         self.mcr = value & MCR_STORED;
         let (init, sleep) = (self.mcr(MCR_INRQ), self.mcr(MCR_SLEEP));
-        let took_part = self.takes_part();
         match self.mode {
             // "If software requests entry to initialization mode while bxCAN is in Sleep mode, it must also clear
             // the SLEEP bit", 32.4.3.
@@ -381,7 +381,6 @@ impl Registers {
             }
             Mode::Normal => self.leaving = None,
         }
-        self.left_unseen |= took_part && !self.takes_part();
     }
 
     /// RESET in MCR: "MCR and the FMP bits are initialized, Sleep mode is activated". BTR, IER and filters stay. The
@@ -390,7 +389,7 @@ impl Registers {
         let (ier, btr) = (self.ier, self.btr);
         self.reset();
         self.ier = ier;
-        self.btr = btr;
+        self.set_btr(btr);
     }
 
     fn join(&mut self, now: Time) {
@@ -405,7 +404,6 @@ impl Registers {
     /// Leaves Normal mode as MCR asks.
     fn leave(&mut self, now: Time) {
         self.enter(if self.mcr(MCR_INRQ) { Mode::Initialisation } else { Mode::Sleep }, now);
-        self.left_unseen = true;
     }
 
     fn enter(&mut self, mode: Mode, at: Time) {

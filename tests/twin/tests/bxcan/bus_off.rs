@@ -136,6 +136,35 @@ fn a_slow_crystal_does_not_drift_by_rounding() {
 }
 
 #[test]
+fn each_bus_off_without_abom_needs_its_own_request() {
+    let mut bench = bus_off(0);
+    bench.write(MCR, INRQ);
+    bench.pass(Time(1));
+    bench.write(MCR, 0);
+    bench.until("recovery", |bench| bench.flags() == 0);
+    bench.short(true);
+    bench.until("bus-off", |bench| bench.flags() & BOFF != 0);
+    bench.fault(can_wire::fault::Fault::ClearShorts);
+    bench.pass(Time::from_ms(10));
+    assert_eq!(bench.flags(), 0b111);
+}
+
+/// Initialisation hears nothing: the sequences before it are no part of the recovery.
+#[test]
+fn initialisation_during_recovery_begins_it_anew() {
+    let mut bench = bus_off(ABOM);
+    bench.pass(bits(RECOVERY - 10));
+    bench.write(MCR, INRQ | ABOM);
+    bench.pass(bits(100));
+    assert_eq!((bench.read(MSR) & INAK, bench.flags()), (INAK, 0b111));
+    bench.write(MCR, ABOM);
+    bench.pass(Time(bits(RECOVERY).0 - 1));
+    assert_eq!(bench.flags(), 0b111);
+    bench.pass(Time(1));
+    assert_eq!(bench.flags(), 0);
+}
+
+#[test]
 fn a_reset_ends_bus_off() {
     let mut bench = bus_off(0);
     bench.write(MCR, 1 << 15);

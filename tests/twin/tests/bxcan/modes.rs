@@ -237,7 +237,7 @@ fn initialisation_left_as_soon_as_it_is_acknowledged_synchronises_anew() {
     bench.write(MCR, 0);
     bench.pass(Time(bits(11).0 - 1));
     assert_eq!(bench.read(MSR) & INAK, INAK);
-    bench.pass(bits(21));
+    bench.pass(Time(1));
     assert_eq!(bench.read(MSR) & INAK, 0);
     bench.deliver(sync());
     assert_eq!(bench.read(RF0R), 1);
@@ -271,6 +271,8 @@ fn a_reset_breaks_off_the_frame_on_the_wire() {
         bench.calm();
         assert_eq!((bench.received_by(PEER), bench.read(ESR)), (vec![], 0));
         assert_eq!(bench.read(TSR), 0x1C00_0000, "nothing is pending");
+        bench.deliver(frame(0x123));
+        assert_eq!((bench.read(RIR0), bench.read(ESR)), (0x123 << 21, 0));
         bench.request(0, 0x100);
         bench.complete(0);
         assert_eq!(bench.received_by(PEER), [frame(0x100)]);

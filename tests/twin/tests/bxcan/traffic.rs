@@ -178,6 +178,18 @@ fn loopback_aborts_what_has_not_begun() {
 }
 
 #[test]
+fn initialisation_waits_for_a_loopback_frame() {
+    let mut bench = Bench::normal_with(0, LBKM);
+    bench.request(0, 0x321);
+    bench.pass(bits(10));
+    bench.write(MCR, INRQ);
+    bench.pass(bits(33));
+    assert_eq!(bench.read(MSR) & INAK, 0);
+    bench.pass(bits(2));
+    assert_eq!((bench.read(MSR) & INAK, bench.status(0)), (INAK, RQCP | TXOK));
+}
+
+#[test]
 fn loopback_sends_by_priority() {
     let mut bench = Bench::normal_with(0, LBKM | SILM);
     for (n, id) in [(0, 0x300), (1, 0x100), (2, 0x200)] {
