@@ -235,11 +235,11 @@ impl Sheet<'_> {
 
     /// Remarks below `y` in as many rows as they need, with a line from where they belong, at `from`.
     fn notes(&self, y: f64, from: f64) -> (Group, usize) {
-        let mut group = Group::new();
+        let (mut leaders, mut words) = (Group::new(), Group::new());
         // Up to where each row is taken.
         let mut rows: Vec<f64> = Vec::new();
-        for Note { at, text: words, class } in notes(self.lane) {
-            let (x, room) = (self.scale.x(at), width(&words, 11.0) + 8.0);
+        for Note { at, text: remark, class } in notes(self.lane) {
+            let (x, room) = (self.scale.x(at), width(&remark, 11.0) + 8.0);
             let left = x + room > self.scale.right();
             let (begin, end) = if left { (x - room, x) } else { (x, x + room) };
             let row = rows.iter().position(|&taken| taken <= begin).unwrap_or(rows.len());
@@ -247,12 +247,12 @@ impl Sheet<'_> {
             rows[row] = end;
             let base = y + row as f64 * NOTE + 11.0;
             let class = class.name();
-            group.append(line(&format!("leader{class}"), x, from, x, base));
+            leaders.append(line(&format!("leader{class}"), x, from, x, base));
             let place = if left { x - 4.0 } else { x + 4.0 };
-            let note = text(&words, &format!("note{class}"), place, base);
-            group.append(if left { note.set("text-anchor", "end") } else { note });
+            let note = text(&remark, &format!("note{class}"), place, base);
+            words.append(if left { note.set("text-anchor", "end") } else { note });
         }
-        (group, rows.len())
+        (leaders.add(words), rows.len())
     }
 }
 

@@ -48,7 +48,7 @@ text.is-rx { fill: #3b4454; font-size: 10px; text-anchor: end; }
 .leader { stroke: #98a2b3; stroke-dasharray: 2 2; }
 .leader.error { stroke: #c4232f; }
 .leader.shift { stroke: #9333ea; }
-.note { fill: #344054; }
+.note { fill: #344054; stroke: #ffffff; stroke-width: 3px; stroke-linejoin: round; paint-order: stroke; }
 .note.error { fill: #b01c28; font-weight: 600; }
 .note.shift { fill: #7e22ce; }
 .sof { fill: #c9ced8; }
