@@ -53,8 +53,12 @@ enum Surprise {
 
 fn fault(nodes: usize) -> impl Strategy<Value = Fault> {
     let position = || (0u32..60).prop_map(f64::from);
-    let some =
-        || any::<u8>().prop_map(|mask| Nodes::of(&(0..8).filter(|n| mask >> n & 1 == 1).collect::<Vec<_>>()));
+    let some = move || {
+        prop::collection::vec(any::<bool>(), nodes).prop_map(|chosen| {
+            let those: Vec<usize> = (0..chosen.len()).filter(|&node| chosen[node]).collect();
+            if those.is_empty() { Nodes::ALL } else { Nodes::of(&those) }
+        })
+    };
     let effect = prop_oneof![Just(Effect::Invert), Just(Effect::Dominant), Just(Effect::Recessive)];
     let place = prop_oneof![
         3 => (0usize..100).prop_map(Place::Bit),
