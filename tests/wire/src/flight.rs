@@ -184,7 +184,8 @@ impl Segment {
             }
             if let Some(own) = &mac.transmission {
                 transmitters += 1;
-                if mac.decoder.index() < own.encoded.arbitration_len() {
+                // One that has gone silent in mid-frame reaches nobody.
+                if mac.decoder.index() < own.encoded.arbitration_len() || mac.is_silent() {
                     return false;
                 }
             }

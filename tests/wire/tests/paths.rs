@@ -271,6 +271,27 @@ fn a_driver_stuck_within_a_frame_does_not_change_the_past() {
     }
 }
 
+/// A transmitter goes silent in mid-frame, unannounced, with its driver dominant: the others never see it let go.
+#[test]
+fn a_transmitter_that_goes_silent_reaches_nobody_on_both_paths() {
+    for at in 50..130 {
+        let first = WireFrame::standard(0x001, &[8, 46, 132, 33, 150, 33, 46, 16]);
+        let second = WireFrame::standard(0x081, &[18, 68, 230, 192, 4, 6, 5, 9]);
+        let plan = Plan {
+            // Two contenders keep the frame from the fast path until the arbitration is over.
+            nodes: vec![(0.0, 0, false, vec![(50, first)]), (0.0, 0, false, vec![(50, second)])],
+            faults: vec![],
+            surprises: vec![(at, Surprise::Silent(0, true))],
+            transceiver_ns: 100,
+            quantum_us: 1,
+            recorded: None,
+        };
+        let mut fast = fly(&plan, false, Some(Time::from_us(1)));
+        same(&mut fast, &mut fly(&plan, true, None))
+            .unwrap_or_else(|error| panic!("silent at {at} us: {error}"));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, max_shrink_iters: 20000, failure_persistence: None, ..ProptestConfig::default() })]
 
