@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use crate::controller::NodeIndex;
 use crate::fine::Fine;
-use crate::mac::{DOMINANT, State, Transmission};
+use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
 use crate::segment::{Mode, Segment};
 use crate::stage::Stage;
 
@@ -49,6 +49,13 @@ pub(crate) struct Arrivals(BinaryHeap<Reverse<Arrival>>);
 impl Arrivals {
     pub(crate) fn push(&mut self, arrival: Arrival) {
         self.0.push(Reverse(arrival));
+    }
+
+    /// Takes an arrival back; `false` when it is not under way.
+    fn withdraw(&mut self, arrival: Arrival) -> bool {
+        let before = self.0.len();
+        self.0.retain(|Reverse(other)| *other != arrival);
+        self.0.len() < before
     }
 
     fn next(&self) -> Option<Fine> {
@@ -154,20 +161,32 @@ impl Segment {
     pub(crate) fn drive(&mut self, node: NodeIndex, stage: &mut Stage) {
         let this = &mut stage.nodes[node];
         let drives = this.wants_to_drive();
-        if std::mem::replace(&mut this.driving, drives) == drives {
+        let drives_others = drives && (!this.mac.is_silent() || this.condition.stuck_dominant);
+        let itself = std::mem::replace(&mut this.driving, drives) != drives;
+        let others = std::mem::replace(&mut this.driving_others, drives_others) != drives_others;
+        if !itself && !others {
             return;
         }
-        let silent = this.mac.is_silent() && !this.condition.stuck_dominant;
-        let change = if drives { Change::Dominant(node) } else { Change::Recessive(node) };
-        let cursor = self.cursor;
+        let again = std::mem::replace(&mut this.drove_at, self.cursor) == self.cursor;
+        if itself && let Some(recorder) = &mut stage.recorder {
+            recorder.driver(node, self.cursor, if drives { DOMINANT } else { RECESSIVE });
+        }
         for n in 0..self.members.len() {
             let member = self.members[n];
-            if silent && member != node {
+            let (changes, dominant) = if member == node { (itself, drives) } else { (others, drives_others) };
+            if !changes {
                 continue;
             }
-            let distance = stage.nodes[node].distance(&stage.nodes[member]);
-            let at = cursor + distance + stage.loop_delay;
-            self.arrivals().push(Arrival { at, change, node: member });
+            let at = self.cursor + stage.nodes[node].distance(&stage.nodes[member]) + stage.loop_delay;
+            let (change, opposite) = match dominant {
+                true => (Change::Dominant(node), Change::Recessive(node)),
+                false => (Change::Recessive(node), Change::Dominant(node)),
+            };
+            // Back to what it was at the same instant: nothing happened.
+            let undone = again && self.arrivals().withdraw(Arrival { at, change: opposite, node: member });
+            if !undone {
+                self.arrivals().push(Arrival { at, change, node: member });
+            }
         }
     }
 
@@ -190,6 +209,9 @@ impl Segment {
         if std::mem::replace(&mut this.level, level) == level {
             return;
         }
+        if let Some(recorder) = &mut stage.recorder {
+            recorder.line(node, at, level);
+        }
         if self.ledger.is_news(at) {
             this.record_change(at, level);
         }
@@ -207,8 +229,8 @@ impl Segment {
         }
         self.ledger.calm(self.calm_at(stage), stage.observed);
         let counts = |&node: &NodeIndex| stage.nodes[node].mac.is_running();
-        if !stage.flips.is_empty() && self.members.iter().any(counts) {
-            // A flip may strike one of the bits.
+        if (!stage.flips.is_empty() || stage.recorder.is_some()) && self.members.iter().any(counts) {
+            // A flip may strike one of the bits; a recording wants them at their time.
             return false;
         }
         self.mode = Mode::Still;
