@@ -62,8 +62,11 @@ pub fn start(
         });
     }
     TIM5.arr().write_value(u32::MAX);
-    TIM5.cnt().write_value(next_microsecond().low());
-    TIM5.cr1().modify(|w| w.set_cen(true));
+    // An interrupt in between would shift the axis of the stamps against the uptime for ever.
+    cortex_m::interrupt::free(|_| {
+        TIM5.cnt().write_value(next_microsecond().low());
+        TIM5.cr1().modify(|w| w.set_cen(true));
+    });
     let PerBus { nominal, redundant } = pins;
     PerBus { nominal: Edges::new(Bus::Nominal, nominal), redundant: Edges::new(Bus::Redundant, redundant) }
 }
@@ -105,9 +108,10 @@ impl Edges {
     /// The stamp of a frame, measured if possible, else `reported`, that of its interrupt; counted either way. `bit` is
     /// the length of a bit in ticks, `alone` whether no later frame like this one has been received or sent.
     pub fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
-        // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too.
-        let end = reported.ticks().low().wrapping_add(bit);
-        while (1..=bit).contains(&end.wrapping_sub(TIM5.cnt().read())) {}
+        // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too. The time of
+        // its interrupt is a microsecond that has begun.
+        let end = reported.ticks().low().wrapping_add(bit + Ticks::PER_MICRO);
+        while (1..=2 * (bit + Ticks::PER_MICRO)).contains(&end.wrapping_sub(TIM5.cnt().read())) {}
         let alone_until = TIM5.cnt().read();
         let next = EDGES - usize::from(self.stream.ndtr().read().ndt());
         let result = if alone() {

@@ -75,12 +75,16 @@ impl<T: Controller> Handler<T::SCEInterrupt> for StatusHandler<T> {
         TELLTALE.interrupts.error.count();
         let registers = T::REGISTERS;
         clear_errors(registers);
-        let status = Status(registers.esr().read().0);
-        let repeated = registers.msr().read().erri();
-        enable_sources(registers, T::events().error_interrupt(status, repeated));
+        let mut status = Status(registers.esr().read().0);
+        let mut repeated = registers.msr().read().erri();
         if repeated {
+            let again = Status(registers.esr().read().0);
             clear_errors(registers);
+            // Another flag has risen in between: no repetition.
+            repeated = again.flags() == status.flags();
+            status = again;
         }
+        enable_sources(registers, T::events().error_interrupt(status, repeated));
     }
 }
 

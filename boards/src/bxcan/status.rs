@@ -17,6 +17,11 @@ impl Status {
     /// After a recovery from bus-off, as after reset: error active, both counters zero.
     const FRESH: Status = Status(0);
 
+    /// EWGF, EPVF and BOFF.
+    pub fn flags(self) -> u32 {
+        self.0 & (EWGF | EPVF | BOFF)
+    }
+
     pub fn is_warning(self) -> bool {
         self.0 & EWGF != 0
     }
@@ -133,11 +138,16 @@ impl ErrorLog {
     /// at once again. While a controller is bus-off nothing but another bus-off raises it: the first one ended, and
     /// nobody looked.
     pub fn on_interrupt(&mut self, now: Status, repeated: bool) -> Enables {
-        if now.is_bus_off() && self.latest.is_bus_off() && !self.repeats {
+        let off_again = now.is_bus_off() && self.latest.is_bus_off() && !self.repeats;
+        if off_again {
             self.went_off(now);
         }
+        let is_news = off_again || now.flags() & !self.latest.flags() != 0;
         self.repeats |= repeated;
-        self.note(now)
+        let enables = self.note(now);
+        // Should a controller interrupt for every error while a flag stands, a cut bus is no storm: the flag is masked
+        // until the register is looked at for another reason.
+        if is_news { enables } else { now.enables(true) }
     }
 
     fn went_off(&mut self, now: Status) {

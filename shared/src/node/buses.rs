@@ -71,6 +71,8 @@ pub(super) struct Buses {
     pub counters: PerBus<Counters>,
     pub health: PerBus<Health>,
     recovery: PerBus<BusOffRecovery>,
+    /// It was told to go on this bus, and not to leave it since.
+    joined: PerBus<bool>,
 }
 
 /// What a node has to tell of a bus.
@@ -91,14 +93,17 @@ impl Buses {
             counters: PerBus::default(),
             health: PerBus::default(),
             recovery: PerBus::from_fn(|_| BusOffRecovery::new(policy)),
+            joined: PerBus::default(),
         }
     }
 
     /// Go on the bus or buses, at power-on.
-    pub fn join<E>(&self, active: Bus, out: &mut Outbox<E>) {
-        match self.access {
-            Access::Parallel => Bus::ALL.into_iter().for_each(|bus| out.command(bus, BusCommand::Join)),
-            Access::Selective => out.command(active, BusCommand::Join),
+    pub fn join<E>(&mut self, active: Bus, out: &mut Outbox<E>) {
+        for bus in Bus::ALL {
+            self.joined[bus] = self.is_joined(bus, active);
+            if self.joined[bus] {
+                out.command(bus, BusCommand::Join);
+            }
         }
     }
 
@@ -107,7 +112,10 @@ impl Buses {
         match self.access {
             Access::Parallel => out.command(from, BusCommand::Abandon),
             Access::Selective => {
+                (self.joined[from], self.joined[to]) = (false, true);
                 self.recovery[from].leave();
+                // What the bus was like when it was left says nothing about it now.
+                self.health[to] = Health::default();
                 out.command(from, BusCommand::Leave);
                 out.command(to, BusCommand::Join);
             }
@@ -139,6 +147,10 @@ impl Buses {
             LinkEvent::Stalled => return Some(BusNews::Stalled),
             LinkEvent::Health(health) => {
                 self.health[bus] = *health;
+                if !self.joined[bus] {
+                    // The last frame on a bus that is being left: nothing to recover there.
+                    return Some(BusNews::Health(*health));
+                }
                 return Some(match self.recovery[bus].on_state(health.state, now) {
                     Some(RecoveryStep::Failed) => BusNews::Failed(*health),
                     _ => BusNews::Health(*health),

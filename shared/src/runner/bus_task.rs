@@ -97,8 +97,9 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
                 self.told = Health::default();
             }
             BusCommand::Leave => {
-                self.abandon().await;
+                self.abort_where(|_| true, FailCause::BusLeft);
                 self.port.leave();
+                self.abandon().await;
             }
             BusCommand::Recover => self.port.recover(),
         }
@@ -152,21 +153,22 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
         self.mailboxes.get_mut(usize::from(mailbox.0))?.take()
     }
 
-    /// ECSS 8.3.3b: nothing meant for a bus that was left may go out on it later.
+    /// ECSS 8.3.3b: nothing meant for a bus that was left may go out on it later. What is nearest to the wire first: the
+    /// node may be behind with what it is told.
     async fn abandon(&mut self) {
+        self.abort_where(|_| true, FailCause::BusLeft);
         while let Some(outgoing) = self.queue.pop() {
             self.fail(outgoing.frame, FailCause::BusLeft).await;
         }
-        self.abort_where(|_| true, FailCause::BusLeft);
     }
 
     /// Ends the lifetimes that are over, in the queue and in the mailboxes.
     async fn expire(&mut self) {
         let now = self.clock.now();
+        self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
         while let Some(outgoing) = self.queue.pop_expired(now) {
             self.fail(outgoing.frame, FailCause::Expired).await;
         }
-        self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
     }
 
     fn abort_where(&mut self, which: impl Fn(&Outgoing) -> bool, cause: FailCause) {
