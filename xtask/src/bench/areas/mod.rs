@@ -8,6 +8,7 @@ mod irq;
 mod load;
 mod rx;
 mod size;
+mod wire;
 
 pub use size::biggest_symbols;
 
@@ -25,4 +26,5 @@ pub struct Area {
 }
 
 /// All areas, in the order in which they are measured and printed.
-pub const ALL: &[Area] = &[size::AREA, rx::AREA, load::AREA, failover::AREA, demo::AREA, irq::AREA];
+pub const ALL: &[Area] =
+    &[size::AREA, rx::AREA, load::AREA, failover::AREA, demo::AREA, irq::AREA, wire::AREA];
