@@ -8,6 +8,7 @@ mod irq;
 mod load;
 mod rx;
 mod size;
+mod stamp;
 mod wire;
 
 pub use size::biggest_symbols;
@@ -27,4 +28,4 @@ pub struct Area {
 
 /// All areas, in the order in which they are measured and printed.
 pub const ALL: &[Area] =
-    &[size::AREA, rx::AREA, load::AREA, failover::AREA, demo::AREA, irq::AREA, wire::AREA];
+    &[size::AREA, rx::AREA, load::AREA, failover::AREA, demo::AREA, irq::AREA, stamp::AREA, wire::AREA];
