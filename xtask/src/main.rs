@@ -9,6 +9,7 @@ mod board;
 mod demo;
 mod elf;
 mod firmware;
+mod pictures;
 mod telltale;
 
 use std::process::ExitCode;
@@ -33,6 +34,8 @@ enum Command {
     Bench(bench::Options),
     /// Measure flash and static RAM of the images of every board; add them to target/bench/summary.json
     Sizes(bench::SizesOptions),
+    /// Draw the waveforms of the documentation anew: docs/waveform-*.svg
+    Pictures,
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware::Options),
 }
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
         Command::Firmware(options) => firmware::run(&options),
         Command::Bench(options) => bench::run(&options),
         Command::Sizes(options) => bench::sizes(&options),
+        Command::Pictures => pictures::run(),
         Command::Clippy(options) => firmware::clippy(&options),
     };
     match outcome {

@@ -5,7 +5,7 @@ use std::collections::BinaryHeap;
 
 use crate::controller::NodeIndex;
 use crate::fine::Fine;
-use crate::mac::{DOMINANT, State, Transmission};
+use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
 use crate::segment::{Mode, Segment};
 use crate::stage::Stage;
 
@@ -157,6 +157,9 @@ impl Segment {
         if std::mem::replace(&mut this.driving, drives) == drives {
             return;
         }
+        if let Some(recorder) = &mut stage.recorder {
+            recorder.driver(node, self.cursor, if drives { DOMINANT } else { RECESSIVE });
+        }
         let silent = this.mac.is_silent() && !this.condition.stuck_dominant;
         let change = if drives { Change::Dominant(node) } else { Change::Recessive(node) };
         let cursor = self.cursor;
@@ -190,6 +193,9 @@ impl Segment {
         if std::mem::replace(&mut this.level, level) == level {
             return;
         }
+        if let Some(recorder) = &mut stage.recorder {
+            recorder.line(node, at, level);
+        }
         if self.ledger.is_news(at) {
             this.record_change(at, level);
         }
@@ -207,8 +213,8 @@ impl Segment {
         }
         self.ledger.calm(self.calm_at(stage), stage.observed);
         let counts = |&node: &NodeIndex| stage.nodes[node].mac.is_running();
-        if !stage.flips.is_empty() && self.members.iter().any(counts) {
-            // A flip may strike one of the bits.
+        if (!stage.flips.is_empty() || stage.recorder.is_some()) && self.members.iter().any(counts) {
+            // A flip may strike one of the bits; a recording wants them at their time.
             return false;
         }
         self.mode = Mode::Still;

@@ -29,4 +29,5 @@ mod stage;
 pub mod station;
 pub mod time;
 pub mod timing;
+pub mod waveform;
 pub mod wire;

@@ -164,12 +164,18 @@ impl Segment {
         let mut sampled = mac.clock.sampled(line);
         let field = mac.field();
         let position = mac.position();
+        let mut flipped = false;
         if let Some(flip) = stage.flips.iter_mut().find(|flip| flip.strikes(node, field, position)) {
             sampled = !sampled;
+            flipped = true;
             if flip.strike(node) {
                 stage.flips.retain(|flip| !flip.is_spent());
             }
         }
+        if let Some(recorder) = &mut stage.recorder {
+            recorder.bit(node, &stage.nodes[node], field, sampled, flipped);
+        }
+        let mac = &mut stage.nodes[node].mac;
         let before = mac.counters;
         let sof = mac.clock.start();
         let note = mac.step(sampled, line);
@@ -206,8 +212,13 @@ impl Segment {
             if node.level == RECESSIVE {
                 return node.mac.is_quiet();
             }
+            if node.mac.is_running() && node.mac.clock.latched().is_some() {
+                // The bit under way was still sampled recessive.
+                return false;
+            }
             match node.mac.state {
-                State::Off | State::BusOff | State::Integrating { .. } | State::Recovering { .. } => true,
+                State::Off | State::BusOff => true,
+                State::Integrating { recessive } | State::Recovering { recessive, .. } => recessive == 0,
                 // The counter is at its end: nothing changes any more.
                 State::Superposition { .. } => !node.mac.transmitter && node.mac.counters.receive == 255,
                 _ => false,

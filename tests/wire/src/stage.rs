@@ -11,6 +11,7 @@ use crate::mac::Transmission;
 use crate::node::Node;
 use crate::record::{Counters, Destruction, Record};
 use crate::time::Time;
+use crate::waveform::Recorder;
 use crate::wire::Controllers;
 
 /// What observers are told.
@@ -32,6 +33,8 @@ pub(crate) struct Stage<'a> {
     pub(crate) horizon: Fine,
     /// Undisturbed frames may be computed as a whole.
     pub(crate) fast: bool,
+    /// Takes every bit, while it is switched on.
+    pub(crate) recorder: Option<&'a mut Recorder>,
     /// Index of the segment, for the records.
     pub(crate) segment: usize,
 }
@@ -96,6 +99,9 @@ impl Stage<'_> {
             return;
         }
         let time = at.floor();
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(node, time, event);
+        }
         match event {
             WireEvent::Received(frame) => ledger.deliveries.push((node, time, frame)),
             WireEvent::Transmitted => self.completed(ledger, node, transmission),
@@ -125,8 +131,13 @@ impl Stage<'_> {
 
     /// `node` entered an arbitration whose SOF was at `sof`; it shows at `at`.
     pub(crate) fn started(&mut self, ledger: &mut Ledger, at: Fine, sof: Fine, node: NodeIndex) {
-        let own = self.nodes[node].condition.babbles.is_none();
-        if own && ledger.is_news(at) {
+        if !ledger.is_news(at) {
+            return;
+        }
+        if let Some(recorder) = &mut self.recorder {
+            recorder.event(node, sof.floor(), WireEvent::Started);
+        }
+        if self.nodes[node].condition.babbles.is_none() {
             self.controllers.controller(node).on_wire(sof.floor(), &WireEvent::Started);
         }
     }

@@ -20,6 +20,7 @@ use crate::record::{Counters, Destruction, Record};
 use crate::segment::{Mode, Segment};
 use crate::stage::{Observed, Stage};
 use crate::time::Time;
+use crate::waveform::{Recorder, Waveform};
 
 /// The controllers of one wire, by index of attachment.
 pub trait Controllers {
@@ -52,6 +53,9 @@ enum Planned {
     Fault(Fault),
     /// A controller begins to take part.
     Join(NodeIndex, Attachment),
+    /// A waveform is taken from here to the given instant.
+    Record(Time),
+    EndOfRecord,
 }
 
 /// One bus.
@@ -68,6 +72,8 @@ pub struct Wire {
     planned: Vec<(Time, Planned)>,
     flips: Vec<Flip>,
     errors: Option<BitErrors>,
+    recorder: Option<Recorder>,
+    waveform: Option<Waveform>,
     observed: Observed,
 }
 
@@ -84,6 +90,8 @@ impl Wire {
             planned: Vec::new(),
             flips: Vec::new(),
             errors: None,
+            recorder: None,
+            waveform: None,
             observed: Observed::default(),
         }
     }
@@ -169,6 +177,8 @@ impl Wire {
             }
             match self.planned.remove(0).1 {
                 Planned::Join(node, attachment) => self.set_attachment(node, Some(attachment), controllers),
+                Planned::Record(to) => self.begin_record(to, controllers),
+                Planned::EndOfRecord => self.waveform = self.recorder.take().map(Recorder::finish),
                 Planned::Fault(fault) => {
                     self.observed.records.push(Record::Fault { at: self.now, fault });
                     self.apply(fault, controllers);
@@ -182,6 +192,16 @@ impl Wire {
                 self.nodes[node].changes.clear();
             }
         }
+    }
+
+    /// Leaves the fast path, on which no node has bits, and takes down what follows.
+    fn begin_record(&mut self, to: Time, controllers: &mut dyn Controllers) {
+        for segment in 0..self.segments.len() {
+            self.with_stage(segment, controllers, |segment, stage| {
+                segment.wake(stage);
+            });
+        }
+        self.recorder = Some(Recorder::new(self.now, to, &self.nodes));
     }
 
     /// Breaks the cable now, [`Fault::Cut`].
@@ -223,6 +243,24 @@ impl Wire {
         let mut records = std::mem::take(&mut self.observed.records);
         records.sort_by_key(Record::at);
         records
+    }
+
+    /// Takes every bit of every node from `from` to `to`, for [`Wire::take_waveform`]. It changes nothing else. A
+    /// span asked for before another one is over replaces that.
+    ///
+    /// # Panics
+    /// When `from` lies in the past, or `to` not after it: a mistake in a test.
+    pub fn record_waveform(&mut self, from: Time, to: Time) {
+        assert!(self.now <= from && from < to, "no span to come: {from:?} to {to:?}, it is {:?}", self.now);
+        self.planned.retain(|(_, planned)| !matches!(planned, Planned::Record(_) | Planned::EndOfRecord));
+        self.recorder = None;
+        self.plan(from, Planned::Record(to));
+        self.plan(to, Planned::EndOfRecord);
+    }
+
+    /// The waveform, once the wire has come to its end.
+    pub fn take_waveform(&mut self) -> Option<Waveform> {
+        self.waveform.take()
     }
 
     /// Totals since the start.
@@ -296,7 +334,8 @@ impl Wire {
             flips: &mut self.flips,
             loop_delay: Fine::from_ratio(u64::from(self.config.transceiver_ns) * 336, 1000),
             horizon: Fine::from_time(planned.min(error)),
-            fast: !self.config.bit_by_bit,
+            fast: !self.config.bit_by_bit && self.recorder.is_none(),
+            recorder: self.recorder.as_mut(),
             segment,
         };
         work(&mut self.segments[segment], &mut stage)
@@ -414,6 +453,7 @@ impl Wire {
     fn set_stuck(&mut self, node: NodeIndex, stuck: bool, controllers: &mut dyn Controllers) {
         let segment = self.segment_of(node);
         self.with_stage(segment, controllers, |segment, stage| {
+            // A flight that is taken back has had its driver free.
             segment.wake(stage);
             stage.nodes[node].condition.stuck_dominant = stuck;
             segment.drive(node, stage);

@@ -506,3 +506,27 @@ proptest! {
         prop_assert!(times.is_sorted());
     }
 }
+
+/// Eleven recessive bits in a row: those before a short do not count.
+#[test]
+fn a_short_starts_the_wait_for_the_bus_anew() {
+    let mut bench = Bench::together(vec![Station::default()]);
+    bench.wire.schedule(us(5), Fault::Short { position_m: 0.0, level: false }).unwrap();
+    bench.wire.schedule(us(30), Fault::ClearShorts).unwrap();
+    bench.leap(us(60));
+    assert_eq!(bench.stations[0].told(WireEvent::Joined), [us(41)]);
+}
+
+/// A line that has long been dominant, with REC at its end: the sample point of the bit at 401 us, 272 ticks into it,
+/// sees recessive, the next one dominant again. The falling edge at 284 ticks resynchronises: that next bit begins with
+/// the quantum that holds the edge, at 272 ticks, and ends one bit later.
+#[test]
+fn one_recessive_sample_on_a_dominant_line_is_a_form_error() {
+    let mut bench = Bench::together(vec![Station::default()]);
+    bench.wire.schedule(us(50), Fault::Short { position_m: 0.0, level: false }).unwrap();
+    let glitch = Fault::Glitch { nodes: Nodes::ALL, duration: Time(320), effect: Effect::Invert };
+    bench.wire.schedule(us(400) + Time(300), glitch).unwrap();
+    bench.leap(us(500));
+    assert_eq!(rec(&bench, 0), 255);
+    assert_eq!(errors(&bench, 0).last(), Some(&(us(402) + Time(272), receive_error(ErrorKind::Form))));
+}

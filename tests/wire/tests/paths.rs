@@ -6,6 +6,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
+use can_wire::waveform::Waveform;
 use can_wire::wire::WireConfig;
 use proptest::prelude::*;
 
@@ -30,6 +31,8 @@ struct Plan {
     surprises: Vec<(u64, Surprise)>,
     transceiver_ns: u32,
     quantum_us: u64,
+    /// Span of a waveform that is taken on the fast path, us.
+    recorded: Option<(u64, u64)>,
 }
 
 /// Place in metres, clock error in ppb, bus monitoring, frames and when they are handed over, us.
@@ -118,10 +121,11 @@ fn plan(most_faults: usize) -> impl Strategy<Value = Plan> {
         let nodes = prop::collection::vec(node, count);
         let faults = prop::collection::vec((50u64..4_000, fault(count)), 0..=most_faults);
         let surprises = prop::collection::vec((50u64..4_000, surprise(count)), 0..=most_faults);
-        (nodes, faults, surprises, prop_oneof![Just(0u32), 100u32..250], 1u64..20).prop_map(
-            |(nodes, faults, mut surprises, transceiver_ns, quantum_us)| {
+        let recorded = prop::option::of((0u64..4_000, 1u64..2_000));
+        (nodes, faults, surprises, prop_oneof![Just(0u32), 100u32..250], 1u64..20, recorded).prop_map(
+            |(nodes, faults, mut surprises, transceiver_ns, quantum_us, recorded)| {
                 surprises.sort_by_key(|&(at, _)| at);
-                Plan { nodes, faults, surprises, transceiver_ns, quantum_us }
+                Plan { nodes, faults, surprises, transceiver_ns, quantum_us, recorded }
             },
         )
     })
@@ -141,6 +145,9 @@ fn fly(plan: &Plan, bit_by_bit: bool, quantum: Option<Time>) -> Bench {
     let mut bench = Bench::new(config, stations.collect());
     for (at, fault) in &plan.faults {
         bench.wire.schedule(Time::from_us(*at), *fault).unwrap();
+    }
+    if let Some((from, length)) = plan.recorded.filter(|_| !bit_by_bit) {
+        bench.wire.record_waveform(Time::from_us(from), Time::from_us(from + length));
     }
     let go_to = |bench: &mut Bench, until: Time| match quantum {
         Some(quantum) => bench.run(until, quantum),
@@ -188,6 +195,31 @@ fn same(a: &mut Bench, b: &mut Bench) -> Result<(), TestCaseError> {
     equal("records", &a.wire.take_records(), &b.wire.take_records())
 }
 
+/// What a waveform shows is what the controllers saw, and every sample is the level at its sample point.
+fn is_true(waveform: &Waveform, bench: &Bench) -> Result<(), TestCaseError> {
+    let inside = |&&(at, _): &&(Time, bool)| waveform.from < at && at < waveform.to;
+    for (lane, station) in waveform.lanes.iter().zip(&bench.stations) {
+        let shown: Vec<_> = lane.line.iter().filter(inside).copied().collect();
+        let seen: Vec<_> = station.line.iter().filter(inside).copied().collect();
+        equal(&format!("line of node {}", lane.node), &shown, &seen)?;
+        prop_assert!(lane.bits.windows(2).all(|pair| pair[0].end <= pair[1].start), "bits overlap");
+        for bit in lane.bits.iter().filter(|bit| bit.sample > waveform.from) {
+            let before = lane.line.partition_point(|&(at, _)| at < bit.sample);
+            // Within one tick of an edge either may be first.
+            if lane.line.get(before).is_none_or(|&(at, _)| at > bit.sample) {
+                prop_assert_eq!(
+                    lane.line[before - 1].1 != bit.flipped,
+                    bit.sampled,
+                    "node {}: {:?}",
+                    lane.node,
+                    bit
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
 /// When the wire does something next, two bits after the SOF at 40 us.
 fn next_event_within_a_frame(bench: &mut Bench) -> Time {
     bench.leap(Time::from_us(42));
@@ -215,6 +247,26 @@ fn undisturbed_frames_take_the_fast_path() {
     assert_eq!(bench.wire.next_event(), Some(Time::from_us(40 + 47)));
 }
 
+/// A driver gets stuck, unannounced, within its own frame of five dominant bits and a stuff bit, at every microsecond:
+/// what has been sent stays as it was.
+#[test]
+fn a_driver_stuck_within_a_frame_does_not_change_the_past() {
+    for at in 50..110 {
+        let frame = WireFrame::standard(0, &[0]);
+        let plan = Plan {
+            nodes: vec![(0.0, 0, false, vec![(50, frame)]), (0.0, 0, false, vec![])],
+            faults: vec![],
+            surprises: vec![(at, Surprise::Fault(Fault::StuckDominant(0)))],
+            transceiver_ns: 0,
+            quantum_us: 1,
+            recorded: None,
+        };
+        let mut fast = fly(&plan, false, Some(Time::from_us(1)));
+        same(&mut fast, &mut fly(&plan, true, None))
+            .unwrap_or_else(|error| panic!("stuck at {at} us: {error}"));
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 1000, max_shrink_iters: 20000, failure_persistence: None, ..ProptestConfig::default() })]
 
@@ -223,6 +275,9 @@ proptest! {
         let mut fast = fly(&plan, false, None);
         let mut bits = fly(&plan, true, None);
         same(&mut fast, &mut bits)?;
+        let waveform = fast.wire.take_waveform();
+        prop_assert_eq!(waveform.is_some(), plan.recorded.is_some());
+        waveform.map_or(Ok(()), |waveform| is_true(&waveform, &fast))?;
     }
 
     #[test]
@@ -230,5 +285,8 @@ proptest! {
         let mut fast = fly(&plan, false, Some(Time::from_us(plan.quantum_us)));
         let mut bits = fly(&plan, true, None);
         same(&mut fast, &mut bits)?;
+        let waveform = fast.wire.take_waveform();
+        prop_assert_eq!(waveform.is_some(), plan.recorded.is_some());
+        waveform.map_or(Ok(()), |waveform| is_true(&waveform, &fast))?;
     }
 }

@@ -6,6 +6,7 @@
 mod common;
 
 use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
 
 use can_wire::controller::WireEvent;
 use can_wire::encode::encode;
@@ -71,6 +72,23 @@ impl Script {
     }
 
     fn run(&self) -> Bench {
+        let mut bench = self.bench();
+        bench.leap(END);
+        bench
+    }
+
+    /// Draws what happens about `at`, for the report of a failure: the path of the picture.
+    fn draw(&self, name: &str, at: Time) -> PathBuf {
+        let mut bench = self.bench();
+        bench.wire.record_waveform(at.since(us(150)), at + us(60));
+        bench.leap(at + us(60));
+        let waveform = bench.wire.take_waveform().expect("the span is over");
+        let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("script-{name}.svg"));
+        std::fs::write(&path, waveform.picture().render()).expect("a file in target/tmp");
+        path
+    }
+
+    fn bench(&self) -> Bench {
         let stations =
             self.positions.iter().zip(&self.clocks).enumerate().map(|(node, (&position, &ppb))| {
                 let mut station = Station::with_timing(BitTiming::MEGABIT.fast_by(ppb));
@@ -83,7 +101,6 @@ impl Script {
         for &(at, (fault, _)) in &self.faults {
             bench.wire.schedule(at, fault).unwrap();
         }
-        bench.leap(END);
         bench
     }
 }
@@ -286,7 +303,10 @@ fn receivers_agree_but_for_the_last_two_bits_of_eof() {
         let script = Script::random(seed);
         let (disagreements, agreements, misreadings) = judge(&script);
         let unexplained = disagreements.iter().find(|(_, is_explained)| !is_explained);
-        assert!(unexplained.is_none(), "script {seed}: {unexplained:?}\n{:#?}", script.faults);
+        if let Some((disagreement, _)) = unexplained {
+            let picture = script.draw(&seed.to_string(), disagreement.at);
+            panic!("script {seed}: {disagreement:?}\n{:#?}\nsee {}", script.faults, picture.display());
+        }
         explained += usize::from(!disagreements.is_empty());
         agreed += agreements;
         misread += misreadings;
@@ -310,6 +330,8 @@ fn a_disturbed_last_but_one_bit_of_eof_is_found_and_explained() {
     // Neither the transmitter nor the victim has it: six have.
     assert_eq!(disagreements.len(), 6, "{disagreements:?}");
     assert!(disagreements.iter().all(|(it, is_explained)| it.without == victim && *is_explained));
+    let picture = script.draw("last-but-one-bit", disagreements[0].0.at);
+    assert!(std::fs::read_to_string(picture).unwrap().contains("flipped: reads 0"));
     // The same in the bit before harms nobody.
     let place = Place::Field(Field::Eof(4));
     script.faults = vec![flip(place)];

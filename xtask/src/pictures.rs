@@ -1,0 +1,107 @@
+//! `cargo xtask pictures`: the waveforms of the documentation, taken from a simulated bus.
+
+use std::path::Path;
+
+use anyhow::Context;
+use can_wire::fault::{Fault, Flip, Nodes, Place};
+use can_wire::frame::WireFrame;
+use can_wire::station::{Bench, Station};
+use can_wire::time::Time;
+use can_wire::wire::WireConfig;
+
+/// SOF of the first frame.
+const SOF: Time = Time::from_us(20);
+/// Along a cable of 40 m.
+const POSITIONS: [f64; 3] = [0.0, 25.0, 40.0];
+const NAMES: [&str; 3] = ["master", "slave 1", "slave 2"];
+/// Isolation and transceiver, out and in.
+const TRANSCEIVER_NS: u32 = 150;
+
+/// One picture: its file in `docs/` and how it comes about.
+struct Scene {
+    file: &'static str,
+    title: &'static str,
+    /// Who sends what at [`SOF`].
+    frames: Vec<(usize, WireFrame)>,
+    fault: Option<Fault>,
+    /// From SOF on, and with a little before it.
+    bits: u64,
+    bit_px: f64,
+}
+
+fn scenes() -> [Scene; 3] {
+    let heartbeat = |slave: u16| WireFrame::standard(0x700 + slave, &[0x05]);
+    [
+        Scene {
+            file: "waveform-frame.svg",
+            title: "A command of two bytes to slave 1 on 40 m of cable at 1 Mbit/s: stuff bits, propagation delay, acknowledgement",
+            frames: vec![(0, WireFrame::standard(0x201, &[0x01, 0x00]))],
+            fault: None,
+            bits: 72,
+            bit_px: 16.0,
+        },
+        Scene {
+            file: "waveform-error.svg",
+            title: "SYNC with one bit disturbed at slave 2: its error flag makes the others see an error too, and the master repeats the frame",
+            frames: vec![(0, WireFrame::standard(0x080, &[]))],
+            fault: Some(Fault::Flip(Flip::new(Place::Bit(16), Nodes::of(&[2])))),
+            bits: 98,
+            bit_px: 12.0,
+        },
+        Scene {
+            file: "waveform-arbitration.svg",
+            title: "Two slaves send their heartbeats at the same time: 702h beats 705h, which follows after the intermission",
+            frames: vec![(1, heartbeat(2)), (2, heartbeat(5))],
+            fault: None,
+            bits: 80,
+            bit_px: 14.0,
+        },
+    ]
+}
+
+impl Scene {
+    fn render(&self) -> anyhow::Result<String> {
+        let config = WireConfig { transceiver_ns: TRANSCEIVER_NS, ..WireConfig::default() };
+        let mut bench = Bench::new(
+            config,
+            POSITIONS.iter().map(|&position_m| (position_m, Station::default())).collect(),
+        );
+        for &(node, frame) in &self.frames {
+            bench.stations[node].queue.push_back((SOF, frame));
+        }
+        if let Some(fault) = self.fault {
+            bench.wire.schedule(Time::ZERO, fault)?;
+        }
+        let to = SOF + Time::from_us(self.bits);
+        bench.wire.record_waveform(SOF - Time::from_us(3), to);
+        bench.leap(to);
+        let waveform = bench.wire.take_waveform().context("the span of the waveform is over")?;
+        Ok(waveform.picture().title(self.title).names(&NAMES).bit_px(self.bit_px).render())
+    }
+}
+
+/// Writes all of them.
+pub fn run() -> anyhow::Result<()> {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs");
+    for scene in scenes() {
+        let path = docs.join(scene.file);
+        std::fs::write(&path, scene.render()?).with_context(|| format!("writing {}", path.display()))?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_pictures_of_the_documentation_are_what_the_wire_does() {
+        for scene in scenes() {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join(scene.file);
+            let committed = std::fs::read_to_string(&path).unwrap_or_default();
+            let is_current = committed.replace("\r\n", "\n") == scene.render().unwrap();
+            assert!(is_current, "docs/{} is not current: run `cargo xtask pictures`", scene.file);
+        }
+    }
+}
