@@ -475,8 +475,9 @@ fn a_heartbeat_takes_the_place_of_telemetry_in_a_full_queue() {
 #[test]
 fn counters_that_move_without_an_event_are_told_too() {
     let mut bench = Bench::joined(0);
-    for _ in 0..3 {
-        bench.wire.on_wire(bench.timeline.now(), &WireEvent::ReceiveError(ErrorKind::Stuff));
+    for receive in 1..=3 {
+        bench.tell(WireEvent::ReceiveError(ErrorKind::Stuff));
+        bench.tell(WireEvent::Counters(ErrorCounters { transmit: 0, receive }));
     }
     bench.run_for(Time::from_ms(101));
     let moved = Health { state: ErrorState::Active, tec: 0, rec: 3, last_error: LastError::Stuff };

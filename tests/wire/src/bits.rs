@@ -51,6 +51,13 @@ impl Arrivals {
         self.0.push(Reverse(arrival));
     }
 
+    /// Takes an arrival back; `false` when it is not under way.
+    fn withdraw(&mut self, arrival: Arrival) -> bool {
+        let before = self.0.len();
+        self.0.retain(|Reverse(other)| *other != arrival);
+        self.0.len() < before
+    }
+
     fn next(&self) -> Option<Fine> {
         self.0.peek().map(|Reverse(arrival)| arrival.at)
     }
@@ -154,23 +161,32 @@ impl Segment {
     pub(crate) fn drive(&mut self, node: NodeIndex, stage: &mut Stage) {
         let this = &mut stage.nodes[node];
         let drives = this.wants_to_drive();
-        if std::mem::replace(&mut this.driving, drives) == drives {
+        let drives_others = drives && (!this.mac.is_silent() || this.condition.stuck_dominant);
+        let itself = std::mem::replace(&mut this.driving, drives) != drives;
+        let others = std::mem::replace(&mut this.driving_others, drives_others) != drives_others;
+        if !itself && !others {
             return;
         }
-        if let Some(recorder) = &mut stage.recorder {
+        let again = std::mem::replace(&mut this.drove_at, self.cursor) == self.cursor;
+        if itself && let Some(recorder) = &mut stage.recorder {
             recorder.driver(node, self.cursor, if drives { DOMINANT } else { RECESSIVE });
         }
-        let silent = this.mac.is_silent() && !this.condition.stuck_dominant;
-        let change = if drives { Change::Dominant(node) } else { Change::Recessive(node) };
-        let cursor = self.cursor;
         for n in 0..self.members.len() {
             let member = self.members[n];
-            if silent && member != node {
+            let (changes, dominant) = if member == node { (itself, drives) } else { (others, drives_others) };
+            if !changes {
                 continue;
             }
-            let distance = stage.nodes[node].distance(&stage.nodes[member]);
-            let at = cursor + distance + stage.loop_delay;
-            self.arrivals().push(Arrival { at, change, node: member });
+            let at = self.cursor + stage.nodes[node].distance(&stage.nodes[member]) + stage.loop_delay;
+            let (change, opposite) = match dominant {
+                true => (Change::Dominant(node), Change::Recessive(node)),
+                false => (Change::Recessive(node), Change::Dominant(node)),
+            };
+            // Back to what it was at the same instant: nothing happened.
+            let undone = again && self.arrivals().withdraw(Arrival { at, change: opposite, node: member });
+            if !undone {
+                self.arrivals().push(Arrival { at, change, node: member });
+            }
         }
     }
 

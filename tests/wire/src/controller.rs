@@ -45,7 +45,7 @@ pub struct Attachment {
     pub recovers: bool,
     /// Another number than before: the error counters start from zero.
     pub power_cycle: u32,
-    /// Since when it takes part; the past counts as now.
+    /// Since when it takes part; the past counts as now, and what lies ahead as the end of the advance.
     pub since: Time,
 }
 

@@ -28,6 +28,17 @@ impl Nodes {
         }))
     }
 
+    /// Names nodes of a wire of `count` nodes.
+    fn check(self, count: usize) -> Result<(), FaultError> {
+        let beyond = 128 - self.0.leading_zeros() as usize;
+        match self {
+            Nodes(0) => Err(FaultError::NoNode),
+            Nodes::ALL => Ok(()),
+            _ if beyond > count => Err(FaultError::Node { node: beyond - 1, count }),
+            _ => Ok(()),
+        }
+    }
+
     /// Is one of them.
     pub fn contains(self, node: NodeIndex) -> bool {
         self.0 >> node & 1 == 1
@@ -37,8 +48,8 @@ impl Nodes {
 /// Something that happens to a wire. Positions are metres from its left end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
-    /// Both wires break here; a node at exactly this position belongs to the right piece, and so does a cut at the
-    /// position of a node. A second cut at the same position changes nothing.
+    /// Both wires break here; a node at exactly this position belongs to the right piece. A second cut at the same
+    /// position changes nothing.
     Cut {
         /// Where.
         position_m: f64,
@@ -160,6 +171,9 @@ pub enum FaultError {
         /// Nodes of the wire.
         count: usize,
     },
+    /// A disturbance that no node would see.
+    #[error("a disturbance names at least one node")]
+    NoNode,
     /// A probability outside 0 to 1.
     #[error("a bit error rate lies between 0 and 1, not at {0}")]
     Rate(f64),
@@ -209,13 +223,11 @@ impl Fault {
             Fault::Drift(n, ppb) if ppb > -1_000_000_000 => node(n),
             Fault::Drift(_, ppb) => Err(FaultError::Drift(ppb)),
             Fault::Glitch { duration: Time(0), .. } => Err(FaultError::NoDuration),
+            Fault::Glitch { nodes, .. } => nodes.check(count),
             Fault::Flip(flip) if !flip.place.exists() => Err(FaultError::Place(flip.place)),
+            Fault::Flip(flip) => flip.left.check(count),
             Fault::BitErrors { rate, .. } if !(0.0..=1.0).contains(&rate) => Err(FaultError::Rate(rate)),
-            Fault::Flip(_)
-            | Fault::BitErrors { .. }
-            | Fault::RestoreAll
-            | Fault::ClearShorts
-            | Fault::Glitch { .. } => Ok(()),
+            Fault::BitErrors { .. } | Fault::RestoreAll | Fault::ClearShorts => Ok(()),
         }
     }
 }

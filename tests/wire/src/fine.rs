@@ -40,7 +40,7 @@ impl Fine {
     }
 
     pub(crate) const fn times(self, count: u64) -> Fine {
-        Fine(self.0 * count)
+        Fine(self.0.saturating_mul(count))
     }
 }
 

@@ -48,9 +48,10 @@ impl Flight {
         landing.filter(|_| told).map(|landing| landing.counters)
     }
 
-    /// `node` takes part and has not come to its intermission at `now`.
-    pub(crate) fn carries(&self, node: NodeIndex, now: Fine) -> bool {
-        self.landings.iter().any(|landing| landing.node == node && landing.clock.start() > now)
+    /// Whether `node` has come to its intermission at `now`; `None` when it takes no part.
+    pub(crate) fn has_landed(&self, node: NodeIndex, now: Fine) -> Option<bool> {
+        let landing = self.landings.iter().find(|landing| landing.node == node)?;
+        Some(landing.clock.start() <= now)
     }
 }
 
@@ -183,7 +184,8 @@ impl Segment {
             }
             if let Some(own) = &mac.transmission {
                 transmitters += 1;
-                if mac.decoder.index() < own.encoded.arbitration_len() {
+                // One that has gone silent in mid-frame reaches nobody.
+                if mac.decoder.index() < own.encoded.arbitration_len() || mac.is_silent() {
                     return false;
                 }
             }
@@ -497,6 +499,7 @@ impl Segment {
             mac.transmission = None;
             mac.finished = None;
             stage.nodes[*node].driving = false;
+            stage.nodes[*node].driving_others = false;
         }
         for &node in &self.members {
             stage.nodes[node].seen = 0;

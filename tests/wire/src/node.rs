@@ -1,6 +1,7 @@
 //! One node of a wire: its engine, and the line as it sees it.
 
 use crate::bits::Effect;
+use crate::controller::Attachment;
 use crate::fine::Fine;
 use crate::frame::WireFrame;
 use crate::mac::{DOMINANT, Mac, RECESSIVE};
@@ -22,8 +23,12 @@ pub(crate) struct Node {
     pub(crate) seen: Drivers,
     /// The level at its RX pin.
     pub(crate) level: bool,
-    /// What the others have been told of its driver.
+    /// Its driver is dominant, as it sees it itself.
     pub(crate) driving: bool,
+    /// Its driver is dominant, as the others see it: a silent node drives nobody but itself.
+    pub(crate) driving_others: bool,
+    /// When either last changed.
+    pub(crate) drove_at: Fine,
     /// Level of a shorted piece of cable.
     pub(crate) short: Option<bool>,
     /// Disturbances in progress.
@@ -38,14 +43,14 @@ pub(crate) struct Node {
 /// Disturbances in progress at one node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Glitching {
-    pub(crate) inverted: u8,
-    pub(crate) dominant: u8,
-    pub(crate) recessive: u8,
+    pub(crate) inverted: u32,
+    pub(crate) dominant: u32,
+    pub(crate) recessive: u32,
 }
 
 impl Glitching {
     /// How many disturbances with this effect are at work.
-    pub(crate) fn of(&mut self, effect: Effect) -> &mut u8 {
+    pub(crate) fn of(&mut self, effect: Effect) -> &mut u32 {
         match effect {
             Effect::Invert => &mut self.inverted,
             Effect::Dominant => &mut self.dominant,
@@ -68,6 +73,20 @@ pub(crate) struct Condition {
     pub(crate) drift_ppb: i32,
 }
 
+impl Condition {
+    /// How a controller that wants to take part so does take part.
+    pub(crate) fn bends(&self, asked: Attachment) -> Option<Attachment> {
+        if self.unpowered {
+            return None;
+        }
+        let timing = match self.drift_ppb {
+            0 => asked.timing,
+            ppb => asked.timing.fast_by(ppb),
+        };
+        Some(Attachment { timing, ..asked })
+    }
+}
+
 impl Node {
     pub(crate) fn new(position_m: f64, offset: Fine) -> Self {
         Node {
@@ -77,6 +96,8 @@ impl Node {
             seen: 0,
             level: RECESSIVE,
             driving: false,
+            driving_others: false,
+            drove_at: Fine(0),
             short: None,
             glitch: Glitching::default(),
             condition: Condition::default(),

@@ -43,7 +43,7 @@ pub enum Record {
         /// What it received.
         frame: WireFrame,
     },
-    /// A node saw an error: when, who, what, and its counters after it.
+    /// A node saw an error.
     Error {
         /// End of the bit that showed it.
         at: Time,

@@ -105,7 +105,7 @@ impl Segment {
         let never = (Fine::NEVER, 0);
         let (due, start) = (due.unwrap_or(never), start.unwrap_or(never));
         self.next = due.0.min(start.0);
-        if self.next > until {
+        if self.next > until || self.next == Fine::NEVER {
             return true;
         }
         self.cursor = self.next;

@@ -43,7 +43,7 @@ impl BitTiming {
     /// `segment1` holds PROP_SEG and PHASE_SEG1; all in quanta.
     ///
     /// # Panics
-    /// When a segment or the jump width is zero, or the jump width exceeds a segment: no chip can be set so.
+    /// When a segment or the jump width is zero, or the jump width exceeds segment 1: no chip can be set so.
     pub fn new(quantum: Quantum, segment1: u8, segment2: u8, jump_width: u8) -> Self {
         assert!(segment1 > 0 && segment2 > 0 && jump_width > 0, "segments and SJW have at least one quantum");
         assert!(jump_width <= segment1, "SJW {jump_width} exceeds segment 1 of {segment1} quanta");
@@ -231,9 +231,12 @@ impl BitClock {
     /// A falling edge between frames: before its sample point the bit begins anew, after it the next one does.
     pub(crate) fn hard_synchronise(&mut self, at: Fine) {
         self.pass_sample_point(at, false);
+        if self.synchronised || !self.latched.unwrap_or(self.previous) {
+            return;
+        }
         if self.latched.is_none() {
             self.begin_with_edge(at);
-        } else if !self.synchronised {
+        } else {
             let quantum = self.timing.quantum.0;
             self.end = self.start + Fine((at - self.start).0 / quantum.0 * quantum.0);
             self.synchronised = true;

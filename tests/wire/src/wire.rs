@@ -11,7 +11,7 @@
 //! reached it is. Frames that nothing disturbs take a fast path with the same result ([`WireConfig::bit_by_bit`]).
 
 use crate::bits::{Arrival, Change};
-use crate::controller::{Attachment, Controller, ErrorCounters, NodeIndex};
+use crate::controller::{Attachment, Controller, ErrorCounters, NodeIndex, WireEvent};
 use crate::errors::BitErrors;
 use crate::fault::{Fault, FaultError, Flip};
 use crate::fine::Fine;
@@ -135,10 +135,12 @@ impl Wire {
 
     /// `node` neither sends nor receives a frame or an error frame: it could leave the bus unnoticed.
     pub fn is_idle(&self, node: NodeIndex) -> bool {
-        let in_flight = self.segments.iter().any(|segment| {
-            matches!(&segment.mode, Mode::Flight(flight) if flight.carries(node, Fine::from_time(self.now)))
+        let now = Fine::from_time(self.now);
+        let landed = self.segments.iter().find_map(|segment| match &segment.mode {
+            Mode::Flight(flight) => flight.has_landed(node, now),
+            _ => None,
         });
-        !in_flight && self.nodes[node].mac.is_quiet()
+        landed.unwrap_or_else(|| self.nodes[node].mac.is_quiet())
     }
 
     /// Error counters of `node` as of its last [`WireEvent::Counters`](crate::controller::WireEvent::Counters) or
@@ -154,9 +156,10 @@ impl Wire {
     /// Advances to `until`, telling the controllers what happened on the way.
     ///
     /// # Panics
-    /// When `until` lies before [`Wire::now`].
+    /// When `until` lies before [`Wire::now`], or beyond 58 hours (2^46 ticks).
     pub fn advance(&mut self, until: Time, controllers: &mut dyn Controllers) {
         assert!(until >= self.now, "a wire does not run backwards");
+        assert!(Fine::from_time(until) < Fine::NEVER, "a wire runs for 58 hours at most");
         for node in 0..self.nodes.len() {
             self.look_at(node, until, controllers);
         }
@@ -176,7 +179,10 @@ impl Wire {
                 continue;
             }
             match self.planned.remove(0).1 {
-                Planned::Join(node, attachment) => self.set_attachment(node, Some(attachment), controllers),
+                Planned::Join(node, asked) => {
+                    let attachment = self.nodes[node].condition.bends(asked);
+                    self.set_attachment(node, attachment, controllers);
+                }
                 Planned::Record(to) => self.begin_record(to, controllers),
                 Planned::EndOfRecord => self.waveform = self.recorder.take().map(Recorder::finish),
                 Planned::Fault(fault) => {
@@ -278,12 +284,7 @@ impl Wire {
         let controller = controllers.controller(node);
         self.nodes[node].watches = controller.watches_line();
         let condition = self.nodes[node].condition;
-        let attachment = controller.attachment().filter(|_| !condition.unpowered).map(|mut attachment| {
-            if condition.drift_ppb != 0 {
-                attachment.timing = attachment.timing.fast_by(condition.drift_ppb);
-            }
-            attachment
-        });
+        let attachment = controller.attachment().and_then(|attachment| condition.bends(attachment));
         let before = self.nodes[node].mac.attachment;
         let is_same = |before: Attachment, now: Attachment| {
             before.since == now.since && before.power_cycle == now.power_cycle
@@ -294,12 +295,14 @@ impl Wire {
             (Some(before), Some(now)) if is_same(before, now) => {
                 self.set_attachment(node, Some(now), controllers);
             }
-            (_, Some(now)) if !self.is_joining(node) => {
+            (_, Some(_)) if !self.is_joining(node) => {
                 // One that left and came back between two looks has left all the same.
                 if before.is_some() {
                     self.set_attachment(node, None, controllers);
                 }
-                self.plan(now.since.clamp(self.now, until), Planned::Join(node, now));
+                if let Some(asked) = controllers.controller(node).attachment() {
+                    self.plan(asked.since.clamp(self.now, until), Planned::Join(node, asked));
+                }
             }
             _ => {}
         }
@@ -402,7 +405,16 @@ impl Wire {
             }
             Fault::PowerOn(node) => {
                 if std::mem::take(&mut self.nodes[node].condition.unpowered) {
-                    self.nodes[node].mac.counters = ErrorCounters::default();
+                    let segment = self.segment_of(node);
+                    self.with_stage(segment, controllers, |segment, stage| {
+                        segment.wake(stage);
+                        segment.drive(node, stage);
+                        let counters = ErrorCounters::default();
+                        if std::mem::replace(&mut stage.nodes[node].mac.counters, counters) != counters {
+                            let at = segment.cursor;
+                            stage.tell(&mut segment.ledger, at, node, WireEvent::Counters(counters), None);
+                        }
+                    });
                     self.look_at(node, self.now, controllers);
                 }
             }
@@ -518,7 +530,7 @@ impl Wire {
                 self.nodes[node].short = short.filter(|_| connected).map(|&(_, level)| level);
                 for &driver in members {
                     let is_new = before[node] >> driver & 1 == 0;
-                    if is_new && self.nodes[driver].driving && !self.nodes[driver].mac.is_silent() {
+                    if is_new && self.nodes[driver].driving_others {
                         let at = now + self.nodes[driver].distance(&self.nodes[node]) + loop_delay;
                         segment.arrivals().push(Arrival { at, change: Change::Dominant(driver), node });
                     }

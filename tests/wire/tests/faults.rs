@@ -530,3 +530,49 @@ fn one_recessive_sample_on_a_dominant_line_is_a_form_error() {
     assert_eq!(rec(&bench, 0), 255);
     assert_eq!(errors(&bench, 0).last(), Some(&(us(402) + Time(272), receive_error(ErrorKind::Form))));
 }
+
+/// The SOF of node 0 ends at the instant at which its driver sticks: the line stays dominant.
+#[test]
+fn a_driver_that_sticks_as_it_lets_go_stays_dominant() {
+    let frame = WireFrame::standard(0x7FF, &[]);
+    let listener = Station { watches_line: true, ..Station::default() };
+    let mut bench = Bench::new(
+        WireConfig::default(),
+        vec![(0.0, Station::default().sending(Time::from_us(40), frame)), (10.0, listener)],
+    );
+    bench.wire.schedule(Time::from_us(41), Fault::StuckDominant(0)).unwrap();
+    bench.leap(Time::from_us(300));
+    let levels: Vec<bool> = bench.stations[1].line.iter().map(|&(_, level)| level).collect();
+    assert_eq!(levels, [false], "dominant since the SOF");
+}
+
+/// What a stuck driver did to the others ends with it, also when its node is silent otherwise.
+#[test]
+fn a_silent_node_with_a_stuck_driver_lets_go_again() {
+    let mut silent = Station::default();
+    silent.attachment.as_mut().unwrap().silent = true;
+    let listener = Station { watches_line: true, ..Station::default() };
+    let mut bench = Bench::new(WireConfig::default(), vec![(0.0, silent), (10.0, listener)]);
+    bench.wire.schedule(Time::from_us(40), Fault::StuckDominant(0)).unwrap();
+    bench.wire.schedule(Time::from_us(100), Fault::ReleaseDriver(0)).unwrap();
+    bench.leap(Time::from_us(300));
+    let levels: Vec<bool> = bench.stations[1].line.iter().map(|&(_, level)| level).collect();
+    assert_eq!(levels, [false, true]);
+}
+
+#[test]
+fn a_node_without_power_from_the_start_never_joins() {
+    let mut bench = Bench::together(vec![Station::default(), Station::default()]);
+    bench.wire.schedule(Time::ZERO, Fault::PowerOff(1)).unwrap();
+    bench.leap(Time::from_us(300));
+    assert_eq!(bench.stations[1].log, []);
+}
+
+#[test]
+fn disturbances_of_nobody_and_of_strangers_are_refused() {
+    let mut bench = Bench::together(vec![Station::default(), Station::default()]);
+    let flip = |nodes: &[usize]| Fault::Flip(Flip::new(Place::Bit(0), Nodes::of(nodes)));
+    assert_eq!(bench.wire.schedule(Time::ZERO, flip(&[])), Err(FaultError::NoNode));
+    assert_eq!(bench.wire.schedule(Time::ZERO, flip(&[1, 2])), Err(FaultError::Node { node: 2, count: 2 }));
+    assert_eq!(bench.wire.schedule(Time::ZERO, Fault::Flip(Flip::new(Place::Bit(0), Nodes::ALL))), Ok(()));
+}

@@ -53,8 +53,12 @@ enum Surprise {
 
 fn fault(nodes: usize) -> impl Strategy<Value = Fault> {
     let position = || (0u32..60).prop_map(f64::from);
-    let some =
-        || any::<u8>().prop_map(|mask| Nodes::of(&(0..8).filter(|n| mask >> n & 1 == 1).collect::<Vec<_>>()));
+    let some = move || {
+        prop::collection::vec(any::<bool>(), nodes).prop_map(|chosen| {
+            let those: Vec<usize> = (0..chosen.len()).filter(|&node| chosen[node]).collect();
+            if those.is_empty() { Nodes::ALL } else { Nodes::of(&those) }
+        })
+    };
     let effect = prop_oneof![Just(Effect::Invert), Just(Effect::Dominant), Just(Effect::Recessive)];
     let place = prop_oneof![
         3 => (0usize..100).prop_map(Place::Bit),
@@ -264,6 +268,27 @@ fn a_driver_stuck_within_a_frame_does_not_change_the_past() {
         let mut fast = fly(&plan, false, Some(Time::from_us(1)));
         same(&mut fast, &mut fly(&plan, true, None))
             .unwrap_or_else(|error| panic!("stuck at {at} us: {error}"));
+    }
+}
+
+/// A transmitter goes silent in mid-frame, unannounced, with its driver dominant: the others never see it let go.
+#[test]
+fn a_transmitter_that_goes_silent_reaches_nobody_on_both_paths() {
+    for at in 50..130 {
+        let first = WireFrame::standard(0x001, &[8, 46, 132, 33, 150, 33, 46, 16]);
+        let second = WireFrame::standard(0x081, &[18, 68, 230, 192, 4, 6, 5, 9]);
+        let plan = Plan {
+            // Two contenders keep the frame from the fast path until the arbitration is over.
+            nodes: vec![(0.0, 0, false, vec![(50, first)]), (0.0, 0, false, vec![(50, second)])],
+            faults: vec![],
+            surprises: vec![(at, Surprise::Silent(0, true))],
+            transceiver_ns: 100,
+            quantum_us: 1,
+            recorded: None,
+        };
+        let mut fast = fly(&plan, false, Some(Time::from_us(1)));
+        same(&mut fast, &mut fly(&plan, true, None))
+            .unwrap_or_else(|error| panic!("silent at {at} us: {error}"));
     }
 }
 

@@ -108,7 +108,7 @@ impl Script {
 fn some(rng: &mut fastrand::Rng) -> Nodes {
     let nodes: Vec<usize> = match rng.usize(..3) {
         0 => (0..NODES).collect(),
-        1 => (0..NODES).filter(|_| rng.bool()).collect(),
+        1 => (1..NODES).filter(|_| rng.bool()).chain([0]).collect(),
         _ => vec![rng.usize(..NODES)],
     };
     Nodes::of(&nodes)

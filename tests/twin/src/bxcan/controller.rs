@@ -9,7 +9,7 @@ use super::clock::{PclkTick, bit_pclks};
 use super::errors::ErrorState;
 use super::fifo::{Fifo, Storing, rir};
 use super::filter::{FilterBlock, FilterKey};
-use super::mailbox::Mailboxes;
+use super::mailbox::{Attempt, Mailboxes};
 use super::regs::*;
 use super::{Heard, IrqLines, Overrun, Side, Stats};
 
@@ -48,6 +48,10 @@ pub struct Registers {
     joining: bool,
     /// When it last began to take part.
     joined_since: Time,
+    /// Since when it hears no wire.
+    alone_since: Option<Time>,
+    /// When it last went bus-off.
+    bus_off_since: Time,
     /// Bus-off, and INRQ was set and cleared since.
     recovery_asked: bool,
     /// On the way from Normal to another mode since this instant.
@@ -81,6 +85,8 @@ impl Registers {
             mode_since: Time::ZERO,
             joining: false,
             joined_since: Time::ZERO,
+            alone_since: None,
+            bus_off_since: Time::ZERO,
             recovery_asked: false,
             leaving: None,
             on_bus_since: Time::ZERO,
@@ -254,8 +260,15 @@ impl Registers {
         if std::mem::take(&mut self.dominant_seen) {
             self.wake_up(now);
         }
-        if self.is_alone() {
-            self.count_alone(now);
+        if !self.is_alone() {
+            self.alone_since = None;
+        } else {
+            let since = *self.alone_since.get_or_insert(now);
+            if !self.loopback() && self.mailboxes.transmitting() {
+                // It hears nothing of the dominant bits that it sends.
+                self.mailboxes.finish(now, Attempt::Failed, self.mcr(MCR_NART));
+            }
+            self.count_alone(now, since);
         }
         self.mailboxes.settle(now);
         self.fifos.iter_mut().for_each(Fifo::settle);
@@ -271,15 +284,21 @@ impl Registers {
     }
 
     /// Without a wire every bit is recessive.
-    fn count_alone(&mut self, now: Time) {
+    fn count_alone(&mut self, now: Time, since: Time) {
         if self.joining && self.joined_since + self.bits(SEQUENCE) <= now {
             self.joined(self.joined_since + self.bits(SEQUENCE));
         }
-        let back = self.joined_since + self.bits(SEQUENCE * BUS_OFF_SEQUENCES);
-        if self.errors.bus_off() && self.recovers() && back <= now {
+        if let Some(back) = self.recovery_alone(since).filter(|&back| back <= now) {
             self.resets += 1;
             self.count(back, ErrorCounters::default());
         }
+    }
+
+    /// When bus-off ends for a controller that has heard no wire since `since`.
+    fn recovery_alone(&self, since: Time) -> Option<Time> {
+        let counts = self.errors.bus_off() && self.recovers() && (self.mode == Mode::Normal || self.joining);
+        let from = self.joined_since.max(self.bus_off_since).max(since);
+        counts.then(|| from + self.bits(SEQUENCE * BUS_OFF_SEQUENCES))
     }
 
     /// 11 recessive bits were seen.
@@ -293,10 +312,9 @@ impl Registers {
     /// Next change that comes by itself if the line stays as it is.
     pub fn next_event(&self) -> Option<Time> {
         let alone = self.is_alone().then(|| {
-            let joined = self.joining.then_some(SEQUENCE);
-            let recovered =
-                (self.errors.bus_off() && self.recovers()).then_some(SEQUENCE * BUS_OFF_SEQUENCES);
-            joined.or(recovered).map(|bits| self.joined_since + self.bits(bits))
+            let since = self.alone_since.unwrap_or(Time::ZERO);
+            let joined = self.joining.then(|| self.joined_since + self.bits(SEQUENCE));
+            joined.or_else(|| self.recovery_alone(since))
         });
         [alone.flatten(), self.loopback_end].into_iter().flatten().min()
     }
@@ -340,6 +358,9 @@ impl Registers {
         let raised = after & !before;
         if enables.iter().any(|&(flag, enable)| raised & flag != 0 && self.ier & enable != 0) {
             self.msr_flags |= MSR_ERRI;
+        }
+        if raised & ESR_BOFF != 0 {
+            self.bus_off_since = at;
         }
         if before & !after & ESR_BOFF != 0 {
             self.recovery_asked = false;
