@@ -255,6 +255,12 @@ impl Board {
         }
     }
 
+    /// What TIM5, whose captures stamp frames, counts at `at`, by the board's own crystal and without the timer's
+    /// rounding. `at` may lie in the past as long as neither the clock tree nor the counter was set since.
+    pub fn capture_clock(&self, at: Time) -> f64 {
+        self.link.peripherals().capture_clock(self.clock.cycle_at(at))
+    }
+
     /// The chip gets warmer or colder: °C.
     pub fn set_temperature(&mut self, celsius: f64) {
         self.link.peripherals().set_temperature(celsius);

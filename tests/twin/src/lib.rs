@@ -47,3 +47,4 @@ pub mod peripherals;
 mod port;
 pub mod rtt;
 pub mod spacecraft;
+pub mod stamps;

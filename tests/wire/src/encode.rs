@@ -17,6 +17,9 @@ const TAIL: [bool; 10] = [true, false, true, true, true, true, true, true, true,
 /// Generator of CRC-15/CAN without its leading term.
 const CRC_POLYNOMIAL: u16 = 0x4599;
 
+/// Equal bits after which a stuff bit follows.
+const STUFF_RUN: u32 = 5;
+
 /// Longest frame: extended, 8 data bytes, every stuff bit.
 const LONGEST: usize = 160;
 
@@ -33,69 +36,83 @@ pub struct Encoded {
 
 /// Lays a frame out as the bits on the wire.
 pub fn encode(frame: &WireFrame) -> Encoded {
-    let mut stuffing = Stuffing {
-        encoded: Encoded {
+    // SOF is dominant: a leading zero.
+    let mut header = Bits { word: 0, count: 1 };
+    let arbitration = match frame.id {
+        WireId::Standard(id) => {
+            header.push(u64::from(id), 11);
+            header.push(u64::from(frame.remote), 1);
+            header.push(0, 1); // IDE
+            header.count
+        }
+        WireId::Extended(id) => {
+            header.push(u64::from(id >> 18), 11);
+            header.push(0b11, 2); // SRR, IDE
+            header.push(u64::from(id), 18);
+            header.push(u64::from(frame.remote), 1);
+            header.push(0, 1); // r1
+            header.count - 1
+        }
+    };
+    header.push(0, 1); // r0
+    header.push(u64::from(frame.dlc), 4);
+    let payload = 8 * frame.len() as u32;
+    let data = u64::from_be_bytes(frame.data);
+    header.push(data.checked_shr(64 - payload).unwrap_or(0), payload);
+    let crc = crc_of(header.word);
+    header.push(u64::from(crc), 15);
+    let mut encoded = header.stuffed(arbitration);
+    TAIL.iter().for_each(|&bit| encoded.push(bit));
+    encoded
+}
+
+/// Bits before stuffing, the last one lowest.
+struct Bits {
+    word: u128,
+    count: u32,
+}
+
+impl Bits {
+    /// Appends the `count` low bits of `value`, highest first.
+    fn push(&mut self, value: u64, count: u32) {
+        let mask = (1u128 << count) - 1;
+        self.word = self.word << count | u128::from(value) & mask;
+        self.count += count;
+    }
+
+    /// With stuff bits; `arbitration` of these bits are the arbitration field.
+    fn stuffed(&self, arbitration: u32) -> Encoded {
+        let mut encoded = Encoded {
             bits: [true; LONGEST],
             len: 0,
             arbitration_bits: 0,
             changes: [0; LONGEST],
             changes_len: 0,
-        },
-        last: true,
-        run: 0,
-        crc: 0,
-    };
-    stuffing.push(0, 1);
-    match frame.id {
-        WireId::Standard(id) => {
-            stuffing.push(u32::from(id), 11);
-            stuffing.push(u32::from(frame.remote), 1);
-            stuffing.push(0, 1); // IDE
-            stuffing.encoded.arbitration_bits = stuffing.encoded.len;
-        }
-        WireId::Extended(id) => {
-            stuffing.push(id >> 18, 11);
-            stuffing.push(0b11, 2); // SRR, IDE
-            stuffing.push(id, 18);
-            stuffing.push(u32::from(frame.remote), 1);
-            stuffing.encoded.arbitration_bits = stuffing.encoded.len;
-            stuffing.push(0, 1); // r1
-        }
-    }
-    stuffing.push(0, 1); // r0
-    stuffing.push(u32::from(frame.dlc), 4);
-    for &byte in frame.payload() {
-        stuffing.push(u32::from(byte), 8);
-    }
-    let crc = stuffing.crc;
-    stuffing.push(u32::from(crc), 15);
-    let mut encoded = stuffing.encoded;
-    TAIL.iter().for_each(|&bit| encoded.push(bit));
-    encoded
-}
-
-/// The stuffed part as it grows.
-struct Stuffing {
-    encoded: Encoded,
-    last: bool,
-    run: u8,
-    crc: u16,
-}
-
-impl Stuffing {
-    /// Appends the `count` low bits of `value`, highest first.
-    fn push(&mut self, value: u32, count: u32) {
-        for shift in (0..count).rev() {
-            let bit = value >> shift & 1 == 1;
-            self.crc = crc_step(self.crc, bit);
-            self.encoded.push(bit);
-            self.run = if bit == self.last { self.run + 1 } else { 1 };
-            self.last = bit;
-            if self.run == 5 {
-                self.encoded.push(!bit);
-                (self.last, self.run) = (!bit, 1);
+        };
+        let mut rest = self.word << (128 - self.count);
+        let (mut level, mut run, mut passed) = (false, 0, 0);
+        while passed < self.count {
+            let equal = if level { rest.leading_ones() } else { rest.leading_zeros() };
+            let taken = equal.min(self.count - passed).min(STUFF_RUN - run);
+            if taken > 0 {
+                encoded.push_run(level, taken, run == 0);
+            }
+            rest <<= taken;
+            passed += taken;
+            run += taken;
+            let stuffs = run == STUFF_RUN;
+            level = !level;
+            run = u32::from(stuffs);
+            if stuffs {
+                encoded.push_run(level, 1, true);
+            }
+            if encoded.arbitration_bits == 0 && passed >= arbitration {
+                let beyond = passed - arbitration;
+                let stuff_bit = u32::from(stuffs && beyond > 0);
+                encoded.arbitration_bits = encoded.len - (beyond + stuff_bit) as u8;
             }
         }
+        encoded
     }
 }
 
@@ -109,6 +126,15 @@ impl Encoded {
             self.changes[usize::from(self.changes_len)] = index as u8;
             self.changes_len += 1;
         }
+    }
+
+    /// Appends up to [`STUFF_RUN`] equal bits, fewer than are overwritten later.
+    fn push_run(&mut self, level: bool, count: u32, is_change: bool) {
+        let from = usize::from(self.len);
+        self.bits[from..from + STUFF_RUN as usize].fill(level);
+        self.changes[usize::from(self.changes_len)] = self.len;
+        self.changes_len += u8::from(is_change);
+        self.len += count as u8;
     }
 
     /// Every level from SOF to the last bit of EOF, with the ACK slot dominant.
@@ -140,10 +166,35 @@ impl fmt::Debug for Encoded {
 }
 
 /// One bit through CRC-15/CAN (ISO 11898-1, 10.4.2.6).
-pub(crate) fn crc_step(crc: u16, bit: bool) -> u16 {
+pub(crate) const fn crc_step(crc: u16, bit: bool) -> u16 {
     let shifted = crc << 1 & 0x7FFF;
     if bit != (crc & 0x4000 != 0) { shifted ^ CRC_POLYNOMIAL } else { shifted }
 }
+
+/// CRC-15/CAN of bits that follow any number of zeros, which change nothing.
+fn crc_of(bits: u128) -> u16 {
+    bits.to_be_bytes().iter().fold(0, |crc, byte| {
+        let index = crc >> 7 ^ u16::from(*byte);
+        crc << 8 & 0x7FFF ^ CRC_OF_BYTE[usize::from(index & 0xFF)]
+    })
+}
+
+/// What eight zeros make of a remainder whose high byte is the index.
+const CRC_OF_BYTE: [u16; 256] = {
+    let mut table = [0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut crc = (byte as u16) << 7;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = crc_step(crc, false);
+            bit += 1;
+        }
+        table[byte] = crc;
+        byte += 1;
+    }
+    table
+};
 
 #[cfg(test)]
 mod tests {
@@ -154,5 +205,7 @@ mod tests {
     fn crc_of_the_catalogue_check_string() {
         let bits = b"123456789".iter().flat_map(|byte| (0..8).rev().map(move |shift| byte >> shift & 1 == 1));
         assert_eq!(bits.fold(0, crc_step), 0x059E);
+        let word = b"123456789".iter().fold(0, |word, byte| word << 8 | u128::from(*byte));
+        assert_eq!(crc_of(word), 0x059E);
     }
 }

@@ -1,7 +1,7 @@
 //! `cargo xtask bench` and `cargo xtask sizes`: figures that a change must not make worse unseen.
 //!
 //! Figures are counts and virtual times of the twin, and sizes: the same code and compiler give the same figures on
-//! every computer. Rows made of wall-clock times say so (`noisy`) and have no target.
+//! every computer. Rows made of wall-clock times say so (`noisy`); only a ratio of two that ran in turns has a target.
 
 mod areas;
 mod context;

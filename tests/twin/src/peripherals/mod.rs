@@ -323,6 +323,11 @@ impl Peripherals {
         }
     }
 
+    /// What TIM5 counts at `cycle`, with the part of the next count that has passed.
+    pub fn capture_clock(&self, cycle: u64) -> f64 {
+        self.tim5.exact_count(cycle)
+    }
+
     /// When the watchdog resets the chip unless the program reloads it before.
     pub fn watchdog_deadline(&self) -> Option<Time> {
         self.iwdg.deadline()

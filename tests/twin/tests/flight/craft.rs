@@ -22,14 +22,14 @@ pub const OPERATIONAL: u8 = 0x05;
 pub const PRE_OPERATIONAL: u8 = 0x7F;
 
 /// The master and slave images of a board.
-type Images = [Arc<Image>; 2];
+pub type Images = [Arc<Image>; 2];
 
 /// Built once for all tests.
-static PYBOARD: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11"));
-static NUCLEO: LazyLock<Images> = LazyLock::new(|| build("nucleo-f446re"));
+static PYBOARD: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11", "librecube"));
+static NUCLEO: LazyLock<Images> = LazyLock::new(|| build("nucleo-f446re", "librecube"));
 
-fn build(board: &str) -> Images {
-    let images = firmware_images::build(board, "librecube").unwrap();
+pub fn build(board: &str, profile: &str) -> Images {
+    let images = firmware_images::build(board, profile).unwrap();
     [images.master, images.slave].map(|path| Arc::new(Image::parse(&std::fs::read(path).unwrap()).unwrap()))
 }
 
@@ -52,10 +52,14 @@ pub struct Seat {
 
 impl Seat {
     fn config(self) -> BoardConfig {
-        let [master, slave] = match self.model.part {
-            Part::Stm32f405 => &*PYBOARD,
-            Part::Stm32f446 => &*NUCLEO,
-        };
+        self.with(match self.model.part {
+            Part::Stm32f405 => &PYBOARD,
+            Part::Stm32f446 => &NUCLEO,
+        })
+    }
+
+    /// With these images.
+    pub fn with(self, [master, slave]: &Images) -> BoardConfig {
         BoardConfig {
             name: format!("node {}", self.node),
             model: self.model,

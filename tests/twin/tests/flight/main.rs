@@ -11,4 +11,5 @@ mod foreign;
 mod mixed;
 mod nominal;
 mod resets;
+mod stamps;
 mod start;

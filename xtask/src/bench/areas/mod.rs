@@ -8,6 +8,8 @@ mod irq;
 mod load;
 mod rx;
 mod size;
+mod stamp;
+mod wire;
 
 pub use size::biggest_symbols;
 
@@ -25,4 +27,5 @@ pub struct Area {
 }
 
 /// All areas, in the order in which they are measured and printed.
-pub const ALL: &[Area] = &[size::AREA, rx::AREA, load::AREA, failover::AREA, demo::AREA, irq::AREA];
+pub const ALL: &[Area] =
+    &[size::AREA, rx::AREA, load::AREA, failover::AREA, demo::AREA, irq::AREA, stamp::AREA, wire::AREA];

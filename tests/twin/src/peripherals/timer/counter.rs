@@ -62,6 +62,14 @@ impl Counter {
         ((u64::from(self.anchor_count) + period - back + self.counts(cycle)) % period) as u32
     }
 
+    /// The count at `cycle` with the part of the next one that has passed.
+    pub(super) fn exact(&self, cycle: u64) -> f64 {
+        let pace = self.count_cycles();
+        let since = i128::from(cycle) - i128::from(self.anchor_cycle);
+        let part = if self.running { since.rem_euclid(i128::from(pace)) as f64 / pace as f64 } else { 0.0 };
+        f64::from(self.count(cycle)) + part
+    }
+
     /// The cycle after `cycle` at which the counter next becomes `value`; a value beyond the reload value counts as the
     /// overflow (RM0090 18.4.5).
     pub(super) fn reaches(&self, value: u32, cycle: u64) -> Option<u64> {

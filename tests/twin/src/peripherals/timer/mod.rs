@@ -176,6 +176,11 @@ impl Timer {
             .min()
     }
 
+    /// The count at `cycle`, which may lie in the past, with the part of the next one that has passed.
+    pub fn exact_count(&self, cycle: u64) -> f64 {
+        self.counter.exact(cycle)
+    }
+
     /// Channels 0..=3 that wait for DMA.
     pub fn requests(&self) -> u32 {
         self.requests

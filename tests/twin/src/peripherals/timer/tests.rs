@@ -268,6 +268,14 @@ fn the_counter_wraps_at_32_bits_under_capture() {
     assert_eq!(tim.read(2 * 0x10, CCR1), Ok(0));
 }
 
+#[test]
+fn the_exact_count_is_that_of_captures_and_a_part() {
+    let tim = at_1_mhz();
+    for (cycle, exact) in [(0, 0.0), (84, 0.5), (168 * 1000, 1000.0), (168 * 1000 + 42, 1000.25)] {
+        assert_eq!(tim.exact_count(cycle), exact, "cycle {cycle}");
+    }
+}
+
 /// RM0090 18.4: 32-bit registers are written by words, the others by half-words or words.
 #[test]
 fn a_store_has_the_width_of_its_register() {

@@ -1,0 +1,338 @@
+//! Stamps of frames against the truth, on a bus with traffic and bit errors.
+//!
+//! A frame ends at a board when its last bit of EOF is over, by the clock of the transmitter, and has come there. That
+//! instant by the board's own timer is what a stamp should be. How a program tells its stamps is none of the twin's
+//! business: whoever runs a [`Trial`] reads them.
+
+use can_wire::encode::encode;
+use can_wire::fault::{Fault, FaultError};
+use can_wire::frame::{WireFrame, WireId};
+use can_wire::record::Record;
+use can_wire::time::Time;
+
+use crate::board::{AccessError, Board};
+use crate::spacecraft::{BoardId, Bus, GuestId, Spacecraft, WireRecord};
+
+/// Counts per second of the capture timer, Hz.
+const RATE: f64 = 84e6;
+
+/// A stamp that is farther off is that of another frame: half a bit.
+const OTHER_FRAME_NS: f64 = 500.0;
+
+/// Mean time that a frame of 8 random bytes and an 11-bit identifier keeps the bus busy, µs.
+const MEAN_FRAME_US: f64 = 117.0;
+
+/// How far ahead traffic is handed to its senders.
+const AHEAD: Time = Time::from_ms(5);
+
+/// Long before and after a stamped frame, and around it, when stamps are read.
+const COARSE: Time = Time::from_ms(1);
+const NARROW: Time = Time::from_us(20);
+
+/// What a program says of its stamps, since its start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Frames stamped by capture.
+    pub captured: u32,
+    /// Frames that were not, by reason.
+    pub missed: [u32; 4],
+    /// The last stamp, counts of the capture timer.
+    pub last: u32,
+}
+
+/// What a trial does to the nominal bus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disturbance {
+    /// Share of the time for which foreign frames keep the bus busy, 0 to 1.
+    pub load: f64,
+    /// Bit error rate of every node.
+    pub error_rate: f64,
+    /// Of traffic and errors.
+    pub seed: u64,
+    /// When both begin.
+    pub from: Time,
+}
+
+/// What became of the stamps of all boards.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Outcome {
+    /// Frames that were to be stamped and reached all boards.
+    pub frames: u64,
+    /// How far each captured stamp is from the true end, ns, late ones positive.
+    pub errors_ns: Vec<f64>,
+    /// Captured stamps that are not of a frame that had just ended there.
+    pub wrong: u64,
+    /// Captured stamps that another replaced before they could be read.
+    pub unread: u64,
+    /// Frames without captured stamp, by reason.
+    pub missed: [u64; 4],
+    /// Busy share of the nominal bus while it was disturbed.
+    pub load: f64,
+    /// Transmissions destroyed by errors meanwhile.
+    pub destroyed: u64,
+}
+
+impl Outcome {
+    /// Largest distance from the truth, ns.
+    pub fn worst_ns(&self) -> f64 {
+        self.errors_ns.iter().fold(0.0, |worst, error| error.abs().max(worst))
+    }
+
+    /// Root of the mean square, ns.
+    pub fn rms_ns(&self) -> f64 {
+        let squares: f64 = self.errors_ns.iter().map(|error| error * error).sum();
+        (squares / self.errors_ns.len().max(1) as f64).sqrt()
+    }
+
+    /// Stamped by capture, of all that were stamped at all, 0 to 1.
+    pub fn captured_share(&self) -> f64 {
+        let captured = self.errors_ns.len() as u64 + self.wrong + self.unread;
+        captured as f64 / (captured + self.missed.iter().sum::<u64>()).max(1) as f64
+    }
+}
+
+/// A spacecraft whose frames with one identifier on the nominal bus are stamped by all boards.
+pub struct Trial {
+    spacecraft: Spacecraft,
+    id: u16,
+    disturbance: Disturbance,
+    senders: [GuestId; 2],
+    random: fastrand::Rng,
+    /// Until when traffic has been handed over.
+    loaded: Time,
+    boards: Vec<Ledger>,
+    outcome: Outcome,
+    last_end: Option<Time>,
+}
+
+/// One board.
+#[derive(Debug, Default)]
+struct Ledger {
+    /// Ends that it has not stamped yet, by its capture timer.
+    ends: Vec<f64>,
+    /// What it said last.
+    said: Counts,
+    /// It was looked at while it counted a stamp.
+    torn: bool,
+}
+
+impl Trial {
+    /// A trial of stamps of frames `id`, which the boards send by themselves. Foreign traffic comes from 2 m and 33 m.
+    ///
+    /// # Errors
+    /// [`FaultError`] when the error rate is none.
+    pub fn new(mut spacecraft: Spacecraft, id: u16, disturbance: Disturbance) -> Result<Trial, FaultError> {
+        let senders = [2.0, 33.0].map(|position_m| spacecraft.add_guest(Bus::Nominal, position_m));
+        let Disturbance { error_rate: rate, seed, from, .. } = disturbance;
+        spacecraft.wire_mut(Bus::Nominal).schedule(from, Fault::BitErrors { rate, seed })?;
+        let boards = spacecraft.boards().map(|_| Default::default()).collect();
+        Ok(Trial {
+            spacecraft,
+            id,
+            disturbance,
+            senders,
+            random: fastrand::Rng::with_seed(seed),
+            loaded: from,
+            boards,
+            outcome: Outcome::default(),
+            last_end: None,
+        })
+    }
+
+    /// Flies until `frames` frames have been sent under disturbance, one every `period`; `read` reads a board. Frames
+    /// that stay away end it, too: [`Outcome::frames`] tells.
+    ///
+    /// # Errors
+    /// [`AccessError`] when a program reached for something that is not there, and what `read` says.
+    pub fn run<E: From<AccessError>>(
+        mut self,
+        frames: u64,
+        period: Time,
+        read: impl Fn(&Board) -> Result<Counts, E>,
+    ) -> Result<Outcome, E> {
+        self.fly(self.disturbance.from, &read)?;
+        self.outcome = Outcome::default();
+        self.boards.iter_mut().for_each(|board| board.ends.clear());
+        let before = self.spacecraft.wire(Bus::Nominal).counters();
+        let start = self.spacecraft.now();
+        let patience = start + Time((frames + 10) * period.0);
+        while self.outcome.frames < frames && self.spacecraft.now() < patience {
+            let now = self.spacecraft.now();
+            // Stamps are read at once where frames are expected, and rarely elsewhere.
+            let since = now.since(self.last_end.unwrap_or(now));
+            let quiet = since > COARSE + COARSE && since + COARSE + COARSE < period;
+            self.fly(now + if quiet { COARSE } else { NARROW }, &read)?;
+        }
+        // The last one has to be handled.
+        self.fly(self.spacecraft.now() + COARSE, &read)?;
+        let after = self.spacecraft.wire(Bus::Nominal).counters();
+        let flown = self.spacecraft.now().since(start).as_secs_f64();
+        self.outcome.load = after.busy.since(before.busy).as_secs_f64() / flown;
+        self.outcome.destroyed = after.destroyed - before.destroyed;
+        Ok(self.outcome)
+    }
+
+    fn fly<E: From<AccessError>>(
+        &mut self,
+        until: Time,
+        read: &impl Fn(&Board) -> Result<Counts, E>,
+    ) -> Result<(), E> {
+        self.hand_over(until + AHEAD);
+        self.spacecraft.run_until(until)?;
+        self.spacecraft.take_logs();
+        for record in self.spacecraft.take_frames() {
+            self.note_ends(&record);
+        }
+        for (id, board) in self.spacecraft.boards() {
+            self.boards[id.0].judge(read(board)?, &mut self.outcome);
+        }
+        Ok(())
+    }
+
+    /// Traffic up to `until`: random data under random identifiers that no board admits, below and above all of theirs.
+    fn hand_over(&mut self, until: Time) {
+        let gap = MEAN_FRAME_US / self.disturbance.load;
+        while self.loaded < until {
+            let random = &mut self.random;
+            let id = match random.u8(..3) {
+                0 => random.u16(0x001..0x080),
+                1 => random.u16(0x101..0x180),
+                _ => random.u16(0x780..0x7F0),
+            };
+            let frame = WireFrame::standard(id, &random.u64(..).to_le_bytes());
+            let sender = self.senders[random.usize(..self.senders.len())];
+            let ticks = (0.5 + random.f64()) * gap * Time::from_us(1).0 as f64;
+            self.loaded += Time(ticks as u64);
+            self.spacecraft.inject(sender, self.loaded, frame);
+        }
+    }
+
+    /// Keeps when a frame ended at those who have it.
+    fn note_ends(&mut self, record: &WireRecord) {
+        let stamped = WireId::Standard(self.id);
+        match &record.record {
+            Record::Completed { trace, receivers, .. }
+                if record.bus == Bus::Nominal && trace.frame.id == stamped =>
+            {
+                let boards = self.boards.len();
+                let reached = receivers.iter().filter(|(node, _)| *node < boards).count();
+                self.outcome.frames += u64::from(reached + 1 == boards);
+                self.last_end = Some(trace.end);
+                self.note_end(trace.transmitter, trace.transmitter, trace.end);
+                for (node, _) in receivers {
+                    self.note_end(*node, trace.transmitter, trace.end);
+                }
+            }
+            // Destroyed in its last bit, when receivers had it already.
+            Record::Destroyed { frame, transmitter, start, receivers, .. }
+                if record.bus == Bus::Nominal && frame.id == stamped =>
+            {
+                let end = *start + Time::from_us(encode(frame).bits().len() as u64);
+                for (node, _) in receivers {
+                    self.note_end(*node, *transmitter, end);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn note_end(&mut self, node: usize, transmitter: usize, end: Time) {
+        if let Some(board) = self.boards.get_mut(node) {
+            let at = end + self.spacecraft.wire(Bus::Nominal).delay(transmitter, node);
+            board.ends.push(self.spacecraft.board(BoardId(node)).capture_clock(at));
+        }
+    }
+}
+
+impl Ledger {
+    /// Compares what the board says `now` with the ends that it should have stamped, and takes those away.
+    fn judge(&mut self, now: Counts, outcome: &mut Outcome) {
+        let captured = now.captured - self.said.captured;
+        // A board counts a stamp first and keeps it then: the next look sees both.
+        if captured > 0 && now.last == self.said.last && !self.torn {
+            self.torn = true;
+            return;
+        }
+        if captured > 0 {
+            outcome.unread += u64::from(captured - 1);
+            let errors = self.ends.iter().map(|end| apart_ns(now.last, *end)).enumerate();
+            match errors.min_by(|(_, a), (_, b)| a.abs().total_cmp(&b.abs())) {
+                Some((n, error)) if error.abs() < OTHER_FRAME_NS => {
+                    outcome.errors_ns.push(error);
+                    self.ends.drain(..=n);
+                }
+                _ => outcome.wrong += 1,
+            }
+        }
+        for (reason, count) in outcome.missed.iter_mut().enumerate() {
+            let missed = now.missed[reason] - self.said.missed[reason];
+            *count += u64::from(missed);
+            self.ends.drain(..self.ends.len().min(missed as usize));
+        }
+        (self.said, self.torn) = (now, false);
+    }
+}
+
+/// From the `end` of a frame to its `stamp`, both by a timer of 32 bits, ns.
+fn apart_ns(stamp: u32, end: f64) -> f64 {
+    const ROUND: f64 = (1_u64 << 32) as f64;
+    let apart = f64::from(stamp) - end;
+    (apart - ROUND * (apart / ROUND).round()) * 1e9 / RATE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn says(captured: u32, last: u32) -> Counts {
+        Counts { captured, missed: [0; 4], last }
+    }
+
+    #[test]
+    fn stamps_are_compared_with_the_ends_of_their_time() {
+        let mut outcome = Outcome::default();
+        let mut board = Ledger { ends: vec![1000.0, 9400.5], ..Ledger::default() };
+        board.judge(says(1, 1004), &mut outcome);
+        board.judge(says(2, 9397), &mut outcome);
+        assert!(board.ends.is_empty());
+        let expected = [4.0 * 1e3 / 84.0, -3.5 * 1e3 / 84.0];
+        assert!(outcome.errors_ns.iter().zip(expected).all(|(error, it)| (error - it).abs() < 1e-6));
+        assert!((outcome.worst_ns() - expected[0]).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_stamp_of_another_frame_is_wrong() {
+        let mut outcome = Outcome::default();
+        let mut board = Ledger { ends: vec![1000.0], ..Ledger::default() };
+        board.judge(says(1, 1000 + 84), &mut outcome);
+        assert_eq!((outcome.wrong, &outcome.errors_ns), (1, &vec![]));
+        // Once more the same one: not at the first look, at which it may be about to be kept.
+        board.judge(says(2, 1000 + 84), &mut outcome);
+        assert_eq!(outcome.wrong, 1);
+        board.judge(says(2, 1000 + 84), &mut outcome);
+        assert_eq!(outcome.wrong, 2);
+    }
+
+    #[test]
+    fn a_stamp_may_be_counted_before_it_is_kept() {
+        let mut outcome = Outcome::default();
+        let mut board = Ledger { ends: vec![1000.0], ..Ledger::default() };
+        board.judge(says(1, 0), &mut outcome);
+        board.judge(says(1, 1000), &mut outcome);
+        assert_eq!((outcome.wrong, outcome.errors_ns), (0, vec![0.0]));
+    }
+
+    #[test]
+    fn a_miss_takes_the_oldest_end_away() {
+        let mut outcome = Outcome::default();
+        let mut board = Ledger { ends: vec![1000.0, 9400.0], ..Ledger::default() };
+        board.judge(Counts { missed: [0, 1, 0, 0], ..says(0, 0) }, &mut outcome);
+        assert_eq!((board.ends, outcome.missed, outcome.captured_share()), (vec![9400.0], [0, 1, 0, 0], 0.0));
+    }
+
+    #[test]
+    fn the_timer_may_wrap_in_between() {
+        assert!((apart_ns(2, 4_294_967_295.0) - 3.0 * 1e3 / 84.0).abs() < 1e-6);
+        assert!((apart_ns(u32::MAX, 1.0) + 2.0 * 1e3 / 84.0).abs() < 1e-6);
+    }
+}
