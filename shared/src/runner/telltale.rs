@@ -70,8 +70,9 @@ impl Stamps {
     pub fn note(&self, result: &Result<Stamp, Miss>) {
         match result {
             Ok(stamp) => {
-                self.captured.count();
+                // Whoever sees the count sees the stamp.
                 self.last.store(stamp.ticks().low(), Ordering::Relaxed);
+                self.captured.count();
             }
             Err(Miss::Silent) => self.silent.count(),
             Err(Miss::Mismatch) => self.mismatched.count(),

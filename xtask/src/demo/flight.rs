@@ -8,6 +8,7 @@ use super::narrator::Line;
 use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
+use super::stamps::StampErrors;
 use crate::telltale::Telltale;
 
 /// A finished flight.
@@ -27,6 +28,8 @@ pub struct Flight {
     pub observer: Observer,
     /// Counters of the boards, master first.
     pub boards: Vec<BoardCount>,
+    /// Stamps of SYNC against the truth.
+    pub stamp_errors: StampErrors,
 }
 
 /// What the twin counted on one board.

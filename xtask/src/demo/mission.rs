@@ -19,6 +19,7 @@ use super::narrator::{Line, Narrator};
 use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
+use super::stamps::StampWatch;
 use crate::telltale::Telltale;
 
 /// How often the watchers look.
@@ -73,6 +74,7 @@ struct Mission {
     records: Vec<Record>,
     story: Vec<Line>,
     last_frame: Time,
+    stamps: StampWatch,
 }
 
 impl Mission {
@@ -100,6 +102,7 @@ impl Mission {
             records: Vec::new(),
             story: Vec::new(),
             last_frame: Time::ZERO,
+            stamps: StampWatch::default(),
         })
     }
 
@@ -110,6 +113,8 @@ impl Mission {
         let powered = self.plan.boards.iter().filter(|board| (from..until).contains(&board.power_on));
         let mut records: Vec<Record> = powered.map(power_on).collect();
         let frames = self.spacecraft.take_frames();
+        frames.iter().for_each(|wire| self.stamps.on(wire));
+        self.stamps.look(&self.spacecraft);
         records.extend(frames.into_iter().filter_map(|wire| frame(wire.bus, wire.record)));
         records.extend(self.spacecraft.take_logs().into_iter().filter_map(log));
         records.sort_by_key(|record| record.at);
@@ -157,6 +162,7 @@ impl Mission {
             story: self.story,
             observer: self.observer,
             boards,
+            stamp_errors: self.stamps.errors(),
         })
     }
 }

@@ -13,6 +13,7 @@ pub mod record;
 mod report;
 #[cfg(test)]
 pub mod sample;
+mod stamps;
 mod summary;
 mod telemetry;
 

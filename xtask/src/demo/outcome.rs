@@ -29,6 +29,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         "{table}\n\
          {} of {} slaves operational; TC: {} on the wire, {} due, {} executed; TM: {} requested, {} received\n\
          {frames} frames completed, {} lost, {} aborted; {} lock-ups, {} panics\n\
+         stamps of SYNC: {}\n\
          {} s of virtual time in {} s on this computer ({} million emulated instructions per second; cycle counts \
          are model cycles\nwith zero flash wait states)\n",
         summary.slaves_operational_at_end,
@@ -42,10 +43,21 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         summary.aborted_frames,
         summary.lockups,
         summary.panics,
+        stamps(flight, summary),
         summary.virtual_seconds,
         summary.wall_seconds,
         summary.emulated_mips,
     )
+}
+
+fn stamps(flight: &Flight, summary: &Summary) -> String {
+    let compared = flight.stamp_errors.compared;
+    match summary.stamp_worst_error_ns {
+        Some(worst) => {
+            format!("{}; {compared} compared with the truth, at most {worst} ns off", summary.stamp_source)
+        }
+        None => summary.stamp_source.into(),
+    }
 }
 
 /// Columns of equal width, the first `left` aligned to the left, the others (numbers) to the right.

@@ -13,6 +13,7 @@ use super::narrator::Narrator;
 use super::observer::{Access, Observer, Phase};
 use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Record, Seen};
+use super::stamps::StampErrors;
 use crate::board::Board;
 use crate::telltale::{Stamps, Telltale};
 
@@ -158,5 +159,15 @@ pub fn flight() -> Flight {
     ];
     let operational = Phase::Nmt(NmtState::Operational);
     assert!(observer.slaves().all(|(_, track)| track.now().phase == operational));
-    Flight { end: plan.end, plan, wall: Duration::from_secs(10), records, story, observer, boards }
+    let stamp_errors = StampErrors { compared: 24, worst_ns: 11.94 };
+    Flight {
+        end: plan.end,
+        plan,
+        wall: Duration::from_secs(10),
+        records,
+        story,
+        observer,
+        boards,
+        stamp_errors,
+    }
 }

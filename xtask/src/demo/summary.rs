@@ -33,6 +33,8 @@ pub struct Summary {
     /// Where the boards took the stamps of frames that matter from: `capture` when all of them were measured by hardware,
     /// `interrupt` when none was, else `mixed`; `unknown` when there was no such frame.
     pub stamp_source: &'static str,
+    /// Largest distance between a measured stamp of SYNC and the true end of its frame, ns; `null` without one.
+    pub stamp_worst_error_ns: Option<f64>,
     /// Frames that completed, per bus.
     pub frames: BTreeMap<&'static str, u64>,
     /// TC frames that completed on a wire.
@@ -80,6 +82,8 @@ impl Summary {
             emulated_mips: rounded(instructions as f64 / 1e6 / wall_seconds, 2),
             cut_at_seconds: flight.cut().map(|(at, _)| at.as_secs_f64()),
             stamp_source: stamp_source(flight),
+            stamp_worst_error_ns: (flight.stamp_errors.compared > 0)
+                .then(|| rounded(flight.stamp_errors.worst_ns, 1)),
             frames: Bus::BOTH
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
@@ -190,6 +194,7 @@ mod tests {
         assert_eq!(summary.failover_ms[&2], Some(sample::PARALLEL_FAILOVER_MS));
         assert_eq!(summary.failover_ms[&4], Some(sample::SELECTIVE_FAILOVER_MS));
         assert_eq!(summary.stamp_source, "capture");
+        assert_eq!(summary.stamp_worst_error_ns, Some(11.9));
         assert_eq!(summary.wall_seconds, 10.0);
         assert_eq!(summary.emulated_mips, 9.0, "3 boards with 30 million instructions each in 10 s");
         assert_eq!(faults(&flight), Vec::<String>::new());
@@ -241,6 +246,7 @@ mod tests {
             "lockups",
             "panics",
             "stamp_source",
+            "stamp_worst_error_ns",
             "seed",
             "profile",
         ] {
