@@ -126,7 +126,7 @@ pub enum PortEvent {
     /// The error state changed. Each bus-off is told, and the state between two of them.
     Health(Health),
     /// The controller does not get on or off the bus as it was told to: it is defective, or the bus is dominant all the
-    /// time. It is told once and tried on.
+    /// time. It is told once for each attempt to get there, and tried on.
     Stalled,
 }
 

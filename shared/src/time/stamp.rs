@@ -230,8 +230,8 @@ impl Search<'_> {
 
     /// When the frame ended, if the edge `back` places before the newest is its ACK slot.
     ///
-    /// Places are taken from the reference edge, which only the transmitter drives. Edges of any other frame are whole
-    /// bits away, so tolerances to both sides must add up to less than one bit:
+    /// Places are taken from the reference edge, which only the transmitter drives. Falling edges that are not this
+    /// frame's are whole bits away, so tolerances to both sides must add up to less than one bit:
     /// * a quarter either way for edges of the transmitter: its clock and ours, jitter of the transceivers;
     /// * 0.7 bit early up to the end of the identifier: a contender nearer to us may drive them, by the propagation there
     ///   and back, which for 40 m is 0.7 µs;
