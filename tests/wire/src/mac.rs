@@ -238,6 +238,17 @@ impl Mac {
         Some(self.clock.end() + self.clock.bit().times(u64::from(bits - 1)))
     }
 
+    /// Passes the rest of an undisturbed intermission at once, if it is over at `at` and idle follows.
+    pub(crate) fn pass_intermission(&mut self, at: Fine) -> bool {
+        let State::Intermission(bit) = self.state else { return false };
+        if self.is_suspended() || self.idle_from().is_none_or(|idle| idle > at) {
+            return false;
+        }
+        self.clock.skip(u64::from(INTERMISSION_BITS - bit), RECESSIVE);
+        self.state = State::Idle;
+        true
+    }
+
     fn is_suspended(&self) -> bool {
         self.transmitter && self.counters.error_passive()
     }

@@ -153,7 +153,10 @@ impl Segment {
                 this.mac.clock.skip(bits, this.level);
                 break;
             }
-            self.step(node, end, stage);
+            let observed = stage.recorder.is_some() || !stage.flips.is_empty();
+            if observed || !stage.nodes[node].mac.pass_intermission(at) {
+                self.step(node, end, stage);
+            }
         }
     }
 
