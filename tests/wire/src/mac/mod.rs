@@ -1,0 +1,336 @@
+//! The protocol engine of one node: from sampled bits to frames, flags and error counters, and back.
+//!
+//! A [`Mac`] is stepped once per bit, at the bit's end, with the level that its sample point gave (ISO 11898-1, 10 and
+//! 12). Its state names the bit under way.
+
+mod step;
+
+use std::sync::Arc;
+
+use crate::confinement::ErrorCounters;
+use crate::controller::{Attachment, WireEvent};
+use crate::decode::Decoder;
+use crate::encode::Encoded;
+use crate::field::Field;
+use crate::fine::Fine;
+use crate::frame::WireFrame;
+use crate::timing::BitClock;
+
+const FLAG_BITS: u8 = 6;
+const DELIMITER_BITS: u8 = 8;
+const INTERMISSION_BITS: u8 = 3;
+const SUSPEND_BITS: u8 = 8;
+const EOF_BITS: u8 = 7;
+/// SOF and a standard identifier.
+const IDENTIFIER_BITS: u8 = 12;
+/// Recessive bits that synchronise a node with the bus.
+const SEQUENCE_BITS: u8 = 11;
+/// Such sequences that end bus-off.
+const RECOVERY_SEQUENCES: u8 = 128;
+
+/// Levels on the line.
+pub(crate) const RECESSIVE: bool = true;
+pub(crate) const DOMINANT: bool = false;
+
+/// What the bit under way is to the node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum State {
+    /// Takes no part.
+    Off,
+    /// Waits for 11 recessive bits.
+    Integrating {
+        recessive: u8,
+    },
+    /// Bus-off, and not on the way back.
+    BusOff,
+    /// Bus-off; counts 128 times 11 recessive bits.
+    Recovering {
+        recessive: u8,
+        sequences: u8,
+    },
+    /// No bit under way: waits for an edge or a request.
+    Idle,
+    /// SOF, the own one or one that an edge announced.
+    Sof,
+    /// Within a frame up to its CRC sequence.
+    Stuffed,
+    CrcDelimiter,
+    AckSlot,
+    AckDelimiter,
+    Eof(u8),
+    Intermission(u8),
+    Suspend(u8),
+    ActiveFlag {
+        error: bool,
+        sent: u8,
+    },
+    PassiveFlag {
+        sent: u8,
+        run: u8,
+        level: bool,
+        spared: bool,
+    },
+    /// After the own flag, until the line is recessive.
+    Superposition {
+        error: bool,
+        dominant: u16,
+    },
+    Delimiter {
+        seen: u8,
+    },
+}
+
+/// A frame that a node sends.
+#[derive(Clone, Debug)]
+pub(crate) struct Transmission {
+    pub(crate) frame: WireFrame,
+    pub(crate) encoded: Arc<Encoded>,
+    /// Start of its SOF.
+    pub(crate) start: Fine,
+    /// Length of its bits.
+    pub(crate) bit: Fine,
+    /// The controller knows nothing of it.
+    pub(crate) babbled: bool,
+}
+
+/// One node's engine.
+#[derive(Clone, Debug)]
+pub(crate) struct Mac {
+    pub(crate) attachment: Option<Attachment>,
+    pub(crate) clock: BitClock,
+    pub(crate) state: State,
+    pub(crate) counters: ErrorCounters,
+    pub(crate) decoder: Decoder,
+    /// While it sends a frame.
+    pub(crate) transmission: Option<Transmission>,
+    /// The frame that it has just ended to send, well or not.
+    pub(crate) finished: Option<Transmission>,
+    /// It sent the frame that is under way or has just ended, well or not.
+    pub(crate) transmitter: bool,
+    /// Of the attachment that the counters belong to.
+    power_cycle: u32,
+}
+
+/// What the end of a bit brought.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Note {
+    pub(crate) event: Option<WireEvent>,
+    /// The bit was the SOF of somebody else: with a frame that waits the node may enter the arbitration.
+    pub(crate) may_join: bool,
+}
+
+impl From<WireEvent> for Note {
+    fn from(event: WireEvent) -> Self {
+        Note { event: Some(event), may_join: false }
+    }
+}
+
+impl Mac {
+    pub(crate) fn new() -> Self {
+        Mac {
+            attachment: None,
+            clock: BitClock::new(crate::timing::BitTiming::MEGABIT, Fine(0)),
+            state: State::Off,
+            counters: ErrorCounters::default(),
+            decoder: Decoder::new(),
+            transmission: None,
+            finished: None,
+            transmitter: false,
+            power_cycle: 0,
+        }
+    }
+
+    /// Begins or ends to take part at `at`, or takes part in another way.
+    pub(crate) fn attach(&mut self, attachment: Option<Attachment>, at: Fine) {
+        self.attachment = attachment;
+        let Some(now) = attachment else {
+            self.state = State::Off;
+            self.transmission = None;
+            return;
+        };
+        if self.power_cycle != now.power_cycle {
+            self.power_cycle = now.power_cycle;
+            self.counters = ErrorCounters::default();
+            self.state = State::Off;
+        }
+        let may_return = self.state == State::BusOff && now.recovers;
+        if self.state == State::Off || may_return {
+            self.transmitter = false;
+            self.transmission = None;
+            self.clock.restart(now.timing, at);
+            self.state = match (self.counters.bus_off(), now.recovers) {
+                (false, _) => State::Integrating { recessive: 0 },
+                (true, true) => State::Recovering { recessive: 0, sequences: 0 },
+                (true, false) => State::BusOff,
+            };
+        }
+    }
+
+    /// Has a bit under way.
+    pub(crate) fn is_running(&self) -> bool {
+        !matches!(self.state, State::Off | State::BusOff | State::Idle)
+    }
+
+    /// Neither sends nor receives, and a recessive line leaves it so but for counting bits.
+    pub(crate) fn is_quiet(&self) -> bool {
+        !self.is_running()
+            || matches!(
+                self.state,
+                State::Intermission(_)
+                    | State::Suspend(_)
+                    | State::Integrating { .. }
+                    | State::Recovering { .. }
+            )
+    }
+
+    pub(crate) fn is_silent(&self) -> bool {
+        self.attachment.is_some_and(|attachment| attachment.silent)
+    }
+
+    /// Bits from the one under way on that end without news if nothing goes wrong, that one included.
+    pub(crate) fn uneventful_bits(&self) -> u64 {
+        let bits = match self.state {
+            State::Sof => IDENTIFIER_BITS,
+            State::Stuffed => IDENTIFIER_BITS.saturating_sub(self.decoder.index() as u8),
+            State::Integrating { recessive } | State::Recovering { recessive, .. } => {
+                SEQUENCE_BITS - recessive
+            }
+            State::ActiveFlag { sent, .. } => FLAG_BITS - sent,
+            State::Delimiter { seen } => DELIMITER_BITS - seen,
+            State::Intermission(bit) => INTERMISSION_BITS - bit,
+            State::Suspend(bit) => SUSPEND_BITS - bit,
+            _ => 1,
+        };
+        u64::from(bits.max(1))
+    }
+
+    /// Drives the line dominant during the bit under way.
+    pub(crate) fn drives(&self) -> bool {
+        match self.state {
+            State::Sof => self.transmission.is_some(),
+            State::Stuffed => self.sends() == DOMINANT,
+            State::AckSlot => self.acknowledges(),
+            State::ActiveFlag { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// Acknowledges the frame whose ACK slot comes.
+    pub(crate) fn acknowledges(&self) -> bool {
+        self.transmission.is_none() && self.decoder.crc_is_good()
+    }
+
+    /// Level that a transmitter sends in the bit under way; recessive for others.
+    fn sends(&self) -> bool {
+        let index = self.decoder.index();
+        self.transmission.as_ref().is_none_or(|own| own.encoded.bits()[index])
+    }
+
+    /// When a frame may start if the line stays recessive; `None` while another thing is under way.
+    pub(crate) fn idle_from(&self) -> Option<Fine> {
+        let bits = match self.state {
+            State::Idle => return Some(Fine(0)),
+            State::Intermission(bit) => {
+                let suspend = if self.is_suspended() { SUSPEND_BITS } else { 0 };
+                INTERMISSION_BITS - bit + suspend
+            }
+            State::Suspend(bit) => SUSPEND_BITS - bit,
+            _ => return None,
+        };
+        Some(self.clock.end() + self.clock.bit().times(u64::from(bits - 1)))
+    }
+
+    /// Passes the rest of an undisturbed intermission at once, if it is over at `at` and idle follows.
+    pub(crate) fn pass_intermission(&mut self, at: Fine) -> bool {
+        let State::Intermission(bit) = self.state else { return false };
+        if self.is_suspended() || self.idle_from().is_none_or(|idle| idle > at) {
+            return false;
+        }
+        self.clock.skip(u64::from(INTERMISSION_BITS - bit), RECESSIVE);
+        self.state = State::Idle;
+        true
+    }
+
+    fn is_suspended(&self) -> bool {
+        self.transmitter && self.counters.error_passive()
+    }
+
+    /// Starts a frame.
+    pub(crate) fn start(&mut self, own: Transmission) {
+        let timing = self.attachment.map_or(self.clock.timing(), |attachment| attachment.timing);
+        self.clock.restart(timing, own.start);
+        self.state = State::Sof;
+        self.join(own);
+    }
+
+    /// Enters the arbitration whose SOF has just been sampled.
+    pub(crate) fn join(&mut self, own: Transmission) {
+        self.transmission = Some(own);
+        self.transmitter = true;
+    }
+
+    /// The line became dominant at `at`.
+    pub(crate) fn dominant_edge(&mut self, at: Fine) {
+        match self.state {
+            State::Off | State::BusOff => {}
+            State::Idle => {
+                let timing = self.attachment.map_or(self.clock.timing(), |attachment| attachment.timing);
+                if timing != self.clock.timing() {
+                    self.clock.restart(timing, at);
+                }
+                self.clock.begin_with_edge(at);
+                self.state = State::Sof;
+                self.transmitter = false;
+            }
+            State::Intermission(1..)
+            | State::Suspend(_)
+            | State::Integrating { .. }
+            | State::Recovering { .. } => {
+                self.clock.hard_synchronise(at);
+            }
+            _ => {
+                let drives = self.drives();
+                self.clock.dominant_edge(at, drives);
+            }
+        }
+    }
+}
+
+/// For observers.
+impl Mac {
+    /// Index of the bit under way within its frame, stuff bits included; 0 is SOF.
+    pub(crate) fn position(&self) -> Option<usize> {
+        match self.state {
+            State::Sof => Some(0),
+            State::Stuffed | State::CrcDelimiter | State::AckSlot | State::AckDelimiter | State::Eof(_) => {
+                Some(self.decoder.index())
+            }
+            _ => None,
+        }
+    }
+
+    /// What the bit under way is, for observers and for faults at a place.
+    pub(crate) fn field(&self) -> Field {
+        match self.state {
+            State::Off
+            | State::BusOff
+            | State::Idle
+            | State::Integrating { .. }
+            | State::Recovering { .. } => Field::Idle,
+            State::Sof => Field::Sof,
+            State::Stuffed => self.decoder.field(),
+            State::CrcDelimiter => Field::CrcDelimiter,
+            State::AckSlot => Field::AckSlot,
+            State::AckDelimiter => Field::AckDelimiter,
+            State::Eof(bit) => Field::Eof(bit),
+            State::Intermission(bit) => Field::Intermission(bit),
+            State::Suspend(bit) => Field::Suspend(bit),
+            State::ActiveFlag { error: true, sent } | State::PassiveFlag { sent, .. } => {
+                Field::ErrorFlag(sent)
+            }
+            State::ActiveFlag { error: false, sent } => Field::OverloadFlag(sent),
+            State::Superposition { dominant, .. } => Field::Superposition(dominant.min(255) as u8),
+            State::Delimiter { seen } => Field::Delimiter(seen),
+        }
+    }
+}
