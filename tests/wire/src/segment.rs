@@ -212,12 +212,13 @@ impl Segment {
     pub(crate) fn is_settled(&self, stage: &Stage) -> bool {
         self.members.iter().all(|&node| {
             let node = &stage.nodes[node];
+            if node.mac.is_running() && node.mac.clock.latched().is_some_and(|sampled| sampled != node.level)
+            {
+                // The bit under way was sampled before the last change.
+                return false;
+            }
             if node.level == RECESSIVE {
                 return node.mac.is_quiet();
-            }
-            if node.mac.is_running() && node.mac.clock.latched().is_some() {
-                // The bit under way was still sampled recessive.
-                return false;
             }
             match node.mac.state {
                 State::Off | State::BusOff => true,

@@ -18,7 +18,9 @@ use crate::wire::Controllers;
 #[derive(Debug, Default)]
 pub(crate) struct Observed {
     pub(crate) records: Vec<Record>,
+    /// Without their busy time.
     pub(crate) counters: Counters,
+    pub(crate) busy: Fine,
 }
 
 /// The surroundings of a segment while it runs.
@@ -45,8 +47,8 @@ pub(crate) struct Ledger {
     /// Everything up to here has been told and recorded: a replay keeps silent.
     pub(crate) told_until: Option<Fine>,
     start: Fine,
-    /// SOFs of the transmissions since then that are on record; after a cut has healed there may be two.
-    recorded: Vec<Fine>,
+    /// SOFs and frames of the transmissions since then that are on record; after a cut has healed there may be two.
+    recorded: Vec<(Fine, WireFrame)>,
     deliveries: Vec<(NodeIndex, Time, WireFrame)>,
     /// Start of what keeps the bus busy without having been completed.
     busy_from: Option<Fine>,
@@ -63,16 +65,18 @@ impl Ledger {
             self.calm(at, observed);
             self.start = at;
             self.recorded.clear();
-            self.deliveries.clear();
         }
     }
 
-    /// Puts `own` on record. `false` when it, or the same frame of a contender, has been already.
-    fn record(&mut self, own: &Transmission) -> bool {
-        let same = |&start: &Fine| start.0.abs_diff(own.start.0) <= own.bit.times(2).0;
+    /// Puts `own` on record. `false` when it has been already: it, the same frame of a contender, or with `any` another
+    /// frame that began with it.
+    fn record(&mut self, own: &Transmission, any: bool) -> bool {
+        let same = |&(start, frame): &(Fine, WireFrame)| {
+            start.0.abs_diff(own.start.0) <= own.bit.times(2).0 && (any || frame == own.frame)
+        };
         let is_new = !self.recorded.iter().any(same);
         if is_new {
-            self.recorded.push(own.start);
+            self.recorded.push((own.start, own.frame));
         }
         is_new
     }
@@ -80,7 +84,13 @@ impl Ledger {
     /// Nothing is under way from `at` on.
     pub(crate) fn calm(&mut self, at: Fine, observed: &mut Observed) {
         if let Some(from) = self.busy_from.take() {
-            observed.counters.busy += at.nearest().since(from.nearest());
+            observed.busy = observed.busy + Fine(at.0.saturating_sub(from.0));
+        }
+        for (node, at, frame) in self.deliveries.drain(..) {
+            // Without any record the transmitter is elsewhere by now: on the other side of a cut.
+            if !self.recorded.is_empty() && !self.recorded.iter().any(|&(_, sent)| sent == frame) {
+                observed.records.push(Record::Misread { at, node, frame });
+            }
         }
     }
 }
@@ -148,7 +158,7 @@ impl Stage<'_> {
 
     fn completed(&mut self, ledger: &mut Ledger, node: NodeIndex, transmission: Option<&Transmission>) {
         let Some(own) = transmission else { return };
-        if !ledger.record(own) {
+        if !ledger.record(own, false) {
             return;
         }
         let bit = own.bit;
@@ -161,8 +171,8 @@ impl Stage<'_> {
             bit_time: bit.nearest(),
         };
         self.observed.counters.completed += 1;
-        self.observed.counters.busy += bit.times(bits + INTERMISSION_BITS).nearest();
-        let receivers = self.take_deliveries(ledger, own.frame);
+        self.observed.busy = self.observed.busy + bit.times(bits + INTERMISSION_BITS);
+        let receivers = take_deliveries(ledger, own.frame);
         self.observed.records.push(Record::Completed { trace, receivers, segment: self.segment });
     }
 
@@ -177,7 +187,7 @@ impl Stage<'_> {
     ) {
         let Some(own) = transmission else { return };
         let is_news = cause == Destruction::TransmitterLeft || ledger.is_news(at);
-        if !is_news || !ledger.record(own) {
+        if !is_news || !ledger.record(own, true) {
             return;
         }
         ledger.busy_from.get_or_insert(own.start);
@@ -186,7 +196,7 @@ impl Stage<'_> {
         } else {
             self.observed.counters.destroyed += 1;
         }
-        let receivers = self.take_deliveries(ledger, own.frame);
+        let receivers = take_deliveries(ledger, own.frame);
         self.observed.records.push(Record::Destroyed {
             frame: own.frame,
             transmitter: node,
@@ -196,19 +206,6 @@ impl Stage<'_> {
             receivers,
             segment: self.segment,
         });
-    }
-
-    /// Who received `frame`; whoever received another one is recorded.
-    fn take_deliveries(&mut self, ledger: &mut Ledger, frame: WireFrame) -> Vec<(NodeIndex, Time)> {
-        let mut receivers = Vec::with_capacity(ledger.deliveries.len());
-        for (node, at, got) in ledger.deliveries.drain(..) {
-            if got == frame {
-                receivers.push((node, at));
-            } else {
-                self.observed.records.push(Record::Misread { at, node, frame: got });
-            }
-        }
-        receivers
     }
 
     /// When `node` would start a frame if its line stayed recessive from `cursor` on.
@@ -236,4 +233,10 @@ impl Stage<'_> {
         let babbled = self.nodes[node].condition.babbles.is_some();
         Some(Transmission { frame, encoded: Arc::new(encode(&frame)), start: at, bit, babbled })
     }
+}
+
+/// Who received `frame`.
+fn take_deliveries(ledger: &mut Ledger, frame: WireFrame) -> Vec<(NodeIndex, Time)> {
+    let received = ledger.deliveries.extract_if(.., |&mut (_, _, got)| got == frame);
+    received.map(|(node, at, _)| (node, at)).collect()
 }

@@ -271,7 +271,7 @@ impl Wire {
 
     /// Totals since the start.
     pub fn counters(&self) -> Counters {
-        self.observed.counters
+        Counters { busy: self.observed.busy.nearest(), ..self.observed.counters }
     }
 
     fn plan(&mut self, at: Time, what: Planned) {

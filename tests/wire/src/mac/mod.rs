@@ -243,7 +243,9 @@ impl Mac {
     /// Passes the rest of an undisturbed intermission at once, if it is over at `at` and idle follows.
     pub(crate) fn pass_intermission(&mut self, at: Fine) -> bool {
         let State::Intermission(bit) = self.state else { return false };
-        if self.is_suspended() || self.idle_from().is_none_or(|idle| idle > at) {
+        // A pulse may have been sampled in the bit under way and be over.
+        let was_sampled = self.clock.latched().is_some();
+        if was_sampled || self.is_suspended() || self.idle_from().is_none_or(|idle| idle > at) {
             return false;
         }
         self.clock.skip(u64::from(INTERMISSION_BITS - bit), RECESSIVE);
