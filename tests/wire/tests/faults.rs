@@ -589,13 +589,10 @@ fn two_frames_that_acknowledge_each_other_are_both_on_record() {
     bench.wire.schedule(Time(400_000), Fault::RestoreAll).unwrap();
     bench.leap(us(4000));
     let records = bench.wire.take_records();
-    let completed: Vec<(usize, usize)> = records
-        .iter()
-        .filter_map(|record| match record {
-            Record::Completed { trace, receivers, .. } => Some((trace.transmitter, receivers.len())),
-            _ => None,
-        })
-        .collect();
-    assert_eq!(completed, [(0, 2), (1, 2), (3, 0), (2, 2)]);
+    let completed = records.iter().filter_map(|record| match record {
+        Record::Completed { trace, receivers, .. } => Some((trace.transmitter, receivers.len())),
+        _ => None,
+    });
+    assert_eq!(completed.collect::<Vec<_>>(), [(0, 2), (1, 2), (3, 0), (2, 2)]);
     assert!(!records.iter().any(|record| matches!(record, Record::Misread { .. })));
 }
