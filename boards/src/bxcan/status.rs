@@ -200,6 +200,16 @@ mod tests {
         news(log).into_iter().map(|health| health.state).collect()
     }
 
+    /// A controller that interrupts for every error while a flag stands: no storm on a cut bus.
+    #[test]
+    fn an_interrupt_without_a_new_flag_masks_those_that_stand_until_the_next_look() {
+        let mut log = ErrorLog::new();
+        assert_eq!(log.on_interrupt(PASSIVE, false), Enables::ALL);
+        let masked = Enables { warning: false, passive: false, bus_off: true };
+        assert_eq!(log.on_interrupt(PASSIVE, false), masked);
+        assert_eq!(log.note(PASSIVE), Enables::ALL);
+    }
+
     /// Verifies: ECSS 5.6.2b
     /// Verifies: ECSS 5.6.2c
     #[test]

@@ -1,9 +1,10 @@
 //! Registers, initialisation and its handshakes: RM0090 32.4.1, 32.4.2, 32.9.1, 32.9.2.
 
+use can_wire::controller::{Controller, ErrorCounters, WireEvent};
 use can_wire::fault::Fault;
 use can_wire::station::Station;
 use can_wire::time::Time;
-use twin::bxcan::{BadAccess, BxcanPair, Side};
+use twin::bxcan::{BadAccess, BxcanPair, Heard, Side};
 
 use crate::bench::*;
 
@@ -69,6 +70,51 @@ fn a_controller_without_a_bus_synchronises_by_itself() {
     assert_eq!(pair.read(MSR).expect("a register") & 0b11, INAK);
     pair.poll(bits(111));
     assert_eq!(pair.read(MSR).expect("a register") & 0b11, 0);
+}
+
+/// In Normal mode since bit 111, connected to nothing.
+fn alone(mcr: u32) -> BxcanPair {
+    let mut pair = BxcanPair::new(pclk());
+    pair.write(MCR, INRQ, Time::ZERO).expect("a register");
+    pair.write(BTR, BTR_1M, Time::ZERO).expect("a register");
+    pair.write(MCR, mcr, bits(100)).expect("a register");
+    pair.poll(bits(111));
+    pair
+}
+
+/// Its pins go elsewhere in mid-frame: the attempt has failed, the request waits, and Initialisation can be entered.
+#[test]
+fn a_controller_that_loses_its_bus_in_mid_frame_goes_on() {
+    const TXM: u32 = 1 << 8;
+    const TME0: u32 = 1 << 26;
+    let mut pair = alone(0);
+    pair.hear(Side::Can1, Heard::Idle);
+    pair.poll(bits(120));
+    pair.write(TIR0, 1, bits(120)).expect("a register");
+    pair.line(Side::Can1).on_wire(bits(121), &WireEvent::Started);
+    assert_eq!(pair.read(MSR).expect("a register") & TXM, TXM);
+    pair.hear(Side::Can1, Heard::Nothing);
+    pair.poll(bits(130));
+    assert_eq!(pair.read(MSR).expect("a register") & TXM, 0);
+    assert_eq!(pair.read(TSR).expect("a register") & TME0, 0, "it waits");
+    pair.write(MCR, INRQ, bits(131)).expect("a register");
+    pair.poll(bits(132));
+    assert_eq!(pair.read(MSR).expect("a register") & INAK, INAK);
+}
+
+/// RM0090 32.7.6: 128 times 11 recessive bits, from bus-off on, also where nothing is connected.
+#[test]
+fn bus_off_without_a_bus_ends_1408_bits_after_it_began() {
+    const ABOM: u32 = 1 << 6;
+    const BOFF: u32 = 1 << 2;
+    let mut pair = alone(ABOM);
+    let off = ErrorCounters { transmit: 256, receive: 0 };
+    pair.line(Side::Can1).on_wire(bits(200), &WireEvent::Counters(off));
+    pair.poll(bits(1607));
+    assert_eq!(pair.read(ESR).expect("a register") & BOFF, BOFF);
+    assert_eq!(pair.next_event(), Some(bits(1608)));
+    pair.poll(bits(1608));
+    assert_eq!(pair.read(ESR).expect("a register"), 0);
 }
 
 #[test]
