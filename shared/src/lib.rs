@@ -17,5 +17,6 @@ pub mod pdo;
 pub mod profile;
 pub mod redundancy;
 pub mod runner;
+pub mod sdo;
 pub mod sync;
 pub mod time;

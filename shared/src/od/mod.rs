@@ -1,7 +1,10 @@
-//! Object dictionary: the indices of what the nodes hold.
-//!
-//! Every value lives in the service that uses it; the constants here say under which index it is known outside. Read
-//! access by index and sub-index: [`crate::redundancy::Parameters::read`].
+//! Object dictionary: what a node holds under index and sub-index (CiA 301 7.4).
+
+mod abort;
+mod access;
+
+pub use abort::AbortCode;
+pub use access::{Address, ObjectAccess, Transfer};
 
 /// COB-ID of the SYNC object, u32. Producer bit is bit 30.
 pub const SYNC_COB_ID: u16 = 0x1005;

@@ -1,0 +1,77 @@
+//! Access by index and sub-index: what SDO servers and parameter stores see of a dictionary.
+
+use super::AbortCode;
+
+/// Index and sub-index of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Address {
+    /// Index, `0001h..=FFFFh`.
+    pub index: u16,
+    /// Sub-index.
+    pub sub: u8,
+}
+
+impl Address {
+    /// A value of an object.
+    pub const fn new(index: u16, sub: u8) -> Address {
+        Address { index, sub }
+    }
+}
+
+/// How a value is moved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Transfer {
+    /// All bytes at once. Upload: the size; download: the most that is taken.
+    Whole(usize),
+    /// In parts (DOMAIN), so that nobody needs the value in memory twice. Upload: the size; download: the most that is
+    /// taken.
+    Stream(usize),
+}
+
+/// Access to the values of a dictionary, all checks included: existence, access right, length, limits, rules of the object.
+///
+/// A refused access changes nothing.
+pub trait ObjectAccess {
+    /// An upload begins: how many bytes, and how.
+    ///
+    /// # Errors
+    /// The abort code to answer.
+    fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode>;
+
+    /// Copies bytes of the value from `offset` on; returns how many, fewer than `into` holds at the end of the value.
+    ///
+    /// # Errors
+    /// The abort code to answer.
+    fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> Result<usize, AbortCode>;
+
+    /// A download begins, of `size` bytes when that was told. [`Transfer::Whole`] is followed by one
+    /// [`ObjectAccess::write`]; [`Transfer::Stream`] by [`ObjectAccess::write_part`]s in order and then
+    /// [`ObjectAccess::finish`] or [`ObjectAccess::cancel`].
+    ///
+    /// # Errors
+    /// The abort code to answer.
+    fn download(&mut self, at: Address, size: Option<usize>) -> Result<Transfer, AbortCode>;
+
+    /// Writes a whole value.
+    ///
+    /// # Errors
+    /// The abort code to answer.
+    fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode>;
+
+    /// Writes a part of a stream, the bytes from `offset` on.
+    ///
+    /// # Errors
+    /// The abort code to answer; the stream is cancelled.
+    fn write_part(&mut self, at: Address, offset: usize, part: &[u8]) -> Result<(), AbortCode>;
+
+    /// A stream is complete, `size` bytes.
+    ///
+    /// # Errors
+    /// The abort code to answer; the stream is cancelled.
+    fn finish(&mut self, at: Address, size: usize) -> Result<(), AbortCode>;
+
+    /// A stream ended before it was complete.
+    fn cancel(&mut self, at: Address);
+}
