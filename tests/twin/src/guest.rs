@@ -1,6 +1,7 @@
-//! A foreign controller on one wire: sends what a test hands it, acknowledges what it hears.
+//! A foreign controller on one wire: sends what it is handed, acknowledges and keeps what it hears.
 //!
-//! It has no program: it repeats a frame until it is out, and comes back from bus-off by itself.
+//! It has no program: it repeats a frame until it is out, and comes back from bus-off by itself. It can leave the bus and
+//! come back, as an adapter does whose user opens and closes it.
 
 use std::collections::VecDeque;
 
@@ -9,11 +10,34 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 
+/// How a guest takes part in its bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Presence {
+    /// Not at all: as if it were not connected.
+    Away,
+    /// It hears, and drives nothing: no frame, no acknowledgement.
+    Listening,
+    /// It sends, acknowledges and flags errors like any node.
+    #[default]
+    Present,
+}
+
+/// What a guest's controller tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Heard {
+    /// A frame of another node is valid.
+    Received(WireFrame),
+    /// The frame that waited longest was acknowledged and completed.
+    Sent(WireFrame),
+}
+
 /// The controller. On its wire it comes after all boards.
 #[derive(Debug, Default)]
 pub(crate) struct Guest {
+    presence: Presence,
     /// What waits and from when on, in the order of sending.
     waiting: VecDeque<(Time, WireFrame)>,
+    heard: Vec<(Time, Heard)>,
 }
 
 impl Guest {
@@ -21,11 +45,29 @@ impl Guest {
     pub(crate) fn send(&mut self, at: Time, frame: WireFrame) {
         self.waiting.push_back((at, frame));
     }
+
+    /// Takes part like that from now on. What waits is dropped when it can no longer be sent.
+    pub(crate) fn become_present(&mut self, presence: Presence) {
+        if presence != Presence::Present {
+            self.waiting.clear();
+        }
+        self.presence = presence;
+    }
+
+    /// What was heard since the last call, in the order of time.
+    pub(crate) fn take_heard(&mut self) -> Vec<(Time, Heard)> {
+        std::mem::take(&mut self.heard)
+    }
 }
 
 impl Controller for Guest {
     fn attachment(&self) -> Option<Attachment> {
-        Some(Attachment::new(BitTiming::MEGABIT))
+        let silent = match self.presence {
+            Presence::Away => return None,
+            Presence::Listening => true,
+            Presence::Present => false,
+        };
+        Some(Attachment { silent, ..Attachment::new(BitTiming::MEGABIT) })
     }
 
     fn request_at(&self) -> Option<Time> {
@@ -36,9 +78,12 @@ impl Controller for Guest {
         self.waiting.front().filter(|(from, _)| *from <= at).map(|&(_, frame)| frame)
     }
 
-    fn on_wire(&mut self, _at: Time, event: &WireEvent) {
-        if let WireEvent::Transmitted = event {
-            self.waiting.pop_front();
-        }
+    fn on_wire(&mut self, at: Time, event: &WireEvent) {
+        let heard = match event {
+            WireEvent::Transmitted => self.waiting.pop_front().map(|(_, frame)| Heard::Sent(frame)),
+            WireEvent::Received(frame) => Some(Heard::Received(*frame)),
+            _ => None,
+        };
+        self.heard.extend(heard.map(|heard| (at, heard)));
     }
 }

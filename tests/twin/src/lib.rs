@@ -38,7 +38,7 @@ pub mod board;
 pub mod bxcan;
 pub mod clock;
 pub mod cpu;
-mod guest;
+pub mod guest;
 pub mod image;
 pub mod link;
 pub mod mmio;

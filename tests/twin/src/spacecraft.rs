@@ -17,7 +17,7 @@ use can_wire::wire::{Controllers, Wire, WireConfig};
 
 use crate::board::{AccessError, Board, BoardConfig};
 use crate::bxcan::Side;
-use crate::guest::Guest;
+use crate::guest::{Guest, Heard, Presence};
 use crate::peripherals::Pin;
 use crate::port::Port;
 use crate::rtt::Level;
@@ -191,8 +191,29 @@ impl Spacecraft {
     /// # Panics
     /// When there is no such guest.
     pub fn inject(&mut self, guest: GuestId, at: Time, frame: WireFrame) {
-        let GuestId { bus, node } = guest;
-        self.guests[bus as usize][node - self.boards.len()].send(at.max(self.now + Time(1)), frame);
+        let at = at.max(self.now + Time(1));
+        self.guest_mut(guest).send(at, frame);
+    }
+
+    /// Lets a guest take part like that from now on; what it has not sent yet is dropped unless it is
+    /// [`Presence::Present`].
+    ///
+    /// # Panics
+    /// When there is no such guest.
+    pub fn set_presence(&mut self, guest: GuestId, presence: Presence) {
+        self.guest_mut(guest).become_present(presence);
+    }
+
+    /// What a guest heard and sent since the last call, in the order of time. Without calls it piles up.
+    ///
+    /// # Panics
+    /// When there is no such guest.
+    pub fn take_heard(&mut self, guest: GuestId) -> Vec<(Time, Heard)> {
+        self.guest_mut(guest).take_heard()
+    }
+
+    fn guest_mut(&mut self, guest: GuestId) -> &mut Guest {
+        &mut self.guests[guest.bus as usize][guest.node - self.boards.len()]
     }
 
     /// The present.

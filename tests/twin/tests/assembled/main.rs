@@ -2,5 +2,6 @@
 
 mod board;
 mod capture;
+mod guests;
 mod programs;
 mod spacecraft;
