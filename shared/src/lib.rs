@@ -8,6 +8,10 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+// The derive macros name this crate from outside, also in here.
+extern crate self as ecss_can;
+
+pub mod emcy;
 pub mod heartbeat;
 pub mod link;
 pub mod nmt;

@@ -1,0 +1,114 @@
+//! What stands in `#[object(..)]` and `#[sub(..)]`.
+
+use proc_macro2::{Span, TokenStream};
+use quote::quote;
+use syn::parse::{Parse, ParseStream};
+use syn::{Error, Expr, Ident, LitInt, Token};
+
+/// How the value of a field is laid out.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Shape {
+    /// A single value.
+    Var,
+    /// Values of one type, sub-indices 1 and up.
+    Array,
+    /// A struct with `derive(Record)`.
+    Record,
+}
+
+/// The attribute of a value.
+pub struct Attribute {
+    /// Index or sub-index.
+    pub number: LitInt,
+    /// Several in a row from there on.
+    pub in_a_row: bool,
+    /// Layout.
+    pub shape: Shape,
+    /// Access right, as an expression; none for records, whose entries have their own.
+    pub access: Option<TokenStream>,
+    /// PDOs may carry it.
+    pub pdo: bool,
+    /// Least value.
+    pub low: Option<Expr>,
+    /// Greatest value.
+    pub high: Option<Expr>,
+    /// Value at power-on.
+    pub default: Option<Expr>,
+}
+
+impl Attribute {
+    /// The index or sub-index as a number.
+    pub fn value(&self) -> syn::Result<u16> {
+        self.number.base10_parse()
+    }
+
+    /// The limits, as an expression.
+    pub fn limits(&self) -> TokenStream {
+        let bound = |bound: &Option<Expr>| match bound {
+            Some(value) => quote!(::core::option::Option::Some(#value)),
+            None => quote!(::core::option::Option::None),
+        };
+        if self.low.is_none() && self.high.is_none() {
+            return quote!(::core::option::Option::None);
+        }
+        let (low, high) = (bound(&self.low), bound(&self.high));
+        quote!(::core::option::Option::Some(&::ecss_can::od::Limits { low: #low, high: #high }))
+    }
+
+    /// The access right of a value.
+    pub fn required_access(&self) -> syn::Result<&TokenStream> {
+        let message = "who may access it? ro, wo, rw, rwr, rww or constant";
+        self.access.as_ref().ok_or_else(|| Error::new(self.number.span(), message))
+    }
+}
+
+impl Parse for Attribute {
+    fn parse(input: ParseStream) -> syn::Result<Self> {
+        let number = input.parse()?;
+        let in_a_row = input.parse::<Option<Token![..]>>()?.is_some();
+        let mut attribute = Attribute {
+            number,
+            in_a_row,
+            shape: Shape::Var,
+            access: None,
+            pdo: false,
+            low: None,
+            high: None,
+            default: None,
+        };
+        while input.parse::<Option<Token![,]>>()?.is_some() && !input.is_empty() {
+            let word: Ident = input.parse()?;
+            match word.to_string().as_str() {
+                "record" => attribute.shape = Shape::Record,
+                "array" => attribute.shape = Shape::Array,
+                "pdo" => attribute.pdo = true,
+                "low" => attribute.low = Some(assigned(input)?),
+                "high" => attribute.high = Some(assigned(input)?),
+                "default" => attribute.default = Some(assigned(input)?),
+                right => attribute.access = Some(access(right, word.span())?),
+            }
+        }
+        if input.is_empty() { Ok(attribute) } else { Err(input.error("a comma is missing")) }
+    }
+}
+
+fn assigned(input: ParseStream) -> syn::Result<Expr> {
+    input.parse::<Token![=]>()?;
+    input.parse()
+}
+
+fn access(right: &str, span: Span) -> syn::Result<TokenStream> {
+    let name = match right {
+        "ro" => quote!(Ro),
+        "wo" => quote!(Wo),
+        "rw" => quote!(Rw),
+        "rwr" => quote!(Rwr),
+        "rww" => quote!(Rww),
+        "constant" => quote!(Const),
+        _ => {
+            let known = "ro, wo, rw, rwr, rww, constant, record, array, pdo, low, high, default";
+            return Err(Error::new(span, format!("unknown word; known are {known}")));
+        }
+    };
+    Ok(quote!(::ecss_can::od::Access::#name))
+}

@@ -1,0 +1,49 @@
+//! An object dictionary declared as a struct.
+//!
+//! `#[derive(Objects)]` makes a struct of values a dictionary or a group of its objects, `#[derive(Record)]` a structure
+//! under one index. Both implement `Default` from the `default`s of the declaration. See `ecss_can::od` for an example.
+//!
+//! | attribute | of | meaning |
+//! | --- | --- | --- |
+//! | `#[object(0x1017, ..)]` | a field | an object |
+//! | `#[object(0x1400.., ..)]` | an array field | objects with indices in a row, one for each element |
+//! | `#[objects]` | a field | a group of objects: another struct with `derive(Objects)` |
+//! | `#[sub(1, ..)]` | a field of a record | a sub-index |
+//! | `#[sub(1.., ..)]` | an array field of a record | sub-indices in a row |
+//! | `#[record(0x40)]` | a record | index of its structure (DEFSTRUCT) |
+//!
+//! Inside the parentheses: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`; `record` or `array` for objects that are no
+//! single value; `pdo` for values that PDOs may carry; `low = ..`, `high = ..`, `default = ..`.
+
+mod attribute;
+mod field;
+mod objects;
+mod record;
+
+use proc_macro::TokenStream;
+use syn::{Data, DeriveInput, Error, Fields, FieldsNamed, parse_macro_input};
+
+/// A dictionary, or a group of its objects.
+#[proc_macro_derive(Objects, attributes(object, objects))]
+pub fn objects(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    objects::expand(&input).unwrap_or_else(Error::into_compile_error).into()
+}
+
+/// A structure of values under one index.
+#[proc_macro_derive(Record, attributes(record, sub))]
+pub fn record(input: TokenStream) -> TokenStream {
+    let input = parse_macro_input!(input as DeriveInput);
+    record::expand(&input).unwrap_or_else(Error::into_compile_error).into()
+}
+
+/// The fields of a struct.
+fn fields(input: &DeriveInput) -> syn::Result<&FieldsNamed> {
+    match &input.data {
+        Data::Struct(data) => match &data.fields {
+            Fields::Named(fields) => Ok(fields),
+            _ => Err(Error::new_spanned(&input.ident, "its values need names")),
+        },
+        _ => Err(Error::new_spanned(&input.ident, "only a struct can be declared so")),
+    }
+}

@@ -1,0 +1,193 @@
+//! `#[derive(Objects)]`.
+
+use proc_macro2::TokenStream;
+use quote::quote;
+use syn::{DeriveInput, Error, Field, Ident, Type};
+
+use crate::attribute::{Attribute, Shape};
+use crate::field;
+
+/// An object, or several in a row.
+struct Object {
+    number: u16,
+    declaration: TokenStream,
+    names: TokenStream,
+    /// The value at a place, an `Option<&mut dyn Variable>`.
+    variable: TokenStream,
+}
+
+pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
+    let (mut objects, mut groups, mut initials) = (Vec::new(), Vec::new(), Vec::new());
+    for field in &crate::fields(input)?.named {
+        let name = field::ident(field)?;
+        let declared = field::attribute(field, "object").map(|syntax| syntax.parse_args()).transpose()?;
+        let initial = field::initial(field, declared.as_ref());
+        initials.push(quote!(#name: #initial));
+        if let Some(attribute) = declared {
+            objects.push(object(field, &attribute)?);
+        } else if field::attribute(field, "objects").is_some() {
+            groups.push((name, &field.ty));
+        }
+    }
+    objects.sort_by_key(|object| object.number);
+    if let Some(pair) = objects.windows(2).find(|pair| pair[0].number == pair[1].number) {
+        let message = format!("index {:04X}h is declared twice", pair[0].number);
+        return Err(Error::new_spanned(&input.ident, message));
+    }
+    Ok(implementation(input, &objects, &groups, &initials))
+}
+
+fn implementation(
+    input: &DeriveInput,
+    objects: &[Object],
+    groups: &[(&Ident, &Type)],
+    initials: &[TokenStream],
+) -> TokenStream {
+    let own = objects.len() as u16;
+    let declarations = objects.iter().map(|object| &object.declaration);
+    let names = objects.iter().map(|object| &object.names);
+    let numbers = 0..own;
+    let variables = objects.iter().map(|object| &object.variable);
+    let group_names = groups.iter().map(|(name, _)| name);
+    let types: Vec<&Type> = groups.iter().map(|(_, group)| *group).collect();
+    let ident = &input.ident;
+    let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
+    quote! {
+        impl #impl_generics #ident #type_generics #bounds {
+            /// The objects declared here, without those of groups.
+            const OBJECTS: &'static [::ecss_can::od::Object] = &[#(#declarations),*];
+        }
+
+        impl #impl_generics ::ecss_can::od::Objects for #ident #type_generics #bounds {
+            const COUNT: u16 = #own #(+ <#types as ::ecss_can::od::Objects>::COUNT)*;
+
+            #[allow(unused_variables, unused_mut, unused_assignments)]
+            fn object(
+                index: u16,
+            ) -> ::core::option::Option<(&'static ::ecss_can::od::Object, u16, u16)> {
+                if let ::core::option::Option::Some(found) = ::ecss_can::od::among(Self::OBJECTS, index) {
+                    return ::core::option::Option::Some(found);
+                }
+                let mut before: u16 = #own;
+                #(
+                    if let ::core::option::Option::Some((object, number, instance)) =
+                        <#types as ::ecss_can::od::Objects>::object(index)
+                    {
+                        return ::core::option::Option::Some((object, before + number, instance));
+                    }
+                    before += <#types as ::ecss_can::od::Objects>::COUNT;
+                )*
+                ::core::option::Option::None
+            }
+
+            fn describe(
+                visit: &mut dyn FnMut(&'static ::ecss_can::od::Object, &'static ::ecss_can::od::Names),
+            ) {
+                let names: &'static [::ecss_can::od::Names] = const { &[#(#names),*] };
+                for (object, names) in Self::OBJECTS.iter().zip(names) {
+                    visit(object, names);
+                }
+                #(<#types as ::ecss_can::od::Objects>::describe(visit);)*
+            }
+
+            #[allow(unused_variables, unused_mut, unused_assignments)]
+            fn variable(
+                &mut self,
+                mut place: ::ecss_can::od::Place,
+            ) -> ::core::option::Option<&mut dyn ::ecss_can::od::Variable> {
+                match place.object {
+                    #(#numbers => return #variables,)*
+                    _ => {}
+                }
+                place.object -= #own;
+                #(
+                    if place.object < <#types as ::ecss_can::od::Objects>::COUNT {
+                        return ::ecss_can::od::Objects::variable(&mut self.#group_names, place);
+                    }
+                    place.object -= <#types as ::ecss_can::od::Objects>::COUNT;
+                )*
+                ::core::option::Option::None
+            }
+        }
+
+        impl #impl_generics ::core::default::Default for #ident #type_generics #bounds {
+            fn default() -> Self {
+                Self { #(#initials),* }
+            }
+        }
+    }
+}
+
+fn object(field: &Field, attribute: &Attribute) -> syn::Result<Object> {
+    let (name, title, number) = (field::ident(field)?, field::title(field)?, attribute.value()?);
+    // The type of one object of several in a row, and how many there are.
+    let (value, count, place) = if attribute.in_a_row {
+        let array = field::array(field)?;
+        let (value, len) = (&*array.elem, &array.len);
+        let place = quote!(self.#name.get_mut(::core::primitive::usize::from(place.instance))?);
+        (value, quote!((#len) as u16), place)
+    } else {
+        (&field.ty, quote!(1), quote!((&mut self.#name)))
+    };
+    let (code, entries, entry_names, structure, variable) = match attribute.shape {
+        Shape::Var => var(value, attribute, &title, &place)?,
+        Shape::Array => array(value, attribute, &title, &place)?,
+        Shape::Record => (
+            quote!(::ecss_can::od::ObjectCode::Record),
+            quote!(<#value as ::ecss_can::od::Record>::ENTRIES),
+            quote!(<#value as ::ecss_can::od::Record>::NAMES),
+            quote!(<#value as ::ecss_can::od::Record>::STRUCTURE),
+            quote!(::ecss_can::od::Record::variable(#place, place.sub)),
+        ),
+    };
+    let declaration = quote! {
+        ::ecss_can::od::Object { index: #number, count: #count, code: #code, entries: #entries }
+    };
+    let names = quote! {
+        ::ecss_can::od::Names { object: #title, entries: #entry_names, structure: #structure }
+    };
+    Ok(Object { number, declaration, names, variable })
+}
+
+type Parts = (TokenStream, TokenStream, TokenStream, TokenStream, TokenStream);
+
+fn var(value: &Type, attribute: &Attribute, title: &str, place: &TokenStream) -> syn::Result<Parts> {
+    let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
+    Ok((
+        quote! {
+            match <#value as ::ecss_can::od::Typed>::TYPE {
+                ::ecss_can::od::DataType::Domain => ::ecss_can::od::ObjectCode::Domain,
+                _ => ::ecss_can::od::ObjectCode::Var,
+            }
+        },
+        quote!(&[::ecss_can::od::Entry::of::<#value>(0, 1, #access).for_pdo(#pdo).within(#limits)]),
+        quote!(&[#title]),
+        quote!(0),
+        quote!(::core::option::Option::Some(#place)),
+    ))
+}
+
+fn array(value: &Type, attribute: &Attribute, title: &str, place: &TokenStream) -> syn::Result<Parts> {
+    let Type::Array(array) = value else {
+        return Err(Error::new_spanned(value, "an ARRAY object needs an array"));
+    };
+    let (value, len) = (&*array.elem, &array.len);
+    let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
+    Ok((
+        quote!(::ecss_can::od::ObjectCode::Array),
+        quote! {
+            &[
+                ::ecss_can::od::Entry::highest((#len) as u8),
+                ::ecss_can::od::Entry::of::<#value>(1, (#len) as u8, #access).for_pdo(#pdo).within(#limits),
+            ]
+        },
+        quote!(&["Highest sub-index supported", #title]),
+        quote!(0),
+        quote! {
+            match #place.get_mut(::core::primitive::usize::from(place.sub).wrapping_sub(1)) {
+                ::core::option::Option::Some(place) => ::core::option::Option::Some(place),
+                ::core::option::Option::None => ::core::option::Option::None,
+            }
+        },
+    ))
+}

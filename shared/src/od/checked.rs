@@ -1,0 +1,97 @@
+//! Reads and writes with all that the declaration says: existence, access right, length, limits.
+
+use super::{AbortCode, Address, Entry, Objects, Place, Transfer, Variable};
+
+/// A value that was found.
+pub struct Found<'a> {
+    /// Where it is.
+    pub place: Place,
+    /// What is declared of it.
+    pub entry: &'static Entry,
+    /// The value; `None` where [`Entry::fixed`] is it.
+    pub variable: Option<&'a mut dyn Variable>,
+}
+
+/// Finds a value.
+///
+/// # Errors
+/// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`].
+pub fn find<D: Objects>(objects: &mut D, at: Address) -> Result<Found<'_>, AbortCode> {
+    let (place, entry) = D::find(at)?;
+    let variable = objects.variable(place);
+    if variable.is_none() && entry.fixed.is_none() {
+        return Err(AbortCode::NoSubIndex);
+    }
+    Ok(Found { place, entry, variable })
+}
+
+impl Found<'_> {
+    /// Whether, and how, an SDO may read it.
+    ///
+    /// # Errors
+    /// [`AbortCode::WriteOnly`].
+    pub fn upload(&self) -> Result<Transfer, AbortCode> {
+        if !self.entry.access.is_readable() {
+            return Err(AbortCode::WriteOnly);
+        }
+        let len = self.variable.as_ref().map_or(1, |variable| variable.len());
+        Ok(if self.entry.size == 0 { Transfer::Stream(len) } else { Transfer::Whole(len) })
+    }
+
+    /// Copies bytes from `offset` on; returns how many.
+    pub fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+        match (&self.variable, self.entry.fixed) {
+            (Some(variable), _) => variable.read(offset, into),
+            (None, Some(value)) => value.read(offset, into),
+            (None, None) => 0,
+        }
+    }
+
+    /// Whether, and how, an SDO may write it.
+    ///
+    /// # Errors
+    /// [`AbortCode::ReadOnly`], [`AbortCode::TooLong`], [`AbortCode::TooShort`], [`AbortCode::OutOfMemory`].
+    pub fn download(&self, size: Option<usize>) -> Result<Transfer, AbortCode> {
+        let Some(variable) = self.variable.as_ref().filter(|_| self.entry.access.is_writable()) else {
+            return Err(AbortCode::ReadOnly);
+        };
+        if self.entry.size == 0 {
+            let capacity = variable.capacity();
+            let fits = size.is_none_or(|size| size <= capacity);
+            return if fits { Ok(Transfer::Stream(capacity)) } else { Err(AbortCode::OutOfMemory) };
+        }
+        let most = usize::from(self.entry.size);
+        match size {
+            Some(size) if size > most => Err(AbortCode::TooLong),
+            Some(size) if self.entry.data_type.size().is_some_and(|least| size < least) => {
+                Err(AbortCode::TooShort)
+            }
+            _ => Ok(Transfer::Whole(most)),
+        }
+    }
+
+    /// Writes a whole value.
+    ///
+    /// # Errors
+    /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`], [`AbortCode::ValueRange`].
+    pub fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
+        self.download(Some(value.len()))?;
+        within(self.entry, value)?;
+        self.variable.as_mut().ok_or(AbortCode::ReadOnly)?.write(value)
+    }
+}
+
+/// Whether a number keeps its limits.
+fn within(entry: &Entry, value: &[u8]) -> Result<(), AbortCode> {
+    let Some(limits) = entry.limits else { return Ok(()) };
+    let bits = value.iter().rev().fold(0, |bits, byte| bits << 8 | i64::from(*byte));
+    let unused = 64_usize.saturating_sub(value.len().saturating_mul(8)).min(63) as u32;
+    let number = if entry.data_type.is_signed() { bits << unused >> unused } else { bits };
+    if limits.high.is_some_and(|high| number > high) {
+        return Err(AbortCode::ValueTooHigh);
+    }
+    if limits.low.is_some_and(|low| number < low) {
+        return Err(AbortCode::ValueTooLow);
+    }
+    Ok(())
+}

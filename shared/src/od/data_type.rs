@@ -1,0 +1,120 @@
+//! Data types of the object dictionary (CiA 301 7.4.7, ECSS Table 9-11).
+
+/// A type, with its index in the dictionary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum DataType {
+    /// One bit in a PDO, one byte in an SDO.
+    Boolean = 0x01,
+    /// Two's complement, 8 bits.
+    Integer8 = 0x02,
+    /// Two's complement, 16 bits.
+    Integer16 = 0x03,
+    /// Two's complement, 32 bits.
+    Integer32 = 0x04,
+    /// 8 bits.
+    Unsigned8 = 0x05,
+    /// 16 bits.
+    Unsigned16 = 0x06,
+    /// 32 bits.
+    Unsigned32 = 0x07,
+    /// IEEE 754 single precision.
+    Real32 = 0x08,
+    /// ASCII.
+    VisibleString = 0x09,
+    /// Bytes.
+    OctetString = 0x0A,
+    /// UTF-16 code units.
+    UnicodeString = 0x0B,
+    /// Milliseconds since midnight, days since 1984-01-01.
+    TimeOfDay = 0x0C,
+    /// Milliseconds and days.
+    TimeDifference = 0x0D,
+    /// A block of bytes that is moved in parts.
+    Domain = 0x0F,
+    /// Two's complement, 24 bits.
+    Integer24 = 0x10,
+    /// IEEE 754 double precision.
+    Real64 = 0x11,
+    /// Two's complement, 40 bits.
+    Integer40 = 0x12,
+    /// Two's complement, 48 bits.
+    Integer48 = 0x13,
+    /// Two's complement, 56 bits.
+    Integer56 = 0x14,
+    /// Two's complement, 64 bits.
+    Integer64 = 0x15,
+    /// 24 bits.
+    Unsigned24 = 0x16,
+    /// 40 bits.
+    Unsigned40 = 0x18,
+    /// 48 bits.
+    Unsigned48 = 0x19,
+    /// 56 bits.
+    Unsigned56 = 0x1A,
+    /// 64 bits.
+    Unsigned64 = 0x1B,
+}
+
+impl DataType {
+    /// Its index in the dictionary (DEFTYPE).
+    pub const fn index(self) -> u16 {
+        self as u16
+    }
+
+    /// Bytes of a value over SDO; `None` when that is up to the value.
+    pub const fn size(self) -> Option<usize> {
+        use DataType as T;
+        Some(match self {
+            T::Boolean | T::Integer8 | T::Unsigned8 => 1,
+            T::Integer16 | T::Unsigned16 => 2,
+            T::Integer24 | T::Unsigned24 => 3,
+            T::Integer32 | T::Unsigned32 | T::Real32 => 4,
+            T::Integer40 | T::Unsigned40 => 5,
+            T::Integer48 | T::Unsigned48 | T::TimeOfDay | T::TimeDifference => 6,
+            T::Integer56 | T::Unsigned56 => 7,
+            T::Integer64 | T::Unsigned64 | T::Real64 => 8,
+            T::VisibleString | T::OctetString | T::UnicodeString | T::Domain => return None,
+        })
+    }
+
+    /// Bits of a value in a PDO, `1..=64`; `None`: it cannot be mapped.
+    pub const fn bits(self) -> Option<u8> {
+        match (self, self.size()) {
+            (DataType::Boolean, _) => Some(1),
+            (_, Some(bytes)) => Some(bytes as u8 * 8),
+            (_, None) => None,
+        }
+    }
+
+    /// Whether values below zero exist.
+    pub const fn is_signed(self) -> bool {
+        use DataType as T;
+        matches!(
+            self,
+            T::Integer8
+                | T::Integer16
+                | T::Integer24
+                | T::Integer32
+                | T::Integer40
+                | T::Integer48
+                | T::Integer56
+                | T::Integer64
+        )
+    }
+
+    /// The type of a dummy entry of a receive PDO, which is mapped by the index of its type (CiA 301 7.4.8.2).
+    pub const fn of_dummy(index: u16) -> Option<DataType> {
+        Some(match index {
+            0x01 => DataType::Boolean,
+            0x02 => DataType::Integer8,
+            0x03 => DataType::Integer16,
+            0x04 => DataType::Integer32,
+            0x05 => DataType::Unsigned8,
+            0x06 => DataType::Unsigned16,
+            0x07 => DataType::Unsigned32,
+            _ => return None,
+        })
+    }
+}

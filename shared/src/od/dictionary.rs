@@ -1,0 +1,63 @@
+//! A dictionary: objects found by index, values by place.
+
+use super::{AbortCode, Address, Entry, Names, Object, Variable};
+
+/// Where a value is: found once by its address, then reached without searching.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Place {
+    /// Number of the object in its dictionary.
+    pub object: u16,
+    /// Which of several objects in a row.
+    pub instance: u16,
+    /// Sub-index.
+    pub sub: u8,
+}
+
+/// A structure of values under one index; implemented by `#[derive(Record)]`.
+pub trait Record {
+    /// Sub-indices, in rising order.
+    const ENTRIES: &'static [Entry];
+    /// What they are called.
+    const NAMES: &'static [&'static str];
+    /// Index of the structure (DEFSTRUCT), zero for none.
+    const STRUCTURE: u16 = 0;
+
+    /// The value of a sub-index; `None` where there is none, or where [`Entry::fixed`] is the value.
+    fn variable(&mut self, sub: u8) -> Option<&mut dyn Variable>;
+}
+
+/// Objects of a node; implemented by `#[derive(Objects)]`. Groups of objects nest.
+pub trait Objects {
+    /// How many there are, groups included; several in a row count as one.
+    const COUNT: u16;
+
+    /// The object with this index, its number, and which it is of several in a row.
+    fn object(index: u16) -> Option<(&'static Object, u16, u16)>;
+
+    /// Every object with its names, in no particular order.
+    fn describe(visit: &mut dyn FnMut(&'static Object, &'static Names));
+
+    /// The value at a place; `None` where there is none, or where [`Entry::fixed`] is the value.
+    fn variable(&mut self, place: Place) -> Option<&mut dyn Variable>;
+
+    /// Finds a value.
+    ///
+    /// # Errors
+    /// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`].
+    fn find(at: Address) -> Result<(Place, &'static Entry), AbortCode> {
+        let (object, number, instance) = Self::object(at.index).ok_or(AbortCode::NoObject)?;
+        let covers = |entry: &&Entry| at.sub.checked_sub(entry.sub).is_some_and(|nth| nth < entry.count);
+        let entry = object.entries.iter().find(covers).ok_or(AbortCode::NoSubIndex)?;
+        Ok((Place { object: number, instance, sub: at.sub }, entry))
+    }
+}
+
+/// The object with this index among some in rising order, its number there, and which it is of several in a row.
+pub fn among(objects: &'static [Object], index: u16) -> Option<(&'static Object, u16, u16)> {
+    let after = objects.partition_point(|object| object.index <= index);
+    let number = after.checked_sub(1)?;
+    let object = objects.get(number)?;
+    let instance = index.wrapping_sub(object.index);
+    (instance < object.count).then_some((object, number as u16, instance))
+}

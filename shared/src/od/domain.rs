@@ -1,0 +1,67 @@
+//! DOMAIN: a block of bytes that is moved in parts.
+
+use super::variable::copy_from;
+use super::{AbortCode, DataType, Typed, Variable};
+
+/// A block in memory that somebody lends, such as `[u8; 512]` or `&'static mut [u8]`.
+///
+/// It is empty from the first part of a download until the last: nobody reads a mixture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Domain<S> {
+    storage: S,
+    len: usize,
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]>> Domain<S> {
+    /// An empty block.
+    pub const fn new(storage: S) -> Self {
+        Domain { storage, len: 0 }
+    }
+
+    /// What was written last.
+    pub fn as_bytes(&self) -> &[u8] {
+        self.storage.as_ref().get(..self.len).unwrap_or(&[])
+    }
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]>> Variable for Domain<S> {
+    fn len(&self) -> usize {
+        self.len
+    }
+
+    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+        copy_from(self.as_bytes(), offset, into)
+    }
+
+    fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
+        self.write_part(0, value)?;
+        self.finish(value.len())
+    }
+
+    fn capacity(&self) -> usize {
+        self.storage.as_ref().len()
+    }
+
+    fn write_part(&mut self, offset: usize, part: &[u8]) -> Result<(), AbortCode> {
+        self.len = 0;
+        let end = offset.saturating_add(part.len());
+        let place = self.storage.as_mut().get_mut(offset..end).ok_or(AbortCode::OutOfMemory)?;
+        place.copy_from_slice(part);
+        Ok(())
+    }
+
+    fn finish(&mut self, size: usize) -> Result<(), AbortCode> {
+        self.len = size.min(self.storage.as_ref().len());
+        Ok(())
+    }
+
+    fn cancel(&mut self) {
+        self.len = 0;
+    }
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]>> Typed for Domain<S> {
+    const TYPE: DataType = DataType::Domain;
+    /// What the storage holds is its own business.
+    const SIZE: usize = 0;
+}

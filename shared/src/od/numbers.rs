@@ -1,0 +1,112 @@
+//! Numbers of every width the dictionary has: 8 to 64 bits, REAL, BOOLEAN.
+
+use super::variable::{copy_from, exactly};
+use super::{AbortCode, DataType, Typed, Variable};
+
+/// An unsigned number of 24, 40, 48 or 56 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Unsigned<const BITS: u32>(u64);
+
+/// A signed number of 24, 40, 48 or 56 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Signed<const BITS: u32>(i64);
+
+/// UNSIGNED24.
+pub type U24 = Unsigned<24>;
+/// UNSIGNED40.
+pub type U40 = Unsigned<40>;
+/// UNSIGNED48.
+pub type U48 = Unsigned<48>;
+/// UNSIGNED56.
+pub type U56 = Unsigned<56>;
+/// INTEGER24.
+pub type I24 = Signed<24>;
+/// INTEGER40.
+pub type I40 = Signed<40>;
+/// INTEGER48.
+pub type I48 = Signed<48>;
+/// INTEGER56.
+pub type I56 = Signed<56>;
+
+impl<const BITS: u32> Unsigned<BITS> {
+    /// The low bits of a number; what does not fit is cut off.
+    pub const fn new(value: u64) -> Self {
+        Unsigned(value & (u64::MAX >> (64 - BITS)))
+    }
+
+    /// The number.
+    pub const fn get(self) -> u64 {
+        self.0
+    }
+}
+
+impl<const BITS: u32> Signed<BITS> {
+    /// The low bits of a number, the uppermost of them is the sign; what does not fit is cut off.
+    pub const fn new(value: i64) -> Self {
+        Signed(value << (64 - BITS) >> (64 - BITS))
+    }
+
+    /// The number.
+    pub const fn get(self) -> i64 {
+        self.0
+    }
+}
+
+/// A number as the low bits of a `u64`.
+macro_rules! number {
+    ($type:ty, $data_type:ident, $size:expr, $value:ident => $to:expr, $bits:ident => $from:expr) => {
+        impl Variable for $type {
+            fn len(&self) -> usize {
+                $size
+            }
+
+            fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+                let bytes = self.bits().to_le_bytes();
+                copy_from(bytes.get(..$size).unwrap_or(&[]), offset, into)
+            }
+
+            fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
+                self.set_bits(exactly(value, $size)?);
+                Ok(())
+            }
+
+            #[inline]
+            fn bits(&self) -> u64 {
+                let $value = *self;
+                $to
+            }
+
+            #[inline]
+            fn set_bits(&mut self, $bits: u64) {
+                *self = $from;
+            }
+        }
+
+        impl Typed for $type {
+            const TYPE: DataType = DataType::$data_type;
+            const SIZE: usize = $size;
+        }
+    };
+}
+
+number!(bool, Boolean, 1, value => u64::from(value), bits => bits & 1 != 0);
+number!(u8, Unsigned8, 1, value => u64::from(value), bits => bits as u8);
+number!(u16, Unsigned16, 2, value => u64::from(value), bits => bits as u16);
+number!(U24, Unsigned24, 3, value => value.0, bits => U24::new(bits));
+number!(u32, Unsigned32, 4, value => u64::from(value), bits => bits as u32);
+number!(U40, Unsigned40, 5, value => value.0, bits => U40::new(bits));
+number!(U48, Unsigned48, 6, value => value.0, bits => U48::new(bits));
+number!(U56, Unsigned56, 7, value => value.0, bits => U56::new(bits));
+number!(u64, Unsigned64, 8, value => value, bits => bits);
+number!(i8, Integer8, 1, value => value as u8 as u64, bits => bits as i8);
+number!(i16, Integer16, 2, value => value as u16 as u64, bits => bits as i16);
+number!(I24, Integer24, 3, value => value.0 as u64 & 0xFF_FFFF, bits => I24::new(bits as i64));
+number!(i32, Integer32, 4, value => value as u32 as u64, bits => bits as i32);
+number!(I40, Integer40, 5, value => value.0 as u64 & 0xFF_FFFF_FFFF, bits => I40::new(bits as i64));
+number!(I48, Integer48, 6, value => value.0 as u64 & 0xFFFF_FFFF_FFFF, bits => I48::new(bits as i64));
+number!(I56, Integer56, 7, value => value.0 as u64 & 0xFF_FFFF_FFFF_FFFF, bits => I56::new(bits as i64));
+number!(i64, Integer64, 8, value => value as u64, bits => bits as i64);
+number!(f32, Real32, 4, value => u64::from(value.to_bits()), bits => f32::from_bits(bits as u32));
+number!(f64, Real64, 8, value => value.to_bits(), bits => f64::from_bits(bits));

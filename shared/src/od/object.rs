@@ -1,0 +1,141 @@
+//! What is declared of an object and its entries: all that an access is checked against.
+
+use super::{DataType, Typed};
+
+/// Kind of an object (CiA 301 7.4.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum ObjectCode {
+    /// A block of bytes.
+    Domain = 2,
+    /// A single value.
+    Var = 7,
+    /// Values of one type, sub-indices 1 and up.
+    Array = 8,
+    /// Values of several types.
+    Record = 9,
+}
+
+/// Who may do what with a value (CiA 301 7.4.5, CiA 306).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Access {
+    /// Read only; changes by itself.
+    Ro,
+    /// Write only.
+    Wo,
+    /// Read and write.
+    Rw,
+    /// Read and write, for transmit PDOs.
+    Rwr,
+    /// Read and write, for receive PDOs.
+    Rww,
+    /// Never changes.
+    Const,
+}
+
+impl Access {
+    /// Whether an SDO reads it.
+    pub const fn is_readable(self) -> bool {
+        !matches!(self, Access::Wo)
+    }
+
+    /// Whether an SDO writes it.
+    pub const fn is_writable(self) -> bool {
+        !matches!(self, Access::Ro | Access::Const)
+    }
+
+    /// Whether a transmit PDO may carry it, once it is mappable.
+    pub const fn is_for_tpdo(self) -> bool {
+        matches!(self, Access::Ro | Access::Rw | Access::Rwr | Access::Const)
+    }
+
+    /// Whether a receive PDO may carry it, once it is mappable.
+    pub const fn is_for_rpdo(self) -> bool {
+        matches!(self, Access::Wo | Access::Rw | Access::Rww)
+    }
+}
+
+/// Least and greatest value of a number, both allowed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Limits {
+    /// Least value.
+    pub low: Option<i64>,
+    /// Greatest value.
+    pub high: Option<i64>,
+}
+
+/// A sub-index, or several in a row of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Entry {
+    /// The first sub-index.
+    pub sub: u8,
+    /// How many sub-indices in a row.
+    pub count: u8,
+    /// Type of the value.
+    pub data_type: DataType,
+    /// Access right.
+    pub access: Access,
+    /// Whether PDOs may carry it.
+    pub mappable: bool,
+    /// Most bytes of a value; zero for a DOMAIN.
+    pub size: u16,
+    /// Limits, for numbers.
+    pub limits: Option<&'static Limits>,
+    /// The value itself where it follows from the declaration: sub-index 0 of arrays and records.
+    pub fixed: Option<u8>,
+}
+
+impl Entry {
+    /// An entry for values of type `T`.
+    pub const fn of<T: Typed>(sub: u8, count: u8, access: Access) -> Entry {
+        let size = T::SIZE as u16;
+        Entry { sub, count, data_type: T::TYPE, access, mappable: false, size, limits: None, fixed: None }
+    }
+
+    /// Sub-index 0: the highest one supported.
+    pub const fn highest(sub: u8) -> Entry {
+        Entry { fixed: Some(sub), ..Entry::of::<u8>(0, 1, Access::Const) }
+    }
+
+    /// The same for PDOs, if `mappable`.
+    #[must_use]
+    pub const fn for_pdo(self, mappable: bool) -> Entry {
+        Entry { mappable, ..self }
+    }
+
+    /// The same within limits.
+    #[must_use]
+    pub const fn within(self, limits: Option<&'static Limits>) -> Entry {
+        Entry { limits, ..self }
+    }
+}
+
+/// An object, or several with indices in a row and alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Object {
+    /// The first index.
+    pub index: u16,
+    /// How many indices in a row.
+    pub count: u16,
+    /// Kind.
+    pub code: ObjectCode,
+    /// Sub-indices, in rising order.
+    pub entries: &'static [Entry],
+}
+
+/// What an object and its entries are called: for EDS and DCF, not for images.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Names {
+    /// The object. With several in a row, their number is told where `{}` stands.
+    pub object: &'static str,
+    /// Its entries, beside [`Object::entries`].
+    pub entries: &'static [&'static str],
+    /// Index of its structure (DEFSTRUCT), zero for none.
+    pub structure: u16,
+}

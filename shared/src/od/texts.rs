@@ -1,0 +1,133 @@
+//! Strings: VISIBLE_STRING, OCTET_STRING, UNICODE_STRING.
+
+use super::variable::copy_from;
+use super::{AbortCode, DataType, Typed, Variable};
+
+/// A text that never changes.
+impl Variable for &'static str {
+    fn len(&self) -> usize {
+        str::len(self)
+    }
+
+    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+        copy_from(self.as_bytes(), offset, into)
+    }
+
+    fn write(&mut self, _value: &[u8]) -> Result<(), AbortCode> {
+        Err(AbortCode::ReadOnly)
+    }
+}
+
+impl Typed for &'static str {
+    const TYPE: DataType = DataType::VisibleString;
+    const SIZE: usize = 255;
+}
+
+/// At most `N` bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Bytes<const N: usize> {
+    len: u16,
+    /// Zero at and above `len`, so that equal strings compare equal.
+    bytes: [u8; N],
+}
+
+impl<const N: usize> Bytes<N> {
+    const fn empty() -> Self {
+        Bytes { len: 0, bytes: [0; N] }
+    }
+
+    fn get(&self) -> &[u8] {
+        self.bytes.get(..usize::from(self.len)).unwrap_or(&self.bytes)
+    }
+
+    fn set(&mut self, value: &[u8]) -> Result<(), AbortCode> {
+        if value.len() > N {
+            return Err(AbortCode::TooLong);
+        }
+        *self = Bytes::empty();
+        self.len = value.len() as u16;
+        for (slot, byte) in self.bytes.iter_mut().zip(value) {
+            *slot = *byte;
+        }
+        Ok(())
+    }
+}
+
+/// A string type in `N` bytes: its rule says which bytes it takes.
+macro_rules! string {
+    ($(#[$doc:meta])* $name:ident, $data_type:ident, $rule:expr) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub struct $name<const N: usize>(Bytes<N>);
+
+        impl<const N: usize> $name<N> {
+            /// An empty string.
+            pub const fn empty() -> Self {
+                $name(Bytes::empty())
+            }
+
+            /// A string of these bytes; `None` when they are too many or not allowed in this type.
+            pub fn new(value: &[u8]) -> Option<Self> {
+                let mut string = Self::empty();
+                string.write(value).ok()?;
+                Some(string)
+            }
+
+            /// Its bytes.
+            pub fn as_bytes(&self) -> &[u8] {
+                self.0.get()
+            }
+        }
+
+        impl<const N: usize> Default for $name<N> {
+            fn default() -> Self {
+                Self::empty()
+            }
+        }
+
+        impl<const N: usize> Variable for $name<N> {
+            fn len(&self) -> usize {
+                self.0.get().len()
+            }
+
+            fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+                copy_from(self.0.get(), offset, into)
+            }
+
+            fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
+                let rule: fn(&[u8]) -> Result<(), AbortCode> = $rule;
+                rule(value)?;
+                self.0.set(value)
+            }
+        }
+
+        impl<const N: usize> Typed for $name<N> {
+            const TYPE: DataType = DataType::$data_type;
+            const SIZE: usize = N;
+        }
+    };
+}
+
+string!(
+    /// VISIBLE_STRING of at most `N` characters: 00h and 20h to 7Eh (CiA 301 7.1.6.3).
+    VisibleString,
+    VisibleString,
+    |value| {
+        let visible = value.iter().all(|byte| matches!(byte, 0 | 0x20..=0x7E));
+        if visible { Ok(()) } else { Err(AbortCode::ValueRange) }
+    }
+);
+string!(
+    /// OCTET_STRING of at most `N` bytes (CiA 301 7.1.6.2).
+    OctetString,
+    OctetString,
+    |_| Ok(())
+);
+string!(
+    /// UNICODE_STRING in at most `N` bytes, two for each code unit (CiA 301 7.1.6.4).
+    UnicodeString,
+    UnicodeString,
+    |value| if value.len() % 2 == 0 { Ok(()) } else { Err(AbortCode::Length) }
+);

@@ -1,0 +1,87 @@
+//! A value under an index and sub-index, whatever its type.
+
+use super::{AbortCode, DataType};
+
+/// A value of the object dictionary, little-endian at its surface.
+pub trait Variable {
+    /// Bytes that an upload gives now.
+    fn len(&self) -> usize;
+
+    /// Whether an upload gives nothing.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Copies bytes from `offset` on; returns how many.
+    fn read(&self, offset: usize, into: &mut [u8]) -> usize;
+
+    /// Takes a whole value.
+    ///
+    /// # Errors
+    /// [`AbortCode::TooLong`], [`AbortCode::TooShort`], or what its type forbids; nothing was changed.
+    fn write(&mut self, value: &[u8]) -> Result<(), AbortCode>;
+
+    /// The value in a PDO: the low bits count. Zero for types without fixed size.
+    fn bits(&self) -> u64 {
+        0
+    }
+
+    /// Takes the value of a PDO, the low bits. Nothing happens to types without fixed size.
+    fn set_bits(&mut self, _bits: u64) {}
+
+    /// Most bytes that a DOMAIN takes; zero for all other types.
+    fn capacity(&self) -> usize {
+        0
+    }
+
+    /// Takes a part of a DOMAIN, from `offset` on.
+    ///
+    /// # Errors
+    /// [`AbortCode::UnsupportedAccess`] for all other types, [`AbortCode::OutOfMemory`] beyond its capacity.
+    fn write_part(&mut self, _offset: usize, _part: &[u8]) -> Result<(), AbortCode> {
+        Err(AbortCode::UnsupportedAccess)
+    }
+
+    /// A DOMAIN was written whole, `size` bytes.
+    ///
+    /// # Errors
+    /// [`AbortCode::UnsupportedAccess`] for all other types, or what the owner of the block finds wrong with it.
+    fn finish(&mut self, _size: usize) -> Result<(), AbortCode> {
+        Err(AbortCode::UnsupportedAccess)
+    }
+
+    /// A DOMAIN will not be written to its end.
+    fn cancel(&mut self) {}
+}
+
+/// What a declaration needs to know of a type.
+pub trait Typed: Variable {
+    /// Type in the dictionary.
+    const TYPE: DataType;
+    /// Most bytes of a value.
+    const SIZE: usize;
+}
+
+/// Copies from the middle of a value; returns how many bytes.
+pub(super) fn copy_from(bytes: &[u8], offset: usize, into: &mut [u8]) -> usize {
+    let rest = bytes.get(offset..).unwrap_or(&[]);
+    let count = rest.len().min(into.len());
+    if let (Some(to), Some(from)) = (into.get_mut(..count), rest.get(..count)) {
+        to.copy_from_slice(from);
+    }
+    count
+}
+
+/// The low `N` bytes of a number from exactly `N` bytes.
+///
+/// # Errors
+/// [`AbortCode::TooLong`], [`AbortCode::TooShort`].
+pub(super) fn exactly(value: &[u8], size: usize) -> Result<u64, AbortCode> {
+    match value.len().cmp(&size) {
+        core::cmp::Ordering::Less => Err(AbortCode::TooShort),
+        core::cmp::Ordering::Greater => Err(AbortCode::TooLong),
+        core::cmp::Ordering::Equal => {
+            Ok(value.iter().rev().fold(0, |bits, byte| bits << 8 | u64::from(*byte)))
+        }
+    }
+}
