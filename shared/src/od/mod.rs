@@ -35,11 +35,13 @@
 mod abort;
 mod access;
 pub mod checked;
+pub mod communication;
 mod data_type;
 mod dictionary;
 mod domain;
 mod numbers;
 mod object;
+pub mod spacecraft;
 mod texts;
 mod times;
 mod variable;

@@ -1,0 +1,137 @@
+//! Communication profile area, 1000h..=1FFFh: what every node has (CiA 301 7.5.2).
+
+mod parameters;
+
+pub use parameters::{
+    ErrorField, Identity, MAPPED, Mapping, PdoMapping, RpdoParameters, SdoParameters, StaticMapping,
+    TpdoParameters,
+};
+
+use super::Objects;
+use crate::link::CobId;
+use crate::nmt::NodeId;
+
+/// Signature that stores parameters: "save" (CiA 301 7.5.2.13).
+pub const SAVE: u32 = 0x6576_6173;
+/// Signature that restores defaults: "load" (CiA 301 7.5.2.14).
+pub const LOAD: u32 = 0x6461_6F6C;
+/// Bit of a COB-ID entry: the object does not exist, is not valid.
+pub const INVALID: u32 = 1 << 31;
+/// Bit of a PDO's COB-ID entry: no remote frames. Always set: there are none here (ECSS Table 11-1, 7.2.2.4.3).
+pub const NO_REMOTE: u32 = 1 << 30;
+
+/// The communication profile of a node with `R` receive PDOs and `T` transmit PDOs, at most 512 of each. `M` is how they
+/// are mapped: [`PdoMapping`] or [`StaticMapping`].
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = PdoMapping> {
+    /// Device type
+    #[object(0x1000, ro)]
+    pub device_type: u32,
+    /// Error register
+    #[object(0x1001, ro, pdo)]
+    pub error_register: u8,
+    /// Manufacturer status register
+    #[object(0x1002, ro, pdo)]
+    pub status_register: u32,
+    /// Pre-defined error field
+    #[object(0x1003, record)]
+    pub errors: ErrorField,
+    /// COB-ID SYNC message
+    #[object(0x1005, rw, default = 0x80)]
+    pub sync_cob_id: u32,
+    /// Communication cycle period
+    ///
+    /// Microseconds.
+    #[object(0x1006, rw)]
+    pub cycle_period: u32,
+    /// Synchronous window length
+    ///
+    /// Microseconds.
+    #[object(0x1007, rw)]
+    pub synchronous_window: u32,
+    /// Manufacturer device name
+    #[object(0x1008, constant)]
+    pub device_name: &'static str,
+    /// Manufacturer hardware version
+    #[object(0x1009, constant)]
+    pub hardware_version: &'static str,
+    /// Manufacturer software version
+    #[object(0x100A, constant)]
+    pub software_version: &'static str,
+    /// Store parameters
+    ///
+    /// All, communication, application, manufacturer. Bit 0: on command.
+    #[object(0x1010, array, rw, default = [1; 4])]
+    pub store: [u32; 4],
+    /// Restore default parameters
+    ///
+    /// All, communication, application, manufacturer. Bit 0: possible.
+    #[object(0x1011, array, rw, default = [1; 4])]
+    pub restore: [u32; 4],
+    /// COB-ID EMCY
+    #[object(0x1014, rw, default = INVALID)]
+    pub emcy_cob_id: u32,
+    /// Inhibit time EMCY
+    ///
+    /// Multiples of 100 us.
+    #[object(0x1015, rw)]
+    pub emcy_inhibit: u16,
+    /// Consumer heartbeat time
+    ///
+    /// Node-ID in bits 16 to 22, milliseconds below.
+    #[object(0x1016, array, rw)]
+    pub consumer_heartbeat: [u32; 8],
+    /// Producer heartbeat time
+    ///
+    /// Milliseconds.
+    #[object(0x1017, rw)]
+    pub producer_heartbeat: u16,
+    /// Identity object
+    #[object(0x1018, record)]
+    pub identity: Identity,
+    /// Synchronous counter overflow value
+    #[object(0x1019, rw, high = 240)]
+    pub sync_overflow: u8,
+    /// Error behaviour
+    ///
+    /// Communication error: 0 pre-operational, 1 no change, 2 stopped.
+    #[object(0x1029, array, rw, high = 2)]
+    pub error_behaviour: [u8; 1],
+    /// Receive PDO communication parameter
+    #[object(0x1400.., record)]
+    pub rpdos: [RpdoParameters; R],
+    /// Receive PDO mapping parameter
+    #[object(0x1600.., record)]
+    pub rpdo_mappings: [M; R],
+    /// Transmit PDO communication parameter
+    #[object(0x1800.., record)]
+    pub tpdos: [TpdoParameters; T],
+    /// Transmit PDO mapping parameter
+    #[object(0x1A00.., record)]
+    pub tpdo_mappings: [M; T],
+}
+
+impl<const R: usize, const T: usize, M: Mapping> Communication<R, T, M> {
+    /// The defaults of a node: COB-IDs of the generic pre-defined connection set (CiA 301 7.3.3), all PDOs invalid and
+    /// mapped to nothing.
+    pub fn new(node: NodeId) -> Self {
+        const { assert!(R <= 512 && T <= 512, "at most 512 PDOs each way") };
+        let mut objects = Self { emcy_cob_id: u32::from(CobId::emcy(node).raw()), ..Self::default() };
+        let bases = [0x200_u32, 0x300, 0x400, 0x500];
+        for (pdo, base) in objects.rpdos.iter_mut().zip(bases) {
+            pdo.cob_id = INVALID | NO_REMOTE | (base + u32::from(node.get()));
+        }
+        for (pdo, base) in objects.tpdos.iter_mut().zip(bases) {
+            pdo.cob_id = INVALID | NO_REMOTE | (base - 0x80 + u32::from(node.get()));
+        }
+        objects
+    }
+}
+
+/// The default SDO channel of a server.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct SdoServerObjects {
+    /// SDO server parameter
+    #[object(0x1200, record)]
+    pub sdo_server: SdoParameters,
+}
