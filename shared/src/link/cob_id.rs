@@ -1,4 +1,6 @@
-//! COB-IDs: 11-bit CAN identifiers and their pre-defined ranges (CiA 301 7.3.3).
+//! COB-IDs: 11-bit CAN identifiers, their pre-defined and restricted ranges.
+//!
+//! CiA 301 7.3.3 (pre-defined connection set) and 7.3.5 (restricted CAN-IDs).
 
 use crate::nmt::NodeId;
 
@@ -12,10 +14,17 @@ impl CobId {
     pub const NMT: CobId = CobId(0x000);
     /// SYNC object.
     pub const SYNC: CobId = CobId(0x080);
+    /// TIME object.
+    pub const TIME: CobId = CobId(0x100);
 
     /// `None` above 7FFh.
     pub const fn new(raw: u16) -> Option<CobId> {
         if raw <= 0x7FF { Some(CobId(raw)) } else { None }
+    }
+
+    /// The low eleven bits.
+    pub(super) const fn low_bits(raw: u32) -> CobId {
+        CobId((raw & 0x7FF) as u16)
     }
 
     const fn with_node(base: u16, node: NodeId) -> CobId {
@@ -25,6 +34,22 @@ impl CobId {
     /// EMCY of a node: 080h + node.
     pub const fn emcy(node: NodeId) -> CobId {
         Self::with_node(0x080, node)
+    }
+
+    /// TPDO 1 to 4 of a node: 180h, 280h, 380h, 480h + node. `None` for others, which have no pre-defined COB-ID.
+    pub const fn tpdo(number: u16, node: NodeId) -> Option<CobId> {
+        match number {
+            1..=4 => Some(Self::with_node(0x080 + 0x100 * number, node)),
+            _ => None,
+        }
+    }
+
+    /// RPDO 1 to 4 of a node: 200h, 300h, 400h, 500h + node. `None` for others, which have no pre-defined COB-ID.
+    pub const fn rpdo(number: u16, node: NodeId) -> Option<CobId> {
+        match number {
+            1..=4 => Some(Self::with_node(0x100 + 0x100 * number, node)),
+            _ => None,
+        }
     }
 
     /// TPDO1 of a node, 180h + node: the Local Time PDO; that of the master is the Spacecraft Time PDO.
@@ -47,6 +72,16 @@ impl CobId {
         Self::with_node(0x400, node)
     }
 
+    /// SDO from the server in a node to its client: 580h + node.
+    pub const fn sdo_response(node: NodeId) -> CobId {
+        Self::with_node(0x580, node)
+    }
+
+    /// SDO from a client to the server in a node: 600h + node.
+    pub const fn sdo_request(node: NodeId) -> CobId {
+        Self::with_node(0x600, node)
+    }
+
     /// NMT error control (heartbeat and boot-up) of a node: 700h + node.
     pub const fn heartbeat(node: NodeId) -> CobId {
         Self::with_node(0x700, node)
@@ -65,5 +100,15 @@ impl CobId {
     /// The function code in the upper four bits, as the base identifier (`080h`, `180h`, .. `700h`).
     pub const fn function(self) -> u16 {
         self.0 & 0x780
+    }
+
+    /// Whether CANopen keeps it for one purpose, so that no configurable object may use it (ECSS 6.10b).
+    pub const fn is_restricted(self) -> bool {
+        matches!(self.0, 0x000..=0x07F | 0x101..=0x180 | 0x6E0..=0x6FF | 0x701..) || self.is_default_sdo()
+    }
+
+    /// Whether it belongs to the default SDO of a node, in either direction: restricted to SDOs.
+    pub const fn is_default_sdo(self) -> bool {
+        matches!(self.0, 0x581..=0x5FF | 0x601..=0x67F)
     }
 }

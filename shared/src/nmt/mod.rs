@@ -1,11 +1,15 @@
 //! Network management: node identifiers, states, module control (CiA 301 7.2.8, 7.3.2).
 
 mod command;
+mod error_behaviour;
 mod node_id;
 mod slave;
+mod startup;
 mod state;
 
 pub use command::{Command, NmtMessage, Target};
+pub use error_behaviour::ErrorBehaviour;
 pub use node_id::NodeId;
 pub use slave::{NmtSlave, Reaction};
+pub use startup::NmtStartup;
 pub use state::NmtState;

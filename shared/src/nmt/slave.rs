@@ -1,6 +1,6 @@
 //! NMT state machine of a slave (CiA 301 7.3.2, ECSS 6.5.4).
 
-use super::{Command, NmtState};
+use super::{Command, ErrorBehaviour, NmtState};
 
 /// The state machine.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -29,6 +29,11 @@ impl NmtSlave {
     /// 7.3.2.2.1), else it waits in Pre-operational.
     pub const fn new(autostart: bool) -> Self {
         NmtSlave { state: NmtState::Initialising, autostart }
+    }
+
+    /// Where the next [`NmtSlave::boot`] leads to.
+    pub fn set_autostart(&mut self, autostart: bool) {
+        self.autostart = autostart;
     }
 
     /// The present state.
@@ -67,6 +72,17 @@ impl NmtSlave {
         match self.state {
             NmtState::Initialising => Reaction::Unchanged,
             _ => self.enter(NmtState::PreOperational),
+        }
+    }
+
+    /// A communication error other than a missed master: heartbeat of another node, bus-off.
+    pub fn on_communication_error(&mut self, behaviour: ErrorBehaviour) -> Reaction {
+        match (behaviour, self.state) {
+            (ErrorBehaviour::PreOperational, NmtState::Operational) => self.enter(NmtState::PreOperational),
+            (ErrorBehaviour::Stopped, NmtState::Operational | NmtState::PreOperational) => {
+                self.enter(NmtState::Stopped)
+            }
+            _ => Reaction::Unchanged,
         }
     }
 

@@ -42,4 +42,14 @@ impl NmtState {
     pub const fn allows_sync(self) -> bool {
         matches!(self, NmtState::Operational | NmtState::PreOperational)
     }
+
+    /// Whether SDOs are served.
+    pub const fn allows_sdo(self) -> bool {
+        self.allows_sync()
+    }
+
+    /// Whether EMCY is sent.
+    pub const fn allows_emcy(self) -> bool {
+        self.allows_sync()
+    }
 }

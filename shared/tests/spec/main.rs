@@ -6,6 +6,8 @@ mod bench;
 mod bit_timing;
 mod bus_off;
 mod clock;
+mod cob_id;
+mod emcy;
 mod fleet;
 mod heartbeat;
 mod link;

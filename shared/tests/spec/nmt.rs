@@ -1,6 +1,9 @@
 //! NMT state machine and module control.
 
-use ecss_can::nmt::{Command, NmtMessage, NmtSlave, NmtState, NodeId, Reaction, Target};
+use ecss_can::nmt::{
+    Command, ErrorBehaviour, NmtMessage, NmtSlave, NmtStartup, NmtState, NodeId, Reaction, Target,
+};
+use ecss_can::od::AbortCode;
 
 use crate::bench::{frame, node};
 
@@ -11,6 +14,15 @@ const COMMANDS: [(u8, Command); 5] = [
     (0x81, Command::ResetNode),
     (0x82, Command::ResetCommunication),
 ];
+
+fn at(state: NmtState) -> NmtSlave {
+    match state {
+        NmtState::Initialising => NmtSlave::new(false),
+        NmtState::PreOperational => in_state(Command::EnterPreOperational),
+        NmtState::Operational => in_state(Command::Start),
+        NmtState::Stopped => in_state(Command::Stop),
+    }
+}
 
 fn in_state(command: Command) -> NmtSlave {
     let mut slave = NmtSlave::new(false);
@@ -69,42 +81,88 @@ fn services_by_state() {
     use NmtState::{Initialising, Operational, PreOperational, Stopped};
     let states = [Initialising, PreOperational, Operational, Stopped];
     assert_eq!(states.map(NmtState::allows_pdo), [false, false, true, false]);
-    assert_eq!(states.map(NmtState::allows_sync), [false, true, true, false]);
+    for service in [NmtState::allows_sync, NmtState::allows_sdo, NmtState::allows_emcy] {
+        assert_eq!(states.map(service), [false, true, true, false]);
+    }
+}
+
+/// Verifies: ECSS 6.5.1a, 6.5.4a
+#[test]
+fn every_transition_of_the_state_diagram() {
+    use NmtState::{Initialising, Operational, PreOperational, Stopped};
+    use Reaction::{Entered, ResetCommunication, ResetNode, Unchanged};
+    // One column for each command: start, stop, enter Pre-operational, reset node, reset communication.
+    let diagram = [
+        (Initialising, [Unchanged; 5]),
+        (PreOperational, [Entered(Operational), Entered(Stopped), Unchanged, ResetNode, ResetCommunication]),
+        (Operational, [Unchanged, Entered(Stopped), Entered(PreOperational), ResetNode, ResetCommunication]),
+        (Stopped, [Entered(Operational), Unchanged, Entered(PreOperational), ResetNode, ResetCommunication]),
+    ];
+    for (before, reactions) in diagram {
+        for ((_, command), expected) in COMMANDS.into_iter().zip(reactions) {
+            let mut slave = at(before);
+            assert_eq!(slave.on_command(command), expected, "{command:?} in {before:?}");
+            let after = match expected {
+                Unchanged => before,
+                Entered(state) => state,
+                ResetNode | ResetCommunication => Initialising,
+            };
+            assert_eq!(slave.state(), after, "{command:?} in {before:?}");
+        }
+    }
 }
 
 /// Verifies: ECSS 6.5.4a
 #[test]
-fn every_transition_of_the_state_diagram() {
-    use NmtState::{Operational, PreOperational, Stopped};
-    let states = [
-        (Command::EnterPreOperational, PreOperational),
-        (Command::Start, Operational),
-        (Command::Stop, Stopped),
-    ];
-    for (reach, before) in states {
-        for (command, after) in states {
-            let mut slave = in_state(reach);
-            let expected = if before == after { Reaction::Unchanged } else { Reaction::Entered(after) };
-            assert_eq!(slave.on_command(command), expected);
-            assert_eq!(slave.state(), after);
-        }
-        let mut slave = in_state(reach);
-        assert_eq!(slave.on_command(Command::ResetNode), Reaction::ResetNode);
-        assert_eq!(slave.state(), NmtState::Initialising);
-        let mut slave = in_state(reach);
-        assert_eq!(slave.on_command(Command::ResetCommunication), Reaction::ResetCommunication);
-        assert_eq!(slave.boot(), PreOperational);
+fn initialising_ends_with_the_boot_up_message() {
+    for command in [Command::ResetCommunication, Command::ResetNode] {
+        let mut slave = in_state(Command::Start);
+        slave.on_command(command);
+        assert_eq!(slave.boot(), NmtState::PreOperational);
+        assert_eq!(slave.state(), NmtState::PreOperational);
     }
 }
 
 #[test]
-fn while_initialising_nothing_is_obeyed() {
+fn while_initialising_nothing_changes_the_state() {
     let mut slave = NmtSlave::new(false);
-    for (_, command) in COMMANDS {
-        assert_eq!(slave.on_command(command), Reaction::Unchanged);
-    }
     assert_eq!(slave.on_master_missed(), Reaction::Unchanged);
+    for behaviour in [ErrorBehaviour::PreOperational, ErrorBehaviour::Unchanged, ErrorBehaviour::Stopped] {
+        assert_eq!(slave.on_communication_error(behaviour), Reaction::Unchanged);
+    }
     assert_eq!(slave.state(), NmtState::Initialising);
+}
+
+#[test]
+fn a_communication_error_leads_where_1029h_says() {
+    use ErrorBehaviour as B;
+    use NmtState::{Operational, PreOperational, Stopped};
+    use Reaction::{Entered, Unchanged};
+    let table = [
+        (Operational, [Entered(PreOperational), Unchanged, Entered(Stopped)]),
+        (PreOperational, [Unchanged, Unchanged, Entered(Stopped)]),
+        (Stopped, [Unchanged; 3]),
+    ];
+    for (before, reactions) in table {
+        for (behaviour, expected) in [B::PreOperational, B::Unchanged, B::Stopped].into_iter().zip(reactions)
+        {
+            let mut slave = at(before);
+            assert_eq!(slave.on_communication_error(behaviour), expected, "{behaviour:?} in {before:?}");
+            let after = if let Entered(state) = expected { state } else { before };
+            assert_eq!(slave.state(), after);
+        }
+    }
+}
+
+#[test]
+fn error_behaviour_is_0_1_or_2() {
+    assert_eq!(ErrorBehaviour::default(), ErrorBehaviour::PreOperational);
+    for byte in 0..=2 {
+        assert_eq!(ErrorBehaviour::from_byte(byte).map(ErrorBehaviour::byte), Ok(byte));
+    }
+    for byte in 3..=255 {
+        assert_eq!(ErrorBehaviour::from_byte(byte), Err(AbortCode::ValueRange));
+    }
 }
 
 /// Verifies: ECSS 6.5.4a
@@ -112,6 +170,20 @@ fn while_initialising_nothing_is_obeyed() {
 fn autostart_goes_to_operational_by_itself() {
     let mut slave = NmtSlave::new(true);
     assert_eq!(slave.boot(), NmtState::Operational);
+}
+
+/// Verifies: ECSS 6.5.4a
+#[test]
+fn bit_2_of_1f80h_keeps_a_node_from_going_operational_by_itself() {
+    let mut slave = NmtSlave::new(false);
+    for (raw, state) in [(0, NmtState::Operational), (4, NmtState::PreOperational)] {
+        let startup = NmtStartup::from_raw(raw);
+        slave.set_autostart(startup.autostart());
+        assert_eq!(slave.boot(), state);
+        slave.on_command(Command::ResetCommunication);
+        assert_eq!(NmtStartup::of_slave(startup.autostart()).raw(), raw);
+    }
+    assert!(!NmtStartup::from_raw(0xFFFF_FFFF).autostart());
 }
 
 /// Verifies: ECSS 8.3.3e.1

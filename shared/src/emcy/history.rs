@@ -1,0 +1,69 @@
+//! Pre-defined error field, object 1003h (CiA 301 7.5.2.4): the errors of the past, newest first.
+
+use super::ErrorCode;
+use crate::od::AbortCode;
+
+/// The last errors, at most `N`; the oldest falls off.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct History<const N: usize> {
+    entries: [u32; N],
+    len: u8,
+}
+
+impl<const N: usize> Default for History<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize> History<N> {
+    /// Empty.
+    pub const fn new() -> Self {
+        const { assert!(N >= 1 && N <= 254, "sub-indices of errors are 1..=254") };
+        History { entries: [0; N], len: 0 }
+    }
+
+    pub(super) fn push(&mut self, code: ErrorCode, info: u16) {
+        let mut moved = u32::from(info) << 16 | u32::from(code.get());
+        for entry in &mut self.entries {
+            core::mem::swap(entry, &mut moved);
+        }
+        self.len = self.len.saturating_add(1).min(N as u8);
+    }
+
+    /// Sub-index 0: how many errors there are.
+    pub const fn len(&self) -> u8 {
+        self.len
+    }
+
+    /// Whether there is none.
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Sub-index 1 and up: error code in the low half, the first two manufacturer-specific bytes in the high half.
+    ///
+    /// # Errors
+    /// [`AbortCode::NoData`] beyond the last error, [`AbortCode::NoSubIndex`] beyond the last place.
+    pub fn read(&self, sub: u8) -> Result<u32, AbortCode> {
+        let place = usize::from(sub).checked_sub(1).and_then(|place| self.entries.get(place));
+        match place {
+            None => Err(AbortCode::NoSubIndex),
+            Some(_) if sub > self.len => Err(AbortCode::NoData),
+            Some(entry) => Ok(*entry),
+        }
+    }
+
+    /// A write to sub-index 0: zero forgets everything.
+    ///
+    /// # Errors
+    /// [`AbortCode::ValueRange`] for anything but zero.
+    pub fn write_len(&mut self, value: u8) -> Result<(), AbortCode> {
+        if value != 0 {
+            return Err(AbortCode::ValueRange);
+        }
+        self.len = 0;
+        Ok(())
+    }
+}

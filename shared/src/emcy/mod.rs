@@ -1,0 +1,13 @@
+//! Emergency object: producer, messages, error register, history (CiA 301 7.2.7, ECSS 6.4).
+
+mod code;
+mod history;
+mod message;
+mod producer;
+mod register;
+
+pub use code::ErrorCode;
+pub use history::History;
+pub use message::Emergency;
+pub use producer::{Config, Producer};
+pub use register::ErrorRegister;

@@ -1,0 +1,149 @@
+//! Producer of emergency messages.
+//!
+//! An error is told once when it appears and once when it is gone. It is known by its code and the first byte of its
+//! manufacturer-specific field, its *source*: with it heartbeat errors of two nodes or length errors of two PDOs are
+//! two errors.
+
+use heapless::Deque;
+
+use super::{Emergency, ErrorCode, ErrorRegister, History};
+use crate::link::{CobId, Frame};
+use crate::nmt::NmtState;
+use crate::time::{Duration, Instant};
+
+/// Errors that are remembered (object 1003h).
+const HISTORY: usize = 8;
+/// Messages that may wait for the inhibit time or for a state that allows them.
+const WAITING: usize = 8;
+/// Errors that may be active together.
+const ACTIVE: usize = 16;
+
+/// Objects 1014h and 1015h.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Config {
+    /// COB-ID (1014h); `None` when not valid: nothing is sent, but history and error register go on.
+    pub id: Option<CobId>,
+    /// Time between two messages (1015h, there in units of 100 us).
+    pub inhibit: Duration,
+}
+
+/// Error register, history, and the messages that tell of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Producer {
+    config: Config,
+    /// Code and source of each, see [`key`]; zero is a free place.
+    active: [u32; ACTIVE],
+    history: History<HISTORY>,
+    waiting: Deque<Emergency, WAITING>,
+    last: Option<Instant>,
+    lost: u32,
+}
+
+impl Producer {
+    /// No error yet.
+    pub const fn new(config: Config) -> Self {
+        Producer {
+            config,
+            active: [0; ACTIVE],
+            history: History::new(),
+            waiting: Deque::new(),
+            last: None,
+            lost: 0,
+        }
+    }
+
+    /// New values of 1014h and 1015h. The inhibit time counts from the last message that was sent; messages that wait
+    /// are dropped when the COB-ID is not valid any more.
+    pub fn configure(&mut self, config: Config) {
+        self.config = config;
+        if config.id.is_none() {
+            self.waiting.clear();
+        }
+    }
+
+    /// An error appeared. The first byte of `info` is its source, zero when the code has only one. Returns whether that
+    /// is news: an active error is not told again.
+    ///
+    /// With 16 errors active another one is told, but not known as active.
+    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) -> bool {
+        let [source, detail, ..] = info;
+        let error = key(code, source);
+        if code == ErrorCode::NO_ERROR || self.active.contains(&error) {
+            return false;
+        }
+        if let Some(free) = self.place(0) {
+            *free = error;
+        }
+        self.history.push(code, u16::from_le_bytes([source, detail]));
+        let register = self.register().and(ErrorRegister::of(code));
+        self.tell(Emergency { code, register, info });
+        true
+    }
+
+    /// An error is gone: "error reset", with what remains in the error register, and code and source of this error in
+    /// the manufacturer-specific field. Returns whether it was active.
+    pub fn clear(&mut self, code: ErrorCode, source: u8) -> bool {
+        if code == ErrorCode::NO_ERROR {
+            return false;
+        }
+        let Some(place) = self.place(key(code, source)) else { return false };
+        *place = 0;
+        let [low, high] = code.get().to_le_bytes();
+        let info = [low, high, source, 0, 0];
+        self.tell(Emergency { code: ErrorCode::NO_ERROR, register: self.register(), info });
+        true
+    }
+
+    fn place(&mut self, holding: u32) -> Option<&mut u32> {
+        self.active.iter_mut().find(|place| **place == holding)
+    }
+
+    fn tell(&mut self, emergency: Emergency) {
+        if self.config.id.is_some() && self.waiting.push_back(emergency).is_err() {
+            self.lost = self.lost.saturating_add(1);
+        }
+    }
+
+    /// Object 1001h.
+    pub fn register(&self) -> ErrorRegister {
+        let kinds = self.active.iter().map(|error| ErrorRegister::of(ErrorCode::new((error >> 8) as u16)));
+        kinds.fold(ErrorRegister::default(), ErrorRegister::and)
+    }
+
+    /// Object 1003h.
+    pub const fn history(&self) -> &History<HISTORY> {
+        &self.history
+    }
+
+    /// Object 1003h, to be cleared.
+    pub const fn history_mut(&mut self) -> &mut History<HISTORY> {
+        &mut self.history
+    }
+
+    /// Messages that found too many waiting before them. Their errors are in the history.
+    pub const fn lost(&self) -> u32 {
+        self.lost
+    }
+
+    /// The next message, when one waits, the inhibit time is over, and `state` allows it.
+    pub fn poll(&mut self, now: Instant, state: NmtState) -> Option<Frame> {
+        let id = self.config.id?;
+        self.deadline(state).filter(|due| *due <= now)?;
+        let emergency = self.waiting.pop_front()?;
+        self.last = Some(now);
+        Some(emergency.encode(id))
+    }
+
+    /// When the next message may go out, which may have passed; `None` when none waits or `state` forbids it.
+    pub fn deadline(&self, state: NmtState) -> Option<Instant> {
+        if self.waiting.is_empty() || !state.allows_emcy() {
+            return None;
+        }
+        Some(self.last.map_or(Instant::ZERO, |last| last + self.config.inhibit))
+    }
+}
+
+fn key(code: ErrorCode, source: u8) -> u32 {
+    u32::from(code.get()) << 8 | u32::from(source)
+}

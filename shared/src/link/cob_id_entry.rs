@@ -1,0 +1,99 @@
+//! COB-ID entries: what objects like 1005h, 1014h, 1280h, 1400h and 1800h hold.
+//!
+//! An unsigned of 32 bits: the identifier in the low 29, and three flags above. Bit 29 asks for an extended frame,
+//! which this system does not speak.
+
+use super::CobId;
+use crate::od::AbortCode;
+
+/// A COB-ID entry. Anything can be viewed as one; [`CobIdEntry::written`] has the rules of writing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CobIdEntry(u32);
+
+/// What an entry is for. It decides about flags and restricted identifiers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum EntryUse {
+    /// 1005h: bit 31 does not matter, bit 30 makes the node produce SYNC.
+    Sync,
+    /// 1014h: bit 31 is "not valid", bit 30 is reserved.
+    Emcy,
+    /// 1200h, 1280h and their like: bit 31 is "not valid", bit 30 "assigned dynamically".
+    Sdo,
+    /// 1400h, 1800h and their like: bit 31 is "not valid", bit 30 "no RTR".
+    Pdo,
+}
+
+/// Bit 31.
+const NOT_VALID: u32 = 1 << 31;
+/// Bit 30.
+const FLAG: u32 = 1 << 30;
+/// Bit 29 and the identifier bits that only an extended frame has.
+const EXTENDED: u32 = 0x3FFF_F800;
+
+impl CobIdEntry {
+    /// Of an object that is not in use, without an identifier.
+    pub const UNUSED: CobIdEntry = CobIdEntry(NOT_VALID);
+
+    /// Of a valid object, bit 30 clear.
+    pub const fn valid(id: CobId) -> CobIdEntry {
+        CobIdEntry(id.raw() as u32)
+    }
+
+    /// Of the SYNC object: bit 30 for a producer.
+    pub const fn sync(id: CobId, produce: bool) -> CobIdEntry {
+        CobIdEntry(id.raw() as u32 | if produce { FLAG } else { 0 })
+    }
+
+    /// As it is stored.
+    pub const fn from_raw(raw: u32) -> CobIdEntry {
+        CobIdEntry(raw)
+    }
+
+    /// As it is stored.
+    pub const fn raw(self) -> u32 {
+        self.0
+    }
+
+    /// The identifier, whether the object is valid or not.
+    pub const fn id(self) -> CobId {
+        CobId::low_bits(self.0)
+    }
+
+    /// The identifier of a valid object. An entry for extended frames is not valid.
+    pub const fn cob_id(self) -> Option<CobId> {
+        if self.0 & (NOT_VALID | EXTENDED) == 0 { Some(self.id()) } else { None }
+    }
+
+    /// Bit 30: the node produces SYNC (1005h), RTR is not allowed (PDO).
+    pub const fn flag(self) -> bool {
+        self.0 & FLAG != 0
+    }
+
+    /// The entry after a write. While the object is in use (valid, or the producer of SYNC), its identifier stays.
+    ///
+    /// # Errors
+    /// [`AbortCode::ValueRange`] for an extended or restricted identifier (ECSS 6.10b), a reserved bit, or another
+    /// identifier for an object in use.
+    pub const fn written(self, raw: u32, entry_use: EntryUse) -> Result<CobIdEntry, AbortCode> {
+        let new = CobIdEntry(raw);
+        let reserved = match entry_use {
+            EntryUse::Emcy => EXTENDED | FLAG,
+            EntryUse::Sync | EntryUse::Sdo | EntryUse::Pdo => EXTENDED,
+        };
+        let (fixed, restrictable) = match entry_use {
+            // A consumer listens to the identifier as well.
+            EntryUse::Sync => (self.flag() && new.flag(), true),
+            _ => (self.cob_id().is_some() && new.cob_id().is_some(), new.cob_id().is_some()),
+        };
+        let restricted = match entry_use {
+            EntryUse::Sdo => new.id().is_restricted() && !new.id().is_default_sdo(),
+            _ => new.id().is_restricted(),
+        };
+        if raw & reserved != 0 || restrictable && restricted || fixed && self.id().raw() != new.id().raw() {
+            return Err(AbortCode::ValueRange);
+        }
+        Ok(new)
+    }
+}

@@ -1,0 +1,127 @@
+//! COB-IDs: pre-defined connection set, restricted identifiers, COB-ID entries.
+
+use ecss_can::link::{CobId, CobIdEntry, EntryUse};
+use ecss_can::od::AbortCode;
+
+use crate::bench::node;
+
+const REFUSED: Result<CobIdEntry, AbortCode> = Err(AbortCode::ValueRange);
+
+fn write(present: u32, raw: u32, entry_use: EntryUse) -> Result<u32, AbortCode> {
+    CobIdEntry::from_raw(present).written(raw, entry_use).map(CobIdEntry::raw)
+}
+
+/// Verifies: ECSS 6.10a
+#[test]
+fn the_pre_defined_connection_set() {
+    let id = node(0x7F);
+    assert_eq!([CobId::NMT, CobId::SYNC, CobId::TIME].map(CobId::raw), [0x000, 0x080, 0x100]);
+    let single = [CobId::emcy(id), CobId::sdo_response(id), CobId::sdo_request(id), CobId::heartbeat(id)];
+    assert_eq!(single.map(CobId::raw), [0x0FF, 0x5FF, 0x67F, 0x77F]);
+    let pdos =
+        |of: fn(u16, _) -> Option<CobId>| [1, 2, 3, 4].map(|number| of(number, node(1)).unwrap().raw());
+    assert_eq!(pdos(CobId::tpdo), [0x181, 0x281, 0x381, 0x481]);
+    assert_eq!(pdos(CobId::rpdo), [0x201, 0x301, 0x401, 0x501]);
+    for number in [0, 5, 512, u16::MAX] {
+        assert_eq!((CobId::tpdo(number, id), CobId::rpdo(number, id)), (None, None));
+    }
+}
+
+/// Verifies: ECSS 6.10b
+#[test]
+fn restricted_identifiers() {
+    let restricted = |raw: u16| CobId::new(raw).unwrap().is_restricted();
+    let ranges =
+        [(0x000, 0x07F), (0x101, 0x180), (0x581, 0x5FF), (0x601, 0x67F), (0x6E0, 0x6FF), (0x701, 0x7FF)];
+    for raw in 0..=0x7FF {
+        let expected = ranges.iter().any(|(first, last)| (*first..=*last).contains(&raw));
+        assert_eq!(restricted(raw), expected, "{raw:03X}");
+    }
+}
+
+#[test]
+fn an_entry_is_viewed_by_its_bits() {
+    let entry = CobIdEntry::from_raw(0x4000_0181);
+    assert_eq!(entry.cob_id().map(CobId::raw), Some(0x181));
+    assert!(entry.flag());
+    let unused = CobIdEntry::from_raw(0x8000_0181);
+    assert_eq!((unused.cob_id(), unused.id().raw(), unused.flag()), (None, 0x181, false));
+    assert_eq!(CobIdEntry::from_raw(0x2000_0181).cob_id(), None);
+    assert_eq!(CobIdEntry::from_raw(0x0000_0981).cob_id(), None);
+    assert_eq!(CobIdEntry::valid(CobId::emcy(node(5))).raw(), 0x85);
+    assert_eq!(CobIdEntry::sync(CobId::SYNC, true).raw(), 0x4000_0080);
+    assert_eq!(CobIdEntry::sync(CobId::SYNC, false).raw(), 0x80);
+    assert_eq!(CobIdEntry::UNUSED.cob_id(), None);
+}
+
+/// Verifies: ECSS 6.10a, 6.10c
+#[test]
+fn an_object_not_in_use_takes_any_free_identifier() {
+    for (entry_use, raw) in [
+        (EntryUse::Pdo, 0x0000_0222),
+        (EntryUse::Pdo, 0x4000_06DF),
+        (EntryUse::Pdo, 0x8000_0000),
+        (EntryUse::Pdo, 0xC000_0181),
+        (EntryUse::Emcy, 0x0000_00FF),
+        (EntryUse::Emcy, 0x8000_0085),
+        (EntryUse::Sdo, 0x0000_06A0),
+        (EntryUse::Sdo, 0x4000_0605),
+    ] {
+        assert_eq!(write(0x8000_0000, raw, entry_use), Ok(raw), "{entry_use:?} {raw:08X}");
+    }
+}
+
+/// Verifies: ECSS 6.10a
+#[test]
+fn the_identifier_of_an_object_in_use_stays() {
+    for entry_use in [EntryUse::Pdo, EntryUse::Emcy, EntryUse::Sdo] {
+        assert_eq!(write(0x0000_0201, 0x0000_0202, entry_use), Err(AbortCode::ValueRange));
+        assert_eq!(write(0x0000_0201, 0x0000_0201, entry_use), Ok(0x0000_0201));
+        // Two steps, or one that ends the use.
+        assert_eq!(write(0x0000_0201, 0x8000_0201, entry_use), Ok(0x8000_0201));
+        assert_eq!(write(0x8000_0201, 0x0000_0202, entry_use), Ok(0x0000_0202));
+        assert_eq!(write(0x0000_0201, 0x8000_0202, entry_use), Ok(0x8000_0202));
+    }
+}
+
+/// Verifies: ECSS 6.10b
+#[test]
+fn restricted_identifiers_are_refused_for_valid_objects() {
+    let unused = CobIdEntry::UNUSED;
+    for raw in [0x000, 0x07F, 0x101, 0x180, 0x6E0, 0x701, 0x7FF] {
+        for entry_use in [EntryUse::Pdo, EntryUse::Emcy, EntryUse::Sdo] {
+            assert_eq!(unused.written(raw, entry_use), REFUSED, "{entry_use:?} {raw:03X}");
+            assert!(unused.written(0x8000_0000 | raw, entry_use).is_ok());
+        }
+    }
+    // Those of the default SDOs are there for SDOs alone.
+    for raw in [0x581, 0x5FF, 0x601, 0x67F] {
+        assert_eq!(unused.written(raw, EntryUse::Pdo), REFUSED);
+        assert_eq!(unused.written(raw, EntryUse::Emcy), REFUSED);
+        assert!(unused.written(raw, EntryUse::Sdo).is_ok());
+    }
+}
+
+#[test]
+fn extended_identifiers_and_reserved_bits_are_refused() {
+    for entry_use in [EntryUse::Pdo, EntryUse::Emcy, EntryUse::Sdo, EntryUse::Sync] {
+        for raw in [0x2000_0085, 0xA000_0085, 0x0000_0885, 0x1000_0085] {
+            assert_eq!(CobIdEntry::UNUSED.written(raw, entry_use), REFUSED, "{entry_use:?} {raw:08X}");
+        }
+    }
+    assert_eq!(CobIdEntry::UNUSED.written(0x4000_0085, EntryUse::Emcy), REFUSED);
+}
+
+/// Verifies: ECSS 6.3b, 6.10a, 6.10b
+#[test]
+fn the_identifier_of_sync_stays_while_it_is_produced() {
+    let sync = EntryUse::Sync;
+    assert_eq!(write(0x0000_0080, 0x4000_0080, sync), Ok(0x4000_0080));
+    assert_eq!(write(0x0000_0080, 0x0000_0090, sync), Ok(0x0000_0090));
+    assert_eq!(write(0x4000_0080, 0x4000_0090, sync), Err(AbortCode::ValueRange));
+    assert_eq!(write(0x4000_0080, 0x0000_0080, sync), Ok(0x0000_0080));
+    // Bit 31 does not matter, neither to validity nor to restrictions.
+    assert_eq!(write(0x0000_0080, 0x8000_0080, sync), Ok(0x8000_0080));
+    assert_eq!(write(0xC000_0080, 0xC000_0090, sync), Err(AbortCode::ValueRange));
+    assert_eq!(write(0x0000_0080, 0x8000_0701, sync), Err(AbortCode::ValueRange));
+}
