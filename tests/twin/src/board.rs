@@ -1,10 +1,15 @@
 //! One emulated board: a core, its peripherals, a crystal, straps, a debug probe that listens.
 
+mod flash;
+
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
 use can_wire::time::Time;
+
+use flash::FlashCare;
+pub use flash::Remains;
 
 use crate::bxcan::{Heard, Side, Stats};
 use crate::clock::BoardClock;
@@ -12,7 +17,7 @@ use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
 use crate::image::{Image, Symbol};
 use crate::link::{Link, RefusedAccess};
 use crate::mmio::Refusal;
-use crate::model::Model;
+use crate::model::{FLASH_BASE, Model};
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, Pin, PinChange, ResetCause};
 use crate::rtt::{Line, Rtt};
 
@@ -117,6 +122,10 @@ pub struct Counters {
     pub system_resets: u64,
     /// Resets by the independent watchdog.
     pub watchdog_resets: u64,
+    /// Bytes, half-words and words that the program began to put into flash.
+    pub flash_programs: u64,
+    /// Sectors of flash that it began to erase.
+    pub flash_erases: u64,
     /// Log frames that did not decode.
     pub malformed_logs: u64,
 }
@@ -135,6 +144,7 @@ pub struct Board {
     timer_event: u64,
     /// When the watchdog runs out, and the cycle at which that is noticed.
     watchdog: Option<(Time, u64)>,
+    flash: FlashCare,
     rtt: Rtt,
     log: Vec<Line>,
     panicked: bool,
@@ -187,6 +197,7 @@ impl Board {
             lines: [0; 3],
             timer_event: u64::MAX,
             watchdog: None,
+            flash: FlashCare::default(),
             rtt: Rtt::new(&config.image),
             log: Vec::new(),
             panicked: false,
@@ -295,16 +306,20 @@ impl Board {
         &self.link
     }
 
-    /// Power comes up at the board's present, or goes away.
+    /// Power comes up at the board's present, or goes away. Flash keeps its content; RAM does not.
     pub fn power(&mut self, on: bool) {
         if on == self.is_powered() {
             return;
         }
         if on {
-            self.cpu = cpu::stm32f4(self.config.model.part, self.config.image.flash(), self.link.clone());
+            let part = self.config.model.part;
+            let mut flash = vec![0; part.flash_bytes() as usize];
+            self.cpu.read_memory(FLASH_BASE, &mut flash).expect("the whole flash");
+            self.cpu = cpu::stm32f4(part, &flash, self.link.clone());
             self.start(ResetCause::PowerOn);
         } else {
             self.drain();
+            self.interrupt_flash();
             self.state = State::Off;
             self.link.peripherals().reset(ResetCause::PowerOn);
         }
@@ -319,6 +334,7 @@ impl Board {
 
     fn start(&mut self, cause: ResetCause) {
         self.drain();
+        self.interrupt_flash();
         self.rtt.reset();
         self.cpu.reset();
         self.link.peripherals().reset(cause);
@@ -334,7 +350,7 @@ impl Board {
     pub fn next_event(&self) -> Time {
         match self.state {
             State::Off => Time::NEVER,
-            State::Running if !self.asleep => Time::ZERO,
+            State::Running if !self.asleep && !self.is_stalled() => Time::ZERO,
             _ => {
                 let can = self.link.peripherals().can().next_event().unwrap_or(Time::NEVER);
                 let event = match self.state {
@@ -381,7 +397,7 @@ impl Board {
     fn run(&mut self, until: Time) -> Result<(), AccessError> {
         let before = self.counters.instructions;
         while self.state == State::Running && self.now() < until {
-            if self.asleep {
+            if self.asleep || self.is_stalled() {
                 self.sleep(until);
             } else {
                 self.step()?;
@@ -411,6 +427,8 @@ impl Board {
         if self.watchdog.is_some_and(|(_, cycle)| cycle <= self.clock.now().cycle) {
             self.counters.watchdog_resets += 1;
             self.start(ResetCause::Watchdog);
+        } else if self.flash.event() <= self.clock.now().cycle {
+            self.on_flash_event();
         } else {
             self.refresh();
         }
@@ -492,8 +510,10 @@ impl Board {
             levels = peripherals.irq_levels(now);
         }
         self.follow_watchdog(peripherals.watchdog_deadline(), clocks_changed);
+        self.follow_flash(peripherals.flash().operation(), clocks_changed);
         let watchdog = self.watchdog.map_or(u64::MAX, |(_, cycle)| cycle);
-        self.timer_event = peripherals.next_timer_event(now).unwrap_or(u64::MAX).min(watchdog);
+        self.timer_event =
+            peripherals.next_timer_event(now).unwrap_or(u64::MAX).min(watchdog).min(self.flash.event());
         for (word, (&new, old)) in levels.iter().zip(&mut self.lines).enumerate() {
             let mut changed = new ^ *old;
             while changed != 0 {

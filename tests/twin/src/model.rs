@@ -1,5 +1,8 @@
 //! The boards that the twin knows: which part, which oscillator.
 
+/// Where the main flash memory begins; it answers at zero as well.
+pub const FLASH_BASE: u32 = 0x0800_0000;
+
 /// A microcontroller. What the parts share is modelled once; what differs is told here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Part {

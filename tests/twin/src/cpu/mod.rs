@@ -70,10 +70,15 @@ pub trait Cpu: Send {
     /// # Errors
     /// [`NotMemory`] when the range leaves RAM.
     fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory>;
+    /// Puts content into flash, `address` from 0800 0000h on, as a debug probe or the end of an operation does.
+    ///
+    /// # Errors
+    /// [`NotMemory`] when the range leaves flash.
+    fn write_flash(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory>;
 }
 
-/// The core of a part: Cortex-M4F with its flash, 128 KiB RAM and CCM, everything else through `link`. `flash` is the
-/// content from 0800 0000h on; the rest is erased.
+/// The core of a part: Cortex-M4F with its flash, 128 KiB RAM and CCM, everything else through `link`, stores to flash
+/// among it. `flash` is the content from 0800 0000h on; the rest is erased.
 pub fn stm32f4(part: Part, flash: &[u8], link: Arc<Link>) -> Box<dyn Cpu> {
     Box::new(rsemu::Core::new(part, flash, link))
 }

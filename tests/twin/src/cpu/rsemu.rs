@@ -6,9 +6,7 @@
 
 use std::sync::Arc;
 
-use rsemu::core::space::{
-    AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region, RomStore, RomWrite,
-};
+use rsemu::core::space::{AddressSpace, MemAttrs, MemOps, MemResult, Perms, RamStore, Region};
 use rsemu::core::{BusError, Device, ResetKind};
 use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
@@ -16,9 +14,8 @@ use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
 use super::{Cpu, NotMemory, Registers, Step};
 use crate::link::Link;
 use crate::mmio::Width;
-use crate::model::Part;
+use crate::model::{FLASH_BASE, Part};
 
-const FLASH_BASE: u32 = 0x0800_0000;
 const CCM_BASE: u32 = 0x1000_0000;
 const RAM_BASE: u32 = 0x2000_0000;
 const RAM_LEN: u32 = 128 << 10;
@@ -71,7 +68,7 @@ impl MemOps for Window {
 /// A Cortex-M4F with the memories of its part.
 pub(super) struct Core {
     cpu: ArmV7m,
-    flash: Arc<RomStore>,
+    flash: Arc<RamStore>,
     ram: Arc<RamStore>,
     ccm: Arc<RamStore>,
     ccm_len: u32,
@@ -83,9 +80,10 @@ pub(super) struct Core {
 impl Core {
     pub(super) fn new(part: Part, image: &[u8], link: Arc<Link>) -> Self {
         let ccm_len = part.ccm_bytes();
-        let mut content = vec![0xFF; part.flash_bytes() as usize];
-        content[..image.len()].copy_from_slice(image);
-        let flash = Arc::new(RomStore::new(content));
+        let flash_len = part.flash_bytes();
+        let flash = Arc::new(RamStore::new(u64::from(flash_len)));
+        flash.fill(0, u64::from(flash_len), 0xFF).expect("the whole store");
+        flash.write_at(0, image).expect("the image fits");
         let ram = Arc::new(RamStore::new(u64::from(RAM_LEN)));
         let ccm = Arc::new(RamStore::new(u64::from(ccm_len)));
         for (store, len) in [(&ram, RAM_LEN), (&ccm, ccm_len)] {
@@ -98,9 +96,13 @@ impl Core {
             let disjoint = "the memory map has no overlaps";
             // BOOT0 low: flash also answers at zero.
             for base in [0, FLASH_BASE] {
-                let region = Region::rom("flash", flash.clone(), RomWrite::Fault);
+                let region = Region::ram("flash", flash.clone());
                 map.map_with_perms(region, u64::from(base), Perms::RX).expect(disjoint);
             }
+            // Loads and fetches go to the memory, stores to the interface that programs it.
+            let program = Arc::new(Window { base: FLASH_BASE, link: link.clone() });
+            let region = Region::io("flash interface", u64::from(flash_len), program);
+            map.map_with_perms(region, u64::from(FLASH_BASE), Perms::WRITE).expect(disjoint);
             map.map(Region::ram("ram", ram.clone()), u64::from(RAM_BASE)).expect(disjoint);
             // CCM hangs on the data bus alone: no code runs there.
             if ccm_len > 0 {
@@ -245,5 +247,10 @@ impl Cpu for Core {
     fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory> {
         let (store, offset) = self.ram_at(address, bytes.len()).ok_or(NotMemory(address))?;
         store.write_at(offset, bytes).map_err(|_| NotMemory(address))
+    }
+
+    fn write_flash(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory> {
+        let offset = address.checked_sub(FLASH_BASE).ok_or(NotMemory(address))?;
+        self.flash.write_at(u64::from(offset), bytes).map_err(|_| NotMemory(address))
     }
 }

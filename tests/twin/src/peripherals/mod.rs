@@ -6,6 +6,7 @@
 mod adc;
 mod dma;
 mod exti;
+mod flash;
 mod gpio;
 mod iwdg;
 mod map;
@@ -19,10 +20,12 @@ use can_wire::time::Time;
 
 use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
 use crate::mmio::{Now, Refusal, Width};
-use crate::model::{Model, Part};
+use crate::model::{FLASH_BASE, Model, Part};
 use adc::Adc;
 use dma::{Dma, Transfer};
 use exti::{Exti, Syscfg};
+pub(crate) use flash::Change;
+use flash::Flash;
 use gpio::Gpio;
 pub use gpio::{Pin, PinChange};
 use iwdg::Iwdg;
@@ -31,12 +34,13 @@ use map::{
 };
 pub use rcc::{Clocks, ResetCause};
 use rcc::{Gate, Rcc};
-use system::{Dbgmcu, Flash, Pwr, signature};
+use system::{Dbgmcu, Pwr, signature};
 use timer::Timer;
 
 /// Levels of the NVIC inputs 0..=95.
 pub type IrqLevels = [u32; 3];
 
+const FLASH_IRQ: u16 = 4;
 const TIM2_IRQ: u16 = 28;
 const TIM5_IRQ: u16 = 50;
 const ADC_IRQ: u16 = 18;
@@ -86,7 +90,7 @@ impl Peripherals {
             part,
             serial,
             rcc: Rcc::new(model),
-            flash: Flash::default(),
+            flash: Flash::new(part),
             pwr: Pwr::new(part),
             dbgmcu: Dbgmcu::new(part),
             gpio: std::array::from_fn(Gpio::new),
@@ -105,7 +109,7 @@ impl Peripherals {
     /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
-        self.flash = Flash::default();
+        self.flash = Flash::new(self.part);
         self.pwr = Pwr::new(self.part);
         self.gpio.iter_mut().for_each(Gpio::reset);
         self.exti = Exti::default();
@@ -154,6 +158,9 @@ impl Peripherals {
     /// # Errors
     /// A [`Refusal`] when nothing may answer.
     pub fn write(&mut self, now: Now, address: u32, width: Width, value: u32) -> Result<(), Refusal> {
+        if (FLASH_BASE..FLASH_BASE + self.part.flash_bytes()).contains(&address) {
+            return self.flash.program(now.time, address - FLASH_BASE, width, value);
+        }
         let (block, offset) = self.select(address, width, true)?;
         let word = offset & !3;
         if let Block::Gpio(port) = block {
@@ -179,7 +186,7 @@ impl Peripherals {
             Block::Syscfg => self.syscfg.write(word, value),
             Block::Exti => self.exti.write(word, value),
             Block::Rcc => self.rcc.write(now, word, value),
-            Block::Flash => self.flash.write(word, value),
+            Block::Flash => Some(self.flash.write(now.time, word, value)?),
             Block::Dbgmcu => self.dbgmcu.write(word, value),
             Block::Gpio(_) | Block::Signature => None,
         };
@@ -338,6 +345,11 @@ impl Peripherals {
         self.iwdg = Iwdg::new(hz);
     }
 
+    /// The flash interface.
+    pub(crate) fn flash(&mut self) -> &mut Flash {
+        &mut self.flash
+    }
+
     /// The chip's temperature from now on, °C.
     pub fn set_temperature(&mut self, celsius: f64) {
         self.adc.set_temperature(celsius);
@@ -366,6 +378,7 @@ impl Peripherals {
         let mut set = |irq: u16, level: bool| {
             levels[usize::from(irq) / 32] |= u32::from(level) << (irq % 32);
         };
+        set(FLASH_IRQ, self.flash.irq());
         set(TIM2_IRQ, self.tim2.irq(now.cycle));
         set(TIM5_IRQ, self.tim5.irq(now.cycle));
         set(ADC_IRQ, self.adc.irq(now.cycle));

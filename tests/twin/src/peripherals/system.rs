@@ -1,37 +1,7 @@
-//! Small blocks that firmware only sets up and reads back: FLASH, PWR, DBGMCU, device signature.
+//! Small blocks that firmware only sets up and reads back: PWR, DBGMCU, device signature.
 
 use super::adc::calibration;
 use crate::model::Part;
-
-/// FLASH interface, RM0090 chapter 3. Wait states are stored and cost nothing; programming and erasing are refused.
-#[derive(Debug, Default)]
-pub struct Flash {
-    acr: u32,
-}
-
-impl Flash {
-    const ACR: u32 = 0x00;
-    const SR: u32 = 0x0C;
-    const CR: u32 = 0x10;
-    const OPTCR: u32 = 0x14;
-
-    /// A load; `None` for what is not modelled.
-    pub fn read(&self, offset: u32) -> Option<u32> {
-        match offset {
-            Self::ACR => Some(self.acr),
-            Self::SR => Some(0),
-            // LOCK
-            Self::CR => Some(0x8000_0000),
-            Self::OPTCR => Some(0x0FFF_AAED),
-            _ => None,
-        }
-    }
-
-    /// A store; `None` for what is not modelled.
-    pub fn write(&mut self, offset: u32, value: u32) -> Option<()> {
-        (offset == Self::ACR).then(|| self.acr = value)
-    }
-}
 
 /// PWR, RM0090 chapter 5 (F405), RM0390 chapter 5 (F446). The regulator reaches its scale and over-drive at once; Stop
 /// and Standby are not modelled.

@@ -2,6 +2,7 @@
 
 mod board;
 mod capture;
+mod flash;
 mod guests;
 mod programs;
 mod spacecraft;

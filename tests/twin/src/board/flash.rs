@@ -1,0 +1,159 @@
+//! What a board does for its flash: operations take their time, and power may fail in the middle of one.
+//!
+//! The memory is one bank: while it programs or erases, whatever the core wants of it waits. A core that runs from RAM
+//! goes on until it fetches from flash; that a *load* from flash would wait too is not modelled.
+
+use can_wire::time::Time;
+
+use super::Board;
+use crate::cpu::NotMemory;
+use crate::model::FLASH_BASE;
+use crate::peripherals::Change;
+
+/// What a word or sector holds after an operation on it that did not come to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Remains {
+    /// What it held before.
+    Old,
+    /// What it was to hold.
+    New,
+    /// Words of both kinds, and words with bits of both, by this seed.
+    Mixed(u64),
+}
+
+/// The operation under way.
+#[derive(Clone, Copy, Debug)]
+struct UnderWay {
+    ends: Time,
+    /// When it ends, or when power fails before.
+    event: Time,
+    cycle: u64,
+    cut: Option<Remains>,
+}
+
+/// Operations and what is to befall them.
+#[derive(Debug, Default)]
+pub(super) struct FlashCare {
+    under_way: Option<UnderWay>,
+    /// After how many operations power fails, and what remains.
+    cut: Option<(u64, Remains)>,
+}
+
+impl FlashCare {
+    /// The cycle at which the board has to look after the flash.
+    pub(super) fn event(&self) -> u64 {
+        self.under_way.map_or(u64::MAX, |operation| operation.cycle)
+    }
+}
+
+impl Board {
+    /// Lets power fail in the middle of a flash operation from now on, the next one being 1. It stays off until
+    /// somebody switches it on.
+    pub fn cut_power_at(&mut self, operation: u64, remains: Remains) {
+        let so_far = self.counters.flash_programs + self.counters.flash_erases;
+        self.flash.cut = Some((so_far + operation, remains));
+    }
+
+    /// Puts content into flash from outside, as a debug probe does.
+    ///
+    /// # Errors
+    /// [`NotMemory`] when the range leaves flash.
+    pub fn write_flash(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory> {
+        self.cpu.write_flash(address, bytes)
+    }
+
+    /// Whether the core waits for the flash.
+    pub(super) fn is_stalled(&self) -> bool {
+        let flash_bytes = self.config.model.part.flash_bytes();
+        // Flash answers at zero too.
+        let in_flash = |pc: u32| pc < flash_bytes || (FLASH_BASE..FLASH_BASE + flash_bytes).contains(&pc);
+        self.flash.under_way.is_some() && in_flash(self.cpu.pc())
+    }
+
+    /// Follows what the program started; `ends` is the end of the operation under way.
+    pub(super) fn follow_flash(&mut self, operation: Option<&(Change, Time)>, clocks_changed: bool) {
+        let Some((change, ends)) = operation else { return };
+        if self.flash.under_way.is_none() {
+            match change {
+                Change::Program { .. } => self.counters.flash_programs += 1,
+                Change::Erase(_) => self.counters.flash_erases += 1,
+            }
+            let count = self.counters.flash_programs + self.counters.flash_erases;
+            let cut = self.flash.cut.take_if(|&mut (at, _)| at == count).map(|(_, remains)| remains);
+            let middle = Time(self.now().0.midpoint(ends.0));
+            let event = if cut.is_some() { middle } else { *ends };
+            self.flash.under_way = Some(UnderWay { ends: *ends, event, cycle: 0, cut });
+        } else if !clocks_changed {
+            return;
+        }
+        if let Some(under_way) = &mut self.flash.under_way {
+            debug_assert_eq!(under_way.ends, *ends, "one operation at a time");
+            under_way.cycle = self.clock.cycle_at(under_way.event) + 1;
+        }
+    }
+
+    /// The operation under way has come to its end, or to that of its power.
+    pub(super) fn on_flash_event(&mut self) {
+        match self.flash.under_way.and_then(|under_way| under_way.cut) {
+            Some(remains) => {
+                self.leave_flash(remains);
+                self.power(false);
+            }
+            None => {
+                self.leave_flash(Remains::New);
+                self.refresh();
+            }
+        }
+    }
+
+    /// A reset or a loss of power meets the operation under way, if any: nobody knows what remains.
+    pub(super) fn interrupt_flash(&mut self) {
+        self.leave_flash(Remains::Mixed(self.clock.now().cycle));
+    }
+
+    fn leave_flash(&mut self, remains: Remains) {
+        self.flash.under_way = None;
+        let Some(change) = self.link.peripherals().flash().finish() else { return };
+        let range = change.range();
+        let address = FLASH_BASE + range.start;
+        let in_flash = "an operation stays within the memory";
+        let mut old = vec![0; range.len()];
+        self.cpu.read_memory(address, &mut old).expect(in_flash);
+        let mut new = old.clone();
+        change.apply(&mut new);
+        let content = match remains {
+            Remains::Old => old,
+            Remains::New => new,
+            Remains::Mixed(seed) => mixed(&old, &new, seed),
+        };
+        self.cpu.write_flash(address, &content).expect(in_flash);
+    }
+}
+
+/// Words of `old`, words of `new`, and words with bits of both.
+fn mixed(old: &[u8], new: &[u8], seed: u64) -> Vec<u8> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let words = old.chunks(4).zip(new.chunks(4)).map(|(old, new)| match random.u8(..3) {
+        0 => old.to_vec(),
+        1 => new.to_vec(),
+        _ => old.iter().zip(new).map(|(old, new)| (old ^ new) & random.u8(..) ^ old).collect(),
+    });
+    words.collect::<Vec<_>>().concat()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mixture_has_old_words_new_words_and_bits_of_both() {
+        let (old, new) = ([0x0F; 400], [0xFF; 400]);
+        let content = mixed(&old, &new, 1);
+        assert_eq!(content, mixed(&old, &new, 1));
+        assert_ne!(content, mixed(&old, &new, 2));
+        let count = |word: [u8; 4]| content.chunks(4).filter(|chunk| *chunk == word).count();
+        let (olds, news) = (count([0x0F; 4]), count([0xFF; 4]));
+        assert!(olds > 10 && news > 10 && olds + news < 90, "{olds} {news}");
+        assert!(content.iter().all(|byte| byte & 0x0F == 0x0F), "bits that do not change stay");
+    }
+}

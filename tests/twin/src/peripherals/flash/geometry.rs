@@ -1,0 +1,43 @@
+//! Sectors of the main memory and how long they take.
+//!
+//! Times are the typical ones of DS8626 and DS10693, tables "Flash memory programming": erasing goes by the parallelism in
+//! PSIZE, programming takes the same for a byte and a word.
+
+use std::ops::Range;
+
+use can_wire::time::Time;
+
+use crate::model::Part;
+
+const KIB: u32 = 1 << 10;
+/// Four sectors of 16 KiB, one of 64 KiB, then only 128 KiB.
+const SMALL: u32 = 4;
+
+/// Bytes and offset of a sector; `None` beyond the part's memory (RM0090 table 5, RM0390 table 4).
+pub fn sector(part: Part, number: u32) -> Option<Range<u32>> {
+    let range = match number {
+        0..SMALL => number * 16 * KIB..(number + 1) * 16 * KIB,
+        SMALL => 64 * KIB..128 * KIB,
+        _ => (number - SMALL) * 128 * KIB..(number - SMALL + 1) * 128 * KIB,
+    };
+    (range.end <= part.flash_bytes()).then_some(range)
+}
+
+/// Programming one byte, half-word or word.
+pub const PROGRAM: Time = Time::from_us(16);
+
+/// Erasing a sector of `bytes` at a parallelism of 8 << `psize` bits.
+pub fn erase(bytes: u32, psize: u32) -> Time {
+    let ms = match (bytes / KIB, psize) {
+        (16, 0) => 400,
+        (16, 1) => 300,
+        (16, _) => 250,
+        (64, 0) => 1200,
+        (64, 1) => 700,
+        (64, _) => 550,
+        (_, 0) => 2000,
+        (_, 1) => 1300,
+        (_, _) => 1000,
+    };
+    Time::from_ms(ms)
+}

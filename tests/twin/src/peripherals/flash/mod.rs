@@ -1,0 +1,243 @@
+//! FLASH: the interface in front of the program memory, which programs and erases it.
+//!
+//! RM0090 chapter 3. Modelled: the keys, programming at x8, x16 and x32, sector erase, its flags and interrupt. Not
+//! modelled, and refused: mass erase, option bytes, x64. Wait states and caches are stored and cost nothing. The content
+//! is the core's memory; what an operation makes of it, the board puts there when the operation ends.
+
+mod geometry;
+#[cfg(test)]
+mod tests;
+
+use std::ops::Range;
+
+use can_wire::time::Time;
+
+use crate::mmio::{Refusal, Width};
+use crate::model::Part;
+
+const ACR: u32 = 0x00;
+const KEYR: u32 = 0x04;
+const OPTKEYR: u32 = 0x08;
+const SR: u32 = 0x0C;
+const CR: u32 = 0x10;
+const OPTCR: u32 = 0x14;
+
+/// ICEN, DCEN and the resets of both caches, which want them off.
+const CACHES: u32 = 0b11 << 9;
+const CACHE_RESETS: u32 = 0b11 << 11;
+const ACR_BITS: u32 = 0x1F0F;
+
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
+
+const EOP: u32 = 1 << 0;
+const OPERR: u32 = 1 << 1;
+const PGAERR: u32 = 1 << 5;
+const PGPERR: u32 = 1 << 6;
+const PGSERR: u32 = 1 << 7;
+const BSY: u32 = 1 << 16;
+/// Cleared by writing one; WRPERR among them, which no part without protected sectors sets.
+const SR_FLAGS: u32 = EOP | OPERR | 0xF << 4;
+
+const PG: u32 = 1 << 0;
+const SER: u32 = 1 << 1;
+const MER: u32 = 1 << 2;
+const STRT: u32 = 1 << 16;
+const EOPIE: u32 = 1 << 24;
+const ERRIE: u32 = 1 << 25;
+const LOCK: u32 = 1 << 31;
+const CR_BITS: u32 = PG | SER | MER | 0xF << 3 | 0b11 << 8 | EOPIE | ERRIE | LOCK;
+
+/// Reset value: no protection of any kind, locked.
+const OPTCR_VALUE: u32 = 0x0FFF_AAED;
+const OPTLOCK: u32 = 1;
+
+/// What an operation makes of the content, by offsets from 0800 0000h.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// These bits go to zero where they are zero here.
+    Program {
+        /// First byte.
+        offset: u32,
+        /// How many bytes.
+        width: Width,
+        /// The bits.
+        value: u32,
+    },
+    /// All bits go to one.
+    Erase(Range<u32>),
+}
+
+impl Change {
+    /// The bytes that change.
+    pub fn range(&self) -> Range<u32> {
+        match self {
+            Change::Program { offset, width, .. } => *offset..*offset + width.bytes(),
+            Change::Erase(range) => range.clone(),
+        }
+    }
+
+    /// Makes the new content of the old one.
+    pub fn apply(&self, content: &mut [u8]) {
+        match self {
+            Change::Program { value, .. } => {
+                content.iter_mut().zip(value.to_le_bytes()).for_each(|(byte, new)| *byte &= new);
+            }
+            Change::Erase(_) => content.fill(0xFF),
+        }
+    }
+}
+
+/// One lock and what was written to its key register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Keys {
+    /// Waits for the first key.
+    Locked,
+    /// Waits for the second.
+    Half,
+    Unlocked,
+    /// A wrong key came: closed until the next reset.
+    Shut,
+}
+
+impl Keys {
+    /// Anything but the two keys in their order is a bus error and shuts the lock (RM0090 3.6.1).
+    fn turn(&mut self, keys: [u32; 2], key: u32) -> Result<(), Refusal> {
+        *self = match *self {
+            Keys::Locked if key == keys[0] => Keys::Half,
+            Keys::Half if key == keys[1] => Keys::Unlocked,
+            _ => Keys::Shut,
+        };
+        if *self == Keys::Shut { Err(Refusal::Misuse) } else { Ok(()) }
+    }
+}
+
+/// The registers and the operation under way.
+#[derive(Debug)]
+pub struct Flash {
+    part: Part,
+    acr: u32,
+    sr: u32,
+    cr: u32,
+    keys: Keys,
+    option_keys: Keys,
+    operation: Option<(Change, Time)>,
+}
+
+impl Flash {
+    /// After a reset.
+    pub fn new(part: Part) -> Self {
+        Flash { part, acr: 0, sr: 0, cr: 0, keys: Keys::Locked, option_keys: Keys::Locked, operation: None }
+    }
+
+    /// A load; `None` for what is not there.
+    pub fn read(&self, offset: u32) -> Option<u32> {
+        let erasing = matches!(self.operation, Some((Change::Erase(_), _)));
+        Some(match offset {
+            ACR => self.acr,
+            KEYR | OPTKEYR => 0,
+            SR => self.sr | if self.operation.is_some() { BSY } else { 0 },
+            CR => self.cr | if self.is_unlocked() { 0 } else { LOCK } | if erasing { STRT } else { 0 },
+            OPTCR if self.option_keys == Keys::Unlocked => OPTCR_VALUE & !OPTLOCK,
+            OPTCR => OPTCR_VALUE,
+            _ => return None,
+        })
+    }
+
+    /// A store.
+    ///
+    /// # Errors
+    /// [`Refusal::Misuse`] for wrong keys, a locked or busy CR and what cannot be erased, [`Refusal::Unmodelled`] for
+    /// what is not there.
+    pub fn write(&mut self, now: Time, offset: u32, value: u32) -> Result<(), Refusal> {
+        match offset {
+            ACR if value & CACHE_RESETS != 0 && self.acr & CACHES != 0 => return Err(Refusal::Misuse),
+            ACR => self.acr = value & ACR_BITS,
+            KEYR => return self.keys.turn(KEYS, value),
+            OPTKEYR => return self.option_keys.turn(OPTION_KEYS, value),
+            SR => self.sr &= !(value & SR_FLAGS),
+            CR => return self.write_cr(now, value),
+            _ => return Err(Refusal::Unmodelled),
+        }
+        Ok(())
+    }
+
+    fn is_unlocked(&self) -> bool {
+        self.keys == Keys::Unlocked
+    }
+
+    fn write_cr(&mut self, now: Time, value: u32) -> Result<(), Refusal> {
+        // While BSY is set the real bus waits for its end; no program should let it.
+        if !self.is_unlocked() || self.operation.is_some() {
+            return Err(Refusal::Misuse);
+        }
+        self.cr = value & CR_BITS & !LOCK;
+        if value & LOCK != 0 {
+            self.keys = Keys::Locked;
+        }
+        if value & STRT != 0 { self.erase(now) } else { Ok(()) }
+    }
+
+    fn psize(&self) -> u32 {
+        self.cr >> 8 & 0b11
+    }
+
+    fn erase(&mut self, now: Time) -> Result<(), Refusal> {
+        match self.cr & (SER | MER) {
+            SER => {}
+            MER => return Err(Refusal::Unmodelled),
+            _ => return Err(Refusal::Misuse),
+        }
+        // x64 needs a supply on VPP that no board has.
+        let sector = geometry::sector(self.part, self.cr >> 3 & 0xF).filter(|_| self.psize() < 3);
+        let sector = sector.ok_or(Refusal::Misuse)?;
+        let ends = now + geometry::erase(sector.end - sector.start, self.psize());
+        self.operation = Some((Change::Erase(sector), ends));
+        Ok(())
+    }
+
+    /// A store to the memory itself, at `offset` from 0800 0000h. Wrong sequences, widths and places raise their flags.
+    ///
+    /// # Errors
+    /// [`Refusal::Misuse`] while the interface is locked or busy: a stray store.
+    pub fn program(&mut self, now: Time, offset: u32, width: Width, value: u32) -> Result<(), Refusal> {
+        if !self.is_unlocked() || self.operation.is_some() {
+            return Err(Refusal::Misuse);
+        }
+        const ROW: u32 = 16;
+        let error = if self.cr & (PG | SER | MER) != PG {
+            PGSERR
+        } else if offset / ROW != (offset + width.bytes() - 1) / ROW {
+            PGAERR
+        } else if width.bytes() != 1 << self.psize() {
+            PGPERR
+        } else {
+            self.operation = Some((Change::Program { offset, width, value }, now + geometry::PROGRAM));
+            return Ok(());
+        };
+        self.sr |= error;
+        if self.cr & ERRIE != 0 {
+            self.sr |= OPERR;
+        }
+        Ok(())
+    }
+
+    /// The operation under way, and when it ends.
+    pub fn operation(&self) -> Option<&(Change, Time)> {
+        self.operation.as_ref()
+    }
+
+    /// Ends the operation under way; its change now holds.
+    pub fn finish(&mut self) -> Option<Change> {
+        let (change, _) = self.operation.take()?;
+        if self.cr & EOPIE != 0 {
+            self.sr |= EOP;
+        }
+        Some(change)
+    }
+
+    /// The interrupt line: EOP and OPERR exist only where they are enabled.
+    pub fn irq(&self) -> bool {
+        self.sr & EOP != 0 && self.cr & EOPIE != 0 || self.sr & OPERR != 0 && self.cr & ERRIE != 0
+    }
+}

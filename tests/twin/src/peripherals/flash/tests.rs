@@ -1,0 +1,177 @@
+//! The registers against RM0090 chapter 3.
+
+use super::*;
+
+const NOW: Time = Time::from_ms(5);
+const X32: u32 = 0b10 << 8;
+
+fn unlocked(part: Part) -> Flash {
+    let mut flash = Flash::new(part);
+    flash.write(NOW, KEYR, 0x4567_0123).unwrap();
+    flash.write(NOW, KEYR, 0xCDEF_89AB).unwrap();
+    flash
+}
+
+#[test]
+fn the_lock_opens_to_both_keys_in_their_order_and_closes_again() {
+    let mut flash = Flash::new(Part::Stm32f405);
+    assert_eq!(flash.read(CR), Some(0x8000_0000));
+    assert_eq!(flash.write(NOW, CR, PG), Err(Refusal::Misuse));
+    flash.write(NOW, KEYR, 0x4567_0123).unwrap();
+    assert_eq!(flash.read(CR), Some(0x8000_0000));
+    flash.write(NOW, KEYR, 0xCDEF_89AB).unwrap();
+    assert_eq!(flash.read(CR), Some(0));
+    flash.write(NOW, CR, 0x8000_0000).unwrap();
+    assert_eq!(flash.read(CR), Some(0x8000_0000));
+    assert_eq!(flash.program(NOW, 0, Width::Word, 0), Err(Refusal::Misuse));
+}
+
+#[test]
+fn a_wrong_key_shuts_the_lock_until_reset() {
+    for wrong in [[0xCDEF_89AB, 0x4567_0123], [0x4567_0123, 0x4567_0123]] {
+        let mut flash = Flash::new(Part::Stm32f405);
+        let refused = wrong.map(|key| flash.write(NOW, KEYR, key).is_err());
+        assert!(refused.contains(&true));
+        for key in [0x4567_0123, 0xCDEF_89AB] {
+            assert_eq!(flash.write(NOW, KEYR, key), Err(Refusal::Misuse));
+        }
+        assert_eq!(flash.read(CR), Some(0x8000_0000));
+    }
+}
+
+#[test]
+fn option_bytes_unlock_and_cannot_be_changed() {
+    let mut flash = unlocked(Part::Stm32f405);
+    assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAED));
+    flash.write(NOW, OPTKEYR, 0x0819_2A3B).unwrap();
+    flash.write(NOW, OPTKEYR, 0x4C5D_6E7F).unwrap();
+    assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAEC));
+    assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_AAEE), Err(Refusal::Unmodelled));
+}
+
+#[test]
+fn a_word_takes_16_us_and_clears_bits_only() {
+    let mut flash = unlocked(Part::Stm32f405);
+    flash.write(NOW, CR, PG | X32).unwrap();
+    flash.program(NOW, 0xE_0004, Width::Word, 0x1234_5678).unwrap();
+    assert_eq!(flash.read(SR), Some(1 << 16));
+    let (change, ends) = flash.operation().unwrap().clone();
+    assert_eq!(ends, NOW + Time::from_us(16));
+    assert_eq!(change.range(), 0xE_0004..0xE_0008);
+    // The second word comes too early.
+    assert_eq!(flash.program(NOW, 0xE_0008, Width::Word, 0), Err(Refusal::Misuse));
+    assert_eq!(flash.write(NOW, CR, 0), Err(Refusal::Misuse));
+    let mut content = [0xFF, 0xF0, 0x0F, 0x00];
+    flash.finish().unwrap().apply(&mut content);
+    assert_eq!(content, [0x78, 0x50, 0x04, 0x00]);
+    assert_eq!(flash.read(SR), Some(0), "EOP shows only where its interrupt is enabled");
+}
+
+#[test]
+fn wrong_programming_raises_its_flag_and_programs_nothing() {
+    for (cr, offset, width, flag) in [
+        (X32, 0, Width::Word, 1 << 7),
+        (PG | SER | X32, 0, Width::Word, 1 << 7),
+        (PG, 0, Width::Word, 1 << 6),
+        (PG | X32, 0, Width::Byte, 1 << 6),
+        (PG | 0b01 << 8, 0, Width::Word, 1 << 6),
+        (PG | 0b11 << 8, 0, Width::Word, 1 << 6),
+        (PG | X32, 14, Width::Word, 1 << 5),
+    ] {
+        let mut flash = unlocked(Part::Stm32f405);
+        flash.write(NOW, CR, cr).unwrap();
+        flash.program(NOW, offset, width, 0).unwrap();
+        assert_eq!(flash.read(SR), Some(flag), "CR {cr:X}h, {width:?} at {offset}");
+        assert_eq!(flash.operation(), None);
+        assert!(!flash.irq());
+        flash.write(NOW, SR, flag).unwrap();
+        assert_eq!(flash.read(SR), Some(0));
+    }
+}
+
+#[test]
+fn bytes_and_halves_are_programmed_at_their_parallelism() {
+    for (psize, width) in [(0, Width::Byte), (1, Width::Half)] {
+        let mut flash = unlocked(Part::Stm32f405);
+        flash.write(NOW, CR, PG | psize << 8).unwrap();
+        flash.program(NOW, 0x100, width, 0x5A & width.mask()).unwrap();
+        let (_, ends) = flash.operation().unwrap();
+        assert_eq!(*ends, NOW + Time::from_us(16));
+    }
+}
+
+/// DS8626 "Flash memory programming": typical times of 128 KiB, 64 KiB and 16 KiB at x8, x16, x32.
+#[test]
+fn a_sector_is_erased_as_fast_as_its_parallelism() {
+    for (snb, psize, ms) in [
+        (11, 0, 2000),
+        (11, 1, 1300),
+        (11, 2, 1000),
+        (4, 0, 1200),
+        (4, 1, 700),
+        (4, 2, 550),
+        (3, 0, 400),
+        (3, 1, 300),
+        (3, 2, 250),
+    ] {
+        let mut flash = unlocked(Part::Stm32f405);
+        flash.write(NOW, CR, SER | snb << 3 | psize << 8).unwrap();
+        flash.write(NOW, CR, SER | snb << 3 | psize << 8 | STRT).unwrap();
+        assert_eq!(flash.read(CR).unwrap() & STRT, STRT);
+        let (_, ends) = flash.operation().unwrap();
+        assert_eq!(*ends, NOW + Time::from_ms(ms), "sector {snb} at x{}", 8 << psize);
+    }
+}
+
+#[test]
+fn sectors_lie_where_the_manual_puts_them() {
+    let range = |part, snb: u32| {
+        let mut flash = unlocked(part);
+        flash.write(NOW, CR, SER | snb << 3 | X32 | STRT).ok()?;
+        flash.finish().map(|change| change.range())
+    };
+    assert_eq!(range(Part::Stm32f405, 0), Some(0..0x4000));
+    assert_eq!(range(Part::Stm32f405, 3), Some(0xC000..0x1_0000));
+    assert_eq!(range(Part::Stm32f405, 4), Some(0x1_0000..0x2_0000));
+    assert_eq!(range(Part::Stm32f405, 5), Some(0x2_0000..0x4_0000));
+    assert_eq!(range(Part::Stm32f405, 11), Some(0xE_0000..0x10_0000));
+    assert_eq!(range(Part::Stm32f405, 12), None);
+    assert_eq!(range(Part::Stm32f446, 7), Some(0x6_0000..0x8_0000));
+    assert_eq!(range(Part::Stm32f446, 8), None);
+}
+
+#[test]
+fn what_cannot_be_erased_is_refused() {
+    for (cr, refusal) in [
+        (STRT, Refusal::Misuse),
+        (SER | MER | STRT, Refusal::Misuse),
+        (SER | 0b11 << 8 | STRT, Refusal::Misuse),
+        (MER | STRT, Refusal::Unmodelled),
+    ] {
+        assert_eq!(unlocked(Part::Stm32f405).write(NOW, CR, cr), Err(refusal), "CR {cr:X}h");
+    }
+}
+
+#[test]
+fn the_interrupt_tells_ends_and_errors_where_enabled() {
+    let mut flash = unlocked(Part::Stm32f405);
+    flash.write(NOW, CR, PG | X32 | EOPIE | ERRIE).unwrap();
+    flash.program(NOW, 0, Width::Word, 0).unwrap();
+    assert!(!flash.irq());
+    flash.finish();
+    assert_eq!((flash.read(SR), flash.irq()), (Some(1), true));
+    flash.write(NOW, SR, 1).unwrap();
+    assert!(!flash.irq());
+    flash.program(NOW, 0, Width::Byte, 0).unwrap();
+    assert_eq!((flash.read(SR), flash.irq()), (Some(1 << 6 | 1 << 1), true));
+}
+
+#[test]
+fn caches_are_reset_only_while_they_are_off() {
+    let mut flash = Flash::new(Part::Stm32f405);
+    flash.write(NOW, ACR, 0x705).unwrap();
+    assert_eq!(flash.read(ACR), Some(0x705));
+    assert_eq!(flash.write(NOW, ACR, 0x1505), Err(Refusal::Misuse));
+    flash.write(NOW, ACR, 0x105).unwrap();
+    flash.write(NOW, ACR, 0x1105).unwrap();
+}
