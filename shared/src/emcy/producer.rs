@@ -7,7 +7,7 @@
 use heapless::Deque;
 
 use super::{Emergency, ErrorCode, ErrorRegister, History};
-use crate::link::{CobId, Frame};
+use crate::link::{CobId, CobIdEntry, Frame};
 use crate::nmt::NmtState;
 use crate::time::{Duration, Instant};
 
@@ -24,8 +24,18 @@ const ACTIVE: usize = 16;
 pub struct Config {
     /// COB-ID (1014h); `None` when not valid: nothing is sent, but history and error register go on.
     pub id: Option<CobId>,
-    /// Time between two messages (1015h, there in units of 100 us).
+    /// Time between two messages.
     pub inhibit: Duration,
+}
+
+impl Config {
+    /// From the values of 1014h and 1015h, the latter in units of 100 us.
+    pub const fn new(cob_id: u32, inhibit: u16) -> Self {
+        Config {
+            id: CobIdEntry::from_raw(cob_id).cob_id(),
+            inhibit: Duration::from_micros(inhibit as u64 * 100),
+        }
+    }
 }
 
 /// Error register, history, and the messages that tell of them.

@@ -14,6 +14,15 @@ fn producer(inhibit_ms: u64) -> Producer {
     Producer::new(Config { id: Some(CobId::emcy(node(5))), inhibit: Duration::from_millis(inhibit_ms) })
 }
 
+#[test]
+fn its_objects_configure_a_producer() {
+    let inhibit = Duration::from_micros(1_500);
+    assert_eq!(Config::new(0x0000_0085, 15), Config { id: CobId::new(0x085), inhibit });
+    assert_eq!(Config::new(0x8000_0085, 15), Config { id: None, inhibit });
+    assert_eq!(Config::new(0x2000_0085, u16::MAX).inhibit, Duration::from_micros(6_553_500));
+    assert_eq!(Config::new(0x2000_0085, 0).id, None);
+}
+
 /// Everything that may go out at `now`.
 fn sent(producer: &mut Producer, now: Instant) -> Vec<Vec<u8>> {
     std::iter::from_fn(|| producer.poll(now, OPERATIONAL)).map(|frame| frame.data().to_vec()).collect()

@@ -1,8 +1,8 @@
-//! Heartbeat, boot-up, SYNC and the periodic timer under them.
+//! Heartbeat, boot-up and the periodic timer under them.
 
-use ecss_can::heartbeat::{self, Consumer};
+use ecss_can::heartbeat::{self, Consumer, Heard, Missed, Monitor};
 use ecss_can::nmt::NmtState;
-use ecss_can::sync;
+use ecss_can::od::AbortCode;
 use ecss_can::time::{Duration, Instant, Periodic};
 
 use crate::bench::{frame, ms, node, span};
@@ -56,6 +56,27 @@ fn a_producer_tells_the_present_state_every_period() {
     assert_eq!(producer.poll(ms(110), NmtState::Operational), Some(frame(0x702, &[0x05])));
 }
 
+#[test]
+fn a_new_producer_time_takes_effect_at_once() {
+    let mut producer = heartbeat::Producer::new(node(2), span(1_000));
+    // Before the boot-up message it is a setting and no more.
+    producer.set_period(span(500), ms(0));
+    assert_eq!(producer.deadline(), None);
+    producer.restart(ms(10));
+    assert_eq!(producer.deadline(), Some(ms(510)));
+    producer.set_period(span(100), ms(20));
+    assert!(producer.poll(ms(20), NmtState::Operational).is_some());
+    assert_eq!(producer.deadline(), Some(ms(120)));
+    producer.set_period(Duration::ZERO, ms(30));
+    assert_eq!(producer.deadline(), None);
+    producer.set_period(span(200), ms(1_000));
+    assert!(producer.poll(ms(1_000), NmtState::Operational).is_some());
+    assert_eq!(producer.deadline(), Some(ms(1_200)));
+    producer.stop();
+    producer.set_period(span(100), ms(1_100));
+    assert_eq!(producer.deadline(), None);
+}
+
 /// Verifies: ECSS 6.5.2a
 #[test]
 fn a_consumer_is_armed_by_the_first_heartbeat() {
@@ -86,19 +107,159 @@ fn a_consumer_time_of_zero_disables_the_monitoring() {
     assert_eq!(consumer.poll(Instant::from_micros(u64::MAX), Duration::ZERO), None);
 }
 
-/// Verifies: ECSS 6.3b, 6.9c
+const OPERATIONAL: NmtState = NmtState::Operational;
+const PRE_OPERATIONAL: NmtState = NmtState::PreOperational;
+const BOOT_UP: NmtState = NmtState::Initialising;
+
+/// Nodes 3 (100 ms) and 9 (250 ms).
+fn monitor() -> Monitor {
+    let mut monitor = Monitor::new();
+    assert_eq!(monitor.set(1, 0x0003_0064), None);
+    assert_eq!(monitor.set(8, 0x0009_00FA), None);
+    monitor
+}
+
+fn missed(monitor: &mut Monitor, now: u64) -> Vec<(u8, Instant)> {
+    std::iter::from_fn(|| monitor.poll(ms(now))).map(|Missed { node, last }| (node.get(), last)).collect()
+}
+
+/// Verifies: ECSS 6.5.2a
 #[test]
-fn sync_on_the_wire_and_every_period() {
-    let mut producer = sync::Producer::new(span(5_000));
-    producer.start(ms(0));
-    assert_eq!(producer.poll(ms(4_999)), None);
-    assert_eq!(producer.poll(ms(5_000)), Some(frame(0x080, &[])));
-    assert_eq!(producer.deadline(), Some(ms(10_000)));
+fn monitoring_of_a_node_starts_with_its_first_heartbeat() {
+    let mut monitor = monitor();
+    assert_eq!(monitor.deadline(), None);
+    assert!(missed(&mut monitor, 1_000_000).is_empty());
+    // The boot-up message is none.
+    let first = Heard { before: None, resolved: false };
+    assert_eq!(monitor.on_heartbeat(node(3), BOOT_UP, ms(1_000_000)), Some(first));
+    assert_eq!(monitor.deadline(), None);
+    let second = Heard { before: Some(BOOT_UP), resolved: false };
+    assert_eq!(monitor.on_heartbeat(node(3), PRE_OPERATIONAL, ms(1_000_010)), Some(second));
+    assert_eq!(monitor.deadline(), Some(ms(1_000_110)));
+}
+
+/// Verifies: ECSS 6.5.2a
+#[test]
+fn every_monitored_node_is_missed_once_at_its_own_time() {
+    let mut monitor = monitor();
+    monitor.on_heartbeat(node(3), OPERATIONAL, ms(1_000));
+    monitor.on_heartbeat(node(9), OPERATIONAL, ms(1_000));
+    assert_eq!(monitor.deadline(), Some(ms(1_100)));
+    monitor.on_heartbeat(node(3), OPERATIONAL, ms(1_090));
+    // The deadline may be early: then nothing is overdue, and the next look is at the right time.
+    assert!(missed(&mut monitor, 1_100).is_empty());
+    assert_eq!(monitor.deadline(), Some(ms(1_190)));
+    assert!(missed(&mut monitor, 1_189).is_empty());
+    assert_eq!(missed(&mut monitor, 1_190), [(3, ms(1_090))]);
+    assert_eq!((monitor.state(node(3)), monitor.state(node(9))), (None, Some(OPERATIONAL)));
+    assert_eq!(monitor.deadline(), Some(ms(1_250)));
+    assert_eq!(missed(&mut monitor, 1_250), [(9, ms(1_000))]);
+    assert_eq!(monitor.deadline(), None);
+    assert!(missed(&mut monitor, 100_000).is_empty());
 }
 
 #[test]
-fn a_sync_may_carry_a_counter_and_nothing_more() {
-    assert!(sync::is_well_formed(&frame(0x080, &[])));
-    assert!(sync::is_well_formed(&frame(0x080, &[240])));
-    assert!(!sync::is_well_formed(&frame(0x080, &[1, 2])));
+fn two_nodes_missed_at_one_instant_are_both_told() {
+    let mut monitor = monitor();
+    monitor.on_heartbeat(node(9), OPERATIONAL, ms(1_000));
+    monitor.on_heartbeat(node(3), OPERATIONAL, ms(1_150));
+    assert_eq!(missed(&mut monitor, 5_000), [(3, ms(1_150)), (9, ms(1_000))]);
+}
+
+/// Verifies: ECSS 6.5.2a
+#[test]
+fn the_next_heartbeat_resolves_a_miss_and_is_monitored_again() {
+    let mut monitor = monitor();
+    monitor.on_heartbeat(node(3), OPERATIONAL, ms(0));
+    missed(&mut monitor, 100);
+    let heard = monitor.on_heartbeat(node(3), OPERATIONAL, ms(500));
+    assert_eq!(heard, Some(Heard { before: Some(OPERATIONAL), resolved: true }));
+    assert_eq!(monitor.state(node(3)), Some(OPERATIONAL));
+    let heard = monitor.on_heartbeat(node(3), OPERATIONAL, ms(550));
+    assert_eq!(heard, Some(Heard { before: Some(OPERATIONAL), resolved: false }));
+    assert_eq!(missed(&mut monitor, 650), [(3, ms(550))]);
+}
+
+#[test]
+fn a_change_of_state_is_seen() {
+    let mut monitor = monitor();
+    monitor.on_heartbeat(node(9), PRE_OPERATIONAL, ms(0));
+    let heard = monitor.on_heartbeat(node(9), OPERATIONAL, ms(50)).unwrap();
+    assert_eq!(heard.before, Some(PRE_OPERATIONAL));
+    assert_eq!(monitor.state(node(9)), Some(OPERATIONAL));
+}
+
+/// Verifies: ECSS 6.5.3a
+#[test]
+fn a_monitored_node_that_boots_up_again_is_seen_and_stays_monitored() {
+    let mut monitor = monitor();
+    monitor.on_heartbeat(node(3), OPERATIONAL, ms(0));
+    let heard = monitor.on_heartbeat(node(3), BOOT_UP, ms(80));
+    assert_eq!(heard, Some(Heard { before: Some(OPERATIONAL), resolved: false }));
+    assert_eq!(monitor.state(node(3)), Some(BOOT_UP));
+    assert_eq!(missed(&mut monitor, 180), [(3, ms(80))]);
+    // Back from silence with a boot-up message: resolved, and missed again when nothing follows.
+    let heard = monitor.on_heartbeat(node(3), BOOT_UP, ms(400));
+    assert_eq!(heard, Some(Heard { before: Some(BOOT_UP), resolved: true }));
+    assert_eq!(missed(&mut monitor, 500), [(3, ms(400))]);
+}
+
+#[test]
+fn heartbeats_of_others_are_not_monitored() {
+    let mut monitor = monitor();
+    assert_eq!(monitor.on_heartbeat(node(4), OPERATIONAL, ms(0)), None);
+    assert_eq!(monitor.state(node(4)), None);
+    assert_eq!(monitor.deadline(), None);
+}
+
+#[test]
+fn entries_without_a_node_or_a_time_are_not_in_use() {
+    for value in [0, 0x0000_0064, 0x0080_0064, 0x00FF_0064, 0x0003_0000] {
+        let mut monitor = Monitor::<1>::new();
+        monitor.set(1, 0x0003_0064);
+        monitor.on_heartbeat(node(3), OPERATIONAL, ms(0));
+        monitor.set(1, value);
+        assert_eq!(monitor.on_heartbeat(node(3), OPERATIONAL, ms(10)), None, "{value:08X}");
+        assert_eq!(monitor.poll(ms(100_000)), None);
+    }
+}
+
+#[test]
+fn writing_an_entry_arms_it_anew() {
+    let mut monitor = monitor();
+    monitor.on_heartbeat(node(3), OPERATIONAL, ms(0));
+    assert_eq!(monitor.set(1, 0x0003_01F4), None);
+    assert!(missed(&mut monitor, 10_000).is_empty());
+    let heard = monitor.on_heartbeat(node(3), OPERATIONAL, ms(20_000));
+    assert_eq!(heard, Some(Heard { before: None, resolved: false }));
+    assert_eq!(monitor.deadline(), Some(ms(20_500)));
+}
+
+#[test]
+fn a_miss_that_nobody_will_resolve_is_handed_over() {
+    let mut monitor = monitor();
+    monitor.on_heartbeat(node(3), OPERATIONAL, ms(0));
+    missed(&mut monitor, 100);
+    assert_eq!(monitor.set(1, 0x0004_0064), Some(node(3)));
+    assert_eq!(monitor.set(1, 0), None);
+    // No such sub-index.
+    assert_eq!((monitor.set(0, 0x0005_0064), monitor.set(9, 0x0005_0064)), (None, None));
+    assert_eq!(monitor.on_heartbeat(node(5), OPERATIONAL, ms(200)), None);
+}
+
+#[test]
+fn a_node_is_monitored_by_one_entry_only() {
+    let present = [0x0003_0064, 0x0009_00FA, 0x0005_0000, 0];
+    let check = |sub, value| heartbeat::check_entry(&present, sub, value);
+    assert_eq!(check(4, 0x0003_0001), Err(AbortCode::ParameterIncompatible));
+    assert_eq!(check(1, 0x0009_0064), Err(AbortCode::ParameterIncompatible));
+    // Itself, entries not in use, several not in use.
+    assert_eq!(check(1, 0x0003_0001), Ok(()));
+    assert_eq!(check(4, 0x0005_0064), Ok(()));
+    assert_eq!(check(4, 0x0003_0000), Ok(()));
+    assert_eq!(check(4, 0x0080_0064), Ok(()));
+    assert_eq!(check(1, 0), Ok(()));
+    assert_eq!(check(1, 0x0103_0064), Err(AbortCode::ValueRange));
+    assert_eq!(check(0, 0), Err(AbortCode::NoSubIndex));
+    assert_eq!(check(5, 0), Err(AbortCode::NoSubIndex));
 }

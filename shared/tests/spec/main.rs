@@ -20,3 +20,4 @@ mod queue;
 mod scet;
 mod selector;
 mod slave;
+mod sync;

@@ -1,0 +1,57 @@
+//! Consumer of one node's heartbeat.
+
+use crate::time::{Duration, Instant};
+
+/// Armed by the first heartbeat; one timeout event; the next heartbeat resolves it.
+///
+/// The consumer time is an argument because many consumers share it. A consumer time of zero disables the monitoring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Consumer {
+    /// No heartbeat yet.
+    #[default]
+    Unarmed,
+    /// Heard in time.
+    Armed {
+        /// The last heartbeat.
+        last: Instant,
+    },
+    /// Missed, and told so.
+    Missed {
+        /// The last heartbeat.
+        last: Instant,
+    },
+}
+
+impl Consumer {
+    /// A heartbeat ended at `at`. Whether it resolves a miss.
+    pub fn on_heartbeat(&mut self, at: Instant) -> bool {
+        let resolved = matches!(self, Consumer::Missed { .. });
+        *self = Consumer::Armed { last: at };
+        resolved
+    }
+
+    /// The instant of the last heartbeat, once, when the next is overdue.
+    pub fn poll(&mut self, now: Instant, time: Duration) -> Option<Instant> {
+        match (*self, self.deadline(time)) {
+            (Consumer::Armed { last }, Some(deadline)) if deadline <= now => {
+                *self = Consumer::Missed { last };
+                Some(last)
+            }
+            _ => None,
+        }
+    }
+
+    /// When the next heartbeat is overdue.
+    pub fn deadline(&self, time: Duration) -> Option<Instant> {
+        match *self {
+            Consumer::Armed { last } if time > Duration::ZERO => Some(last + time),
+            _ => None,
+        }
+    }
+
+    /// Whether a heartbeat is missed now.
+    pub fn is_missed(&self) -> bool {
+        matches!(self, Consumer::Missed { .. })
+    }
+}

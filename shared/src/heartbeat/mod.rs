@@ -1,0 +1,23 @@
+//! Heartbeat and boot-up: producer, messages, consumers (CiA 301 7.2.8.2.2, 7.2.8.2.3).
+
+mod consumer;
+mod monitor;
+mod producer;
+
+pub use consumer::Consumer;
+pub use monitor::{Heard, Missed, Monitor, check_entry};
+pub use producer::Producer;
+
+use crate::link::{CobId, Frame};
+use crate::nmt::{NmtState, NodeId};
+
+/// The heartbeat of `node`; with [`NmtState::Initialising`] it is the boot-up message.
+pub fn encode(node: NodeId, state: NmtState) -> Frame {
+    Frame::of(CobId::heartbeat(node), [state.byte()])
+}
+
+/// State told by a heartbeat or boot-up message; `None` when malformed: length other than 1, unknown state.
+pub fn decode(frame: &Frame) -> Option<NmtState> {
+    let &[byte] = frame.data() else { return None };
+    NmtState::from_byte(byte)
+}

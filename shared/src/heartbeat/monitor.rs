@@ -1,0 +1,152 @@
+//! Consumers of many nodes' heartbeats (object 1016h).
+
+use super::Consumer;
+use crate::nmt::{NmtState, NodeId};
+use crate::od::AbortCode;
+use crate::time::{Duration, Instant};
+
+/// One consumer for each of `N` entries of 1016h.
+///
+/// An entry is node << 16 | milliseconds; with a node other than 1..=127 or no time it is not in use. Writing it arms
+/// it: monitoring begins with the first heartbeat after. A boot-up message alone begins nothing, but counts as a sign of
+/// life of a node that is monitored already.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Monitor<const N: usize = 8> {
+    entries: [Entry; N],
+    /// Nothing is overdue before. Later heartbeats only move the truth further away.
+    check: Instant,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Entry {
+    /// Zero when not in use.
+    node: u8,
+    state: Option<NmtState>,
+    milliseconds: u16,
+    consumer: Consumer,
+}
+
+/// What a heartbeat or boot-up message told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Heard {
+    /// The state told before; `None` for the first word of this node since its entry was written. Initialising after
+    /// another state: the node started over.
+    pub before: Option<NmtState>,
+    /// It had been missed, and is no more.
+    pub resolved: bool,
+}
+
+/// A heartbeat is overdue.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Missed {
+    /// Whose.
+    pub node: NodeId,
+    /// When it was heard last.
+    pub last: Instant,
+}
+
+impl Entry {
+    const UNUSED: Entry = Entry { node: 0, state: None, milliseconds: 0, consumer: Consumer::Unarmed };
+
+    const fn new(value: u32) -> Entry {
+        match used(value) {
+            Some(node) => Entry { node: node.get(), milliseconds: value as u16, ..Entry::UNUSED },
+            None => Entry::UNUSED,
+        }
+    }
+
+    const fn time(&self) -> Duration {
+        Duration::from_millis(self.milliseconds as u64)
+    }
+}
+
+impl<const N: usize> Default for Monitor<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const N: usize> Monitor<N> {
+    /// No entry in use.
+    pub const fn new() -> Self {
+        Monitor { entries: [Entry::UNUSED; N], check: Instant::NEVER }
+    }
+
+    /// The entry of sub-index `sub` was written. Returns the node it monitored before when that is missed: nobody will
+    /// resolve this miss any more.
+    pub fn set(&mut self, sub: u8, value: u32) -> Option<NodeId> {
+        let place = usize::from(sub).checked_sub(1)?;
+        let entry = self.entries.get_mut(place)?;
+        let before = core::mem::replace(entry, Entry::new(value));
+        NodeId::new(before.node).filter(|_| before.consumer.is_missed())
+    }
+
+    /// A heartbeat or boot-up message of `node` ended at `at`; `None` when it is not monitored.
+    pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, at: Instant) -> Option<Heard> {
+        let entry = self.entries.iter_mut().find(|entry| entry.node == node.get())?;
+        let before = entry.state.replace(state);
+        let mut resolved = false;
+        if state != NmtState::Initialising || entry.consumer != Consumer::Unarmed {
+            resolved = entry.consumer.on_heartbeat(at);
+            self.check = self.check.min(at + entry.time());
+        }
+        Some(Heard { before, resolved })
+    }
+
+    /// The next node whose heartbeat is overdue, each once; call until `None`.
+    pub fn poll(&mut self, now: Instant) -> Option<Missed> {
+        if now < self.check {
+            return None;
+        }
+        self.check = Instant::NEVER;
+        for entry in &mut self.entries {
+            let time = entry.time();
+            if let Some(last) = entry.consumer.poll(now, time)
+                && let Some(node) = NodeId::new(entry.node)
+            {
+                self.check = now;
+                return Some(Missed { node, last });
+            }
+            if let Some(deadline) = entry.consumer.deadline(time) {
+                self.check = self.check.min(deadline);
+            }
+        }
+        None
+    }
+
+    /// When to poll next. Something may be overdue then.
+    pub fn deadline(&self) -> Option<Instant> {
+        (self.check < Instant::NEVER).then_some(self.check)
+    }
+
+    /// The state that `node` told last; `None` when it is not monitored, was never heard, or is missed.
+    pub fn state(&self, node: NodeId) -> Option<NmtState> {
+        let entry = self.entries.iter().find(|entry| entry.node == node.get())?;
+        entry.state.filter(|_| !entry.consumer.is_missed())
+    }
+}
+
+/// Whether `value` may be written to sub-index `sub` of 1016h, which holds `present`.
+///
+/// # Errors
+/// [`AbortCode::NoSubIndex`] without such an entry, [`AbortCode::ValueRange`] for reserved bits,
+/// [`AbortCode::ParameterIncompatible`] when another entry monitors the same node.
+pub fn check_entry(present: &[u32], sub: u8, value: u32) -> Result<(), AbortCode> {
+    let place = usize::from(sub).checked_sub(1).filter(|place| *place < present.len());
+    let Some(place) = place else { return Err(AbortCode::NoSubIndex) };
+    if value >> 24 != 0 {
+        return Err(AbortCode::ValueRange);
+    }
+    let Some(node) = used(value) else { return Ok(()) };
+    let twice = present.iter().enumerate().any(|(other, value)| other != place && used(*value) == Some(node));
+    if twice { Err(AbortCode::ParameterIncompatible) } else { Ok(()) }
+}
+
+/// The node of an entry in use.
+const fn used(value: u32) -> Option<NodeId> {
+    if value as u16 == 0 { None } else { NodeId::new((value >> 16) as u8) }
+}

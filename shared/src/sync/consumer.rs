@@ -1,0 +1,59 @@
+//! Consumer of SYNC (objects 1007h, 1019h).
+
+use crate::link::Frame;
+use crate::time::{Duration, Instant};
+
+/// A SYNC whose data length is not what 1019h says: it is ignored, and EMCY 8240h tells of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct UnexpectedLength;
+
+/// The consumer.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Consumer {
+    counted: bool,
+    window: Duration,
+    window_end: Instant,
+}
+
+impl Consumer {
+    /// `overflow` is 1019h, `window` 1007h in microseconds, zero for none. Open until the first SYNC.
+    pub const fn new(overflow: u8, window: u32) -> Self {
+        Consumer {
+            counted: overflow != 0,
+            window: Duration::from_micros(window as u64),
+            window_end: Instant::NEVER,
+        }
+    }
+
+    /// New values of 1019h and 1007h, for the SYNCs to come.
+    pub fn configure(&mut self, overflow: u8, window: u32) {
+        let window_end = self.window_end;
+        *self = Consumer { window_end, ..Self::new(overflow, window) };
+    }
+
+    /// A SYNC ended at `at`. Its counter; zero when SYNCs have none.
+    ///
+    /// # Errors
+    /// [`UnexpectedLength`] unless it has one byte with a counter, none without.
+    pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, UnexpectedLength> {
+        let counter = match (frame.data(), self.counted) {
+            (&[], false) => 0,
+            (&[counter], true) => counter,
+            _ => return Err(UnexpectedLength),
+        };
+        self.window_end = if self.window > Duration::ZERO { at + self.window } else { Instant::NEVER };
+        Ok(counter)
+    }
+
+    /// Until when synchronous PDOs of the last SYNC may go out: how long they live. Never over without a window.
+    pub const fn window_end(&self) -> Instant {
+        self.window_end
+    }
+
+    /// Whether synchronous PDOs are sent and taken. After the window they are discarded until the next SYNC.
+    pub fn within_window(&self, now: Instant) -> bool {
+        now <= self.window_end
+    }
+}

@@ -1,0 +1,39 @@
+//! SYNC object: producer, consumer, messages (CiA 301 7.2.5, ECSS 6.3, 6.9).
+
+mod consumer;
+mod producer;
+
+pub use consumer::{Consumer, UnexpectedLength};
+pub use producer::{Config, Producer};
+
+use crate::link::Frame;
+use crate::od::AbortCode;
+
+/// Highest value of the counter.
+const COUNTER_MAX: u8 = 240;
+/// Shortest communication cycle period, in microseconds: half the bus for SYNC alone, at 1 Mbit/s.
+const SHORTEST_PERIOD: u32 = 100;
+
+/// Whether it is a SYNC: no data, or the one counter byte of producers that number theirs.
+pub fn is_well_formed(frame: &Frame) -> bool {
+    frame.dlc() <= 1
+}
+
+/// Whether `period`, in microseconds, may be written to 1006h. Zero stops the producer.
+///
+/// # Errors
+/// [`AbortCode::ValueTooLow`] for a period below 100 us.
+pub const fn check_period(period: u32) -> Result<(), AbortCode> {
+    if period != 0 && period < SHORTEST_PERIOD { Err(AbortCode::ValueTooLow) } else { Ok(()) }
+}
+
+/// Whether `overflow` may be written to 1019h while 1006h is `period`.
+///
+/// # Errors
+/// [`AbortCode::DeviceState`] while the period is not zero; [`AbortCode::ValueRange`] for 1 and above 240.
+pub const fn check_overflow(overflow: u8, period: u32) -> Result<(), AbortCode> {
+    if period != 0 {
+        return Err(AbortCode::DeviceState);
+    }
+    if overflow == 1 || overflow > COUNTER_MAX { Err(AbortCode::ValueRange) } else { Ok(()) }
+}
