@@ -1,4 +1,4 @@
-//! `cargo demo` and `cargo xtask`: what people run at the root of this repository.
+//! `cargo demo`, `cargo twin` and `cargo xtask`: what people run at the root of this repository.
 //!
 //! Exit codes: 0 all went well, 1 something failed (the reason is on stderr), 2 the command line was wrong.
 
@@ -11,6 +11,7 @@ mod elf;
 mod firmware;
 mod pictures;
 mod telltale;
+mod twin;
 
 use std::process::ExitCode;
 
@@ -28,6 +29,8 @@ struct Cli {
 enum Command {
     /// Fly the real firmware on emulated boards: cut the nominal bus, watch the fail-over
     Demo(demo::Options),
+    /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
+    Twin(twin::Options),
     /// Build both firmware images and print where they are and how big
     Firmware(firmware::Options),
     /// Measure: latency, load, fail-over, cost of the demo, sizes; write target/bench/summary.json
@@ -43,6 +46,7 @@ enum Command {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Demo(options) => demo::run(&options),
+        Command::Twin(options) => twin::run(&options),
         Command::Firmware(options) => firmware::run(&options),
         Command::Bench(options) => bench::run(&options),
         Command::Sizes(options) => bench::sizes(&options),

@@ -1,0 +1,374 @@
+//! One client: its socket, the lines it sends, and the frames that wait for it.
+//!
+//! Nothing here waits for the client, and nothing grows without bound. A client that asks faster than the bus sends, or
+//! that does not take its answers, is not read from until it can go on: TCP tells it. Frames for a client that does not
+//! read are dropped and counted.
+
+use std::io::{ErrorKind, Read, Write};
+
+use can_wire::controller::ErrorCounters;
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+
+use super::channel::{Channel, Effect, Mode};
+use super::slcan::{ERROR, LONGEST, OK};
+
+/// Bytes read and not yet looked at.
+const INPUT: usize = 4096;
+
+/// Bytes that wait to be taken by the client: a second of a full bus, half an hour of heartbeats.
+const OUTPUT: usize = 256 * 1024;
+
+/// Part of [`OUTPUT`] that frames leave to answers.
+const FOR_ANSWERS: usize = 1024;
+
+/// Frames of one client that the bus has not sent yet.
+const IN_FLIGHT: usize = 32;
+
+/// What happened between a client and its bus.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Frames it handed over.
+    pub taken: u64,
+    /// Frames it was given, or that wait in its buffer.
+    pub given: u64,
+    /// Frames it should have been given, but its buffer was full.
+    pub lost: u64,
+    /// Lines that mean nothing or do not fit.
+    pub refused: u64,
+}
+
+/// A client of one bus; `S` does not block.
+#[derive(Debug)]
+pub struct Client<S> {
+    stream: S,
+    channel: Channel,
+    input: Vec<u8>,
+    output: Vec<u8>,
+    /// The line under way is too long and skipped up to its end.
+    skipping: bool,
+    /// Nothing more comes from it.
+    ended: bool,
+    /// Nothing more can be given to it.
+    broken: bool,
+    in_flight: usize,
+    counts: Counts,
+}
+
+impl<S: Read + Write> Client<S> {
+    /// A client that has just come.
+    pub fn new(stream: S) -> Self {
+        Client {
+            stream,
+            channel: Channel::new(),
+            input: Vec::new(),
+            output: Vec::new(),
+            skipping: false,
+            ended: false,
+            broken: false,
+            in_flight: 0,
+            counts: Counts::default(),
+        }
+    }
+
+    /// How it takes part in its bus; who has hung up does not.
+    pub fn mode(&self) -> Mode {
+        if self.ended { Mode::Closed } else { self.channel.mode() }
+    }
+
+    /// What happened so far.
+    pub fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// It has left, and everything it said has been heard.
+    pub fn is_gone(&self) -> bool {
+        self.broken || self.ended && !self.input.contains(&OK)
+    }
+
+    /// Reads what has come and obeys it, as far as there is room; gives what it led to beside answers.
+    pub fn listen(&mut self, number: u16, errors: ErrorCounters) -> Vec<Effect> {
+        self.read();
+        let mut effects = Vec::new();
+        while self.in_flight < IN_FLIGHT && self.output.len() + LONGEST <= OUTPUT {
+            let Some(line) = self.next_line() else { break };
+            let Some(line) = line else {
+                self.output.push(ERROR);
+                self.counts.refused += 1;
+                continue;
+            };
+            let effect = self.channel.obey(&line, number, errors, &mut self.output);
+            self.counts.refused += u64::from(self.output.ends_with(&[ERROR]));
+            if let Effect::Send(_) = effect {
+                self.in_flight += 1;
+                self.counts.taken += 1;
+            }
+            effects.extend(Some(effect).filter(|effect| *effect != Effect::None));
+        }
+        effects
+    }
+
+    fn read(&mut self) {
+        let mut chunk = [0; INPUT];
+        while !self.ended && self.input.len() < INPUT {
+            match self.stream.read(&mut chunk[..INPUT - self.input.len()]) {
+                Ok(0) => self.ended = true,
+                Ok(count) => self.input.extend(chunk.iter().take(count)),
+                Err(error) if error.kind() == ErrorKind::WouldBlock => return,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(_) => (self.ended, self.broken) = (true, true),
+            }
+        }
+    }
+
+    /// The next line without its end; `Some(None)` for one that was too long, `None` when none is complete.
+    fn next_line(&mut self) -> Option<Option<Vec<u8>>> {
+        let end = self.input.iter().position(|byte| *byte == OK);
+        let length = end.unwrap_or(self.input.len());
+        // People who type, and programs of another tradition, send a line feed as well.
+        let line_feed = usize::from(self.input.first() == Some(&b'\n'));
+        if length - line_feed.min(length) > LONGEST {
+            self.skipping = true;
+        }
+        let Some(end) = end else {
+            if self.skipping {
+                self.input.clear();
+            }
+            return None;
+        };
+        let line: Vec<u8> = self.input.drain(..=end).take(end).skip(line_feed).collect();
+        let skipped = std::mem::take(&mut self.skipping);
+        Some(Some(line).filter(|_| !skipped))
+    }
+
+    /// The oldest frame that it handed over was sent.
+    pub fn was_sent(&mut self) {
+        self.in_flight = self.in_flight.saturating_sub(1);
+    }
+
+    /// All frames that it handed over and that were not sent are given up. Who has hung up is not heard any further.
+    pub fn was_abandoned(&mut self) {
+        self.in_flight = 0;
+        self.broken |= self.ended;
+    }
+
+    /// A frame was on the bus at `at`.
+    pub fn give(&mut self, at: Time, frame: &WireFrame) {
+        let Some(line) = self.channel.line(at, frame) else { return };
+        if self.output.len() + line.len() > OUTPUT - FOR_ANSWERS {
+            self.counts.lost += 1;
+            self.channel.lost_a_frame();
+        } else {
+            self.counts.given += 1;
+            self.output.extend(line);
+        }
+    }
+
+    /// Hands over what the client takes now.
+    pub fn flush(&mut self) {
+        let mut taken = 0;
+        while taken < self.output.len() && !self.broken {
+            match self.stream.write(&self.output[taken..]) {
+                Ok(0) => self.broken = true,
+                Ok(count) => taken += count,
+                Err(error) if error.kind() == ErrorKind::WouldBlock => break,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(_) => self.broken = true,
+            }
+        }
+        self.output.drain(..taken);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::VecDeque;
+    use std::io;
+
+    use super::*;
+
+    /// A socket whose other end is the test.
+    #[derive(Default)]
+    struct Wire {
+        to_read: VecDeque<u8>,
+        closed: bool,
+        written: Vec<u8>,
+        room: usize,
+    }
+
+    impl Read for Wire {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            match self.to_read.read(buffer)? {
+                0 if !self.closed => Err(ErrorKind::WouldBlock.into()),
+                count => Ok(count),
+            }
+        }
+    }
+
+    impl Write for Wire {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let count = bytes.len().min(self.room);
+            if count == 0 {
+                return Err(ErrorKind::WouldBlock.into());
+            }
+            self.room -= count;
+            self.written.extend(&bytes[..count]);
+            Ok(count)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    fn client() -> Client<Wire> {
+        Client::new(Wire { room: usize::MAX, ..Wire::default() })
+    }
+
+    fn listen(client: &mut Client<Wire>) -> Vec<Effect> {
+        client.listen(1, ErrorCounters::default())
+    }
+
+    /// Effects and answers.
+    fn says(client: &mut Client<Wire>, bytes: &[u8]) -> (Vec<Effect>, String) {
+        client.stream.to_read.extend(bytes);
+        let effects = listen(client);
+        client.flush();
+        (effects, String::from_utf8(std::mem::take(&mut client.stream.written)).unwrap())
+    }
+
+    fn open() -> Client<Wire> {
+        let mut client = client();
+        assert_eq!(says(&mut client, b"O\r").1, "\r");
+        client
+    }
+
+    const FRAME: WireFrame =
+        WireFrame { id: can_wire::frame::WireId::Standard(0x080), remote: false, dlc: 0, data: [0; 8] };
+
+    #[test]
+    fn lines_come_in_any_pieces() {
+        let mut client = client();
+        assert_eq!(says(&mut client, b"O"), (vec![], String::new()));
+        assert_eq!(says(&mut client, b"\rt08"), (vec![], "\r".into()));
+        assert_eq!(says(&mut client, b"00\rt0800\r\r"), (vec![Effect::Send(FRAME); 2], "z\rz\r\r".into()));
+        assert_eq!(client.counts(), Counts { taken: 2, ..Counts::default() });
+    }
+
+    #[test]
+    fn a_line_feed_after_a_line_does_no_harm() {
+        assert_eq!(says(&mut client(), b"V\r\nN\r\n\r\n").1, "V0101\rN0001\r\r");
+    }
+
+    #[test]
+    fn rubbish_is_answered_once_per_line() {
+        let mut client = client();
+        let all: Vec<u8> = (0..=255).filter(|byte| *byte != OK).collect();
+        assert_eq!(says(&mut client, &all).1, "");
+        client.stream.to_read.extend([0; 100_000]);
+        while !client.stream.to_read.is_empty() {
+            assert_eq!(listen(&mut client), []);
+            assert!(client.input.len() <= INPUT && client.output.is_empty());
+        }
+        assert_eq!(says(&mut client, b"\rV\r").1, "\x07V0101\r");
+        assert_eq!(says(&mut client, b"\xF0\x9F\r\x00\rV\r").1, "\x07\x07V0101\r");
+        assert_eq!(client.counts().refused, 3);
+    }
+
+    #[test]
+    fn the_longest_line_is_obeyed_and_a_longer_one_refused() {
+        let mut client = open();
+        let longest = b"T1FFFFFFF80102030405060708\r";
+        assert_eq!(says(&mut client, longest).1, "Z\r");
+        assert_eq!(says(&mut client, b"T1FFFFFFF801020304050607080\r").1, "\x07");
+        assert_eq!(says(&mut client, b"T1FFFFFFF801020304050607").1, "");
+        assert_eq!(says(&mut client, b"0809").1, "");
+        assert_eq!(says(&mut client, b"0\r").1, "\x07");
+        assert_eq!(says(&mut client, longest).1, "Z\r");
+    }
+
+    #[test]
+    fn who_sends_faster_than_the_bus_is_read_when_the_bus_has_sent() {
+        let mut client = open();
+        let (effects, _) = says(&mut client, &b"t0800\r".repeat(1000));
+        assert_eq!(effects.len(), IN_FLIGHT);
+        assert!(client.input.len() <= INPUT && !client.stream.to_read.is_empty());
+        assert_eq!(listen(&mut client), []);
+        let mut sent = effects.len();
+        while client.in_flight > 0 {
+            client.was_sent();
+            sent += listen(&mut client).len();
+        }
+        assert_eq!(sent, 1000, "none is lost");
+        assert!(client.stream.to_read.is_empty());
+    }
+
+    #[test]
+    fn who_does_not_read_loses_frames_and_they_are_counted() {
+        let mut client = open();
+        client.stream.room = 0;
+        let frame = WireFrame::standard(0x123, &[0; 8]);
+        let line = "t12380000000000000000\r".len();
+        let fits = (OUTPUT - FOR_ANSWERS) / line;
+        for _ in 0..fits + 7 {
+            client.give(Time::ZERO, &frame);
+        }
+        client.flush();
+        assert_eq!(client.counts(), Counts { given: fits as u64, lost: 7, ..Counts::default() });
+        // It reads again: the flag of the overrun is up, and nothing else is missing.
+        client.stream.room = usize::MAX;
+        let (_, written) = says(&mut client, b"F\r");
+        assert_eq!(written.len(), fits * line + "F08\r".len());
+        assert!(written.ends_with("\rF08\r"));
+    }
+
+    #[test]
+    fn who_does_not_take_answers_is_not_obeyed() {
+        let mut client = client();
+        client.stream.room = 0;
+        for _ in 0..1000 {
+            client.stream.to_read.extend(b"V\r".repeat(1000));
+            listen(&mut client);
+            client.flush();
+        }
+        assert!(client.output.len() <= OUTPUT, "{}", client.output.len());
+        client.stream.room = usize::MAX;
+        let mut answers = 0;
+        while !client.stream.to_read.is_empty() || !client.output.is_empty() {
+            answers += says(&mut client, b"").1.matches("V0101\r").count();
+        }
+        assert_eq!(answers, 1_000_000);
+    }
+
+    #[test]
+    fn who_leaves_is_heard_to_the_end() {
+        let mut client = open();
+        client.stream.to_read.extend(b"t0800\r".repeat(IN_FLIGHT + 1));
+        client.stream.to_read.extend(b"t08");
+        client.stream.closed = true;
+        assert_eq!(listen(&mut client).len(), IN_FLIGHT);
+        assert!(!client.is_gone());
+        client.was_sent();
+        assert_eq!(listen(&mut client).len(), 1);
+        assert!(client.is_gone());
+    }
+
+    #[test]
+    fn who_leaves_a_bus_that_takes_nothing_is_gone_when_it_is_given_up() {
+        let mut client = open();
+        client.stream.to_read.extend(b"t0800\r".repeat(IN_FLIGHT + 1));
+        client.stream.closed = true;
+        assert_eq!(listen(&mut client).len(), IN_FLIGHT);
+        client.was_abandoned();
+        assert!(client.is_gone());
+    }
+
+    #[test]
+    fn whose_socket_breaks_is_gone() {
+        let mut client = open();
+        client.stream.closed = true;
+        client.give(Time::ZERO, &FRAME);
+        assert_eq!(listen(&mut client), []);
+        assert!(client.is_gone());
+    }
+}

@@ -1,0 +1,149 @@
+//! `cargo twin`: the spacecraft in real time, its buses open to whoever speaks SLCAN.
+
+mod channel;
+mod client;
+mod craft;
+mod filter;
+mod options;
+mod pace;
+mod port;
+mod slcan;
+
+use std::io::Write;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use can_wire::time::Time;
+use console::style;
+use twin::rtt::Level;
+use twin::spacecraft::{Bus, Spacecraft};
+
+pub use options::Options;
+use pace::Pace;
+use port::Port;
+
+/// Sockets are served at least so often, in virtual time; it runs no faster than the clock on the wall.
+const STEP: Time = Time::from_us(500);
+
+/// Runs until Ctrl-C or the end that was asked for.
+///
+/// # Errors
+/// When an image cannot be built, a port is taken, or a board had to be stopped.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let told = stop.clone();
+    ctrlc::set_handler(move || told.store(true, Ordering::Relaxed)).context("cannot handle Ctrl-C")?;
+
+    let images = firmware_images::build(options.board.name(), options.profile.name())?;
+    let mut spacecraft = craft::assemble(options, &images)?;
+    let mut ports = Vec::new();
+    for bus in Bus::ALL {
+        ports.push(Port::open(&mut spacecraft, bus, options.address(bus))?);
+    }
+    if !options.listen.is_loopback() {
+        let warning = style("warning:").yellow().bold().for_stderr();
+        eprintln!("{warning} whoever reaches {} can command the boards, without a password", options.listen);
+    }
+    for port in &ports {
+        say(format_args!("{} bus: slcan socket://{}", port.bus(), port.address()?));
+    }
+    let mut run = Run { spacecraft, ports, faults: Vec::new(), told_of_delay: false };
+    let pace = run.fly(Time::from_us((options.seconds * 1e6) as u64), &stop);
+    run.conclude(&pace)
+}
+
+/// A line for people. Nobody has to read it: a closed pipe does not end the spacecraft.
+fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+struct Run {
+    spacecraft: Spacecraft,
+    ports: Vec<Port>,
+    faults: Vec<String>,
+    told_of_delay: bool,
+}
+
+impl Run {
+    fn fly(&mut self, end: Time, stop: &AtomicBool) -> Pace {
+        let mut pace = Pace::new(Instant::now());
+        while self.spacecraft.now() < end && !stop.load(Ordering::Relaxed) {
+            self.serve();
+            let next = (self.spacecraft.now() + STEP).min(end);
+            let due = pace.due(Instant::now(), self.spacecraft.now());
+            self.tell_of_delay(&pace);
+            if due <= self.spacecraft.now() {
+                std::thread::sleep(pace.instant_of(next).saturating_duration_since(Instant::now()));
+            } else {
+                self.advance(due.min(next));
+            }
+        }
+        self.serve();
+        pace
+    }
+
+    /// A board that the twin has to stop stays behind.
+    fn advance(&mut self, until: Time) {
+        while let Err(fault) = self.spacecraft.run_until(until) {
+            let fault = fault.to_string();
+            eprintln!("{} {fault}", style("error:").red().bold().for_stderr());
+            self.faults.push(fault);
+        }
+        // What everybody could see: the ports have their own ears.
+        self.spacecraft.take_frames();
+        for log in self.spacecraft.take_logs() {
+            let name = &self.spacecraft.board(log.board).config().name;
+            let text = match log.level {
+                Some(Level::Error) => style(log.text).red(),
+                Some(Level::Warn) => style(log.text).yellow(),
+                _ => style(log.text),
+            };
+            say(format_args!("{:10.3} s  {name:<7}  {text}", log.at.as_secs_f64()));
+        }
+    }
+
+    fn serve(&mut self) {
+        for port in &mut self.ports {
+            port.serve(&mut self.spacecraft);
+            for note in port.take_notes() {
+                say(format_args!("{:10.3} s  {note}", self.spacecraft.now().as_secs_f64()));
+            }
+        }
+    }
+
+    fn tell_of_delay(&mut self, pace: &Pace) {
+        if !pace.behind().is_zero() && !self.told_of_delay {
+            self.told_of_delay = true;
+            eprintln!(
+                "{} virtual time is {:.1} s behind the clock on the wall: this computer is too slow or was \
+                 paused. Nothing is skipped, everything just takes longer",
+                style("warning:").yellow().bold().for_stderr(),
+                pace.behind().as_secs_f64()
+            );
+        }
+    }
+
+    /// The last words, and whether it was a good run.
+    fn conclude(self, pace: &Pace) -> anyhow::Result<()> {
+        let seconds = self.spacecraft.now().as_secs_f64();
+        say(format_args!(
+            "ended after {seconds:.1} s of virtual time, {:.1} s behind the clock on the wall",
+            pace.behind().as_secs_f64()
+        ));
+        for port in &self.ports {
+            let frames = self.spacecraft.wire(port.bus()).counters().completed;
+            let port::Totals { clients, sent, lost, abandoned } = port.totals();
+            say(format_args!(
+                "{} bus: {frames} frames on it, {sent} of them from clients; clients: {clients}, frames lost because \
+                 they did not read: {lost}, frames of theirs given up: {abandoned}",
+                port.bus()
+            ));
+        }
+        if !self.faults.is_empty() {
+            bail!("boards stopped: {}", self.faults.join("; "));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,241 @@
+//! One bus as SLCAN over TCP: the clients, and the one node on the bus that they share.
+//!
+//! The node is there while a client has its channel open, and hears only while all of them listen; without any it is as
+//! if nothing were connected. A frame of a client is on the bus when the node has sent it, and then the other clients
+//! get it as they get every frame.
+
+use std::collections::VecDeque;
+use std::io;
+use std::net::{SocketAddr, TcpListener, TcpStream};
+
+use anyhow::Context;
+use can_wire::time::Time;
+use twin::guest::{Heard, Presence};
+use twin::spacecraft::{Bus, GuestId, Spacecraft};
+
+use super::channel::{BIT_RATE, Effect, Mode};
+use super::client::{Client, Counts};
+
+/// Clients of one bus at the same time.
+const MOST_CLIENTS: usize = 16;
+
+/// Frames of clients that have left are still sent, but not beyond so long a time without any success.
+const PATIENCE: Time = Time::from_ms(100);
+
+/// Where the node hangs on its bus, metres from the master's end.
+const POSITION_M: f64 = 30.0;
+
+/// A client and who it is.
+struct Seat {
+    number: u64,
+    address: SocketAddr,
+    client: Client<TcpStream>,
+}
+
+/// A bus that is offered.
+pub struct Port {
+    bus: Bus,
+    listener: TcpListener,
+    guest: GuestId,
+    presence: Presence,
+    seats: Vec<Seat>,
+    /// Who handed over the frames that the node has not sent yet, the oldest first.
+    senders: VecDeque<u64>,
+    /// When a client was there, or a frame of one was handed over or sent, last.
+    last_use: Time,
+    totals: Totals,
+    notes: Vec<String>,
+}
+
+/// What happened on a port.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Totals {
+    /// Clients that came.
+    pub clients: u64,
+    /// Frames that they sent.
+    pub sent: u64,
+    /// Frames that they should have been given, but did not read in time.
+    pub lost: u64,
+    /// Frames that they handed over and that the bus did not take.
+    pub abandoned: u64,
+}
+
+impl Port {
+    /// Listens on `address`, and hangs a node on the bus, which is away until a client comes. All boards are there.
+    ///
+    /// # Errors
+    /// When the address cannot be listened on.
+    pub fn open(spacecraft: &mut Spacecraft, bus: Bus, address: SocketAddr) -> anyhow::Result<Port> {
+        let listener = TcpListener::bind(address)
+            .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
+            .with_context(|| {
+                format!(
+                    "cannot listen on {address}; choose another port with --slcan-{bus}, 0 is any free one"
+                )
+            })?;
+        let guest = spacecraft.add_guest(bus, POSITION_M);
+        spacecraft.set_presence(guest, Presence::Away);
+        Ok(Port {
+            bus,
+            listener,
+            guest,
+            presence: Presence::Away,
+            seats: Vec::new(),
+            senders: VecDeque::new(),
+            last_use: Time::ZERO,
+            totals: Totals::default(),
+            notes: Vec::new(),
+        })
+    }
+
+    /// Where it listens.
+    ///
+    /// # Errors
+    /// When the system does not know.
+    pub fn address(&self) -> io::Result<SocketAddr> {
+        self.listener.local_addr()
+    }
+
+    /// Which bus.
+    pub fn bus(&self) -> Bus {
+        self.bus
+    }
+
+    /// What happened so far.
+    pub fn totals(&self) -> Totals {
+        let lost = self.seats.iter().map(|seat| seat.client.counts().lost).sum::<u64>();
+        Totals { lost: self.totals.lost + lost, ..self.totals }
+    }
+
+    /// What is worth telling people since the last call.
+    pub fn take_notes(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.notes)
+    }
+
+    /// Gives the clients what was on the bus, and the bus what came from the clients.
+    pub fn serve(&mut self, spacecraft: &mut Spacecraft) {
+        self.welcome();
+        for (at, heard) in spacecraft.take_heard(self.guest) {
+            self.forward(at, heard);
+        }
+        self.listen(spacecraft);
+        self.seats.iter_mut().for_each(|seat| seat.client.flush());
+        self.say_goodbye();
+        self.appear(spacecraft);
+    }
+
+    fn welcome(&mut self) {
+        loop {
+            let (stream, address) = match self.listener.accept() {
+                Ok(accepted) => accepted,
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => return,
+                // One that left before it was accepted, or no descriptor is free for it.
+                Err(_) => return,
+            };
+            if self.seats.len() >= MOST_CLIENTS {
+                self.note(address, format!("turned away, there are {MOST_CLIENTS} clients"));
+                continue;
+            }
+            // Without it an answer would wait for the acknowledgement of the one before.
+            if stream.set_nonblocking(true).and_then(|()| stream.set_nodelay(true)).is_err() {
+                continue;
+            }
+            self.note(address, "connected");
+            let number = self.totals.clients;
+            self.totals.clients += 1;
+            self.seats.push(Seat { number, address, client: Client::new(stream) });
+        }
+    }
+
+    fn forward(&mut self, at: Time, heard: Heard) {
+        let (sender, frame) = match heard {
+            Heard::Received(frame) => (None, frame),
+            Heard::Sent(frame) => {
+                self.totals.sent += 1;
+                self.last_use = at;
+                (self.senders.pop_front(), frame)
+            }
+        };
+        for seat in &mut self.seats {
+            if sender == Some(seat.number) {
+                seat.client.was_sent();
+            } else {
+                seat.client.give(at, &frame);
+            }
+        }
+    }
+
+    fn listen(&mut self, spacecraft: &mut Spacecraft) {
+        let errors = spacecraft.wire(self.bus).error_counters(self.guest.node);
+        let number = self.bus as u16 + 1;
+        let mut notes = Vec::new();
+        for seat in &mut self.seats {
+            for effect in seat.client.listen(number, errors) {
+                match effect {
+                    Effect::None => {}
+                    Effect::Send(frame) => {
+                        self.senders.push_back(seat.number);
+                        self.last_use = spacecraft.now();
+                        spacecraft.inject(self.guest, spacecraft.now(), frame);
+                    }
+                    Effect::WrongBitRate(rate) => notes.push((
+                        seat.address,
+                        format!("cannot be opened with {rate} bit/s, the bus has {BIT_RATE}"),
+                    )),
+                }
+            }
+        }
+        notes.into_iter().for_each(|(address, text)| self.note(address, text));
+    }
+
+    fn say_goodbye(&mut self) {
+        for index in (0..self.seats.len()).rev() {
+            if self.seats[index].client.is_gone() {
+                self.dismiss(index);
+            }
+        }
+    }
+
+    fn dismiss(&mut self, index: usize) {
+        let Seat { address, client, .. } = self.seats.swap_remove(index);
+        let Counts { taken, given, lost, refused } = client.counts();
+        self.totals.lost += lost;
+        let mut text = format!("left: {taken} frames from it, {given} to it");
+        for (count, what) in [(lost, "lost because it did not read"), (refused, "lines refused")] {
+            if count > 0 {
+                text += &format!(", {count} {what}");
+            }
+        }
+        self.note(address, text);
+    }
+
+    /// Takes part in the bus as the clients want it.
+    fn appear(&mut self, spacecraft: &mut Spacecraft) {
+        let now = spacecraft.now();
+        let any = |mode| self.seats.iter().any(|seat| seat.client.mode() == mode);
+        let (open, listening) = (any(Mode::Open), any(Mode::Listening));
+        if open {
+            self.last_use = now;
+        }
+        let owes = !self.senders.is_empty() && now.since(self.last_use) <= PATIENCE;
+        let presence = match (open || owes, listening) {
+            (true, _) => Presence::Present,
+            (false, true) => Presence::Listening,
+            (false, false) => Presence::Away,
+        };
+        if presence == self.presence {
+            return;
+        }
+        self.presence = presence;
+        spacecraft.set_presence(self.guest, presence);
+        if presence != Presence::Present {
+            self.totals.abandoned += self.senders.len() as u64;
+            self.senders.clear();
+            self.seats.iter_mut().for_each(|seat| seat.client.was_abandoned());
+        }
+    }
+
+    fn note(&mut self, address: SocketAddr, text: impl AsRef<str>) {
+        self.notes.push(format!("{} bus: {address} {}", self.bus, text.as_ref()));
+    }
+}
