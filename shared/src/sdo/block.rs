@@ -1,0 +1,204 @@
+//! Sub-blocks: what the receiver of segments takes, what their sender sends again (CiA 301 7.2.4.3.9 to 7.2.4.3.14).
+//!
+//! A download has its receiver in the server, an upload in the client; the rules are the same. A segment counts when it
+//! is the next one. What comes after a lost one is ignored to the end of the sub-block; the acknowledgement names the last
+//! that counted, and the next sub-block begins behind it, numbered from 1.
+
+use super::wire::LAST_OF_BLOCKS;
+use crate::od::AbortCode;
+use crate::time::Instant;
+
+/// Most segments of a sub-block.
+pub(super) const MOST: u8 = 127;
+
+/// Bytes of a segment.
+pub(super) const SEGMENT: u8 = 7;
+
+/// How many segments of a sub-block are given to the bus before the first of them has left.
+pub const WINDOW: u8 = 8;
+
+/// Whether a peer may ask for sub-blocks of this size.
+pub(super) fn check_size(block_size: u8) -> Result<(), AbortCode> {
+    if (1..=MOST).contains(&block_size) { Ok(()) } else { Err(AbortCode::BlockSize) }
+}
+
+/// Bytes of the last segment that do not count, when the value has `total` bytes.
+pub(super) fn unused(total: u32) -> u8 {
+    let step = u32::from(SEGMENT);
+    if total == 0 { SEGMENT } else { ((step - total % step) % step) as u8 }
+}
+
+/// The receiving side of a sub-block.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Receiver {
+    /// The segment that counts next.
+    next: u8,
+    /// Segments of the sub-block.
+    size: u8,
+    /// Whether anything came since the last acknowledgement.
+    heard: bool,
+    /// First byte of the segment that came last, if it ended a sub-block; else zero.
+    ended_by: u8,
+}
+
+/// What a segment means.
+pub(super) struct Heard {
+    /// Its data count.
+    pub taken: bool,
+    /// It is the last segment of the value.
+    pub last: bool,
+    /// It ends the sub-block: an acknowledgement is due.
+    pub ends: bool,
+}
+
+impl Receiver {
+    pub const fn new(size: u8) -> Receiver {
+        Receiver { next: 1, size, heard: false, ended_by: 0 }
+    }
+
+    #[inline]
+    pub fn on_segment(&mut self, command: u8) -> Heard {
+        let seqno = command & !LAST_OF_BLOCKS;
+        let last = command & LAST_OF_BLOCKS != 0;
+        let taken = seqno == self.next;
+        if taken {
+            self.next += 1;
+        } else if self.is_repeat(command) {
+            return Heard { taken: false, last: false, ends: false };
+        }
+        self.heard = true;
+        let ends = last || seqno >= self.size;
+        self.ended_by = if ends { command } else { 0 };
+        Heard { taken, last, ends }
+    }
+
+    /// Whether it may be the segment that ended the last sub-block, received twice: an error in the last bit of a frame
+    /// makes its sender repeat what receivers have (ISO 11898-1 10.4.2.2).
+    pub fn is_repeat(&self, command: u8) -> bool {
+        command == self.ended_by && command != 0
+    }
+
+    /// The sub-block ends, the next one has `size` segments. The number to acknowledge.
+    pub fn acknowledge(&mut self, size: u8) -> u8 {
+        let good = self.next.saturating_sub(1);
+        (self.next, self.size, self.heard) = (1, size, false);
+        good
+    }
+
+    /// Whether a sub-block has begun and not ended.
+    pub fn is_heard(&self) -> bool {
+        self.heard
+    }
+
+    /// What a sender that was stopped may send next.
+    pub fn strays(&self, until: Instant) -> Strays {
+        Strays { next: self.next, until }
+    }
+}
+
+/// Segments that a sender had on the way when its transfer was ended. They have no command specifier and would be taken
+/// for commands.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Strays {
+    next: u8,
+    pub until: Instant,
+}
+
+impl Strays {
+    /// How many segments may be missing before a stray one.
+    const GAP: u8 = 3;
+
+    /// Whether this is one of them. They come in rising order and soon.
+    pub fn claim(&mut self, command: u8, now: Instant) -> bool {
+        let seqno = command & !LAST_OF_BLOCKS;
+        let claimed = now < self.until && (self.next..=self.next.saturating_add(Self::GAP)).contains(&seqno);
+        if claimed && command & LAST_OF_BLOCKS == 0 {
+            self.next = seqno + 1;
+        } else {
+            self.until = Instant::ZERO;
+        }
+        claimed
+    }
+}
+
+/// The sending side of a sub-block.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Sender {
+    /// Where in the value the sub-block begins.
+    base: u32,
+    /// Segments sent of it.
+    sent: u8,
+    /// Most segments of it.
+    size: u8,
+    /// Segments that the bus has not told of.
+    in_flight: u8,
+    /// The number acknowledged last.
+    acked: u8,
+}
+
+/// A segment to send.
+pub(super) struct Next {
+    pub seqno: u8,
+    pub offset: u32,
+    pub last: bool,
+}
+
+/// What an acknowledgement means.
+pub(super) enum Ack {
+    /// There is more to send, from this offset on.
+    More(u32),
+    /// All was received.
+    Complete,
+    /// It was here already.
+    Repeat,
+}
+
+impl Sender {
+    pub const fn new(size: u8) -> Sender {
+        Sender { base: 0, sent: 0, size, in_flight: 0, acked: 0 }
+    }
+
+    /// Whether no sub-block was acknowledged yet.
+    pub fn is_first(&self) -> bool {
+        self.base == 0 && self.acked == 0
+    }
+
+    /// The next segment of a value of `total` bytes, when the sub-block has one and the bus has room.
+    pub fn next(&self, total: u32) -> Option<Next> {
+        let offset = self.base.saturating_add(u32::from(self.sent) * u32::from(SEGMENT));
+        let is_due = self.sent < self.size && self.in_flight < WINDOW && (offset < total || self.sent == 0);
+        let last = offset.saturating_add(u32::from(SEGMENT)) >= total;
+        is_due.then(|| Next { seqno: self.sent + 1, offset, last })
+    }
+
+    /// That one was sent.
+    pub fn on_send(&mut self) {
+        self.sent += 1;
+        self.in_flight += 1;
+    }
+
+    /// One of them left the bus, or failed.
+    pub fn on_sent(&mut self) {
+        self.in_flight = self.in_flight.saturating_sub(1);
+    }
+
+    /// The receiver ends the sub-block.
+    pub fn on_ack(&mut self, ackseq: u8, size: u8, total: u32) -> Result<Ack, AbortCode> {
+        if ackseq > self.sent {
+            // A frame that was received twice meets the sub-block after its own.
+            return if ackseq == self.acked { Ok(Ack::Repeat) } else { Err(AbortCode::SequenceNumber) };
+        }
+        let base = self.base.saturating_add(u32::from(ackseq) * u32::from(SEGMENT));
+        if ackseq > 0 && base >= total {
+            return Ok(Ack::Complete);
+        }
+        check_size(size)?;
+        // What the bus still holds of a sub-block that was ended early goes out; of a complete one it holds nothing.
+        let in_flight = if ackseq == self.sent { 0 } else { self.in_flight };
+        *self = Sender { base, sent: 0, size, in_flight, acked: ackseq };
+        Ok(Ack::More(base))
+    }
+}

@@ -1,0 +1,113 @@
+//! Sub-blocks of block downloads and block uploads.
+
+use super::{BLOCK_SIZE, Server, State};
+use crate::od::{AbortCode, ObjectAccess};
+use crate::sdo::block::{Ack, unused};
+use crate::sdo::crc::Crc;
+use crate::sdo::wire::{self, Payload};
+use crate::time::Instant;
+
+impl Server {
+    /// A frame in a sub-block of a download: a segment, whatever its first byte, or an abort.
+    #[inline]
+    pub(super) fn on_sub_block(
+        &mut self,
+        payload: &Payload,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> bool {
+        let [command, data @ ..] = payload;
+        let pause = self.pause();
+        let State::BlockDownload { receiver, refused } = &mut self.state else { return false };
+        if *command == wire::ABORT {
+            self.value.close(objects);
+            self.state = State::Idle;
+            return true;
+        }
+        let heard = receiver.on_segment(*command);
+        if heard.taken && refused.is_none() {
+            let pushed = if heard.last {
+                self.value.push_last(data, objects)
+            } else {
+                self.value.push(data, data.len(), objects)
+            };
+            if let Err(code) = pushed {
+                *refused = Some(code);
+                self.value.close(objects);
+            }
+        }
+        if heard.ends {
+            self.end_sub_block(heard.taken && heard.last, now, objects, send);
+        } else if receiver.is_heard() {
+            self.deadline = now + pause;
+        }
+        heard.taken
+    }
+
+    pub(super) fn is_sub_block_heard(&self) -> bool {
+        matches!(&self.state, State::BlockDownload { receiver, .. } if receiver.is_heard())
+    }
+
+    /// Acknowledges a sub-block, or tells that the download is refused.
+    pub(super) fn end_sub_block(
+        &mut self,
+        is_complete: bool,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) {
+        let State::BlockDownload { receiver, refused } = &mut self.state else { return };
+        if let Some(code) = *refused {
+            // Nothing of the sub-block is left on the way.
+            self.state = State::Idle;
+            self.value.close(objects);
+            send(wire::abort(self.value.at, code));
+            return;
+        }
+        send(wire::block_ack(receiver.acknowledge(BLOCK_SIZE), BLOCK_SIZE));
+        if is_complete {
+            self.state = State::BlockDownloadEnd(receiver.clone());
+        }
+        self.deadline = now + self.timeout;
+    }
+
+    /// Sends what the bus has room for of a sub-block of an upload.
+    pub(super) fn send_sub_block(
+        &mut self,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<(), AbortCode> {
+        let State::BlockUpload(sender) = &mut self.state else { return Ok(()) };
+        while let Some(next) = sender.next(self.value.size()) {
+            let (data, _) = self.value.segment(next.offset, objects)?;
+            sender.on_send();
+            send(wire::sub_block_segment(next.seqno, next.last, data));
+            self.deadline = now + self.timeout;
+        }
+        Ok(())
+    }
+
+    /// The client ends a sub-block of an upload. Whether that is news.
+    pub(super) fn on_ack(
+        &mut self,
+        ackseq: u8,
+        block_size: u8,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<bool, AbortCode> {
+        let State::BlockUpload(sender) = &mut self.state else { return Ok(false) };
+        match sender.on_ack(ackseq, block_size, self.value.size())? {
+            Ack::Repeat => return Ok(false),
+            Ack::More(_) => self.send_sub_block(now, objects, send)?,
+            Ack::Complete => {
+                self.state = State::BlockUploadEnd;
+                let crc = self.value.crc.map_or(0, Crc::value);
+                send(wire::block_end(unused(self.value.size()), crc));
+            }
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,168 @@
+//! Requests that begin a transfer; expedited ones complete it at once.
+
+use super::{BLOCK_SIZE, Server, State};
+use crate::od::{AbortCode, Address, ObjectAccess, Transfer};
+use crate::sdo::block::{Receiver, Sender, check_size};
+use crate::sdo::wire::{self, Content, Payload, Request};
+use crate::time::Instant;
+
+/// Most bytes of an expedited transfer.
+const EXPEDITED: usize = 4;
+
+impl Server {
+    /// A request without a transfer.
+    #[inline]
+    pub(super) fn initiate(
+        &mut self,
+        payload: &Payload,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> bool {
+        let (at, begun) = match Request::parse(payload) {
+            Request::Download(at, content) => (at, self.download(at, content, now, objects, send)),
+            Request::Upload(at) => (at, self.upload(at, now, objects, send)),
+            Request::BlockDownload { at, crc, size } => {
+                (at, self.block_download(at, crc, size, now, objects, send))
+            }
+            Request::BlockUpload { at, crc, block_size, threshold } => {
+                (at, self.block_upload(at, crc, block_size, threshold, now, objects, send))
+            }
+            Request::Abort => return false,
+            _ => (Address::new(0, 0), Err(AbortCode::CommandSpecifier)),
+        };
+        if let Err(code) = begun {
+            self.value.close(objects);
+            send(wire::abort(at, code));
+        }
+        true
+    }
+
+    fn download(
+        &mut self,
+        at: Address,
+        content: Content,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<(), AbortCode> {
+        match content {
+            Content::Expedited(data, len) => {
+                let value = data.get(..usize::from(len)).unwrap_or(&data);
+                match objects.download(at, Some(value.len()))? {
+                    Transfer::Whole(most) if value.len() > most => return Err(AbortCode::TooLong),
+                    Transfer::Whole(_) => objects.write(at, value)?,
+                    Transfer::Stream(most) => write_stream(at, value, most, objects)?,
+                }
+            }
+            Content::Unsized(data) => match objects.download(at, None)? {
+                Transfer::Whole(most) => objects.write(at, data.get(..most).unwrap_or(&data))?,
+                Transfer::Stream(most) => {
+                    write_stream(at, data.get(..most).unwrap_or(&data), most, objects)?;
+                }
+            },
+            Content::Segmented(size) => {
+                self.value.open_download(at, size, false, objects)?;
+                self.begin(State::Download { toggle: false }, now);
+            }
+        }
+        send(wire::download_response(at));
+        Ok(())
+    }
+
+    fn upload(
+        &mut self,
+        at: Address,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<(), AbortCode> {
+        let transfer = objects.upload(at)?;
+        self.answer_upload(at, transfer, now, objects, send)
+    }
+
+    #[inline]
+    fn answer_upload(
+        &mut self,
+        at: Address,
+        transfer: Transfer,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<(), AbortCode> {
+        let (Transfer::Whole(size) | Transfer::Stream(size)) = transfer;
+        let mut data = [0; EXPEDITED];
+        match data.get_mut(..size) {
+            Some(value) if size > 0 => {
+                if objects.read(at, 0, value)? != size {
+                    return Err(AbortCode::CannotTransfer);
+                }
+                send(wire::upload_expedited_response(at, data, size as u8));
+            }
+            _ => {
+                self.value.open_upload(at, transfer, false, objects)?;
+                self.begin(State::Upload { toggle: false, offset: 0 }, now);
+                send(wire::upload_response(at, self.value.size()));
+            }
+        }
+        Ok(())
+    }
+
+    fn block_download(
+        &mut self,
+        at: Address,
+        crc: bool,
+        size: Option<u32>,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<(), AbortCode> {
+        self.value.open_download(at, size, crc, objects)?;
+        self.begin(State::BlockDownload { receiver: Receiver::new(BLOCK_SIZE), refused: None }, now);
+        send(wire::block_download_response(at, true, BLOCK_SIZE));
+        Ok(())
+    }
+
+    #[expect(clippy::too_many_arguments)]
+    fn block_upload(
+        &mut self,
+        at: Address,
+        crc: bool,
+        block_size: u8,
+        threshold: u8,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<(), AbortCode> {
+        check_size(block_size)?;
+        let transfer = objects.upload(at)?;
+        let (Transfer::Whole(size) | Transfer::Stream(size)) = transfer;
+        if size <= usize::from(threshold) && threshold > 0 {
+            return self.answer_upload(at, transfer, now, objects, send);
+        }
+        self.value.open_upload(at, transfer, crc, objects)?;
+        self.begin(State::BlockUploadStart(Sender::new(block_size)), now);
+        send(wire::block_upload_response(at, true, self.value.size()));
+        Ok(())
+    }
+
+    fn begin(&mut self, state: State, now: Instant) {
+        self.state = state;
+        self.deadline = now + self.timeout;
+    }
+}
+
+/// A stream of at most four bytes.
+fn write_stream(
+    at: Address,
+    value: &[u8],
+    most: usize,
+    objects: &mut impl ObjectAccess,
+) -> Result<(), AbortCode> {
+    if value.len() > most {
+        objects.cancel(at);
+        return Err(AbortCode::TooLong);
+    }
+    objects.write_part(at, 0, value)?;
+    objects.finish(at, value.len())
+}

@@ -1,0 +1,267 @@
+//! SDO server: answers the requests of one client.
+//!
+//! A new initiate request ends a transfer that runs, without a word: its client has begun anew. Every other request that
+//! does not belong to the transfer aborts it. What can be taken for a command though it is a segment that was on its way
+//! when its transfer ended is recognised and ignored.
+
+mod blocks;
+mod initiate;
+mod value;
+
+use self::value::Value;
+use super::block::{MOST, Receiver, Sender, Strays};
+use super::wire::{self, Payload, Request, Segment};
+use crate::od::{AbortCode, ObjectAccess};
+use crate::time::{Duration, Instant};
+
+/// Largest value, in bytes, that is moved [whole](crate::od::Transfer::Whole) in segments.
+pub const WHOLE: usize = 64;
+
+/// Segments of a sub-block of a block download.
+const BLOCK_SIZE: u8 = MOST;
+
+/// A pause in a sub-block as long as this part of the timeout means that its last segments are lost.
+const PAUSE: u64 = 4;
+
+/// The server of a node. Give it what comes to the COB-ID of its requests, send what it hands out.
+///
+/// Call [`Server::poll`] when [`Server::deadline`] has come and after [`Server::on_sent`].
+#[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Server {
+    state: State,
+    timeout: Duration,
+    /// When the transfer has waited too long, for the rest of a sub-block or for anything.
+    deadline: Instant,
+    value: Value,
+}
+
+/// The client's next move in the transfer of [`Server::value`].
+#[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+enum State {
+    /// No transfer.
+    Idle,
+    /// No transfer; segments of the last one may still come.
+    Drain(Strays),
+    /// Download segment.
+    Download { toggle: bool },
+    /// Upload segment request for the bytes from `offset` on.
+    Upload { toggle: bool, offset: u32 },
+    /// Segments of a sub-block. Once refused, the rest of the sub-block is let pass before that is told.
+    BlockDownload { receiver: Receiver, refused: Option<AbortCode> },
+    /// End of a block download.
+    BlockDownloadEnd(Receiver),
+    /// Start of a block upload.
+    BlockUploadStart(Sender),
+    /// Acknowledgement of a sub-block.
+    BlockUpload(Sender),
+    /// Answer to the end of a block upload.
+    BlockUploadEnd,
+}
+
+impl Server {
+    /// Without a transfer. One that stands still for `timeout` is aborted.
+    pub const fn new(timeout: Duration) -> Server {
+        Server { state: State::Idle, timeout, deadline: Instant::ZERO, value: Value::new() }
+    }
+
+    /// A request came in. Whether it was of use: segments out of order, repeated frames and aborts without a transfer are
+    /// ignored.
+    pub fn on_request(
+        &mut self,
+        payload: &Payload,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> bool {
+        match &mut self.state {
+            State::Idle => {}
+            State::BlockDownload { .. } => return self.on_sub_block(payload, now, objects, send),
+            _ => {
+                if let Some(was_used) = self.go_on(payload, now, objects, send) {
+                    return was_used;
+                }
+            }
+        }
+        self.initiate(payload, now, objects, send)
+    }
+
+    /// A request while a transfer runs. `None`: it is over, the request may begin another one.
+    fn go_on(
+        &mut self,
+        payload: &Payload,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Option<bool> {
+        let [command, data @ ..] = payload;
+        match &mut self.state {
+            State::Drain(strays) => {
+                if strays.claim(*command, now) {
+                    return Some(false);
+                }
+                self.state = State::Idle;
+                return None;
+            }
+            State::BlockDownloadEnd(receiver)
+                if receiver.is_repeat(*command)
+                    && self.value.ends_with(data)
+                    && !wire::is_block_end(*command) =>
+            {
+                return Some(false);
+            }
+            _ => {}
+        }
+        let request = Request::parse(payload);
+        if request.is_initiate() {
+            self.reset(objects);
+            return None;
+        }
+        let served = match (&mut self.state, request) {
+            (_, Request::Abort) => {
+                self.reset(objects);
+                return Some(true);
+            }
+            (State::Download { toggle }, Request::DownloadSegment(segment)) => {
+                let toggle = *toggle;
+                self.on_download_segment(toggle, &segment, objects, send)
+            }
+            (State::Upload { toggle, offset }, Request::UploadSegment { toggle: asked }) => {
+                let (toggle, offset) = (*toggle, *offset);
+                if asked == toggle {
+                    self.send_segment(toggle, offset, objects, send)
+                } else {
+                    Err(AbortCode::Toggle)
+                }
+            }
+            (State::BlockDownloadEnd(_), Request::BlockDownloadEnd { unused, crc }) => {
+                self.value.finish(usize::from(unused), crc, objects).map(|()| {
+                    self.state = State::Idle;
+                    send(wire::block_end_answer());
+                })
+            }
+            (State::BlockUploadStart(sender), Request::BlockUploadStart) => {
+                self.state = State::BlockUpload(sender.clone());
+                self.send_sub_block(now, objects, send)
+            }
+            (State::BlockUpload(_), Request::BlockUploadAck { ackseq, block_size }) => {
+                match self.on_ack(ackseq, block_size, now, objects, send) {
+                    Ok(true) => Ok(()),
+                    Ok(false) => return Some(false),
+                    Err(code) => Err(code),
+                }
+            }
+            (State::BlockUpload(sender), Request::BlockUploadStart) if sender.is_first() => {
+                return Some(false);
+            }
+            (State::BlockUploadEnd, Request::BlockUploadEnd) => {
+                self.state = State::Idle;
+                Ok(())
+            }
+            (State::BlockUploadEnd, Request::BlockUploadAck { .. }) => return Some(false),
+            _ => Err(AbortCode::CommandSpecifier),
+        };
+        self.deadline = now + self.timeout;
+        if let Err(code) = served {
+            self.abort(code, objects, send);
+        }
+        Some(true)
+    }
+
+    fn on_download_segment(
+        &mut self,
+        toggle: bool,
+        segment: &Segment,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<(), AbortCode> {
+        if segment.toggle != toggle {
+            return Err(AbortCode::Toggle);
+        }
+        self.value.push(&segment.data, usize::from(segment.len), objects)?;
+        self.state = if segment.last {
+            self.value.finish(0, 0, objects)?;
+            State::Idle
+        } else {
+            State::Download { toggle: !toggle }
+        };
+        send(wire::download_segment_response(toggle));
+        Ok(())
+    }
+
+    fn send_segment(
+        &mut self,
+        toggle: bool,
+        offset: u32,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<(), AbortCode> {
+        let (data, len) = self.value.segment(offset, objects)?;
+        let offset = offset.saturating_add(len as u32);
+        let last = offset >= self.value.size();
+        self.state = if last { State::Idle } else { State::Upload { toggle: !toggle, offset } };
+        send(Segment { toggle, last, len: len as u8, data }.payload());
+        Ok(())
+    }
+
+    /// The time is `now`: what is due is sent or given up.
+    pub fn poll(&mut self, now: Instant, objects: &mut impl ObjectAccess, send: &mut impl FnMut(Payload)) {
+        if self.is_busy() && self.deadline <= now {
+            if self.is_sub_block_heard() {
+                self.end_sub_block(false, now, objects, send);
+            } else {
+                // Time for what is on its way.
+                self.deadline = now + self.pause();
+                self.abort(AbortCode::Timeout, objects, send);
+            }
+        } else if matches!(self.state, State::BlockUpload(_))
+            && let Err(code) = self.send_sub_block(now, objects, send)
+        {
+            self.abort(code, objects, send);
+        }
+    }
+
+    /// When to [poll](Server::poll) at the latest.
+    pub fn deadline(&self) -> Option<Instant> {
+        self.is_busy().then_some(self.deadline)
+    }
+
+    /// A frame of this server left the bus, or failed to.
+    pub fn on_sent(&mut self) {
+        if let State::BlockUpload(sender) = &mut self.state {
+            sender.on_sent();
+        }
+    }
+
+    /// Whether a transfer runs.
+    pub fn is_busy(&self) -> bool {
+        !matches!(self.state, State::Idle | State::Drain(_))
+    }
+
+    /// Ends a transfer without a word, as the reset of the communication does.
+    pub fn reset(&mut self, objects: &mut impl ObjectAccess) {
+        self.value.close(objects);
+        self.state = match &self.state {
+            State::BlockDownload { receiver, .. } => State::Drain(receiver.strays(self.deadline)),
+            _ => State::Idle,
+        };
+    }
+
+    /// Ends a transfer and tells the client why.
+    pub fn abort(
+        &mut self,
+        code: AbortCode,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) {
+        if self.is_busy() {
+            send(wire::abort(self.value.at, code));
+            self.reset(objects);
+        }
+    }
+
+    fn pause(&self) -> Duration {
+        Duration::from_micros(self.timeout.as_micros() / PAUSE)
+    }
+}

@@ -1,0 +1,239 @@
+//! The value of a transfer on its way between the wire and the dictionary.
+
+use super::WHOLE;
+use crate::od::{AbortCode, Address, ObjectAccess, Transfer};
+use crate::sdo::block::SEGMENT;
+use crate::sdo::crc::Crc;
+
+/// Bytes of a segment.
+const STEP: usize = SEGMENT as usize;
+
+/// A whole value, and the last segment of a block download with what is unused of it.
+const BUFFER: usize = WHOLE + 8;
+
+/// Bytes of a value, and what must hold for all of it.
+///
+/// A download of [`Transfer::Whole`] is complete here before it is written, an upload of one is read at its start: nobody
+/// sees half of it. A stream passes through in parts.
+#[derive(Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Value {
+    pub at: Address,
+    /// The checksum, when it is wanted.
+    pub crc: Option<Crc>,
+    /// Upload: the size. Download: the size if it is told, else the most that is taken.
+    size: u32,
+    is_size_told: bool,
+    is_stream: bool,
+    /// The dictionary waits for the rest of a stream.
+    is_open: bool,
+    /// Where in the value the buffer begins.
+    offset: u32,
+    /// How many bytes the checksum holds.
+    summed: u32,
+    filled: usize,
+    buffer: [u8; BUFFER],
+}
+
+impl Value {
+    pub const fn new() -> Value {
+        Value {
+            at: Address::new(0, 0),
+            crc: None,
+            size: 0,
+            is_size_told: false,
+            is_stream: false,
+            is_open: false,
+            offset: 0,
+            summed: 0,
+            filled: 0,
+            buffer: [0; BUFFER],
+        }
+    }
+
+    /// The size of an upload.
+    pub fn size(&self) -> u32 {
+        self.size
+    }
+
+    fn open(&mut self, at: Address, size: u32, transfer: Transfer, crc: bool) {
+        self.at = at;
+        self.crc = crc.then(Crc::new);
+        self.size = size;
+        self.is_stream = matches!(transfer, Transfer::Stream(_));
+        (self.offset, self.summed, self.filled) = (0, 0, 0);
+    }
+
+    /// An upload begins.
+    pub fn open_upload(
+        &mut self,
+        at: Address,
+        transfer: Transfer,
+        crc: bool,
+        objects: &mut impl ObjectAccess,
+    ) -> Result<(), AbortCode> {
+        let (Transfer::Whole(size) | Transfer::Stream(size)) = transfer;
+        self.open(at, u32::try_from(size).map_err(|_| AbortCode::OutOfMemory)?, transfer, crc);
+        if self.is_stream {
+            return Ok(());
+        }
+        if size > WHOLE {
+            return Err(AbortCode::OutOfMemory);
+        }
+        self.fill(0, size, objects)
+    }
+
+    /// Reads at least `least` bytes from `offset` on, if there are as many.
+    fn fill(&mut self, offset: u32, least: usize, objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
+        let rest = self.size.saturating_sub(offset) as usize;
+        let into = self.buffer.get_mut(..rest.min(BUFFER)).unwrap_or_default();
+        let filled = objects.read(self.at, offset as usize, into)?;
+        (self.offset, self.filled) = (offset, filled.min(BUFFER));
+        if self.filled < least { Err(AbortCode::CannotTransfer) } else { Ok(()) }
+    }
+
+    /// The segment of an upload that begins at `offset`, and how many bytes of it count.
+    pub fn segment(
+        &mut self,
+        offset: u32,
+        objects: &mut impl ObjectAccess,
+    ) -> Result<([u8; STEP], usize), AbortCode> {
+        let len = STEP.min(self.size.saturating_sub(offset) as usize);
+        let is_here = offset >= self.offset && (offset - self.offset) as usize + len <= self.filled;
+        if !is_here && len > 0 {
+            self.fill(offset, len, objects)?;
+        }
+        let begin = offset.saturating_sub(self.offset) as usize;
+        let bytes = self.buffer.get(begin..begin.saturating_add(len)).unwrap_or_default();
+        if let Some(crc) = self.crc.as_mut().filter(|_| offset == self.summed) {
+            crc.update(bytes);
+            self.summed = self.summed.saturating_add(len as u32);
+        }
+        let mut data = [0; STEP];
+        for (to, from) in data.iter_mut().zip(bytes) {
+            *to = *from;
+        }
+        Ok((data, len))
+    }
+
+    /// A download begins.
+    pub fn open_download(
+        &mut self,
+        at: Address,
+        told: Option<u32>,
+        crc: bool,
+        objects: &mut impl ObjectAccess,
+    ) -> Result<(), AbortCode> {
+        let transfer = objects.download(at, told.map(|size| size as usize))?;
+        let (Transfer::Whole(most) | Transfer::Stream(most)) = transfer;
+        let most = u32::try_from(most).unwrap_or(u32::MAX);
+        self.open(at, told.unwrap_or(most), transfer, crc);
+        (self.is_size_told, self.is_open) = (told.is_some(), self.is_stream);
+        match told {
+            Some(size) if size > most => Err(AbortCode::TooLong),
+            Some(size) if !self.is_stream && size as usize > WHOLE => Err(AbortCode::OutOfMemory),
+            _ => Ok(()),
+        }
+    }
+
+    /// How long the value of a download is so far. An error if that is too long.
+    fn check(&self, more: usize) -> Result<u32, AbortCode> {
+        let total = self.offset.saturating_add((self.filled + more) as u32);
+        if total > self.size {
+            Err(AbortCode::TooLong)
+        } else if !self.is_stream && total as usize > WHOLE {
+            Err(AbortCode::OutOfMemory)
+        } else {
+            Ok(total)
+        }
+    }
+
+    /// The next `len` bytes of a download.
+    pub fn push(
+        &mut self,
+        data: &[u8; STEP],
+        len: usize,
+        objects: &mut impl ObjectAccess,
+    ) -> Result<(), AbortCode> {
+        self.check(len)?;
+        self.take(data, len, objects)
+    }
+
+    /// The last segment of a block download; how much of it counts is told to [`Value::finish`].
+    pub fn push_last(&mut self, data: &[u8; STEP], objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
+        self.take(data, STEP, objects)
+    }
+
+    #[inline]
+    fn take(
+        &mut self,
+        data: &[u8; STEP],
+        len: usize,
+        objects: &mut impl ObjectAccess,
+    ) -> Result<(), AbortCode> {
+        if self.filled + STEP > BUFFER {
+            self.flush(objects)?;
+        }
+        // All seven bytes, because that is quicker; the next ones overwrite those that do not count.
+        if let Some(into) = self.buffer.get_mut(self.filled..).and_then(<[u8]>::first_chunk_mut) {
+            *into = *data;
+        }
+        self.filled += len;
+        Ok(())
+    }
+
+    /// Whether these are the bytes that were taken last.
+    pub fn ends_with(&self, data: &[u8; STEP]) -> bool {
+        self.buffer.get(..self.filled).is_some_and(|taken| taken.ends_with(data))
+    }
+
+    /// Hands the buffer to the stream.
+    fn flush(&mut self, objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
+        let part = self.buffer.get(..self.filled).unwrap_or_default();
+        if let Some(crc) = &mut self.crc {
+            crc.update(part);
+        }
+        let written = objects.write_part(self.at, self.offset as usize, part);
+        self.is_open = written.is_ok();
+        self.offset = self.offset.saturating_add(self.filled as u32);
+        self.filled = 0;
+        written
+    }
+
+    /// A download is complete but for `unused` bytes of its last segment and what `crc` is to be.
+    pub fn finish(
+        &mut self,
+        unused: usize,
+        crc: u16,
+        objects: &mut impl ObjectAccess,
+    ) -> Result<(), AbortCode> {
+        self.filled = self.filled.checked_sub(unused).ok_or(AbortCode::Length)?;
+        let total = self.check(0)?;
+        if self.is_size_told && total < self.size {
+            return Err(AbortCode::TooShort);
+        }
+        let rest = self.buffer.get(..self.filled).unwrap_or_default();
+        if let Some(mut sum) = self.crc {
+            sum.update(rest);
+            if sum.value() != crc {
+                return Err(AbortCode::Crc);
+            }
+        }
+        if !self.is_stream {
+            return objects.write(self.at, rest);
+        }
+        self.is_open = false;
+        if !rest.is_empty() {
+            objects.write_part(self.at, self.offset as usize, rest)?;
+        }
+        objects.finish(self.at, total as usize)
+    }
+
+    /// The transfer is over. A stream that is not complete is cancelled.
+    pub fn close(&mut self, objects: &mut impl ObjectAccess) {
+        if self.is_open {
+            self.is_open = false;
+            objects.cancel(self.at);
+        }
+    }
+}
