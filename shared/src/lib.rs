@@ -22,5 +22,6 @@ pub mod profile;
 pub mod redundancy;
 pub mod runner;
 pub mod sdo;
+pub mod store;
 pub mod sync;
 pub mod time;

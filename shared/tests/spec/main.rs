@@ -20,4 +20,5 @@ mod queue;
 mod scet;
 mod selector;
 mod slave;
+mod store;
 mod sync;

@@ -1,0 +1,110 @@
+//! Store and restore of parameters: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
+//!
+//! One set holds the stored parameters of all groups, so that whatever is saved, it is saved at once or not at all: saving
+//! a group writes a new set, of the group's values as they are and of the others as they were stored. Restoring the
+//! defaults of a group writes a set without it. Both take effect at the next reset, when [`load`] runs before
+//! communication starts.
+//!
+//! Where sets are kept is behind [`ParameterStore`], which keeps them whole through a loss of power.
+
+mod set;
+
+pub use set::{Loaded, MAX_VALUE, Values, load, restore_defaults, save};
+
+use crate::od::AbortCode;
+
+/// What is written to 1010h to save: "save".
+pub const SAVE: u32 = u32::from_le_bytes(*b"save");
+/// What is written to 1011h to restore defaults: "load".
+pub const LOAD: u32 = u32::from_le_bytes(*b"load");
+
+/// Which parameters: the sub-indices of 1010h and 1011h.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Group {
+    /// Sub 1: all parameters.
+    All,
+    /// Sub 2: communication profile, 1000h to 1FFFh.
+    Communication,
+    /// Sub 3: device profiles and above, from 6000h.
+    Application,
+    /// Sub 4: manufacturer-specific, 2000h to 5FFFh, and what lies below 1000h.
+    Manufacturer,
+}
+
+impl Group {
+    /// `None` for a sub-index that names no group.
+    pub const fn from_sub(sub: u8) -> Option<Group> {
+        Some(match sub {
+            1 => Group::All,
+            2 => Group::Communication,
+            3 => Group::Application,
+            4 => Group::Manufacturer,
+            _ => return None,
+        })
+    }
+
+    /// Whether the object `index` belongs to it. Every object belongs to [`Group::All`] and to one other.
+    pub const fn contains(self, index: u16) -> bool {
+        match self {
+            Group::All => true,
+            Group::Communication => index >> 12 == 1,
+            Group::Application => index >= 0x6000,
+            Group::Manufacturer => index < 0x6000 && index >> 12 != 1,
+        }
+    }
+}
+
+/// Why parameters were not stored, or not read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StoreError {
+    /// No room before the next start, which makes some.
+    Full,
+    /// A value or a set is longer than can be stored, or a set is not as long as it was announced.
+    Size,
+    /// The memory does not hold what was written, or does not answer.
+    Hardware,
+}
+
+impl StoreError {
+    /// What the client of the SDO server is told.
+    pub const fn abort_code(self) -> AbortCode {
+        match self {
+            StoreError::Full => AbortCode::DeviceState,
+            StoreError::Size => AbortCode::CannotTransfer,
+            StoreError::Hardware => AbortCode::Hardware,
+        }
+    }
+}
+
+/// Keeps one set of parameters, whole: a new set replaces the old one when it is committed, or not at all, whenever
+/// power fails.
+pub trait ParameterStore {
+    /// Bytes of the set that is stored; 0 without one.
+    fn stored_len(&self) -> usize;
+
+    /// Copies from the set that is stored, also while another is being written. `into` ends within it.
+    ///
+    /// # Errors
+    /// [`StoreError::Size`] beyond its end, [`StoreError::Hardware`].
+    fn read(&mut self, offset: usize, into: &mut [u8]) -> Result<(), StoreError>;
+
+    /// Begins a set of `len` bytes; one that was begun before and not committed is forgotten.
+    ///
+    /// # Errors
+    /// [`StoreError::Full`], [`StoreError::Size`], [`StoreError::Hardware`].
+    fn begin(&mut self, len: usize) -> Result<(), StoreError>;
+
+    /// Writes the next bytes of the set that was begun.
+    ///
+    /// # Errors
+    /// [`StoreError::Size`] beyond its length, [`StoreError::Hardware`].
+    fn append(&mut self, bytes: &[u8]) -> Result<(), StoreError>;
+
+    /// The set that was begun is complete: from now on it is the one that is stored.
+    ///
+    /// # Errors
+    /// [`StoreError::Size`] when it is shorter than announced, [`StoreError::Hardware`].
+    fn commit(&mut self) -> Result<(), StoreError>;
+}
