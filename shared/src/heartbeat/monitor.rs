@@ -1,6 +1,5 @@
 //! Consumers of many nodes' heartbeats (object 1016h).
 
-use super::Consumer;
 use crate::nmt::{NmtState, NodeId};
 use crate::od::AbortCode;
 use crate::time::{Duration, Instant};
@@ -21,11 +20,26 @@ pub struct Monitor<const N: usize = 8> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Entry {
+    /// When the next heartbeat is overdue; never unless monitoring.
+    deadline: Instant,
+    /// Consumer time in microseconds.
+    time: u32,
     /// Zero when not in use.
     node: u8,
+    /// The last one told.
     state: Option<NmtState>,
-    milliseconds: u16,
-    consumer: Consumer,
+    phase: Phase,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+enum Phase {
+    /// No heartbeat yet.
+    Armed,
+    /// Heard in time.
+    Monitoring,
+    /// Missed, and told so.
+    Missed,
 }
 
 /// What a heartbeat or boot-up message told.
@@ -50,17 +64,22 @@ pub struct Missed {
 }
 
 impl Entry {
-    const UNUSED: Entry = Entry { node: 0, state: None, milliseconds: 0, consumer: Consumer::Unarmed };
+    const UNUSED: Entry =
+        Entry { deadline: Instant::NEVER, time: 0, node: 0, state: None, phase: Phase::Armed };
 
     const fn new(value: u32) -> Entry {
         match used(value) {
-            Some(node) => Entry { node: node.get(), milliseconds: value as u16, ..Entry::UNUSED },
+            Some(node) => Entry { node: node.get(), time: (value & 0xFFFF) * 1_000, ..Entry::UNUSED },
             None => Entry::UNUSED,
         }
     }
 
     const fn time(&self) -> Duration {
-        Duration::from_millis(self.milliseconds as u64)
+        Duration::from_micros(self.time as u64)
+    }
+
+    fn is_missed(&self) -> bool {
+        self.phase == Phase::Missed
     }
 }
 
@@ -82,19 +101,20 @@ impl<const N: usize> Monitor<N> {
         let place = usize::from(sub).checked_sub(1)?;
         let entry = self.entries.get_mut(place)?;
         let before = core::mem::replace(entry, Entry::new(value));
-        NodeId::new(before.node).filter(|_| before.consumer.is_missed())
+        NodeId::new(before.node).filter(|_| before.is_missed())
     }
 
     /// A heartbeat or boot-up message of `node` ended at `at`; `None` when it is not monitored.
     pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, at: Instant) -> Option<Heard> {
         let entry = self.entries.iter_mut().find(|entry| entry.node == node.get())?;
-        let before = entry.state.replace(state);
-        let mut resolved = false;
-        if state != NmtState::Initialising || entry.consumer != Consumer::Unarmed {
-            resolved = entry.consumer.on_heartbeat(at);
-            self.check = self.check.min(at + entry.time());
+        let heard = Heard { before: entry.state, resolved: entry.is_missed() };
+        entry.state = Some(state);
+        if state != NmtState::Initialising || entry.phase != Phase::Armed {
+            entry.phase = Phase::Monitoring;
+            entry.deadline = at + entry.time();
+            self.check = self.check.min(entry.deadline);
         }
-        Some(Heard { before, resolved })
+        Some(heard)
     }
 
     /// The next node whose heartbeat is overdue, each once; call until `None`.
@@ -102,19 +122,20 @@ impl<const N: usize> Monitor<N> {
         if now < self.check {
             return None;
         }
-        self.check = Instant::NEVER;
+        let mut check = Instant::NEVER;
         for entry in &mut self.entries {
-            let time = entry.time();
-            if let Some(last) = entry.consumer.poll(now, time)
+            if entry.deadline <= now
+                && entry.phase == Phase::Monitoring
                 && let Some(node) = NodeId::new(entry.node)
             {
-                self.check = now;
+                let last = entry.deadline - entry.time();
+                entry.deadline = Instant::NEVER;
+                entry.phase = Phase::Missed;
                 return Some(Missed { node, last });
             }
-            if let Some(deadline) = entry.consumer.deadline(time) {
-                self.check = self.check.min(deadline);
-            }
+            check = check.min(entry.deadline);
         }
+        self.check = check;
         None
     }
 
@@ -126,7 +147,7 @@ impl<const N: usize> Monitor<N> {
     /// The state that `node` told last; `None` when it is not monitored, was never heard, or is missed.
     pub fn state(&self, node: NodeId) -> Option<NmtState> {
         let entry = self.entries.iter().find(|entry| entry.node == node.get())?;
-        entry.state.filter(|_| !entry.consumer.is_missed())
+        entry.state.filter(|_| !entry.is_missed())
     }
 }
 

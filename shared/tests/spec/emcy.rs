@@ -1,12 +1,16 @@
 //! Emergency object: codes, register, history, producer, decoding.
 
+use std::collections::BTreeSet;
+
 use ecss_can::emcy::{Config, Emergency, ErrorCode, ErrorRegister, Producer};
+use ecss_can::link::CobId;
 use ecss_can::nmt::NmtState;
 use ecss_can::od::AbortCode;
 use ecss_can::time::{Duration, Instant};
 
+use proptest::prelude::*;
+
 use crate::bench::{frame, ms, node};
-use ecss_can::link::CobId;
 
 const OPERATIONAL: NmtState = NmtState::Operational;
 
@@ -306,4 +310,48 @@ fn malformed_emergencies_are_none() {
     // SYNC, and a PDO.
     assert_eq!(Emergency::decode(&frame(0x080, &[0; 8])), None);
     assert_eq!(Emergency::decode(&frame(0x185, &[0; 8])), None);
+}
+
+proptest! {
+    #[test]
+    fn every_change_is_told_in_order_or_counted(
+        steps in prop::collection::vec((any::<bool>(), 0..6_usize, 0..3_u8, 0..40_u64), 0..120),
+    ) {
+        let codes = [0x1000, 0x2310, 0x3111, 0x4200, 0x8130, 0xFF07];
+        let bits = [0x01, 0x03, 0x05, 0x09, 0x11, 0x81];
+        let mut producer = producer(10);
+        let mut active = BTreeSet::new();
+        let (mut changes, mut told, mut now, mut last) = (vec![], vec![], 0, None);
+        for (appears, kind, source, wait) in steps {
+            now += wait;
+            let code = ErrorCode::new(codes[kind]);
+            let news = if appears { active.insert((kind, source)) } else { active.remove(&(kind, source)) };
+            // At most 16 can be known as active.
+            prop_assume!(active.len() <= 16);
+            let lost = producer.lost();
+            let accepted = if appears {
+                producer.raise(code, [source, 1, 2, 3, 4])
+            } else {
+                producer.clear(code, source)
+            };
+            prop_assert_eq!(accepted, news);
+            let register = active.iter().fold(0, |register, (kind, _)| register | bits[*kind]);
+            prop_assert_eq!(producer.register().bits(), register);
+            if news && producer.lost() == lost {
+                changes.push((if appears { codes[kind] } else { 0 }, register));
+            }
+            while let Some(frame) = producer.poll(ms(now), OPERATIONAL) {
+                prop_assert!(last.is_none_or(|last| now >= last + 10), "inhibit time");
+                last = Some(now);
+                let data = frame.data();
+                told.push((u16::from_le_bytes([data[0], data[1]]), data[2]));
+            }
+        }
+        for second in 1..=8 {
+            if let Some(frame) = producer.poll(ms(now + 1_000 * second), OPERATIONAL) {
+                told.push((u16::from_le_bytes([frame.data()[0], frame.data()[1]]), frame.data()[2]));
+            }
+        }
+        prop_assert_eq!(told, changes);
+    }
 }

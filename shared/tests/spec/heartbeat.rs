@@ -4,6 +4,7 @@ use ecss_can::heartbeat::{self, Consumer, Heard, Missed, Monitor};
 use ecss_can::nmt::NmtState;
 use ecss_can::od::AbortCode;
 use ecss_can::time::{Duration, Instant, Periodic};
+use proptest::prelude::*;
 
 use crate::bench::{frame, ms, node, span};
 
@@ -262,4 +263,86 @@ fn a_node_is_monitored_by_one_entry_only() {
     assert_eq!(check(1, 0x0103_0064), Err(AbortCode::ValueRange));
     assert_eq!(check(0, 0), Err(AbortCode::NoSubIndex));
     assert_eq!(check(5, 0), Err(AbortCode::NoSubIndex));
+}
+
+/// One thing that happens to a monitor, with the milliseconds before it.
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Heard(u64, u8, NmtState),
+    Written(u8, u32),
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    let state = prop::sample::select(vec![BOOT_UP, NmtState::Stopped, OPERATIONAL, PRE_OPERATIONAL]);
+    let value = (1..=5_u32, 0..=300_u32).prop_map(|(node, time)| node << 16 | time);
+    prop_oneof![
+        9 => (0..200_u64, 1..=5_u8, state).prop_map(|(wait, node, state)| Step::Heard(wait, node, state)),
+        1 => (1..=4_u8, value).prop_map(|(sub, value)| Step::Written(sub, value)),
+    ]
+}
+
+/// The consumer of one entry, by the book: one timer, looked at every millisecond.
+#[derive(Clone, Copy, Default)]
+struct Reference {
+    node: u8,
+    time: u64,
+    left: Option<u64>,
+    missed: bool,
+}
+
+proptest! {
+    /// Verifies: ECSS 6.5.2a
+    #[test]
+    fn a_monitor_does_what_one_timer_for_each_entry_does(steps in prop::collection::vec(step(), 0..200)) {
+        let mut monitor = Monitor::<4>::new();
+        let mut present = [0; 4];
+        let mut references = [Reference::default(); 4];
+        let mut now = 0;
+        for step in steps {
+            match step {
+                Step::Written(sub, value) => {
+                    if heartbeat::check_entry(&present, sub, value).is_ok() {
+                        let place = usize::from(sub) - 1;
+                        present[place] = value;
+                        let was = references[place];
+                        prop_assert_eq!(monitor.set(sub, value), was.missed.then(|| node(was.node)));
+                        let time = u64::from(value & 0xFFFF);
+                        let node = if time == 0 { 0 } else { (value >> 16) as u8 };
+                        references[place] = Reference { node, time, left: None, missed: false };
+                    }
+                }
+                Step::Heard(wait, from, state) => {
+                    let mut expected = vec![];
+                    for _ in 0..wait {
+                        for reference in &mut references {
+                            reference.left = reference.left.map(|left| left - 1);
+                            if reference.left == Some(0) {
+                                (reference.left, reference.missed) = (None, true);
+                                expected.push(reference.node);
+                            }
+                        }
+                    }
+                    // As a node does it: from deadline to deadline.
+                    let mut told = vec![];
+                    while let Some(due) = monitor.deadline().filter(|due| *due <= ms(now + wait)) {
+                        told.extend(std::iter::from_fn(|| monitor.poll(due)).map(|missed| missed.node.get()));
+                        prop_assert!(monitor.deadline().is_none_or(|next| next > due));
+                    }
+                    now += wait;
+                    told.sort_unstable();
+                    expected.sort_unstable();
+                    prop_assert_eq!(told, expected);
+                    let reference = references.iter_mut().find(|reference| reference.node == from);
+                    let heard = monitor.on_heartbeat(node(from), state, ms(now));
+                    prop_assert_eq!(heard.is_some(), reference.is_some());
+                    if let Some(reference) = reference {
+                        prop_assert_eq!(heard.unwrap().resolved, reference.missed);
+                        if state != BOOT_UP || reference.missed || reference.left.is_some() {
+                            (reference.left, reference.missed) = (Some(reference.time), false);
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
