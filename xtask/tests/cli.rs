@@ -48,10 +48,43 @@ fn help_explains_every_option_with_default_and_range() {
 }
 
 #[test]
+fn help_of_the_twin_tells_ports_and_what_to_do_with_them() {
+    let (code, help, _) = xtask(&["twin", "--help"]);
+    assert_eq!(code, 0);
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in [
+        "--slcan-nominal <PORT>",
+        "[default: 29501]",
+        "--slcan-redundant <PORT>",
+        "[default: 29502]",
+        "--listen <IP>",
+        "[default: 127.0.0.1]",
+        "--slaves <N>",
+        "[1..14]",
+        "--no-master",
+        "--seconds <S>",
+        "--board <BOARD>",
+        "--profile <PROFILE>",
+        "socket://127.0.0.1:29501",
+        "Exit code 0",
+    ] {
+        assert!(help.contains(part), "no {part:?} in\n{help}");
+    }
+}
+
+#[test]
+fn wrong_values_of_the_twin_are_refused() {
+    refuses(&["twin", "--slaves", "15"], &["--slaves", "1..=14"]);
+    refuses(&["twin", "--slcan-nominal", "65536"], &["--slcan-nominal", "65535"]);
+    refuses(&["twin", "--listen", "nowhere"], &["--listen", "nowhere"]);
+    refuses(&["twin", "--seconds", "0"], &["--seconds", "0.1 to 172800"]);
+}
+
+#[test]
 fn the_subcommands_are_listed() {
     let (code, help, _) = xtask(&["--help"]);
     assert_eq!(code, 0);
-    assert!(help.contains("demo") && help.contains("firmware"), "{help}");
+    assert!(["demo", "twin", "firmware"].iter().all(|name| help.contains(name)), "{help}");
 }
 
 #[test]

@@ -36,16 +36,16 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let told = stop.clone();
     ctrlc::set_handler(move || told.store(true, Ordering::Relaxed)).context("cannot handle Ctrl-C")?;
 
-    let images = firmware_images::build(options.board.name(), options.profile.name())?;
-    let mut spacecraft = craft::assemble(options, &images)?;
-    let mut ports = Vec::new();
-    for bus in Bus::ALL {
-        ports.push(Port::open(&mut spacecraft, bus, options.address(bus))?);
-    }
+    let [nominal, redundant] = Bus::ALL.map(|bus| port::listen(bus, options.address(bus)));
+    let listeners = [nominal?, redundant?];
     if !options.listen.is_loopback() {
         let warning = style("warning:").yellow().bold().for_stderr();
         eprintln!("{warning} whoever reaches {} can command the boards, without a password", options.listen);
     }
+    let images = firmware_images::build(options.board.name(), options.profile.name())?;
+    let mut spacecraft = craft::assemble(options, &images)?;
+    let buses = Bus::ALL.into_iter().zip(listeners);
+    let ports: Vec<Port> = buses.map(|(bus, listener)| Port::new(&mut spacecraft, bus, listener)).collect();
     for port in &ports {
         say(format_args!("{} bus: slcan socket://{}", port.bus(), port.address()?));
     }

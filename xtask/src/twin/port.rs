@@ -60,22 +60,24 @@ pub struct Totals {
     pub abandoned: u64,
 }
 
+/// Listens for clients of `bus`.
+///
+/// # Errors
+/// When the address cannot be listened on.
+pub fn listen(bus: Bus, address: SocketAddr) -> anyhow::Result<TcpListener> {
+    let listener = TcpListener::bind(address).with_context(|| {
+        format!("cannot listen on {address}; choose another port with --slcan-{bus}, 0 is any free one")
+    })?;
+    listener.set_nonblocking(true)?;
+    Ok(listener)
+}
+
 impl Port {
-    /// Listens on `address`, and hangs a node on the bus, which is away until a client comes. All boards are there.
-    ///
-    /// # Errors
-    /// When the address cannot be listened on.
-    pub fn open(spacecraft: &mut Spacecraft, bus: Bus, address: SocketAddr) -> anyhow::Result<Port> {
-        let listener = TcpListener::bind(address)
-            .and_then(|listener| listener.set_nonblocking(true).map(|()| listener))
-            .with_context(|| {
-                format!(
-                    "cannot listen on {address}; choose another port with --slcan-{bus}, 0 is any free one"
-                )
-            })?;
+    /// Hangs a node on the bus, which is away until a client comes to `listener`. All boards are there.
+    pub fn new(spacecraft: &mut Spacecraft, bus: Bus, listener: TcpListener) -> Port {
         let guest = spacecraft.add_guest(bus, POSITION_M);
         spacecraft.set_presence(guest, Presence::Away);
-        Ok(Port {
+        Port {
             bus,
             listener,
             guest,
@@ -85,7 +87,7 @@ impl Port {
             last_use: Time::ZERO,
             totals: Totals::default(),
             notes: Vec::new(),
-        })
+        }
     }
 
     /// Where it listens.

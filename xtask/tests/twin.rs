@@ -1,0 +1,236 @@
+//! `cargo twin` from outside: clients that speak SLCAN over TCP, good ones and bad ones.
+//!
+//! Virtual time follows the clock on the wall here, so nothing is expected within any time but a generous one.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Child, ChildStdout, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+/// What has not happened by then does not happen.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// A spacecraft that runs, ended when it goes out of scope.
+struct Twin {
+    child: Child,
+    stdout: BufReader<ChildStdout>,
+    ports: [u16; 2],
+}
+
+const NOMINAL: usize = 0;
+const REDUNDANT: usize = 1;
+
+impl Twin {
+    fn start(arguments: &[&str]) -> Twin {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_xtask"))
+            .args(["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "300"])
+            .args(arguments)
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("xtask starts");
+        let mut stdout = BufReader::new(child.stdout.take().expect("piped"));
+        let ports = ["nominal", "redundant"].map(|bus| {
+            let mut line = String::new();
+            stdout.read_line(&mut line).expect("a line");
+            let port = line.trim_end().strip_prefix(&format!("{bus} bus: slcan socket://127.0.0.1:"));
+            port.and_then(|port| port.parse().ok()).unwrap_or_else(|| panic!("no port in {line:?}"))
+        });
+        Twin { child, stdout, ports }
+    }
+
+    fn client(&self, bus: usize) -> Client {
+        let stream = TcpStream::connect(("127.0.0.1", self.ports[bus])).expect("it listens");
+        stream.set_read_timeout(Some(PATIENCE)).expect("a socket option");
+        Client { stream }
+    }
+
+    /// A client whose channel is open.
+    fn open(&self, bus: usize) -> Client {
+        let mut client = self.client(bus);
+        assert_eq!(client.asks("O"), "\r");
+        client
+    }
+
+    /// Ctrl-C: everything it says from now on, and its exit code.
+    fn interrupt(mut self) -> (String, Option<i32>) {
+        let kill = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status();
+        assert!(kill.expect("kill runs").success());
+        let mut said = String::new();
+        self.stdout.read_to_string(&mut said).expect("UTF-8");
+        (said, self.child.wait().expect("it ends").code())
+    }
+}
+
+impl Drop for Twin {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+struct Client {
+    stream: TcpStream,
+}
+
+impl Client {
+    fn says(&mut self, bytes: &[u8]) {
+        self.stream.write_all(bytes).expect("it takes what is said");
+    }
+
+    /// The next line with its end: a carriage return, or BEL alone.
+    fn next(&mut self) -> String {
+        let mut line = Vec::new();
+        loop {
+            let mut byte = [0];
+            self.stream.read_exact(&mut byte).expect("it goes on");
+            line.push(byte[0]);
+            if matches!(byte[0], b'\r' | 0x07) {
+                return String::from_utf8(line).expect("ASCII");
+            }
+        }
+    }
+
+    /// Waits for a line; gives all that came before, and it.
+    fn hears(&mut self, wanted: impl Fn(&str) -> bool) -> Vec<String> {
+        let deadline = Instant::now() + PATIENCE;
+        let mut lines = Vec::new();
+        while Instant::now() < deadline {
+            lines.push(self.next());
+            if wanted(lines.last().expect("one")) {
+                return lines;
+            }
+        }
+        panic!("not heard in time; the last lines: {:?}", lines.iter().rev().take(20).collect::<Vec<_>>());
+    }
+
+    /// Says a line and waits for its answer between the frames.
+    fn asks(&mut self, line: &str) -> String {
+        self.says(format!("{line}\r").as_bytes());
+        let is_frame = |line: &str| line.starts_with(['t', 'T', 'r', 'R']);
+        self.hears(|line| !is_frame(line)).pop().expect("the answer")
+    }
+
+    fn sends(&mut self, frame: &str) {
+        assert_eq!(self.asks(frame), "z\r", "{frame}");
+    }
+}
+
+#[test]
+fn clients_hear_the_bus_and_each_other() {
+    let twin = Twin::start(&["--slaves", "1"]);
+    let [mut one, mut other] = [twin.open(NOMINAL), twin.open(NOMINAL)];
+    // Node 2 is operational, the master's heartbeat is there.
+    one.hears(|line| line == "t702105\r");
+    other.hears(|line| line == "t701105\r");
+    // The channel of the other bus is another bus.
+    let mut elsewhere = twin.open(REDUNDANT);
+    elsewhere.sends("t7E61FF");
+    one.sends("t7E51AA");
+    other.hears(|line| line == "t7E51AA\r");
+    other.sends("t7E41BB");
+    let heard = one.hears(|line| line == "t7E41BB\r");
+    assert!(!heard.iter().any(|line| line.starts_with("t7E5") || line.starts_with("t7E6")), "{heard:?}");
+    // The frame is a real one: it stops node 2.
+    one.sends("t00020202");
+    other.hears(|line| line == "t702104\r");
+    drop(one);
+    other.hears(|line| line == "t702104\r");
+
+    let (said, code) = twin.interrupt();
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("redundant bus: ") && said.contains("ended after"), "{said}");
+    // 7E5h, 7E4h and NMT; the frame on the redundant bus had nobody else to acknowledge it but the slave and the master.
+    assert!(said.contains("3 of them from clients; clients: 2"), "{said}");
+    assert!(said.contains("1 of them from clients; clients: 1"), "{said}");
+}
+
+#[test]
+fn bad_clients_harm_nobody() {
+    let twin = Twin::start(&["--slaves", "1"]);
+    let mut good = twin.open(NOMINAL);
+    good.hears(|line| line == "t702105\r");
+
+    let mut rubbish = twin.client(NOMINAL);
+    rubbish.says(&(0..=255).cycle().take(100_000).collect::<Vec<u8>>());
+    assert_eq!(rubbish.next(), "\x07");
+    // It can still come to its senses: one end for the line of rubbish, one for an empty line.
+    rubbish.says(b"\r\r");
+    assert_eq!(rubbish.hears(|line| line != "\x07").pop().as_deref(), Some("\r"));
+    let mut endless = twin.client(NOMINAL);
+    endless.says(&[b't'; 300_000]);
+    let mut hanging = twin.client(NOMINAL);
+    hanging.says(b"O\r");
+    let mut hasty = twin.open(NOMINAL);
+    hasty.says(b"t7E3");
+    drop(hasty);
+    let mut greedy = twin.client(NOMINAL);
+    greedy.says(b"O\r");
+    greedy.says(b"t7E2400010203\r");
+    drop(greedy);
+
+    // The last frame of one that left at once is sent, half a frame is not.
+    let heard = good.hears(|line| line == "t7E2400010203\r");
+    assert!(!heard.iter().any(|line| line.starts_with("t7E3")), "{heard:?}");
+    good.hears(|line| line == "t702105\r");
+    good.sends("t00020202");
+    good.hears(|line| line == "t702104\r");
+    drop((endless, hanging));
+    let (said, code) = twin.interrupt();
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn who_asks_for_another_bit_rate_does_not_get_in() {
+    let twin = Twin::start(&["--slaves", "1"]);
+    let mut client = twin.client(NOMINAL);
+    assert_eq!(client.asks("S6"), "\r");
+    assert_eq!(client.asks("O"), "\x07");
+    assert_eq!(client.asks("t0000"), "\x07");
+    let (said, _) = twin.interrupt();
+    assert!(said.contains("cannot be opened with 500000 bit/s, the bus has 1000000"), "{said}");
+}
+
+#[test]
+fn without_the_master_a_client_is_node_1() {
+    let twin = Twin::start(&["--slaves", "2", "--no-master"]);
+    let mut client = twin.open(NOMINAL);
+    client.hears(|line| line == "t70217F\r");
+    let heard = client.hears(|line| line == "t70317F\r");
+    assert!(!heard.iter().any(|line| line.starts_with("t701")), "{heard:?}");
+    client.sends("t701105");
+    client.sends("t00020100");
+    client.hears(|line| line == "t702105\r");
+    client.hears(|line| line == "t703105\r");
+    // Nobody else tells them what to do.
+    client.sends("t00028003");
+    client.hears(|line| line == "t70317F\r");
+    let heard = client.hears(|line| line == "t70317F\r");
+    assert!(!heard.iter().any(|line| line == "t703105\r"), "{heard:?}");
+}
+
+fn fails(arguments: &[&str]) -> (Option<i32>, String) {
+    let output: Output =
+        Command::new(env!("CARGO_BIN_EXE_xtask")).arg("twin").args(arguments).output().expect("xtask starts");
+    (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
+}
+
+#[test]
+fn a_port_that_is_taken_is_refused_with_what_to_do() {
+    let taken = TcpListener::bind("127.0.0.1:0").expect("a free port");
+    let port = taken.local_addr().expect("bound").port().to_string();
+    let (code, stderr) = fails(&["--slcan-nominal", "0", "--slcan-redundant", &port]);
+    assert_eq!(code, Some(1));
+    assert!(
+        stderr.contains(&format!("127.0.0.1:{port}")) && stderr.contains("--slcan-redundant"),
+        "{stderr}"
+    );
+}
+
+#[test]
+fn an_address_that_others_reach_is_warned_of() {
+    let arguments = ["--listen", "0.0.0.0", "--slcan-nominal", "0", "--slcan-redundant", "0"];
+    let (code, stderr) = fails(&[&arguments[..], &["--slaves", "1", "--seconds", "0.1"]].concat());
+    assert_eq!(code, Some(0), "{stderr}");
+    assert!(stderr.contains("without a password"), "{stderr}");
+}
