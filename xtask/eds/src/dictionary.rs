@@ -1,0 +1,101 @@
+//! A dictionary, looked at from outside: every object with its names and its values after power-on.
+
+use std::collections::BTreeMap;
+
+use ecss_can::nmt::NodeId;
+use ecss_can::od::checked::find;
+use ecss_can::od::{Address, DataType, Entry, Names, Object, ObjectCode, Objects};
+
+use crate::Error;
+use crate::file::checked;
+use crate::value::Default;
+
+/// Objects by their index.
+pub type Dictionary = BTreeMap<u16, Described>;
+
+/// An object.
+#[derive(Clone, Debug)]
+pub struct Described {
+    pub name: String,
+    pub code: ObjectCode,
+    pub values: Vec<Value>,
+}
+
+/// A value of an object.
+#[derive(Clone, Debug)]
+pub struct Value {
+    pub sub: u8,
+    pub name: String,
+    pub entry: &'static Entry,
+    pub default: Default,
+}
+
+/// Looks at the dictionaries of all nodes.
+pub fn describe<D: Objects>(make: impl Fn(NodeId) -> D) -> Result<Dictionary, Error> {
+    let mut declared: Vec<(&'static Object, &'static Names)> = Vec::new();
+    D::describe(&mut |object, names| declared.push((object, names)));
+    let mut nodes: Vec<D> = (1..=127).filter_map(NodeId::new).map(make).collect();
+    let mut dictionary = Dictionary::new();
+    for (object, names) in declared {
+        for instance in 0..object.count {
+            let index = object.index + instance;
+            let described = Described {
+                name: numbered(names.object, instance, object.count)?,
+                code: object.code,
+                values: values(&mut nodes, index, object, names)?,
+            };
+            if dictionary.insert(index, described).is_some() {
+                return Err(Error::Twice { index });
+            }
+        }
+    }
+    Ok(dictionary)
+}
+
+fn values<D: Objects>(
+    nodes: &mut [D],
+    index: u16,
+    object: &'static Object,
+    names: &'static Names,
+) -> Result<Vec<Value>, Error> {
+    let mut values = Vec::new();
+    for (entry, name) in object.entries.iter().zip(names.entries) {
+        for nth in 0..entry.count {
+            let sub = entry.sub + nth;
+            let default = if has_text(entry) {
+                let all: Result<_, Error> = nodes.iter_mut().map(|node| read(node, index, sub)).collect();
+                Default::of(entry.data_type, all?)
+            } else {
+                Default::None
+            };
+            values.push(Value { sub, name: numbered(name, nth.into(), entry.count.into())?, entry, default });
+        }
+    }
+    Ok(values)
+}
+
+/// Whether an entry has a value that stands in a file: somebody can read it, and it is no block of bytes.
+pub fn has_text(entry: &Entry) -> bool {
+    entry.access.is_readable() && entry.data_type != DataType::Domain
+}
+
+/// The bytes of a value.
+pub fn read<D: Objects>(objects: &mut D, index: u16, sub: u8) -> Result<Vec<u8>, Error> {
+    let missing = |code| Error::Missing { index, sub, code };
+    let found = find(objects, Address::new(index, sub)).map_err(missing)?;
+    let mut bytes = vec![0; usize::from(found.entry.size)];
+    let len = found.read(0, &mut bytes);
+    bytes.truncate(len);
+    Ok(bytes)
+}
+
+/// A name; of several in a row with its number, where `{}` stands or at the end.
+fn numbered(name: &str, nth: u16, count: u16) -> Result<String, Error> {
+    let number = (nth + 1).to_string();
+    let name = match (count, name.contains("{}")) {
+        (1, _) => name.into(),
+        (_, true) => name.replace("{}", &number),
+        (_, false) => format!("{name} {number}"),
+    };
+    checked(&name).map(|()| name)
+}

@@ -1,0 +1,79 @@
+//! EDS and DCF (CiA 306) of an object dictionary declared in Rust.
+//!
+//! An electronic data sheet (EDS) tells tools what a type of device holds; a device configuration file (DCF) tells the same
+//! of one device, with its Node-ID and the values it has. Both come from the declaration itself ([`Objects::describe`]) and
+//! from freshly made dictionaries: what is a default here is what the device has after power-on.
+//!
+//! ```
+//! use ecss_can::nmt::NodeId;
+//! use ecss_can::od::communication::Communication;
+//! use eds::{Commissioning, Description, Device, Timestamp};
+//!
+//! let device = Device {
+//!     vendor: "Somebody".into(),
+//!     product: "Star tracker".into(),
+//!     bit_rates: vec![1000],
+//!     boot_up_slave: true,
+//!     ..Device::new(Timestamp { year: 2026, month: 1, day: 31, hour: 12, minute: 0 })
+//! };
+//! let description = Description::new(&device, Communication::<4, 4>::new)?;
+//! assert!(description.eds("tracker.eds").contains("DefaultValue=$NODEID+0x80"));
+//!
+//! let node = NodeId::of::<3>();
+//! let mut configured = Communication::<4, 4>::new(node);
+//! configured.producer_heartbeat = 100;
+//! let dcf = description.dcf("tracker-3.dcf", "tracker.eds", &Commissioning::new(node), &mut configured)?;
+//! assert!(dcf.contains("ParameterValue=0x0064"));
+//! # Ok::<(), eds::Error>(())
+//! ```
+//!
+//! Written so that the readers at hand agree on what it means:
+//!
+//! * Unsigned numbers are hexadecimal, signed ones decimal: some readers take FFh for 255 whatever the type.
+//! * A value that follows the Node-ID is `$NODEID+0x...`, the formula first, also with high bits set in it.
+//! * A value that follows the Node-ID in another way has no default in an EDS, but its value in each DCF.
+//! * What cannot be read (write-only) and blocks of bytes (DOMAIN) have no default either. There is never an empty number.
+//! * `ParameterValue` stands where a DCF differs from the default and nowhere else: tools write what they find there into
+//!   the device, and 1010h or the mapping of a valid PDO do not take their own value back.
+
+#![forbid(unsafe_code)]
+
+mod description;
+mod device;
+mod dictionary;
+mod file;
+mod value;
+
+pub use description::Description;
+pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
+
+use ecss_can::od::AbortCode;
+#[cfg(doc)]
+use ecss_can::od::Objects;
+
+/// Why a dictionary cannot be described.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Error {
+    /// Two objects of a dictionary have one index.
+    #[error("{index:04X}h is declared twice")]
+    Twice {
+        /// The index.
+        index: u16,
+    },
+    /// A declared value does not exist.
+    #[error("{index:04X}h sub {sub} is declared and cannot be found ({code:?})")]
+    Missing {
+        /// The index.
+        index: u16,
+        /// The sub-index.
+        sub: u8,
+        /// What an SDO would answer.
+        code: AbortCode,
+    },
+    /// A text has what readers of such files cannot take.
+    #[error("`{text}` cannot stand in an EDS: at most {max} printable ASCII characters, no ';', no blank at an end", max = file::LINE)]
+    Text {
+        /// The text.
+        text: String,
+    },
+}

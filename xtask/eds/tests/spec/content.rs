@@ -1,0 +1,179 @@
+//! What stands in an EDS: every object, once, where it belongs.
+
+use std::collections::BTreeSet;
+
+use ecss_can::od::{ObjectCode, Objects};
+
+use crate::fixture::{Fixture, description};
+use crate::ini::{Ini, number};
+
+fn eds() -> Ini {
+    Ini::parse(&description().eds("fixture.eds"))
+}
+
+fn listed(eds: &Ini, list: &str) -> Vec<u16> {
+    let section = eds.section(list);
+    let count = section.number("SupportedObjects") as usize;
+    assert_eq!(section.keywords().len(), 1 + count, "{list}");
+    let indices = (1..=count).map(|nth| section.number(&nth.to_string()) as u16).collect::<Vec<_>>();
+    assert!(indices.is_sorted(), "{list}: {indices:X?}");
+    indices
+}
+
+#[test]
+fn every_declared_object_is_listed_once_and_has_its_section() {
+    let eds = eds();
+    let mut declared = BTreeSet::new();
+    Fixture::describe(&mut |object, _| declared.extend((0..object.count).map(|nth| object.index + nth)));
+    let lists = ["MandatoryObjects", "OptionalObjects", "ManufacturerObjects"];
+    let all: Vec<u16> = lists.iter().flat_map(|list| listed(&eds, list)).collect();
+    assert_eq!(all.len(), declared.len());
+    assert_eq!(all.into_iter().collect::<BTreeSet<_>>(), declared);
+    let sections: BTreeSet<u16> = eds
+        .names()
+        .filter(|name| name.len() == 4)
+        .map(|name| u16::from_str_radix(name, 16).unwrap())
+        .collect();
+    assert_eq!(sections, declared);
+}
+
+#[test]
+fn objects_are_listed_where_they_belong() {
+    let eds = eds();
+    assert_eq!(listed(&eds, "MandatoryObjects"), [0x1000, 0x1001, 0x1018]);
+    let manufacturers = listed(&eds, "ManufacturerObjects");
+    assert!(manufacturers.iter().all(|index| (0x2000..0x6000).contains(index)), "{manufacturers:X?}");
+    let optional = listed(&eds, "OptionalObjects");
+    assert!(optional.iter().all(|index| !(0x2000..0x6000).contains(index)), "{optional:X?}");
+}
+
+#[test]
+fn objects_have_their_code_and_every_sub_index_its_section() {
+    let eds = eds();
+    Fixture::describe(&mut |object, _| {
+        for index in (0..object.count).map(|nth| object.index + nth) {
+            let section = eds.section(&format!("{index:04X}"));
+            assert_eq!(section.number("ObjectType"), object.code as i128, "{index:04X}");
+            let subs: Vec<u8> = match object.code {
+                ObjectCode::Array | ObjectCode::Record => {
+                    let range = |entry: &ecss_can::od::Entry| entry.sub..entry.sub + entry.count;
+                    object.entries.iter().flat_map(range).collect()
+                }
+                ObjectCode::Var | ObjectCode::Domain => Vec::new(),
+            };
+            let prefix = format!("{index:04X}sub");
+            let written: Vec<u8> = eds
+                .names()
+                .filter_map(|name| name.strip_prefix(&prefix))
+                .map(|sub| u8::from_str_radix(sub, 16).unwrap())
+                .collect();
+            assert_eq!(written, subs, "{index:04X}");
+            assert_eq!(section.find("SubNumber").map_or(0, |count| number(count, 0)), subs.len() as i128);
+        }
+    });
+}
+
+#[test]
+fn sub_indices_are_hexadecimal() {
+    let eds = eds();
+    let names: Vec<&str> = eds.names().filter(|name| name.starts_with("2020sub")).collect();
+    assert_eq!(names.last(), Some(&"2020subA"), "{names:?}");
+}
+
+#[test]
+fn several_in_a_row_are_numbered() {
+    let eds = eds();
+    let name = |section: &str| eds.section(section).get("ParameterName").to_owned();
+    assert_eq!(name("1402"), "Receive PDO communication parameter 3");
+    assert_eq!(name("1A07sub8"), "Mapped object 8");
+    assert_eq!(name("1018sub2"), "Product code");
+    assert_eq!(name("1018sub0"), "Highest sub-index supported");
+    assert_eq!(name("1029sub1"), "Error behaviour", "one alone is not numbered");
+    assert_eq!(name("6101"), "Thermometer 2 of the panel");
+    assert_eq!(name("6200subB"), "Cycles of valve 3 so far");
+}
+
+#[test]
+fn names_are_unique_so_that_tools_find_objects_by_them() {
+    let eds = eds();
+    let name = |section: &str| eds.section(section).get("ParameterName").to_owned();
+    let objects: Vec<&str> = eds.names().filter(|name| name.len() == 4).collect();
+    assert_eq!(objects.iter().map(|object| name(object)).collect::<BTreeSet<_>>().len(), objects.len());
+    for object in objects {
+        let subs: Vec<&str> = eds.names().filter(|name| name.starts_with(&format!("{object}sub"))).collect();
+        assert_eq!(subs.iter().map(|sub| name(sub)).collect::<BTreeSet<_>>().len(), subs.len(), "{object}");
+    }
+}
+
+#[test]
+fn the_device_is_told_with_the_numbers_of_its_dictionary() {
+    let eds = eds();
+    let device = eds.section("DeviceInfo");
+    assert_eq!(device.get("VendorName"), "Vendor");
+    assert_eq!(device.get("ProductName"), "Product");
+    assert_eq!(device.get("OrderCode"), "F-1");
+    let numbers = [
+        ("VendorNumber", 0x0123_4567),
+        ("ProductNumber", 0x89),
+        ("RevisionNumber", 0),
+        ("BaudRate_10", 0),
+        ("BaudRate_20", 0),
+        ("BaudRate_50", 0),
+        ("BaudRate_125", 1),
+        ("BaudRate_250", 0),
+        ("BaudRate_500", 0),
+        ("BaudRate_800", 0),
+        ("BaudRate_1000", 1),
+        ("SimpleBootUpMaster", 0),
+        ("SimpleBootUpSlave", 1),
+        ("Granularity", 1),
+        ("DynamicChannelsSupported", 0),
+        ("CompactPDO", 0),
+        ("GroupMessaging", 0),
+        ("NrOfRXPDO", 8),
+        ("NrOfTXPDO", 8),
+        ("LSS_Supported", 0),
+    ];
+    for (keyword, value) in numbers {
+        assert_eq!(device.number(keyword), value, "{keyword}");
+    }
+    assert_eq!(device.keywords().len(), numbers.len() + 3);
+    let dummies = eds.section("DummyUsage");
+    assert!((1..=7).all(|nth| dummies.number(&format!("Dummy{nth:04}")) == 1));
+    let comments = eds.section("Comments");
+    assert_eq!((comments.get("Lines"), comments.get("Line2")), ("2", "and the second"));
+}
+
+#[test]
+fn a_dictionary_without_identity_has_numbers_all_the_same() {
+    use crate::fixture::{Types, device};
+    let description = eds::Description::new(&device(), |_| Types::default()).unwrap();
+    let eds = Ini::parse(&description.eds("types.eds"));
+    assert_eq!(eds.section("DeviceInfo").number("VendorNumber"), 0);
+    assert_eq!(eds.section("MandatoryObjects").number("SupportedObjects"), 0);
+}
+
+#[test]
+fn the_file_tells_who_made_it_and_when() {
+    let eds = eds();
+    let info = eds.section("FileInfo");
+    assert_eq!(info.get("FileName"), "fixture.eds");
+    assert_eq!((info.get("CreationDate"), info.get("CreationTime")), ("02-03-2026", "03:04PM"));
+    assert_eq!(info.get("EDSVersion"), "4.0");
+    assert!(info.find("LastEDS").is_none());
+}
+
+#[test]
+fn hours_are_told_on_a_clock_of_twelve() {
+    use crate::fixture::{Types, device};
+    let told = |hour| {
+        let mut device = device();
+        device.modified.hour = hour;
+        let eds = Ini::parse(&eds::Description::new(&device, |_| Types::default()).unwrap().eds(""));
+        eds.section("FileInfo").get("ModificationTime").to_owned()
+    };
+    assert_eq!(
+        [0, 1, 11, 12, 13, 23].map(told),
+        ["12:04AM", "01:04AM", "11:04AM", "12:04PM", "01:04PM", "11:04PM"]
+    );
+}

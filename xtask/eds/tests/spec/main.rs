@@ -1,0 +1,8 @@
+//! The files as a strict reader takes them, against the dictionaries they describe.
+
+mod content;
+mod dcf;
+mod fixture;
+mod ini;
+mod refused;
+mod values;

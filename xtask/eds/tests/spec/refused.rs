@@ -1,0 +1,104 @@
+//! What cannot be described is refused, with the reason.
+
+use ecss_can::nmt::NodeId;
+use ecss_can::od::{AbortCode, Objects, Record, Variable, VisibleString};
+use eds::{Commissioning, Description, Error};
+
+use crate::fixture::{description, device, fixture};
+
+#[derive(Objects)]
+struct Twice {
+    #[objects]
+    one: One,
+    /// The other
+    #[object(0x2000, ro)]
+    other: u8,
+}
+
+#[derive(Objects)]
+struct One {
+    /// One
+    #[object(0x2000, ro)]
+    one: u8,
+}
+
+#[test]
+fn an_index_declared_in_two_groups() {
+    let refused = Description::new(&device(), |_| Twice::default()).unwrap_err();
+    assert_eq!(refused, Error::Twice { index: 0x2000 });
+    assert_eq!(refused.to_string(), "2000h is declared twice");
+}
+
+/// Declares a sub-index and does not have it.
+struct Hollow;
+
+impl Record for Hollow {
+    const ENTRIES: &'static [ecss_can::od::Entry] = Full::ENTRIES;
+    const NAMES: &'static [&'static str] = Full::NAMES;
+
+    fn variable(&mut self, _sub: u8) -> Option<&mut dyn Variable> {
+        None
+    }
+}
+
+impl Default for Hollow {
+    fn default() -> Self {
+        Hollow
+    }
+}
+
+#[derive(Record)]
+struct Full {
+    /// Value
+    #[sub(1, ro)]
+    value: u8,
+}
+
+#[derive(Objects)]
+struct Holder {
+    /// Hollow
+    #[object(0x2001, record)]
+    hollow: Hollow,
+}
+
+#[test]
+fn a_value_that_is_declared_and_missing() {
+    let refused = Description::new(&device(), |_| Holder::default()).unwrap_err();
+    assert_eq!(refused, Error::Missing { index: 0x2001, sub: 1, code: AbortCode::NoSubIndex });
+}
+
+#[derive(Objects)]
+struct Named {
+    /// Temperature in °C
+    #[object(0x2000, ro)]
+    temperature: u8,
+}
+
+#[test]
+fn a_name_beyond_ascii() {
+    let refused = Description::new(&device(), |_| Named::default()).unwrap_err();
+    assert_eq!(refused, Error::Text { text: "Temperature in °C".into() });
+}
+
+#[test]
+fn texts_that_readers_cut() {
+    for text in [" blank first", "blank last ", "a ; comment", "two\nlines", &"x".repeat(242)] {
+        let mut device = device();
+        device.comments.push(text.into());
+        let refused = Description::new(&device, fixture).unwrap_err();
+        assert_eq!(refused, Error::Text { text: text.into() });
+
+        let commissioning = Commissioning { name: text.into(), ..Commissioning::new(NodeId::MASTER) };
+        let refused = description().dcf("", "", &commissioning, &mut fixture(NodeId::MASTER));
+        assert_eq!(refused, Err(Error::Text { text: text.into() }));
+    }
+}
+
+#[test]
+fn a_string_value_that_readers_cut() {
+    let mut configured = fixture(NodeId::MASTER);
+    configured.types.visible_string = VisibleString::new(b"a;b").unwrap();
+    let commissioning = Commissioning::new(NodeId::MASTER);
+    let refused = description().dcf("", "", &commissioning, &mut configured);
+    assert_eq!(refused, Err(Error::Text { text: "a;b".into() }));
+}
