@@ -14,6 +14,8 @@ impl CobId {
     pub const NMT: CobId = CobId(0x000);
     /// SYNC object.
     pub const SYNC: CobId = CobId(0x080);
+    /// Function code of what SDO servers send.
+    pub const SDO_RESPONSES: u16 = 0x580;
     /// TIME object.
     pub const TIME: CobId = CobId(0x100);
 

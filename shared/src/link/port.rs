@@ -26,6 +26,9 @@ pub trait CanPort {
     /// Admit only these frames from now on. Called once, off the bus.
     fn set_filters(&mut self, filters: &[Filter]);
 
+    /// Admit other frames by one of these filters, on the bus or off it. Nothing happens for a number that was not set.
+    fn set_filter(&mut self, number: u8, filter: Filter);
+
     /// Go on the bus; takes part after 11 recessive bits.
     fn join(&mut self);
 

@@ -131,7 +131,7 @@ impl Buses {
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
         let counters = &mut self.counters[bus];
         match event {
-            LinkEvent::Received { .. } => counters.received = counters.received.wrapping_add(1),
+            LinkEvent::Received { .. } => self.received(bus),
             LinkEvent::Transmitted { .. } => counters.sent = counters.sent.wrapping_add(1),
             LinkEvent::Failed { cause, .. } => count(match cause {
                 FailCause::BusLeft => &mut counters.bus_left,
@@ -158,6 +158,12 @@ impl Buses {
             }
         }
         None
+    }
+
+    /// A received frame.
+    pub fn received(&mut self, bus: Bus) {
+        let counters = &mut self.counters[bus];
+        counters.received = counters.received.wrapping_add(1);
     }
 
     /// A received frame that is not as the protocol has it.

@@ -246,6 +246,19 @@ impl Master {
             }
         }
     }
+
+    /// The node as it is at `now`.
+    pub fn status(&self, now: Instant) -> Status {
+        Status {
+            uptime: now.since(Instant::ZERO),
+            scet: self.clock.at(now),
+            state: NmtState::Operational,
+            active: self.manager.active(),
+            redundancy: self.redundancy,
+            counters: self.buses.counters,
+            health: self.buses.health,
+        }
+    }
 }
 
 impl Node for Master {
@@ -302,10 +315,6 @@ impl Node for Master {
             MasterRequest::SwitchBus(bus) => self.manager.request(bus),
             MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
             MasterRequest::SetTime(scet) => self.clock.set(scet, now),
-            MasterRequest::Status => {
-                out.show_status();
-                out.event(MasterEvent::Status);
-            }
         }
         self.run(now, now, out);
     }
@@ -318,17 +327,5 @@ impl Node for Master {
         let gated = self.manager.is_announced().then(|| [self.sync.deadline(), self.time.deadline()]);
         let always = [self.manager.deadline(), self.buses.deadline()];
         always.into_iter().chain(gated.into_iter().flatten()).flatten().min()
-    }
-
-    fn status(&self, now: Instant) -> Status {
-        Status {
-            uptime: now.since(Instant::ZERO),
-            scet: self.clock.at(now),
-            state: NmtState::Operational,
-            active: self.manager.active(),
-            redundancy: self.redundancy,
-            counters: self.buses.counters,
-            health: self.buses.health,
-        }
     }
 }

@@ -5,8 +5,6 @@ use crate::link::port::Health;
 use crate::nmt::{NmtMessage, NmtState, NodeId};
 use crate::pdo::Message;
 use crate::redundancy::SwitchCause;
-#[cfg(doc)]
-use crate::runner::AppLink;
 use crate::time::{Scet, Stamp};
 
 /// What a master tells its application.
@@ -91,8 +89,6 @@ pub enum MasterEvent {
         /// Which bus.
         bus: Bus,
     },
-    /// Answer to [`MasterRequest::Status`]: [`AppLink::status`] is as of now.
-    Status,
 }
 
 /// Why a request was refused.
@@ -131,6 +127,4 @@ pub enum MasterRequest {
     Nmt(NmtMessage),
     /// Set the spacecraft time, as of now.
     SetTime(Scet),
-    /// Show the status of this node, then tell [`MasterEvent::Status`].
-    Status,
 }

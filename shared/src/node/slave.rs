@@ -1,81 +1,118 @@
 //! A slave node.
 
-use super::buses::{BusNews, Buses};
-use super::{BusCause, SlaveEvent, SlaveRequest, Status};
+mod bus_events;
+mod objects;
+
+use super::buses::Buses;
+use super::device::Device;
+use super::{BusCause, Counters, NodeObjects, SlaveEvent, Status};
+use crate::emcy::ErrorCode;
+use crate::heartbeat;
 use crate::link::port::Filter;
-use crate::link::{Bus, CobId, Frame};
-use crate::nmt::{NmtMessage, NmtSlave, NmtState, NodeId, Reaction};
-use crate::pdo::Message;
+use crate::link::{Bus, CobId, Frame, PerBus};
+use crate::nmt::{ErrorBehaviour, NmtMessage, NmtSlave, NmtState, NodeId, Reaction};
+use crate::od::communication::{Communication, Mapping, PdoMapping};
+use crate::od::{AbortCode, Objects};
 use crate::profile::Profile;
-use crate::redundancy::{MasterMessage, Selection, Selector};
-use crate::runner::{Filters, LinkEvent, Node, Outbox};
-use crate::time::consumer::TimeConsumer;
-use crate::time::{Duration, Instant, Stamp};
-use crate::{heartbeat, sync};
+use crate::redundancy::{MasterMessage, Parameters, Selection, Selector};
+use crate::runner::{Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
+use crate::time::{Duration, Instant, LocalClock, Scet, Stamp};
 
 type Out = Outbox<SlaveEvent>;
 
-/// NMT slave, redundancy slave, SYNC and time consumer, commands and telemetry.
-#[derive(Clone, Debug)]
-pub struct Slave {
+/// Filters that never change, but for the SYNC's: NMT, SYNC, SDO, heartbeat of the master. Those of RPDOs follow.
+const FIXED_FILTERS: usize = 4;
+
+/// NMT slave, redundancy slave, SYNC and time consumer, CANopen device.
+///
+/// `A` are the objects of its application, `R` and `T` its receive and transmit PDOs, `M` how these are mapped.
+#[derive(Debug)]
+pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M: Mapping = PdoMapping> {
     id: NodeId,
     nmt: NmtSlave,
     selector: Selector,
     heartbeat: heartbeat::Producer,
-    time: TimeConsumer,
+    clock: LocalClock,
     buses: Buses,
+    device: Device<A, R, T, M>,
+    power_on: fn(NodeId) -> Communication<R, T, M>,
+    initial: Parameters,
     lifetimes: Lifetimes,
+    /// Nothing is due before. May be early, never late.
+    next: Instant,
 }
 
 /// How long frames may wait for their bus.
 #[derive(Clone, Copy, Debug)]
 struct Lifetimes {
     heartbeat: Duration,
-    local_time: Duration,
-    telemetry: Duration,
+    synchronous: Duration,
+    event: Duration,
+    sdo: Duration,
 }
 
-impl Slave {
-    /// A slave before power-on. `id` is one of 2..=127.
-    pub fn new(id: NodeId, profile: &Profile) -> Slave {
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+    /// A slave before power-on. `id` is one of 2..=127; `communication` makes the communication profile, to which
+    /// power-on and reset communication return.
+    pub fn new(
+        id: NodeId,
+        profile: &Profile,
+        application: A,
+        communication: fn(NodeId) -> Communication<R, T, M>,
+    ) -> Self {
         let redundancy = profile.redundancy();
+        let objects = NodeObjects::new(id, &redundancy, application, communication(id));
         Slave {
             id,
             nmt: NmtSlave::new(profile.autostart),
             selector: Selector::new(redundancy),
             heartbeat: heartbeat::Producer::new(id, redundancy.producer),
-            time: TimeConsumer::new(id),
+            clock: LocalClock::default(),
             buses: Buses::new(profile.access(id), profile.bus_off),
+            device: Device::new(id, objects, profile.sdo_timeout),
+            power_on: communication,
+            initial: redundancy,
             lifetimes: Lifetimes {
                 heartbeat: profile.heartbeat,
-                local_time: profile.sync.min(profile.heartbeat),
-                telemetry: profile.telemetry,
+                synchronous: profile.sync.min(profile.heartbeat),
+                event: profile.telemetry,
+                sdo: profile.sdo_timeout,
             },
+            next: Instant::ZERO,
         }
     }
 
-    /// What it receives: exact COB-IDs only.
+    /// What it receives: exact COB-IDs only. One filter for each RPDO, valid or not, as long as there are filters.
     pub fn filters(&self) -> Filters {
-        [
+        let fixed = [
             CobId::NMT,
-            CobId::SYNC,
-            CobId::local_time(NodeId::MASTER),
-            CobId::telecommand(self.id),
-            CobId::telemetry_request(self.id),
+            self.device.sync_id(),
+            CobId::sdo_request(self.id),
             CobId::heartbeat(NodeId::MASTER),
-        ]
-        .into_iter()
-        .map(Filter::exact)
-        .collect()
+        ];
+        let pdos = self.device.rpdo_ids().map(|id| id.unwrap_or(CobId::NMT));
+        let all = fixed.into_iter().chain(pdos).map(Filter::exact);
+        let mut filters: Filters = all.take(MAX_FILTERS - 1).collect();
+        if FIXED_FILTERS + R >= MAX_FILTERS {
+            // More than the controllers can tell apart.
+            let _ = filters.push(Filter { id: CobId::NMT, mask: 0 });
+        }
+        filters
     }
 
     /// Boot-up on the bus selected, then Pre-operational (ECSS 8.3.2).
     fn boot(&mut self, now: Instant, out: &mut Out) {
+        self.device.objects.communication = (self.power_on)(self.id);
+        self.device.objects.set_heartbeats(&self.initial);
+        self.device.configure(now);
+        self.heartbeat.set_period(self.initial.producer, now);
         let frame = heartbeat::encode(self.id, NmtState::Initialising);
         out.send_for(self.selector.selected(), frame, now, self.lifetimes.heartbeat);
-        out.event(SlaveEvent::State(self.nmt.boot()));
+        let state = self.nmt.boot();
+        self.entered(state, now, out);
         self.heartbeat.restart(now);
         self.selector.start(now);
+        self.next = now;
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
@@ -97,10 +134,16 @@ impl Slave {
         }
         // Only the active bus is obeyed.
         let state = self.nmt.state();
-        if bus == active && id == CobId::SYNC && state.allows_sync() {
+        if bus != active {
+            self.buses.ignored(bus);
+        } else if id == self.device.sync_id() && state.allows_sync() {
             self.on_sync(bus, frame, stamp, now, out);
-        } else if bus == active && state.allows_pdo() {
-            self.on_pdo(bus, frame, stamp, out);
+        } else if id == CobId::sdo_request(self.id) && state.allows_sdo() {
+            self.on_sdo(bus, frame, now, out);
+        } else if id.function() == CobId::heartbeat(NodeId::MASTER).function() {
+            self.on_peer_heartbeat(bus, frame, stamp, out);
+        } else if state.allows_pdo() {
+            self.on_pdo(bus, frame, stamp, now, out);
         } else {
             self.buses.ignored(bus);
         }
@@ -116,16 +159,24 @@ impl Slave {
         match self.nmt.on_command(message.command) {
             Reaction::Unchanged => {}
             Reaction::Entered(state) => {
-                out.event(SlaveEvent::State(state));
+                self.entered(state, now, out);
                 // The master learns of it now, not a period later.
                 self.heartbeat.announce(now);
+                self.next = now;
             }
             Reaction::ResetNode => {
                 self.heartbeat.stop();
+                self.next = Instant::NEVER;
                 out.event(SlaveEvent::ResetNode);
             }
             Reaction::ResetCommunication => self.boot(now, out),
         }
+    }
+
+    fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
+        self.device.entered(state, now);
+        self.next = now;
+        out.event(SlaveEvent::State(state));
     }
 
     fn on_master_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
@@ -140,75 +191,89 @@ impl Slave {
         if let Some(selection) = self.selector.on_master(bus, message, at) {
             self.apply(selection, now, out);
         }
+        self.wake(self.selector.deadline());
     }
 
-    fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
-        if !sync::is_well_formed(frame) {
+    /// A heartbeat of another slave that 1016h names.
+    fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
+        let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
             return self.buses.malformed(bus);
-        }
-        if self.nmt.state().allows_pdo() {
-            out.send_for(bus, self.time.on_sync(stamp), now, self.lifetimes.local_time);
-        }
-        out.event(SlaveEvent::Sync { bus, stamp });
-    }
-
-    fn on_pdo(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
-        let id = frame.id();
-        let event = if id == CobId::local_time(NodeId::MASTER) {
-            self.time.on_spacecraft_time(frame, stamp).map(SlaveEvent::Time)
-        } else if id == CobId::telecommand(self.id) {
-            Message::decode(frame).map(|message| SlaveEvent::Command { bus, message })
-        } else if id == CobId::telemetry_request(self.id) {
-            out.show_status();
-            Message::decode(frame).map(|request| SlaveEvent::TelemetryRequested { bus, request })
-        } else {
+        };
+        let Some(heard) = self.device.monitor.on_heartbeat(node, state, stamp.at) else {
             return self.buses.ignored(bus);
         };
-        match event {
-            Some(event) => out.event(event),
-            None => self.buses.malformed(bus),
+        if heard.resolved {
+            self.device.clear(ErrorCode::HEARTBEAT, node.get());
+            self.next = stamp.at;
         }
+        if heard.before != Some(state) {
+            out.event(SlaveEvent::PeerState { node, state });
+        }
+        self.wake(self.device.monitor.deadline());
     }
 
     fn apply(&mut self, selection: Selection, now: Instant, out: &mut Out) {
+        self.next = now;
         match selection {
             Selection::Missed { bus } => {
                 out.event(SlaveEvent::MasterMissed { bus });
-                self.enter_pre_operational(out);
+                // ECSS 8.3.3e, note 2.
+                self.device.raise(ErrorCode::HEARTBEAT, [NodeId::MASTER.get(), 0, 0, 0, 0]);
+                self.enter_pre_operational(now, out);
             }
             Selection::Toggled { to } => {
-                self.enter_pre_operational(out);
+                self.enter_pre_operational(now, out);
                 self.move_to(to, BusCause::Toggled, now, out);
             }
             Selection::GaveUp { bus } => out.event(SlaveEvent::GaveUp { bus }),
-            Selection::Found { bus, moved: true } => self.move_to(bus, BusCause::Found, now, out),
-            Selection::Found { bus, moved: false } => {
-                out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::Found });
+            Selection::Found { bus, moved } => {
+                self.device.clear(ErrorCode::HEARTBEAT, NodeId::MASTER.get());
+                if moved {
+                    self.move_to(bus, BusCause::Found, now, out);
+                } else {
+                    out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::Found });
+                }
             }
             Selection::Followed { to } => self.move_to(to, BusCause::Followed, now, out),
         }
+        self.device.objects.set_redundancy(self.selector.parameters());
     }
 
-    fn enter_pre_operational(&mut self, out: &mut Out) {
+    fn enter_pre_operational(&mut self, now: Instant, out: &mut Out) {
         if let Reaction::Entered(state) = self.nmt.on_master_missed() {
-            out.event(SlaveEvent::State(state));
+            self.entered(state, now, out);
         }
     }
 
     /// The heartbeat goes on on the new bus at once (ECSS 8.3.3d, h).
     fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
         self.buses.change(bus.other(), bus, out);
+        let lifetime = self.lifetimes.sdo;
+        // What was on its way is lost, and the client is told so where it is now.
+        self.device
+            .abort_sdo(AbortCode::DeviceState, now, &mut |frame| out.send_for(bus, frame, now, lifetime));
         self.heartbeat.announce(now);
+        self.next = now;
         out.event(SlaveEvent::ActiveBus { bus, cause });
+    }
+
+    /// Something is due then, at the latest.
+    fn wake(&mut self, deadline: Option<Instant>) {
+        if let Some(deadline) = deadline {
+            self.next = self.next.min(deadline);
+        }
     }
 
     /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if self.nmt.state() == NmtState::Initialising {
+        if until < self.next || self.nmt.state() == NmtState::Initialising {
             return;
         }
         while let Some(selection) = self.selector.poll(until) {
             self.apply(selection, now, out);
+        }
+        while let Some(missed) = self.device.monitor.poll(until) {
+            self.on_peer_missed(missed.node, now, out);
         }
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
             out.send_for(self.selector.selected(), frame, now, self.lifetimes.heartbeat);
@@ -216,49 +281,80 @@ impl Slave {
         while let Some(bus) = self.buses.poll(until, out) {
             out.event(SlaveEvent::BusFailed { bus });
         }
+        self.run_device(until, now, out);
+        self.next = self.due().unwrap_or(Instant::NEVER);
+    }
+
+    fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
+        self.device.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
+        out.event(SlaveEvent::PeerMissed { node });
+        let [behaviour] = self.device.objects.communication.error_behaviour;
+        let behaviour = ErrorBehaviour::from_byte(behaviour).unwrap_or_default();
+        if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
+            self.entered(state, now, out);
+        }
+    }
+
+    fn due(&self) -> Option<Instant> {
+        let own = [
+            self.selector.deadline(),
+            self.heartbeat.deadline(),
+            self.buses.deadline(),
+            self.device.monitor.deadline(),
+            self.device.deadline(self.nmt.state()),
+        ];
+        own.into_iter().flatten().min()
+    }
+
+    /// The node as it is at `now`.
+    pub fn status(&self, now: Instant) -> Status {
+        Status {
+            uptime: now.since(Instant::ZERO),
+            scet: self.clock.at(now),
+            state: self.nmt.state(),
+            active: self.selector.selected(),
+            redundancy: *self.selector.parameters(),
+            counters: self.buses.counters,
+            health: self.buses.health,
+        }
+    }
+
+    /// Zero the counters of both buses.
+    pub fn reset_counters(&mut self) {
+        self.buses.counters = PerBus::<Counters>::default();
+    }
+
+    /// Local spacecraft time.
+    pub fn scet(&self, now: Instant) -> Scet {
+        self.clock.at(now)
     }
 }
 
-impl Node for Slave {
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Node for Slave<A, R, T, M> {
     type Event = SlaveEvent;
-    type Request = SlaveRequest;
+    type Request = core::convert::Infallible;
 
     fn start(&mut self, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
         self.buses.join(bus, out);
         out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
         self.boot(now, out);
+        self.run(now, now, out);
     }
 
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        match self.buses.on_link(bus, event, now) {
-            Some(BusNews::Health(health)) => out.event(SlaveEvent::Health { bus, health }),
-            Some(BusNews::Failed(health)) => {
-                out.event(SlaveEvent::Health { bus, health });
-                out.event(SlaveEvent::BusFailed { bus });
-            }
-            Some(BusNews::Stalled) => out.event(SlaveEvent::BusStalled { bus }),
-            None => {}
-        }
         if let LinkEvent::Received { frame, stamp } = event {
+            self.buses.received(bus);
             self.run(stamp.at.min(now), now, out);
             self.on_received(bus, frame, *stamp, now, out);
+        } else {
+            self.on_bus_event(bus, event, now, out);
         }
         self.run(now, now, out);
     }
 
-    fn on_request(&mut self, request: SlaveRequest, now: Instant, out: &mut Out) {
-        match request {
-            SlaveRequest::Telemetry { bus, message } => {
-                if self.nmt.state().allows_pdo() && bus == self.selector.selected() {
-                    let frame = message.encode(CobId::telemetry(self.id));
-                    out.send_for(bus, frame, now, self.lifetimes.telemetry);
-                } else {
-                    self.buses.refused(bus);
-                }
-            }
-            SlaveRequest::ResetCounters => self.buses.counters = Default::default(),
-        }
+    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
+        match request {}
     }
 
     fn poll(&mut self, now: Instant, out: &mut Out) {
@@ -266,24 +362,7 @@ impl Node for Slave {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        if self.nmt.state() == NmtState::Initialising {
-            return None;
-        }
-        [self.selector.deadline(), self.heartbeat.deadline(), self.buses.deadline()]
-            .into_iter()
-            .flatten()
-            .min()
-    }
-
-    fn status(&self, now: Instant) -> Status {
-        Status {
-            uptime: now.since(Instant::ZERO),
-            scet: self.time.clock().at(now),
-            state: self.nmt.state(),
-            active: self.selector.selected(),
-            redundancy: *self.selector.parameters(),
-            counters: self.buses.counters,
-            health: self.buses.health,
-        }
+        let silent = self.nmt.state() == NmtState::Initialising || self.next == Instant::NEVER;
+        if silent { None } else { Some(self.next) }
     }
 }

@@ -2,10 +2,8 @@
 
 use crate::link::Bus;
 use crate::link::port::Health;
-use crate::nmt::NmtState;
-use crate::pdo::Message;
-#[cfg(doc)]
-use crate::runner::AppLink;
+use crate::nmt::{NmtState, NodeId};
+use crate::od::Address;
 use crate::time::{Scet, Stamp};
 
 /// What a slave tells its application.
@@ -32,19 +30,35 @@ pub enum SlaveEvent {
         /// Where it stays.
         bus: Bus,
     },
-    /// Execute a telecommand.
-    Command {
+    /// A receive PDO took effect: its values are in the dictionary.
+    Pdo {
         /// Where it came.
         bus: Bus,
-        /// The command.
-        message: Message,
+        /// Which, 0 is the first.
+        number: u16,
+        /// Its payload, zero behind its end: the dictionary may hold a newer one already.
+        data: [u8; 8],
     },
-    /// Answer with [`SlaveRequest::Telemetry`]; [`AppLink::status`] is this node when it was asked, or later.
-    TelemetryRequested {
-        /// Where to answer.
-        bus: Bus,
-        /// The request.
-        request: Message,
+    /// A synchronous receive PDO took effect, at a SYNC.
+    Synchronised {
+        /// Which, 0 is the first.
+        number: u16,
+    },
+    /// An object of the application was written by SDO.
+    Written(Address),
+    /// Start the self-test (ECSS 6.7b); its result goes to object 2031h.
+    SelfTest,
+    /// Another slave that 1016h names told a state for the first time, or another one.
+    PeerState {
+        /// Who.
+        node: NodeId,
+        /// Its state.
+        state: NmtState,
+    },
+    /// A heartbeat of another slave that 1016h names is overdue.
+    PeerMissed {
+        /// Who.
+        node: NodeId,
     },
     /// A heartbeat of the master.
     Heartbeat {
@@ -93,20 +107,4 @@ pub enum BusCause {
     Found,
     /// The master changed to it (ECSS 8.3.3g).
     Followed,
-}
-
-/// What the application may ask of a slave.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u32)] // moves in words: see `runner`
-pub enum SlaveRequest {
-    /// Send telemetry; refused and counted when no longer operational, or when `bus` is no longer the active one.
-    Telemetry {
-        /// Where it was asked for.
-        bus: Bus,
-        /// The telemetry.
-        message: Message,
-    },
-    /// Zero the counters of both buses.
-    ResetCounters,
 }

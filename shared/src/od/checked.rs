@@ -70,13 +70,21 @@ impl Found<'_> {
         }
     }
 
+    /// Whether a whole value may be written.
+    ///
+    /// # Errors
+    /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`].
+    pub fn check(&self, value: &[u8]) -> Result<(), AbortCode> {
+        self.download(Some(value.len()))?;
+        within(self.entry, value)
+    }
+
     /// Writes a whole value.
     ///
     /// # Errors
-    /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`], [`AbortCode::ValueRange`].
+    /// As [`Found::check`], and [`AbortCode::ValueRange`] for characters that the type does not have.
     pub fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
-        self.download(Some(value.len()))?;
-        within(self.entry, value)?;
+        self.check(value)?;
         self.variable.as_mut().ok_or(AbortCode::ReadOnly)?.write(value)
     }
 }

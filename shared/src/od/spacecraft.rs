@@ -169,3 +169,12 @@ pub struct SelfTest {
     #[sub(2, ro, pdo)]
     pub failures: u32,
 }
+
+impl SelfTest {
+    /// Value of the progress: it runs.
+    pub const RUNNING: u8 = 1;
+    /// Value of the progress: no check failed.
+    pub const PASSED: u8 = 2;
+    /// Value of the progress: some check failed.
+    pub const FAILED: u8 = 3;
+}

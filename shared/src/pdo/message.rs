@@ -1,6 +1,6 @@
-//! Commands and telemetry in one PDO each: a 2-byte code and up to 6 bytes of data.
+//! Commands and telemetry in one PDO each: a 2-byte code and 6 bytes of data.
 //!
-//! Telecommand (object 6200h), telemetry request and telemetry (object 6100h) share this layout.
+//! Telecommand (object 6200h), telemetry request and telemetry (objects 6101h, 6100h) share this layout.
 
 use crate::link::{CobId, Frame};
 
@@ -10,30 +10,26 @@ use crate::link::{CobId, Frame};
 #[repr(align(4))]
 pub struct Message {
     code: u16,
-    len: u8,
-    /// Bytes at and above `len` are zero, so that equal messages compare equal.
-    data: [u8; Message::MAX_DATA],
+    data: [u8; Message::DATA],
 }
 
 impl Message {
-    /// Most data bytes beside the code.
-    pub const MAX_DATA: usize = 6;
+    /// Data bytes beside the code.
+    pub const DATA: usize = 6;
 
-    /// `None` for more than [`Message::MAX_DATA`] bytes of data.
-    pub fn new(code: u16, payload: &[u8]) -> Option<Message> {
-        let mut data = [0; Self::MAX_DATA];
-        data.get_mut(..payload.len())?.copy_from_slice(payload);
-        Some(Message { code, len: payload.len() as u8, data })
+    /// From code and data.
+    pub const fn new(code: u16, data: [u8; Self::DATA]) -> Message {
+        Message { code, data }
     }
 
-    /// A message whose length is known at compile time; `N` above 6 does not compile.
+    /// A message with fewer data bytes than there are, zero behind them; `N` above 6 does not compile.
     pub fn of<const N: usize>(code: u16, payload: [u8; N]) -> Message {
-        const { assert!(N <= Self::MAX_DATA, "a PDO has at most 6 bytes beside its code") };
-        let mut data = [0; Self::MAX_DATA];
+        const { assert!(N <= Self::DATA, "a PDO has 6 bytes beside its code") };
+        let mut data = [0; Self::DATA];
         for (slot, byte) in data.iter_mut().zip(payload) {
             *slot = byte;
         }
-        Message { code, len: N as u8, data }
+        Message { code, data }
     }
 
     /// What it is about.
@@ -42,27 +38,32 @@ impl Message {
     }
 
     /// The data beside the code.
-    pub fn data(&self) -> &[u8] {
-        self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
+    pub const fn data(&self) -> [u8; Self::DATA] {
+        self.data
     }
 
     /// The PDO: code little-endian, then data.
     pub fn encode(&self, id: CobId) -> Frame {
         let [low, high] = self.code.to_le_bytes();
         let [a, b, c, d, e, f] = self.data;
-        Frame::from_dlc(id, self.len.saturating_add(2), [low, high, a, b, c, d, e, f])
+        Frame::of(id, [low, high, a, b, c, d, e, f])
     }
 
-    /// `None` when malformed: shorter than the code.
+    /// `None` when malformed: shorter than code and data.
     pub fn decode(frame: &Frame) -> Option<Message> {
-        let (code, data) = frame.data().split_first_chunk::<2>()?;
-        Message::new(u16::from_le_bytes(*code), data)
+        Self::from_payload(frame.data())
+    }
+
+    /// From the payload of a PDO; `None` when it is shorter than code and data.
+    pub fn from_payload(payload: &[u8]) -> Option<Message> {
+        let &[low, high, a, b, c, d, e, f] = payload else { return None };
+        Some(Message { code: u16::from_le_bytes([low, high]), data: [a, b, c, d, e, f] })
     }
 }
 
 impl core::fmt::Debug for Message {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         write!(f, "{:04X}:", self.code)?;
-        self.data().iter().try_for_each(|byte| write!(f, "{byte:02X}"))
+        self.data.iter().try_for_each(|byte| write!(f, "{byte:02X}"))
     }
 }

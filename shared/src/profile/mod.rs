@@ -45,6 +45,8 @@ pub struct Profile {
     pub silent_share: u8,
     /// Frames whose end is measured in hardware, received and sent, where a board can.
     pub stamped: &'static [CobId],
+    /// After so long without progress an SDO transfer is given up, by its server and by its client.
+    pub sdo_timeout: Duration,
     /// Recovery from bus-off.
     pub bus_off: BusOffPolicy,
     /// Slaves go to Operational by themselves after boot-up and reset communication (ECSS Table 11-1).

@@ -27,6 +27,7 @@ pub const STANDARD: Profile = Profile {
     selective: &[],
     silent_share: 50,
     stamped: &[CobId::SYNC],
+    sdo_timeout: Duration::from_millis(500),
     bus_off: BusOffPolicy {
         pause: Duration::from_millis(10),
         patience: Duration::from_millis(50),

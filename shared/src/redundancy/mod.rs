@@ -14,8 +14,6 @@ pub use peers::{Heard, Peers};
 pub use selector::{MasterMessage, Selection, Selector};
 
 use crate::link::Bus;
-use crate::nmt::NodeId;
-use crate::od;
 use crate::time::Duration;
 
 /// How a node reaches its two buses (ECSS 8.2).
@@ -61,23 +59,5 @@ impl Parameters {
     /// Whether a slave may change the bus by itself.
     pub const fn toggling_enabled(&self) -> bool {
         self.toggling_time().as_micros() > 0 && self.ntoggle > 0
-    }
-
-    /// The value of an object of Tables 8-1 and 8-2, sub 0 included; `None` for any other.
-    pub fn read(&self, index: u16, sub: u8) -> Option<u32> {
-        let millis = |span: Duration| u16::try_from(span.as_millis()).unwrap_or(u16::MAX);
-        Some(match (index, sub) {
-            (od::CONSUMER_HEARTBEAT, 0) => 1,
-            (od::CONSUMER_HEARTBEAT, 1) => {
-                u32::from(NodeId::MASTER.get()) << 16 | u32::from(millis(self.consumer))
-            }
-            (od::PRODUCER_HEARTBEAT, 0) => u32::from(millis(self.producer)),
-            (od::REDUNDANCY, 0) => 4,
-            (od::REDUNDANCY, 1) => u32::from(self.bdefault.bdefault()),
-            (od::REDUNDANCY, 2) => u32::from(self.ttoggle),
-            (od::REDUNDANCY, 3) => u32::from(self.ntoggle),
-            (od::REDUNDANCY, 4) => u32::from(self.ctoggle),
-            _ => return None,
-        })
     }
 }

@@ -91,6 +91,11 @@ impl Selector {
         &self.parameters
     }
 
+    /// New parameters. What runs goes on with them.
+    pub fn configure(&mut self, parameters: Parameters) {
+        self.parameters = parameters;
+    }
+
     /// Pre-operational was entered after power-on or reset communication: search, beginning with the bus selected now
     /// (ECSS 8.3.2b). Reset communication keeps the bus; only power-on selects Bdefault.
     pub fn start(&mut self, now: Instant) {

@@ -102,6 +102,7 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
                 self.abandon().await;
             }
             BusCommand::Recover => self.port.recover(),
+            BusCommand::Filter { number, filter } => self.port.set_filter(number, filter),
         }
     }
 

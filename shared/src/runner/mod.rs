@@ -6,31 +6,29 @@
 //! CanPort ── bus_task ──┘
 //! ```
 //!
-//! The user owns the storage ([`Links`], [`AppLink`], [`Telltale`]) and spawns [`bus_task`] once per controller and
+//! The user owns the storage ([`NodeCell`], [`Links`], [`AppLink`], [`Telltale`]) and spawns [`bus_task`] once per controller and
 //! [`node_task`] once per node. Nothing here knows a HAL or an executor.
 //!
 //! What goes through the channels is small and moves in words: events and commands have a tag of a word (`repr(u32)`),
-//! because the compiler moves tag and rest apart, and behind a tag of a byte the rest goes byte by byte. A node's
-//! [`Status`] is no event: it lies in [`AppLink`] for the application to read.
+//! because the compiler moves tag and rest apart, and behind a tag of a byte the rest goes byte by byte. Everything else,
+//! the object dictionary above all, the application reads and writes in the [`NodeCell`].
 
 mod bus_task;
+mod node_cell;
 mod node_task;
 mod telltale;
 
-use core::cell::Cell;
-
-use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::Channel;
 
 pub use bus_task::bus_task;
+pub use node_cell::NodeCell;
 pub use node_task::{Node, Outbox, node_task};
 pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, Frame, PerBus};
-use crate::node::Status;
 use crate::time::Stamp;
 
 /// Events that may wait for a node; before them wait those of the ports.
@@ -120,6 +118,13 @@ pub enum BusCommand {
     Leave,
     /// Begin recovery from bus-off.
     Recover,
+    /// Admit other frames by one of the filters set at the start.
+    Filter {
+        /// Number of the filter.
+        number: u8,
+        /// What it admits from now on.
+        filter: Filter,
+    },
 }
 
 /// The channels between a node and its two buses.
@@ -150,23 +155,12 @@ pub struct AppLink<M: RawMutex, E, R> {
     pub events: Channel<M, E, APP_DEPTH>,
     /// What the application wants of the node.
     pub requests: Channel<M, R, APP_DEPTH>,
-    status: Mutex<M, Cell<Option<Status>>>,
 }
 
 impl<M: RawMutex, E, R> AppLink<M, E, R> {
     /// Empty channels.
     pub const fn new() -> Self {
-        let status = Mutex::new(Cell::new(None));
-        AppLink { events: Channel::new(), requests: Channel::new(), status }
-    }
-
-    /// The node when it showed its status last: at power-on, and before each event that says so. `None`: not powered on.
-    pub fn status(&self) -> Option<Status> {
-        self.status.lock(Cell::get)
-    }
-
-    fn show(&self, status: Status) {
-        self.status.lock(|shown| shown.set(Some(status)));
+        AppLink { events: Channel::new(), requests: Channel::new() }
     }
 }
 

@@ -2,14 +2,13 @@
 
 use core::future::{pending, poll_fn};
 
-use embassy_futures::select::{Either4, select4};
+use embassy_futures::select::{Either5, select5};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use heapless::Deque;
 
-use super::{APP_DEPTH, AppLink, BusCommand, LinkEvent, Links, QUEUE_DEPTH, Telltale};
+use super::{APP_DEPTH, AppLink, BusCommand, LinkEvent, Links, NodeCell, QUEUE_DEPTH, Telltale};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, Frame, PerBus};
-use crate::node::Status;
 use crate::time::{Clock, Duration, Instant};
 
 /// A protocol node: master or slave, sans-IO.
@@ -33,9 +32,6 @@ pub trait Node {
 
     /// When to call [`Node::poll`] next, `None`: not before another event.
     fn deadline(&self) -> Option<Instant>;
-
-    /// The node as it is at `now`.
-    fn status(&self, now: Instant) -> Status;
 }
 
 /// Places of an [`Outbox`] that frames cannot take: joining and leaving a bus must always get through.
@@ -45,7 +41,6 @@ const CONTROL_RESERVE: usize = 8;
 pub struct Outbox<E> {
     commands: Deque<(Bus, BusCommand), QUEUE_DEPTH>,
     events: Deque<E, APP_DEPTH>,
-    status_due: bool,
     overflows: u32,
     unsent: PerBus<u16>,
 }
@@ -56,7 +51,6 @@ impl<E> Outbox<E> {
         Outbox {
             commands: Deque::new(),
             events: Deque::new(),
-            status_due: false,
             overflows: 0,
             unsent: PerBus { nominal: 0, redundant: 0 },
         }
@@ -84,11 +78,6 @@ impl<E> Outbox<E> {
         }
     }
 
-    /// Show the application the [`Status`] of the node before it is told of the events here.
-    pub fn show_status(&mut self) {
-        self.status_due = true;
-    }
-
     /// The next command, in order.
     pub fn pop_command(&mut self) -> Option<(Bus, BusCommand)> {
         self.commands.pop_front()
@@ -102,11 +91,6 @@ impl<E> Outbox<E> {
     /// The next event, in order.
     pub fn pop_event(&mut self) -> Option<E> {
         self.events.pop_front()
-    }
-
-    /// Whether to show the status, since the last call.
-    pub fn take_status_due(&mut self) -> bool {
-        core::mem::take(&mut self.status_due)
     }
 
     /// Frames for `bus` lost since the last call because this outbox was full.
@@ -131,27 +115,23 @@ impl<E> Default for Outbox<E> {
 /// A slow application loses events (counted in `telltale`). The node never waits for a bus: commands a bus cannot take
 /// yet stay in the outbox while events go on being handled, so bus and node cannot wait for each other.
 pub async fn node_task<M: RawMutex, N: Node>(
-    mut node: N,
+    node: &NodeCell<M, N>,
     clock: impl Clock,
     links: &Links<M>,
     app: &AppLink<M, N::Event, N::Request>,
     telltale: &Telltale,
 ) -> ! {
     let mut out = Outbox::new();
-    node.start(clock.now(), &mut out);
-    out.show_status();
+    node.step(|node| node.start(clock.now(), &mut out));
     loop {
         for bus in Bus::ALL {
             let frames = out.take_unsent(bus);
             if frames > 0 {
-                node.on_link(bus, &LinkEvent::Unsent { frames }, clock.now(), &mut out);
+                node.step(|node| node.on_link(bus, &LinkEvent::Unsent { frames }, clock.now(), &mut out));
             }
         }
-        if out.take_status_due() {
-            app.show(node.status(clock.now()));
-        }
         deliver(&mut out, links, app, telltale);
-        let (deadline, blocked) = (node.deadline(), out.next_bus());
+        let (deadline, blocked) = (node.step(|node| node.deadline()), out.next_bus());
         let timer = async {
             match deadline {
                 Some(at) => clock.at(at).await,
@@ -164,18 +144,19 @@ pub async fn node_task<M: RawMutex, N: Node>(
                 None => pending().await,
             }
         };
-        match select4(links.events.receive(), timer, app.requests.receive(), room).await {
-            Either4::First((bus, event)) => {
-                node.on_link(bus, &event, clock.now(), &mut out);
+        let (requests, touched) = (app.requests.receive(), node.touched());
+        match select5(links.events.receive(), timer, requests, touched, room).await {
+            Either5::First((bus, event)) => {
+                node.step(|node| node.on_link(bus, &event, clock.now(), &mut out));
                 match event {
                     LinkEvent::Received { .. } => telltale.handled(bus).count(),
                     LinkEvent::Overrun { lost } => telltale.overruns().add(u32::from(lost)),
                     _ => {}
                 }
             }
-            Either4::Second(()) => node.poll(clock.now(), &mut out),
-            Either4::Third(request) => node.on_request(request, clock.now(), &mut out),
-            Either4::Fourth(()) => {}
+            Either5::Second(()) | Either5::Fourth(()) => node.step(|node| node.poll(clock.now(), &mut out)),
+            Either5::Third(request) => node.step(|node| node.on_request(request, clock.now(), &mut out)),
+            Either5::Fifth(()) => {}
         }
     }
 }

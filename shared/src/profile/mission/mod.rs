@@ -2,6 +2,13 @@
 //!
 //! One code per command and per telemetry request; telemetry repeats the code of its request. Numbers little-endian.
 
+mod objects;
+
+pub use objects::{
+    Incoming, MissionObjects, Outgoing, REQUEST_RPDO, Samples, TELECOMMAND_RPDO, TELEMETRY_TPDO, TIME_RPDO,
+    TIME_TPDO, slave,
+};
+
 use crate::link::Bus;
 use crate::link::port::{ErrorState, Health, LastError};
 use crate::node::Status;
@@ -42,13 +49,13 @@ impl Command {
         }
     }
 
-    /// `None` for an unknown code, a wrong length, or an LED that is neither on nor off.
+    /// `None` for an unknown code, data it does not have, or an LED that is neither on nor off.
     pub fn decode(message: &Message) -> Option<Command> {
         match (message.code(), message.data()) {
-            (SET_LED, [0]) => Some(Command::SetLed(false)),
-            (SET_LED, [1]) => Some(Command::SetLed(true)),
-            (SET_VALUE, &[a, b, c, d]) => Some(Command::SetValue(u32::from_le_bytes([a, b, c, d]))),
-            (RESET_COUNTERS, []) => Some(Command::ResetCounters),
+            (SET_LED, [0, 0, 0, 0, 0, 0]) => Some(Command::SetLed(false)),
+            (SET_LED, [1, 0, 0, 0, 0, 0]) => Some(Command::SetLed(true)),
+            (SET_VALUE, [a, b, c, d, 0, 0]) => Some(Command::SetValue(u32::from_le_bytes([a, b, c, d]))),
+            (RESET_COUNTERS, [0, 0, 0, 0, 0, 0]) => Some(Command::ResetCounters),
             _ => None,
         }
     }
@@ -109,7 +116,7 @@ impl Request {
 
     /// `None` for an unknown code or any data.
     pub fn decode(message: &Message) -> Option<Request> {
-        if message.data().is_empty() { Self::from_code(message.code()) } else { None }
+        if message.data() == [0; Message::DATA] { Self::from_code(message.code()) } else { None }
     }
 
     fn from_code(code: u16) -> Option<Request> {
@@ -204,29 +211,31 @@ impl Telemetry {
         }
     }
 
-    /// `None` for an unknown code, a wrong length or a value that is never sent.
+    /// `None` for an unknown code, data it does not have or a value that is never sent.
     pub fn decode(message: &Message) -> Option<Telemetry> {
         Some(match (Request::from_code(message.code())?, message.data()) {
-            (Request::Uptime, &[a, b, c, d, e, f]) => {
+            (Request::Uptime, [a, b, c, d, e, f]) => {
                 Telemetry::Uptime(u64::from_le_bytes([a, b, c, d, e, f, 0, 0]))
             }
-            (Request::Value, &[a, b, c, d]) => Telemetry::Value(u32::from_le_bytes([a, b, c, d])),
-            (Request::Executed, &[a, b, c, d]) => Telemetry::Executed(u32::from_le_bytes([a, b, c, d])),
-            (Request::StampSource, [0]) => Telemetry::StampSource(None),
-            (Request::StampSource, [1]) => Telemetry::StampSource(Some(StampSource::Interrupt)),
-            (Request::StampSource, [2]) => Telemetry::StampSource(Some(StampSource::Capture)),
-            (Request::Traffic(bus), &[a, b, c, d, e, f]) => Telemetry::Traffic {
+            (Request::Value, [a, b, c, d, 0, 0]) => Telemetry::Value(u32::from_le_bytes([a, b, c, d])),
+            (Request::Executed, [a, b, c, d, 0, 0]) => Telemetry::Executed(u32::from_le_bytes([a, b, c, d])),
+            (Request::StampSource, [0, 0, 0, 0, 0, 0]) => Telemetry::StampSource(None),
+            (Request::StampSource, [1, 0, 0, 0, 0, 0]) => {
+                Telemetry::StampSource(Some(StampSource::Interrupt))
+            }
+            (Request::StampSource, [2, 0, 0, 0, 0, 0]) => Telemetry::StampSource(Some(StampSource::Capture)),
+            (Request::Traffic(bus), [a, b, c, d, e, f]) => Telemetry::Traffic {
                 bus,
                 received: u32::from_le_bytes([a, b, c, 0]),
                 sent: u32::from_le_bytes([d, e, f, 0]),
             },
-            (Request::Losses(bus), &[a, b, c, d, e, f]) => Telemetry::Losses {
+            (Request::Losses(bus), [a, b, c, d, e, f]) => Telemetry::Losses {
                 bus,
                 lost: u16::from_le_bytes([a, b]),
                 malformed: u16::from_le_bytes([c, d]),
                 failed: u16::from_le_bytes([e, f]),
             },
-            (Request::Errors(bus), &[state, tec, rec, last_error]) => Telemetry::Errors {
+            (Request::Errors(bus), [state, tec, rec, last_error, 0, 0]) => Telemetry::Errors {
                 bus,
                 health: Health {
                     state: error_state(state)?,

@@ -1,0 +1,315 @@
+//! The CANopen device in a node: its object dictionary and the services that live on it.
+//!
+//! It knows neither buses nor redundancy: the node gives it frames of the active bus and the NMT state, and sends what it
+//! hands out.
+
+mod rules;
+mod view;
+
+use super::NodeObjects;
+use crate::emcy::{self, ErrorCode};
+use crate::heartbeat::Monitor;
+use crate::link::{CobId, CobIdEntry, Frame};
+use crate::nmt::{NmtState, NodeId};
+use crate::od::communication::{Communication, Mapping};
+use crate::od::{AbortCode, Address, Objects};
+use crate::pdo::{RpdoError, RpdoEvent, Rpdos, Tpdos};
+use crate::time::{Duration, Instant};
+use crate::{sdo, sync};
+use view::View;
+
+/// Units of inhibit times, in microseconds.
+const INHIBIT_UNIT: u64 = 100;
+
+/// What a frame was to the RPDOs.
+pub enum PdoOutcome {
+    /// None of them.
+    Unknown,
+    /// One of them.
+    Taken,
+    /// One of them, but not as it should be: told as an emergency.
+    Erroneous,
+}
+
+/// Dictionary and services.
+#[derive(Debug)]
+pub struct Device<A: Objects + Default, const R: usize, const T: usize, M: Mapping> {
+    id: NodeId,
+    pub objects: NodeObjects<A, R, T, M>,
+    pub emcy: emcy::Producer,
+    pub monitor: Monitor,
+    sync: sync::Consumer,
+    sync_id: CobId,
+    server: sdo::Server,
+    rpdos: Rpdos<R>,
+    tpdos: Tpdos<T>,
+    /// What was written last over the bus, and the node has not looked at yet.
+    written: Option<Address>,
+}
+
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A, R, T, M> {
+    pub fn new(id: NodeId, objects: NodeObjects<A, R, T, M>, sdo_timeout: Duration) -> Self {
+        Device {
+            id,
+            objects,
+            emcy: emcy::Producer::new(emcy::Config { id: None, inhibit: Duration::ZERO }),
+            monitor: Monitor::new(),
+            sync: sync::Consumer::new(0, 0),
+            sync_id: CobId::SYNC,
+            server: sdo::Server::new(sdo_timeout),
+            rpdos: Rpdos::new(),
+            tpdos: Tpdos::new(),
+            written: None,
+        }
+    }
+
+    /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
+    pub fn configure(&mut self, now: Instant) {
+        let (server, mut view) = self.sdo(now);
+        server.reset(&mut view);
+        self.written = None;
+        self.rpdos.stop();
+        self.tpdos.stop();
+        self.configure_sync();
+        self.configure_emcy();
+        for (sub, value) in (1..).zip(self.objects.communication.consumer_heartbeat) {
+            self.monitor.set(sub, value);
+        }
+        let objects = &self.objects.communication;
+        // What power-on makes of a PDO that cannot be: one that is not valid.
+        for (number, (pdo, mapping)) in objects.rpdos.iter().zip(&objects.rpdo_mappings).enumerate() {
+            let _ = self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects());
+        }
+        for (number, (pdo, mapping)) in objects.tpdos.iter().zip(&objects.tpdo_mappings).enumerate() {
+            let _ = self.tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now);
+        }
+    }
+
+    /// The SDO server and what it sees.
+    fn sdo(&mut self, now: Instant) -> (&mut sdo::Server, View<'_, A, R, T, M>) {
+        let view = View {
+            objects: &mut self.objects,
+            rpdos: &mut self.rpdos,
+            tpdos: &mut self.tpdos,
+            written: &mut self.written,
+            now,
+        };
+        (&mut self.server, view)
+    }
+
+    fn configure_sync(&mut self) {
+        let communication = &self.objects.communication;
+        self.sync_id = CobIdEntry::from_raw(communication.sync_cob_id).id();
+        self.sync.configure(communication.sync_overflow, communication.synchronous_window);
+    }
+
+    fn configure_emcy(&mut self) {
+        let communication = &self.objects.communication;
+        self.emcy.configure(emcy::Config {
+            id: CobIdEntry::from_raw(communication.emcy_cob_id).cob_id(),
+            inhibit: Duration::from_micros(u64::from(communication.emcy_inhibit) * INHIBIT_UNIT),
+        });
+    }
+
+    /// COB-ID of each RPDO, valid or not.
+    pub fn rpdo_ids(&self) -> impl Iterator<Item = Option<CobId>> {
+        self.objects.communication.rpdos.iter().map(|pdo| CobIdEntry::from_raw(pdo.cob_id).cob_id())
+    }
+
+    /// COB-ID of SYNC.
+    pub fn sync_id(&self) -> CobId {
+        self.sync_id
+    }
+
+    /// COB-ID of SYNC as it was just written.
+    pub fn written_sync_id(&self) -> CobId {
+        CobIdEntry::from_raw(self.objects.communication.sync_cob_id).id()
+    }
+
+    /// An error appeared or is gone: history and register in the dictionary follow.
+    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
+        if self.emcy.raise(code, info) {
+            show(&self.emcy, &mut self.objects.communication);
+        }
+    }
+
+    pub fn clear(&mut self, code: ErrorCode, source: u8) {
+        if self.emcy.clear(code, source) {
+            show(&self.emcy, &mut self.objects.communication);
+        }
+    }
+
+    /// An SDO request. Whether it was of use.
+    pub fn on_sdo(&mut self, frame: &Frame, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
+        let Ok(payload) = <&sdo::Payload>::try_from(frame.data()) else { return false };
+        let response = CobId::sdo_response(self.id);
+        let (server, mut view) = self.sdo(now);
+        server.on_request(payload, now, &mut view, &mut |payload| send(Frame::of(response, payload)))
+    }
+
+    /// A response of the SDO server left, or failed to.
+    pub fn on_sdo_sent(&mut self) {
+        self.server.on_sent();
+    }
+
+    /// The bus that the client was heard on was left.
+    pub fn abort_sdo(&mut self, code: AbortCode, now: Instant, send: &mut impl FnMut(Frame)) {
+        let response = CobId::sdo_response(self.id);
+        let (server, mut view) = self.sdo(now);
+        server.abort(code, &mut view, &mut |payload| send(Frame::of(response, payload)));
+    }
+
+    /// What was written last over the bus, once.
+    pub fn take_written(&mut self) -> Option<Address> {
+        self.written.take()
+    }
+
+    /// Follows what was written to an object of its services. Whether it was one.
+    pub fn on_written(&mut self, at: Address) -> bool {
+        match at.index {
+            0x1003 => {
+                let _ = self.emcy.history_mut().write_len(0);
+                show(&self.emcy, &mut self.objects.communication);
+            }
+            0x1005 | 0x1007 | 0x1019 => self.configure_sync(),
+            0x1014 | 0x1015 => self.configure_emcy(),
+            0x1016 => {
+                let entry = usize::from(at.sub).wrapping_sub(1);
+                let value = self.objects.communication.consumer_heartbeat.get(entry).copied();
+                if let Some(missed) = self.monitor.set(at.sub, value.unwrap_or(0)) {
+                    self.clear(ErrorCode::HEARTBEAT, missed.get());
+                }
+            }
+            0x1400..=0x15FF => {
+                let source = (at.index & 0xFF) as u8;
+                for error in [RpdoError::TooShort, RpdoError::TooLong, RpdoError::Overdue] {
+                    self.clear(error.code(), source);
+                }
+            }
+            0x1000..=0x1FFF => {}
+            _ => return false,
+        }
+        true
+    }
+
+    /// Another NMT state.
+    pub fn entered(&mut self, state: NmtState, now: Instant) {
+        if state.allows_pdo() {
+            self.tpdos.start(now);
+        } else {
+            self.tpdos.stop();
+            self.rpdos.stop();
+        }
+    }
+
+    /// SYNC: its counter, zero when it has none.
+    ///
+    /// # Errors
+    /// [`sync::UnexpectedLength`], which is told as an emergency.
+    pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
+        let counter = self.sync.on_sync(frame, at);
+        if counter.is_err() {
+            self.raise(ErrorCode::SYNC_LENGTH, [0; 5]);
+            self.clear(ErrorCode::SYNC_LENGTH, 0);
+        }
+        counter
+    }
+
+    /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.
+    pub fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame)) {
+        self.tpdos.on_sync(counter, &mut self.objects, &mut |_, frame| send(frame));
+    }
+
+    /// Synchronous RPDOs at a SYNC.
+    pub fn actuate(&mut self, applied: &mut impl FnMut(u16)) {
+        let window_end = self.sync.window_end();
+        self.rpdos.on_sync(window_end, &mut self.objects, &mut |_, number, _| applied(number as u16));
+    }
+
+    /// A frame that may be an RPDO, in Operational.
+    pub fn on_rpdo(
+        &mut self,
+        frame: &Frame,
+        at: Instant,
+        applied: &mut impl FnMut(&NodeObjects<A, R, T, M>, u16),
+    ) -> PdoOutcome {
+        let (emcy, mut erroneous) = (&mut self.emcy, false);
+        let known =
+            self.rpdos.on_frame(frame, at, &mut self.objects, &mut |objects, number, event| match event {
+                RpdoEvent::Applied => applied(objects, number as u16),
+                event => {
+                    erroneous = true;
+                    tell(emcy, &mut objects.communication, number, event);
+                }
+            });
+        match (known, erroneous) {
+            (false, _) => PdoOutcome::Unknown,
+            (true, false) => PdoOutcome::Taken,
+            (true, true) => PdoOutcome::Erroneous,
+        }
+    }
+
+    /// When an RPDO is overdue.
+    pub fn rpdo_deadline(&self) -> Option<Instant> {
+        self.rpdos.deadline()
+    }
+
+    /// When the SDO server has something to do.
+    pub fn sdo_deadline(&self) -> Option<Instant> {
+        self.server.deadline()
+    }
+
+    /// An event of the application for a TPDO.
+    pub fn trigger(&mut self, number: usize, now: Instant) {
+        self.tpdos.trigger(number, now);
+    }
+
+    /// What is due. Emergencies go first: their COB-ID wins.
+    pub fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame)) {
+        let (emcy, communication) = (&mut self.emcy, &mut self.objects.communication);
+        self.rpdos.poll(now, &mut |number, event| tell(emcy, communication, number, event));
+        while let Some(frame) = self.emcy.poll(now, state) {
+            send(frame);
+        }
+        self.tpdos.poll(now, &mut self.objects, &mut |_, frame| send(frame));
+        let response = CobId::sdo_response(self.id);
+        let (server, mut view) = self.sdo(now);
+        server.poll(now, &mut view, &mut |payload| send(Frame::of(response, payload)));
+    }
+
+    /// When to poll next.
+    pub fn deadline(&self, state: NmtState) -> Option<Instant> {
+        let all =
+            [self.emcy.deadline(state), self.rpdos.deadline(), self.tpdos.deadline(), self.server.deadline()];
+        all.into_iter().flatten().min()
+    }
+}
+
+/// An error of an RPDO appeared or is gone; it is known by the number of its PDO.
+fn tell<const R: usize, const T: usize, M: Mapping>(
+    emcy: &mut emcy::Producer,
+    objects: &mut Communication<R, T, M>,
+    number: usize,
+    event: RpdoEvent,
+) {
+    let source = number as u8;
+    match event {
+        RpdoEvent::Error(error) => emcy.raise(error.code(), [source, 0, 0, 0, 0]),
+        RpdoEvent::Resolved(error) => emcy.clear(error.code(), source),
+        RpdoEvent::Applied | RpdoEvent::OutsideWindow => return,
+    };
+    show(emcy, objects);
+}
+
+/// Objects 1001h and 1003h follow.
+fn show<const R: usize, const T: usize, M: Mapping>(
+    emcy: &emcy::Producer,
+    objects: &mut Communication<R, T, M>,
+) {
+    let history = emcy.history();
+    objects.error_register = emcy.register().bits();
+    objects.errors.count = history.len();
+    for (slot, sub) in objects.errors.errors.iter_mut().zip(1..) {
+        *slot = history.read(sub).unwrap_or(0);
+    }
+}

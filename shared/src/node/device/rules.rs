@@ -1,0 +1,39 @@
+//! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 8.3.1).
+
+use crate::link::{Bus, CobIdEntry, EntryUse};
+use crate::nmt::ErrorBehaviour;
+use crate::od::communication::{Communication, Mapping};
+use crate::od::{AbortCode, Address};
+use crate::{heartbeat, sync};
+
+/// Objects above have no rules here.
+pub const LAST: u16 = 0x2000;
+
+/// Whether `value`, a number of the right length, may be written to an object that is no PDO's.
+///
+/// # Errors
+/// The abort code to answer.
+pub fn check<const R: usize, const T: usize, M: Mapping>(
+    present: &Communication<R, T, M>,
+    at: Address,
+    value: u32,
+) -> Result<(), AbortCode> {
+    match (at.index, at.sub) {
+        // Zero forgets the errors.
+        (0x1003, 0) if value != 0 => Err(AbortCode::ValueRange),
+        // Only the master produces SYNC (ECSS 6.9d).
+        (0x1005, _) if CobIdEntry::from_raw(value).flag() => Err(AbortCode::ValueRange),
+        (0x1005, _) => written(present.sync_cob_id, value, EntryUse::Sync),
+        (0x1006, _) => sync::check_period(value),
+        (0x1014, _) => written(present.emcy_cob_id, value, EntryUse::Emcy),
+        (0x1016, sub) => heartbeat::check_entry(&present.consumer_heartbeat, sub, value),
+        (0x1019, _) => sync::check_overflow(value as u8, present.cycle_period),
+        (0x1029, _) => ErrorBehaviour::from_byte(value as u8).map(drop),
+        (0x2000, 1) if Bus::from_bdefault(value as u8).is_none() => Err(AbortCode::ValueRange),
+        _ => Ok(()),
+    }
+}
+
+fn written(present: u32, value: u32, entry_use: EntryUse) -> Result<(), AbortCode> {
+    CobIdEntry::from_raw(present).written(value, entry_use).map(drop)
+}

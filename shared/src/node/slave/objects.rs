@@ -1,0 +1,176 @@
+//! The dictionary of a slave at work: SDO, SYNC and PDOs, and what a written object means to the node.
+
+use super::{FIXED_FILTERS, Out, Slave};
+use crate::emcy::ErrorCode;
+use crate::link::port::Filter;
+use crate::link::{Bus, CobId, Frame};
+use crate::nmt::NodeId;
+use crate::node::device::PdoOutcome;
+use crate::node::{NodeObjects, SlaveEvent};
+use crate::od::communication::Mapping;
+use crate::od::spacecraft::SelfTest;
+use crate::od::{Address, Objects};
+use crate::redundancy::Parameters;
+use crate::runner::{BusCommand, MAX_FILTERS};
+use crate::time::{Duration, Instant, Stamp};
+
+/// Local SCET set.
+const SCET_SET: u16 = 0x2010;
+
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+    /// The object dictionary.
+    pub fn objects(&self) -> &NodeObjects<A, R, T, M> {
+        &self.device.objects
+    }
+
+    /// The object dictionary, to be changed. PDOs of what was changed are sent by [`Slave::send_pdo`].
+    pub fn objects_mut(&mut self) -> &mut NodeObjects<A, R, T, M> {
+        &mut self.device.objects
+    }
+
+    /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and
+    /// counted on the active bus, unless Operational.
+    pub fn send_pdo(&mut self, number: usize, now: Instant) {
+        if self.nmt.state().allows_pdo() {
+            self.device.trigger(number, now);
+            self.next = now;
+        } else {
+            self.buses.refused(self.selector.selected());
+        }
+    }
+
+    /// An error of the device appeared: tells it, with five bytes of which the first is its source (ECSS 6.4).
+    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
+        self.device.raise(code, info);
+        self.next = Instant::ZERO;
+    }
+
+    /// An error of the device is gone.
+    pub fn clear(&mut self, code: ErrorCode, source: u8) {
+        self.device.clear(code, source);
+        self.next = Instant::ZERO;
+    }
+
+    pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
+        // Values of the moment that may be asked for.
+        match frame.data() {
+            [_, 0x11, 0x20, ..] => self.device.objects.spacecraft.scet_get = self.clock.at(now).into(),
+            [_, 0x20 | 0x21, 0x20, ..] => self.refresh_health(),
+            _ => {}
+        }
+        let lifetime = self.lifetimes.sdo;
+        if !self.device.on_sdo(frame, now, &mut |frame| out.send_for(bus, frame, now, lifetime)) {
+            self.buses.malformed(bus);
+        }
+        if let Some(at) = self.device.take_written() {
+            self.on_written(at, now, out);
+            self.next = now;
+        }
+        self.wake(self.device.sdo_deadline());
+    }
+
+    pub(super) fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+        let Ok(counter) = self.device.on_sync(frame, stamp.at) else {
+            self.buses.malformed(bus);
+            self.next = now;
+            return;
+        };
+        if self.nmt.state().allows_pdo() {
+            // ECSS 7.2.3k: the local time at the end of the SYNC.
+            self.device.objects.spacecraft.scet_get = self.clock.at(stamp.at).into();
+            let lifetime = self.lifetimes.synchronous;
+            self.device.sample(counter, &mut |frame| out.send_for(bus, frame, now, lifetime));
+            self.device.actuate(&mut |number| out.event(SlaveEvent::Synchronised { number }));
+        }
+        out.event(SlaveEvent::Sync { bus, stamp });
+    }
+
+    pub(super) fn on_pdo(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+        let clock = &mut self.clock;
+        let known = self.device.on_rpdo(frame, stamp.at, &mut |objects, number| {
+            let mapping = objects.communication.rpdo_mappings.get(usize::from(number)).map(Mapping::objects);
+            if mapping.is_some_and(|mapped| mapped.iter().any(|object| object >> 16 == u32::from(SCET_SET))) {
+                let scet = objects.spacecraft.scet_set.into();
+                clock.set(scet, stamp.at);
+                out.event(SlaveEvent::Time(scet));
+            } else {
+                out.event(SlaveEvent::Pdo { bus, number, data: frame.padded() });
+            }
+        });
+        match known {
+            PdoOutcome::Taken => {}
+            PdoOutcome::Unknown => self.buses.ignored(bus),
+            PdoOutcome::Erroneous => {
+                self.buses.malformed(bus);
+                self.next = now;
+            }
+        }
+        self.wake(self.device.rpdo_deadline());
+    }
+
+    /// An object was written over the bus: what depends on it follows.
+    fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
+        let objects = &self.device.objects;
+        match at.index {
+            0x1016 | 0x1017 | 0x2000 => self.on_redundancy_written(at, now),
+            SCET_SET => {
+                self.clock.set(objects.spacecraft.scet_set.into(), now);
+                out.event(SlaveEvent::Time(self.clock.at(now)));
+            }
+            0x2030 => {
+                self.device.objects.spacecraft.self_test =
+                    SelfTest { progress: SelfTest::RUNNING, failures: 0 };
+                out.event(SlaveEvent::SelfTest);
+            }
+            0x1005 => self.set_filter(1, self.device.written_sync_id(), out),
+            0x1400..=0x15FF => {
+                let number = usize::from(at.index - 0x1400);
+                let id = self.device.rpdo_ids().nth(number).flatten();
+                self.set_filter(FIXED_FILTERS + number, id.unwrap_or(CobId::NMT), out);
+            }
+            _ => {}
+        }
+        if !self.device.on_written(at) {
+            out.event(SlaveEvent::Written(at));
+        }
+    }
+
+    /// Objects 1016h, 1017h and 2000h (ECSS Tables 8-1, 8-2).
+    fn on_redundancy_written(&mut self, at: Address, now: Instant) {
+        let objects = &self.device.objects;
+        let written = &objects.spacecraft.redundancy;
+        let producer = Duration::from_millis(u64::from(objects.communication.producer_heartbeat));
+        let of_master = |entry: &&u32| **entry >> 16 == u32::from(NodeId::MASTER.get());
+        let consumer = objects.communication.consumer_heartbeat.iter().find(of_master);
+        let parameters = Parameters {
+            consumer: consumer
+                .map_or(Duration::ZERO, |entry| Duration::from_millis(u64::from(entry & 0xFFFF))),
+            producer,
+            bdefault: Bus::from_bdefault(written.bdefault).unwrap_or(Bus::Nominal),
+            ttoggle: written.ttoggle,
+            ntoggle: written.ntoggle,
+            ctoggle: written.ctoggle,
+        };
+        self.selector.configure(parameters);
+        if at.index == 0x1017 {
+            self.heartbeat.set_period(producer, now);
+        }
+    }
+
+    /// Admits other frames on both buses.
+    fn set_filter(&self, number: usize, id: CobId, out: &mut Out) {
+        if number < MAX_FILTERS - 1 {
+            let command = BusCommand::Filter { number: number as u8, filter: Filter::exact(id) };
+            Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
+        }
+    }
+
+    pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        let bus = self.selector.selected();
+        let (sdo, event) = (self.lifetimes.sdo, self.lifetimes.event);
+        self.device.poll(until, self.nmt.state(), &mut |frame| {
+            let lifetime = if frame.id().function() == CobId::SDO_RESPONSES { sdo } else { event };
+            out.send_for(bus, frame, now, lifetime);
+        });
+    }
+}

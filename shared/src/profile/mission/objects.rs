@@ -1,0 +1,206 @@
+//! Objects of the demonstration mission's slaves, and how their PDOs carry them.
+
+use crate::link::CobId;
+use crate::nmt::NodeId;
+use crate::node::Slave;
+use crate::od::communication::{Communication, Identity, Mapping, NO_REMOTE};
+use crate::od::{
+    Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56,
+    UnicodeString, VisibleString,
+};
+use crate::pdo::Message;
+use crate::profile::Profile;
+
+/// Receive PDO of the spacecraft time: 181h.
+pub const TIME_RPDO: usize = 0;
+/// Receive PDO of telecommands: 300h + node.
+pub const TELECOMMAND_RPDO: usize = 1;
+/// Receive PDO of telemetry requests: 400h + node.
+pub const REQUEST_RPDO: usize = 2;
+/// Transmit PDO of the local time: 180h + node.
+pub const TIME_TPDO: usize = 0;
+/// Transmit PDO of telemetry: 380h + node.
+pub const TELEMETRY_TPDO: usize = 2;
+
+/// What a slave of the mission has beside the objects of every node. `S` is where its data store lies.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
+    /// Telemetry
+    #[object(0x6100, record)]
+    pub telemetry: Outgoing,
+    /// Telemetry request
+    #[object(0x6101, record)]
+    pub request: Incoming,
+    /// Telecommand
+    #[object(0x6200, record)]
+    pub telecommand: Incoming,
+    /// Value set by command
+    #[object(0x6210, rw, pdo)]
+    pub value: u32,
+    /// Data store
+    ///
+    /// A block of memory for software and tables.
+    #[object(0x6300, rw)]
+    pub store: Domain<S>,
+    /// Values of every type
+    ///
+    /// For tests of tools: what is written can be read back.
+    #[object(0x6400, record)]
+    pub samples: Samples,
+}
+
+/// A message that a PDO brings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Incoming {
+    /// Code
+    #[sub(1, rww, pdo)]
+    pub code: u16,
+    /// Data
+    #[sub(2, rww, pdo)]
+    pub data: U48,
+}
+
+/// A message that a PDO takes away.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Outgoing {
+    /// Code
+    #[sub(1, ro, pdo)]
+    pub code: u16,
+    /// Data
+    #[sub(2, ro, pdo)]
+    pub data: U48,
+}
+
+impl From<Message> for Outgoing {
+    fn from(message: Message) -> Outgoing {
+        let [a, b, c, d, e, f] = message.data();
+        Outgoing { code: message.code(), data: U48::new(u64::from_le_bytes([a, b, c, d, e, f, 0, 0])) }
+    }
+}
+
+/// One value of each type (ECSS Table 9-11).
+#[derive(Clone, Copy, Debug, PartialEq, Record)]
+pub struct Samples {
+    /// BOOLEAN
+    #[sub(1, rw, pdo)]
+    pub boolean: bool,
+    /// INTEGER8
+    #[sub(2, rw, pdo)]
+    pub integer8: i8,
+    /// INTEGER16
+    #[sub(3, rw, pdo)]
+    pub integer16: i16,
+    /// INTEGER32
+    #[sub(4, rw, pdo)]
+    pub integer32: i32,
+    /// UNSIGNED8
+    #[sub(5, rw, pdo)]
+    pub unsigned8: u8,
+    /// UNSIGNED16
+    #[sub(6, rw, pdo)]
+    pub unsigned16: u16,
+    /// UNSIGNED32
+    #[sub(7, rw, pdo)]
+    pub unsigned32: u32,
+    /// REAL32
+    #[sub(8, rw, pdo)]
+    pub real32: f32,
+    /// VISIBLE_STRING
+    #[sub(9, rw)]
+    pub visible_string: VisibleString<32>,
+    /// OCTET_STRING
+    #[sub(10, rw)]
+    pub octet_string: OctetString<16>,
+    /// UNICODE_STRING
+    #[sub(11, rw)]
+    pub unicode_string: UnicodeString<16>,
+    /// TIME_OF_DAY
+    #[sub(12, rw, pdo)]
+    pub time_of_day: TimeOfDay,
+    /// TIME_DIFFERENCE
+    #[sub(13, rw, pdo)]
+    pub time_difference: TimeDifference,
+    /// INTEGER24
+    #[sub(16, rw, pdo)]
+    pub integer24: I24,
+    /// REAL64
+    #[sub(17, rw, pdo)]
+    pub real64: f64,
+    /// INTEGER40
+    #[sub(18, rw, pdo)]
+    pub integer40: I40,
+    /// INTEGER48
+    #[sub(19, rw, pdo)]
+    pub integer48: I48,
+    /// INTEGER56
+    #[sub(20, rw, pdo)]
+    pub integer56: I56,
+    /// INTEGER64
+    #[sub(21, rw, pdo)]
+    pub integer64: i64,
+    /// UNSIGNED24
+    #[sub(22, rw, pdo)]
+    pub unsigned24: U24,
+    /// UNSIGNED40
+    #[sub(24, rw, pdo)]
+    pub unsigned40: U40,
+    /// UNSIGNED48
+    #[sub(25, rw, pdo)]
+    pub unsigned48: U48,
+    /// UNSIGNED56
+    #[sub(26, rw, pdo)]
+    pub unsigned56: U56,
+    /// UNSIGNED64
+    #[sub(27, rw, pdo)]
+    pub unsigned64: u64,
+    /// Within limits
+    ///
+    /// -100 to 100.
+    #[sub(28, rw, pdo, low = -100, high = 100)]
+    pub limited: i16,
+}
+
+/// A slave of the mission; `memory` is its data store.
+pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default>(
+    id: NodeId,
+    profile: &Profile,
+    memory: S,
+) -> Slave<MissionObjects<S>> {
+    let application = MissionObjects { store: Domain::new(memory), ..Default::default() };
+    Slave::new(id, profile, application, communication)
+}
+
+/// The communication profile of a slave at power-on.
+fn communication<const R: usize, const T: usize, M: Mapping>(id: NodeId) -> Communication<R, T, M> {
+    let mut objects = Communication::<R, T, M>::new(id);
+    objects.device_name = "ECSS-E-ST-50-15C slave";
+    objects.hardware_version = "twin";
+    objects.software_version = env!("CARGO_PKG_VERSION");
+    objects.identity =
+        Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: u32::from(id.get()) };
+    let rpdos = [
+        (TIME_RPDO, CobId::local_time(NodeId::MASTER), [0x2010_0218, 0x2010_0120]),
+        (TELECOMMAND_RPDO, CobId::telecommand(id), [0x6200_0110, 0x6200_0230]),
+        (REQUEST_RPDO, CobId::telemetry_request(id), [0x6101_0110, 0x6101_0230]),
+    ];
+    for (number, cob_id, mapping) in rpdos {
+        if let (Some(pdo), Some(map)) = (objects.rpdos.get_mut(number), objects.rpdo_mappings.get_mut(number))
+        {
+            pdo.cob_id = NO_REMOTE | u32::from(cob_id.raw());
+            map.map(&mapping);
+        }
+    }
+    let tpdos = [
+        (TIME_TPDO, CobId::local_time(id), 1, [0x2011_0218, 0x2011_0120]),
+        (TELEMETRY_TPDO, CobId::telemetry(id), 254, [0x6100_0110, 0x6100_0230]),
+    ];
+    for (number, cob_id, transmission, mapping) in tpdos {
+        if let (Some(pdo), Some(map)) = (objects.tpdos.get_mut(number), objects.tpdo_mappings.get_mut(number))
+        {
+            pdo.cob_id = NO_REMOTE | u32::from(cob_id.raw());
+            pdo.transmission = transmission;
+            map.map(&mapping);
+        }
+    }
+    objects
+}
