@@ -49,6 +49,8 @@ pub struct Board {
     pub leds: Leds,
     /// Node-ID of a slave from the straps.
     pub node_id: Result<NodeId, StrapError>,
+    /// RAM that is left, 64 KiB at most: for blocks of data.
+    pub memory: &'static mut [u8],
 }
 
 /// Two LEDs; a high level lights them.

@@ -19,6 +19,8 @@ mod board;
 mod capture;
 #[cfg(target_os = "none")]
 mod clock;
+#[cfg(target_os = "none")]
+mod spare;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]

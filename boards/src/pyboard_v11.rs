@@ -18,7 +18,7 @@ use embassy_stm32::time::Hertz;
 
 use crate::board::{Board, Irqs, Leds, clocks, node_id};
 use crate::bxcan::Port;
-use crate::{Uptime, capture};
+use crate::{Uptime, capture, spare};
 
 /// A crystal.
 const OSCILLATOR: Hse = Hse { freq: Hertz(12_000_000), mode: HseMode::Oscillator };
@@ -49,6 +49,7 @@ impl Board {
                 state: Output::new(p.PA15, Level::Low, Speed::Low),
             },
             node_id,
+            memory: spare::take(),
         }
     }
 }

@@ -16,7 +16,7 @@ use embassy_time::{Duration, with_timeout};
 
 use super::controller::{self, Controller};
 use super::events::EventQueue;
-use super::filters::{BANKS, banks};
+use super::filters::{BANKS, banks, half_bank};
 use super::interrupts::{ReceiveHandler, StatusHandler, TransmitHandler, enable_sources, note_errors};
 use super::mailboxes::Mailboxes;
 use super::mode::{Mode, Request, Seen};
@@ -41,6 +41,8 @@ const TICKS_PER_CLOCK: u32 = 2;
 pub struct Port {
     registers: Can,
     first_bank: usize,
+    /// Filters in use, two to a bank.
+    filters: usize,
     events: &'static EventQueue,
     mailboxes: Mailboxes,
     timing: BitTiming,
@@ -81,6 +83,7 @@ impl Port {
         let mut port = Port {
             registers: T::REGISTERS,
             first_bank: T::FIRST_BANK,
+            filters: 0,
             events: T::events(),
             mailboxes: Mailboxes::default(),
             timing,
@@ -167,6 +170,25 @@ impl CanPort for Port {
             block.fa1r().modify(|w| w.set_fact(bank, true));
         }
         block.fmr().modify(|w| w.set_finit(false));
+        self.filters = filters.len();
+    }
+
+    fn set_filter(&mut self, number: u8, filter: Filter) {
+        let number = usize::from(number);
+        if number >= self.filters.min(2 * BANKS) {
+            return;
+        }
+        // A bank that is not active may be written while the others work (RM0090 32.7.4).
+        let (block, bank) = (pac::CAN1, self.first_bank + number / 2);
+        let half = half_bank(filter);
+        block.fa1r().modify(|w| w.set_fact(bank, false));
+        if number % 2 == 0 {
+            block.fb(bank).fr1().write(|w| w.0 = half);
+        }
+        if number % 2 == 1 || number + 1 == self.filters {
+            block.fb(bank).fr2().write(|w| w.0 = half);
+        }
+        block.fa1r().modify(|w| w.set_fact(bank, true));
     }
 
     fn join(&mut self) {

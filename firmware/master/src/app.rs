@@ -6,9 +6,10 @@ use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
 use ecss_can::node::{Master, MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
-use ecss_can::runner::{AppLink, Links};
+use ecss_can::runner::{AppLink, Links, NodeCell};
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+use embassy_sync::once_lock::OnceLock;
 
 use crate::application::Application;
 use crate::tasks;
@@ -24,15 +25,20 @@ const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
 /// Only tasks use the channels, and all tasks run in thread mode.
 pub type Raw = ThreadModeRawMutex;
 
+/// The master, for its task and its application.
+pub type Node = NodeCell<Raw, Master>;
+
 pub static LINKS: Links<Raw> = Links::new();
 pub static APPLICATION: AppLink<Raw, MasterEvent, MasterRequest> = AppLink::new();
+static NODE: OnceLock<Node> = OnceLock::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let Board { mut ports, clock, leds, .. } = Board::init(BIT_TIMING);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
-    let node = Master::new(PROFILE);
-    let filters = node.filters();
+    let master = Master::new(PROFILE);
+    let filters = master.filters();
+    let node = NODE.get_or_init(|| NodeCell::new(master));
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
 
     spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));

@@ -2,10 +2,9 @@
 
 use boards::{Port, TELLTALE, Uptime};
 use ecss_can::link::Bus;
-use ecss_can::node::Master;
 use ecss_can::runner::{bus_task, node_task};
 
-use crate::app::{APPLICATION, LINKS, PROFILE};
+use crate::app::{APPLICATION, LINKS, Node, PROFILE};
 use crate::application::Application;
 
 #[embassy_executor::task(pool_size = 2)]
@@ -14,7 +13,7 @@ pub async fn bus(bus: Bus, port: Port, clock: Uptime) -> ! {
 }
 
 #[embassy_executor::task]
-pub async fn node(node: Master, clock: Uptime) -> ! {
+pub async fn node(node: &'static Node, clock: Uptime) -> ! {
     node_task(node, clock, &LINKS, &APPLICATION, &TELLTALE).await
 }
 

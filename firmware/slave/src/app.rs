@@ -1,14 +1,18 @@
 //! Start of the slave: board, node, tasks.
 
+use core::convert::Infallible;
+
 use boards::{Board, TELLTALE};
 use ecss_can::link::Bus;
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
-use ecss_can::node::{Slave, SlaveEvent, SlaveRequest};
+use ecss_can::node::{Slave, SlaveEvent};
 use ecss_can::profile::Profile;
-use ecss_can::runner::{AppLink, Links};
+use ecss_can::profile::mission::{self, MissionObjects};
+use ecss_can::runner::{AppLink, Links, NodeCell};
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
+use embassy_sync::once_lock::OnceLock;
 
 use crate::application::Application;
 use crate::tasks;
@@ -24,12 +28,18 @@ const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
 /// Only tasks use the channels, and all tasks run in thread mode.
 pub type Raw = ThreadModeRawMutex;
 
+/// The slave, for its task and its application.
+pub type Node = NodeCell<Raw, Slave<MissionObjects>>;
+/// What the slave tells the application, which asks it for nothing: it goes to [`Node`].
+pub type Link = AppLink<Raw, SlaveEvent, Infallible>;
+
 pub static LINKS: Links<Raw> = Links::new();
-pub static APPLICATION: AppLink<Raw, SlaveEvent, SlaveRequest> = AppLink::new();
+pub static LINK: Link = AppLink::new();
+static NODE: OnceLock<Node> = OnceLock::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let Board { mut ports, clock, leds, node_id } = Board::init(BIT_TIMING);
+    let Board { mut ports, clock, leds, node_id, memory } = Board::init(BIT_TIMING);
     let id = match node_id {
         Ok(id) => id,
         Err(error) => {
@@ -39,12 +49,14 @@ async fn main(spawner: Spawner) {
         }
     };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
-    let node = Slave::new(id, PROFILE);
-    let filters = node.filters();
+    let slave = mission::slave(id, PROFILE, memory);
+    let filters = slave.filters();
+    let node = NODE.get_or_init(|| NodeCell::new(slave));
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
 
     spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));
     spawner.spawn(tasks::bus(Bus::Redundant, ports.redundant, clock).expect("spawned once"));
     spawner.spawn(tasks::node(node, clock).expect("spawned once"));
-    spawner.spawn(tasks::application(Application::new(leds, &APPLICATION, &TELLTALE)).expect("spawned once"));
+    let application = Application::new(leds, clock, node, &LINK, &TELLTALE);
+    spawner.spawn(tasks::application(application).expect("spawned once"));
 }

@@ -2,19 +2,24 @@
 //!
 //! Blue toggles with every heartbeat of the master, SYNC and spacecraft time. Yellow is switched by command.
 
-use boards::Leds;
-use ecss_can::link::Bus;
+use boards::{Leds, Uptime};
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{SlaveEvent, SlaveRequest};
+use ecss_can::node::{Slave, SlaveEvent};
+use ecss_can::od::spacecraft::SelfTest;
 use ecss_can::pdo::Message;
-use ecss_can::profile::mission::{Command, Request, SlaveRecord};
-use ecss_can::runner::{AppLink, Telltale};
+use ecss_can::profile::mission::{
+    Command, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+};
+use ecss_can::runner::Telltale;
+use ecss_can::time::Clock;
 
-use crate::app::Raw;
+use crate::app::{Link, Node};
 
 pub struct Application {
     leds: Leds,
-    link: &'static AppLink<Raw, SlaveEvent, SlaveRequest>,
+    clock: Uptime,
+    node: &'static Node,
+    link: &'static Link,
     telltale: &'static Telltale,
     record: SlaveRecord,
 }
@@ -22,22 +27,24 @@ pub struct Application {
 impl Application {
     pub fn new(
         leds: Leds,
-        link: &'static AppLink<Raw, SlaveEvent, SlaveRequest>,
+        clock: Uptime,
+        node: &'static Node,
+        link: &'static Link,
         telltale: &'static Telltale,
     ) -> Self {
-        Application { leds, link, telltale, record: SlaveRecord::default() }
+        Application { leds, clock, node, link, telltale, record: SlaveRecord::default() }
     }
 
     pub async fn run(mut self) -> ! {
         loop {
             match self.link.events.receive().await {
-                SlaveEvent::Command { message, .. } => self.execute(&message).await,
-                SlaveEvent::TelemetryRequested { bus, request } => self.answer(bus, &request).await,
+                SlaveEvent::Pdo { number, data, .. } => self.on_pdo(usize::from(number), data),
                 SlaveEvent::Heartbeat { .. } | SlaveEvent::Time(_) => self.leds.activity.toggle(),
                 SlaveEvent::Sync { stamp, .. } => {
                     self.record.stamp_source = Some(stamp.source);
                     self.leds.activity.toggle();
                 }
+                SlaveEvent::SelfTest => self.test(),
                 SlaveEvent::ResetNode => {
                     defmt::info!("reset by the master");
                     boards::reset()
@@ -47,7 +54,16 @@ impl Application {
         }
     }
 
-    async fn execute(&mut self, message: &Message) {
+    fn on_pdo(&mut self, number: usize, data: [u8; 8]) {
+        let Some(message) = Message::from_payload(&data) else { return };
+        match number {
+            TELECOMMAND_RPDO => self.execute(&message),
+            REQUEST_RPDO => self.answer(&message),
+            _ => {}
+        }
+    }
+
+    fn execute(&mut self, message: &Message) {
         let Some(command) = Command::decode(message) else {
             defmt::warn!("unknown command {=u16:04X}h", message.code());
             return;
@@ -56,21 +72,35 @@ impl Application {
         self.telltale.commands.count();
         match command {
             Command::SetLed(on) => self.leds.state.set_level(on.into()),
-            Command::SetValue(_) => {}
-            Command::ResetCounters => self.link.requests.send(SlaveRequest::ResetCounters).await,
+            Command::SetValue(value) => self.node.with(|slave| slave.objects_mut().application.value = value),
+            Command::ResetCounters => self.node.with(Slave::reset_counters),
         }
     }
 
-    async fn answer(&mut self, bus: Bus, request: &Message) {
-        let Some(request) = Request::decode(request) else {
-            defmt::warn!("unknown telemetry request {=u16:04X}h", request.code());
+    fn answer(&mut self, message: &Message) {
+        let Some(request) = Request::decode(message) else {
+            defmt::warn!("unknown telemetry request {=u16:04X}h", message.code());
             return;
         };
-        // A node that asks has shown its status.
-        let Some(status) = self.link.status() else { return };
-        let message = self.record.answer(request, &status).encode();
-        self.link.requests.send(SlaveRequest::Telemetry { bus, message }).await;
+        let now = self.clock.now();
+        self.node.with(|slave| {
+            let telemetry = self.record.answer(request, &slave.status(now)).encode();
+            slave.objects_mut().application.telemetry = telemetry.into();
+            slave.send_pdo(TELEMETRY_TPDO, now);
+        });
         self.telltale.telemetry_requests.count();
+    }
+
+    /// Both controllers must be error active: bit 0 nominal, bit 1 redundant.
+    fn test(&mut self) {
+        let now = self.clock.now();
+        self.node.with(|slave| {
+            let health = slave.status(now).health;
+            let bad = |health: Health| u32::from(health.state != ErrorState::Active);
+            let failures = bad(health.nominal) | bad(health.redundant) << 1;
+            let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
+            slave.objects_mut().spacecraft.self_test = SelfTest { progress, failures };
+        });
     }
 }
 
@@ -88,6 +118,7 @@ fn log(event: &SlaveEvent) {
         },
         SlaveEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         SlaveEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
+        SlaveEvent::Written(at) => defmt::info!("{=u16:04X}h:{=u8} written", at.index, at.sub),
         _ => {}
     }
 }

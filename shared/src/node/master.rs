@@ -4,6 +4,7 @@ use heapless::Deque;
 
 use super::buses::{BusNews, Buses};
 use super::{MasterEvent, MasterRequest, RefusalCause, Status};
+use crate::emcy::Emergency;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, CobId, Frame};
@@ -105,6 +106,8 @@ impl Master {
                 scet,
                 reference: self.at_sync,
             })
+        } else if id == CobId::emcy(node) {
+            Emergency::decode(frame).map(|(node, emergency)| MasterEvent::Emergency { node, bus, emergency })
         } else {
             return self.buses.ignored(bus);
         };

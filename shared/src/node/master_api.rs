@@ -1,5 +1,6 @@
 //! What a master and its application tell each other.
 
+use crate::emcy::Emergency;
 use crate::link::Bus;
 use crate::link::port::Health;
 use crate::nmt::{NmtMessage, NmtState, NodeId};
@@ -50,6 +51,15 @@ pub enum MasterEvent {
         scet: Scet,
         /// Spacecraft time at the last SYNC, once there was one.
         reference: Option<Scet>,
+    },
+    /// An emergency message (ECSS 6.4).
+    Emergency {
+        /// Of whom.
+        node: NodeId,
+        /// Where it came.
+        bus: Bus,
+        /// What.
+        emergency: Emergency,
     },
     /// The active bus changed.
     BusSwitched {

@@ -102,9 +102,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// Boot-up on the bus selected, then Pre-operational (ECSS 8.3.2).
     fn boot(&mut self, now: Instant, out: &mut Out) {
-        self.device.objects.communication = (self.power_on)(self.id);
-        self.device.objects.set_heartbeats(&self.initial);
-        self.device.configure(now);
+        self.restore_communication(now, out);
         self.heartbeat.set_period(self.initial.producer, now);
         let frame = heartbeat::encode(self.id, NmtState::Initialising);
         out.send_for(self.selector.selected(), frame, now, self.lifetimes.heartbeat);

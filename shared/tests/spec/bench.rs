@@ -3,7 +3,6 @@
 use ecss_can::link::port::Health;
 use ecss_can::link::{Bus, CobId, Frame};
 use ecss_can::nmt::NodeId;
-use ecss_can::node::Status;
 use ecss_can::runner::{BusCommand, FailCause, LinkEvent, Node, Outbox};
 use ecss_can::time::{Duration, Instant, Stamp};
 
@@ -47,8 +46,6 @@ pub struct Bench<N: Node> {
     /// Commands other than sending.
     pub controls: Vec<(Bus, BusCommand)>,
     pub events: Vec<N::Event>,
-    /// The status that it showed last.
-    pub status: Option<Status>,
 }
 
 impl<N: Node> Bench<N> {
@@ -59,9 +56,15 @@ impl<N: Node> Bench<N> {
 
     /// Powered on later.
     pub fn powered_at(now: Instant, node: N) -> Self {
-        let mut bench = Bench { node, now, sent: vec![], controls: vec![], events: vec![], status: None };
+        let mut bench = Bench { node, now, sent: vec![], controls: vec![], events: vec![] };
         bench.with(|node, now, out| node.start(now, out));
         bench
+    }
+
+    /// The application does something, and the node then what is due.
+    pub fn touch(&mut self, touch: impl FnOnce(&mut N, Instant)) {
+        touch(&mut self.node, self.now);
+        self.with(|node, now, out| node.poll(now, out));
     }
 
     fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event>)) {
@@ -77,9 +80,6 @@ impl<N: Node> Bench<N> {
                 }),
                 other => self.controls.push((bus, other)),
             }
-        }
-        if out.take_status_due() {
-            self.status = Some(self.node.status(self.now));
         }
         while let Some(event) = out.pop_event() {
             self.events.push(event);

@@ -5,14 +5,16 @@
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::{Bus, Frame, PerBus};
 use ecss_can::nmt::{NmtState, NodeId};
-use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
+use ecss_can::node::{Master, MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::pdo::Message;
+use ecss_can::profile::mission;
 use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::runner::{BusCommand, FailCause, Filters, LinkEvent, Node};
 use ecss_can::time::Instant;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, stamp};
+use crate::slave::TestSlave;
 
 /// Slaves 2 and 3 with parallel access, slave 4 with selective access.
 const SELECTIVE: Profile = Profile { selective: &[NodeId::of::<4>()], ..STANDARD };
@@ -110,7 +112,7 @@ impl<N: Node> Station<N> {
 struct Fleet {
     now: u64,
     master: Option<Station<Master>>,
-    slaves: Vec<(NodeId, Station<Slave>)>,
+    slaves: Vec<(NodeId, Station<TestSlave>)>,
     /// Every frame that went over a bus: milliseconds, bus, frame.
     log: Vec<(u64, Bus, Frame)>,
 }
@@ -121,7 +123,7 @@ impl Fleet {
         let mut fleet = Fleet { now: 0, master: None, slaves: vec![], log: vec![] };
         fleet.power_master(profile);
         for raw in slaves {
-            let slave = Slave::new(node(raw), profile);
+            let slave = mission::slave(node(raw), profile, vec![]);
             let filters = slave.filters();
             fleet.slaves.push((node(raw), Station::new(0, slave, filters)));
         }
@@ -188,7 +190,7 @@ impl Fleet {
         self.master.as_mut().expect("there is a master")
     }
 
-    fn slave(&mut self, raw: u8) -> &mut Station<Slave> {
+    fn slave(&mut self, raw: u8) -> &mut Station<TestSlave> {
         let found = self.slaves.iter_mut().find(|(id, _)| id.get() == raw);
         found.map(|(_, slave)| slave).expect("there is such a slave")
     }
@@ -202,13 +204,13 @@ impl Fleet {
             self.master().bench.request(MasterRequest::Command { node: *id, message });
         }
         self.run_until(self.now + 2);
-        let got = |slave: &Station<Slave>, id: &NodeId| {
+        let got = |slave: &Station<TestSlave>, id: &NodeId| {
             let message = Message::of(1, [id.get()]);
             slave
                 .bench
                 .events
                 .iter()
-                .any(|event| matches!(event, SlaveEvent::Command { message: m, .. } if *m == message))
+                .any(|event| matches!(event, SlaveEvent::Pdo { number: 1, data, .. } if Message::from_payload(data) == Some(message)))
         };
         self.slaves.iter().filter(|(id, slave)| got(slave, id)).map(|(id, _)| id.get()).collect()
     }
@@ -257,8 +259,9 @@ fn a_commanded_switch_loses_no_command_of_parallel_slaves() {
     fleet.run_until(1_050);
     fleet.master().bench.request(MasterRequest::SwitchBus(REDUNDANT));
     assert_eq!(fleet.commanded(), [2, 3, 4]);
-    let states =
-        |slave: &Station<Slave>| slave.bench.events.contains(&SlaveEvent::State(NmtState::PreOperational));
+    let states = |slave: &Station<TestSlave>| {
+        slave.bench.events.contains(&SlaveEvent::State(NmtState::PreOperational))
+    };
     assert!(!fleet.slaves.iter().any(|(_, slave)| states(slave)));
     // The first frame on the new bus is the heartbeat of the master.
     let first = fleet.log.iter().find(|(_, bus, _)| *bus == REDUNDANT).unwrap();
@@ -284,7 +287,7 @@ fn a_master_long_before_its_slaves_does_not_switch() {
     let mut fleet = Fleet::new(&LIBRECUBE, []);
     fleet.run_until(5_000);
     for raw in 2..=4 {
-        let slave = Slave::new(node(raw), &LIBRECUBE);
+        let slave = mission::slave(node(raw), &LIBRECUBE, vec![]);
         let filters = slave.filters();
         fleet.slaves.push((node(raw), Station::new(5_000, slave, filters)));
     }

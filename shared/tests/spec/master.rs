@@ -1,5 +1,6 @@
 //! A master node on the bench, profile `standard`: heartbeat 100 ms, SYNC 100 ms, time 1 s, settling time 700 ms.
 
+use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
 use ecss_can::link::{Bus, CobId};
 use ecss_can::nmt::{Command, NmtMessage, NmtState, Target};
@@ -28,10 +29,7 @@ fn flying() -> Bench<Master> {
 }
 
 fn status(master: &mut Bench<Master>) -> Status {
-    master.status = None;
-    master.request(MasterRequest::Status);
-    assert_eq!(master.events.pop(), Some(MasterEvent::Status));
-    master.status.expect("the status is shown")
+    master.node.status(master.now)
 }
 
 fn command(raw: u8) -> MasterRequest {
@@ -125,7 +123,13 @@ fn commands_and_requests_go_to_operational_slaves_only() {
     master.clear();
     master.request(command(2));
     master.request(MasterRequest::RequestTelemetry { node: node(2), message: Message::of(1, []) });
-    assert_eq!(master.frames(), [(NOMINAL, frame(0x302, &[1, 0])), (NOMINAL, frame(0x402, &[1, 0]))]);
+    assert_eq!(
+        master.frames(),
+        [
+            (NOMINAL, frame(0x302, &[1, 0, 0, 0, 0, 0, 0, 0])),
+            (NOMINAL, frame(0x402, &[1, 0, 0, 0, 0, 0, 0, 0]))
+        ]
+    );
     assert_eq!(master.sent[0].expires, ms(110));
     master.clear();
     master.request(command(3));
@@ -139,7 +143,7 @@ fn commands_and_requests_go_to_operational_slaves_only() {
 fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
     let mut master = flying();
     let time = Scet::new(0, 0x0080_0000).unwrap();
-    master.receive(NOMINAL, 0x382, &[1, 0]);
+    master.receive(NOMINAL, 0x382, &[1, 0, 0, 0, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x182, &time.encode());
     // A SYNC that ended 50 ms after power-on is the reference of what follows.
     master.run_until(ms(50));
@@ -158,12 +162,25 @@ fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
     master.receive(NOMINAL, 0x382, &[1]);
     master.receive(NOMINAL, 0x183, &[0; 6]);
     master.receive(NOMINAL, 0x703, &[0x33]);
-    master.receive(REDUNDANT, 0x382, &[1, 0]);
+    master.receive(REDUNDANT, 0x382, &[1, 0, 0, 0, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x701, &[0x05]);
-    master.receive(NOMINAL, 0x082, &[0; 8]);
+    master.receive(NOMINAL, 0x082, &[0; 7]);
     assert_eq!(master.events, []);
     let counters = status(&mut master).counters;
-    assert_eq!((counters.nominal.malformed, counters.nominal.ignored, counters.redundant.ignored), (3, 2, 1));
+    assert_eq!((counters.nominal.malformed, counters.nominal.ignored, counters.redundant.ignored), (4, 1, 1));
+}
+
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn emergencies_of_slaves_reach_the_application() {
+    let mut master = flying();
+    master.receive(NOMINAL, 0x083, &[0x30, 0x81, 0x11, 1, 2, 3, 4, 5]);
+    let emergency = Emergency {
+        code: ErrorCode::HEARTBEAT,
+        register: ErrorRegister::from_bits(0x11),
+        info: [1, 2, 3, 4, 5],
+    };
+    assert_eq!(master.events, [MasterEvent::Emergency { node: node(3), bus: NOMINAL, emergency }]);
 }
 
 /// Verifies: ECSS 8.3.3b, 8.3.3b.1, 8.3.3b.2
@@ -186,7 +203,7 @@ fn a_switch_abandons_the_old_bus_and_announces_the_new_one_before_using_it() {
     master.run_until(ms(105));
     assert_eq!(master.frames(), []);
     master.transmitted(REDUNDANT, heartbeat);
-    let expected = [frame(0x302, &[1, 0]), frame(0x000, &[1, 4]), frame(0x080, &[])];
+    let expected = [frame(0x302, &[1, 0, 0, 0, 0, 0, 0, 0]), frame(0x000, &[1, 4]), frame(0x080, &[])];
     assert_eq!(master.frames(), expected.map(|frame| (REDUNDANT, frame)));
     // With the lifetime they were given when they were asked for.
     assert_eq!(master.sent[0].expires, ms(195));
@@ -203,8 +220,8 @@ fn what_waits_for_the_announcement_dies_of_age_or_with_the_bus() {
     // The heartbeat could not go out within its period: the first command is too old, the second is not.
     master.run_until(ms(110));
     master.failed(REDUNDANT, frame(0x701, &[0x05]), FailCause::Expired);
-    assert!(master.frames().contains(&(REDUNDANT, frame(0x303, &[1, 0]))));
-    assert!(!master.frames().contains(&(REDUNDANT, frame(0x302, &[1, 0]))));
+    assert!(master.frames().contains(&(REDUNDANT, frame(0x303, &[1, 0, 0, 0, 0, 0, 0, 0]))));
+    assert!(!master.frames().contains(&(REDUNDANT, frame(0x302, &[1, 0, 0, 0, 0, 0, 0, 0]))));
     assert_eq!(status(&mut master).counters.redundant.expired, 2);
     // Back before anything was announced: what waited is gone.
     master.request(MasterRequest::SwitchBus(NOMINAL));

@@ -1,6 +1,10 @@
 //! The numbers of the two profiles and the objects they stand in.
 
-use ecss_can::od;
+use ecss_can::node::NodeObjects;
+use ecss_can::od::Address;
+use ecss_can::od::checked::find;
+use ecss_can::od::communication::Communication;
+use ecss_can::profile::mission::MissionObjects;
 use ecss_can::profile::{LIBRECUBE, STANDARD};
 use ecss_can::redundancy::{Access, Parameters};
 
@@ -28,21 +32,26 @@ fn librecube_has_the_numbers_of_the_prototype() {
 #[test]
 fn every_node_holds_the_objects_of_tables_8_1_and_8_2() {
     let parameters = Parameters { ctoggle: 3, ..STANDARD.redundancy() };
-    let values = [
-        (od::CONSUMER_HEARTBEAT, 0, Some(1)),
-        (od::CONSUMER_HEARTBEAT, 1, Some(0x0001_00FA)),
-        (od::PRODUCER_HEARTBEAT, 0, Some(100)),
-        (od::REDUNDANCY, 0, Some(4)),
-        (od::REDUNDANCY, 1, Some(0)),
-        (od::REDUNDANCY, 2, Some(2)),
-        (od::REDUNDANCY, 3, Some(10)),
-        (od::REDUNDANCY, 4, Some(3)),
-        (od::REDUNDANCY, 5, None),
-        (od::SYNC_PERIOD, 0, None),
+    let communication = Communication::<8, 8>::new(node(5));
+    let mut objects =
+        NodeObjects::new(node(5), &parameters, MissionObjects::<Vec<u8>>::default(), communication);
+    let values: [(u16, u8, &[u8]); 8] = [
+        (0x1016, 0, &[8]),
+        (0x1016, 1, &[0xFA, 0, 1, 0]),
+        (0x1017, 0, &[100, 0]),
+        (0x2000, 0, &[4]),
+        (0x2000, 1, &[0]),
+        (0x2000, 2, &[2]),
+        (0x2000, 3, &[10]),
+        (0x2000, 4, &[3]),
     ];
     for (index, sub, value) in values {
-        assert_eq!(parameters.read(index, sub), value, "{index:04X} sub {sub}");
+        let found = find(&mut objects, Address::new(index, sub)).expect("it is there");
+        let mut read = [0; 8];
+        let len = found.read(0, &mut read);
+        assert_eq!(&read[..len], value, "{index:04X} sub {sub}");
     }
+    assert!(find(&mut objects, Address::new(0x2000, 5)).is_err());
 }
 
 #[test]

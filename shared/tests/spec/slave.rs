@@ -3,8 +3,9 @@
 use ecss_can::link::port::{ErrorState, Filter, Health};
 use ecss_can::link::{Bus, CobId, PerBus};
 use ecss_can::nmt::NmtState;
-use ecss_can::node::{BusCause, Slave, SlaveEvent, SlaveRequest};
+use ecss_can::node::{BusCause, Slave, SlaveEvent};
 use ecss_can::pdo::Message;
+use ecss_can::profile::mission::{self, MissionObjects, TELEMETRY_TPDO};
 use ecss_can::profile::{Profile, STANDARD};
 use ecss_can::runner::{BusCommand, FailCause, LinkEvent, Node};
 use ecss_can::time::{Instant, Scet};
@@ -13,12 +14,14 @@ use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, stamp};
 
 const SELECTIVE: Profile = Profile { selective: &[ecss_can::nmt::NodeId::of::<5>()], ..STANDARD };
 
-fn powered(profile: &Profile) -> Bench<Slave> {
-    Bench::new(Slave::new(node(5), profile))
+pub type TestSlave = Slave<MissionObjects<Vec<u8>>>;
+
+fn powered(profile: &Profile) -> Bench<TestSlave> {
+    Bench::new(mission::slave(node(5), profile, vec![0; 1024]))
 }
 
 /// Operational on the nominal bus at 10 ms, the master heard at 10 ms.
-fn operational(profile: &Profile) -> Bench<Slave> {
+fn operational(profile: &Profile) -> Bench<TestSlave> {
     let mut slave = powered(profile);
     slave.run_until(ms(10));
     slave.receive(NOMINAL, 0x701, &[0x05]);
@@ -27,11 +30,12 @@ fn operational(profile: &Profile) -> Bench<Slave> {
     slave
 }
 
-fn status_counters(slave: &mut Bench<Slave>) -> PerBus<ecss_can::node::Counters> {
-    slave.status = None;
-    slave.receive(NOMINAL, 0x405, &[1, 1]);
-    slave.status.expect("a status is shown with a request").counters
+fn status_counters(slave: &mut Bench<TestSlave>) -> PerBus<ecss_can::node::Counters> {
+    slave.node.status(slave.now).counters
 }
+
+/// A telecommand or a telemetry request on the wire.
+const MESSAGE: [u8; 8] = [0x34, 0x12, 9, 0, 0, 0, 0, 0];
 
 /// Verifies: ECSS 8.3.2a, 6.5.3a
 #[test]
@@ -58,8 +62,9 @@ fn with_selective_access_it_joins_the_default_bus_only() {
 
 #[test]
 fn its_filters_are_exact() {
-    let slave = Slave::new(node(5), &STANDARD);
-    let expected = [0x000, 0x080, 0x181, 0x305, 0x405, 0x701];
+    let slave = mission::slave(node(5), &STANDARD, vec![]);
+    // PDOs that are not valid repeat what is admitted anyhow.
+    let expected = [0x000, 0x080, 0x605, 0x701, 0x181, 0x305, 0x405, 0x000, 0x000, 0x000, 0x000, 0x000];
     let filters: Vec<Filter> = slave.filters().into_iter().collect();
     assert_eq!(filters, expected.map(|raw| Filter::exact(CobId::new(raw).unwrap())));
 }
@@ -165,7 +170,7 @@ fn a_parallel_slave_follows_the_heartbeat_at_once_and_stays_operational() {
     );
     assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x05]))]);
     slave.clear();
-    slave.receive(REDUNDANT, 0x305, &[1, 0]);
+    slave.receive(REDUNDANT, 0x305, &MESSAGE);
     assert_eq!(slave.events.len(), 1);
 }
 
@@ -235,48 +240,48 @@ fn reset_node_silences_it_until_the_application_resets_the_chip() {
 #[test]
 fn commands_and_requests_only_when_operational_on_the_active_bus() {
     let mut slave = operational(&STANDARD);
-    slave.receive(NOMINAL, 0x305, &[0x34, 0x12, 9]);
-    let message = Message::of(0x1234, [9]);
-    assert_eq!(slave.events, [SlaveEvent::Command { bus: NOMINAL, message }]);
+    slave.receive(NOMINAL, 0x305, &MESSAGE);
+    assert_eq!(slave.events, [SlaveEvent::Pdo { bus: NOMINAL, number: 1, data: MESSAGE }]);
+    let telecommand = slave.node.objects().application.telecommand;
+    assert_eq!((telecommand.code, telecommand.data.get()), (0x1234, 9));
     slave.clear();
-    slave.receive(REDUNDANT, 0x305, &[0x34, 0x12, 9]);
-    slave.receive(REDUNDANT, 0x405, &[0x34, 0x12]);
+    slave.receive(REDUNDANT, 0x305, &MESSAGE);
+    slave.receive(REDUNDANT, 0x405, &MESSAGE);
     slave.receive(REDUNDANT, 0x080, &[]);
     slave.receive(NOMINAL, 0x305, &[0x34]);
     assert_eq!(slave.events, []);
+    // EMCY: PDO not processed due to length error, of the PDO number 1.
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x085, &[0x10, 0x82, 0x11, 1, 0, 0, 0, 0]))]);
     let counters = status_counters(&mut slave);
     assert_eq!((counters.redundant.ignored, counters.nominal.malformed), (3, 1));
     slave.receive(NOMINAL, 0x000, &[0x80, 0x05]);
     slave.clear();
-    slave.receive(NOMINAL, 0x305, &[0x34, 0x12, 9]);
+    slave.receive(NOMINAL, 0x305, &MESSAGE);
     slave.receive(NOMINAL, 0x181, &[0; 7]);
     assert_eq!(slave.events, []);
 }
 
 #[test]
-fn telemetry_goes_out_for_one_period_and_only_where_it_was_asked_for() {
+fn telemetry_goes_out_for_one_period_on_the_active_bus() {
     let mut slave = operational(&STANDARD);
     slave.run_until(ms(20));
-    slave.receive(NOMINAL, 0x405, &[0x02, 0x01]);
-    let Some(SlaveEvent::TelemetryRequested { bus, request }) = slave.events.pop() else {
-        panic!("no request")
-    };
-    let status = slave.status.expect("a status is shown with a request");
-    assert_eq!((bus, request), (NOMINAL, Message::of(0x0102, [])));
+    let status = slave.node.status(slave.now);
     assert_eq!(
         (status.uptime.as_millis(), status.state, status.active),
         (20, NmtState::Operational, NOMINAL)
     );
-    let message = Message::of(0x0102, [1, 2, 3, 4]);
-    slave.request(SlaveRequest::Telemetry { bus: NOMINAL, message });
+    let tell = |slave: &mut TestSlave, now| {
+        slave.objects_mut().application.telemetry = Message::of(0x0102, [1, 2, 3, 4]).into();
+        slave.send_pdo(TELEMETRY_TPDO, now);
+    };
+    slave.touch(tell);
     let sent = slave.sent.pop().unwrap();
-    assert_eq!((sent.bus, sent.frame), (NOMINAL, frame(0x385, &[0x02, 0x01, 1, 2, 3, 4])));
+    assert_eq!((sent.bus, sent.frame), (NOMINAL, frame(0x385, &[0x02, 0x01, 1, 2, 3, 4, 0, 0])));
     assert_eq!(sent.expires, ms(120));
-    // Too late: the bus has changed meanwhile.
     slave.receive(REDUNDANT, 0x701, &[0x05]);
     slave.clear();
-    slave.request(SlaveRequest::Telemetry { bus: NOMINAL, message });
-    assert_eq!(slave.frames(), []);
+    slave.touch(tell);
+    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x385, &[0x02, 0x01, 1, 2, 3, 4, 0, 0]))]);
 }
 
 /// Verifies: ECSS 6.9e, 7.2.2f, 7.2.3k
@@ -304,11 +309,12 @@ fn each_sync_is_answered_with_the_local_time_at_its_end_when_operational() {
     // And in Pre-operational SYNC is consumed without a PDO
     slave.receive(NOMINAL, 0x000, &[0x80, 0x05]);
     slave.clear();
-    slave.receive(NOMINAL, 0x080, &[7]);
+    slave.receive(NOMINAL, 0x080, &[]);
     assert_eq!((slave.events.len(), slave.frames()), (1, vec![]));
-    // And a SYNC with more than a counter is malformed
-    slave.receive(NOMINAL, 0x080, &[7, 7]);
+    // And one with a counter that object 1019h does not announce is told as an emergency
+    slave.receive(NOMINAL, 0x080, &[7]);
     assert_eq!(slave.events.len(), 1);
+    assert_eq!(slave.frames()[0], (NOMINAL, frame(0x085, &[0x40, 0x82, 0x11, 0, 0, 0, 0, 0])));
 }
 
 #[test]
@@ -329,15 +335,16 @@ fn every_loss_is_counted_by_cause() {
     }
     slave.transmitted(NOMINAL, heartbeat);
     slave.link(NOMINAL, LinkEvent::Overrun { lost: 3 });
-    slave.request(SlaveRequest::Telemetry { bus: REDUNDANT, message: Message::of(1, []) });
+    slave.receive(NOMINAL, 0x000, &[0x80, 0x05]);
+    slave.touch(|slave, now| slave.send_pdo(TELEMETRY_TPDO, now));
     let counters = status_counters(&mut slave);
     let nominal = counters.nominal;
     assert_eq!((nominal.bus_left, nominal.expired, nominal.queue_full, nominal.aborted), (1, 1, 1, 1));
-    assert_eq!((nominal.sent, nominal.lost, nominal.failed()), (1, 3, 4));
-    assert_eq!((counters.redundant.refused, counters.redundant.failed()), (1, 1));
-    slave.request(SlaveRequest::ResetCounters);
+    assert_eq!((nominal.sent, nominal.lost, nominal.failed()), (1, 3, 5));
+    assert_eq!(nominal.refused, 1);
+    slave.touch(|slave, _| slave.reset_counters());
     let counters = status_counters(&mut slave);
-    assert_eq!((counters.nominal.failed(), counters.nominal.received), (0, 1));
+    assert_eq!((counters.nominal.failed(), counters.nominal.received), (0, 0));
 }
 
 /// Verifies: ECSS 5.6.2b, 5.6.2c

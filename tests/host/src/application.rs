@@ -1,16 +1,18 @@
 //! The test applications: what firmware does above its node.
 
 use std::cell::{Cell, RefCell};
+use std::convert::Infallible;
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::link::Bus;
 use ecss_can::nmt::NodeId;
-use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent, SlaveRequest};
+use ecss_can::node::{MasterEvent, MasterRequest, Slave, SlaveEvent};
 use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
-use ecss_can::profile::mission::{Command, Request, SlaveRecord};
-use ecss_can::runner::AppLink;
+use ecss_can::profile::mission::{
+    Command, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+};
+use ecss_can::runner::{AppLink, NodeCell};
 use ecss_can::time::{Clock, Instant};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 
@@ -19,7 +21,8 @@ use crate::log::{Entry, Happening};
 use crate::timeline::Timeline;
 
 pub(crate) type MasterApp = AppLink<NoopRawMutex, MasterEvent, MasterRequest>;
-pub(crate) type SlaveApp = AppLink<NoopRawMutex, SlaveEvent, SlaveRequest>;
+pub(crate) type SlaveApp = AppLink<NoopRawMutex, SlaveEvent, Infallible>;
+pub(crate) type SlaveCell = NodeCell<NoopRawMutex, Slave<MissionObjects<Vec<u8>>>>;
 
 /// Where a node writes what happens to it.
 #[derive(Clone)]
@@ -64,24 +67,25 @@ pub(crate) async fn traffic(app: Rc<MasterApp>, clock: MockClock, slaves: Vec<No
 }
 
 /// Executes commands and answers telemetry requests; sets `reset` when the chip is to be reset.
-pub(crate) async fn slave(app: Rc<SlaveApp>, diary: Diary, reset: Rc<Cell<bool>>) {
+pub(crate) async fn slave(
+    app: Rc<SlaveApp>,
+    node: Rc<SlaveCell>,
+    clock: MockClock,
+    diary: Diary,
+    reset: Rc<Cell<bool>>,
+) {
     let mut record = SlaveRecord::default();
     loop {
         let event = app.events.receive().await;
         diary.note(Happening::Slave(event));
         match event {
-            SlaveEvent::Command { message, .. } => match Command::decode(&message) {
-                Some(command) => {
-                    record.execute(command);
-                    diary.note(Happening::Executed(command));
-                    if command == Command::ResetCounters {
-                        app.requests.send(SlaveRequest::ResetCounters).await;
-                    }
+            SlaveEvent::Pdo { number, data, .. } => {
+                let message = Message::from_payload(&data).expect("eight bytes");
+                match usize::from(number) {
+                    TELECOMMAND_RPDO => execute(&node, &diary, &mut record, message),
+                    REQUEST_RPDO => answer(&node, &clock, &diary, &record, message),
+                    _ => {}
                 }
-                None => diary.note(Happening::Unknown(message.code())),
-            },
-            SlaveEvent::TelemetryRequested { bus, request } => {
-                answer(&app, &diary, &record, bus, request).await;
             }
             SlaveEvent::Sync { stamp, .. } => record.stamp_source = Some(stamp.source),
             SlaveEvent::ResetNode => reset.set(true),
@@ -90,13 +94,25 @@ pub(crate) async fn slave(app: Rc<SlaveApp>, diary: Diary, reset: Rc<Cell<bool>>
     }
 }
 
-async fn answer(app: &SlaveApp, diary: &Diary, record: &SlaveRecord, bus: Bus, message: Message) {
-    match Request::decode(&message) {
-        Some(request) => {
-            let status = app.status().expect("a node that asks has shown its status");
-            let message = record.answer(request, &status).encode();
-            app.requests.send(SlaveRequest::Telemetry { bus, message }).await;
-        }
-        None => diary.note(Happening::Unknown(message.code())),
+fn execute(node: &SlaveCell, diary: &Diary, record: &mut SlaveRecord, message: Message) {
+    let Some(command) = Command::decode(&message) else {
+        return diary.note(Happening::Unknown(message.code()));
+    };
+    record.execute(command);
+    diary.note(Happening::Executed(command));
+    if command == Command::ResetCounters {
+        node.with(Slave::reset_counters);
     }
+}
+
+fn answer(node: &SlaveCell, clock: &MockClock, diary: &Diary, record: &SlaveRecord, message: Message) {
+    let Some(request) = Request::decode(&message) else {
+        return diary.note(Happening::Unknown(message.code()));
+    };
+    let now = clock.now();
+    node.with(|slave| {
+        let telemetry = record.answer(request, &slave.status(now)).encode();
+        slave.objects_mut().application.telemetry = telemetry.into();
+        slave.send_pdo(TELEMETRY_TPDO, now);
+    });
 }

@@ -6,9 +6,10 @@ use std::rc::Rc;
 use ecss_can::link::port::CanPort;
 use ecss_can::link::{Bus, CobId, PerBus};
 use ecss_can::nmt::NodeId;
-use ecss_can::node::{Master, MasterRequest, Slave};
+use ecss_can::node::{Master, MasterRequest};
 use ecss_can::profile::Profile;
-use ecss_can::runner::{AppLink, Filters, Links, Node, Telltale, bus_task, node_task};
+use ecss_can::profile::mission;
+use ecss_can::runner::{AppLink, Filters, Links, Node, NodeCell, Telltale, bus_task, node_task};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::{LocalPool, LocalSpawner};
 use futures_util::task::LocalSpawnExt;
@@ -18,6 +19,9 @@ use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
 use crate::port::MockPort;
 use crate::timeline::Timeline;
+
+/// Bytes of a slave's data store.
+const STORE: usize = 24 * 1024;
 
 /// What a node is, with or without power.
 pub(crate) struct Board {
@@ -73,16 +77,16 @@ impl Board {
         if self.id == NodeId::MASTER {
             let node = Master::new(&self.profile);
             let filters = node.filters();
-            let app = shell.run(node, filters);
+            let (app, _) = shell.run(node, filters);
             shell.spawn(application::master(app.clone(), self.diary.clone()));
             let (slaves, profile) = (self.traffic.clone(), self.profile);
             shell.spawn(application::traffic(app.clone(), clock.clone(), slaves, profile));
             master_app = Some(app);
         } else {
-            let node = Slave::new(self.id, &self.profile);
+            let node = mission::slave(self.id, &self.profile, vec![0; STORE]);
             let filters = node.filters();
-            let app = shell.run(node, filters);
-            shell.spawn(application::slave(app, self.diary.clone(), reset.clone()));
+            let (app, node) = shell.run(node, filters);
+            shell.spawn(application::slave(app, node, clock.clone(), self.diary.clone(), reset.clone()));
         }
         self.powered = Some(Powered { pool, clock, telltale, master: master_app, reset });
     }
@@ -143,7 +147,8 @@ impl Shell<'_> {
         &self,
         node: N,
         filters: Filters,
-    ) -> Rc<AppLink<NoopRawMutex, N::Event, N::Request>> {
+    ) -> (Rc<AppLink<NoopRawMutex, N::Event, N::Request>>, Rc<NodeCell<NoopRawMutex, N>>) {
+        let node = Rc::new(NodeCell::new(node));
         let links = Rc::new(Links::<NoopRawMutex>::new());
         let app = Rc::new(AppLink::new());
         for bus in Bus::ALL {
@@ -155,10 +160,11 @@ impl Shell<'_> {
             });
         }
         let (clock, link, telltale) = (self.clock.clone(), app.clone(), self.telltale.clone());
+        let cell = node.clone();
         self.spawn(async move {
-            node_task(node, clock, &links, &link, &telltale).await;
+            node_task(&cell, clock, &links, &link, &telltale).await;
         });
-        app
+        (app, node)
     }
 
     fn spawn(&self, task: impl Future<Output = ()> + 'static) {

@@ -1,5 +1,6 @@
 //! What the master's application says: changes as they happen, frames only at debug level.
 
+use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::MasterEvent;
 use ecss_can::profile::mission::Telemetry;
@@ -18,6 +19,15 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::LocalTime { node, scet, reference: Some(reference) } => {
             defmt::debug!("slave {}: clock off by {} us", node.get(), scet.micros_since(*reference));
         }
+        MasterEvent::Emergency { node, emergency: Emergency { code, register, info }, .. } => {
+            defmt::warn!(
+                "slave {}: EMCY {=u16:04X}h, error register {=u8:02X}h, {=[u8]:02X}",
+                node.get(),
+                code.get(),
+                register.bits(),
+                info
+            );
+        }
         MasterEvent::BusSwitched { from, to, cause } => {
             defmt::warn!("active bus: {}, no longer {} ({})", to, from, cause);
         }
@@ -31,7 +41,6 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
         MasterEvent::LocalTime { reference: None, .. }
-        | MasterEvent::SyncSent { .. }
-        | MasterEvent::Status => {}
+        | MasterEvent::SyncSent { .. } => {}
     }
 }

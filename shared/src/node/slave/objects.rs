@@ -7,7 +7,7 @@ use crate::link::{Bus, CobId, Frame};
 use crate::nmt::NodeId;
 use crate::node::device::PdoOutcome;
 use crate::node::{NodeObjects, SlaveEvent};
-use crate::od::communication::Mapping;
+use crate::od::communication::{Mapping, RpdoParameters};
 use crate::od::spacecraft::SelfTest;
 use crate::od::{Address, Objects};
 use crate::redundancy::Parameters;
@@ -49,6 +49,21 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
         self.device.clear(code, source);
         self.next = Instant::ZERO;
+    }
+
+    /// The communication profile as at power-on.
+    pub(super) fn restore_communication(&mut self, now: Instant, out: &mut Out) {
+        let power_on = (self.power_on)(self.id);
+        let before = core::mem::replace(&mut self.device.objects.communication, power_on);
+        self.device.objects.set_heartbeats(&self.initial);
+        self.device.configure(now);
+        self.heartbeat.set_period(self.initial.producer, now);
+        let changed =
+            |(_, (old, new)): &(usize, (&RpdoParameters, &RpdoParameters))| old.cob_id != new.cob_id;
+        let pdos = before.rpdos.iter().zip(&self.device.objects.communication.rpdos).enumerate();
+        for (number, _) in pdos.filter(changed) {
+            self.admit_rpdo(number, out);
+        }
     }
 
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
@@ -124,9 +139,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             }
             0x1005 => self.set_filter(1, self.device.written_sync_id(), out),
             0x1400..=0x15FF => {
-                let number = usize::from(at.index - 0x1400);
-                let id = self.device.rpdo_ids().nth(number).flatten();
-                self.set_filter(FIXED_FILTERS + number, id.unwrap_or(CobId::NMT), out);
+                self.admit_rpdo(usize::from(at.index & 0x1FF), out);
             }
             _ => {}
         }
@@ -155,6 +168,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         if at.index == 0x1017 {
             self.heartbeat.set_period(producer, now);
         }
+    }
+
+    fn admit_rpdo(&self, number: usize, out: &mut Out) {
+        let id = self.device.rpdo_ids().nth(number).flatten();
+        self.set_filter(FIXED_FILTERS + number, id.unwrap_or(CobId::NMT), out);
     }
 
     /// Admits other frames on both buses.

@@ -173,6 +173,12 @@ impl CanPort for MockPort {
         self.0.borrow_mut().filters = filters.to_vec();
     }
 
+    fn set_filter(&mut self, number: u8, filter: Filter) {
+        if let Some(place) = self.0.borrow_mut().filters.get_mut(usize::from(number)) {
+            *place = filter;
+        }
+    }
+
     fn join(&mut self) {
         let mut chip = self.0.borrow_mut();
         chip.leaving = false;
