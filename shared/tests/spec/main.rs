@@ -18,6 +18,7 @@ mod nmt;
 mod profiles;
 mod queue;
 mod scet;
+mod sdo;
 mod selector;
 mod slave;
 mod store;
