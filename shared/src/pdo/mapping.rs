@@ -1,0 +1,152 @@
+//! What a PDO carries: values of the dictionary, one behind the other (CiA 301 7.4.8.2).
+//!
+//! A mapping is resolved once, when its PDO becomes valid. From then on its values are reached without searching.
+
+use crate::od::communication::MAPPED;
+use crate::od::{AbortCode, Address, DataType, Objects, Place};
+
+/// Most bits in a PDO.
+const MAX_BITS: u8 = 64;
+
+/// Which way a PDO goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Direction {
+    /// RPDO.
+    Receive,
+    /// TPDO.
+    Transmit,
+}
+
+/// A value in a PDO: bits in the low seven bits, then sub-index, which of several objects in a row, number of the object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Slot(u32);
+
+impl Slot {
+    const UNUSED: Slot = Slot::dummy(0);
+    /// Number of no object: its bits go nowhere.
+    const DUMMY: u32 = 0x1FF;
+    const BITS: u32 = 0x7F;
+
+    const fn dummy(bits: u8) -> Slot {
+        Slot(Self::DUMMY << 23 | bits as u32)
+    }
+
+    /// A value with up to 64 bits; `None` beyond 511 objects, or 256 in a row.
+    fn new(place: Place, bits: u8) -> Option<Slot> {
+        let object = u32::from(place.object);
+        let instance = u8::try_from(place.instance).ok()?;
+        (object < Self::DUMMY).then(|| {
+            Slot(object << 23 | u32::from(instance) << 15 | u32::from(place.sub) << 7 | u32::from(bits))
+        })
+    }
+
+    const fn place(self) -> Place {
+        let Slot(raw) = self;
+        Place { object: (raw >> 23) as u16, instance: (raw >> 15) as u8 as u16, sub: (raw >> 7) as u8 }
+    }
+
+    const fn bits(self) -> u32 {
+        self.0 & Self::BITS
+    }
+
+    const fn is_dummy(self) -> bool {
+        self.0 >> 23 == Self::DUMMY
+    }
+}
+
+/// A resolved mapping: where in the dictionary the bits of a PDO are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Layout {
+    slots: [Slot; MAPPED],
+    count: u8,
+    bits: u8,
+}
+
+impl Layout {
+    /// Of a PDO without data.
+    pub const EMPTY: Layout = Layout { slots: [Slot::UNUSED; MAPPED], count: 0, bits: 0 };
+
+    /// Resolves mapping entries: index, sub-index and bits, as objects 1600h and 1A00h hold them.
+    ///
+    /// # Errors
+    /// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`]; [`AbortCode::NotMappable`]: a value is not for PDOs or not for
+    /// this direction, or its type has another number of bits; [`AbortCode::PdoLength`] for more than [`MAPPED`] entries
+    /// or 64 bits.
+    pub fn new<D: Objects>(direction: Direction, entries: &[u32]) -> Result<Layout, AbortCode> {
+        let mut layout = Layout::EMPTY;
+        for entry in entries {
+            let slot = resolve::<D>(direction, *entry)?;
+            layout.bits = layout.bits.saturating_add(slot.bits() as u8);
+            let free = layout.slots.get_mut(usize::from(layout.count));
+            *free.filter(|_| layout.bits <= MAX_BITS).ok_or(AbortCode::PdoLength)? = slot;
+            layout.count = layout.count.saturating_add(1);
+        }
+        Ok(layout)
+    }
+
+    /// Data bytes of the PDO, `0..=8`. The last one may be mapped in part.
+    pub const fn bytes(&self) -> u8 {
+        self.bits.div_ceil(8)
+    }
+
+    /// The PDO with the present values. Bits that are not mapped are zero.
+    pub fn pack<D: Objects>(&self, objects: &mut D) -> u64 {
+        let (mut pdo, mut at) = (0_u64, 0_u32);
+        for slot in self.slots() {
+            let value = objects.variable(slot.place()).map_or(0, |variable| variable.bits());
+            let mask = u64::MAX.wrapping_shr(u64::BITS.wrapping_sub(slot.bits()));
+            pdo |= (value & mask).wrapping_shl(at);
+            at = at.wrapping_add(slot.bits());
+        }
+        pdo
+    }
+
+    /// Writes the values of a PDO. Bits that are not mapped do not matter.
+    pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) {
+        let mut at = 0_u32;
+        for slot in self.slots() {
+            if let Some(variable) = objects.variable(slot.place()) {
+                // What lies above belongs to those behind; a value takes its own bits only.
+                variable.set_bits(pdo.wrapping_shr(at));
+            }
+            at = at.wrapping_add(slot.bits());
+        }
+    }
+
+    /// Where the values are, without dummies.
+    pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
+        self.slots().filter(|slot| !slot.is_dummy()).map(Slot::place)
+    }
+
+    /// Whether it has this value.
+    pub fn carries(&self, place: Place) -> bool {
+        self.places().any(|own| own == place)
+    }
+
+    fn slots(&self) -> impl Iterator<Item = Slot> + '_ {
+        self.slots.iter().take(usize::from(self.count)).copied()
+    }
+}
+
+fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<Slot, AbortCode> {
+    let (index, sub, bits) = ((entry >> 16) as u16, (entry >> 8) as u8, entry as u8);
+    if let Some(dummy) = DataType::of_dummy(index) {
+        return match sub {
+            0 if direction == Direction::Receive && dummy.bits() == Some(bits) => Ok(Slot::dummy(bits)),
+            0 => Err(AbortCode::NotMappable),
+            _ => Err(AbortCode::NoSubIndex),
+        };
+    }
+    let (place, declared) = D::find(Address::new(index, sub))?;
+    let allowed = match direction {
+        Direction::Receive => declared.access.is_for_rpdo(),
+        Direction::Transmit => declared.access.is_for_tpdo(),
+    };
+    if !declared.mappable || !allowed || declared.data_type.bits() != Some(bits) {
+        return Err(AbortCode::NotMappable);
+    }
+    Slot::new(place, bits).ok_or(AbortCode::NotMappable)
+}

@@ -1,0 +1,262 @@
+//! Receive PDOs: frames into the dictionary (CiA 301 7.2.2, ECSS 6.2, 6.9).
+//!
+//! * Types 0 to 240 take effect at the next SYNC, the newest frame of each PDO; 254 and 255 at once.
+//! * A frame with fewer bytes than are mapped is not processed. One with more is, as far as it is mapped. Both are
+//!   errors of their PDO, told when they appear and when they are gone.
+//! * The event timer is a deadline. It runs from each good frame to the next, the first time from the first one in
+//!   Operational, or after it was configured.
+//! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
+
+use super::{Direction, Layout, rules};
+use crate::emcy::ErrorCode;
+use crate::link::{CobId, CobIdEntry, Frame};
+use crate::od::communication::RpdoParameters;
+use crate::od::{AbortCode, Objects};
+use crate::time::{Duration, Instant};
+
+/// What is wrong with an RPDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RpdoError {
+    /// The last frame had fewer bytes than are mapped; it was not processed.
+    TooShort,
+    /// The last frame had more bytes than are mapped.
+    TooLong,
+    /// No frame came in time.
+    Overdue,
+}
+
+impl RpdoError {
+    /// The emergency that tells of it.
+    pub const fn code(self) -> ErrorCode {
+        match self {
+            RpdoError::TooShort => ErrorCode::PDO_LENGTH,
+            RpdoError::TooLong => ErrorCode::PDO_LENGTH_EXCEEDED,
+            RpdoError::Overdue => ErrorCode::RPDO_TIMEOUT,
+        }
+    }
+}
+
+/// What became of an RPDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RpdoEvent {
+    /// Its values are in the dictionary.
+    Applied,
+    /// A synchronous one came after the synchronous window (1007h) and was discarded.
+    OutsideWindow,
+    /// An error appeared.
+    Error(RpdoError),
+    /// An error is gone.
+    Resolved(RpdoError),
+}
+
+/// The COB-ID of an RPDO that is not valid: that of no frame.
+const NONE: u16 = u16::MAX;
+
+/// All RPDOs of a node.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Rpdos<const R: usize> {
+    /// Apart from the rest, since every frame is compared with them.
+    ids: [u16; R],
+    pdos: [Rpdo; R],
+    /// Whether any frame waits for SYNC.
+    waiting: bool,
+    window_end: Instant,
+    /// No deadline is before it.
+    next: Instant,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Rpdo {
+    layout: Layout,
+    /// The newest frame, if `waiting`.
+    held: u64,
+    deadline: Instant,
+    /// Milliseconds.
+    timeout: u16,
+    synchronous: bool,
+    waiting: bool,
+    error: Option<RpdoError>,
+}
+
+impl Rpdo {
+    const INVALID: Rpdo = Rpdo {
+        layout: Layout::EMPTY,
+        held: 0,
+        deadline: Instant::NEVER,
+        timeout: 0,
+        synchronous: false,
+        waiting: false,
+        error: None,
+    };
+}
+
+impl<const R: usize> Default for Rpdos<R> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const R: usize> Rpdos<R> {
+    /// None is valid.
+    pub const fn new() -> Self {
+        Rpdos {
+            ids: [NONE; R],
+            pdos: [Rpdo::INVALID; R],
+            waiting: false,
+            window_end: Instant::NEVER,
+            next: Instant::NEVER,
+        }
+    }
+
+    /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, the deadline waits for the next
+    /// frame. Returns the error which that ended.
+    ///
+    /// # Errors
+    /// As [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `R` and above. Nothing was changed.
+    pub fn configure<D: Objects>(
+        &mut self,
+        number: usize,
+        parameters: &RpdoParameters,
+        mapping: &[u32],
+    ) -> Result<Option<RpdoError>, AbortCode> {
+        let (Some(id), Some(pdo)) = (self.ids.get_mut(number), self.pdos.get_mut(number)) else {
+            return Err(AbortCode::NoObject);
+        };
+        let ended = pdo.error;
+        let Some(cob_id) = CobIdEntry::from_raw(parameters.cob_id).cob_id() else {
+            (*id, *pdo) = (NONE, Rpdo::INVALID);
+            return Ok(ended);
+        };
+        let layout = rules::activate::<D>(Direction::Receive, parameters.transmission, mapping)?;
+        *id = cob_id.raw();
+        *pdo = Rpdo {
+            layout,
+            timeout: parameters.event_timer,
+            synchronous: rules::is_synchronous(parameters.transmission),
+            ..Rpdo::INVALID
+        };
+        Ok(ended)
+    }
+
+    /// The COB-IDs of valid ones.
+    pub fn ids(&self) -> impl Iterator<Item = CobId> + '_ {
+        self.ids.iter().filter_map(|id| CobId::new(*id))
+    }
+
+    /// The mapping of a valid one.
+    pub fn layout(&self, number: usize) -> Option<&Layout> {
+        self.ids.get(number).filter(|id| **id != NONE)?;
+        Some(&self.pdos.get(number)?.layout)
+    }
+
+    /// Operational is left: what is held is gone, no deadline runs. Errors stay until a good frame comes.
+    pub fn stop(&mut self) {
+        for pdo in &mut self.pdos {
+            pdo.waiting = false;
+            pdo.deadline = Instant::NEVER;
+        }
+        self.waiting = false;
+        self.window_end = Instant::NEVER;
+        self.next = Instant::NEVER;
+    }
+
+    /// A frame that ended `at`, in Operational. Returns whether it is an RPDO.
+    pub fn on_frame<D: Objects>(
+        &mut self,
+        frame: &Frame,
+        at: Instant,
+        objects: &mut D,
+        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
+    ) -> bool {
+        let id = frame.id().raw();
+        if !self.ids.contains(&id) {
+            return false;
+        }
+        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+            if self.ids.get(number) != Some(&id) {
+                continue;
+            }
+            let error = match frame.dlc().cmp(&pdo.layout.bytes()) {
+                core::cmp::Ordering::Less => Some(RpdoError::TooShort),
+                core::cmp::Ordering::Equal => None,
+                core::cmp::Ordering::Greater => Some(RpdoError::TooLong),
+            };
+            if error != pdo.error {
+                pdo.change(error, |event| tell(objects, number, event));
+            }
+            if error == Some(RpdoError::TooShort) {
+                continue;
+            }
+            if pdo.timeout != 0 {
+                pdo.deadline = at + Duration::from_millis(u64::from(pdo.timeout));
+                self.next = self.next.min(pdo.deadline);
+            }
+            let data = u64::from_le_bytes(frame.padded());
+            if !pdo.synchronous {
+                pdo.layout.unpack(objects, data);
+                tell(objects, number, RpdoEvent::Applied);
+            } else if at <= self.window_end {
+                pdo.held = data;
+                pdo.waiting = true;
+                self.waiting = true;
+            } else {
+                tell(objects, number, RpdoEvent::OutsideWindow);
+            }
+        }
+        true
+    }
+
+    /// SYNC: what is held takes effect (ECSS 6.9e). Synchronous ones are taken up to `window_end`, or
+    /// [`Instant::NEVER`] without a window.
+    pub fn on_sync<D: Objects>(
+        &mut self,
+        window_end: Instant,
+        objects: &mut D,
+        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
+    ) {
+        self.window_end = window_end;
+        if !core::mem::take(&mut self.waiting) {
+            return;
+        }
+        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+            if core::mem::take(&mut pdo.waiting) {
+                pdo.layout.unpack(objects, pdo.held);
+                tell(objects, number, RpdoEvent::Applied);
+            }
+        }
+    }
+
+    /// Tells of those that are overdue at `now`, once until their next frame.
+    pub fn poll(&mut self, now: Instant, tell: &mut impl FnMut(usize, RpdoEvent)) {
+        if now < self.next {
+            return;
+        }
+        self.next = Instant::NEVER;
+        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+            if pdo.deadline <= now {
+                pdo.deadline = Instant::NEVER;
+                pdo.change(Some(RpdoError::Overdue), |event| tell(number, event));
+            }
+            self.next = self.next.min(pdo.deadline);
+        }
+    }
+
+    /// When to poll next.
+    pub fn deadline(&self) -> Option<Instant> {
+        (self.next < Instant::NEVER).then_some(self.next)
+    }
+}
+
+impl Rpdo {
+    /// At most one error is known of a PDO, the newest.
+    fn change(&mut self, error: Option<RpdoError>, mut tell: impl FnMut(RpdoEvent)) {
+        if let Some(old) = core::mem::replace(&mut self.error, error) {
+            tell(RpdoEvent::Resolved(old));
+        }
+        if let Some(new) = error {
+            tell(RpdoEvent::Error(new));
+        }
+    }
+}

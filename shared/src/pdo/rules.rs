@@ -1,0 +1,129 @@
+//! What an SDO may write to the parameters of a PDO (CiA 301 7.5.2.35 to 7.5.2.38).
+//!
+//! The procedure: make the PDO invalid (bit 31 of its COB-ID), set the number of mapped objects to zero, write them, set
+//! their number, make it valid. Where CiA 301 leaves the abort code open:
+//!
+//! | refused | with |
+//! | --- | --- |
+//! | another identifier, inhibit time, SYNC start value, or anything of the mapping, while valid | 06090030h |
+//! | a mapped object while their number is not zero | 06090030h |
+//! | extended frames, restricted identifiers (ECSS 6.10b), reserved transmission types, remote requests (252, 253) | 06090030h |
+//! | a valid TPDO that allows remote frames (bit 30 clear); for RPDOs and invalid ones the bit means nothing | 06090030h |
+//! | making a PDO valid that carries nothing, or a TPDO with the identifier of another | 06040043h |
+//!
+//! Transmission type and event timer may change while valid; they take effect at once.
+
+use super::{Direction, Layout};
+use crate::link::{CobIdEntry, EntryUse};
+use crate::od::communication::{MAPPED, Mapping, NO_REMOTE, RpdoParameters, TpdoParameters};
+use crate::od::{AbortCode, Objects};
+
+/// Whether a transmission type depends on SYNC.
+pub const fn is_synchronous(transmission: u8) -> bool {
+    transmission <= 240
+}
+
+/// The parameters of an RPDO after a write.
+///
+/// # Errors
+/// See the table above; [`AbortCode::ValueTooHigh`] for what does not fit, [`AbortCode::NoSubIndex`].
+pub fn rpdo(old: &RpdoParameters, sub: u8, value: u32) -> Result<RpdoParameters, AbortCode> {
+    let mut new = *old;
+    check(Direction::Receive, old.cob_id, sub, value)?;
+    match sub {
+        1 => new.cob_id = value,
+        2 => new.transmission = value as u8,
+        3 => new.inhibit = value as u16,
+        5 => new.event_timer = value as u16,
+        _ => return Err(AbortCode::NoSubIndex),
+    }
+    Ok(new)
+}
+
+/// The parameters of a TPDO after a write.
+///
+/// # Errors
+/// See the table above; [`AbortCode::ValueTooHigh`] for what does not fit, [`AbortCode::NoSubIndex`].
+pub fn tpdo(old: &TpdoParameters, sub: u8, value: u32) -> Result<TpdoParameters, AbortCode> {
+    let mut new = *old;
+    check(Direction::Transmit, old.cob_id, sub, value)?;
+    match sub {
+        1 => new.cob_id = value,
+        2 => new.transmission = value as u8,
+        3 => new.inhibit = value as u16,
+        5 => new.event_timer = value as u16,
+        6 => new.sync_start = value as u8,
+        _ => return Err(AbortCode::NoSubIndex),
+    }
+    Ok(new)
+}
+
+fn check(direction: Direction, cob_id: u32, sub: u8, value: u32) -> Result<(), AbortCode> {
+    let old = CobIdEntry::from_raw(cob_id);
+    let valid = old.cob_id().is_some();
+    match sub {
+        1 => {
+            let new = old.written(value, EntryUse::Pdo)?;
+            let remote = direction == Direction::Transmit && value & NO_REMOTE == 0;
+            if new.cob_id().is_some() && remote { Err(AbortCode::ValueRange) } else { Ok(()) }
+        }
+        2 => check_transmission(value),
+        3 | 6 if valid => Err(AbortCode::ValueRange),
+        3 | 5 if value > 0xFFFF => Err(AbortCode::ValueTooHigh),
+        6 if value > 240 => Err(AbortCode::ValueTooHigh),
+        _ => Ok(()),
+    }
+}
+
+fn check_transmission(value: u32) -> Result<(), AbortCode> {
+    if matches!(value, 0..=240 | 254 | 255) { Ok(()) } else { Err(AbortCode::ValueRange) }
+}
+
+/// Whether `value` may be written to a sub-index of the mapping of the PDO that has `cob_id`.
+///
+/// # Errors
+/// See the table above; as [`Layout::new`] for a mapped object, zero excepted, and for their number;
+/// [`AbortCode::NoSubIndex`].
+pub fn mapping<D: Objects>(
+    direction: Direction,
+    cob_id: u32,
+    mapping: &mut impl Mapping,
+    sub: u8,
+    value: u32,
+) -> Result<(), AbortCode> {
+    if CobIdEntry::from_raw(cob_id).cob_id().is_some() {
+        return Err(AbortCode::ValueRange);
+    }
+    match usize::from(sub) {
+        0 => {
+            // Those beyond the present number, too: it is zero while they are written.
+            let mut entries = [0; MAPPED];
+            for (sub, entry) in (1_u8..).zip(&mut entries) {
+                *entry = mapping.variable(sub).map_or(0, |variable| variable.bits() as u32);
+            }
+            let mapped = entries.get(..value as usize).ok_or(AbortCode::PdoLength)?;
+            Layout::new::<D>(direction, mapped).map(drop)
+        }
+        1..=MAPPED if !mapping.objects().is_empty() => Err(AbortCode::ValueRange),
+        1..=MAPPED if value == 0 => Ok(()),
+        1..=MAPPED => Layout::new::<D>(direction, &[value]).map(drop),
+        _ => Err(AbortCode::NoSubIndex),
+    }
+}
+
+/// The mapping of a PDO that becomes valid.
+///
+/// # Errors
+/// [`AbortCode::ParameterIncompatible`] when nothing is mapped, [`AbortCode::ValueRange`] for a reserved transmission type;
+/// as [`Layout::new`].
+pub fn activate<D: Objects>(
+    direction: Direction,
+    transmission: u8,
+    mapping: &[u32],
+) -> Result<Layout, AbortCode> {
+    check_transmission(u32::from(transmission))?;
+    if mapping.is_empty() {
+        return Err(AbortCode::ParameterIncompatible);
+    }
+    Layout::new::<D>(direction, mapping)
+}

@@ -1,0 +1,259 @@
+//! Transmit PDOs: the dictionary into frames (CiA 301 7.2.2, ECSS 6.2, 6.9).
+//!
+//! | type | sent |
+//! | --- | --- |
+//! | 0 | at the next SYNC after an event |
+//! | 1 to 240 | at every n-th SYNC, the first time after n of them, or at the one whose counter is the SYNC start value |
+//! | 254, 255 | at an event, and when the event timer has run out since the last transmission |
+//!
+//! Entering Operational is no event: event timers start then, and an application that wants more triggers its PDOs. An
+//! event within the inhibit time is sent at its end, with the values of then.
+//!
+//! A SYNC samples before it actuates: give it to the TPDOs first and to the RPDOs after, so that a node reports what
+//! was so at the SYNC, and what a receive PDO sets off goes with the next one.
+
+use super::{Direction, Layout, rules};
+use crate::link::{CobId, CobIdEntry, Frame};
+use crate::od::communication::TpdoParameters;
+use crate::od::{AbortCode, Objects, Place};
+use crate::time::{Duration, Instant};
+
+/// All TPDOs of a node.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Tpdos<const T: usize> {
+    pdos: [Tpdo; T],
+    operational: bool,
+    /// Nothing is due before it.
+    next: Instant,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Tpdo {
+    /// `None`: not valid.
+    id: Option<CobId>,
+    layout: Layout,
+    transmission: u8,
+    sync_start: u8,
+    /// SYNCs to go until it is sent, that one included; or [`IDLE`], or [`START`].
+    syncs: u8,
+    /// Units of 100 us.
+    inhibit: u16,
+    /// Milliseconds.
+    event_timer: u16,
+    inhibit_end: Instant,
+    /// When it is sent without a SYNC: at an event, or when the event timer runs out.
+    due: Instant,
+}
+
+/// No SYNC sends it.
+const IDLE: u8 = 0;
+/// It waits for the SYNC that has the SYNC start value.
+const START: u8 = u8::MAX;
+
+impl Tpdo {
+    const INVALID: Tpdo = Tpdo {
+        id: None,
+        layout: Layout::EMPTY,
+        transmission: 0,
+        sync_start: 0,
+        syncs: IDLE,
+        inhibit: 0,
+        event_timer: 0,
+        inhibit_end: Instant::ZERO,
+        due: Instant::NEVER,
+    };
+
+    /// In Operational from now on.
+    fn start(&mut self, now: Instant) {
+        match self.transmission {
+            _ if self.id.is_none() => {}
+            0 => {}
+            cycle if rules::is_synchronous(cycle) => {
+                self.syncs = if self.sync_start == 0 { cycle } else { START };
+            }
+            _ => self.due = self.timer(now),
+        }
+    }
+
+    fn stop(&mut self) {
+        self.syncs = IDLE;
+        self.due = Instant::NEVER;
+        self.inhibit_end = Instant::ZERO;
+    }
+
+    /// When the event timer runs out that started at `from`.
+    fn timer(&self, from: Instant) -> Instant {
+        match self.event_timer {
+            0 => Instant::NEVER,
+            ms => from + Duration::from_millis(u64::from(ms)),
+        }
+    }
+
+    /// Whether an event makes it go out, now or later.
+    fn trigger(&mut self, now: Instant) -> bool {
+        match self.transmission {
+            _ if self.id.is_none() => return false,
+            0 => self.syncs = 1,
+            cycle if rules::is_synchronous(cycle) => return false,
+            _ => self.due = self.due.min(self.inhibit_end.max(now)),
+        }
+        true
+    }
+
+    /// It was due and is sent `now`.
+    fn rearm(&mut self, now: Instant) {
+        self.inhibit_end = now + Duration::from_micros(u64::from(self.inhibit).wrapping_mul(100));
+        // On the grid of when it was due, unless that is past.
+        let next = Some(self.timer(self.due)).filter(|next| *next > now).unwrap_or_else(|| self.timer(now));
+        self.due = next.max(self.inhibit_end);
+        if self.event_timer == 0 {
+            self.due = Instant::NEVER;
+        }
+    }
+
+    fn sample<D: Objects>(&self, objects: &mut D) -> Option<Frame> {
+        let data = self.layout.pack(objects).to_le_bytes();
+        Some(Frame::from_dlc(self.id?, self.layout.bytes(), data))
+    }
+}
+
+impl<const T: usize> Default for Tpdos<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const T: usize> Tpdos<T> {
+    /// None is valid.
+    pub const fn new() -> Self {
+        Tpdos { pdos: [Tpdo::INVALID; T], operational: false, next: Instant::NEVER }
+    }
+
+    /// New values of objects 1800h + `number` and 1A00h + `number`. It starts as if Operational had just been entered; an
+    /// event that waits for the inhibit time is still sent.
+    ///
+    /// # Errors
+    /// As [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `T` and above,
+    /// [`AbortCode::ParameterIncompatible`] for the COB-ID of another valid TPDO: no two may send the same. Nothing was
+    /// changed.
+    pub fn configure<D: Objects>(
+        &mut self,
+        number: usize,
+        parameters: &TpdoParameters,
+        mapping: &[u32],
+        now: Instant,
+    ) -> Result<(), AbortCode> {
+        let id = CobIdEntry::from_raw(parameters.cob_id).cob_id();
+        let mut others = self.pdos.iter().enumerate().filter(|(other, _)| *other != number);
+        if id.is_some() && others.any(|(_, other)| other.id == id) {
+            return Err(AbortCode::ParameterIncompatible);
+        }
+        let pdo = self.pdos.get_mut(number).ok_or(AbortCode::NoObject)?;
+        let old = *pdo;
+        if id.is_none() {
+            *pdo = Tpdo::INVALID;
+            return Ok(());
+        }
+        *pdo = Tpdo {
+            id,
+            layout: rules::activate::<D>(Direction::Transmit, parameters.transmission, mapping)?,
+            transmission: parameters.transmission,
+            sync_start: parameters.sync_start,
+            inhibit: parameters.inhibit,
+            event_timer: parameters.event_timer,
+            inhibit_end: old.inhibit_end,
+            ..Tpdo::INVALID
+        };
+        if self.operational {
+            pdo.start(now);
+            if old.due <= old.inhibit_end {
+                pdo.trigger(now);
+            }
+            self.next = self.next.min(pdo.due);
+        }
+        Ok(())
+    }
+
+    /// Operational is entered.
+    pub fn start(&mut self, now: Instant) {
+        self.operational = true;
+        for pdo in &mut self.pdos {
+            pdo.start(now);
+            self.next = self.next.min(pdo.due);
+        }
+    }
+
+    /// Operational is left: nothing is sent any more, events are forgotten.
+    pub fn stop(&mut self) {
+        self.operational = false;
+        self.next = Instant::NEVER;
+        self.pdos.iter_mut().for_each(Tpdo::stop);
+    }
+
+    /// An event for one of them. Returns whether that makes it go out: at the next SYNC, or when polled next. Nothing
+    /// happens to cyclic ones, and outside of Operational.
+    pub fn trigger(&mut self, number: usize, now: Instant) -> bool {
+        let Some(pdo) = self.pdos.get_mut(number).filter(|_| self.operational) else { return false };
+        let goes = pdo.trigger(now);
+        self.next = self.next.min(pdo.due);
+        goes
+    }
+
+    /// A value changed: an event for all that carry it.
+    pub fn on_changed(&mut self, place: Place, now: Instant) {
+        if !self.operational {
+            return;
+        }
+        for pdo in &mut self.pdos {
+            if pdo.layout.carries(place) {
+                pdo.trigger(now);
+                self.next = self.next.min(pdo.due);
+            }
+        }
+    }
+
+    /// SYNC, with its counter, or zero when it has none (ECSS 6.9b, e): sends what is synchronous and due.
+    pub fn on_sync<D: Objects>(&mut self, counter: u8, objects: &mut D, send: &mut impl FnMut(usize, Frame)) {
+        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+            let syncs = match pdo.syncs {
+                IDLE => continue,
+                // No counter: the start value does not matter.
+                START if counter == 0 => pdo.transmission,
+                START if counter == pdo.sync_start => 1,
+                START => continue,
+                syncs => syncs,
+            };
+            if syncs > 1 {
+                pdo.syncs = syncs.wrapping_sub(1);
+                continue;
+            }
+            // Type 0 is idle until the next event.
+            pdo.syncs = pdo.transmission;
+            if let Some(frame) = pdo.sample(objects) {
+                send(number, frame);
+            }
+        }
+    }
+
+    /// Sends what is due at `now`.
+    pub fn poll<D: Objects>(&mut self, now: Instant, objects: &mut D, send: &mut impl FnMut(usize, Frame)) {
+        if now < self.next {
+            return;
+        }
+        self.next = Instant::NEVER;
+        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+            if pdo.due <= now {
+                pdo.rearm(now);
+                if let Some(frame) = pdo.sample(objects) {
+                    send(number, frame);
+                }
+            }
+            self.next = self.next.min(pdo.due);
+        }
+    }
+
+    /// When to poll next.
+    pub fn deadline(&self) -> Option<Instant> {
+        (self.next < Instant::NEVER).then_some(self.next)
+    }
+}
