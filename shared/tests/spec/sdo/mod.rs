@@ -1,6 +1,8 @@
 //! SDO: the server, the client, and one against the other over a channel that loses, repeats and reorders.
 
+mod channel;
 mod fixture;
+mod pair;
 mod server;
 mod server_blocks;
 
