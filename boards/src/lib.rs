@@ -11,6 +11,7 @@
 
 #[cfg(any(test, target_os = "none"))]
 mod bxcan;
+pub mod store;
 pub mod straps;
 
 #[cfg(target_os = "none")]

@@ -7,6 +7,7 @@
 mod bench;
 mod board;
 mod demo;
+mod eds;
 mod elf;
 mod firmware;
 mod pictures;
@@ -39,6 +40,8 @@ enum Command {
     Sizes(bench::SizesOptions),
     /// Draw the waveforms of the documentation anew: docs/waveform-*.svg
     Pictures,
+    /// Write EDS and DCF of the devices from their dictionaries: docs/eds
+    Eds(eds::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware::Options),
 }
@@ -51,6 +54,7 @@ fn main() -> ExitCode {
         Command::Bench(options) => bench::run(&options),
         Command::Sizes(options) => bench::sizes(&options),
         Command::Pictures => pictures::run(),
+        Command::Eds(options) => eds::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
     };
     match outcome {

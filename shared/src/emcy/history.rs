@@ -11,15 +11,9 @@ pub struct History<const N: usize> {
     len: u8,
 }
 
-impl<const N: usize> Default for History<N> {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl<const N: usize> History<N> {
     /// Empty.
-    pub const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         const { assert!(N >= 1 && N <= 254, "sub-indices of errors are 1..=254") };
         History { entries: [0; N], len: 0 }
     }

@@ -87,11 +87,9 @@ impl CobIdEntry {
             EntryUse::Sync => (self.flag() && new.flag(), true),
             _ => (self.cob_id().is_some() && new.cob_id().is_some(), new.cob_id().is_some()),
         };
-        let restricted = match entry_use {
-            EntryUse::Sdo => new.id().is_restricted() && !new.id().is_default_sdo(),
-            _ => new.id().is_restricted(),
-        };
-        if raw & reserved != 0 || restrictable && restricted || fixed && self.id().raw() != new.id().raw() {
+        let id = new.id();
+        let restricted = id.is_restricted() && !(matches!(entry_use, EntryUse::Sdo) && id.is_default_sdo());
+        if raw & reserved != 0 || restrictable && restricted || fixed && self.id().raw() != id.raw() {
             return Err(AbortCode::ValueRange);
         }
         Ok(new)

@@ -17,6 +17,9 @@ pub(super) const SEGMENT: u8 = 7;
 /// How many segments of a sub-block are given to the bus before the first of them has left.
 pub const WINDOW: u8 = 8;
 
+/// How many segments may have been acknowledged before their controller tells that they left: as many as it has mailboxes.
+const LAG: u8 = 3;
+
 /// Whether a peer may ask for sub-blocks of this size.
 pub(super) fn check_size(block_size: u8) -> Result<(), AbortCode> {
     if (1..=MOST).contains(&block_size) { Ok(()) } else { Err(AbortCode::BlockSize) }
@@ -103,10 +106,12 @@ impl Receiver {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Strays {
     next: u8,
-    pub until: Instant,
+    until: Instant,
 }
 
 impl Strays {
+    pub const NONE: Strays = Strays { next: 0, until: Instant::ZERO };
+
     /// How many segments may be missing before a stray one.
     const GAP: u8 = 3;
 
@@ -152,7 +157,7 @@ pub(super) enum Ack {
     More(u32),
     /// All was received.
     Complete,
-    /// It was here already.
+    /// It was here already: a frame that is received twice meets the sub-block after its own.
     Repeat,
 }
 
@@ -187,9 +192,12 @@ impl Sender {
 
     /// The receiver ends the sub-block.
     pub fn on_ack(&mut self, ackseq: u8, size: u8, total: u32) -> Result<Ack, AbortCode> {
+        let left = self.sent.saturating_sub(self.in_flight);
+        if ackseq == self.acked && ackseq > left.saturating_add(LAG).min(self.sent) {
+            return Ok(Ack::Repeat);
+        }
         if ackseq > self.sent {
-            // A frame that was received twice meets the sub-block after its own.
-            return if ackseq == self.acked { Ok(Ack::Repeat) } else { Err(AbortCode::SequenceNumber) };
+            return Err(AbortCode::SequenceNumber);
         }
         let base = self.base.saturating_add(u32::from(ackseq) * u32::from(SEGMENT));
         if ackseq > 0 && base >= total {

@@ -9,11 +9,13 @@
 //! each type.
 
 mod block;
+mod client;
 mod crc;
 mod server;
 mod wire;
 
 pub use block::WINDOW;
+pub use client::{Client, Error, Mode, STAGING};
 pub use crc::Crc;
 pub use server::{Server, WHOLE};
 pub use wire::Payload;

@@ -9,7 +9,7 @@
 
 mod set;
 
-pub use set::{Loaded, MAX_VALUE, Values, load, restore_defaults, save};
+pub use set::{Apply, Loaded, MAX_VALUE, Values, load, restore_defaults, save};
 
 use crate::od::AbortCode;
 

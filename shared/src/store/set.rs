@@ -20,6 +20,9 @@ const HEADER: usize = 4;
 /// Shows every parameter that may be stored, with its present value; called twice for each set, with the same values.
 pub type Values<'a> = dyn FnMut(&mut dyn FnMut(Address, &[u8])) + 'a;
 
+/// Puts a stored parameter into the dictionary, with all its checks.
+pub type Apply<'a> = dyn FnMut(Address, &[u8]) -> Result<(), AbortCode> + 'a;
+
 /// What was found at start-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -92,15 +95,11 @@ fn parameter(store: &mut dyn ParameterStore, offset: usize) -> Result<Option<Par
     Ok(Some(Parameter { at: Address::new(u16::from_le_bytes([low, high]), sub), value, len, next }))
 }
 
-/// Hands the stored parameters to `apply`, which puts them into the dictionary with all its checks.
+/// Applies the stored parameters, before communication starts.
 ///
 /// # Errors
 /// [`StoreError::Hardware`]; what was applied before stays.
-pub fn load(
-    store: &mut dyn ParameterStore,
-    node: NodeId,
-    apply: &mut dyn FnMut(Address, &[u8]) -> Result<(), AbortCode>,
-) -> Result<Loaded, StoreError> {
+pub fn load(store: &mut dyn ParameterStore, node: NodeId, apply: &mut Apply) -> Result<Loaded, StoreError> {
     match header(store, node)? {
         Header::Missing => return Ok(Loaded::Nothing),
         Header::Foreign { version, node } => return Ok(Loaded::Foreign { version, node }),

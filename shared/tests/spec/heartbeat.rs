@@ -114,7 +114,7 @@ const BOOT_UP: NmtState = NmtState::Initialising;
 
 /// Nodes 3 (100 ms) and 9 (250 ms).
 fn monitor() -> Monitor {
-    let mut monitor = Monitor::new();
+    let mut monitor = Monitor::default();
     assert_eq!(monitor.set(1, 0x0003_0064), None);
     assert_eq!(monitor.set(8, 0x0009_00FA), None);
     monitor

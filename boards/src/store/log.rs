@@ -1,0 +1,348 @@
+//! A log of sets in two pages of NOR flash; the last set that is whole is the one that is stored.
+//!
+//! ```text
+//! page    magic | epoch, !epoch | set | set | ... | erased
+//! set     length, !length | bytes, padded to words | CRC
+//! ```
+//!
+//! * The CRC is written last: with it a set is stored, without it the one before. It is never FFFF FFFFh, the erased word.
+//! * Length and epoch stand beside their complements, of which one bit of each pair is zero: a word that was cut short,
+//!   or one that an erase was about to clear, has pairs of ones and is told for certain.
+//! * The page in use is the one of the higher epoch. The other one is free or holds what is past, or the remains of an
+//!   erase; it is erased before it is used.
+//! * [`ParameterLog::open`] changes pages when room for a set is no longer left: erase the other page, copy the set,
+//!   write the epoch. Until the epoch stands there the old page holds; afterwards nobody looks at it.
+//! * A word that does not read back as it was written fails the set.
+
+use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
+use ecss_can::store::{ParameterStore, StoreError};
+use embedded_storage::nor_flash::NorFlash;
+
+/// The longest set, bytes. [`ParameterLog::open`] leaves room for one.
+pub const MAX_SET: usize = 8192;
+
+const WORD: u32 = 4;
+const MAGIC: u32 = u32::from_le_bytes(*b"ECPS");
+/// Magic and epoch.
+const PAGE_HEADER: u32 = 2 * WORD;
+const ERASED: u32 = u32::MAX;
+/// Bit by bit: sets are short and a table is a KiB.
+static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+
+/// What was found and done at start-up.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(target_os = "none", derive(defmt::Format))]
+pub struct Opened {
+    /// Sectors that were erased.
+    pub erased: u32,
+    /// Sets newer than the one stored whose CRC is wrong: damaged since, or cut short in the very last word. Where none is
+    /// left, nothing is stored and defaults hold.
+    pub damaged: u32,
+}
+
+/// A set in the page in use.
+#[derive(Clone, Copy, Debug)]
+struct Record {
+    /// Where its length stands.
+    at: u32,
+    len: u32,
+}
+
+impl Record {
+    const fn data(self) -> u32 {
+        self.at + WORD
+    }
+
+    const fn crc(self) -> u32 {
+        self.data() + self.len.next_multiple_of(WORD)
+    }
+
+    const fn end(self) -> u32 {
+        self.crc() + WORD
+    }
+}
+
+/// The set that is being written.
+struct Writing {
+    record: Record,
+    /// Bytes taken.
+    taken: u32,
+    /// Bytes that do not fill a word yet.
+    word: [u8; WORD as usize],
+    crc: Digest<'static, u32, NoTable>,
+}
+
+/// The store over two pages of `F`. It never erases once it is open.
+pub struct ParameterLog<F> {
+    flash: F,
+    /// Where the page in use begins and ends.
+    page: u32,
+    page_end: u32,
+    /// Where the next set goes.
+    free: u32,
+    stored: Option<Record>,
+    writing: Option<Writing>,
+}
+
+impl<F: NorFlash> ParameterLog<F> {
+    const PAGE: u32 = F::ERASE_SIZE as u32;
+
+    /// Opens the log in the two pages from `base` on and makes room for a set. Erases at most one page.
+    ///
+    /// # Errors
+    /// [`StoreError::Hardware`] when the flash fails.
+    pub fn open(flash: F, base: u32) -> Result<(Self, Opened), StoreError> {
+        const {
+            assert!(F::WRITE_SIZE == WORD as usize && F::READ_SIZE <= WORD as usize, "flash of words");
+            assert!(
+                F::ERASE_SIZE >= 2 * (PAGE_HEADER as usize + MAX_SET + 2 * WORD as usize),
+                "room for sets"
+            );
+        }
+        let pages = [base, base + Self::PAGE];
+        let mut log = ParameterLog { flash, page: base, page_end: 0, free: 0, stored: None, writing: None };
+        let mut opened = Opened::default();
+        let epochs = [log.epoch(pages[0])?, log.epoch(pages[1])?];
+        let newest = match epochs {
+            [Some(first), Some(second)] => Some(usize::from(second > first)),
+            [Some(_), None] => Some(0),
+            [None, Some(_)] => Some(1),
+            [None, None] => None,
+        };
+        let Some(newest) = newest else {
+            log.clear(pages[0], &mut opened)?;
+            log.enter(pages[0]);
+            log.stamp(1)?;
+            return Ok((log, opened));
+        };
+        log.enter(pages[newest]);
+        log.find_stored(&mut opened)?;
+        let room = Record { at: log.free, len: MAX_SET as u32 };
+        if room.end() > log.page_end {
+            log.clear(pages[1 - newest], &mut opened)?;
+            log.change_page(pages[1 - newest], epochs[newest].unwrap_or(0).saturating_add(1))?;
+        }
+        Ok((log, opened))
+    }
+
+    #[cfg(test)]
+    pub(super) fn flash(&self) -> &F {
+        &self.flash
+    }
+
+    #[cfg(test)]
+    pub(super) fn into_flash(self) -> F {
+        self.flash
+    }
+
+    fn enter(&mut self, page: u32) {
+        self.page = page;
+        self.page_end = page + Self::PAGE;
+        self.free = page + PAGE_HEADER;
+        self.stored = None;
+    }
+
+    /// The epoch of a page that was made ready.
+    fn epoch(&mut self, page: u32) -> Result<Option<u16>, StoreError> {
+        let magic = self.word(page)?;
+        Ok(doubled(self.word(page + WORD)?).filter(|_| magic == MAGIC))
+    }
+
+    fn stamp(&mut self, epoch: u16) -> Result<(), StoreError> {
+        self.program(self.page, MAGIC)?;
+        self.program(self.page + WORD, double(epoch))
+    }
+
+    /// Erases a page unless it is erased.
+    fn clear(&mut self, page: u32, opened: &mut Opened) -> Result<(), StoreError> {
+        let mut bytes = [0; 64];
+        for at in (page..page + Self::PAGE).step_by(bytes.len()) {
+            self.flash.read(at, &mut bytes).map_err(failed)?;
+            if bytes.iter().any(|&byte| byte != 0xFF) {
+                opened.erased += 1;
+                return self.flash.erase(page, page + Self::PAGE).map_err(failed);
+            }
+        }
+        Ok(())
+    }
+
+    /// Walks the page in use: where it is free, and which set is the last that is whole.
+    fn find_stored(&mut self, opened: &mut Opened) -> Result<(), StoreError> {
+        // The CRCs are looked at from the last on, which mostly is the one; each further one costs a walk.
+        let mut before = self.page_end;
+        while let Some(record) = self.last_committed(before)? {
+            if self.crc_of(record)? == self.word(record.crc())? {
+                self.stored = Some(record);
+                break;
+            }
+            opened.damaged += 1;
+            before = record.at;
+        }
+        Ok(())
+    }
+
+    /// The last set before `before` that has a CRC; on the way, where the page is free.
+    fn last_committed(&mut self, before: u32) -> Result<Option<Record>, StoreError> {
+        let mut last = None;
+        let mut at = self.page + PAGE_HEADER;
+        while at + WORD <= before {
+            let length = self.word(at)?;
+            if length == ERASED {
+                break;
+            }
+            // A length that was cut short has nothing after it.
+            let record = doubled(length).map(|len| Record { at, len: u32::from(len) });
+            let Some(record) = record.filter(|record| record.end() <= self.page_end) else {
+                at += WORD;
+                continue;
+            };
+            if self.word(record.crc())? != ERASED {
+                last = Some(record);
+            }
+            at = record.end();
+        }
+        self.free = self.free.max(at);
+        Ok(last)
+    }
+
+    fn crc_of(&mut self, record: Record) -> Result<u32, StoreError> {
+        let mut crc = begin_crc(record.len as u16);
+        let mut at = record.data();
+        let end = at + record.len;
+        let mut bytes = [0; 64];
+        while at < end {
+            let part = &mut bytes[..((end - at) as usize).min(64)];
+            self.flash.read(at, part).map_err(failed)?;
+            crc.update(part);
+            at += part.len() as u32;
+        }
+        Ok(end_crc(crc))
+    }
+
+    /// Takes the stored set over to a page that is erased.
+    fn change_page(&mut self, page: u32, epoch: u16) -> Result<(), StoreError> {
+        let old = self.stored;
+        self.enter(page);
+        if let Some(old) = old {
+            self.begin(old.len as usize)?;
+            let mut bytes = [0; 64];
+            for offset in (0..old.len).step_by(bytes.len()) {
+                let part = &mut bytes[..((old.len - offset) as usize).min(64)];
+                self.flash.read(old.data() + offset, part).map_err(failed)?;
+                self.append(part)?;
+            }
+            self.commit()?;
+        }
+        self.stamp(epoch)
+    }
+
+    fn word(&mut self, at: u32) -> Result<u32, StoreError> {
+        let mut bytes = [0; WORD as usize];
+        self.flash.read(at, &mut bytes).map_err(failed)?;
+        Ok(u32::from_le_bytes(bytes))
+    }
+
+    fn program(&mut self, at: u32, word: u32) -> Result<(), StoreError> {
+        self.flash.write(at, &word.to_le_bytes()).map_err(failed)?;
+        if self.word(at)? == word { Ok(()) } else { Err(StoreError::Hardware) }
+    }
+}
+
+impl<F: NorFlash> ParameterStore for ParameterLog<F> {
+    fn stored_len(&self) -> usize {
+        self.stored.map_or(0, |record| record.len as usize)
+    }
+
+    fn read(&mut self, offset: usize, into: &mut [u8]) -> Result<(), StoreError> {
+        let record = self.stored.ok_or(StoreError::Size)?;
+        let end = offset.checked_add(into.len()).ok_or(StoreError::Size)?;
+        if end > record.len as usize {
+            return Err(StoreError::Size);
+        }
+        self.flash.read(record.data() + offset as u32, into).map_err(failed)
+    }
+
+    fn begin(&mut self, len: usize) -> Result<(), StoreError> {
+        self.writing = None;
+        if len > MAX_SET {
+            return Err(StoreError::Size);
+        }
+        let record = Record { at: self.free, len: len as u32 };
+        if record.end() > self.page_end {
+            return Err(StoreError::Full);
+        }
+        // If it fails it is no length, and nothing after it is the start of a set.
+        self.free += WORD;
+        self.program(record.at, double(len as u16))?;
+        self.free = record.end();
+        self.writing = Some(Writing { record, taken: 0, word: [0xFF; 4], crc: begin_crc(len as u16) });
+        Ok(())
+    }
+
+    fn append(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
+        let mut writing = self.writing.take().ok_or(StoreError::Size)?;
+        if bytes.len() > (writing.record.len - writing.taken) as usize {
+            return Err(StoreError::Size);
+        }
+        writing.crc.update(bytes);
+        for &byte in bytes {
+            let place = writing.taken % WORD;
+            writing.word[place as usize] = byte;
+            writing.taken += 1;
+            if place == WORD - 1 {
+                let at = writing.record.data() + writing.taken - WORD;
+                self.program(at, u32::from_le_bytes(take_word(&mut writing.word)))?;
+            }
+        }
+        self.writing = Some(writing);
+        Ok(())
+    }
+
+    fn commit(&mut self) -> Result<(), StoreError> {
+        let mut writing = self.writing.take().ok_or(StoreError::Size)?;
+        let record = writing.record;
+        if writing.taken != record.len {
+            return Err(StoreError::Size);
+        }
+        if !record.len.is_multiple_of(WORD) {
+            self.program(record.crc() - WORD, u32::from_le_bytes(take_word(&mut writing.word)))?;
+        }
+        self.program(record.crc(), end_crc(writing.crc))?;
+        self.stored = Some(record);
+        Ok(())
+    }
+}
+
+/// A word that is complete; the next one begins erased.
+fn take_word(word: &mut [u8; WORD as usize]) -> [u8; WORD as usize] {
+    core::mem::replace(word, [0xFF; WORD as usize])
+}
+
+fn failed<E>(_: E) -> StoreError {
+    StoreError::Hardware
+}
+
+/// A number and its complement in one word.
+const fn double(number: u16) -> u32 {
+    (!number as u32) << 16 | number as u32
+}
+
+/// The number of a word of [`double`].
+fn doubled(word: u32) -> Option<u16> {
+    let number = word as u16;
+    (word == double(number)).then_some(number)
+}
+
+fn begin_crc(len: u16) -> Digest<'static, u32, NoTable> {
+    let mut crc = CRC.digest();
+    crc.update(&len.to_le_bytes());
+    crc
+}
+
+/// The CRC, never the erased word.
+fn end_crc(crc: Digest<'static, u32, NoTable>) -> u32 {
+    match crc.finalize() {
+        ERASED => 0,
+        crc => crc,
+    }
+}

@@ -1,0 +1,21 @@
+//! How a transfer fails.
+
+use crate::od::AbortCode;
+
+/// Why a transfer of a client ended without success.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Error {
+    /// The server aborted the transfer.
+    Abort(AbortCode),
+    /// The server aborted the transfer, with a code that CiA 301 does not define.
+    UnknownAbort(u32),
+    /// No answer in time, or an application that did not give or take data in time. The server was told.
+    Timeout,
+    /// What the server sent does not belong to the transfer or is not what it said. It was told this code.
+    Protocol(AbortCode),
+    /// The value has more bytes than the application takes. The server was told.
+    TooLarge,
+    /// The active bus changed. The server was told, on the bus that is active now.
+    BusChanged,
+}

@@ -1,0 +1,431 @@
+//! SDO client: one transfer at a time, with the server of any node.
+//!
+//! A transfer is started, then fed with [`Client::push`] or emptied with [`Client::pull`] until it has an
+//! [`Client::outcome`]. Frames go out of [`Client::poll`] and [`Client::on_response`] only, so poll after every other call
+//! and when [`Client::deadline`] has come.
+
+mod download;
+mod error;
+mod staging;
+mod upload;
+
+pub use error::Error;
+pub use staging::STAGING;
+
+use self::staging::Staging;
+use super::block::{Receiver, Sender, Strays};
+use super::crc::Crc;
+use super::wire::{self, Payload, Response};
+use crate::od::{AbortCode, Address};
+use crate::time::{Duration, Instant};
+
+/// Values up to this size are not worth a block transfer: it takes five frames more than their segments.
+const THRESHOLD: u8 = 28;
+
+/// A pause in a sub-block as long as this part of the timeout means that its last segments are lost.
+const PAUSE: u64 = 4;
+
+/// Which protocol moves a value that does not fit into one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Mode {
+    /// Blocks for values of more than 28 bytes, if the server knows them; else segments.
+    #[default]
+    Auto,
+    /// Segments.
+    Segmented,
+    /// Blocks, whatever the size.
+    Block,
+}
+
+/// The client of one SDO connection.
+#[derive(Debug)]
+pub struct Client {
+    state: State,
+    mode: Mode,
+    timeout: Duration,
+    /// When the transfer has waited too long, for the rest of a sub-block or for anything.
+    deadline: Instant,
+    strays: Strays,
+    at: Address,
+    /// Download: the size. Upload: the size when it is told, before that the most that is taken.
+    size: u32,
+    is_size_told: bool,
+    /// Download: bytes that the server has acknowledged. Upload: bytes received.
+    moved: u32,
+    /// Of all bytes pushed, or received but for the last segment.
+    crc: Crc,
+    staging: Staging,
+}
+
+/// What a transfer begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Protocol {
+    Download,
+    BlockDownload,
+    Upload,
+    BlockUpload,
+}
+
+#[derive(Debug)]
+enum State {
+    /// No transfer.
+    Idle,
+    /// It is over, which nobody has asked for yet.
+    Done(Result<usize, Error>),
+    /// The request is to be sent.
+    Initiate(Protocol),
+    /// The answer to it is awaited.
+    Initiated(Protocol),
+    /// Segments; `asked`: the answer to one is awaited.
+    Download { toggle: bool, asked: bool },
+    /// Segments; `asked`: one is awaited.
+    Upload { toggle: bool, asked: bool },
+    /// Acknowledgement of a sub-block.
+    BlockDownload { sender: Sender, crc: bool },
+    /// Answer to the end of a block download.
+    BlockDownloadEnd,
+    /// Segments of a sub-block; `due`: it has ended and is to be acknowledged.
+    BlockUpload { receiver: Receiver, crc: bool, due: bool },
+    /// End of a block upload.
+    BlockUploadEnd { receiver: Receiver, crc: bool },
+}
+
+impl Client {
+    /// Without a transfer. One that stands still for `timeout` is aborted.
+    pub const fn new(timeout: Duration) -> Client {
+        Client {
+            state: State::Idle,
+            mode: Mode::Auto,
+            timeout,
+            deadline: Instant::ZERO,
+            strays: Strays::NONE,
+            at: Address::new(0, 0),
+            size: 0,
+            is_size_told: false,
+            moved: 0,
+            crc: Crc::new(),
+            staging: Staging::new(),
+        }
+    }
+
+    /// Begins to read a value of at most `most` bytes. A transfer that runs is forgotten: [cancel](Client::cancel) it
+    /// first.
+    ///
+    /// [`Mode::Auto`] asks for a block upload and lets the server choose segments for a small value; a server that knows
+    /// no blocks costs one exchange more.
+    pub fn start_upload(&mut self, at: Address, most: usize, mode: Mode) {
+        let protocol = if mode == Mode::Segmented { Protocol::Upload } else { Protocol::BlockUpload };
+        self.start(at, u32::try_from(most).unwrap_or(u32::MAX), mode, protocol);
+    }
+
+    /// Begins to write a value of `size` bytes, all of which are to be [pushed](Client::push). A transfer that runs is
+    /// forgotten: [cancel](Client::cancel) it first.
+    pub fn start_download(&mut self, at: Address, size: usize, mode: Mode) {
+        let is_small = size <= usize::from(THRESHOLD);
+        let protocol = match mode {
+            Mode::Segmented => Protocol::Download,
+            Mode::Auto if is_small => Protocol::Download,
+            Mode::Auto | Mode::Block => Protocol::BlockDownload,
+        };
+        match u32::try_from(size) {
+            Ok(size) => self.start(at, size, mode, protocol),
+            Err(_) => self.done(Err(Error::TooLarge)),
+        }
+    }
+
+    fn start(&mut self, at: Address, size: u32, mode: Mode, protocol: Protocol) {
+        self.leave(State::Initiate(protocol));
+        self.staging.clear();
+        (self.at, self.size, self.mode) = (at, size, mode);
+        (self.is_size_told, self.moved, self.crc) = (false, 0, Crc::new());
+    }
+
+    /// Gives bytes of a download; how many were taken.
+    pub fn push(&mut self, bytes: &[u8]) -> usize {
+        let taken = bytes.get(..bytes.len().min(self.room())).unwrap_or_default();
+        self.crc.update(taken);
+        self.staging.push(taken)
+    }
+
+    /// How many bytes [`Client::push`] takes now.
+    pub fn room(&self) -> usize {
+        if !self.is_downloading() {
+            return 0;
+        }
+        let to_come = (self.size.saturating_sub(self.moved) as usize).saturating_sub(self.staging.len());
+        to_come.min(self.staging.room())
+    }
+
+    /// Takes bytes of an upload; how many there were. Those received last stay here after the outcome, until the next
+    /// transfer starts.
+    pub fn pull(&mut self, into: &mut [u8]) -> usize {
+        let ready = self.ready();
+        let most = into.len().min(ready);
+        let pulled = self.staging.peek(0, into.get_mut(..most).unwrap_or_default());
+        self.staging.consume(pulled);
+        pulled
+    }
+
+    /// The size of an upload, when the server has told it.
+    pub fn size(&self) -> Option<usize> {
+        self.is_size_told.then_some(self.size as usize)
+    }
+
+    /// How the transfer ended, once: how many bytes the value has, or why not.
+    pub fn outcome(&mut self) -> Option<Result<usize, Error>> {
+        let State::Done(outcome) = self.state else { return None };
+        self.state = State::Idle;
+        Some(outcome)
+    }
+
+    /// Whether a transfer runs.
+    pub fn is_busy(&self) -> bool {
+        !matches!(self.state, State::Idle | State::Done(_))
+    }
+
+    /// A response came in. Whether it was of use: frames without a transfer, segments out of order, repeated frames and
+    /// aborts of other transfers are ignored.
+    pub fn on_response(&mut self, payload: &Payload, now: Instant, send: &mut impl FnMut(Payload)) -> bool {
+        let [command, data @ ..] = payload;
+        if !self.is_on_the_way() || self.strays.claim(*command, now) {
+            return false;
+        }
+        let used = match &self.state {
+            State::BlockUpload { .. } if *command != wire::ABORT => {
+                self.on_sub_block(*command, data, now, send)
+            }
+            State::BlockUploadEnd { receiver, .. }
+                if receiver.is_repeat(*command)
+                    && self.staging.ends_with(data)
+                    && !wire::is_block_end(*command) =>
+            {
+                Ok(false)
+            }
+            _ => self.on_answer(Response::parse(payload), now, send),
+        };
+        match used {
+            Ok(was_used) => {
+                self.drive(now, send);
+                was_used
+            }
+            Err(error) => {
+                self.fail(error, send);
+                true
+            }
+        }
+    }
+
+    /// Everything but segments of sub-blocks.
+    fn on_answer(
+        &mut self,
+        response: Response,
+        now: Instant,
+        send: &mut impl FnMut(Payload),
+    ) -> Result<bool, Error> {
+        let used = match (&mut self.state, response) {
+            (_, Response::Abort(at, code)) => return Ok(self.on_abort(at, code)),
+            (State::Initiated(Protocol::Download), Response::Download(at)) => self.on_download(at),
+            (State::Download { toggle, asked: true }, Response::DownloadSegment { toggle: answered }) => {
+                let toggle = *toggle;
+                self.on_download_segment(toggle, answered)
+            }
+            (State::Initiated(Protocol::BlockDownload), Response::BlockDownload { at, crc, block_size }) => {
+                self.on_block_download(at, crc, block_size)
+            }
+            (State::BlockDownload { sender, .. }, Response::BlockDownload { .. }) if sender.is_first() => {
+                return Ok(false);
+            }
+            (State::BlockDownload { .. }, Response::BlockDownloadAck { ackseq, block_size }) => {
+                return self.on_ack(ackseq, block_size, now, send);
+            }
+            (State::BlockDownloadEnd, Response::BlockDownloadAck { .. }) => return Ok(false),
+            (State::BlockDownloadEnd, Response::BlockDownloadEnd) => {
+                self.done(Ok(self.size as usize));
+                Ok(())
+            }
+            (State::Initiated(Protocol::Upload | Protocol::BlockUpload), Response::Upload(at, content)) => {
+                self.on_upload(at, content)
+            }
+            (State::Upload { toggle, asked: true }, Response::UploadSegment(segment)) => {
+                let toggle = *toggle;
+                self.on_upload_segment(toggle, &segment)
+            }
+            (State::Initiated(Protocol::BlockUpload), Response::BlockUpload { at, crc, size }) => {
+                self.on_block_upload(at, crc, size, now, send)
+            }
+            (State::BlockUploadEnd { crc, .. }, Response::BlockUploadEnd { unused, crc: sum }) => {
+                let sum = crc.then_some(sum);
+                self.on_block_upload_end(usize::from(unused), sum, send)
+            }
+            _ => Err(Error::Protocol(AbortCode::CommandSpecifier)),
+        };
+        used.map(|()| true)
+    }
+
+    /// The server aborts. Whether it means this transfer: the abort of an earlier one may be late. A server that does not
+    /// know what it aborts says 0000h.
+    fn on_abort(&mut self, at: Address, code: u32) -> bool {
+        if at != self.at && at != Address::new(0, 0) {
+            return false;
+        }
+        let known = AbortCode::from_code(code);
+        if self.mode == Mode::Auto && known == Some(AbortCode::CommandSpecifier) {
+            // A server that knows no blocks (CiA 301 7.2.4.2.8: optional).
+            let protocol = match self.state {
+                State::Initiated(Protocol::BlockDownload) => Some(Protocol::Download),
+                State::Initiated(Protocol::BlockUpload) => Some(Protocol::Upload),
+                _ => None,
+            };
+            if let Some(protocol) = protocol {
+                self.state = State::Initiate(protocol);
+                return true;
+            }
+        }
+        self.done(Err(known.map_or(Error::UnknownAbort(code), Error::Abort)));
+        true
+    }
+
+    /// The time is `now`: what is due is sent or given up.
+    pub fn poll(&mut self, now: Instant, send: &mut impl FnMut(Payload)) {
+        if self.is_on_the_way() && self.deadline <= now {
+            match &mut self.state {
+                State::BlockUpload { receiver, due, .. } if receiver.is_heard() && !*due => {
+                    *due = true;
+                    self.deadline = now + self.timeout;
+                }
+                _ => {
+                    // Time for what is on its way.
+                    self.deadline = now + self.pause();
+                    self.fail(Error::Timeout, send);
+                }
+            }
+        }
+        self.drive(now, send);
+    }
+
+    /// Sends what can be sent.
+    fn drive(&mut self, now: Instant, send: &mut impl FnMut(Payload)) {
+        let payload = match &mut self.state {
+            State::Initiate(protocol) => {
+                let protocol = *protocol;
+                let Some(request) = self.request(protocol) else { return };
+                self.state = State::Initiated(protocol);
+                Some(request)
+            }
+            State::Download { toggle, asked: asked @ false } => {
+                let segment = download::segment(&self.staging, *toggle, self.size.saturating_sub(self.moved));
+                *asked = segment.is_some();
+                segment
+            }
+            State::Upload { toggle, asked: asked @ false } => {
+                *asked = self.staging.room() >= upload::SEGMENT;
+                asked.then(|| wire::upload_segment(*toggle))
+            }
+            State::BlockDownload { .. } => return self.send_sub_block(now, send),
+            State::BlockUpload { receiver, due: due @ true, .. } => {
+                let block_size = upload::block_size(&self.staging);
+                *due = block_size == 0;
+                (block_size > 0).then(|| wire::block_ack(receiver.acknowledge(block_size), block_size))
+            }
+            _ => None,
+        };
+        if let Some(payload) = payload {
+            self.deadline = now + self.timeout;
+            send(payload);
+        }
+    }
+
+    fn request(&self, protocol: Protocol) -> Option<Payload> {
+        Some(match protocol {
+            Protocol::Download => return download::request(&self.staging, self.at, self.size),
+            Protocol::BlockDownload => wire::block_download(self.at, true, self.size),
+            Protocol::Upload => wire::upload(self.at),
+            Protocol::BlockUpload => {
+                let threshold = if self.mode == Mode::Auto { THRESHOLD } else { 0 };
+                wire::block_upload(self.at, true, upload::block_size(&self.staging), threshold)
+            }
+        })
+    }
+
+    /// When to [poll](Client::poll) at the latest.
+    pub fn deadline(&self) -> Option<Instant> {
+        self.is_on_the_way().then_some(self.deadline)
+    }
+
+    /// A frame of this client left the bus, or failed to.
+    pub fn on_sent(&mut self) {
+        if let State::BlockDownload { sender, .. } = &mut self.state {
+            sender.on_sent();
+        }
+    }
+
+    /// Ends a transfer that nobody waits for any more; there is no outcome.
+    pub fn cancel(&mut self, send: &mut impl FnMut(Payload)) {
+        if self.is_on_the_way() {
+            send(wire::abort(self.at, AbortCode::LocalControl));
+        }
+        self.leave(State::Idle);
+        self.staging.clear();
+    }
+
+    /// The active bus changed: what was on its way is lost.
+    pub fn bus_changed(&mut self, send: &mut impl FnMut(Payload)) {
+        if self.is_on_the_way() {
+            self.fail(Error::BusChanged, send);
+        }
+    }
+
+    /// Ends the transfer, tells the server.
+    fn fail(&mut self, error: Error, send: &mut impl FnMut(Payload)) {
+        let code = match error {
+            Error::Abort(code) | Error::Protocol(code) => code,
+            Error::UnknownAbort(_) => AbortCode::General,
+            Error::Timeout => AbortCode::Timeout,
+            Error::TooLarge => AbortCode::OutOfMemory,
+            Error::BusChanged => AbortCode::DeviceState,
+        };
+        send(wire::abort(self.at, code));
+        self.done(Err(error));
+    }
+
+    fn done(&mut self, outcome: Result<usize, Error>) {
+        if outcome.is_err() || self.is_downloading() {
+            self.staging.clear();
+        }
+        self.leave(State::Done(outcome));
+    }
+
+    fn leave(&mut self, state: State) {
+        if let State::BlockUpload { receiver, .. } = &self.state {
+            self.strays = receiver.strays(self.deadline);
+        }
+        self.state = state;
+    }
+
+    /// Whether the server knows of the transfer.
+    fn is_on_the_way(&self) -> bool {
+        !matches!(self.state, State::Idle | State::Done(_) | State::Initiate(_))
+    }
+
+    fn is_downloading(&self) -> bool {
+        use Protocol::{BlockDownload, Download};
+        matches!(
+            self.state,
+            State::Initiate(Download | BlockDownload)
+                | State::Initiated(Download | BlockDownload)
+                | State::Download { .. }
+                | State::BlockDownload { .. }
+                | State::BlockDownloadEnd
+        )
+    }
+
+    fn pause(&self) -> Duration {
+        Duration::from_micros(self.timeout.as_micros() / PAUSE)
+    }
+
+    /// An answer that names an object must name the one that was asked for.
+    fn check(&self, at: Address) -> Result<(), Error> {
+        if at == self.at { Ok(()) } else { Err(Error::Protocol(AbortCode::ParameterIncompatible)) }
+    }
+}

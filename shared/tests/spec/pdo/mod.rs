@@ -1,0 +1,7 @@
+//! Process data objects: mapping, reception, transmission, and what an SDO may change of them.
+
+mod device;
+mod mapping;
+mod receive;
+mod rules;
+mod transmit;

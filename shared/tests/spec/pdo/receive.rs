@@ -1,0 +1,330 @@
+//! Receive PDOs.
+
+use ecss_can::emcy::ErrorCode;
+use ecss_can::link::CobId;
+use ecss_can::od::AbortCode;
+use ecss_can::od::communication::{INVALID, NO_REMOTE, RpdoParameters};
+use ecss_can::pdo::RpdoError::{Overdue, TooLong, TooShort};
+use ecss_can::pdo::RpdoEvent::{Applied, Error, OutsideWindow, Resolved};
+use ecss_can::pdo::{RpdoError, RpdoEvent, Rpdos};
+use ecss_can::time::Instant;
+use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
+
+use super::device::{BOTH_WAYS, Device, WORDS, dump, entry};
+use crate::bench::{frame, ms};
+
+/// Four RPDOs of a device, and everything they told.
+struct Node {
+    rpdos: Rpdos<4>,
+    device: Device,
+    told: Vec<(usize, RpdoEvent)>,
+}
+
+fn parameters(cob_id: u32, transmission: u8, event_timer: u16) -> RpdoParameters {
+    RpdoParameters { cob_id, transmission, event_timer, ..RpdoParameters::default() }
+}
+
+impl Node {
+    fn new() -> Node {
+        Node { rpdos: Rpdos::new(), device: Device::default(), told: vec![] }
+    }
+
+    fn with(number: usize, parameters: RpdoParameters, mapping: &[u32]) -> Node {
+        let mut node = Node::new();
+        assert_eq!(node.configure(number, parameters, mapping), Ok(None));
+        node
+    }
+
+    fn configure(
+        &mut self,
+        number: usize,
+        parameters: RpdoParameters,
+        mapping: &[u32],
+    ) -> Result<Option<RpdoError>, AbortCode> {
+        self.rpdos.configure::<Device>(number, &parameters, mapping)
+    }
+
+    fn receive(&mut self, id: u16, data: &[u8], at: Instant) -> bool {
+        let told = &mut self.told;
+        self.rpdos.on_frame(&frame(id, data), at, &mut self.device, &mut |_, number, event| {
+            told.push((number, event));
+        })
+    }
+
+    fn sync(&mut self, window_end: Instant) {
+        let told = &mut self.told;
+        self.rpdos.on_sync(window_end, &mut self.device, &mut |_, number, event| told.push((number, event)));
+    }
+
+    fn poll(&mut self, now: Instant) {
+        let told = &mut self.told;
+        self.rpdos.poll(now, &mut |number, event| told.push((number, event)));
+    }
+
+    fn told(&mut self) -> Vec<(usize, RpdoEvent)> {
+        std::mem::take(&mut self.told)
+    }
+}
+
+const DATA: [u8; 8] = [0x11, 0x11, 0x22, 0x22, 0x33, 0x33, 0x44, 0x44];
+const VALUES: [u16; 5] = [0x1111, 0x2222, 0x3333, 0x4444, 0];
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn an_event_driven_one_is_in_the_dictionary_at_once() {
+    for transmission in [254, 255] {
+        let mut node = Node::with(2, parameters(0x205, transmission, 0), &WORDS);
+        assert!(node.receive(0x205, &DATA, ms(1)));
+        assert_eq!(node.device.words, VALUES);
+        assert_eq!(node.told(), [(2, Applied)]);
+        node.sync(Instant::NEVER);
+        assert_eq!(node.told(), []);
+    }
+}
+
+/// Verifies: ECSS 6.2a, 6.9a, 6.9b, 6.9e
+#[test]
+fn a_synchronous_one_takes_effect_at_the_next_sync_and_the_newest_frame_counts() {
+    for transmission in [0, 1, 2, 240] {
+        let mut node = Node::with(0, parameters(0x205, transmission, 0), &WORDS);
+        assert!(node.receive(0x205, &[0xFF; 8], ms(1)));
+        assert!(node.receive(0x205, &DATA, ms(2)));
+        assert_eq!(node.device.words, [0; 5]);
+        assert_eq!(node.told(), []);
+        node.sync(Instant::NEVER);
+        assert_eq!(node.device.words, VALUES);
+        assert_eq!(node.told(), [(0, Applied)]);
+        // Once.
+        node.device.words = [0; 5];
+        node.sync(Instant::NEVER);
+        assert_eq!(node.device.words, [0; 5]);
+        assert_eq!(node.told(), []);
+    }
+}
+
+#[test]
+fn a_frame_of_others_is_none() {
+    let mut node = Node::with(1, parameters(0x205, 255, 0), &WORDS);
+    for id in [0x000, 0x080, 0x204, 0x206, 0x305, 0x7FF] {
+        assert!(!node.receive(id, &DATA, ms(1)), "{id:03X}");
+    }
+    assert_eq!(node.device.words, [0; 5]);
+    assert_eq!(node.told(), []);
+    assert!(node.rpdos.ids().eq([CobId::new(0x205).unwrap()]));
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_frame_too_short_is_not_processed_and_told_once_until_a_good_one() {
+    let mut node = Node::with(0, parameters(0x205, 254, 0), &WORDS);
+    for length in [0, 1, 7] {
+        assert!(node.receive(0x205, &DATA[..length], ms(1)));
+    }
+    assert_eq!(node.device.words, [0; 5]);
+    assert_eq!(node.told(), [(0, Error(TooShort))]);
+    node.receive(0x205, &DATA, ms(2));
+    assert_eq!(node.device.words, VALUES);
+    assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Applied)]);
+    node.receive(0x205, &[], ms(3));
+    assert_eq!(node.told(), [(0, Error(TooShort))]);
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_frame_too_long_is_processed_as_far_as_it_is_mapped_and_told_once() {
+    let mut node = Node::with(0, parameters(0x205, 254, 0), &WORDS[..2]);
+    node.receive(0x205, &DATA, ms(1));
+    assert_eq!(node.device.words, [0x1111, 0x2222, 0, 0, 0]);
+    assert_eq!(node.told(), [(0, Error(TooLong)), (0, Applied)]);
+    node.receive(0x205, &DATA[..5], ms(1));
+    assert_eq!(node.told(), [(0, Applied)]);
+    node.receive(0x205, &DATA[..3], ms(1));
+    assert_eq!(node.told(), [(0, Resolved(TooLong)), (0, Error(TooShort))]);
+    node.receive(0x205, &DATA[..4], ms(1));
+    assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Applied)]);
+}
+
+#[test]
+fn a_short_frame_does_not_replace_the_one_that_waits_for_sync() {
+    let mut node = Node::with(0, parameters(0x205, 1, 0), &WORDS);
+    node.receive(0x205, &DATA, ms(1));
+    node.receive(0x205, &[0xEE; 7], ms(2));
+    node.sync(Instant::NEVER);
+    assert_eq!(node.device.words, VALUES);
+    assert_eq!(node.told(), [(0, Error(TooShort)), (0, Applied)]);
+}
+
+#[test]
+fn every_error_has_its_emergency() {
+    let codes = [(TooShort, 0x8210), (TooLong, 0x8220), (Overdue, 0x8250)];
+    for (error, code) in codes {
+        assert_eq!(error.code(), ErrorCode::new(code));
+    }
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn the_deadline_runs_from_the_first_frame_and_is_told_once() {
+    let mut node = Node::with(0, parameters(0x205, 254, 20), &WORDS);
+    assert_eq!(node.rpdos.deadline(), None);
+    node.poll(ms(1_000));
+    assert_eq!(node.told(), []);
+    node.receive(0x205, &DATA, ms(1_000));
+    assert_eq!(node.rpdos.deadline(), Some(ms(1_020)));
+    node.receive(0x205, &DATA, ms(1_019));
+    node.told();
+    node.poll(ms(1_020));
+    node.poll(Instant::from_micros(1_038_999));
+    assert_eq!(node.told(), []);
+    assert_eq!(node.rpdos.deadline(), Some(ms(1_039)));
+    node.poll(ms(1_039));
+    assert_eq!(node.told(), [(0, Error(Overdue))]);
+    assert_eq!(node.rpdos.deadline(), None);
+    node.poll(ms(5_000));
+    assert_eq!(node.told(), []);
+    node.receive(0x205, &DATA, ms(5_000));
+    assert_eq!(node.told(), [(0, Resolved(Overdue)), (0, Applied)]);
+    node.poll(ms(5_020));
+    assert_eq!(node.told(), [(0, Error(Overdue))]);
+}
+
+#[test]
+fn a_short_frame_is_no_sign_of_life() {
+    let mut node = Node::with(0, parameters(0x205, 254, 20), &WORDS);
+    node.receive(0x205, &[], ms(1));
+    assert_eq!(node.rpdos.deadline(), None);
+    node.receive(0x205, &DATA, ms(2));
+    node.receive(0x205, &[], ms(12));
+    node.told();
+    node.poll(ms(22));
+    assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Error(Overdue))]);
+}
+
+#[test]
+fn each_deadline_is_its_own() {
+    let mut node = Node::with(0, parameters(0x205, 254, 50), &WORDS);
+    node.configure(1, parameters(0x305, 1, 10), &WORDS).unwrap();
+    node.receive(0x205, &DATA, ms(0));
+    node.receive(0x305, &DATA, ms(5));
+    node.told();
+    assert_eq!(node.rpdos.deadline(), Some(ms(15)));
+    node.poll(ms(15));
+    assert_eq!(node.told(), [(1, Error(Overdue))]);
+    assert_eq!(node.rpdos.deadline(), Some(ms(50)));
+    node.poll(ms(50));
+    assert_eq!(node.told(), [(0, Error(Overdue))]);
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn leaving_operational_forgets_what_is_held_and_stops_deadlines() {
+    let mut node = Node::with(0, parameters(0x205, 1, 20), &WORDS);
+    node.receive(0x205, &DATA, ms(1));
+    node.rpdos.stop();
+    assert_eq!(node.rpdos.deadline(), None);
+    node.poll(ms(1_000));
+    node.sync(Instant::NEVER);
+    assert_eq!(node.device.words, [0; 5]);
+    assert_eq!(node.told(), []);
+    // Still configured.
+    node.receive(0x205, &DATA, ms(2_000));
+    node.sync(Instant::NEVER);
+    assert_eq!(node.device.words, VALUES);
+    assert_eq!(node.rpdos.deadline(), Some(ms(2_020)));
+}
+
+/// Verifies: ECSS 6.9e
+#[test]
+fn synchronous_frames_after_the_window_are_discarded_until_the_next_sync() {
+    let mut node = Node::with(0, parameters(0x205, 1, 0), &WORDS);
+    node.configure(1, parameters(0x305, 254, 0), &[entry(0x6000, 5, 16)]).unwrap();
+    node.sync(ms(10));
+    node.receive(0x205, &DATA, ms(10));
+    assert_eq!(node.told(), []);
+    node.receive(0x205, &[0xEE; 8], Instant::from_micros(10_001));
+    assert_eq!(node.told(), [(0, OutsideWindow)]);
+    // The window is for synchronous ones only.
+    node.receive(0x305, &[1, 0], ms(11));
+    assert_eq!(node.told(), [(1, Applied)]);
+    node.sync(ms(110));
+    assert_eq!(node.device.words, [0x1111, 0x2222, 0x3333, 0x4444, 1]);
+    assert_eq!(node.told(), [(0, Applied)]);
+    node.receive(0x205, &DATA, ms(105));
+    assert_eq!(node.told(), []);
+}
+
+#[test]
+fn two_with_one_cob_id_both_take_it() {
+    let mut node = Node::with(3, parameters(0x205, 254, 0), &[entry(0x6000, 1, 16)]);
+    node.configure(1, parameters(0x205, 254, 0), &[entry(0x6000, 2, 16)]).unwrap();
+    node.receive(0x205, &[0x34, 0x12], ms(1));
+    assert_eq!(node.device.words, [0x1234, 0x1234, 0, 0, 0]);
+    assert_eq!(node.told(), [(1, Applied), (3, Applied)]);
+}
+
+#[test]
+fn an_invalid_one_takes_nothing() {
+    let mut node = Node::with(0, parameters(0x205, 254, 20), &WORDS);
+    assert!(node.rpdos.layout(0).is_some());
+    node.receive(0x205, &DATA, ms(1));
+    node.receive(0x205, &[], ms(1));
+    node.told();
+    // The error is gone with it. What it is mapped to does not matter.
+    assert_eq!(node.configure(0, parameters(INVALID | 0x205, 254, 20), &[1, 2, 3]), Ok(Some(TooShort)));
+    assert!(!node.receive(0x205, &DATA, ms(2)));
+    node.poll(ms(100));
+    assert_eq!(node.told(), []);
+    assert_eq!(node.rpdos.layout(0), None);
+    assert_eq!(node.rpdos.ids().count(), 0);
+}
+
+#[test]
+fn a_configuration_that_cannot_work_changes_nothing() {
+    let mut node = Node::with(0, parameters(NO_REMOTE | 0x205, 254, 0), &WORDS);
+    let bad = [
+        (0, 254, &[][..], AbortCode::ParameterIncompatible),
+        (0, 254, &[entry(0x6020, 0, 8)], AbortCode::NotMappable),
+        (0, 254, &[entry(0x7000, 0, 8)], AbortCode::NoObject),
+        (0, 241, &WORDS, AbortCode::ValueRange),
+        (0, 253, &WORDS, AbortCode::ValueRange),
+        (4, 254, &WORDS, AbortCode::NoObject),
+    ];
+    for (number, transmission, mapping, code) in bad {
+        assert_eq!(node.configure(number, parameters(0x305, transmission, 0), mapping), Err(code));
+    }
+    assert!(node.receive(0x205, &DATA, ms(1)));
+    assert!(!node.receive(0x305, &DATA, ms(1)));
+    assert_eq!(node.device.words, VALUES);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::with_cases(500) })]
+
+    /// Verifies: ECSS 6.2a
+    #[test]
+    fn no_frames_ever_write_what_is_not_mapped(
+        mapped in proptest::collection::vec(0..BOTH_WAYS.len(), 1..=8),
+        transmission in prop_oneof![Just(1), Just(254)],
+        frames in proptest::collection::vec((0x204_u16..0x207, proptest::collection::vec(any::<u8>(), 0..=8)), 1..50),
+    ) {
+        let entries: Vec<u32> =
+            mapped.iter().map(|nth| BOTH_WAYS[*nth]).map(|(index, sub, bits)| entry(index, sub, bits)).collect();
+        let mut node = Node::new();
+        if node.configure(0, parameters(0x205, transmission, 5), &entries).is_err() {
+            return Ok(());
+        }
+        let before = dump(&mut node.device);
+        for (at, (id, data)) in frames.iter().enumerate() {
+            prop_assert_eq!(node.receive(*id, data, ms(at as u64)), *id == 0x205);
+            node.sync(Instant::NEVER);
+            node.poll(ms(at as u64));
+        }
+        for ((address, before), (_, after)) in before.iter().zip(dump(&mut node.device)) {
+            let is_mapped = entries.iter().any(|entry| {
+                (entry >> 16) as u16 == address.index && (entry >> 8) as u8 == address.sub
+            });
+            prop_assert!(is_mapped || *before == after, "{:?}", address);
+        }
+    }
+}

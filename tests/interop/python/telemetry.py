@@ -1,0 +1,59 @@
+"""Telecommands and telemetry requests as raw PDOs to slaves 2 and 3, whose master is this script."""
+
+import struct
+import unittest
+
+from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Node, Test
+
+SET_VALUE, RESET_COUNTERS, UNKNOWN = 0x0002, 0x0003, 0x7777
+UPTIME, VALUE, EXECUTED = 0x0101, 0x0102, 0x0103
+
+
+class Telemetry(Test):
+    def setUp(self) -> None:
+        self.net = self.connect(is_master=True)
+        self.nodes = [Node(self.net, 2), Node(self.net, 3)]
+        self.net.nmt.state = "OPERATIONAL"
+        for node in self.nodes:
+            node.becomes(OPERATIONAL)
+
+    def number(self, node: Node, code: int) -> int:
+        return struct.unpack("<I", node.ask(code))[0]
+
+    def test_a_value_that_is_set_is_read_back(self) -> None:
+        one, other = self.nodes
+        for number in (0, 1, 0xDEADBEEF, 0xFFFFFFFF):
+            one.command(SET_VALUE, struct.pack("<I", number))
+            other.command(SET_VALUE, struct.pack("<I", number ^ 0x55))
+            self.assertEqual(self.number(one, VALUE), number)
+            self.assertEqual(self.number(other, VALUE), number ^ 0x55)
+
+    def test_commands_are_counted_and_unknown_ones_declined(self) -> None:
+        node = self.nodes[0]
+        node.command(RESET_COUNTERS)
+        before = self.number(node, EXECUTED)
+        for number in range(5):
+            node.command(SET_VALUE, struct.pack("<I", number))
+        node.command(UNKNOWN, b"\x01")
+        node.command(SET_VALUE, b"\x01")
+        self.assertEqual(self.number(node, EXECUTED), before + 5)
+
+    def test_uptime_grows(self) -> None:
+        node = self.nodes[0]
+        earlier, later = (int.from_bytes(node.ask(UPTIME), "little") for _ in range(2))
+        self.assertGreater(later, earlier)
+
+    def test_no_pdo_is_obeyed_before_operational(self) -> None:
+        node = self.nodes[0]
+        node.command(SET_VALUE, struct.pack("<I", 1))
+        self.assertEqual(self.number(node, VALUE), 1)
+        node.remote.nmt.state = "PRE-OPERATIONAL"
+        node.becomes(PRE_OPERATIONAL)
+        node.command(SET_VALUE, struct.pack("<I", 2))
+        node.remote.nmt.state = "OPERATIONAL"
+        node.becomes(OPERATIONAL)
+        self.assertEqual(self.number(node, VALUE), 1)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

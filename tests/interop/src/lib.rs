@@ -1,0 +1,15 @@
+//! The spacecraft under the eyes of tools that know nothing of it.
+//!
+//! A test is a Python script in `python/`, one per topic, and a line in `tests/scripts.rs` that says with which spacecraft
+//! it runs. [`script::run`] starts `cargo twin` on free ports, hands the script the addresses of both buses, and fails
+//! with all that both of them said. What the scripts share is in `python/spacecraft.py`: channels by SLCAN with the twin's
+//! own time stamps, and networks of the `canopen` package.
+//!
+//! [`tools`] installs what is missing: python-can and canopen into `target/interop/venv`, Debian's packages when it may.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+pub mod program;
+pub mod script;
+pub mod tools;

@@ -1,0 +1,122 @@
+//! The programs of this workspace, as people run them.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
+use std::thread;
+use std::time::Duration;
+
+use anyhow::{Context, anyhow, ensure};
+use serde_json::Value;
+
+use crate::tools::workspace;
+
+/// Longest run of a spacecraft that nobody ends, in seconds.
+const SECONDS: &str = "600";
+
+/// It may have to build the firmware first.
+const UNTIL_IT_LISTENS: Duration = Duration::from_secs(900);
+
+/// The program behind `cargo demo` and `cargo twin`, built once in a test process.
+///
+/// # Errors
+/// When it cannot be built.
+pub fn xtask() -> anyhow::Result<&'static Path> {
+    static BUILT: LazyLock<Result<PathBuf, String>> =
+        LazyLock::new(|| build().map_err(|error| format!("{error:#}")));
+    BUILT.as_deref().map_err(|error| anyhow!("{error}"))
+}
+
+fn build() -> anyhow::Result<PathBuf> {
+    let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
+    let output = Command::new(cargo)
+        .args(["build", "--quiet", "--package", "xtask", "--message-format", "json-render-diagnostics"])
+        .args((!cfg!(debug_assertions)).then_some("--release"))
+        .current_dir(workspace())
+        .stderr(Stdio::inherit())
+        .output()
+        .context("cannot run cargo")?;
+    ensure!(output.status.success(), "cargo build --package xtask failed ({})", output.status);
+    let messages = output.stdout.split(|byte| *byte == b'\n');
+    let executables = messages.filter_map(|line| {
+        let message: Value = serde_json::from_slice(line).ok()?;
+        Some(PathBuf::from(message.get("executable")?.as_str()?))
+    });
+    executables.last().context("cargo built no program")
+}
+
+/// A spacecraft that runs; it ends when it goes out of scope.
+pub struct Twin {
+    child: Child,
+    said: Arc<Mutex<String>>,
+    /// Address of the nominal bus, for python-can.
+    pub nominal: String,
+    /// Address of the redundant bus.
+    pub redundant: String,
+    /// One at a time: the computer is as fast as it is.
+    _turn: MutexGuard<'static, ()>,
+}
+
+impl Twin {
+    /// Starts `cargo twin` on free ports and waits until both buses are there.
+    ///
+    /// # Errors
+    /// When it cannot be built or does not begin to listen.
+    pub fn start(arguments: &[&str]) -> anyhow::Result<Twin> {
+        static TURN: Mutex<()> = Mutex::new(());
+        let program = xtask()?;
+        // A test that failed has left nothing behind.
+        let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut child = Command::new(program)
+            .args(["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", SECONDS])
+            .args(arguments)
+            .current_dir(workspace())
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .context("cannot run xtask")?;
+        let said = Arc::new(Mutex::new(String::new()));
+        let addresses = child.stdout.take().map(|stdout| follow(stdout, said.clone()));
+        let mut twin = Twin { child, said, nominal: String::new(), redundant: String::new(), _turn: turn };
+        let addresses = addresses.context("its output is piped")?;
+        let next = || {
+            let address = addresses.recv_timeout(UNTIL_IT_LISTENS);
+            address.context("cargo twin does not listen; what it said stands above")
+        };
+        (twin.nominal, twin.redundant) = (next()?, next()?);
+        Ok(twin)
+    }
+
+    /// What it has printed so far.
+    pub fn said(&self) -> String {
+        self.said.lock().map(|said| said.clone()).unwrap_or_default()
+    }
+}
+
+impl Drop for Twin {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// Keeps what a spacecraft prints; gives the addresses of its buses, nominal first, as they are printed.
+fn follow(stdout: impl std::io::Read + Send + 'static, said: Arc<Mutex<String>>) -> Receiver<String> {
+    let (sender, addresses) = mpsc::channel();
+    thread::spawn(move || {
+        for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+            if let Some((_, address)) = line.split_once(" bus: slcan ") {
+                // Nobody waits any more when the start has failed.
+                let _ = sender.send(address.to_owned());
+            }
+            if let Ok(mut said) = said.lock() {
+                *said += &line;
+                said.push('\n');
+            }
+        }
+    });
+    addresses
+}

@@ -1,0 +1,145 @@
+//! `cargo xtask eds`: EDS and DCF (CiA 306) of the devices, from the dictionaries declared in Rust (ECSS 6.6a).
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use clap::Args;
+use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Network};
+use ecss_can::nmt::NodeId;
+use ecss_can::od::Objects;
+use ecss_can::od::communication::{Communication, SdoServerObjects};
+use ecss_can::od::spacecraft::Spacecraft;
+use ecss_can::profile;
+use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
+
+use crate::firmware::Profile;
+
+/// Clock of the CAN controllers of every board.
+const PCLK1: Hertz = Hertz(42_000_000);
+/// When the files were first made, and when what they say changed last.
+const CREATED: Timestamp = Timestamp { year: 2026, month: 11, day: 21, hour: 12, minute: 0 };
+const MODIFIED: Timestamp = CREATED;
+
+/// Command line of `eds`.
+#[derive(Args, Debug)]
+pub struct Options {
+    /// Where the files go [default: docs/eds]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+
+    /// Write nothing; exit with 1 and name the files that are not what would be written
+    #[arg(long)]
+    check: bool,
+
+    /// Slaves that get a DCF, 2..127; may be repeated
+    #[arg(long = "slave", value_name = "NODE", default_values_t = [3], value_parser = clap::value_parser!(u8).range(2..=127))]
+    slaves: Vec<u8>,
+
+    /// Mission profile whose numbers are the defaults
+    #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
+    profile: Profile,
+}
+
+/// Writes the files, or looks whether they are current.
+///
+/// # Errors
+/// When a file cannot be written, or is not current.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("eds");
+    let out = options.out.as_ref().unwrap_or(&docs);
+    let files = files(options)?;
+    if options.check {
+        return check(out, &files);
+    }
+    std::fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
+    for (name, text) in files {
+        let path = out.join(name);
+        std::fs::write(&path, text).with_context(|| format!("writing {}", path.display()))?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}
+
+fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {
+    let is_stale = |(name, text): &&(String, String)| {
+        let there = std::fs::read_to_string(out.join(name)).unwrap_or_default();
+        there.replace("\r\n", "\n") != *text
+    };
+    let stale: Vec<&str> = files.iter().filter(is_stale).map(|(name, _)| name.as_str()).collect();
+    anyhow::ensure!(
+        stale.is_empty(),
+        "not current in {}: {}; run `cargo xtask eds`",
+        out.display(),
+        stale.join(", ")
+    );
+    Ok(())
+}
+
+/// Names and texts.
+fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
+    let profile = numbers(options.profile);
+    let description = Description::new(&device(options.profile), SlaveObjects::new)?;
+    let mut files = vec![("slave.eds".into(), description.eds("slave.eds"))];
+    for &node in &options.slaves {
+        let node = NodeId::new(node).context("a Node-ID is 1..127")?;
+        let name = format!("slave-{}.dcf", node.get());
+        let commissioning = Commissioning {
+            name: format!("slave {}", node.get()),
+            bit_rate: (profile.network.bit_rate.get() / 1000) as u16,
+            network_name: "ecss-can".into(),
+            ..Commissioning::new(node)
+        };
+        let text = description.dcf(&name, "slave.eds", &commissioning, &mut SlaveObjects::new(node))?;
+        files.push((name, text));
+    }
+    Ok(files)
+}
+
+fn numbers(profile: Profile) -> &'static profile::Profile {
+    match profile {
+        Profile::Librecube => &profile::LIBRECUBE,
+        Profile::Standard => &profile::STANDARD,
+    }
+}
+
+fn device(profile: Profile) -> Device {
+    let network = numbers(profile).network;
+    let is_possible = |rate: &u16| {
+        let bit_rate = BitRate::new(u32::from(*rate) * 1000);
+        bit_rate.is_some_and(|bit_rate| BitTiming::new(PCLK1, &Network { bit_rate, ..network }).is_ok())
+    };
+    Device {
+        vendor: "The ecss-can authors".into(),
+        product: "Slave".into(),
+        order_code: "slave".into(),
+        description: format!("Slave of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
+        author: "cargo xtask eds".into(),
+        modified: MODIFIED,
+        bit_rates: BIT_RATES.into_iter().filter(is_possible).collect(),
+        boot_up_slave: true,
+        comments: vec![
+            "Both buses, nominal and redundant, lead to this one dictionary.".into(),
+            "The bit rate is chosen when the image is built.".into(),
+        ],
+        ..Device::new(CREATED)
+    }
+}
+
+/// What every slave holds; the objects of its application come beside them.
+#[derive(Objects)]
+struct SlaveObjects {
+    #[objects]
+    spacecraft: Spacecraft,
+    #[objects]
+    communication: Communication,
+    #[objects]
+    sdo: SdoServerObjects,
+}
+
+impl SlaveObjects {
+    fn new(node: NodeId) -> Self {
+        let (node_id, mut sdo) = (u32::from(node.get()), SdoServerObjects::default());
+        (sdo.sdo_server.request, sdo.sdo_server.response) = (0x600 + node_id, 0x580 + node_id);
+        Self { communication: Communication::new(node), sdo, ..Self::default() }
+    }
+}
