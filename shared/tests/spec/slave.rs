@@ -389,3 +389,29 @@ fn a_frame_it_has_no_use_for_is_counted() {
     slave.receive(NOMINAL, 0x306, &[1, 2]);
     assert_eq!(status_counters(&mut slave).nominal.ignored, 1);
 }
+
+#[test]
+fn each_malformed_frame_is_counted_once() {
+    let mut slave = operational(&STANDARD);
+    let bad: [(u16, &[u8]); 11] = [
+        (0x000, &[]),
+        (0x000, &[0x81]),
+        (0x000, &[0x81, 0, 0]),
+        (0x000, &[0x03, 0]),
+        (0x000, &[0x81, 200]),
+        (0x080, &[1, 2]),
+        (0x181, &[1, 2, 3, 4, 5, 6]),
+        (0x305, &[1]),
+        (0x405, &[]),
+        (0x701, &[]),
+        (0x701, &[0x42]),
+    ];
+    for (count, (id, data)) in (1..).zip(bad) {
+        slave.receive(NOMINAL, id, data);
+        assert_eq!(status_counters(&mut slave).nominal.malformed, count, "{id:03X} {data:?}");
+    }
+    // Good ones again: what was wrong with their PDOs is over.
+    slave.receive(NOMINAL, 0x405, &MESSAGE);
+    slave.receive(NOMINAL, 0x181, &[0; 7]);
+    assert_eq!(status_counters(&mut slave).nominal.malformed, 11);
+}

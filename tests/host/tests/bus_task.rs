@@ -8,15 +8,12 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
 use ecss_can::link::queue::Outgoing;
-use ecss_can::link::{Bus, CobId, Frame, PerBus};
-use ecss_can::nmt::NmtState;
-use ecss_can::node::Status;
-use ecss_can::profile::STANDARD;
+use ecss_can::link::{Bus, CobId, Frame};
 use ecss_can::runner::{
-    AppLink, BusCommand, EVENT_DEPTH, FailCause, LinkEvent, Links, Node, Outbox, QUEUE_DEPTH, Telltale,
-    bus_task, node_task,
+    AppLink, BusCommand, EVENT_DEPTH, FailCause, LinkEvent, Links, Node, NodeCell, Outbox, QUEUE_DEPTH,
+    Telltale, bus_task, node_task,
 };
-use ecss_can::time::{Clock, Duration, Instant, Scet};
+use ecss_can::time::{Clock, Duration, Instant};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::LocalPool;
 use futures_util::FutureExt;
@@ -61,18 +58,6 @@ impl Node for Probe {
 
     fn deadline(&self) -> Option<Instant> {
         None
-    }
-
-    fn status(&self, _: Instant) -> Status {
-        Status {
-            uptime: Duration::ZERO,
-            scet: Scet::default(),
-            state: NmtState::Operational,
-            active: Bus::Nominal,
-            redundancy: STANDARD.redundancy(),
-            counters: PerBus::default(),
-            health: PerBus::default(),
-        }
     }
 }
 
@@ -125,7 +110,7 @@ impl Bench {
         let (probe, clock) = (self.probe.clone(), self.clock.clone());
         let (links, app, telltale) = (self.links.clone(), self.app.clone(), self.telltale.clone());
         let task = async move {
-            node_task(probe, clock, &links, &app, &telltale).await;
+            node_task(&NodeCell::new(probe), clock, &links, &app, &telltale).await;
         };
         self.pool.spawner().spawn_local(task).expect("the pool lives");
         self.pool.run_until_stalled();

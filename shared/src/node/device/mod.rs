@@ -27,6 +27,8 @@ pub enum PdoOutcome {
     Unknown,
     /// One of them.
     Taken,
+    /// One of them, and an emergency tells that something changed.
+    Told,
     /// One of them, but not as it should be: told as an emergency.
     Erroneous,
 }
@@ -233,19 +235,21 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         at: Instant,
         applied: &mut impl FnMut(&NodeObjects<A, R, T, M>, u16),
     ) -> PdoOutcome {
-        let (emcy, mut erroneous) = (&mut self.emcy, false);
+        let (emcy, mut erroneous, mut told) = (&mut self.emcy, false, false);
         let known =
             self.rpdos.on_frame(frame, at, &mut self.objects, &mut |objects, number, event| match event {
                 RpdoEvent::Applied => applied(objects, number as u16),
                 event => {
-                    erroneous = true;
+                    erroneous |= matches!(event, RpdoEvent::Error(RpdoError::TooShort | RpdoError::TooLong));
+                    told = true;
                     tell(emcy, &mut objects.communication, number, event);
                 }
             });
-        match (known, erroneous) {
-            (false, _) => PdoOutcome::Unknown,
-            (true, false) => PdoOutcome::Taken,
-            (true, true) => PdoOutcome::Erroneous,
+        match (known, erroneous, told) {
+            (false, ..) => PdoOutcome::Unknown,
+            (true, true, _) => PdoOutcome::Erroneous,
+            (true, false, true) => PdoOutcome::Told,
+            (true, false, false) => PdoOutcome::Taken,
         }
     }
 

@@ -115,6 +115,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         match known {
             PdoOutcome::Taken => {}
             PdoOutcome::Unknown => self.buses.ignored(bus),
+            PdoOutcome::Told => self.next = now,
             PdoOutcome::Erroneous => {
                 self.buses.malformed(bus);
                 self.next = now;

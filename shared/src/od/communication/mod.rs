@@ -73,8 +73,8 @@ pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = Pd
     pub emcy_cob_id: u32,
     /// Inhibit time EMCY
     ///
-    /// Multiples of 100 us.
-    #[object(0x1015, rw)]
+    /// Multiples of 100 us. Ten a second: an error that comes and goes must not fill the bus.
+    #[object(0x1015, rw, default = 1_000)]
     pub emcy_inhibit: u16,
     /// Consumer heartbeat time
     ///

@@ -43,7 +43,7 @@ fn a_command_is_executed_and_telemetry_reads_it_back() {
     world.run_for(ms(20));
     let sent = since(&world, Bus::Nominal, 0x303, from);
     assert_eq!(sent.len(), 1);
-    assert_eq!(sent[0].frame.payload(), [0x02, 0x00, 0xEF, 0xBE, 0xAD, 0xDE]);
+    assert_eq!(sent[0].frame.payload(), [0x02, 0x00, 0xEF, 0xBE, 0xAD, 0xDE, 0, 0]);
     assert_eq!(ask(&mut world, THREE, Request::Value), Telemetry::Value(0xDEAD_BEEF));
     assert_eq!(ask(&mut world, TWO, Request::Value), Telemetry::Value(0));
     let executed = |node| {

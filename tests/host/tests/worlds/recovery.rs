@@ -137,12 +137,7 @@ fn all_slaves_off_and_on_again() {
 #[test]
 fn a_slave_driven_to_bus_off_recovers_and_goes_on() {
     let mut world = running(STANDARD, 3);
-    let from = world.now();
-    // A babbler under the identity of slave 2: both start together and differ in the data, again and again. The slave
-    // sends the recessive bit (05h against 01h): it is the one that sees the error, also when both are error passive.
-    for _ in 0..400 {
-        world.inject(Bus::Nominal, standard(0x702, &[0x01]));
-    }
+    let from = deafen_two(&mut world);
     world.run_for(ms(120));
     let states: Vec<ErrorState> = world
         .log_of(TWO)

@@ -1,5 +1,6 @@
 //! What the tests of worlds share.
 
+use can_wire::fault::{Effect, Fault, Nodes};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::link::Bus;
@@ -90,4 +91,15 @@ pub fn changed_bus(bus: Bus, cause: BusCause) -> impl Fn(&SlaveEvent) -> bool {
 /// Distances between the ends of consecutive frames, microseconds.
 pub fn periods_us(frames: &[Sent]) -> Vec<u64> {
     frames.windows(2).map(|pair| pair[1].end.since(pair[0].end).as_us()).collect()
+}
+
+/// From just before the next heartbeat of slave 2 on it does not hear its own dominant bits on the nominal bus: each is
+/// an error of its transmission, until it is bus-off. Returns when that began.
+pub fn deafen_two(world: &mut World) -> Time {
+    world.run_for(ms(20));
+    let last = since(world, Bus::Nominal, 0x702, Time::ZERO).last().expect("it has a heartbeat").start;
+    world.run_until(last + ms(99));
+    let nodes = Nodes::of(&[world.index(TWO)]);
+    world.strike(Bus::Nominal, Fault::Glitch { nodes, duration: ms(5), effect: Effect::Recessive });
+    world.now()
 }
