@@ -1,6 +1,7 @@
 //! SDO: the server, the client, and one against the other over a channel that loses, repeats and reorders.
 
 mod channel;
+mod client;
 mod fixture;
 mod pair;
 mod server;
