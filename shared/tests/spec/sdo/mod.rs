@@ -4,6 +4,7 @@ mod channel;
 mod client;
 mod fixture;
 mod pair;
+mod random;
 mod server;
 mod server_blocks;
 
