@@ -24,8 +24,8 @@ pub struct Attribute {
     pub in_a_row: bool,
     /// Layout.
     pub shape: Shape,
-    /// Access right, as an expression; none for records, whose entries have their own.
-    pub access: Option<TokenStream>,
+    /// Access right; none for records, whose entries have their own.
+    pub access: Option<Ident>,
     /// PDOs may carry it.
     pub pdo: bool,
     /// Least value.
@@ -55,10 +55,19 @@ impl Attribute {
         quote!(::core::option::Option::Some(&::ecss_can::od::Limits { low: #low, high: #high }))
     }
 
-    /// The access right of a value.
-    pub fn required_access(&self) -> syn::Result<&TokenStream> {
+    /// The access right of a value, as an expression.
+    pub fn required_access(&self) -> syn::Result<TokenStream> {
         let message = "who may access it? ro, wo, rw, rwr, rww or constant";
-        self.access.as_ref().ok_or_else(|| Error::new(self.number.span(), message))
+        let access = self.access.as_ref().ok_or_else(|| Error::new(self.number.span(), message))?;
+        Ok(quote!(::ecss_can::od::Access::#access))
+    }
+
+    /// Whether transmit PDOs, and whether receive PDOs may carry it.
+    pub fn directions(&self) -> (bool, bool) {
+        let is_among = |rights: &[&str]| {
+            self.pdo && self.access.as_ref().is_some_and(|own| rights.iter().any(|right| own == right))
+        };
+        (is_among(&["Ro", "Rw", "Rwr", "Const"]), is_among(&["Wo", "Rw", "Rww"]))
     }
 }
 
@@ -97,18 +106,19 @@ fn assigned(input: ParseStream) -> syn::Result<Expr> {
     input.parse()
 }
 
-fn access(right: &str, span: Span) -> syn::Result<TokenStream> {
+/// The variant of `Access`.
+fn access(right: &str, span: Span) -> syn::Result<Ident> {
     let name = match right {
-        "ro" => quote!(Ro),
-        "wo" => quote!(Wo),
-        "rw" => quote!(Rw),
-        "rwr" => quote!(Rwr),
-        "rww" => quote!(Rww),
-        "constant" => quote!(Const),
+        "ro" => "Ro",
+        "wo" => "Wo",
+        "rw" => "Rw",
+        "rwr" => "Rwr",
+        "rww" => "Rww",
+        "constant" => "Const",
         _ => {
             let known = "ro, wo, rw, rwr, rww, constant, record, array, pdo, low, high, default";
             return Err(Error::new(span, format!("unknown word; known are {known}")));
         }
     };
-    Ok(quote!(::ecss_can::od::Access::#name))
+    Ok(Ident::new(name, span))
 }

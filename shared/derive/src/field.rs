@@ -49,3 +49,13 @@ pub fn initial(field: &Field, declared: Option<&Attribute>) -> TokenStream {
         (None, _) => quote!(::core::default::Default::default()),
     }
 }
+
+/// What a transmit PDO reads of a value.
+pub fn bits(value: &TokenStream) -> TokenStream {
+    quote!(::core::option::Option::Some(::ecss_can::od::Variable::bits(#value)))
+}
+
+/// What a receive PDO writes to a value.
+pub fn set_bits(value: &TokenStream) -> TokenStream {
+    quote!(::core::option::Option::Some(::ecss_can::od::Variable::set_bits(#value, bits)))
+}

@@ -14,6 +14,10 @@ struct Object {
     names: TokenStream,
     /// The value at a place, an `Option<&mut dyn Variable>`.
     variable: TokenStream,
+    /// What a transmit PDO reads at a place, an `Option<u64>`, if it may.
+    bits: Option<TokenStream>,
+    /// What a receive PDO writes at a place, an `Option<()>`, if it may.
+    set_bits: Option<TokenStream>,
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
@@ -48,7 +52,12 @@ fn implementation(
     let names = objects.iter().map(|object| &object.names);
     let numbers = 0..own;
     let variables = objects.iter().map(|object| &object.variable);
-    let group_names = groups.iter().map(|(name, _)| name);
+    let arm = |(number, value): (u16, &Option<TokenStream>)| {
+        value.as_ref().map(|value| quote!(#number => return #value,))
+    };
+    let reads: Vec<_> = (0..).zip(objects.iter().map(|object| &object.bits)).filter_map(arm).collect();
+    let writes: Vec<_> = (0..).zip(objects.iter().map(|object| &object.set_bits)).filter_map(arm).collect();
+    let group_names: Vec<&Ident> = groups.iter().map(|(name, _)| *name).collect();
     let types: Vec<&Type> = groups.iter().map(|(_, group)| *group).collect();
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
@@ -108,6 +117,44 @@ fn implementation(
                 )*
                 ::core::option::Option::None
             }
+
+            #[allow(unused_variables, unused_mut, unused_assignments)]
+            #[inline]
+            fn bits(&self, mut place: ::ecss_can::od::Place) -> ::core::option::Option<u64> {
+                match place.object {
+                    #(#reads)*
+                    _ => {}
+                }
+                place.object = place.object.wrapping_sub(#own);
+                #(
+                    if place.object < <#types as ::ecss_can::od::Objects>::COUNT {
+                        return ::ecss_can::od::Objects::bits(&self.#group_names, place);
+                    }
+                    place.object = place.object.wrapping_sub(<#types as ::ecss_can::od::Objects>::COUNT);
+                )*
+                ::core::option::Option::None
+            }
+
+            #[allow(unused_variables, unused_mut, unused_assignments)]
+            #[inline]
+            fn set_bits(
+                &mut self,
+                mut place: ::ecss_can::od::Place,
+                bits: u64,
+            ) -> ::core::option::Option<()> {
+                match place.object {
+                    #(#writes)*
+                    _ => {}
+                }
+                place.object = place.object.wrapping_sub(#own);
+                #(
+                    if place.object < <#types as ::ecss_can::od::Objects>::COUNT {
+                        return ::ecss_can::od::Objects::set_bits(&mut self.#group_names, place, bits);
+                    }
+                    place.object = place.object.wrapping_sub(<#types as ::ecss_can::od::Objects>::COUNT);
+                )*
+                ::core::option::Option::None
+            }
         }
 
         impl #impl_generics ::core::default::Default for #ident #type_generics #bounds {
@@ -120,74 +167,115 @@ fn implementation(
 
 fn object(field: &Field, attribute: &Attribute) -> syn::Result<Object> {
     let (name, title, number) = (field::ident(field)?, field::title(field)?, attribute.value()?);
-    // The type of one object of several in a row, and how many there are.
-    let (value, count, place) = if attribute.in_a_row {
+    // The type of one object of several in a row, how many there are, and the one meant.
+    let (value, count, place, place_mut) = if attribute.in_a_row {
         let array = field::array(field)?;
         let (value, len) = (&*array.elem, &array.len);
-        let place = quote!(self.#name.get_mut(::core::primitive::usize::from(place.instance))?);
-        (value, quote!((#len) as u16), place)
+        let nth = quote!(::core::primitive::usize::from(place.instance));
+        (value, quote!((#len) as u16), quote!(self.#name.get(#nth)?), quote!(self.#name.get_mut(#nth)?))
     } else {
-        (&field.ty, quote!(1), quote!((&mut self.#name)))
+        (&field.ty, quote!(1), quote!((&self.#name)), quote!((&mut self.#name)))
     };
-    let (code, entries, entry_names, structure, variable) = match attribute.shape {
-        Shape::Var => var(value, attribute, &title, &place)?,
-        Shape::Array => array(value, attribute, &title, &place)?,
-        Shape::Record => (
-            quote!(::ecss_can::od::ObjectCode::Record),
-            quote!(<#value as ::ecss_can::od::Record>::ENTRIES),
-            quote!(<#value as ::ecss_can::od::Record>::NAMES),
-            quote!(<#value as ::ecss_can::od::Record>::STRUCTURE),
-            quote!(::ecss_can::od::Record::variable(#place, place.sub)),
-        ),
+    let parts = match attribute.shape {
+        Shape::Var => var(value, attribute, &title, &place, &place_mut)?,
+        Shape::Array => array(value, attribute, &title, &place, &place_mut)?,
+        Shape::Record => record(value, &place, &place_mut),
+    };
+    let Parts { code, entries, names, structure, variable, bits, set_bits } = parts;
+    let (read, written) = match attribute.shape {
+        // Its entries know.
+        Shape::Record => (true, true),
+        Shape::Var | Shape::Array => attribute.directions(),
     };
     let declaration = quote! {
         ::ecss_can::od::Object { index: #number, count: #count, code: #code, entries: #entries }
     };
     let names = quote! {
-        ::ecss_can::od::Names { object: #title, entries: #entry_names, structure: #structure }
+        ::ecss_can::od::Names { object: #title, entries: #names, structure: #structure }
     };
-    Ok(Object { number, declaration, names, variable })
+    let (bits, set_bits) = (read.then_some(bits), written.then_some(set_bits));
+    Ok(Object { number, declaration, names, variable, bits, set_bits })
 }
 
-type Parts = (TokenStream, TokenStream, TokenStream, TokenStream, TokenStream);
+/// What depends on the shape of an object. All are expressions.
+struct Parts {
+    code: TokenStream,
+    entries: TokenStream,
+    names: TokenStream,
+    structure: TokenStream,
+    variable: TokenStream,
+    bits: TokenStream,
+    set_bits: TokenStream,
+}
 
-fn var(value: &Type, attribute: &Attribute, title: &str, place: &TokenStream) -> syn::Result<Parts> {
+fn var(
+    value: &Type,
+    attribute: &Attribute,
+    title: &str,
+    place: &TokenStream,
+    place_mut: &TokenStream,
+) -> syn::Result<Parts> {
     let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
-    Ok((
-        quote! {
+    Ok(Parts {
+        code: quote! {
             match <#value as ::ecss_can::od::Typed>::TYPE {
                 ::ecss_can::od::DataType::Domain => ::ecss_can::od::ObjectCode::Domain,
                 _ => ::ecss_can::od::ObjectCode::Var,
             }
         },
-        quote!(&[::ecss_can::od::Entry::of::<#value>(0, 1, #access).for_pdo(#pdo).within(#limits)]),
-        quote!(&[#title]),
-        quote!(0),
-        quote!(::core::option::Option::Some(#place)),
-    ))
+        entries: quote! {
+            &[::ecss_can::od::Entry::of::<#value>(0, 1, #access).for_pdo(#pdo).within(#limits)]
+        },
+        names: quote!(&[#title]),
+        structure: quote!(0),
+        variable: quote!(::core::option::Option::Some(#place_mut)),
+        bits: field::bits(place),
+        set_bits: field::set_bits(place_mut),
+    })
 }
 
-fn array(value: &Type, attribute: &Attribute, title: &str, place: &TokenStream) -> syn::Result<Parts> {
+fn array(
+    value: &Type,
+    attribute: &Attribute,
+    title: &str,
+    place: &TokenStream,
+    place_mut: &TokenStream,
+) -> syn::Result<Parts> {
     let Type::Array(array) = value else {
         return Err(Error::new_spanned(value, "an ARRAY object needs an array"));
     };
     let (value, len) = (&*array.elem, &array.len);
     let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
-    Ok((
-        quote!(::ecss_can::od::ObjectCode::Array),
-        quote! {
+    let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
+    Ok(Parts {
+        code: quote!(::ecss_can::od::ObjectCode::Array),
+        entries: quote! {
             &[
                 ::ecss_can::od::Entry::highest((#len) as u8),
                 ::ecss_can::od::Entry::of::<#value>(1, (#len) as u8, #access).for_pdo(#pdo).within(#limits),
             ]
         },
-        quote!(&["Highest sub-index supported", #title]),
-        quote!(0),
-        quote! {
-            match #place.get_mut(::core::primitive::usize::from(place.sub).wrapping_sub(1)) {
+        names: quote!(&["Highest sub-index supported", #title]),
+        structure: quote!(0),
+        variable: quote! {
+            match #place_mut.get_mut(#nth) {
                 ::core::option::Option::Some(place) => ::core::option::Option::Some(place),
                 ::core::option::Option::None => ::core::option::Option::None,
             }
         },
-    ))
+        bits: field::bits(&quote!(#place.get(#nth)?)),
+        set_bits: field::set_bits(&quote!(#place_mut.get_mut(#nth)?)),
+    })
+}
+
+fn record(value: &Type, place: &TokenStream, place_mut: &TokenStream) -> Parts {
+    Parts {
+        code: quote!(::ecss_can::od::ObjectCode::Record),
+        entries: quote!(<#value as ::ecss_can::od::Record>::ENTRIES),
+        names: quote!(<#value as ::ecss_can::od::Record>::NAMES),
+        structure: quote!(<#value as ::ecss_can::od::Record>::STRUCTURE),
+        variable: quote!(::ecss_can::od::Record::variable(#place_mut, place.sub)),
+        bits: quote!(::ecss_can::od::Record::bits(#place, place.sub)),
+        set_bits: quote!(::ecss_can::od::Record::set_bits(#place_mut, place.sub, bits)),
+    }
 }

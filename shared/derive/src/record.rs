@@ -13,6 +13,10 @@ struct Sub {
     entry: TokenStream,
     title: String,
     arm: TokenStream,
+    /// Of what a transmit PDO reads, if it may.
+    bits: Option<TokenStream>,
+    /// Of what a receive PDO writes, if it may.
+    set_bits: Option<TokenStream>,
     /// The last sub-index, as an expression.
     last: TokenStream,
 }
@@ -39,13 +43,14 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     };
     if subs.first().is_some_and(|first| first.number != 0) {
         let (entry, title) = (quote!(::ecss_can::od::Entry::highest(#last)), "Highest sub-index supported");
-        subs.insert(0, Sub { number: 0, entry, title: title.into(), arm: quote!(), last: quote!() });
+        let (title, arm, last) = (title.into(), quote!(), quote!());
+        subs.insert(0, Sub { number: 0, entry, title, arm, bits: None, set_bits: None, last });
     }
-    let (entries, titles, arms) = (
-        subs.iter().map(|sub| &sub.entry),
-        subs.iter().map(|sub| &sub.title),
-        subs.iter().map(|sub| &sub.arm),
-    );
+    let (entries, titles) = (subs.iter().map(|sub| &sub.entry), subs.iter().map(|sub| &sub.title));
+    // The last sub-index first: the arm of several in a row covers all that are behind it.
+    let arms = subs.iter().rev().map(|sub| &sub.arm);
+    let reads: Vec<_> = subs.iter().rev().filter_map(|sub| sub.bits.as_ref()).collect();
+    let writes: Vec<_> = subs.iter().rev().filter_map(|sub| sub.set_bits.as_ref()).collect();
     let structure = structure(input)?;
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
@@ -58,6 +63,23 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
             fn variable(&mut self, sub: u8) -> ::core::option::Option<&mut dyn ::ecss_can::od::Variable> {
                 match sub {
                     #(#arms)*
+                    _ => ::core::option::Option::None,
+                }
+            }
+
+            #[inline]
+            fn bits(&self, sub: u8) -> ::core::option::Option<u64> {
+                match sub {
+                    #(#reads)*
+                    _ => ::core::option::Option::None,
+                }
+            }
+
+            #[allow(unused_variables)]
+            #[inline]
+            fn set_bits(&mut self, sub: u8, bits: u64) -> ::core::option::Option<()> {
+                match sub {
+                    #(#writes)*
                     _ => ::core::option::Option::None,
                 }
             }
@@ -76,26 +98,36 @@ fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
     let number = attribute.value()?;
     let first = u8::try_from(number).map_err(|_| Error::new_spanned(&attribute.number, "at most 254"))?;
     let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
-    let (value, count, last, arm) = if attribute.in_a_row {
+    // Its value, and several in a row from there on.
+    let nth = quote!(::core::primitive::usize::from(sub - #first));
+    let (value, count, last, pattern, place, place_mut) = if attribute.in_a_row {
         let array = field::array(field)?;
-        let (value, len) = (&array.elem, &array.len);
-        let arm = quote! {
-            #first.. => {
-                let nth = ::core::primitive::usize::from(sub - #first);
-                let place = self.#name.get_mut(nth)?;
-                ::core::option::Option::Some(place)
-            }
-        };
-        (quote!(#value), quote!((#len) as u8), quote!(#first + (#len) as u8 - 1), arm)
+        let (value, len) = (&*array.elem, &array.len);
+        let last = quote!(#first + (#len) as u8 - 1);
+        let (place, place_mut) = (quote!(self.#name.get(#nth)?), quote!(self.#name.get_mut(#nth)?));
+        (value, quote!((#len) as u8), last, quote!(#first..), place, place_mut)
     } else {
-        let value = &field.ty;
-        let arm = quote!(#first => ::core::option::Option::Some(&mut self.#name),);
-        (quote!(#value), quote!(1), quote!(#first), arm)
+        let (place, place_mut) = (quote!(&self.#name), quote!(&mut self.#name));
+        (&field.ty, quote!(1), quote!(#first), quote!(#first), place, place_mut)
     };
     let entry = quote! {
         ::ecss_can::od::Entry::of::<#value>(#first, #count, #access).for_pdo(#pdo).within(#limits)
     };
-    Ok(Sub { number, entry, title: field::title(field)?, arm, last })
+    let arm = |value: TokenStream| quote!(#pattern => #value,);
+    let (read, written) = attribute.directions();
+    Ok(Sub {
+        number,
+        entry,
+        title: field::title(field)?,
+        // A place of its own: what becomes of it is a trait object.
+        arm: arm(quote!({
+            let place = #place_mut;
+            ::core::option::Option::Some(place)
+        })),
+        bits: read.then(|| arm(field::bits(&place))),
+        set_bits: written.then(|| arm(field::set_bits(&place_mut))),
+        last,
+    })
 }
 
 /// `#[record(0x40)]`.

@@ -25,6 +25,16 @@ pub trait Record {
 
     /// The value of a sub-index; `None` where there is none, or where [`Entry::fixed`] is the value.
     fn variable(&mut self, sub: u8) -> Option<&mut dyn Variable>;
+
+    /// The value of a sub-index in a transmit PDO, if that may carry it.
+    fn bits(&self, _sub: u8) -> Option<u64> {
+        None
+    }
+
+    /// Takes the value of a sub-index from a receive PDO, if that may carry it.
+    fn set_bits(&mut self, _sub: u8, _bits: u64) -> Option<()> {
+        None
+    }
 }
 
 /// Objects of a node; implemented by `#[derive(Objects)]`. Groups of objects nest.
@@ -40,6 +50,12 @@ pub trait Objects {
 
     /// The value at a place; `None` where there is none, or where [`Entry::fixed`] is the value.
     fn variable(&mut self, place: Place) -> Option<&mut dyn Variable>;
+
+    /// The value at a place in a transmit PDO, in the low bits, if that may carry it.
+    fn bits(&self, place: Place) -> Option<u64>;
+
+    /// Takes the value at a place from a receive PDO, the low bits, if that may carry it.
+    fn set_bits(&mut self, place: Place, bits: u64) -> Option<()>;
 
     /// Finds a value.
     ///

@@ -21,7 +21,7 @@ pub trait Variable {
     /// [`AbortCode::TooLong`], [`AbortCode::TooShort`], or what its type forbids; nothing was changed.
     fn write(&mut self, value: &[u8]) -> Result<(), AbortCode>;
 
-    /// The value in a PDO: the low bits count. Zero for types without fixed size.
+    /// The value in a PDO, in the low bits; those above are zero. Zero for types without fixed size.
     fn bits(&self) -> u64 {
         0
     }

@@ -5,9 +5,6 @@
 use crate::od::communication::MAPPED;
 use crate::od::{AbortCode, Address, DataType, Objects, Place};
 
-/// Most bits in a PDO.
-const MAX_BITS: u8 = 64;
-
 /// Which way a PDO goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -24,7 +21,8 @@ pub enum Direction {
 struct Slot(u32);
 
 impl Slot {
-    const UNUSED: Slot = Slot::dummy(0);
+    /// Where a mapping ends.
+    const UNUSED: Slot = Slot(0);
     /// Number of no object: its bits go nowhere.
     const DUMMY: u32 = 0x1FF;
     const BITS: u32 = 0x7F;
@@ -61,13 +59,12 @@ impl Slot {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Layout {
     slots: [Slot; MAPPED],
-    count: u8,
-    bits: u8,
+    bytes: u8,
 }
 
 impl Layout {
     /// Of a PDO without data.
-    pub const EMPTY: Layout = Layout { slots: [Slot::UNUSED; MAPPED], count: 0, bits: 0 };
+    pub const EMPTY: Layout = Layout { slots: [Slot::UNUSED; MAPPED], bytes: 0 };
 
     /// Resolves mapping entries: index, sub-index and bits, as objects 1600h and 1A00h hold them.
     ///
@@ -76,42 +73,39 @@ impl Layout {
     /// this direction, or its type has another number of bits; [`AbortCode::PdoLength`] for more than [`MAPPED`] entries
     /// or 64 bits.
     pub fn new<D: Objects>(direction: Direction, entries: &[u32]) -> Result<Layout, AbortCode> {
-        let mut layout = Layout::EMPTY;
+        let (mut layout, mut bits) = (Layout::EMPTY, 0_u32);
+        let mut free = layout.slots.iter_mut();
         for entry in entries {
             let slot = resolve::<D>(direction, *entry)?;
-            layout.bits = layout.bits.saturating_add(slot.bits() as u8);
-            let free = layout.slots.get_mut(usize::from(layout.count));
-            *free.filter(|_| layout.bits <= MAX_BITS).ok_or(AbortCode::PdoLength)? = slot;
-            layout.count = layout.count.saturating_add(1);
+            bits = bits.saturating_add(slot.bits());
+            *free.next().filter(|_| bits <= u64::BITS).ok_or(AbortCode::PdoLength)? = slot;
         }
+        layout.bytes = bits.div_ceil(8) as u8;
         Ok(layout)
     }
 
     /// Data bytes of the PDO, `0..=8`. The last one may be mapped in part.
     pub const fn bytes(&self) -> u8 {
-        self.bits.div_ceil(8)
+        self.bytes
     }
 
     /// The PDO with the present values. Bits that are not mapped are zero.
-    pub fn pack<D: Objects>(&self, objects: &mut D) -> u64 {
+    pub fn pack<D: Objects>(&self, objects: &D) -> u64 {
         let (mut pdo, mut at) = (0_u64, 0_u32);
         for slot in self.slots() {
-            let value = objects.variable(slot.place()).map_or(0, |variable| variable.bits());
-            let mask = u64::MAX.wrapping_shr(u64::BITS.wrapping_sub(slot.bits()));
-            pdo |= (value & mask).wrapping_shl(at);
+            pdo |= read(objects, slot).wrapping_shl(at);
             at = at.wrapping_add(slot.bits());
         }
         pdo
     }
 
     /// Writes the values of a PDO. Bits that are not mapped do not matter.
+    #[inline(never)] // all that the dictionary takes from PDOs: once in an image
     pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) {
         let mut at = 0_u32;
         for slot in self.slots() {
-            if let Some(variable) = objects.variable(slot.place()) {
-                // What lies above belongs to those behind; a value takes its own bits only.
-                variable.set_bits(pdo.wrapping_shr(at));
-            }
+            // What lies above belongs to those behind; a value takes its own bits only. A dummy takes nothing.
+            let _ = objects.set_bits(slot.place(), pdo.wrapping_shr(at));
             at = at.wrapping_add(slot.bits());
         }
     }
@@ -127,8 +121,14 @@ impl Layout {
     }
 
     fn slots(&self) -> impl Iterator<Item = Slot> + '_ {
-        self.slots.iter().take(usize::from(self.count)).copied()
+        self.slots.iter().copied().take_while(|slot| *slot != Slot::UNUSED)
     }
+}
+
+/// A function of its own, lest the compiler reads the whole dictionary before the loop because nothing in it changes meanwhile.
+#[inline(never)]
+fn read<D: Objects>(objects: &D, slot: Slot) -> u64 {
+    objects.bits(slot.place()).unwrap_or(0)
 }
 
 fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<Slot, AbortCode> {

@@ -7,6 +7,8 @@
 //!   Operational, or after it was configured.
 //! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
 
+use core::cmp::Ordering;
+
 use super::{Direction, Layout, rules};
 use crate::emcy::ErrorCode;
 use crate::link::{CobId, CobIdEntry, Frame};
@@ -59,6 +61,8 @@ const NONE: u16 = u16::MAX;
 pub struct Rpdos<const R: usize> {
     /// Apart from the rest, since every frame is compared with them.
     ids: [u16; R],
+    /// Whether two of them are equal: only then a frame may be for more than the first that has its COB-ID.
+    shared: bool,
     pdos: [Rpdo; R],
     /// Whether any frame waits for SYNC.
     waiting: bool,
@@ -103,6 +107,7 @@ impl<const R: usize> Rpdos<R> {
     pub const fn new() -> Self {
         Rpdos {
             ids: [NONE; R],
+            shared: false,
             pdos: [Rpdo::INVALID; R],
             waiting: false,
             window_end: Instant::NEVER,
@@ -127,6 +132,7 @@ impl<const R: usize> Rpdos<R> {
         let ended = pdo.error;
         let Some(cob_id) = CobIdEntry::from_raw(parameters.cob_id).cob_id() else {
             (*id, *pdo) = (NONE, Rpdo::INVALID);
+            self.find_shared();
             return Ok(ended);
         };
         let layout = rules::activate::<D>(Direction::Receive, parameters.transmission, mapping)?;
@@ -137,7 +143,16 @@ impl<const R: usize> Rpdos<R> {
             synchronous: rules::is_synchronous(parameters.transmission),
             ..Rpdo::INVALID
         };
+        self.find_shared();
         Ok(ended)
+    }
+
+    fn find_shared(&mut self) {
+        let mut rest = self.ids.iter();
+        self.shared = false;
+        while let Some(id) = rest.next() {
+            self.shared |= *id != NONE && rest.as_slice().contains(id);
+        }
     }
 
     /// The COB-IDs of valid ones.
@@ -170,42 +185,52 @@ impl<const R: usize> Rpdos<R> {
         objects: &mut D,
         tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) -> bool {
+        // Most frames are for others, and `contains` compares several at once.
         let id = frame.id().raw();
-        if !self.ids.contains(&id) {
-            return false;
-        }
-        for (number, pdo) in self.pdos.iter_mut().enumerate() {
-            if self.ids.get(number) != Some(&id) {
-                continue;
-            }
-            let error = match frame.dlc().cmp(&pdo.layout.bytes()) {
-                core::cmp::Ordering::Less => Some(RpdoError::TooShort),
-                core::cmp::Ordering::Equal => None,
-                core::cmp::Ordering::Greater => Some(RpdoError::TooLong),
-            };
-            if error != pdo.error {
-                pdo.change(error, |event| tell(objects, number, event));
-            }
-            if error == Some(RpdoError::TooShort) {
-                continue;
-            }
-            if pdo.timeout != 0 {
-                pdo.deadline = at + Duration::from_millis(u64::from(pdo.timeout));
-                self.next = self.next.min(pdo.deadline);
-            }
-            let data = u64::from_le_bytes(frame.padded());
-            if !pdo.synchronous {
-                pdo.layout.unpack(objects, data);
-                tell(objects, number, RpdoEvent::Applied);
-            } else if at <= self.window_end {
-                pdo.held = data;
-                pdo.waiting = true;
-                self.waiting = true;
-            } else {
-                tell(objects, number, RpdoEvent::OutsideWindow);
+        let is_mine = self.ids.contains(&id);
+        if is_mine {
+            for number in 0..R {
+                if self.ids.get(number) == Some(&id) {
+                    self.take(number, frame, at, objects, tell);
+                    if !self.shared {
+                        break;
+                    }
+                }
             }
         }
-        true
+        is_mine
+    }
+
+    #[inline(never)] // what is for others need not pay for it
+    fn take<D: Objects>(
+        &mut self,
+        number: usize,
+        frame: &Frame,
+        at: Instant,
+        objects: &mut D,
+        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
+    ) {
+        let Some(pdo) = self.pdos.get_mut(number) else { return };
+        if (frame.dlc() != pdo.layout.bytes() || pdo.error.is_some())
+            && !pdo.accepts(frame.dlc(), |event| tell(objects, number, event))
+        {
+            return;
+        }
+        if pdo.timeout != 0 {
+            pdo.deadline = at + Duration::from_millis(u64::from(pdo.timeout));
+            self.next = self.next.min(pdo.deadline);
+        }
+        let data = u64::from_le_bytes(frame.padded());
+        if !pdo.synchronous {
+            pdo.layout.unpack(objects, data);
+            tell(objects, number, RpdoEvent::Applied);
+        } else if at <= self.window_end {
+            pdo.held = data;
+            pdo.waiting = true;
+            self.waiting = true;
+        } else {
+            tell(objects, number, RpdoEvent::OutsideWindow);
+        }
     }
 
     /// SYNC: what is held takes effect (ECSS 6.9e). Synchronous ones are taken up to `window_end`, or
@@ -250,6 +275,21 @@ impl<const R: usize> Rpdos<R> {
 }
 
 impl Rpdo {
+    /// Whether a frame of this length is processed. Errors appear and go with it.
+    #[cold]
+    #[inline(never)]
+    fn accepts(&mut self, dlc: u8, tell: impl FnMut(RpdoEvent)) -> bool {
+        let error = match dlc.cmp(&self.layout.bytes()) {
+            Ordering::Less => Some(RpdoError::TooShort),
+            Ordering::Equal => None,
+            Ordering::Greater => Some(RpdoError::TooLong),
+        };
+        if error != self.error {
+            self.change(error, tell);
+        }
+        error != Some(RpdoError::TooShort)
+    }
+
     /// At most one error is known of a PDO, the newest.
     fn change(&mut self, error: Option<RpdoError>, mut tell: impl FnMut(RpdoEvent)) {
         if let Some(old) = core::mem::replace(&mut self.error, error) {

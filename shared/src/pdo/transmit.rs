@@ -111,9 +111,10 @@ impl Tpdo {
         }
     }
 
-    fn sample<D: Objects>(&self, objects: &mut D) -> Option<Frame> {
-        let data = self.layout.pack(objects).to_le_bytes();
-        Some(Frame::from_dlc(self.id?, self.layout.bytes(), data))
+    fn send<D: Objects>(&self, objects: &D, send: impl FnOnce(Frame)) {
+        if let Some(id) = self.id {
+            send(Frame::from_dlc(id, self.layout.bytes(), self.layout.pack(objects).to_le_bytes()));
+        }
     }
 }
 
@@ -213,7 +214,7 @@ impl<const T: usize> Tpdos<T> {
     }
 
     /// SYNC, with its counter, or zero when it has none (ECSS 6.9b, e): sends what is synchronous and due.
-    pub fn on_sync<D: Objects>(&mut self, counter: u8, objects: &mut D, send: &mut impl FnMut(usize, Frame)) {
+    pub fn on_sync<D: Objects>(&mut self, counter: u8, objects: &D, send: &mut impl FnMut(usize, Frame)) {
         for (number, pdo) in self.pdos.iter_mut().enumerate() {
             let syncs = match pdo.syncs {
                 IDLE => continue,
@@ -229,14 +230,12 @@ impl<const T: usize> Tpdos<T> {
             }
             // Type 0 is idle until the next event.
             pdo.syncs = pdo.transmission;
-            if let Some(frame) = pdo.sample(objects) {
-                send(number, frame);
-            }
+            pdo.send(objects, |frame| send(number, frame));
         }
     }
 
     /// Sends what is due at `now`.
-    pub fn poll<D: Objects>(&mut self, now: Instant, objects: &mut D, send: &mut impl FnMut(usize, Frame)) {
+    pub fn poll<D: Objects>(&mut self, now: Instant, objects: &D, send: &mut impl FnMut(usize, Frame)) {
         if now < self.next {
             return;
         }
@@ -244,9 +243,7 @@ impl<const T: usize> Tpdos<T> {
         for (number, pdo) in self.pdos.iter_mut().enumerate() {
             if pdo.due <= now {
                 pdo.rearm(now);
-                if let Some(frame) = pdo.sample(objects) {
-                    send(number, frame);
-                }
+                pdo.send(objects, |frame| send(number, frame));
             }
             self.next = self.next.min(pdo.due);
         }

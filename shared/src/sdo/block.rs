@@ -46,13 +46,18 @@ pub(super) struct Receiver {
 }
 
 /// What a segment means.
-pub(super) struct Heard {
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Heard {
     /// Its data count.
-    pub taken: bool,
-    /// It is the last segment of the value.
-    pub last: bool,
-    /// It ends the sub-block: an acknowledgement is due.
-    pub ends: bool,
+    Taken,
+    /// Its data count, and it ends the sub-block: an acknowledgement is due.
+    TakenAtEnd,
+    /// Its data count, and it is the last one of the value.
+    TakenLast,
+    /// It ends the sub-block but does not count.
+    Ends,
+    /// It does not count.
+    Ignored,
 }
 
 impl Receiver {
@@ -62,18 +67,29 @@ impl Receiver {
 
     #[inline]
     pub fn on_segment(&mut self, command: u8) -> Heard {
-        let seqno = command & !LAST_OF_BLOCKS;
-        let last = command & LAST_OF_BLOCKS != 0;
-        let taken = seqno == self.next;
-        if taken {
+        // First what nearly all are.
+        if command == self.next && command < self.size {
             self.next += 1;
-        } else if self.is_repeat(command) {
-            return Heard { taken: false, last: false, ends: false };
+            (self.heard, self.ended_by) = (true, 0);
+            return Heard::Taken;
         }
-        self.heard = true;
-        let ends = last || seqno >= self.size;
-        self.ended_by = if ends { command } else { 0 };
-        Heard { taken, last, ends }
+        self.on_special(command)
+    }
+
+    fn on_special(&mut self, command: u8) -> Heard {
+        let seqno = command & !LAST_OF_BLOCKS;
+        let is_last = command & LAST_OF_BLOCKS != 0;
+        let is_taken = seqno == self.next;
+        if !is_taken && self.is_repeat(command) {
+            return Heard::Ignored;
+        }
+        let ends = is_last || seqno >= self.size;
+        (self.heard, self.ended_by) = (true, if ends { command } else { 0 });
+        if !is_taken {
+            return if ends { Heard::Ends } else { Heard::Ignored };
+        }
+        self.next += 1;
+        if is_last { Heard::TakenLast } else { Heard::TakenAtEnd }
     }
 
     /// Whether it may be the segment that ended the last sub-block, received twice: an error in the last bit of a frame

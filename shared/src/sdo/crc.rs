@@ -2,7 +2,7 @@
 
 const POLYNOMIAL: u16 = 0x1021;
 
-/// What eight shifts make of each value of the upper byte.
+/// What eight shifts make of each value of the upper byte, with its bytes swapped.
 const TABLE: [u16; 256] = table();
 
 const fn table() -> [u16; 256] {
@@ -15,13 +15,15 @@ const fn table() -> [u16; 256] {
             remainder = (remainder << 1) ^ if remainder & 0x8000 == 0 { 0 } else { POLYNOMIAL };
             bit += 1;
         }
-        table[byte] = remainder;
+        table[byte] = remainder.swap_bytes();
         byte += 1;
     }
     table
 }
 
 /// A checksum in the making: initial value zero, nothing reflected, nothing inverted.
+///
+/// Kept with its bytes swapped, because then the byte that selects from the table needs no shift.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Crc(u16);
@@ -35,13 +37,13 @@ impl Crc {
     /// Takes in the next bytes.
     pub fn update(&mut self, bytes: &[u8]) {
         self.0 = bytes.iter().fold(self.0, |crc, byte| {
-            let upper = (crc >> 8) as u8 ^ byte;
-            (crc << 8) ^ TABLE.get(usize::from(upper)).copied().unwrap_or_default()
+            let selected = usize::from(crc as u8 ^ byte);
+            (crc >> 8) ^ TABLE.get(selected).copied().unwrap_or_default()
         });
     }
 
     /// Of all bytes so far.
     pub const fn value(self) -> u16 {
-        self.0
+        self.0.swap_bytes()
     }
 }

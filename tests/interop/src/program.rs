@@ -89,6 +89,19 @@ impl Twin {
         Ok(twin)
     }
 
+    /// Ends it in good order.
+    ///
+    /// # Errors
+    /// When a board panicked, locked up or had to be stopped; the reason stands on stderr.
+    pub fn end(mut self) -> anyhow::Result<()> {
+        let asked =
+            Command::new("kill").arg(self.child.id().to_string()).status().context("cannot run kill")?;
+        ensure!(asked.success(), "the spacecraft has ended by itself");
+        let status = self.child.wait()?;
+        ensure!(status.success(), "the spacecraft was not well ({status})\n{}", self.said());
+        Ok(())
+    }
+
     /// What it has printed so far.
     pub fn said(&self) -> String {
         self.said.lock().map(|said| said.clone()).unwrap_or_default()

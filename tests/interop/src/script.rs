@@ -12,11 +12,12 @@ use crate::tools;
 /// The script finds the addresses of the buses in `SLCAN_NOMINAL` and `SLCAN_REDUNDANT`.
 ///
 /// # Errors
-/// When a tool is missing, or the script fails: with all that script and spacecraft said.
+/// When a tool is missing, the script fails, or a board was not well: with all that script and spacecraft said.
 pub fn run(name: &str, arguments: &[&str]) -> anyhow::Result<()> {
     let twin = Twin::start(arguments)?;
     let buses = [("SLCAN_NOMINAL", twin.nominal.as_str()), ("SLCAN_REDUNDANT", &twin.redundant)];
-    judge(name, &buses).with_context(|| format!("the spacecraft said\n{}", twin.said()))
+    judge(name, &buses).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
+    twin.end()
 }
 
 /// Runs a script of `python/` with these variables in its environment.

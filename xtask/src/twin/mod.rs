@@ -18,7 +18,7 @@ use anyhow::{Context, bail};
 use can_wire::time::Time;
 use console::style;
 use twin::rtt::Level;
-use twin::spacecraft::{Bus, Spacecraft};
+use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
 pub use options::Options;
 use pace::Pace;
@@ -30,7 +30,7 @@ const STEP: Time = Time::from_us(500);
 /// Runs until Ctrl-C or the end that was asked for.
 ///
 /// # Errors
-/// When an image cannot be built, a port is taken, or a board had to be stopped.
+/// When an image cannot be built, a port is taken, or a board had to be stopped, panicked or locked up.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let stop = Arc::new(AtomicBool::new(false));
     let told = stop.clone();
@@ -91,8 +91,10 @@ impl Run {
             eprintln!("{} {fault}", style("error:").red().bold().for_stderr());
             self.faults.push(fault);
         }
-        // What everybody could see: the ports have their own ears.
+        // The ports have their own ears, and nobody looks at pins.
         self.spacecraft.take_frames();
+        let boards: Vec<BoardId> = self.spacecraft.boards().map(|(id, _)| id).collect();
+        boards.into_iter().for_each(|id| drop(self.spacecraft.board_mut(id).take_pin_changes()));
         for log in self.spacecraft.take_logs() {
             let name = &self.spacecraft.board(log.board).config().name;
             let text = match log.level {
@@ -141,8 +143,17 @@ impl Run {
                 port.bus()
             ));
         }
-        if !self.faults.is_empty() {
-            bail!("boards stopped: {}", self.faults.join("; "));
+        let mut faults = self.faults;
+        for (_, board) in self.spacecraft.boards() {
+            let counters = board.counters();
+            for (count, what) in [(counters.panics, "panicked"), (counters.lockups, "locked up")] {
+                if count > 0 {
+                    faults.push(format!("{} {what} ({count} times)", board.config().name));
+                }
+            }
+        }
+        if !faults.is_empty() {
+            bail!("not all boards were well: {}", faults.join("; "));
         }
         Ok(())
     }

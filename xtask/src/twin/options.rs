@@ -16,7 +16,8 @@ const SECONDS: std::ops::RangeInclusive<f64> = 0.1..=172_800.0;
 #[command(
     after_help = "With python-can: can.Bus(interface=\"slcan\", channel=\"socket://127.0.0.1:29501\")\n\
     Without the master its slaves look for it on both buses in turn; be the master with a heartbeat of node 1 (701h 05).\n\
-    Exit code 0: it ran until it was told to end; 1: a board stopped, or it could not begin; 2: wrong command line."
+    Exit code 0: it ran until it was told to end; 1: a board panicked, locked up or had to be stopped, or the spacecraft\n\
+    could not begin; 2: wrong command line."
 )]
 pub struct Options {
     /// TCP port of the nominal bus; 0: any free one

@@ -2,7 +2,7 @@
 
 use super::{Client, Error, State, staging::Staging};
 use crate::od::{AbortCode, Address};
-use crate::sdo::block::{self, MOST, Receiver};
+use crate::sdo::block::{self, Heard, MOST, Receiver};
 use crate::sdo::wire::{self, Content, Payload, Segment};
 use crate::time::Instant;
 
@@ -106,26 +106,31 @@ impl Client {
             return Ok(false);
         }
         let heard = receiver.on_segment(command);
-        if receiver.is_heard() {
-            // An acknowledgement that is due waits for room, as long as the application takes anything.
-            self.deadline = now + if heard.ends { self.timeout } else { pause };
+        *due = matches!(heard, Heard::TakenAtEnd | Heard::Ends);
+        if *due {
+            // The acknowledgement waits for room, as long as the application takes anything.
+            self.deadline = now + self.timeout;
+        } else if receiver.is_heard() {
+            self.deadline = now + pause;
         }
-        *due = heard.ends;
-        if heard.taken {
-            self.staging.push(data);
-            if heard.last {
-                // Nothing more is to come, so that room does not matter.
-                send(wire::block_ack(receiver.acknowledge(MOST), MOST));
-                self.state = State::BlockUploadEnd { receiver: receiver.clone(), crc: *crc };
-                self.deadline = now + self.timeout;
-            } else {
+        match heard {
+            Heard::Taken | Heard::TakenAtEnd => {
                 if *crc {
                     self.crc.update(data);
                 }
+                self.staging.push(data);
                 self.on_bytes(data.len(), false)?;
             }
+            Heard::TakenLast => {
+                // Nothing more is to come, so that room does not matter.
+                send(wire::block_ack(receiver.acknowledge(MOST), MOST));
+                self.state = State::BlockUploadEnd { receiver: receiver.clone(), crc: *crc };
+                self.staging.push(data);
+                self.deadline = now + self.timeout;
+            }
+            Heard::Ends | Heard::Ignored => return Ok(false),
         }
-        Ok(heard.taken)
+        Ok(true)
     }
 
     pub(super) fn on_block_upload_end(

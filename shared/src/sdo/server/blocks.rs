@@ -2,7 +2,7 @@
 
 use super::{BLOCK_SIZE, Server, State};
 use crate::od::{AbortCode, ObjectAccess};
-use crate::sdo::block::{Ack, unused};
+use crate::sdo::block::{Ack, Heard, unused};
 use crate::sdo::crc::Crc;
 use crate::sdo::wire::{self, Payload};
 use crate::time::Instant;
@@ -18,31 +18,60 @@ impl Server {
         send: &mut impl FnMut(Payload),
     ) -> bool {
         let [command, data @ ..] = payload;
-        let pause = self.pause();
+        let deadline = now + self.pause();
+        let State::BlockDownload { receiver, refused } = &mut self.state else { return false };
+        let heard = receiver.on_segment(*command);
+        if heard == Heard::Taken && refused.is_none() {
+            self.deadline = deadline;
+            if let Err(code) = self.value.push(data, data.len(), objects) {
+                self.refuse(code, objects);
+            }
+            return true;
+        }
+        self.on_special_segment(payload, heard, now, objects, send)
+    }
+
+    #[inline(never)]
+    fn on_special_segment(
+        &mut self,
+        payload: &Payload,
+        heard: Heard,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> bool {
+        let [command, data @ ..] = payload;
+        let deadline = now + self.pause();
         let State::BlockDownload { receiver, refused } = &mut self.state else { return false };
         if *command == wire::ABORT {
             self.value.close(objects);
             self.state = State::Idle;
             return true;
         }
-        let heard = receiver.on_segment(*command);
-        if heard.taken && refused.is_none() {
-            let pushed = if heard.last {
-                self.value.push_last(data, objects)
-            } else {
-                self.value.push(data, data.len(), objects)
-            };
-            if let Err(code) = pushed {
-                *refused = Some(code);
-                self.value.close(objects);
-            }
+        if receiver.is_heard() {
+            self.deadline = deadline;
         }
-        if heard.ends {
-            self.end_sub_block(heard.taken && heard.last, now, objects, send);
-        } else if receiver.is_heard() {
-            self.deadline = now + pause;
+        let pushed = match heard {
+            _ if refused.is_some() => Ok(()),
+            Heard::TakenLast => self.value.push_last(data, objects),
+            Heard::TakenAtEnd => self.value.push(data, data.len(), objects),
+            _ => Ok(()),
+        };
+        if let Err(code) = pushed {
+            self.refuse(code, objects);
         }
-        heard.taken
+        if matches!(heard, Heard::TakenLast | Heard::TakenAtEnd | Heard::Ends) {
+            self.end_sub_block(heard == Heard::TakenLast, now, objects, send);
+        }
+        !matches!(heard, Heard::Ends | Heard::Ignored)
+    }
+
+    /// The download fails, which is told at the end of the sub-block.
+    fn refuse(&mut self, code: AbortCode, objects: &mut impl ObjectAccess) {
+        self.value.close(objects);
+        if let State::BlockDownload { refused, .. } = &mut self.state {
+            *refused = Some(code);
+        }
     }
 
     pub(super) fn is_sub_block_heard(&self) -> bool {

@@ -46,24 +46,30 @@ impl Server {
         objects: &mut impl ObjectAccess,
         send: &mut impl FnMut(Payload),
     ) -> Result<(), AbortCode> {
-        match content {
-            Content::Expedited(data, len) => {
-                let value = data.get(..usize::from(len)).unwrap_or(&data);
-                match objects.download(at, Some(value.len()))? {
-                    Transfer::Whole(most) if value.len() > most => return Err(AbortCode::TooLong),
-                    Transfer::Whole(_) => objects.write(at, value)?,
-                    Transfer::Stream(most) => write_stream(at, value, most, objects)?,
-                }
-            }
-            Content::Unsized(data) => match objects.download(at, None)? {
-                Transfer::Whole(most) => objects.write(at, data.get(..most).unwrap_or(&data))?,
-                Transfer::Stream(most) => {
-                    write_stream(at, data.get(..most).unwrap_or(&data), most, objects)?;
-                }
-            },
+        let (data, told) = match content {
+            Content::Expedited(data, len) => (data, Some(usize::from(len))),
+            Content::Unsized(data) => (data, None),
             Content::Segmented(size) => {
                 self.value.open_download(at, size, false, objects)?;
                 self.begin(State::Download { toggle: false }, now);
+                send(wire::download_response(at));
+                return Ok(());
+            }
+        };
+        let transfer = objects.download(at, told)?;
+        let (Transfer::Whole(most) | Transfer::Stream(most)) = transfer;
+        let value = data.get(..told.unwrap_or(most)).unwrap_or(&data);
+        let is_too_long = value.len() > most;
+        match transfer {
+            Transfer::Whole(_) if is_too_long => return Err(AbortCode::TooLong),
+            Transfer::Whole(_) => objects.write(at, value)?,
+            Transfer::Stream(_) if is_too_long => {
+                objects.cancel(at);
+                return Err(AbortCode::TooLong);
+            }
+            Transfer::Stream(_) => {
+                objects.write_part(at, 0, value)?;
+                objects.finish(at, value.len())?;
             }
         }
         send(wire::download_response(at));
@@ -108,6 +114,7 @@ impl Server {
         Ok(())
     }
 
+    #[inline(never)]
     fn block_download(
         &mut self,
         at: Address,
@@ -124,6 +131,7 @@ impl Server {
     }
 
     #[expect(clippy::too_many_arguments)]
+    #[inline(never)]
     fn block_upload(
         &mut self,
         at: Address,
@@ -150,19 +158,4 @@ impl Server {
         self.state = state;
         self.deadline = now + self.timeout;
     }
-}
-
-/// A stream of at most four bytes.
-fn write_stream(
-    at: Address,
-    value: &[u8],
-    most: usize,
-    objects: &mut impl ObjectAccess,
-) -> Result<(), AbortCode> {
-    if value.len() > most {
-        objects.cancel(at);
-        return Err(AbortCode::TooLong);
-    }
-    objects.write_part(at, 0, value)?;
-    objects.finish(at, value.len())
 }

@@ -88,6 +88,7 @@ impl Server {
     }
 
     /// A request while a transfer runs. `None`: it is over, the request may begin another one.
+    #[inline(never)]
     fn go_on(
         &mut self,
         payload: &Payload,
@@ -136,7 +137,7 @@ impl Server {
                 }
             }
             (State::BlockDownloadEnd(_), Request::BlockDownloadEnd { unused, crc }) => {
-                self.value.finish(usize::from(unused), crc, objects).map(|()| {
+                self.value.finish_blocks(unused, crc, objects).map(|()| {
                     self.state = State::Idle;
                     send(wire::block_end_answer());
                 })
@@ -181,7 +182,7 @@ impl Server {
         }
         self.value.push(&segment.data, usize::from(segment.len), objects)?;
         self.state = if segment.last {
-            self.value.finish(0, 0, objects)?;
+            self.value.finish(objects)?;
             State::Idle
         } else {
             State::Download { toggle: !toggle }

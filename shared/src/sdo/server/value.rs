@@ -27,6 +27,8 @@ pub(super) struct Value {
     is_stream: bool,
     /// The dictionary waits for the rest of a stream.
     is_open: bool,
+    /// Download: bytes that may still come.
+    room: u32,
     /// Where in the value the buffer begins.
     offset: u32,
     /// How many bytes the checksum holds.
@@ -44,6 +46,7 @@ impl Value {
             is_size_told: false,
             is_stream: false,
             is_open: false,
+            room: 0,
             offset: 0,
             summed: 0,
             filled: 0,
@@ -109,10 +112,12 @@ impl Value {
             crc.update(bytes);
             self.summed = self.summed.saturating_add(len as u32);
         }
-        let mut data = [0; STEP];
-        for (to, from) in data.iter_mut().zip(bytes) {
-            *to = *from;
-        }
+        // All segments but the last are full.
+        let data = bytes.first_chunk().copied().unwrap_or_else(|| {
+            let mut data = [0; STEP];
+            data.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+            data
+        });
         Ok((data, len))
     }
 
@@ -129,6 +134,7 @@ impl Value {
         let most = u32::try_from(most).unwrap_or(u32::MAX);
         self.open(at, told.unwrap_or(most), transfer, crc);
         (self.is_size_told, self.is_open) = (told.is_some(), self.is_stream);
+        self.room = if self.is_stream { self.size } else { self.size.min(WHOLE as u32) };
         match told {
             Some(size) if size > most => Err(AbortCode::TooLong),
             Some(size) if !self.is_stream && size as usize > WHOLE => Err(AbortCode::OutOfMemory),
@@ -136,26 +142,29 @@ impl Value {
         }
     }
 
-    /// How long the value of a download is so far. An error if that is too long.
-    fn check(&self, more: usize) -> Result<u32, AbortCode> {
-        let total = self.offset.saturating_add((self.filled + more) as u32);
-        if total > self.size {
-            Err(AbortCode::TooLong)
-        } else if !self.is_stream && total as usize > WHOLE {
-            Err(AbortCode::OutOfMemory)
-        } else {
-            Ok(total)
+    /// So many bytes more. An error if that is too much.
+    #[inline]
+    fn grow(&mut self, len: usize) -> Result<(), AbortCode> {
+        match self.room.checked_sub(len as u32) {
+            Some(room) => {
+                self.room = room;
+                Ok(())
+            }
+            // What does not fit into the buffer need not be too much for the object.
+            None if !self.is_stream && self.size as usize > WHOLE => Err(AbortCode::OutOfMemory),
+            None => Err(AbortCode::TooLong),
         }
     }
 
     /// The next `len` bytes of a download.
+    #[inline]
     pub fn push(
         &mut self,
         data: &[u8; STEP],
         len: usize,
         objects: &mut impl ObjectAccess,
     ) -> Result<(), AbortCode> {
-        self.check(len)?;
+        self.grow(len)?;
         self.take(data, len, objects)
     }
 
@@ -188,6 +197,7 @@ impl Value {
     }
 
     /// Hands the buffer to the stream.
+    #[inline(never)]
     fn flush(&mut self, objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
         let part = self.buffer.get(..self.filled).unwrap_or_default();
         if let Some(crc) = &mut self.crc {
@@ -200,25 +210,40 @@ impl Value {
         written
     }
 
-    /// A download is complete but for `unused` bytes of its last segment and what `crc` is to be.
-    pub fn finish(
+    /// A block download is complete but for `unused` bytes of its last segment.
+    pub fn finish_blocks(
         &mut self,
-        unused: usize,
+        unused: u8,
         crc: u16,
         objects: &mut impl ObjectAccess,
     ) -> Result<(), AbortCode> {
-        self.filled = self.filled.checked_sub(unused).ok_or(AbortCode::Length)?;
-        let total = self.check(0)?;
-        if self.is_size_told && total < self.size {
+        let unused = usize::from(unused);
+        self.grow(STEP.saturating_sub(unused))?;
+        self.filled = self.filled.saturating_sub(unused);
+        // A wrong size explains a wrong checksum.
+        if self.is_short() {
             return Err(AbortCode::TooShort);
         }
-        let rest = self.buffer.get(..self.filled).unwrap_or_default();
-        if let Some(mut sum) = self.crc {
-            sum.update(rest);
+        if let Some(sum) = &mut self.crc {
+            sum.update(self.buffer.get(..self.filled).unwrap_or_default());
             if sum.value() != crc {
                 return Err(AbortCode::Crc);
             }
         }
+        self.finish(objects)
+    }
+
+    /// Less has come than was told.
+    fn is_short(&self) -> bool {
+        self.is_size_told && self.room > 0
+    }
+
+    /// A download is complete.
+    pub fn finish(&mut self, objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
+        if self.is_short() {
+            return Err(AbortCode::TooShort);
+        }
+        let rest = self.buffer.get(..self.filled).unwrap_or_default();
         if !self.is_stream {
             return objects.write(self.at, rest);
         }
@@ -226,7 +251,7 @@ impl Value {
         if !rest.is_empty() {
             objects.write_part(self.at, self.offset as usize, rest)?;
         }
-        objects.finish(self.at, total as usize)
+        objects.finish(self.at, self.offset as usize + self.filled)
     }
 
     /// The transfer is over. A stream that is not complete is cancelled.

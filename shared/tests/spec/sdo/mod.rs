@@ -1,8 +1,10 @@
 //! SDO: the server, the client, and one against the other over a channel that loses, repeats and reorders.
 
 mod channel;
+mod client;
 mod fixture;
 mod pair;
+mod random;
 mod server;
 mod server_blocks;
 

@@ -14,7 +14,7 @@ fn segment(seqno: u8, last: bool, data: &[u8]) -> Payload {
 }
 
 /// The checksum, bit by bit as the standard has it.
-fn checksum(bytes: &[u8]) -> u16 {
+pub fn checksum(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |crc, byte| {
         (0..8).rev().fold(crc, |crc: u16, bit| {
             let feedback = (crc >> 15) ^ u16::from(byte >> bit & 1);
