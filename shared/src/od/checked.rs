@@ -70,21 +70,13 @@ impl Found<'_> {
         }
     }
 
-    /// Whether a whole value may be written.
-    ///
-    /// # Errors
-    /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`].
-    pub fn check(&self, value: &[u8]) -> Result<(), AbortCode> {
-        self.download(Some(value.len()))?;
-        within(self.entry, value)
-    }
-
     /// Writes a whole value.
     ///
     /// # Errors
-    /// As [`Found::check`], and [`AbortCode::ValueRange`] for characters that the type does not have.
+    /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`], [`AbortCode::ValueRange`].
     pub fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
-        self.check(value)?;
+        self.download(Some(value.len()))?;
+        within(self.entry, value)?;
         self.variable.as_mut().ok_or(AbortCode::ReadOnly)?.write(value)
     }
 }

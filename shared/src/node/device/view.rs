@@ -81,7 +81,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
             STORE | RESTORE => {}
             index => {
                 if index <= rules::LAST {
-                    find(self.objects, at)?.check(value)?;
+                    find(self.objects, at)?.download(Some(value.len()))?;
                     match index {
                         0x1400..=0x1BFF => self.configure_pdo(at, number)?,
                         _ => rules::check(&self.objects.communication, at, number)?,
