@@ -3,7 +3,7 @@
 //! What comes is parsed into [`Request`] and [`Response`]; what goes has a function for each frame there is. Reserved bits are sent as zero and not looked at. Segments of a sub-block have no command specifier: see
 //! [`sub_block_segment`].
 
-use crate::od::{AbortCode, Address};
+use crate::od::Address;
 
 /// The data of an SDO frame. CiA 301 knows no other length.
 pub type Payload = [u8; 8];
@@ -282,8 +282,8 @@ pub(super) fn block_end_answer() -> Payload {
 }
 
 /// End of a transfer that failed.
-pub(super) fn abort(at: Address, code: AbortCode) -> Payload {
-    initiate(ABORT, at, code.code().to_le_bytes())
+pub(super) fn abort(at: Address, code: u32) -> Payload {
+    initiate(ABORT, at, code.to_le_bytes())
 }
 
 #[inline]

@@ -19,3 +19,16 @@ pub enum Error {
     /// The active bus changed. The server was told, on the bus that is active now.
     BusChanged,
 }
+
+impl Error {
+    /// The abort code that was received or sent; every failed transfer has one.
+    pub const fn code(self) -> u32 {
+        match self {
+            Error::Abort(code) | Error::Protocol(code) => code.code(),
+            Error::UnknownAbort(code) => code,
+            Error::Timeout => AbortCode::Timeout.code(),
+            Error::TooLarge => AbortCode::OutOfMemory.code(),
+            Error::BusChanged => AbortCode::DeviceState.code(),
+        }
+    }
+}

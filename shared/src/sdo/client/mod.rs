@@ -4,6 +4,7 @@
 //! [`Client::outcome`]. Frames go out of [`Client::poll`] and [`Client::on_response`] only, so poll after every other call
 //! and when [`Client::deadline`] has come.
 
+mod answer;
 mod download;
 mod error;
 mod staging;
@@ -15,7 +16,7 @@ pub use staging::STAGING;
 use self::staging::Staging;
 use super::block::{Receiver, Sender, Strays};
 use super::crc::Crc;
-use super::wire::{self, Payload, Response};
+use super::wire::{self, Payload};
 use crate::od::{AbortCode, Address};
 use crate::time::{Duration, Instant};
 
@@ -184,108 +185,6 @@ impl Client {
         !matches!(self.state, State::Idle | State::Done(_))
     }
 
-    /// A response came in. Whether it was of use: frames without a transfer, segments out of order, repeated frames and
-    /// aborts of other transfers are ignored.
-    pub fn on_response(&mut self, payload: &Payload, now: Instant, send: &mut impl FnMut(Payload)) -> bool {
-        let [command, data @ ..] = payload;
-        if !self.is_on_the_way() || self.strays.claim(*command, now) {
-            return false;
-        }
-        let used = match &self.state {
-            State::BlockUpload { .. } if *command != wire::ABORT => {
-                self.on_sub_block(*command, data, now, send)
-            }
-            State::BlockUploadEnd { receiver, .. }
-                if receiver.is_repeat(*command)
-                    && self.staging.ends_with(data)
-                    && !wire::is_block_end(*command) =>
-            {
-                Ok(false)
-            }
-            _ => self.on_answer(Response::parse(payload), now, send),
-        };
-        match used {
-            Ok(was_used) => {
-                self.drive(now, send);
-                was_used
-            }
-            Err(error) => {
-                self.fail(error, send);
-                true
-            }
-        }
-    }
-
-    /// Everything but segments of sub-blocks.
-    fn on_answer(
-        &mut self,
-        response: Response,
-        now: Instant,
-        send: &mut impl FnMut(Payload),
-    ) -> Result<bool, Error> {
-        let used = match (&mut self.state, response) {
-            (_, Response::Abort(at, code)) => return Ok(self.on_abort(at, code)),
-            (State::Initiated(Protocol::Download), Response::Download(at)) => self.on_download(at),
-            (State::Download { toggle, asked: true }, Response::DownloadSegment { toggle: answered }) => {
-                let toggle = *toggle;
-                self.on_download_segment(toggle, answered)
-            }
-            (State::Initiated(Protocol::BlockDownload), Response::BlockDownload { at, crc, block_size }) => {
-                self.on_block_download(at, crc, block_size)
-            }
-            (State::BlockDownload { sender, .. }, Response::BlockDownload { .. }) if sender.is_first() => {
-                return Ok(false);
-            }
-            (State::BlockDownload { .. }, Response::BlockDownloadAck { ackseq, block_size }) => {
-                return self.on_ack(ackseq, block_size, now, send);
-            }
-            (State::BlockDownloadEnd, Response::BlockDownloadAck { .. }) => return Ok(false),
-            (State::BlockDownloadEnd, Response::BlockDownloadEnd) => {
-                self.done(Ok(self.size as usize));
-                Ok(())
-            }
-            (State::Initiated(Protocol::Upload | Protocol::BlockUpload), Response::Upload(at, content)) => {
-                self.on_upload(at, content)
-            }
-            (State::Upload { toggle, asked: true }, Response::UploadSegment(segment)) => {
-                let toggle = *toggle;
-                self.on_upload_segment(toggle, &segment)
-            }
-            (State::Initiated(Protocol::BlockUpload), Response::BlockUpload { at, crc, size }) => {
-                self.on_block_upload(at, crc, size, now, send)
-            }
-            (State::BlockUploadEnd { crc, .. }, Response::BlockUploadEnd { unused, crc: sum }) => {
-                let sum = crc.then_some(sum);
-                self.on_block_upload_end(usize::from(unused), sum, send)
-            }
-            _ => Err(Error::Protocol(AbortCode::CommandSpecifier)),
-        };
-        used.map(|()| true)
-    }
-
-    /// The server aborts. Whether it means this transfer: the abort of an earlier one may be late. A server that does not
-    /// know what it aborts says 0000h.
-    fn on_abort(&mut self, at: Address, code: u32) -> bool {
-        if at != self.at && at != Address::new(0, 0) {
-            return false;
-        }
-        let known = AbortCode::from_code(code);
-        if self.mode == Mode::Auto && known == Some(AbortCode::CommandSpecifier) {
-            // A server that knows no blocks (CiA 301 7.2.4.2.8: optional).
-            let protocol = match self.state {
-                State::Initiated(Protocol::BlockDownload) => Some(Protocol::Download),
-                State::Initiated(Protocol::BlockUpload) => Some(Protocol::Upload),
-                _ => None,
-            };
-            if let Some(protocol) = protocol {
-                self.state = State::Initiate(protocol);
-                return true;
-            }
-        }
-        self.done(Err(known.map_or(Error::UnknownAbort(code), Error::Abort)));
-        true
-    }
-
     /// The time is `now`: what is due is sent or given up.
     pub fn poll(&mut self, now: Instant, send: &mut impl FnMut(Payload)) {
         if self.is_on_the_way() && self.deadline <= now {
@@ -363,7 +262,7 @@ impl Client {
     /// Ends a transfer that nobody waits for any more; there is no outcome.
     pub fn cancel(&mut self, send: &mut impl FnMut(Payload)) {
         if self.is_on_the_way() {
-            send(wire::abort(self.at, AbortCode::LocalControl));
+            send(wire::abort(self.at, AbortCode::LocalControl.code()));
         }
         self.leave(State::Idle);
         self.staging.clear();
@@ -378,14 +277,7 @@ impl Client {
 
     /// Ends the transfer, tells the server.
     fn fail(&mut self, error: Error, send: &mut impl FnMut(Payload)) {
-        let code = match error {
-            Error::Abort(code) | Error::Protocol(code) => code,
-            Error::UnknownAbort(_) => AbortCode::General,
-            Error::Timeout => AbortCode::Timeout,
-            Error::TooLarge => AbortCode::OutOfMemory,
-            Error::BusChanged => AbortCode::DeviceState,
-        };
-        send(wire::abort(self.at, code));
+        send(wire::abort(self.at, error.code()));
         self.done(Err(error));
     }
 
@@ -422,10 +314,5 @@ impl Client {
 
     fn pause(&self) -> Duration {
         Duration::from_micros(self.timeout.as_micros() / PAUSE)
-    }
-
-    /// An answer that names an object must name the one that was asked for.
-    fn check(&self, at: Address) -> Result<(), Error> {
-        if at == self.at { Ok(()) } else { Err(Error::Protocol(AbortCode::ParameterIncompatible)) }
     }
 }

@@ -91,7 +91,7 @@ impl Server {
             // Nothing of the sub-block is left on the way.
             self.state = State::Idle;
             self.value.close(objects);
-            send(wire::abort(self.value.at, code));
+            send(wire::abort(self.value.at, code.code()));
             return;
         }
         send(wire::block_ack(receiver.acknowledge(BLOCK_SIZE), BLOCK_SIZE));

@@ -33,7 +33,7 @@ impl Server {
         };
         if let Err(code) = begun {
             self.value.close(objects);
-            send(wire::abort(at, code));
+            send(wire::abort(at, code.code()));
         }
         true
     }

@@ -257,7 +257,7 @@ impl Server {
         send: &mut impl FnMut(Payload),
     ) {
         if self.is_busy() {
-            send(wire::abort(self.value.at, code));
+            send(wire::abort(self.value.at, code.code()));
             self.reset(objects);
         }
     }

@@ -301,6 +301,27 @@ fn aborts_reach_the_application() {
 }
 
 #[test]
+fn every_error_has_the_code_that_went_over_the_wire() {
+    for (error, code) in [
+        (Error::Abort(AbortCode::NoObject), 0x0602_0000),
+        (Error::UnknownAbort(0x1234_5678), 0x1234_5678),
+        (Error::Timeout, 0x0504_0000),
+        (Error::Protocol(AbortCode::Crc), 0x0504_0004),
+        (Error::TooLarge, 0x0504_0005),
+        (Error::BusChanged, 0x0800_0022),
+    ] {
+        assert_eq!(error.code(), code);
+    }
+}
+
+#[test]
+fn only_the_first_answer_says_that_a_server_knows_no_blocks() {
+    let mut bench = Bench::uploading(9, Mode::Auto);
+    bench.exchange("A4 00 20 01 7F 1C", &[("C6 00 20 01 09", "A3"), ("80 00 20 01 01 00 04 05", "")]);
+    assert_eq!(bench.read(), Some(Err(Error::Abort(AbortCode::CommandSpecifier))));
+}
+
+#[test]
 fn the_late_abort_of_another_transfer_is_ignored() {
     let mut bench = Bench::uploading(4, Mode::Segmented);
     bench.poll();
@@ -405,6 +426,14 @@ fn what_is_too_large_is_refused() {
     let mut bench = Bench::uploading(8, Mode::Block);
     bench.exchange("A4 00 20 01 7F", &[("C4 00 20 01", "A3"), ("01", ""), ("02", OUT_OF_MEMORY)]);
     assert_eq!(bench.read(), Some(Err(Error::TooLarge)));
+    // More than the size field can tell; the server is not asked.
+    #[cfg(target_pointer_width = "64")]
+    {
+        let mut bench = Bench::uploading(0, Mode::Auto);
+        bench.client.start_download(AT, 1 << 32, Mode::Auto);
+        assert!(bench.poll().is_empty());
+        assert_eq!(bench.client.outcome(), Some(Err(Error::TooLarge)));
+    }
     // The server is done with it already.
     let mut bench = Bench::uploading(3, Mode::Segmented);
     bench.exchange("40 00 20 01", &[("43 00 20 01 01 02 03 04", "")]);

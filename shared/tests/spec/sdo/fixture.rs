@@ -36,7 +36,7 @@ enum Kind {
     /// A domain that fails when byte 100 is written.
     Broken,
     /// A domain that has fewer bytes than it says.
-    Short,
+    Short(usize),
     /// A domain that refuses at the end.
     Refusing,
     /// Has no value at the moment.
@@ -69,10 +69,11 @@ impl Objects {
             (DOMAIN, Kind::Domain(DOMAIN_MOST), pattern(100)),
             (Address::new(0x2009, 0), Kind::Limited, vec![5]),
             (Address::new(0x200A, 0), Kind::Broken, vec![]),
-            (Address::new(0x200B, 0), Kind::Short, pattern(50)),
+            (Address::new(0x200B, 0), Kind::Short(100), pattern(50)),
             (Address::new(0x200C, 0), Kind::Refusing, vec![]),
             (Address::new(0x200D, 0), Kind::NoData, vec![]),
             (EMPTY, Kind::Domain(3), vec![]),
+            (Address::new(0x200F, 0), Kind::Short(4), vec![1, 2, 3]),
         ];
         Objects {
             entries: entries.into_iter().map(|(at, kind, value)| (at, (kind, value))).collect(),
@@ -116,7 +117,7 @@ impl ObjectAccess for Objects {
         match kind {
             Kind::WriteOnly => Err(AbortCode::WriteOnly),
             Kind::NoData => Err(AbortCode::NoData),
-            Kind::Short => Ok(Transfer::Stream(100)),
+            Kind::Short(told) => Ok(Transfer::Stream(told)),
             Kind::Domain(_) | Kind::Broken | Kind::Refusing => Ok(Transfer::Stream(len)),
             _ => Ok(Transfer::Whole(len)),
         }
@@ -134,7 +135,7 @@ impl ObjectAccess for Objects {
     fn download(&mut self, at: Address, size: Option<usize>) -> Result<Transfer, AbortCode> {
         assert!(self.open.is_none(), "the stream before was neither finished nor cancelled");
         let most = match self.find(at)? {
-            Kind::ReadOnly | Kind::Short | Kind::NoData => return Err(AbortCode::ReadOnly),
+            Kind::ReadOnly | Kind::Short(_) | Kind::NoData => return Err(AbortCode::ReadOnly),
             Kind::Domain(most) => most,
             Kind::Broken | Kind::Refusing => 1_000,
             Kind::Limited => return Ok(Transfer::Whole(1)),
@@ -254,7 +255,7 @@ impl Bench {
 pub fn frame(digits: &str) -> Payload {
     let digits: Vec<u8> = digits.bytes().filter(|digit| *digit != b' ').collect();
     let mut payload = [0; 8];
-    assert!(digits.len() <= 16 && digits.len() % 2 == 0);
+    assert!(digits.len() <= 16 && digits.len().is_multiple_of(2));
     for (byte, pair) in payload.iter_mut().zip(digits.chunks(2)) {
         *byte = u8::from_str_radix(std::str::from_utf8(pair).unwrap(), 16).unwrap();
     }

@@ -178,9 +178,11 @@ fn every_bad_request_has_its_abort_code() {
         ("no data", &[], "40 0D 20 00", "0D 20 00", "24 00 00 08"),
         ("value too low", &[], "2F 09 20 00 00", "09 20 00", "32 00 09 06"),
         ("value too high", &[], "2F 09 20 00 0A", "09 20 00", "31 00 09 06"),
+        ("less than the object says", &[], "40 0F 20 00", "0F 20 00", "20 00 00 08"),
         ("refused at the end", &[("21 0C 20 00 01", "60 0C 20 00")], "0D 01", "0C 20 00", "22 00 00 08"),
         // Lengths.
         ("expedited too long", &[], "23 02 20 00 01 02 03 04", "02 20 00", TOO_LONG),
+        ("expedited longer than the object takes", &[], "2B 09 20 00 01 02", "09 20 00", TOO_LONG),
         ("expedited too long for a domain", &[], "23 0E 20 00 01 02 03 04", "0E 20 00", TOO_LONG),
         ("expedited too short", &[], "2B 00 20 00 01 02 03 04", "00 20 00", TOO_SHORT),
         ("told too long", &[], "21 04 20 00 65", "04 20 00", TOO_LONG),

@@ -224,7 +224,8 @@ fn every_bad_block_download_has_its_abort_code() {
     let nine = "C6 08 20 00 09";
     let one = ("01 31 32 33 34 35 36 37", "");
     let two = ("82 38 39", "A2 02 7F");
-    let table: &[(&str, &str, &[(&str, &str)])] = &[
+    type Row<'a> = (&'a str, &'a str, &'a [(&'a str, &'a str)]);
+    let table: &[Row] = &[
         ("checksum wrong", nine, &[one, two, ("D5 C3 32", CRC)]),
         ("checksum of the unused bytes, too", nine, &[one, two, ("D5 C4 31", CRC)]),
         ("one unused byte less", nine, &[one, two, ("D1 C3 31", TOO_LONG)]),
@@ -274,6 +275,17 @@ fn a_refusal_in_a_sub_block_waits_for_its_end() {
     answers(&mut bench, segment(127, false, &[9; 7]), "80 0A 20 00 00 00 06 06");
     assert!(!bench.server.is_busy());
     assert!(bench.objects.changes.is_empty());
+}
+
+#[test]
+fn a_refusal_at_the_end_of_a_sub_block_is_told_at_once() {
+    let mut bench = downloading("C6 08 20 00 75 03");
+    for seqno in 1..127 {
+        answers(&mut bench, segment(seqno, false, &[9; 7]), "");
+    }
+    answers(&mut bench, segment(127, false, &[9; 7]), "80 08 20 00 12 00 07 06");
+    assert_eq!(bench.objects.cancelled, 1);
+    assert!(!bench.server.is_busy());
 }
 
 #[test]
@@ -458,7 +470,8 @@ fn every_bad_block_upload_has_its_abort_code() {
     const SEQUENCE: &str = "03 00 04 05";
     const SPECIFIER: &str = "01 00 04 05";
     let begin = Some("A4 04 20 00 7F");
-    let table: &[(&str, Option<&str>, &[&str], &str, &str)] = &[
+    type Row<'a> = (&'a str, Option<&'a str>, &'a [&'a str], &'a str, &'a str);
+    let table: &[Row] = &[
         ("block size 0", None, &[], "A4 04 20 00 00", BLOCK_SIZE),
         ("block size 128", None, &[], "A4 04 20 00 80", BLOCK_SIZE),
         ("block size 255", None, &[], "A4 04 20 00 FF", BLOCK_SIZE),
