@@ -40,11 +40,11 @@ fn build() -> anyhow::Result<PathBuf> {
         .context("cannot run cargo")?;
     ensure!(output.status.success(), "cargo build --package xtask failed ({})", output.status);
     let messages = output.stdout.split(|byte| *byte == b'\n');
-    let executables = messages.filter_map(|line| {
+    let mut executables = messages.filter_map(|line| {
         let message: Value = serde_json::from_slice(line).ok()?;
         Some(PathBuf::from(message.get("executable")?.as_str()?))
     });
-    executables.last().context("cargo built no program")
+    executables.next_back().context("cargo built no program")
 }
 
 /// A spacecraft that runs; it ends when it goes out of scope.

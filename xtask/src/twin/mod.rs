@@ -70,17 +70,15 @@ impl Run {
     fn fly(&mut self, end: Time, stop: &AtomicBool) -> Pace {
         let mut pace = Pace::new(Instant::now());
         while self.spacecraft.now() < end && !stop.load(Ordering::Relaxed) {
-            self.serve();
             let next = (self.spacecraft.now() + STEP).min(end);
-            let due = pace.due(Instant::now(), self.spacecraft.now());
+            std::thread::sleep(pace.instant_of(next).saturating_duration_since(Instant::now()));
+            pace.reached(next, Instant::now());
             self.tell_of_delay(&pace);
-            if due <= self.spacecraft.now() {
-                std::thread::sleep(pace.instant_of(next).saturating_duration_since(Instant::now()));
-            } else {
-                self.advance(due.min(next));
-            }
+            self.ports.iter_mut().for_each(|port| port.hear_clients(&mut self.spacecraft));
+            self.advance(next);
+            self.ports.iter_mut().for_each(|port| port.tell_clients(&mut self.spacecraft));
+            self.tell_notes();
         }
-        self.serve();
         pace
     }
 
@@ -106,12 +104,10 @@ impl Run {
         }
     }
 
-    fn serve(&mut self) {
-        for port in &mut self.ports {
-            port.serve(&mut self.spacecraft);
-            for note in port.take_notes() {
-                say(format_args!("{:10.3} s  {note}", self.spacecraft.now().as_secs_f64()));
-            }
+    fn tell_notes(&mut self) {
+        let now = self.spacecraft.now().as_secs_f64();
+        for note in self.ports.iter_mut().flat_map(Port::take_notes) {
+            say(format_args!("{now:10.3} s  {note}"));
         }
     }
 

@@ -24,16 +24,13 @@ impl Pace {
         Pace { began: now, behind: Duration::ZERO }
     }
 
-    /// Until when virtual time, which is at `virtual_now`, may run at once.
-    pub fn due(&mut self, now: Instant, virtual_now: Time) -> Time {
-        let due = now.saturating_duration_since(self.began);
-        let late = due.saturating_sub(Duration::from_micros(virtual_now.as_us()));
+    /// It is `now`, and virtual time is about to become `at`. Being late for longer than a moment is accepted.
+    pub fn reached(&mut self, at: Time, now: Instant) {
+        let late = now.saturating_duration_since(self.instant_of(at));
         if late > SHORT {
             self.began += late;
             self.behind += late;
-            return virtual_now + Time(1);
         }
-        Time::from_us(due.as_micros() as u64)
     }
 
     /// When virtual time may be `at`.
@@ -59,8 +56,7 @@ mod tests {
     fn virtual_time_follows_the_wall() {
         let start = Instant::now();
         let mut pace = Pace::new(start);
-        assert_eq!(pace.due(start, Time::ZERO), Time::ZERO);
-        assert_eq!(pace.due(start + ms(7), Time::from_ms(6)), Time::from_ms(7));
+        pace.reached(Time::from_ms(7), start + ms(7));
         assert_eq!(pace.instant_of(Time::from_ms(8)), start + ms(8));
         assert_eq!(pace.behind(), Duration::ZERO);
     }
@@ -69,19 +65,19 @@ mod tests {
     fn a_short_delay_is_made_up_for() {
         let start = Instant::now();
         let mut pace = Pace::new(start);
-        assert_eq!(pace.due(start + ms(300), Time::from_ms(50)), Time::from_ms(300));
+        pace.reached(Time::from_ms(50), start + ms(300));
+        assert_eq!(pace.instant_of(Time::from_ms(300)), start + ms(300));
         assert_eq!(pace.behind(), Duration::ZERO);
     }
 
     #[test]
-    fn a_long_delay_stays_and_nothing_is_skipped() {
+    fn a_long_delay_stays() {
         let start = Instant::now();
         let mut pace = Pace::new(start);
-        assert_eq!(pace.due(start + ms(1300), Time::from_ms(100)), Time::from_ms(100) + Time(1));
+        pace.reached(Time::from_ms(100), start + ms(1300));
         assert_eq!(pace.behind(), ms(1200));
-        assert_eq!(pace.due(start + ms(1310), Time::from_ms(100)), Time::from_ms(110));
         assert_eq!(pace.instant_of(Time::from_ms(120)), start + ms(1320));
-        assert_eq!(pace.due(start + ms(1700), Time::from_ms(110)), Time::from_ms(110) + Time(1));
+        pace.reached(Time::from_ms(110), start + ms(1700));
         assert_eq!(pace.behind(), ms(1590));
     }
 }

@@ -22,6 +22,9 @@ const MOST_CLIENTS: usize = 16;
 /// Frames of clients that have left are still sent, but not beyond so long a time without any success.
 const PATIENCE: Time = Time::from_ms(100);
 
+/// Nobody minds to wait so long for a connection.
+const BETWEEN_WELCOMES: Time = Time::from_ms(10);
+
 /// Where the node hangs on its bus, metres from the master's end.
 const POSITION_M: f64 = 30.0;
 
@@ -43,6 +46,7 @@ pub struct Port {
     senders: VecDeque<u64>,
     /// When a client was there, or a frame of one was handed over or sent, last.
     last_use: Time,
+    next_welcome: Time,
     totals: Totals,
     notes: Vec<String>,
 }
@@ -85,6 +89,7 @@ impl Port {
             seats: Vec::new(),
             senders: VecDeque::new(),
             last_use: Time::ZERO,
+            next_welcome: Time::ZERO,
             totals: Totals::default(),
             notes: Vec::new(),
         }
@@ -114,16 +119,23 @@ impl Port {
         std::mem::take(&mut self.notes)
     }
 
-    /// Gives the clients what was on the bus, and the bus what came from the clients.
-    pub fn serve(&mut self, spacecraft: &mut Spacecraft) {
-        self.welcome();
+    /// Gives the bus what came from the clients.
+    pub fn hear_clients(&mut self, spacecraft: &mut Spacecraft) {
+        if spacecraft.now() >= self.next_welcome {
+            self.next_welcome = spacecraft.now() + BETWEEN_WELCOMES;
+            self.welcome();
+        }
+        self.listen(spacecraft);
+        self.say_goodbye();
+        self.appear(spacecraft);
+    }
+
+    /// Gives the clients what was on the bus.
+    pub fn tell_clients(&mut self, spacecraft: &mut Spacecraft) {
         for (at, heard) in spacecraft.take_heard(self.guest) {
             self.forward(at, heard);
         }
-        self.listen(spacecraft);
         self.seats.iter_mut().for_each(|seat| seat.client.flush());
-        self.say_goodbye();
-        self.appear(spacecraft);
     }
 
     fn welcome(&mut self) {
