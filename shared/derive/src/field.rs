@@ -55,7 +55,16 @@ pub fn bits(value: &TokenStream) -> TokenStream {
     quote!(::core::option::Option::Some(::ecss_can::od::Variable::bits(#value)))
 }
 
-/// What a receive PDO writes to a value.
-pub fn set_bits(value: &TokenStream) -> TokenStream {
-    quote!(::core::option::Option::Some(::ecss_can::od::Variable::set_bits(#value, bits)))
+/// What a receive PDO writes to a value, with limits only what keeps them.
+pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
+    let write = quote!(::core::option::Option::Some(::ecss_can::od::Variable::set_bits(#value, bits)));
+    if attribute.low.is_none() && attribute.high.is_none() {
+        return write;
+    }
+    let limits = attribute.limits();
+    quote!({
+        const LIMITS: ::core::option::Option<&::ecss_can::od::Limits> = #limits;
+        LIMITS?.check(<#of as ::ecss_can::od::Typed>::TYPE, bits).ok()?;
+        #write
+    })
 }

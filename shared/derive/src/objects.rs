@@ -230,7 +230,7 @@ fn var(
         structure: quote!(0),
         variable: quote!(::core::option::Option::Some(#place_mut)),
         bits: field::bits(place),
-        set_bits: field::set_bits(place_mut),
+        set_bits: field::set_bits(place_mut, value, attribute),
     })
 }
 
@@ -264,7 +264,7 @@ fn array(
             }
         },
         bits: field::bits(&quote!(#place.get(#nth)?)),
-        set_bits: field::set_bits(&quote!(#place_mut.get_mut(#nth)?)),
+        set_bits: field::set_bits(&quote!(#place_mut.get_mut(#nth)?), value, attribute),
     })
 }
 

@@ -125,7 +125,7 @@ fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
             ::core::option::Option::Some(place)
         })),
         bits: read.then(|| arm(field::bits(&place))),
-        set_bits: written.then(|| arm(field::set_bits(&place_mut))),
+        set_bits: written.then(|| arm(field::set_bits(&place_mut, value, attribute))),
         last,
     })
 }

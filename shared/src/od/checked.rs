@@ -76,22 +76,10 @@ impl Found<'_> {
     /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`], [`AbortCode::ValueRange`].
     pub fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
         self.download(Some(value.len()))?;
-        within(self.entry, value)?;
+        if let Some(limits) = self.entry.limits {
+            let bits = value.iter().rev().fold(0, |bits, byte| bits << 8 | u64::from(*byte));
+            limits.check(self.entry.data_type, bits)?;
+        }
         self.variable.as_mut().ok_or(AbortCode::ReadOnly)?.write(value)
     }
-}
-
-/// Whether a number keeps its limits.
-fn within(entry: &Entry, value: &[u8]) -> Result<(), AbortCode> {
-    let Some(limits) = entry.limits else { return Ok(()) };
-    let bits = value.iter().rev().fold(0, |bits, byte| bits << 8 | i64::from(*byte));
-    let unused = 64_usize.saturating_sub(value.len().saturating_mul(8)).min(63) as u32;
-    let number = if entry.data_type.is_signed() { bits << unused >> unused } else { bits };
-    if limits.high.is_some_and(|high| number > high) {
-        return Err(AbortCode::ValueTooHigh);
-    }
-    if limits.low.is_some_and(|low| number < low) {
-        return Err(AbortCode::ValueTooLow);
-    }
-    Ok(())
 }

@@ -104,6 +104,23 @@ impl DataType {
         )
     }
 
+    /// Whether its values are whole numbers.
+    pub const fn is_integer(self) -> bool {
+        use DataType as T;
+        let unsigned = matches!(
+            self,
+            T::Unsigned8
+                | T::Unsigned16
+                | T::Unsigned24
+                | T::Unsigned32
+                | T::Unsigned40
+                | T::Unsigned48
+                | T::Unsigned56
+                | T::Unsigned64
+        );
+        unsigned || self.is_signed()
+    }
+
     /// The type of a dummy entry of a receive PDO, which is mapped by the index of its type (CiA 301 7.4.8.2).
     pub const fn of_dummy(index: u16) -> Option<DataType> {
         Some(match index {

@@ -31,7 +31,7 @@ pub trait Record {
         None
     }
 
-    /// Takes the value of a sub-index from a receive PDO, if that may carry it.
+    /// Takes the value of a sub-index from a receive PDO, if that may carry it and limits are kept.
     fn set_bits(&mut self, _sub: u8, _bits: u64) -> Option<()> {
         None
     }
@@ -54,7 +54,7 @@ pub trait Objects {
     /// The value at a place in a transmit PDO, in the low bits, if that may carry it.
     fn bits(&self, place: Place) -> Option<u64>;
 
-    /// Takes the value at a place from a receive PDO, the low bits, if that may carry it.
+    /// Takes the value at a place from a receive PDO, the low bits, if that may carry it and limits are kept.
     fn set_bits(&mut self, place: Place, bits: u64) -> Option<()>;
 
     /// Finds a value.

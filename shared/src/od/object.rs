@@ -1,6 +1,6 @@
 //! What is declared of an object and its entries: all that an access is checked against.
 
-use super::{DataType, Typed};
+use super::{AbortCode, DataType, Typed};
 
 /// Kind of an object (CiA 301 7.4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -68,6 +68,29 @@ pub struct Limits {
     pub high: Option<i64>,
 }
 
+impl Limits {
+    /// Whether the low bits of `bits`, as many as the type has, are a number that keeps them.
+    ///
+    /// # Errors
+    /// [`AbortCode::ValueTooHigh`], [`AbortCode::ValueTooLow`].
+    pub fn check(&self, data_type: DataType, bits: u64) -> Result<(), AbortCode> {
+        let unused = u64::BITS.saturating_sub(u32::from(data_type.bits().unwrap_or(64)));
+        let above = bits.wrapping_shl(unused);
+        let number = if data_type.is_signed() {
+            above.cast_signed().wrapping_shr(unused)
+        } else {
+            i64::try_from(above.wrapping_shr(unused)).unwrap_or(i64::MAX)
+        };
+        if self.high.is_some_and(|high| number > high) {
+            return Err(AbortCode::ValueTooHigh);
+        }
+        if self.low.is_some_and(|low| number < low) {
+            return Err(AbortCode::ValueTooLow);
+        }
+        Ok(())
+    }
+}
+
 /// A sub-index, or several in a row of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -108,9 +131,10 @@ impl Entry {
         Entry { mappable, ..self }
     }
 
-    /// The same within limits.
+    /// The same within limits; those of a type that is no integer do not compile.
     #[must_use]
     pub const fn within(self, limits: Option<&'static Limits>) -> Entry {
+        assert!(limits.is_none() || self.data_type.is_integer(), "only integers have limits");
         Entry { limits, ..self }
     }
 }

@@ -99,15 +99,19 @@ impl Layout {
         pdo
     }
 
-    /// Writes the values of a PDO. Bits that are not mapped do not matter.
+    /// Writes the values of a PDO. Bits that are not mapped do not matter. Returns whether all values were within their
+    /// limits; others are not written.
     #[inline(never)] // all that the dictionary takes from PDOs: once in an image
-    pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) {
-        let mut at = 0_u32;
+    pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
+        let (mut all, mut at) = (true, 0_u32);
         for slot in self.slots() {
-            // What lies above belongs to those behind; a value takes its own bits only. A dummy takes nothing.
-            let _ = objects.set_bits(slot.place(), pdo.wrapping_shr(at));
+            // What lies above belongs to those behind; a value takes its own bits only.
+            if objects.set_bits(slot.place(), pdo.wrapping_shr(at)).is_none() {
+                all &= slot.is_dummy();
+            }
             at = at.wrapping_add(slot.bits());
         }
+        all
     }
 
     /// Where the values are, without dummies.

@@ -1,8 +1,9 @@
 //! Receive PDOs: frames into the dictionary (CiA 301 7.2.2, ECSS 6.2, 6.9).
 //!
 //! * Types 0 to 240 take effect at the next SYNC, the newest frame of each PDO; 254 and 255 at once.
-//! * A frame with fewer bytes than are mapped is not processed. One with more is, as far as it is mapped. Both are
-//!   errors of their PDO, told when they appear and when they are gone.
+//! * A frame with fewer bytes than are mapped is not processed. One with more is, as far as it is mapped. A value outside
+//!   of its limits is not written, the others of its frame are. All three are errors of their PDO, told when they appear
+//!   and when they are gone.
 //! * The event timer is a deadline. It runs from each good frame to the next, the first time from the first one in
 //!   Operational, or after it was configured.
 //! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
@@ -26,15 +27,25 @@ pub enum RpdoError {
     TooLong,
     /// No frame came in time.
     Overdue,
+    /// A value was outside of its limits; it was not written.
+    OutOfRange,
 }
 
 impl RpdoError {
+    const ALL: [RpdoError; 4] =
+        [RpdoError::TooShort, RpdoError::TooLong, RpdoError::Overdue, RpdoError::OutOfRange];
+
+    const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+
     /// The emergency that tells of it.
     pub const fn code(self) -> ErrorCode {
         match self {
             RpdoError::TooShort => ErrorCode::PDO_LENGTH,
             RpdoError::TooLong => ErrorCode::PDO_LENGTH_EXCEEDED,
             RpdoError::Overdue => ErrorCode::RPDO_TIMEOUT,
+            RpdoError::OutOfRange => ErrorCode::PROTOCOL,
         }
     }
 }
@@ -43,7 +54,7 @@ impl RpdoError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RpdoEvent {
-    /// Its values are in the dictionary.
+    /// Its values are in the dictionary, those that keep their limits.
     Applied,
     /// A synchronous one came after the synchronous window (1007h) and was discarded.
     OutsideWindow,
@@ -81,7 +92,8 @@ struct Rpdo {
     timeout: u16,
     synchronous: bool,
     waiting: bool,
-    error: Option<RpdoError>,
+    /// A bit for each that is there.
+    errors: u8,
 }
 
 impl Rpdo {
@@ -92,7 +104,7 @@ impl Rpdo {
         timeout: 0,
         synchronous: false,
         waiting: false,
-        error: None,
+        errors: 0,
     };
 }
 
@@ -115,8 +127,8 @@ impl<const R: usize> Rpdos<R> {
         }
     }
 
-    /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, the deadline waits for the next
-    /// frame. Returns the error which that ended.
+    /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, its errors are resolved, the
+    /// deadline waits for the next frame.
     ///
     /// # Errors
     /// As [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `R` and above. Nothing was changed.
@@ -125,26 +137,25 @@ impl<const R: usize> Rpdos<R> {
         number: usize,
         parameters: &RpdoParameters,
         mapping: &[u32],
-    ) -> Result<Option<RpdoError>, AbortCode> {
+        tell: &mut impl FnMut(usize, RpdoEvent),
+    ) -> Result<(), AbortCode> {
         let (Some(id), Some(pdo)) = (self.ids.get_mut(number), self.pdos.get_mut(number)) else {
             return Err(AbortCode::NoObject);
         };
-        let ended = pdo.error;
-        let Some(cob_id) = CobIdEntry::from_raw(parameters.cob_id).cob_id() else {
-            (*id, *pdo) = (NONE, Rpdo::INVALID);
-            self.find_shared();
-            return Ok(ended);
+        let (new_id, new) = match CobIdEntry::from_raw(parameters.cob_id).cob_id() {
+            None => (NONE, Rpdo::INVALID),
+            Some(id) => {
+                let layout = rules::activate::<D>(Direction::Receive, parameters.transmission, mapping)?;
+                let synchronous = rules::is_synchronous(parameters.transmission);
+                (id.raw(), Rpdo { layout, timeout: parameters.event_timer, synchronous, ..Rpdo::INVALID })
+            }
         };
-        let layout = rules::activate::<D>(Direction::Receive, parameters.transmission, mapping)?;
-        *id = cob_id.raw();
-        *pdo = Rpdo {
-            layout,
-            timeout: parameters.event_timer,
-            synchronous: rules::is_synchronous(parameters.transmission),
-            ..Rpdo::INVALID
-        };
+        for error in RpdoError::ALL {
+            pdo.set(error, false, |event| tell(number, event));
+        }
+        (*id, *pdo) = (new_id, new);
         self.find_shared();
-        Ok(ended)
+        Ok(())
     }
 
     fn find_shared(&mut self) {
@@ -211,7 +222,7 @@ impl<const R: usize> Rpdos<R> {
         tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) {
         let Some(pdo) = self.pdos.get_mut(number) else { return };
-        if (frame.dlc() != pdo.layout.bytes() || pdo.error.is_some())
+        if (frame.dlc() != pdo.layout.bytes() || pdo.errors != 0)
             && !pdo.accepts(frame.dlc(), |event| tell(objects, number, event))
         {
             return;
@@ -222,8 +233,7 @@ impl<const R: usize> Rpdos<R> {
         }
         let data = u64::from_le_bytes(frame.padded());
         if !pdo.synchronous {
-            pdo.layout.unpack(objects, data);
-            tell(objects, number, RpdoEvent::Applied);
+            pdo.apply(data, number, objects, tell);
         } else if at <= self.window_end {
             pdo.held = data;
             pdo.waiting = true;
@@ -247,8 +257,7 @@ impl<const R: usize> Rpdos<R> {
         }
         for (number, pdo) in self.pdos.iter_mut().enumerate() {
             if core::mem::take(&mut pdo.waiting) {
-                pdo.layout.unpack(objects, pdo.held);
-                tell(objects, number, RpdoEvent::Applied);
+                pdo.apply(pdo.held, number, objects, tell);
             }
         }
     }
@@ -262,7 +271,7 @@ impl<const R: usize> Rpdos<R> {
         for (number, pdo) in self.pdos.iter_mut().enumerate() {
             if pdo.deadline <= now {
                 pdo.deadline = Instant::NEVER;
-                pdo.change(Some(RpdoError::Overdue), |event| tell(number, event));
+                pdo.set(RpdoError::Overdue, true, |event| tell(number, event));
             }
             self.next = self.next.min(pdo.deadline);
         }
@@ -278,25 +287,36 @@ impl Rpdo {
     /// Whether a frame of this length is processed. Errors appear and go with it.
     #[cold]
     #[inline(never)]
-    fn accepts(&mut self, dlc: u8, tell: impl FnMut(RpdoEvent)) -> bool {
-        let error = match dlc.cmp(&self.layout.bytes()) {
-            Ordering::Less => Some(RpdoError::TooShort),
-            Ordering::Equal => None,
-            Ordering::Greater => Some(RpdoError::TooLong),
-        };
-        if error != self.error {
-            self.change(error, tell);
+    fn accepts(&mut self, dlc: u8, mut tell: impl FnMut(RpdoEvent)) -> bool {
+        let bytes = self.layout.bytes();
+        self.set(RpdoError::TooShort, dlc < bytes, &mut tell);
+        self.set(RpdoError::TooLong, dlc > bytes, &mut tell);
+        if dlc >= bytes {
+            self.set(RpdoError::Overdue, false, tell);
         }
-        error != Some(RpdoError::TooShort)
+        dlc >= bytes
     }
 
-    /// At most one error is known of a PDO, the newest.
-    fn change(&mut self, error: Option<RpdoError>, mut tell: impl FnMut(RpdoEvent)) {
-        if let Some(old) = core::mem::replace(&mut self.error, error) {
-            tell(RpdoEvent::Resolved(old));
+    /// The values of a frame take effect.
+    fn apply<D: Objects>(
+        &mut self,
+        data: u64,
+        number: usize,
+        objects: &mut D,
+        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
+    ) {
+        let all = self.layout.unpack(objects, data);
+        if !all || self.errors != 0 {
+            self.set(RpdoError::OutOfRange, !all, |event| tell(objects, number, event));
         }
-        if let Some(new) = error {
-            tell(RpdoEvent::Error(new));
+        tell(objects, number, RpdoEvent::Applied);
+    }
+
+    /// Tells of an error that appears or goes.
+    fn set(&mut self, error: RpdoError, is_there: bool, mut tell: impl FnMut(RpdoEvent)) {
+        if is_there != (self.errors & error.bit() != 0) {
+            self.errors ^= error.bit();
+            tell(if is_there { RpdoEvent::Error(error) } else { RpdoEvent::Resolved(error) });
         }
     }
 }

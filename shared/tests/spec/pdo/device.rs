@@ -38,6 +38,12 @@ pub struct Device {
     /// Text
     #[object(0x6026, rw, pdo)]
     pub text: VisibleString<8>,
+    /// Level
+    #[object(0x6027, rw, pdo, low = 10, high = 90, default = 10)]
+    pub level: u8,
+    /// Trims
+    #[object(0x6028, record)]
+    pub trims: Trims,
     /// Wide values
     #[objects]
     pub wide: Wide,
@@ -52,6 +58,14 @@ pub struct Channel {
     /// Enabled
     #[sub(2, rw, pdo)]
     pub enabled: bool,
+}
+
+/// Trims.
+#[derive(Clone, Copy, Debug, Record)]
+pub struct Trims {
+    /// Trim
+    #[sub(1.., rww, pdo, low = -5, high = 5)]
+    pub trim: [i8; 3],
 }
 
 /// Every type of fixed size.

@@ -4,9 +4,9 @@ use ecss_can::emcy::ErrorCode;
 use ecss_can::link::CobId;
 use ecss_can::od::AbortCode;
 use ecss_can::od::communication::{INVALID, NO_REMOTE, RpdoParameters};
-use ecss_can::pdo::RpdoError::{Overdue, TooLong, TooShort};
+use ecss_can::pdo::RpdoError::{OutOfRange, Overdue, TooLong, TooShort};
 use ecss_can::pdo::RpdoEvent::{Applied, Error, OutsideWindow, Resolved};
-use ecss_can::pdo::{RpdoError, RpdoEvent, Rpdos};
+use ecss_can::pdo::{RpdoEvent, Rpdos};
 use ecss_can::time::Instant;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -32,7 +32,7 @@ impl Node {
 
     fn with(number: usize, parameters: RpdoParameters, mapping: &[u32]) -> Node {
         let mut node = Node::new();
-        assert_eq!(node.configure(number, parameters, mapping), Ok(None));
+        assert_eq!(node.configure(number, parameters, mapping), Ok(()));
         node
     }
 
@@ -41,8 +41,10 @@ impl Node {
         number: usize,
         parameters: RpdoParameters,
         mapping: &[u32],
-    ) -> Result<Option<RpdoError>, AbortCode> {
-        self.rpdos.configure::<Device>(number, &parameters, mapping)
+    ) -> Result<(), AbortCode> {
+        let told = &mut self.told;
+        let tell = &mut |number, event| told.push((number, event));
+        self.rpdos.configure::<Device>(number, &parameters, mapping, tell)
     }
 
     fn receive(&mut self, id: u16, data: &[u8], at: Instant) -> bool {
@@ -140,7 +142,7 @@ fn a_frame_too_long_is_processed_as_far_as_it_is_mapped_and_told_once() {
     node.receive(0x205, &DATA[..5], ms(1));
     assert_eq!(node.told(), [(0, Applied)]);
     node.receive(0x205, &DATA[..3], ms(1));
-    assert_eq!(node.told(), [(0, Resolved(TooLong)), (0, Error(TooShort))]);
+    assert_eq!(node.told(), [(0, Error(TooShort)), (0, Resolved(TooLong))]);
     node.receive(0x205, &DATA[..4], ms(1));
     assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Applied)]);
 }
@@ -157,7 +159,7 @@ fn a_short_frame_does_not_replace_the_one_that_waits_for_sync() {
 
 #[test]
 fn every_error_has_its_emergency() {
-    let codes = [(TooShort, 0x8210), (TooLong, 0x8220), (Overdue, 0x8250)];
+    let codes = [(TooShort, 0x8210), (TooLong, 0x8220), (Overdue, 0x8250), (OutOfRange, 0x8200)];
     for (error, code) in codes {
         assert_eq!(error.code(), ErrorCode::new(code));
     }
@@ -198,7 +200,33 @@ fn a_short_frame_is_no_sign_of_life() {
     node.receive(0x205, &[], ms(12));
     node.told();
     node.poll(ms(22));
-    assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Error(Overdue))]);
+    assert_eq!(node.told(), [(0, Error(Overdue))]);
+    node.receive(0x205, &[], ms(23));
+    assert_eq!(node.told(), []);
+    node.receive(0x205, &DATA, ms(24));
+    assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Resolved(Overdue)), (0, Applied)]);
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_value_outside_of_its_limits_is_not_written_and_told_once() {
+    // A level of 10 to 90, one of -5 to 5 in a record, and a word between them.
+    let mapping = [entry(0x6027, 0, 8), entry(0x6000, 1, 16), entry(0x6028, 2, 8)];
+    for transmission in [254, 1] {
+        let mut node = Node::with(0, parameters(0x205, transmission, 0), &mapping);
+        let mut receive = |level: u8, word, trim: i8| {
+            node.receive(0x205, &[level, word, 0, trim.to_le_bytes()[0]], ms(1));
+            node.sync(Instant::NEVER);
+            let Device { level, words, trims, .. } = node.device;
+            (level, words[0], trims.trim[1], node.told())
+        };
+        assert_eq!(receive(10, 1, -5), (10, 1, -5, vec![(0, Applied)]));
+        assert_eq!(receive(9, 2, 5), (10, 2, 5, vec![(0, Error(OutOfRange)), (0, Applied)]));
+        assert_eq!(receive(90, 3, -6), (90, 3, 5, vec![(0, Applied)]));
+        assert_eq!(receive(91, 4, 6), (90, 4, 5, vec![(0, Applied)]));
+        assert_eq!(receive(255, 5, -128), (90, 5, 5, vec![(0, Applied)]));
+        assert_eq!(receive(10, 6, 0), (10, 6, 0, vec![(0, Resolved(OutOfRange)), (0, Applied)]));
+    }
 }
 
 #[test]
@@ -271,7 +299,8 @@ fn an_invalid_one_takes_nothing() {
     node.receive(0x205, &[], ms(1));
     node.told();
     // The error is gone with it. What it is mapped to does not matter.
-    assert_eq!(node.configure(0, parameters(INVALID | 0x205, 254, 20), &[1, 2, 3]), Ok(Some(TooShort)));
+    assert_eq!(node.configure(0, parameters(INVALID | 0x205, 254, 20), &[1, 2, 3]), Ok(()));
+    assert_eq!(node.told(), [(0, Resolved(TooShort))]);
     assert!(!node.receive(0x205, &DATA, ms(2)));
     node.poll(ms(100));
     assert_eq!(node.told(), []);
