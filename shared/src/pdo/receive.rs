@@ -8,8 +8,6 @@
 //!   Operational, or after it was configured.
 //! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
 
-use core::cmp::Ordering;
-
 use super::{Direction, Layout, rules};
 use crate::emcy::ErrorCode;
 use crate::link::{CobId, CobIdEntry, Frame};
@@ -32,7 +30,8 @@ pub enum RpdoError {
 }
 
 impl RpdoError {
-    const ALL: [RpdoError; 4] =
+    /// Every error.
+    pub const ALL: [RpdoError; 4] =
         [RpdoError::TooShort, RpdoError::TooLong, RpdoError::Overdue, RpdoError::OutOfRange];
 
     const fn bit(self) -> u8 {
@@ -56,6 +55,8 @@ impl RpdoError {
 pub enum RpdoEvent {
     /// Its values are in the dictionary, those that keep their limits.
     Applied,
+    /// A frame with fewer bytes than are mapped was not processed; told for each.
+    Rejected,
     /// A synchronous one came after the synchronous window (1007h) and was discarded.
     OutsideWindow,
     /// An error appeared.
@@ -127,8 +128,8 @@ impl<const R: usize> Rpdos<R> {
         }
     }
 
-    /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, its errors are resolved, the
-    /// deadline waits for the next frame.
+    /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, its errors are forgotten without
+    /// being told, the deadline waits for the next frame.
     ///
     /// # Errors
     /// As [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `R` and above. Nothing was changed.
@@ -137,7 +138,6 @@ impl<const R: usize> Rpdos<R> {
         number: usize,
         parameters: &RpdoParameters,
         mapping: &[u32],
-        tell: &mut impl FnMut(usize, RpdoEvent),
     ) -> Result<(), AbortCode> {
         let (Some(id), Some(pdo)) = (self.ids.get_mut(number), self.pdos.get_mut(number)) else {
             return Err(AbortCode::NoObject);
@@ -150,9 +150,6 @@ impl<const R: usize> Rpdos<R> {
                 (id.raw(), Rpdo { layout, timeout: parameters.event_timer, synchronous, ..Rpdo::INVALID })
             }
         };
-        for error in RpdoError::ALL {
-            pdo.set(error, false, |event| tell(number, event));
-        }
         (*id, *pdo) = (new_id, new);
         self.find_shared();
         Ok(())
@@ -225,7 +222,7 @@ impl<const R: usize> Rpdos<R> {
         if (frame.dlc() != pdo.layout.bytes() || pdo.errors != 0)
             && !pdo.accepts(frame.dlc(), |event| tell(objects, number, event))
         {
-            return;
+            return tell(objects, number, RpdoEvent::Rejected);
         }
         if pdo.timeout != 0 {
             pdo.deadline = at + Duration::from_millis(u64::from(pdo.timeout));

@@ -13,7 +13,7 @@ use crate::link::{CobId, CobIdEntry, Frame};
 use crate::nmt::{NmtState, NodeId};
 use crate::od::communication::{Communication, Mapping};
 use crate::od::{AbortCode, Address, Objects};
-use crate::pdo::{RpdoError, RpdoEvent, Rpdos, Tpdos};
+use crate::pdo::{RpdoEvent, Rpdos, Tpdos};
 use crate::time::{Duration, Instant};
 use crate::{sdo, sync};
 use view::View;
@@ -80,11 +80,15 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         let objects = &self.objects.communication;
         // What power-on makes of a PDO that cannot be: one that is not valid.
         for (number, (pdo, mapping)) in objects.rpdos.iter().zip(&objects.rpdo_mappings).enumerate() {
-            let _ = self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects());
+            let emcy = &mut self.emcy;
+            let mut tell = |number, event| note(emcy, number, event);
+            let mapping = mapping.objects();
+            let _ = self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping, &mut tell);
         }
         for (number, (pdo, mapping)) in objects.tpdos.iter().zip(&objects.tpdo_mappings).enumerate() {
             let _ = self.tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now);
         }
+        show(&self.emcy, &mut self.objects.communication);
     }
 
     /// The SDO server and what it sees.
@@ -93,6 +97,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             objects: &mut self.objects,
             rpdos: &mut self.rpdos,
             tpdos: &mut self.tpdos,
+            emcy: &mut self.emcy,
             written: &mut self.written,
             now,
         };
@@ -182,12 +187,6 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
                     self.clear(ErrorCode::HEARTBEAT, missed.get());
                 }
             }
-            0x1400..=0x15FF => {
-                let source = (at.index & 0xFF) as u8;
-                for error in [RpdoError::TooShort, RpdoError::TooLong, RpdoError::Overdue] {
-                    self.clear(error.code(), source);
-                }
-            }
             0x1000..=0x1FFF => {}
             _ => return false,
         }
@@ -225,7 +224,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     /// Synchronous RPDOs at a SYNC.
     pub fn actuate(&mut self, applied: &mut impl FnMut(u16)) {
         let window_end = self.sync.window_end();
-        self.rpdos.on_sync(window_end, &mut self.objects, &mut |_, number, _| applied(number as u16));
+        let emcy = &mut self.emcy;
+        self.rpdos.on_sync(window_end, &mut self.objects, &mut |objects, number, event| match event {
+            RpdoEvent::Applied => applied(number as u16),
+            event => tell(emcy, &mut objects.communication, number, event),
+        });
     }
 
     /// A frame that may be an RPDO, in Operational.
@@ -239,8 +242,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         let known =
             self.rpdos.on_frame(frame, at, &mut self.objects, &mut |objects, number, event| match event {
                 RpdoEvent::Applied => applied(objects, number as u16),
+                RpdoEvent::Rejected => erroneous = true,
                 event => {
-                    erroneous |= matches!(event, RpdoEvent::Error(RpdoError::TooShort | RpdoError::TooLong));
                     told = true;
                     tell(emcy, &mut objects.communication, number, event);
                 }
@@ -296,13 +299,18 @@ fn tell<const R: usize, const T: usize, M: Mapping>(
     number: usize,
     event: RpdoEvent,
 ) {
+    note(emcy, number, event);
+    show(emcy, objects);
+}
+
+/// As [`tell`], without the objects.
+fn note(emcy: &mut emcy::Producer, number: usize, event: RpdoEvent) {
     let source = number as u8;
     match event {
-        RpdoEvent::Error(error) => emcy.raise(error.code(), [source, 0, 0, 0, 0]),
-        RpdoEvent::Resolved(error) => emcy.clear(error.code(), source),
-        RpdoEvent::Applied | RpdoEvent::OutsideWindow => return,
-    };
-    show(emcy, objects);
+        RpdoEvent::Error(error) => _ = emcy.raise(error.code(), [source, 0, 0, 0, 0]),
+        RpdoEvent::Resolved(error) => _ = emcy.clear(error.code(), source),
+        RpdoEvent::Applied | RpdoEvent::Rejected | RpdoEvent::OutsideWindow => {}
+    }
 }
 
 /// Objects 1001h and 1003h follow.

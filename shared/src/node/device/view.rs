@@ -1,6 +1,7 @@
 //! The dictionary as the SDO server sees it: declared checks, rules of the objects, and a note of what was written.
 
-use super::rules;
+use super::{note, rules, show};
+use crate::emcy;
 use crate::node::NodeObjects;
 use crate::od::checked::find;
 use crate::od::communication::{LOAD, Mapping, SAVE};
@@ -20,6 +21,7 @@ pub struct View<'a, A: Objects + Default, const R: usize, const T: usize, M: Map
     pub objects: &'a mut NodeObjects<A, R, T, M>,
     pub rpdos: &'a mut Rpdos<R>,
     pub tpdos: &'a mut Tpdos<T>,
+    pub emcy: &'a mut emcy::Producer,
     pub written: &'a mut Option<Address>,
     pub now: Instant,
 }
@@ -34,8 +36,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> View<'_, 
         match (at.index, rpdo, tpdo) {
             (0x1400..=0x15FF, Some((present, mapping)), _) => {
                 let new = pdo::rpdo(present, at.sub, value)?;
-                let mapping = mapping.objects();
-                self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping).map(drop)
+                let (emcy, mapping) = (&mut *self.emcy, mapping.objects());
+                let mut tell = |number, event| note(emcy, number, event);
+                self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping, &mut tell)?;
+                show(self.emcy, objects);
+                Ok(())
             }
             (0x1600..=0x17FF, Some((present, mapping)), _) => {
                 let direction = Direction::Receive;
