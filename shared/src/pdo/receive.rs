@@ -30,8 +30,7 @@ pub enum RpdoError {
 }
 
 impl RpdoError {
-    /// Every error.
-    pub const ALL: [RpdoError; 4] =
+    const ALL: [RpdoError; 4] =
         [RpdoError::TooShort, RpdoError::TooLong, RpdoError::Overdue, RpdoError::OutOfRange];
 
     const fn bit(self) -> u8 {
@@ -128,8 +127,8 @@ impl<const R: usize> Rpdos<R> {
         }
     }
 
-    /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, its errors are forgotten without
-    /// being told, the deadline waits for the next frame.
+    /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, its errors are resolved, the
+    /// deadline waits for the next frame.
     ///
     /// # Errors
     /// As [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `R` and above. Nothing was changed.
@@ -138,6 +137,7 @@ impl<const R: usize> Rpdos<R> {
         number: usize,
         parameters: &RpdoParameters,
         mapping: &[u32],
+        tell: &mut impl FnMut(usize, RpdoEvent),
     ) -> Result<(), AbortCode> {
         let (Some(id), Some(pdo)) = (self.ids.get_mut(number), self.pdos.get_mut(number)) else {
             return Err(AbortCode::NoObject);
@@ -150,6 +150,9 @@ impl<const R: usize> Rpdos<R> {
                 (id.raw(), Rpdo { layout, timeout: parameters.event_timer, synchronous, ..Rpdo::INVALID })
             }
         };
+        for error in RpdoError::ALL {
+            pdo.set(error, false, |event| tell(number, event));
+        }
         (*id, *pdo) = (new_id, new);
         self.find_shared();
         Ok(())
