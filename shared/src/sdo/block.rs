@@ -20,9 +20,18 @@ pub const WINDOW: u8 = 8;
 /// How many segments may have been acknowledged before their controller tells that they left: as many as it has mailboxes.
 const LAG: u8 = 3;
 
+/// How many sub-blocks in a row may bring nothing. Sooner than this a peer has begun anew and is not understood, or it does
+/// not understand acknowledgements.
+const PATIENCE: u8 = 8;
+
 /// Whether a peer may ask for sub-blocks of this size.
 pub(super) fn check_size(block_size: u8) -> Result<(), AbortCode> {
     if (1..=MOST).contains(&block_size) { Ok(()) } else { Err(AbortCode::BlockSize) }
+}
+
+fn count_fruitless(fruitless: &mut u8, ackseq: u8) -> Result<(), AbortCode> {
+    *fruitless = if ackseq == 0 { *fruitless + 1 } else { 0 };
+    if *fruitless > PATIENCE { Err(AbortCode::SequenceNumber) } else { Ok(()) }
 }
 
 /// Bytes of the last segment that do not count, when the value has `total` bytes.
@@ -43,6 +52,8 @@ pub(super) struct Receiver {
     heard: bool,
     /// First byte of the segment that came last, if it ended a sub-block; else zero.
     ended_by: u8,
+    /// Sub-blocks in a row of which nothing counted.
+    fruitless: u8,
 }
 
 /// What a segment means.
@@ -62,7 +73,7 @@ pub(super) enum Heard {
 
 impl Receiver {
     pub const fn new(size: u8) -> Receiver {
-        Receiver { next: 1, size, heard: false, ended_by: 0 }
+        Receiver { next: 1, size, heard: false, ended_by: 0, fruitless: 0 }
     }
 
     #[inline]
@@ -99,10 +110,11 @@ impl Receiver {
     }
 
     /// The sub-block ends, the next one has `size` segments. The number to acknowledge.
-    pub fn acknowledge(&mut self, size: u8) -> u8 {
+    pub fn acknowledge(&mut self, size: u8) -> Result<u8, AbortCode> {
         let good = self.next.saturating_sub(1);
+        count_fruitless(&mut self.fruitless, good)?;
         (self.next, self.size, self.heard) = (1, size, false);
-        good
+        Ok(good)
     }
 
     /// Whether a sub-block has begun and not ended.
@@ -158,6 +170,8 @@ pub(super) struct Sender {
     in_flight: u8,
     /// The number acknowledged last.
     acked: u8,
+    /// Sub-blocks in a row of which nothing was acknowledged.
+    fruitless: u8,
 }
 
 /// A segment to send.
@@ -179,7 +193,7 @@ pub(super) enum Ack {
 
 impl Sender {
     pub const fn new(size: u8) -> Sender {
-        Sender { base: 0, sent: 0, size, in_flight: 0, acked: 0 }
+        Sender { base: 0, sent: 0, size, in_flight: 0, acked: 0, fruitless: 0 }
     }
 
     /// Whether no sub-block was acknowledged yet.
@@ -220,9 +234,10 @@ impl Sender {
             return Ok(Ack::Complete);
         }
         check_size(size)?;
+        count_fruitless(&mut self.fruitless, ackseq)?;
         // What the bus still holds of a sub-block that was ended early goes out; of a complete one it holds nothing.
         let in_flight = if ackseq == self.sent { 0 } else { self.in_flight };
-        *self = Sender { base, sent: 0, size, in_flight, acked: ackseq };
+        *self = Sender { base, sent: 0, size, in_flight, acked: ackseq, fruitless: self.fruitless };
         Ok(Ack::More(base))
     }
 }

@@ -224,8 +224,14 @@ impl Client {
             State::BlockDownload { .. } => return self.send_sub_block(now, send),
             State::BlockUpload { receiver, due: due @ true, .. } => {
                 let block_size = upload::block_size(&self.staging);
-                *due = block_size == 0;
-                (block_size > 0).then(|| wire::block_ack(receiver.acknowledge(block_size), block_size))
+                if block_size == 0 {
+                    return;
+                }
+                *due = false;
+                match receiver.acknowledge(block_size) {
+                    Ok(ackseq) => Some(wire::block_ack(ackseq, block_size)),
+                    Err(code) => return self.fail(Error::Protocol(code), send),
+                }
             }
             _ => None,
         };

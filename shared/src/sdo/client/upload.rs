@@ -123,7 +123,8 @@ impl Client {
             }
             Heard::TakenLast => {
                 // Nothing more is to come, so that room does not matter.
-                send(wire::block_ack(receiver.acknowledge(MOST), MOST));
+                let ackseq = receiver.acknowledge(MOST).map_err(Error::Protocol)?;
+                send(wire::block_ack(ackseq, MOST));
                 self.state = State::BlockUploadEnd { receiver: receiver.clone(), crc: *crc };
                 self.staging.push(data);
                 self.deadline = now + self.timeout;

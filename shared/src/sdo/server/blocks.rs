@@ -87,14 +87,16 @@ impl Server {
         send: &mut impl FnMut(Payload),
     ) {
         let State::BlockDownload { receiver, refused } = &mut self.state else { return };
-        if let Some(code) = *refused {
-            // Nothing of the sub-block is left on the way.
-            self.state = State::Idle;
-            self.value.close(objects);
-            send(wire::abort(self.value.at, code.code()));
-            return;
+        match refused.map_or_else(|| receiver.acknowledge(BLOCK_SIZE), Err) {
+            Ok(ackseq) => send(wire::block_ack(ackseq, BLOCK_SIZE)),
+            Err(code) => {
+                // Nothing of the sub-block is left on the way.
+                self.state = State::Idle;
+                self.value.close(objects);
+                send(wire::abort(self.value.at, code.code()));
+                return;
+            }
         }
-        send(wire::block_ack(receiver.acknowledge(BLOCK_SIZE), BLOCK_SIZE));
         if is_complete {
             self.state = State::BlockDownloadEnd(receiver.clone());
         }

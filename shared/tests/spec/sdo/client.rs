@@ -645,6 +645,17 @@ fn segments_after_a_lost_one_are_asked_for_again() {
 }
 
 #[test]
+fn sub_blocks_that_bring_nothing_end_an_upload() {
+    let mut bench = Bench::uploading(1_000, Mode::Block);
+    bench.exchange("A4 00 20 01 7F", &[("C6 00 20 01 E8 03", "A3")]);
+    for _ in 0..8 {
+        bench.go_on(&[("02", ""), ("7F", "A2 00 7F")]);
+    }
+    bench.go_on(&[("02", ""), ("7F", "80 00 20 01 03 00 04 05")]);
+    assert_eq!(bench.read(), Some(Err(Error::Protocol(AbortCode::SequenceNumber))));
+}
+
+#[test]
 fn a_pause_in_an_upload_brings_its_acknowledgement() {
     let value = pattern(42);
     let mut bench = Bench::uploading(42, Mode::Block);

@@ -212,6 +212,55 @@ fn in_a_sub_block_everything_is_a_segment_but_an_abort() {
     assert_eq!(bench.objects.cancelled, 1);
 }
 
+#[test]
+fn a_client_that_begins_anew_in_a_sub_block_is_served_in_the_end() {
+    // It asks again before each timeout; what it asks is a segment out of order.
+    let mut bench = downloading("C6 08 20 00 15");
+    let retry = Duration::from_micros(TIMEOUT.as_micros() * 3 / 4);
+    for attempt in 0..20 {
+        if bench.ask(frame("40 00 20 00")) == [frame("43 00 20 00 78 56 34 12")] {
+            assert!(attempt >= 9, "a bus that loses eight sub-blocks in a row is borne with");
+            return;
+        }
+        bench.wait(retry);
+    }
+    panic!("never served");
+}
+
+#[test]
+fn sub_blocks_that_bring_nothing_end_a_download() {
+    let mut bench = downloading("C6 08 20 00 E8 03");
+    for _ in 0..8 {
+        answers(&mut bench, segment(127, false, &[9; 7]), "A2 00 7F");
+        answers(&mut bench, segment(3, false, &[9; 7]), "");
+    }
+    answers(&mut bench, segment(127, false, &[9; 7]), "80 08 20 00 03 00 04 05");
+    assert!(!bench.server.is_busy());
+    assert!(!bench.objects.is_open());
+    // One that does starts the count anew.
+    let mut bench = downloading("C6 08 20 00 E8 03");
+    for turn in 0..3 {
+        for _ in 0..8 {
+            answers(&mut bench, segment(126, false, &[9; 7]), "");
+            answers(&mut bench, segment(127, false, &[9; 7]), "A2 00 7F");
+        }
+        answers(&mut bench, segment(1, false, &[turn; 7]), "");
+        answers(&mut bench, segment(127, false, &[9; 7]), "A2 01 7F");
+    }
+}
+
+#[test]
+fn an_upload_of_which_nothing_is_acknowledged_ends() {
+    let value = pattern(75);
+    let (mut bench, _) = uploading(&value, 5);
+    for _ in 0..8 {
+        bench.left(5);
+        assert_eq!(hex(&bench.ask(frame("A2 00 05"))), hex(&segments(&value, 0, 5)));
+    }
+    bench.left(5);
+    answers(&mut bench, frame("A2 00 05"), "80 08 20 00 03 00 04 05");
+}
+
 /// Each script is a download of [`DOMAIN`] that fails at its last frame.
 ///
 /// Verifies: ECSS 6.1a
