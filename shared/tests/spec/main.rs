@@ -15,6 +15,7 @@ mod manager;
 mod master;
 mod messages;
 mod nmt;
+mod od;
 mod pdo;
 mod profiles;
 mod queue;

@@ -5,7 +5,7 @@ use ecss_can::link::CobId;
 use ecss_can::od::AbortCode;
 use ecss_can::od::communication::{INVALID, NO_REMOTE, RpdoParameters};
 use ecss_can::pdo::RpdoError::{OutOfRange, Overdue, TooLong, TooShort};
-use ecss_can::pdo::RpdoEvent::{Applied, Error, OutsideWindow, Resolved};
+use ecss_can::pdo::RpdoEvent::{Applied, Error, OutsideWindow, Rejected, Resolved};
 use ecss_can::pdo::{RpdoEvent, Rpdos};
 use ecss_can::time::Instant;
 use proptest::prelude::*;
@@ -124,12 +124,12 @@ fn a_frame_too_short_is_not_processed_and_told_once_until_a_good_one() {
         assert!(node.receive(0x205, &DATA[..length], ms(1)));
     }
     assert_eq!(node.device.words, [0; 5]);
-    assert_eq!(node.told(), [(0, Error(TooShort))]);
+    assert_eq!(node.told(), [(0, Error(TooShort)), (0, Rejected), (0, Rejected), (0, Rejected)]);
     node.receive(0x205, &DATA, ms(2));
     assert_eq!(node.device.words, VALUES);
     assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Applied)]);
     node.receive(0x205, &[], ms(3));
-    assert_eq!(node.told(), [(0, Error(TooShort))]);
+    assert_eq!(node.told(), [(0, Error(TooShort)), (0, Rejected)]);
 }
 
 /// Verifies: ECSS 6.2a
@@ -142,7 +142,7 @@ fn a_frame_too_long_is_processed_as_far_as_it_is_mapped_and_told_once() {
     node.receive(0x205, &DATA[..5], ms(1));
     assert_eq!(node.told(), [(0, Applied)]);
     node.receive(0x205, &DATA[..3], ms(1));
-    assert_eq!(node.told(), [(0, Error(TooShort)), (0, Resolved(TooLong))]);
+    assert_eq!(node.told(), [(0, Error(TooShort)), (0, Resolved(TooLong)), (0, Rejected)]);
     node.receive(0x205, &DATA[..4], ms(1));
     assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Applied)]);
 }
@@ -154,7 +154,7 @@ fn a_short_frame_does_not_replace_the_one_that_waits_for_sync() {
     node.receive(0x205, &[0xEE; 7], ms(2));
     node.sync(Instant::NEVER);
     assert_eq!(node.device.words, VALUES);
-    assert_eq!(node.told(), [(0, Error(TooShort)), (0, Applied)]);
+    assert_eq!(node.told(), [(0, Error(TooShort)), (0, Rejected), (0, Applied)]);
 }
 
 #[test]
@@ -202,7 +202,7 @@ fn a_short_frame_is_no_sign_of_life() {
     node.poll(ms(22));
     assert_eq!(node.told(), [(0, Error(Overdue))]);
     node.receive(0x205, &[], ms(23));
-    assert_eq!(node.told(), []);
+    assert_eq!(node.told(), [(0, Rejected)]);
     node.receive(0x205, &DATA, ms(24));
     assert_eq!(node.told(), [(0, Resolved(TooShort)), (0, Resolved(Overdue)), (0, Applied)]);
 }
@@ -306,6 +306,10 @@ fn an_invalid_one_takes_nothing() {
     assert_eq!(node.told(), []);
     assert_eq!(node.rpdos.layout(0), None);
     assert_eq!(node.rpdos.ids().count(), 0);
+    // Valid again, nothing is left of it.
+    assert_eq!(node.configure(0, parameters(0x205, 254, 20), &WORDS), Ok(()));
+    node.receive(0x205, &DATA, ms(200));
+    assert_eq!(node.told(), [(0, Applied)]);
 }
 
 #[test]
