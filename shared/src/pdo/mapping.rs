@@ -15,42 +15,53 @@ pub enum Direction {
     Transmit,
 }
 
-/// A value in a PDO: bits in the low seven bits, then sub-index, which of several objects in a row, number of the object.
+/// A value in a PDO. From the top: number of its object, which of several in a row, sub-index, bits less one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Slot(u32);
 
 impl Slot {
-    /// Where a mapping ends.
-    const UNUSED: Slot = Slot(0);
+    const OBJECT: u32 = 23;
+    const INSTANCE: u32 = 14;
+    const SUB: u32 = 6;
+    /// Instances fit below it.
+    const INSTANCES: u16 = 1 << (Self::OBJECT - Self::INSTANCE);
     /// Number of no object: its bits go nowhere.
-    const DUMMY: u32 = 0x1FF;
-    const BITS: u32 = 0x7F;
+    const DUMMY: u32 = u32::MAX >> Self::OBJECT;
+    /// Where a mapping ends: no dummy has 64 bits.
+    const UNUSED: Slot = Slot(u32::MAX);
 
+    /// `bits` are 1 to 64.
     const fn dummy(bits: u8) -> Slot {
-        Slot(Self::DUMMY << 23 | bits as u32)
+        Slot(Self::DUMMY << Self::OBJECT | (bits as u32).wrapping_sub(1))
     }
 
-    /// A value with up to 64 bits; `None` beyond 511 objects, or 256 in a row.
+    /// `bits` are 1 to 64. `None` beyond 511 objects, or 512 in a row.
     fn new(place: Place, bits: u8) -> Option<Slot> {
-        let object = u32::from(place.object);
-        let instance = u8::try_from(place.instance).ok()?;
-        (object < Self::DUMMY).then(|| {
-            Slot(object << 23 | u32::from(instance) << 15 | u32::from(place.sub) << 7 | u32::from(bits))
-        })
+        let [object, instance, sub] = [place.object.into(), place.instance.into(), u32::from(place.sub)];
+        (object < Self::DUMMY && place.instance < Self::INSTANCES).then_some(Slot(
+            object << Self::OBJECT
+                | instance << Self::INSTANCE
+                | sub << Self::SUB
+                | u32::from(bits).wrapping_sub(1),
+        ))
     }
 
     const fn place(self) -> Place {
         let Slot(raw) = self;
-        Place { object: (raw >> 23) as u16, instance: (raw >> 15) as u8 as u16, sub: (raw >> 7) as u8 }
+        Place {
+            object: (raw >> Self::OBJECT) as u16,
+            instance: (raw >> Self::INSTANCE) as u16 & (Self::INSTANCES - 1),
+            sub: (raw >> Self::SUB) as u8,
+        }
     }
 
     const fn bits(self) -> u32 {
-        self.0 & Self::BITS
+        (self.0 & ((1 << Self::SUB) - 1)) + 1
     }
 
     const fn is_dummy(self) -> bool {
-        self.0 >> 23 == Self::DUMMY
+        self.0 >> Self::OBJECT == Self::DUMMY
     }
 }
 

@@ -136,6 +136,25 @@ fn more_than_a_pdo_holds_is_refused() {
     assert!(resolve(Transmit, &[entry(0x611A, 0, 56), entry(0x6102, 0, 8)]).is_ok());
 }
 
+/// More in a row than anybody has PDOs for.
+#[derive(Objects)]
+struct Many {
+    /// Value {}
+    #[object(0x6000.., rw, pdo)]
+    values: [u16; 513],
+}
+
+#[test]
+fn the_last_of_many_objects_in_a_row() {
+    let mut many = Many::default();
+    let entries = [entry(0x6000, 0, 16), entry(0x60FF, 0, 16), entry(0x6100, 0, 16), entry(0x61FF, 0, 16)];
+    let layout = Layout::new::<Many>(Receive, &entries).unwrap();
+    assert!(layout.unpack(&mut many, 0x0004_0003_0002_0001));
+    assert_eq!([0, 255, 256, 511].map(|nth| many.values[nth]), [1, 2, 3, 4]);
+    assert_eq!(many.values.iter().filter(|value| **value != 0).count(), 4);
+    assert_eq!(Layout::new::<Many>(Receive, &[entry(0x6200, 0, 16)]), Err(AbortCode::NotMappable));
+}
+
 #[test]
 fn times_go_in_a_pdo_as_they_go_in_an_sdo() {
     let mut device = Device::default();
