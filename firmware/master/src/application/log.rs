@@ -21,11 +21,11 @@ pub fn event(event: &MasterEvent) {
         }
         MasterEvent::Emergency { node, emergency: Emergency { code, register, info }, .. } => {
             defmt::warn!(
-                "slave {}: EMCY {=u16:04X}h, error register {=u8:02X}h, {=[u8]:02X}",
+                "slave {}: EMCY {=u16:04X}h, error register {=u8:02X}h, {=[u8; 5]:02X}",
                 node.get(),
                 code.get(),
                 register.bits(),
-                info
+                *info
             );
         }
         MasterEvent::BusSwitched { from, to, cause } => {
