@@ -1,4 +1,4 @@
-//! Puts the linker's memory map of the chosen board where the linker looks for it.
+//! Puts the linker's memory map of the chosen board where the linker looks for it, and links the examples.
 
 use std::path::PathBuf;
 use std::{env, fs};
@@ -19,4 +19,7 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     fs::copy(map, out.join("memory.x")).expect("OUT_DIR is writable");
     println!("cargo:rustc-link-search={}", out.display());
+    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+        println!("cargo:rustc-link-arg-examples={argument}");
+    }
 }

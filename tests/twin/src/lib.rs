@@ -9,7 +9,9 @@
 //! * Two boards ([`model`]): pyboard v1.1 (STM32F405) and NUCLEO-F446RE (STM32F446), mixed as you like.
 //! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`cpu`]).
 //! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, both bxCANs with
-//!   their filters ([`bxcan`]), and what set-up code touches in FLASH, PWR, DBGMCU and the device signature.
+//!   their filters ([`bxcan`]), and what set-up code touches in PWR, DBGMCU and the device signature.
+//! * Flash that programs and erases, takes its typical time for it, lets the core wait, and keeps its content without power;
+//!   power may fail in any of its operations ([`board::Board::cut_power_at`]).
 //! * TIM2 and TIM5, upwards: compare, input capture, their DMA requests. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
 //!   two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
 //! * DMA1 from peripheral to memory in direct mode, single or circular buffers. A transfer takes no time.
@@ -23,8 +25,8 @@
 //! * Anything else of the part. A program that reaches for it stops its board with an
 //!   [`AccessError`](board::AccessError) that names board, instruction and address; so does one that uses a peripheral
 //!   whose clock is off, which the real part would answer with silence.
-//! * Flash wait states, prefetch, bus contention: cycle counts are those of a core with ideal memory, lower than on a
-//!   board. Flash programming and erasing are refused.
+//! * Flash wait states, prefetch, caches, bus contention: cycle counts are those of a core with ideal memory, lower than on
+//!   a board. Mass erase, option bytes, programming by double words; wear.
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), temperature and ageing of crystals.
 //! * Stop and Standby, the window watchdog, brown-out, DMA2, debug halts (what DBGMCU would freeze then runs on).
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it

@@ -53,8 +53,20 @@ const PACKAGES: [&str; 2] = ["master", "slave"];
 /// # Errors
 /// See [`Error`]; each says what to do.
 pub fn build(board: &str, profile: &str) -> Result<Images, Error> {
-    let directory = cargo(&["build"], board, profile, &[])?;
+    let directory = cargo(&["build"], board, profile, &images(board, profile), &[])?;
     Ok(Images { master: directory.join("master"), slave: directory.join("slave") })
+}
+
+/// Builds an example of the crate `boards`, a program that needs no bus; returns its ELF file.
+///
+/// # Errors
+/// See [`Error`]; each says what to do.
+pub fn build_example(board: &str, example: &str) -> Result<PathBuf, Error> {
+    let what = ["--package", "boards", "--example", example, "--features"].map(str::to_owned);
+    let what = [&what[..], &[format!("boards/{board}")]].concat();
+    // Beside the images whose dependencies it shares.
+    let directory = cargo(&["build"], board, "librecube", &what, &[])?;
+    Ok(directory.join("examples").join(example))
 }
 
 /// Lints boards and firmware as they are compiled for a board; warnings are errors.
@@ -66,13 +78,33 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         &["clippy", "--package", "ecss-can", "--package", "boards"],
         board,
         profile,
+        &images(board, profile),
         &["--", "-D", "warnings"],
     )
     .map(drop)
 }
 
-/// Runs cargo for both packages under the lock; returns the directory of the ELF files.
-fn cargo(command: &[&str], board: &str, profile: &str, rest: &[&str]) -> Result<PathBuf, Error> {
+/// Arguments that name both images.
+fn images(board: &str, profile: &str) -> Vec<String> {
+    let mut what = Vec::new();
+    for package in PACKAGES {
+        what.extend(["--package", package, "--features"].map(str::to_owned));
+        what.push(format!("{package}/{board}"));
+        if profile != "standard" {
+            what.extend(["--features".to_owned(), format!("{package}/{profile}")]);
+        }
+    }
+    what
+}
+
+/// Runs cargo for `what` under the lock; returns the directory of the ELF files.
+fn cargo(
+    command: &[&str],
+    board: &str,
+    profile: &str,
+    what: &[String],
+    rest: &[&str],
+) -> Result<PathBuf, Error> {
     let root = workspace();
     // One directory per configuration: images of two profiles never overwrite each other.
     let target_dir = root.join("target/firmware").join(format!("{board}-{profile}"));
@@ -88,12 +120,7 @@ fn cargo(command: &[&str], board: &str, profile: &str, rest: &[&str]) -> Result<
     cargo.current_dir(&root).args(command).args(toolchain.arguments());
     cargo.args(["--quiet", "--locked", "--profile", "firmware", "--target", TARGET]);
     cargo.arg("--target-dir").arg(&target_dir);
-    for package in PACKAGES {
-        cargo.args(["--package", package, "--features", &format!("{package}/{board}")]);
-        if profile != "standard" {
-            cargo.args(["--features", &format!("{package}/{profile}")]);
-        }
-    }
+    cargo.args(what);
     cargo.args(rest);
     let outcome = run(&mut cargo);
     progress.finish_and_clear();
