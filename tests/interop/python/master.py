@@ -2,13 +2,13 @@
 
 import unittest
 
-from spacecraft import OPERATIONAL, STOPPED, Node, Test, Witness
+from spacecraft import OPERATIONAL, STOPPED, Test, Witness
 
 
 class Master(Test):
     def setUp(self) -> None:
         self.net = self.connect()
-        self.node = Node(self.net, 2)
+        (self.node,) = self.nodes(self.net, 2)
         self.commands = Witness()
         self.net.subscribe(0x000, lambda _id, data, _at: self.commands(bytes(data)))
         self.node.becomes(OPERATIONAL)

@@ -2,13 +2,13 @@
 
 import unittest
 
-from spacecraft import OPERATIONAL, PRE_OPERATIONAL, STOPPED, Node, Test
+from spacecraft import OPERATIONAL, PRE_OPERATIONAL, STOPPED, Test
 
 
 class Nmt(Test):
     def setUp(self) -> None:
         self.net = self.connect(is_master=True)
-        self.one, self.other = Node(self.net, 2), Node(self.net, 3)
+        self.one, self.other = self.nodes(self.net, 2, 3)
         self.net.nmt.state = "PRE-OPERATIONAL"
         for node in (self.one, self.other):
             node.becomes(PRE_OPERATIONAL)

@@ -146,6 +146,13 @@ class Test(unittest.TestCase):
         self.addCleanup(stack.close)
         return stack.enter_context(network(url, is_master))
 
+    def nodes(self, net: canopen.Network, *numbers: int) -> list["Node"]:
+        """These nodes, all of which have been heard: until then they may have no power."""
+        nodes = [Node(net, number) for number in numbers]
+        for node in nodes:
+            node.states.wait_for(bool)
+        return nodes
+
 
 class Node:
     """A node of a network, its heartbeats and its telemetry."""

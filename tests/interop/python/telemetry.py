@@ -12,16 +12,16 @@ UPTIME, VALUE, EXECUTED = 0x0101, 0x0102, 0x0103
 class Telemetry(Test):
     def setUp(self) -> None:
         self.net = self.connect(is_master=True)
-        self.nodes = [Node(self.net, 2), Node(self.net, 3)]
+        self.slaves = self.nodes(self.net, 2, 3)
         self.net.nmt.state = "OPERATIONAL"
-        for node in self.nodes:
+        for node in self.slaves:
             node.becomes(OPERATIONAL)
 
     def number(self, node: Node, code: int) -> int:
         return struct.unpack("<I", node.ask(code))[0]
 
     def test_a_value_that_is_set_is_read_back(self) -> None:
-        one, other = self.nodes
+        one, other = self.slaves
         for number in (0, 1, 0xDEADBEEF, 0xFFFFFFFF):
             one.command(SET_VALUE, struct.pack("<I", number))
             other.command(SET_VALUE, struct.pack("<I", number ^ 0x55))
@@ -29,7 +29,7 @@ class Telemetry(Test):
             self.assertEqual(self.number(other, VALUE), number ^ 0x55)
 
     def test_commands_are_counted_and_unknown_ones_declined(self) -> None:
-        node = self.nodes[0]
+        node = self.slaves[0]
         node.command(RESET_COUNTERS)
         before = self.number(node, EXECUTED)
         for number in range(5):
@@ -39,12 +39,12 @@ class Telemetry(Test):
         self.assertEqual(self.number(node, EXECUTED), before + 5)
 
     def test_uptime_grows(self) -> None:
-        node = self.nodes[0]
+        node = self.slaves[0]
         earlier, later = (int.from_bytes(node.ask(UPTIME), "little") for _ in range(2))
         self.assertGreater(later, earlier)
 
     def test_no_pdo_is_obeyed_before_operational(self) -> None:
-        node = self.nodes[0]
+        node = self.slaves[0]
         node.command(SET_VALUE, struct.pack("<I", 1))
         self.assertEqual(self.number(node, VALUE), 1)
         node.remote.nmt.state = "PRE-OPERATIONAL"
