@@ -10,7 +10,7 @@ use twin::bxcan::Side;
 use twin::image::Image;
 use twin::mmio::Refusal;
 use twin::peripherals::Pin;
-use twin::spacecraft::{BoardId, Spacecraft, SpacecraftConfig};
+use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig};
 
 const FLASH: u32 = 0x4002_3C00;
 const KEYR: u32 = FLASH + 0x04;
@@ -253,4 +253,33 @@ fn a_controller_goes_on_acknowledging_while_its_core_waits_for_an_erase() {
     assert_ne!(listener(&spacecraft).1, 0x1122_3344, "the core has not seen it");
     spacecraft.run_until(Time::from_ms(1010)).unwrap();
     assert_eq!(listener(&spacecraft), (1, 0x1122_3344));
+}
+
+#[test]
+fn power_that_fails_takes_a_board_off_its_bus_in_the_middle_of_a_frame() {
+    let request =
+        [store(CAN1 + 0x184, 4), store(CAN1 + 0x188, 0x1122_3344), store(CAN1 + 0x180, 0x123 << 21 | 1)]
+            .concat();
+    let words: Vec<_> = (0..4).flat_map(|k| program(SECTOR + 4 * k, 0)).collect();
+    let sender = [join_both_buses(), unlock(), request, words, STOP.to_vec()].concat();
+    let listener = [join_both_buses(), receive(CAN1, RAM), STOP.to_vec()].concat();
+    let late = BoardConfig { power_on_at: Time::from_ms(1), ..board("sender", image(&sender, &STOP)) };
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    let sender = spacecraft.add_board(late);
+    let listener = spacecraft.add_board(board("listener", image(&listener, &STOP)));
+    // Some 56 us into a frame of at least 76.
+    spacecraft.board_mut(sender).cut_power_at(4, Remains::Old);
+    spacecraft.run_until(Time::from_ms(10)).unwrap();
+    assert_eq!(*spacecraft.board(sender).state(), State::Off);
+    let completed = |spacecraft: &mut Spacecraft| {
+        spacecraft.take_frames().iter().filter(|r| matches!(r.record, Record::Completed { .. })).count()
+    };
+    assert_eq!(completed(&mut spacecraft), 0);
+    assert_eq!(spacecraft.wire(Bus::Nominal).counters().destroyed, 1);
+    assert_eq!(spacecraft.board(listener).can_stats(Side::Can1).stored[0], 0);
+    spacecraft.power(sender, true);
+    spacecraft.run_until(Time::from_ms(20)).unwrap();
+    assert_eq!(completed(&mut spacecraft), 1);
+    assert_eq!(word(spacecraft.board(listener), RAM), 0x1122_3344);
+    assert_eq!(word(spacecraft.board(sender), SECTOR + 12), 0);
 }
