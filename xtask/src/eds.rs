@@ -1,19 +1,21 @@
 //! `cargo xtask eds`: EDS and DCF (CiA 306) of the devices, from the dictionaries declared in Rust (ECSS 6.6a).
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use clap::Args;
 use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Network};
 use ecss_can::nmt::NodeId;
-use ecss_can::od::Objects;
-use ecss_can::od::communication::{Communication, SdoServerObjects};
-use ecss_can::od::spacecraft::Spacecraft;
+use ecss_can::node::NodeObjects;
 use ecss_can::profile;
+use ecss_can::profile::mission::{self, MissionObjects};
 use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
 
 use crate::firmware::Profile;
 
+/// Node-IDs of slaves.
+const SLAVES: RangeInclusive<u8> = 2..=127;
 /// Clock of the CAN controllers of every board.
 const PCLK1: Hertz = Hertz(42_000_000);
 /// When the files were first made, and when what they say changed last.
@@ -32,7 +34,7 @@ pub struct Options {
     check: bool,
 
     /// Slaves that get a DCF, 2..127; may be repeated
-    #[arg(long = "slave", value_name = "NODE", default_values_t = [3], value_parser = clap::value_parser!(u8).range(2..=127))]
+    #[arg(long = "slave", value_name = "NODE", default_values_t = [3], value_parser = clap::value_parser!(u8).range(i64::from(*SLAVES.start())..=i64::from(*SLAVES.end())))]
     slaves: Vec<u8>,
 
     /// Mission profile whose numbers are the defaults
@@ -78,7 +80,7 @@ fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {
 /// Names and texts.
 fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let profile = numbers(options.profile);
-    let description = Description::new(&device(options.profile), SlaveObjects::new)?;
+    let description = Description::new(&device(options.profile), |node| slave(node, profile))?;
     let mut files = vec![("slave.eds".into(), description.eds("slave.eds"))];
     for &node in &options.slaves {
         let node = NodeId::new(node).context("a Node-ID is 1..127")?;
@@ -89,7 +91,7 @@ fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
             network_name: "ecss-can".into(),
             ..Commissioning::new(node)
         };
-        let text = description.dcf(&name, "slave.eds", &commissioning, &mut SlaveObjects::new(node))?;
+        let text = description.dcf(&name, "slave.eds", &commissioning, &mut slave(node, profile))?;
         files.push((name, text));
     }
     Ok(files)
@@ -115,6 +117,7 @@ fn device(profile: Profile) -> Device {
         description: format!("Slave of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
         author: "cargo xtask eds".into(),
         modified: MODIFIED,
+        nodes: SLAVES,
         bit_rates: BIT_RATES.into_iter().filter(is_possible).collect(),
         boot_up_slave: true,
         comments: vec![
@@ -125,21 +128,7 @@ fn device(profile: Profile) -> Device {
     }
 }
 
-/// What every slave holds; the objects of its application come beside them.
-#[derive(Objects)]
-struct SlaveObjects {
-    #[objects]
-    spacecraft: Spacecraft,
-    #[objects]
-    communication: Communication,
-    #[objects]
-    sdo: SdoServerObjects,
-}
-
-impl SlaveObjects {
-    fn new(node: NodeId) -> Self {
-        let (node_id, mut sdo) = (u32::from(node.get()), SdoServerObjects::default());
-        (sdo.sdo_server.request, sdo.sdo_server.response) = (0x600 + node_id, 0x580 + node_id);
-        Self { communication: Communication::new(node), sdo, ..Self::default() }
-    }
+/// The objects of a slave at power-on.
+fn slave(node: NodeId, profile: &profile::Profile) -> NodeObjects<MissionObjects<Vec<u8>>> {
+    mission::slave(node, profile, Vec::new()).objects().clone()
 }

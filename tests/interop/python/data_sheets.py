@@ -58,13 +58,14 @@ class DataSheets(unittest.TestCase):
         self.assertEqual([0x1000, 0x1001, 0x1018], listed[:3])
 
     def test_identifiers_are_those_of_the_node(self) -> None:
-        # Generic pre-defined connection set (CiA 301 7.3.3).
+        rpdos = (0x181, 0x300 + NODE, 0x400 + NODE, 0x500 + NODE)
+        tpdos = (0x180 + NODE, 0x280 + NODE, 0x380 + NODE, 0x480 + NODE)
         for dictionary in (self.eds, self.dcf):
             self.assertEqual(dictionary[0x1005].default & 0x7FF, 0x080)
             self.assertEqual(dictionary[0x1014].default, 0x080 + NODE)
-            for number, base in enumerate((0x200, 0x300, 0x400, 0x500)):
-                self.assertEqual(dictionary[0x1400 + number][1].default & 0x7FF, base + NODE)
-                self.assertEqual(dictionary[0x1800 + number][1].default & 0x7FF, base - 0x80 + NODE)
+            for number, (rpdo, tpdo) in enumerate(zip(rpdos, tpdos)):
+                self.assertEqual(dictionary[0x1400 + number][1].default & 0x7FF, rpdo)
+                self.assertEqual(dictionary[0x1800 + number][1].default & 0x7FF, tpdo)
             self.assertEqual(dictionary[0x1200][1].default, 0x600 + NODE)
             self.assertEqual(dictionary[0x1200][2].default, 0x580 + NODE)
 

@@ -33,21 +33,25 @@ pub struct Description {
 }
 
 impl Description {
-    /// Describes the dictionary that `make` gives a node after power-on.
+    /// Describes the dictionary that `make` gives a node after power-on; it makes one for each Node-ID of the device.
     ///
     /// # Errors
     /// [`Error`], whatever it is.
     pub fn new<D: Objects>(device: &Device, make: impl Fn(NodeId) -> D) -> Result<Description, Error> {
         device.check()?;
-        let dictionary = describe(&make)?;
+        let mut nodes: Vec<(NodeId, D)> = device.nodes().map(|node| (node, make(node))).collect();
+        let dictionary = describe(&mut nodes)?;
         let mut defaults = Parameters::new();
         for (at, value) in values(&dictionary) {
             if let Some(text) = value.default.text(value.entry.data_type)? {
                 defaults.insert(at, text);
             }
         }
-        let mut one = make(NodeId::MASTER);
-        let identity = [1, 2, 3].map(|sub| read(&mut one, IDENTITY, sub).map_or(0, |id| value::number(&id)));
+        let mut identity = |sub| {
+            let (_, objects) = nodes.first_mut()?;
+            Some(value::number(&read(objects, IDENTITY, sub).ok()?))
+        };
+        let identity = [1, 2, 3].map(|sub| identity(sub).unwrap_or(0));
         Ok(Description { device: device.clone(), dictionary, defaults, identity })
     }
 

@@ -1,6 +1,7 @@
 //! What is told of a device beside its dictionary.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use ecss_can::nmt::NodeId;
 
@@ -59,6 +60,8 @@ pub struct Device {
     pub created: Timestamp,
     /// When the file was changed last.
     pub modified: Timestamp,
+    /// Node-IDs it can have; values that follow them are told as formulas.
+    pub nodes: RangeInclusive<u8>,
     /// Bit rates it can be made for, kbit/s, of [`BIT_RATES`].
     pub bit_rates: Vec<u16>,
     /// It can be the NMT master.
@@ -72,7 +75,7 @@ pub struct Device {
 }
 
 impl Device {
-    /// A device of nobody, which PDOs reach bit by bit; version 1.0 of the file.
+    /// A device of nobody with any Node-ID, which PDOs reach bit by bit; version 1.0 of the file.
     pub fn new(made: Timestamp) -> Device {
         Device {
             vendor: String::new(),
@@ -84,12 +87,17 @@ impl Device {
             revision: 0,
             created: made,
             modified: made,
+            nodes: 1..=127,
             bit_rates: Vec::new(),
             boot_up_master: false,
             boot_up_slave: false,
             granularity: 1,
             comments: Vec::new(),
         }
+    }
+
+    pub(crate) fn nodes(&self) -> impl Iterator<Item = NodeId> {
+        self.nodes.clone().filter_map(NodeId::new)
     }
 
     pub(crate) fn check(&self) -> Result<(), Error> {

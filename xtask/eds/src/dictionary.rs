@@ -30,11 +30,10 @@ pub struct Value {
     pub default: Default,
 }
 
-/// Looks at the dictionaries of all nodes.
-pub fn describe<D: Objects>(make: impl Fn(NodeId) -> D) -> Result<Dictionary, Error> {
+/// Looks at the dictionaries of nodes.
+pub fn describe<D: Objects>(nodes: &mut [(NodeId, D)]) -> Result<Dictionary, Error> {
     let mut declared: Vec<(&'static Object, &'static Names)> = Vec::new();
     D::describe(&mut |object, names| declared.push((object, names)));
-    let mut nodes: Vec<D> = (1..=127).filter_map(NodeId::new).map(make).collect();
     let mut dictionary = Dictionary::new();
     for (object, names) in declared {
         for instance in 0..object.count {
@@ -42,7 +41,7 @@ pub fn describe<D: Objects>(make: impl Fn(NodeId) -> D) -> Result<Dictionary, Er
             let described = Described {
                 name: numbered(names.object, instance, object.count)?,
                 code: object.code,
-                values: values(&mut nodes, index, object, names)?,
+                values: values(nodes, index, object, names)?,
             };
             if dictionary.insert(index, described).is_some() {
                 return Err(Error::Twice { index });
@@ -53,7 +52,7 @@ pub fn describe<D: Objects>(make: impl Fn(NodeId) -> D) -> Result<Dictionary, Er
 }
 
 fn values<D: Objects>(
-    nodes: &mut [D],
+    nodes: &mut [(NodeId, D)],
     index: u16,
     object: &'static Object,
     names: &'static Names,
@@ -63,8 +62,9 @@ fn values<D: Objects>(
         for nth in 0..entry.count {
             let sub = entry.sub + nth;
             let default = if has_text(entry) {
-                let all: Result<_, Error> = nodes.iter_mut().map(|node| read(node, index, sub)).collect();
-                Default::of(entry.data_type, all?)
+                let value = |(node, objects): &mut (NodeId, D)| Ok((*node, read(objects, index, sub)?));
+                let values: Result<Vec<_>, Error> = nodes.iter_mut().map(value).collect();
+                Default::of(entry.data_type, &values?)
             } else {
                 Default::None
             };

@@ -15,30 +15,33 @@ pub enum Default {
     Same(Vec<u8>),
     /// This number plus the Node-ID.
     Follows(u64),
-    /// Neither: a value for each Node-ID from 1 on.
-    Each(Vec<Vec<u8>>),
+    /// It differs in another way.
+    Varies,
 }
 
 impl Default {
-    /// From the values at the Node-IDs from 1 on.
-    pub fn of(data_type: DataType, values: Vec<Vec<u8>>) -> Default {
-        if values.windows(2).all(|pair| pair[0] == pair[1]) {
-            return values.into_iter().next().map_or(Default::None, Default::Same);
+    /// From the values that nodes have.
+    pub fn of(data_type: DataType, values: &[(NodeId, Vec<u8>)]) -> Default {
+        let Some((node, first)) = values.first() else { return Default::None };
+        if values.iter().all(|(_, value)| value == first) {
+            return Default::Same(first.clone());
         }
-        let offset = |(value, node): (&Vec<u8>, u64)| number(value).checked_sub(node);
-        let mut offsets = values.iter().zip(1..).map(offset);
-        match offsets.next().flatten() {
-            Some(first) if is_unsigned(data_type) && offsets.all(|offset| offset == Some(first)) => {
-                Default::Follows(first)
+        let offset = |node: &NodeId, value: &[u8]| number(value).checked_sub(node.get().into());
+        match offset(node, first) {
+            Some(common)
+                if is_unsigned(data_type)
+                    && values.iter().all(|(node, value)| offset(node, value) == Some(common)) =>
+            {
+                Default::Follows(common)
             }
-            _ => Default::Each(values),
+            _ => Default::Varies,
         }
     }
 
     /// As an EDS has it.
     pub fn text(&self, data_type: DataType) -> Result<Option<String>, Error> {
         match self {
-            Default::None | Default::Each(_) => Ok(None),
+            Default::None | Default::Varies => Ok(None),
             Default::Same(value) => text(data_type, value).map(Some),
             Default::Follows(offset) => Ok(Some(format!("$NODEID+0x{offset:X}"))),
         }
@@ -47,7 +50,7 @@ impl Default {
     /// Whether a reader of the EDS knows that this node has this value.
     pub fn tells(&self, node: NodeId, value: &[u8]) -> bool {
         match self {
-            Default::None | Default::Each(_) => false,
+            Default::None | Default::Varies => false,
             Default::Same(same) => same == value,
             Default::Follows(offset) => number(value) == offset + u64::from(node.get()),
         }

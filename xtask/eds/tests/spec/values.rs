@@ -130,6 +130,15 @@ fn what_follows_the_node_id_is_a_formula_with_the_node_id_first() {
 }
 
 #[test]
+fn a_device_with_one_node_id_has_numbers_where_others_have_formulas() {
+    let device = eds::Device { nodes: 5..=5, ..crate::fixture::device() };
+    let eds = Ini::parse(&eds::Description::new(&device, fixture).unwrap().eds("one.eds"));
+    let default = |name: &str| eds.section(name).get("DefaultValue").to_owned();
+    assert_eq!(default("1014"), "0x00000085");
+    assert_eq!(default("2103"), "0x000500FA");
+}
+
+#[test]
 fn defaults_keep_limits_and_everything_keeps_its_type() {
     let eds = eds();
     let mut numbers = 0;
