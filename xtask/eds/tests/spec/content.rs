@@ -20,13 +20,12 @@ fn listed(eds: &Ini, list: &str) -> Vec<u16> {
     indices
 }
 
-#[test]
-fn every_declared_object_is_listed_once_and_has_its_section() {
-    let eds = eds();
+/// Every object that is declared is listed once and has its section, and no other one.
+pub fn compare_declared<D: Objects>(eds: &Ini) {
     let mut declared = BTreeSet::new();
-    Fixture::describe(&mut |object, _| declared.extend((0..object.count).map(|nth| object.index + nth)));
+    D::describe(&mut |object, _| declared.extend((0..object.count).map(|nth| object.index + nth)));
     let lists = ["MandatoryObjects", "OptionalObjects", "ManufacturerObjects"];
-    let all: Vec<u16> = lists.iter().flat_map(|list| listed(&eds, list)).collect();
+    let all: Vec<u16> = lists.iter().flat_map(|list| listed(eds, list)).collect();
     assert_eq!(all.len(), declared.len());
     assert_eq!(all.into_iter().collect::<BTreeSet<_>>(), declared);
     let sections: BTreeSet<u16> = eds
@@ -35,6 +34,11 @@ fn every_declared_object_is_listed_once_and_has_its_section() {
         .map(|name| u16::from_str_radix(name, 16).unwrap())
         .collect();
     assert_eq!(sections, declared);
+}
+
+#[test]
+fn every_declared_object_is_listed_once_and_has_its_section() {
+    compare_declared::<Fixture>(&eds());
 }
 
 #[test]

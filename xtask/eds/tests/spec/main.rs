@@ -4,5 +4,6 @@ mod content;
 mod dcf;
 mod fixture;
 mod ini;
+mod product;
 mod refused;
 mod values;

@@ -1,0 +1,43 @@
+//! The committed files against the slave that they accompany.
+
+use std::path::Path;
+
+use ecss_can::nmt::NodeId;
+use ecss_can::node::NodeObjects;
+use ecss_can::profile::LIBRECUBE;
+use ecss_can::profile::mission::{MissionObjects, slave};
+
+use crate::content::compare_declared;
+use crate::ini::Ini;
+use crate::values::compare_fresh;
+
+type Objects = NodeObjects<MissionObjects<Vec<u8>>>;
+
+fn fresh(node: NodeId) -> Objects {
+    slave(node, &LIBRECUBE, Vec::new()).objects().clone()
+}
+
+fn committed(name: &str) -> Ini {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).expect("the root of the workspace");
+    Ini::parse(&std::fs::read_to_string(root.join("docs/eds").join(name)).expect("it is committed"))
+}
+
+/// Verifies: ECSS 6.6a
+#[test]
+fn both_files_tell_every_object_and_every_value_of_the_slave() {
+    for name in ["slave.eds", "slave-3.dcf"] {
+        let file = committed(name);
+        compare_declared::<Objects>(&file);
+        // The start of the self-test is write-only, the data store a DOMAIN.
+        assert_eq!(compare_fresh(&file, fresh), [0x2030, 0x6300], "{name}");
+    }
+}
+
+/// Verifies: ECSS 6.6a
+#[test]
+fn the_configuration_is_that_of_node_3_and_differs_in_nothing_from_the_defaults() {
+    let dcf = committed("slave-3.dcf");
+    let node = dcf.section("DeviceComissioning");
+    assert_eq!((node.get("NodeID"), node.get("Baudrate")), ("3", "1000"));
+    assert!(dcf.names().all(|name| dcf.section(name).find("ParameterValue").is_none()));
+}
