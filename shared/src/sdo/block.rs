@@ -20,8 +20,8 @@ pub const WINDOW: u8 = 8;
 /// How many segments may have been acknowledged before their controller tells that they left: as many as it has mailboxes.
 const LAG: u8 = 3;
 
-/// How many sub-blocks in a row may bring nothing. Sooner than this a peer has begun anew and is not understood, or it does
-/// not understand acknowledgements.
+/// How many sub-blocks in a row may bring nothing. If there are more, the peer has begun something else, which is not
+/// understood in a sub-block, or does not understand acknowledgements.
 const PATIENCE: u8 = 8;
 
 /// Whether a peer may ask for sub-blocks of this size.
@@ -103,8 +103,8 @@ impl Receiver {
         if is_last { Heard::TakenLast } else { Heard::TakenAtEnd }
     }
 
-    /// Whether it may be the segment that ended the last sub-block, received twice: an error in the last bit of a frame
-    /// makes its sender repeat what receivers have (ISO 11898-1 10.4.2.2).
+    /// Whether it may be the segment that ended the last sub-block, received twice: a frame is valid for its receivers a
+    /// bit before it is for its transmitter, which repeats it after an error in that bit (ISO 11898-1).
     pub fn is_repeat(&self, command: u8) -> bool {
         command == self.ended_by && command != 0
     }

@@ -5,6 +5,17 @@
 //! Neither keeps more of a value than it must: a [`Server`] 64 bytes, a [`Client`] one sub-block, because that is what it
 //! may have to repeat.
 //!
+//! Where CiA 301 leaves room:
+//!
+//! * Reserved bits are not looked at. An abort that belongs to no object names 0000h sub 0.
+//! * In a sub-block everything but an abort is a segment, also what looks like a request. So a download that fails in a
+//!   sub-block is refused at its end, and segments that are late for a transfer that was ended are ignored, not obeyed.
+//! * A sub-block that stops in the middle is acknowledged after a quarter of the timeout: its last segments are lost. One
+//!   that does not begin is a timeout. After eight in a row that bring nothing the transfer is aborted (0504 0003h).
+//! * Frames of block transfers that are received twice are ignored where that can be told; where it cannot, the checksum
+//!   and the size tell. Segments outside of blocks have their toggle bit and are aborted.
+//! * Aborts of another object than that of the transfer are late and are ignored by the client.
+//!
 //! Pass `send` closures of one type to all calls of a server or client, else the compiler makes a copy of the code for
 //! each type.
 
