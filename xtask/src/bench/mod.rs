@@ -1,9 +1,10 @@
 //! `cargo xtask bench` and `cargo xtask sizes`: figures that a change must not make worse unseen.
 //!
-//! Figures are counts and virtual times of the twin, and sizes: the same code and compiler give the same figures on
-//! every computer. Rows made of wall-clock times say so (`noisy`); only a ratio of two that ran in turns has a target.
+//! Figures are counts and virtual times of the twin, sizes, and instructions: the same code and compilers give the same
+//! figures on every computer of a kind. Rows made of wall-clock times say so (`noisy`); only a ratio of two that ran in turns has a target.
 
 mod areas;
+mod callgrind;
 mod context;
 mod rig;
 mod row;

@@ -218,7 +218,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
 
     /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.
     pub fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame)) {
-        self.tpdos.on_sync(counter, &mut self.objects, &mut |_, frame| send(frame));
+        self.tpdos.on_sync(counter, &self.objects, &mut |_, frame| send(frame));
     }
 
     /// Synchronous RPDOs at a SYNC.
@@ -278,7 +278,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         while let Some(frame) = self.emcy.poll(now, state) {
             send(frame);
         }
-        self.tpdos.poll(now, &mut self.objects, &mut |_, frame| send(frame));
+        self.tpdos.poll(now, &self.objects, &mut |_, frame| send(frame));
         let response = CobId::sdo_response(self.id);
         let (server, mut view) = self.sdo(now);
         server.poll(now, &mut view, &mut |payload| send(Frame::of(response, payload)));

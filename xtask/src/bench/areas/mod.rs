@@ -4,6 +4,7 @@
 
 mod demo;
 mod failover;
+mod instructions;
 mod irq;
 mod load;
 mod rx;
@@ -27,5 +28,14 @@ pub struct Area {
 }
 
 /// All areas, in the order in which they are measured and printed.
-pub const ALL: &[Area] =
-    &[size::AREA, rx::AREA, load::AREA, failover::AREA, demo::AREA, irq::AREA, stamp::AREA, wire::AREA];
+pub const ALL: &[Area] = &[
+    size::AREA,
+    instructions::AREA,
+    rx::AREA,
+    load::AREA,
+    failover::AREA,
+    demo::AREA,
+    irq::AREA,
+    stamp::AREA,
+    wire::AREA,
+];

@@ -1,0 +1,86 @@
+//! What surrounds the slave: frames in, commands and events out, as the runner does it.
+
+use std::hint::black_box;
+
+use anyhow::ensure;
+use ecss_can::heartbeat;
+use ecss_can::link::{Bus, CobId, Frame};
+use ecss_can::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
+use ecss_can::node::{Slave, SlaveEvent, Status};
+use ecss_can::od::Domain;
+use ecss_can::od::communication::Mapping;
+use ecss_can::profile::STANDARD;
+use ecss_can::runner::{BusCommand, LinkEvent, Node, Outbox};
+use ecss_can::time::{Duration, Instant, Stamp};
+
+use crate::objects::{Application, BLOCK, NODE, communication};
+
+/// From frame to frame: a busy bus at 1 Mbit/s.
+const PAUSE: Duration = Duration::from_micros(100);
+
+/// The slave and the end of the bus that it sees.
+pub struct Harness<M: Mapping> {
+    pub slave: Slave<Application, 8, 8, M>,
+    out: Outbox<SlaveEvent>,
+    now: Instant,
+    /// When the master's heartbeat is due.
+    beat: Instant,
+    /// COB-ID of what is waited for.
+    awaited: CobId,
+    /// How many of these came, and the last.
+    pub answers: u32,
+    pub answer: Frame,
+}
+
+impl<M: Mapping> Harness<M> {
+    /// An operational slave. Frames with `awaited` are counted.
+    pub fn new(awaited: CobId) -> anyhow::Result<Self> {
+        let application = Application { block: Domain::new(vec![0; BLOCK]), ..Application::default() };
+        let mut harness = Harness {
+            slave: Slave::new(NODE, &STANDARD, application, communication),
+            out: Outbox::new(),
+            now: Instant::ZERO,
+            beat: Instant::ZERO,
+            awaited,
+            answers: 0,
+            answer: heartbeat::encode(NODE, NmtState::Stopped),
+        };
+        harness.slave.start(harness.now, &mut harness.out);
+        harness.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());
+        let state = harness.status().state;
+        ensure!(state == NmtState::Operational, "the slave is {state:?}");
+        Ok(harness)
+    }
+
+    /// The slave as it is now.
+    pub fn status(&self) -> Status {
+        self.slave.status(self.now)
+    }
+
+    /// A frame comes in; with it, ten times a second, a heartbeat of the master.
+    #[inline]
+    pub fn receive(&mut self, frame: Frame) {
+        self.now += PAUSE;
+        if self.now >= self.beat {
+            self.beat = self.now + STANDARD.heartbeat;
+            self.handle(heartbeat::encode(NodeId::MASTER, NmtState::Operational));
+        }
+        self.handle(frame);
+    }
+
+    #[inline]
+    fn handle(&mut self, frame: Frame) {
+        let event = LinkEvent::Received { frame: black_box(frame), stamp: Stamp::interrupt(self.now) };
+        self.slave.on_link(Bus::Nominal, &event, self.now, &mut self.out);
+        while let Some(event) = self.out.pop_event() {
+            black_box(event);
+        }
+        while let Some((_, command)) = self.out.pop_command() {
+            if let BusCommand::Send(outgoing) = black_box(command)
+                && outgoing.frame.id() == self.awaited
+            {
+                (self.answers, self.answer) = (self.answers + 1, outgoing.frame);
+            }
+        }
+    }
+}

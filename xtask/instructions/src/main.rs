@@ -1,0 +1,38 @@
+//! One operation of a slave, so many times: callgrind counts what it costs.
+//!
+//! `instructions SCENARIO REPETITIONS`. Setting up and checking the outcome cost the same whatever the number, so that the
+//! difference of two runs is the operations alone. `cargo xtask bench --only instructions` makes both runs of each.
+
+#![forbid(unsafe_code)]
+
+mod harness;
+mod objects;
+mod scenarios;
+
+use std::env;
+
+use anyhow::{Context, bail};
+use ecss_can::od::communication::{PdoMapping, StaticMapping};
+
+use crate::scenarios::{block_download, heartbeat, irrelevant, peer_heartbeat, rpdo, sync, upload, write};
+
+fn main() -> anyhow::Result<()> {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let [scenario, repetitions] = arguments.as_slice() else {
+        bail!("usage: instructions SCENARIO REPETITIONS")
+    };
+    let repetitions = repetitions.parse().with_context(|| format!("{repetitions:?} is no number"))?;
+    match scenario.as_str() {
+        "rpdo_static" => rpdo::<StaticMapping>(repetitions),
+        "rpdo_variable" => rpdo::<PdoMapping>(repetitions),
+        "sync_tpdo_static" => sync::<StaticMapping>(repetitions),
+        "sync_tpdo_variable" => sync::<PdoMapping>(repetitions),
+        "sdo_upload" => upload(repetitions),
+        "sdo_download" => write(repetitions),
+        "block_download_segment" => block_download(repetitions),
+        "heartbeat_consumed" => heartbeat(repetitions),
+        "peer_heartbeat_consumed" => peer_heartbeat(repetitions),
+        "irrelevant_frame" => irrelevant(repetitions),
+        other => bail!("there is no scenario {other:?}"),
+    }
+}

@@ -1,0 +1,64 @@
+//! The device that is measured: its objects and PDOs.
+
+use ecss_can::link::CobId;
+use ecss_can::nmt::NodeId;
+use ecss_can::od::communication::{Communication, Mapping, NO_REMOTE};
+use ecss_can::od::{Domain, Objects};
+
+/// The slave.
+pub const NODE: NodeId = NodeId::of::<2>();
+/// Another one, whose heartbeat it consumes.
+pub const PEER: NodeId = NodeId::of::<3>();
+
+/// Bytes of the block.
+pub const BLOCK: usize = 32 << 10;
+
+/// Objects of the application.
+#[derive(Objects)]
+pub struct Application {
+    /// Received by PDO
+    #[object(0x6000, array, rw, pdo)]
+    pub received: [u16; 4],
+    /// Sent by PDO
+    #[object(0x6100, array, rw, pdo)]
+    pub sent: [u16; 4],
+    /// Number
+    #[object(0x6200, rw)]
+    pub number: u32,
+    /// Block
+    #[object(0x6300, rw)]
+    pub block: Domain<Vec<u8>>,
+}
+
+/// Index of [`Application::number`].
+pub const NUMBER: u16 = 0x6200;
+/// Index of [`Application::block`].
+pub const DOMAIN: u16 = 0x6300;
+
+/// RPDO 1 and TPDO 1 of four numbers each, the latter with every SYNC.
+pub fn communication<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
+    let mut objects = Communication::<8, 8, M>::new(node);
+    let four = |index: u32| [1, 2, 3, 4].map(|sub| index << 16 | sub << 8 | 16);
+    let [rpdo, ..] = &mut objects.rpdos;
+    rpdo.cob_id = NO_REMOTE | u32::from(receive_id().raw());
+    objects.rpdo_mappings[0].map(&four(0x6000));
+    let [tpdo, ..] = &mut objects.tpdos;
+    (tpdo.cob_id, tpdo.transmission) = (NO_REMOTE | u32::from(transmit_id().raw()), 1);
+    objects.tpdo_mappings[0].map(&four(0x6100));
+    objects.consumer_heartbeat[1] = u32::from(PEER.get()) << 16 | 250;
+    objects
+}
+
+/// COB-ID of RPDO 1.
+pub fn receive_id() -> CobId {
+    pre_defined(CobId::rpdo(1, NODE))
+}
+
+/// COB-ID of TPDO 1.
+pub fn transmit_id() -> CobId {
+    pre_defined(CobId::tpdo(1, NODE))
+}
+
+fn pre_defined(id: Option<CobId>) -> CobId {
+    id.expect("the first four PDOs have pre-defined COB-IDs")
+}
