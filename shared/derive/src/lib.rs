@@ -19,6 +19,8 @@ mod attribute;
 mod field;
 mod objects;
 mod record;
+#[cfg(test)]
+mod tests;
 
 use proc_macro::TokenStream;
 use syn::{Data, DeriveInput, Error, Fields, FieldsNamed, parse_macro_input};

@@ -251,8 +251,8 @@ fn array(
         code: quote!(::ecss_can::od::ObjectCode::Array),
         entries: quote! {
             &[
-                ::ecss_can::od::Entry::highest((#len) as u8),
-                ::ecss_can::od::Entry::of::<#value>(1, (#len) as u8, #access).for_pdo(#pdo).within(#limits),
+                ::ecss_can::od::Entry::highest(::ecss_can::od::sub_indices(#len)),
+                ::ecss_can::od::Entry::of::<#value>(1, ::ecss_can::od::sub_indices(#len), #access).for_pdo(#pdo).within(#limits),
             ]
         },
         names: quote!(&["Highest sub-index supported", #title]),

@@ -96,16 +96,17 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
 fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
     let name = field::ident(field)?;
     let number = attribute.value()?;
-    let first = u8::try_from(number).map_err(|_| Error::new_spanned(&attribute.number, "at most 254"))?;
+    let first = u8::try_from(number).ok().filter(|first| *first <= 254);
+    let first = first.ok_or_else(|| Error::new_spanned(&attribute.number, "at most 254"))?;
     let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
     // Its value, and several in a row from there on.
     let nth = quote!(::core::primitive::usize::from(sub - #first));
     let (value, count, last, pattern, place, place_mut) = if attribute.in_a_row {
         let array = field::array(field)?;
         let (value, len) = (&*array.elem, &array.len);
-        let last = quote!(#first + (#len) as u8 - 1);
+        let last = quote!(#first + (::ecss_can::od::sub_indices(#len) - 1));
         let (place, place_mut) = (quote!(self.#name.get(#nth)?), quote!(self.#name.get_mut(#nth)?));
-        (value, quote!((#len) as u8), last, quote!(#first..), place, place_mut)
+        (value, quote!(::ecss_can::od::sub_indices(#len)), last, quote!(#first..), place, place_mut)
     } else {
         let (place, place_mut) = (quote!(&self.#name), quote!(&mut self.#name));
         (&field.ty, quote!(1), quote!(#first), quote!(#first), place, place_mut)

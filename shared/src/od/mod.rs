@@ -53,7 +53,7 @@ pub use dictionary::{Objects, Place, Record, among};
 pub use domain::Domain;
 pub use ecss_can_derive::{Objects, Record};
 pub use numbers::{I24, I40, I48, I56, Signed, U24, U40, U48, U56, Unsigned};
-pub use object::{Access, Entry, Limits, Names, Object, ObjectCode};
+pub use object::{Access, Entry, Limits, Names, Object, ObjectCode, sub_indices};
 pub use texts::{OctetString, UnicodeString, VisibleString};
 pub use times::{TimeDifference, TimeOfDay};
 pub use variable::{Typed, Variable};

@@ -139,6 +139,12 @@ impl Entry {
     }
 }
 
+/// So many sub-indices in a row; more than 254 do not compile.
+pub const fn sub_indices(count: usize) -> u8 {
+    assert!(count <= 254, "an object has at most 254 sub-indices");
+    count as u8
+}
+
 /// An object, or several with indices in a row and alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -6,7 +6,7 @@ use ecss_can::od::spacecraft::{ScetGet, ScetSet, Spacecraft};
 use ecss_can::od::{
     AbortCode, Address, DataType, Domain, I24, I40, I48, I56, Names, ObjectCode, Objects, OctetString,
     Record, TimeDifference, TimeOfDay, Transfer, Typed, U24, U40, U48, U56, UnicodeString, VisibleString,
-    checked,
+    checked, sub_indices,
 };
 use ecss_can::pdo::{Direction, Layout};
 use ecss_can::time::Scet;
@@ -348,6 +348,25 @@ fn the_highest_sub_index_of_arrays_and_records() {
     assert_eq!(write(&mut device, 0x3400, 0, &[2]), Ok(()));
     assert_eq!(write(&mut device, 0x3400, 0, &[4]), Err(ValueTooHigh));
     assert_eq!(device.log.lines, 2);
+}
+
+/// As many as there are.
+#[derive(Objects)]
+struct Wide {
+    /// Value
+    #[object(0x2000, array, rw, default = [7; 254])]
+    values: [u8; 254],
+}
+
+#[test]
+fn an_array_has_up_to_254_sub_indices() {
+    let mut wide = Wide::default();
+    assert_eq!(read(&mut wide, 0x2000, 0), Ok(vec![254]));
+    assert_eq!(write(&mut wide, 0x2000, 254, &[9]), Ok(()));
+    assert_eq!((wide.values[252], wide.values[253]), (7, 9));
+    assert_eq!(read(&mut wide, 0x2000, 255), Err(NoSubIndex));
+    assert_eq!(sub_indices(254), 254);
+    assert!(std::panic::catch_unwind(|| sub_indices(255)).is_err());
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn words_lie_one_behind_the_other_low_byte_first() {
     layout.unpack(&mut device, u64::from_le_bytes([0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08]));
     assert_eq!(device.words, [0x0201, 0x0403, 0x0605, 0x0807, 0]);
     device.words = [0x1122, 0x3344, 0x5566, 0x7788, 0x99AA];
-    let sent = resolve(Transmit, &WORDS).unwrap().pack(&mut device);
+    let sent = resolve(Transmit, &WORDS).unwrap().pack(&device);
     assert_eq!(sent.to_le_bytes(), [0x22, 0x11, 0x44, 0x33, 0x66, 0x55, 0x88, 0x77]);
 }
 
@@ -44,7 +44,7 @@ fn bits_follow_each_other_without_gaps() {
     let layout = resolve(Transmit, &entries).unwrap();
     assert_eq!(layout.bytes(), 5);
     let expected = 0b10 | 0x123456 << 2 | 1 << 26 | 0xA5 << 27;
-    assert_eq!(layout.pack(&mut device), expected);
+    assert_eq!(layout.pack(&device), expected);
 }
 
 #[test]
@@ -162,7 +162,7 @@ fn times_go_in_a_pdo_as_they_go_in_an_sdo() {
     device.wide.difference = TimeDifference { days: 0x1234, ms: u32::MAX };
     for index in [0x610C, 0x610D] {
         let layout = resolve(Transmit, &[entry(index, 0, 48)]).unwrap();
-        let sent = layout.pack(&mut device).to_le_bytes();
+        let sent = layout.pack(&device).to_le_bytes();
         assert_eq!(sent[..6], read(&mut device, Address::new(index, 0)));
         assert_eq!(sent[6..], [0, 0]);
     }
@@ -226,7 +226,7 @@ proptest! {
         prop_assert_eq!(usize::from(received.bytes()), at.div_ceil(8));
 
         // What goes out again is what came in, and zero above.
-        let sent = resolve(Transmit, &entries).unwrap().pack(&mut device).to_le_bytes();
+        let sent = resolve(Transmit, &entries).unwrap().pack(&device).to_le_bytes();
         let mut whole = cut(pdo, 0, at);
         whole.resize(8, 0);
         prop_assert_eq!(sent.to_vec(), whole);

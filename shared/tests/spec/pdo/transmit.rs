@@ -51,14 +51,14 @@ impl Node {
     /// Which ones a SYNC sends.
     fn sync(&mut self, counter: u8) -> Vec<usize> {
         let sent = &mut self.sent;
-        self.tpdos.on_sync(counter, &mut self.device, &mut |number, frame| sent.push((number, frame)));
+        self.tpdos.on_sync(counter, &self.device, &mut |number, frame| sent.push((number, frame)));
         self.numbers()
     }
 
     /// Which ones are due.
     fn poll(&mut self, now: Instant) -> Vec<usize> {
         let sent = &mut self.sent;
-        self.tpdos.poll(now, &mut self.device, &mut |number, frame| sent.push((number, frame)));
+        self.tpdos.poll(now, &self.device, &mut |number, frame| sent.push((number, frame)));
         self.numbers()
     }
 
@@ -118,7 +118,7 @@ fn a_frame_is_as_long_as_its_mapping() {
     node.configure(1, parameters(0x4FF, 1), &[entry(0x6001, 1, 1), entry(0x6103, 0, 16)], ms(0)).unwrap();
     node.device.wide.i16 = -2;
     let mut sent = vec![];
-    node.tpdos.on_sync(0, &mut node.device, &mut |number, frame| sent.push((number, frame)));
+    node.tpdos.on_sync(0, &node.device, &mut |number, frame| sent.push((number, frame)));
     assert_eq!(sent, [(1, frame(0x4FF, &[0xFC, 0xFF, 0x01]))]);
 }
 
@@ -195,7 +195,7 @@ fn an_event_within_the_inhibit_time_goes_at_its_end_with_the_values_of_then() {
     assert_eq!(node.poll(Instant::from_micros(14_999)), []);
     node.device.words = [7; 5];
     let mut sent = vec![];
-    node.tpdos.poll(ms(15), &mut node.device, &mut |number, frame| sent.push((number, frame)));
+    node.tpdos.poll(ms(15), &node.device, &mut |number, frame| sent.push((number, frame)));
     assert_eq!(sent, [(0, frame(0x185, &[7, 0, 7, 0, 7, 0, 7, 0]))]);
     assert_eq!(node.run(ms(1_000)), []);
     // After it, at once.
@@ -352,7 +352,7 @@ fn a_configuration_that_cannot_work_changes_nothing() {
         assert_eq!(node.configure(number, parameters(0x285, transmission), mapping, ms(0)), Err(code));
     }
     let mut sent = vec![];
-    node.tpdos.on_sync(0, &mut node.device, &mut |number, frame| sent.push((number, frame)));
+    node.tpdos.on_sync(0, &node.device, &mut |number, frame| sent.push((number, frame)));
     assert_eq!(sent, [(0, frame(0x185, &[0x11, 0x11, 0x22, 0x22, 0x33, 0x33, 0x44, 0x44]))]);
     assert!(!node.tpdos.trigger(4, ms(1)));
 }

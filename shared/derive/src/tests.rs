@@ -1,0 +1,152 @@
+//! Declarations that are refused, and what the compiler says then.
+
+use syn::{DeriveInput, parse_quote};
+
+use crate::{objects, record};
+
+fn refused(expanded: syn::Result<proc_macro2::TokenStream>) -> String {
+    expanded.unwrap_err().to_string()
+}
+
+/// What is said to an object with this attribute, for a field with the type.
+macro_rules! object {
+    ($attribute:meta, $type:ty) => {{
+        let input: DeriveInput = parse_quote! {
+            struct Device {
+                /// Value
+                #[$attribute]
+                value: $type,
+            }
+        };
+        objects::expand(&input).map(drop).map_err(|error| error.to_string())
+    }};
+}
+
+#[test]
+fn an_access_right_is_needed() {
+    let message = Err("who may access it? ro, wo, rw, rwr, rww or constant".to_owned());
+    assert_eq!(object!(object(0x2000), u8), message);
+    assert_eq!(object!(object(0x2000, array), [u8; 2]), message);
+    assert_eq!(object!(object(0x2000, pdo, low = 1), u8), message);
+    assert_eq!(object!(object(0x2000, ro), u8), Ok(()));
+    // The entries of a record have their own.
+    assert_eq!(object!(object(0x2000, record), Channel), Ok(()));
+}
+
+#[test]
+fn words_that_are_unknown_are_told_with_those_that_are_known() {
+    let known = "ro, wo, rw, rwr, rww, constant, record, array, pdo, low, high, default";
+    let message = Err(format!("unknown word; known are {known}"));
+    assert_eq!(object!(object(0x2000, const_), u8), message);
+    assert_eq!(object!(object(0x2000, rw, Pdo), u8), message);
+    assert_eq!(object!(object(0x2000, rw pdo), u8), Err("a comma is missing".to_owned()));
+}
+
+#[test]
+fn several_need_an_array() {
+    assert_eq!(object!(object(0x2000.., ro), u8), Err("several in a row need an array".to_owned()));
+    assert_eq!(object!(object(0x2000, array, ro), u8), Err("an ARRAY object needs an array".to_owned()));
+    assert_eq!(
+        object!(object(0x2000.., array, ro), [u8; 2]),
+        Err("an ARRAY object needs an array".to_owned())
+    );
+    assert_eq!(object!(object(0x2000.., array, ro), [[u8; 2]; 3]), Ok(()));
+}
+
+#[test]
+fn an_index_has_sixteen_bits() {
+    assert!(object!(object(0x1_0000, ro), u8).is_err());
+    assert!(object!(object("2000h", ro), u8).is_err());
+    assert_eq!(object!(object(0xFFFF, ro), u8), Ok(()));
+}
+
+#[test]
+fn every_value_has_a_title() {
+    let message = "what is it called? The first line of its documentation goes into EDS and DCF";
+    let without: DeriveInput = parse_quote! {
+        struct Device {
+            #[object(0x2000, ro)]
+            value: u8,
+        }
+    };
+    assert_eq!(refused(objects::expand(&without)), message);
+    let empty: DeriveInput = parse_quote! {
+        struct Channel {
+            ///
+            #[sub(1, ro)]
+            value: u8,
+        }
+    };
+    assert_eq!(refused(record::expand(&empty)), message);
+}
+
+#[test]
+fn an_index_and_a_sub_index_are_declared_once() {
+    let device: DeriveInput = parse_quote! {
+        struct Device {
+            /// One
+            #[object(0x2000, ro)]
+            one: u8,
+            /// Other
+            #[object(0x2001, ro)]
+            other: u8,
+            /// Again
+            #[object(0x2000, rw)]
+            again: u8,
+        }
+    };
+    assert_eq!(refused(objects::expand(&device)), "index 2000h is declared twice");
+    let channel: DeriveInput = parse_quote! {
+        struct Channel {
+            /// One
+            #[sub(1, ro)]
+            one: u8,
+            /// Again
+            #[sub(1, rw)]
+            again: u8,
+        }
+    };
+    assert_eq!(refused(record::expand(&channel)), "sub-index 1 is declared twice");
+}
+
+#[test]
+fn a_record_has_something_in_it() {
+    let channel: DeriveInput = parse_quote! {
+        struct Channel {
+            private: u8,
+        }
+    };
+    assert_eq!(refused(record::expand(&channel)), "a record has at least one #[sub(..)]");
+}
+
+#[test]
+fn the_last_sub_index_is_254() {
+    let with = |number: syn::LitInt| -> DeriveInput {
+        parse_quote! {
+            struct Channel {
+                /// Value
+                #[sub(#number, ro)]
+                value: u8,
+            }
+        }
+    };
+    assert!(record::expand(&with(parse_quote!(254))).is_ok());
+    for number in [parse_quote!(255), parse_quote!(256)] {
+        assert_eq!(refused(record::expand(&with(number))), "at most 254");
+    }
+}
+
+#[test]
+fn only_structs_with_names_can_be_declared() {
+    let list: DeriveInput = parse_quote!(
+        struct Device(u8);
+    );
+    assert_eq!(refused(objects::expand(&list)), "its values need names");
+    let choice: DeriveInput = parse_quote!(
+        enum Device {
+            One,
+        }
+    );
+    assert_eq!(refused(objects::expand(&choice)), "only a struct can be declared so");
+    assert_eq!(refused(record::expand(&choice)), "only a struct can be declared so");
+}
