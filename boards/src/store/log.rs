@@ -158,7 +158,8 @@ impl<F: NorFlash> ParameterLog<F> {
         let mut bytes = [0; 64];
         for at in (page..page + Self::PAGE).step_by(bytes.len()) {
             self.flash.read(at, &mut bytes).map_err(failed)?;
-            if bytes.iter().any(|&byte| byte != 0xFF) {
+            let (words, _) = bytes.as_chunks();
+            if words.iter().any(|&word| u32::from_le_bytes(word) != ERASED) {
                 opened.erased += 1;
                 return self.flash.erase(page, page + Self::PAGE).map_err(failed);
             }
@@ -196,7 +197,7 @@ impl<F: NorFlash> ParameterLog<F> {
                 at += WORD;
                 continue;
             };
-            if self.word(record.crc())? != ERASED {
+            if record.len <= MAX_SET as u32 && self.word(record.crc())? != ERASED {
                 last = Some(record);
             }
             at = record.end();
@@ -206,7 +207,7 @@ impl<F: NorFlash> ParameterLog<F> {
     }
 
     fn crc_of(&mut self, record: Record) -> Result<u32, StoreError> {
-        let mut crc = begin_crc(record.len as u16);
+        let mut crc = CRC.digest();
         let mut at = record.data();
         let end = at + record.len;
         let mut bytes = [0; 64];
@@ -275,7 +276,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
         self.free += WORD;
         self.program(record.at, double(len as u16))?;
         self.free = record.end();
-        self.writing = Some(Writing { record, taken: 0, word: [0xFF; 4], crc: begin_crc(len as u16) });
+        self.writing = Some(Writing { record, taken: 0, word: [0xFF; 4], crc: CRC.digest() });
         Ok(())
     }
 
@@ -331,12 +332,6 @@ const fn double(number: u16) -> u32 {
 fn doubled(word: u32) -> Option<u16> {
     let number = word as u16;
     (word == double(number)).then_some(number)
-}
-
-fn begin_crc(len: u16) -> Digest<'static, u32, NoTable> {
-    let mut crc = CRC.digest();
-    crc.update(&len.to_le_bytes());
-    crc
 }
 
 /// The CRC, never the erased word.

@@ -49,6 +49,47 @@ fn whatever_bit_changes_a_set_is_found_as_it_was_saved_or_not_at_all() {
     }
 }
 
+/// CRC-32 as in ISO 3309: 123456789 gives CBF43926h.
+#[test]
+fn the_format_is_the_documented_one() {
+    let (mut log, _) = open(Flash::erased());
+    save(&mut log, b"123456789").unwrap();
+    let expected = [
+        &b"ECPS\x01\x00\xFE\xFF"[..],
+        b"\x09\x00\xF6\xFF123456789\xFF\xFF\xFF",
+        &0xCBF4_3926_u32.to_le_bytes(),
+        &[0xFF; 4],
+    ];
+    assert_eq!(log.into_flash().bytes[..8 + 4 + 12 + 4 + 4], expected.concat());
+}
+
+#[test]
+fn a_length_beyond_the_page_is_none() {
+    let mut flash = open(Flash::erased()).0.into_flash();
+    flash.bytes[8..12].copy_from_slice(&[0xF0, 0xFF, 0x0F, 0x00]);
+    let (mut log, opened) = open(flash);
+    assert_eq!((opened, stored(&mut log)), (Opened::default(), vec![]));
+    save(&mut log, b"a set").unwrap();
+    let flash = log.into_flash();
+    assert!(flash.bytes[PAGE..].iter().all(|&byte| byte == 0xFF), "a word is lost, not a page");
+    assert_eq!(after_restart(flash), (b"a set".to_vec(), Opened::default()));
+}
+
+/// Another program may have had longer sets: they are none of ours and do not stop a start.
+#[test]
+fn a_set_that_is_too_long_is_passed_over() {
+    let mut flash = open(Flash::erased()).0.into_flash();
+    let len = MAX_SET as u16 + 1;
+    flash.bytes[8..10].copy_from_slice(&len.to_le_bytes());
+    flash.bytes[10..12].copy_from_slice(&(!len).to_le_bytes());
+    flash.bytes[12..12 + MAX_SET + 8].fill(0);
+    let (mut log, opened) = open(flash);
+    assert_eq!((opened, stored(&mut log)), (Opened::default(), vec![]));
+    fill(&mut log, 3000);
+    save(&mut log, b"a set").unwrap();
+    assert_eq!(after_restart(log.into_flash()), (b"a set".to_vec(), Opened::default()));
+}
+
 #[test]
 fn a_bit_that_does_not_take_fails_the_save_and_the_next_one_goes_elsewhere() {
     let (flash, _, stored_set) = two_sets();

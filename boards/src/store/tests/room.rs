@@ -108,12 +108,23 @@ fn nothing_is_erased_but_at_a_start() {
 
 #[test]
 fn foreign_content_is_erased_once() {
-    let mut flash = Flash::erased();
-    flash.bytes.fill(0xA5);
-    let (mut log, opened) = open(flash);
-    assert_eq!((opened, stored(&mut log)), (Opened { erased: 1, damaged: 0 }, vec![]));
-    save(&mut log, b"a set").unwrap();
-    assert_eq!(after_restart(log.into_flash()), (b"a set".to_vec(), Opened::default()));
+    // The second begins like an epoch of 1 and sets of one byte.
+    for word in [0xA5A5_A5A5_u32, 0xFFFE_0001] {
+        let mut flash = Flash::erased();
+        flash.bytes.chunks_mut(4).for_each(|chunk| chunk.copy_from_slice(&word.to_le_bytes()));
+        let (mut log, opened) = open(flash);
+        assert_eq!((opened, stored(&mut log)), (Opened { erased: 1, damaged: 0 }, vec![]));
+        save(&mut log, b"a set").unwrap();
+        assert_eq!(after_restart(log.into_flash()), (b"a set".to_vec(), Opened::default()));
+    }
+}
+
+/// The CRC of four bytes FFh is FFFF FFFFh, which is what stands there before a set is committed.
+#[test]
+fn a_set_whose_crc_looks_erased_comes_back() {
+    let (mut log, _) = open(Flash::erased());
+    save(&mut log, &[0xFF; 4]).unwrap();
+    assert_eq!(after_restart(log.into_flash()), (vec![0xFF; 4], Opened::default()));
 }
 
 #[test]
