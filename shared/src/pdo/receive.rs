@@ -66,14 +66,25 @@ pub enum RpdoEvent {
 
 /// The COB-ID of an RPDO that is not valid: that of no frame.
 const NONE: u16 = u16::MAX;
+/// Function codes: the upper four bits of a COB-ID.
+const FUNCTIONS: usize = 16;
+/// No RPDO has this function code.
+const NOBODY: u8 = u8::MAX;
+/// More than one has, or one whose number is too high.
+const SEVERAL: u8 = u8::MAX - 1;
+
+/// Of a COB-ID; none of [`NONE`].
+const fn function(id: u16) -> usize {
+    id as usize >> 7
+}
 
 /// All RPDOs of a node.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Rpdos<const R: usize> {
-    /// Apart from the rest, since every frame is compared with them.
     ids: [u16; R],
-    /// Whether two of them are equal: only then a frame may be for more than the first that has its COB-ID.
-    shared: bool,
+    /// Which one has a COB-ID with this function code, so that a frame is not compared with all: the pre-defined
+    /// connection set has at most one. Or [`NOBODY`], or [`SEVERAL`].
+    candidates: [u8; FUNCTIONS],
     pdos: [Rpdo; R],
     /// Whether any frame waits for SYNC.
     waiting: bool,
@@ -119,7 +130,7 @@ impl<const R: usize> Rpdos<R> {
     pub const fn new() -> Self {
         Rpdos {
             ids: [NONE; R],
-            shared: false,
+            candidates: [NOBODY; FUNCTIONS],
             pdos: [Rpdo::INVALID; R],
             waiting: false,
             window_end: Instant::NEVER,
@@ -154,15 +165,18 @@ impl<const R: usize> Rpdos<R> {
             pdo.set(error, false, |event| tell(number, event));
         }
         (*id, *pdo) = (new_id, new);
-        self.find_shared();
+        self.index();
         Ok(())
     }
 
-    fn find_shared(&mut self) {
-        let mut rest = self.ids.iter();
-        self.shared = false;
-        while let Some(id) = rest.next() {
-            self.shared |= *id != NONE && rest.as_slice().contains(id);
+    /// The index, after `number` became valid or invalid.
+    fn index(&mut self) {
+        self.candidates = [NOBODY; FUNCTIONS];
+        for (number, id) in (0_u16..).zip(&self.ids) {
+            if let Some(candidate) = self.candidates.get_mut(function(*id)) {
+                let number = u8::try_from(number).unwrap_or(SEVERAL).min(SEVERAL);
+                *candidate = if *candidate == NOBODY { number } else { SEVERAL };
+            }
         }
     }
 
@@ -196,17 +210,32 @@ impl<const R: usize> Rpdos<R> {
         objects: &mut D,
         tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) -> bool {
-        // Most frames are for others, and `contains` compares several at once.
         let id = frame.id().raw();
-        let is_mine = self.ids.contains(&id);
+        let candidate = *self.candidates.get(function(id)).unwrap_or(&NOBODY);
+        if candidate == SEVERAL {
+            return self.on_frame_of_several(frame, at, objects, tell);
+        }
+        let number = usize::from(candidate);
+        let is_mine = self.ids.get(number) == Some(&id);
         if is_mine {
-            for number in 0..R {
-                if self.ids.get(number) == Some(&id) {
-                    self.take(number, frame, at, objects, tell);
-                    if !self.shared {
-                        break;
-                    }
-                }
+            self.take(number, frame, at, objects, tell);
+        }
+        is_mine
+    }
+
+    #[inline(never)]
+    fn on_frame_of_several<D: Objects>(
+        &mut self,
+        frame: &Frame,
+        at: Instant,
+        objects: &mut D,
+        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
+    ) -> bool {
+        let mut is_mine = false;
+        for number in 0..R {
+            if self.ids.get(number) == Some(&frame.id().raw()) {
+                self.take(number, frame, at, objects, tell);
+                is_mine = true;
             }
         }
         is_mine

@@ -292,6 +292,24 @@ fn two_with_one_cob_id_both_take_it() {
 }
 
 #[test]
+fn those_with_one_function_code_are_told_apart() {
+    let mut node = Node::with(0, parameters(0x205, 254, 0), &[entry(0x6000, 1, 16)]);
+    node.configure(2, parameters(0x27F, 254, 0), &[entry(0x6000, 2, 16)]).unwrap();
+    node.configure(3, parameters(0x305, 254, 0), &[entry(0x6000, 3, 16)]).unwrap();
+    let receive = |node: &mut Node, ids: &[u16]| {
+        let known = ids.iter().map(|id| node.receive(*id, &[1, 0], ms(1))).collect::<Vec<_>>();
+        (known, node.told().into_iter().map(|(number, _)| number).collect::<Vec<_>>())
+    };
+    let ids = [0x205, 0x206, 0x27F, 0x280, 0x305, 0x385];
+    let known = vec![true, false, true, false, true, false];
+    assert_eq!(receive(&mut node, &ids), (known, vec![0, 2, 3]));
+    node.configure(0, parameters(INVALID | 0x205, 254, 0), &[]).unwrap();
+    let known = vec![false, false, true, false, true, false];
+    assert_eq!(receive(&mut node, &ids), (known, vec![2, 3]));
+    assert!(node.rpdos.ids().map(CobId::raw).eq([0x27F, 0x305]));
+}
+
+#[test]
 fn an_invalid_one_takes_nothing() {
     let mut node = Node::with(0, parameters(0x205, 254, 20), &WORDS);
     assert!(node.rpdos.layout(0).is_some());
