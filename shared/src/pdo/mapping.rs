@@ -114,13 +114,14 @@ impl Layout {
     /// limits; others are not written.
     #[inline(never)] // all that the dictionary takes from PDOs: once in an image
     pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
-        let (mut all, mut at) = (true, 0_u32);
+        let (mut all, mut rest) = (true, pdo);
         for slot in self.slots() {
             // What lies above belongs to those behind; a value takes its own bits only.
-            if objects.set_bits(slot.place(), pdo.wrapping_shr(at)).is_none() {
+            if objects.set_bits(slot.place(), rest).is_none() {
                 all &= slot.is_dummy();
             }
-            at = at.wrapping_add(slot.bits());
+            // Nothing is behind one of 64 bits.
+            rest = rest.wrapping_shr(slot.bits());
         }
         all
     }
