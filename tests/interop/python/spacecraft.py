@@ -7,6 +7,7 @@ SLCAN, and whatever is waited for may take long.
 import contextlib
 import faulthandler
 import os
+import pathlib
 import socket
 import struct
 import threading
@@ -22,6 +23,9 @@ faulthandler.dump_traceback_later(300, exit=True)
 #: Addresses of the buses.
 NOMINAL = os.environ.get("SLCAN_NOMINAL", "socket://127.0.0.1:29501")
 REDUNDANT = os.environ.get("SLCAN_REDUNDANT", "socket://127.0.0.1:29502")
+
+#: The data sheet of a slave.
+EDS = pathlib.Path(__file__).parents[3] / "docs/eds/slave.eds"
 
 #: What has not happened after so many seconds does not happen.
 PATIENCE = 60.0
@@ -160,7 +164,8 @@ class Node:
     def __init__(self, net: canopen.Network, number: int) -> None:
         self.number = number
         self._network = net
-        self.remote = net.add_node(number, canopen.ObjectDictionary())
+        self.remote = net.add_node(number, str(EDS))
+        self.remote.sdo.RESPONSE_TIMEOUT = PATIENCE
         self.states = Witness()
         self.remote.nmt.add_heartbeat_callback(self.states)
         self.telemetry = Witness()
@@ -176,13 +181,13 @@ class Node:
         self.states.wait_for(lambda told: BOOT_UP in told)
 
     def command(self, code: int, data: bytes = b"") -> None:
-        """A telecommand."""
-        self._network.send_message(0x300 + self.number, struct.pack("<H", code) + data)
+        """A telecommand; its PDO has 8 bytes."""
+        self._network.send_message(0x300 + self.number, struct.pack("<H6s", code, data))
 
     def ask(self, code: int) -> bytes:
-        """Telemetry, without its code."""
+        """Telemetry, without its code: 6 bytes."""
         request = struct.pack("<H", code)
         self.telemetry.forget()
-        self._network.send_message(0x400 + self.number, request)
+        self._network.send_message(0x400 + self.number, request + bytes(6))
         told = self.telemetry.wait_for(lambda told: any(answer.startswith(request) for answer in told))
         return next(answer[2:] for answer in told if answer.startswith(request))

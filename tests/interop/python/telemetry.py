@@ -3,7 +3,7 @@
 import struct
 import unittest
 
-from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Node, Test
+from spacecraft import OPERATIONAL, PRE_OPERATIONAL, Node, Test, Witness
 
 SET_VALUE, RESET_COUNTERS, UNKNOWN = 0x0002, 0x0003, 0x7777
 UPTIME, VALUE, EXECUTED = 0x0101, 0x0102, 0x0103
@@ -18,7 +18,7 @@ class Telemetry(Test):
             node.becomes(OPERATIONAL)
 
     def number(self, node: Node, code: int) -> int:
-        return struct.unpack("<I", node.ask(code))[0]
+        return int.from_bytes(node.ask(code), "little")
 
     def test_a_value_that_is_set_is_read_back(self) -> None:
         one, other = self.slaves
@@ -35,13 +35,22 @@ class Telemetry(Test):
         for number in range(5):
             node.command(SET_VALUE, struct.pack("<I", number))
         node.command(UNKNOWN, b"\x01")
-        node.command(SET_VALUE, b"\x01")
         self.assertEqual(self.number(node, EXECUTED), before + 5)
 
     def test_uptime_grows(self) -> None:
         node = self.slaves[0]
-        earlier, later = (int.from_bytes(node.ask(UPTIME), "little") for _ in range(2))
+        earlier, later = (self.number(node, UPTIME) for _ in range(2))
         self.assertGreater(later, earlier)
+
+    def test_a_pdo_that_is_too_short_is_an_emergency(self) -> None:
+        """CiA 301 7.2.7.1: 8210h, PDO not processed due to length error."""
+        node = self.slaves[0]
+        before = self.number(node, EXECUTED)
+        errors = Witness()
+        node.remote.emcy.add_callback(lambda error: errors(error.code))
+        self.net.send_message(0x302, struct.pack("<HI", SET_VALUE, 1))
+        errors.wait_for(lambda told: 0x8210 in told)
+        self.assertEqual(self.number(node, EXECUTED), before)
 
     def test_no_pdo_is_obeyed_before_operational(self) -> None:
         node = self.slaves[0]
