@@ -89,6 +89,13 @@ fn implementation(
                 ::core::option::Option::None
             }
 
+            fn each_object(visit: &mut dyn FnMut(&'static ::ecss_can::od::Object)) {
+                for object in Self::OBJECTS {
+                    visit(object);
+                }
+                #(<#types as ::ecss_can::od::Objects>::each_object(visit);)*
+            }
+
             fn describe(
                 visit: &mut dyn FnMut(&'static ::ecss_can::od::Object, &'static ::ecss_can::od::Names),
             ) {

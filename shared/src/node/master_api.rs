@@ -3,7 +3,9 @@
 use crate::emcy::Emergency;
 use crate::link::Bus;
 use crate::link::port::Health;
+use crate::nmt::boot::{BootError, BootProgress};
 use crate::nmt::{NmtMessage, NmtState, NodeId};
+use crate::od::Address;
 use crate::pdo::Message;
 use crate::redundancy::SwitchCause;
 use crate::time::{Scet, Stamp};
@@ -61,6 +63,29 @@ pub enum MasterEvent {
         /// What.
         emergency: Emergency,
     },
+    /// The boot-up of an assigned slave went on (object 2040h).
+    Boot {
+        /// Of whom.
+        node: NodeId,
+        /// How far it is.
+        progress: BootProgress,
+    },
+    /// The boot-up of an assigned slave failed: it is not started, until it boots up again or returns (objects 2041h and
+    /// 2042h).
+    BootFailed {
+        /// Of whom.
+        node: NodeId,
+        /// Why.
+        error: BootError,
+        /// The SDO abort code, zero for none.
+        abort: u32,
+    },
+    /// All mandatory slaves are configured, started and synchronised.
+    BootCompleted,
+    /// An object of the application was written by SDO.
+    Written(Address),
+    /// Start the self-test (ECSS 6.7b); its result goes to object 2031h.
+    SelfTest,
     /// The active bus changed.
     BusSwitched {
         /// The old one.
@@ -135,6 +160,8 @@ pub enum MasterRequest {
     /// Send a module control command. A slave that is stopped or made pre-operational here is not started unasked until
     /// it is started or reset here.
     Nmt(NmtMessage),
+    /// Run the boot-up process with an assigned slave again, as if it had just been heard.
+    Boot(NodeId),
     /// Set the spacecraft time, as of now.
     SetTime(Scet),
 }

@@ -16,6 +16,7 @@ use crate::od::{AbortCode, Objects};
 use crate::profile::Profile;
 use crate::redundancy::{MasterMessage, Parameters, Selection, Selector};
 use crate::runner::{Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
+use crate::store::{Group, ParameterStore};
 use crate::time::{Duration, Instant, LocalClock, Scet, Stamp};
 
 type Out = Outbox<SlaveEvent>;
@@ -82,6 +83,15 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
     }
 
+    /// With a parameter store: objects 1010h and 1011h work, and power-on begins with what is stored.
+    #[must_use]
+    pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
+        self.device.stored.0 = Some(store);
+        self.device.load(Group::All);
+        self.selector = Selector::new(self.written_redundancy());
+        self
+    }
+
     /// What it receives: exact COB-IDs only. One filter for each RPDO, valid or not, as long as there are filters.
     pub fn filters(&self) -> Filters {
         let fixed = [
@@ -103,7 +113,6 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// Boot-up on the bus selected, then Pre-operational (ECSS 8.3.2).
     fn boot(&mut self, now: Instant, out: &mut Out) {
         self.restore_communication(now, out);
-        self.heartbeat.set_period(self.initial.producer, now);
         let frame = heartbeat::encode(self.id, NmtState::Initialising);
         out.send_for(self.selector.selected(), frame, now, self.lifetimes.heartbeat);
         let state = self.nmt.boot();

@@ -45,6 +45,9 @@ pub trait Objects {
     /// The object with this index, its number, and which it is of several in a row.
     fn object(index: u16) -> Option<(&'static Object, u16, u16)>;
 
+    /// Every object, in no particular order.
+    fn each_object(visit: &mut dyn FnMut(&'static Object));
+
     /// Every object with its names, in no particular order.
     fn describe(visit: &mut dyn FnMut(&'static Object, &'static Names));
 

@@ -7,6 +7,7 @@ mod bit_timing;
 mod bus_off;
 mod clock;
 mod cob_id;
+mod device;
 mod emcy;
 mod fleet;
 mod heartbeat;

@@ -4,6 +4,7 @@
 //! hands out.
 
 mod rules;
+mod stored;
 mod view;
 
 use super::NodeObjects;
@@ -14,8 +15,10 @@ use crate::nmt::{NmtState, NodeId};
 use crate::od::communication::{Communication, Mapping};
 use crate::od::{AbortCode, Address, Objects};
 use crate::pdo::{RpdoEvent, Rpdos, Tpdos};
+use crate::store::Group;
 use crate::time::{Duration, Instant};
 use crate::{sdo, sync};
+use stored::Stored;
 use view::View;
 
 /// Units of inhibit times, in microseconds.
@@ -45,6 +48,7 @@ pub struct Device<A: Objects + Default, const R: usize, const T: usize, M: Mappi
     server: sdo::Server,
     rpdos: Rpdos<R>,
     tpdos: Tpdos<T>,
+    pub stored: Stored,
     /// What was written last over the bus, and the node has not looked at yet.
     written: Option<Address>,
 }
@@ -61,6 +65,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             server: sdo::Server::new(sdo_timeout),
             rpdos: Rpdos::new(),
             tpdos: Tpdos::new(),
+            stored: Stored(None),
             written: None,
         }
     }
@@ -98,10 +103,21 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             rpdos: &mut self.rpdos,
             tpdos: &mut self.tpdos,
             emcy: &mut self.emcy,
+            stored: &mut self.stored,
+            id: self.id,
             written: &mut self.written,
             now,
         };
         (&mut self.server, view)
+    }
+
+    /// Applies what is stored of a group; the services take it with [`Device::configure`].
+    pub fn load(&mut self, group: Group) {
+        match self.stored.load(self.id, group, &mut self.objects) {
+            Ok(_) => {}
+            // Defaults hold, where nothing else was applied yet.
+            Err(_) => self.raise(ErrorCode::DATA_SET, [0; 5]),
+        }
     }
 
     fn configure_sync(&mut self) {
@@ -173,6 +189,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
 
     /// Follows what was written to an object of its services. Whether it was one.
     pub fn on_written(&mut self, at: Address) -> bool {
+        if matches!(at.index, 0x1005..=0x1007 | 0x1014..=0x1017 | 0x1019 | 0x1029..=0x1BFF | 0x2000) {
+            // CiA 301 7.5.2.18: it is no longer the configuration that was verified.
+            self.objects.communication.configuration = [0; 2];
+        }
         match at.index {
             0x1003 => {
                 let _ = self.emcy.history_mut().write_len(0);

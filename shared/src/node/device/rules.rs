@@ -1,7 +1,7 @@
 //! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 8.3.1).
 
 use crate::link::{Bus, CobIdEntry, EntryUse};
-use crate::nmt::ErrorBehaviour;
+use crate::nmt::{ErrorBehaviour, NodeId};
 use crate::od::communication::{Communication, Mapping};
 use crate::od::{AbortCode, Address};
 use crate::{heartbeat, sync};
@@ -14,6 +14,7 @@ pub const LAST: u16 = 0x2000;
 /// # Errors
 /// The abort code to answer.
 pub fn check<const R: usize, const T: usize, M: Mapping>(
+    id: NodeId,
     present: &Communication<R, T, M>,
     at: Address,
     value: u32,
@@ -22,13 +23,16 @@ pub fn check<const R: usize, const T: usize, M: Mapping>(
         // Zero forgets the errors.
         (0x1003, 0) if value != 0 => Err(AbortCode::ValueRange),
         // Only the master produces SYNC (ECSS 6.9d).
-        (0x1005, _) if CobIdEntry::from_raw(value).flag() => Err(AbortCode::ValueRange),
+        (0x1005, _) if id != NodeId::MASTER && CobIdEntry::from_raw(value).flag() => {
+            Err(AbortCode::ValueRange)
+        }
         (0x1005, _) => written(present.sync_cob_id, value, EntryUse::Sync),
         (0x1006, _) => sync::check_period(value),
         (0x1014, _) => written(present.emcy_cob_id, value, EntryUse::Emcy),
         (0x1016, sub) => heartbeat::check_entry(&present.consumer_heartbeat, sub, value),
         (0x1019, _) => sync::check_overflow(value as u8, present.cycle_period),
         (0x1029, _) => ErrorBehaviour::from_byte(value as u8).map(drop),
+        (0x1F82, _) if !matches!(value, 4..=7 | 127) => Err(AbortCode::ValueRange),
         (0x2000, 1) if Bus::from_bdefault(value as u8).is_none() => Err(AbortCode::ValueRange),
         _ => Ok(()),
     }

@@ -1,12 +1,15 @@
 //! The dictionary as the SDO server sees it: declared checks, rules of the objects, and a note of what was written.
 
+use super::stored::Stored;
 use super::{note, rules, show};
 use crate::emcy;
+use crate::nmt::NodeId;
 use crate::node::NodeObjects;
 use crate::od::checked::find;
-use crate::od::communication::{LOAD, Mapping, SAVE};
+use crate::od::communication::Mapping;
 use crate::od::{AbortCode, Address, ObjectAccess, Objects, Transfer};
 use crate::pdo::{Direction, Rpdos, Tpdos, rules as pdo};
+use crate::store::{LOAD, SAVE};
 use crate::time::Instant;
 
 /// Store parameters.
@@ -22,7 +25,9 @@ pub struct View<'a, A: Objects + Default, const R: usize, const T: usize, M: Map
     pub rpdos: &'a mut Rpdos<R>,
     pub tpdos: &'a mut Tpdos<T>,
     pub emcy: &'a mut emcy::Producer,
+    pub stored: &'a mut Stored,
     pub written: &'a mut Option<Address>,
+    pub id: NodeId,
     pub now: Instant,
 }
 
@@ -83,13 +88,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
             // The signature is no value: what is read back is what the device can do.
             STORE if number != SAVE => return Err(AbortCode::CannotTransfer),
             RESTORE if number != LOAD => return Err(AbortCode::CannotTransfer),
-            STORE | RESTORE => {}
+            STORE => return self.stored.save(self.id, at.sub, self.objects),
+            RESTORE => return self.stored.restore(self.id, at.sub),
             index => {
                 if index <= rules::LAST {
                     find(self.objects, at)?.download(Some(value.len()))?;
                     match index {
                         0x1400..=0x1BFF => self.configure_pdo(at, number)?,
-                        _ => rules::check(&self.objects.communication, at, number)?,
+                        _ => rules::check(self.id, &self.objects.communication, at, number)?,
                     }
                 }
                 find(self.objects, at)?.write(value)?;

@@ -12,6 +12,7 @@ use crate::od::spacecraft::SelfTest;
 use crate::od::{Address, Objects};
 use crate::redundancy::Parameters;
 use crate::runner::{BusCommand, MAX_FILTERS};
+use crate::store::Group;
 use crate::time::{Duration, Instant, Stamp};
 
 /// Local SCET set.
@@ -56,8 +57,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         let power_on = (self.power_on)(self.id);
         let before = core::mem::replace(&mut self.device.objects.communication, power_on);
         self.device.objects.set_heartbeats(&self.initial);
+        self.device.load(Group::Communication);
         self.device.configure(now);
-        self.heartbeat.set_period(self.initial.producer, now);
+        let parameters = self.written_redundancy();
+        self.selector.configure(parameters);
+        self.heartbeat.set_period(parameters.producer, now);
         let changed =
             |(_, (old, new)): &(usize, (&RpdoParameters, &RpdoParameters))| old.cob_id != new.cob_id;
         let pdos = before.rpdos.iter().zip(&self.device.objects.communication.rpdos).enumerate();
@@ -151,23 +155,27 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// Objects 1016h, 1017h and 2000h (ECSS Tables 8-1, 8-2).
     fn on_redundancy_written(&mut self, at: Address, now: Instant) {
+        let parameters = self.written_redundancy();
+        self.selector.configure(parameters);
+        if at.index == 0x1017 {
+            self.heartbeat.set_period(parameters.producer, now);
+        }
+    }
+
+    /// The redundancy parameters as the dictionary has them.
+    pub(super) fn written_redundancy(&self) -> Parameters {
         let objects = &self.device.objects;
         let written = &objects.spacecraft.redundancy;
-        let producer = Duration::from_millis(u64::from(objects.communication.producer_heartbeat));
         let of_master = |entry: &&u32| **entry >> 16 == u32::from(NodeId::MASTER.get());
         let consumer = objects.communication.consumer_heartbeat.iter().find(of_master);
-        let parameters = Parameters {
+        Parameters {
             consumer: consumer
                 .map_or(Duration::ZERO, |entry| Duration::from_millis(u64::from(entry & 0xFFFF))),
-            producer,
+            producer: Duration::from_millis(u64::from(objects.communication.producer_heartbeat)),
             bdefault: Bus::from_bdefault(written.bdefault).unwrap_or(Bus::Nominal),
             ttoggle: written.ttoggle,
             ntoggle: written.ntoggle,
             ctoggle: written.ctoggle,
-        };
-        self.selector.configure(parameters);
-        if at.index == 0x1017 {
-            self.heartbeat.set_period(producer, now);
         }
     }
 

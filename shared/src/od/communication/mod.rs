@@ -11,10 +11,6 @@ use super::Objects;
 use crate::link::CobId;
 use crate::nmt::NodeId;
 
-/// Signature that stores parameters: "save" (CiA 301 7.5.2.13).
-pub const SAVE: u32 = 0x6576_6173;
-/// Signature that restores defaults: "load" (CiA 301 7.5.2.14).
-pub const LOAD: u32 = 0x6461_6F6C;
 /// Bit of a COB-ID entry: the object does not exist, is not valid.
 pub const INVALID: u32 = 1 << 31;
 /// Bit of a PDO's COB-ID entry: no remote frames. Always set: there are none here (ECSS Table 11-1, 7.2.2.4.3).
@@ -92,6 +88,11 @@ pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = Pd
     /// Synchronous counter overflow value
     #[object(0x1019, rw, high = 240)]
     pub sync_overflow: u8,
+    /// Verify configuration
+    ///
+    /// Date (days since 1984) and time (milliseconds since midnight) of the configuration. Zero: it was changed.
+    #[object(0x1020, array, rw)]
+    pub configuration: [u32; 2],
     /// Error behaviour
     ///
     /// Communication error: 0 pre-operational, 1 no change, 2 stopped.

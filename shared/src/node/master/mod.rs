@@ -1,14 +1,24 @@
 //! The master node.
 
+mod boot;
+mod objects;
+mod transfers;
+
 use heapless::Deque;
 
+pub use objects::MasterObjects;
+
+use self::transfers::Transfers;
 use super::buses::{BusNews, Buses};
+use super::device::Device;
 use super::{MasterEvent, MasterRequest, RefusalCause, Status};
 use crate::emcy::Emergency;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, CobId, Frame};
+use crate::nmt::boot::{AssignedSlave, Boot};
 use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
+use crate::od::communication::PdoMapping;
 use crate::pdo::Message;
 use crate::profile::Profile;
 use crate::redundancy::{Action, Manager, Parameters};
@@ -25,10 +35,17 @@ const TIME_LIFETIME: Duration = Duration::from_millis(5);
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
 
-/// NMT master, redundancy master, SYNC and time producer, commands and telemetry.
-#[derive(Clone, Debug)]
+/// NMT master, redundancy master, SYNC and time producer, SDO client, CANopen device; commands and telemetry.
+#[derive(Debug)]
 pub struct Master {
     redundancy: Parameters,
+    device: Device<MasterObjects, 0, 0, PdoMapping>,
+    boot: Boot,
+    transfers: Transfers,
+    /// Those of the profile.
+    slaves: &'static [AssignedSlave],
+    /// The device has something to do before its deadline.
+    is_device_due: bool,
     manager: Manager,
     sync: sync::Producer,
     time: TimeProducer,
@@ -48,16 +65,24 @@ struct Lifetimes {
     time: Duration,
     command: Duration,
     telemetry: Duration,
+    sdo: Duration,
 }
 
 impl Master {
     /// A master before power-on.
     pub fn new(profile: &Profile) -> Master {
         let redundancy = profile.redundancy();
+        let objects = objects::at_power_on(profile);
+        let sync = objects::sync_config(&objects.communication);
         Master {
             redundancy,
+            device: Device::new(NodeId::MASTER, objects, profile.sdo_timeout),
+            boot: boot::at_power_on(profile),
+            transfers: Transfers::new(profile.sdo_timeout),
+            slaves: profile.slaves,
+            is_device_due: false,
             manager: Manager::new(redundancy, profile.silent_share),
-            sync: sync::Producer::new(profile.sync),
+            sync: sync::Producer::with(sync),
             time: TimeProducer::new(profile.time),
             clock: LocalClock::default(),
             buses: Buses::new(profile.access(NodeId::MASTER), profile.bus_off),
@@ -67,23 +92,33 @@ impl Master {
                 time: TIME_LIFETIME,
                 command: profile.command,
                 telemetry: profile.telemetry,
+                sdo: profile.sdo_timeout,
             },
             held: Deque::new(),
             at_sync: None,
         }
     }
 
-    /// What it receives: heartbeats, telemetry and local times of all slaves, EMCY and foreign SYNCs.
+    /// What it receives: heartbeats, telemetry, local times and SDO responses of all slaves, EMCY and foreign SYNCs,
+    /// requests to its own SDO server.
     pub fn filters(&self) -> Filters {
         let node = NodeId::MASTER;
-        [CobId::heartbeat(node), CobId::telemetry(node), CobId::local_time(node), CobId::SYNC]
-            .into_iter()
-            .map(Filter::function)
-            .collect()
+        let functions = [
+            CobId::heartbeat(node),
+            CobId::telemetry(node),
+            CobId::local_time(node),
+            CobId::sdo_response(node),
+            CobId::SYNC,
+        ];
+        let server = Filter::exact(CobId::sdo_request(node));
+        functions.into_iter().map(Filter::function).chain([server]).collect()
     }
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
         let active = self.manager.active();
+        if frame.id() == CobId::sdo_request(NodeId::MASTER) && bus == active {
+            return self.on_sdo(bus, frame, now, out);
+        }
         let Some(node) = frame.id().node().filter(|node| *node != NodeId::MASTER) else {
             return self.buses.ignored(bus);
         };
@@ -98,9 +133,13 @@ impl Master {
         if bus != active {
             return self.buses.ignored(bus);
         }
+        if id == CobId::sdo_response(node) {
+            return self.on_response(bus, node, frame, now, out);
+        }
         let event = if id == CobId::telemetry(node) {
             Message::decode(frame).map(|message| MasterEvent::Telemetry { node, bus, message })
         } else if id == CobId::local_time(node) {
+            self.boot.on_synchronous(node);
             Scet::decode(frame.data()).map(|scet| MasterEvent::LocalTime {
                 node,
                 scet,
@@ -128,13 +167,19 @@ impl Master {
     ) {
         let Some(state) = heartbeat::decode(frame) else { return self.buses.malformed(bus) };
         let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
+        let is_here = bus == self.manager.active();
+        let may_start = self.boot.on_heartbeat(node, state, is_here, heard.returned);
         if heard.returned {
             out.event(MasterEvent::SlaveReturned { node, bus });
         }
         if heard.changed || heard.returned {
+            self.show_state(node, state.byte());
             out.event(MasterEvent::SlaveState { node, bus, state });
         }
-        if heard.start {
+        if is_here {
+            self.on_monitored(node, state, stamp.at);
+        }
+        if heard.start && may_start {
             // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
             let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
             self.send_nmt(start, now, out);
@@ -179,7 +224,8 @@ impl Master {
     fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
             self.manager.on_heartbeat_sent(bus, stamp.at);
-        } else if frame.id() == CobId::SYNC {
+        } else if frame.id() == self.sync.id() {
+            self.boot.on_sync_sent();
             self.at_sync = Some(self.clock.at(stamp.at));
             out.event(MasterEvent::SyncSent { stamp });
         }
@@ -224,8 +270,13 @@ impl Master {
                 }
                 self.buses.change(from, to, out);
                 out.event(MasterEvent::BusSwitched { from, to, cause });
+                self.on_bus_changed(now, out);
             }
-            Action::Lost(node) => out.event(MasterEvent::SlaveLost { node }),
+            Action::Lost(node) => {
+                self.show_state(node, objects::MISSING);
+                self.boot.on_lost(node);
+                out.event(MasterEvent::SlaveLost { node });
+            }
         }
     }
 
@@ -239,9 +290,13 @@ impl Master {
             self.act(action, now, out);
         }
         self.release_held(now, out);
+        self.run_boot(until, now, out);
+        self.run_device(until, now, out);
         if self.manager.is_announced() {
             let bus = self.manager.active();
-            if let Some(frame) = self.sync.poll(until) {
+            if self.boot.is_released()
+                && let Some(frame) = self.sync.poll(until)
+            {
                 out.send_for(bus, frame, now, self.lifetimes.sync);
             }
             if let Some(frame) = self.time.poll(now, &self.clock) {
@@ -274,6 +329,8 @@ impl Node for Master {
         let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
         out.send_for(bus, boot_up, now, self.lifetimes.heartbeat);
         self.manager.start(now);
+        self.device.configure(now);
+        self.boot.start(now);
         self.sync.start(now);
         self.time.start(now);
         self.run(now, now, out);
@@ -294,8 +351,14 @@ impl Node for Master {
                 self.run(stamp.at.min(now), now, out);
                 self.on_received(bus, frame, *stamp, now, out);
             }
-            LinkEvent::Transmitted { frame, stamp } => self.on_transmitted(bus, frame, *stamp, out),
-            LinkEvent::Failed { frame, cause } => self.on_failed(bus, frame, *cause),
+            LinkEvent::Transmitted { frame, stamp } => {
+                self.on_transmitted(bus, frame, *stamp, out);
+                self.on_sdo_sent(bus, frame);
+            }
+            LinkEvent::Failed { frame, cause } => {
+                self.on_failed(bus, frame, *cause);
+                self.on_sdo_sent(bus, frame);
+            }
             LinkEvent::Unsent { .. }
             | LinkEvent::Overrun { .. }
             | LinkEvent::Health(_)
@@ -317,6 +380,7 @@ impl Node for Master {
             }
             MasterRequest::SwitchBus(bus) => self.manager.request(bus),
             MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
+            MasterRequest::Boot(node) => self.boot.queue(node),
             MasterRequest::SetTime(scet) => self.clock.set(scet, now),
         }
         self.run(now, now, out);
@@ -327,8 +391,17 @@ impl Node for Master {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let gated = self.manager.is_announced().then(|| [self.sync.deadline(), self.time.deadline()]);
-        let always = [self.manager.deadline(), self.buses.deadline()];
+        let gated = self
+            .manager
+            .is_announced()
+            .then(|| [self.sync.deadline().filter(|_| self.boot.is_released()), self.time.deadline()]);
+        let always = [
+            self.manager.deadline(),
+            self.buses.deadline(),
+            self.boot.deadline(),
+            self.transfers.deadline(),
+            self.device_deadline(),
+        ];
         always.into_iter().chain(gated.into_iter().flatten()).flatten().min()
     }
 }

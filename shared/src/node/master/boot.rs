@@ -1,0 +1,123 @@
+//! The boot-up process in the master: its transfers, what it starts, what it tells.
+
+use super::transfers::Owner;
+use super::{Master, MasterEvent, Out};
+use crate::nmt::boot::{Boot, BootRequest, Expected};
+use crate::nmt::{Command, NmtMessage, NodeId, Target};
+use crate::profile::Profile;
+use crate::sdo::Mode;
+use crate::time::Instant;
+
+/// Bytes taken from the client at once.
+const CHUNK: usize = 32;
+
+/// Before the slaves of the profile are heard.
+pub(super) fn at_power_on(profile: &Profile) -> Boot {
+    let mut boot = Boot::new(profile.boot, profile.settings);
+    for slave in profile.slaves {
+        boot.assign(slave.node, slave.assignment());
+    }
+    boot
+}
+
+impl Master {
+    /// Whoever had a transfer is told that it failed; the boot-up process waits to hear its slaves on the new bus.
+    pub(super) fn on_bus_changed(&mut self, now: Instant, out: &mut Out) {
+        self.boot.on_bus_changed();
+        self.abort_transfers(now, out);
+    }
+
+    /// Everything that the boot-up process and the SDO client can do now.
+    pub(super) fn run_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        let deadline = [self.boot.deadline(), self.transfers.deadline()].into_iter().flatten().min();
+        let is_overdue = deadline.is_some_and(|deadline| deadline <= until);
+        if !(is_overdue || self.transfers.is_due || self.boot.is_due()) {
+            return;
+        }
+        loop {
+            self.run_client(until, now, out);
+            self.collect();
+            self.tell_boot(until, now, out);
+            if !self.begin_transfer() {
+                break;
+            }
+        }
+        self.transfers.wake();
+    }
+
+    /// What the transfer of the boot-up process brought.
+    fn collect(&mut self) {
+        if self.transfers.owner != Owner::Boot {
+            return;
+        }
+        if !self.boot.is_asking() {
+            // Its slave booted up again, is lost, or is awaited on another bus.
+            self.release_sdo();
+            return;
+        }
+        let client = &mut self.transfers.client;
+        let mut chunk = [0; CHUNK];
+        loop {
+            let count = client.pull(&mut chunk);
+            if count == 0 {
+                break;
+            }
+            self.boot.on_data(chunk.get(..count).unwrap_or(&chunk));
+        }
+        if let Some(outcome) = client.outcome() {
+            self.transfers.owner = Owner::Nobody;
+            self.boot.on_done(outcome.map(drop));
+        }
+    }
+
+    /// Starts the next transfer of the boot-up process. Whether there is something to run.
+    fn begin_transfer(&mut self) -> bool {
+        match self.transfers.owner {
+            Owner::Nobody => {}
+            Owner::Abandoned => return true,
+            Owner::Boot | Owner::Application => return false,
+        }
+        if !self.manager.is_announced() {
+            return false;
+        }
+        let (objects, stamps) = (&self.device.objects.application, self.slaves);
+        let expected = |node: NodeId| {
+            let stamp = stamps.iter().find(|slave| slave.node == node).map(|slave| slave.expected.stamp);
+            Expected { stamp: stamp.unwrap_or_default(), ..objects.expected(node) }
+        };
+        match self.boot.request(expected) {
+            Some(BootRequest::Read { node, at, most }) => {
+                self.transfers.take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
+            }
+            Some(BootRequest::Write { node, at, value }) => {
+                let client = self.transfers.take(Owner::Boot, node);
+                client.start_download(at, value.len(), Mode::Auto);
+                client.push(value);
+            }
+            None => return false,
+        }
+        self.device.objects.application.show_client(self.transfers.node);
+        true
+    }
+
+    fn tell_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        let is_completed = self.boot.poll(until);
+        while let Some((node, error, abort)) = self.boot.take_failure() {
+            self.device.objects.application.show_error(node, error as u8, abort);
+            out.event(MasterEvent::BootFailed { node, error, abort });
+        }
+        while let Some((node, progress)) = self.boot.take_change() {
+            self.device.objects.application.show_progress(node, progress);
+            out.event(MasterEvent::Boot { node, progress });
+        }
+        if let Some(node) = self.boot.take_start()
+            && !self.manager.peers().is_held(node)
+        {
+            let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
+            self.send_nmt(start, now, out);
+        }
+        if is_completed {
+            out.event(MasterEvent::BootCompleted);
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! The dictionary of the master, and what a written object means to it.
+
+use super::{Master, MasterEvent, Out};
+use crate::emcy::ErrorCode;
+use crate::link::{Bus, CobId, Frame};
+use crate::nmt::boot::{Assignment, BootProgress, Expected};
+use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
+use crate::node::NodeObjects;
+use crate::od::communication::{Communication, INVALID, Identity, PdoMapping};
+use crate::od::spacecraft::{BusHealth, SelfTest};
+use crate::od::{Address, Objects, Record};
+use crate::profile::Profile;
+use crate::sync;
+use crate::time::{Duration, Instant};
+
+/// Slaves that an array has entries for: sub-index is Node-ID.
+const NODES: usize = 127;
+/// 1F80h: it is the NMT master, and starts each slave by itself.
+const NMT_MASTER: u32 = 1;
+/// 1005h: it produces SYNC.
+const PRODUCES: u32 = 1 << 30;
+/// 1F82h: lost.
+pub(super) const MISSING: u8 = 1;
+/// 1F82h: sub-index of all nodes.
+const ALL: u8 = 128;
+
+/// Of the whole dictionary: it has no PDOs but the Spacecraft Time PDO, whose parameters the profile has.
+pub(super) type MasterDictionary = NodeObjects<MasterObjects, 0, 0, PdoMapping>;
+
+/// What a master has beside the objects of every node. Entries of arrays have the Node-ID of the slave as sub-index.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct MasterObjects {
+    /// SDO client parameter
+    ///
+    /// Of the transfer that runs, or of the last one.
+    #[object(0x1280, record)]
+    pub sdo_client: SdoClientParameters,
+    /// NMT startup
+    ///
+    /// Bit 0: NMT master.
+    #[object(0x1F80, ro, default = NMT_MASTER)]
+    pub nmt_startup: u32,
+    /// NMT slave assignment
+    ///
+    /// Bit 0: is a slave of this master. Bit 2: is checked, configured and started. Bit 3: SYNC waits for it.
+    #[object(0x1F81, array, rw)]
+    pub assignment: [u32; NODES],
+    /// Request NMT
+    ///
+    /// Read: 0 unknown, 1 missing, 4 stopped, 5 operational, 127 pre-operational. Written: 4 stop, 5 start, 6 reset node,
+    /// 7 reset communication, 127 enter pre-operational. Sub-index 128: all slaves.
+    #[object(0x1F82, array, rw)]
+    pub request_nmt: [u8; NODES + 1],
+    /// Device type identification
+    ///
+    /// Zero: not checked.
+    #[object(0x1F84, array, rw)]
+    pub device_type: [u32; NODES],
+    /// Vendor identification
+    ///
+    /// Zero: not checked.
+    #[object(0x1F85, array, rw)]
+    pub vendor: [u32; NODES],
+    /// Product code
+    ///
+    /// Zero: not checked.
+    #[object(0x1F86, array, rw)]
+    pub product: [u32; NODES],
+    /// Revision number
+    ///
+    /// Zero: not checked.
+    #[object(0x1F87, array, rw)]
+    pub revision: [u32; NODES],
+    /// Serial number
+    ///
+    /// Zero: not checked.
+    #[object(0x1F88, array, rw)]
+    pub serial: [u32; NODES],
+    /// Boot time
+    ///
+    /// Milliseconds from power-on; zero for no limit.
+    #[object(0x1F89, ro)]
+    pub boot_time: u32,
+    /// Boot progress
+    ///
+    /// 0 unassigned, 1 awaited, 2 queued, 3 checking, 4 comparing, 5 configuring, 6 started, 7 booted, 8 failed.
+    #[object(0x2040, array, ro)]
+    pub boot_progress: [u8; NODES],
+    /// Boot error
+    ///
+    /// The letter of CiA 302-2; zero for none.
+    #[object(0x2041, array, ro)]
+    pub boot_error: [u8; NODES],
+    /// Boot abort code
+    ///
+    /// Of the SDO transfer that failed; zero for none.
+    #[object(0x2042, array, ro)]
+    pub boot_abort: [u32; NODES],
+}
+
+/// SDO parameters of a client (0022h).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+#[record(0x22)]
+pub struct SdoClientParameters {
+    /// COB-ID client to server
+    #[sub(1, ro)]
+    pub request: u32,
+    /// COB-ID server to client
+    #[sub(2, ro)]
+    pub response: u32,
+    /// Node-ID of the server
+    #[sub(3, ro)]
+    pub node: u8,
+}
+
+/// Entry of a slave.
+fn entry<T>(array: &mut [T], node: NodeId) -> Option<&mut T> {
+    array.get_mut(usize::from(node.get()).wrapping_sub(1))
+}
+
+impl MasterObjects {
+    /// What a slave should be: 1F84h to 1F88h.
+    pub(super) fn expected(&self, node: NodeId) -> Expected {
+        let nth = usize::from(node.get()).wrapping_sub(1);
+        let of = |array: &[u32; NODES]| array.get(nth).copied().unwrap_or(0);
+        Expected {
+            device_type: of(&self.device_type),
+            identity: [of(&self.vendor), of(&self.product), of(&self.revision), of(&self.serial)],
+            stamp: [0; 2],
+        }
+    }
+
+    fn expect(&mut self, node: NodeId, expected: &Expected) {
+        let [vendor, product, revision, serial] = expected.identity;
+        let all = [
+            (&mut self.device_type, expected.device_type),
+            (&mut self.vendor, vendor),
+            (&mut self.product, product),
+            (&mut self.revision, revision),
+            (&mut self.serial, serial),
+        ];
+        for (array, value) in all {
+            if let Some(entry) = entry(array, node) {
+                *entry = value;
+            }
+        }
+    }
+
+    pub(super) fn show_client(&mut self, node: NodeId) {
+        self.sdo_client = SdoClientParameters {
+            request: u32::from(CobId::sdo_request(node).raw()),
+            response: u32::from(CobId::sdo_response(node).raw()),
+            node: node.get(),
+        };
+    }
+
+    /// A slave that is past its error has none.
+    pub(super) fn show_progress(&mut self, node: NodeId, progress: BootProgress) {
+        if let Some(shown) = entry(&mut self.boot_progress, node) {
+            *shown = progress as u8;
+        }
+        if progress == BootProgress::Started {
+            self.show_error(node, 0, 0);
+        }
+    }
+
+    pub(super) fn show_error(&mut self, node: NodeId, letter: u8, abort: u32) {
+        if let (Some(error), Some(code)) =
+            (entry(&mut self.boot_error, node), entry(&mut self.boot_abort, node))
+        {
+            (*error, *code) = (letter, abort);
+        }
+    }
+}
+
+/// The objects at power-on.
+pub(super) fn at_power_on(profile: &Profile) -> MasterDictionary {
+    let mut communication = Communication::<0, 0, PdoMapping>::new(NodeId::MASTER);
+    communication.device_name = "ECSS-E-ST-50-15C master";
+    communication.software_version = env!("CARGO_PKG_VERSION");
+    communication.identity = Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: 1 };
+    communication.sync_cob_id |= PRODUCES;
+    communication.cycle_period = profile.sync.as_micros() as u32;
+    // Nobody consumes them: 1003h has them.
+    communication.emcy_cob_id |= INVALID;
+    let redundancy = profile.redundancy();
+    let mut objects = NodeObjects::new(NodeId::MASTER, &redundancy, MasterObjects::default(), communication);
+    objects.communication.consumer_heartbeat = [0; 8];
+    let consumer = redundancy.consumer.as_millis() as u32 & 0xFFFF;
+    for (slot, slave) in objects.communication.consumer_heartbeat.iter_mut().zip(profile.slaves) {
+        *slot = u32::from(slave.node.get()) << 16 | consumer;
+    }
+    objects.application.boot_time = profile.boot.time.as_millis() as u32;
+    for slave in profile.slaves {
+        if let Some(assignment) = entry(&mut objects.application.assignment, slave.node) {
+            *assignment = slave.assignment().raw();
+        }
+        objects.application.expect(slave.node, &slave.expected);
+    }
+    objects
+}
+
+/// SYNC as 1005h, 1006h and 1019h have it.
+pub(super) fn sync_config(objects: &Communication<0, 0, PdoMapping>) -> sync::Config {
+    sync::Config::new(objects.sync_cob_id, objects.cycle_period, objects.sync_overflow)
+}
+
+impl Master {
+    /// The object dictionary.
+    pub fn objects(&self) -> &MasterDictionary {
+        &self.device.objects
+    }
+
+    /// The object dictionary, to be changed.
+    pub fn objects_mut(&mut self) -> &mut MasterDictionary {
+        &mut self.device.objects
+    }
+
+    /// A request to the SDO server.
+    pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
+        // Values of the moment that may be asked for.
+        match frame.data() {
+            [_, 0x11, 0x20, ..] => self.device.objects.spacecraft.scet_get = self.clock.at(now).into(),
+            [_, 0x20 | 0x21, 0x20, ..] => self.refresh_health(),
+            _ => {}
+        }
+        if !self.manager.is_announced() {
+            return self.buses.ignored(bus);
+        }
+        let lifetime = self.lifetimes.sdo;
+        if !self.device.on_sdo(frame, now, &mut |frame| out.send_for(bus, frame, now, lifetime)) {
+            self.buses.malformed(bus);
+        }
+        if let Some(at) = self.device.take_written() {
+            self.on_written(at, now, out);
+        }
+        self.is_device_due = true;
+    }
+
+    fn refresh_health(&mut self) {
+        let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
+        let (nominal, redundant) = (of(Bus::Nominal), of(Bus::Redundant));
+        let objects = &mut self.device.objects.spacecraft;
+        (objects.health_nominal, objects.health_redundant) = (nominal, redundant);
+    }
+
+    /// An object was written over the bus: what depends on it follows.
+    fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
+        let objects = &mut self.device.objects;
+        match (at.index, NodeId::new(at.sub)) {
+            (0x1005 | 0x1006 | 0x1019, _) => self.sync.configure(sync_config(&objects.communication), now),
+            (0x1017 | 0x2000, _) => {
+                let written = &objects.spacecraft.redundancy;
+                self.redundancy.producer =
+                    Duration::from_millis(u64::from(objects.communication.producer_heartbeat));
+                self.redundancy.bdefault = Bus::from_bdefault(written.bdefault).unwrap_or(Bus::Nominal);
+                (self.redundancy.ttoggle, self.redundancy.ntoggle) = (written.ttoggle, written.ntoggle);
+                self.redundancy.ctoggle = written.ctoggle;
+                self.manager.configure(self.redundancy, now);
+            }
+            (0x1F81, Some(node)) => {
+                let raw = entry(&mut objects.application.assignment, node).map_or(0, |raw| *raw);
+                self.boot.assign(node, Assignment::from_raw(raw));
+            }
+            (0x1F82, node) => self.on_requested_nmt(at.sub, node, now, out),
+            (0x2010, _) => self.clock.set(objects.spacecraft.scet_set.into(), now),
+            (0x2030, _) => {
+                objects.spacecraft.self_test = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
+                out.event(MasterEvent::SelfTest);
+            }
+            _ => {}
+        }
+        if !self.device.on_written(at) {
+            out.event(MasterEvent::Written(at));
+        }
+    }
+
+    /// 1F82h was written: what is read there is the state of the slave, not the command.
+    fn on_requested_nmt(&mut self, sub: u8, node: Option<NodeId>, now: Instant, out: &mut Out) {
+        let nth = usize::from(sub).wrapping_sub(1);
+        let Some(entry) = self.device.objects.application.request_nmt.get_mut(nth) else { return };
+        let command = match *entry {
+            4 => Command::Stop,
+            5 => Command::Start,
+            6 => Command::ResetNode,
+            7 => Command::ResetCommunication,
+            _ => Command::EnterPreOperational,
+        };
+        let state = node.and_then(|node| self.manager.peers().state(node));
+        *entry = state.map_or(0, NmtState::byte);
+        let target = node.filter(|_| sub != ALL).map_or(Target::All, Target::Node);
+        self.on_nmt_request(NmtMessage { command, target }, now, out);
+    }
+
+    /// Object 1F82h.
+    pub(super) fn show_state(&mut self, node: NodeId, state: u8) {
+        if let Some(shown) = entry(&mut self.device.objects.application.request_nmt, node) {
+            *shown = state;
+        }
+    }
+
+    /// A heartbeat on the active bus, for the consumers of 1016h.
+    pub(super) fn on_monitored(&mut self, node: NodeId, state: NmtState, at: Instant) {
+        if self.device.monitor.on_heartbeat(node, state, at).is_some_and(|heard| heard.resolved) {
+            self.device.clear(ErrorCode::HEARTBEAT, node.get());
+            self.is_device_due = true;
+        }
+    }
+
+    pub(super) fn device_deadline(&self) -> Option<Instant> {
+        let device = self.device.deadline(NmtState::Operational);
+        [device, self.device.monitor.deadline()].into_iter().flatten().min()
+    }
+
+    pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        let is_overdue = self.device_deadline().is_some_and(|deadline| deadline <= until);
+        if !(self.is_device_due || is_overdue) {
+            return;
+        }
+        self.is_device_due = false;
+        while let Some(missed) = self.device.monitor.poll(until) {
+            self.device.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
+        }
+        let (bus, lifetime) = (self.manager.active(), self.lifetimes.sdo);
+        self.device.poll(until, NmtState::Operational, &mut |frame| out.send_for(bus, frame, now, lifetime));
+    }
+}

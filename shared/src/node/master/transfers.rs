@@ -1,0 +1,168 @@
+//! The SDO client of the master: one transfer at a time, of the boot-up process or of the application.
+
+use core::task::Waker;
+
+use embassy_sync::waitqueue::MultiWakerRegistration;
+
+use super::{Master, Out};
+use crate::link::{Bus, CobId, Frame};
+use crate::nmt::NodeId;
+use crate::od::AbortCode;
+use crate::sdo::{self, Client};
+use crate::time::{Duration, Instant};
+
+/// Tasks that may wait for the client without waking each other.
+const TASKS: usize = 4;
+
+/// Whose transfer it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Owner {
+    Nobody,
+    Boot,
+    Application,
+    /// Of nobody any more: it is to be cancelled.
+    Abandoned,
+}
+
+#[derive(Debug)]
+pub(super) struct Transfers {
+    pub client: Client,
+    pub owner: Owner,
+    /// Whose server.
+    pub node: NodeId,
+    /// Something was done to the client: it may have something to send.
+    pub is_due: bool,
+    tasks: MultiWakerRegistration<TASKS>,
+}
+
+impl Transfers {
+    pub fn new(timeout: Duration) -> Transfers {
+        Transfers {
+            client: Client::new(timeout),
+            owner: Owner::Nobody,
+            node: NodeId::MASTER,
+            is_due: false,
+            tasks: MultiWakerRegistration::new(),
+        }
+    }
+
+    pub fn deadline(&self) -> Option<Instant> {
+        self.client.deadline()
+    }
+
+    /// Takes the client for a transfer that is about to start.
+    pub fn take(&mut self, owner: Owner, node: NodeId) -> &mut Client {
+        (self.owner, self.node, self.is_due) = (owner, node, true);
+        &mut self.client
+    }
+
+    /// Wakes the tasks that can go on.
+    pub fn wake(&mut self) {
+        let goes_on = match self.owner {
+            Owner::Nobody => true,
+            Owner::Application => self.client.needs_application(),
+            Owner::Boot | Owner::Abandoned => false,
+        };
+        if goes_on {
+            self.tasks.wake();
+        }
+    }
+}
+
+/// For [`runner::SdoClient`](crate::runner::SdoClient), which knows whose turn it is.
+impl Master {
+    /// The SDO client, for a transfer with the server in `node`, if nobody has it and the boot-up process does not want it.
+    /// Else the task is woken when it may ask again. Start the transfer at once; when it is over, [release](Master::release_sdo)
+    /// the client.
+    pub fn claim_sdo(&mut self, node: NodeId, task: &Waker) -> Option<&mut Client> {
+        if self.transfers.owner != Owner::Nobody || self.boot.is_busy() {
+            self.transfers.tasks.register(task);
+            return None;
+        }
+        Some(self.transfers.take(Owner::Application, node))
+    }
+
+    /// The SDO client that was claimed. The task is woken when the transfer needs it.
+    pub fn claimed_sdo(&mut self, task: &Waker) -> &mut Client {
+        self.transfers.tasks.register(task);
+        self.transfers.is_due = true;
+        &mut self.transfers.client
+    }
+
+    /// Gives the SDO client back; a transfer that is not over is aborted.
+    pub fn release_sdo(&mut self) {
+        (self.transfers.owner, self.transfers.is_due) = (Owner::Abandoned, true);
+    }
+
+    /// Lets the client do something; its frames go out on the active bus.
+    fn with_client<R>(
+        &mut self,
+        now: Instant,
+        out: &mut Out,
+        step: impl FnOnce(&mut Client, &mut dyn FnMut(sdo::Payload)) -> R,
+    ) -> R {
+        let (bus, lifetime) = (self.manager.active(), self.lifetimes.sdo);
+        let id = CobId::sdo_request(self.transfers.node);
+        step(&mut self.transfers.client, &mut |payload| {
+            out.send_for(bus, Frame::of(id, payload), now, lifetime)
+        })
+    }
+
+    /// An SDO response on the active bus.
+    pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, now: Instant, out: &mut Out) {
+        let Ok(payload) = <&sdo::Payload>::try_from(frame.data()) else { return self.buses.malformed(bus) };
+        // Not announced: what comes belongs to nothing that was asked here.
+        let is_ours = node == self.transfers.node && self.manager.is_announced();
+        let was_used = is_ours
+            && self.with_client(now, out, |client, mut send| client.on_response(payload, now, &mut send));
+        self.transfers.is_due = true;
+        if !was_used {
+            self.buses.ignored(bus);
+        }
+    }
+
+    /// A frame left the bus, or failed to: there is room for another one.
+    pub(super) fn on_sdo_sent(&mut self, bus: Bus, frame: &Frame) {
+        if frame.id() == CobId::sdo_response(NodeId::MASTER) {
+            self.device.on_sdo_sent();
+            self.is_device_due = true;
+        } else if frame.id() == CobId::sdo_request(self.transfers.node) && bus == self.manager.active() {
+            self.transfers.client.on_sent();
+            self.transfers.is_due = true;
+        }
+    }
+
+    /// What was on its way is lost, and servers and clients are told so where they are now, once that bus is announced.
+    pub(super) fn abort_transfers(&mut self, now: Instant, out: &mut Out) {
+        let mut abort = None;
+        let mut note = |payload| abort = Some(payload);
+        let mut note: &mut dyn FnMut(sdo::Payload) = &mut note;
+        self.transfers.client.bus_changed(&mut note);
+        if let Some(payload) = abort {
+            let frame = Frame::of(CobId::sdo_request(self.transfers.node), payload);
+            self.send(frame, now, self.lifetimes.sdo, out);
+        }
+        self.transfers.is_due = true;
+        let mut abort = None;
+        self.device.abort_sdo(AbortCode::DeviceState, now, &mut |frame| abort = Some(frame));
+        if let Some(frame) = abort {
+            self.send(frame, now, self.lifetimes.sdo, out);
+        }
+    }
+
+    /// Lets the client do what is due.
+    pub(super) fn run_client(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        let is_overdue = self.transfers.deadline().is_some_and(|deadline| deadline <= until);
+        if !(is_overdue || self.transfers.is_due) {
+            return;
+        }
+        if self.transfers.owner == Owner::Abandoned {
+            self.transfers.owner = Owner::Nobody;
+            self.with_client(now, out, |client, mut send| client.cancel(&mut send));
+        }
+        if self.manager.is_announced() {
+            self.transfers.is_due = false;
+            self.with_client(now, out, |client, mut send| client.poll(until, &mut send));
+        }
+    }
+}
