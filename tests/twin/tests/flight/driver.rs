@@ -92,7 +92,7 @@ fn sync_overtakes_commands_that_wait() {
     // One frame of the guest may be on the wire, and its crystal is another one.
     assert!(sync < due + LONGEST_FRAME + ms(1), "{} us late", sync.since(due).as_us());
 
-    let after = end + Time::from_us(600);
+    let after = end + Time::from_us(1_000);
     let waited: Vec<u16> = craft
         .on(Bus::Nominal)
         .filter(|seen| seen.sender == 0 && seen.start > end && seen.end < after)

@@ -157,7 +157,10 @@ fn the_master_is_not_disturbed_by_malformed_frames_of_slaves() {
 /// Unknown commands and requests are no protocol errors: the application declines them, and says so.
 #[test]
 fn unknown_commands_are_declined() {
-    let frames = [WireFrame::standard(0x303, &[0x77, 0x66, 1]), WireFrame::standard(0x403, &[0x55, 0x44])];
+    let frames = [
+        WireFrame::standard(0x303, &[0x77, 0x66, 1, 0, 0, 0, 0, 0]),
+        WireFrame::standard(0x403, &[0x55, 0x44, 0, 0, 0, 0, 0, 0]),
+    ];
     let (craft, _) = undisturbed(Bus::Nominal, &frames);
     assert!(craft.said(3, "unknown command 6677h", ms(FROM_MS)).is_some(), "{}", craft.log(3));
     assert!(craft.said(3, "unknown telemetry request 4455h", ms(FROM_MS)).is_some(), "{}", craft.log(3));

@@ -144,8 +144,8 @@ fn replies(node: u8, code: u16) -> Vec<(Time, Vec<u8>)> {
     for request in FLIGHT.sent(MASTER, Bus::Nominal, request_id).filter(|seen| seen.end < ms(20_250)) {
         let reply = FLIGHT.first_after(request.end, |seen| seen.id() == Some(reply_id)).unwrap();
         assert!(reply.end < request.end + ms(2), "node {node} at {} us", request.end.as_us());
-        assert_eq!(reply.data()[..2], *request.data());
-        if *request.data() == code.to_le_bytes() {
+        assert_eq!(reply.data()[..2], request.data()[..2]);
+        if request.data()[..2] == code.to_le_bytes() {
             replies.push((request.end, reply.data()[2..].to_vec()));
         }
     }

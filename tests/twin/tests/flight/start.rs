@@ -63,11 +63,11 @@ fn a_lone_slave_waits_for_its_master() {
 fn telemetry_tells_the_error_counters_as_they_are() {
     let mut craft = Craft::new(&[seat(1, 500), seat(3, 20)]);
     craft.fly_to(2_000);
-    let [state, tec, rec, _] = telemetry(&craft, 3, 0x0130)[..] else { panic!("4 octets") };
+    let [state, tec, rec, ..] = telemetry(&craft, 3, 0x0130)[..] else { panic!("6 octets") };
     assert_eq!((state, rec), (0, 0));
     assert!((100..127).contains(&tec), "some 20 frames after 128: {tec}");
     craft.fly_to(13_000);
-    assert_eq!(telemetry(&craft, 3, 0x0130), [0, 0, 0, 0]);
+    assert_eq!(telemetry(&craft, 3, 0x0130), [0; 6]);
     craft.assert_nothing_lost();
 }
 
