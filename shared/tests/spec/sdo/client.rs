@@ -613,6 +613,17 @@ fn acknowledgements_that_come_twice_are_ignored() {
     assert_eq!(bench.answer(frame("A2 14 14")).len(), 8);
     bench.ignores(frame("A2 14 14"));
 
+    // All of the next sub-block is on its way, but nothing can have arrived.
+    let mut bench = Bench::downloading(&value, Mode::Block);
+    bench.poll();
+    assert_eq!(bench.answer(frame("A4 00 20 01 05")).len(), 5);
+    bench.left(5);
+    assert_eq!(hex(&bench.answer(frame("A2 05 05"))), hex(&segments(&value, 5, 5)));
+    bench.ignores(frame("A2 05 05"));
+    // What has arrived may be acknowledged before the controller tells that it left.
+    bench.left(2);
+    assert_eq!(hex(&bench.answer(frame("A2 05 05"))), hex(&segments(&value, 10, 5)));
+
     let mut bench = Bench::downloading(b"12345", Mode::Block);
     bench.exchange("C6 00 20 01 05", &[("A4 00 20 01 7F", "81 31 32 33 34 35")]);
     bench.left(1);
@@ -722,6 +733,26 @@ fn the_last_segment_is_kept_until_its_length_is_known() {
     assert_eq!(bench.client.outcome(), Some(Ok(9)));
     assert_eq!(bench.client.pull(&mut read), 2);
     assert_eq!(read[..2], *b"89");
+}
+
+#[test]
+fn the_last_segment_of_an_upload_may_come_twice() {
+    let value = pattern(33 * 7);
+    let uploaded = || {
+        let mut bench = Bench::uploading(300, Mode::Block);
+        bench.exchange("A4 00 20 01 7F", &[("C6 00 20 01 E7", "A3")]);
+        for segment in &segments(&value, 0, 33)[..32] {
+            assert!(bench.answer(*segment).is_empty());
+        }
+        bench.go_on(&[(&hex(&segments(&value, 0, 33))[32], "A2 21 7F")]);
+        bench
+    };
+    let last = segments(&value, 0, 33)[32];
+    uploaded().ignores(last);
+    // The same number is not enough.
+    let mut other = last;
+    other[4] ^= 1;
+    assert_eq!(hex(&uploaded().answer(other)), hex(&frames("80 00 20 01 01 00 04 05")));
 }
 
 #[test]

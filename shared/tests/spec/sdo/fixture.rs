@@ -214,6 +214,13 @@ impl Bench {
         sent
     }
 
+    /// A frame that is not of use; nothing is sent.
+    #[track_caller]
+    pub fn ignores(&mut self, payload: Payload) {
+        let Bench { server, objects, now } = self;
+        assert!(!server.on_request(&payload, *now, objects, &mut |payload| panic!("{payload:02X?}")));
+    }
+
     /// Time passes. What the server sends meanwhile.
     pub fn wait(&mut self, span: Duration) -> Vec<Payload> {
         let mut sent = vec![];

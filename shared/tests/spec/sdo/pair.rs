@@ -115,7 +115,7 @@ fn no_frame_of_a_block_transfer_counts_twice() {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 250, failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::default()
+        cases: 120, failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::default()
     })]
 
     #[test]

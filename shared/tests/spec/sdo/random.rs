@@ -193,7 +193,7 @@ impl Witness {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 300, failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::default()
+        cases: 200, failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::default()
     })]
 
     /// An object changes to what was sent completely and rightly, and to nothing else.

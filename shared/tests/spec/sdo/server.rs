@@ -310,13 +310,7 @@ fn an_abort_by_the_client_ends_a_transfer_without_an_answer() {
 
 #[test]
 fn an_abort_without_a_transfer_is_ignored() {
-    let mut bench = Bench::new();
-    assert!(!bench.server.on_request(
-        &frame("80 00 20 00 00 00 04 05"),
-        bench.now,
-        &mut bench.objects,
-        &mut |_| panic!("answered")
-    ));
+    Bench::new().ignores(frame("80 00 20 00 00 00 04 05"));
 }
 
 #[test]
