@@ -44,6 +44,6 @@ async fn main(spawner: Spawner) {
     spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));
     spawner.spawn(tasks::bus(Bus::Redundant, ports.redundant, clock).expect("spawned once"));
     spawner.spawn(tasks::node(node, clock).expect("spawned once"));
-    let application = Application::new(PROFILE, clock, leds, &APPLICATION, &TELLTALE);
+    let application = Application::new(PROFILE, node, clock, leds, &APPLICATION, &TELLTALE);
     spawner.spawn(tasks::application(application).expect("spawned once"));
 }

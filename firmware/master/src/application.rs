@@ -9,18 +9,21 @@ use core::future::pending;
 
 use boards::{Leds, Uptime};
 use ecss_can::link::Bus;
+use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::nmt::{NmtState, NodeId};
 use ecss_can::node::{MasterEvent, MasterRequest};
+use ecss_can::od::spacecraft::SelfTest;
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{Command, Request};
 use ecss_can::runner::{AppLink, Telltale};
 use ecss_can::time::{Clock, Instant};
 use embassy_futures::select::{Either, select};
 
-use crate::app::Raw;
+use crate::app::{Node, Raw};
 use schedule::{Schedule, Turn};
 
 pub struct Application {
+    node: &'static Node,
     clock: Uptime,
     leds: Leds,
     link: &'static AppLink<Raw, MasterEvent, MasterRequest>,
@@ -32,13 +35,14 @@ pub struct Application {
 impl Application {
     pub fn new(
         profile: &Profile,
+        node: &'static Node,
         clock: Uptime,
         leds: Leds,
         link: &'static AppLink<Raw, MasterEvent, MasterRequest>,
         telltale: &'static Telltale,
     ) -> Self {
         let (commands, telemetry) = (Schedule::new(profile.command), Schedule::new(profile.telemetry));
-        Application { clock, leds, link, telltale, commands, telemetry }
+        Application { node, clock, leds, link, telltale, commands, telemetry }
     }
 
     pub async fn run(mut self) -> ! {
@@ -75,12 +79,25 @@ impl Application {
             }
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
             MasterEvent::Telemetry { .. } => self.telltale.telemetry_replies.count(),
+            MasterEvent::SelfTest => self.test(),
             MasterEvent::SyncSent { .. } => self.leds.activity.toggle(),
             MasterEvent::BusSwitched { to, .. } => {
                 self.leds.state.set_level((*to == Bus::Redundant).into());
             }
             _ => {}
         }
+    }
+
+    /// Both controllers must be error active: bit 0 nominal, bit 1 redundant.
+    fn test(&mut self) {
+        let now = self.clock.now();
+        self.node.with(|master| {
+            let health = master.status(now).health;
+            let bad = |health: Health| u32::from(health.state != ErrorState::Active);
+            let failures = bad(health.nominal) | bad(health.redundant) << 1;
+            let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
+            master.objects_mut().spacecraft.self_test = SelfTest { progress, failures };
+        });
     }
 
     fn rest(&mut self, node: NodeId) {

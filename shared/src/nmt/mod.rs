@@ -1,5 +1,7 @@
-//! Network management: node identifiers, states, module control (CiA 301 7.2.8, 7.3.2).
+//! Network management: node identifiers, states, module control (CiA 301 7.2.8, 7.3.2), boot-up of the network
+//! (CiA 302-2).
 
+pub mod boot;
 mod command;
 mod error_behaviour;
 mod node_id;

@@ -2,10 +2,12 @@
 
 use super::{Profile, STANDARD};
 use crate::nmt::NodeId;
+use crate::nmt::boot::{AssignedSlave, Expected, Setting};
+use crate::od::Address;
 use crate::time::Duration;
 
 /// Heartbeat 250 ms, SYNC 5 s, time 10 s, a command and a telemetry request to each slave every 0.1 s. Slave 4 has
-/// selective access, so that both ways to fail over are seen.
+/// selective access, so that both ways to fail over are seen. The master boots slaves 2 to 4, and waits for none of them.
 pub const LIBRECUBE: Profile = Profile {
     name: "librecube",
     heartbeat: Duration::from_millis(250),
@@ -17,5 +19,30 @@ pub const LIBRECUBE: Profile = Profile {
     command: Duration::from_millis(100),
     telemetry: Duration::from_millis(100),
     selective: &[NodeId::of::<4>()],
+    slaves: &[slave(NodeId::of::<2>()), slave(NodeId::of::<3>()), slave(NodeId::of::<4>())],
+    settings: &[
+        consumer(NodeId::of::<2>()),
+        error_behaviour(NodeId::of::<2>()),
+        consumer(NodeId::of::<3>()),
+        error_behaviour(NodeId::of::<3>()),
+        consumer(NodeId::of::<4>()),
+        error_behaviour(NodeId::of::<4>()),
+    ],
     ..STANDARD
 };
+
+/// A slave of this mission: its product code is known, its configuration is of 25 September 2017, noon.
+const fn slave(node: NodeId) -> AssignedSlave {
+    let expected = Expected { device_type: 0, identity: [0, 0x5015, 0, 0], stamp: [12_321, 43_200_000] };
+    AssignedSlave { node, mandatory: false, expected }
+}
+
+/// It consumes the heartbeat of the master, 2.5 s: as it does at power-on.
+const fn consumer(node: NodeId) -> Setting {
+    Setting { node, at: Address::new(0x1016, 1), value: &[0xC4, 0x09, 1, 0] }
+}
+
+/// A missed heartbeat of another slave changes nothing: what is to be done then the master decides.
+const fn error_behaviour(node: NodeId) -> Setting {
+    Setting { node, at: Address::new(0x1029, 1), value: &[1] }
+}

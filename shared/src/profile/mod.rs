@@ -10,6 +10,7 @@ pub use standard::STANDARD;
 use crate::link::bit_timing::Network;
 use crate::link::{Bus, CobId};
 use crate::nmt::NodeId;
+use crate::nmt::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::redundancy::{Access, BusOffPolicy, Parameters};
 use crate::time::Duration;
 
@@ -47,6 +48,12 @@ pub struct Profile {
     pub stamped: &'static [CobId],
     /// After so long without progress an SDO transfer is given up, by its server and by its client.
     pub sdo_timeout: Duration,
+    /// Slaves that the master checks, configures and starts (1F81h to 1F88h). All others it starts as they are.
+    pub slaves: &'static [AssignedSlave],
+    /// What they are configured with.
+    pub settings: &'static [Setting],
+    /// How long the network waits for mandatory slaves.
+    pub boot: BootPolicy,
     /// Recovery from bus-off.
     pub bus_off: BusOffPolicy,
     /// Slaves go to Operational by themselves after boot-up and reset communication (ECSS Table 11-1).

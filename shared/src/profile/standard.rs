@@ -3,6 +3,7 @@
 use super::Profile;
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
 use crate::link::{Bus, CobId};
+use crate::nmt::boot::BootPolicy;
 use crate::redundancy::BusOffPolicy;
 use crate::time::Duration;
 
@@ -28,6 +29,9 @@ pub const STANDARD: Profile = Profile {
     silent_share: 50,
     stamped: &[CobId::SYNC],
     sdo_timeout: Duration::from_millis(500),
+    slaves: &[],
+    settings: &[],
+    boot: BootPolicy { time: Duration::from_millis(5_000), goes_on: false },
     bus_off: BusOffPolicy {
         pause: Duration::from_millis(10),
         patience: Duration::from_millis(50),

@@ -97,6 +97,13 @@ impl Manager {
         self.heartbeat.announce(now);
     }
 
+    /// New values of 1016h, 1017h and 2000h. The heartbeat goes on in a new period; the default bus is that of the next
+    /// power-on.
+    pub fn configure(&mut self, parameters: Parameters, now: Instant) {
+        self.parameters = parameters;
+        self.heartbeat.set_period(parameters.producer, now);
+    }
+
     /// The active bus.
     pub const fn active(&self) -> Bus {
         self.active

@@ -96,6 +96,11 @@ impl Peers {
         self.held = if held { self.held | nodes } else { self.held & !nodes };
     }
 
+    /// Whether the application wants this slave not to be started.
+    pub fn is_held(&self, node: NodeId) -> bool {
+        self.held & node_bit(node) != 0
+    }
+
     /// Look at everybody again at `now`: the circumstances changed.
     pub fn recheck(&mut self, now: Instant) {
         self.check = Some(now);

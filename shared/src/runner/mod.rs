@@ -16,6 +16,7 @@
 mod bus_task;
 mod node_cell;
 mod node_task;
+mod sdo_client;
 mod telltale;
 
 use embassy_sync::blocking_mutex::raw::RawMutex;
@@ -24,6 +25,7 @@ use embassy_sync::channel::Channel;
 pub use bus_task::bus_task;
 pub use node_cell::NodeCell;
 pub use node_task::{Node, Outbox, node_task};
+pub use sdo_client::SdoClient;
 pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 
 use crate::link::port::{Filter, Health};

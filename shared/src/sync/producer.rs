@@ -77,6 +77,11 @@ impl Producer {
         }
     }
 
+    /// Its COB-ID.
+    pub const fn id(&self) -> CobId {
+        self.config.id
+    }
+
     /// The SYNC, when it is due.
     pub fn poll(&mut self, now: Instant) -> Option<Frame> {
         if !self.timer.due(now) {

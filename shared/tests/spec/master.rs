@@ -49,8 +49,10 @@ fn power_on_joins_boots_up_and_sends_heartbeats_on_the_default_bus() {
 }
 
 #[test]
-fn its_filters_are_the_function_codes_of_slaves() {
-    let expected = [0x701, 0x381, 0x181, 0x080].map(|raw| Filter::function(CobId::new(raw).unwrap()));
+fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
+    let id = |raw| CobId::new(raw).unwrap();
+    let mut expected = [0x701, 0x381, 0x181, 0x581, 0x080].map(|raw| Filter::function(id(raw))).to_vec();
+    expected.push(Filter::exact(id(0x601)));
     let filters: Vec<Filter> = Master::new(&STANDARD).filters().into_iter().collect();
     assert_eq!(filters, expected);
 }

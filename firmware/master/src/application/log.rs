@@ -2,6 +2,7 @@
 
 use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
+use ecss_can::nmt::boot::BootProgress;
 use ecss_can::node::MasterEvent;
 use ecss_can::profile::mission::Telemetry;
 
@@ -28,6 +29,20 @@ pub fn event(event: &MasterEvent) {
                 *info
             );
         }
+        MasterEvent::Boot { node, progress } => match progress {
+            BootProgress::Started | BootProgress::Booted => {
+                defmt::info!("slave {}: boot-up, {}", node.get(), progress);
+            }
+            _ => defmt::debug!("slave {}: boot-up, {}", node.get(), progress),
+        },
+        MasterEvent::BootFailed { node, error, abort } => {
+            defmt::warn!("slave {}: boot-up failed, {}, abort code {=u32:08X}h", node.get(), error, abort);
+        }
+        MasterEvent::BootCompleted => defmt::info!("all mandatory slaves booted and synchronised"),
+        MasterEvent::Written(at) => {
+            defmt::info!("object {=u16:04X}h sub {} written", at.index, at.sub);
+        }
+        MasterEvent::SelfTest => defmt::info!("self-test"),
         MasterEvent::BusSwitched { from, to, cause } => {
             defmt::warn!("active bus: {}, no longer {} ({})", to, from, cause);
         }
@@ -40,7 +55,6 @@ pub fn event(event: &MasterEvent) {
         },
         MasterEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
-        MasterEvent::LocalTime { reference: None, .. }
-        | MasterEvent::SyncSent { .. } => {}
+        MasterEvent::LocalTime { reference: None, .. } | MasterEvent::SyncSent { .. } => {}
     }
 }

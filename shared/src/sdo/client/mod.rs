@@ -185,6 +185,16 @@ impl Client {
         !matches!(self.state, State::Idle | State::Done(_))
     }
 
+    /// Whether it is the application that the transfer waits for: to push, to pull, or to ask for the outcome.
+    pub fn needs_application(&self) -> bool {
+        match self.state {
+            State::Done(_) | State::Upload { asked: false, .. } | State::BlockUpload { due: true, .. } => {
+                true
+            }
+            _ => self.room() > 0,
+        }
+    }
+
     /// The time is `now`: what is due is sent or given up.
     pub fn poll(&mut self, now: Instant, send: &mut impl FnMut(Payload)) {
         if self.is_on_the_way() && self.deadline <= now {

@@ -1,0 +1,352 @@
+//! Boot-up of the network by its master: every slave is checked, configured and started, then SYNC begins.
+//!
+//! ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors. Sans-IO: what the slaves say goes in, SDO
+//! transfers come out, one at a time, in the order of the Node-IDs.
+//!
+//! The process is run with every assigned slave that boots up, is heard for the first time, or was lost and returns. One
+//! that went through it is started at once whenever it waits, unless it booted up again: fail-over does not wait for SDO.
+
+mod expected;
+mod process;
+mod progress;
+
+pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
+pub use process::BootRequest;
+pub use progress::{BootError, BootProgress};
+
+use self::process::{Next, Process};
+use super::{NmtState, NodeId};
+use crate::sdo;
+use crate::time::Instant;
+
+/// Node-IDs 0..=127.
+const PLACES: usize = 128;
+
+/// The boot-up processes of all slaves.
+#[derive(Clone, Debug)]
+pub struct Boot {
+    policy: BootPolicy,
+    settings: &'static [Setting],
+    progress: [BootProgress; PLACES],
+    /// Sets of slaves, one bit per Node-ID.
+    assigned: u128,
+    mandatory: u128,
+    queued: u128,
+    /// Went through the process since its boot-up message.
+    started: u128,
+    synchronised: u128,
+    /// Mandatory, but nobody waits for them any more.
+    excused: u128,
+    /// Their progress is to be told.
+    changed: u128,
+    process: Option<Process>,
+    /// Whom the last process was with.
+    last: u8,
+    failure: Option<(NodeId, BootError, u32)>,
+    /// Silent when the boot time ended, and to be told.
+    silent: u128,
+    start: Option<NodeId>,
+    /// End of the boot time.
+    deadline: Option<Instant>,
+    phase: Phase,
+    /// Something changed since the last look.
+    is_changed: bool,
+}
+
+/// Of the network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Phase {
+    /// Mandatory slaves are awaited.
+    Configuring,
+    /// SYNC may begin.
+    Released,
+    /// A SYNC went out.
+    Synchronising,
+    /// Everybody followed.
+    Completed,
+}
+
+impl Boot {
+    /// Nobody is assigned.
+    pub const fn new(policy: BootPolicy, settings: &'static [Setting]) -> Boot {
+        Boot {
+            policy,
+            settings,
+            progress: [BootProgress::Unassigned; PLACES],
+            assigned: 0,
+            mandatory: 0,
+            queued: 0,
+            started: 0,
+            synchronised: 0,
+            excused: 0,
+            changed: 0,
+            process: None,
+            last: 0,
+            failure: None,
+            silent: 0,
+            start: None,
+            deadline: None,
+            phase: Phase::Configuring,
+            is_changed: true,
+        }
+    }
+
+    /// Power-on: the boot time begins.
+    pub fn start(&mut self, now: Instant) {
+        let limited = self.policy.time.as_micros() > 0 && self.mandatory != 0;
+        self.deadline = limited.then(|| now + self.policy.time);
+    }
+
+    /// An entry of 1F81h, at power-on or written. A slave that is new is booted when it is heard next.
+    pub fn assign(&mut self, node: NodeId, assignment: Assignment) {
+        let bit = bit(node);
+        let was_assigned = self.assigned & bit != 0;
+        set(&mut self.assigned, bit, assignment.is_booted());
+        set(&mut self.mandatory, bit, assignment.is_mandatory());
+        match (was_assigned, assignment.is_booted()) {
+            (false, true) => self.tell(node, BootProgress::Awaited),
+            (true, false) => {
+                self.forget(node);
+                self.tell(node, BootProgress::Unassigned);
+            }
+            _ => {}
+        }
+    }
+
+    /// How far a slave is.
+    pub fn progress(&self, node: NodeId) -> BootProgress {
+        self.progress.get(usize::from(node.get())).copied().unwrap_or_default()
+    }
+
+    /// A heartbeat or boot-up message; `is_here`: on the active bus, `returned`: after it was lost. Whether the slave is
+    /// to be started at once if it waits.
+    pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, is_here: bool, returned: bool) -> bool {
+        let bit = bit(node);
+        if self.assigned & bit == 0 {
+            return true;
+        }
+        if state == NmtState::Initialising {
+            // Everything begins anew, wherever it was heard.
+            self.forget(node);
+            self.tell(node, BootProgress::Awaited);
+        }
+        if !is_here {
+            return false;
+        }
+        let is_running = self.process.as_ref().is_some_and(|process| process.node == node);
+        if self.progress(node) == BootProgress::Awaited || returned && !is_running {
+            self.queue(node);
+        }
+        if state == NmtState::Operational {
+            self.on_synchronous(node);
+        }
+        self.started & bit != 0
+    }
+
+    /// A sign of a slave that it is Operational: its heartbeat or its Local Time PDO, on the active bus.
+    pub fn on_synchronous(&mut self, node: NodeId) {
+        let is_synchronous = matches!(self.phase, Phase::Synchronising | Phase::Completed);
+        if is_synchronous && self.progress(node) == BootProgress::Started {
+            self.synchronised |= bit(node);
+            self.tell(node, BootProgress::Booted);
+        }
+    }
+
+    /// No heartbeat of a slave on either bus.
+    pub fn on_lost(&mut self, node: NodeId) {
+        if self.process.as_ref().is_some_and(|process| process.node == node) {
+            self.fail(node, BootError::Lost, 0);
+        } else if self.queued & bit(node) != 0 {
+            self.await_again(node);
+        }
+    }
+
+    /// Another bus is the active one: everybody not yet started has to be heard there first.
+    pub fn on_bus_changed(&mut self) {
+        if let Some(process) = self.process.take() {
+            self.await_again(process.node);
+        }
+        while let Some(node) = first(self.queued) {
+            self.await_again(node);
+        }
+    }
+
+    /// A SYNC went out.
+    pub fn on_sync_sent(&mut self) {
+        if self.phase == Phase::Released {
+            self.phase = Phase::Synchronising;
+            self.is_changed = true;
+        }
+    }
+
+    /// Boots a slave again, whatever was wrong with it. Nothing happens to one that is not assigned.
+    pub fn queue(&mut self, node: NodeId) {
+        let bit = bit(node);
+        if self.assigned & bit != 0 {
+            self.queued |= bit;
+            self.tell(node, BootProgress::Queued);
+        }
+    }
+
+    /// Whether an SDO transfer is under way or wanted.
+    pub const fn is_busy(&self) -> bool {
+        self.process.is_some() || self.queued != 0
+    }
+
+    /// Whether there is something to poll, to take or to ask for, deadline apart.
+    pub const fn is_due(&self) -> bool {
+        self.is_changed || self.queued != 0 && self.process.is_none()
+    }
+
+    /// Whether the last transfer handed out is still wanted.
+    pub fn is_asking(&self) -> bool {
+        self.process.as_ref().is_some_and(|process| process.is_asked)
+    }
+
+    /// The next SDO transfer, while none is under way. `expected` is asked what a slave should be.
+    pub fn request(&mut self, expected: impl FnOnce(NodeId) -> Expected) -> Option<BootRequest<'_>> {
+        if self.process.is_none() {
+            // In turn, so that one that does not answer does not keep others waiting.
+            let after = self.queued & (u128::MAX << self.last).wrapping_shl(1);
+            let node = first(after).or_else(|| first(self.queued))?;
+            self.queued &= !bit(node);
+            self.last = node.get();
+            self.process = Some(Process::new(node, expected(node), self.settings));
+            self.tell(node, BootProgress::Checking);
+        }
+        self.process.as_mut().filter(|process| !process.is_asked).map(Process::request)
+    }
+
+    /// Bytes that a transfer read.
+    pub fn on_data(&mut self, part: &[u8]) {
+        if let Some(process) = &mut self.process {
+            process.on_data(part);
+        }
+    }
+
+    /// A transfer ended.
+    pub fn on_done(&mut self, outcome: Result<(), sdo::Error>) {
+        let Some(process) = &mut self.process else { return };
+        let node = process.node;
+        match process.on_done(outcome) {
+            Next::Transfer => {
+                let progress = process.progress();
+                if progress != self.progress(node) {
+                    self.tell(node, progress);
+                }
+            }
+            Next::Start => {
+                self.process = None;
+                self.started |= bit(node);
+                self.start = Some(node);
+                self.tell(node, BootProgress::Started);
+            }
+            Next::Fail(error, code) => self.fail(node, error, code),
+        }
+    }
+
+    /// The slave that is to be started now, once.
+    pub fn take_start(&mut self) -> Option<NodeId> {
+        self.start.take()
+    }
+
+    /// A slave whose progress changed, once.
+    pub fn take_change(&mut self) -> Option<(NodeId, BootProgress)> {
+        let node = first(self.changed)?;
+        self.changed &= !bit(node);
+        Some((node, self.progress(node)))
+    }
+
+    /// A slave that failed, why, and the SDO abort code or zero; once.
+    pub fn take_failure(&mut self) -> Option<(NodeId, BootError, u32)> {
+        self.failure.take().or_else(|| {
+            let node = first(self.silent)?;
+            self.silent &= !bit(node);
+            Some((node, BootError::Silent, 0))
+        })
+    }
+
+    /// Goes on to the next phase when it is time. Whether everybody awaited has become synchronous, once; never without
+    /// assigned slaves.
+    pub fn poll(&mut self, now: Instant) -> bool {
+        self.is_changed = false;
+        if self.deadline.is_some_and(|deadline| deadline <= now) {
+            self.deadline = None;
+            let missing = self.mandatory & !self.started;
+            self.silent = missing;
+            for (place, nth) in self.progress.iter().zip(0..) {
+                if *place != BootProgress::Awaited {
+                    self.silent &= !(1_u128 << (nth & 0x7F));
+                }
+            }
+            if self.policy.goes_on {
+                self.excused = missing;
+            }
+        }
+        match self.phase {
+            Phase::Configuring if self.mandatory & !self.started & !self.excused == 0 => {
+                self.deadline = None;
+                self.phase = Phase::Released;
+            }
+            Phase::Synchronising if self.mandatory & !self.synchronised & !self.excused == 0 => {
+                self.phase = Phase::Completed;
+                return self.assigned != 0;
+            }
+            _ => {}
+        }
+        false
+    }
+
+    /// Whether SYNC may go out.
+    pub fn is_released(&self) -> bool {
+        self.phase != Phase::Configuring
+    }
+
+    /// The end of the boot time.
+    pub const fn deadline(&self) -> Option<Instant> {
+        self.deadline
+    }
+
+    /// What was known of a slave says nothing any more.
+    fn forget(&mut self, node: NodeId) {
+        let bit = bit(node);
+        self.queued &= !bit;
+        self.started &= !bit;
+        self.synchronised &= !bit;
+        if self.process.as_ref().is_some_and(|process| process.node == node) {
+            self.process = None;
+        }
+    }
+
+    fn await_again(&mut self, node: NodeId) {
+        self.queued &= !bit(node);
+        self.tell(node, BootProgress::Awaited);
+    }
+
+    fn fail(&mut self, node: NodeId, error: BootError, code: u32) {
+        self.forget(node);
+        self.failure = Some((node, error, code));
+        self.tell(node, BootProgress::Failed);
+    }
+
+    fn tell(&mut self, node: NodeId, progress: BootProgress) {
+        if let Some(place) = self.progress.get_mut(usize::from(node.get())) {
+            *place = progress;
+            self.changed |= bit(node);
+            self.is_changed = true;
+        }
+    }
+}
+
+fn bit(node: NodeId) -> u128 {
+    1 << (node.get() & 0x7F)
+}
+
+fn set(nodes: &mut u128, bit: u128, is_in: bool) {
+    *nodes = if is_in { *nodes | bit } else { *nodes & !bit };
+}
+
+/// The lowest Node-ID of a set.
+fn first(nodes: u128) -> Option<NodeId> {
+    NodeId::new(nodes.trailing_zeros() as u8)
+}

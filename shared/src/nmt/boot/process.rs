@@ -1,0 +1,239 @@
+//! The boot-up of one slave: who it is, how it is configured, what it lacks.
+
+use super::{BootError, BootProgress, Expected, Setting};
+use crate::nmt::NodeId;
+use crate::od::{AbortCode, Address};
+use crate::sdo::Error;
+
+/// A slave that does not answer is asked so many times in all: a frame may have been lost.
+const ATTEMPTS: u8 = 3;
+
+const DEVICE_TYPE: Address = Address::new(0x1000, 0);
+const IDENTITY: u16 = 0x1018;
+const VERIFY_CONFIGURATION: u16 = 0x1020;
+
+/// The SDO transfer that is next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BootRequest<'a> {
+    /// Read a value of at most so many bytes.
+    Read {
+        /// Of whom.
+        node: NodeId,
+        /// Where.
+        at: Address,
+        /// Most bytes.
+        most: usize,
+    },
+    /// Write a value.
+    Write {
+        /// To whom.
+        node: NodeId,
+        /// Where.
+        at: Address,
+        /// What.
+        value: &'a [u8],
+    },
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Step {
+    DeviceType,
+    Identity(u8),
+    Stamp(u8),
+    Compare(usize),
+    Write(usize),
+    WriteStamp(u8),
+}
+
+/// What comes after a transfer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Next {
+    /// Another one.
+    Transfer,
+    /// It is to be started.
+    Start,
+    /// Not this slave, or not now.
+    Fail(BootError, u32),
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Process {
+    pub node: NodeId,
+    expected: Expected,
+    settings: &'static [Setting],
+    step: Step,
+    attempts: u8,
+    /// It keeps 1020h.
+    is_stamped: bool,
+    /// The first bytes of what is read, or what is written to 1020h.
+    number: [u8; 4],
+    /// Bytes read.
+    read: usize,
+    /// They are those of the setting.
+    is_equal: bool,
+    /// The transfer of this step was handed out.
+    pub is_asked: bool,
+}
+
+impl Process {
+    pub fn new(node: NodeId, expected: Expected, settings: &'static [Setting]) -> Process {
+        Process {
+            node,
+            is_stamped: expected.stamp != [0; 2],
+            expected,
+            settings,
+            step: Step::DeviceType,
+            attempts: 1,
+            number: [0; 4],
+            read: 0,
+            is_equal: true,
+            is_asked: false,
+        }
+    }
+
+    pub fn progress(&self) -> BootProgress {
+        match self.step {
+            Step::DeviceType | Step::Identity(_) => BootProgress::Checking,
+            Step::Stamp(_) | Step::Compare(_) => BootProgress::Comparing,
+            Step::Write(_) | Step::WriteStamp(_) => BootProgress::Configuring,
+        }
+    }
+
+    /// The transfer of this step.
+    pub fn request(&mut self) -> BootRequest<'_> {
+        (self.is_asked, self.read, self.is_equal) = (true, 0, true);
+        let node = self.node;
+        match self.step {
+            Step::DeviceType => BootRequest::Read { node, at: DEVICE_TYPE, most: 4 },
+            Step::Identity(sub) => BootRequest::Read { node, at: Address::new(IDENTITY, sub), most: 4 },
+            Step::Stamp(sub) => {
+                BootRequest::Read { node, at: Address::new(VERIFY_CONFIGURATION, sub), most: 4 }
+            }
+            Step::Compare(number) => {
+                let (at, value) = self.setting(number);
+                BootRequest::Read { node, at, most: value.len() }
+            }
+            Step::Write(number) => {
+                let (at, value) = self.setting(number);
+                BootRequest::Write { node, at, value }
+            }
+            Step::WriteStamp(sub) => {
+                self.number = self.stamp(sub).to_le_bytes();
+                BootRequest::Write { node, at: Address::new(VERIFY_CONFIGURATION, sub), value: &self.number }
+            }
+        }
+    }
+
+    fn setting(&self, number: usize) -> (Address, &'static [u8]) {
+        self.settings.get(number).map_or((DEVICE_TYPE, &[]), |setting| (setting.at, setting.value))
+    }
+
+    fn stamp(&self, sub: u8) -> u32 {
+        let [date, time] = self.expected.stamp;
+        if sub == 1 { date } else { time }
+    }
+
+    /// Bytes of what is read.
+    pub fn on_data(&mut self, part: &[u8]) {
+        if let Step::Compare(number) = self.step {
+            let (_, value) = self.setting(number);
+            self.is_equal &= value.get(self.read..).is_some_and(|rest| rest.starts_with(part));
+        } else if self.read == 0 {
+            self.number = core::array::from_fn(|nth| part.get(nth).copied().unwrap_or(0));
+        }
+        self.read = self.read.saturating_add(part.len());
+    }
+
+    /// The transfer ended.
+    pub fn on_done(&mut self, outcome: Result<(), Error>) -> Next {
+        self.is_asked = false;
+        match outcome {
+            Err(Error::Timeout) if self.attempts < ATTEMPTS => {
+                self.attempts = self.attempts.saturating_add(1);
+                self.step = Step::DeviceType;
+                Next::Transfer
+            }
+            outcome => match self.judge(outcome) {
+                Ok(Some(step)) => {
+                    self.step = step;
+                    Next::Transfer
+                }
+                Ok(None) => Next::Start,
+                Err((error, code)) => Next::Fail(error, code),
+            },
+        }
+    }
+
+    /// The next step, if there is one.
+    fn judge(&mut self, outcome: Result<(), Error>) -> Result<Option<Step>, (BootError, u32)> {
+        let number = u32::from_le_bytes(self.number);
+        let failed = |error: BootError| move |cause: Error| (error, cause.code());
+        match self.step {
+            Step::DeviceType => {
+                outcome.map_err(failed(BootError::NoResponse))?;
+                let expected = self.expected.device_type;
+                if expected != 0 && number != expected {
+                    return Err((BootError::DeviceType, 0));
+                }
+                Ok(self.after_identity(0))
+            }
+            Step::Identity(sub) => {
+                let error = BootError::of_identity(sub);
+                outcome.map_err(failed(error))?;
+                if number != self.identity(sub) {
+                    return Err((error, 0));
+                }
+                Ok(self.after_identity(sub))
+            }
+            Step::Stamp(sub) => {
+                match outcome {
+                    Ok(()) if number != self.stamp(sub) => {}
+                    Ok(()) if sub == 1 => return Ok(Some(Step::Stamp(2))),
+                    Ok(()) => return Ok(None),
+                    Err(Error::Abort(AbortCode::NoObject | AbortCode::NoSubIndex)) => self.is_stamped = false,
+                    Err(cause) => return Err((BootError::Configuration, cause.code())),
+                }
+                Ok(self.compare_from(0))
+            }
+            Step::Compare(nth) => match outcome {
+                Ok(()) if self.is_equal && self.read == self.setting(nth).1.len() => {
+                    Ok(self.compare_from(nth.saturating_add(1)))
+                }
+                // What cannot be read is written unseen.
+                Ok(()) | Err(Error::TooLarge | Error::Abort(_)) => Ok(Some(Step::Write(nth))),
+                Err(cause) => Err((BootError::Configuration, cause.code())),
+            },
+            Step::Write(nth) => {
+                outcome.map_err(failed(BootError::Configuration))?;
+                Ok(self.compare_from(nth.saturating_add(1)))
+            }
+            Step::WriteStamp(sub) => {
+                outcome.map_err(failed(BootError::Configuration))?;
+                Ok((sub == 1).then_some(Step::WriteStamp(2)))
+            }
+        }
+    }
+
+    fn identity(&self, sub: u8) -> u32 {
+        let nth = usize::from(sub).wrapping_sub(1);
+        self.expected.identity.get(nth).copied().unwrap_or(0)
+    }
+
+    fn after_identity(&self, sub: u8) -> Option<Step> {
+        let next = (sub.saturating_add(1)..=4).find(|sub| self.identity(*sub) != 0);
+        match next {
+            Some(sub) => Some(Step::Identity(sub)),
+            None if self.is_stamped => Some(Step::Stamp(1)),
+            None => self.compare_from(0),
+        }
+    }
+
+    fn compare_from(&self, number: usize) -> Option<Step> {
+        let rest = self.settings.iter().enumerate().skip(number);
+        let mine = rest.into_iter().find(|(_, setting)| setting.node == self.node);
+        match mine {
+            Some((number, _)) => Some(Step::Compare(number)),
+            None => self.is_stamped.then_some(Step::WriteStamp(1)),
+        }
+    }
+}

@@ -1,0 +1,69 @@
+//! How far a slave is, and what is wrong with it.
+
+/// How far the boot-up process is with a slave; the byte is that of object 2040h.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum BootProgress {
+    /// Not a slave that the master boots.
+    #[default]
+    Unassigned,
+    /// Not heard on the active bus.
+    Awaited,
+    /// Heard; others are before it.
+    Queued,
+    /// Device type and identity are read.
+    Checking,
+    /// Its configuration is compared.
+    Comparing,
+    /// Its configuration is written.
+    Configuring,
+    /// Started, and not yet seen to have followed a SYNC.
+    Started,
+    /// Operational, and synchronised.
+    Booted,
+    /// It was not started: see the error.
+    Failed,
+}
+
+/// Why the boot-up of a slave failed, by the letters of CiA 302-2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum BootError {
+    /// Its device type (1000h) could not be read.
+    NoResponse = b'B',
+    /// Another device type than 1F84h says.
+    DeviceType = b'C',
+    /// Another vendor than 1F85h says, or it could not be read.
+    Vendor = b'D',
+    /// A mandatory slave was not heard in the boot time.
+    Silent = b'E',
+    /// Its configuration could not be read or written.
+    Configuration = b'J',
+    /// Its heartbeat stopped in the middle.
+    Lost = b'K',
+    /// Another product code than 1F86h says, or it could not be read.
+    Product = b'M',
+    /// Another revision number than 1F87h says, or it could not be read.
+    Revision = b'N',
+    /// Another serial number than 1F88h says, or it could not be read.
+    Serial = b'O',
+}
+
+impl BootError {
+    /// Of the identity's sub-index.
+    pub(super) const fn of_identity(sub: u8) -> BootError {
+        match sub {
+            1 => BootError::Vendor,
+            2 => BootError::Product,
+            3 => BootError::Revision,
+            _ => BootError::Serial,
+        }
+    }
+
+    /// The letter; its character code stands in object 2041h.
+    pub const fn letter(self) -> char {
+        self as u8 as char
+    }
+}

@@ -1,0 +1,145 @@
+//! The SDO client for applications: `client.read(node, at, &mut buffer).await`.
+
+use core::future::poll_fn;
+use core::task::{Context, Poll};
+
+use embassy_sync::blocking_mutex::raw::RawMutex;
+
+use super::NodeCell;
+use crate::nmt::NodeId;
+use crate::node::Master;
+use crate::od::Address;
+use crate::sdo::{Client, Error, Mode};
+
+/// Bytes handed over at once when a value streams.
+const CHUNK: usize = 112;
+
+/// Reads and writes the objects of slaves, one transfer at a time.
+///
+/// A transfer waits for the one before it, of whichever task, and for the boot-up process: that lets a transfer end, and
+/// goes before the next. What stands still for the SDO timeout of the profile ends with [`Error::Timeout`], a switch of
+/// the active bus with [`Error::BusChanged`]. A future that is dropped aborts its transfer.
+#[derive(Clone, Copy)]
+pub struct SdoClient<'a, M: RawMutex> {
+    cell: &'a NodeCell<M, Master>,
+    mode: Mode,
+}
+
+impl<'a, M: RawMutex> SdoClient<'a, M> {
+    /// A client of the master in `cell`. Values of more than 28 bytes move in blocks, if the server knows them.
+    pub const fn new(cell: &'a NodeCell<M, Master>) -> Self {
+        SdoClient { cell, mode: Mode::Auto }
+    }
+
+    /// The same client, with this protocol for values that do not fit into one frame.
+    #[must_use]
+    pub const fn with_mode(self, mode: Mode) -> Self {
+        SdoClient { mode, ..self }
+    }
+
+    /// Reads a value; how many bytes it has.
+    ///
+    /// # Errors
+    /// See [`Error`]; [`Error::TooLarge`] when it does not fit into `into`.
+    pub async fn read(&self, node: NodeId, at: Address, into: &mut [u8]) -> Result<usize, Error> {
+        let most = into.len();
+        let mut turn = self.turn(node, |client| client.start_upload(at, most, self.mode)).await;
+        let mut filled = 0;
+        turn.run(|client| filled += client.pull(into.get_mut(filled..).unwrap_or_default())).await
+    }
+
+    /// Writes a value.
+    ///
+    /// # Errors
+    /// See [`Error`].
+    pub async fn write(&self, node: NodeId, at: Address, value: &[u8]) -> Result<(), Error> {
+        let mut turn = self.turn(node, |client| client.start_download(at, value.len(), self.mode)).await;
+        let mut given = 0;
+        turn.run(|client| given += client.push(value.get(given..).unwrap_or_default())).await.map(drop)
+    }
+
+    /// Reads a value of at most `most` bytes part by part, each given to `sink` in order; how many bytes it has. It is whole
+    /// only when this succeeds.
+    ///
+    /// # Errors
+    /// See [`Error`].
+    pub async fn upload_to(
+        &self,
+        node: NodeId,
+        at: Address,
+        most: usize,
+        mut sink: impl FnMut(&[u8]),
+    ) -> Result<usize, Error> {
+        let mut turn = self.turn(node, |client| client.start_upload(at, most, self.mode)).await;
+        let drain = |client: &mut Client| {
+            let mut chunk = [0; CHUNK];
+            loop {
+                match client.pull(&mut chunk) {
+                    0 => return,
+                    count => sink(chunk.get(..count).unwrap_or(&chunk)),
+                }
+            }
+        };
+        turn.run(drain).await
+    }
+
+    /// Writes a value of `size` bytes part by part: `source` fills each part in order.
+    ///
+    /// # Errors
+    /// See [`Error`].
+    pub async fn download_from(
+        &self,
+        node: NodeId,
+        at: Address,
+        size: usize,
+        mut source: impl FnMut(&mut [u8]),
+    ) -> Result<(), Error> {
+        let mut turn = self.turn(node, |client| client.start_download(at, size, self.mode)).await;
+        let fill = |client: &mut Client| {
+            let mut chunk = [0; CHUNK];
+            loop {
+                let room = client.room().min(CHUNK);
+                let Some(part) = chunk.get_mut(..room).filter(|part| !part.is_empty()) else { return };
+                source(part);
+                client.push(part);
+            }
+        };
+        turn.run(fill).await.map(drop)
+    }
+
+    /// Waits for its turn and starts a transfer.
+    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<'a, M> {
+        poll_fn(|cx| {
+            let started = self.cell.step(|master| master.claim_sdo(node, cx.waker()).map(&start).is_some());
+            if started { Poll::Ready(Turn { cell: self.cell }) } else { Poll::Pending }
+        })
+        .await
+    }
+}
+
+/// The client belongs to one transfer as long as this lives.
+struct Turn<'a, M: RawMutex> {
+    cell: &'a NodeCell<M, Master>,
+}
+
+impl<M: RawMutex> Turn<'_, M> {
+    /// Moves bytes until the transfer is over.
+    async fn run(&mut self, mut step: impl FnMut(&mut Client)) -> Result<usize, Error> {
+        poll_fn(|cx| self.poll(cx, &mut step)).await
+    }
+
+    fn poll(&self, cx: &Context<'_>, step: &mut impl FnMut(&mut Client)) -> Poll<Result<usize, Error>> {
+        // The task of the node sends what has become possible.
+        self.cell.with(|master| {
+            let client = master.claimed_sdo(cx.waker());
+            step(client);
+            client.outcome().map_or(Poll::Pending, Poll::Ready)
+        })
+    }
+}
+
+impl<M: RawMutex> Drop for Turn<'_, M> {
+    fn drop(&mut self) {
+        self.cell.with(Master::release_sdo);
+    }
+}
