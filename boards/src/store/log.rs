@@ -155,7 +155,7 @@ impl<F: NorFlash> ParameterLog<F> {
 
     /// Erases a page unless it is erased.
     fn clear(&mut self, page: u32, opened: &mut Opened) -> Result<(), StoreError> {
-        let mut bytes = [0; 64];
+        let mut bytes = [0; 512];
         for at in (page..page + Self::PAGE).step_by(bytes.len()) {
             self.flash.read(at, &mut bytes).map_err(failed)?;
             let (words, _) = bytes.as_chunks();
