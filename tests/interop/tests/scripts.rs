@@ -22,10 +22,28 @@ fn slaves_obey_a_foreign_nmt_master() {
     passes("nmt.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
 }
 
-/// Telecommands and telemetry on PDOs.
+/// Telecommands and telemetry on PDOs; an emergency for one that is too short.
 #[test]
 fn telecommands_are_executed_and_telemetry_answers() {
     passes("telemetry.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// Every object over SDO, 20 kB by blocks, aborts.
+#[test]
+fn every_object_is_read_and_written_over_sdo() {
+    passes("sdo.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// PDOs by the names that their mapping has in the data sheet, and a mapping that is changed.
+#[test]
+fn pdos_are_subscribed_and_mapped_anew() {
+    passes("pdo.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// The committed DCF, loaded over SDO.
+#[test]
+fn a_slave_takes_its_dcf() {
+    passes("configuration.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
 }
 
 /// The master follows no foreign command, but starts a slave that was set back.
