@@ -5,14 +5,17 @@
 use ecss_can::link::PerBus;
 use ecss_can::link::bit_timing::{BitTiming, Hertz, Network};
 use ecss_can::nmt::NodeId;
+use ecss_can::store::ParameterStore;
 use embassy_stm32::gpio::{Input, Output};
+use embassy_stm32::peripherals::FLASH;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
 };
-use embassy_stm32::{Config, bind_interrupts, peripherals};
+use embassy_stm32::{Config, Peri, bind_interrupts, peripherals};
 
 use crate::Uptime;
 use crate::bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler};
+use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
 
 bind_interrupts!(pub(crate) struct Irqs {
@@ -49,6 +52,8 @@ pub struct Board {
     pub leds: Leds,
     /// Node-ID of a slave from the straps.
     pub node_id: Result<NodeId, StrapError>,
+    /// The parameter store; `None` when its flash fails.
+    pub store: Option<&'static mut (dyn ParameterStore + Send)>,
     /// RAM that is left, 64 KiB at most: for blocks of data.
     pub memory: &'static mut [u8],
 }
@@ -74,6 +79,23 @@ pub(crate) fn clocks(oscillator: Hse, prediv: PllPreDiv) -> Config {
     config.rcc.apb1_pre = APBPrescaler::DIV4;
     config.rcc.apb2_pre = APBPrescaler::DIV2;
     config
+}
+
+/// Opens the parameter store, which may take seconds: see [`store::open`].
+pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore + Send)> {
+    match store::open(flash) {
+        Ok((log, opened)) => {
+            if opened.damaged > 0 {
+                defmt::warn!("parameter store: power failed while it was written, {}", opened);
+            }
+            let log = cortex_m::singleton!(: ParameterLog<ChipFlash> = log)?;
+            Some(log)
+        }
+        Err(error) => {
+            defmt::error!("no parameter store: {}", error);
+            None
+        }
+    }
 }
 
 /// Reads the straps: bits 0 to 3, then parity.

@@ -20,12 +20,12 @@ mod board;
 mod capture;
 #[cfg(target_os = "none")]
 mod clock;
-#[cfg(target_os = "none")]
-mod spare;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 mod pyboard_v11;
+#[cfg(target_os = "none")]
+mod spare;
 
 #[cfg(target_os = "none")]
 mod image {

@@ -16,7 +16,7 @@ use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
 
-use crate::board::{Board, Irqs, Leds, clocks, node_id};
+use crate::board::{Board, Irqs, Leds, clocks, node_id, store};
 use crate::bxcan::Port;
 use crate::{Uptime, capture, spare};
 
@@ -49,6 +49,7 @@ impl Board {
                 state: Output::new(p.PA6, Level::Low, Speed::Low),
             },
             node_id,
+            store: store(p.FLASH),
             memory: spare::take(),
         }
     }

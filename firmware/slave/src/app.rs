@@ -39,7 +39,7 @@ static NODE: OnceLock<Node> = OnceLock::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let Board { mut ports, clock, leds, node_id, memory } = Board::init(BIT_TIMING);
+    let Board { mut ports, clock, leds, node_id, store, memory } = Board::init(BIT_TIMING);
     let id = match node_id {
         Ok(id) => id,
         Err(error) => {
@@ -49,7 +49,10 @@ async fn main(spawner: Spawner) {
         }
     };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
-    let slave = mission::slave(id, PROFILE, memory);
+    let mut slave = mission::slave(id, PROFILE, memory);
+    if let Some(store) = store {
+        slave = slave.with_store(store);
+    }
     let filters = slave.filters();
     let node = NODE.get_or_init(|| NodeCell::new(slave));
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));

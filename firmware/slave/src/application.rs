@@ -8,7 +8,7 @@ use ecss_can::node::{Slave, SlaveEvent};
 use ecss_can::od::spacecraft::SelfTest;
 use ecss_can::pdo::Message;
 use ecss_can::profile::mission::{
-    Command, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    COMMANDED_VALUE, Command, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
 };
 use ecss_can::runner::Telltale;
 use ecss_can::time::Clock;
@@ -72,7 +72,13 @@ impl Application {
         self.telltale.commands.count();
         match command {
             Command::SetLed(on) => self.leds.state.set_level(on.into()),
-            Command::SetValue(value) => self.node.with(|slave| slave.objects_mut().application.value = value),
+            Command::SetValue(value) => {
+                let now = self.clock.now();
+                self.node.with(|slave| {
+                    slave.objects_mut().application.value = value;
+                    slave.changed(COMMANDED_VALUE, now);
+                });
+            }
             Command::ResetCounters => self.node.with(Slave::reset_counters),
         }
     }

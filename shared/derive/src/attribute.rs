@@ -12,8 +12,11 @@ pub enum Shape {
     Var,
     /// Values of one type, sub-indices 1 and up.
     Array,
-    /// A struct with `derive(Record)`.
-    Record,
+    /// A struct with `derive(Record)`; `record, array`: its entries are of one type, so that it is told as an array.
+    Record {
+        /// Whether it is told as an array.
+        as_array: bool,
+    },
 }
 
 /// The attribute of a value.
@@ -88,7 +91,10 @@ impl Parse for Attribute {
         while input.parse::<Option<Token![,]>>()?.is_some() && !input.is_empty() {
             let word: Ident = input.parse()?;
             match word.to_string().as_str() {
-                "record" => attribute.shape = Shape::Record,
+                "record" => attribute.shape = Shape::Record { as_array: false },
+                "array" if attribute.shape != Shape::Var => {
+                    attribute.shape = Shape::Record { as_array: true }
+                }
                 "array" => attribute.shape = Shape::Array,
                 "pdo" => attribute.pdo = true,
                 "low" => attribute.low = Some(assigned(input)?),

@@ -186,12 +186,12 @@ fn object(field: &Field, attribute: &Attribute) -> syn::Result<Object> {
     let parts = match attribute.shape {
         Shape::Var => var(value, attribute, &title, &place, &place_mut)?,
         Shape::Array => array(value, attribute, &title, &place, &place_mut)?,
-        Shape::Record => record(value, &place, &place_mut),
+        Shape::Record { as_array } => record(value, as_array, &place, &place_mut),
     };
     let Parts { code, entries, names, structure, variable, bits, set_bits } = parts;
     let (read, written) = match attribute.shape {
         // Its entries know.
-        Shape::Record => (true, true),
+        Shape::Record { .. } => (true, true),
         Shape::Var | Shape::Array => attribute.directions(),
     };
     let declaration = quote! {
@@ -275,9 +275,10 @@ fn array(
     })
 }
 
-fn record(value: &Type, place: &TokenStream, place_mut: &TokenStream) -> Parts {
+fn record(value: &Type, as_array: bool, place: &TokenStream, place_mut: &TokenStream) -> Parts {
+    let code = if as_array { quote!(Array) } else { quote!(Record) };
     Parts {
-        code: quote!(::ecss_can::od::ObjectCode::Record),
+        code: quote!(::ecss_can::od::ObjectCode::#code),
         entries: quote!(<#value as ::ecss_can::od::Record>::ENTRIES),
         names: quote!(<#value as ::ecss_can::od::Record>::NAMES),
         structure: quote!(<#value as ::ecss_can::od::Record>::STRUCTURE),

@@ -26,8 +26,8 @@ const INHIBIT_UNIT: u64 = 100;
 
 /// What a frame was to the RPDOs.
 pub enum PdoOutcome {
-    /// None of them.
-    Unknown,
+    /// None of them, or one after the synchronous window.
+    Ignored,
     /// One of them.
     Taken,
     /// One of them, and an emergency tells that something changed.
@@ -258,18 +258,20 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         at: Instant,
         applied: &mut impl FnMut(&NodeObjects<A, R, T, M>, u16),
     ) -> PdoOutcome {
-        let (emcy, mut erroneous, mut told) = (&mut self.emcy, false, false);
+        let emcy = &mut self.emcy;
+        let (mut erroneous, mut late, mut told) = (false, false, false);
         let known =
             self.rpdos.on_frame(frame, at, &mut self.objects, &mut |objects, number, event| match event {
                 RpdoEvent::Applied => applied(objects, number as u16),
                 RpdoEvent::Rejected => erroneous = true,
+                RpdoEvent::OutsideWindow => late = true,
                 event => {
                     told = true;
                     tell(emcy, &mut objects.communication, number, event);
                 }
             });
-        match (known, erroneous, told) {
-            (false, ..) => PdoOutcome::Unknown,
+        match (known && !late, erroneous, told) {
+            (false, ..) => PdoOutcome::Ignored,
             (true, true, _) => PdoOutcome::Erroneous,
             (true, false, true) => PdoOutcome::Told,
             (true, false, false) => PdoOutcome::Taken,
@@ -289,6 +291,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     /// An event of the application for a TPDO.
     pub fn trigger(&mut self, number: usize, now: Instant) {
         self.tpdos.trigger(number, now);
+    }
+
+    /// A value changed: an event for all TPDOs that carry it.
+    pub fn on_changed(&mut self, at: Address, now: Instant) {
+        if let Ok((place, _)) = NodeObjects::<A, R, T, M>::find(at) {
+            self.tpdos.on_changed(place, now);
+        }
     }
 
     /// What is due. Emergencies go first: their COB-ID wins.

@@ -24,7 +24,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         &self.device.objects
     }
 
-    /// The object dictionary, to be changed. PDOs of what was changed are sent by [`Slave::send_pdo`].
+    /// The object dictionary, to be changed. PDOs of what was changed are sent by [`Slave::send_pdo`] and
+    /// [`Slave::changed`].
     pub fn objects_mut(&mut self) -> &mut NodeObjects<A, R, T, M> {
         &mut self.device.objects
     }
@@ -38,6 +39,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         } else {
             self.buses.refused(self.selector.selected());
         }
+    }
+
+    /// The application changed a value: an event for all event-driven transmit PDOs that carry it.
+    pub fn changed(&mut self, at: Address, now: Instant) {
+        self.device.on_changed(at, now);
+        self.next = now;
     }
 
     /// An error of the device appeared: tells it, with five bytes of which the first is its source (ECSS 6.4).
@@ -118,7 +125,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         });
         match known {
             PdoOutcome::Taken => {}
-            PdoOutcome::Unknown => self.buses.ignored(bus),
+            PdoOutcome::Ignored => self.buses.ignored(bus),
             PdoOutcome::Told => self.next = now,
             PdoOutcome::Erroneous => {
                 self.buses.malformed(bus);
@@ -149,6 +156,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             _ => {}
         }
         if !self.device.on_written(at) {
+            self.device.on_changed(at, now);
             out.event(SlaveEvent::Written(at));
         }
     }

@@ -30,7 +30,7 @@ pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = Pd
     #[object(0x1002, ro, pdo)]
     pub status_register: u32,
     /// Pre-defined error field
-    #[object(0x1003, record)]
+    #[object(0x1003, record, array)]
     pub errors: ErrorField,
     /// COB-ID SYNC message
     #[object(0x1005, rw, default = 0x80)]

@@ -5,8 +5,8 @@
 mod objects;
 
 pub use objects::{
-    Incoming, MissionObjects, Outgoing, REQUEST_RPDO, Samples, TELECOMMAND_RPDO, TELEMETRY_TPDO, TIME_RPDO,
-    TIME_TPDO, slave,
+    COMMANDED_VALUE, Incoming, MissionObjects, Outgoing, REQUEST_RPDO, Samples, TELECOMMAND_RPDO,
+    TELEMETRY_TPDO, TIME_RPDO, TIME_TPDO, slave,
 };
 
 use crate::link::Bus;

@@ -5,11 +5,14 @@ use crate::nmt::NodeId;
 use crate::node::Slave;
 use crate::od::communication::{Communication, Identity, Mapping, NO_REMOTE};
 use crate::od::{
-    Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56,
-    UnicodeString, VisibleString,
+    Address, Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40,
+    U48, U56, UnicodeString, VisibleString,
 };
 use crate::pdo::Message;
 use crate::profile::Profile;
+
+/// The value set by command.
+pub const COMMANDED_VALUE: Address = Address::new(0x6210, 0);
 
 /// Receive PDO of the spacecraft time: 181h.
 pub const TIME_RPDO: usize = 0;
@@ -174,7 +177,7 @@ pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default>(
 fn communication<const R: usize, const T: usize, M: Mapping>(id: NodeId) -> Communication<R, T, M> {
     let mut objects = Communication::<R, T, M>::new(id);
     objects.device_name = "ECSS-E-ST-50-15C slave";
-    objects.hardware_version = "twin";
+    objects.hardware_version = "STM32F4, two bxCAN";
     objects.software_version = env!("CARGO_PKG_VERSION");
     objects.identity =
         Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: u32::from(id.get()) };
