@@ -195,13 +195,18 @@ impl Client {
         }
     }
 
+    /// Whether blocks are moved, whose frames leave no room for those of lower priority.
+    pub const fn fills_bus(&self) -> bool {
+        matches!(self.state, State::BlockDownload { .. } | State::BlockUpload { .. })
+    }
+
     /// The time is `now`: what is due is sent or given up.
     pub fn poll(&mut self, now: Instant, send: &mut impl FnMut(Payload)) {
         if self.is_on_the_way() && self.deadline <= now {
             match &mut self.state {
                 State::BlockUpload { receiver, due, .. } if receiver.is_heard() && !*due => {
+                    // There is room for what did not come.
                     *due = true;
-                    self.deadline = now + self.timeout;
                 }
                 _ => {
                     // Time for what is on its way.

@@ -704,6 +704,29 @@ fn no_more_segments_are_asked_for_than_there_is_room_for() {
 }
 
 #[test]
+fn it_is_told_when_the_application_is_needed() {
+    let mut bench = Bench::uploading(2_000, Mode::Block);
+    assert!(!bench.client.needs_application());
+    bench.exchange("A4 00 20 01 7F", &[("C6 00 20 01 D0 07", "A3")]);
+    for segment in segments(&pattern(2_000), 0, 127) {
+        assert!(!bench.client.needs_application());
+        bench.answer(segment);
+    }
+    assert!(bench.client.needs_application(), "to pull");
+    bench.client.pull(&mut [0; 7]);
+    bench.poll();
+    assert!(!bench.client.needs_application());
+
+    let mut bench = Bench::downloading(&[7; 9], Mode::Segmented);
+    assert!(!bench.client.needs_application(), "it has given all");
+    bench.client.start_download(AT, 9, Mode::Segmented);
+    assert!(bench.client.needs_application(), "to push");
+    bench.client.push(&[7; 9]);
+    bench.exchange("21 00 20 01 09", &[("80 00 20 01 00 00 00 08", "")]);
+    assert!(bench.client.needs_application(), "to ask for the outcome");
+}
+
+#[test]
 fn segments_wait_for_room() {
     let value = pattern(2_000);
     let mut bench = Bench::uploading(2_000, Mode::Segmented);
@@ -716,8 +739,10 @@ fn segments_wait_for_room() {
         assert_eq!(hex(&bench.answer(segment)), hex(&next));
     }
     assert!(bench.poll().is_empty());
+    assert!(bench.client.needs_application());
     bench.client.pull(&mut [0; 7]);
     assert_eq!(hex(&bench.poll()), hex(&frames("70")));
+    assert!(!bench.client.needs_application());
 }
 
 #[test]
