@@ -50,6 +50,7 @@ class Telemetry(Test):
         node.remote.emcy.add_callback(lambda error: errors(error.code))
         self.net.send_message(0x302, struct.pack("<HI", SET_VALUE, 1))
         errors.wait_for(lambda told: 0x8210 in told)
+        self.assertEqual(node.remote.sdo[0x1003][1].raw & 0xFFFF, 0x8210)
         self.assertEqual(self.number(node, EXECUTED), before)
 
     def test_no_pdo_is_obeyed_before_operational(self) -> None:

@@ -46,6 +46,12 @@ fn a_slave_takes_its_dcf() {
     passes("configuration.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
 }
 
+/// 1010h and 1011h.
+#[test]
+fn parameters_are_stored_and_restored() {
+    passes("storing.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
 /// The master follows no foreign command, but starts a slave that was set back.
 #[test]
 fn the_master_brings_slaves_back() {
