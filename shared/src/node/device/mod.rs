@@ -36,6 +36,13 @@ pub enum PdoOutcome {
     Erroneous,
 }
 
+/// What the SDO server is to do.
+enum SdoStep<'a> {
+    Request(&'a sdo::Payload),
+    Abort(AbortCode),
+    Poll,
+}
+
 /// Dictionary and services.
 #[derive(Debug)]
 pub struct Device<A: Objects + Default, const R: usize, const T: usize, M: Mapping> {
@@ -112,6 +119,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     }
 
     /// Applies what is stored of a group; the services take it with [`Device::configure`].
+    #[inline(never)] // of two callers, neither in a hurry
     pub fn load(&mut self, group: Group) {
         match self.stored.load(self.id, group, &mut self.objects) {
             Ok(_) => {}
@@ -163,11 +171,22 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     }
 
     /// An SDO request. Whether it was of use.
-    pub fn on_sdo(&mut self, frame: &Frame, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
+    pub fn on_sdo(&mut self, frame: &Frame, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
         let Ok(payload) = <&sdo::Payload>::try_from(frame.data()) else { return false };
+        self.serve(SdoStep::Request(payload), now, send)
+    }
+
+    /// The one place where the server runs, so that images carry it once.
+    fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
         let response = CobId::sdo_response(self.id);
         let (server, mut view) = self.sdo(now);
-        server.on_request(payload, now, &mut view, &mut |payload| send(Frame::of(response, payload)))
+        let mut send = |payload| send(Frame::of(response, payload));
+        match step {
+            SdoStep::Request(payload) => return server.on_request(payload, now, &mut view, &mut send),
+            SdoStep::Abort(code) => server.abort(code, &mut view, &mut send),
+            SdoStep::Poll => server.poll(now, &mut view, &mut send),
+        }
+        true
     }
 
     /// A response of the SDO server left, or failed to.
@@ -176,10 +195,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     }
 
     /// The bus that the client was heard on was left.
-    pub fn abort_sdo(&mut self, code: AbortCode, now: Instant, send: &mut impl FnMut(Frame)) {
-        let response = CobId::sdo_response(self.id);
-        let (server, mut view) = self.sdo(now);
-        server.abort(code, &mut view, &mut |payload| send(Frame::of(response, payload)));
+    pub fn abort_sdo(&mut self, code: AbortCode, now: Instant, send: &mut dyn FnMut(Frame)) {
+        self.serve(SdoStep::Abort(code), now, send);
     }
 
     /// What was written last over the bus, once.
@@ -308,9 +325,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             send(frame);
         }
         self.tpdos.poll(now, &self.objects, &mut |_, frame| send(frame));
-        let response = CobId::sdo_response(self.id);
-        let (server, mut view) = self.sdo(now);
-        server.poll(now, &mut view, &mut |payload| send(Frame::of(response, payload)));
+        if self.server.is_busy() {
+            self.serve(SdoStep::Poll, now, send);
+        }
     }
 
     /// When to poll next.
