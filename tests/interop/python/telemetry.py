@@ -39,8 +39,9 @@ class Telemetry(Test):
 
     def test_uptime_grows(self) -> None:
         node = self.slaves[0]
-        earlier, later = (self.number(node, UPTIME) for _ in range(2))
-        self.assertGreater(later, earlier)
+        earlier = self.number(node, UPTIME)
+        node.becomes(OPERATIONAL)
+        self.assertGreater(self.number(node, UPTIME), earlier)
 
     def test_a_pdo_that_is_too_short_is_an_emergency(self) -> None:
         """CiA 301 7.2.7.1: 8210h, PDO not processed due to length error."""
