@@ -152,8 +152,8 @@ class Sdo(Test):
     def test_20_kilobytes_by_blocks(self) -> None:
         self.keeps(SIZE, block=True)
 
-    def test_20_kilobytes_by_blocks_without_crc(self) -> None:
-        self.keeps(SIZE, block=True, crc=False)
+    def test_2_kilobytes_by_blocks_without_crc(self) -> None:
+        self.keeps(SIZE // 10, block=True, crc=False)
 
     def test_2_kilobytes_by_segments(self) -> None:
         self.keeps(SIZE // 10, block=False)
