@@ -27,7 +27,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. } => {
                 self.on_sent(frame, now);
             }
-            LinkEvent::Overrun { .. } | LinkEvent::Unsent { .. } => {
+            LinkEvent::Overrun { .. } => self.occurred(ErrorCode::CAN_OVERRUN, bus, now),
+            LinkEvent::Unsent { frames } => {
+                // Some may have been segments that the SDO server waits for.
+                (0..*frames).for_each(|_| self.device.on_sdo_sent());
                 self.occurred(ErrorCode::CAN_OVERRUN, bus, now);
             }
             LinkEvent::Counters(_) => self.refresh_health(),
