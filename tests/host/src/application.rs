@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::nmt::NodeId;
-use ecss_can::node::{MasterEvent, MasterRequest, Slave, SlaveEvent};
+use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
 use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{
@@ -22,7 +22,10 @@ use crate::timeline::Timeline;
 
 pub(crate) type MasterApp = AppLink<NoopRawMutex, MasterEvent, MasterRequest>;
 pub(crate) type SlaveApp = AppLink<NoopRawMutex, SlaveEvent, Infallible>;
-pub(crate) type SlaveCell = NodeCell<NoopRawMutex, Slave<MissionObjects<Vec<u8>>>>;
+/// The node of a master, as its task and its application share it.
+pub type MasterCell = NodeCell<NoopRawMutex, Master>;
+/// The node of a slave, as its task and its application share it.
+pub type SlaveCell = NodeCell<NoopRawMutex, Slave<MissionObjects<Vec<u8>>>>;
 
 /// Where a node writes what happens to it.
 #[derive(Clone)]

@@ -14,7 +14,7 @@ use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::{LocalPool, LocalSpawner};
 use futures_util::task::LocalSpawnExt;
 
-use crate::application::{self, Diary, MasterApp};
+use crate::application::{self, Diary, MasterApp, MasterCell, SlaveCell};
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
 use crate::port::MockPort;
@@ -40,7 +40,8 @@ struct Powered {
     pool: LocalPool,
     clock: MockClock,
     telltale: Rc<Telltale>,
-    master: Option<Rc<MasterApp>>,
+    master: Option<(Rc<MasterApp>, Rc<MasterCell>)>,
+    slave: Option<Rc<SlaveCell>>,
     reset: Rc<Cell<bool>>,
 }
 
@@ -73,22 +74,23 @@ impl Board {
             telltale: &telltale,
             stamped: self.profile.stamped,
         };
-        let mut master_app = None;
+        let (mut master, mut slave) = (None, None);
         if self.id == NodeId::MASTER {
             let node = Master::new(&self.profile);
             let filters = node.filters();
-            let (app, _) = shell.run(node, filters);
+            let (app, node) = shell.run(node, filters);
             shell.spawn(application::master(app.clone(), self.diary.clone()));
             let (slaves, profile) = (self.traffic.clone(), self.profile);
             shell.spawn(application::traffic(app.clone(), clock.clone(), slaves, profile));
-            master_app = Some(app);
+            master = Some((app, node));
         } else {
             let node = mission::slave(self.id, &self.profile, vec![0; STORE]);
             let filters = node.filters();
             let (app, node) = shell.run(node, filters);
+            slave = Some(node.clone());
             shell.spawn(application::slave(app, node, clock.clone(), self.diary.clone(), reset.clone()));
         }
-        self.powered = Some(Powered { pool, clock, telltale, master: master_app, reset });
+        self.powered = Some(Powered { pool, clock, telltale, master, slave, reset });
     }
 
     pub fn power_off(&mut self) {
@@ -126,10 +128,26 @@ impl Board {
         Some(self.powered.as_ref()?.telltale.clone())
     }
 
+    /// The node of a master that has power.
+    pub fn master(&self) -> Option<Rc<MasterCell>> {
+        Some(self.powered.as_ref()?.master.as_ref()?.1.clone())
+    }
+
+    /// The node of a slave that has power.
+    pub fn slave(&self) -> Option<Rc<SlaveCell>> {
+        self.powered.as_ref()?.slave.clone()
+    }
+
+    /// A task more, until it ends or the node loses its power.
+    pub fn spawn(&self, task: impl Future<Output = ()> + 'static) {
+        let powered = self.powered.as_ref().expect("it has power");
+        powered.pool.spawner().spawn_local(task).expect("the pool of this board lives");
+    }
+
     /// Whether the request was taken.
     pub fn request(&self, request: MasterRequest) -> bool {
-        let app = self.powered.as_ref().and_then(|powered| powered.master.as_ref());
-        app.is_some_and(|app| app.requests.try_send(request).is_ok())
+        let master = self.powered.as_ref().and_then(|powered| powered.master.as_ref());
+        master.is_some_and(|(app, _)| app.requests.try_send(request).is_ok())
     }
 }
 

@@ -17,7 +17,9 @@ pub mod clock;
 pub mod log;
 pub mod port;
 mod rogue;
+pub mod task;
 pub mod timeline;
 pub mod world;
 
+pub use application::{MasterCell, SlaveCell};
 pub use builder::Builder;

@@ -11,17 +11,19 @@ use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::link::{Bus, PerBus};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, NmtState, NodeId, Target};
-use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
+use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
 use ecss_can::profile::Profile;
-use ecss_can::profile::mission::{Command, Request};
+use ecss_can::profile::mission::{Command, MissionObjects, Request};
 use ecss_can::runner::Telltale;
 
+use crate::application::MasterCell;
 use crate::board::Board;
 use crate::builder::Builder;
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
 use crate::port::MockPort;
 use crate::rogue::Rogue;
+use crate::task::Task;
 use crate::timeline::Timeline;
 
 /// Distance between neighbours on the cable: node n sits at n times this many metres.
@@ -283,6 +285,37 @@ impl World {
     /// Commands the NMT state of a slave.
     pub fn nmt(&mut self, command: NmtCommand, target: Target) {
         self.request(MasterRequest::Nmt(NmtMessage { command, target }));
+    }
+
+    /// The application of the master begins to do something with its node.
+    ///
+    /// # Panics
+    /// When the master is off: a mistake in a test.
+    pub fn on_master<T: 'static, F: Future<Output = T> + 'static>(
+        &self,
+        work: impl FnOnce(Rc<MasterCell>) -> F,
+    ) -> Task<T> {
+        let board = self.board(NodeId::MASTER);
+        let cell = board.master().expect("the master has power");
+        let (task, future) = Task::new(work(cell), self.timeline.clone());
+        board.spawn(future);
+        task
+    }
+
+    /// Looks at the master.
+    ///
+    /// # Panics
+    /// When it is off: a mistake in a test.
+    pub fn master<R>(&self, look: impl FnOnce(&mut Master) -> R) -> R {
+        self.board(NodeId::MASTER).master().expect("the master has power").with(look)
+    }
+
+    /// Looks at a slave.
+    ///
+    /// # Panics
+    /// When it is off: a mistake in a test.
+    pub fn slave<R>(&self, node: NodeId, look: impl FnOnce(&mut Slave<MissionObjects<Vec<u8>>>) -> R) -> R {
+        self.board(node).slave().expect("the slave has power").with(look)
     }
 
     /// What happened so far.

@@ -42,7 +42,7 @@ impl Master {
                 break;
             }
         }
-        self.transfers.wake();
+        self.transfers.wake(now);
     }
 
     /// What the transfer of the boot-up process brought.

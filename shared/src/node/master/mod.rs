@@ -78,7 +78,7 @@ impl Master {
             redundancy,
             device: Device::new(NodeId::MASTER, objects, profile.sdo_timeout),
             boot: boot::at_power_on(profile),
-            transfers: Transfers::new(profile.sdo_timeout),
+            transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
             slaves: profile.slaves,
             is_device_due: false,
             manager: Manager::new(redundancy, profile.silent_share),

@@ -5,6 +5,7 @@ use core::task::Waker;
 use embassy_sync::waitqueue::MultiWakerRegistration;
 
 use super::{Master, Out};
+use crate::link::bit_timing::BitRate;
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::NodeId;
 use crate::od::AbortCode;
@@ -13,6 +14,13 @@ use crate::time::{Duration, Instant};
 
 /// Tasks that may wait for the client without waking each other.
 const TASKS: usize = 4;
+
+/// Bit times that the bus is left to others between two sub-blocks: four heartbeats, which have a lower priority than
+/// SDOs, fit in. A sub-block takes fifty times as long.
+const GAP_BITS: u32 = 300;
+
+/// A server that follows to another bus aborts its transfer there: what is sent until then would be taken for aborted.
+const AFTER_SWITCH: Duration = Duration::from_millis(10);
 
 /// Whose transfer it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,13 +40,21 @@ pub(super) struct Transfers {
     pub node: NodeId,
     /// Something was done to the client: it may have something to send.
     pub is_due: bool,
+    gap: Duration,
+    /// Nothing is sent before.
+    pause: Option<Instant>,
+    /// Between two sub-blocks.
+    is_at_gap: bool,
     tasks: MultiWakerRegistration<TASKS>,
 }
 
 impl Transfers {
-    pub fn new(timeout: Duration) -> Transfers {
+    pub fn new(timeout: Duration, bit_rate: BitRate) -> Transfers {
         Transfers {
             client: Client::new(timeout),
+            gap: Duration::from_micros(u64::from(1_000_000 * GAP_BITS / bit_rate.get().max(1))),
+            pause: None,
+            is_at_gap: false,
             owner: Owner::Nobody,
             node: NodeId::MASTER,
             is_due: false,
@@ -47,7 +63,7 @@ impl Transfers {
     }
 
     pub fn deadline(&self) -> Option<Instant> {
-        self.client.deadline()
+        self.pause.or_else(|| self.client.deadline())
     }
 
     /// Takes the client for a transfer that is about to start.
@@ -57,7 +73,12 @@ impl Transfers {
     }
 
     /// Wakes the tasks that can go on.
-    pub fn wake(&mut self) {
+    pub fn wake(&mut self, now: Instant) {
+        let is_at_gap = self.client.fills_bus() && self.client.needs_application();
+        if is_at_gap && !self.is_at_gap {
+            self.pause = Some(now + self.gap);
+        }
+        self.is_at_gap = is_at_gap;
         let goes_on = match self.owner {
             Owner::Nobody => true,
             Owner::Application => self.client.needs_application(),
@@ -142,7 +163,7 @@ impl Master {
             let frame = Frame::of(CobId::sdo_request(self.transfers.node), payload);
             self.send(frame, now, self.lifetimes.sdo, out);
         }
-        self.transfers.is_due = true;
+        (self.transfers.is_due, self.transfers.pause) = (true, Some(now + AFTER_SWITCH));
         let mut abort = None;
         self.device.abort_sdo(AbortCode::DeviceState, now, &mut |frame| abort = Some(frame));
         if let Some(frame) = abort {
@@ -153,6 +174,9 @@ impl Master {
     /// Lets the client do what is due.
     pub(super) fn run_client(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let is_overdue = self.transfers.deadline().is_some_and(|deadline| deadline <= until);
+        if self.transfers.pause.is_some_and(|pause| pause <= until) {
+            self.transfers.pause = None;
+        }
         if !(is_overdue || self.transfers.is_due) {
             return;
         }
@@ -160,7 +184,7 @@ impl Master {
             self.transfers.owner = Owner::Nobody;
             self.with_client(now, out, |client, mut send| client.cancel(&mut send));
         }
-        if self.manager.is_announced() {
+        if self.manager.is_announced() && self.transfers.pause.is_none() {
             self.transfers.is_due = false;
             self.with_client(now, out, |client, mut send| client.poll(until, &mut send));
         }

@@ -188,8 +188,9 @@ impl Client {
     /// Whether it is the application that the transfer waits for: to push, to pull, or to ask for the outcome.
     pub fn needs_application(&self) -> bool {
         match self.state {
-            State::Done(_) | State::Upload { asked: false, .. } | State::BlockUpload { due: true, .. } => {
-                true
+            State::Done(_) => true,
+            State::Upload { asked: false, .. } | State::BlockUpload { due: true, .. } => {
+                self.staging.room() < upload::SEGMENT
             }
             _ => self.room() > 0,
         }

@@ -1,11 +1,13 @@
 //! Masters and slaves on two simulated buses: what the standard wants, seen from outside.
 
+mod boot;
 mod determinism;
 mod disturbed;
 mod failover;
 mod messages;
 mod recovery;
 mod scripts;
+mod sdo_client;
 mod start_up;
 mod support;
 mod time;

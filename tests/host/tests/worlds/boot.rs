@@ -1,0 +1,291 @@
+//! The boot-up process with real slaves: checked, configured, started.
+
+use can_wire::time::Time;
+use ecss_can::link::Bus;
+use ecss_can::nmt::boot::{AssignedSlave, BootError, BootPolicy, BootProgress, Expected, Setting};
+use ecss_can::nmt::{Command, NmtState, NodeId, Target};
+use ecss_can::node::{MasterEvent, MasterRequest};
+use ecss_can::od::Address;
+use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::time::Duration;
+use host_worlds::world::World;
+
+use crate::support::*;
+
+const ERROR_BEHAVIOUR: Address = Address::new(0x1029, 1);
+
+const fn mandatory(node: NodeId) -> AssignedSlave {
+    let expected = Expected { device_type: 0, identity: [0, 0x5015, 1 << 16, 0], stamp: [100, 200] };
+    AssignedSlave { node, mandatory: true, expected }
+}
+
+const fn setting(node: NodeId, at: Address, value: &'static [u8]) -> Setting {
+    Setting { node, at, value }
+}
+
+/// Slaves 2, 3 and 4 mandatory, two settings each, of which one is as at power-on.
+const THREE_MANDATORY: Profile = Profile {
+    slaves: &[mandatory(TWO), mandatory(THREE), mandatory(FOUR)],
+    settings: &[
+        setting(TWO, Address::new(0x1016, 1), &[250, 0, 1, 0]),
+        setting(TWO, ERROR_BEHAVIOUR, &[1]),
+        setting(THREE, ERROR_BEHAVIOUR, &[1]),
+        setting(FOUR, ERROR_BEHAVIOUR, &[2]),
+        setting(FOUR, Address::new(0x6400, 9), b"more text than one frame holds"),
+    ],
+    boot: BootPolicy { time: Duration::from_millis(500), goes_on: false },
+    ..STANDARD
+};
+
+/// Progress told of a slave after `from`.
+fn progress(world: &World, slave: NodeId, from: Time) -> Vec<BootProgress> {
+    let events = master_told(world, from).into_iter();
+    events
+        .filter_map(|event| match event {
+            MasterEvent::Boot { node, progress } if node == slave => Some(progress),
+            _ => None,
+        })
+        .collect()
+}
+
+fn failures(world: &World, from: Time) -> Vec<(NodeId, BootError, u32)> {
+    let events = master_told(world, from).into_iter();
+    events
+        .filter_map(|event| match event {
+            MasterEvent::BootFailed { node, error, abort } => Some((node, error, abort)),
+            _ => None,
+        })
+        .collect()
+}
+
+fn completed(world: &World, from: Time) -> usize {
+    master_told(world, from).iter().filter(|event| **event == MasterEvent::BootCompleted).count()
+}
+
+fn error_behaviour(world: &World, node: NodeId) -> u8 {
+    world.slave(node, |slave| slave.objects().communication.error_behaviour[0])
+}
+
+fn stamp(world: &World, node: NodeId) -> [u32; 2] {
+    world.slave(node, |slave| slave.objects().communication.configuration)
+}
+
+/// SDO requests to a slave after `from`.
+fn requests(world: &World, bus: Bus, node: NodeId, from: Time) -> Vec<[u8; 8]> {
+    let frames = since(world, bus, 0x600 + u16::from(node.get()), from);
+    frames.iter().map(|sent| sent.frame.data).collect()
+}
+
+/// Verifies: ECSS 6.5.2a, 6.9c
+#[test]
+fn three_mandatory_slaves_are_checked_configured_and_started_before_sync_begins() {
+    let mut world = World::builder(THREE_MANDATORY, 3).build();
+    world.run_until(ms(1_000));
+    use BootProgress::{Awaited, Booted, Checking, Comparing, Configuring, Queued, Started};
+    assert_eq!(
+        progress(&world, TWO, Time::ZERO),
+        [Awaited, Queued, Checking, Comparing, Configuring, Started, Booted]
+    );
+    assert!(world.all_operational());
+    let first_sync = since(&world, Bus::Nominal, 0x080, Time::ZERO)[0].start;
+    for (node, behaviour) in [(TWO, 1), (THREE, 1), (FOUR, 2)] {
+        assert_eq!(error_behaviour(&world, node), behaviour);
+        assert_eq!(stamp(&world, node), [100, 200]);
+        let started = told_once(&world, node, Time::ZERO, entered(NmtState::Operational));
+        assert!(started < first_sync);
+    }
+    let text =
+        world.slave(FOUR, |slave| slave.objects().application.samples.visible_string.as_bytes().to_vec());
+    assert!(text.starts_with(b"more text than one frame holds"));
+    assert_eq!((completed(&world, Time::ZERO), failures(&world, Time::ZERO)), (1, vec![]));
+}
+
+#[test]
+fn with_all_slaves_there_sync_begins_when_it_did_without_the_process() {
+    let mut worlds = [LIBRECUBE, Profile { slaves: &[], settings: &[], ..LIBRECUBE }].map(|profile| {
+        let mut world = World::builder(profile, 3).build();
+        world.run_until(ms(6_000));
+        world
+    });
+    let [with, without] =
+        worlds.each_mut().map(|world| since(world, Bus::Nominal, 0x080, Time::ZERO)[0].start);
+    assert!(with.since(without) < ms(1) || without.since(with) < ms(1));
+    let [world, _] = &worlds;
+    assert_eq!(stamp(world, TWO), [12_321, 43_200_000]);
+    let operational = told_once(world, FOUR, Time::ZERO, entered(NmtState::Operational));
+    assert!(operational < ms(30), "the last one starts after {} us", operational.as_us());
+    assert_eq!(completed(world, Time::ZERO), 1);
+}
+
+#[test]
+fn a_slave_with_another_product_code_is_not_started_and_sync_waits_for_it() {
+    let mut other = mandatory(THREE);
+    other.expected.identity[1] = 0x5016;
+    let slaves: &'static [AssignedSlave] = Box::leak(Box::new([mandatory(TWO), other]));
+    let mut world = World::builder(Profile { slaves, ..THREE_MANDATORY }, 2).build();
+    world.run_until(ms(3_000));
+    assert_eq!(world.state(TWO), Some(NmtState::Operational));
+    assert_eq!(world.state(THREE), Some(NmtState::PreOperational));
+    assert_eq!(failures(&world, Time::ZERO), [(THREE, BootError::Product, 0)]);
+    assert_eq!(progress(&world, THREE, Time::ZERO).last(), Some(&BootProgress::Failed));
+    assert!(since(&world, Bus::Nominal, 0x080, Time::ZERO).is_empty());
+    let shown = world.master(|master| {
+        let objects = &master.objects().application;
+        (objects.boot_progress[2], objects.boot_error[2], objects.boot_progress[1])
+    });
+    assert_eq!(shown, (8, b'M', 6));
+
+    // Given the right one is expected and the slave boots up again
+    world.master(|master| master.objects_mut().application.product[2] = 0x5015);
+    world.reset(THREE);
+    world.run_for(ms(500));
+    assert!(world.all_operational());
+    assert!(!since(&world, Bus::Nominal, 0x080, Time::ZERO).is_empty());
+    assert_eq!(completed(&world, Time::ZERO), 1);
+}
+
+#[test]
+fn a_mandatory_slave_that_is_missing_is_told_after_the_boot_time_and_awaited() {
+    let mut world = World::builder(THREE_MANDATORY, 3).powered_at(FOUR, ms(2_000)).build();
+    world.run_until(ms(1_900));
+    assert_eq!(failures(&world, Time::ZERO), [(FOUR, BootError::Silent, 0)]);
+    assert!(since(&world, Bus::Nominal, 0x080, Time::ZERO).is_empty());
+    assert_eq!(world.state(TWO), Some(NmtState::Operational));
+    world.run_until(ms(2_500));
+    assert!(world.all_operational());
+    assert!(!since(&world, Bus::Nominal, 0x080, Time::ZERO).is_empty());
+}
+
+#[test]
+fn by_policy_the_network_goes_on_without_a_missing_slave_and_takes_it_up_later() {
+    let boot = BootPolicy { goes_on: true, ..THREE_MANDATORY.boot };
+    let mut world =
+        World::builder(Profile { boot, ..THREE_MANDATORY }, 3).powered_at(FOUR, ms(2_000)).build();
+    world.run_until(ms(1_900));
+    assert_eq!(failures(&world, Time::ZERO), [(FOUR, BootError::Silent, 0)]);
+    let first_sync = since(&world, Bus::Nominal, 0x080, Time::ZERO)[0].start;
+    assert!(first_sync >= ms(500) && first_sync < ms(601));
+    assert_eq!(completed(&world, Time::ZERO), 1);
+    world.run_until(ms(2_500));
+    assert!(world.all_operational());
+    assert_eq!(progress(&world, FOUR, Time::ZERO).last(), Some(&BootProgress::Booted));
+}
+
+#[test]
+fn a_slave_that_lost_its_power_is_configured_again() {
+    let mut world = running(THREE_MANDATORY, 3);
+    let from = world.now();
+    world.reset(TWO);
+    world.run_for(ms(500));
+    assert!(world.all_operational());
+    assert_eq!((error_behaviour(&world, TWO), stamp(&world, TWO)), (1, [100, 200]));
+    assert_eq!(progress(&world, TWO, from).last(), Some(&BootProgress::Booted));
+    // Nobody else was disturbed.
+    assert!(requests(&world, Bus::Nominal, THREE, from).is_empty());
+    assert!(progress(&world, THREE, from).is_empty());
+}
+
+#[test]
+fn what_a_slave_has_by_its_stamp_is_not_written_again() {
+    let mut world = running(THREE_MANDATORY, 3);
+    let from = world.now();
+    world.request(MasterRequest::Boot(TWO));
+    world.run_for(ms(200));
+    let read = |index: u16, sub: u8| [0x40, index as u8, (index >> 8) as u8, sub, 0, 0, 0, 0];
+    assert_eq!(
+        requests(&world, Bus::Nominal, TWO, from),
+        [read(0x1000, 0), read(0x1018, 2), read(0x1018, 3), read(0x1020, 1), read(0x1020, 2)]
+    );
+    // Given somebody changes a setting of it: the stamp is gone, and that one is written.
+    let from = world.now();
+    world.slave(TWO, |slave| {
+        slave.objects_mut().communication.error_behaviour = [0];
+        slave.objects_mut().communication.configuration = [0; 2];
+    });
+    world.request(MasterRequest::Boot(TWO));
+    world.run_for(ms(200));
+    assert_eq!((error_behaviour(&world, TWO), stamp(&world, TWO)), (1, [100, 200]));
+    let written: Vec<u16> = requests(&world, Bus::Nominal, TWO, from)
+        .iter()
+        .filter(|data| data[0] & 0xE0 == 0x20)
+        .map(|data| u16::from_le_bytes([data[1], data[2]]))
+        .collect();
+    assert_eq!(written, [0x1029, 0x1020, 0x1020]);
+}
+
+#[test]
+fn the_configuration_survives_a_fail_over_and_parallel_slaves_are_not_asked_again() {
+    let mut world = running(THREE_MANDATORY, 3);
+    let cut = world.now();
+    cut_next_to_master(&mut world, Bus::Nominal);
+    world.run_for(ms(1_000));
+    assert!(world.all_operational());
+    assert_eq!(world.master_bus(), Bus::Redundant);
+    for (node, behaviour) in [(TWO, 1), (THREE, 1), (FOUR, 2)] {
+        assert_eq!(error_behaviour(&world, node), behaviour);
+        assert!(requests(&world, Bus::Redundant, node, cut).is_empty());
+    }
+}
+
+#[test]
+fn a_selective_slave_that_toggled_is_started_at_once_and_checked_after() {
+    let mut world = running(Profile { selective: &[FOUR], ..THREE_MANDATORY }, 3);
+    let cut = world.now();
+    cut_next_to_master(&mut world, Bus::Nominal);
+    world.run_for(ms(1_500));
+    assert!(world.all_operational());
+    let word = since(&world, Bus::Redundant, 0x704, cut).remove(0);
+    let started = told_once(&world, FOUR, cut, entered(NmtState::Operational));
+    assert!(started.since(word.end) < ms(2));
+    assert!(!requests(&world, Bus::Redundant, FOUR, cut).is_empty());
+    assert_eq!(progress(&world, FOUR, cut).last(), Some(&BootProgress::Booted));
+}
+
+#[test]
+fn a_bus_cut_in_the_middle_of_the_process_begins_it_anew_on_the_other_bus() {
+    let mut world = World::builder(THREE_MANDATORY, 3).powered_at(TWO, ms(1_000)).build();
+    world.run_until(ms(999));
+    assert_eq!(world.state(THREE), Some(NmtState::Operational));
+    // The boot-up message of slave 2 has ended, its device type is being read.
+    world.run_until(Time::from_us(1_000_300));
+    cut_next_to_master(&mut world, Bus::Nominal);
+    world.run_until(ms(3_000));
+    assert_eq!(world.master_bus(), Bus::Redundant);
+    assert!(world.all_operational());
+    assert_eq!((error_behaviour(&world, TWO), stamp(&world, TWO)), (1, [100, 200]));
+    assert_eq!(failures(&world, ms(999)), []);
+}
+
+#[test]
+fn a_slave_that_loses_power_in_the_middle_is_told_and_booted_when_it_is_back() {
+    let mut world = World::builder(THREE_MANDATORY, 3).powered_at(TWO, ms(1_000)).build();
+    world.run_until(Time::from_us(1_000_400));
+    let from = world.now();
+    world.power_off(TWO);
+    world.run_for(ms(1_900));
+    let told = failures(&world, from);
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert_eq!(told[0].0, TWO);
+    assert!(
+        matches!(told[0].1, BootError::Lost | BootError::NoResponse | BootError::Configuration),
+        "{told:?}"
+    );
+    world.power_on(TWO);
+    world.run_for(ms(500));
+    assert!(world.all_operational());
+    assert_eq!(stamp(&world, TWO), [100, 200]);
+}
+
+#[test]
+fn a_slave_that_the_application_holds_is_configured_and_not_started() {
+    let mut world = running(THREE_MANDATORY, 3);
+    world.nmt(Command::EnterPreOperational, Target::Node(TWO));
+    world.run_for(ms(50));
+    world.reset(TWO);
+    world.run_for(ms(500));
+    assert_eq!(world.state(TWO), Some(NmtState::PreOperational));
+    assert_eq!(error_behaviour(&world, TWO), 1);
+    world.nmt(Command::Start, Target::Node(TWO));
+    world.run_for(ms(50));
+    assert!(world.all_operational());
+}
