@@ -105,6 +105,7 @@ fn sync_overtakes_commands_that_wait() {
     for node in [2, 3, 4] {
         let values: Vec<u32> = craft
             .sent(MASTER, Bus::Nominal, 0x300 + node)
+            .filter(|seen| seen.data()[..2] == [2, 0])
             .filter_map(|seen| Some(u32::from_le_bytes(seen.data().get(2..6)?.try_into().unwrap())))
             .collect();
         assert!(values.len() > 10 && values.is_sorted_by(|a, b| a < b), "node {node}: {values:?}");
