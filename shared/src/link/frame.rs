@@ -54,6 +54,11 @@ impl Frame {
         Frame { id, len, data }
     }
 
+    /// From the bits of a PDO, which has none above its length.
+    pub(crate) const fn of_bits(id: CobId, len: u8, bits: u64) -> Frame {
+        Frame { id, len, data: bits.to_le_bytes() }
+    }
+
     /// The COB-ID.
     pub const fn id(&self) -> CobId {
         self.id

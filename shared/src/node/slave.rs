@@ -39,6 +39,10 @@ pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M
     power_on: fn(NodeId) -> Communication<R, T, M>,
     initial: Parameters,
     lifetimes: Lifetimes,
+    /// A bit for each COB-ID that is taken, [`mark`]: frames without are for others.
+    marks: u64,
+    /// Which receive PDOs carry the spacecraft time.
+    brings_time: [bool; R],
     /// Nothing is due before. May be early, never late.
     next: Instant,
 }
@@ -79,6 +83,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
                 event: profile.telemetry,
                 sdo: profile.sdo_timeout,
             },
+            marks: u64::MAX,
+            brings_time: [false; R],
             next: Instant::ZERO,
         }
     }
@@ -119,9 +125,19 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         self.entered(state, now, out);
         self.heartbeat.restart(now);
         self.selector.start(now);
+        self.set_marks();
         self.next = now;
     }
 
+    #[inline(never)] // what is for others need not pay for it
+    fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+        self.buses.received(bus);
+        self.run(stamp.at.min(now), now, out);
+        self.on_received(bus, frame, stamp, now, out);
+        self.run(now, now, out);
+    }
+
+    #[inline(always)] // called from one place
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
         let active = self.selector.selected();
         if self.nmt.state() == NmtState::Initialising {
@@ -173,6 +189,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             }
             Reaction::ResetNode => {
                 self.heartbeat.stop();
+                self.marks = u64::MAX;
                 self.next = Instant::NEVER;
                 out.event(SlaveEvent::ResetNode);
             }
@@ -272,10 +289,15 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    #[inline]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if until < self.next || self.nmt.state() == NmtState::Initialising {
-            return;
+        if until >= self.next && self.nmt.state() != NmtState::Initialising {
+            self.run_due(until, now, out);
         }
+    }
+
+    #[inline(never)] // most frames find nothing due
+    fn run_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
         while let Some(selection) = self.selector.poll(until) {
             self.apply(selection, now, out);
         }
@@ -349,15 +371,19 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Node for 
         self.run(now, now, out);
     }
 
+    #[inline]
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        if let LinkEvent::Received { frame, stamp } = event {
-            self.buses.received(bus);
-            self.run(stamp.at.min(now), now, out);
-            self.on_received(bus, frame, *stamp, now, out);
-        } else {
-            self.on_bus_event(bus, event, now, out);
+        match event {
+            LinkEvent::Received { frame, .. } if now < self.next && self.marks & mark(frame.id()) == 0 => {
+                self.buses.received(bus);
+                self.buses.ignored(bus);
+            }
+            LinkEvent::Received { frame, stamp } => self.on_frame(bus, frame, *stamp, now, out),
+            _ => {
+                self.on_bus_event(bus, event, now, out);
+                self.run(now, now, out);
+            }
         }
-        self.run(now, now, out);
     }
 
     fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
@@ -372,4 +398,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Node for 
         let silent = self.nmt.state() == NmtState::Initialising || self.next == Instant::NEVER;
         if silent { None } else { Some(self.next) }
     }
+}
+
+/// A bit for a COB-ID; some share one.
+fn mark(id: CobId) -> u64 {
+    1 << ((id.raw() ^ id.raw() >> 5) & 0x3F)
 }

@@ -18,14 +18,26 @@ pub struct Found<'a> {
 /// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`].
 pub fn find<D: Objects>(objects: &mut D, at: Address) -> Result<Found<'_>, AbortCode> {
     let (place, entry) = D::find(at)?;
-    let variable = objects.variable(place);
-    if variable.is_none() && entry.fixed.is_none() {
-        return Err(AbortCode::NoSubIndex);
-    }
-    Ok(Found { place, entry, variable })
+    Found::at(objects, place, entry)
 }
 
-impl Found<'_> {
+impl<'a> Found<'a> {
+    /// A value whose place is known.
+    ///
+    /// # Errors
+    /// [`AbortCode::NoSubIndex`] when there is none.
+    pub fn at<D: Objects>(
+        objects: &'a mut D,
+        place: Place,
+        entry: &'static Entry,
+    ) -> Result<Self, AbortCode> {
+        let variable = objects.variable(place);
+        if variable.is_none() && entry.fixed.is_none() {
+            return Err(AbortCode::NoSubIndex);
+        }
+        Ok(Found { place, entry, variable })
+    }
+
     /// Whether, and how, an SDO may read it.
     ///
     /// # Errors

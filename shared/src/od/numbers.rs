@@ -63,8 +63,13 @@ macro_rules! number {
             }
 
             fn read(&self, offset: usize, into: &mut [u8]) -> usize {
-                let bytes = self.bits().to_le_bytes();
-                copy_from(bytes.get(..$size).unwrap_or(&[]), offset, into)
+                let bits = self.bits();
+                if let (0, Ok(into)) = (offset, <&mut [u8; $size]>::try_from(&mut *into)) {
+                    // As nearly all reads are.
+                    into.iter_mut().zip(bits.to_le_bytes()).for_each(|(to, from)| *to = from);
+                    return $size;
+                }
+                copy_from(bits.to_le_bytes().get(..$size).unwrap_or(&[]), offset, into)
             }
 
             fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {

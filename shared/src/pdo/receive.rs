@@ -203,6 +203,7 @@ impl<const R: usize> Rpdos<R> {
     }
 
     /// A frame that ended `at`, in Operational. Returns whether it is an RPDO.
+    #[inline(always)] // called from one place
     pub fn on_frame<D: Objects>(
         &mut self,
         frame: &Frame,
@@ -212,28 +213,13 @@ impl<const R: usize> Rpdos<R> {
     ) -> bool {
         let id = frame.id().raw();
         let candidate = *self.candidates.get(function(id)).unwrap_or(&NOBODY);
-        if candidate == SEVERAL {
-            return self.on_frame_of_several(frame, at, objects, tell);
-        }
-        let number = usize::from(candidate);
-        let is_mine = self.ids.get(number) == Some(&id);
-        if is_mine {
-            self.take(number, frame, at, objects, tell);
-        }
-        is_mine
-    }
-
-    #[inline(never)]
-    fn on_frame_of_several<D: Objects>(
-        &mut self,
-        frame: &Frame,
-        at: Instant,
-        objects: &mut D,
-        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
-    ) -> bool {
+        let numbers = match usize::from(candidate) {
+            _ if candidate == SEVERAL => 0..R,
+            number => number..number.saturating_add(1),
+        };
         let mut is_mine = false;
-        for number in 0..R {
-            if self.ids.get(number) == Some(&frame.id().raw()) {
+        for number in numbers {
+            if self.ids.get(number) == Some(&id) {
                 self.take(number, frame, at, objects, tell);
                 is_mine = true;
             }
@@ -241,7 +227,7 @@ impl<const R: usize> Rpdos<R> {
         is_mine
     }
 
-    #[inline(never)] // what is for others need not pay for it
+    #[inline(always)] // called from one place
     fn take<D: Objects>(
         &mut self,
         number: usize,

@@ -113,7 +113,7 @@ impl Tpdo {
 
     fn send<D: Objects>(&self, objects: &D, send: impl FnOnce(Frame)) {
         if let Some(id) = self.id {
-            send(Frame::from_dlc(id, self.layout.bytes(), self.layout.pack(objects).to_le_bytes()));
+            send(Frame::of_bits(id, self.layout.bytes(), self.layout.pack(objects)));
         }
     }
 }
@@ -206,7 +206,8 @@ impl<const T: usize> Tpdos<T> {
             return;
         }
         for pdo in &mut self.pdos {
-            if pdo.layout.carries(place) {
+            let by_event = pdo.transmission == 0 || !rules::is_synchronous(pdo.transmission);
+            if pdo.id.is_some() && by_event && pdo.layout.carries(place) {
                 pdo.trigger(now);
                 self.next = self.next.min(pdo.due);
             }
@@ -214,6 +215,7 @@ impl<const T: usize> Tpdos<T> {
     }
 
     /// SYNC, with its counter, or zero when it has none (ECSS 6.9b, e): sends what is synchronous and due.
+    #[inline(always)] // called from one place
     pub fn on_sync<D: Objects>(&mut self, counter: u8, objects: &D, send: &mut impl FnMut(usize, Frame)) {
         for (number, pdo) in self.pdos.iter_mut().enumerate() {
             let syncs = match pdo.syncs {

@@ -57,6 +57,7 @@ impl<E> Outbox<E> {
     }
 
     /// Send a frame now or within `lifetime` of `now`; after that it is stale and dies.
+    #[inline(never)] // sent from many places
     pub fn send_for(&mut self, bus: Bus, frame: Frame, now: Instant, lifetime: Duration) {
         self.command(bus, BusCommand::Send(Outgoing { frame, expires: now + lifetime }));
     }

@@ -58,25 +58,30 @@ impl<M: Mapping> Harness<M> {
     }
 
     /// A frame comes in; with it, ten times a second, a heartbeat of the master.
-    #[inline]
+    #[inline(always)]
     pub fn receive(&mut self, frame: Frame) {
         self.now += PAUSE;
         if self.now >= self.beat {
-            self.beat = self.now + STANDARD.heartbeat;
-            self.handle(heartbeat::encode(NodeId::MASTER, NmtState::Operational));
+            self.beat();
         }
         self.handle(frame);
     }
 
-    #[inline]
+    #[inline(never)]
+    fn beat(&mut self) {
+        self.beat = self.now + STANDARD.heartbeat;
+        self.handle(heartbeat::encode(NodeId::MASTER, NmtState::Operational));
+    }
+
+    #[inline(always)]
     fn handle(&mut self, frame: Frame) {
-        let event = LinkEvent::Received { frame: black_box(frame), stamp: Stamp::interrupt(self.now) };
-        self.slave.on_link(Bus::Nominal, &event, self.now, &mut self.out);
+        let event = LinkEvent::Received { frame, stamp: Stamp::interrupt(self.now) };
+        self.slave.on_link(Bus::Nominal, black_box(&event), self.now, &mut self.out);
         while let Some(event) = self.out.pop_event() {
-            black_box(event);
+            black_box(&event);
         }
         while let Some((_, command)) = self.out.pop_command() {
-            if let BusCommand::Send(outgoing) = black_box(command)
+            if let BusCommand::Send(outgoing) = &command
                 && outgoing.frame.id() == self.awaited
             {
                 (self.answers, self.answer) = (self.answers + 1, outgoing.frame);

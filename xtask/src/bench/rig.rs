@@ -1,6 +1,7 @@
 //! One slave with its image on the twin, and on each bus a foreign controller that plays the master.
 //!
-//! Nothing else sends, so what happens on the board is what its one slave does with the frames handed to it.
+//! On the nominal bus there is one more, for areas that hold a dialogue with the slave. Nothing else sends, so what happens
+//! on the board is what its one slave does with the frames handed to it.
 
 use anyhow::Context as _;
 use can_wire::frame::WireFrame;
@@ -31,6 +32,8 @@ pub struct Rig {
     pub spacecraft: Spacecraft,
     slave: BoardId,
     masters: [GuestId; 2],
+    /// On the nominal bus.
+    pub client: GuestId,
 }
 
 impl Rig {
@@ -52,7 +55,8 @@ impl Rig {
             fittings: Fittings::default(),
         });
         let masters = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
-        let mut rig = Rig { spacecraft, slave, masters };
+        let client = spacecraft.add_guest(Bus::Nominal, 0.0);
+        let mut rig = Rig { spacecraft, slave, masters, client };
         rig.send(Bus::Nominal, BOOT, MASTER_BEATS);
         rig.send(Bus::Nominal, BOOT, START_ALL);
         rig.run_until(BOOT + Time::from_ms(1))?;

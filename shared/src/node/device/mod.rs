@@ -13,7 +13,7 @@ use crate::heartbeat::Monitor;
 use crate::link::{CobId, CobIdEntry, Frame};
 use crate::nmt::{NmtState, NodeId};
 use crate::od::communication::{Communication, Mapping};
-use crate::od::{AbortCode, Address, Objects};
+use crate::od::{AbortCode, Address, Entry, Objects, Place};
 use crate::pdo::{RpdoEvent, Rpdos, Tpdos};
 use crate::store::Group;
 use crate::time::{Duration, Instant};
@@ -58,6 +58,8 @@ pub struct Device<A: Objects + Default, const R: usize, const T: usize, M: Mappi
     pub stored: Stored,
     /// What was written last over the bus, and the node has not looked at yet.
     written: Option<Address>,
+    /// Where the value is that was asked for last over the bus.
+    found: Option<(Address, Place, &'static Entry)>,
 }
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A, R, T, M> {
@@ -74,6 +76,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             tpdos: Tpdos::new(),
             stored: Stored(None),
             written: None,
+            found: None,
         }
     }
 
@@ -113,6 +116,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             stored: &mut self.stored,
             id: self.id,
             written: &mut self.written,
+            found: &mut self.found,
             now,
         };
         (&mut self.server, view)
@@ -254,11 +258,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     }
 
     /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.
+    #[inline(always)] // called from one place
     pub fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame)) {
         self.tpdos.on_sync(counter, &self.objects, &mut |_, frame| send(frame));
     }
 
     /// Synchronous RPDOs at a SYNC.
+    #[inline(always)] // called from one place
     pub fn actuate(&mut self, applied: &mut impl FnMut(u16)) {
         let window_end = self.sync.window_end();
         let emcy = &mut self.emcy;
@@ -269,6 +275,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     }
 
     /// A frame that may be an RPDO, in Operational.
+    #[inline(always)] // called from one place
     pub fn on_rpdo(
         &mut self,
         frame: &Frame,
@@ -276,23 +283,18 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         applied: &mut impl FnMut(&NodeObjects<A, R, T, M>, u16),
     ) -> PdoOutcome {
         let emcy = &mut self.emcy;
-        let (mut erroneous, mut late, mut told) = (false, false, false);
+        let mut outcome = PdoOutcome::Taken;
         let known =
             self.rpdos.on_frame(frame, at, &mut self.objects, &mut |objects, number, event| match event {
                 RpdoEvent::Applied => applied(objects, number as u16),
-                RpdoEvent::Rejected => erroneous = true,
-                RpdoEvent::OutsideWindow => late = true,
+                RpdoEvent::Rejected => outcome = PdoOutcome::Erroneous,
+                RpdoEvent::OutsideWindow => outcome = PdoOutcome::Ignored,
                 event => {
-                    told = true;
+                    outcome = PdoOutcome::Told;
                     tell(emcy, &mut objects.communication, number, event);
                 }
             });
-        match (known && !late, erroneous, told) {
-            (false, ..) => PdoOutcome::Ignored,
-            (true, true, _) => PdoOutcome::Erroneous,
-            (true, false, true) => PdoOutcome::Told,
-            (true, false, false) => PdoOutcome::Taken,
-        }
+        if known { outcome } else { PdoOutcome::Ignored }
     }
 
     /// When an RPDO is overdue.
@@ -310,11 +312,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.tpdos.trigger(number, now);
     }
 
-    /// A value changed: an event for all TPDOs that carry it.
-    pub fn on_changed(&mut self, at: Address, now: Instant) {
-        if let Ok((place, _)) = NodeObjects::<A, R, T, M>::find(at) {
+    /// A value changed by a write over the bus: an event for all TPDOs that carry it. When one of them is due.
+    pub fn on_changed(&mut self, at: Address, now: Instant) -> Option<Instant> {
+        if let Some((_, place, _)) = self.found.filter(|(found, ..)| *found == at) {
             self.tpdos.on_changed(place, now);
         }
+        self.tpdos.deadline()
     }
 
     /// What is due. Emergencies go first: their COB-ID wins.

@@ -5,9 +5,9 @@ use super::{note, rules, show};
 use crate::emcy;
 use crate::nmt::NodeId;
 use crate::node::NodeObjects;
-use crate::od::checked::find;
+use crate::od::checked::Found;
 use crate::od::communication::Mapping;
-use crate::od::{AbortCode, Address, ObjectAccess, Objects, Transfer};
+use crate::od::{AbortCode, Address, Entry, ObjectAccess, Objects, Place, Transfer};
 use crate::pdo::{Direction, Rpdos, Tpdos, rules as pdo};
 use crate::store::{LOAD, SAVE};
 use crate::time::Instant;
@@ -27,11 +27,25 @@ pub struct View<'a, A: Objects + Default, const R: usize, const T: usize, M: Map
     pub emcy: &'a mut emcy::Producer,
     pub stored: &'a mut Stored,
     pub written: &'a mut Option<Address>,
+    pub found: &'a mut Option<(Address, Place, &'static Entry)>,
     pub id: NodeId,
     pub now: Instant,
 }
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> View<'_, A, R, T, M> {
+    /// Finds a value. A transfer asks for the same one again and again.
+    fn find(&mut self, at: Address) -> Result<Found<'_>, AbortCode> {
+        let (place, entry) = match *self.found {
+            Some((found, place, entry)) if found == at => (place, entry),
+            _ => {
+                let (place, entry) = NodeObjects::<A, R, T, M>::find(at)?;
+                *self.found = Some((at, place, entry));
+                (place, entry)
+            }
+        };
+        Found::at(self.objects, place, entry)
+    }
+
     /// A write to the parameters of a PDO: the service takes them over, or refuses them.
     fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
         let number = usize::from(at.index & 0x1FF);
@@ -68,18 +82,18 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> View<'_, 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAccess for View<'_, A, R, T, M> {
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
         if at.index == ERRORS && at.sub > self.objects.communication.errors.count {
-            find(self.objects, at)?;
+            self.find(at)?;
             return Err(AbortCode::NoData);
         }
-        find(self.objects, at)?.upload()
+        self.find(at)?.upload()
     }
 
     fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> Result<usize, AbortCode> {
-        Ok(find(self.objects, at)?.read(offset, into))
+        Ok(self.find(at)?.read(offset, into))
     }
 
     fn download(&mut self, at: Address, size: Option<usize>) -> Result<Transfer, AbortCode> {
-        find(self.objects, at)?.download(size)
+        self.find(at)?.download(size)
     }
 
     fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
@@ -92,13 +106,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
             RESTORE => return self.stored.restore(self.id, at.sub),
             index => {
                 if index <= rules::LAST {
-                    find(self.objects, at)?.download(Some(value.len()))?;
+                    self.find(at)?.download(Some(value.len()))?;
                     match index {
                         0x1400..=0x1BFF => self.configure_pdo(at, number)?,
                         _ => rules::check(self.id, &self.objects.communication, at, number)?,
                     }
                 }
-                find(self.objects, at)?.write(value)?;
+                self.find(at)?.write(value)?;
             }
         }
         *self.written = Some(at);
@@ -106,18 +120,18 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
     }
 
     fn write_part(&mut self, at: Address, offset: usize, part: &[u8]) -> Result<(), AbortCode> {
-        let variable = find(self.objects, at)?.variable.ok_or(AbortCode::ReadOnly)?;
+        let variable = self.find(at)?.variable.ok_or(AbortCode::ReadOnly)?;
         variable.write_part(offset, part)
     }
 
     fn finish(&mut self, at: Address, size: usize) -> Result<(), AbortCode> {
-        find(self.objects, at)?.variable.ok_or(AbortCode::ReadOnly)?.finish(size)?;
+        self.find(at)?.variable.ok_or(AbortCode::ReadOnly)?.finish(size)?;
         *self.written = Some(at);
         Ok(())
     }
 
     fn cancel(&mut self, at: Address) {
-        if let Ok(found) = find(self.objects, at)
+        if let Ok(found) = self.find(at)
             && let Some(variable) = found.variable
         {
             variable.cancel();

@@ -1,6 +1,6 @@
 //! The dictionary of a slave at work: SDO, SYNC and PDOs, and what a written object means to the node.
 
-use super::{FIXED_FILTERS, Out, Slave};
+use super::{FIXED_FILTERS, Out, Slave, mark};
 use crate::emcy::ErrorCode;
 use crate::link::port::Filter;
 use crate::link::{Bus, CobId, Frame};
@@ -77,6 +77,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
     }
 
+    #[inline(always)] // called from one place
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
         // Values of the moment that may be asked for.
         match frame.data() {
@@ -90,11 +91,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
         if let Some(at) = self.device.take_written() {
             self.on_written(at, now, out);
-            self.next = now;
         }
         self.wake(self.device.sdo_deadline());
     }
 
+    #[inline(always)] // called from one place
     pub(super) fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
         let Ok(counter) = self.device.on_sync(frame, stamp.at) else {
             self.buses.malformed(bus);
@@ -111,11 +112,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         out.event(SlaveEvent::Sync { bus, stamp });
     }
 
+    #[inline(always)] // called from one place
     pub(super) fn on_pdo(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
-        let clock = &mut self.clock;
+        let (clock, brings_time) = (&mut self.clock, &self.brings_time);
         let known = self.device.on_rpdo(frame, stamp.at, &mut |objects, number| {
-            let mapping = objects.communication.rpdo_mappings.get(usize::from(number)).map(Mapping::objects);
-            if mapping.is_some_and(|mapped| mapped.iter().any(|object| object >> 16 == u32::from(SCET_SET))) {
+            if brings_time.get(usize::from(number)) == Some(&true) {
                 let scet = objects.spacecraft.scet_set.into();
                 clock.set(scet, stamp.at);
                 out.event(SlaveEvent::Time(scet));
@@ -155,10 +156,32 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             }
             _ => {}
         }
-        if !self.device.on_written(at) {
-            self.device.on_changed(at, now);
+        if self.device.on_written(at) {
+            self.set_marks();
+            self.next = now;
+        } else {
+            let due = self.device.on_changed(at, now);
+            self.wake(due);
             out.event(SlaveEvent::Written(at));
         }
+    }
+
+    /// Which frames are taken, and which bring the time.
+    pub(super) fn set_marks(&mut self) {
+        let mappings = &self.device.objects.communication.rpdo_mappings;
+        for (brings_time, mapping) in self.brings_time.iter_mut().zip(mappings) {
+            *brings_time = mapping.objects().iter().any(|object| object >> 16 == u32::from(SCET_SET));
+        }
+        let fixed = [
+            CobId::NMT,
+            self.device.sync_id(),
+            CobId::sdo_request(self.id),
+            CobId::heartbeat(NodeId::MASTER),
+        ];
+        let monitored = self.device.objects.communication.consumer_heartbeat.iter();
+        let peers = monitored.filter_map(|entry| NodeId::new((entry >> 16) as u8)).map(CobId::heartbeat);
+        let all = fixed.into_iter().chain(self.device.rpdo_ids().flatten()).chain(peers);
+        self.marks = all.fold(0, |marks, id| marks | mark(id));
     }
 
     /// Objects 1016h, 1017h and 2000h (ECSS Tables 8-1, 8-2).

@@ -9,7 +9,7 @@ use crate::time::Instant;
 
 impl Server {
     /// A frame in a sub-block of a download: a segment, whatever its first byte, or an abort.
-    #[inline]
+    #[inline(always)] // called from one place
     pub(super) fn on_sub_block(
         &mut self,
         payload: &Payload,

@@ -68,6 +68,7 @@ impl Server {
 
     /// A request came in. Whether it was of use: segments out of order, repeated frames and aborts without a transfer are
     /// ignored.
+    #[inline(always)] // called from one place
     pub fn on_request(
         &mut self,
         payload: &Payload,

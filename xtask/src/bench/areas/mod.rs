@@ -8,6 +8,7 @@ mod instructions;
 mod irq;
 mod load;
 mod rx;
+mod sdo;
 mod size;
 mod stamp;
 mod wire;
@@ -35,6 +36,7 @@ pub const ALL: &[Area] = &[
     load::AREA,
     failover::AREA,
     demo::AREA,
+    sdo::AREA,
     irq::AREA,
     stamp::AREA,
     wire::AREA,
