@@ -4,6 +4,7 @@
 
 mod bench;
 mod bit_timing;
+mod boot;
 mod bus_off;
 mod clock;
 mod cob_id;
@@ -14,6 +15,7 @@ mod heartbeat;
 mod link;
 mod manager;
 mod master;
+mod master_device;
 mod messages;
 mod nmt;
 mod od;

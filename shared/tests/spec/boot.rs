@@ -1,0 +1,355 @@
+//! The boot-up process of the network, sans-IO: what slaves say goes in, SDO transfers come out.
+
+use ecss_can::nmt::boot::{
+    AssignedSlave, Boot, BootError, BootPolicy, BootProgress, BootRequest, Expected, Setting,
+};
+use ecss_can::nmt::{NmtState, NodeId};
+use ecss_can::od::{AbortCode, Address};
+use ecss_can::sdo::Error;
+
+use crate::bench::{ms, node, span};
+
+const TWO: NodeId = NodeId::of::<2>();
+const THREE: NodeId = NodeId::of::<3>();
+
+const SETTINGS: &[Setting] = &[
+    Setting { node: TWO, at: Address::new(0x1017, 0), value: &[100, 0] },
+    Setting { node: THREE, at: Address::new(0x1017, 0), value: &[200, 0] },
+    Setting { node: TWO, at: Address::new(0x6200, 1), value: &[1, 2, 3, 4, 5, 6] },
+];
+
+const POLICY: BootPolicy = BootPolicy { time: span_ms(500), goes_on: false };
+
+const fn span_ms(ms: u64) -> ecss_can::time::Duration {
+    ecss_can::time::Duration::from_millis(ms)
+}
+
+fn expected() -> Expected {
+    Expected { device_type: 0x191, identity: [7, 8, 9, 10], stamp: [0; 2] }
+}
+
+/// Slave 2 mandatory, slave 3 optional.
+fn started(policy: BootPolicy) -> Boot {
+    let mut boot = Boot::new(policy, SETTINGS);
+    for (node, mandatory) in [(TWO, true), (THREE, false)] {
+        boot.assign(node, AssignedSlave { node, mandatory, expected: expected() }.assignment());
+    }
+    boot.start(ms(0));
+    boot.poll(ms(0));
+    boot
+}
+
+fn boots_up(boot: &mut Boot, node: NodeId) {
+    assert!(!boot.on_heartbeat(node, NmtState::Initialising, true, false), "not before it was checked");
+}
+
+/// A transfer, and what is done to it.
+#[derive(Debug, PartialEq)]
+enum Asked {
+    Read(u8, u16, u8),
+    Write(u8, u16, u8, Vec<u8>),
+}
+
+fn next(boot: &mut Boot, expected: Expected) -> Option<Asked> {
+    boot.request(|_| expected).map(|request| match request {
+        BootRequest::Read { node, at, .. } => Asked::Read(node.get(), at.index, at.sub),
+        BootRequest::Write { node, at, value } => Asked::Write(node.get(), at.index, at.sub, value.to_vec()),
+    })
+}
+
+fn answer(boot: &mut Boot, data: &[u8]) {
+    boot.on_data(data);
+    boot.on_done(Ok(()));
+}
+
+/// Goes through device type and identity.
+fn identify(boot: &mut Boot, node: u8) {
+    let values = [(0x1000, 0, 0x191_u32), (0x1018, 1, 7), (0x1018, 2, 8), (0x1018, 3, 9), (0x1018, 4, 10)];
+    for (index, sub, value) in values {
+        assert_eq!(next(boot, expected()), Some(Asked::Read(node, index, sub)));
+        answer(boot, &value.to_le_bytes());
+    }
+}
+
+#[test]
+fn a_slave_is_identified_compared_and_started() {
+    let mut boot = started(POLICY);
+    assert_eq!(next(&mut boot, expected()), None);
+    boots_up(&mut boot, TWO);
+    identify(&mut boot, 2);
+    assert_eq!(boot.progress(TWO), BootProgress::Comparing);
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1017, 0)));
+    answer(&mut boot, &[100, 0]);
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x6200, 1)));
+    // In two parts
+    boot.on_data(&[1, 2, 3, 4]);
+    answer(&mut boot, &[5, 6]);
+    assert_eq!(boot.take_start(), Some(TWO));
+    assert_eq!((boot.progress(TWO), next(&mut boot, expected())), (BootProgress::Started, None));
+    assert!(!boot.poll(ms(1)) && boot.is_released());
+}
+
+#[test]
+fn what_differs_is_written_and_nothing_else() {
+    // Another value, fewer bytes, more bytes, and an object that can only be written.
+    let differing: [(&[u8], Result<(), Error>); 4] = [
+        (&[101, 0], Ok(())),
+        (&[100], Ok(())),
+        (&[], Err(Error::TooLarge)),
+        (&[], Err(Error::Abort(AbortCode::WriteOnly))),
+    ];
+    for (data, outcome) in differing {
+        let mut boot = started(POLICY);
+        boots_up(&mut boot, THREE);
+        identify(&mut boot, 3);
+        assert_eq!(next(&mut boot, expected()), Some(Asked::Read(3, 0x1017, 0)));
+        boot.on_data(data);
+        boot.on_done(outcome);
+        assert_eq!(next(&mut boot, expected()), Some(Asked::Write(3, 0x1017, 0, vec![200, 0])));
+        assert_eq!(boot.progress(THREE), BootProgress::Configuring);
+        boot.on_done(Ok(()));
+        assert_eq!((next(&mut boot, expected()), boot.take_start()), (None, Some(THREE)));
+    }
+}
+
+#[test]
+fn every_wrong_part_of_the_identity_has_its_letter() {
+    let letters =
+        [(0, BootError::DeviceType, 'C'), (1, BootError::Vendor, 'D'), (2, BootError::Product, 'M')];
+    let letters = letters.into_iter().chain([(3, BootError::Revision, 'N'), (4, BootError::Serial, 'O')]);
+    for (wrong, error, letter) in letters {
+        let mut boot = started(POLICY);
+        boots_up(&mut boot, TWO);
+        for value in [0x191_u32, 7, 8, 9, 10].into_iter().take(wrong) {
+            next(&mut boot, expected());
+            answer(&mut boot, &value.to_le_bytes());
+        }
+        next(&mut boot, expected());
+        answer(&mut boot, &0xBAD_u32.to_le_bytes());
+        assert_eq!((boot.take_failure(), error.letter()), (Some((TWO, error, 0)), letter));
+        assert_eq!((boot.progress(TWO), boot.take_start()), (BootProgress::Failed, None));
+        // Not started though it waits, and nobody is asked any more.
+        assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+        assert_eq!(next(&mut boot, expected()), None);
+    }
+}
+
+#[test]
+fn aborts_fail_with_the_letter_of_their_step_and_their_code() {
+    let abort = Err(Error::Abort(AbortCode::NoObject));
+    let mut boot = started(POLICY);
+    boots_up(&mut boot, TWO);
+    next(&mut boot, expected());
+    boot.on_done(abort);
+    assert_eq!(boot.take_failure(), Some((TWO, BootError::NoResponse, 0x0602_0000)));
+
+    let mut boot = started(POLICY);
+    boots_up(&mut boot, TWO);
+    identify(&mut boot, 2);
+    next(&mut boot, expected());
+    answer(&mut boot, &[0, 0]);
+    next(&mut boot, expected());
+    boot.on_done(Err(Error::Abort(AbortCode::ReadOnly)));
+    assert_eq!(boot.take_failure(), Some((TWO, BootError::Configuration, 0x0601_0002)));
+}
+
+#[test]
+fn a_slave_that_does_not_answer_is_asked_three_times() {
+    let mut boot = started(POLICY);
+    boots_up(&mut boot, TWO);
+    for _ in 0..3 {
+        assert_eq!(boot.take_failure(), None);
+        assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+        boot.on_done(Err(Error::Timeout));
+    }
+    assert_eq!(boot.take_failure(), Some((TWO, BootError::NoResponse, 0x0504_0000)));
+    // The application may try again, the slave may boot up again.
+    boot.queue(TWO);
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+    boots_up(&mut boot, TWO);
+    assert!(!boot.is_asking(), "what was asked before the boot-up is no longer wanted");
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+}
+
+#[test]
+fn a_stamp_that_is_there_spares_the_comparison_and_one_that_is_not_is_written_last() {
+    let stamped = Expected { device_type: 0, identity: [0; 4], stamp: [5, 6] };
+    let mut boot = started(POLICY);
+    boots_up(&mut boot, THREE);
+    assert_eq!(next(&mut boot, stamped), Some(Asked::Read(3, 0x1000, 0)), "read, though not compared");
+    answer(&mut boot, &[0xFF; 4]);
+    for (sub, value) in [(1, 5_u32), (2, 6)] {
+        assert_eq!(next(&mut boot, stamped), Some(Asked::Read(3, 0x1020, sub)));
+        answer(&mut boot, &value.to_le_bytes());
+    }
+    assert_eq!((next(&mut boot, stamped), boot.take_start()), (None, Some(THREE)));
+
+    boots_up(&mut boot, THREE);
+    next(&mut boot, stamped);
+    answer(&mut boot, &[0; 4]);
+    next(&mut boot, stamped);
+    answer(&mut boot, &[0; 4]);
+    assert_eq!(next(&mut boot, stamped), Some(Asked::Read(3, 0x1017, 0)));
+    answer(&mut boot, &[200, 0]);
+    for (sub, value) in [(1, 5_u32), (2, 6)] {
+        assert_eq!(
+            next(&mut boot, stamped),
+            Some(Asked::Write(3, 0x1020, sub, value.to_le_bytes().to_vec()))
+        );
+        boot.on_done(Ok(()));
+    }
+    assert_eq!(boot.take_start(), Some(THREE));
+
+    // A slave without 1020h is compared, and not stamped.
+    boots_up(&mut boot, THREE);
+    next(&mut boot, stamped);
+    answer(&mut boot, &[0; 4]);
+    next(&mut boot, stamped);
+    boot.on_done(Err(Error::Abort(AbortCode::NoObject)));
+    next(&mut boot, stamped);
+    answer(&mut boot, &[200, 0]);
+    assert_eq!((next(&mut boot, stamped), boot.take_start()), (None, Some(THREE)));
+}
+
+#[test]
+fn slaves_take_turns_and_a_lost_one_makes_room() {
+    let mut boot = started(POLICY);
+    boots_up(&mut boot, THREE);
+    boots_up(&mut boot, TWO);
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+    assert_eq!(boot.progress(THREE), BootProgress::Queued);
+    boot.on_lost(TWO);
+    assert_eq!(boot.take_failure(), Some((TWO, BootError::Lost, 0)));
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(3, 0x1000, 0)));
+    boot.on_lost(THREE);
+    // Back without a boot-up message, slave 2 is next.
+    assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, true, true));
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+}
+
+#[test]
+fn a_queued_slave_that_is_lost_is_awaited() {
+    let mut boot = started(POLICY);
+    boots_up(&mut boot, TWO);
+    boot.on_lost(TWO);
+    assert_eq!((boot.progress(TWO), next(&mut boot, expected())), (BootProgress::Awaited, None));
+}
+
+#[test]
+fn a_switch_of_the_bus_waits_for_slaves_to_be_heard_on_the_new_one() {
+    let mut boot = started(POLICY);
+    boots_up(&mut boot, TWO);
+    boots_up(&mut boot, THREE);
+    next(&mut boot, expected());
+    boot.on_bus_changed();
+    assert_eq!((boot.is_asking(), next(&mut boot, expected())), (false, None));
+    assert!(!boot.on_heartbeat(THREE, NmtState::PreOperational, false, false));
+    assert_eq!(next(&mut boot, expected()), None);
+    boot.on_heartbeat(THREE, NmtState::PreOperational, true, false);
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(3, 0x1000, 0)));
+    assert_eq!(boot.take_failure(), None);
+}
+
+/// Slave 2 goes through everything.
+fn configure_two(boot: &mut Boot) {
+    boots_up(boot, TWO);
+    identify(boot, 2);
+    next(boot, expected());
+    answer(boot, &[100, 0]);
+    next(boot, expected());
+    answer(boot, &[1, 2, 3, 4, 5, 6]);
+    assert_eq!(boot.take_start(), Some(TWO));
+}
+
+#[test]
+fn a_slave_that_was_started_is_started_again_at_once_until_it_boots_up() {
+    let mut boot = started(POLICY);
+    configure_two(&mut boot);
+    assert!(
+        boot.on_heartbeat(TWO, NmtState::PreOperational, true, false),
+        "it toggled, or missed the master"
+    );
+    assert_eq!(next(&mut boot, expected()), None);
+    // It was lost and returns: started at once, and checked, because its boot-up may have been missed.
+    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, true));
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+    // A boot-up message on the other bus counts as well.
+    assert!(!boot.on_heartbeat(TWO, NmtState::Initialising, false, false));
+    assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+}
+
+/// Verifies: ECSS 6.9c
+#[test]
+fn sync_waits_for_mandatory_slaves_and_completion_for_their_following_it() {
+    let mut boot = started(POLICY);
+    assert!(!boot.poll(ms(1)) && !boot.is_released());
+    configure_two(&mut boot);
+    boot.on_heartbeat(TWO, NmtState::Operational, true, false);
+    assert!(!boot.poll(ms(2)) && boot.is_released());
+    assert_eq!(boot.progress(TWO), BootProgress::Started, "no SYNC yet");
+    boot.on_sync_sent();
+    assert!(!boot.poll(ms(3)));
+    boot.on_synchronous(TWO);
+    assert_eq!(boot.progress(TWO), BootProgress::Booted);
+    assert!(boot.poll(ms(4)), "slave 3 is optional");
+    assert!(!boot.poll(ms(5)), "told once");
+}
+
+#[test]
+fn after_the_boot_time_silent_mandatory_slaves_are_told_once() {
+    let mut boot = started(POLICY);
+    assert_eq!(boot.deadline(), Some(ms(500)));
+    boot.poll(ms(499));
+    assert_eq!(boot.take_failure(), None);
+    boot.poll(ms(500));
+    assert_eq!(boot.take_failure(), Some((TWO, BootError::Silent, 0)));
+    assert_eq!((boot.take_failure(), boot.deadline(), boot.is_released()), (None, None, false));
+    configure_two(&mut boot);
+    boot.poll(ms(600));
+    assert!(boot.is_released());
+
+    let mut boot = started(BootPolicy { goes_on: true, ..POLICY });
+    boot.poll(ms(500));
+    assert!(boot.take_failure().is_some() && boot.is_released());
+    boot.on_sync_sent();
+    assert!(boot.poll(ms(501)), "nobody waits for it any more");
+}
+
+#[test]
+fn without_a_boot_time_nobody_is_told_silent_and_without_slaves_sync_is_free() {
+    let boot = started(BootPolicy { time: span(0), ..POLICY });
+    assert_eq!(boot.deadline(), None);
+    let mut boot = Boot::new(POLICY, &[]);
+    boot.start(ms(0));
+    boot.poll(ms(0));
+    assert!(boot.is_released());
+    assert!(boot.on_heartbeat(node(9), NmtState::PreOperational, true, false), "started as it is");
+    boot.on_sync_sent();
+    assert!(!boot.poll(ms(1)), "there was no process to complete");
+}
+
+#[test]
+fn assigned_in_flight_a_slave_is_booted_at_its_next_heartbeat_and_released_it_is_left_alone() {
+    let mut boot = started(POLICY);
+    let nine = AssignedSlave { node: node(9), mandatory: false, expected: expected() }.assignment();
+    boot.assign(node(9), nine);
+    boot.on_heartbeat(node(9), NmtState::Operational, true, false);
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(9, 0x1000, 0)));
+    boot.assign(node(9), ecss_can::nmt::boot::Assignment::from_raw(0));
+    assert_eq!((boot.is_asking(), boot.progress(node(9))), (false, BootProgress::Unassigned));
+    boot.queue(node(9));
+    assert_eq!(next(&mut boot, expected()), None);
+    assert!(boot.on_heartbeat(node(9), NmtState::PreOperational, true, false));
+}
+
+#[test]
+fn changes_of_progress_are_told_once_each() {
+    let mut boot = started(POLICY);
+    assert_eq!(boot.take_change(), Some((TWO, BootProgress::Awaited)));
+    assert_eq!(boot.take_change(), Some((THREE, BootProgress::Awaited)));
+    assert_eq!((boot.take_change(), boot.is_due()), (None, false));
+    boots_up(&mut boot, THREE);
+    assert!(boot.is_due() && boot.is_busy());
+    assert_eq!(boot.take_change(), Some((THREE, BootProgress::Queued)));
+}

@@ -1,0 +1,227 @@
+//! The master as a CANopen device: its dictionary over SDO, and the objects of boot-up.
+
+use ecss_can::nmt::boot::{AssignedSlave, BootError, BootProgress, Expected};
+use ecss_can::nmt::{NmtState, NodeId};
+use ecss_can::node::{Master, MasterEvent};
+use ecss_can::od::spacecraft::SelfTest;
+use ecss_can::profile::{Profile, STANDARD};
+
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
+
+const TWO: NodeId = NodeId::of::<2>();
+
+const BOOTS_TWO: Profile = Profile {
+    slaves: &[AssignedSlave {
+        node: TWO,
+        mandatory: true,
+        expected: Expected { device_type: 0, identity: [0, 0x5015, 0, 0], stamp: [0; 2] },
+    }],
+    ..STANDARD
+};
+
+fn powered(profile: &Profile) -> Bench<Master> {
+    let mut master = Bench::new(Master::new(profile));
+    master.run_until(ms(1));
+    master.clear();
+    master
+}
+
+/// The answer to an SDO request.
+fn ask(master: &mut Bench<Master>, request: [u8; 8]) -> [u8; 8] {
+    master.sent.clear();
+    master.receive(NOMINAL, 0x601, &request);
+    let answers: Vec<[u8; 8]> = master
+        .sent
+        .iter()
+        .filter(|sent| sent.frame.id().raw() == 0x581)
+        .map(|sent| sent.frame.padded())
+        .collect();
+    assert_eq!(answers.len(), 1, "{request:02X?}");
+    answers[0]
+}
+
+fn read(master: &mut Bench<Master>, index: u16, sub: u8) -> u32 {
+    let [low, high] = index.to_le_bytes();
+    let [command, _, _, _, a, b, c, d] = ask(master, [0x40, low, high, sub, 0, 0, 0, 0]);
+    assert!([0x43, 0x47, 0x4B, 0x4F].contains(&command), "{index:04X} sub {sub}: {command:02X}");
+    u32::from_le_bytes([a, b, c, d])
+}
+
+fn write(master: &mut Bench<Master>, index: u16, sub: u8, value: u32, len: u8) -> Result<(), u32> {
+    let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
+    let answer = ask(master, [0x23 | (4 - len) << 2, low, high, sub, a, b, c, d]);
+    match answer[0] {
+        0x60 => Ok(()),
+        0x80 => Err(u32::from_le_bytes([answer[4], answer[5], answer[6], answer[7]])),
+        other => panic!("{other:02X}"),
+    }
+}
+
+/// The SDO requests sent to slave 2 since the last clear.
+fn requests(master: &Bench<Master>) -> Vec<[u8; 8]> {
+    let sent = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x602);
+    sent.map(|sent| sent.frame.padded()).collect()
+}
+
+/// Verifies: ECSS 6.9c, 6.9d
+#[test]
+fn its_dictionary_is_read_over_sdo() {
+    let mut master = powered(&BOOTS_TWO);
+    for (index, sub, value) in [
+        (0x1005, 0, 0x4000_0080),
+        (0x1006, 0, 100_000),
+        (0x1016, 1, 2 << 16 | 250),
+        (0x1017, 0, 100),
+        (0x1018, 2, 0x5015),
+        (0x1019, 0, 0),
+        (0x1F80, 0, 1),
+        (0x1F81, 2, 0b1101),
+        (0x1F81, 3, 0),
+        (0x1F86, 2, 0x5015),
+        (0x1F89, 0, 5_000),
+        (0x2000, 2, 2),
+        (0x2040, 2, BootProgress::Awaited as u32),
+        (0x2041, 2, 0),
+    ] {
+        assert_eq!(read(&mut master, index, sub), value, "{index:04X} sub {sub}");
+    }
+}
+
+#[test]
+fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(write(&mut master, 0x1019, 0, 3, 1), Err(0x0800_0022), "while SYNC is produced");
+    assert_eq!(write(&mut master, 0x1006, 0, 0, 4), Ok(()));
+    assert_eq!(write(&mut master, 0x1019, 0, 3, 1), Ok(()));
+    assert_eq!(write(&mut master, 0x1006, 0, 10_000, 4), Ok(()));
+    master.clear();
+    master.run_until(ms(51));
+    let counters: Vec<Vec<u8>> = master
+        .sent
+        .iter()
+        .filter(|sent| sent.frame.id().raw() == 0x080)
+        .map(|sent| sent.frame.data().to_vec())
+        .collect();
+    assert_eq!(counters, [[1], [2], [3], [1], [2]]);
+}
+
+#[test]
+fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(write(&mut master, 0x1017, 0, 20, 2), Ok(()));
+    master.clear();
+    master.run_until(ms(61));
+    assert_eq!(master.times(NOMINAL, 0x701), [21, 41, 61]);
+    assert_eq!(write(&mut master, 0x2010, 1, 1_000, 4), Ok(()));
+    assert_eq!(read(&mut master, 0x2011, 1), 1_000);
+}
+
+#[test]
+fn request_nmt_commands_a_slave_and_tells_its_state() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(read(&mut master, 0x1F82, 2), 0);
+    master.receive(NOMINAL, 0x702, &[0x05]);
+    assert_eq!(read(&mut master, 0x1F82, 2), 5);
+    assert_eq!(write(&mut master, 0x1F82, 2, 4, 1), Ok(()));
+    assert!(master.frames().contains(&(NOMINAL, frame(0x000, &[0x02, 2]))));
+    assert_eq!(read(&mut master, 0x1F82, 2), 5, "as it was heard last");
+    assert_eq!(write(&mut master, 0x1F82, 128, 6, 1), Ok(()));
+    assert!(master.frames().contains(&(NOMINAL, frame(0x000, &[0x81, 0]))));
+    assert_eq!(write(&mut master, 0x1F82, 2, 9, 1), Err(0x0609_0030));
+    for _ in 0..4 {
+        let until = master.now + ecss_can::time::Duration::from_millis(100);
+        master.run_until(until);
+    }
+    assert_eq!(master.node.objects().application.request_nmt[1], 1, "missing");
+}
+
+/// Verifies: ECSS 6.7b
+#[test]
+fn a_self_test_is_the_applications_part() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(write(&mut master, 0x2030, 0, 1, 1), Ok(()));
+    assert_eq!(master.events[0], MasterEvent::SelfTest);
+    assert_eq!(read(&mut master, 0x2031, 1), u32::from(SelfTest::RUNNING));
+}
+
+#[test]
+fn a_slave_is_asked_checked_and_started() {
+    let mut master = powered(&BOOTS_TWO);
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    assert_eq!(requests(&master), [[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]]);
+    // Other servers and other lengths are not its answer.
+    master.receive(NOMINAL, 0x583, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x00]);
+    master.receive(REDUNDANT, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    assert_eq!(requests(&master).len(), 1);
+    let counters = master.node.status(master.now).counters;
+    assert_eq!((counters.nominal.ignored, counters.nominal.malformed, counters.redundant.ignored), (1, 1, 1));
+    master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    assert_eq!(requests(&master)[1], [0x40, 0x18, 0x10, 2, 0, 0, 0, 0]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
+    assert!(master.frames().contains(&(NOMINAL, frame(0x000, &[1, 2]))));
+    assert_eq!(read(&mut master, 0x2040, 2), BootProgress::Started as u32);
+    assert_eq!(read(&mut master, 0x1280, 3), 2);
+}
+
+#[test]
+fn a_failure_stands_in_the_dictionary_until_the_slave_is_started() {
+    let mut master = powered(&BOOTS_TWO);
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    master.receive(NOMINAL, 0x582, &[0x80, 0x00, 0x10, 0, 0x00, 0x00, 0x02, 0x06]);
+    let failed = MasterEvent::BootFailed { node: TWO, error: BootError::NoResponse, abort: 0x0602_0000 };
+    assert!(master.events.contains(&failed), "{:?}", master.events);
+    assert_eq!(read(&mut master, 0x2041, 2), u32::from(b'B'));
+    assert_eq!(read(&mut master, 0x2042, 2), 0x0602_0000);
+    master.receive(NOMINAL, 0x702, &[0x7F]);
+    assert!(!master.frames().contains(&(NOMINAL, frame(0x000, &[1, 2]))));
+
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
+    assert_eq!((read(&mut master, 0x2041, 2), read(&mut master, 0x2042, 2)), (0, 0));
+}
+
+#[test]
+fn a_bus_switch_in_the_middle_aborts_on_the_new_bus_once_that_is_announced() {
+    let mut master = powered(&BOOTS_TWO);
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    master.clear();
+    master.request(ecss_can::node::MasterRequest::SwitchBus(REDUNDANT));
+    assert_eq!(requests(&master), [[0; 8]; 0]);
+    master.transmitted(REDUNDANT, frame(0x701, &[0x05]));
+    assert_eq!(requests(&master), [[0x80, 0, 0x10, 0, 0x22, 0, 0, 0x08]]);
+    // The process begins anew when the slave is heard there.
+    master.run_until(ms(20));
+    master.clear();
+    master.receive(REDUNDANT, 0x702, &[0x7F]);
+    assert_eq!(master.frames(), [(REDUNDANT, frame(0x602, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]))]);
+}
+
+#[test]
+fn sync_waits_for_the_mandatory_slave() {
+    let mut master = powered(&BOOTS_TWO);
+    master.run_until(ms(450));
+    assert!(master.times(NOMINAL, 0x080).is_empty());
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
+    master.run_until(ms(650));
+    assert_eq!(master.times(NOMINAL, 0x080), [450, 500, 600]);
+    master.transmitted(NOMINAL, frame(0x080, &[]));
+    master.receive(NOMINAL, 0x702, &[0x05]);
+    assert!(master.events.contains(&MasterEvent::BootCompleted));
+    let state = MasterEvent::SlaveState { node: TWO, bus: NOMINAL, state: NmtState::Operational };
+    assert!(master.events.contains(&state));
+}
+
+#[test]
+fn an_assignment_written_in_flight_boots_the_slave() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(write(&mut master, 0x1F81, 9, 0b0101, 4), Ok(()));
+    master.receive(NOMINAL, 0x709, &[0x7F]);
+    let asked = master.frames().contains(&(NOMINAL, frame(0x609, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])));
+    assert!(asked && !master.frames().contains(&(NOMINAL, frame(0x000, &[1, 9]))));
+    assert_eq!(master.events[0], MasterEvent::Boot { node: node(9), progress: BootProgress::Awaited });
+    assert_eq!(master.node.objects().application.assignment[8], 0b0101);
+}
