@@ -20,6 +20,11 @@ use crate::log::{Entry, Happening};
 use crate::port::MockPort;
 use crate::timeline::Timeline;
 
+/// The channels between a node and its application.
+type Link<N> = Rc<AppLink<NoopRawMutex, <N as Node>::Event, <N as Node>::Request>>;
+/// A node, shared with its application.
+type SharedNode<N> = Rc<NodeCell<NoopRawMutex, N>>;
+
 /// Bytes of a slave's data store.
 const STORE: usize = 24 * 1024;
 
@@ -161,11 +166,7 @@ struct Shell<'a> {
 }
 
 impl Shell<'_> {
-    fn run<N: Node + 'static>(
-        &self,
-        node: N,
-        filters: Filters,
-    ) -> (Rc<AppLink<NoopRawMutex, N::Event, N::Request>>, Rc<NodeCell<NoopRawMutex, N>>) {
+    fn run<N: Node + 'static>(&self, node: N, filters: Filters) -> (Link<N>, SharedNode<N>) {
         let node = Rc::new(NodeCell::new(node));
         let links = Rc::new(Links::<NoopRawMutex>::new());
         let app = Rc::new(AppLink::new());
