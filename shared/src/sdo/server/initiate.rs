@@ -126,7 +126,8 @@ impl Server {
     ) -> Result<(), AbortCode> {
         self.value.open_download(at, size, crc, objects)?;
         self.begin(State::BlockDownload { receiver: Receiver::new(BLOCK_SIZE), refused: None }, now);
-        send(wire::block_download_response(at, true, BLOCK_SIZE));
+        // Only who asks for a checksum is offered one: there are clients that take the offer for an agreement.
+        send(wire::block_download_response(at, crc, BLOCK_SIZE));
         Ok(())
     }
 
@@ -150,7 +151,7 @@ impl Server {
         }
         self.value.open_upload(at, transfer, crc, objects)?;
         self.begin(State::BlockUploadStart(Sender::new(block_size)), now);
-        send(wire::block_upload_response(at, true, self.value.size()));
+        send(wire::block_upload_response(at, crc, self.value.size()));
         Ok(())
     }
 

@@ -136,8 +136,9 @@ impl Witness {
                 return Some((at, request[4..8 - usize::from(command >> 2 & 3)].to_vec()));
             }
             (0x20..0x40, Some(0x60)) => *self = Witness { at: Some(at), ..Witness::default() },
-            (0xC0..0xE0, Some(0xA4)) => {
+            (0xC0..0xE0, Some(0xA0 | 0xA4)) => {
                 let checked = command & 4 != 0;
+                assert_eq!(answer == Some(0xA4), checked, "a checksum is offered to those who ask for it");
                 *self = Witness { at: Some(at), in_blocks: true, next: 1, checked, ..Witness::default() };
             }
             (0xC0..0xE0, Some(0xA1)) => {
