@@ -7,7 +7,7 @@ use anyhow::Context;
 use clap::Args;
 use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Network};
 use ecss_can::nmt::NodeId;
-use ecss_can::node::NodeObjects;
+use ecss_can::node::{Master, MasterDictionary, NodeObjects};
 use ecss_can::profile;
 use ecss_can::profile::mission::{self, MissionObjects};
 use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
@@ -80,21 +80,30 @@ fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {
 /// Names and texts.
 fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let profile = numbers(options.profile);
-    let description = Description::new(&device(options.profile), |node| slave(node, profile))?;
+    let description = Description::new(&slave_device(options.profile), |node| slave(node, profile))?;
     let mut files = vec![("slave.eds".into(), description.eds("slave.eds"))];
     for &node in &options.slaves {
         let node = NodeId::new(node).context("a Node-ID is 1..127")?;
         let name = format!("slave-{}.dcf", node.get());
-        let commissioning = Commissioning {
-            name: format!("slave {}", node.get()),
-            bit_rate: (profile.network.bit_rate.get() / 1000) as u16,
-            network_name: "ecss-can".into(),
-            ..Commissioning::new(node)
-        };
+        let commissioning = commissioning(node, format!("slave {}", node.get()), profile);
         let text = description.dcf(&name, "slave.eds", &commissioning, &mut slave(node, profile))?;
         files.push((name, text));
     }
+    let description = Description::new(&master_device(options.profile), |_| master(profile))?;
+    files.push(("master.eds".into(), description.eds("master.eds")));
+    let commissioning = commissioning(NodeId::MASTER, "master".into(), profile);
+    let text = description.dcf("master.dcf", "master.eds", &commissioning, &mut master(profile))?;
+    files.push(("master.dcf".into(), text));
     Ok(files)
+}
+
+fn commissioning(node: NodeId, name: String, profile: &profile::Profile) -> Commissioning {
+    Commissioning {
+        name,
+        bit_rate: (profile.network.bit_rate.get() / 1000) as u16,
+        network_name: "ecss-can".into(),
+        ..Commissioning::new(node)
+    }
 }
 
 fn numbers(profile: Profile) -> &'static profile::Profile {
@@ -104,6 +113,29 @@ fn numbers(profile: Profile) -> &'static profile::Profile {
     }
 }
 
+fn slave_device(profile: Profile) -> Device {
+    Device {
+        product: "Slave".into(),
+        order_code: "slave".into(),
+        description: format!("Slave of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
+        nodes: SLAVES,
+        boot_up_slave: true,
+        ..device(profile)
+    }
+}
+
+fn master_device(profile: Profile) -> Device {
+    Device {
+        product: "Master".into(),
+        order_code: "master".into(),
+        description: format!("Master of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
+        nodes: NodeId::MASTER.get()..=NodeId::MASTER.get(),
+        boot_up_master: true,
+        ..device(profile)
+    }
+}
+
+/// What both have in common.
 fn device(profile: Profile) -> Device {
     let network = numbers(profile).network;
     let is_possible = |rate: &u16| {
@@ -112,20 +144,20 @@ fn device(profile: Profile) -> Device {
     };
     Device {
         vendor: "The ecss-can authors".into(),
-        product: "Slave".into(),
-        order_code: "slave".into(),
-        description: format!("Slave of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
         author: "cargo xtask eds".into(),
         modified: MODIFIED,
-        nodes: SLAVES,
         bit_rates: BIT_RATES.into_iter().filter(is_possible).collect(),
-        boot_up_slave: true,
         comments: vec![
             "Both buses, nominal and redundant, lead to this one dictionary.".into(),
             "The bit rate is chosen when the image is built.".into(),
         ],
         ..Device::new(CREATED)
     }
+}
+
+/// The objects of the master at power-on.
+fn master(profile: &profile::Profile) -> MasterDictionary {
+    Master::new(profile).objects().clone()
 }
 
 /// The objects of a slave at power-on.

@@ -50,7 +50,7 @@ fn every_slave_that_is_named_gets_its_dcf() {
         ["--slave", "2", "--slave", "127", "--profile", "standard", "--out", out.to_str().unwrap()];
     let output = eds(&arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(names(&out), ["slave-127.dcf", "slave-2.dcf", "slave.eds"]);
+    assert_eq!(names(&out), ["master.dcf", "master.eds", "slave-127.dcf", "slave-2.dcf", "slave.eds"]);
     let dcf = std::fs::read_to_string(out.join("slave-127.dcf")).unwrap();
     assert!(dcf.contains("\nNodeID=127\n") && dcf.contains("profile standard\n"));
 }

@@ -9,7 +9,7 @@ mod slave;
 mod slave_api;
 
 pub use buses::{Counters, Status};
-pub use master::{Master, MasterObjects};
+pub use master::{Master, MasterDictionary, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, RefusalCause};
 pub use objects::NodeObjects;
 pub use slave::Slave;

@@ -1,4 +1,4 @@
-"""EDS and DCF of the slave as the canopen package understands them.
+"""EDS and DCF of slave and master as the canopen package understands them.
 
 DATA_SHEETS is their directory.
 """
@@ -42,6 +42,16 @@ class DataSheets(unittest.TestCase):
         self.assertEqual(device.nr_of_RXPDO, 8)
         self.assertEqual(device.nr_of_TXPDO, 8)
         self.assertEqual(device.allowed_baudrates, {k * 1000 for k in (10, 20, 50, 125, 250, 500, 1000)})
+
+    def test_the_master_is_described_as_well(self) -> None:
+        with self.assertNoLogs("canopen", logging.WARNING):
+            eds = canopen.import_od(str(DIRECTORY / "master.eds"), 1)
+            dcf = canopen.import_od(str(DIRECTORY / "master.dcf"))
+        self.assertTrue(eds.device_information.simple_boot_up_master)
+        self.assertEqual(dcf.node_id, 1)
+        self.assertEqual(variables(eds).keys(), variables(dcf).keys())
+        self.assertEqual(dcf[0x1200][1].default, 0x601)
+        self.assertEqual(len(dcf[0x1F81]), 128, "the assignment of each slave, and their number")
 
     def test_the_node_is_commissioned(self) -> None:
         self.assertEqual(self.dcf.node_id, NODE)

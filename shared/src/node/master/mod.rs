@@ -6,7 +6,7 @@ mod transfers;
 
 use heapless::Deque;
 
-pub use objects::MasterObjects;
+pub use objects::{MasterDictionary, MasterObjects};
 
 use self::transfers::Transfers;
 use super::buses::{BusNews, Buses};

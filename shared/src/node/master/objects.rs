@@ -25,7 +25,7 @@ pub(super) const MISSING: u8 = 1;
 const ALL: u8 = 128;
 
 /// Of the whole dictionary: it has no PDOs but the Spacecraft Time PDO, whose parameters the profile has.
-pub(super) type MasterDictionary = NodeObjects<MasterObjects, 0, 0, PdoMapping>;
+pub type MasterDictionary = NodeObjects<MasterObjects, 0, 0, PdoMapping>;
 
 /// What a master has beside the objects of every node. Entries of arrays have the Node-ID of the slave as sub-index.
 #[derive(Clone, Debug, PartialEq, Objects)]
