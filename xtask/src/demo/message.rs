@@ -28,6 +28,8 @@ pub enum Message {
     TelemetryRequest { node: Node, code: u16 },
     /// Telemetry of a slave (ECSS 9.4.3).
     Telemetry { node: Node, code: u16, value: u64 },
+    /// SDO, either way, with the server in a node (CiA 301 7.2.4).
+    Sdo { node: Node },
     /// Boot-up (CiA 301 7.2.8.3.3).
     BootUp { node: Node },
     /// Heartbeat (CiA 301 7.2.8.3.2.2).
@@ -99,6 +101,7 @@ impl Message {
                 let (code, _) = code_and_value(data)?;
                 Some(Message::TelemetryRequest { node, code })
             }
+            (0x580 | 0x600, _) => (data.len() == 8).then_some(Message::Sdo { node }),
             (0x700, _) => {
                 let &[state] = data else { return None };
                 match state {
@@ -211,6 +214,8 @@ mod tests {
             decode(0x082, &[0x10, 0x81, 0x11, 0, 0, 0, 0, 0]),
             Some(Message::Emergency { node: 2, code: 0x8110 })
         );
+        assert_eq!(decode(0x602, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0]), Some(Message::Sdo { node: 2 }));
+        assert_eq!(decode(0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]), Some(Message::Sdo { node: 2 }));
     }
 
     #[test]

@@ -143,7 +143,9 @@ impl Narrator {
                 self.traffic.replies += 1;
                 self.traffic.latest.insert(code, (node, value));
             }
-            Some(Message::Sync | Message::LocalTime { .. } | Message::Heartbeat { .. }) => {}
+            Some(
+                Message::Sync | Message::LocalTime { .. } | Message::Heartbeat { .. } | Message::Sdo { .. },
+            ) => {}
             None => {
                 let text = format!("frame that nobody here understands: {:?}", seen.frame);
                 say(seen.from, text, Tone::Warning);

@@ -226,6 +226,7 @@ impl Observer {
             | Message::Emergency { .. }
             | Message::SpacecraftTime(_)
             | Message::LocalTime { .. }
+            | Message::Sdo { .. }
             | Message::TelemetryRequest { .. } => {}
         }
     }

@@ -31,7 +31,12 @@ impl Kind {
     /// The kind of a frame.
     pub fn of(seen: &Seen) -> Kind {
         match Message::decode(&seen.frame) {
-            Some(Message::Nmt { .. } | Message::BootUp { .. } | Message::Emergency { .. }) => Kind::Network,
+            Some(
+                Message::Nmt { .. }
+                | Message::BootUp { .. }
+                | Message::Emergency { .. }
+                | Message::Sdo { .. },
+            ) => Kind::Network,
             Some(Message::Heartbeat { node: MASTER, .. }) => Kind::Master,
             Some(Message::Heartbeat { .. }) => Kind::Slave,
             Some(Message::Sync | Message::SpacecraftTime(_) | Message::LocalTime { .. }) => Kind::Time,
