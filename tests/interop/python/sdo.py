@@ -145,8 +145,7 @@ class Sdo(Test):
         store = self.sdo[STORE]
         with store.open("wb", size=size, block_transfer=block, request_crc_support=crc, buffering=1024) as out:
             out.write(data)
-        # The package takes the server's offer of a CRC alone for an agreement: it must ask for it when it reads.
-        with store.open("rb", block_transfer=block, buffering=1024) as back:
+        with store.open("rb", block_transfer=block, request_crc_support=crc, buffering=1024) as back:
             self.assertEqual(back.read(), data)
 
     def test_20_kilobytes_by_blocks(self) -> None:

@@ -5,11 +5,16 @@
 //! with all that both of them said. What the scripts share is in `python/spacecraft.py`: channels by SLCAN with the twin's
 //! own time stamps, and networks of the `canopen` package.
 //!
+//! The other way round, [`host::Host`] is the SDO client of `ecss-can` on this computer, and a script ([`script::Companion`])
+//! plays the server that it asks: `tests/sdo_client.rs`.
+//!
 //! [`tools`] installs what is missing: python-can and canopen into `target/interop/venv`, Debian's packages when it may.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod host;
 pub mod program;
 pub mod script;
+pub mod slcan;
 pub mod tools;

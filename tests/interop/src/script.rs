@@ -1,11 +1,18 @@
 //! Python scripts and how they are run.
 
-use std::process::Command;
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::thread;
+use std::time::Duration;
 
-use anyhow::{Context, ensure};
+use anyhow::{Context, bail, ensure};
 
 use crate::program::Twin;
 use crate::tools;
+
+/// What a script has not said after so long it does not say.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Runs a script of `python/` against a spacecraft that `cargo twin` flies with `arguments`.
 ///
@@ -15,9 +22,23 @@ use crate::tools;
 /// When a tool is missing, the script fails, or a board was not well: with all that script and spacecraft said.
 pub fn run(name: &str, arguments: &[&str]) -> anyhow::Result<()> {
     let twin = Twin::start(arguments)?;
-    let buses = [("SLCAN_NOMINAL", twin.nominal.as_str()), ("SLCAN_REDUNDANT", &twin.redundant)];
-    judge(name, &buses).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
+    judge(name, &buses(&twin)).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
     twin.end()
+}
+
+/// The addresses of the buses.
+fn buses(twin: &Twin) -> [(&'static str, &str); 2] {
+    [("SLCAN_NOMINAL", &twin.nominal), ("SLCAN_REDUNDANT", &twin.redundant)]
+}
+
+/// Python with a script of `python/` and these variables in its environment.
+fn command(name: &str, variables: &[(&str, &str)]) -> anyhow::Result<Command> {
+    let mut command = Command::new(tools::python()?);
+    command
+        .arg(tools::scripts().join(name))
+        .envs(variables.iter().copied())
+        .env("PYTHONDONTWRITEBYTECODE", "1");
+    Ok(command)
 }
 
 /// Runs a script of `python/` with these variables in its environment.
@@ -25,16 +46,82 @@ pub fn run(name: &str, arguments: &[&str]) -> anyhow::Result<()> {
 /// # Errors
 /// When Python is missing, or the script fails or tests nothing: with all that it said.
 pub fn judge(name: &str, variables: &[(&str, &str)]) -> anyhow::Result<()> {
-    let output = Command::new(tools::python()?)
-        .arg(tools::scripts().join(name))
-        .envs(variables.iter().copied())
-        .env("PYTHONDONTWRITEBYTECODE", "1")
-        .output()
-        .with_context(|| format!("cannot run {name}"))?;
+    let output = command(name, variables)?.output().with_context(|| format!("cannot run {name}"))?;
     let said =
         [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
     ensure!(output.status.success(), "{name} failed ({})\n{said}", output.status);
     let tested = said.lines().any(|line| line.starts_with("Ran ") && !line.starts_with("Ran 0 "));
     ensure!(tested, "{name} tested nothing\n{said}");
     Ok(())
+}
+
+/// A script that plays a node until it goes out of scope.
+pub struct Companion {
+    name: String,
+    child: Child,
+    lines: Receiver<String>,
+}
+
+impl Companion {
+    /// Starts a script of `python/` on the buses of a spacecraft.
+    ///
+    /// # Errors
+    /// When Python is missing.
+    pub fn start(name: &str, twin: &Twin) -> anyhow::Result<Companion> {
+        let mut child = command(name, &buses(twin))?
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .with_context(|| format!("cannot run {name}"))?;
+        let stdout = child.stdout.take().context("its output is piped")?;
+        let (sender, lines) = mpsc::channel();
+        thread::spawn(move || {
+            // Nobody listens any more when the test has failed.
+            BufReader::new(stdout).lines().map_while(Result::ok).try_for_each(|line| sender.send(line))
+        });
+        Ok(Companion { name: name.to_owned(), child, lines })
+    }
+
+    /// The next line that it prints.
+    ///
+    /// # Errors
+    /// When it ends or says nothing for a minute: with all that it complained about.
+    pub fn next_line(&mut self) -> anyhow::Result<String> {
+        self.lines.recv_timeout(PATIENCE).or_else(|_| {
+            // It may have ended already.
+            let _ = self.child.kill();
+            let complaints = self.complaints()?;
+            bail!("{} says nothing more\n{complaints}", self.name)
+        })
+    }
+
+    /// Lets it end; what it has printed and nobody asked for.
+    ///
+    /// # Errors
+    /// When it has failed: with all that it said.
+    pub fn end(mut self) -> anyhow::Result<Vec<String>> {
+        drop(self.child.stdin.take());
+        let complaints = self.complaints()?;
+        let status = self.child.wait()?;
+        ensure!(status.success(), "{} failed ({status})\n{complaints}", self.name);
+        Ok(self.lines.iter().collect())
+    }
+
+    /// All that it writes to stderr until it ends.
+    fn complaints(&mut self) -> anyhow::Result<String> {
+        let mut complaints = String::new();
+        if let Some(mut stderr) = self.child.stderr.take() {
+            stderr.read_to_string(&mut complaints)?;
+        }
+        Ok(complaints)
+    }
+}
+
+impl Drop for Companion {
+    fn drop(&mut self) {
+        // It may have ended already.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
 }

@@ -1,0 +1,127 @@
+//! The SDO client of `ecss-can` on a computer: a socket, and the clock on the wall.
+
+use std::time::{Duration as Span, Instant as Wall};
+
+use anyhow::{Context, ensure};
+use ecss_can::od::Address;
+use ecss_can::sdo::{Client, Error, Mode, Payload};
+use ecss_can::time::{Duration, Instant};
+
+use crate::slcan::Channel;
+
+/// The computer may have other things to do.
+const TIMEOUT: Duration = Duration::from_millis(20_000);
+
+/// Until boards have power and somebody acknowledges frames.
+const UNTIL_IT_IS_HEARD: Span = Span::from_secs(60);
+
+/// Bytes that the application gives or takes at once.
+const CHUNK: usize = 50;
+
+/// The client of one server.
+pub struct Host {
+    channel: Channel,
+    client: Client,
+    server: u8,
+    power_on: Wall,
+    /// Payloads of the last transfer, requests and responses as they went over the bus.
+    pub exchanged: Vec<Payload>,
+}
+
+impl Host {
+    /// A client of node `server`, on the bus at this address; somebody is heard on it.
+    ///
+    /// # Errors
+    /// When the bus cannot be reached or stays silent.
+    pub fn new(url: &str, server: u8) -> anyhow::Result<Host> {
+        let mut channel = Channel::open(url)?;
+        let heard = channel.receive(Wall::now() + UNTIL_IT_IS_HEARD)?;
+        ensure!(heard.is_some(), "nobody is heard on {url}");
+        let client = Client::new(TIMEOUT);
+        Ok(Host { channel, client, server, power_on: Wall::now(), exchanged: Vec::new() })
+    }
+
+    /// Writes a value; how the transfer ended.
+    ///
+    /// # Errors
+    /// When the spacecraft has hung up.
+    pub fn download(
+        &mut self,
+        at: Address,
+        value: &[u8],
+        mode: Mode,
+    ) -> anyhow::Result<Result<usize, Error>> {
+        self.client.start_download(at, value.len(), mode);
+        let mut rest = value;
+        self.transfer(|client| {
+            let pushed = client.push(rest.get(..CHUNK).unwrap_or(rest));
+            rest = rest.get(pushed..).unwrap_or_default();
+        })
+    }
+
+    /// Reads a value of at most `most` bytes.
+    ///
+    /// # Errors
+    /// When the spacecraft has hung up.
+    pub fn upload(&mut self, at: Address, most: usize, mode: Mode) -> anyhow::Result<Result<Vec<u8>, Error>> {
+        self.client.start_upload(at, most, mode);
+        let mut value = Vec::new();
+        let mut pull = |client: &mut Client| {
+            let mut part = [0; CHUNK];
+            let pulled = client.pull(&mut part);
+            value.extend(part.iter().take(pulled));
+            pulled
+        };
+        let outcome = self.transfer(|client| {
+            pull(client);
+        })?;
+        // What came last is still there.
+        while pull(&mut self.client) > 0 {}
+        if let Ok(size) = outcome {
+            ensure!(value.len() == size, "{} bytes of {size}", value.len());
+        }
+        Ok(outcome.map(|_| value))
+    }
+
+    /// Runs a transfer to its end, while `work` gives or takes bytes.
+    fn transfer(&mut self, mut work: impl FnMut(&mut Client)) -> anyhow::Result<Result<usize, Error>> {
+        self.exchanged.clear();
+        loop {
+            let mut requests = Vec::new();
+            work(&mut self.client);
+            self.client.poll(self.now(), &mut |payload| requests.push(payload));
+            self.send(&requests)?;
+            if let Some(outcome) = self.client.outcome() {
+                return Ok(outcome);
+            }
+            if self.client.needs_application() {
+                continue;
+            }
+            let deadline = self.client.deadline().context("the transfer waits for nothing")?;
+            let until = self.power_on + Span::from_micros(deadline.as_micros());
+            let Some(frame) = self.channel.receive(until)? else { continue };
+            if frame.id != 0x580 + u16::from(self.server) {
+                continue;
+            }
+            let payload = Payload::try_from(frame.data.as_slice()).context("a response has 8 bytes")?;
+            self.exchanged.push(payload);
+            let mut requests = Vec::new();
+            self.client.on_response(&payload, self.now(), &mut |payload| requests.push(payload));
+            self.send(&requests)?;
+        }
+    }
+
+    fn send(&mut self, requests: &[Payload]) -> anyhow::Result<()> {
+        for payload in requests {
+            self.channel.send(0x600 + u16::from(self.server), payload)?;
+            self.exchanged.push(*payload);
+            // TCP holds us back when the bus does not follow.
+            self.client.on_sent();
+        }
+        Ok(())
+    }
+
+    fn now(&self) -> Instant {
+        Instant::from_micros(u64::try_from(self.power_on.elapsed().as_micros()).unwrap_or(u64::MAX))
+    }
+}
