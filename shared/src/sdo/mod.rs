@@ -14,6 +14,8 @@
 //!   that does not begin is a timeout. After eight in a row that bring nothing the transfer is aborted (0504 0003h).
 //! * Frames of block transfers that are received twice are ignored where that can be told; where it cannot, the checksum
 //!   and the size tell. Segments outside of blocks have their toggle bit and are aborted.
+//! * The client of a block transfer always offers a checksum, the server only to a client that does: there are clients that
+//!   take the server's offer for an agreement.
 //! * Aborts of another object than that of the transfer are late and are ignored by the client.
 //!
 //! Pass `send` closures of one type to all calls of a server or client, else the compiler makes a copy of the code for

@@ -126,7 +126,6 @@ impl Server {
     ) -> Result<(), AbortCode> {
         self.value.open_download(at, size, crc, objects)?;
         self.begin(State::BlockDownload { receiver: Receiver::new(BLOCK_SIZE), refused: None }, now);
-        // Only who asks for a checksum is offered one: there are clients that take the offer for an agreement.
         send(wire::block_download_response(at, crc, BLOCK_SIZE));
         Ok(())
     }
