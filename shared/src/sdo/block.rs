@@ -79,12 +79,18 @@ impl Receiver {
     #[inline]
     pub fn on_segment(&mut self, command: u8) -> Heard {
         // First what nearly all are.
-        if command == self.next && command < self.size {
+        if self.on_next(command) { Heard::Taken } else { self.on_special(command) }
+    }
+
+    /// The segment that counts next, and does not end its sub-block. Whether it was this one; if not, nothing happened.
+    #[inline]
+    pub fn on_next(&mut self, command: u8) -> bool {
+        let is_next = command == self.next && command < self.size;
+        if is_next {
             self.next += 1;
             (self.heard, self.ended_by) = (true, 0);
-            return Heard::Taken;
         }
-        self.on_special(command)
+        is_next
     }
 
     fn on_special(&mut self, command: u8) -> Heard {

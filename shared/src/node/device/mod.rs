@@ -180,6 +180,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.serve(SdoStep::Request(payload), now, send)
     }
 
+    /// A segment of a block download that needs no object. Whether it was one.
+    #[inline]
+    pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
+        <&sdo::Payload>::try_from(frame.data())
+            .is_ok_and(|payload| self.server.on_plain_segment(payload, now))
+    }
+
     /// The one place where the server runs, so that images carry it once.
     fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
         let response = CobId::sdo_response(self.id);

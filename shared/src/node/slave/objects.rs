@@ -79,6 +79,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     #[inline(always)] // called from one place
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
+        if self.device.on_plain_segment(frame, now) {
+            // Its deadline has moved away.
+            return;
+        }
         // Values of the moment that may be asked for.
         match frame.data() {
             [_, 0x11, 0x20, ..] => self.device.objects.spacecraft.scet_get = self.clock.at(now).into(),

@@ -8,6 +8,21 @@ use crate::sdo::wire::{self, Payload};
 use crate::time::Instant;
 
 impl Server {
+    /// A segment of a download as nearly all are: it comes in its turn and there is room for it, so that no object is
+    /// needed. Whether it was one; if not, nothing happened.
+    #[inline]
+    pub fn on_plain_segment(&mut self, payload: &Payload, now: Instant) -> bool {
+        let [command, data @ ..] = payload;
+        let deadline = now + self.pause();
+        let State::BlockDownload { receiver, refused: None } = &mut self.state else { return false };
+        let is_plain = self.value.has_room() && receiver.on_next(*command);
+        if is_plain {
+            self.deadline = deadline;
+            self.value.push_full(data);
+        }
+        is_plain
+    }
+
     /// A frame in a sub-block of a download: a segment, whatever its first byte, or an abort.
     #[inline(always)] // called from one place
     pub(super) fn on_sub_block(

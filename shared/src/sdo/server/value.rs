@@ -168,6 +168,19 @@ impl Value {
         self.take(data, len, objects)
     }
 
+    /// Whether a full segment can be taken as it is.
+    #[inline]
+    pub fn has_room(&self) -> bool {
+        self.filled + STEP <= BUFFER && self.room >= STEP as u32
+    }
+
+    /// The next full segment of a download that [has room](Value::has_room) for it.
+    #[inline]
+    pub fn push_full(&mut self, data: &[u8; STEP]) {
+        self.room = self.room.saturating_sub(STEP as u32);
+        self.place(data, STEP);
+    }
+
     /// The last segment of a block download; how much of it counts is told to [`Value::finish`].
     pub fn push_last(&mut self, data: &[u8; STEP], objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
         self.take(data, STEP, objects)
@@ -183,12 +196,17 @@ impl Value {
         if self.filled + STEP > BUFFER {
             self.flush(objects)?;
         }
+        self.place(data, len);
+        Ok(())
+    }
+
+    #[inline]
+    fn place(&mut self, data: &[u8; STEP], len: usize) {
         // All seven bytes, because that is quicker; the next ones overwrite those that do not count.
         if let Some(into) = self.buffer.get_mut(self.filled..).and_then(<[u8]>::first_chunk_mut) {
             *into = *data;
         }
         self.filled += len;
-        Ok(())
     }
 
     /// Whether these are the bytes that were taken last.
