@@ -91,9 +91,12 @@ impl Selector {
         &self.parameters
     }
 
-    /// New parameters. What runs goes on with them.
+    /// New parameters. What runs goes on with them; a search ends when they disable switching.
     pub fn configure(&mut self, parameters: Parameters) {
         self.parameters = parameters;
+        if matches!(self.phase, Phase::Searching { .. }) && !parameters.toggling_enabled() {
+            self.phase = Phase::Listening;
+        }
     }
 
     /// Pre-operational was entered after power-on or reset communication: search, beginning with the bus selected now
@@ -146,7 +149,8 @@ impl Selector {
                     self.phase = Phase::Listening;
                     return Some(Selection::GaveUp { bus: self.selected });
                 }
-                *since = end;
+                // A toggling time that was shortened meanwhile may have passed several times: each bus is listened to.
+                *since = if now < end + parameters.toggling_time() { end } else { now };
                 self.parameters.ctoggle = parameters.ctoggle.saturating_add(1);
                 self.selected = self.selected.other();
                 Some(Selection::Toggled { to: self.selected })

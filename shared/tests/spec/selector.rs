@@ -242,6 +242,31 @@ fn reset_communication_keeps_the_bus_and_the_alternate_is_the_other_physical_one
     assert_eq!(decisions(&mut selector, 1_330), [(1_330, Selection::Toggled { to: NOMINAL })]);
 }
 
+/// Parameters are written over the bus at any time, also while the master is searched.
+#[test]
+fn a_search_ends_when_switching_is_disabled_meanwhile() {
+    for disabled in [
+        Parameters { ttoggle: 0, ..PARAMETERS },
+        Parameters { ntoggle: 0, ..PARAMETERS },
+        Parameters { consumer: span(0), ..PARAMETERS },
+    ] {
+        let mut selector = started(PARAMETERS);
+        selector.configure(disabled);
+        assert_eq!(selector.deadline(), None);
+        assert_eq!(selector.poll(ms(10_000)), None);
+        assert_eq!(selector.selected(), NOMINAL);
+    }
+}
+
+#[test]
+fn a_toggling_time_that_is_shortened_in_a_search_makes_one_switch_at_a_time() {
+    let mut selector = started(PARAMETERS);
+    selector.configure(Parameters { consumer: span(1), ..PARAMETERS });
+    assert_eq!(selector.poll(ms(290)), Some(Selection::Toggled { to: REDUNDANT }));
+    assert_eq!(selector.poll(ms(290)), None);
+    assert_eq!(selector.deadline(), Some(ms(293)));
+}
+
 #[test]
 fn equal_histories_make_equal_states() {
     let hash = |selector: &Selector| {
