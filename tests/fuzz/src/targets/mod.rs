@@ -1,0 +1,9 @@
+//! What is tried.
+
+pub mod nmt;
+mod node;
+pub mod sdo_client;
+mod sdo_objects;
+pub mod sdo_server;
+mod sdo_witness;
+pub mod slave;

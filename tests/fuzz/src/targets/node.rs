@@ -1,0 +1,84 @@
+//! A whole slave between two buses.
+
+use ecss_can::link::{Bus, CobId, Frame};
+use ecss_can::nmt::NodeId;
+use ecss_can::node::{Slave, SlaveEvent};
+use ecss_can::profile::Profile;
+use ecss_can::profile::mission::{self, MissionObjects};
+use ecss_can::runner::{BusCommand, LinkEvent, Node, Outbox};
+use ecss_can::time::{Duration, Instant, Stamp};
+
+/// The node.
+pub const ID: NodeId = NodeId::of::<5>();
+
+pub type TestSlave = Slave<MissionObjects<Vec<u8>>>;
+
+/// The slave, the time, and what it did in the last step.
+pub struct Bench {
+    pub slave: TestSlave,
+    pub now: Instant,
+    pub sent: Vec<(Bus, Frame)>,
+    pub events: Vec<SlaveEvent>,
+}
+
+impl Bench {
+    /// Powered on.
+    pub fn new(profile: &Profile) -> Bench {
+        let slave = mission::slave(ID, profile, vec![0; 64]);
+        let mut bench = Bench { slave, now: Instant::from_micros(1_000), sent: vec![], events: vec![] };
+        bench.step(|slave, now, out| slave.start(now, out));
+        bench
+    }
+
+    /// One step. What it does fits into an outbox.
+    pub fn step(&mut self, step: impl FnOnce(&mut TestSlave, Instant, &mut Outbox<SlaveEvent>)) {
+        let mut out = Outbox::new();
+        self.sent.clear();
+        self.events.clear();
+        step(&mut self.slave, self.now, &mut out);
+        while let Some((bus, command)) = out.pop_command() {
+            if let BusCommand::Send(outgoing) = command {
+                assert!(outgoing.expires > self.now, "stale at once");
+                self.sent.push((bus, outgoing.frame));
+            }
+        }
+        while let Some(event) = out.pop_event() {
+            self.events.push(event);
+        }
+        assert_eq!(out.take_overflows(), 0, "more than an outbox holds: {:?} {:?}", self.sent, self.events);
+    }
+
+    /// What is due now.
+    pub fn poll(&mut self) {
+        self.step(|slave, now, out| slave.poll(now, out));
+        assert!(self.slave.deadline().is_none_or(|due| due > self.now), "a deadline of the past");
+    }
+
+    /// A frame that ended now.
+    pub fn receive(&mut self, bus: Bus, frame: Frame) {
+        let stamp = Stamp::interrupt(self.now);
+        self.step(|slave, now, out| slave.on_link(bus, &LinkEvent::Received { frame, stamp }, now, out));
+    }
+
+    /// Time passes; `see` looks at every step.
+    pub fn wait(&mut self, span: Duration, mut see: impl FnMut(&Bench)) {
+        let until = self.now + span;
+        while let Some(due) = self.slave.deadline().filter(|due| *due <= until) {
+            self.now = due.max(self.now);
+            self.poll();
+            see(self);
+        }
+        self.now = until;
+    }
+}
+
+/// A frame of up to eight bytes.
+pub fn frame(id: u16, dlc: u8, data: [u8; 8]) -> Frame {
+    let id = CobId::new(id & 0x7FF).expect("11 bits");
+    Frame::new(id, &data[..usize::from(dlc.min(8))]).expect("at most eight bytes")
+}
+
+/// One of the buses.
+pub const fn bus(byte: u8) -> Bus {
+    if byte & 1 == 0 { Bus::Nominal } else { Bus::Redundant }
+}
