@@ -24,9 +24,10 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 4] = [
+pub const TARGETS: [Target; 5] = [
     Target { name: "sdo-server", run: targets::sdo_server::run },
     Target { name: "sdo-client", run: targets::sdo_client::run },
+    Target { name: "pdo-mapping", run: targets::pdo_mapping::run },
     Target { name: "nmt", run: targets::nmt::run },
     Target { name: "slave", run: targets::slave::run },
 ];

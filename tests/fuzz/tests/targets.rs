@@ -26,6 +26,12 @@ fn an_sdo_client_takes_any_answers() {
     try_target("sdo-client");
 }
 
+/// Only what is mapped changes, to the bits of the frame; no invalid mapping becomes active.
+#[test]
+fn pdos_can_be_configured_with_anything() {
+    try_target("pdo-mapping");
+}
+
 /// The state follows the state diagram, and heartbeats tell it.
 #[test]
 fn a_slave_takes_any_module_control() {

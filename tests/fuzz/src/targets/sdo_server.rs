@@ -175,8 +175,8 @@ impl World<'_> {
     }
 }
 
-/// What an answer is: its first byte, for an abort its code.
+/// What an answer is: its command specifier, for an abort its code.
 fn kind(answer: &Payload) -> u32 {
     let [command, _, _, _, code @ ..] = *answer;
-    if command == 0x80 { u32::from_le_bytes(code) } else { u32::from(command) }
+    if command == 0x80 { u32::from_le_bytes(code) } else { u32::from(command >> 5) }
 }

@@ -144,7 +144,8 @@ fn receive(bench: &mut Bench, on: ecss_can::link::Bus, frame: Frame, age: u8) {
 
 fn note(bench: &Bench, signature: &mut Signature) {
     for (on, frame) in &bench.sent {
-        signature.note(u32::from(frame.id().raw()) << 8 | *on as u32 | u32::from(frame.padded()[0]) << 1);
+        let (function, command) = (u32::from(frame.id().function()), u32::from(frame.padded()[0] >> 5));
+        signature.note(function << 8 | command << 1 | *on as u32);
     }
     for event in &bench.events {
         let text = std::mem::discriminant(event);

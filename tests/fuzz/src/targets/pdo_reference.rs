@@ -1,0 +1,137 @@
+//! What PDOs must do, bit by bit, from what the dictionary declares and holds (CiA 301 7.4.8.2).
+
+use std::sync::LazyLock;
+
+use ecss_can::node::NodeObjects;
+use ecss_can::od::{Access, Address, Objects, checked};
+use ecss_can::profile::mission::MissionObjects;
+
+pub type Dictionary = NodeObjects<MissionObjects<Vec<u8>>>;
+
+/// Something that a PDO may carry.
+#[derive(Clone, Copy)]
+pub struct Value {
+    pub at: Address,
+    pub bits: u8,
+    receivable: bool,
+    transmittable: bool,
+}
+
+/// All of it.
+pub static VALUES: LazyLock<Vec<Value>> = LazyLock::new(|| {
+    addresses(&|entry| entry.mappable)
+        .into_iter()
+        .map(|(at, access, bits)| Value {
+            at,
+            bits: bits.expect("of a fixed size"),
+            receivable: matches!(access, Access::Wo | Access::Rw | Access::Rww),
+            transmittable: matches!(access, Access::Ro | Access::Rw | Access::Rwr | Access::Const),
+        })
+        .collect()
+});
+
+/// Everything above the communication profile but what changes by itself.
+static WATCHED: LazyLock<Vec<Address>> = LazyLock::new(|| {
+    let all = addresses(&|_| true).into_iter().map(|(at, ..)| at);
+    all.filter(|at| at.index >= 0x2000 && !matches!(at.index, 0x2011 | 0x2020 | 0x2021)).collect()
+});
+
+fn addresses(wanted: &dyn Fn(&ecss_can::od::Entry) -> bool) -> Vec<(Address, Access, Option<u8>)> {
+    let mut found = vec![];
+    Dictionary::each_object(&mut |object| {
+        for instance in 0..object.count {
+            for entry in object.entries.iter().filter(|entry| wanted(entry)) {
+                for nth in 0..entry.count {
+                    let at = Address::new(object.index + instance, entry.sub + nth);
+                    found.push((at, entry.access, entry.data_type.bits()));
+                }
+            }
+        }
+    });
+    found.sort_by_key(|(at, ..)| *at);
+    found
+}
+
+/// Whether everything watched is equal.
+pub fn is_equal(one: &Dictionary, other: &Dictionary) -> bool {
+    let spacecraft = (&one.spacecraft, &other.spacecraft);
+    let is_same = one.application == other.application
+        && spacecraft.0.redundancy == spacecraft.1.redundancy
+        && spacecraft.0.scet_set == spacecraft.1.scet_set
+        && spacecraft.0.self_test == spacecraft.1.self_test;
+    // No number equals NaN; its bytes do.
+    is_same || snapshot(&mut one.clone()) == snapshot(&mut other.clone())
+}
+
+/// Everything watched, as SDOs would read it.
+fn snapshot(objects: &mut Dictionary) -> Vec<u8> {
+    let mut all = vec![];
+    for at in WATCHED.iter() {
+        let mut bytes = [0; 64];
+        let len = checked::find(objects, *at).map_or(0, |found| found.read(0, &mut bytes));
+        all.extend(&bytes[..len]);
+    }
+    all
+}
+
+/// Bits of a mapping entry.
+const fn bits(entry: u32) -> usize {
+    (entry & 0xFF) as usize
+}
+
+/// Data bytes of a mapping.
+pub fn bytes(mapping: &[u32]) -> u8 {
+    mapping.iter().map(|entry| bits(*entry)).sum::<usize>().div_ceil(8) as u8
+}
+
+fn address(entry: u32) -> Address {
+    Address::new((entry >> 16) as u16, (entry >> 8) as u8)
+}
+
+/// Whether a PDO may have this mapping.
+pub fn is_valid(mapping: &[u32], receives: bool) -> bool {
+    let is_possible = |entry: &u32| match (entry >> 16, entry >> 8 & 0xFF) {
+        // Dummies: BOOLEAN, INTEGER8 to UNSIGNED32.
+        (1, 0) => receives && bits(*entry) == 1,
+        (2 | 5, 0) => receives && bits(*entry) == 8,
+        (3 | 6, 0) => receives && bits(*entry) == 16,
+        (4 | 7, 0) => receives && bits(*entry) == 32,
+        _ => VALUES.binary_search_by_key(&address(*entry), |value| value.at).is_ok_and(|found| {
+            let value = VALUES[found];
+            usize::from(value.bits) == bits(*entry)
+                && if receives { value.receivable } else { value.transmittable }
+        }),
+    };
+    let total: usize = mapping.iter().map(|entry| bits(*entry)).sum();
+    (1..=8).contains(&mapping.len()) && total <= 64 && mapping.iter().all(is_possible)
+}
+
+/// Writes the values of a frame, each from its bits; one outside of its limits stays as it was.
+pub fn unpack(mapping: &[u32], data: [u8; 8], objects: &mut Dictionary) {
+    let mut at = 0;
+    for entry in mapping {
+        let mut value = vec![0; bits(*entry).div_ceil(8)];
+        for bit in 0..bits(*entry) {
+            let is_set = data[(at + bit) / 8] >> ((at + bit) % 8) & 1;
+            value[bit / 8] |= is_set << (bit % 8);
+        }
+        if let Ok(mut found) = checked::find(objects, address(*entry)) {
+            let _ = found.write(&value);
+        }
+        at += bits(*entry);
+    }
+}
+
+/// The frame of the present values.
+pub fn pack(mapping: &[u32], objects: &mut Dictionary) -> [u8; 8] {
+    let (mut data, mut at) = ([0; 8], 0);
+    for entry in mapping {
+        let mut value = [0; 8];
+        checked::find(objects, address(*entry)).expect("mapped").read(0, &mut value);
+        for bit in 0..bits(*entry) {
+            data[(at + bit) / 8] |= (value[bit / 8] >> (bit % 8) & 1) << ((at + bit) % 8);
+        }
+        at += bits(*entry);
+    }
+    data
+}
