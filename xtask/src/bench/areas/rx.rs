@@ -28,8 +28,8 @@ const SPACING: Time = Time::from_us(7_919);
 /// From what was before to the heartbeat of the master that comes before each command.
 const BREAK: Time = Time::from_us(500);
 
-/// From SOF to the last bit but one of EOF of a frame of six bytes without stuff bits, and a little less.
-const ON_THE_WIRE: Time = Time::from_us(88);
+/// From SOF to the last bit but one of EOF of a frame of eight bytes without stuff bits, and a little less.
+const ON_THE_WIRE: Time = Time::from_us(104);
 
 /// By when a command must have been executed.
 const PATIENCE: Time = Time::from_ms(2);
@@ -40,7 +40,7 @@ const CAN1_RX0: u32 = 16 + 20;
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
 
-/// "Set value", four bytes (profile `mission`).
+/// "Set value", four bytes and two of no meaning (profile `mission`).
 const SET_VALUE: [u8; 2] = [0x02, 0x00];
 
 /// Cycles from the entry of the interrupt.
@@ -55,7 +55,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut latencies = Vec::new();
     for value in 0..COMMANDS {
         at += SPACING;
-        let command = [&SET_VALUE[..], &value.to_le_bytes()].concat();
+        let command = [&SET_VALUE[..], &value.to_le_bytes(), &[0; 2]].concat();
         rig.send(Bus::Nominal, rig.spacecraft.now() + BREAK, MASTER_BEATS);
         rig.send(Bus::Nominal, at, (0x300 + u16::from(SLAVE), &command));
         rig.run_until(at + ON_THE_WIRE)?;
