@@ -1,7 +1,6 @@
 //! Time: protocol timers, stamps, spacecraft time.
 
 mod clock;
-pub mod consumer;
 mod instant;
 mod pattern;
 mod periodic;

@@ -1,10 +1,9 @@
-//! Local clock, time producer, time consumer.
+//! Local clock, time producer, timers.
 
-use ecss_can::time::consumer::TimeConsumer;
-use ecss_can::time::producer::{self, TimeProducer};
+use ecss_can::time::producer::TimeProducer;
 use ecss_can::time::{Duration, Instant, LocalClock, Periodic, Scet};
 
-use crate::bench::{frame, ms, node, span, stamp};
+use crate::bench::{frame, ms, span};
 
 fn scet(coarse: u32, fine: u32) -> Scet {
     Scet::new(coarse, fine).unwrap()
@@ -30,23 +29,6 @@ fn the_producer_conveys_the_spacecraft_time_every_period() {
     assert_eq!(producer.poll(ms(999), &clock), None);
     assert_eq!(producer.poll(ms(1_000), &clock), Some(frame(0x181, &[0, 0, 0, 5, 3, 2, 1])));
     assert_eq!(producer.deadline(), Some(ms(2_000)));
-}
-
-/// Verifies: ECSS 7.2.2c, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
-#[test]
-fn a_consumer_takes_the_time_and_tells_its_own_as_of_the_sync() {
-    let mut consumer = TimeConsumer::new(node(3));
-    // Given a Spacecraft Time PDO that ended at 100 ms
-    assert!(consumer.on_spacecraft_time(&producer::encode(scet(50, 0)), stamp(ms(100))).is_some());
-    // Then the answer to a SYNC that ended half a second later says so, however late it is asked for
-    assert_eq!(consumer.on_sync(stamp(ms(600))), frame(0x183, &[0, 0, 0x80, 50, 0, 0, 0]));
-}
-
-#[test]
-fn a_short_time_pdo_is_malformed_and_sets_nothing() {
-    let mut consumer = TimeConsumer::new(node(3));
-    assert_eq!(consumer.on_spacecraft_time(&frame(0x181, &[0; 6]), stamp(ms(100))), None);
-    assert_eq!(consumer.clock().at(ms(1_000)), scet(1, 0));
 }
 
 #[test]

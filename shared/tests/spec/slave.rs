@@ -284,7 +284,7 @@ fn telemetry_goes_out_for_one_period_on_the_active_bus() {
     assert_eq!(slave.frames(), [(REDUNDANT, frame(0x385, &[0x02, 0x01, 1, 2, 3, 4, 0, 0]))]);
 }
 
-/// Verifies: ECSS 6.9e, 7.2.2f, 7.2.3k
+/// Verifies: ECSS 6.9e, 7.2.2c, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
 #[test]
 fn each_sync_is_answered_with_the_local_time_at_its_end_when_operational() {
     let mut slave = operational(&STANDARD);
@@ -315,6 +315,16 @@ fn each_sync_is_answered_with_the_local_time_at_its_end_when_operational() {
     slave.receive(NOMINAL, 0x080, &[7]);
     assert_eq!(slave.events.len(), 1);
     assert_eq!(slave.frames()[0], (NOMINAL, frame(0x085, &[0x40, 0x82, 0x11, 0, 0, 0, 0, 0])));
+}
+
+#[test]
+fn a_short_time_pdo_is_malformed_and_sets_nothing() {
+    let mut slave = operational(&STANDARD);
+    slave.receive(NOMINAL, 0x181, &[0xFF; 6]);
+    assert_eq!((slave.events.len(), status_counters(&mut slave).nominal.malformed), (0, 1));
+    // It counts from power-on still.
+    slave.run_until(ms(20));
+    assert_eq!(slave.node.status(ms(1_000)).scet, Scet::new(1, 0).unwrap());
 }
 
 #[test]
