@@ -5,9 +5,10 @@ use std::sync::{Arc, Mutex};
 use ecss_can::link::port::{Filter, Health};
 use ecss_can::link::{Bus, CobId};
 use ecss_can::nmt::NmtState;
-use ecss_can::node::SlaveEvent;
-use ecss_can::od::Address;
+use ecss_can::node::{NodeObjects, SlaveEvent};
 use ecss_can::od::spacecraft::SelfTest;
+use ecss_can::od::{Address, Objects};
+use ecss_can::profile::mission::MissionObjects;
 use ecss_can::profile::{Profile, STANDARD, mission};
 use ecss_can::runner::BusCommand;
 use ecss_can::store::{ParameterStore, StoreError};
@@ -61,19 +62,27 @@ fn powered_with(memory: &Memory) -> Bench<TestSlave> {
 
 /// Answer to an SDO request on the nominal bus.
 fn ask(slave: &mut Bench<TestSlave>, request: [u8; 8]) -> [u8; 8] {
+    ask_on(slave, NOMINAL, request)
+}
+
+fn ask_on(slave: &mut Bench<TestSlave>, bus: Bus, request: [u8; 8]) -> [u8; 8] {
     slave.sent.clear();
-    slave.receive(NOMINAL, 0x605, &request);
+    slave.receive(bus, 0x605, &request);
     let answers: Vec<_> = slave.sent.iter().filter(|sent| sent.frame.id().raw() == 0x585).collect();
-    assert_eq!((answers.len(), answers[0].bus), (1, NOMINAL), "one answer to {request:02X?}");
+    assert_eq!((answers.len(), answers[0].bus), (1, bus), "one answer to {request:02X?}");
     answers[0].frame.padded()
 }
 
 fn write(slave: &mut Bench<TestSlave>, index: u16, sub: u8, value: &[u8]) -> [u8; 8] {
+    write_on(slave, NOMINAL, index, sub, value)
+}
+
+fn write_on(slave: &mut Bench<TestSlave>, bus: Bus, index: u16, sub: u8, value: &[u8]) -> [u8; 8] {
     let [low, high] = index.to_le_bytes();
     let mut data = [0; 4];
     data[..value.len()].copy_from_slice(value);
     let command = 0x23 | ((4 - value.len() as u8) << 2);
-    ask(slave, [command, low, high, sub, data[0], data[1], data[2], data[3]])
+    ask_on(slave, bus, [command, low, high, sub, data[0], data[1], data[2], data[3]])
 }
 
 fn done(index: u16, sub: u8) -> [u8; 8] {
@@ -114,7 +123,7 @@ fn objects_are_read_and_written_where_sdo_is_allowed() {
 #[test]
 fn what_must_not_be_written_is_refused_with_the_right_code() {
     let mut slave = powered();
-    let table: [(u16, u8, &[u8], u32); 22] = [
+    let table: [(u16, u8, &[u8], u32); 24] = [
         (0x1000, 0, &[0; 4], 0x0601_0002),             // device type is read-only
         (0x1004, 0, &[0; 4], 0x0602_0000),             // no such object
         (0x1018, 9, &[0; 4], 0x0609_0011),             // no such sub-index
@@ -130,6 +139,8 @@ fn what_must_not_be_written_is_refused_with_the_right_code() {
         (0x1010, 1, b"save", 0x0800_0020),             // nowhere to save to
         (0x1400, 1, &[0x82, 1, 0, 0x40], 0x0609_0030), // another COB-ID while valid
         (0x1600, 0, &[0], 0x0609_0030),                // mapping while valid
+        (0x1603, 1, &[8, 1, 0, 0x20], 0x0604_0041),    // Bdefault is for transmit PDOs
+        (0x1603, 1, &[8, 4, 0, 0x20], 0x0604_0041),    // Ctoggle as well
         (0x1803, 2, &[252], 0x0609_0030),              // remote requests
         (0x1A03, 1, &[0x20, 0, 0, 0x60], 0x0602_0000), // 6000h is no object
         (0x1A03, 1, &[0x10, 1, 0, 0x62], 0x0604_0041), // 6200h is for receive PDOs
@@ -201,6 +212,50 @@ fn a_pdo_is_mapped_anew_and_sent() {
         slave.sent.iter().find(|sent| sent.frame.id().raw() == 0x285).unwrap().frame,
         frame(0x285, &[1, 2, 3, 4, 0])
     );
+}
+
+/// A receive PDO changes a value; that a service has to follow, the node learns from an SDO. Objects that may come by PDO
+/// are the application's, which hears of each, and the time, which sets the clock.
+#[test]
+fn what_a_service_has_to_follow_does_not_come_by_pdo() {
+    let mut by_pdo = Vec::new();
+    NodeObjects::<MissionObjects<Vec<u8>>>::each_object(&mut |object| {
+        if object.entries.iter().any(|entry| entry.mappable && entry.access.is_for_rpdo()) {
+            by_pdo.push(object.index);
+        }
+    });
+    by_pdo.sort_unstable();
+    assert_eq!(by_pdo, [0x2010, 0x6101, 0x6200, 0x6210, 0x6400]);
+}
+
+#[test]
+fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
+    let mut slave = powered();
+    let steps: [(u16, u8, &[u8]); 5] = [
+        (0x1A01, 0, &[0]),
+        (0x1A01, 1, &[8, 1, 0, 0x20]),
+        (0x1A01, 2, &[8, 4, 0, 0x20]),
+        (0x1A01, 0, &[2]),
+        (0x1801, 1, &[0x85, 2, 0, 0x40]),
+    ];
+    for (index, sub, value) in steps {
+        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
+    }
+    // The master is lost and found on the other bus.
+    slave.receive(NOMINAL, 0x701, &[5]);
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    let send = |slave: &mut Bench<TestSlave>| {
+        slave.sent.clear();
+        slave.touch(|slave, now| slave.send_pdo(1, now));
+        slave.frames()
+    };
+    assert_eq!(send(&mut slave), [(NOMINAL, frame(0x285, &[0, 0]))]);
+    slave.run_until(ms(600));
+    assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
+    slave.receive(REDUNDANT, 0x000, &[1, 5]);
+    assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 0]))]);
+    assert_eq!(write_on(&mut slave, REDUNDANT, 0x2000, 4, &[3]), done(0x2000, 4));
+    assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 3]))]);
 }
 
 /// Verifies: ECSS 8.3.1c

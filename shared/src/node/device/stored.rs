@@ -74,7 +74,8 @@ impl Stored {
 
 /// Whether a value is kept: what a client may write, and what neither PDOs nor the device itself move.
 fn is_parameter(at: Address, entry: &Entry) -> bool {
-    let by_nature = entry.access == Access::Rw && (1..=MAX_VALUE as u16).contains(&entry.size);
+    let by_nature =
+        matches!(entry.access, Access::Rw | Access::Rwr) && (1..=MAX_VALUE as u16).contains(&entry.size);
     by_nature && at != CTOGGLE && !matches!(at.index, 0x1003 | 0x1010 | 0x1011)
 }
 
