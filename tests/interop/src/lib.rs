@@ -6,13 +6,15 @@
 //! own time stamps, and networks of the `canopen` package.
 //!
 //! The other way round, [`host::Host`] is the SDO client of `ecss-can` on this computer, and a script ([`script::Companion`])
-//! plays the server that it asks: `tests/sdo_client.rs`.
+//! plays the server that it asks: [`flight::Flight`], `tests/sdo_client.rs`. `tests/sdo_blocks/` needs no spacecraft: there
+//! the servers are Rust, too.
 //!
-//! [`tools`] installs what is missing: python-can and canopen into `target/interop/venv`, Debian's packages when it may.
+//! [`tools`] installs what is missing: python-can, canopen and durand into `target/interop/venv`, Debian's packages when it may.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod flight;
 pub mod host;
 pub mod program;
 pub mod script;

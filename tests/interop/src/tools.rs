@@ -53,7 +53,7 @@ pub fn provide(tool: Tool) -> anyhow::Result<()> {
     locked(|_| if is_there(tool) { Ok(()) } else { install(&[tool.package]) })
 }
 
-/// The Python that has python-can and canopen.
+/// The Python that has python-can, canopen and durand.
 ///
 /// # Errors
 /// When they are missing and cannot be installed; the error says why.
@@ -69,7 +69,7 @@ pub fn python() -> anyhow::Result<PathBuf> {
         if !can_make_environments() {
             install(&[PYTHON.package, VENV])?;
         }
-        eprintln!("installing python-can and canopen into {}", environment.display());
+        eprintln!("installing python-can, canopen and durand into {}", environment.display());
         run(Command::new(PYTHON.program).args(["-m", "venv", "--clear"]).arg(&environment))?;
         run(Command::new(&python)
             .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"])

@@ -1,14 +1,14 @@
-//! The SDO client of `ecss-can` against a server that others wrote: `canopen.LocalNode`, node 5 of `python/serving.py`.
+//! The SDO client of `ecss-can` against servers that others wrote, node 5: `canopen.LocalNode` of `python/serving.py`, which
+//! knows no blocks, and a node of durand, `python/blocks.py`, which does.
 //!
-//! Both hang on the nominal bus of a spacecraft that flies as usual, with a master of its own.
+//! Client and server hang on the nominal bus of a spacecraft that flies as usual, with a master of its own.
 
 use ecss_can::od::{AbortCode, Address};
-use ecss_can::sdo::{Error, Mode, Payload};
-use interop::host::Host;
-use interop::program::Twin;
-use interop::script::Companion;
+use ecss_can::sdo::{Error, Mode};
+use interop::flight::Flight;
 
-const SERVER: u8 = 5;
+const LOCAL_NODE: &str = "serving.py";
+const DURAND: &str = "blocks.py";
 
 const BYTE: Address = Address::new(0x2001, 0);
 const WORD: Address = Address::new(0x2002, 0);
@@ -33,57 +33,16 @@ fn other(size: usize) -> Vec<u8> {
     pattern(size).into_iter().map(|byte| !byte).collect()
 }
 
-struct Flight {
-    host: Host,
-    server: Companion,
-    twin: Twin,
-}
-
-impl Flight {
-    fn begin() -> Flight {
-        let twin = must(Twin::start(&["--profile", "librecube", "--slaves", "2"]));
-        let mut server = must(Companion::start("serving.py", &twin));
-        assert_eq!(must(server.next_line()), "serving");
-        let host = must(Host::new(&twin.nominal, SERVER));
-        Flight { host, server, twin }
-    }
-
-    /// Writes a value, of which the server says what it has got.
-    fn writes(&mut self, at: Address, value: &[u8], mode: Mode) {
-        assert_eq!(must(self.host.download(at, value, mode)), Ok(value.len()), "{at:?}");
-        let digits: String = value.iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(must(self.server.next_line()), format!("{:04X} {:02X} {digits}", at.index, at.sub));
-    }
-
-    fn reads(&mut self, at: Address, value: &[u8], mode: Mode) {
-        assert_eq!(must(self.host.upload(at, 2000, mode)), Ok(value.to_vec()), "{at:?}");
-    }
-
-    /// Command specifiers of requests and responses, those of the first four frames.
-    fn commands(&self) -> Vec<u8> {
-        self.host.exchanged.iter().take(4).map(|[command, ..]| *command).collect()
-    }
-
-    /// Frames of the transfer.
-    fn frames(&self) -> usize {
-        self.host.exchanged.len()
-    }
-
-    /// Everything has gone well, and nothing was written that was not to be.
-    fn end(self) {
-        assert_eq!(must(self.server.end()), [""; 0]);
-        must(self.twin.end());
-    }
-}
-
-fn must<T>(result: anyhow::Result<T>) -> T {
-    result.unwrap_or_else(|failure| panic!("{failure:#}"))
+/// The same ones every time.
+fn random(size: usize) -> Vec<u8> {
+    let mut random = fastrand::Rng::with_seed(size as u64);
+    std::iter::repeat_with(|| random.u8(..)).take(size).collect()
 }
 
 /// Verifies: ECSS 6.1a
 #[test]
 fn values_of_up_to_four_bytes_are_expedited() {
-    let mut flight = Flight::begin();
+    let mut flight = Flight::begin(LOCAL_NODE);
     for (at, value, new, upload, download) in [
         (BYTE, &[0x5A][..], &[0xC3][..], 0x4F, 0x2F),
         (WORD, &[0x34, 0x12], &[0xFE, 0xCA], 0x4B, 0x2B),
@@ -104,7 +63,7 @@ fn values_of_up_to_four_bytes_are_expedited() {
 /// Verifies: ECSS 6.1a
 #[test]
 fn longer_values_move_in_segments() {
-    let mut flight = Flight::begin();
+    let mut flight = Flight::begin(LOCAL_NODE);
     let text = b"ECSS-E-ST-50-15C ".repeat(6);
     let values = [
         (EIGHT_BYTES, vec![0xF0, 0xDE, 0xBC, 0x9A, 0x78, 0x56, 0x34, 0x12], other(8)),
@@ -127,30 +86,25 @@ fn longer_values_move_in_segments() {
 /// CiA 301 7.2.4.2.8: blocks are optional. The server answers a block upload with segments and aborts a block download.
 #[test]
 fn a_server_without_blocks_is_served_by_segments() {
-    let mut flight = Flight::begin();
+    let mut flight = Flight::begin(LOCAL_NODE);
     for (at, size) in [(OCTETS, 100), (DOMAIN, 1000)] {
         flight.reads(at, &pattern(size), Mode::Auto);
         assert_eq!(flight.commands(), [0xA4, 0x41, 0x60, 0x00]);
         flight.writes(at, &other(size), Mode::Auto);
         assert_eq!(flight.commands(), [0xC6, 0x80, 0x21, 0x60]);
-        assert_eq!(flight.host.exchanged.get(1).map(abort_code), Some(0x0504_0001));
+        assert_eq!(flight.abort_code(1), Some(0x0504_0001));
         flight.reads(at, &other(size), Mode::Auto);
     }
     let refused = Err(Error::Abort(AbortCode::CommandSpecifier));
-    assert_eq!(must(flight.host.download(DOMAIN, &pattern(1000), Mode::Block)), refused);
+    assert_eq!(flight.download(DOMAIN, &pattern(1000), Mode::Block), refused);
     flight.end();
-}
-
-fn abort_code(payload: &Payload) -> u32 {
-    let [_, _, _, _, code @ ..] = *payload;
-    u32::from_le_bytes(code)
 }
 
 /// Verifies: ECSS 6.1a
 #[test]
 fn refusals_have_their_abort_codes() {
     use AbortCode::{Length, NoConnection, NoData, NoObject, NoSubIndex, ReadOnly, WriteOnly};
-    let mut flight = Flight::begin();
+    let mut flight = Flight::begin(LOCAL_NODE);
     let unknown = Address::new(0x5FFF, 0);
     let no_member = Address::new(0x2010, 9);
     for (at, mode, code) in [
@@ -161,7 +115,7 @@ fn refusals_have_their_abort_codes() {
         // Its code for an object without a value.
         (NOTHING, Mode::Segmented, NoConnection),
     ] {
-        assert_eq!(must(flight.host.upload(at, 2000, mode)), Err(Error::Abort(code)), "{at:?}");
+        assert_eq!(flight.upload(at, 2000, mode), Err(Error::Abort(code)), "{at:?}");
     }
     for (at, value, code) in [
         (unknown, vec![1], NoObject),
@@ -172,17 +126,61 @@ fn refusals_have_their_abort_codes() {
         (WORD, vec![1], Length),
         (EIGHT_BYTES, pattern(9), Length),
     ] {
-        assert_eq!(
-            must(flight.host.download(at, &value, Mode::Segmented)),
-            Err(Error::Abort(code)),
-            "{at:?}"
-        );
+        assert_eq!(flight.download(at, &value, Mode::Segmented), Err(Error::Abort(code)), "{at:?}");
     }
     // An empty value is one, but not for this server when it is read.
     flight.writes(DOMAIN, &[], Mode::Auto);
-    assert_eq!(must(flight.host.upload(DOMAIN, 2000, Mode::Auto)), Err(Error::Abort(NoData)));
+    assert_eq!(flight.upload(DOMAIN, 2000, Mode::Auto), Err(Error::Abort(NoData)));
     // More than the application takes.
-    assert_eq!(must(flight.host.upload(OCTETS, 99, Mode::Segmented)), Err(Error::TooLarge));
+    assert_eq!(flight.upload(OCTETS, 99, Mode::Segmented), Err(Error::TooLarge));
     flight.reads(OCTETS, &pattern(100), Mode::Segmented);
+    flight.end();
+}
+
+/// A byte, a byte more than a segment, sub-blocks with a byte less and more, 20 kB; and full last segments.
+///
+/// Verifies: ECSS 6.1a
+#[test]
+fn blocks_are_moved_with_a_node_of_durand() {
+    let mut flight = Flight::begin(DURAND);
+    flight.reads(DOMAIN, &pattern(1000), Mode::Block);
+    assert_eq!(flight.commands()[..3], [0xA4, 0xC6, 0xA3]);
+    for size in [1, 7, 8, 888, 889, 890, 20_000] {
+        let value = random(size);
+        flight.writes(DOMAIN, &value, Mode::Block);
+        assert_eq!(flight.commands()[..2], [0xC6, 0xA4]);
+        assert_eq!(flight.frames(), 4 + size.div_ceil(7) + size.div_ceil(889));
+        if size % 7 != 0 {
+            flight.reads(DOMAIN, &value, Mode::Block);
+            continue;
+        }
+        // durand 0.5.0 says of a full last segment that none of its bytes counts.
+        let wrong = Err(Error::Protocol(AbortCode::TooShort));
+        assert_eq!(flight.upload(DOMAIN, 20_000, Mode::Block), wrong, "{size}");
+    }
+    // What is not worth blocks, and what is.
+    for (size, command) in [(4, 0x23), (28, 0x21), (29, 0xC6)] {
+        flight.writes(DOMAIN, &other(size), Mode::Auto);
+        assert_eq!(flight.commands()[0], command);
+        flight.reads(DOMAIN, &other(size), Mode::Auto);
+    }
+    flight.end();
+}
+
+/// Verifies: ECSS 6.1a
+#[test]
+fn a_node_of_durand_refuses_blocks_with_its_codes() {
+    use AbortCode::{NoObject, ReadOnly, WriteOnly};
+    let mut flight = Flight::begin(DURAND);
+    let unknown = Address::new(0x5FFF, 0);
+    for (at, code) in [(unknown, NoObject), (KEY, WriteOnly)] {
+        assert_eq!(flight.upload(at, 2000, Mode::Block), Err(Error::Abort(code)), "{at:?}");
+    }
+    for (at, code) in [(unknown, NoObject), (CONSTANT, ReadOnly)] {
+        assert_eq!(flight.download(at, &other(1000), Mode::Block), Err(Error::Abort(code)), "{at:?}");
+    }
+    // More than the application takes: the server tells the size at once.
+    assert_eq!(flight.upload(DOMAIN, 999, Mode::Block), Err(Error::TooLarge));
+    flight.reads(DOMAIN, &pattern(1000), Mode::Block);
     flight.end();
 }

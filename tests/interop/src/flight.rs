@@ -1,0 +1,77 @@
+//! The SDO client of `ecss-can`, a server that others wrote, and a spacecraft on whose nominal bus they meet.
+
+use ecss_can::od::Address;
+use ecss_can::sdo::{Error, Mode};
+
+use crate::host::Host;
+use crate::program::Twin;
+use crate::script::Companion;
+
+/// Node of the server, which no board has.
+const SERVER: u8 = 5;
+
+/// Client, server and spacecraft. What goes wrong is a panic: this is for tests.
+pub struct Flight {
+    host: Host,
+    server: Companion,
+    twin: Twin,
+}
+
+impl Flight {
+    /// A spacecraft with a master and two slaves that flies as usual, and the server that this script of `python/` plays.
+    pub fn begin(script: &str) -> Flight {
+        let twin = must(Twin::start(&["--profile", "librecube", "--slaves", "2"]));
+        let mut server = must(Companion::start(script, &twin));
+        assert_eq!(must(server.next_line()), "serving");
+        let host = must(Host::new(&twin.nominal, SERVER));
+        Flight { host, server, twin }
+    }
+
+    /// Writes a value; how the transfer ended.
+    pub fn download(&mut self, at: Address, value: &[u8], mode: Mode) -> Result<usize, Error> {
+        must(self.host.download(at, value, mode))
+    }
+
+    /// Reads a value of at most `most` bytes.
+    pub fn upload(&mut self, at: Address, most: usize, mode: Mode) -> Result<Vec<u8>, Error> {
+        must(self.host.upload(at, most, mode))
+    }
+
+    /// Writes a value, of which the server says what it has got.
+    pub fn writes(&mut self, at: Address, value: &[u8], mode: Mode) {
+        assert_eq!(self.download(at, value, mode), Ok(value.len()), "{at:?}");
+        let digits: String = value.iter().map(|byte| format!("{byte:02x}")).collect();
+        assert_eq!(must(self.server.next_line()), format!("{:04X} {:02X} {digits}", at.index, at.sub));
+    }
+
+    /// Reads a value, which is this one.
+    pub fn reads(&mut self, at: Address, value: &[u8], mode: Mode) {
+        assert_eq!(self.upload(at, 20_000, mode), Ok(value.to_vec()), "{at:?}");
+    }
+
+    /// Command specifiers of requests and responses of the last transfer, those of the first four frames.
+    pub fn commands(&self) -> Vec<u8> {
+        self.host.exchanged.iter().take(4).map(|[command, ..]| *command).collect()
+    }
+
+    /// Frames of the last transfer.
+    pub fn frames(&self) -> usize {
+        self.host.exchanged.len()
+    }
+
+    /// Abort code in the nth frame of the last transfer.
+    pub fn abort_code(&self, nth: usize) -> Option<u32> {
+        let [_, _, _, _, code @ ..] = *self.host.exchanged.get(nth)?;
+        Some(u32::from_le_bytes(code))
+    }
+
+    /// Everything has gone well, and nothing was written that was not to be.
+    pub fn end(self) {
+        assert_eq!(must(self.server.end()), [""; 0]);
+        must(self.twin.end());
+    }
+}
+
+fn must<T>(result: anyhow::Result<T>) -> T {
+    result.unwrap_or_else(|failure| panic!("{failure:#}"))
+}
