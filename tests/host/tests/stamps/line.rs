@@ -44,6 +44,13 @@ pub fn falls(frame: &WireFrame) -> Vec<usize> {
     (0..bits.len()).filter(|&n| !bits[n] && (n == 0 || bits[n - 1])).collect()
 }
 
+/// Bit at which the edge begins that a stamp is taken from: the first that only the winner drives. The last two bits of
+/// the arbitration field, RTR and IDE, are dominant: nobody else is left there.
+pub fn reference(frame: &WireFrame) -> usize {
+    let contended = encode(frame).arbitration_len() - 2;
+    falls(frame).into_iter().find(|n| *n >= contended).expect("no more than five bits in a row are equal")
+}
+
 impl Line {
     pub fn new(now: f64) -> Self {
         Line { now, falls: Vec::new() }
@@ -58,12 +65,11 @@ impl Line {
         let encoded = encode(frame);
         let bit = BIT * (1.0 + sent.ppm / 1e6);
         let (start, ack) = (self.now, encoded.bits().len() - AFTER_ACK_SLOT - 1);
-        // The last two bits of the arbitration field, RTR and IDE, are dominant: only the winner is left there.
-        let contended = encoded.arbitration_len() - 2;
+        let reference = reference(frame);
         for n in falls(frame) {
             let shift = match n {
                 n if n == ack => sent.ack_late,
-                n if n < contended => -sent.early,
+                n if n < reference => -sent.early,
                 _ => 0.0,
             };
             self.falls.push(start + n as f64 * bit + shift * BIT);

@@ -6,7 +6,8 @@ use proptest::prelude::*;
 
 use crate::line::{BIT, Line, Node, Sent, error};
 
-const LIMIT: f64 = StampSource::CAPTURE_ERROR as f64;
+/// Of a stamp of edges that are all there, ticks.
+pub const LIMIT: f64 = StampSource::CAPTURE_ERROR as f64;
 
 pub fn sync() -> WireFrame {
     WireFrame::standard(0x080, &[])
@@ -17,7 +18,7 @@ pub fn frames() -> impl Strategy<Value = WireFrame> {
         .prop_map(|(id, data)| WireFrame::standard(id, &data))
 }
 
-fn ways() -> impl Strategy<Value = Sent> {
+pub fn ways() -> impl Strategy<Value = Sent> {
     (-200.0..=200.0, 0.0..0.65, 0.0..0.65).prop_map(|(ppm, early, ack_late)| Sent { ppm, early, ack_late })
 }
 
