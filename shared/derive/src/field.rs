@@ -55,6 +55,23 @@ pub fn bits(value: &TokenStream) -> TokenStream {
     quote!(::core::option::Option::Some(::ecss_can::od::Variable::bits(#value)))
 }
 
+/// What a transmit PDO reads of several in a row.
+pub fn run_bits(values: &TokenStream, nth: &TokenStream) -> TokenStream {
+    quote!(run.read(&#values[..], #nth))
+}
+
+/// What a receive PDO writes to several in a row, with limits only what keeps them.
+pub fn set_run_bits(values: &TokenStream, nth: &TokenStream, attribute: &Attribute) -> TokenStream {
+    if attribute.low.is_none() && attribute.high.is_none() {
+        return quote!(run.write(&mut #values[..], #nth, bits));
+    }
+    let limits = attribute.limits();
+    quote!({
+        const LIMITS: ::core::option::Option<&::ecss_can::od::Limits> = #limits;
+        run.write_within(&mut #values[..], #nth, bits, LIMITS?)
+    })
+}
+
 /// What a receive PDO writes to a value, with limits only what keeps them.
 pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
     let write = quote!(::core::option::Option::Some(::ecss_can::od::Variable::set_bits(#value, bits)));

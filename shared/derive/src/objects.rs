@@ -127,7 +127,11 @@ fn implementation(
 
             #[allow(unused_variables, unused_mut, unused_assignments)]
             #[inline]
-            fn bits(&self, mut place: ::ecss_can::od::Place) -> ::core::option::Option<u64> {
+            fn bits(
+                &self,
+                mut place: ::ecss_can::od::Place,
+                run: ::ecss_can::od::Run,
+            ) -> ::core::option::Option<u64> {
                 match place.object {
                     #(#reads)*
                     _ => {}
@@ -135,7 +139,7 @@ fn implementation(
                 place.object = place.object.wrapping_sub(#own);
                 #(
                     if place.object < <#types as ::ecss_can::od::Objects>::COUNT {
-                        return ::ecss_can::od::Objects::bits(&self.#group_names, place);
+                        return ::ecss_can::od::Objects::bits(&self.#group_names, place, run);
                     }
                     place.object = place.object.wrapping_sub(<#types as ::ecss_can::od::Objects>::COUNT);
                 )*
@@ -147,6 +151,7 @@ fn implementation(
             fn set_bits(
                 &mut self,
                 mut place: ::ecss_can::od::Place,
+                run: ::ecss_can::od::Run,
                 bits: u64,
             ) -> ::core::option::Option<()> {
                 match place.object {
@@ -156,7 +161,7 @@ fn implementation(
                 place.object = place.object.wrapping_sub(#own);
                 #(
                     if place.object < <#types as ::ecss_can::od::Objects>::COUNT {
-                        return ::ecss_can::od::Objects::set_bits(&mut self.#group_names, place, bits);
+                        return ::ecss_can::od::Objects::set_bits(&mut self.#group_names, place, run, bits);
                     }
                     place.object = place.object.wrapping_sub(<#types as ::ecss_can::od::Objects>::COUNT);
                 )*
@@ -270,8 +275,8 @@ fn array(
                 ::core::option::Option::None => ::core::option::Option::None,
             }
         },
-        bits: field::bits(&quote!(#place.get(#nth)?)),
-        set_bits: field::set_bits(&quote!(#place_mut.get_mut(#nth)?), value, attribute),
+        bits: field::run_bits(place, &nth),
+        set_bits: field::set_run_bits(place_mut, &nth, attribute),
     })
 }
 
@@ -283,7 +288,7 @@ fn record(value: &Type, as_array: bool, place: &TokenStream, place_mut: &TokenSt
         names: quote!(<#value as ::ecss_can::od::Record>::NAMES),
         structure: quote!(<#value as ::ecss_can::od::Record>::STRUCTURE),
         variable: quote!(::ecss_can::od::Record::variable(#place_mut, place.sub)),
-        bits: quote!(::ecss_can::od::Record::bits(#place, place.sub)),
-        set_bits: quote!(::ecss_can::od::Record::set_bits(#place_mut, place.sub, bits)),
+        bits: quote!(::ecss_can::od::Record::bits(#place, place.sub, run)),
+        set_bits: quote!(::ecss_can::od::Record::set_bits(#place_mut, place.sub, run, bits)),
     }
 }

@@ -67,8 +67,9 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
                 }
             }
 
+            #[allow(unused_variables)]
             #[inline]
-            fn bits(&self, sub: u8) -> ::core::option::Option<u64> {
+            fn bits(&self, sub: u8, run: ::ecss_can::od::Run) -> ::core::option::Option<u64> {
                 match sub {
                     #(#reads)*
                     _ => ::core::option::Option::None,
@@ -77,7 +78,12 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
 
             #[allow(unused_variables)]
             #[inline]
-            fn set_bits(&mut self, sub: u8, bits: u64) -> ::core::option::Option<()> {
+            fn set_bits(
+                &mut self,
+                sub: u8,
+                run: ::ecss_can::od::Run,
+                bits: u64,
+            ) -> ::core::option::Option<()> {
                 match sub {
                     #(#writes)*
                     _ => ::core::option::Option::None,
@@ -101,15 +107,20 @@ fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
     let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
     // Its value, and several in a row from there on.
     let nth = quote!(::core::primitive::usize::from(sub - #first));
-    let (value, count, last, pattern, place, place_mut) = if attribute.in_a_row {
+    let (value, count, last, pattern, place_mut) = if attribute.in_a_row {
         let array = field::array(field)?;
         let (value, len) = (&*array.elem, &array.len);
         let last = quote!(#first + (::ecss_can::od::sub_indices(#len) - 1));
-        let (place, place_mut) = (quote!(self.#name.get(#nth)?), quote!(self.#name.get_mut(#nth)?));
-        (value, quote!(::ecss_can::od::sub_indices(#len)), last, quote!(#first..), place, place_mut)
+        let place_mut = quote!(self.#name.get_mut(#nth)?);
+        (value, quote!(::ecss_can::od::sub_indices(#len)), last, quote!(#first..), place_mut)
     } else {
-        let (place, place_mut) = (quote!(&self.#name), quote!(&mut self.#name));
-        (&field.ty, quote!(1), quote!(#first), quote!(#first), place, place_mut)
+        (&field.ty, quote!(1), quote!(#first), quote!(#first), quote!(&mut self.#name))
+    };
+    let (bits, set_bits) = if attribute.in_a_row {
+        let values = quote!(self.#name);
+        (field::run_bits(&values, &nth), field::set_run_bits(&values, &nth, attribute))
+    } else {
+        (field::bits(&quote!(&self.#name)), field::set_bits(&place_mut, value, attribute))
     };
     let entry = quote! {
         ::ecss_can::od::Entry::of::<#value>(#first, #count, #access).for_pdo(#pdo).within(#limits)
@@ -125,8 +136,8 @@ fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
             let place = #place_mut;
             ::core::option::Option::Some(place)
         })),
-        bits: read.then(|| arm(field::bits(&place))),
-        set_bits: written.then(|| arm(field::set_bits(&place_mut, value, attribute))),
+        bits: read.then(|| arm(bits)),
+        set_bits: written.then(|| arm(set_bits)),
         last,
     })
 }

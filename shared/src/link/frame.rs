@@ -69,6 +69,16 @@ impl Frame {
         self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 
+    /// The data, if they are eight bytes.
+    pub const fn full(&self) -> Option<&[u8; 8]> {
+        if self.len == 8 { Some(&self.data) } else { None }
+    }
+
+    /// The data as a number, zero above the length: what a PDO carries.
+    pub(crate) const fn bits(&self) -> u64 {
+        u64::from_le_bytes(self.data)
+    }
+
     /// The data length, `0..=8`.
     pub const fn dlc(&self) -> u8 {
         self.len

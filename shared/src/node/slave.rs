@@ -4,7 +4,7 @@ mod bus_events;
 mod objects;
 
 use super::buses::Buses;
-use super::device::Device;
+use super::device::{Device, SdoStep};
 use super::{BusCause, Counters, NodeObjects, SlaveEvent, Status};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
@@ -43,6 +43,8 @@ pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M
     marks: u64,
     /// Which receive PDOs carry the spacecraft time.
     brings_time: [bool; R],
+    /// Whether a transmit PDO carries the local time.
+    tells_time: bool,
     /// Nothing is due before. May be early, never late.
     next: Instant,
 }
@@ -85,6 +87,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             },
             marks: u64::MAX,
             brings_time: [false; R],
+            tells_time: false,
             next: Instant::ZERO,
         }
     }
@@ -92,7 +95,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// With a parameter store: objects 1010h and 1011h work, and power-on begins with what is stored.
     #[must_use]
     pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
-        self.device.stored.0 = Some(store);
+        self.device.dictionary.stored.0 = Some(store);
         self.device.load(Group::All);
         self.selector = Selector::new(self.written_redundancy());
         self
@@ -129,50 +132,47 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         self.next = now;
     }
 
+    /// A frame that may be for this node. The frequent ones first; each handler ends with what has become due.
     #[inline(never)] // what is for others need not pay for it
-    fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
-        self.buses.received(bus);
-        self.run(stamp.at.min(now), now, out);
-        self.on_received(bus, frame, stamp, now, out);
-        self.run(now, now, out);
+    fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        let (id, state) = (frame.id(), self.nmt.state());
+        // Only the active bus is obeyed.
+        if bus != self.selector.selected() {
+            self.on_network(bus, frame, stamp, now, out);
+        } else if id == self.device.sync_id() && state.allows_sync() {
+            self.on_sync(frame, stamp, now, out);
+        } else if id == self.device.sdo_id() && state.allows_sdo() {
+            self.on_sdo(frame, now, out);
+        } else if id < CobId::heartbeat(NodeId::MASTER) && state.allows_pdo() {
+            self.on_pdo(frame, stamp, now, out);
+        } else {
+            self.on_network(bus, frame, stamp, now, out);
+        }
     }
 
-    #[inline(always)] // called from one place
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
-        let active = self.selector.selected();
+    /// NMT and heartbeats; the master's are heard on both buses.
+    #[inline(never)]
+    fn on_network(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        let (id, active) = (frame.id(), self.selector.selected());
         if self.nmt.state() == NmtState::Initialising {
             // Told again with every frame: were it lost in a full channel, the node would stay silent for ever.
             out.event(SlaveEvent::ResetNode);
-            return self.buses.ignored(bus);
-        }
-        if !self.buses.is_joined(bus, active) {
-            return self.buses.ignored(bus);
-        }
-        let id = frame.id();
-        if id == CobId::NMT {
-            return self.on_nmt(bus, frame, stamp, now, out);
-        }
-        if id == CobId::heartbeat(NodeId::MASTER) {
-            return self.on_master_heartbeat(bus, frame, stamp, now, out);
-        }
-        // Only the active bus is obeyed.
-        let state = self.nmt.state();
-        if bus != active {
             self.buses.ignored(bus);
-        } else if id == self.device.sync_id() && state.allows_sync() {
-            self.on_sync(bus, frame, stamp, now, out);
-        } else if id == CobId::sdo_request(self.id) && state.allows_sdo() {
-            self.on_sdo(bus, frame, now, out);
-        } else if id.function() == CobId::heartbeat(NodeId::MASTER).function() {
+        } else if !self.buses.is_joined(bus, active) {
+            self.buses.ignored(bus);
+        } else if id == CobId::NMT {
+            self.on_nmt(bus, frame, stamp, now, out);
+        } else if id == CobId::heartbeat(NodeId::MASTER) {
+            self.on_master_heartbeat(bus, frame, stamp, now, out);
+        } else if bus == active && id.function() == CobId::heartbeat(NodeId::MASTER).function() {
             self.on_peer_heartbeat(bus, frame, stamp, out);
-        } else if state.allows_pdo() {
-            self.on_pdo(bus, frame, stamp, now, out);
         } else {
             self.buses.ignored(bus);
         }
+        self.run(now, now, out);
     }
 
-    fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+    fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let Some(message) = NmtMessage::decode(frame) else { return self.buses.malformed(bus) };
         // ECSS 8.3.3g before the command itself: it decides where the answer goes.
         self.on_master(bus, MasterMessage::Command, stamp.at, now, out);
@@ -203,7 +203,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         out.event(SlaveEvent::State(state));
     }
 
-    fn on_master_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+    fn on_master_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         if heartbeat::decode(frame).is_none() {
             return self.buses.malformed(bus);
         }
@@ -219,7 +219,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     /// A heartbeat of another slave that 1016h names.
-    fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
+    fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
         let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
             return self.buses.malformed(bus);
         };
@@ -260,7 +260,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             }
             Selection::Followed { to } => self.move_to(to, BusCause::Followed, now, out),
         }
-        self.device.objects.set_redundancy(self.selector.parameters());
+        self.device.dictionary.objects.set_redundancy(self.selector.parameters());
     }
 
     fn enter_pre_operational(&mut self, now: Instant, out: &mut Out) {
@@ -272,10 +272,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// The heartbeat goes on on the new bus at once (ECSS 8.3.3d, h).
     fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
         self.buses.change(bus.other(), bus, out);
-        let lifetime = self.lifetimes.sdo;
         // What was on its way is lost, and the client is told so where it is now.
-        self.device
-            .abort_sdo(AbortCode::DeviceState, now, &mut |frame| out.send_for(bus, frame, now, lifetime));
+        self.serve(SdoStep::Abort(AbortCode::DeviceState), bus, now, out);
         self.heartbeat.announce(now);
         self.next = now;
         out.event(SlaveEvent::ActiveBus { bus, cause });
@@ -289,15 +287,18 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
-    #[inline]
+    #[inline(always)]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if until >= self.next && self.nmt.state() != NmtState::Initialising {
+        if until >= self.next {
             self.run_due(until, now, out);
         }
     }
 
     #[inline(never)] // most frames find nothing due
     fn run_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        if self.nmt.state() == NmtState::Initialising {
+            return;
+        }
         while let Some(selection) = self.selector.poll(until) {
             self.apply(selection, now, out);
         }
@@ -317,7 +318,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
         self.device.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
         out.event(SlaveEvent::PeerMissed { node });
-        let [behaviour] = self.device.objects.communication.error_behaviour;
+        let [behaviour] = self.device.dictionary.objects.communication.error_behaviour;
         let behaviour = ErrorBehaviour::from_byte(behaviour).unwrap_or_default();
         if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
             self.entered(state, now, out);
@@ -373,17 +374,17 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Node for 
 
     #[inline]
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        match event {
-            LinkEvent::Received { frame, .. } if now < self.next && self.marks & mark(frame.id()) == 0 => {
-                self.buses.received(bus);
-                self.buses.ignored(bus);
-            }
-            LinkEvent::Received { frame, stamp } => self.on_frame(bus, frame, *stamp, now, out),
-            _ => {
-                self.on_bus_event(bus, event, now, out);
-                self.run(now, now, out);
-            }
+        let LinkEvent::Received { frame, stamp } = event else {
+            self.on_bus_event(bus, event, now, out);
+            return self.run(now, now, out);
+        };
+        self.buses.received(bus);
+        if now >= self.next {
+            self.run(stamp.at.min(now), now, out);
+        } else if self.marks & mark(frame.id()) == 0 {
+            return self.buses.ignored(bus);
         }
+        self.on_frame(bus, frame, stamp, now, out);
     }
 
     fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {

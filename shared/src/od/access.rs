@@ -40,6 +40,24 @@ pub trait ObjectAccess {
     /// The abort code to answer.
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode>;
 
+    /// A number of at most four bytes as nearly all uploads ask for: its bytes, and how many. `None` for all else, and
+    /// for what may not be read: [`ObjectAccess::upload`] knows.
+    ///
+    /// # Errors
+    /// The abort code to answer.
+    fn fetch(&mut self, _at: Address) -> Result<Option<([u8; 4], u8)>, AbortCode> {
+        Ok(None)
+    }
+
+    /// Writes a number of at most four bytes as nearly all downloads do; how many of them count when that was told.
+    /// Returns whether it was one: for all else, and for what may not be written, [`ObjectAccess::download`] knows.
+    ///
+    /// # Errors
+    /// The abort code to answer.
+    fn store(&mut self, _at: Address, _bytes: [u8; 4], _count: Option<u8>) -> Result<bool, AbortCode> {
+        Ok(false)
+    }
+
     /// Copies bytes of the value from `offset` on; returns how many, fewer than `into` holds at the end of the value.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! A dictionary: objects found by index, values by place.
 
-use super::{AbortCode, Address, Entry, Names, Object, Variable};
+use super::{AbortCode, Address, Entry, Names, Object, Run, Variable};
 
 /// Where a value is: found once by its address, then reached without searching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -26,13 +26,13 @@ pub trait Record {
     /// The value of a sub-index; `None` where there is none, or where [`Entry::fixed`] is the value.
     fn variable(&mut self, sub: u8) -> Option<&mut dyn Variable>;
 
-    /// The value of a sub-index in a transmit PDO, if that may carry it.
-    fn bits(&self, _sub: u8) -> Option<u64> {
+    /// The values of sub-indices from `sub` on in a transmit PDO, if that may carry them.
+    fn bits(&self, _sub: u8, _run: Run) -> Option<u64> {
         None
     }
 
-    /// Takes the value of a sub-index from a receive PDO, if that may carry it and limits are kept.
-    fn set_bits(&mut self, _sub: u8, _bits: u64) -> Option<()> {
+    /// Takes the values of sub-indices from `sub` on from a receive PDO, if that may carry them and limits are kept.
+    fn set_bits(&mut self, _sub: u8, _run: Run, _bits: u64) -> Option<()> {
         None
     }
 }
@@ -54,11 +54,12 @@ pub trait Objects {
     /// The value at a place; `None` where there is none, or where [`Entry::fixed`] is the value.
     fn variable(&mut self, place: Place) -> Option<&mut dyn Variable>;
 
-    /// The value at a place in a transmit PDO, in the low bits, if that may carry it.
-    fn bits(&self, place: Place) -> Option<u64>;
+    /// The values from a place on in a transmit PDO, in the low bits, if that may carry them.
+    fn bits(&self, place: Place, run: Run) -> Option<u64>;
 
-    /// Takes the value at a place from a receive PDO, the low bits, if that may carry it and limits are kept.
-    fn set_bits(&mut self, place: Place, bits: u64) -> Option<()>;
+    /// Takes the values from a place on from a receive PDO, the low bits, if that may carry them. `None` if not, and when
+    /// some do not keep their limits, which are not written.
+    fn set_bits(&mut self, place: Place, run: Run, bits: u64) -> Option<()>;
 
     /// Finds a value.
     ///

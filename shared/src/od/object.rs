@@ -107,6 +107,10 @@ pub struct Entry {
     pub mappable: bool,
     /// Most bytes of a value; zero for a DOMAIN.
     pub size: u16,
+    /// Whether it is a number of at most four bytes that an SDO may read.
+    pub fetched: bool,
+    /// Whether it is a number of at most four bytes that an SDO may write.
+    pub stored: bool,
     /// Limits, for numbers.
     pub limits: Option<&'static Limits>,
     /// The value itself where it follows from the declaration: sub-index 0 of arrays and records.
@@ -116,8 +120,19 @@ pub struct Entry {
 impl Entry {
     /// An entry for values of type `T`.
     pub const fn of<T: Typed>(sub: u8, count: u8, access: Access) -> Entry {
-        let size = T::SIZE as u16;
-        Entry { sub, count, data_type: T::TYPE, access, mappable: false, size, limits: None, fixed: None }
+        let is_short = T::SIZE <= 4 && T::TYPE.bits().is_some();
+        Entry {
+            sub,
+            count,
+            data_type: T::TYPE,
+            access,
+            mappable: false,
+            size: T::SIZE as u16,
+            fetched: is_short && access.is_readable(),
+            stored: is_short && access.is_writable(),
+            limits: None,
+            fixed: None,
+        }
     }
 
     /// Sub-index 0: the highest one supported.

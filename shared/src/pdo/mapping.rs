@@ -3,7 +3,7 @@
 //! A mapping is resolved once, when its PDO becomes valid. From then on its values are reached without searching.
 
 use crate::od::communication::MAPPED;
-use crate::od::{AbortCode, Address, DataType, Objects, Place};
+use crate::od::{AbortCode, Address, DataType, Objects, Place, Run};
 
 /// Which way a PDO goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -15,7 +15,8 @@ pub enum Direction {
     Transmit,
 }
 
-/// A value in a PDO. From the top: number of its object, which of several in a row, sub-index, bits less one.
+/// Values in a PDO. From the top: number of their object, which of several in a row, the first sub-index, how many more
+/// follow it, bytes of each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Slot(u32);
@@ -24,27 +25,36 @@ impl Slot {
     const OBJECT: u32 = 23;
     const INSTANCE: u32 = 14;
     const SUB: u32 = 6;
+    const MORE: u32 = 4;
     /// Instances fit below it.
     const INSTANCES: u16 = 1 << (Self::OBJECT - Self::INSTANCE);
+    /// Most that may follow the first.
+    const MOST: u32 = (1 << (Self::SUB - Self::MORE)) - 1;
+    /// Bytes of a single bit.
+    const BIT: u32 = 0;
     /// Number of no object: its bits go nowhere.
     const DUMMY: u32 = u32::MAX >> Self::OBJECT;
-    /// Where a mapping ends: no dummy has 64 bits.
+    /// Where a mapping ends: no value has 15 bytes.
     const UNUSED: Slot = Slot(u32::MAX);
 
-    /// `bits` are 1 to 64.
+    /// `bits` are 1, or whole bytes up to 64.
     const fn dummy(bits: u8) -> Slot {
-        Slot(Self::DUMMY << Self::OBJECT | (bits as u32).wrapping_sub(1))
+        Slot((Self::DUMMY << Self::OBJECT) | (bits as u32 / 8))
     }
 
-    /// `bits` are 1 to 64. `None` beyond 511 objects, or 512 in a row.
+    /// `bits` are 1, or whole bytes up to 64. `None` beyond 511 objects, or 512 in a row.
     fn new(place: Place, bits: u8) -> Option<Slot> {
         let [object, instance, sub] = [place.object.into(), place.instance.into(), u32::from(place.sub)];
         (object < Self::DUMMY && place.instance < Self::INSTANCES).then_some(Slot(
-            object << Self::OBJECT
-                | instance << Self::INSTANCE
-                | sub << Self::SUB
-                | u32::from(bits).wrapping_sub(1),
+            object << Self::OBJECT | instance << Self::INSTANCE | sub << Self::SUB | u32::from(bits / 8),
         ))
+    }
+
+    /// With `next`, the value of the same object with the next sub-index, if there is room for one more.
+    fn with(self, next: Slot) -> Option<Slot> {
+        let follows = Slot(self.0.wrapping_add(self.run().count << Self::SUB) & !(Self::MOST << Self::MORE));
+        (!self.is_dummy() && follows == next && self.more() < Self::MOST)
+            .then_some(Slot(self.0 + (1 << Self::MORE)))
     }
 
     const fn place(self) -> Place {
@@ -56,12 +66,30 @@ impl Slot {
         }
     }
 
+    const fn more(self) -> u32 {
+        self.0 >> Self::MORE & Self::MOST
+    }
+
+    const fn run(self) -> Run {
+        let bytes = self.0 & ((1 << Self::MORE) - 1);
+        Run { count: self.more() + 1, bits: if bytes == Self::BIT { 1 } else { bytes * 8 } }
+    }
+
+    /// Bits of all its values.
     const fn bits(self) -> u32 {
-        (self.0 & ((1 << Self::SUB) - 1)) + 1
+        let Run { count, bits } = self.run();
+        count.wrapping_mul(bits)
     }
 
     const fn is_dummy(self) -> bool {
         self.0 >> Self::OBJECT == Self::DUMMY
+    }
+
+    fn carries(self, place: Place) -> bool {
+        let first = self.place();
+        let nth = place.sub.checked_sub(first.sub);
+        let is_object = !self.is_dummy() && (first.object, first.instance) == (place.object, place.instance);
+        is_object && nth.is_some_and(|nth| u32::from(nth) <= self.more())
     }
 }
 
@@ -85,11 +113,23 @@ impl Layout {
     /// or 64 bits.
     pub fn new<D: Objects>(direction: Direction, entries: &[u32]) -> Result<Layout, AbortCode> {
         let (mut layout, mut bits) = (Layout::EMPTY, 0_u32);
-        let mut free = layout.slots.iter_mut();
-        for entry in entries {
-            let slot = resolve::<D>(direction, *entry)?;
+        let mut slots = layout.slots.iter_mut();
+        let mut last: Option<(&mut Slot, u8)> = None;
+        for (number, entry) in entries.iter().enumerate() {
+            let (slot, row) = resolve::<D>(direction, *entry)?;
             bits = bits.saturating_add(slot.bits());
-            *free.next().filter(|_| bits <= u64::BITS).ok_or(AbortCode::PdoLength)? = slot;
+            if bits > u64::BITS || number >= MAPPED {
+                return Err(AbortCode::PdoLength);
+            }
+            // The next one of the same array moves with the one before.
+            if let Some((before, _)) = last.as_mut().filter(|(_, before)| *before == row)
+                && let Some(joined) = before.with(slot)
+            {
+                **before = joined;
+            } else if let Some(free) = slots.next() {
+                *free = slot;
+                last = Some((free, row));
+            }
         }
         layout.bytes = bits.div_ceil(8) as u8;
         Ok(layout)
@@ -101,7 +141,15 @@ impl Layout {
     }
 
     /// The PDO with the present values. Bits that are not mapped are zero.
+    #[inline]
     pub fn pack<D: Objects>(&self, objects: &D) -> u64 {
+        match self.only() {
+            Some(slot) => read(objects, slot),
+            None => self.pack_all(objects),
+        }
+    }
+
+    fn pack_all<D: Objects>(&self, objects: &D) -> u64 {
         let (mut pdo, mut at) = (0_u64, 0_u32);
         for slot in self.slots() {
             pdo |= read(objects, slot).wrapping_shl(at);
@@ -112,28 +160,34 @@ impl Layout {
 
     /// Writes the values of a PDO. Bits that are not mapped do not matter. Returns whether all values were within their
     /// limits; others are not written.
-    #[inline(never)] // all that the dictionary takes from PDOs: once in an image
+    #[inline]
     pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
+        match self.only() {
+            Some(slot) => write(objects, slot, pdo),
+            None => self.unpack_all(objects, pdo),
+        }
+    }
+
+    fn unpack_all<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
         let (mut all, mut rest) = (true, pdo);
         for slot in self.slots() {
             // What lies above belongs to those behind; a value takes its own bits only.
-            if objects.set_bits(slot.place(), rest).is_none() {
-                all &= slot.is_dummy();
-            }
+            all &= write(objects, slot, rest);
             // Nothing is behind one of 64 bits.
             rest = rest.wrapping_shr(slot.bits());
         }
         all
     }
 
-    /// Where the values are, without dummies.
-    pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
-        self.slots().filter(|slot| !slot.is_dummy()).map(Slot::place)
+    /// The slot of a mapping that has no other.
+    fn only(&self) -> Option<Slot> {
+        let [first, second, ..] = self.slots;
+        (second == Slot::UNUSED && first != Slot::UNUSED).then_some(first)
     }
 
     /// Whether it has this value.
     pub fn carries(&self, place: Place) -> bool {
-        self.places().any(|own| own == place)
+        self.slots().any(|slot| slot.carries(place))
     }
 
     fn slots(&self) -> impl Iterator<Item = Slot> + '_ {
@@ -141,17 +195,24 @@ impl Layout {
     }
 }
 
-/// A function of its own, lest the compiler reads the whole dictionary before the loop because nothing in it changes meanwhile.
+/// All that PDOs take from the dictionary: once in an image.
 #[inline(never)]
 fn read<D: Objects>(objects: &D, slot: Slot) -> u64 {
-    objects.bits(slot.place()).unwrap_or(0)
+    objects.bits(slot.place(), slot.run()).unwrap_or(0)
 }
 
-fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<Slot, AbortCode> {
+/// All that the dictionary takes from PDOs: once in an image. Whether the values were within their limits.
+#[inline(never)]
+fn write<D: Objects>(objects: &mut D, slot: Slot, bits: u64) -> bool {
+    objects.set_bits(slot.place(), slot.run(), bits).is_some() || slot.is_dummy()
+}
+
+/// The value of an entry, and the first sub-index of those alike in a row.
+fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<(Slot, u8), AbortCode> {
     let (index, sub, bits) = ((entry >> 16) as u16, (entry >> 8) as u8, entry as u8);
     if let Some(dummy) = DataType::of_dummy(index) {
         return match sub {
-            0 if direction == Direction::Receive && dummy.bits() == Some(bits) => Ok(Slot::dummy(bits)),
+            0 if direction == Direction::Receive && dummy.bits() == Some(bits) => Ok((Slot::dummy(bits), 0)),
             0 => Err(AbortCode::NotMappable),
             _ => Err(AbortCode::NoSubIndex),
         };
@@ -164,5 +225,5 @@ fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<Slot, AbortCo
     if !declared.mappable || !allowed || declared.data_type.bits() != Some(bits) {
         return Err(AbortCode::NotMappable);
     }
-    Slot::new(place, bits).ok_or(AbortCode::NotMappable)
+    Slot::new(place, bits).map(|slot| (slot, declared.sub)).ok_or(AbortCode::NotMappable)
 }

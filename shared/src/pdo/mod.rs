@@ -8,5 +8,5 @@ mod transmit;
 
 pub use mapping::{Direction, Layout};
 pub use message::Message;
-pub use receive::{RpdoError, RpdoEvent, Rpdos};
+pub use receive::{RpdoError, RpdoEvent, Rpdos, Taken};
 pub use transmit::Tpdos;

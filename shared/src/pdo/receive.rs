@@ -48,20 +48,28 @@ impl RpdoError {
     }
 }
 
-/// What became of an RPDO.
+/// An error of an RPDO came or went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RpdoEvent {
-    /// Its values are in the dictionary, those that keep their limits.
-    Applied,
-    /// A frame with fewer bytes than are mapped was not processed; told for each.
-    Rejected,
-    /// A synchronous one came after the synchronous window (1007h) and was discarded.
-    OutsideWindow,
     /// An error appeared.
     Error(RpdoError),
     /// An error is gone.
     Resolved(RpdoError),
+}
+
+/// What becomes of the frame of an RPDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Taken {
+    /// Its values are in the dictionary, those that keep their limits.
+    Applied,
+    /// It waits for SYNC.
+    Held,
+    /// It is synchronous and came after the synchronous window (1007h): discarded.
+    OutsideWindow,
+    /// It has fewer bytes than are mapped: not processed.
+    Rejected,
 }
 
 /// The COB-ID of an RPDO that is not valid: that of no frame.
@@ -69,9 +77,7 @@ const NONE: u16 = u16::MAX;
 /// Function codes: the upper four bits of a COB-ID.
 const FUNCTIONS: usize = 16;
 /// No RPDO has this function code.
-const NOBODY: u8 = u8::MAX;
-/// More than one has, or one whose number is too high.
-const SEVERAL: u8 = u8::MAX - 1;
+const NOBODY: u16 = u16::MAX;
 
 /// Of a COB-ID; none of [`NONE`].
 const fn function(id: u16) -> usize {
@@ -82,13 +88,14 @@ const fn function(id: u16) -> usize {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Rpdos<const R: usize> {
     ids: [u16; R],
-    /// Which one has a COB-ID with this function code, so that a frame is not compared with all: the pre-defined
-    /// connection set has at most one. Or [`NOBODY`], or [`SEVERAL`].
-    candidates: [u8; FUNCTIONS],
+    /// The first that has a COB-ID with this function code, so that a frame is not compared with all: the pre-defined
+    /// connection set has at most one. Or [`NOBODY`].
+    first: [u16; FUNCTIONS],
+    /// Whether several share a function code.
+    is_shared: bool,
     pdos: [Rpdo; R],
     /// Whether any frame waits for SYNC.
     waiting: bool,
-    window_end: Instant,
     /// No deadline is before it.
     next: Instant,
 }
@@ -105,7 +112,12 @@ struct Rpdo {
     waiting: bool,
     /// A bit for each that is there.
     errors: u8,
+    /// Bytes of a frame that need only be unpacked; [`NOT_PLAIN`] if there is more to do.
+    plain: u8,
 }
+
+/// No frame is as long.
+const NOT_PLAIN: u8 = u8::MAX;
 
 impl Rpdo {
     const INVALID: Rpdo = Rpdo {
@@ -116,6 +128,7 @@ impl Rpdo {
         synchronous: false,
         waiting: false,
         errors: 0,
+        plain: NOT_PLAIN,
     };
 }
 
@@ -130,10 +143,10 @@ impl<const R: usize> Rpdos<R> {
     pub const fn new() -> Self {
         Rpdos {
             ids: [NONE; R],
-            candidates: [NOBODY; FUNCTIONS],
+            first: [NOBODY; FUNCTIONS],
+            is_shared: false,
             pdos: [Rpdo::INVALID; R],
             waiting: false,
-            window_end: Instant::NEVER,
             next: Instant::NEVER,
         }
     }
@@ -158,37 +171,28 @@ impl<const R: usize> Rpdos<R> {
             Some(id) => {
                 let layout = rules::activate::<D>(Direction::Receive, parameters.transmission, mapping)?;
                 let synchronous = rules::is_synchronous(parameters.transmission);
-                (id.raw(), Rpdo { layout, timeout: parameters.event_timer, synchronous, ..Rpdo::INVALID })
+                let pdo = Rpdo { layout, timeout: parameters.event_timer, synchronous, ..Rpdo::INVALID };
+                (id.raw(), pdo.with_plain())
             }
         };
         for error in RpdoError::ALL {
-            pdo.set(error, false, |event| tell(number, event));
+            pdo.set(error, false, &mut |event| tell(number, event));
         }
         (*id, *pdo) = (new_id, new);
         self.index();
         Ok(())
     }
 
-    /// The index, after `number` became valid or invalid.
+    /// The index, after one became valid or invalid.
     fn index(&mut self) {
-        self.candidates = [NOBODY; FUNCTIONS];
-        for (number, id) in (0_u16..).zip(&self.ids) {
-            if let Some(candidate) = self.candidates.get_mut(function(*id)) {
-                let number = u8::try_from(number).unwrap_or(SEVERAL).min(SEVERAL);
-                *candidate = if *candidate == NOBODY { number } else { SEVERAL };
+        (self.first, self.is_shared) = ([NOBODY; FUNCTIONS], false);
+        for (number, id) in (0..).zip(&self.ids) {
+            match self.first.get_mut(function(*id)) {
+                Some(first) if *first == NOBODY => *first = number,
+                Some(_) => self.is_shared = true,
+                None => {}
             }
         }
-    }
-
-    /// The COB-IDs of valid ones.
-    pub fn ids(&self) -> impl Iterator<Item = CobId> + '_ {
-        self.ids.iter().filter_map(|id| CobId::new(*id))
-    }
-
-    /// The mapping of a valid one.
-    pub fn layout(&self, number: usize) -> Option<&Layout> {
-        self.ids.get(number).filter(|id| **id != NONE)?;
-        Some(&self.pdos.get(number)?.layout)
     }
 
     /// Operational is left: what is held is gone, no deadline runs. Errors stay until a good frame comes.
@@ -198,81 +202,87 @@ impl<const R: usize> Rpdos<R> {
             pdo.deadline = Instant::NEVER;
         }
         self.waiting = false;
-        self.window_end = Instant::NEVER;
         self.next = Instant::NEVER;
     }
 
-    /// A frame that ended `at`, in Operational. Returns whether it is an RPDO.
-    #[inline(always)] // called from one place
-    pub fn on_frame<D: Objects>(
-        &mut self,
-        frame: &Frame,
-        at: Instant,
-        objects: &mut D,
-        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
-    ) -> bool {
-        let id = frame.id().raw();
-        let candidate = *self.candidates.get(function(id)).unwrap_or(&NOBODY);
-        let numbers = match usize::from(candidate) {
-            _ if candidate == SEVERAL => 0..R,
-            number => number..number.saturating_add(1),
-        };
-        let mut is_mine = false;
-        for number in numbers {
-            if self.ids.get(number) == Some(&id) {
-                self.take(number, frame, at, objects, tell);
-                is_mine = true;
-            }
-        }
-        is_mine
+    /// The first one with this COB-ID.
+    #[inline]
+    pub fn first(&self, id: CobId) -> Option<usize> {
+        let number = usize::from(*self.first.get(function(id.raw()))?);
+        if self.ids.get(number) == Some(&id.raw()) { Some(number) } else { self.next(id, number) }
     }
 
+    /// The next one behind `number` with this COB-ID.
+    #[inline]
+    pub fn next(&self, id: CobId, number: usize) -> Option<usize> {
+        if self.is_shared { self.search(id, number) } else { None }
+    }
+
+    #[cold]
+    fn search(&self, id: CobId, number: usize) -> Option<usize> {
+        let behind = self.ids.iter().enumerate().skip(number.saturating_add(1));
+        behind.into_iter().find(|(_, other)| **other == id.raw()).map(|(number, _)| number)
+    }
+
+    /// A frame with the COB-ID of this one, in Operational, if it takes effect at once, no deadline runs, and all is well
+    /// with it and with the one before. Returns whether that is so; if not, it may be in the dictionary already, but
+    /// [`Rpdos::on_frame`] has yet to take it.
     #[inline(always)] // called from one place
-    fn take<D: Objects>(
+    pub fn on_plain_frame<D: Objects>(&mut self, number: usize, frame: &Frame, objects: &mut D) -> bool {
+        let pdo = self.pdos.get(number).filter(|pdo| pdo.plain == frame.dlc());
+        pdo.is_some_and(|pdo| pdo.layout.unpack(objects, frame.bits()))
+    }
+
+    /// A frame with the COB-ID of this one, which ended `at`, in Operational. Synchronous ones are taken up to
+    /// `window_end`, or [`Instant::NEVER`] without a window.
+    #[inline(always)] // called from one place
+    pub fn on_frame<D: Objects>(
         &mut self,
         number: usize,
         frame: &Frame,
         at: Instant,
+        window_end: Instant,
         objects: &mut D,
         tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
-    ) {
-        let Some(pdo) = self.pdos.get_mut(number) else { return };
+    ) -> Taken {
+        let Some(pdo) = self.pdos.get_mut(number) else { return Taken::Rejected };
         if (frame.dlc() != pdo.layout.bytes() || pdo.errors != 0)
-            && !pdo.accepts(frame.dlc(), |event| tell(objects, number, event))
+            && !pdo.accepts(frame.dlc(), &mut |event| tell(objects, number, event))
         {
-            return tell(objects, number, RpdoEvent::Rejected);
+            return Taken::Rejected;
         }
         if pdo.timeout != 0 {
             pdo.deadline = at + Duration::from_millis(u64::from(pdo.timeout));
             self.next = self.next.min(pdo.deadline);
         }
-        let data = u64::from_le_bytes(frame.padded());
         if !pdo.synchronous {
-            pdo.apply(data, number, objects, tell);
-        } else if at <= self.window_end {
-            pdo.held = data;
-            pdo.waiting = true;
-            self.waiting = true;
+            pdo.apply(frame.bits(), objects, &mut |objects, event| tell(objects, number, event));
+            Taken::Applied
+        } else if at <= window_end {
+            (pdo.held, pdo.waiting, self.waiting) = (frame.bits(), true, true);
+            Taken::Held
         } else {
-            tell(objects, number, RpdoEvent::OutsideWindow);
+            Taken::OutsideWindow
         }
     }
 
-    /// SYNC: what is held takes effect (ECSS 6.9e). Synchronous ones are taken up to `window_end`, or
-    /// [`Instant::NEVER`] without a window.
+    /// Whether any waits for SYNC.
+    pub fn is_waiting(&self) -> bool {
+        self.waiting
+    }
+
+    /// SYNC: what is held takes effect (ECSS 6.9e).
     pub fn on_sync<D: Objects>(
         &mut self,
-        window_end: Instant,
         objects: &mut D,
+        applied: &mut impl FnMut(usize),
         tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) {
-        self.window_end = window_end;
-        if !core::mem::take(&mut self.waiting) {
-            return;
-        }
+        self.waiting = false;
         for (number, pdo) in self.pdos.iter_mut().enumerate() {
             if core::mem::take(&mut pdo.waiting) {
-                pdo.apply(pdo.held, number, objects, tell);
+                pdo.apply(pdo.held, objects, &mut |objects, event| tell(objects, number, event));
+                applied(number);
             }
         }
     }
@@ -286,7 +296,7 @@ impl<const R: usize> Rpdos<R> {
         for (number, pdo) in self.pdos.iter_mut().enumerate() {
             if pdo.deadline <= now {
                 pdo.deadline = Instant::NEVER;
-                pdo.set(RpdoError::Overdue, true, |event| tell(number, event));
+                pdo.set(RpdoError::Overdue, true, &mut |event| tell(number, event));
             }
             self.next = self.next.min(pdo.deadline);
         }
@@ -299,13 +309,18 @@ impl<const R: usize> Rpdos<R> {
 }
 
 impl Rpdo {
+    fn with_plain(self) -> Rpdo {
+        let is_plain = !self.synchronous && self.timeout == 0 && self.errors == 0;
+        Rpdo { plain: if is_plain { self.layout.bytes() } else { NOT_PLAIN }, ..self }
+    }
+
     /// Whether a frame of this length is processed. Errors appear and go with it.
     #[cold]
     #[inline(never)]
-    fn accepts(&mut self, dlc: u8, mut tell: impl FnMut(RpdoEvent)) -> bool {
+    fn accepts(&mut self, dlc: u8, tell: &mut impl FnMut(RpdoEvent)) -> bool {
         let bytes = self.layout.bytes();
-        self.set(RpdoError::TooShort, dlc < bytes, &mut tell);
-        self.set(RpdoError::TooLong, dlc > bytes, &mut tell);
+        self.set(RpdoError::TooShort, dlc < bytes, tell);
+        self.set(RpdoError::TooLong, dlc > bytes, tell);
         if dlc >= bytes {
             self.set(RpdoError::Overdue, false, tell);
         }
@@ -313,24 +328,25 @@ impl Rpdo {
     }
 
     /// The values of a frame take effect.
-    fn apply<D: Objects>(
-        &mut self,
-        data: u64,
-        number: usize,
-        objects: &mut D,
-        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
-    ) {
+    #[inline(always)]
+    fn apply<D: Objects>(&mut self, data: u64, objects: &mut D, tell: &mut impl FnMut(&mut D, RpdoEvent)) {
         let all = self.layout.unpack(objects, data);
         if !all || self.errors != 0 {
-            self.set(RpdoError::OutOfRange, !all, |event| tell(objects, number, event));
+            self.set_out_of_range(!all, &mut |event| tell(objects, event));
         }
-        tell(objects, number, RpdoEvent::Applied);
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn set_out_of_range(&mut self, is_there: bool, tell: &mut impl FnMut(RpdoEvent)) {
+        self.set(RpdoError::OutOfRange, is_there, tell);
     }
 
     /// Tells of an error that appears or goes.
-    fn set(&mut self, error: RpdoError, is_there: bool, mut tell: impl FnMut(RpdoEvent)) {
+    fn set(&mut self, error: RpdoError, is_there: bool, tell: &mut impl FnMut(RpdoEvent)) {
         if is_there != (self.errors & error.bit() != 0) {
             self.errors ^= error.bit();
+            *self = self.with_plain();
             tell(if is_there { RpdoEvent::Error(error) } else { RpdoEvent::Resolved(error) });
         }
     }

@@ -22,6 +22,10 @@ use crate::time::{Duration, Instant};
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Tpdos<const T: usize> {
     pdos: [Tpdo; T],
+    /// Behind the last valid one that a SYNC may send.
+    synchronous: usize,
+    /// Whether an event sends any.
+    has_events: bool,
     operational: bool,
     /// Nothing is due before it.
     next: Instant,
@@ -111,6 +115,11 @@ impl Tpdo {
         }
     }
 
+    fn is_by_event(&self) -> bool {
+        self.id.is_some() && (self.transmission == 0 || !rules::is_synchronous(self.transmission))
+    }
+
+    #[inline(always)]
     fn send<D: Objects>(&self, objects: &D, send: impl FnOnce(Frame)) {
         if let Some(id) = self.id {
             send(Frame::of_bits(id, self.layout.bytes(), self.layout.pack(objects)));
@@ -127,7 +136,13 @@ impl<const T: usize> Default for Tpdos<T> {
 impl<const T: usize> Tpdos<T> {
     /// None is valid.
     pub const fn new() -> Self {
-        Tpdos { pdos: [Tpdo::INVALID; T], operational: false, next: Instant::NEVER }
+        Tpdos {
+            pdos: [Tpdo::INVALID; T],
+            synchronous: 0,
+            has_events: false,
+            operational: false,
+            next: Instant::NEVER,
+        }
     }
 
     /// New values of objects 1800h + `number` and 1A00h + `number`. It starts as if Operational had just been entered; an
@@ -153,6 +168,7 @@ impl<const T: usize> Tpdos<T> {
         let old = *pdo;
         if id.is_none() {
             *pdo = Tpdo::INVALID;
+            self.index();
             return Ok(());
         }
         *pdo = Tpdo {
@@ -172,7 +188,20 @@ impl<const T: usize> Tpdos<T> {
             }
             self.next = self.next.min(pdo.due);
         }
+        self.index();
         Ok(())
+    }
+
+    /// After one became valid or invalid, or has another transmission type.
+    fn index(&mut self) {
+        let is_synchronous = |pdo: &Tpdo| pdo.id.is_some() && rules::is_synchronous(pdo.transmission);
+        self.synchronous = self.pdos.iter().rposition(is_synchronous).map_or(0, |last| last + 1);
+        self.has_events = self.pdos.iter().any(Tpdo::is_by_event);
+    }
+
+    /// Whether an event sends any.
+    pub fn has_events(&self) -> bool {
+        self.has_events
     }
 
     /// Operational is entered.
@@ -206,8 +235,7 @@ impl<const T: usize> Tpdos<T> {
             return;
         }
         for pdo in &mut self.pdos {
-            let by_event = pdo.transmission == 0 || !rules::is_synchronous(pdo.transmission);
-            if pdo.id.is_some() && by_event && pdo.layout.carries(place) {
+            if pdo.is_by_event() && pdo.layout.carries(place) {
                 pdo.trigger(now);
                 self.next = self.next.min(pdo.due);
             }
@@ -217,7 +245,7 @@ impl<const T: usize> Tpdos<T> {
     /// SYNC, with its counter, or zero when it has none (ECSS 6.9b, e): sends what is synchronous and due.
     #[inline(always)] // called from one place
     pub fn on_sync<D: Objects>(&mut self, counter: u8, objects: &D, send: &mut impl FnMut(usize, Frame)) {
-        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+        for (number, pdo) in self.pdos.iter_mut().take(self.synchronous).enumerate() {
             let syncs = match pdo.syncs {
                 IDLE => continue,
                 // No counter: the start value does not matter.

@@ -57,9 +57,15 @@ impl<E> Outbox<E> {
     }
 
     /// Send a frame now or within `lifetime` of `now`; after that it is stale and dies.
-    #[inline(never)] // sent from many places
+    #[inline]
     pub fn send_for(&mut self, bus: Bus, frame: Frame, now: Instant, lifetime: Duration) {
-        self.command(bus, BusCommand::Send(Outgoing { frame, expires: now + lifetime }));
+        self.send_until(bus, frame, now + lifetime);
+    }
+
+    /// Send a frame before `expires`; from then on it is stale and dies.
+    #[inline(never)] // sent from many places
+    pub fn send_until(&mut self, bus: Bus, frame: Frame, expires: Instant) {
+        self.command(bus, BusCommand::Send(Outgoing { frame, expires }));
     }
 
     /// Command a bus. The last [`CONTROL_RESERVE`] places are kept for commands other than sending.

@@ -79,18 +79,24 @@ impl Receiver {
     #[inline]
     pub fn on_segment(&mut self, command: u8) -> Heard {
         // First what nearly all are.
-        if self.on_next(command) { Heard::Taken } else { self.on_special(command) }
+        if !self.is_next(command) {
+            return self.on_special(command);
+        }
+        self.take_next();
+        Heard::Taken
     }
 
-    /// The segment that counts next, and does not end its sub-block. Whether it was this one; if not, nothing happened.
+    /// Whether it is the segment that counts next, and does not end its sub-block.
     #[inline]
-    pub fn on_next(&mut self, command: u8) -> bool {
-        let is_next = command == self.next && command < self.size;
-        if is_next {
-            self.next += 1;
-            (self.heard, self.ended_by) = (true, 0);
-        }
-        is_next
+    pub fn is_next(&self, command: u8) -> bool {
+        command == self.next && command < self.size
+    }
+
+    /// Takes the segment that [is next](Receiver::is_next).
+    #[inline]
+    pub fn take_next(&mut self) {
+        self.next += 1;
+        (self.heard, self.ended_by) = (true, 0);
     }
 
     fn on_special(&mut self, command: u8) -> Heard {

@@ -28,6 +28,17 @@ const fn table() -> [u16; 256] {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Crc(u16);
 
+/// Takes in the lowest byte of the data, which has the checksum added at its lower end; those above move down.
+#[inline]
+fn next(data: u32) -> u32 {
+    (data >> 8) ^ u32::from(TABLE.get(usize::from(data as u8)).copied().unwrap_or_default())
+}
+
+#[inline]
+fn four(crc: u32, bytes: [u8; 4]) -> u32 {
+    next(next(next(next(crc ^ u32::from_le_bytes(bytes)))))
+}
+
 impl Crc {
     /// Of no bytes.
     pub const fn new() -> Crc {
@@ -36,10 +47,12 @@ impl Crc {
 
     /// Takes in the next bytes.
     pub fn update(&mut self, bytes: &[u8]) {
-        self.0 = bytes.iter().fold(self.0, |crc, byte| {
-            let selected = usize::from(crc as u8 ^ byte);
-            (crc >> 8) ^ TABLE.get(selected).copied().unwrap_or_default()
+        // Eight at a time: fewer rounds.
+        let (eights, rest) = bytes.as_chunks::<8>();
+        let crc = eights.iter().fold(u32::from(self.0), |crc, &[a, b, c, d, e, f, g, h]| {
+            four(four(crc, [a, b, c, d]), [e, f, g, h])
         });
+        self.0 = rest.iter().fold(crc, |crc, byte| next(crc ^ u32::from(*byte))) as u16;
     }
 
     /// Of all bytes so far.

@@ -300,17 +300,34 @@ fn short(command: u8, one: u8, two: u8) -> Payload {
     [command, one, two, 0, 0, 0, 0, 0]
 }
 
-/// Bits e and s, and n for `len` bytes.
+/// Bits e and s, and n for `len` bytes, `1..=4`.
+#[inline]
 fn expedited(len: u8) -> u8 {
-    EXPEDITED | SIZED | ((4 - len.clamp(1, 4)) << 2)
+    EXPEDITED | SIZED | (4_u8.wrapping_sub(len) & 3) << 2
 }
 
 fn bit(on: bool, mask: u8) -> u8 {
     if on { mask } else { 0 }
 }
 
+/// Whether it is an upload initiate request.
 #[inline]
-fn address(payload: &Payload) -> Address {
+pub(super) fn is_upload(payload: &Payload) -> bool {
+    let [command, ..] = *payload;
+    command >> 5 == 2
+}
+
+/// The data of a download initiate request that brings them itself, and how many of them count when that is told.
+#[inline]
+pub(super) fn expedited_download(payload: &Payload) -> Option<([u8; 4], Option<u8>)> {
+    let [command, _, _, _, data @ ..] = *payload;
+    let count = (command & SIZED != 0).then(|| 4 - ((command >> 2) & 3));
+    (command >> 5 == 1 && command & EXPEDITED != 0).then_some((data, count))
+}
+
+/// Index and sub-index of an initiate frame.
+#[inline]
+pub(super) fn address(payload: &Payload) -> Address {
     let [_, low, high, sub, ..] = *payload;
     Address::new(u16::from_le_bytes([low, high]), sub)
 }

@@ -13,6 +13,8 @@ pub struct UnexpectedLength;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Consumer {
     counted: bool,
+    /// Neither counter nor window.
+    plain: bool,
     window: Duration,
     window_end: Instant,
 }
@@ -22,22 +24,35 @@ impl Consumer {
     pub const fn new(overflow: u8, window: u32) -> Self {
         Consumer {
             counted: overflow != 0,
+            plain: overflow == 0 && window == 0,
             window: Duration::from_micros(window as u64),
             window_end: Instant::NEVER,
         }
     }
 
-    /// New values of 1019h and 1007h, for the SYNCs to come.
+    /// New values of 1019h and 1007h, for the SYNCs to come. Without a window all is open at once.
     pub fn configure(&mut self, overflow: u8, window: u32) {
-        let window_end = self.window_end;
+        let window_end = if window == 0 { Instant::NEVER } else { self.window_end };
         *self = Consumer { window_end, ..Self::new(overflow, window) };
+    }
+
+    /// Open until the next SYNC.
+    pub fn open(&mut self) {
+        self.window_end = Instant::NEVER;
     }
 
     /// A SYNC ended at `at`. Its counter; zero when SYNCs have none.
     ///
     /// # Errors
     /// [`UnexpectedLength`] unless it has one byte with a counter, none without.
+    #[inline]
     pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, UnexpectedLength> {
+        // First what nearly all are.
+        if self.plain && frame.dlc() == 0 { Ok(0) } else { self.on_special(frame, at) }
+    }
+
+    #[inline(never)]
+    fn on_special(&mut self, frame: &Frame, at: Instant) -> Result<u8, UnexpectedLength> {
         let counter = match (frame.data(), self.counted) {
             (&[], false) => 0,
             (&[counter], true) => counter,
@@ -50,10 +65,5 @@ impl Consumer {
     /// Until when synchronous PDOs of the last SYNC may go out: how long they live. Never over without a window.
     pub const fn window_end(&self) -> Instant {
         self.window_end
-    }
-
-    /// Whether synchronous PDOs are sent and taken. After the window they are discarded until the next SYNC.
-    pub fn within_window(&self, now: Instant) -> bool {
-        now <= self.window_end
     }
 }

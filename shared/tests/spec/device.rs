@@ -12,6 +12,7 @@ use ecss_can::profile::mission::MissionObjects;
 use ecss_can::profile::{Profile, STANDARD, mission};
 use ecss_can::runner::BusCommand;
 use ecss_can::store::{ParameterStore, StoreError};
+use ecss_can::time::Duration;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::slave::TestSlave;
@@ -371,4 +372,53 @@ fn with_a_counter_announced_a_sync_must_have_it() {
     slave.clear();
     slave.receive(NOMINAL, 0x080, &[]);
     assert!(slave.frames().iter().all(|(_, frame)| frame.id().raw() == 0x085), "{:?}", slave.frames());
+}
+
+/// Verifies: ECSS 6.9e
+#[test]
+fn a_synchronous_pdo_that_has_not_left_at_the_end_of_the_window_is_stale() {
+    let mut slave = Bench::new(mission::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
+    let expires = |slave: &mut Bench<TestSlave>| {
+        slave.clear();
+        slave.receive(NOMINAL, 0x080, &[]);
+        assert_eq!(slave.sent.len(), 1, "the Local Time PDO");
+        slave.sent[0].expires.since(slave.now)
+    };
+    let without = expires(&mut slave);
+    assert!(without > Duration::from_millis(50), "{without:?}");
+    // 2 ms.
+    assert_eq!(write(&mut slave, 0x1007, 0, &2_000_u32.to_le_bytes()), done(0x1007, 0));
+    assert_eq!(expires(&mut slave), Duration::from_millis(2));
+    assert_eq!(write(&mut slave, 0x1007, 0, &[0; 4]), done(0x1007, 0));
+    assert_eq!(expires(&mut slave), without);
+}
+
+/// Verifies: ECSS 6.9e
+#[test]
+fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
+    let mut slave = Bench::new(mission::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
+    write(&mut slave, 0x1007, 0, &2_000_u32.to_le_bytes());
+    slave.receive(NOMINAL, 0x080, &[]);
+    // RPDO 5 takes a synchronous word, long after the window of the only SYNC.
+    let value = slave.node.objects().application.value;
+    for (index, sub, bytes) in [
+        (0x1604, 1, 0x6210_0020_u32.to_le_bytes().to_vec()),
+        (0x1604, 0, vec![1]),
+        (0x1404, 2, vec![1]),
+        (0x1404, 1, 0x4000_0250_u32.to_le_bytes().to_vec()),
+    ] {
+        assert_eq!(write(&mut slave, index, sub, &bytes), done(index, sub));
+    }
+    slave.run_until(ms(100));
+    let ignored = |slave: &Bench<TestSlave>| slave.node.status(slave.now).counters[NOMINAL].ignored;
+    let before = ignored(&slave);
+    slave.receive(NOMINAL, 0x250, &[9, 0, 0, 0]);
+    assert_eq!(ignored(&slave), before + 1, "after the window");
+    slave.receive(NOMINAL, 0x000, &[0x80, 5]);
+    slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+    slave.receive(NOMINAL, 0x250, &[9, 0, 0, 0]);
+    assert_eq!(ignored(&slave), before + 1);
+    assert_eq!(slave.node.objects().application.value, value);
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(slave.node.objects().application.value, 9);
 }

@@ -161,13 +161,10 @@ fn a_sync_of_unexpected_length_is_ignored() {
 fn synchronous_pdos_go_within_the_window_after_a_sync() {
     let sync = frame(0x080, &[]);
     let mut consumer = Consumer::new(0, 2_000);
-    assert!(consumer.within_window(ms(0)));
+    assert_eq!(consumer.window_end(), Instant::NEVER);
     consumer.on_sync(&sync, ms(100)).unwrap();
-    assert!(consumer.within_window(ms(100)) && consumer.within_window(ms(102)));
-    assert!(!consumer.within_window(Instant::from_micros(102_001)));
-    assert!(!consumer.within_window(ms(150)));
+    assert_eq!(consumer.window_end(), ms(102));
     consumer.on_sync(&sync, ms(200)).unwrap();
-    assert!(consumer.within_window(ms(201)));
     assert_eq!(consumer.window_end(), ms(200) + Duration::from_millis(2));
 }
 
@@ -176,9 +173,27 @@ fn a_new_window_is_that_of_the_next_sync() {
     let sync = frame(0x080, &[]);
     let mut consumer = Consumer::new(0, 2_000);
     consumer.on_sync(&sync, ms(100)).unwrap();
-    consumer.configure(0, 0);
+    consumer.configure(0, 5_000);
     assert_eq!(consumer.window_end(), ms(102));
-    // None at all: open for ever.
     consumer.on_sync(&sync, ms(200)).unwrap();
-    assert!(consumer.within_window(ms(1_000_000)));
+    assert_eq!(consumer.window_end(), ms(205));
+    // None at all: open for ever, at once.
+    for sync_follows in [false, true] {
+        consumer.configure(0, 0);
+        if sync_follows {
+            consumer.on_sync(&sync, ms(300)).unwrap();
+        }
+        assert_eq!(consumer.window_end(), Instant::NEVER);
+    }
+}
+
+#[test]
+fn a_window_that_is_opened_stays_open_until_the_next_sync() {
+    let sync = frame(0x080, &[]);
+    let mut consumer = Consumer::new(0, 2_000);
+    consumer.on_sync(&sync, ms(100)).unwrap();
+    consumer.open();
+    assert_eq!(consumer.window_end(), Instant::NEVER);
+    consumer.on_sync(&sync, ms(200)).unwrap();
+    assert_eq!(consumer.window_end(), ms(202));
 }

@@ -3,9 +3,9 @@
 //! It knows neither buses nor redundancy: the node gives it frames of the active bus and the NMT state, and sends what it
 //! hands out.
 
+mod dictionary;
 mod rules;
 mod stored;
-mod view;
 
 use super::NodeObjects;
 use crate::emcy::{self, ErrorCode};
@@ -13,33 +13,26 @@ use crate::heartbeat::Monitor;
 use crate::link::{CobId, CobIdEntry, Frame};
 use crate::nmt::{NmtState, NodeId};
 use crate::od::communication::{Communication, Mapping};
-use crate::od::{AbortCode, Address, Entry, Objects, Place};
-use crate::pdo::{RpdoEvent, Rpdos, Tpdos};
+use crate::od::{AbortCode, Address, Objects};
+use crate::pdo::{RpdoEvent, Taken};
 use crate::store::Group;
 use crate::time::{Duration, Instant};
 use crate::{sdo, sync};
-use stored::Stored;
-use view::View;
+use dictionary::Dictionary;
+
+/// The first object whose changes an application is told; those below are the services'.
+pub const FIRST_TOLD: u16 = 0x2000;
 
 /// Units of inhibit times, in microseconds.
 const INHIBIT_UNIT: u64 = 100;
 
-/// What a frame was to the RPDOs.
-pub enum PdoOutcome {
-    /// None of them, or one after the synchronous window.
-    Ignored,
-    /// One of them.
-    Taken,
-    /// One of them, and an emergency tells that something changed.
-    Told,
-    /// One of them, but not as it should be: told as an emergency.
-    Erroneous,
-}
-
 /// What the SDO server is to do.
-enum SdoStep<'a> {
-    Request(&'a sdo::Payload),
+pub enum SdoStep<'a> {
+    /// A frame came for it.
+    Request(&'a Frame),
+    /// The bus that its client was heard on was left.
     Abort(AbortCode),
+    /// Its deadline may have come, or a frame of it left.
     Poll,
 }
 
@@ -47,85 +40,58 @@ enum SdoStep<'a> {
 #[derive(Debug)]
 pub struct Device<A: Objects + Default, const R: usize, const T: usize, M: Mapping> {
     id: NodeId,
-    pub objects: NodeObjects<A, R, T, M>,
-    pub emcy: emcy::Producer,
+    pub dictionary: Dictionary<A, R, T, M>,
     pub monitor: Monitor,
     sync: sync::Consumer,
     sync_id: CobId,
+    /// What comes for the SDO server.
+    sdo_id: CobId,
     server: sdo::Server,
-    rpdos: Rpdos<R>,
-    tpdos: Tpdos<T>,
-    pub stored: Stored,
-    /// What was written last over the bus, and the node has not looked at yet.
-    written: Option<Address>,
-    /// Where the value is that was asked for last over the bus.
-    found: Option<(Address, Place, &'static Entry)>,
 }
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A, R, T, M> {
     pub fn new(id: NodeId, objects: NodeObjects<A, R, T, M>, sdo_timeout: Duration) -> Self {
         Device {
             id,
-            objects,
-            emcy: emcy::Producer::new(emcy::Config { id: None, inhibit: Duration::ZERO }),
+            dictionary: Dictionary::new(id, objects),
             monitor: Monitor::new(),
             sync: sync::Consumer::new(0, 0),
             sync_id: CobId::SYNC,
+            sdo_id: CobId::sdo_request(id),
             server: sdo::Server::new(sdo_timeout),
-            rpdos: Rpdos::new(),
-            tpdos: Tpdos::new(),
-            stored: Stored(None),
-            written: None,
-            found: None,
         }
     }
 
     /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
     pub fn configure(&mut self, now: Instant) {
-        let (server, mut view) = self.sdo(now);
-        server.reset(&mut view);
-        self.written = None;
-        self.rpdos.stop();
-        self.tpdos.stop();
+        let Self { dictionary, server, .. } = self;
+        server.reset(dictionary);
+        dictionary.written = None;
+        dictionary.rpdos.stop();
+        dictionary.tpdos.stop();
         self.configure_sync();
         self.configure_emcy();
-        for (sub, value) in (1..).zip(self.objects.communication.consumer_heartbeat) {
+        for (sub, value) in (1..).zip(self.dictionary.objects.communication.consumer_heartbeat) {
             self.monitor.set(sub, value);
         }
-        let objects = &self.objects.communication;
+        let Dictionary { objects, emcy, rpdos, tpdos, .. } = &mut self.dictionary;
+        let objects = &mut objects.communication;
         // What power-on makes of a PDO that cannot be: one that is not valid.
         for (number, (pdo, mapping)) in objects.rpdos.iter().zip(&objects.rpdo_mappings).enumerate() {
-            let emcy = &mut self.emcy;
             let mut tell = |number, event| note(emcy, number, event);
             let mapping = mapping.objects();
-            let _ = self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping, &mut tell);
+            let _ = rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping, &mut tell);
         }
         for (number, (pdo, mapping)) in objects.tpdos.iter().zip(&objects.tpdo_mappings).enumerate() {
-            let _ = self.tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now);
+            let _ = tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now);
         }
-        show(&self.emcy, &mut self.objects.communication);
-    }
-
-    /// The SDO server and what it sees.
-    fn sdo(&mut self, now: Instant) -> (&mut sdo::Server, View<'_, A, R, T, M>) {
-        let view = View {
-            objects: &mut self.objects,
-            rpdos: &mut self.rpdos,
-            tpdos: &mut self.tpdos,
-            emcy: &mut self.emcy,
-            stored: &mut self.stored,
-            id: self.id,
-            written: &mut self.written,
-            found: &mut self.found,
-            now,
-        };
-        (&mut self.server, view)
+        show(emcy, objects);
     }
 
     /// Applies what is stored of a group; the services take it with [`Device::configure`].
     #[inline(never)] // of two callers, neither in a hurry
     pub fn load(&mut self, group: Group) {
-        match self.stored.load(self.id, group, &mut self.objects) {
+        match self.dictionary.load(group) {
             Ok(_) => {}
             // Defaults hold, where nothing else was applied yet.
             Err(_) => self.raise(ErrorCode::DATA_SET, [0; 5]),
@@ -133,14 +99,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     }
 
     fn configure_sync(&mut self) {
-        let communication = &self.objects.communication;
+        let communication = &self.dictionary.objects.communication;
         self.sync_id = CobIdEntry::from_raw(communication.sync_cob_id).id();
         self.sync.configure(communication.sync_overflow, communication.synchronous_window);
     }
 
     fn configure_emcy(&mut self) {
-        let communication = &self.objects.communication;
-        self.emcy.configure(emcy::Config {
+        let Dictionary { objects: NodeObjects { communication, .. }, emcy, .. } = &mut self.dictionary;
+        emcy.configure(emcy::Config {
             id: CobIdEntry::from_raw(communication.emcy_cob_id).cob_id(),
             inhibit: Duration::from_micros(u64::from(communication.emcy_inhibit) * INHIBIT_UNIT),
         });
@@ -148,7 +114,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
 
     /// COB-ID of each RPDO, valid or not.
     pub fn rpdo_ids(&self) -> impl Iterator<Item = Option<CobId>> {
-        self.objects.communication.rpdos.iter().map(|pdo| CobIdEntry::from_raw(pdo.cob_id).cob_id())
+        self.dictionary
+            .objects
+            .communication
+            .rpdos
+            .iter()
+            .map(|pdo| CobIdEntry::from_raw(pdo.cob_id).cob_id())
     }
 
     /// COB-ID of SYNC.
@@ -156,48 +127,59 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.sync_id
     }
 
+    /// COB-ID of SDO requests.
+    pub fn sdo_id(&self) -> CobId {
+        self.sdo_id
+    }
+
     /// COB-ID of SYNC as it was just written.
     pub fn written_sync_id(&self) -> CobId {
-        CobIdEntry::from_raw(self.objects.communication.sync_cob_id).id()
+        CobIdEntry::from_raw(self.dictionary.objects.communication.sync_cob_id).id()
     }
 
     /// An error appeared or is gone: history and register in the dictionary follow.
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
-        if self.emcy.raise(code, info) {
-            show(&self.emcy, &mut self.objects.communication);
+        let Dictionary { objects, emcy, .. } = &mut self.dictionary;
+        if emcy.raise(code, info) {
+            show(emcy, &mut objects.communication);
         }
     }
 
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
-        if self.emcy.clear(code, source) {
-            show(&self.emcy, &mut self.objects.communication);
+        let Dictionary { objects, emcy, .. } = &mut self.dictionary;
+        if emcy.clear(code, source) {
+            show(emcy, &mut objects.communication);
         }
-    }
-
-    /// An SDO request. Whether it was of use.
-    pub fn on_sdo(&mut self, frame: &Frame, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
-        let Ok(payload) = <&sdo::Payload>::try_from(frame.data()) else { return false };
-        self.serve(SdoStep::Request(payload), now, send)
     }
 
     /// A segment of a block download that needs no object. Whether it was one.
     #[inline]
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
-        <&sdo::Payload>::try_from(frame.data())
-            .is_ok_and(|payload| self.server.on_plain_segment(payload, now))
+        let Self { dictionary, server, .. } = self;
+        frame.full().is_some_and(|payload| server.on_plain_segment(payload, now, dictionary))
     }
 
-    /// The one place where the server runs, so that images carry it once.
-    fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
+    /// The SDO server runs. Call it from one place, so that images carry it once. Whether a frame was of use.
+    #[inline(always)]
+    pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let response = CobId::sdo_response(self.id);
-        let (server, mut view) = self.sdo(now);
-        let mut send = |payload| send(Frame::of(response, payload));
+        let Self { dictionary, server, .. } = self;
+        dictionary.now = now;
+        let mut send = move |payload| send(Frame::of(response, payload));
         match step {
-            SdoStep::Request(payload) => return server.on_request(payload, now, &mut view, &mut send),
-            SdoStep::Abort(code) => server.abort(code, &mut view, &mut send),
-            SdoStep::Poll => server.poll(now, &mut view, &mut send),
+            SdoStep::Request(frame) => match frame.full() {
+                Some(payload) => return server.on_request(payload, now, dictionary, &mut send),
+                None => return false,
+            },
+            SdoStep::Abort(code) => server.abort(code, dictionary, &mut send),
+            SdoStep::Poll => server.poll(now, dictionary, &mut send),
         }
         true
+    }
+
+    /// Whether the SDO server has a transfer.
+    pub fn is_sdo_busy(&self) -> bool {
+        self.server.is_busy()
     }
 
     /// A response of the SDO server left, or failed to.
@@ -205,49 +187,44 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.server.on_sent();
     }
 
-    /// The bus that the client was heard on was left.
-    pub fn abort_sdo(&mut self, code: AbortCode, now: Instant, send: &mut dyn FnMut(Frame)) {
-        self.serve(SdoStep::Abort(code), now, send);
-    }
-
     /// What was written last over the bus, once.
     pub fn take_written(&mut self) -> Option<Address> {
-        self.written.take()
+        self.dictionary.written.take()
     }
 
-    /// Follows what was written to an object of its services. Whether it was one.
-    pub fn on_written(&mut self, at: Address) -> bool {
+    /// Follows what was written to an object of its services.
+    pub fn on_written(&mut self, at: Address) {
         if matches!(at.index, 0x1005..=0x1007 | 0x1014..=0x1017 | 0x1019 | 0x1029..=0x1BFF | 0x2000) {
             // CiA 301 7.5.2.18: it is no longer the configuration that was verified.
-            self.objects.communication.configuration = [0; 2];
+            self.dictionary.objects.communication.configuration = [0; 2];
         }
         match at.index {
             0x1003 => {
-                let _ = self.emcy.history_mut().write_len(0);
-                show(&self.emcy, &mut self.objects.communication);
+                let Dictionary { objects, emcy, .. } = &mut self.dictionary;
+                let _ = emcy.history_mut().write_len(0);
+                show(emcy, &mut objects.communication);
             }
             0x1005 | 0x1007 | 0x1019 => self.configure_sync(),
             0x1014 | 0x1015 => self.configure_emcy(),
             0x1016 => {
                 let entry = usize::from(at.sub).wrapping_sub(1);
-                let value = self.objects.communication.consumer_heartbeat.get(entry).copied();
+                let value = self.dictionary.objects.communication.consumer_heartbeat.get(entry).copied();
                 if let Some(missed) = self.monitor.set(at.sub, value.unwrap_or(0)) {
                     self.clear(ErrorCode::HEARTBEAT, missed.get());
                 }
             }
-            0x1000..=0x1FFF => {}
-            _ => return false,
+            _ => {}
         }
-        true
     }
 
     /// Another NMT state.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
         if state.allows_pdo() {
-            self.tpdos.start(now);
+            self.dictionary.tpdos.start(now);
         } else {
-            self.tpdos.stop();
-            self.rpdos.stop();
+            self.dictionary.tpdos.stop();
+            self.dictionary.rpdos.stop();
+            self.sync.open();
         }
     }
 
@@ -255,58 +232,82 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     ///
     /// # Errors
     /// [`sync::UnexpectedLength`], which is told as an emergency.
+    #[inline(always)] // called from one place
     pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
-        let counter = self.sync.on_sync(frame, at);
-        if counter.is_err() {
-            self.raise(ErrorCode::SYNC_LENGTH, [0; 5]);
-            self.clear(ErrorCode::SYNC_LENGTH, 0);
-        }
-        counter
+        self.sync.on_sync(frame, at).inspect_err(|_| self.tell_sync_length())
+    }
+
+    #[inline(never)]
+    fn tell_sync_length(&mut self) {
+        self.raise(ErrorCode::SYNC_LENGTH, [0; 5]);
+        self.clear(ErrorCode::SYNC_LENGTH, 0);
     }
 
     /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.
     #[inline(always)] // called from one place
     pub fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame)) {
-        self.tpdos.on_sync(counter, &self.objects, &mut |_, frame| send(frame));
+        let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
+        tpdos.on_sync(counter, objects, &mut |_, frame| send(frame));
     }
 
-    /// Synchronous RPDOs at a SYNC.
+    /// Whether RPDOs wait for a SYNC.
+    pub fn is_rpdo_waiting(&self) -> bool {
+        self.dictionary.rpdos.is_waiting()
+    }
+
+    /// Until when synchronous PDOs of the last SYNC may go out or come in.
+    pub fn window_end(&self) -> Instant {
+        self.sync.window_end()
+    }
+
+    /// Synchronous RPDOs at a SYNC. Whether emergencies tell of them.
     #[inline(always)] // called from one place
-    pub fn actuate(&mut self, applied: &mut impl FnMut(u16)) {
-        let window_end = self.sync.window_end();
-        let emcy = &mut self.emcy;
-        self.rpdos.on_sync(window_end, &mut self.objects, &mut |objects, number, event| match event {
-            RpdoEvent::Applied => applied(number as u16),
-            event => tell(emcy, &mut objects.communication, number, event),
+    pub fn actuate(&mut self, applied: &mut impl FnMut(usize)) -> bool {
+        let Dictionary { objects, emcy, rpdos, .. } = &mut self.dictionary;
+        let mut is_told = false;
+        rpdos.on_sync(objects, applied, &mut |objects, number, event| {
+            is_told = true;
+            tell(emcy, &mut objects.communication, number, event);
         });
+        is_told
     }
 
-    /// A frame that may be an RPDO, in Operational.
+    /// A frame of an RPDO as nearly all are, in Operational: it takes effect at once and is as it should be. Whether it
+    /// was one; if not, [`Device::on_rpdo`] takes it.
     #[inline(always)] // called from one place
-    pub fn on_rpdo(
-        &mut self,
-        frame: &Frame,
-        at: Instant,
-        applied: &mut impl FnMut(&NodeObjects<A, R, T, M>, u16),
-    ) -> PdoOutcome {
-        let emcy = &mut self.emcy;
-        let mut outcome = PdoOutcome::Taken;
-        let known =
-            self.rpdos.on_frame(frame, at, &mut self.objects, &mut |objects, number, event| match event {
-                RpdoEvent::Applied => applied(objects, number as u16),
-                RpdoEvent::Rejected => outcome = PdoOutcome::Erroneous,
-                RpdoEvent::OutsideWindow => outcome = PdoOutcome::Ignored,
-                event => {
-                    outcome = PdoOutcome::Told;
-                    tell(emcy, &mut objects.communication, number, event);
-                }
-            });
-        if known { outcome } else { PdoOutcome::Ignored }
+    pub fn on_plain_rpdo(&mut self, number: usize, frame: &Frame) -> bool {
+        let Dictionary { objects, rpdos, .. } = &mut self.dictionary;
+        rpdos.on_plain_frame(number, frame, objects)
+    }
+
+    /// A frame of an RPDO, in Operational. What becomes of it, and whether emergencies tell of it.
+    #[inline(always)] // called from one place
+    pub fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant) -> (Taken, bool) {
+        let Dictionary { objects, emcy, rpdos, .. } = &mut self.dictionary;
+        let mut is_told = false;
+        let window_end = self.sync.window_end();
+        let taken = rpdos.on_frame(number, frame, at, window_end, objects, &mut |objects, number, event| {
+            is_told = true;
+            tell(emcy, &mut objects.communication, number, event);
+        });
+        (taken, is_told)
+    }
+
+    /// The first RPDO with this COB-ID.
+    #[inline(always)]
+    pub fn rpdo(&self, id: CobId) -> Option<usize> {
+        self.dictionary.rpdos.first(id)
+    }
+
+    /// The next RPDO behind `number` with this COB-ID.
+    #[inline(always)]
+    pub fn next_rpdo(&self, id: CobId, number: usize) -> Option<usize> {
+        self.dictionary.rpdos.next(id, number)
     }
 
     /// When an RPDO is overdue.
     pub fn rpdo_deadline(&self) -> Option<Instant> {
-        self.rpdos.deadline()
+        self.dictionary.rpdos.deadline()
     }
 
     /// When the SDO server has something to do.
@@ -314,36 +315,20 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.server.deadline()
     }
 
-    /// An event of the application for a TPDO.
-    pub fn trigger(&mut self, number: usize, now: Instant) {
-        self.tpdos.trigger(number, now);
-    }
-
-    /// A value changed by a write over the bus: an event for all TPDOs that carry it. When one of them is due.
-    pub fn on_changed(&mut self, at: Address, now: Instant) -> Option<Instant> {
-        if let Some((_, place, _)) = self.found.filter(|(found, ..)| *found == at) {
-            self.tpdos.on_changed(place, now);
-        }
-        self.tpdos.deadline()
-    }
-
-    /// What is due. Emergencies go first: their COB-ID wins.
+    /// What is due but for the SDO server. Emergencies go first: their COB-ID wins.
     pub fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame)) {
-        let (emcy, communication) = (&mut self.emcy, &mut self.objects.communication);
-        self.rpdos.poll(now, &mut |number, event| tell(emcy, communication, number, event));
-        while let Some(frame) = self.emcy.poll(now, state) {
+        let Dictionary { objects, emcy, rpdos, tpdos, .. } = &mut self.dictionary;
+        rpdos.poll(now, &mut |number, event| tell(emcy, &mut objects.communication, number, event));
+        while let Some(frame) = emcy.poll(now, state) {
             send(frame);
         }
-        self.tpdos.poll(now, &self.objects, &mut |_, frame| send(frame));
-        if self.server.is_busy() {
-            self.serve(SdoStep::Poll, now, send);
-        }
+        tpdos.poll(now, objects, &mut |_, frame| send(frame));
     }
 
-    /// When to poll next.
+    /// When to poll next, the SDO server included.
     pub fn deadline(&self, state: NmtState) -> Option<Instant> {
-        let all =
-            [self.emcy.deadline(state), self.rpdos.deadline(), self.tpdos.deadline(), self.server.deadline()];
+        let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
+        let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];
         all.into_iter().flatten().min()
     }
 }
@@ -365,7 +350,6 @@ fn note(emcy: &mut emcy::Producer, number: usize, event: RpdoEvent) {
     match event {
         RpdoEvent::Error(error) => _ = emcy.raise(error.code(), [source, 0, 0, 0, 0]),
         RpdoEvent::Resolved(error) => _ = emcy.clear(error.code(), source),
-        RpdoEvent::Applied | RpdoEvent::Rejected | RpdoEvent::OutsideWindow => {}
     }
 }
 

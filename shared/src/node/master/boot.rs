@@ -80,7 +80,7 @@ impl Master {
         if !self.manager.is_announced() {
             return false;
         }
-        let (objects, stamps) = (&self.device.objects.application, self.slaves);
+        let (objects, stamps) = (&self.device.dictionary.objects.application, self.slaves);
         let expected = |node: NodeId| {
             let stamp = stamps.iter().find(|slave| slave.node == node).map(|slave| slave.expected.stamp);
             Expected { stamp: stamp.unwrap_or_default(), ..objects.expected(node) }
@@ -96,18 +96,18 @@ impl Master {
             }
             None => return false,
         }
-        self.device.objects.application.show_client(self.transfers.node);
+        self.device.dictionary.objects.application.show_client(self.transfers.node);
         true
     }
 
     fn tell_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let is_completed = self.boot.poll(until);
         while let Some((node, error, abort)) = self.boot.take_failure() {
-            self.device.objects.application.show_error(node, error as u8, abort);
+            self.device.dictionary.objects.application.show_error(node, error as u8, abort);
             out.event(MasterEvent::BootFailed { node, error, abort });
         }
         while let Some((node, progress)) = self.boot.take_change() {
-            self.device.objects.application.show_progress(node, progress);
+            self.device.dictionary.objects.application.show_progress(node, progress);
             out.event(MasterEvent::Boot { node, progress });
         }
         if let Some(node) = self.boot.take_start()

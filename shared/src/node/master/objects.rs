@@ -6,6 +6,7 @@ use crate::link::{Bus, CobId, Frame};
 use crate::nmt::boot::{Assignment, BootProgress, Expected};
 use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
 use crate::node::NodeObjects;
+use crate::node::device::{FIRST_TOLD, SdoStep};
 use crate::od::communication::{Communication, INVALID, Identity, PdoMapping};
 use crate::od::spacecraft::{BusHealth, SelfTest};
 use crate::od::{Address, Objects, Record};
@@ -208,19 +209,21 @@ pub(super) fn sync_config(objects: &Communication<0, 0, PdoMapping>) -> sync::Co
 impl Master {
     /// The object dictionary.
     pub fn objects(&self) -> &MasterDictionary {
-        &self.device.objects
+        &self.device.dictionary.objects
     }
 
     /// The object dictionary, to be changed.
     pub fn objects_mut(&mut self) -> &mut MasterDictionary {
-        &mut self.device.objects
+        &mut self.device.dictionary.objects
     }
 
     /// A request to the SDO server.
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
         // Values of the moment that may be asked for.
         match frame.data() {
-            [_, 0x11, 0x20, ..] => self.device.objects.spacecraft.scet_get = self.clock.at(now).into(),
+            [_, 0x11, 0x20, ..] => {
+                self.device.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into()
+            }
             [_, 0x20 | 0x21, 0x20, ..] => self.refresh_health(),
             _ => {}
         }
@@ -228,7 +231,8 @@ impl Master {
             return self.buses.ignored(bus);
         }
         let lifetime = self.lifetimes.sdo;
-        if !self.device.on_sdo(frame, now, &mut |frame| out.send_for(bus, frame, now, lifetime)) {
+        let send = &mut |frame| out.send_for(bus, frame, now, lifetime);
+        if !self.serve(SdoStep::Request(frame), now, send) {
             self.buses.malformed(bus);
         }
         if let Some(at) = self.device.take_written() {
@@ -240,13 +244,13 @@ impl Master {
     fn refresh_health(&mut self) {
         let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
         let (nominal, redundant) = (of(Bus::Nominal), of(Bus::Redundant));
-        let objects = &mut self.device.objects.spacecraft;
+        let objects = &mut self.device.dictionary.objects.spacecraft;
         (objects.health_nominal, objects.health_redundant) = (nominal, redundant);
     }
 
     /// An object was written over the bus: what depends on it follows.
     fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
-        let objects = &mut self.device.objects;
+        let objects = &mut self.device.dictionary.objects;
         match (at.index, NodeId::new(at.sub)) {
             (0x1005 | 0x1006 | 0x1019, _) => self.sync.configure(sync_config(&objects.communication), now),
             (0x1017 | 0x2000, _) => {
@@ -270,7 +274,8 @@ impl Master {
             }
             _ => {}
         }
-        if !self.device.on_written(at) {
+        self.device.on_written(at);
+        if at.index >= FIRST_TOLD {
             out.event(MasterEvent::Written(at));
         }
     }
@@ -278,7 +283,7 @@ impl Master {
     /// 1F82h was written: what is read there is the state of the slave, not the command.
     fn on_requested_nmt(&mut self, sub: u8, node: Option<NodeId>, now: Instant, out: &mut Out) {
         let nth = usize::from(sub).wrapping_sub(1);
-        let Some(entry) = self.device.objects.application.request_nmt.get_mut(nth) else { return };
+        let Some(entry) = self.device.dictionary.objects.application.request_nmt.get_mut(nth) else { return };
         let command = match *entry {
             4 => Command::Stop,
             5 => Command::Start,
@@ -294,7 +299,7 @@ impl Master {
 
     /// Object 1F82h.
     pub(super) fn show_state(&mut self, node: NodeId, state: u8) {
-        if let Some(shown) = entry(&mut self.device.objects.application.request_nmt, node) {
+        if let Some(shown) = entry(&mut self.device.dictionary.objects.application.request_nmt, node) {
             *shown = state;
         }
     }
@@ -322,6 +327,16 @@ impl Master {
             self.device.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
         }
         let (bus, lifetime) = (self.manager.active(), self.lifetimes.sdo);
-        self.device.poll(until, NmtState::Operational, &mut |frame| out.send_for(bus, frame, now, lifetime));
+        let send = &mut |frame| out.send_for(bus, frame, now, lifetime);
+        self.device.poll(until, NmtState::Operational, send);
+        if self.device.is_sdo_busy() {
+            self.serve(SdoStep::Poll, until, send);
+        }
+    }
+
+    /// The SDO server runs.
+    #[inline(never)] // of three callers
+    pub(super) fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
+        self.device.serve(step, now, &mut |frame| send(frame))
     }
 }

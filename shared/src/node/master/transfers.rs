@@ -8,6 +8,7 @@ use super::{Master, Out};
 use crate::link::bit_timing::BitRate;
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::NodeId;
+use crate::node::device::SdoStep;
 use crate::od::AbortCode;
 use crate::sdo::{self, Client};
 use crate::time::{Duration, Instant};
@@ -165,7 +166,7 @@ impl Master {
         }
         (self.transfers.is_due, self.transfers.pause) = (true, Some(now + AFTER_SWITCH));
         let mut abort = None;
-        self.device.abort_sdo(AbortCode::DeviceState, now, &mut |frame| abort = Some(frame));
+        self.serve(SdoStep::Abort(AbortCode::DeviceState), now, &mut |frame| abort = Some(frame));
         if let Some(frame) = abort {
             self.send(frame, now, self.lifetimes.sdo, out);
         }

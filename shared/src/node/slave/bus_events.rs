@@ -65,7 +65,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// The error state that the dictionary tells.
     fn told_state(&self, bus: Bus) -> u8 {
-        let objects = &self.device.objects.spacecraft;
+        let objects = &self.device.dictionary.objects.spacecraft;
         match bus {
             Bus::Nominal => objects.health_nominal.state,
             Bus::Redundant => objects.health_redundant.state,
@@ -80,11 +80,17 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         self.next = now;
     }
 
-    /// Objects 2020h and 2021h.
-    pub(super) fn refresh_health(&mut self) {
+    /// The objects of the moment: 2011h, 2020h and 2021h.
+    #[inline(never)] // few requests ask for them
+    pub(super) fn refresh(&mut self, now: Instant) {
+        self.device.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into();
+        self.refresh_health();
+    }
+
+    fn refresh_health(&mut self) {
         let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
         let (nominal, redundant) = (of(Bus::Nominal), of(Bus::Redundant));
-        let objects = &mut self.device.objects.spacecraft;
+        let objects = &mut self.device.dictionary.objects.spacecraft;
         (objects.health_nominal, objects.health_redundant) = (nominal, redundant);
     }
 }

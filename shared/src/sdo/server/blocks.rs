@@ -8,23 +8,41 @@ use crate::sdo::wire::{self, Payload};
 use crate::time::Instant;
 
 impl Server {
-    /// A segment of a download as nearly all are: it comes in its turn and there is room for it, so that no object is
-    /// needed. Whether it was one; if not, nothing happened.
+    /// A segment of a download as nearly all are: it comes in its turn, and it fits. Whether it was one; if not,
+    /// [`Server::on_request`] takes it.
     #[inline]
-    pub fn on_plain_segment(&mut self, payload: &Payload, now: Instant) -> bool {
+    pub fn on_plain_segment(
+        &mut self,
+        payload: &Payload,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+    ) -> bool {
         let [command, data @ ..] = payload;
-        let deadline = now + self.pause();
-        let State::BlockDownload { receiver, refused: None } = &mut self.state else { return false };
-        let is_plain = self.value.has_room() && receiver.on_next(*command);
-        if is_plain {
-            self.deadline = deadline;
-            self.value.push_full(data);
+        if !matches!(&self.state, State::BlockDownload { receiver, refused: None } if receiver.is_next(*command))
+            || !(self.value.has_room() || self.make_room(objects))
+        {
+            return false;
         }
-        is_plain
+        self.deadline = now + self.pause();
+        if let State::BlockDownload { receiver, .. } = &mut self.state {
+            receiver.take_next();
+        }
+        self.value.push_full(data);
+        true
+    }
+
+    /// For a segment that fits into the value, but not into what is buffered of it.
+    #[inline(never)]
+    fn make_room(&mut self, objects: &mut impl ObjectAccess) -> bool {
+        let made = self.value.make_room(objects);
+        made.unwrap_or_else(|code| {
+            self.refuse(code, objects);
+            false
+        })
     }
 
     /// A frame in a sub-block of a download: a segment, whatever its first byte, or an abort.
-    #[inline(always)] // called from one place
+    #[inline(never)]
     pub(super) fn on_sub_block(
         &mut self,
         payload: &Payload,
@@ -36,28 +54,6 @@ impl Server {
         let deadline = now + self.pause();
         let State::BlockDownload { receiver, refused } = &mut self.state else { return false };
         let heard = receiver.on_segment(*command);
-        if heard == Heard::Taken && refused.is_none() {
-            self.deadline = deadline;
-            if let Err(code) = self.value.push(data, data.len(), objects) {
-                self.refuse(code, objects);
-            }
-            return true;
-        }
-        self.on_special_segment(payload, heard, now, objects, send)
-    }
-
-    #[inline(never)]
-    fn on_special_segment(
-        &mut self,
-        payload: &Payload,
-        heard: Heard,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
-    ) -> bool {
-        let [command, data @ ..] = payload;
-        let deadline = now + self.pause();
-        let State::BlockDownload { receiver, refused } = &mut self.state else { return false };
         if *command == wire::ABORT {
             self.value.close(objects);
             self.state = State::Idle;
@@ -69,8 +65,8 @@ impl Server {
         let pushed = match heard {
             _ if refused.is_some() => Ok(()),
             Heard::TakenLast => self.value.push_last(data, objects),
-            Heard::TakenAtEnd => self.value.push(data, data.len(), objects),
-            _ => Ok(()),
+            Heard::Taken | Heard::TakenAtEnd => self.value.push(data, data.len(), objects),
+            Heard::Ends | Heard::Ignored => Ok(()),
         };
         if let Err(code) = pushed {
             self.refuse(code, objects);

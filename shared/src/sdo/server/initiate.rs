@@ -10,9 +10,25 @@ use crate::time::Instant;
 const EXPEDITED: usize = 4;
 
 impl Server {
-    /// A request without a transfer.
+    /// A request without a transfer. First what nearly all are.
     #[inline]
     pub(super) fn initiate(
+        &mut self,
+        payload: &Payload,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) -> bool {
+        match number(payload, objects) {
+            Ok(Some(response)) => send(response),
+            Ok(None) => return self.initiate_other(payload, now, objects, send),
+            Err(code) => send(wire::abort(wire::address(payload), code.code())),
+        }
+        true
+    }
+
+    #[inline(never)]
+    fn initiate_other(
         &mut self,
         payload: &Payload,
         now: Instant,
@@ -87,7 +103,7 @@ impl Server {
         self.answer_upload(at, transfer, now, objects, send)
     }
 
-    #[inline]
+    #[inline(never)]
     fn answer_upload(
         &mut self,
         at: Address,
@@ -157,5 +173,19 @@ impl Server {
     fn begin(&mut self, state: State, now: Instant) {
         self.state = state;
         self.deadline = now + self.timeout;
+    }
+}
+
+/// The response to an expedited transfer of a number. `None` for all other requests, and for what is no number.
+#[inline(always)] // called from one place
+fn number(payload: &Payload, objects: &mut impl ObjectAccess) -> Result<Option<Payload>, AbortCode> {
+    let at = wire::address(payload);
+    if wire::is_upload(payload) {
+        let value = objects.fetch(at)?;
+        return Ok(value.map(|(bytes, count)| wire::upload_expedited_response(at, bytes, count)));
+    }
+    match wire::expedited_download(payload) {
+        Some((bytes, count)) if objects.store(at, bytes, count)? => Ok(Some(wire::download_response(at))),
+        _ => Ok(None),
     }
 }

@@ -27,8 +27,10 @@ pub(super) struct Value {
     is_stream: bool,
     /// The dictionary waits for the rest of a stream.
     is_open: bool,
-    /// Download: bytes that may still come.
+    /// Download: bytes that may come, from the begin of the buffer on.
     room: u32,
+    /// Download: where in the buffer a full segment must end.
+    end: usize,
     /// Where in the value the buffer begins.
     offset: u32,
     /// How many bytes the checksum holds.
@@ -47,6 +49,7 @@ impl Value {
             is_stream: false,
             is_open: false,
             room: 0,
+            end: 0,
             offset: 0,
             summed: 0,
             filled: 0,
@@ -134,7 +137,7 @@ impl Value {
         let most = u32::try_from(most).unwrap_or(u32::MAX);
         self.open(at, told.unwrap_or(most), transfer, crc);
         (self.is_size_told, self.is_open) = (told.is_some(), self.is_stream);
-        self.room = if self.is_stream { self.size } else { self.size.min(WHOLE as u32) };
+        self.set_room(if self.is_stream { self.size } else { self.size.min(WHOLE as u32) });
         match told {
             Some(size) if size > most => Err(AbortCode::TooLong),
             Some(size) if !self.is_stream && size as usize > WHOLE => Err(AbortCode::OutOfMemory),
@@ -142,17 +145,20 @@ impl Value {
         }
     }
 
-    /// So many bytes more. An error if that is too much.
+    fn set_room(&mut self, room: u32) {
+        (self.room, self.end) = (room, BUFFER.min(room as usize));
+    }
+
+    /// An error if so many bytes in the buffer are too much.
     #[inline]
-    fn grow(&mut self, len: usize) -> Result<(), AbortCode> {
-        match self.room.checked_sub(len as u32) {
-            Some(room) => {
-                self.room = room;
-                Ok(())
-            }
+    fn check(&self, filled: usize) -> Result<(), AbortCode> {
+        if filled <= self.room as usize {
+            Ok(())
+        } else if !self.is_stream && self.size as usize > WHOLE {
             // What does not fit into the buffer need not be too much for the object.
-            None if !self.is_stream && self.size as usize > WHOLE => Err(AbortCode::OutOfMemory),
-            None => Err(AbortCode::TooLong),
+            Err(AbortCode::OutOfMemory)
+        } else {
+            Err(AbortCode::TooLong)
         }
     }
 
@@ -164,20 +170,31 @@ impl Value {
         len: usize,
         objects: &mut impl ObjectAccess,
     ) -> Result<(), AbortCode> {
-        self.grow(len)?;
+        self.check(self.filled + len)?;
         self.take(data, len, objects)
     }
 
     /// Whether a full segment can be taken as it is.
     #[inline]
     pub fn has_room(&self) -> bool {
-        self.filled + STEP <= BUFFER && self.room >= STEP as u32
+        self.filled + STEP <= self.end
+    }
+
+    /// Room for a full segment of a stream, if it fits into the value.
+    ///
+    /// # Errors
+    /// What the object answers.
+    pub fn make_room(&mut self, objects: &mut impl ObjectAccess) -> Result<bool, AbortCode> {
+        if self.check(self.filled + STEP).is_err() {
+            return Ok(false);
+        }
+        self.flush(objects)?;
+        Ok(self.has_room())
     }
 
     /// The next full segment of a download that [has room](Value::has_room) for it.
     #[inline]
     pub fn push_full(&mut self, data: &[u8; STEP]) {
-        self.room = self.room.saturating_sub(STEP as u32);
         self.place(data, STEP);
     }
 
@@ -224,6 +241,7 @@ impl Value {
         let written = objects.write_part(self.at, self.offset as usize, part);
         self.is_open = written.is_ok();
         self.offset = self.offset.saturating_add(self.filled as u32);
+        self.set_room(self.room.saturating_sub(self.filled as u32));
         self.filled = 0;
         written
     }
@@ -236,8 +254,8 @@ impl Value {
         objects: &mut impl ObjectAccess,
     ) -> Result<(), AbortCode> {
         let unused = usize::from(unused);
-        self.grow(STEP.saturating_sub(unused))?;
         self.filled = self.filled.saturating_sub(unused);
+        self.check(self.filled)?;
         // A wrong size explains a wrong checksum.
         if self.is_short() {
             return Err(AbortCode::TooShort);
@@ -253,7 +271,7 @@ impl Value {
 
     /// Less has come than was told.
     fn is_short(&self) -> bool {
-        self.is_size_told && self.room > 0
+        self.is_size_told && self.room as usize > self.filled
     }
 
     /// A download is complete.

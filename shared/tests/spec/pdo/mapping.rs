@@ -119,7 +119,7 @@ fn dummies_skip_bits_of_a_receive_pdo() {
         expected.wide.i16 = 0x1234;
         layout.unpack(&mut device, u64::MAX >> (64 - bits) | 0x1234 << bits);
         assert_eq!(dump(&mut device), dump(&mut expected), "{index:04X}");
-        assert_eq!(layout.places().count(), 1);
+        assert_eq!(layout.bytes(), (u32::from(bits) + 16).div_ceil(8) as u8);
         assert_eq!(resolve(Transmit, &entries), Err(AbortCode::NotMappable), "{index:04X}");
     }
 }
@@ -172,7 +172,6 @@ fn times_go_in_a_pdo_as_they_go_in_an_sdo() {
 fn it_knows_the_values_it_carries() {
     let layout = resolve(Transmit, &[entry(0x6000, 2, 16), entry(0x6011, 1, 24)]).unwrap();
     let place = |index, sub| Device::find(Address::new(index, sub)).unwrap().0;
-    assert!(layout.places().eq([place(0x6000, 2), place(0x6011, 1)]));
     assert!(layout.carries(place(0x6000, 2)) && layout.carries(place(0x6011, 1)));
     for (index, sub) in [(0x6000, 1), (0x6000, 3), (0x6010, 1), (0x6012, 1), (0x6011, 2), (0x6020, 0)] {
         assert!(!layout.carries(place(index, sub)), "{index:04X} {sub}");
@@ -189,6 +188,62 @@ fn cut(pdo: [u8; 8], first: usize, bits: usize) -> Vec<u8> {
         }
     }
     bytes
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn of_a_row_with_limits_only_what_keeps_them_is_written() {
+    let mut device = Device::default();
+    let layout = resolve(Receive, &[1, 2, 3].map(|sub| entry(0x6028, sub, 8))).unwrap();
+    assert!(layout.unpack(&mut device, u64::from_le_bytes([5, 0xFB, 1, 0xFF, 0, 0, 0, 0])));
+    assert_eq!(device.trims.trim, [5, -5, 1]);
+    assert!(!layout.unpack(&mut device, u64::from_le_bytes([2, 6, 0xFE, 0, 0, 0, 0, 0])));
+    assert_eq!(device.trims.trim, [2, -5, -2]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(302), ..ProptestConfig::with_cases(2_000) })]
+
+    /// Verifies: ECSS 6.2a
+    #[test]
+    fn sub_indices_in_a_row_move_as_each_alone(
+        rows in proptest::collection::vec((any::<bool>(), 1..=8_u8, 1..=8_u8), 1..=4),
+        pdo in any::<[u8; 8]>(),
+    ) {
+        // Of the flags and words, so many from one on, until the PDO is full.
+        let (mut entries, mut fields, mut at) = (vec![], vec![], 0);
+        for (is_flag, first, count) in rows {
+            let (index, last, bits) = if is_flag { (0x6001, 8, 1) } else { (0x6000, 5, 16) };
+            for sub in (first..=last).take(count.into()) {
+                let address = Address::new(index, sub);
+                if at + bits <= 64 && entries.len() < 8 && fields.iter().all(|(other, _)| *other != address) {
+                    entries.push(entry(index, sub, bits as u8));
+                    fields.push((address, cut(pdo, at, bits)));
+                    at += bits;
+                }
+            }
+        }
+        let (mut device, mut expected) = (Device::default(), Device::default());
+        for (address, value) in &fields {
+            checked::find(&mut expected, *address).unwrap().write(value).unwrap();
+        }
+        let layout = resolve(Receive, &entries).unwrap();
+        layout.unpack(&mut device, u64::from_le_bytes(pdo));
+        prop_assert_eq!(dump(&mut device), dump(&mut expected));
+        prop_assert_eq!(usize::from(layout.bytes()), at.div_ceil(8));
+
+        let sent = resolve(Transmit, &entries).unwrap();
+        let mut whole = cut(pdo, 0, at);
+        whole.resize(8, 0);
+        prop_assert_eq!(sent.pack(&device).to_le_bytes().to_vec(), whole);
+        for (index, last) in [(0x6000, 5), (0x6001, 8)] {
+            for sub in 1..=last {
+                let address = Address::new(index, sub);
+                let (place, _) = Device::find(address).unwrap();
+                prop_assert_eq!(sent.carries(place), fields.iter().any(|(mapped, _)| *mapped == address));
+            }
+        }
+    }
 }
 
 proptest! {

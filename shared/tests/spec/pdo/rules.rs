@@ -267,11 +267,11 @@ fn there_may_be_512_each_way() {
     assert_eq!(rpdos.configure::<Device>(511, &receive, &WORDS, &mut |_, _| {}), Ok(()));
     assert_eq!(tpdos.configure::<Device>(511, &transmit, &WORDS, ms(0)), Ok(()));
     let mut device = Device::default();
-    let mut told = vec![];
     let data = [1, 0, 2, 0, 3, 0, 4, 0];
     let received = crate::bench::frame(0x205, &data);
-    assert!(rpdos.on_frame(&received, ms(1), &mut device, &mut |_, number, _| told.push(number)));
-    assert_eq!(told, [511]);
+    assert_eq!(rpdos.first(received.id()), Some(511));
+    assert!(rpdos.on_plain_frame(511, &received, &mut device));
+    assert_eq!(rpdos.next(received.id(), 511), None);
     tpdos.start(ms(1));
     let mut sent = vec![];
     tpdos.on_sync(0, &device, &mut |number, frame| sent.push((number, frame)));

@@ -1,4 +1,4 @@
-//! The dictionary as the SDO server sees it: declared checks, rules of the objects, and a note of what was written.
+//! The dictionary at work: declared checks, rules of the objects, the services that follow a write, and a note of it.
 
 use super::stored::Stored;
 use super::{note, rules, show};
@@ -9,8 +9,8 @@ use crate::od::checked::Found;
 use crate::od::communication::Mapping;
 use crate::od::{AbortCode, Address, Entry, ObjectAccess, Objects, Place, Transfer};
 use crate::pdo::{Direction, Rpdos, Tpdos, rules as pdo};
-use crate::store::{LOAD, SAVE};
-use crate::time::Instant;
+use crate::store::{Group, LOAD, Loaded, SAVE, StoreError};
+use crate::time::{Duration, Instant};
 
 /// Store parameters.
 const STORE: u16 = 0x1010;
@@ -19,31 +19,75 @@ const RESTORE: u16 = 0x1011;
 /// Pre-defined error field.
 const ERRORS: u16 = 0x1003;
 
-/// Access to a dictionary.
-pub struct View<'a, A: Objects + Default, const R: usize, const T: usize, M: Mapping> {
-    pub objects: &'a mut NodeObjects<A, R, T, M>,
-    pub rpdos: &'a mut Rpdos<R>,
-    pub tpdos: &'a mut Tpdos<T>,
-    pub emcy: &'a mut emcy::Producer,
-    pub stored: &'a mut Stored,
-    pub written: &'a mut Option<Address>,
-    pub found: &'a mut Option<(Address, Place, &'static Entry)>,
-    pub id: NodeId,
+/// The objects, and what a write to them reaches at once.
+#[derive(Debug)]
+pub struct Dictionary<A: Objects + Default, const R: usize, const T: usize, M: Mapping> {
+    pub objects: NodeObjects<A, R, T, M>,
+    pub rpdos: Rpdos<R>,
+    pub tpdos: Tpdos<T>,
+    pub emcy: emcy::Producer,
+    pub stored: Stored,
+    /// What was written last over the bus, and the node has not looked at yet.
+    pub written: Option<Address>,
+    /// Where the value is that was asked for last over the bus.
+    found: Option<(Address, Place, &'static Entry)>,
+    id: NodeId,
+    /// When the SDO server was called last.
     pub now: Instant,
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> View<'_, A, R, T, M> {
-    /// Finds a value. A transfer asks for the same one again and again.
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionary<A, R, T, M> {
+    pub fn new(id: NodeId, objects: NodeObjects<A, R, T, M>) -> Self {
+        Dictionary {
+            objects,
+            rpdos: Rpdos::new(),
+            tpdos: Tpdos::new(),
+            emcy: emcy::Producer::new(emcy::Config { id: None, inhibit: Duration::ZERO }),
+            stored: Stored(None),
+            written: None,
+            found: None,
+            id,
+            now: Instant::ZERO,
+        }
+    }
+
+    /// Applies what is stored of a group. `Ok(None)` without a store.
+    ///
+    /// # Errors
+    /// [`StoreError::Hardware`]; what was applied before stays.
+    pub fn load(&mut self, group: Group) -> Result<Option<Loaded>, StoreError> {
+        self.stored.load(self.id, group, &mut self.objects)
+    }
+
+    /// Finds a value.
     fn find(&mut self, at: Address) -> Result<Found<'_>, AbortCode> {
-        let (place, entry) = match *self.found {
-            Some((found, place, entry)) if found == at => (place, entry),
-            _ => {
-                let (place, entry) = NodeObjects::<A, R, T, M>::find(at)?;
-                *self.found = Some((at, place, entry));
-                (place, entry)
-            }
-        };
-        Found::at(self.objects, place, entry)
+        let (place, entry) = self.place(at)?;
+        Found::at(&mut self.objects, place, entry)
+    }
+
+    /// Where a value is. A transfer asks for the same one again and again.
+    #[inline]
+    fn place(&mut self, at: Address) -> Result<(Place, &'static Entry), AbortCode> {
+        match self.found {
+            Some((found, place, entry)) if found == at => Ok((place, entry)),
+            _ => self.look_up(at),
+        }
+    }
+
+    #[inline(never)]
+    fn look_up(&mut self, at: Address) -> Result<(Place, &'static Entry), AbortCode> {
+        let (place, entry) = NodeObjects::<A, R, T, M>::find(at)?;
+        self.found = Some((at, place, entry));
+        Ok((place, entry))
+    }
+
+    /// A value changed by a write over the bus: an event for all TPDOs that carry it.
+    pub fn on_changed(&mut self, at: Address, now: Instant) {
+        if self.tpdos.has_events()
+            && let Ok((place, _)) = self.place(at)
+        {
+            self.tpdos.on_changed(place, now);
+        }
     }
 
     /// A write to the parameters of a PDO: the service takes them over, or refuses them.
@@ -55,10 +99,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> View<'_, 
         match (at.index, rpdo, tpdo) {
             (0x1400..=0x15FF, Some((present, mapping)), _) => {
                 let new = pdo::rpdo(present, at.sub, value)?;
-                let (emcy, mapping) = (&mut *self.emcy, mapping.objects());
+                let (emcy, mapping) = (&mut self.emcy, mapping.objects());
                 let mut tell = |number, event| note(emcy, number, event);
                 self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping, &mut tell)?;
-                show(self.emcy, objects);
+                show(&self.emcy, objects);
                 Ok(())
             }
             (0x1600..=0x17FF, Some((present, mapping)), _) => {
@@ -79,13 +123,45 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> View<'_, 
     }
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAccess for View<'_, A, R, T, M> {
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAccess
+    for Dictionary<A, R, T, M>
+{
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
         if at.index == ERRORS && at.sub > self.objects.communication.errors.count {
             self.find(at)?;
             return Err(AbortCode::NoData);
         }
         self.find(at)?.upload()
+    }
+
+    #[inline(always)] // called from one place
+    fn fetch(&mut self, at: Address) -> Result<Option<([u8; 4], u8)>, AbortCode> {
+        let (place, entry) = self.place(at)?;
+        if !entry.fetched || at.index == ERRORS {
+            return Ok(None);
+        }
+        let value = self.objects.variable(place).map(|variable| variable.bits() as u32);
+        Ok(value.map(|value| (value.to_le_bytes(), entry.size as u8)))
+    }
+
+    #[inline(always)] // called from one place
+    fn store(&mut self, at: Address, bytes: [u8; 4], count: Option<u8>) -> Result<bool, AbortCode> {
+        if at.index <= rules::LAST {
+            return Ok(false);
+        }
+        let (place, entry) = self.place(at)?;
+        let is_whole = count.is_none_or(|count| u16::from(count) == entry.size);
+        if !entry.stored || !is_whole {
+            return Ok(false);
+        }
+        let bits = u64::from(u32::from_le_bytes(bytes));
+        if let Some(limits) = entry.limits {
+            limits.check(entry.data_type, bits)?;
+        }
+        let Some(variable) = self.objects.variable(place) else { return Ok(false) };
+        variable.set_bits(bits);
+        self.written = Some(at);
+        Ok(true)
     }
 
     fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> Result<usize, AbortCode> {
@@ -102,7 +178,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
             // The signature is no value: what is read back is what the device can do.
             STORE if number != SAVE => return Err(AbortCode::CannotTransfer),
             RESTORE if number != LOAD => return Err(AbortCode::CannotTransfer),
-            STORE => return self.stored.save(self.id, at.sub, self.objects),
+            STORE => return self.stored.save(self.id, at.sub, &mut self.objects),
             RESTORE => return self.stored.restore(self.id, at.sub),
             index => {
                 if index <= rules::LAST {
@@ -115,7 +191,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
                 self.find(at)?.write(value)?;
             }
         }
-        *self.written = Some(at);
+        self.written = Some(at);
         Ok(())
     }
 
@@ -126,7 +202,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
 
     fn finish(&mut self, at: Address, size: usize) -> Result<(), AbortCode> {
         self.find(at)?.variable.ok_or(AbortCode::ReadOnly)?.finish(size)?;
-        *self.written = Some(at);
+        self.written = Some(at);
         Ok(())
     }
 
