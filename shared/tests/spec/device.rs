@@ -352,6 +352,29 @@ fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() 
     assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
 }
 
+/// Verifies: ECSS 6.4a
+#[test]
+fn what_is_stored_but_does_not_hold_here_is_told_until_parameters_are_saved() {
+    let memory = Memory::default();
+    let mut other = Bench::new(
+        mission::slave(node(6), &STANDARD, vec![]).with_store(Box::leak(Box::new(memory.clone()))),
+    );
+    other.receive(NOMINAL, 0x606, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
+    assert_ne!(memory.stored_len(), 0);
+    // The board is in another place now.
+    let mut slave = powered_with(&memory);
+    let told: Vec<_> = slave.sent.iter().filter(|sent| sent.frame.id().raw() == 0x085).collect();
+    assert_eq!(told.len(), 1);
+    assert_eq!(told[0].frame.data()[..2], [0x00, 0x63]);
+    assert_eq!(read(&mut slave, 0x1003, 1), [0x00, 0x63, 0, 0]);
+    assert_ne!(read(&mut slave, 0x1001, 0)[0] & 1, 0, "a generic error");
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+    assert_eq!(read(&mut slave, 0x1001, 0), [0; 4]);
+    // The set is its own from now on.
+    let mut again = powered_with(&memory);
+    assert_eq!(read(&mut again, 0x1001, 0), [0; 4]);
+}
+
 #[test]
 fn a_full_store_says_so_and_keeps_what_it_has() {
     let memory = Memory { is_full: true, ..Memory::default() };

@@ -2,7 +2,7 @@
 
 use super::stored::Stored;
 use super::{note, rules, show};
-use crate::emcy;
+use crate::emcy::{self, ErrorCode};
 use crate::nmt::NodeId;
 use crate::node::NodeObjects;
 use crate::od::checked::Found;
@@ -10,7 +10,7 @@ use crate::od::communication::Mapping;
 use crate::od::{AbortCode, Address, Entry, ObjectAccess, Objects, Place, Transfer};
 use crate::pdo::{Direction, Rpdos, Tpdos, rules as pdo};
 use crate::store::{Group, LOAD, Loaded, SAVE, StoreError};
-use crate::time::{Duration, Instant};
+use crate::time::Instant;
 
 /// Store parameters.
 const STORE: u16 = 0x1010;
@@ -38,11 +38,13 @@ pub struct Dictionary<A: Objects + Default, const R: usize, const T: usize, M: M
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionary<A, R, T, M> {
     pub fn new(id: NodeId, objects: NodeObjects<A, R, T, M>) -> Self {
+        // What is found at power-on is told after boot-up.
+        let emcy = emcy::Config::new(objects.communication.emcy_cob_id, objects.communication.emcy_inhibit);
         Dictionary {
             objects,
             rpdos: Rpdos::new(),
             tpdos: Tpdos::new(),
-            emcy: emcy::Producer::new(emcy::Config { id: None, inhibit: Duration::ZERO }),
+            emcy: emcy::Producer::new(emcy),
             stored: Stored(None),
             written: None,
             found: None,
@@ -178,7 +180,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
             // The signature is no value: what is read back is what the device can do.
             STORE if number != SAVE => return Err(AbortCode::CannotTransfer),
             RESTORE if number != LOAD => return Err(AbortCode::CannotTransfer),
-            STORE => return self.stored.save(self.id, at.sub, &mut self.objects),
+            STORE => {
+                self.stored.save(self.id, at.sub, &mut self.objects)?;
+                if self.emcy.clear(ErrorCode::DATA_SET, 0) {
+                    show(&self.emcy, &mut self.objects.communication);
+                }
+                return Ok(());
+            }
             RESTORE => return self.stored.restore(self.id, at.sub),
             index => {
                 if index <= rules::LAST {

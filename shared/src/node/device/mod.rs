@@ -15,16 +15,13 @@ use crate::nmt::{NmtState, NodeId};
 use crate::od::communication::{Communication, Mapping};
 use crate::od::{AbortCode, Address, Objects};
 use crate::pdo::{RpdoEvent, Taken};
-use crate::store::Group;
+use crate::store::{Group, Loaded};
 use crate::time::{Duration, Instant};
 use crate::{sdo, sync};
 use dictionary::Dictionary;
 
 /// The first object whose changes an application is told; those below are the services'.
 pub const FIRST_TOLD: u16 = 0x2000;
-
-/// Units of inhibit times, in microseconds.
-const INHIBIT_UNIT: u64 = 100;
 
 /// What the SDO server is to do.
 pub enum SdoStep<'a> {
@@ -92,9 +89,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     #[inline(never)] // of two callers, neither in a hurry
     pub fn load(&mut self, group: Group) {
         match self.dictionary.load(group) {
-            Ok(_) => {}
-            // Defaults hold, where nothing else was applied yet.
-            Err(_) => self.raise(ErrorCode::DATA_SET, [0; 5]),
+            Ok(None | Some(Loaded::Nothing | Loaded::Set { skipped: 0, .. })) => {}
+            // Defaults hold where nothing was applied: until parameters are saved anew.
+            Ok(Some(Loaded::Foreign { .. } | Loaded::Set { .. })) | Err(_) => {
+                self.raise(ErrorCode::DATA_SET, [0; 5]);
+            }
         }
     }
 
@@ -106,10 +105,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
 
     fn configure_emcy(&mut self) {
         let Dictionary { objects: NodeObjects { communication, .. }, emcy, .. } = &mut self.dictionary;
-        emcy.configure(emcy::Config {
-            id: CobIdEntry::from_raw(communication.emcy_cob_id).cob_id(),
-            inhibit: Duration::from_micros(u64::from(communication.emcy_inhibit) * INHIBIT_UNIT),
-        });
+        emcy.configure(emcy::Config::new(communication.emcy_cob_id, communication.emcy_inhibit));
     }
 
     /// COB-ID of each RPDO, valid or not.
