@@ -6,6 +6,8 @@ use ecss_can::link::bit_timing::{
 };
 use proptest::prelude::*;
 
+use crate::random::cases;
+
 const MHZ: u32 = 1_000_000;
 
 fn rate(bits_per_second: u32) -> BitRate {
@@ -239,7 +241,7 @@ fn networks() -> impl Strategy<Value = (u32, Network)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2_000))]
+    #![proptest_config(cases(2_000))]
 
     /// Verifies: ECSS 5.4.3b, 5.4.3c, 5.4.3d
     #[test]

@@ -11,6 +11,7 @@ use ecss_can::time::{Duration, Instant};
 use proptest::prelude::*;
 
 use crate::bench::{frame, ms, node};
+use crate::random::cases;
 
 const OPERATIONAL: NmtState = NmtState::Operational;
 
@@ -313,6 +314,8 @@ fn malformed_emergencies_are_none() {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn every_change_is_told_in_order_or_counted(
         steps in prop::collection::vec((any::<bool>(), 0..6_usize, 0..3_u8, 0..40_u64), 0..120),

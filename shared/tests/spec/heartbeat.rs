@@ -7,6 +7,7 @@ use ecss_can::time::{Duration, Instant, Periodic};
 use proptest::prelude::*;
 
 use crate::bench::{frame, ms, node, span};
+use crate::random::cases;
 
 #[test]
 fn a_periodic_timer_keeps_its_grid() {
@@ -291,6 +292,8 @@ struct Reference {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     /// Verifies: ECSS 6.5.2a
     #[test]
     fn a_monitor_does_what_one_timer_for_each_entry_does(steps in prop::collection::vec(step(), 0..200)) {

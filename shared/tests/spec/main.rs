@@ -22,6 +22,7 @@ mod od;
 mod pdo;
 mod profiles;
 mod queue;
+mod random;
 mod scet;
 mod sdo;
 mod selector;

@@ -13,7 +13,6 @@ use can_wire::time::Time;
 use can_wire::wire::WireConfig;
 use common::*;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 /// Two nodes on the left (0 m, 1 m), two on the right (11 m, 12 m).
 fn four(stations: [Station; 4]) -> Bench {
@@ -455,7 +454,7 @@ fn a_transmitter_that_loses_power_takes_its_frame_along() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(11898), ..ProptestConfig::default() })]
+    #![proptest_config(cases(256))]
 
     /// What happens on one side of a cut does not depend on the other side.
     #[test]

@@ -284,6 +284,8 @@ fn bench_of(contenders: &[(u16, u64, f64)]) -> Bench {
 }
 
 proptest! {
+    #![proptest_config(cases(256))]
+
     #[test]
     fn those_that_ask_together_are_served_by_rising_identifier(mut contenders in contenders()) {
         for contender in &mut contenders {

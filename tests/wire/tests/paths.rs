@@ -1,5 +1,7 @@
 //! The fast path against the bit path: the same to the last tick.
 
+mod common;
+
 use can_wire::fault::{Effect, Fault, Flip, Nodes, Place};
 use can_wire::field::Field;
 use can_wire::frame::{WireFrame, WireId};
@@ -8,8 +10,8 @@ use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 use can_wire::waveform::Waveform;
 use can_wire::wire::WireConfig;
+use common::cases;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 fn frame() -> impl Strategy<Value = WireFrame> {
     let id = prop_oneof![
@@ -294,7 +296,7 @@ fn a_transmitter_that_goes_silent_reaches_nobody_on_both_paths() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, max_shrink_iters: 20000, failure_persistence: None, rng_seed: RngSeed::Fixed(11898), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { max_shrink_iters: 20000, ..cases(1000) })]
 
     #[test]
     fn undisturbed_traffic_is_the_same_on_both_paths(plan in plan(0)) {

@@ -3,9 +3,9 @@
 use ecss_can::od::{AbortCode, Address, Objects, TimeDifference, TimeOfDay, U24, checked};
 use ecss_can::pdo::{Direction, Layout};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use super::device::{BOTH_WAYS, Device, WORDS, dump, entry, read};
+use crate::random::cases;
 
 use Direction::{Receive, Transmit};
 
@@ -247,7 +247,7 @@ proptest! {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::with_cases(2_000) })]
+    #![proptest_config(cases(2_000))]
 
     /// Verifies: ECSS 6.2a
     #[test]

@@ -7,11 +7,11 @@ use ecss_can::pdo::RpdoError::{self, OutOfRange, Overdue, TooLong, TooShort};
 use ecss_can::pdo::{RpdoEvent, Rpdos, Taken};
 use ecss_can::time::Instant;
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use self::Told::{Applied, Error, OutsideWindow, Rejected, Resolved};
 use super::device::{BOTH_WAYS, Device, WORDS, dump, entry};
 use crate::bench::{frame, ms};
+use crate::random::cases;
 
 /// What became of an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -384,7 +384,7 @@ fn a_configuration_that_cannot_work_changes_nothing() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::with_cases(500) })]
+    #![proptest_config(cases(500))]
 
     /// Verifies: ECSS 6.2a
     #[test]

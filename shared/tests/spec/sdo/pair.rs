@@ -3,10 +3,10 @@
 use ecss_can::od::AbortCode;
 use ecss_can::sdo::{Error, Mode};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use super::channel::{Application, Fate, World};
 use super::fixture::{CONST, DOMAIN, EMPTY, TEXT, TIMEOUT, U8, U32, WRITE_ONLY, pattern};
+use crate::random::cases;
 
 const PROMPT: Application = Application { chunk: 1_000, every: 1 };
 
@@ -114,9 +114,7 @@ fn no_frame_of_a_block_transfer_counts_twice() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 120, failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::default()
-    })]
+    #![proptest_config(cases(120))]
 
     #[test]
     fn without_faults_everything_arrives(

@@ -4,10 +4,10 @@ use ecss_can::od::Address;
 use ecss_can::sdo::{Client, Mode, Payload};
 use ecss_can::time::{Duration, Instant};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use super::fixture::{Bench, DOMAIN, PAUSE, TEXT, TIMEOUT, U8, U32, frame};
 use super::server_blocks::checksum;
+use crate::random::cases;
 
 const COMMANDS: [u8; 16] =
     [0x20, 0x21, 0x22, 0x23, 0x27, 0x2B, 0x2F, 0x40, 0x60, 0x70, 0x80, 0xA0, 0xA1, 0xA2, 0xA3, 0xA4];
@@ -193,9 +193,7 @@ impl Witness {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig {
-        cases: 200, failure_persistence: None, rng_seed: RngSeed::Fixed(301), ..ProptestConfig::default()
-    })]
+    #![proptest_config(cases(200))]
 
     /// An object changes to what was sent completely and rightly, and to nothing else.
     #[test]

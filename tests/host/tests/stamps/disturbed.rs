@@ -4,9 +4,9 @@ use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
 use ecss_can::time::{EDGES, Miss};
 use proptest::prelude::*;
-use proptest::test_runner::RngSeed;
 
 use crate::line::{BIT, Complete, Line, Node, Sent, error, falls, reference};
+use crate::random::cases;
 use crate::sound::{LIMIT, frames, sync, ways};
 
 /// Bits of error flag, echo of it, delimiter and intermission until the next frame, as [`Line::destroyed`] has them.
@@ -228,8 +228,7 @@ fn faults() -> impl Strategy<Value = Vec<Fault>> {
 }
 
 proptest! {
-    // The same cases each time.
-    #![proptest_config(ProptestConfig { cases: 2_000, failure_persistence: None, rng_seed: RngSeed::Fixed(11898), ..ProptestConfig::default() })]
+    #![proptest_config(cases(2_000))]
 
     /// Attempts, equal frames, foreign ones, edges lost and edges from nowhere: what is stamped is stamped right, or by as
     /// much off as an edge from nowhere is that took the place of the one that the stamp is taken from.

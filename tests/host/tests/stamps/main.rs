@@ -2,5 +2,7 @@
 
 mod disturbed;
 mod line;
+#[path = "../random/mod.rs"]
+mod random;
 mod sound;
 mod traffic;

@@ -5,6 +5,7 @@ use ecss_can::time::{EDGES, Miss, StampSource};
 use proptest::prelude::*;
 
 use crate::line::{BIT, Line, Node, Sent, error};
+use crate::random::cases;
 
 /// Of a stamp of edges that are all there, ticks.
 pub const LIMIT: f64 = StampSource::CAPTURE_ERROR as f64;
@@ -106,7 +107,7 @@ fn without_edges_there_is_no_stamp() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(2_000))]
+    #![proptest_config(cases(2_000))]
 
     /// Any frame among others, at any place of the ring and of the timer, sent by a clock 200 ppm off, contended, with
     /// late acknowledgements.

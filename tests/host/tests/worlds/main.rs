@@ -5,6 +5,8 @@ mod determinism;
 mod disturbed;
 mod failover;
 mod messages;
+#[path = "../random/mod.rs"]
+mod random;
 mod recovery;
 mod scripts;
 mod sdo_client;

@@ -7,6 +7,7 @@ use ecss_can::profile::{Profile, STANDARD};
 use host_worlds::world::World;
 use proptest::prelude::*;
 
+use crate::random::cases;
 use crate::support::*;
 
 /// Slave 4 never gives up: once it did, it may rightly stay on a bus where no master is.
@@ -54,7 +55,7 @@ fn perform(world: &mut World, step: Step) {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 32, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(cases(32))]
 
     #[test]
     fn everybody_is_operational_after_everything_is_healed(

@@ -13,6 +13,8 @@ use can_wire::field::Field;
 use can_wire::frame::WireFrame;
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
+use proptest::prelude::ProptestConfig;
+use proptest::test_runner::RngSeed;
 
 /// SOF of the first frame of most tests, us.
 pub const SOF: u64 = 20;
@@ -111,4 +113,10 @@ pub fn transmit_error(kind: ErrorKind) -> WireEvent {
 
 pub fn receive_error(kind: ErrorKind) -> WireEvent {
     WireEvent::ReceiveError(kind)
+}
+
+/// `count` random cases, the same each time. PROPTEST_CASES and PROPTEST_RNG_SEED make more and other ones.
+pub fn cases(count: u32) -> ProptestConfig {
+    let rng_seed = RngSeed::Fixed(11898);
+    ProptestConfig { cases: count, failure_persistence: None, rng_seed, ..ProptestConfig::default() }
 }
