@@ -202,7 +202,7 @@ fn of_a_row_with_limits_only_what_keeps_them_is_written() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, rng_seed: RngSeed::Fixed(302), ..ProptestConfig::with_cases(2_000) })]
+    #![proptest_config(cases(2_000))]
 
     /// Verifies: ECSS 6.2a
     #[test]
