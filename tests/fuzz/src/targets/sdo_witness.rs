@@ -83,7 +83,8 @@ impl Transfer {
             self.see_sub_block(command, request, answers);
             return None;
         }
-        if command >> 5 == 4 || answers.iter().any(|answer| answer[0] == ABORT) {
+        // One that is of no use may be a segment that came again, with a first byte as an abort has it.
+        if (used && command >> 5 == 4) || answers.iter().any(|answer| answer[0] == ABORT) {
             *self = Transfer::None;
             return None;
         }
