@@ -1,0 +1,94 @@
+//! The objects that every node has.
+
+use ecss_can::nmt::NodeId;
+use ecss_can::od::AbortCode::{ReadOnly, ValueTooHigh, ValueTooLow, WriteOnly};
+use ecss_can::od::U24;
+use ecss_can::od::communication::{Communication, INVALID, Mapping, NO_REMOTE, StaticMapping};
+use ecss_can::od::spacecraft::{ScetGet, ScetSet, Spacecraft};
+use ecss_can::pdo::{Direction, Layout};
+use ecss_can::time::Scet;
+
+use super::{read, write};
+
+/// Verifies: ECSS 6.10a
+#[test]
+fn a_node_has_the_cob_ids_of_the_pre_defined_connection_set_until_it_is_told_otherwise() {
+    let objects = Communication::<6, 5>::new(NodeId::new(5).unwrap());
+    assert_eq!(objects.emcy_cob_id, 0x85);
+    let ids = |cob_ids: &[u32]| cob_ids.iter().map(|raw| raw & !(INVALID | NO_REMOTE)).collect::<Vec<_>>();
+    let received = objects.rpdos.map(|pdo| pdo.cob_id);
+    let sent = objects.tpdos.map(|pdo| pdo.cob_id);
+    assert_eq!(ids(&received), [0x205, 0x305, 0x405, 0x505, 0, 0]);
+    assert_eq!(ids(&sent), [0x185, 0x285, 0x385, 0x485, 0]);
+    // None of them is in use: nothing is mapped.
+    assert!(received.iter().chain(&sent).all(|raw| raw & INVALID != 0));
+    assert!(
+        objects
+            .rpdo_mappings
+            .iter()
+            .chain(&objects.tpdo_mappings)
+            .all(|mapping| mapping.objects().is_empty())
+    );
+}
+
+#[test]
+fn a_static_mapping_cannot_be_written() {
+    let mut objects = Communication::<1, 1, StaticMapping>::new(NodeId::new(5).unwrap());
+    objects.tpdo_mappings[0].map(&[0x1001_0008]);
+    assert_eq!(read(&mut objects, 0x1A00, 0), Ok(vec![1]));
+    assert_eq!(read(&mut objects, 0x1A00, 1), Ok(vec![0x08, 0x00, 0x01, 0x10]));
+    for sub in 0..=8 {
+        let value = if sub == 0 { &[0][..] } else { &[0; 4] };
+        assert_eq!(write(&mut objects, 0x1A00, sub, value), Err(ReadOnly), "{sub}");
+    }
+}
+
+/// Verifies: ECSS 8.3.1a, 8.3.1c
+#[test]
+fn the_redundancy_object_has_four_programmable_values() {
+    let mut objects = Spacecraft::default();
+    assert_eq!(read(&mut objects, 0x2000, 0), Ok(vec![4]));
+    for sub in 1..=4 {
+        assert_eq!(write(&mut objects, 0x2000, sub, &[sub + 10]), Ok(()), "{sub}");
+        assert_eq!(read(&mut objects, 0x2000, sub), Ok(vec![sub + 10]));
+    }
+    let redundancy = objects.redundancy;
+    assert_eq!(
+        [redundancy.bdefault, redundancy.ttoggle, redundancy.ntoggle, redundancy.ctoggle],
+        [11, 12, 13, 14]
+    );
+}
+
+/// Verifies: ECSS 7.1.2b, 7.1.2c, 7.1.2d, 7.1.2e, 7.1.2f
+#[test]
+fn spacecraft_time_is_set_and_got_in_the_format_of_the_figure() {
+    let mut objects = Spacecraft::default();
+    // Fine time first, both little-endian.
+    let frame = [0x56, 0x34, 0x12, 0xEF, 0xCD, 0xAB, 0x89, 0];
+    let set = Layout::new::<Spacecraft>(Direction::Receive, &[0x2010_0218, 0x2010_0120]).unwrap();
+    assert!(set.unpack(&mut objects, u64::from_le_bytes(frame)));
+    assert_eq!(objects.scet_set, ScetSet { coarse: 0x89AB_CDEF, fine: U24::new(0x12_3456) });
+    let scet = Scet::from(objects.scet_set);
+    assert_eq!((scet.coarse(), scet.fine()), (0x89AB_CDEF, 0x12_3456));
+    objects.scet_get = ScetGet::from(scet);
+    let get = Layout::new::<Spacecraft>(Direction::Transmit, &[0x2011_0218, 0x2011_0120]).unwrap();
+    assert_eq!((get.bytes(), get.pack(&objects).to_le_bytes()), (7, frame));
+    assert_eq!(read(&mut objects, 0x2011, 1), Ok(frame[3..7].to_vec()));
+    assert_eq!(read(&mut objects, 0x2011, 2), Ok(frame[..3].to_vec()));
+    assert_eq!(write(&mut objects, 0x2011, 1, &[0; 4]), Err(ReadOnly));
+}
+
+/// Verifies: ECSS 6.7b, 6.7c
+#[test]
+fn the_self_test_is_started_by_one_object_and_told_by_another() {
+    let mut objects = Spacecraft::default();
+    assert_eq!(write(&mut objects, 0x2030, 0, &[0]), Err(ValueTooLow));
+    assert_eq!(write(&mut objects, 0x2030, 0, &[2]), Err(ValueTooHigh));
+    assert_eq!(write(&mut objects, 0x2030, 0, &[1]), Ok(()));
+    assert_eq!(read(&mut objects, 0x2030, 0), Err(WriteOnly));
+    objects.self_test.progress = 3;
+    objects.self_test.failures = 0x8000_0001;
+    assert_eq!(read(&mut objects, 0x2031, 1), Ok(vec![3]));
+    assert_eq!(read(&mut objects, 0x2031, 2), Ok(vec![1, 0, 0, 0x80]));
+    assert_eq!(write(&mut objects, 0x2031, 1, &[0]), Err(ReadOnly));
+}
