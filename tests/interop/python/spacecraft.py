@@ -11,6 +11,7 @@ import pathlib
 import socket
 import struct
 import threading
+import time
 import unittest
 import urllib.parse
 from typing import Callable, Iterator, NamedTuple
@@ -24,8 +25,8 @@ faulthandler.dump_traceback_later(300, exit=True)
 NOMINAL = os.environ.get("SLCAN_NOMINAL", "socket://127.0.0.1:29501")
 REDUNDANT = os.environ.get("SLCAN_REDUNDANT", "socket://127.0.0.1:29502")
 
-#: The data sheet of a slave.
-EDS = pathlib.Path(__file__).parents[3] / "docs/eds/slave.eds"
+#: The data sheets of a slave and of the master.
+EDS, MASTER_EDS = (pathlib.Path(__file__).parents[3] / "docs/eds" / name for name in ("slave.eds", "master.eds"))
 
 #: What has not happened after so many seconds does not happen.
 PATIENCE = 60.0
@@ -149,6 +150,12 @@ class Test(unittest.TestCase):
         stack = contextlib.ExitStack()
         self.addCleanup(stack.close)
         return stack.enter_context(network(url, is_master))
+
+    def until(self, wanted: Callable[[], bool]) -> None:
+        """Asks again and again, until the answer is yes."""
+        end = time.monotonic() + PATIENCE
+        while not wanted():
+            self.assertLess(time.monotonic(), end, "it does not happen")
 
     def nodes(self, net: canopen.Network, *numbers: int) -> list["Node"]:
         """These nodes, all of which have been heard: until then they may have no power."""

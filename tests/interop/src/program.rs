@@ -3,9 +3,9 @@
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc::{self, Receiver};
+use std::sync::mpsc::{self, Sender};
 use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use anyhow::{Context, anyhow, ensure};
@@ -51,6 +51,8 @@ fn build() -> anyhow::Result<PathBuf> {
 pub struct Twin {
     child: Child,
     said: Arc<Mutex<String>>,
+    /// Keeps what it says.
+    follower: Option<JoinHandle<()>>,
     /// Address of the nominal bus, for python-can.
     pub nominal: String,
     /// Address of the redundant bus.
@@ -78,9 +80,11 @@ impl Twin {
             .spawn()
             .context("cannot run xtask")?;
         let said = Arc::new(Mutex::new(String::new()));
-        let addresses = child.stdout.take().map(|stdout| follow(stdout, said.clone()));
-        let mut twin = Twin { child, said, nominal: String::new(), redundant: String::new(), _turn: turn };
-        let addresses = addresses.context("its output is piped")?;
+        let stdout = child.stdout.take();
+        let (sender, addresses) = mpsc::channel();
+        let follower = stdout.map(|stdout| follow(stdout, said.clone(), sender));
+        let mut twin =
+            Twin { child, said, follower, nominal: String::new(), redundant: String::new(), _turn: turn };
         let next = || {
             let address = addresses.recv_timeout(UNTIL_IT_LISTENS);
             address.context("cargo twin does not listen; what it said stands above")
@@ -89,17 +93,20 @@ impl Twin {
         Ok(twin)
     }
 
-    /// Ends it in good order.
+    /// Ends it in good order; all that it has printed.
     ///
     /// # Errors
     /// When a board panicked, locked up or had to be stopped; the reason stands on stderr.
-    pub fn end(mut self) -> anyhow::Result<()> {
+    pub fn end(mut self) -> anyhow::Result<String> {
         let asked =
             Command::new("kill").arg(self.child.id().to_string()).status().context("cannot run kill")?;
         ensure!(asked.success(), "the spacecraft has ended by itself");
         let status = self.child.wait()?;
+        if let Some(follower) = self.follower.take() {
+            follower.join().map_err(|_| anyhow!("what the spacecraft said is lost"))?;
+        }
         ensure!(status.success(), "the spacecraft was not well ({status})\n{}", self.said());
-        Ok(())
+        Ok(self.said())
     }
 
     /// What it has printed so far.
@@ -117,19 +124,21 @@ impl Drop for Twin {
 }
 
 /// Keeps what a spacecraft prints; gives the addresses of its buses, nominal first, as they are printed.
-fn follow(stdout: impl std::io::Read + Send + 'static, said: Arc<Mutex<String>>) -> Receiver<String> {
-    let (sender, addresses) = mpsc::channel();
+fn follow(
+    stdout: impl std::io::Read + Send + 'static,
+    said: Arc<Mutex<String>>,
+    addresses: Sender<String>,
+) -> JoinHandle<()> {
     thread::spawn(move || {
         for line in BufReader::new(stdout).lines().map_while(Result::ok) {
             if let Some((_, address)) = line.split_once(" bus: slcan ") {
                 // Nobody waits any more when the start has failed.
-                let _ = sender.send(address.to_owned());
+                let _ = addresses.send(address.to_owned());
             }
             if let Ok(mut said) = said.lock() {
                 *said += &line;
                 said.push('\n');
             }
         }
-    });
-    addresses
+    })
 }

@@ -14,13 +14,13 @@ use crate::tools;
 /// What a script has not said after so long it does not say.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Runs a script of `python/` against a spacecraft that `cargo twin` flies with `arguments`.
+/// Runs a script of `python/` against a spacecraft that `cargo twin` flies with `arguments`; what the spacecraft said.
 ///
 /// The script finds the addresses of the buses in `SLCAN_NOMINAL` and `SLCAN_REDUNDANT`.
 ///
 /// # Errors
 /// When a tool is missing, the script fails, or a board was not well: with all that script and spacecraft said.
-pub fn run(name: &str, arguments: &[&str]) -> anyhow::Result<()> {
+pub fn run(name: &str, arguments: &[&str]) -> anyhow::Result<String> {
     let twin = Twin::start(arguments)?;
     judge(name, &buses(&twin)).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
     twin.end()

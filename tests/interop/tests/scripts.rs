@@ -2,10 +2,9 @@
 
 use interop::script;
 
-fn passes(name: &str, arguments: &[&str]) {
-    if let Err(failure) = script::run(name, arguments) {
-        panic!("{failure:#}");
-    }
+/// What the spacecraft said.
+fn passes(name: &str, arguments: &[&str]) -> String {
+    script::run(name, arguments).unwrap_or_else(|failure| panic!("{failure:#}"))
 }
 
 /// Heartbeats, boot-up and SYNC of a spacecraft that nobody disturbs.
@@ -56,4 +55,28 @@ fn parameters_are_stored_and_restored() {
 #[test]
 fn the_master_brings_slaves_back() {
     passes("master.py", &["--profile", "standard", "--slaves", "2"]);
+}
+
+/// Heartbeats and emergencies of a slave that the canopen package plays, for the master and for a slave.
+///
+/// Verifies: ECSS 6.4a.2
+#[test]
+fn heartbeats_and_emergencies_of_a_foreign_slave_are_consumed() {
+    let said = passes("emergencies.py", &["--profile", "standard", "--slaves", "2"]);
+    let emergencies = said.lines().filter_map(|line| Some(line.split_once("slave 9: EMCY ")?.1));
+    let heard = [
+        "5530h, error register 81h, [66, 6C, 61, 73, 68]",
+        "4210h, error register 09h, [00, 01, 7F, 80, FF]",
+        "FF01h, error register 01h, [00, 00, 00, 00, 00]",
+        "0000h, error register 00h, [00, 00, 00, 00, 00]",
+    ];
+    assert_eq!(emergencies.collect::<Vec<_>>(), heard);
+}
+
+/// The spacecraft leaves a bus in the middle of a transfer, and is served on the other one; and back again.
+///
+/// Verifies: ECSS 8.3.3b
+#[test]
+fn transfers_go_on_on_the_other_bus() {
+    passes("failover.py", &["--profile", "librecube", "--slaves", "2"]);
 }

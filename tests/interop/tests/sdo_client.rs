@@ -137,11 +137,12 @@ fn refusals_have_their_abort_codes() {
     flight.end();
 }
 
-/// A byte, a byte more than a segment, sub-blocks with a byte less and more, 20 kB; and full last segments.
+/// A byte, a byte more than a segment, sub-blocks with a byte less and more, 20 kB; full last segments; refusals.
 ///
 /// Verifies: ECSS 6.1a
 #[test]
 fn blocks_are_moved_with_a_node_of_durand() {
+    use AbortCode::{NoObject, ReadOnly, WriteOnly};
     let mut flight = Flight::begin(DURAND);
     flight.reads(DOMAIN, &pattern(1000), Mode::Block);
     assert_eq!(flight.commands()[..3], [0xA4, 0xC6, 0xA3]);
@@ -164,14 +165,7 @@ fn blocks_are_moved_with_a_node_of_durand() {
         assert_eq!(flight.commands()[0], command);
         flight.reads(DOMAIN, &other(size), Mode::Auto);
     }
-    flight.end();
-}
 
-/// Verifies: ECSS 6.1a
-#[test]
-fn a_node_of_durand_refuses_blocks_with_its_codes() {
-    use AbortCode::{NoObject, ReadOnly, WriteOnly};
-    let mut flight = Flight::begin(DURAND);
     let unknown = Address::new(0x5FFF, 0);
     for (at, code) in [(unknown, NoObject), (KEY, WriteOnly)] {
         assert_eq!(flight.upload(at, 2000, Mode::Block), Err(Error::Abort(code)), "{at:?}");
@@ -180,7 +174,7 @@ fn a_node_of_durand_refuses_blocks_with_its_codes() {
         assert_eq!(flight.download(at, &other(1000), Mode::Block), Err(Error::Abort(code)), "{at:?}");
     }
     // More than the application takes: the server tells the size at once.
-    assert_eq!(flight.upload(DOMAIN, 999, Mode::Block), Err(Error::TooLarge));
-    flight.reads(DOMAIN, &pattern(1000), Mode::Block);
+    assert_eq!(flight.upload(DOMAIN, 28, Mode::Block), Err(Error::TooLarge));
+    flight.reads(DOMAIN, &other(29), Mode::Block);
     flight.end();
 }

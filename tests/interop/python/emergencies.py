@@ -1,0 +1,98 @@
+"""Emergencies and heartbeats of a slave that the canopen package plays: node 9, next to the emulated master and slaves 2, 3.
+
+What the master hears of emergencies is in its log only, which the test looks at.
+"""
+
+import unittest
+
+from canopen import LocalNode
+from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
+
+from spacecraft import MASTER_EDS, OPERATIONAL, Test, Witness
+
+NODE = 9
+#: Milliseconds.
+PERIOD, CONSUMER = 50, 1000
+STATE, CONSUMERS, EMCY, REGISTER, HISTORY = 0x1F82, 0x1016, 0x1014, 0x1001, 0x1003
+#: Of the nominal bus: frames that are not what their COB-ID says.
+HEALTH, MALFORMED = 0x2020, 8
+MISSING = 1
+NO_ERROR, HEARTBEAT = 0x0000, 0x8130
+#: Bits of the error register: generic, communication.
+COMMUNICATION = 0x11
+
+
+def dictionary() -> ObjectDictionary:
+    """A node with a heartbeat."""
+    found = ObjectDictionary()
+    period = ODVariable("Producer heartbeat time", 0x1017)
+    period.data_type, period.access_type, period.default = datatypes.UNSIGNED16, "rw", PERIOD
+    found.add_object(period)
+    return found
+
+
+class Emergencies(Test):
+    def setUp(self) -> None:
+        self.net = self.connect()
+        (self.slave,) = self.nodes(self.net, 2)
+        self.master = self.net.add_node(1, str(MASTER_EDS))
+        self.master.sdo.RESPONSE_TIMEOUT = self.slave.remote.sdo.RESPONSE_TIMEOUT
+        self.slave.becomes(OPERATIONAL)
+        # On a channel of its own, so that the others hear it.
+        self.local = LocalNode(NODE, dictionary())
+        self.connect().add_node(self.local)
+        self.addCleanup(self.local.nmt.stop_heartbeat)
+
+    def appears(self) -> None:
+        """It boots up, waits in Pre-operational, and is started by the master."""
+        self.local.nmt.state = "INITIALISING"
+        self.local.nmt.state = "PRE-OPERATIONAL"
+        self.reads(OPERATIONAL)
+        self.assertEqual(self.local.nmt.state, "OPERATIONAL")
+
+    def reads(self, state: int) -> None:
+        """Asks the master until that is the state of the node."""
+        self.until(lambda: self.master.sdo[STATE][NODE].raw == state)
+
+    def test_its_emergencies_are_heard(self) -> None:
+        self.appears()
+        malformed = self.master.sdo[HEALTH][MALFORMED]
+        before = malformed.raw
+        for code, register, data in [
+            (0x5530, 0x81, b"flash"),
+            (0x4210, 0x09, b"\x00\x01\x7f\x80\xff"),
+            (0xFF01, 0x01, b""),
+        ]:
+            self.local.emcy.send(code, register, data)
+        self.local.emcy.reset()
+        # CiA 301 7.2.7.2: 8 bytes. One byte less is none.
+        self.net.send_message(0x80 + NODE, bytes.fromhex("30558166 6C6173"))
+        self.until(lambda: malformed.raw == before + 1)
+
+    def test_the_master_sees_its_heartbeat_come_and_go(self) -> None:
+        self.appears()
+        self.local.nmt.stop_heartbeat()
+        self.reads(MISSING)
+        self.appears()
+
+    def test_the_master_tells_when_it_is_missed_and_when_it_is_back(self) -> None:
+        """1016h; by default nobody consumes emergencies of the master, and it sends none."""
+        master = self.master
+        master.sdo[EMCY].raw = 0x81
+        master.sdo[CONSUMERS][8].raw = NODE << 16 | CONSUMER
+        errors = Witness()
+        master.emcy.add_callback(lambda error: errors((error.code, error.register, error.data.rstrip(b"\0"))))
+        self.appears()
+        self.local.nmt.stop_heartbeat()
+        errors.wait_for(lambda told: (HEARTBEAT, COMMUNICATION, bytes([NODE])) in told)
+        self.assertEqual(master.sdo[REGISTER].raw, COMMUNICATION)
+        self.assertEqual(master.sdo[HISTORY][1].raw & 0xFFFF, HEARTBEAT)
+        errors.forget()
+        self.appears()
+        errors.wait_for(lambda told: (NO_ERROR, 0, bytes.fromhex("3081 09")) in told)
+        self.assertEqual(master.sdo[REGISTER].raw, 0)
+        master.sdo[CONSUMERS][8].raw = 0
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
