@@ -3,10 +3,9 @@
 use ecss_can::link::Bus;
 use ecss_can::nmt::NmtState::{self, Initialising, Operational, PreOperational, Stopped};
 use ecss_can::node::SlaveEvent;
-use ecss_can::profile::{Profile, STANDARD};
 use ecss_can::time::{Duration, Instant};
 
-use super::node::{Bench, ID, bus, frame};
+use super::node::{Bench, ID, bus, frame, profile};
 use crate::{Input, Signature};
 
 const CONSUMER: Duration = Duration::from_millis(250);
@@ -100,13 +99,15 @@ impl Model {
 
 /// The first byte chooses the profile; then an operation is a byte that tells which, and what it needs.
 pub fn run(mut input: Input, signature: &mut Signature) {
-    let options = input.byte();
-    let autostart = options & 1 != 0;
-    let selective: &[_] = if options & 2 != 0 { &[ID] } else { &[] };
-    let profile = Profile { autostart, selective, ..STANDARD };
+    let profile = profile(input.byte());
     let mut bench = Bench::new(&profile);
-    let mut model =
-        Model { state: Initialising, autostart, master: None, search: bench.now, heartbeat: bench.now };
+    let mut model = Model {
+        state: Initialising,
+        autostart: profile.autostart,
+        master: None,
+        search: bench.now,
+        heartbeat: bench.now,
+    };
     model.boot(bench.now);
     model.check(PreOperational, &bench, signature);
     while !input.is_empty() {
@@ -120,7 +121,7 @@ pub fn run(mut input: Input, signature: &mut Signature) {
                     odd @ 0xF0.. => odd % 9,
                     _ => 2,
                 };
-                let is_heard = selective.is_empty() || on == bench.slave.status(bench.now).active;
+                let is_heard = profile.selective.is_empty() || on == bench.slave.status(bench.now).active;
                 bench.receive(on, frame(0, dlc, [command, target, 0, 0, 0, 0, 0, 0]));
                 let is_good = dlc == 2 && target <= 127 && ![0x00, 0x83].contains(&command);
                 if is_heard && is_good && before != Initialising {
@@ -133,7 +134,7 @@ pub fn run(mut input: Input, signature: &mut Signature) {
             3 | 4 => {
                 let on = bus(input.byte());
                 let (state, dlc) = (input.pick(&[5, 0, 4, 0x7F, 5, 6]), input.pick(&[1, 1, 1, 0, 2, 1]));
-                let is_heard = selective.is_empty() || on == bench.slave.status(bench.now).active;
+                let is_heard = profile.selective.is_empty() || on == bench.slave.status(bench.now).active;
                 bench.receive(on, frame(0x701, dlc, [state; 8]));
                 if is_heard && dlc == 1 && state != 6 && before != Initialising {
                     model.hear_master(on, true, bench.now);

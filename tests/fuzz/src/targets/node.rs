@@ -3,8 +3,8 @@
 use ecss_can::link::{Bus, CobId, Frame};
 use ecss_can::nmt::NodeId;
 use ecss_can::node::{Slave, SlaveEvent};
-use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{self, MissionObjects};
+use ecss_can::profile::{Profile, STANDARD};
 use ecss_can::runner::{BusCommand, LinkEvent, Node, Outbox};
 use ecss_can::time::{Duration, Instant, Stamp};
 
@@ -12,6 +12,12 @@ use ecss_can::time::{Duration, Instant, Stamp};
 pub const ID: NodeId = NodeId::of::<5>();
 
 pub type TestSlave = Slave<MissionObjects<Vec<u8>>>;
+
+/// The profile that a byte chooses: whether the slave starts by itself, and its access to the buses.
+pub fn profile(options: u8) -> Profile {
+    let selective: &[_] = if options & 2 != 0 { &[ID] } else { &[] };
+    Profile { autostart: options & 1 != 0, selective, ..STANDARD }
+}
 
 /// The slave, the time, and what it did in the last step.
 pub struct Bench {

@@ -5,11 +5,10 @@ use ecss_can::link::Frame;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::NmtState;
 use ecss_can::od::Address;
-use ecss_can::profile::{Profile, STANDARD};
 use ecss_can::runner::{FailCause, LinkEvent, Node};
 use ecss_can::time::{Duration, Instant, Stamp};
 
-use super::node::{Bench, ID, bus, frame};
+use super::node::{Bench, bus, frame, profile};
 use crate::{Input, Signature};
 
 /// Identifiers that a slave listens to: module control, SYNC, its SDO server, the master's heartbeat, the time, its
@@ -47,10 +46,7 @@ const CODES: [ErrorCode; 4] =
 
 /// The first byte chooses the profile; then an operation is a byte that tells which, and what it needs.
 pub fn run(mut input: Input, signature: &mut Signature) {
-    let options = input.byte();
-    let autostart = options & 1 != 0;
-    let selective: &[_] = if options & 2 != 0 { &[ID] } else { &[] };
-    let profile = Profile { autostart, selective, ..STANDARD };
+    let profile = profile(input.byte());
     let mut bench = Bench::new(&profile);
     let mut flying: Vec<Frame> = vec![];
     while !input.is_empty() {
