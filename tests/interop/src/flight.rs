@@ -49,6 +49,13 @@ impl Flight {
         assert_eq!(self.upload(at, 20_000, mode), Ok(value.to_vec()), "{at:?}");
     }
 
+    /// Reads a value by blocks, although the nth frame is lost.
+    pub fn reads_without(&mut self, nth: usize, at: Address, value: &[u8]) {
+        self.host.misses = Some(nth);
+        self.reads(at, value, Mode::Block);
+        self.host.misses = None;
+    }
+
     /// Command specifiers of requests and responses of the last transfer, those of the first four frames.
     pub fn commands(&self) -> Vec<u8> {
         self.host.exchanged.iter().take(4).map(|[command, ..]| *command).collect()

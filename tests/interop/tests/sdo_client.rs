@@ -146,6 +146,13 @@ fn blocks_are_moved_with_a_node_of_durand() {
     let mut flight = Flight::begin(DURAND);
     flight.reads(DOMAIN, &pattern(1000), Mode::Block);
     assert_eq!(flight.commands()[..3], [0xA4, 0xC6, 0xA3]);
+    let frames = flight.frames();
+    // Of 127 segments, an acknowledgement and 16 segments: the first, one in the middle, the last but one. It comes again with
+    // those behind it, and with an acknowledgement where there is a sub-block more.
+    for (lost, more) in [(3, 127 + 1), (3 + 63, 64), (3 + 127 + 1 + 14, 2 + 1)] {
+        flight.reads_without(lost, DOMAIN, &pattern(1000));
+        assert_eq!(flight.frames(), frames + more);
+    }
     for size in [1, 7, 8, 888, 889, 890, 20_000] {
         let value = random(size);
         flight.writes(DOMAIN, &value, Mode::Block);
