@@ -11,6 +11,9 @@ pub use producer::Producer;
 use crate::link::{CobId, Frame};
 use crate::nmt::{NmtState, NodeId};
 
+/// Entries of object 1016h.
+pub const MONITORED: usize = 8;
+
 /// The heartbeat of `node`; with [`NmtState::Initialising`] it is the boot-up message.
 pub fn encode(node: NodeId, state: NmtState) -> Frame {
     Frame::of(CobId::heartbeat(node), [state.byte()])

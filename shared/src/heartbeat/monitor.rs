@@ -1,5 +1,6 @@
 //! Consumers of many nodes' heartbeats (object 1016h).
 
+use super::MONITORED;
 use crate::nmt::{NmtState, NodeId};
 use crate::od::AbortCode;
 use crate::time::{Duration, Instant};
@@ -11,7 +12,7 @@ use crate::time::{Duration, Instant};
 /// life of a node that is monitored already.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Monitor<const N: usize = 8> {
+pub struct Monitor<const N: usize = MONITORED> {
     entries: [Entry; N],
     /// Nothing is overdue before. Later heartbeats only move the truth further away.
     check: Instant,

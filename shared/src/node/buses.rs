@@ -5,7 +5,7 @@ use crate::link::{Bus, PerBus};
 use crate::nmt::NmtState;
 use crate::redundancy::{Access, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
 use crate::runner::{BusCommand, FailCause, LinkEvent, Outbox};
-use crate::time::{Duration, Instant, Scet};
+use crate::time::{Duration, Instant, Scet, earliest};
 
 /// Frames of one bus. The first two wrap, all others stay at their maximum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -208,7 +208,7 @@ impl Buses {
     }
 
     pub fn deadline(&self) -> Option<Instant> {
-        Bus::ALL.into_iter().filter_map(|bus| self.recovery[bus].deadline()).min()
+        earliest(&Bus::ALL.map(|bus| self.recovery[bus].deadline()))
     }
 }
 

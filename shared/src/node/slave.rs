@@ -7,7 +7,7 @@ use super::buses::Buses;
 use super::device::{Device, SdoStep};
 use super::{BusCause, Counters, NodeObjects, SlaveEvent, Status};
 use crate::emcy::ErrorCode;
-use crate::heartbeat;
+use crate::heartbeat::{self, MONITORED};
 use crate::link::port::Filter;
 use crate::link::{Bus, CobId, Frame, PerBus};
 use crate::nmt::{ErrorBehaviour, NmtMessage, NmtSlave, NmtState, NodeId, Reaction};
@@ -15,14 +15,18 @@ use crate::od::communication::{Communication, Mapping, PdoMapping};
 use crate::od::{AbortCode, Objects};
 use crate::profile::Profile;
 use crate::redundancy::{MasterMessage, Parameters, Selection, Selector};
-use crate::runner::{Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
+use crate::runner::{BusCommand, Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
 use crate::store::{Group, ParameterStore};
-use crate::time::{Duration, Instant, LocalClock, Scet, Stamp};
+use crate::time::{Duration, Instant, LocalClock, Scet, Stamp, earliest};
 
 type Out = Outbox<SlaveEvent>;
 
-/// Filters that never change, but for the SYNC's: NMT, SYNC, SDO, heartbeat of the master. Those of RPDOs follow.
-const FIXED_FILTERS: usize = 4;
+/// Behind NMT. SDO and heartbeat of the master follow it.
+const SYNC_FILTER: usize = 1;
+/// The first of those that 1016h monitors.
+const FILTERS_OF_PEERS: usize = 4;
+/// The first of the RPDOs.
+const FILTERS_OF_RPDOS: usize = FILTERS_OF_PEERS + MONITORED;
 
 /// NMT slave, redundancy slave, SYNC and time consumer, CANopen device.
 ///
@@ -101,22 +105,39 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         self
     }
 
-    /// What it receives: exact COB-IDs only. One filter for each RPDO, valid or not, as long as there are filters.
+    /// What it receives: exact COB-IDs only. A filter for each entry of 1016h and for each RPDO, valid or not, as long as
+    /// there are filters.
     pub fn filters(&self) -> Filters {
-        let fixed = [
-            CobId::NMT,
-            self.device.sync_id(),
-            CobId::sdo_request(self.id),
-            CobId::heartbeat(NodeId::MASTER),
-        ];
-        let pdos = self.device.rpdo_ids().map(|id| id.unwrap_or(CobId::NMT));
-        let all = fixed.into_iter().chain(pdos).map(Filter::exact);
-        let mut filters: Filters = all.take(MAX_FILTERS - 1).collect();
-        if FIXED_FILTERS + R >= MAX_FILTERS {
+        let mut filters: Filters =
+            (0..FILTERS_OF_RPDOS + R).take(MAX_FILTERS - 1).map(|n| self.filter(n)).collect();
+        if FILTERS_OF_RPDOS + R >= MAX_FILTERS {
             // More than the controllers can tell apart.
             let _ = filters.push(Filter { id: CobId::NMT, mask: 0 });
         }
         filters
+    }
+
+    /// What a filter admits, by the dictionary; NMT again where there is nothing.
+    fn filter(&self, number: usize) -> Filter {
+        let id = match number {
+            SYNC_FILTER => Some(self.device.written_sync_id()),
+            2 => Some(self.device.sdo_id()),
+            3 => Some(CobId::heartbeat(NodeId::MASTER)),
+            FILTERS_OF_PEERS..FILTERS_OF_RPDOS => self.device.monitored(number - FILTERS_OF_PEERS),
+            _ => {
+                number.checked_sub(FILTERS_OF_RPDOS).and_then(|pdo| self.device.rpdo_ids().nth(pdo).flatten())
+            }
+        };
+        Filter::exact(id.unwrap_or(CobId::NMT))
+    }
+
+    /// Admits other frames on both buses, if a filter has changed.
+    fn admit(&self, number: usize, before: Option<Filter>, out: &mut Out) {
+        let filter = self.filter(number);
+        if number < MAX_FILTERS - 1 && before != Some(filter) {
+            let command = BusCommand::Filter { number: number as u8, filter };
+            Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
+        }
     }
 
     /// Boot-up on the bus selected, then Pre-operational (ECSS 8.3.2).
@@ -333,7 +354,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             self.device.monitor.deadline(),
             self.device.deadline(self.nmt.state()),
         ];
-        own.into_iter().flatten().min()
+        earliest(&own)
     }
 
     /// The node as it is at `now`.

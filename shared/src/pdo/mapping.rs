@@ -149,6 +149,7 @@ impl Layout {
         }
     }
 
+    #[inline(never)]
     fn pack_all<D: Objects>(&self, objects: &D) -> u64 {
         let (mut pdo, mut at) = (0_u64, 0_u32);
         for slot in self.slots() {
@@ -168,6 +169,7 @@ impl Layout {
         }
     }
 
+    #[inline(never)]
     fn unpack_all<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
         let (mut all, mut rest) = (true, pdo);
         for slot in self.slots() {

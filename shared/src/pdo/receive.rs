@@ -219,6 +219,7 @@ impl<const R: usize> Rpdos<R> {
     }
 
     #[cold]
+    #[inline(never)]
     fn search(&self, id: CobId, number: usize) -> Option<usize> {
         let behind = self.ids.iter().enumerate().skip(number.saturating_add(1));
         behind.into_iter().find(|(_, other)| **other == id.raw()).map(|(number, _)| number)

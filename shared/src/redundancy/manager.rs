@@ -5,7 +5,7 @@ use crate::heartbeat::Producer;
 use crate::link::port::{ErrorState, Health, LastError};
 use crate::link::{Bus, Frame, PerBus};
 use crate::nmt::{NmtState, NodeId};
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 
 /// Unacknowledged in error passive this long, and nothing received meanwhile: nobody is there. Rules out a burst of
 /// errors that ends with a frame of somebody else.
@@ -204,7 +204,7 @@ impl Manager {
     /// When [`Manager::poll`] has something to do.
     pub fn deadline(&self) -> Option<Instant> {
         let isolated = if self.failed[self.active.other()] { None } else { self.isolated_at() };
-        [self.heartbeat.deadline(), self.peers.deadline(), isolated].into_iter().flatten().min()
+        earliest(&[self.heartbeat.deadline(), self.peers.deadline(), isolated])
     }
 
     fn isolated_at(&self) -> Option<Instant> {

@@ -38,6 +38,12 @@ impl Instant {
     }
 }
 
+/// The first of several deadlines, if there are any.
+#[inline(never)] // asked for in many places
+pub fn earliest(deadlines: &[Option<Instant>]) -> Option<Instant> {
+    deadlines.iter().flatten().min().copied()
+}
+
 impl Duration {
     /// No time.
     pub const ZERO: Duration = Duration(0);

@@ -9,7 +9,7 @@ mod scet;
 mod stamp;
 
 pub use clock::LocalClock;
-pub use instant::{Duration, Instant};
+pub use instant::{Duration, Instant, earliest};
 pub use periodic::Periodic;
 pub use scet::Scet;
 pub use stamp::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource, Ticks};

@@ -162,6 +162,32 @@ fn what_must_not_be_written_is_refused_with_the_right_code() {
     assert_eq!(ask(&mut slave, [0xE0, 0, 0, 0, 0, 0, 0, 0]), refused(0, 0, 0x0504_0001));
 }
 
+/// Verifies: ECSS 6.5.2b
+#[test]
+fn the_heartbeat_of_another_slave_passes_the_filters_once_it_is_monitored() {
+    let mut slave = powered();
+    let filter = |raw| Filter::exact(CobId::new(raw).unwrap());
+    for (value, raw) in [([250, 0, 7, 0], 0x707), ([0; 4], 0x000), ([250, 0, 8, 0], 0x708)] {
+        slave.controls.clear();
+        assert_eq!(write(&mut slave, 0x1016, 2, &value), done(0x1016, 2));
+        let command = BusCommand::Filter { number: 5, filter: filter(raw) };
+        assert_eq!(slave.controls, [(NOMINAL, command), (REDUNDANT, command)]);
+    }
+    slave.receive(NOMINAL, 0x708, &[5]);
+    assert!(slave.events.contains(&SlaveEvent::PeerState { node: node(8), state: NmtState::Operational }));
+    // Reset communication forgets it, and a SYNC that had moved.
+    assert_eq!(write(&mut slave, 0x1005, 0, &[0x81, 0, 0, 0]), done(0x1005, 0));
+    slave.controls.clear();
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    for (number, raw) in [(5, 0x000), (1, 0x080)] {
+        let command = BusCommand::Filter { number, filter: filter(raw) };
+        for bus in Bus::ALL {
+            assert!(slave.controls.contains(&(bus, command)), "{command:?}: {:?}", slave.controls);
+        }
+    }
+    assert_eq!(slave.controls.len(), 4);
+}
+
 /// Verifies: ECSS 6.10a, 6.10c
 #[test]
 fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
@@ -170,7 +196,7 @@ fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
     assert_eq!(write(&mut slave, 0x1401, 1, &[0x45, 3, 0, 0x40]), done(0x1401, 1));
     let filter = Filter::exact(CobId::new(0x345).unwrap());
     for bus in Bus::ALL {
-        assert!(slave.controls.contains(&(bus, BusCommand::Filter { number: 5, filter })));
+        assert!(slave.controls.contains(&(bus, BusCommand::Filter { number: 13, filter })));
     }
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.receive(NOMINAL, 0x000, &[1, 5]);
@@ -183,7 +209,7 @@ fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
     slave.clear();
     slave.receive(NOMINAL, 0x000, &[0x82, 5]);
     let filter = Filter::exact(CobId::new(0x305).unwrap());
-    assert!(slave.controls.contains(&(NOMINAL, BusCommand::Filter { number: 5, filter })));
+    assert!(slave.controls.contains(&(NOMINAL, BusCommand::Filter { number: 13, filter })));
     assert_eq!(read(&mut slave, 0x1401, 1), [0x05, 3, 0, 0x40]);
 }
 

@@ -16,7 +16,7 @@ use crate::od::communication::{Communication, Mapping};
 use crate::od::{AbortCode, Address, Objects};
 use crate::pdo::{RpdoEvent, Taken};
 use crate::store::{Group, Loaded};
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 use crate::{sdo, sync};
 use dictionary::Dictionary;
 
@@ -116,6 +116,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             .rpdos
             .iter()
             .map(|pdo| CobIdEntry::from_raw(pdo.cob_id).cob_id())
+    }
+
+    /// COB-ID of the heartbeat that an entry of 1016h consumes, valid or not.
+    pub fn monitored(&self, entry: usize) -> Option<CobId> {
+        let entry = self.dictionary.objects.communication.consumer_heartbeat.get(entry)?;
+        NodeId::new((entry >> 16) as u8).map(CobId::heartbeat)
     }
 
     /// COB-ID of SYNC.
@@ -325,7 +331,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     pub fn deadline(&self, state: NmtState) -> Option<Instant> {
         let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
         let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];
-        all.into_iter().flatten().min()
+        earliest(&all)
     }
 }
 

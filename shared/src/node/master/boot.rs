@@ -6,7 +6,7 @@ use crate::nmt::boot::{Boot, BootRequest, Expected};
 use crate::nmt::{Command, NmtMessage, NodeId, Target};
 use crate::profile::Profile;
 use crate::sdo::Mode;
-use crate::time::Instant;
+use crate::time::{Instant, earliest};
 
 /// Bytes taken from the client at once.
 const CHUNK: usize = 32;
@@ -29,7 +29,7 @@ impl Master {
 
     /// Everything that the boot-up process and the SDO client can do now.
     pub(super) fn run_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        let deadline = [self.boot.deadline(), self.transfers.deadline()].into_iter().flatten().min();
+        let deadline = earliest(&[self.boot.deadline(), self.transfers.deadline()]);
         let is_overdue = deadline.is_some_and(|deadline| deadline <= until);
         if !(is_overdue || self.transfers.is_due || self.boot.is_due()) {
             return;

@@ -2,6 +2,7 @@
 
 use super::{Master, MasterEvent, Out};
 use crate::emcy::ErrorCode;
+use crate::heartbeat::MONITORED;
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::boot::{Assignment, BootProgress, Expected};
 use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
@@ -12,7 +13,7 @@ use crate::od::spacecraft::{BusHealth, SelfTest};
 use crate::od::{Address, Objects, Record};
 use crate::profile::Profile;
 use crate::sync;
-use crate::time::{Duration, Instant};
+use crate::time::{Duration, Instant, earliest};
 
 /// Slaves that an array has entries for: sub-index is Node-ID.
 const NODES: usize = 127;
@@ -186,7 +187,7 @@ pub(super) fn at_power_on(profile: &Profile) -> MasterDictionary {
     communication.emcy_cob_id |= INVALID;
     let redundancy = profile.redundancy();
     let mut objects = NodeObjects::new(NodeId::MASTER, &redundancy, MasterObjects::default(), communication);
-    objects.communication.consumer_heartbeat = [0; 8];
+    objects.communication.consumer_heartbeat = [0; MONITORED];
     let consumer = redundancy.consumer.as_millis() as u32 & 0xFFFF;
     for (slot, slave) in objects.communication.consumer_heartbeat.iter_mut().zip(profile.slaves) {
         *slot = u32::from(slave.node.get()) << 16 | consumer;
@@ -314,7 +315,7 @@ impl Master {
 
     pub(super) fn device_deadline(&self) -> Option<Instant> {
         let device = self.device.deadline(NmtState::Operational);
-        [device, self.device.monitor.deadline()].into_iter().flatten().min()
+        earliest(&[device, self.device.monitor.deadline()])
     }
 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {

@@ -1,18 +1,17 @@
 //! The dictionary of a slave at work: SDO, SYNC and PDOs, and what a written object means to the node.
 
-use super::{FIXED_FILTERS, Out, Slave, mark};
+use super::{FILTERS_OF_PEERS, FILTERS_OF_RPDOS, Out, SYNC_FILTER, Slave, mark};
 use crate::emcy::ErrorCode;
-use crate::link::port::Filter;
+use crate::heartbeat::MONITORED;
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::NodeId;
 use crate::node::device::{FIRST_TOLD, SdoStep};
 use crate::node::{NodeObjects, SlaveEvent};
-use crate::od::communication::{Mapping, RpdoParameters};
+use crate::od::communication::Mapping;
 use crate::od::spacecraft::SelfTest;
 use crate::od::{Address, Objects};
 use crate::pdo::Taken;
 use crate::redundancy::Parameters;
-use crate::runner::{BusCommand, MAX_FILTERS};
 use crate::store::Group;
 use crate::time::{Duration, Instant, Stamp};
 
@@ -78,19 +77,16 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// The communication profile as at power-on.
     pub(super) fn restore_communication(&mut self, now: Instant, out: &mut Out) {
-        let power_on = (self.power_on)(self.id);
-        let before = core::mem::replace(&mut self.device.dictionary.objects.communication, power_on);
+        let before = self.filters();
+        self.device.dictionary.objects.communication = (self.power_on)(self.id);
         self.device.dictionary.objects.set_heartbeats(&self.initial);
         self.device.load(Group::Communication);
         self.device.configure(now);
         let parameters = self.written_redundancy();
         self.selector.configure(parameters);
         self.heartbeat.set_period(parameters.producer, now);
-        let changed =
-            |(_, (old, new)): &(usize, (&RpdoParameters, &RpdoParameters))| old.cob_id != new.cob_id;
-        let pdos = before.rpdos.iter().zip(&self.device.dictionary.objects.communication.rpdos).enumerate();
-        for (number, _) in pdos.filter(changed) {
-            self.admit_rpdo(number, out);
+        for (number, filter) in before.into_iter().enumerate() {
+            self.admit(number, Some(filter), out);
         }
     }
 
@@ -229,7 +225,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         let objects = &self.device.dictionary.objects;
         match at.index {
-            0x1016 | 0x1017 | 0x2000 => self.on_redundancy_written(at, now),
+            0x1016 => {
+                self.on_redundancy_written(at, now);
+                self.admit(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1)), None, out);
+            }
+            0x1017 | 0x2000 => self.on_redundancy_written(at, now),
             SCET_SET => {
                 self.clock.set(objects.spacecraft.scet_set.into(), now);
                 out.event(SlaveEvent::Time(self.clock.at(now)));
@@ -239,10 +239,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
                     SelfTest { progress: SelfTest::RUNNING, failures: 0 };
                 out.event(SlaveEvent::SelfTest);
             }
-            0x1005 => self.set_filter(1, self.device.written_sync_id(), out),
-            0x1400..=0x15FF => {
-                self.admit_rpdo(usize::from(at.index & 0x1FF), out);
-            }
+            0x1005 => self.admit(SYNC_FILTER, None, out),
+            0x1400..=0x15FF => self.admit(FILTERS_OF_RPDOS + usize::from(at.index & 0x1FF), None, out),
             _ => {}
         }
         if at.index < FIRST_TOLD || at.index == 0x2000 {
@@ -266,8 +264,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             CobId::sdo_request(self.id),
             CobId::heartbeat(NodeId::MASTER),
         ];
-        let monitored = self.device.dictionary.objects.communication.consumer_heartbeat.iter();
-        let peers = monitored.filter_map(|entry| NodeId::new((entry >> 16) as u8)).map(CobId::heartbeat);
+        let peers = (0..MONITORED).filter_map(|entry| self.device.monitored(entry));
         let all = fixed.into_iter().chain(self.device.rpdo_ids().flatten()).chain(peers);
         self.marks = all.fold(0, |marks, id| marks | mark(id));
     }
@@ -295,19 +292,6 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             ttoggle: written.ttoggle,
             ntoggle: written.ntoggle,
             ctoggle: written.ctoggle,
-        }
-    }
-
-    fn admit_rpdo(&self, number: usize, out: &mut Out) {
-        let id = self.device.rpdo_ids().nth(number).flatten();
-        self.set_filter(FIXED_FILTERS + number, id.unwrap_or(CobId::NMT), out);
-    }
-
-    /// Admits other frames on both buses.
-    fn set_filter(&self, number: usize, id: CobId, out: &mut Out) {
-        if number < MAX_FILTERS - 1 {
-            let command = BusCommand::Filter { number: number as u8, filter: Filter::exact(id) };
-            Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
         }
     }
 

@@ -8,6 +8,7 @@ pub use parameters::{
 };
 
 use super::Objects;
+use crate::heartbeat::MONITORED;
 use crate::link::CobId;
 use crate::nmt::NodeId;
 
@@ -76,7 +77,7 @@ pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = Pd
     ///
     /// Node-ID in bits 16 to 22, milliseconds below.
     #[object(0x1016, array, rw)]
-    pub consumer_heartbeat: [u32; 8],
+    pub consumer_heartbeat: [u32; MONITORED],
     /// Producer heartbeat time
     ///
     /// Milliseconds.
