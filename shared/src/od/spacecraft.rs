@@ -3,7 +3,7 @@
 use super::{Objects, Record, U24};
 use crate::link::port::Health;
 use crate::node::Counters;
-use crate::time::Scet;
+use crate::time::{Scet, Utc};
 
 /// The objects 2000h to 203Fh of every node.
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -99,6 +99,74 @@ impl From<Scet> for ScetGet {
         ScetGet { coarse: time.coarse(), fine: U24::new(u64::from(time.fine())) }
     }
 }
+
+/// The time objects of a device that keeps UTC (ECSS 7.1.3): for its own `#[objects]`.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct LocalUtc {
+    /// Local UTC set
+    #[object(0x2012, record)]
+    pub utc_set: UtcSet,
+    /// Local UTC get
+    #[object(0x2013, record)]
+    pub utc_get: UtcGet,
+}
+
+/// Spacecraft UTC as it is set (0041h, ECSS 7.1.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+#[record(0x41)]
+pub struct UtcSet {
+    /// Day
+    ///
+    /// Since the epoch of the mission.
+    #[sub(1, rww, pdo)]
+    pub day: u16,
+    /// Milliseconds of day
+    #[sub(2, rww, pdo)]
+    pub ms: u32,
+    /// Submilliseconds of ms
+    ///
+    /// Units of 2^-16 ms.
+    #[sub(3, rww, pdo)]
+    pub submilliseconds: u16,
+}
+
+/// Spacecraft UTC as it is read (0041h, ECSS 7.1.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+#[record(0x41)]
+pub struct UtcGet {
+    /// Day
+    ///
+    /// Since the epoch of the mission.
+    #[sub(1, ro, pdo)]
+    pub day: u16,
+    /// Milliseconds of day
+    #[sub(2, ro, pdo)]
+    pub ms: u32,
+    /// Submilliseconds of ms
+    ///
+    /// Units of 2^-16 ms.
+    #[sub(3, ro, pdo)]
+    pub submilliseconds: u16,
+}
+
+impl TryFrom<UtcSet> for Utc {
+    type Error = NoTime;
+
+    fn try_from(value: UtcSet) -> Result<Utc, NoTime> {
+        Utc::new(value.day, value.ms, value.submilliseconds).ok_or(NoTime)
+    }
+}
+
+impl From<Utc> for UtcGet {
+    fn from(time: Utc) -> UtcGet {
+        UtcGet { day: time.day(), ms: time.ms(), submilliseconds: time.submilliseconds() }
+    }
+}
+
+/// More milliseconds than a day has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NoTime;
 
 /// Error state, error counters and lost frames of a bus (ECSS 5.6.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]

@@ -29,3 +29,4 @@ mod selector;
 mod slave;
 mod store;
 mod sync;
+mod utc;
