@@ -47,8 +47,8 @@ class Emergencies(Test):
         """It boots up, waits in Pre-operational, and is started by the master."""
         self.local.nmt.state = "INITIALISING"
         self.local.nmt.state = "PRE-OPERATIONAL"
+        self.until(lambda: self.local.nmt.state == "OPERATIONAL")
         self.reads(OPERATIONAL)
-        self.assertEqual(self.local.nmt.state, "OPERATIONAL")
 
     def reads(self, state: int) -> None:
         """Asks the master until that is the state of the node."""
@@ -75,23 +75,29 @@ class Emergencies(Test):
         self.reads(MISSING)
         self.appears()
 
-    def test_the_master_tells_when_it_is_missed_and_when_it_is_back(self) -> None:
-        """1016h; by default nobody consumes emergencies of the master, and it sends none."""
-        master = self.master
-        master.sdo[EMCY].raw = 0x81
-        master.sdo[CONSUMERS][8].raw = NODE << 16 | CONSUMER
+    def consumes(self, consumer, subindex: int) -> None:
+        """1016h: it tells when the node is missed, and when it is back."""
+        consumer.sdo[CONSUMERS][subindex].raw = NODE << 16 | CONSUMER
         errors = Witness()
-        master.emcy.add_callback(lambda error: errors((error.code, error.register, error.data.rstrip(b"\0"))))
+        consumer.emcy.add_callback(lambda error: errors((error.code, error.register, error.data.rstrip(b"\0"))))
         self.appears()
         self.local.nmt.stop_heartbeat()
         errors.wait_for(lambda told: (HEARTBEAT, COMMUNICATION, bytes([NODE])) in told)
-        self.assertEqual(master.sdo[REGISTER].raw, COMMUNICATION)
-        self.assertEqual(master.sdo[HISTORY][1].raw & 0xFFFF, HEARTBEAT)
+        self.assertEqual(consumer.sdo[REGISTER].raw, COMMUNICATION)
+        self.assertEqual(consumer.sdo[HISTORY][1].raw & 0xFFFF, HEARTBEAT)
         errors.forget()
         self.appears()
         errors.wait_for(lambda told: (NO_ERROR, 0, bytes.fromhex("3081 09")) in told)
-        self.assertEqual(master.sdo[REGISTER].raw, 0)
-        master.sdo[CONSUMERS][8].raw = 0
+        self.assertEqual(consumer.sdo[REGISTER].raw, 0)
+        consumer.sdo[CONSUMERS][subindex].raw = 0
+
+    def test_the_master_is_a_consumer_of_its_heartbeat(self) -> None:
+        """By default nobody consumes emergencies of the master, and it sends none."""
+        self.master.sdo[EMCY].raw = 0x81
+        self.consumes(self.master, 8)
+
+    def test_a_slave_is_a_consumer_of_its_heartbeat(self) -> None:
+        self.consumes(self.slave.remote, 2)
 
 
 if __name__ == "__main__":

@@ -137,7 +137,7 @@ fn both_sides_refuse_a_value_with_another_crc() {
 }
 
 /// The node understands the repetition of a whole sub-block. After a part of one it expects the numbers to go on (CiA 301
-/// 7.2.4.3.9: they begin with 1 again), which its CRC then tells. It repeats sub-blocks of an upload from their start
+/// 7.2.4.3.10: they begin with 1 again), which its CRC then tells. It repeats sub-blocks of an upload from their start
 /// whatever was acknowledged, and counts them twice in its CRC.
 #[test]
 fn a_value_is_right_or_an_error_whatever_is_lost() {
