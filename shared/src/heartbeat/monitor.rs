@@ -144,12 +144,6 @@ impl<const N: usize> Monitor<N> {
     pub fn deadline(&self) -> Option<Instant> {
         (self.check < Instant::NEVER).then_some(self.check)
     }
-
-    /// The state that `node` told last; `None` when it is not monitored, was never heard, or is missed.
-    pub fn state(&self, node: NodeId) -> Option<NmtState> {
-        let entry = self.entries.iter().find(|entry| entry.node == node.get())?;
-        entry.state.filter(|_| !entry.is_missed())
-    }
 }
 
 /// Whether `value` may be written to sub-index `sub` of 1016h, which holds `present`.

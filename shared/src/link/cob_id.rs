@@ -14,10 +14,6 @@ impl CobId {
     pub const NMT: CobId = CobId(0x000);
     /// SYNC object.
     pub const SYNC: CobId = CobId(0x080);
-    /// Function code of what SDO servers send.
-    pub const SDO_RESPONSES: u16 = 0x580;
-    /// TIME object.
-    pub const TIME: CobId = CobId(0x100);
 
     /// `None` above 7FFh.
     pub const fn new(raw: u16) -> Option<CobId> {
@@ -106,11 +102,9 @@ impl CobId {
 
     /// Whether CANopen keeps it for one purpose, so that no configurable object may use it (ECSS 6.10b).
     pub const fn is_restricted(self) -> bool {
-        matches!(self.0, 0x000..=0x07F | 0x101..=0x180 | 0x6E0..=0x6FF | 0x701..) || self.is_default_sdo()
-    }
-
-    /// Whether it belongs to the default SDO of a node, in either direction: restricted to SDOs.
-    pub const fn is_default_sdo(self) -> bool {
-        matches!(self.0, 0x581..=0x5FF | 0x601..=0x67F)
+        matches!(
+            self.0,
+            0x000..=0x07F | 0x101..=0x180 | 0x581..=0x5FF | 0x601..=0x67F | 0x6E0..=0x6FF | 0x701..
+        )
     }
 }

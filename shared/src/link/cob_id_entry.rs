@@ -1,4 +1,4 @@
-//! COB-ID entries: what objects like 1005h, 1014h, 1280h, 1400h and 1800h hold.
+//! COB-ID entries: what objects like 1005h, 1014h, 1400h and 1800h hold.
 //!
 //! An unsigned of 32 bits: the identifier in the low 29, and three flags above. Bit 29 asks for an extended frame,
 //! which this system does not speak.
@@ -19,8 +19,6 @@ pub enum EntryUse {
     Sync,
     /// 1014h: bit 31 is "not valid", bit 30 is reserved.
     Emcy,
-    /// 1200h, 1280h and their like: bit 31 is "not valid", bit 30 "assigned dynamically".
-    Sdo,
     /// 1400h, 1800h and their like: bit 31 is "not valid", bit 30 "no RTR".
     Pdo,
 }
@@ -33,19 +31,6 @@ const FLAG: u32 = 1 << 30;
 const EXTENDED: u32 = 0x3FFF_F800;
 
 impl CobIdEntry {
-    /// Of an object that is not in use, without an identifier.
-    pub const UNUSED: CobIdEntry = CobIdEntry(NOT_VALID);
-
-    /// Of a valid object, bit 30 clear.
-    pub const fn valid(id: CobId) -> CobIdEntry {
-        CobIdEntry(id.raw() as u32)
-    }
-
-    /// Of the SYNC object: bit 30 for a producer.
-    pub const fn sync(id: CobId, produce: bool) -> CobIdEntry {
-        CobIdEntry(id.raw() as u32 | if produce { FLAG } else { 0 })
-    }
-
     /// As it is stored.
     pub const fn from_raw(raw: u32) -> CobIdEntry {
         CobIdEntry(raw)
@@ -80,7 +65,7 @@ impl CobIdEntry {
         let new = CobIdEntry(raw);
         let reserved = match entry_use {
             EntryUse::Emcy => EXTENDED | FLAG,
-            EntryUse::Sync | EntryUse::Sdo | EntryUse::Pdo => EXTENDED,
+            EntryUse::Sync | EntryUse::Pdo => EXTENDED,
         };
         let (fixed, restrictable) = match entry_use {
             // A consumer listens to the identifier as well.
@@ -88,8 +73,7 @@ impl CobIdEntry {
             _ => (self.cob_id().is_some() && new.cob_id().is_some(), new.cob_id().is_some()),
         };
         let id = new.id();
-        let restricted = id.is_restricted() && !(matches!(entry_use, EntryUse::Sdo) && id.is_default_sdo());
-        if raw & reserved != 0 || restrictable && restricted || fixed && self.id().raw() != id.raw() {
+        if raw & reserved != 0 || restrictable && id.is_restricted() || fixed && self.id().raw() != id.raw() {
             return Err(AbortCode::ValueRange);
         }
         Ok(new)

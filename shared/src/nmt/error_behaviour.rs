@@ -29,9 +29,4 @@ impl ErrorBehaviour {
             _ => Err(AbortCode::ValueRange),
         }
     }
-
-    /// The value of the object.
-    pub const fn byte(self) -> u8 {
-        self as u8
-    }
 }

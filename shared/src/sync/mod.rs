@@ -6,18 +6,12 @@ mod producer;
 pub use consumer::{Consumer, UnexpectedLength};
 pub use producer::{Config, Producer};
 
-use crate::link::Frame;
 use crate::od::AbortCode;
 
 /// Highest value of the counter.
 const COUNTER_MAX: u8 = 240;
 /// Shortest communication cycle period, in microseconds: half the bus for SYNC alone, at 1 Mbit/s.
 const SHORTEST_PERIOD: u32 = 100;
-
-/// Whether it is a SYNC: no data, or the one counter byte of producers that number theirs.
-pub fn is_well_formed(frame: &Frame) -> bool {
-    frame.dlc() <= 1
-}
 
 /// Whether `period`, in microseconds, may be written to 1006h. Zero stops the producer.
 ///

@@ -36,27 +36,16 @@ pub struct Producer {
 }
 
 impl Producer {
-    /// SYNC without counter on 080h. Silent until started. A communication cycle period of zero keeps it silent.
-    pub const fn new(period: Duration) -> Self {
-        Self::with(Config { id: CobId::SYNC, period, overflow: 0 })
-    }
-
     /// Silent until started.
     pub const fn with(config: Config) -> Self {
         Producer { config, timer: Periodic::new(config.period), running: false, counter: 0 }
     }
 
-    /// Initialising or Stopped is left: the first SYNC is due a period from now and has counter 1.
+    /// Its production begins, or begins anew: the first SYNC is due a period from now and has counter 1.
     pub fn start(&mut self, now: Instant) {
         self.running = true;
         self.counter = 0;
         self.timer.restart(now);
-    }
-
-    /// Stopped is entered.
-    pub fn stop(&mut self) {
-        self.running = false;
-        self.timer.stop();
     }
 
     /// New values of 1005h, 1006h or 1019h. The next SYNC is due a new period from now; the counter goes on when only

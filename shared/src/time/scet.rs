@@ -60,14 +60,6 @@ impl Scet {
         }
     }
 
-    /// With only the upper `bits` of fine time, `0..=24`, the rest zero: what a device with a smaller counter sends and
-    /// understands (ECSS 7.1.2g, h).
-    #[must_use]
-    pub const fn with_fine_bits(self, bits: u8) -> Scet {
-        let unused = FINE_BITS.saturating_sub(bits as u32);
-        Scet { units: self.units >> unused << unused }
-    }
-
     /// The octets of Figure 7-1: fine time, then coarse time, each little-endian.
     pub const fn encode(self) -> [u8; Self::LEN] {
         let [f0, f1, f2, _] = self.fine().to_le_bytes();

@@ -39,15 +39,6 @@ impl Utc {
         self.submilliseconds
     }
 
-    /// With only the upper `bits` of the submilliseconds, `0..=16`, the rest zero: what a device that does not support all
-    /// of them sends and understands (ECSS 7.1.3f, g).
-    #[must_use]
-    pub const fn with_submillisecond_bits(self, bits: u8) -> Utc {
-        let unused = 16_u32.saturating_sub(bits as u32);
-        let submilliseconds = (self.submilliseconds as u32 >> unused << unused) as u16;
-        Utc { submilliseconds, ..self }
-    }
-
     /// The octets of Figure 7-2: submilliseconds, milliseconds, days, each little-endian.
     pub const fn encode(self) -> [u8; Self::LEN] {
         let [s0, s1] = self.submilliseconds.to_le_bytes();

@@ -126,7 +126,7 @@ fn every_wrong_part_of_the_identity_has_its_letter() {
         }
         next(&mut boot, expected());
         answer(&mut boot, &0xBAD_u32.to_le_bytes());
-        assert_eq!((boot.take_failure(), error.letter()), (Some((TWO, error, 0)), letter));
+        assert_eq!((boot.take_failure(), char::from(error as u8)), (Some((TWO, error, 0)), letter));
         assert_eq!((boot.progress(TWO), boot.take_start()), (BootProgress::Failed, None));
         // Not started though it waits, and nobody is asked any more.
         assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));

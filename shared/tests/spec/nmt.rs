@@ -157,8 +157,9 @@ fn a_communication_error_leads_where_1029h_says() {
 #[test]
 fn error_behaviour_is_0_1_or_2() {
     assert_eq!(ErrorBehaviour::default(), ErrorBehaviour::PreOperational);
-    for byte in 0..=2 {
-        assert_eq!(ErrorBehaviour::from_byte(byte).map(ErrorBehaviour::byte), Ok(byte));
+    let behaviours = [ErrorBehaviour::PreOperational, ErrorBehaviour::Unchanged, ErrorBehaviour::Stopped];
+    for (byte, behaviour) in behaviours.into_iter().enumerate() {
+        assert_eq!(ErrorBehaviour::from_byte(byte as u8), Ok(behaviour));
     }
     for byte in 3..=255 {
         assert_eq!(ErrorBehaviour::from_byte(byte), Err(AbortCode::ValueRange));

@@ -26,7 +26,7 @@ pub enum BootProgress {
     Failed,
 }
 
-/// Why the boot-up of a slave failed, by the letters of CiA 302-2.
+/// Why the boot-up of a slave failed, by the letters of CiA 302-2. The character code stands in object 2041h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -60,10 +60,5 @@ impl BootError {
             3 => BootError::Revision,
             _ => BootError::Serial,
         }
-    }
-
-    /// The letter; its character code stands in object 2041h.
-    pub const fn letter(self) -> char {
-        self as u8 as char
     }
 }

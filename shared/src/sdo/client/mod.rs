@@ -168,21 +168,11 @@ impl Client {
         pulled
     }
 
-    /// The size of an upload, when the server has told it.
-    pub fn size(&self) -> Option<usize> {
-        self.is_size_told.then_some(self.size as usize)
-    }
-
     /// How the transfer ended, once: how many bytes the value has, or why not.
     pub fn outcome(&mut self) -> Option<Result<usize, Error>> {
         let State::Done(outcome) = self.state else { return None };
         self.state = State::Idle;
         Some(outcome)
-    }
-
-    /// Whether a transfer runs.
-    pub fn is_busy(&self) -> bool {
-        !matches!(self.state, State::Idle | State::Done(_))
     }
 
     /// Whether it is the application that the transfer waits for: to push, to pull, or to ask for the outcome.

@@ -168,7 +168,8 @@ impl World {
     /// One frame in each direction.
     fn step(&mut self) {
         // Nobody can do anything before something is due, unless the application has time.
-        let is_idle = self.requests.is_empty() && self.responses.is_empty() && !self.client.is_busy();
+        let is_client_idle = self.client.deadline().is_none() && !self.client.needs_application();
+        let is_idle = self.requests.is_empty() && self.responses.is_empty() && is_client_idle;
         let due = self.server.deadline().filter(|due| is_idle && *due > self.now);
         self.now = due.unwrap_or(self.now + FRAME);
         let World { client, server, objects, now, frames, requests, responses } = self;
