@@ -279,7 +279,6 @@ fn a_slave_that_was_started_is_started_again_at_once_until_it_boots_up() {
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
 }
 
-/// Verifies: ECSS 6.9c
 #[test]
 fn sync_waits_for_mandatory_slaves_and_completion_for_their_following_it() {
     let mut boot = started(POLICY);

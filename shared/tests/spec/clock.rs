@@ -19,7 +19,7 @@ fn a_clock_counts_from_power_on_until_it_is_set() {
     assert_eq!(clock.at(ms(2_000)), scet(999, 0x0080_0000));
 }
 
-/// Verifies: ECSS 7.2.2b, 7.2.2d
+/// Verifies: ECSS 7.2.2b
 #[test]
 fn the_producer_conveys_the_spacecraft_time_every_period() {
     let mut clock = LocalClock::default();

@@ -162,7 +162,7 @@ fn what_must_not_be_written_is_refused_with_the_right_code() {
     assert_eq!(ask(&mut slave, [0xE0, 0, 0, 0, 0, 0, 0, 0]), refused(0, 0, 0x0504_0001));
 }
 
-/// Verifies: ECSS 6.5.2b
+/// Verifies: ECSS 6.5.2a
 #[test]
 fn the_heartbeat_of_another_slave_passes_the_filters_once_it_is_monitored() {
     let mut slave = powered();
@@ -378,7 +378,7 @@ fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() 
     assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
 }
 
-/// Verifies: ECSS 6.4a
+/// Verifies: ECSS 6.4a.1
 #[test]
 fn what_is_stored_but_does_not_hold_here_is_told_until_parameters_are_saved() {
     let memory = Memory::default();
@@ -410,7 +410,7 @@ fn a_full_store_says_so_and_keeps_what_it_has() {
     assert_eq!(read(&mut slave, 0x1010, 1), [1, 0, 0, 0]);
 }
 
-/// Verifies: ECSS 6.3a
+/// Verifies: ECSS 6.3b
 #[test]
 fn with_a_counter_announced_a_sync_must_have_it() {
     let mut slave = Bench::new(mission::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));

@@ -57,7 +57,7 @@ fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
     assert_eq!(filters, expected);
 }
 
-/// Verifies: ECSS 6.9c, 6.9d, 7.2.2b, 7.2.3d
+/// Verifies: ECSS 6.9c, 7.2.2b, 7.2.3d
 #[test]
 fn sync_and_spacecraft_time_each_in_its_period_none_outliving_it() {
     let mut master = powered(&STANDARD);
@@ -172,7 +172,7 @@ fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
     assert_eq!((counters.nominal.malformed, counters.nominal.ignored, counters.redundant.ignored), (4, 1, 1));
 }
 
-/// Verifies: ECSS 6.4a.1
+/// Verifies: ECSS 6.4a.2
 #[test]
 fn emergencies_of_slaves_reach_the_application() {
     let mut master = flying();
@@ -320,7 +320,7 @@ fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
     }));
 }
 
-/// Verifies: ECSS 8.2.1a.1
+/// Verifies: ECSS 8.2.1a.1, 8.2.3a
 #[test]
 fn a_master_with_selective_access_leaves_and_joins() {
     let mut master = powered(&Profile { selective: &[ecss_can::nmt::NodeId::MASTER], ..STANDARD });

@@ -63,7 +63,7 @@ fn requests(master: &Bench<Master>) -> Vec<[u8; 8]> {
     sent.map(|sent| sent.frame.padded()).collect()
 }
 
-/// Verifies: ECSS 6.9c, 6.9d
+/// Verifies: ECSS 6.8a, 8.3.1b
 #[test]
 fn its_dictionary_is_read_over_sdo() {
     let mut master = powered(&BOOTS_TWO);
@@ -79,7 +79,11 @@ fn its_dictionary_is_read_over_sdo() {
         (0x1F81, 3, 0),
         (0x1F86, 2, 0x5015),
         (0x1F89, 0, 5_000),
+        (0x2000, 0, 4),
+        (0x2000, 1, 0),
         (0x2000, 2, 2),
+        (0x2000, 3, 10),
+        (0x2000, 4, 0),
         (0x2040, 2, BootProgress::Awaited as u32),
         (0x2041, 2, 0),
     ] {

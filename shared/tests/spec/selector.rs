@@ -209,7 +209,7 @@ fn a_message_told_late_that_is_older_than_the_last_heartbeat_does_not_take_it_ba
     assert_eq!(selector.selected(), REDUNDANT);
 }
 
-/// Verifies: ECSS 8.3.3e
+/// Verifies: ECSS 8.3.3i
 #[test]
 fn with_ntoggle_zero_switching_is_disabled() {
     let mut selector = following(Parameters { ntoggle: 0, ..PARAMETERS });

@@ -54,7 +54,7 @@ fn power_on_joins_boots_up_on_the_default_bus_and_waits_pre_operational() {
     }
 }
 
-/// Verifies: ECSS 8.2.1a.1, 8.2.3a
+/// Verifies: ECSS 8.2.1a.1
 #[test]
 fn with_selective_access_it_joins_the_default_bus_only() {
     assert_eq!(powered(&SELECTIVE).controls, [(NOMINAL, BusCommand::Join)]);

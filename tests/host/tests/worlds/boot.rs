@@ -76,7 +76,7 @@ fn requests(world: &World, bus: Bus, node: NodeId, from: Time) -> Vec<[u8; 8]> {
     frames.iter().map(|sent| sent.frame.data).collect()
 }
 
-/// Verifies: ECSS 6.5.2a, 6.9c
+/// Verifies: ECSS 6.1a, 6.5.1a.1
 #[test]
 fn three_mandatory_slaves_are_checked_configured_and_started_before_sync_begins() {
     let mut world = World::builder(THREE_MANDATORY, 3).build();

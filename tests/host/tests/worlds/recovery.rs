@@ -133,7 +133,7 @@ fn all_slaves_off_and_on_again() {
     assert!(world.all_operational());
 }
 
-/// Verifies: ECSS 5.6.2b
+/// Verifies: ECSS 5.6.2a
 #[test]
 fn a_slave_driven_to_bus_off_recovers_and_goes_on() {
     let mut world = running(STANDARD, 3);

@@ -25,8 +25,8 @@ fn deaf_for(duration: Time) -> (Craft, Time) {
 /// counter runs to bus-off. It is alone with its slaves again after the pause of its policy and the recovery sequence;
 /// nobody changes the bus.
 ///
+/// Verifies: ECSS 5.6.2a
 /// Verifies: ECSS 5.6.2b
-/// Verifies: ECSS 5.6.2c
 #[test]
 fn the_master_recovers_from_bus_off_and_keeps_its_slaves() {
     let (mut craft, last) = deaf_for(ms(2));
@@ -58,7 +58,7 @@ fn changes(craft: &Craft) -> Vec<(Time, bool)> {
 
 /// The heartbeat that waits goes out as soon as the controller is back, into the next collision.
 ///
-/// Verifies: ECSS 5.6.2b
+/// Verifies: ECSS 5.6.2a
 #[test]
 fn every_bus_off_of_two_in_a_row_is_told_and_recovered() {
     let (mut craft, last) = deaf_for(ms(16));

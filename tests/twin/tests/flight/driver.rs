@@ -21,8 +21,6 @@ fn delta(before: [u32; 3], after: [u32; 3]) -> [u32; 3] {
 
 /// A master that is alone repeats each of its frames until it expires: thousands of errors a second. The frames that
 /// expire interrupt, the attempts do not.
-///
-/// Verifies: ECSS 5.6.2b
 #[test]
 fn a_lone_transmitter_does_not_interrupt_with_every_attempt() {
     let mut craft = Craft::new(&MASTER_AND_THREE[..1]);
@@ -40,8 +38,6 @@ fn a_lone_transmitter_does_not_interrupt_with_every_attempt() {
 }
 
 /// From error active to isolated on a cut bus: warning, passive; then frames are aborted.
-///
-/// Verifies: ECSS 5.6.2b
 #[test]
 fn a_cut_costs_a_handful_of_error_interrupts() {
     let mut craft = Craft::new(&MASTER_AND_THREE);
@@ -66,8 +62,6 @@ fn a_cut_costs_a_handful_of_error_interrupts() {
 /// A guest keeps the bus busy with frames that beat commands but not SYNC. Commands and requests fill the mailboxes
 /// that they may have, and the queue; SYNC goes out at its time all the same. Then everything comes in the order of
 /// COB-IDs, and the commands to each slave in theirs.
-///
-/// Verifies: ECSS 7.2.3d
 #[test]
 fn sync_overtakes_commands_that_wait() {
     let mut craft = Craft::new(&MASTER_AND_THREE);
