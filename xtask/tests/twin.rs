@@ -51,6 +51,15 @@ impl Twin {
         client
     }
 
+    /// Reads what it says until this comes.
+    fn reads_until(&mut self, wanted: &str) {
+        let mut line = String::new();
+        while !line.contains(wanted) {
+            line.clear();
+            assert_ne!(self.stdout.read_line(&mut line).expect("UTF-8"), 0, "it never said {wanted:?}");
+        }
+    }
+
     /// Ctrl-C: everything it says from now on, and its exit code.
     fn interrupt(mut self) -> (String, Option<i32>) {
         let kill = Command::new("kill").args(["-INT", &self.child.id().to_string()]).status();
@@ -178,6 +187,36 @@ fn bad_clients_harm_nobody() {
     drop((endless, hanging));
     let (said, code) = twin.interrupt();
     assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn a_client_too_many_is_turned_away_and_harms_nobody() {
+    let mut twin = Twin::start(&["--slaves", "1"]);
+    let mut clients: Vec<Client> = (0..16).map(|_| twin.open(NOMINAL)).collect();
+    let mut late = twin.client(NOMINAL);
+    let address = late.stream.local_addr().expect("connected");
+    let mut heard = Vec::new();
+    late.stream.read_to_end(&mut heard).expect("a connection that is closed in good order");
+    assert_eq!(heard, [], "no answer, no frame");
+    twin.reads_until(&format!("nominal bus: {address} turned away, there are 16 clients"));
+
+    // The places of the other bus are its own; those who were there still hear the bus and each other.
+    drop(twin.open(REDUNDANT));
+    clients[0].sends("t7E51AA");
+    for client in &mut clients[1..] {
+        client.hears(|line| line == "t7E51AA\r");
+    }
+    clients[15].hears(|line| line == "t702105\r");
+    // A place that becomes free is given away again.
+    let address = clients.remove(7).stream.local_addr().expect("connected");
+    twin.reads_until(&format!("nominal bus: {address} left"));
+    let mut next = twin.open(NOMINAL);
+    next.sends("t7E41BB");
+    clients[0].hears(|line| line == "t7E41BB\r");
+
+    let (said, code) = twin.interrupt();
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("2 of them from clients; clients: 17"), "{said}");
 }
 
 #[test]
