@@ -162,5 +162,8 @@ fn master(profile: &profile::Profile) -> MasterDictionary {
 
 /// The objects of a slave at power-on.
 fn slave(node: NodeId, profile: &profile::Profile) -> NodeObjects<MissionObjects<Vec<u8>>> {
-    mission::slave(node, profile, Vec::new()).objects().clone()
+    let mut objects = mission::slave(node, profile, Vec::new()).objects().clone();
+    // Boards have a parameter store.
+    (objects.communication.store, objects.communication.restore) = ([1; 4], [1; 4]);
+    objects
 }

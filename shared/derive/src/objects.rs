@@ -2,7 +2,7 @@
 
 use proc_macro2::TokenStream;
 use quote::quote;
-use syn::{DeriveInput, Error, Field, Ident, Type};
+use syn::{DeriveInput, Error, Field, Ident, Path, Type};
 
 use crate::attribute::{Attribute, Shape};
 use crate::field;
@@ -38,7 +38,22 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
         let message = format!("index {:04X}h is declared twice", pair[0].number);
         return Err(Error::new_spanned(&input.ident, message));
     }
-    Ok(implementation(input, &objects, &groups, &initials))
+    Ok(implementation(input, &objects, &groups, &initials, check(input)?))
+}
+
+/// `#[objects(check = function)]` on the whole declaration.
+fn check(input: &DeriveInput) -> syn::Result<Option<Path>> {
+    let mut check = None;
+    for attribute in input.attrs.iter().filter(|attribute| attribute.path().is_ident("objects")) {
+        attribute.parse_nested_meta(|meta| {
+            if !meta.path.is_ident("check") {
+                return Err(meta.error("unknown word; known is check"));
+            }
+            check = Some(meta.value()?.parse()?);
+            Ok(())
+        })?;
+    }
+    Ok(check)
 }
 
 fn implementation(
@@ -46,6 +61,7 @@ fn implementation(
     objects: &[Object],
     groups: &[(&Ident, &Type)],
     initials: &[TokenStream],
+    check: Option<Path>,
 ) -> TokenStream {
     let own = objects.len() as u16;
     let declarations = objects.iter().map(|object| &object.declaration);
@@ -59,6 +75,7 @@ fn implementation(
     let writes: Vec<_> = (0..).zip(objects.iter().map(|object| &object.set_bits)).filter_map(arm).collect();
     let group_names: Vec<&Ident> = groups.iter().map(|(name, _)| *name).collect();
     let types: Vec<&Type> = groups.iter().map(|(_, group)| *group).collect();
+    let check = check.map(|function| quote!(#function(self, at, value)?;));
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
     quote! {
@@ -123,6 +140,18 @@ fn implementation(
                     place.object -= <#types as ::ecss_can::od::Objects>::COUNT;
                 )*
                 ::core::option::Option::None
+            }
+
+            #[allow(unused_variables)]
+            #[inline]
+            fn check(
+                &self,
+                at: ::ecss_can::od::Address,
+                value: &[u8],
+            ) -> ::core::result::Result<(), ::ecss_can::od::AbortCode> {
+                #check
+                #(<#types as ::ecss_can::od::Objects>::check(&self.#group_names, at, value)?;)*
+                ::core::result::Result::Ok(())
             }
 
             #[allow(unused_variables, unused_mut, unused_assignments)]

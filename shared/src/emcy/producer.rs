@@ -105,6 +105,11 @@ impl Producer {
         true
     }
 
+    /// Whether a message of this error waits.
+    pub fn is_waiting(&self, code: ErrorCode, source: u8) -> bool {
+        self.waiting.iter().any(|message| message.code == code && message.info.first() == Some(&source))
+    }
+
     fn place(&mut self, holding: u32) -> Option<&mut u32> {
         self.active.iter_mut().find(|place| **place == holding)
     }

@@ -4,15 +4,15 @@ mod bus_events;
 mod objects;
 
 use super::buses::Buses;
-use super::device::{Device, SdoStep};
+use super::device::{Device, Dictionary, SdoStep};
 use super::{BusCause, Counters, NodeObjects, SlaveEvent, Status};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{self, MONITORED};
 use crate::link::port::Filter;
 use crate::link::{Bus, CobId, Frame, PerBus};
-use crate::nmt::{ErrorBehaviour, NmtMessage, NmtSlave, NmtState, NodeId, Reaction};
+use crate::nmt::{ErrorBehaviour, NmtMessage, NmtSlave, NmtStartup, NmtState, NodeId, Reaction};
 use crate::od::communication::{Communication, Mapping, PdoMapping};
-use crate::od::{AbortCode, Objects};
+use crate::od::{Address, Objects};
 use crate::profile::Profile;
 use crate::redundancy::{MasterMessage, Parameters, Selection, Selector};
 use crate::runner::{BusCommand, Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
@@ -20,6 +20,9 @@ use crate::store::{Group, ParameterStore};
 use crate::time::{Duration, Instant, LocalClock, Scet, Stamp, earliest};
 
 type Out = Outbox<SlaveEvent>;
+
+/// Until there may be room for more filters.
+const FILTER_PAUSE: Duration = Duration::from_millis(1);
 
 /// Behind NMT. SDO and heartbeat of the master follow it.
 const SYNC_FILTER: usize = 1;
@@ -42,13 +45,16 @@ pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M
     device: Device<A, R, T, M>,
     power_on: fn(NodeId) -> Communication<R, T, M>,
     initial: Parameters,
+    startup: NmtStartup,
     lifetimes: Lifetimes,
     /// A bit for each COB-ID that is taken, [`mark`]: frames without are for others.
     marks: u64,
     /// Which receive PDOs carry the spacecraft time.
     brings_time: [bool; R],
-    /// Whether a transmit PDO carries the local time.
-    tells_time: bool,
+    /// Whether a transmit PDO carries a value of the moment: objects 2011h, 2020h, 2021h.
+    tells_moment: bool,
+    /// A bit for each filter that its buses have not been told yet.
+    changed_filters: u32,
     /// Nothing is due before. May be early, never late.
     next: Instant,
 }
@@ -72,7 +78,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         communication: fn(NodeId) -> Communication<R, T, M>,
     ) -> Self {
         let redundancy = profile.redundancy();
-        let objects = NodeObjects::new(id, &redundancy, application, communication(id));
+        let mut objects = NodeObjects::new(id, &redundancy, application, communication(id));
+        objects.communication.nmt_startup = NmtStartup::of_slave(profile.autostart).raw();
         Slave {
             id,
             nmt: NmtSlave::new(profile.autostart),
@@ -83,6 +90,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             device: Device::new(id, objects, profile.sdo_timeout),
             power_on: communication,
             initial: redundancy,
+            startup: NmtStartup::of_slave(profile.autostart),
             lifetimes: Lifetimes {
                 heartbeat: profile.heartbeat,
                 synchronous: profile.sync.min(profile.heartbeat),
@@ -91,7 +99,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             },
             marks: u64::MAX,
             brings_time: [false; R],
-            tells_time: false,
+            tells_moment: false,
+            changed_filters: 0,
             next: Instant::ZERO,
         }
     }
@@ -131,18 +140,27 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         Filter::exact(id.unwrap_or(CobId::NMT))
     }
 
-    /// Admits other frames on both buses, if a filter has changed.
-    fn admit(&self, number: usize, before: Option<Filter>, out: &mut Out) {
-        let filter = self.filter(number);
-        if number < MAX_FILTERS - 1 && before != Some(filter) {
-            let command = BusCommand::Filter { number: number as u8, filter };
+    /// A filter changed: both buses are told when the node runs next.
+    fn admit(&mut self, number: usize) {
+        if number < MAX_FILTERS - 1 {
+            self.changed_filters |= 1 << number;
+            self.next = Instant::ZERO;
+        }
+    }
+
+    /// As many as there is room for beside the frames; the others a little later.
+    fn set_filters(&mut self, out: &mut Out) {
+        while self.changed_filters != 0 && out.has_room() {
+            let number = self.changed_filters.trailing_zeros();
+            self.changed_filters &= !(1 << number);
+            let command = BusCommand::Filter { number: number as u8, filter: self.filter(number as usize) };
             Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
         }
     }
 
     /// Boot-up on the bus selected, then Pre-operational (ECSS 8.3.2).
     fn boot(&mut self, now: Instant, out: &mut Out) {
-        self.restore_communication(now, out);
+        self.restore_communication(now);
         let frame = heartbeat::encode(self.id, NmtState::Initialising);
         out.send_for(self.selector.selected(), frame, now, self.lifetimes.heartbeat);
         let state = self.nmt.boot();
@@ -281,7 +299,22 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             }
             Selection::Followed { to } => self.move_to(to, BusCause::Followed, now, out),
         }
-        self.device.dictionary.objects.set_redundancy(self.selector.parameters());
+        self.show_redundancy(now);
+    }
+
+    /// Object 2000h; what the node changes itself of it is an event for the TPDOs that carry it.
+    fn show_redundancy(&mut self, now: Instant) {
+        let Dictionary { objects, .. } = &mut self.device.dictionary;
+        let before = objects.spacecraft.redundancy;
+        objects.set_redundancy(self.selector.parameters());
+        let after = objects.spacecraft.redundancy;
+        for (sub, has_changed) in
+            [(1, before.bdefault != after.bdefault), (4, before.ctoggle != after.ctoggle)]
+        {
+            if has_changed {
+                self.device.dictionary.on_changed(Address::new(0x2000, sub), now);
+            }
+        }
     }
 
     fn enter_pre_operational(&mut self, now: Instant, out: &mut Out) {
@@ -294,7 +327,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
         self.buses.change(bus.other(), bus, out);
         // What was on its way is lost, and the client is told so where it is now.
-        self.serve(SdoStep::Abort(AbortCode::DeviceState), bus, now, out);
+        self.serve(SdoStep::BusChanged, bus, now, out);
         self.heartbeat.announce(now);
         self.next = now;
         out.event(SlaveEvent::ActiveBus { bus, cause });
@@ -320,6 +353,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         if self.nmt.state() == NmtState::Initialising {
             return;
         }
+        if self.changed_filters != 0 {
+            self.set_filters(out);
+        }
         while let Some(selection) = self.selector.poll(until) {
             self.apply(selection, now, out);
         }
@@ -334,6 +370,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
         self.run_device(until, now, out);
         self.next = self.due().unwrap_or(Instant::NEVER);
+        if self.changed_filters != 0 {
+            self.next = self.next.min(now + FILTER_PAUSE);
+        }
     }
 
     fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {

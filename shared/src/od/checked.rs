@@ -12,6 +12,16 @@ pub struct Found<'a> {
     pub variable: Option<&'a mut dyn Variable>,
 }
 
+/// Writes a whole value with all checks, those of its owner included.
+///
+/// # Errors
+/// As [`find`], [`Found::write`] and [`Objects::check`]; nothing was changed.
+pub fn write<D: Objects>(objects: &mut D, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+    find(objects, at)?.accepts(value)?;
+    objects.check(at, value)?;
+    find(objects, at)?.write(value)
+}
+
 /// Finds a value.
 ///
 /// # Errors
@@ -87,11 +97,20 @@ impl<'a> Found<'a> {
     /// # Errors
     /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`], [`AbortCode::ValueRange`].
     pub fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
+        self.accepts(value)?;
+        self.variable.as_mut().ok_or(AbortCode::ReadOnly)?.write(value)
+    }
+
+    /// Whether a whole value has the right length and keeps its limits.
+    ///
+    /// # Errors
+    /// As [`Found::write`].
+    pub fn accepts(&self, value: &[u8]) -> Result<(), AbortCode> {
         self.download(Some(value.len()))?;
         if let Some(limits) = self.entry.limits {
             let bits = value.iter().rev().fold(0, |bits, byte| bits << 8 | u64::from(*byte));
             limits.check(self.entry.data_type, bits)?;
         }
-        self.variable.as_mut().ok_or(AbortCode::ReadOnly)?.write(value)
+        Ok(())
     }
 }

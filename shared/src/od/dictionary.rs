@@ -61,6 +61,16 @@ pub trait Objects {
     /// some do not keep their limits, which are not written.
     fn set_bits(&mut self, place: Place, run: Run, bits: u64) -> Option<()>;
 
+    /// Whether a value may be written by SDO, or come from the parameter store, beyond what its declaration says: asked
+    /// with a whole value that keeps type and limits. `#[objects(check = function)]` on a declaration gives one.
+    ///
+    /// # Errors
+    /// The abort code to answer; the value stays as it is.
+    #[inline]
+    fn check(&self, _at: Address, _value: &[u8]) -> Result<(), AbortCode> {
+        Ok(())
+    }
+
     /// Finds a value.
     ///
     /// # Errors

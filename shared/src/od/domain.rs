@@ -54,10 +54,6 @@ impl<S: AsRef<[u8]> + AsMut<[u8]>> Variable for Domain<S> {
         self.len = size.min(self.storage.as_ref().len());
         Ok(())
     }
-
-    fn cancel(&mut self) {
-        self.len = 0;
-    }
 }
 
 impl<S: AsRef<[u8]> + AsMut<[u8]>> Typed for Domain<S> {

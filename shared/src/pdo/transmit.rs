@@ -183,7 +183,8 @@ impl<const T: usize> Tpdos<T> {
         };
         if self.operational {
             pdo.start(now);
-            if old.due <= old.inhibit_end {
+            let waits_for_sync = old.transmission == 0 && old.syncs != IDLE;
+            if waits_for_sync || old.due <= old.inhibit_end.max(now) {
                 pdo.trigger(now);
             }
             self.next = self.next.min(pdo.due);

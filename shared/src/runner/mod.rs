@@ -37,10 +37,8 @@ use crate::time::Stamp;
 pub const EVENT_DEPTH: usize = 16;
 /// Commands on their way to a bus: those it has not taken yet stay in the outbox.
 pub const COMMAND_DEPTH: usize = 8;
-/// Frames in the priority queue of a bus.
+/// Commands in an outbox, and frames in the priority queue of a bus.
 pub const QUEUE_DEPTH: usize = 32;
-/// Commands in an outbox: 17 filters of both buses may change when communication is reset.
-pub const OUTBOX_DEPTH: usize = 40;
 /// Events and requests that may wait between node and application.
 pub const APP_DEPTH: usize = 16;
 /// Acceptance filters of a port.

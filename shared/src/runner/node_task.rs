@@ -6,7 +6,7 @@ use embassy_futures::select::{Either5, select5};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use heapless::Deque;
 
-use super::{APP_DEPTH, AppLink, BusCommand, LinkEvent, Links, NodeCell, OUTBOX_DEPTH, Telltale};
+use super::{APP_DEPTH, AppLink, BusCommand, LinkEvent, Links, NodeCell, QUEUE_DEPTH, Telltale};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, Frame, PerBus};
 use crate::time::{Clock, Duration, Instant};
@@ -39,7 +39,7 @@ const CONTROL_RESERVE: usize = 8;
 
 /// Where a node puts what it wants done.
 pub struct Outbox<E> {
-    commands: Deque<(Bus, BusCommand), OUTBOX_DEPTH>,
+    commands: Deque<(Bus, BusCommand), QUEUE_DEPTH>,
     events: Deque<E, APP_DEPTH>,
     overflows: u32,
     unsent: PerBus<u16>,
@@ -72,10 +72,15 @@ impl<E> Outbox<E> {
     pub fn command(&mut self, bus: Bus, command: BusCommand) {
         let sends = matches!(command, BusCommand::Send(_));
         let reserve = if sends { CONTROL_RESERVE } else { 0 };
-        if self.commands.len() + reserve >= OUTBOX_DEPTH || self.commands.push_back((bus, command)).is_err() {
+        if self.commands.len() + reserve >= QUEUE_DEPTH || self.commands.push_back((bus, command)).is_err() {
             self.overflows = self.overflows.saturating_add(1);
             self.unsent[bus] = self.unsent[bus].saturating_add(u16::from(sends));
         }
+    }
+
+    /// Whether frames have at least half of it to themselves: commands that can wait should, if not.
+    pub fn has_room(&self) -> bool {
+        self.commands.len() < QUEUE_DEPTH / 2
     }
 
     /// Tell the application.

@@ -48,8 +48,8 @@ pub(super) struct Receiver {
     next: u8,
     /// Segments of the sub-block.
     size: u8,
-    /// Whether anything came since the last acknowledgement.
-    heard: bool,
+    /// [`Receiver::size`] once anything came since the last acknowledgement; zero before.
+    open: u8,
     /// First byte of the segment that came last, if it ended a sub-block; else zero.
     ended_by: u8,
     /// Sub-blocks in a row of which nothing counted.
@@ -73,30 +73,31 @@ pub(super) enum Heard {
 
 impl Receiver {
     pub const fn new(size: u8) -> Receiver {
-        Receiver { next: 1, size, heard: false, ended_by: 0, fruitless: 0 }
+        Receiver { next: 1, size, open: 0, ended_by: 0, fruitless: 0 }
     }
 
     #[inline]
     pub fn on_segment(&mut self, command: u8) -> Heard {
         // First what nearly all are.
-        if !self.is_next(command) {
+        if command != self.next || command >= self.size {
             return self.on_special(command);
         }
-        self.take_next();
+        self.open = self.size;
+        self.take_plain();
         Heard::Taken
     }
 
-    /// Whether it is the segment that counts next, and does not end its sub-block.
+    /// Whether it is the segment that counts next, and neither begins nor ends its sub-block.
     #[inline]
-    pub fn is_next(&self, command: u8) -> bool {
-        command == self.next && command < self.size
+    pub fn is_plain(&self, command: u8) -> bool {
+        command == self.next && command < self.open
     }
 
-    /// Takes the segment that [is next](Receiver::is_next).
+    /// Takes a segment that [is plain](Receiver::is_plain).
     #[inline]
-    pub fn take_next(&mut self) {
+    pub fn take_plain(&mut self) {
         self.next += 1;
-        (self.heard, self.ended_by) = (true, 0);
+        self.ended_by = 0;
     }
 
     fn on_special(&mut self, command: u8) -> Heard {
@@ -107,7 +108,7 @@ impl Receiver {
             return Heard::Ignored;
         }
         let ends = is_last || seqno >= self.size;
-        (self.heard, self.ended_by) = (true, if ends { command } else { 0 });
+        (self.open, self.ended_by) = (self.size, if ends { command } else { 0 });
         if !is_taken {
             return if ends { Heard::Ends } else { Heard::Ignored };
         }
@@ -125,13 +126,13 @@ impl Receiver {
     pub fn acknowledge(&mut self, size: u8) -> Result<u8, AbortCode> {
         let good = self.next.saturating_sub(1);
         count_fruitless(&mut self.fruitless, good)?;
-        (self.next, self.size, self.heard) = (1, size, false);
+        (self.next, self.size, self.open) = (1, size, 0);
         Ok(good)
     }
 
     /// Whether a sub-block has begun and not ended.
     pub fn is_heard(&self) -> bool {
-        self.heard
+        self.open > 0
     }
 
     /// What a sender that was stopped may send next.

@@ -13,8 +13,10 @@ pub struct UnexpectedLength;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Consumer {
     counted: bool,
-    /// Neither counter nor window.
+    /// Neither counter nor window, and the last SYNC was as expected.
     plain: bool,
+    /// The last SYNC was of unexpected length.
+    wrong: bool,
     window: Duration,
     window_end: Instant,
 }
@@ -25,6 +27,7 @@ impl Consumer {
         Consumer {
             counted: overflow != 0,
             plain: overflow == 0 && window == 0,
+            wrong: false,
             window: Duration::from_micros(window as u64),
             window_end: Instant::NEVER,
         }
@@ -33,7 +36,8 @@ impl Consumer {
     /// New values of 1019h and 1007h, for the SYNCs to come. Without a window all is open at once.
     pub fn configure(&mut self, overflow: u8, window: u32) {
         let window_end = if window == 0 { Instant::NEVER } else { self.window_end };
-        *self = Consumer { window_end, ..Self::new(overflow, window) };
+        let (wrong, new) = (self.wrong, Self::new(overflow, window));
+        *self = Consumer { window_end, wrong, plain: new.plain && !wrong, ..new };
     }
 
     /// Open until the next SYNC.
@@ -41,25 +45,34 @@ impl Consumer {
         self.window_end = Instant::NEVER;
     }
 
+    /// Whether it is a SYNC as nearly all are, without counter and window: there is nothing to do, its counter is zero.
+    #[inline]
+    pub fn is_plain(&self, frame: &Frame) -> bool {
+        self.plain && frame.dlc() == 0
+    }
+
+    /// Whether the last SYNC was of unexpected length.
+    pub fn is_wrong(&self) -> bool {
+        self.wrong
+    }
+
     /// A SYNC ended at `at`. Its counter; zero when SYNCs have none.
     ///
     /// # Errors
     /// [`UnexpectedLength`] unless it has one byte with a counter, none without.
-    #[inline]
     pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, UnexpectedLength> {
-        // First what nearly all are.
-        if self.plain && frame.dlc() == 0 { Ok(0) } else { self.on_special(frame, at) }
-    }
-
-    #[inline(never)]
-    fn on_special(&mut self, frame: &Frame, at: Instant) -> Result<u8, UnexpectedLength> {
         let counter = match (frame.data(), self.counted) {
-            (&[], false) => 0,
-            (&[counter], true) => counter,
-            _ => return Err(UnexpectedLength),
+            (&[], false) => Ok(0),
+            (&[counter], true) => Ok(counter),
+            _ => Err(UnexpectedLength),
         };
-        self.window_end = if self.window > Duration::ZERO { at + self.window } else { Instant::NEVER };
-        Ok(counter)
+        self.wrong = counter.is_err();
+        let has_window = self.window > Duration::ZERO;
+        self.plain = !(self.wrong || self.counted || has_window);
+        if !self.wrong {
+            self.window_end = if has_window { at + self.window } else { Instant::NEVER };
+        }
+        counter
     }
 
     /// Until when synchronous PDOs of the last SYNC may go out: how long they live. Never over without a window.

@@ -13,6 +13,7 @@ use ecss_can::profile::{Profile, STANDARD, mission};
 use ecss_can::runner::BusCommand;
 use ecss_can::store::{ParameterStore, StoreError};
 use ecss_can::time::Duration;
+use ecss_can::time::Scet;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::slave::TestSlave;
@@ -306,6 +307,31 @@ fn redundancy_parameters_are_written_and_obeyed() {
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
     assert_eq!(slave.node.objects().spacecraft.redundancy.ctoggle, 1);
     assert_eq!(slave.node.objects().communication.errors.errors[0], 0x0001_8130);
+}
+
+/// The time of a synchronous PDO holds from its SYNC on, as its other values do.
+///
+/// Verifies: ECSS 6.9e, 7.2.2c
+#[test]
+fn a_synchronous_time_pdo_sets_the_clock_at_the_sync() {
+    let mut slave = powered();
+    let valid = [0x81, 1, 0, 0x40];
+    let steps: [(u16, u8, &[u8]); 3] =
+        [(0x1400, 1, &[0x81, 1, 0, 0xC0]), (0x1400, 2, &[1]), (0x1400, 1, &valid)];
+    for (index, sub, value) in steps {
+        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
+    }
+    slave.receive(NOMINAL, 0x701, &[5]);
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    // 1000 s and a half, fine time first.
+    slave.receive(NOMINAL, 0x181, &[0, 0, 0x80, 0xE8, 3, 0, 0]);
+    slave.run_until(ms(20));
+    assert_ne!(slave.node.scet(slave.now).coarse(), 1_000);
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[]);
+    let scet = Scet::new(1_000, 0x80_0000).unwrap();
+    assert_eq!(slave.node.scet(slave.now), scet);
+    assert!(slave.events.contains(&SlaveEvent::Time(scet)), "{:?}", slave.events);
 }
 
 /// Verifies: ECSS 6.7b, 6.7c

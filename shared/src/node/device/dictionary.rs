@@ -5,8 +5,8 @@ use super::{note, rules, show};
 use crate::emcy::{self, ErrorCode};
 use crate::nmt::NodeId;
 use crate::node::NodeObjects;
-use crate::od::checked::Found;
-use crate::od::communication::Mapping;
+use crate::od::checked::{self, Found};
+use crate::od::communication::{Mapping, RpdoParameters, TpdoParameters};
 use crate::od::{AbortCode, Address, Entry, ObjectAccess, Objects, Place, Transfer};
 use crate::pdo::{Direction, Rpdos, Tpdos, rules as pdo};
 use crate::store::{Group, LOAD, Loaded, SAVE, StoreError};
@@ -16,6 +16,8 @@ use crate::time::Instant;
 const STORE: u16 = 0x1010;
 /// Restore default parameters.
 const RESTORE: u16 = 0x1011;
+/// Sub-index of all parameters.
+const ALL: u8 = 1;
 /// Pre-defined error field.
 const ERRORS: u16 = 0x1003;
 
@@ -61,6 +63,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
         self.stored.load(self.id, group, &mut self.objects)
     }
 
+    fn clear(&mut self, code: ErrorCode) {
+        if self.emcy.clear(code, 0) {
+            show(&self.emcy, &mut self.objects.communication);
+        }
+    }
+
     /// Finds a value.
     fn find(&mut self, at: Address) -> Result<Found<'_>, AbortCode> {
         let (place, entry) = self.place(at)?;
@@ -89,6 +97,29 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
             && let Ok((place, _)) = self.place(at)
         {
             self.tpdos.on_changed(place, now);
+        }
+    }
+
+    /// The PDOs of this number are not valid.
+    pub fn unset_pdos(&mut self, number: usize, now: Instant) {
+        let Dictionary { emcy, rpdos, tpdos, .. } = self;
+        let mut tell = |number, event| note(emcy, number, event);
+        let none = &RpdoParameters::default();
+        let _ = rpdos.configure::<NodeObjects<A, R, T, M>>(number, none, &[], &mut tell);
+        let _ = tpdos.configure::<NodeObjects<A, R, T, M>>(number, &TpdoParameters::default(), &[], now);
+    }
+
+    /// The PDOs of this number, which are not valid, as the objects have them. What cannot be stays so.
+    pub fn set_pdos(&mut self, number: usize, now: Instant) {
+        let Dictionary { objects, emcy, rpdos, tpdos, .. } = self;
+        let objects = &objects.communication;
+        let mut tell = |number, event| note(emcy, number, event);
+        if let Some((pdo, mapping)) = objects.rpdos.get(number).zip(objects.rpdo_mappings.get(number)) {
+            let mapping = mapping.objects();
+            let _ = rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping, &mut tell);
+        }
+        if let Some((pdo, mapping)) = objects.tpdos.get(number).zip(objects.tpdo_mappings.get(number)) {
+            let _ = tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now);
         }
     }
 
@@ -160,6 +191,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
         if let Some(limits) = entry.limits {
             limits.check(entry.data_type, bits)?;
         }
+        self.objects.check(at, bytes.get(..usize::from(entry.size)).unwrap_or(&bytes))?;
         let Some(variable) = self.objects.variable(place) else { return Ok(false) };
         variable.set_bits(bits);
         self.written = Some(at);
@@ -182,12 +214,16 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
             RESTORE if number != LOAD => return Err(AbortCode::CannotTransfer),
             STORE => {
                 self.stored.save(self.id, at.sub, &mut self.objects)?;
-                if self.emcy.clear(ErrorCode::DATA_SET, 0) {
-                    show(&self.emcy, &mut self.objects.communication);
+                self.clear(ErrorCode::DATA_SET);
+                return Ok(());
+            }
+            RESTORE => {
+                self.stored.restore(self.id, at.sub)?;
+                if at.sub == ALL {
+                    self.clear(ErrorCode::DATA_SET);
                 }
                 return Ok(());
             }
-            RESTORE => return self.stored.restore(self.id, at.sub),
             index => {
                 if index <= rules::LAST {
                     self.find(at)?.download(Some(value.len()))?;
@@ -196,7 +232,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
                         _ => rules::check(self.id, &self.objects.communication, at, number)?,
                     }
                 }
-                self.find(at)?.write(value)?;
+                checked::write(&mut self.objects, at, value)?;
             }
         }
         self.written = Some(at);

@@ -7,18 +7,20 @@ mod dictionary;
 mod rules;
 mod stored;
 
-use super::NodeObjects;
+use super::{Counters, NodeObjects};
 use crate::emcy::{self, ErrorCode};
 use crate::heartbeat::Monitor;
-use crate::link::{CobId, CobIdEntry, Frame};
+use crate::link::port::{ErrorState, Health};
+use crate::link::{Bus, CobId, CobIdEntry, Frame, PerBus};
 use crate::nmt::{NmtState, NodeId};
 use crate::od::communication::{Communication, Mapping};
-use crate::od::{AbortCode, Address, Objects};
+use crate::od::spacecraft::BusHealth;
+use crate::od::{Address, Objects};
 use crate::pdo::{RpdoEvent, Taken};
 use crate::store::{Group, Loaded};
 use crate::time::{Duration, Instant, earliest};
 use crate::{sdo, sync};
-use dictionary::Dictionary;
+pub use dictionary::Dictionary;
 
 /// The first object whose changes an application is told; those below are the services'.
 pub const FIRST_TOLD: u16 = 0x2000;
@@ -28,7 +30,7 @@ pub enum SdoStep<'a> {
     /// A frame came for it.
     Request(&'a Frame),
     /// The bus that its client was heard on was left.
-    Abort(AbortCode),
+    BusChanged,
     /// Its deadline may have come, or a frame of it left.
     Poll,
 }
@@ -69,31 +71,44 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.configure_sync();
         self.configure_emcy();
         for (sub, value) in (1..).zip(self.dictionary.objects.communication.consumer_heartbeat) {
-            self.monitor.set(sub, value);
+            self.set_monitor(sub, value);
         }
-        let Dictionary { objects, emcy, rpdos, tpdos, .. } = &mut self.dictionary;
-        let objects = &mut objects.communication;
-        // What power-on makes of a PDO that cannot be: one that is not valid.
-        for (number, (pdo, mapping)) in objects.rpdos.iter().zip(&objects.rpdo_mappings).enumerate() {
-            let mut tell = |number, event| note(emcy, number, event);
-            let mapping = mapping.objects();
-            let _ = rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping, &mut tell);
+        // All of them are taken back first, lest an old one is in the way of a new one.
+        (0..R.max(T)).for_each(|number| self.dictionary.unset_pdos(number, now));
+        (0..R.max(T)).for_each(|number| self.dictionary.set_pdos(number, now));
+        show(&self.dictionary.emcy, &mut self.dictionary.objects.communication);
+    }
+
+    /// Takes an object of its services as the application has changed it.
+    pub fn follow(&mut self, at: Address, now: Instant) {
+        if matches!(at.index, 0x1400..=0x1BFF) {
+            let number = usize::from(at.index & 0x1FF);
+            self.dictionary.unset_pdos(number, now);
+            self.dictionary.set_pdos(number, now);
         }
-        for (number, (pdo, mapping)) in objects.tpdos.iter().zip(&objects.tpdo_mappings).enumerate() {
-            let _ = tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now);
-        }
-        show(emcy, objects);
+        self.on_written(at);
     }
 
     /// Applies what is stored of a group; the services take it with [`Device::configure`].
     #[inline(never)] // of two callers, neither in a hurry
     pub fn load(&mut self, group: Group) {
+        let objects = &mut self.dictionary.objects.communication;
+        // Bit 0: on command.
+        objects.store = [u32::from(self.dictionary.stored.0.is_some()); 4];
+        objects.restore = objects.store;
         match self.dictionary.load(group) {
             Ok(None | Some(Loaded::Nothing | Loaded::Set { skipped: 0, .. })) => {}
             // Defaults hold where nothing was applied: until parameters are saved anew.
             Ok(Some(Loaded::Foreign { .. } | Loaded::Set { .. })) | Err(_) => {
                 self.raise(ErrorCode::DATA_SET, [0; 5]);
             }
+        }
+    }
+
+    /// An entry of 1016h. It begins anew, so that what it missed is nobody's error any more.
+    fn set_monitor(&mut self, sub: u8, value: u32) {
+        if let Some(missed) = self.monitor.set(sub, value) {
+            self.clear(ErrorCode::HEARTBEAT, missed.get());
         }
     }
 
@@ -154,6 +169,41 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         }
     }
 
+    /// The error state of a controller changed, or its counters moved.
+    pub fn on_health(&mut self, bus: Bus, health: &Health) {
+        let source = bus.bdefault();
+        let objects = &self.dictionary.objects.spacecraft;
+        let told = match bus {
+            Bus::Nominal => objects.health_nominal.state,
+            Bus::Redundant => objects.health_redundant.state,
+        };
+        match health.state {
+            ErrorState::Active => self.clear(ErrorCode::CAN_PASSIVE, source),
+            ErrorState::Passive => self.raise(ErrorCode::CAN_PASSIVE, [source, 0, 0, 0, 0]),
+            ErrorState::BusOff => {}
+        }
+        if told == ErrorState::BusOff as u8 && health.state != ErrorState::BusOff {
+            self.occurred(ErrorCode::BUS_OFF_RECOVERED, bus);
+        }
+    }
+
+    /// An error of a bus that is over when it is told.
+    pub fn occurred(&mut self, code: ErrorCode, bus: Bus) {
+        let source = bus.bdefault();
+        // Told once while the messages wait.
+        if !self.dictionary.emcy.is_waiting(code, source) {
+            self.raise(code, [source, 0, 0, 0, 0]);
+            self.clear(code, source);
+        }
+    }
+
+    /// Objects 2020h and 2021h.
+    pub fn show_health(&mut self, health: &PerBus<Health>, counters: &PerBus<Counters>) {
+        let of = |bus| BusHealth::new(&health[bus], &counters[bus]);
+        let objects = &mut self.dictionary.objects.spacecraft;
+        (objects.health_nominal, objects.health_redundant) = (of(Bus::Nominal), of(Bus::Redundant));
+    }
+
     /// A segment of a block download that needs no object. Whether it was one.
     #[inline]
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
@@ -173,7 +223,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
                 Some(payload) => return server.on_request(payload, now, dictionary, &mut send),
                 None => return false,
             },
-            SdoStep::Abort(code) => server.abort(code, dictionary, &mut send),
+            SdoStep::BusChanged => server.on_bus_changed(dictionary, &mut send),
             SdoStep::Poll => server.poll(now, dictionary, &mut send),
         }
         true
@@ -194,12 +244,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.dictionary.written.take()
     }
 
+    /// A parameter was written by SDO: it is no longer the configuration that was verified (CiA 301 7.5.2.18).
+    #[inline]
+    pub fn forget_configuration(&mut self) {
+        self.dictionary.objects.communication.configuration = [0; 2];
+    }
+
     /// Follows what was written to an object of its services.
     pub fn on_written(&mut self, at: Address) {
-        if matches!(at.index, 0x1005..=0x1007 | 0x1014..=0x1017 | 0x1019 | 0x1029..=0x1BFF | 0x2000) {
-            // CiA 301 7.5.2.18: it is no longer the configuration that was verified.
-            self.dictionary.objects.communication.configuration = [0; 2];
-        }
         match at.index {
             0x1003 => {
                 let Dictionary { objects, emcy, .. } = &mut self.dictionary;
@@ -211,16 +263,18 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             0x1016 => {
                 let entry = usize::from(at.sub).wrapping_sub(1);
                 let value = self.dictionary.objects.communication.consumer_heartbeat.get(entry).copied();
-                if let Some(missed) = self.monitor.set(at.sub, value.unwrap_or(0)) {
-                    self.clear(ErrorCode::HEARTBEAT, missed.get());
-                }
+                self.set_monitor(at.sub, value.unwrap_or(0));
             }
             _ => {}
         }
     }
 
-    /// Another NMT state.
+    /// Another NMT state. A transfer ends without a word where SDO is not allowed.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
+        if !state.allows_sdo() {
+            let Self { dictionary, server, .. } = self;
+            server.reset(dictionary);
+        }
         if state.allows_pdo() {
             self.dictionary.tpdos.start(now);
         } else {
@@ -236,13 +290,19 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     /// [`sync::UnexpectedLength`], which is told as an emergency.
     #[inline(always)] // called from one place
     pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
-        self.sync.on_sync(frame, at).inspect_err(|_| self.tell_sync_length())
+        if self.sync.is_plain(frame) { Ok(0) } else { self.on_special_sync(frame, at) }
     }
 
     #[inline(never)]
-    fn tell_sync_length(&mut self) {
-        self.raise(ErrorCode::SYNC_LENGTH, [0; 5]);
-        self.clear(ErrorCode::SYNC_LENGTH, 0);
+    fn on_special_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
+        let was_wrong = self.sync.is_wrong();
+        let counter = self.sync.on_sync(frame, at);
+        if counter.is_err() {
+            self.raise(ErrorCode::SYNC_LENGTH, [0; 5]);
+        } else if was_wrong {
+            self.clear(ErrorCode::SYNC_LENGTH, 0);
+        }
+        counter
     }
 
     /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.
@@ -307,6 +367,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.dictionary.rpdos.next(id, number)
     }
 
+    /// Whether a TPDO is due without a SYNC.
+    pub fn is_tpdo_due(&self, now: Instant) -> bool {
+        self.dictionary.tpdos.deadline().is_some_and(|due| due <= now)
+    }
+
     /// When an RPDO is overdue.
     pub fn rpdo_deadline(&self) -> Option<Instant> {
         self.dictionary.rpdos.deadline()
@@ -348,7 +413,8 @@ fn tell<const R: usize, const T: usize, M: Mapping>(
 
 /// As [`tell`], without the objects.
 fn note(emcy: &mut emcy::Producer, number: usize, event: RpdoEvent) {
-    let source = number as u8;
+    // One byte; those that are too many share the last one.
+    let source = number.min(usize::from(u8::MAX)) as u8;
     match event {
         RpdoEvent::Error(error) => _ = emcy.raise(error.code(), [source, 0, 0, 0, 0]),
         RpdoEvent::Resolved(error) => _ = emcy.clear(error.code(), source),

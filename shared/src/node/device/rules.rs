@@ -1,7 +1,7 @@
 //! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 8.3.1).
 
 use crate::link::{Bus, CobIdEntry, EntryUse};
-use crate::nmt::{ErrorBehaviour, NodeId};
+use crate::nmt::{ErrorBehaviour, NmtStartup, NodeId};
 use crate::od::communication::{Communication, Mapping};
 use crate::od::{AbortCode, Address};
 use crate::{heartbeat, sync};
@@ -32,6 +32,7 @@ pub fn check<const R: usize, const T: usize, M: Mapping>(
         (0x1016, sub) => heartbeat::check_entry(&present.consumer_heartbeat, sub, value),
         (0x1019, _) => sync::check_overflow(value as u8, present.cycle_period),
         (0x1029, _) => ErrorBehaviour::from_byte(value as u8).map(drop),
+        (0x1F80, _) => NmtStartup::from_raw(value).written(NmtStartup::from_raw(present.nmt_startup)),
         (0x1F82, _) if !matches!(value, 4..=7 | 127) => Err(AbortCode::ValueRange),
         (0x2000, 1) if Bus::from_bdefault(value as u8).is_none() => Err(AbortCode::ValueRange),
         _ => Ok(()),

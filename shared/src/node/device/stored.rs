@@ -1,7 +1,7 @@
 //! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 
 use crate::nmt::NodeId;
-use crate::od::checked::find;
+use crate::od::checked::{self, find};
 use crate::od::{AbortCode, Access, Address, Entry, Object, Objects};
 use crate::store::{self, Group, Loaded, MAX_VALUE, ParameterStore, StoreError};
 
@@ -34,7 +34,11 @@ impl Stored {
                 return Ok(());
             }
             let (_, entry) = D::find(at)?;
-            if is_parameter(at, entry) { find(objects, at)?.write(value) } else { Err(AbortCode::NoObject) }
+            if is_parameter(at, entry) {
+                checked::write(objects, at, value)
+            } else {
+                Err(AbortCode::NoObject)
+            }
         };
         store::load(&mut **store, id, apply).map(Some)
     }
@@ -80,7 +84,7 @@ fn is_parameter(at: Address, entry: &Entry) -> bool {
 }
 
 fn each_parameter(object: &'static Object, visit: &mut dyn FnMut(Address)) {
-    for index in (object.index..).take(usize::from(object.count)) {
+    for index in (0..object.count).map(|nth| object.index.wrapping_add(nth)) {
         for entry in object.entries {
             for sub in (entry.sub..).take(usize::from(entry.count)) {
                 let at = Address::new(index, sub);

@@ -2,8 +2,8 @@
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
-use crate::nmt::boot::{Boot, BootRequest, Expected};
-use crate::nmt::{Command, NmtMessage, NodeId, Target};
+use crate::nmt::boot::{Boot, BootRequest};
+use crate::nmt::{Command, NmtMessage, Target};
 use crate::profile::Profile;
 use crate::sdo::Mode;
 use crate::time::{Instant, earliest};
@@ -80,12 +80,8 @@ impl Master {
         if !self.manager.is_announced() {
             return false;
         }
-        let (objects, stamps) = (&self.device.dictionary.objects.application, self.slaves);
-        let expected = |node: NodeId| {
-            let stamp = stamps.iter().find(|slave| slave.node == node).map(|slave| slave.expected.stamp);
-            Expected { stamp: stamp.unwrap_or_default(), ..objects.expected(node) }
-        };
-        match self.boot.request(expected) {
+        let objects = &self.device.dictionary.objects.application;
+        match self.boot.request(|node| objects.expected(node)) {
             Some(BootRequest::Read { node, at, most }) => {
                 self.transfers.take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
             }

@@ -16,7 +16,7 @@ use crate::emcy::Emergency;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, CobId, Frame};
-use crate::nmt::boot::{AssignedSlave, Boot};
+use crate::nmt::boot::Boot;
 use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
 use crate::od::communication::PdoMapping;
 use crate::pdo::Message;
@@ -42,8 +42,6 @@ pub struct Master {
     device: Device<MasterObjects, 0, 0, PdoMapping>,
     boot: Boot,
     transfers: Transfers,
-    /// Those of the profile.
-    slaves: &'static [AssignedSlave],
     /// The device has something to do before its deadline.
     is_device_due: bool,
     manager: Manager,
@@ -79,7 +77,6 @@ impl Master {
             device: Device::new(NodeId::MASTER, objects, profile.sdo_timeout),
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
-            slaves: profile.slaves,
             is_device_due: false,
             manager: Manager::new(redundancy, profile.silent_share),
             sync: sync::Producer::with(sync),
@@ -218,6 +215,9 @@ impl Master {
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
         self.manager.on_health(bus, health, self.buses.is_failed(bus), now);
+        self.device.on_health(bus, &health);
+        self.refresh_health();
+        self.is_device_due = true;
         out.event(MasterEvent::Health { bus, health });
     }
 
@@ -359,11 +359,10 @@ impl Node for Master {
                 self.on_failed(bus, frame, *cause);
                 self.on_sdo_sent(bus, frame);
             }
-            LinkEvent::Unsent { .. }
-            | LinkEvent::Overrun { .. }
-            | LinkEvent::Health(_)
-            | LinkEvent::Counters(_)
-            | LinkEvent::Stalled => {}
+            LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames),
+            LinkEvent::Overrun { .. } => self.lost(bus),
+            LinkEvent::Counters(_) => self.refresh_health(),
+            LinkEvent::Health(_) | LinkEvent::Stalled => {}
         }
         self.run(now, now, out);
     }

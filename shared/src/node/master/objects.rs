@@ -5,11 +5,11 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat::MONITORED;
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::boot::{Assignment, BootProgress, Expected};
-use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
+use crate::nmt::{Command, NmtMessage, NmtStartup, NmtState, NodeId, Target};
 use crate::node::NodeObjects;
 use crate::node::device::{FIRST_TOLD, SdoStep};
 use crate::od::communication::{Communication, INVALID, Identity, PdoMapping};
-use crate::od::spacecraft::{BusHealth, SelfTest};
+use crate::od::spacecraft::SelfTest;
 use crate::od::{Address, Objects, Record};
 use crate::profile::Profile;
 use crate::sync;
@@ -17,8 +17,6 @@ use crate::time::{Duration, Instant, earliest};
 
 /// Slaves that an array has entries for: sub-index is Node-ID.
 const NODES: usize = 127;
-/// 1F80h: it is the NMT master, and starts each slave by itself.
-const NMT_MASTER: u32 = 1;
 /// 1005h: it produces SYNC.
 const PRODUCES: u32 = 1 << 30;
 /// 1F82h: lost.
@@ -37,11 +35,16 @@ pub struct MasterObjects {
     /// Of the transfer that runs, or of the last one.
     #[object(0x1280, record)]
     pub sdo_client: SdoClientParameters,
-    /// NMT startup
+    /// Expected configuration date
     ///
-    /// Bit 0: NMT master.
-    #[object(0x1F80, ro, default = NMT_MASTER)]
-    pub nmt_startup: u32,
+    /// 1020h of a slave that needs no configuration. Days since 1984-01-01; zero: it is configured at each boot.
+    #[object(0x1F26, array, rw)]
+    pub configuration_date: [u32; NODES],
+    /// Expected configuration time
+    ///
+    /// Milliseconds since midnight.
+    #[object(0x1F27, array, rw)]
+    pub configuration_time: [u32; NODES],
     /// NMT slave assignment
     ///
     /// Bit 0: is a slave of this master. Bit 2: is checked, configured and started. Bit 3: SYNC waits for it.
@@ -121,25 +124,28 @@ fn entry<T>(array: &mut [T], node: NodeId) -> Option<&mut T> {
 }
 
 impl MasterObjects {
-    /// What a slave should be: 1F84h to 1F88h.
+    /// What a slave should be: 1F26h, 1F27h, 1F84h to 1F88h.
     pub(super) fn expected(&self, node: NodeId) -> Expected {
         let nth = usize::from(node.get()).wrapping_sub(1);
         let of = |array: &[u32; NODES]| array.get(nth).copied().unwrap_or(0);
         Expected {
             device_type: of(&self.device_type),
             identity: [of(&self.vendor), of(&self.product), of(&self.revision), of(&self.serial)],
-            stamp: [0; 2],
+            stamp: [of(&self.configuration_date), of(&self.configuration_time)],
         }
     }
 
     fn expect(&mut self, node: NodeId, expected: &Expected) {
         let [vendor, product, revision, serial] = expected.identity;
+        let [date, time] = expected.stamp;
         let all = [
             (&mut self.device_type, expected.device_type),
             (&mut self.vendor, vendor),
             (&mut self.product, product),
             (&mut self.revision, revision),
             (&mut self.serial, serial),
+            (&mut self.configuration_date, date),
+            (&mut self.configuration_time, time),
         ];
         for (array, value) in all {
             if let Some(entry) = entry(array, node) {
@@ -182,11 +188,13 @@ pub(super) fn at_power_on(profile: &Profile) -> MasterDictionary {
     communication.software_version = env!("CARGO_PKG_VERSION");
     communication.identity = Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: 1 };
     communication.sync_cob_id |= PRODUCES;
+    communication.nmt_startup = NmtStartup::MASTER.raw();
     communication.cycle_period = profile.sync.as_micros() as u32;
     // Nobody consumes them: 1003h has them.
     communication.emcy_cob_id |= INVALID;
     let redundancy = profile.redundancy();
     let mut objects = NodeObjects::new(NodeId::MASTER, &redundancy, MasterObjects::default(), communication);
+    // As many as there are entries; the redundancy manager watches all slaves.
     objects.communication.consumer_heartbeat = [0; MONITORED];
     let consumer = redundancy.consumer.as_millis() as u32 & 0xFFFF;
     for (slot, slave) in objects.communication.consumer_heartbeat.iter_mut().zip(profile.slaves) {
@@ -242,11 +250,14 @@ impl Master {
         self.is_device_due = true;
     }
 
-    fn refresh_health(&mut self) {
-        let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
-        let (nominal, redundant) = (of(Bus::Nominal), of(Bus::Redundant));
-        let objects = &mut self.device.dictionary.objects.spacecraft;
-        (objects.health_nominal, objects.health_redundant) = (nominal, redundant);
+    pub(super) fn refresh_health(&mut self) {
+        self.device.show_health(&self.buses.health, &self.buses.counters);
+    }
+
+    /// Frames were lost on their way in or out.
+    pub(super) fn lost(&mut self, bus: Bus) {
+        self.device.occurred(ErrorCode::CAN_OVERRUN, bus);
+        self.is_device_due = true;
     }
 
     /// An object was written over the bus: what depends on it follows.
@@ -254,7 +265,13 @@ impl Master {
         let objects = &mut self.device.dictionary.objects;
         match (at.index, NodeId::new(at.sub)) {
             (0x1005 | 0x1006 | 0x1019, _) => self.sync.configure(sync_config(&objects.communication), now),
-            (0x1017 | 0x2000, _) => {
+            (0x1016 | 0x1017 | 0x2000, _) => {
+                // The longest: no slave is lost before its own time.
+                let times = objects.communication.consumer_heartbeat.iter().map(|entry| entry & 0xFFFF);
+                let longest = times.max().filter(|time| *time > 0);
+                if let Some(time) = longest {
+                    self.redundancy.consumer = Duration::from_millis(u64::from(time));
+                }
                 let written = &objects.spacecraft.redundancy;
                 self.redundancy.producer =
                     Duration::from_millis(u64::from(objects.communication.producer_heartbeat));

@@ -9,7 +9,6 @@ use crate::link::bit_timing::BitRate;
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::NodeId;
 use crate::node::device::SdoStep;
-use crate::od::AbortCode;
 use crate::sdo::{self, Client};
 use crate::time::{Duration, Instant};
 
@@ -154,6 +153,16 @@ impl Master {
         }
     }
 
+    /// Frames were dropped before they came to the bus; some may have been segments that server or client wait for.
+    pub(super) fn on_unsent(&mut self, bus: Bus, frames: u16) {
+        for _ in 0..frames {
+            self.device.on_sdo_sent();
+            self.transfers.client.on_sent();
+        }
+        self.transfers.is_due = true;
+        self.lost(bus);
+    }
+
     /// What was on its way is lost, and servers and clients are told so where they are now, once that bus is announced.
     pub(super) fn abort_transfers(&mut self, now: Instant, out: &mut Out) {
         let mut abort = None;
@@ -166,7 +175,7 @@ impl Master {
         }
         (self.transfers.is_due, self.transfers.pause) = (true, Some(now + AFTER_SWITCH));
         let mut abort = None;
-        self.serve(SdoStep::Abort(AbortCode::DeviceState), now, &mut |frame| abort = Some(frame));
+        self.serve(SdoStep::BusChanged, now, &mut |frame| abort = Some(frame));
         if let Some(frame) = abort {
             self.send(frame, now, self.lifetimes.sdo, out);
         }

@@ -2,13 +2,12 @@
 
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
-use crate::link::port::{ErrorState, Health};
+use crate::link::port::Health;
 use crate::link::{Bus, CobId, Frame};
 use crate::node::SlaveEvent;
 use crate::node::buses::BusNews;
 use crate::od::Objects;
 use crate::od::communication::Mapping;
-use crate::od::spacecraft::BusHealth;
 use crate::runner::LinkEvent;
 use crate::time::Instant;
 
@@ -27,17 +26,22 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. } => {
                 self.on_sent(frame, now);
             }
-            LinkEvent::Overrun { .. } => self.occurred(ErrorCode::CAN_OVERRUN, bus, now),
+            LinkEvent::Overrun { .. } => self.lost(bus, now),
             LinkEvent::Unsent { frames } => {
                 // Some may have been segments that the SDO server waits for.
                 (0..*frames).for_each(|_| self.device.on_sdo_sent());
-                self.occurred(ErrorCode::CAN_OVERRUN, bus, now);
+                self.lost(bus, now);
             }
             LinkEvent::Counters(_) => self.refresh_health(),
             _ => {}
         }
         // Recoveries begin and end here.
         self.wake(self.buses.deadline());
+    }
+
+    fn lost(&mut self, bus: Bus, now: Instant) {
+        self.device.occurred(ErrorCode::CAN_OVERRUN, bus);
+        self.next = now;
     }
 
     fn on_sent(&mut self, frame: &Frame, now: Instant) {
@@ -48,36 +52,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
-        let source = bus.bdefault();
-        let before = self.told_state(bus);
-        match health.state {
-            ErrorState::Active => self.device.clear(ErrorCode::CAN_PASSIVE, source),
-            ErrorState::Passive => self.device.raise(ErrorCode::CAN_PASSIVE, [source, 0, 0, 0, 0]),
-            ErrorState::BusOff => {}
-        }
-        if before == ErrorState::BusOff as u8 && health.state != ErrorState::BusOff {
-            self.occurred(ErrorCode::BUS_OFF_RECOVERED, bus, now);
-        }
+        self.device.on_health(bus, &health);
         self.refresh_health();
         self.next = now;
         out.event(SlaveEvent::Health { bus, health });
-    }
-
-    /// The error state that the dictionary tells.
-    fn told_state(&self, bus: Bus) -> u8 {
-        let objects = &self.device.dictionary.objects.spacecraft;
-        match bus {
-            Bus::Nominal => objects.health_nominal.state,
-            Bus::Redundant => objects.health_redundant.state,
-        }
-    }
-
-    /// An error that is over when it is told.
-    fn occurred(&mut self, code: ErrorCode, bus: Bus, now: Instant) {
-        let source = bus.bdefault();
-        self.device.raise(code, [source, 0, 0, 0, 0]);
-        self.device.clear(code, source);
-        self.next = now;
     }
 
     /// The objects of the moment: 2011h, 2020h and 2021h.
@@ -88,9 +66,6 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     fn refresh_health(&mut self) {
-        let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
-        let (nominal, redundant) = (of(Bus::Nominal), of(Bus::Redundant));
-        let objects = &mut self.device.dictionary.objects.spacecraft;
-        (objects.health_nominal, objects.health_redundant) = (nominal, redundant);
+        self.device.show_health(&self.buses.health, &self.buses.counters);
     }
 }

@@ -4,7 +4,7 @@ use super::{FILTERS_OF_PEERS, FILTERS_OF_RPDOS, Out, SYNC_FILTER, Slave, mark};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::MONITORED;
 use crate::link::{Bus, CobId, Frame};
-use crate::nmt::NodeId;
+use crate::nmt::{NmtStartup, NodeId};
 use crate::node::device::{FIRST_TOLD, SdoStep};
 use crate::node::{NodeObjects, SlaveEvent};
 use crate::od::communication::Mapping;
@@ -17,21 +17,17 @@ use crate::time::{Duration, Instant, Stamp};
 
 /// Local SCET set.
 const SCET_SET: u16 = 0x2010;
-/// Local SCET get.
-const SCET_GET: u16 = 0x2011;
 
+/// Redundancy.
+const REDUNDANCY: u16 = 0x2000;
+/// Self-test start.
+const SELF_TEST: u16 = 0x2030;
 /// The last object that a node follows.
-const LAST_OWN: u16 = 0x2030;
+const LAST_OWN: u16 = SELF_TEST;
 
-/// Whether a request asks for a value of the moment: objects 2011h, 2020h and 2021h.
-fn is_of_the_moment(frame: &Frame) -> bool {
-    let index = (frame.bits() >> 8) as u16;
-    matches!(index, SCET_GET | 0x2020 | 0x2021)
-}
-
-/// Whether a PDO carries an object, or a part of it.
-fn maps(mapping: &impl Mapping, index: u16) -> bool {
-    mapping.objects().iter().any(|object| object >> 16 == u32::from(index))
+/// Whether an object has a value of the moment: local time, health of the buses.
+fn is_of_the_moment(index: u32) -> bool {
+    matches!(index, 0x2011 | 0x2020 | 0x2021)
 }
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
@@ -40,8 +36,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         &self.device.dictionary.objects
     }
 
-    /// The object dictionary, to be changed. PDOs of what was changed are sent by [`Slave::send_pdo`] and
-    /// [`Slave::changed`].
+    /// The object dictionary, to be changed; tell by [`Slave::changed`] what was.
     pub fn objects_mut(&mut self) -> &mut NodeObjects<A, R, T, M> {
         &mut self.device.dictionary.objects
     }
@@ -57,8 +52,17 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
     }
 
-    /// The application changed a value: an event for all event-driven transmit PDOs that carry it.
+    /// The application changed a value: an event for all event-driven transmit PDOs that carry it. What the node itself
+    /// follows (services, redundancy, clock) takes effect as if it had been written over the bus; its rules are for
+    /// clients, not for the application, but a PDO that cannot be is not valid then.
     pub fn changed(&mut self, at: Address, now: Instant) {
+        if at.index <= LAST_OWN {
+            self.follow(at, now);
+        }
+        if at.index < FIRST_TOLD || at.index == REDUNDANCY {
+            self.device.follow(at, now);
+            self.set_marks();
+        }
         self.device.dictionary.on_changed(at, now);
         self.next = now;
     }
@@ -76,17 +80,23 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     /// The communication profile as at power-on.
-    pub(super) fn restore_communication(&mut self, now: Instant, out: &mut Out) {
+    pub(super) fn restore_communication(&mut self, now: Instant) {
         let before = self.filters();
-        self.device.dictionary.objects.communication = (self.power_on)(self.id);
+        let communication = &mut self.device.dictionary.objects.communication;
+        *communication = (self.power_on)(self.id);
+        communication.nmt_startup = self.startup.raw();
         self.device.dictionary.objects.set_heartbeats(&self.initial);
         self.device.load(Group::Communication);
         self.device.configure(now);
+        let startup = NmtStartup::from_raw(self.device.dictionary.objects.communication.nmt_startup);
+        self.nmt.set_autostart(startup.autostart());
         let parameters = self.written_redundancy();
         self.selector.configure(parameters);
         self.heartbeat.set_period(parameters.producer, now);
         for (number, filter) in before.into_iter().enumerate() {
-            self.admit(number, Some(filter), out);
+            if self.filter(number) != filter {
+                self.admit(number);
+            }
         }
     }
 
@@ -103,7 +113,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)] // a segment need not pay for it
     fn on_request(&mut self, frame: &Frame, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
-        if is_of_the_moment(frame) {
+        if is_of_the_moment((frame.bits() >> 8) as u32 & 0xFFFF) {
             self.refresh(now);
         }
         if !self.serve(SdoStep::Request(frame), bus, now, out) {
@@ -142,25 +152,39 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// Synchronous PDOs.
     #[inline(always)] // called from one place
     fn exchange(&mut self, counter: u8, stamp: &Stamp, now: Instant, out: &mut Out) {
-        if self.tells_time {
+        if self.tells_moment {
             // ECSS 7.2.3k: the local time at the end of the SYNC.
-            self.device.dictionary.objects.spacecraft.scet_get = self.clock.at(stamp.at).into();
+            self.refresh(stamp.at);
         }
         // CiA 301 7.5.2.6: what has not left at the end of the window is discarded.
         let expires = (now + self.lifetimes.synchronous).min(self.device.window_end());
         let bus = self.selector.selected();
         self.device.sample(counter, &mut |frame| out.send_until(bus, frame, expires));
         if self.device.is_rpdo_waiting() {
-            self.actuate(now, out);
+            self.actuate(stamp, now, out);
         }
     }
 
     #[inline(never)] // few SYNCs find any
-    fn actuate(&mut self, now: Instant, out: &mut Out) {
-        let applied = &mut |number| out.event(SlaveEvent::Synchronised { number: number as u16 });
+    fn actuate(&mut self, stamp: &Stamp, now: Instant, out: &mut Out) {
+        let (brings_time, mut brought) = (&self.brings_time, false);
+        let applied = &mut |number| match brings_time.get(number) {
+            Some(true) => brought = true,
+            _ => out.event(SlaveEvent::Synchronised { number: number as u16 }),
+        };
         if self.device.actuate(applied) {
             self.next = now;
         }
+        if brought {
+            self.take_time(stamp, out);
+        }
+    }
+
+    /// The time that a PDO brought holds from the end of the frame on that put it into the dictionary.
+    fn take_time(&mut self, stamp: &Stamp, out: &mut Out) {
+        let scet = self.device.dictionary.objects.spacecraft.scet_set.into();
+        self.clock.set(scet, stamp.at);
+        out.event(SlaveEvent::Time(scet));
     }
 
     /// A frame on the active bus, in Operational, that may be of RPDOs.
@@ -188,11 +212,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         let bus = self.selector.selected();
         let (taken, is_told) = self.device.on_rpdo(number, frame, stamp.at);
         match taken {
-            Taken::Applied if self.brings_time.get(number) == Some(&true) => {
-                let scet = self.device.dictionary.objects.spacecraft.scet_set.into();
-                self.clock.set(scet, stamp.at);
-                out.event(SlaveEvent::Time(scet));
-            }
+            Taken::Applied if self.brings_time.get(number) == Some(&true) => self.take_time(stamp, out),
             Taken::Applied => {
                 out.event(SlaveEvent::Pdo { bus, number: number as u16, data: frame.padded() });
             }
@@ -210,6 +230,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         if at.index <= LAST_OWN {
             self.on_own_written(at, now, out);
+        } else {
+            self.device.forget_configuration();
         }
         if at.index >= FIRST_TOLD {
             if self.device.dictionary.tpdos.has_events() {
@@ -223,30 +245,36 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// An object was written that the node itself follows.
     #[inline(never)] // those of the application need not pay for it
     fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
-        let objects = &self.device.dictionary.objects;
-        match at.index {
-            0x1016 => {
-                self.on_redundancy_written(at, now);
-                self.admit(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1)), None, out);
-            }
-            0x1017 | 0x2000 => self.on_redundancy_written(at, now),
-            SCET_SET => {
-                self.clock.set(objects.spacecraft.scet_set.into(), now);
-                out.event(SlaveEvent::Time(self.clock.at(now)));
-            }
-            0x2030 => {
-                self.device.dictionary.objects.spacecraft.self_test =
-                    SelfTest { progress: SelfTest::RUNNING, failures: 0 };
-                out.event(SlaveEvent::SelfTest);
-            }
-            0x1005 => self.admit(SYNC_FILTER, None, out),
-            0x1400..=0x15FF => self.admit(FILTERS_OF_RPDOS + usize::from(at.index & 0x1FF), None, out),
-            _ => {}
+        self.follow(at, now);
+        if !matches!(at.index, 0x1003 | 0x1020 | SCET_SET | SELF_TEST) {
+            self.device.forget_configuration();
         }
-        if at.index < FIRST_TOLD || at.index == 0x2000 {
+        if at.index == SCET_SET {
+            out.event(SlaveEvent::Time(self.clock.at(now)));
+        } else if at.index == SELF_TEST {
+            self.device.dictionary.objects.spacecraft.self_test =
+                SelfTest { progress: SelfTest::RUNNING, failures: 0 };
+            out.event(SlaveEvent::SelfTest);
+        }
+        if at.index < FIRST_TOLD || at.index == REDUNDANCY {
             self.device.on_written(at);
             self.set_marks();
             self.next = now;
+        }
+    }
+
+    /// An object that the node follows has another value.
+    fn follow(&mut self, at: Address, now: Instant) {
+        match at.index {
+            0x1005 => self.admit(SYNC_FILTER),
+            0x1016 => {
+                self.follow_redundancy(at, now);
+                self.admit(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1)));
+            }
+            0x1017 | REDUNDANCY => self.follow_redundancy(at, now),
+            0x1400..=0x15FF => self.admit(FILTERS_OF_RPDOS + usize::from(at.index & 0x1FF)),
+            SCET_SET => self.clock.set(self.device.dictionary.objects.spacecraft.scet_set.into(), now),
+            _ => {}
         }
     }
 
@@ -254,10 +282,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     pub(super) fn set_marks(&mut self) {
         let mappings = &self.device.dictionary.objects.communication.rpdo_mappings;
         for (brings_time, mapping) in self.brings_time.iter_mut().zip(mappings) {
-            *brings_time = maps(mapping, SCET_SET);
+            *brings_time = mapping.objects().iter().any(|object| object >> 16 == u32::from(SCET_SET));
         }
         let mappings = &self.device.dictionary.objects.communication.tpdo_mappings;
-        self.tells_time = mappings.iter().any(|mapping| maps(mapping, SCET_GET));
+        let of_the_moment =
+            |mapping: &M| mapping.objects().iter().any(|object| is_of_the_moment(object >> 16));
+        self.tells_moment = mappings.iter().any(of_the_moment);
         let fixed = [
             CobId::NMT,
             self.device.sync_id(),
@@ -270,7 +300,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     /// Objects 1016h, 1017h and 2000h (ECSS Tables 8-1, 8-2).
-    fn on_redundancy_written(&mut self, at: Address, now: Instant) {
+    fn follow_redundancy(&mut self, at: Address, now: Instant) {
         let parameters = self.written_redundancy();
         self.selector.configure(parameters);
         if at.index == 0x1017 {
@@ -298,6 +328,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
         let lifetime = self.lifetimes.event;
+        if self.tells_moment && self.device.is_tpdo_due(until) {
+            self.refresh(until);
+        }
         self.device.poll(until, self.nmt.state(), &mut |frame| out.send_for(bus, frame, now, lifetime));
         if self.device.is_sdo_busy() {
             self.serve(SdoStep::Poll, bus, until, out);

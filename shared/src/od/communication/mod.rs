@@ -10,7 +10,7 @@ pub use parameters::{
 use super::Objects;
 use crate::heartbeat::MONITORED;
 use crate::link::CobId;
-use crate::nmt::NodeId;
+use crate::nmt::{NmtStartup, NodeId};
 
 /// Bit of a COB-ID entry: the object does not exist, is not valid.
 pub const INVALID: u32 = 1 << 31;
@@ -57,13 +57,13 @@ pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = Pd
     pub software_version: &'static str,
     /// Store parameters
     ///
-    /// All, communication, application, manufacturer. Bit 0: on command.
-    #[object(0x1010, array, rw, default = [1; 4])]
+    /// All, communication, application, manufacturer. Bit 0: on command; zero without a parameter store.
+    #[object(0x1010, array, rw)]
     pub store: [u32; 4],
     /// Restore default parameters
     ///
-    /// All, communication, application, manufacturer. Bit 0: possible.
-    #[object(0x1011, array, rw, default = [1; 4])]
+    /// All, communication, application, manufacturer. Bit 0: possible; zero without a parameter store.
+    #[object(0x1011, array, rw)]
     pub restore: [u32; 4],
     /// COB-ID EMCY
     #[object(0x1014, rw, default = INVALID)]
@@ -99,6 +99,11 @@ pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = Pd
     /// Communication error: 0 pre-operational, 1 no change, 2 stopped.
     #[object(0x1029, array, rw, high = 2)]
     pub error_behaviour: [u8; 1],
+    /// NMT startup
+    ///
+    /// Bit 0: NMT master. Bit 2: not to Operational without a command. Taken at the next reset of communication.
+    #[object(0x1F80, rw, default = NmtStartup::of_slave(false).raw())]
+    pub nmt_startup: u32,
     /// Receive PDO communication parameter
     #[object(0x1400.., record)]
     pub rpdos: [RpdoParameters; R],

@@ -8,8 +8,8 @@ use crate::sdo::wire::{self, Payload};
 use crate::time::Instant;
 
 impl Server {
-    /// A segment of a download as nearly all are: it comes in its turn, and it fits. Whether it was one; if not,
-    /// [`Server::on_request`] takes it.
+    /// A segment of a download as nearly all are: it comes in its turn, neither first nor last of its sub-block, and it
+    /// fits, so that the deadline only moves away. Whether it was one; if not, [`Server::on_request`] takes it.
     #[inline]
     pub fn on_plain_segment(
         &mut self,
@@ -18,14 +18,14 @@ impl Server {
         objects: &mut impl ObjectAccess,
     ) -> bool {
         let [command, data @ ..] = payload;
-        if !matches!(&self.state, State::BlockDownload { receiver, refused: None } if receiver.is_next(*command))
+        if !matches!(&self.state, State::BlockDownload { receiver, refused: None } if receiver.is_plain(*command))
             || !(self.value.has_room() || self.make_room(objects))
         {
             return false;
         }
         self.deadline = now + self.pause();
         if let State::BlockDownload { receiver, .. } = &mut self.state {
-            receiver.take_next();
+            receiver.take_plain();
         }
         self.value.push_full(data);
         true

@@ -250,13 +250,15 @@ impl Server {
         };
     }
 
+    /// The bus that the client was heard on was left: ends a transfer and tells the client why, where it is now. Nothing of
+    /// the transfer is on its way there.
+    pub fn on_bus_changed(&mut self, objects: &mut impl ObjectAccess, send: &mut impl FnMut(Payload)) {
+        self.abort(AbortCode::DeviceState, objects, send);
+        self.state = State::Idle;
+    }
+
     /// Ends a transfer and tells the client why.
-    pub fn abort(
-        &mut self,
-        code: AbortCode,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
-    ) {
+    fn abort(&mut self, code: AbortCode, objects: &mut impl ObjectAccess, send: &mut impl FnMut(Payload)) {
         if self.is_busy() {
             send(wire::abort(self.value.at, code.code()));
             self.reset(objects);

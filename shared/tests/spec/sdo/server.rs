@@ -1,6 +1,6 @@
 //! The server: expedited and segmented transfers, refusals, what ends a transfer.
 
-use ecss_can::od::{AbortCode, Address};
+use ecss_can::od::Address;
 use ecss_can::time::{Duration, Instant};
 
 use super::fixture::{Bench, CONST, DOMAIN, PAUSE, TEXT, TIMEOUT, U8, U32, frame, hex, pattern};
@@ -386,15 +386,27 @@ fn a_reset_ends_a_transfer_without_a_word() {
 }
 
 #[test]
-fn a_local_abort_is_told_to_the_client() {
+fn a_change_of_bus_is_told_to_the_client() {
     let mut bench = Bench::new();
     let mut sent = vec![];
-    bench.server.abort(AbortCode::DeviceState, &mut bench.objects, &mut |payload| sent.push(payload));
+    bench.server.on_bus_changed(&mut bench.objects, &mut |payload| sent.push(payload));
     assert!(sent.is_empty(), "there is nothing to abort");
     bench.exchange(&[("21 08 20 00 09", "60 08 20 00")]);
-    bench.server.abort(AbortCode::DeviceState, &mut bench.objects, &mut |payload| sent.push(payload));
+    bench.server.on_bus_changed(&mut bench.objects, &mut |payload| sent.push(payload));
     assert_eq!(hex(&sent), hex(&[frame("80 08 20 00 22 00 00 08")]));
     assert_eq!(bench.objects.cancelled, 1);
+}
+
+#[test]
+fn a_request_after_a_change_of_bus_is_no_segment_of_before() {
+    let mut bench = Bench::new();
+    bench.exchange(&[("C6 08 20 00 E8 03", "A4 08 20 00 7F")]);
+    for seqno in 1..=62 {
+        assert!(bench.ask([seqno, 9, 9, 9, 9, 9, 9, 9]).is_empty());
+    }
+    bench.server.on_bus_changed(&mut bench.objects, &mut |_| {});
+    // 40h could be the 64th segment.
+    bench.exchange(&[("40 00 20 00", "43 00 20 00 78 56 34 12")]);
 }
 
 #[test]

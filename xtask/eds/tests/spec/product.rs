@@ -14,7 +14,10 @@ use crate::values::compare_fresh;
 type Objects = NodeObjects<MissionObjects<Vec<u8>>>;
 
 fn fresh(node: NodeId) -> Objects {
-    slave(node, &LIBRECUBE, Vec::new()).objects().clone()
+    let mut objects = slave(node, &LIBRECUBE, Vec::new()).objects().clone();
+    // Boards have a parameter store.
+    (objects.communication.store, objects.communication.restore) = ([1; 4], [1; 4]);
+    objects
 }
 
 fn committed(name: &str) -> Ini {

@@ -258,7 +258,7 @@ fn segments_that_are_late_write_nothing() {
             for seqno in 1..=34 {
                 assert!(bench.ask(segment(seqno, false, &[9; 7])).is_empty());
             }
-            bench.server.abort(ecss_can::od::AbortCode::DeviceState, &mut bench.objects, &mut |_| {});
+            bench.server.reset(&mut bench.objects);
         }),
         (34, |bench| bench.server.reset(&mut bench.objects)),
         (32, |bench| bench.server.reset(&mut bench.objects)),
