@@ -32,7 +32,7 @@ pub struct Options {
     #[arg(long, value_name = "IP", default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     pub listen: IpAddr,
 
-    /// Number of slave boards: nodes 2, 3, 4, ... (node 4 uses selective bus access) [1..14]
+    /// Number of slave boards: nodes 2, 3, 4, ... (in profile librecube node 4 uses selective bus access) [1..14]
     #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=14))]
     pub slaves: u8,
 
