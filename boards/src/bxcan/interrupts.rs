@@ -26,66 +26,80 @@ pub struct StatusHandler<T>(PhantomData<T>);
 
 impl<T: Controller> Handler<T::TXInterrupt> for TransmitHandler<T> {
     unsafe fn on_interrupt() {
-        TELLTALE.interrupts.transmit.count();
-        let stamp = Stamp::interrupt(Uptime.now());
-        let status = T::REGISTERS.tsr().read();
-        // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
-        T::REGISTERS.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
-        for n in (0..MAILBOXES).filter(|n| status.rqcp(*n)) {
-            let mailbox = Mailbox(n as u8);
-            // With automatic retransmission a request ends by success or abort; ALST and TERR tell of the last attempt.
-            T::events().finished(if status.txok(n) {
-                PortEvent::Transmitted { mailbox, stamp }
-            } else {
-                PortEvent::Failed { mailbox }
-            });
-        }
-        note_errors(T::REGISTERS, T::events());
+        transmitted(T::REGISTERS, T::events());
     }
 }
 
 impl<T: Controller> Handler<T::RX0Interrupt> for ReceiveHandler<T> {
     unsafe fn on_interrupt() {
-        TELLTALE.interrupts.receive.count();
-        let fifo = T::REGISTERS.rfr(0);
-        loop {
-            let stamp = Stamp::interrupt(Uptime.now());
-            let status = fifo.read();
-            if status.fovr() {
-                fifo.write(|w| w.set_fovr(true));
-                T::events().overrun();
-            }
-            if status.fmp() == 0 {
-                break;
-            }
-            let frame = oldest(T::REGISTERS);
-            fifo.write(|w| w.set_rfom(true));
-            while fifo.read().rfom() {}
-            match frame {
-                Some(frame) => T::events().received(frame, stamp),
-                None => T::events().overrun(),
-            }
-        }
-        note_errors(T::REGISTERS, T::events());
+        received(T::REGISTERS, T::events());
     }
 }
 
 impl<T: Controller> Handler<T::SCEInterrupt> for StatusHandler<T> {
     unsafe fn on_interrupt() {
-        TELLTALE.interrupts.error.count();
-        let registers = T::REGISTERS;
-        clear_errors(registers);
-        let mut status = Status(registers.esr().read().0);
-        let mut repeated = registers.msr().read().erri();
-        if repeated {
-            let again = Status(registers.esr().read().0);
-            clear_errors(registers);
-            // Another flag has risen in between: no repetition.
-            repeated = again.flags() == status.flags();
-            status = again;
-        }
-        enable_sources(registers, T::events().error_interrupt(status, repeated));
+        status_changed(T::REGISTERS, T::events());
     }
+}
+
+#[inline(never)] // once for both controllers
+fn transmitted(registers: Can, events: &EventQueue) {
+    TELLTALE.interrupts.transmit.count();
+    let stamp = Stamp::interrupt(Uptime.now());
+    let status = registers.tsr().read();
+    // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
+    registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
+    for n in (0..MAILBOXES).filter(|n| status.rqcp(*n)) {
+        let mailbox = Mailbox(n as u8);
+        // With automatic retransmission a request ends by success or abort; ALST and TERR tell of the last attempt.
+        events.finished(if status.txok(n) {
+            PortEvent::Transmitted { mailbox, stamp }
+        } else {
+            PortEvent::Failed { mailbox }
+        });
+    }
+    note_errors(registers, events);
+}
+
+#[inline(never)] // once for both controllers
+fn received(registers: Can, events: &EventQueue) {
+    TELLTALE.interrupts.receive.count();
+    let fifo = registers.rfr(0);
+    loop {
+        let stamp = Stamp::interrupt(Uptime.now());
+        let status = fifo.read();
+        if status.fovr() {
+            fifo.write(|w| w.set_fovr(true));
+            events.overrun();
+        }
+        if status.fmp() == 0 {
+            break;
+        }
+        let frame = oldest(registers);
+        fifo.write(|w| w.set_rfom(true));
+        while fifo.read().rfom() {}
+        match frame {
+            Some(frame) => events.received(frame, stamp),
+            None => events.overrun(),
+        }
+    }
+    note_errors(registers, events);
+}
+
+#[inline(never)] // once for both controllers
+fn status_changed(registers: Can, events: &EventQueue) {
+    TELLTALE.interrupts.error.count();
+    clear_errors(registers);
+    let mut status = Status(registers.esr().read().0);
+    let mut repeated = registers.msr().read().erri();
+    if repeated {
+        let again = Status(registers.esr().read().0);
+        clear_errors(registers);
+        // Another flag has risen in between: no repetition.
+        repeated = again.flags() == status.flags();
+        status = again;
+    }
+    enable_sources(registers, events.error_interrupt(status, repeated));
 }
 
 /// Written, not modified: MSR holds other flags that are cleared by writing 1.

@@ -50,8 +50,8 @@ pub struct Port {
     mode: Mode,
     /// May be on its way out of bus-off.
     recovering: bool,
-    /// Dropping them would cut the controller off its pins.
-    _pins: [Flex<'static>; 2],
+    /// RX and TX. Dropping them would cut the controller off its pins.
+    pins: [Flex<'static>; 2],
 }
 
 impl Port {
@@ -69,18 +69,11 @@ impl Port {
         edges: Edges,
     ) -> Port {
         rcc::enable_and_reset::<T>();
-        // Everything that is not named is off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
-        T::REGISTERS.mcr().write(|w| w.set_inrq(true));
-        enable_sources(T::REGISTERS, Enables::ALL);
-        // Recessive in Init mode, so the pins come last. The pull-up keeps a port without transceiver recessive.
-        let (rx_function, tx_function) = (rx.af_num(), tx.af_num());
-        let (mut rx, mut tx) = (Flex::new(rx), Flex::new(tx));
-        rx.set_as_af_unchecked(rx_function, AfType::input(Pull::Up));
-        tx.set_as_af_unchecked(tx_function, AfType::output(OutputType::PushPull, Speed::VeryHigh));
         enable::<T::TXInterrupt>();
         enable::<T::RX0Interrupt>();
         enable::<T::SCEInterrupt>();
-        let mut port = Port {
+        let functions = [rx.af_num(), tx.af_num()];
+        Port {
             registers: T::REGISTERS,
             first_bank: T::FIRST_BANK,
             filters: 0,
@@ -90,15 +83,27 @@ impl Port {
             edges,
             mode: Mode::entering(Uptime.now()),
             recovering: false,
-            _pins: [rx, tx],
-        };
+            pins: [Flex::new(rx), Flex::new(tx)],
+        }
+        .started(functions)
+    }
+
+    /// In Init mode, on its pins.
+    #[inline(never)] // once for both controllers
+    fn started(mut self, [rx, tx]: [u8; 2]) -> Port {
+        // Everything that is not named is off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
+        self.registers.mcr().write(|w| w.set_inrq(true));
+        enable_sources(self.registers, Enables::ALL);
+        // Recessive in Init mode, so the pins come last. The pull-up keeps a port without transceiver recessive.
+        self.pins[0].set_as_af_unchecked(rx, AfType::input(Pull::Up));
+        self.pins[1].set_as_af_unchecked(tx, AfType::output(OutputType::PushPull, Speed::VeryHigh));
         for _ in 0..INIT_POLLS {
-            port.advance();
-            if port.mode.is_settled() {
+            self.advance();
+            if self.mode.is_settled() {
                 break;
             }
         }
-        port
+        self
     }
 
     /// Goes on with what is under way.
