@@ -44,8 +44,8 @@ impl<S: AsRef<[u8]> + AsMut<[u8]>> Variable for Domain<S> {
 
     fn write_part(&mut self, offset: usize, part: &[u8]) -> Result<(), AbortCode> {
         self.len = 0;
-        let end = offset.saturating_add(part.len());
-        let place = self.storage.as_mut().get_mut(offset..end).ok_or(AbortCode::OutOfMemory)?;
+        let rest = self.storage.as_mut().get_mut(offset..).ok_or(AbortCode::OutOfMemory)?;
+        let place = rest.get_mut(..part.len()).ok_or(AbortCode::OutOfMemory)?;
         place.copy_from_slice(part);
         Ok(())
     }
