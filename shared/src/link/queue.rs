@@ -54,13 +54,17 @@ impl<const N: usize> TxQueue<N> {
     pub fn push(&mut self, outgoing: Outgoing) -> Result<Option<Outgoing>, Full> {
         let id = outgoing.frame.id();
         let displaced = if self.frames.is_full() && is_vital(id) {
-            let last = self.frames.iter().position(|queued| !is_vital(queued.frame.id()));
-            Some(self.frames.remove(last.ok_or(Full)?))
+            Some(self.take(|queued| !is_vital(queued.frame.id())).ok_or(Full)?)
+        } else if self.frames.is_full() {
+            return Err(Full);
         } else {
             None
         };
-        let at = self.frames.partition_point(|queued| queued.frame.id() > id);
-        self.frames.insert(at, outgoing).map_err(|_| Full)?;
+        let mut carried = outgoing;
+        for queued in self.frames.iter_mut().skip_while(|queued| queued.frame.id() > id) {
+            core::mem::swap(queued, &mut carried);
+        }
+        self.frames.push(carried).map_err(|_| Full)?;
         Ok(displaced)
     }
 
@@ -76,8 +80,17 @@ impl<const N: usize> TxQueue<N> {
 
     /// Take one frame whose lifetime has ended.
     pub fn pop_expired(&mut self, now: Instant) -> Option<Outgoing> {
-        let at = self.frames.iter().position(|queued| queued.is_expired(now))?;
-        Some(self.frames.remove(at))
+        self.take(|queued| queued.is_expired(now))
+    }
+
+    /// Takes the first such frame out, in the order of the array.
+    fn take(&mut self, such: impl Fn(&Outgoing) -> bool) -> Option<Outgoing> {
+        let at = self.frames.iter().position(such)?;
+        let mut carried = self.frames.pop()?;
+        for queued in self.frames.iter_mut().skip(at).rev() {
+            core::mem::swap(queued, &mut carried);
+        }
+        Some(carried)
     }
 
     /// The earliest end of a lifetime.
