@@ -1,6 +1,6 @@
 //! Numbers of every width the dictionary has: 8 to 64 bits, REAL, BOOLEAN.
 
-use super::variable::{copy_from, exactly};
+use super::variable::{copy_bits, exactly};
 use super::{AbortCode, DataType, Typed, Variable};
 
 /// An unsigned number of 24, 40, 48 or 56 bits.
@@ -63,13 +63,7 @@ macro_rules! number {
             }
 
             fn read(&self, offset: usize, into: &mut [u8]) -> usize {
-                let bits = self.bits();
-                if let (0, Ok(into)) = (offset, <&mut [u8; $size]>::try_from(&mut *into)) {
-                    // As nearly all reads are.
-                    into.iter_mut().zip(bits.to_le_bytes()).for_each(|(to, from)| *to = from);
-                    return $size;
-                }
-                copy_from(bits.to_le_bytes().get(..$size).unwrap_or(&[]), offset, into)
+                copy_bits(self.bits(), $size, offset, into)
             }
 
             fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {

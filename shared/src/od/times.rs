@@ -1,6 +1,6 @@
 //! TIME_OF_DAY and TIME_DIFFERENCE (CiA 301 7.1.6.5, 7.1.6.6).
 
-use super::variable::{copy_from, exactly};
+use super::variable::{copy_bits, exactly};
 use super::{AbortCode, DataType, Typed, Variable};
 
 /// Bits of the milliseconds; four reserved bits follow.
@@ -25,8 +25,7 @@ macro_rules! time {
             }
 
             fn read(&self, offset: usize, into: &mut [u8]) -> usize {
-                let bytes = self.bits().to_le_bytes();
-                copy_from(bytes.get(..Self::SIZE).unwrap_or(&[]), offset, into)
+                copy_bits(self.bits(), Self::SIZE, offset, into)
             }
 
             fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {

@@ -72,10 +72,22 @@ pub(super) fn copy_from(bytes: &[u8], offset: usize, into: &mut [u8]) -> usize {
     count
 }
 
+/// Copies from the middle of the low `size` bytes of a number; returns how many bytes.
+#[inline(never)] // once for the numbers of every type
+pub(super) fn copy_bits(bits: u64, size: usize, offset: usize, into: &mut [u8]) -> usize {
+    let count = size.saturating_sub(offset).min(into.len());
+    let bytes = bits.to_le_bytes();
+    for (to, from) in into.iter_mut().zip(bytes.iter().skip(offset)).take(count) {
+        *to = *from;
+    }
+    count
+}
+
 /// The low `N` bytes of a number from exactly `N` bytes.
 ///
 /// # Errors
 /// [`AbortCode::TooLong`], [`AbortCode::TooShort`].
+#[inline(never)] // once for the numbers of every type
 pub(super) fn exactly(value: &[u8], size: usize) -> Result<u64, AbortCode> {
     match value.len().cmp(&size) {
         core::cmp::Ordering::Less => Err(AbortCode::TooShort),
