@@ -29,7 +29,8 @@ pub async fn bus_task<M: RawMutex>(
     let (queue, mailboxes, told) = (TxQueue::new(), [None; MAILBOXES], Health::default());
     let looked = clock.now();
     // Borrowed, not moved: a future keeps a second copy of what is moved into the one that it waits for.
-    let mut task = BusTask { bus, port, clock, links, stamped, queue, mailboxes, told, looked };
+    let mut task =
+        BusTask { bus, port, clock, links, stamped, queue, mailboxes, told, looked, held: None, left: false };
     task.run().await
 }
 
@@ -52,58 +53,74 @@ struct BusTask<'a, M: RawMutex, P, C> {
     told: Health,
     /// When it looked at the controller last.
     looked: Instant,
+    /// What comes after news of the controller.
+    held: Option<LinkEvent>,
+    /// The bus was left: what is in the queue goes back.
+    left: bool,
 }
 
 impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
     async fn run(&mut self) -> ! {
+        let mut next = None;
         loop {
-            self.expire().await;
-            self.fill_mailboxes();
-            let deadline = self.next_expiry().map_or(self.next_look(), |expiry| expiry.min(self.next_look()));
-            let timer = self.clock.at(deadline);
-            match select3(self.port.event(), self.links.commands[self.bus].receive(), timer).await {
-                Either3::First(PortEvent::Health(health)) if health != self.told => {
-                    self.told = health;
-                    self.report(LinkEvent::Health(health)).await;
-                }
-                Either3::First(event) => {
-                    if let Some(event) = self.on_port(&event) {
-                        // A node that answers for its counters with the next frame needs them as they are.
-                        self.look().await;
-                        self.report(event).await;
-                    }
-                }
-                Either3::Second(command) => self.on_command(command).await,
-                Either3::Third(()) => {
-                    if self.next_look() <= self.clock.now() {
-                        self.look().await;
-                    }
-                }
+            // The one place where a node that is behind is waited for.
+            if let Some(event) = next {
+                self.report(event).await;
             }
+            next = match self.returned() {
+                Some(event) => Some(event),
+                None => self.happened().await,
+            };
         }
     }
 
-    async fn on_command(&mut self, command: BusCommand) {
-        match command {
-            BusCommand::Send(outgoing) => {
-                if let Some(lost) = self.queue.push(outgoing).unwrap_or(Some(outgoing)) {
-                    self.fail(lost.frame, FailCause::QueueFull).await;
+    /// Waits for the controller, the node or the time; what the node is to be told of it.
+    async fn happened(&mut self) -> Option<LinkEvent> {
+        self.fill_mailboxes();
+        let deadline = self.next_expiry().map_or(self.next_look(), |expiry| expiry.min(self.next_look()));
+        let timer = self.clock.at(deadline);
+        match select3(self.port.event(), self.links.commands[self.bus].receive(), timer).await {
+            Either3::First(PortEvent::Health(health)) if health != self.told => {
+                self.told = health;
+                Some(LinkEvent::Health(health))
+            }
+            Either3::First(event) => {
+                let event = self.on_port(&event)?;
+                // A node that answers for its counters with the next frame needs them as they are.
+                match self.look() {
+                    None => Some(event),
+                    news => {
+                        self.held = Some(event);
+                        news
+                    }
                 }
             }
-            BusCommand::Abandon => self.abandon().await,
+            Either3::Second(command) => self.on_command(command),
+            Either3::Third(()) if self.next_look() <= self.clock.now() => self.look(),
+            Either3::Third(()) => None,
+        }
+    }
+
+    fn on_command(&mut self, command: BusCommand) -> Option<LinkEvent> {
+        match command {
+            BusCommand::Send(outgoing) => {
+                let lost = self.queue.push(outgoing).unwrap_or(Some(outgoing))?;
+                return Some(LinkEvent::Failed { frame: lost.frame, cause: FailCause::QueueFull });
+            }
+            BusCommand::Abandon => self.abandon(),
             BusCommand::Join => {
                 self.port.join();
                 // The node has forgotten this bus: a controller that is bus-off still is told as if it were new.
                 self.told = Health::default();
             }
             BusCommand::Leave => {
-                self.abort_where(|_| true, FailCause::BusLeft);
+                self.abandon();
                 self.port.leave();
-                self.abandon().await;
             }
             BusCommand::Recover => self.port.recover(),
             BusCommand::Filter { number, filter } => self.port.set_filter(number, filter),
         }
+        None
     }
 
     /// What it means to the node; `None`: nothing new.
@@ -131,15 +148,17 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
         if self.stamped.contains(&frame.id()) { self.port.stamp(frame, reported) } else { reported }
     }
 
-    /// Tells what the controller did not: it tells of a state when it has to, of its counters never.
-    async fn look(&mut self) {
+    /// What the controller did not tell: it tells of a state when it has to, of its counters never.
+    fn look(&mut self) -> Option<LinkEvent> {
         self.looked = self.clock.now();
         let health = self.port.health();
         let told = core::mem::replace(&mut self.told, health);
         if verdict(&health) != verdict(&told) {
-            self.report(LinkEvent::Health(health)).await;
+            Some(LinkEvent::Health(health))
         } else if health != told {
-            self.report(LinkEvent::Counters(health)).await;
+            Some(LinkEvent::Counters(health))
+        } else {
+            None
         }
     }
 
@@ -154,22 +173,30 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
         self.mailboxes.get_mut(usize::from(mailbox.0))?.take()
     }
 
-    /// ECSS 8.3.3b: nothing meant for a bus that was left may go out on it later. What is nearest to the wire first: the
-    /// node may be behind with what it is told.
-    async fn abandon(&mut self) {
+    /// ECSS 8.3.3b: nothing meant for a bus that was left may go out on it later.
+    fn abandon(&mut self) {
         self.abort_where(|_| true, FailCause::BusLeft);
-        while let Some(outgoing) = self.queue.pop() {
-            self.fail(outgoing.frame, FailCause::BusLeft).await;
-        }
+        self.left = true;
     }
 
-    /// Ends the lifetimes that are over, in the queue and in the mailboxes.
-    async fn expire(&mut self) {
-        let now = self.clock.now();
-        self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
-        while let Some(outgoing) = self.queue.pop_expired(now) {
-            self.fail(outgoing.frame, FailCause::Expired).await;
+    /// What the node is told before anything else is waited for. Of a bus that was left what is nearest to the wire comes
+    /// first: the node may be behind with what it is told. Then what has outlived its lifetime, in the queue; in the
+    /// mailboxes it is aborted.
+    fn returned(&mut self) -> Option<LinkEvent> {
+        if let Some(event) = self.held.take() {
+            return Some(event);
         }
+        let (lost, cause) = if self.left
+            && let Some(lost) = self.queue.pop()
+        {
+            (lost, FailCause::BusLeft)
+        } else {
+            self.left = false;
+            let now = self.clock.now();
+            self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
+            (self.queue.pop_expired(now)?, FailCause::Expired)
+        };
+        Some(LinkEvent::Failed { frame: lost.frame, cause })
     }
 
     fn abort_where(&mut self, which: impl Fn(&Outgoing) -> bool, cause: FailCause) {
@@ -197,10 +224,6 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
     fn next_expiry(&self) -> Option<Instant> {
         let in_mailboxes = self.mailboxes.iter().flatten().filter(|pending| pending.aborting.is_none());
         in_mailboxes.map(|pending| pending.outgoing.expires).chain(self.queue.next_expiry()).min()
-    }
-
-    async fn fail(&self, frame: Frame, cause: FailCause) {
-        self.report(LinkEvent::Failed { frame, cause }).await;
     }
 
     /// Waits when the node is behind: the port's receive queue is the bounded place where a loss is counted.

@@ -135,15 +135,10 @@ pub async fn node_task<M: RawMutex, N: Node>(
 ) -> ! {
     let mut out = Outbox::new();
     node.step(|node| node.start(clock.now(), &mut out));
+    let mut deadline = Some(clock.now());
     loop {
-        for bus in Bus::ALL {
-            let frames = out.take_unsent(bus);
-            if frames > 0 {
-                node.step(|node| node.on_link(bus, &LinkEvent::Unsent { frames }, clock.now(), &mut out));
-            }
-        }
         deliver(&mut out, links, app, telltale);
-        let (deadline, blocked) = (node.step(|node| node.deadline()), out.next_bus());
+        let blocked = out.next_bus();
         let timer = async {
             match deadline {
                 Some(at) => clock.at(at).await,
@@ -157,19 +152,30 @@ pub async fn node_task<M: RawMutex, N: Node>(
             }
         };
         let (requests, touched) = (app.requests.receive(), node.touched());
-        match select5(links.events.receive(), timer, requests, touched, room).await {
-            Either5::First((bus, event)) => {
-                node.step(|node| node.on_link(bus, &event, clock.now(), &mut out));
-                match event {
-                    LinkEvent::Received { .. } => telltale.handled(bus).count(),
-                    LinkEvent::Overrun { lost } => telltale.overruns().add(u32::from(lost)),
-                    _ => {}
+        let happened = select5(links.events.receive(), timer, requests, touched, room).await;
+        deadline = node.step(|node| {
+            let now = clock.now();
+            match happened {
+                Either5::First((bus, event)) => {
+                    node.on_link(bus, &event, now, &mut out);
+                    match event {
+                        LinkEvent::Received { .. } => telltale.handled(bus).count(),
+                        LinkEvent::Overrun { lost } => telltale.overruns().add(u32::from(lost)),
+                        _ => {}
+                    }
+                }
+                Either5::Second(()) | Either5::Fourth(()) => node.poll(now, &mut out),
+                Either5::Third(request) => node.on_request(request, now, &mut out),
+                Either5::Fifth(()) => {}
+            }
+            for bus in Bus::ALL {
+                let frames = out.take_unsent(bus);
+                if frames > 0 {
+                    node.on_link(bus, &LinkEvent::Unsent { frames }, now, &mut out);
                 }
             }
-            Either5::Second(()) | Either5::Fourth(()) => node.step(|node| node.poll(clock.now(), &mut out)),
-            Either5::Third(request) => node.step(|node| node.on_request(request, clock.now(), &mut out)),
-            Either5::Fifth(()) => {}
-        }
+            node.deadline()
+        });
     }
 }
 
