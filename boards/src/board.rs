@@ -102,5 +102,5 @@ pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn Par
 pub(crate) fn node_id(straps: [Input<'static>; 5]) -> Result<NodeId, StrapError> {
     // Time for the pull-ups (40 kΩ) to charge a wire of some 100 pF.
     embassy_time::block_for(embassy_time::Duration::from_micros(50));
-    straps::node_id(straps.map(|strap| strap.is_low()))
+    straps::node_id(straps.each_ref().map(Input::is_low))
 }

@@ -54,7 +54,8 @@ impl<const N: usize> TxQueue<N> {
     pub fn push(&mut self, outgoing: Outgoing) -> Result<Option<Outgoing>, Full> {
         let id = outgoing.frame.id();
         let displaced = if self.frames.is_full() && is_vital(id) {
-            Some(self.take(|queued| !is_vital(queued.frame.id())).ok_or(Full)?)
+            let last = self.frames.iter().position(|queued| !is_vital(queued.frame.id()));
+            Some(last.and_then(|at| self.take(at)).ok_or(Full)?)
         } else if self.frames.is_full() {
             return Err(Full);
         } else {
@@ -80,12 +81,13 @@ impl<const N: usize> TxQueue<N> {
 
     /// Take one frame whose lifetime has ended.
     pub fn pop_expired(&mut self, now: Instant) -> Option<Outgoing> {
-        self.take(|queued| queued.is_expired(now))
+        let at = self.frames.iter().position(|queued| queued.is_expired(now))?;
+        self.take(at)
     }
 
-    /// Takes the first such frame out, in the order of the array.
-    fn take(&mut self, such: impl Fn(&Outgoing) -> bool) -> Option<Outgoing> {
-        let at = self.frames.iter().position(such)?;
+    /// Takes a frame out; those behind it move up.
+    #[inline(never)] // from two places, both rare
+    fn take(&mut self, at: usize) -> Option<Outgoing> {
         let mut carried = self.frames.pop()?;
         for queued in self.frames.iter_mut().skip(at).rev() {
             core::mem::swap(queued, &mut carried);

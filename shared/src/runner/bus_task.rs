@@ -77,8 +77,8 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
     /// Waits for the controller, the node or the time; what the node is to be told of it.
     async fn happened(&mut self) -> Option<LinkEvent> {
         self.fill_mailboxes();
-        let deadline = self.next_expiry().map_or(self.next_look(), |expiry| expiry.min(self.next_look()));
-        let timer = self.clock.at(deadline);
+        let look = self.next_look();
+        let timer = self.clock.at(self.next_expiry().map_or(look, |expiry| expiry.min(look)));
         match select3(self.port.event(), self.links.commands[self.bus].receive(), timer).await {
             Either3::First(PortEvent::Health(health)) if health != self.told => {
                 self.told = health;
@@ -96,7 +96,7 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
                 }
             }
             Either3::Second(command) => self.on_command(command),
-            Either3::Third(()) if self.next_look() <= self.clock.now() => self.look(),
+            Either3::Third(()) if look <= self.clock.now() => self.look(),
             Either3::Third(()) => None,
         }
     }
