@@ -82,6 +82,7 @@ pub(crate) fn clocks(oscillator: Hse, prediv: PllPreDiv) -> Config {
 }
 
 /// Opens the parameter store, which may take seconds: see [`store::open`].
+#[inline(never)] // a stack of its own is a small one, reached by short instructions
 pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore + Send)> {
     match store::open(flash) {
         Ok((log, opened)) => {

@@ -28,6 +28,7 @@ impl Board {
     ///
     /// # Panics
     /// When called twice.
+    #[inline(never)] // a stack of its own is a small one, reached by short instructions
     pub fn init(timing: BitTiming) -> Board {
         let p = embassy_stm32::init(clocks(OSCILLATOR, PllPreDiv::DIV4));
         let node_id = node_id([

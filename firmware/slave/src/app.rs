@@ -6,10 +6,12 @@ use boards::{Board, TELLTALE};
 use ecss_can::link::Bus;
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
+use ecss_can::nmt::NodeId;
 use ecss_can::node::{Slave, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{self, MissionObjects};
-use ecss_can::runner::{AppLink, Links, NodeCell};
+use ecss_can::runner::{AppLink, Filters, Links, NodeCell};
+use ecss_can::store::ParameterStore;
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::once_lock::OnceLock;
@@ -49,12 +51,7 @@ async fn main(spawner: Spawner) {
         }
     };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
-    let mut slave = mission::slave(id, PROFILE, memory);
-    if let Some(store) = store {
-        slave = slave.with_store(store);
-    }
-    let filters = slave.filters();
-    let node = NODE.get_or_init(|| NodeCell::new(slave));
+    let (node, filters) = node(id, memory, store);
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
 
     spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));
@@ -62,4 +59,19 @@ async fn main(spawner: Spawner) {
     spawner.spawn(tasks::node(node, clock).expect("spawned once"));
     let application = Application::new(leds, clock, node, &LINK, &TELLTALE);
     spawner.spawn(tasks::application(application).expect("spawned once"));
+}
+
+/// The slave before power-on, and its filters. Apart from [`main`]: places on a small stack are reached by short instructions.
+#[inline(never)]
+fn node(
+    id: NodeId,
+    memory: &'static mut [u8],
+    store: Option<&'static mut (dyn ParameterStore + Send)>,
+) -> (&'static Node, Filters) {
+    let mut slave = mission::slave(id, PROFILE, memory);
+    if let Some(store) = store {
+        slave = slave.with_store(store);
+    }
+    let filters = slave.filters();
+    (NODE.get_or_init(|| NodeCell::new(slave)), filters)
 }
