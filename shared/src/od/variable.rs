@@ -8,7 +8,10 @@ pub trait Variable {
     fn len(&self) -> usize;
 
     /// Whether an upload gives nothing.
-    fn is_empty(&self) -> bool {
+    fn is_empty(&self) -> bool
+    where
+        Self: Sized,
+    {
         self.len() == 0
     }
 
