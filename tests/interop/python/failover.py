@@ -64,7 +64,7 @@ class Failover(Test):
         value = random.Random(side is self.nominal).randbytes(4)
         sdo.download(*NUMBER, value)
         self.assertEqual(sdo.upload(*NUMBER), value)
-        self.keeps(side, 500, block=False)
+        self.keeps(side, 100, block=False)
         self.keeps(side, 500)
         with self.assertRaises(SdoAbortedError) as refusal:
             sdo.upload(0x5FFF, 0)
