@@ -215,14 +215,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
             STORE => {
                 self.stored.save(self.id, at.sub, &mut self.objects)?;
                 self.clear(ErrorCode::DATA_SET);
-                return Ok(());
             }
             RESTORE => {
                 self.stored.restore(self.id, at.sub)?;
                 if at.sub == ALL {
                     self.clear(ErrorCode::DATA_SET);
                 }
-                return Ok(());
             }
             index => {
                 if index <= rules::LAST {

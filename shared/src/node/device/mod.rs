@@ -284,17 +284,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         }
     }
 
-    /// SYNC: its counter, zero when it has none.
-    ///
-    /// # Errors
-    /// [`sync::UnexpectedLength`], which is told as an emergency.
+    /// SYNC: its counter, zero when it has none, and whether emergencies tell of it.
     #[inline(always)] // called from one place
-    pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
-        if self.sync.is_plain(frame) { Ok(0) } else { self.on_special_sync(frame, at) }
+    pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> (Result<u8, sync::UnexpectedLength>, bool) {
+        if self.sync.is_plain(frame) { (Ok(0), false) } else { self.on_special_sync(frame, at) }
     }
 
     #[inline(never)]
-    fn on_special_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
+    fn on_special_sync(&mut self, frame: &Frame, at: Instant) -> (Result<u8, sync::UnexpectedLength>, bool) {
         let was_wrong = self.sync.is_wrong();
         let counter = self.sync.on_sync(frame, at);
         if counter.is_err() {
@@ -302,7 +299,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         } else if was_wrong {
             self.clear(ErrorCode::SYNC_LENGTH, 0);
         }
-        counter
+        (counter, was_wrong || counter.is_err())
     }
 
     /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.

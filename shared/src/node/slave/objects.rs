@@ -137,14 +137,17 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)]
     pub(super) fn on_sync(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
-        if let Ok(counter) = self.device.on_sync(frame, stamp.at) {
+        let (counter, is_told) = self.device.on_sync(frame, stamp.at);
+        if is_told {
+            self.next = now;
+        }
+        if let Ok(counter) = counter {
             if self.nmt.state().allows_pdo() {
                 self.exchange(counter, stamp, now, out);
             }
             out.event(SlaveEvent::Sync { bus, stamp: *stamp });
         } else {
             self.buses.malformed(bus);
-            self.next = now;
         }
         self.run(now, now, out);
     }
@@ -246,7 +249,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)] // those of the application need not pay for it
     fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         self.follow(at, now);
-        if !matches!(at.index, 0x1003 | 0x1020 | SCET_SET | SELF_TEST) {
+        if !matches!(at.index, 0x1003 | 0x1010 | 0x1011 | 0x1020 | SCET_SET | SELF_TEST) {
             self.device.forget_configuration();
         }
         if at.index == SCET_SET {

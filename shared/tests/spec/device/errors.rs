@@ -1,0 +1,107 @@
+//! Errors of the network that a slave tells, once each.
+
+use ecss_can::link::Bus;
+use ecss_can::node::SlaveEvent;
+use ecss_can::runner::LinkEvent;
+
+use super::fixture::{errors, operational, payloads, powered, run_with_master, write_all};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, span};
+use crate::slave::TestSlave;
+
+const HEARTBEAT_OF_SEVEN: [u8; 8] = [0x30, 0x81, 0x11, 7, 0, 0, 0, 0];
+/// An error is gone, and it was the last one: which it was follows.
+const HEARTBEAT_OF_SEVEN_RESET: [u8; 8] = [0, 0, 0, 0x30, 0x81, 7, 0, 0];
+
+/// Emergencies follow each other as they come.
+const NO_INHIBIT: (u16, u8, &[u8]) = (0x1015, 0, &[0, 0]);
+
+/// Slave 7 is heard now, and not within the next 150 ms.
+fn misses_seven(slave: &mut Bench<TestSlave>) {
+    write_all(slave, &[(0x1016, 2, &[150, 0, 7, 0])]);
+    slave.receive(NOMINAL, 0x707, &[0x7F]);
+    slave.clear();
+    let missed_at = slave.now + span(150);
+    run_with_master(slave, missed_at);
+    assert!(slave.events.contains(&SlaveEvent::PeerMissed { node: node(7) }));
+}
+
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn a_missed_heartbeat_ends_with_reset_communication_and_is_told_again_after_it() {
+    let mut slave = powered();
+    slave.receive(NOMINAL, 0x701, &[5]);
+    misses_seven(&mut slave);
+    assert_eq!(payloads(&slave, 0x085), [HEARTBEAT_OF_SEVEN]);
+    assert_eq!(errors(&mut slave), (0x11, 1));
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    slave.run_until(slave.now + span(100)); // the inhibit time
+    assert_eq!(payloads(&slave, 0x085), [HEARTBEAT_OF_SEVEN_RESET]);
+    assert_eq!(errors(&mut slave), (0, 1), "it is remembered");
+    misses_seven(&mut slave);
+    assert_eq!(payloads(&slave, 0x085), [HEARTBEAT_OF_SEVEN]);
+    assert_eq!(errors(&mut slave), (0x11, 2));
+}
+
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn a_missed_heartbeat_ends_when_nobody_monitors_it_any_more() {
+    for value in [[0; 4], [150, 0, 8, 0], [150, 0, 7, 0]] {
+        let mut slave = powered();
+        slave.receive(NOMINAL, 0x701, &[5]);
+        misses_seven(&mut slave);
+        write_all(&mut slave, &[NO_INHIBIT, (0x1016, 2, &value)]);
+        assert_eq!(payloads(&slave, 0x085), [HEARTBEAT_OF_SEVEN_RESET], "{value:?}");
+        assert_eq!(errors(&mut slave), (0, 1));
+    }
+}
+
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn a_burst_of_losses_is_one_error_of_its_bus_while_its_messages_wait() {
+    let overrun = |source| [0x10, 0x81, 0x11, source, 0, 0, 0, 0];
+    let no_error = |source| [0, 0, 0, 0x10, 0x81, source, 0, 0];
+    let mut slave = operational();
+    write_all(&mut slave, &[NO_INHIBIT]);
+    // Emergencies wait in Stopped.
+    slave.receive(NOMINAL, 0x000, &[2, 5]);
+    slave.clear();
+    for bus in [NOMINAL, REDUNDANT] {
+        for _ in 0..10 {
+            slave.link(bus, LinkEvent::Overrun { lost: 1 });
+            slave.link(bus, LinkEvent::Unsent { frames: 1 });
+        }
+    }
+    assert_eq!(payloads(&slave, 0x085), [[0; 8]; 0]);
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    assert_eq!(payloads(&slave, 0x085), [overrun(0), no_error(0), overrun(1), no_error(1)]);
+    assert_eq!(errors(&mut slave), (0, 2));
+    for bus in Bus::ALL {
+        assert_eq!(slave.node.status(slave.now).counters[bus].lost, 10, "each is counted");
+    }
+    // They have left: the next one is another error.
+    slave.clear();
+    slave.link(NOMINAL, LinkEvent::Overrun { lost: 1 });
+    assert_eq!(payloads(&slave, 0x085), [overrun(0), no_error(0)]);
+    assert_eq!(errors(&mut slave), (0, 3));
+}
+
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn a_burst_of_losses_does_not_crowd_out_other_errors_in_the_inhibit_time() {
+    let mut slave = operational();
+    // 50 ms.
+    write_all(&mut slave, &[(0x1015, 0, &500_u16.to_le_bytes())]);
+    write_all(&mut slave, &[(0x1016, 2, &[150, 0, 7, 0])]);
+    slave.receive(NOMINAL, 0x707, &[5]);
+    slave.run_until(ms(100));
+    slave.receive(NOMINAL, 0x701, &[5]);
+    slave.clear();
+    slave.run_until(ms(149));
+    (0..20).for_each(|_| slave.link(NOMINAL, LinkEvent::Overrun { lost: 1 }));
+    run_with_master(&mut slave, ms(1_000));
+    let told = payloads(&slave, 0x085);
+    assert!(told.contains(&HEARTBEAT_OF_SEVEN.to_vec()), "{told:02X?}");
+    // One pair was on its way already, and one waited.
+    assert_eq!(told.iter().filter(|data| data[..2] == [0x10, 0x81]).count(), 2, "{told:02X?}");
+}

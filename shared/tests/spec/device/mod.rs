@@ -1,0 +1,157 @@
+//! The dictionary of a slave over its bus: SDO requests in, what the node does then.
+
+mod changed;
+mod errors;
+pub(crate) mod fixture;
+mod pdos;
+mod reset;
+mod storing;
+mod sync;
+mod transfers;
+
+use ecss_can::link::port::Filter;
+use ecss_can::link::{Bus, CobId};
+use ecss_can::nmt::NmtState;
+use ecss_can::node::SlaveEvent;
+use ecss_can::od::spacecraft::SelfTest;
+use ecss_can::runner::BusCommand;
+
+use self::fixture::{ask, done, powered, read, refused, write};
+use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};
+
+/// Verifies: ECSS 6.1a, 6.8a
+#[test]
+fn objects_are_read_and_written_where_sdo_is_allowed() {
+    let mut slave = powered();
+    assert_eq!(read(&mut slave, 0x1017, 0), [100, 0, 0, 0]);
+    assert_eq!(write(&mut slave, 0x1017, 0, &[50, 0]), done(0x1017, 0));
+    // The heartbeat follows.
+    slave.clear();
+    slave.run_until(ms(200));
+    assert_eq!(slave.times(NOMINAL, 0x705), [50, 100, 150, 200]);
+    // Stopped: no SDO. On the bus that is not active: none either.
+    slave.receive(NOMINAL, 0x000, &[2, 5]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x605, &[0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
+    slave.receive(REDUNDANT, 0x605, &[0x40, 0x17, 0x10, 0, 0, 0, 0, 0]);
+    assert_eq!(slave.frames(), []);
+}
+
+#[test]
+fn what_must_not_be_written_is_refused_with_the_right_code() {
+    let mut slave = powered();
+    let table: [(u16, u8, &[u8], u32); 24] = [
+        (0x1000, 0, &[0; 4], 0x0601_0002),             // device type is read-only
+        (0x1004, 0, &[0; 4], 0x0602_0000),             // no such object
+        (0x1018, 9, &[0; 4], 0x0609_0011),             // no such sub-index
+        (0x1017, 0, &[1], 0x0607_0013),                // too short
+        (0x1017, 0, &[1, 0, 0, 0], 0x0607_0012),       // too long
+        (0x1003, 0, &[1], 0x0609_0030),                // only zero forgets the errors
+        (0x1005, 0, &[0x80, 0, 0, 0x40], 0x0609_0030), // a slave is no SYNC producer
+        (0x1014, 0, &[0x86, 0, 0, 0], 0x0609_0030),    // another COB-ID while valid
+        (0x1016, 2, &[10, 0, 1, 0], 0x0604_0043),      // node 1 is monitored already
+        (0x1019, 0, &[1], 0x0609_0030),                // reserved
+        (0x1029, 1, &[3], 0x0609_0030),                // reserved
+        (0x1010, 1, &[0; 4], 0x0800_0020),             // not the signature
+        (0x1010, 1, b"save", 0x0800_0020),             // nowhere to save to
+        (0x1400, 1, &[0x82, 1, 0, 0x40], 0x0609_0030), // another COB-ID while valid
+        (0x1600, 0, &[0], 0x0609_0030),                // mapping while valid
+        (0x1603, 1, &[8, 1, 0, 0x20], 0x0604_0041),    // Bdefault is for transmit PDOs
+        (0x1603, 1, &[8, 4, 0, 0x20], 0x0604_0041),    // Ctoggle as well
+        (0x1803, 2, &[252], 0x0609_0030),              // remote requests
+        (0x1A03, 1, &[0x20, 0, 0, 0x60], 0x0602_0000), // 6000h is no object
+        (0x1A03, 1, &[0x10, 1, 0, 0x62], 0x0604_0041), // 6200h is for receive PDOs
+        (0x2000, 1, &[2], 0x0609_0030),                // Bdefault is 0 or 1
+        (0x2030, 0, &[2], 0x0609_0031),                // self-test is started with 1
+        (0x6100, 1, &[0, 0], 0x0601_0002),             // telemetry is read-only
+        (0x6400, 28, &[101, 0], 0x0609_0031),          // above its limit
+    ];
+    for (index, sub, value, code) in table {
+        assert_eq!(
+            write(&mut slave, index, sub, value),
+            refused(index, sub, code),
+            "{index:04X}h:{sub} {value:02X?}"
+        );
+    }
+    assert_eq!(ask(&mut slave, [0x40, 0x30, 0x20, 0, 0, 0, 0, 0]), refused(0x2030, 0, 0x0601_0001));
+    assert_eq!(ask(&mut slave, [0x40, 0x03, 0x10, 1, 0, 0, 0, 0]), refused(0x1003, 1, 0x0800_0024));
+    assert_eq!(ask(&mut slave, [0xE0, 0, 0, 0, 0, 0, 0, 0]), refused(0, 0, 0x0504_0001));
+}
+
+/// Verifies: ECSS 6.5.2a
+#[test]
+fn the_heartbeat_of_another_slave_passes_the_filters_once_it_is_monitored() {
+    let mut slave = powered();
+    let filter = |raw| Filter::exact(CobId::new(raw).unwrap());
+    for (value, raw) in [([250, 0, 7, 0], 0x707), ([0; 4], 0x000), ([250, 0, 8, 0], 0x708)] {
+        slave.controls.clear();
+        assert_eq!(write(&mut slave, 0x1016, 2, &value), done(0x1016, 2));
+        let command = BusCommand::Filter { number: 5, filter: filter(raw) };
+        assert_eq!(slave.controls, [(NOMINAL, command), (REDUNDANT, command)]);
+    }
+    slave.receive(NOMINAL, 0x708, &[5]);
+    assert!(slave.events.contains(&SlaveEvent::PeerState { node: node(8), state: NmtState::Operational }));
+    // Reset communication forgets it, and a SYNC that had moved.
+    assert_eq!(write(&mut slave, 0x1005, 0, &[0x81, 0, 0, 0]), done(0x1005, 0));
+    slave.controls.clear();
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    for (number, raw) in [(5, 0x000), (1, 0x080)] {
+        let command = BusCommand::Filter { number, filter: filter(raw) };
+        for bus in Bus::ALL {
+            assert!(slave.controls.contains(&(bus, command)), "{command:?}: {:?}", slave.controls);
+        }
+    }
+    assert_eq!(slave.controls.len(), 4);
+}
+
+/// Verifies: ECSS 8.3.1c
+#[test]
+fn redundancy_parameters_are_written_and_obeyed() {
+    let mut slave = powered();
+    assert_eq!(write(&mut slave, 0x2000, 2, &[4]), done(0x2000, 2));
+    assert_eq!(write(&mut slave, 0x1016, 1, &[100, 0, 1, 0]), done(0x1016, 1));
+    slave.receive(NOMINAL, 0x701, &[5]);
+    slave.clear();
+    slave.run_until(ms(99));
+    assert_eq!(slave.events, []);
+    slave.run_until(ms(100));
+    assert_eq!(slave.events[0], SlaveEvent::MasterMissed { bus: NOMINAL });
+    // EMCY 8130h names the master, and 1003h remembers.
+    assert!(slave.frames().contains(&(NOMINAL, frame(0x085, &[0x30, 0x81, 0x11, 1, 0, 0, 0, 0]))));
+    slave.clear();
+    slave.run_until(ms(399));
+    assert_eq!(slave.events, []);
+    slave.run_until(ms(400));
+    assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
+    assert_eq!(slave.node.objects().spacecraft.redundancy.ctoggle, 1);
+    assert_eq!(slave.node.objects().communication.errors.errors[0], 0x0001_8130);
+}
+
+/// Verifies: ECSS 6.7b, 6.7c
+#[test]
+fn the_self_test_is_started_and_its_result_read() {
+    let mut slave = powered();
+    assert_eq!(read(&mut slave, 0x2031, 1), [0, 0, 0, 0]);
+    assert_eq!(write(&mut slave, 0x2030, 0, &[1]), done(0x2030, 0));
+    assert!(slave.events.contains(&SlaveEvent::SelfTest));
+    assert_eq!(read(&mut slave, 0x2031, 1), [1, 0, 0, 0]);
+    slave.touch(|slave, _| {
+        slave.objects_mut().spacecraft.self_test = SelfTest { progress: SelfTest::PASSED, failures: 0 }
+    });
+    assert_eq!(read(&mut slave, 0x2031, 1), [2, 0, 0, 0]);
+}
+
+#[test]
+fn a_transfer_under_way_ends_when_the_bus_changes() {
+    let mut slave = powered();
+    slave.receive(NOMINAL, 0x701, &[5]);
+    // A segmented upload of the device name has begun.
+    assert_eq!(ask(&mut slave, [0x40, 0x08, 0x10, 0, 0, 0, 0, 0])[0], 0x41);
+    slave.clear();
+    slave.receive(REDUNDANT, 0x701, &[5]);
+    let abort = frame(0x585, &refused(0x1008, 0, 0x0800_0022));
+    assert!(slave.frames().contains(&(REDUNDANT, abort)), "{:?}", slave.frames());
+    slave.clear();
+    slave.run_until(ms(2_000));
+    assert!(slave.frames().iter().all(|(_, frame)| frame.id().raw() != 0x585));
+}

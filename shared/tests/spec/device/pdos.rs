@@ -1,0 +1,304 @@
+//! PDOs that are configured over the bus, and what they carry.
+
+use ecss_can::link::port::{Filter, Health};
+use ecss_can::link::{Bus, CobId};
+use ecss_can::node::{NodeObjects, SlaveEvent};
+use ecss_can::od::{Address, Objects};
+use ecss_can::profile::mission::MissionObjects;
+use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::runner::BusCommand;
+use ecss_can::time::{Duration, Scet};
+
+use super::fixture::{
+    done, operational, payloads, powered, read, run_with_master, write, write_all, write_on,
+};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::slave::TestSlave;
+
+/// Verifies: ECSS 6.10a, 6.10c
+#[test]
+fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
+    let mut slave = powered();
+    write(&mut slave, 0x1401, 1, &[0x05, 3, 0, 0xC0]);
+    assert_eq!(write(&mut slave, 0x1401, 1, &[0x45, 3, 0, 0x40]), done(0x1401, 1));
+    let filter = Filter::exact(CobId::new(0x345).unwrap());
+    for bus in Bus::ALL {
+        assert!(slave.controls.contains(&(bus, BusCommand::Filter { number: 13, filter })));
+    }
+    slave.receive(NOMINAL, 0x701, &[5]);
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x305, &[1; 8]);
+    assert_eq!(slave.events, []);
+    slave.receive(NOMINAL, 0x345, &[1; 8]);
+    assert_eq!(slave.events, [SlaveEvent::Pdo { bus: NOMINAL, number: 1, data: [1; 8] }]);
+    // Reset communication goes back to what it was.
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    let filter = Filter::exact(CobId::new(0x305).unwrap());
+    assert!(slave.controls.contains(&(NOMINAL, BusCommand::Filter { number: 13, filter })));
+    assert_eq!(read(&mut slave, 0x1401, 1), [0x05, 3, 0, 0x40]);
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_pdo_is_mapped_anew_and_sent() {
+    let mut slave = powered();
+    let steps: [(u16, u8, &[u8]); 6] = [
+        (0x1A01, 0, &[0]),
+        (0x1A01, 1, &[32, 0, 0x10, 0x62]),
+        (0x1A01, 2, &[8, 1, 0x20, 0x20]),
+        (0x1A01, 0, &[2]),
+        (0x1801, 5, &[10, 0]),
+        (0x1801, 1, &[0x85, 2, 0, 0x40]),
+    ];
+    for (index, sub, value) in steps {
+        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
+    }
+    assert_eq!(write(&mut slave, 0x6210, 0, &[1, 2, 3, 4]), done(0x6210, 0));
+    assert!(slave.events.contains(&SlaveEvent::Written(Address::new(0x6210, 0))));
+    slave.health(NOMINAL, Health { tec: 9, ..Health::default() });
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    slave.clear();
+    slave.run_until(ms(25));
+    assert_eq!(slave.times(NOMINAL, 0x285), [10, 20]);
+    assert_eq!(
+        slave.sent.iter().find(|sent| sent.frame.id().raw() == 0x285).unwrap().frame,
+        frame(0x285, &[1, 2, 3, 4, 0])
+    );
+}
+
+/// A receive PDO changes a value; that a service has to follow, the node learns from an SDO. Objects that may come by PDO
+/// are the application's, which hears of each, and the time, which sets the clock.
+#[test]
+fn what_a_service_has_to_follow_does_not_come_by_pdo() {
+    let mut by_pdo = Vec::new();
+    NodeObjects::<MissionObjects<Vec<u8>>>::each_object(&mut |object| {
+        if object.entries.iter().any(|entry| entry.mappable && entry.access.is_for_rpdo()) {
+            by_pdo.push(object.index);
+        }
+    });
+    by_pdo.sort_unstable();
+    assert_eq!(by_pdo, [0x2010, 0x6101, 0x6200, 0x6210, 0x6400]);
+}
+
+#[test]
+fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
+    let mut slave = powered();
+    let steps: [(u16, u8, &[u8]); 5] = [
+        (0x1A01, 0, &[0]),
+        (0x1A01, 1, &[8, 1, 0, 0x20]),
+        (0x1A01, 2, &[8, 4, 0, 0x20]),
+        (0x1A01, 0, &[2]),
+        (0x1801, 1, &[0x85, 2, 0, 0x40]),
+    ];
+    for (index, sub, value) in steps {
+        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
+    }
+    // The master is lost and found on the other bus.
+    slave.receive(NOMINAL, 0x701, &[5]);
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    let send = |slave: &mut Bench<TestSlave>| {
+        slave.sent.clear();
+        slave.touch(|slave, now| slave.send_pdo(1, now));
+        slave.frames()
+    };
+    assert_eq!(send(&mut slave), [(NOMINAL, frame(0x285, &[0, 0]))]);
+    slave.run_until(ms(600));
+    assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
+    slave.receive(REDUNDANT, 0x000, &[1, 5]);
+    assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 0]))]);
+    assert_eq!(write_on(&mut slave, REDUNDANT, 0x2000, 4, &[3]), done(0x2000, 4));
+    assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 3]))]);
+}
+
+/// The time of a synchronous PDO holds from its SYNC on, as its other values do.
+///
+/// Verifies: ECSS 6.9e, 7.2.2c
+#[test]
+fn a_synchronous_time_pdo_sets_the_clock_at_the_sync() {
+    let mut slave = powered();
+    let valid = [0x81, 1, 0, 0x40];
+    let steps: [(u16, u8, &[u8]); 3] =
+        [(0x1400, 1, &[0x81, 1, 0, 0xC0]), (0x1400, 2, &[1]), (0x1400, 1, &valid)];
+    for (index, sub, value) in steps {
+        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
+    }
+    slave.receive(NOMINAL, 0x701, &[5]);
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    // 1000 s and a half, fine time first.
+    slave.receive(NOMINAL, 0x181, &[0, 0, 0x80, 0xE8, 3, 0, 0]);
+    slave.run_until(ms(20));
+    assert_ne!(slave.node.scet(slave.now).coarse(), 1_000);
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[]);
+    let scet = Scet::new(1_000, 0x80_0000).unwrap();
+    assert_eq!(slave.node.scet(slave.now), scet);
+    assert!(slave.events.contains(&SlaveEvent::Time(scet)), "{:?}", slave.events);
+}
+
+/// Verifies: ECSS 6.9e
+#[test]
+fn a_synchronous_pdo_that_has_not_left_at_the_end_of_the_window_is_stale() {
+    let mut slave = Bench::new(mission::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
+    let expires = |slave: &mut Bench<TestSlave>| {
+        slave.clear();
+        slave.receive(NOMINAL, 0x080, &[]);
+        assert_eq!(slave.sent.len(), 1, "the Local Time PDO");
+        slave.sent[0].expires.since(slave.now)
+    };
+    let without = expires(&mut slave);
+    assert!(without > Duration::from_millis(50), "{without:?}");
+    // 2 ms.
+    assert_eq!(write(&mut slave, 0x1007, 0, &2_000_u32.to_le_bytes()), done(0x1007, 0));
+    assert_eq!(expires(&mut slave), Duration::from_millis(2));
+    assert_eq!(write(&mut slave, 0x1007, 0, &[0; 4]), done(0x1007, 0));
+    assert_eq!(expires(&mut slave), without);
+}
+
+/// Verifies: ECSS 6.9e
+#[test]
+fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
+    let mut slave = Bench::new(mission::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
+    write(&mut slave, 0x1007, 0, &2_000_u32.to_le_bytes());
+    slave.receive(NOMINAL, 0x080, &[]);
+    // RPDO 5 takes a synchronous word, long after the window of the only SYNC.
+    let value = slave.node.objects().application.value;
+    for (index, sub, bytes) in [
+        (0x1604, 1, 0x6210_0020_u32.to_le_bytes().to_vec()),
+        (0x1604, 0, vec![1]),
+        (0x1404, 2, vec![1]),
+        (0x1404, 1, 0x4000_0250_u32.to_le_bytes().to_vec()),
+    ] {
+        assert_eq!(write(&mut slave, index, sub, &bytes), done(index, sub));
+    }
+    slave.run_until(ms(100));
+    let ignored = |slave: &Bench<TestSlave>| slave.node.status(slave.now).counters[NOMINAL].ignored;
+    let before = ignored(&slave);
+    slave.receive(NOMINAL, 0x250, &[9, 0, 0, 0]);
+    assert_eq!(ignored(&slave), before + 1, "after the window");
+    slave.receive(NOMINAL, 0x000, &[0x80, 5]);
+    slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+    slave.receive(NOMINAL, 0x250, &[9, 0, 0, 0]);
+    assert_eq!(ignored(&slave), before + 1);
+    assert_eq!(slave.node.objects().application.value, value);
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(slave.node.objects().application.value, 9);
+}
+
+/// The local time and the frames received so far, 8 bytes: mapped to TPDO 2, which is made invalid.
+const MAPS_VALUES_OF_THE_MOMENT: [(u16, u8, &[u8]); 5] = [
+    (0x1801, 1, &[0x85, 2, 0, 0xC0]),
+    (0x1A01, 0, &[0]),
+    (0x1A01, 1, &[32, 1, 0x11, 0x20]),
+    (0x1A01, 2, &[32, 5, 0x20, 0x20]),
+    (0x1A01, 0, &[2]),
+];
+
+/// Of each payload of TPDO 2.
+fn values_of_the_moment(slave: &Bench<TestSlave>) -> Vec<(u32, u32)> {
+    let number = |bytes: &[u8]| u32::from_le_bytes(bytes.try_into().unwrap());
+    payloads(slave, 0x285).iter().map(|data| (number(&data[..4]), number(&data[4..]))).collect()
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_pdo_of_the_event_timer_carries_time_and_health_as_they_are_then() {
+    let mut slave = operational();
+    write_all(&mut slave, &[(0x2010, 1, &1_000_u32.to_le_bytes())]);
+    write_all(&mut slave, &MAPS_VALUES_OF_THE_MOMENT);
+    write_all(&mut slave, &[(0x1801, 5, &1_000_u16.to_le_bytes()), (0x1801, 1, &[0x85, 2, 0, 0x40])]);
+    let received = slave.node.status(slave.now).counters[NOMINAL].received;
+    slave.clear();
+    // 10 heartbeats a second, the tenth after the PDO.
+    run_with_master(&mut slave, ms(3_000));
+    let expected = [(1_001, received + 9), (1_002, received + 19), (1_003, received + 29)];
+    assert_eq!(values_of_the_moment(&slave), expected);
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_pdo_of_an_event_or_of_a_sync_carries_time_and_health_as_they_are_then() {
+    for transmission in [254, 0, 1] {
+        let mut slave = operational();
+        write_all(&mut slave, &[(0x2010, 1, &1_000_u32.to_le_bytes())]);
+        write_all(&mut slave, &MAPS_VALUES_OF_THE_MOMENT);
+        write_all(&mut slave, &[(0x1801, 2, &[transmission]), (0x1801, 1, &[0x85, 2, 0, 0x40])]);
+        let received = slave.node.status(slave.now).counters[NOMINAL].received;
+        run_with_master(&mut slave, ms(1_000));
+        slave.clear();
+        slave.touch(|slave, now| slave.send_pdo(1, now));
+        slave.receive(NOMINAL, 0x080, &[]);
+        let syncs = u32::from(transmission != 254);
+        assert_eq!(values_of_the_moment(&slave), [(1_001, received + 10 + syncs)], "type {transmission}");
+    }
+}
+
+/// Verifies: ECSS 6.2a, 8.3.3g
+#[test]
+fn a_change_of_bus_is_an_event_for_the_pdo_that_carries_the_default_bus() {
+    let mut slave = operational();
+    write_all(
+        &mut slave,
+        &[
+            (0x1A01, 0, &[0]),
+            (0x1A01, 1, &[8, 1, 0, 0x20]),
+            (0x1A01, 0, &[1]),
+            (0x1801, 2, &[254]),
+            (0x1801, 1, &[0x85, 2, 0, 0x40]),
+        ],
+    );
+    run_with_master(&mut slave, ms(200));
+    slave.clear();
+    // It follows the master, which was not missed yet.
+    slave.receive(REDUNDANT, 0x701, &[5]);
+    let of_pdo = |slave: &Bench<TestSlave>| -> Vec<_> {
+        slave.frames().into_iter().filter(|(_, frame)| frame.id().raw() == 0x285).collect()
+    };
+    assert_eq!(of_pdo(&slave), [(REDUNDANT, frame(0x285, &[1]))]);
+    // Nothing changes, nothing is sent.
+    slave.clear();
+    slave.run_until(slave.now + Duration::from_millis(100));
+    slave.receive(REDUNDANT, 0x701, &[5]);
+    assert_eq!(of_pdo(&slave), []);
+    // In search of the master it is in Pre-operational: no PDO, and none later of what was then.
+    slave.run_until(slave.now + Duration::from_millis(600));
+    assert_eq!(slave.node.status(slave.now).active, NOMINAL);
+    slave.receive(NOMINAL, 0x701, &[5]);
+    assert_eq!(slave.node.status(slave.now).redundancy.bdefault, NOMINAL);
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    assert_eq!(of_pdo(&slave), []);
+}
+
+/// Verifies: ECSS 6.9e
+#[test]
+fn what_was_triggered_goes_out_at_the_sync_whatever_is_written_before() {
+    let mut slave = operational();
+    write_all(
+        &mut slave,
+        &[
+            (0x1A01, 0, &[0]),
+            (0x1A01, 1, &[32, 0, 0x10, 0x62]),
+            (0x1A01, 0, &[1]),
+            (0x1801, 2, &[0]),
+            (0x1801, 1, &[0x85, 2, 0, 0x40]),
+        ],
+    );
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(payloads(&slave, 0x285), [[0; 4]; 0], "no event yet");
+    slave.touch(|slave, now| slave.send_pdo(1, now));
+    write_all(&mut slave, &[(0x1801, 5, &[100, 0])]);
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(payloads(&slave, 0x285), [[0; 4]]);
+    // Once.
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(payloads(&slave, 0x285), [[0; 4]; 0]);
+    // It becomes event-driven: what waited for the SYNC goes at once.
+    slave.touch(|slave, now| slave.send_pdo(1, now));
+    slave.clear();
+    write_all(&mut slave, &[(0x1801, 2, &[254])]);
+    slave.run_until(slave.now);
+    assert_eq!(payloads(&slave, 0x285), [[0; 4]]);
+}

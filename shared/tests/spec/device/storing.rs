@@ -1,0 +1,220 @@
+//! Parameters that outlive a reset, and the configuration that was verified.
+
+use ecss_can::nmt::NmtState;
+use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::store::ParameterStore;
+
+use super::fixture::{
+    Memory, done, errors, operational, payloads, powered, powered_with, read, refused, write, write_all,
+};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
+
+#[test]
+fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
+    let memory = Memory::default();
+    let mut slave = powered_with(&memory);
+    write(&mut slave, 0x1017, 0, &[50, 0]);
+    write(&mut slave, 0x2000, 1, &[1]);
+    write(&mut slave, 0x6210, 0, &[7, 0, 0, 0]);
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+    // Written after the save: gone with the power.
+    write(&mut slave, 0x2000, 3, &[99]);
+    let mut slave = powered_with(&memory);
+    assert_eq!(slave.node.status(slave.now).active, REDUNDANT, "Bdefault was stored");
+    let objects = slave.node.objects();
+    assert_eq!((objects.communication.producer_heartbeat, objects.spacecraft.redundancy.ntoggle), (50, 10));
+    assert_eq!(objects.application.value, 7);
+    slave.clear();
+    slave.run_until(ms(100));
+    assert_eq!(slave.times(REDUNDANT, 0x705), [50, 100]);
+    // Defaults of the communication profile only, from the next reset on.
+    slave.receive(REDUNDANT, 0x605, &[0x23, 0x11, 0x10, 2, b'l', b'o', b'a', b'd']);
+    assert!(slave.frames().contains(&(REDUNDANT, frame(0x585, &done(0x1011, 2)))));
+    assert_eq!(slave.node.objects().communication.producer_heartbeat, 50);
+    let slave = powered_with(&memory);
+    assert_eq!(slave.node.objects().communication.producer_heartbeat, 100);
+    assert_eq!(slave.node.objects().application.value, 7);
+}
+
+#[test]
+fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() {
+    let memory = Memory::default();
+    let mut slave = powered_with(&memory);
+    write(&mut slave, 0x1017, 0, &[50, 0]);
+    assert_eq!(write(&mut slave, 0x1010, 2, b"save"), done(0x1010, 2));
+    write(&mut slave, 0x1017, 0, &[20, 0]);
+    write(&mut slave, 0x6210, 0, &[9, 0, 0, 0]);
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    let objects = slave.node.objects();
+    assert_eq!((objects.communication.producer_heartbeat, objects.application.value), (50, 9));
+    assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
+}
+
+/// What slave 6 has saved.
+fn stored_by_another() -> Memory {
+    let memory = Memory::default();
+    let mut other = Bench::new(
+        mission::slave(node(6), &STANDARD, vec![]).with_store(Box::leak(Box::new(memory.clone()))),
+    );
+    other.receive(NOMINAL, 0x606, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
+    assert_ne!(memory.stored_len(), 0);
+    memory
+}
+
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn that_a_stored_set_is_no_error_any_more_is_told_at_once() {
+    // Defaults that come back with the next reset are no error either.
+    for (index, signature) in [(0x1010, b"save"), (0x1011, b"load")] {
+        let mut slave = powered_with(&stored_by_another());
+        // Without the inhibit time.
+        write_all(&mut slave, &[(0x1015, 0, &[0, 0]), (index, 1, signature)]);
+        assert_eq!(payloads(&slave, 0x085), [[0, 0, 0, 0x00, 0x63, 0, 0, 0]]);
+        assert_eq!(errors(&mut slave), (0, 1));
+    }
+}
+
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn what_is_stored_but_does_not_hold_here_is_told_until_parameters_are_saved() {
+    let memory = stored_by_another();
+    // The board is in another place now.
+    let mut slave = powered_with(&memory);
+    let told: Vec<_> = slave.sent.iter().filter(|sent| sent.frame.id().raw() == 0x085).collect();
+    assert_eq!(told.len(), 1);
+    assert_eq!(told[0].frame.data()[..2], [0x00, 0x63]);
+    assert_eq!(read(&mut slave, 0x1003, 1), [0x00, 0x63, 0, 0]);
+    assert_ne!(read(&mut slave, 0x1001, 0)[0] & 1, 0, "a generic error");
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+    assert_eq!(read(&mut slave, 0x1001, 0), [0; 4]);
+    // The set is its own from now on.
+    let mut again = powered_with(&memory);
+    assert_eq!(read(&mut again, 0x1001, 0), [0; 4]);
+}
+
+#[test]
+fn a_full_store_says_so_and_keeps_what_it_has() {
+    let memory = Memory::full();
+    let mut slave = powered_with(&memory);
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), refused(0x1010, 1, 0x0800_0022));
+    assert_eq!(memory.stored_len(), 0);
+    assert_eq!(read(&mut slave, 0x1010, 1), [1, 0, 0, 0]);
+}
+
+#[test]
+fn a_device_says_whether_it_stores_parameters() {
+    let memory = Memory::default();
+    for (mut slave, can_store) in [(powered(), 0), (powered_with(&memory), 1)] {
+        // Reset communication has no part in it.
+        for _ in 0..2 {
+            for index in [0x1010, 0x1011] {
+                for sub in 1..=4 {
+                    assert_eq!(read(&mut slave, index, sub), [can_store, 0, 0, 0], "{index:04X}h:{sub}");
+                }
+            }
+            slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+        }
+        for (index, signature) in [(0x1010, b"save"), (0x1011, b"load")] {
+            for sub in 1..=4 {
+                let expected =
+                    if can_store == 1 { done(index, sub) } else { refused(index, sub, 0x0800_0020) };
+                assert_eq!(write(&mut slave, index, sub, signature), expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn startup_is_chosen_by_1f80h_from_the_next_reset_on_and_stored() {
+    let memory = Memory::default();
+    let mut slave = powered_with(&memory);
+    assert_eq!(read(&mut slave, 0x1F80, 0), [4, 0, 0, 0]);
+    // An NMT master it cannot be, nor start others.
+    for value in [1, 8, 5, 12, 0xFFFF_FFFB_u32] {
+        let answer = write(&mut slave, 0x1F80, 0, &value.to_le_bytes());
+        assert_eq!(answer, refused(0x1F80, 0, 0x0609_0030), "{value}");
+    }
+    assert_eq!(read(&mut slave, 0x1F80, 0), [4, 0, 0, 0]);
+    write_all(&mut slave, &[(0x1F80, 0, &[0; 4]), (0x1010, 2, b"save")]);
+    assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
+    // Not stored: forgotten by the reset.
+    write_all(&mut slave, &[(0x1F80, 0, &[4, 0, 0, 0])]);
+    let mut again = powered_with(&memory);
+    for slave in [&mut slave, &mut again] {
+        slave.clear();
+        slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+        assert_eq!(slave.sent[0].frame, frame(0x705, &[0]));
+        assert_eq!(slave.node.status(slave.now).state, NmtState::Operational);
+        slave.run_until(ms(100));
+        assert_eq!(payloads(slave, 0x705), [[0], [5]], "boot-up, heartbeat");
+        assert_eq!(read(slave, 0x1F80, 0), [0; 4]);
+    }
+    // From power-on, too.
+    assert_eq!(powered_with(&memory).node.status(ms(0)).state, NmtState::Operational);
+    // And back.
+    write_all(&mut again, &[(0x1F80, 0, &[4, 0, 0, 0]), (0x1010, 2, b"save")]);
+    assert_eq!(powered_with(&memory).node.status(ms(0)).state, NmtState::PreOperational);
+}
+
+#[test]
+fn startup_is_as_its_profile_has_it_until_then() {
+    let profile = Profile { autostart: true, ..STANDARD };
+    let mut slave = Bench::new(mission::slave(node(5), &profile, vec![]));
+    assert_eq!(read(&mut slave, 0x1F80, 0), [0; 4]);
+    assert_eq!(slave.node.status(slave.now).state, NmtState::Operational);
+    write_all(&mut slave, &[(0x1F80, 0, &[4, 0, 0, 0])]);
+    // Without a store the profile's comes back with the reset.
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    assert_eq!(read(&mut slave, 0x1F80, 0), [0; 4]);
+    assert_eq!(slave.node.status(slave.now).state, NmtState::Operational);
+}
+
+#[test]
+fn a_parameter_that_is_written_is_not_the_configuration_that_was_verified() {
+    let memory = Memory::default();
+    let mut slave = powered_with(&memory);
+    let stamp = |slave: &Bench<_>| {
+        let slave: &crate::slave::TestSlave = &slave.node;
+        slave.objects().communication.configuration
+    };
+    let table: [(u16, u8, &[u8], bool); 16] = [
+        (0x1003, 0, &[0], false),
+        (0x1005, 0, &[0x80, 0, 0, 0], true),
+        (0x1010, 1, b"save", false),
+        (0x1011, 1, b"load", false),
+        (0x1016, 2, &[250, 0, 7, 0], true),
+        (0x1017, 0, &[100, 0], true),
+        (0x1029, 1, &[1], true),
+        (0x1F80, 0, &[0; 4], true),
+        (0x1802, 2, &[255], true),
+        (0x2000, 2, &[3], true),
+        (0x2010, 1, &[1, 0, 0, 0], false),
+        (0x2010, 2, &[1, 0, 0], false),
+        (0x2030, 0, &[1], false),
+        (0x6210, 0, &[9, 0, 0, 0], true),
+        (0x6400, 1, &[1], true),
+        (0x1020, 1, &[7, 0, 0, 0], false),
+    ];
+    for (index, sub, value, forgets) in table {
+        write_all(&mut slave, &[(0x1020, 1, &[7, 0, 0, 0]), (0x1020, 2, &[8, 0, 0, 0])]);
+        assert_eq!(stamp(&slave), [7, 8]);
+        write_all(&mut slave, &[(index, sub, value)]);
+        let expected = if forgets { [0, 0] } else { [7, 8] };
+        assert_eq!(stamp(&slave), expected, "{index:04X}h:{sub} {value:02X?}");
+    }
+    // What was refused has changed nothing.
+    write(&mut slave, 0x1017, 0, &[1]);
+    assert_eq!(stamp(&slave), [7, 8]);
+}
+
+/// A PDO brings values, no parameters.
+///
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_configuration_stays_verified_whatever_pdos_bring() {
+    let mut slave = operational();
+    write_all(&mut slave, &[(0x1020, 1, &[7, 0, 0, 0]), (0x1020, 2, &[8, 0, 0, 0])]);
+    slave.receive(NOMINAL, 0x305, &[1; 8]);
+    assert_eq!(slave.node.objects().application.telecommand.code, 0x0101);
+    assert_eq!(slave.node.objects().communication.configuration, [7, 8]);
+}
