@@ -165,8 +165,7 @@ impl CanPort for Port {
             w.set_finit(true);
             w.set_can2sb(BANKS as u8);
         });
-        for (n, [low, high]) in banks(filters).enumerate() {
-            let bank = self.first_bank + n;
+        for (bank, [low, high]) in (self.first_bank..2 * BANKS).zip(banks(filters)) {
             block.fm1r().modify(|w| w.set_fbm(bank, false));
             block.fs1r().modify(|w| w.set_fsc(bank, false));
             block.ffa1r().modify(|w| w.set_ffa(bank, false));

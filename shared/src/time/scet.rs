@@ -75,6 +75,7 @@ impl Scet {
 }
 
 /// Units of 2^-24 s in a span, to the nearest; modulo 2^56.
+#[inline(never)] // later and earlier
 const fn units(span: Duration) -> u64 {
     let us = span.as_micros();
     let fine = (((us % MICROS) << FINE_BITS) + MICROS / 2) / MICROS;
