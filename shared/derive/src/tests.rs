@@ -137,6 +137,31 @@ fn the_last_sub_index_is_254() {
 }
 
 #[test]
+fn a_declaration_knows_one_word_of_its_own() {
+    let with = |attribute: syn::Attribute| -> DeriveInput {
+        parse_quote! {
+            #attribute
+            struct Device {
+                /// Value
+                #[object(0x2000, rw)]
+                value: u8,
+            }
+        }
+    };
+    let check = objects::expand(&with(parse_quote!(#[objects(check = limits::check)]))).unwrap().to_string();
+    assert!(check.contains("limits :: check (self , at , value) ?"), "{check}");
+    let without = objects::expand(&with(parse_quote!(#[derive(Debug)]))).unwrap().to_string();
+    assert!(!without.contains("(self , at , value) ?"));
+    for attribute in [parse_quote!(#[objects(verify = check)]), parse_quote!(#[objects(Check = check)])] {
+        assert_eq!(refused(objects::expand(&with(attribute))), "unknown word; known is check");
+    }
+    // A function, by its path.
+    for attribute in [parse_quote!(#[objects(check)]), parse_quote!(#[objects(check = 1)])] {
+        assert!(objects::expand(&with(attribute)).is_err());
+    }
+}
+
+#[test]
 fn only_structs_with_names_can_be_declared() {
     let list: DeriveInput = parse_quote!(
         struct Device(u8);

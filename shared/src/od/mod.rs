@@ -2,17 +2,22 @@
 //!
 //! A device is declared once, as a struct: its fields are the values, typed, and belong to the node. `#[derive(Objects)]`
 //! makes of it what SDO and PDO need (index and sub-index, types, access rights, limits) and what EDS and DCF tell. The
-//! first line of a field's documentation is its name there.
+//! first line of a field's documentation is its name there. What a value must be beyond type and limits, a function of the
+//! device decides.
 //!
 //! ```
-//! use ecss_can::od::{Domain, Objects, Record, U24};
+//! use ecss_can::od::{AbortCode, Address, Objects, Record, U24, checked};
 //!
 //! /// A star tracker.
 //! #[derive(Objects)]
+//! #[objects(check = StarTracker::may_write)]
 //! struct StarTracker {
 //!     /// Exposure time
-//!     #[object(0x6000, rw, low = 1, high = 500)]
+//!     #[object(0x6000, rw, low = 1, high = 500, default = 100)]
 //!     exposure_ms: u16,
+//!     /// Frame period
+//!     #[object(0x6001, rw, low = 100, default = 200)]
+//!     period_ms: u16,
 //!     /// Attitude
 //!     #[object(0x6010, record)]
 //!     attitude: Attitude,
@@ -30,6 +35,24 @@
 //!     #[sub(2, ro, pdo)]
 //!     declination: U24,
 //! }
+//!
+//! impl StarTracker {
+//!     /// An exposure ends before the next one begins.
+//!     fn may_write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+//!         let (exposure, period) = match (at.index, value) {
+//!             (0x6000, &[low, high]) => (u16::from_le_bytes([low, high]), self.period_ms),
+//!             (0x6001, &[low, high]) => (self.exposure_ms, u16::from_le_bytes([low, high])),
+//!             _ => return Ok(()),
+//!         };
+//!         if exposure < period { Ok(()) } else { Err(AbortCode::ParameterIncompatible) }
+//!     }
+//! }
+//!
+//! let mut tracker = StarTracker::default();
+//! let exposure = Address::new(0x6000, 0);
+//! assert_eq!(checked::write(&mut tracker, exposure, &[199, 0]), Ok(()));
+//! assert_eq!(checked::write(&mut tracker, exposure, &[200, 0]), Err(AbortCode::ParameterIncompatible));
+//! assert_eq!(tracker.exposure_ms, 199);
 //! ```
 
 mod abort;

@@ -226,7 +226,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
                 if index <= rules::LAST {
                     self.find(at)?.download(Some(value.len()))?;
                     match index {
-                        0x1400..=0x1BFF => self.configure_pdo(at, number)?,
+                        0x1400..=0x1BFF => {
+                            // Before the service takes it.
+                            self.objects.check(at, value)?;
+                            self.configure_pdo(at, number)?;
+                        }
                         _ => rules::check(self.id, &self.objects.communication, at, number)?,
                     }
                 }

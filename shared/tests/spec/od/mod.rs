@@ -1,5 +1,6 @@
 //! The object dictionary: what a declaration makes, places, access rights, limits.
 
+mod check;
 mod node;
 mod types;
 
