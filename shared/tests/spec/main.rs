@@ -16,6 +16,7 @@ mod link;
 mod manager;
 mod master;
 mod master_device;
+mod master_services;
 mod messages;
 mod nmt;
 mod od;

@@ -8,9 +8,9 @@ use ecss_can::profile::{Profile, STANDARD};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 
-const TWO: NodeId = NodeId::of::<2>();
+pub(crate) const TWO: NodeId = NodeId::of::<2>();
 
-const BOOTS_TWO: Profile = Profile {
+pub(crate) const BOOTS_TWO: Profile = Profile {
     slaves: &[AssignedSlave {
         node: TWO,
         mandatory: true,
@@ -19,7 +19,7 @@ const BOOTS_TWO: Profile = Profile {
     ..STANDARD
 };
 
-fn powered(profile: &Profile) -> Bench<Master> {
+pub(crate) fn powered(profile: &Profile) -> Bench<Master> {
     let mut master = Bench::new(Master::new(profile));
     master.run_until(ms(1));
     master.clear();
@@ -40,14 +40,14 @@ fn ask(master: &mut Bench<Master>, request: [u8; 8]) -> [u8; 8] {
     answers[0]
 }
 
-fn read(master: &mut Bench<Master>, index: u16, sub: u8) -> u32 {
+pub(crate) fn read(master: &mut Bench<Master>, index: u16, sub: u8) -> u32 {
     let [low, high] = index.to_le_bytes();
     let [command, _, _, _, a, b, c, d] = ask(master, [0x40, low, high, sub, 0, 0, 0, 0]);
     assert!([0x43, 0x47, 0x4B, 0x4F].contains(&command), "{index:04X} sub {sub}: {command:02X}");
     u32::from_le_bytes([a, b, c, d])
 }
 
-fn write(master: &mut Bench<Master>, index: u16, sub: u8, value: u32, len: u8) -> Result<(), u32> {
+pub(crate) fn write(master: &mut Bench<Master>, index: u16, sub: u8, value: u32, len: u8) -> Result<(), u32> {
     let ([low, high], [a, b, c, d]) = (index.to_le_bytes(), value.to_le_bytes());
     let answer = ask(master, [0x23 | (4 - len) << 2, low, high, sub, a, b, c, d]);
     match answer[0] {
@@ -58,7 +58,7 @@ fn write(master: &mut Bench<Master>, index: u16, sub: u8, value: u32, len: u8) -
 }
 
 /// The SDO requests sent to slave 2 since the last clear.
-fn requests(master: &Bench<Master>) -> Vec<[u8; 8]> {
+pub(crate) fn requests(master: &Bench<Master>) -> Vec<[u8; 8]> {
     let sent = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x602);
     sent.map(|sent| sent.frame.padded()).collect()
 }

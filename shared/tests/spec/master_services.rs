@@ -1,0 +1,235 @@
+//! Services of the master that its dictionary shows and moves: errors of its buses, consumer times, expected stamps.
+
+use std::task::Waker;
+
+use ecss_can::link::Bus;
+use ecss_can::link::port::{ErrorState, Health};
+use ecss_can::nmt::NodeId;
+use ecss_can::nmt::boot::{AssignedSlave, Expected, Setting};
+use ecss_can::node::{Master, MasterEvent};
+use ecss_can::od::Address;
+use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::runner::LinkEvent;
+use ecss_can::sdo::Mode;
+
+use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, span};
+use crate::master_device::{TWO, powered, read, requests, write};
+
+fn state(state: ErrorState) -> Health {
+    Health { state, ..Health::default() }
+}
+
+/// The register 1001h and the last two errors of 1003h, with the bus behind the code.
+fn errors(master: &mut Bench<Master>) -> (u32, u32, u32) {
+    let count = read(master, 0x1003, 0);
+    let last = |nth, master: &mut _| if count < nth { 0 } else { read(master, 0x1003, nth as u8) };
+    (read(master, 0x1001, 0), last(1, master), last(2, master))
+}
+
+/// Verifies: ECSS 5.6.2b
+#[test]
+fn errors_of_its_buses_stand_in_its_dictionary() {
+    for (bus, health, source) in [(NOMINAL, 0x2020, 0), (REDUNDANT, 0x2021, 1 << 16)] {
+        let mut master = powered(&STANDARD);
+        assert_eq!(errors(&mut master), (0, 0, 0));
+        master.health(bus, Health { tec: 130, ..state(ErrorState::Passive) });
+        assert_eq!(errors(&mut master), (0x11, 0x8120 | source, 0));
+        assert_eq!((read(&mut master, health, 1), read(&mut master, health, 2)), (1, 130));
+        master.health(bus, state(ErrorState::Active));
+        assert_eq!(errors(&mut master), (0, 0x8120 | source, 0));
+        assert_eq!(read(&mut master, health, 1), 0);
+        master.health(bus, state(ErrorState::BusOff));
+        assert_eq!(errors(&mut master).0, 0, "told when it is over");
+        assert_eq!(read(&mut master, health, 1), 2);
+        master.health(bus, state(ErrorState::Active));
+        assert_eq!(errors(&mut master), (0, 0x8140 | source, 0x8120 | source));
+        // Frames that were lost, by the receiver and by the node.
+        master.link(bus, LinkEvent::Overrun { lost: 3 });
+        assert_eq!(errors(&mut master), (0, 0x8110 | source, 0x8140 | source));
+        assert_eq!(read(&mut master, health, 7), 3);
+        assert_eq!(write(&mut master, 0x1003, 0, 0, 1), Ok(()));
+        master.link(bus, LinkEvent::Unsent { frames: 2 });
+        assert_eq!(errors(&mut master), (0, 0x8110 | source, 0));
+        assert_eq!(read(&mut master, health, 10), 2);
+    }
+}
+
+/// Verifies: ECSS 5.6.2c
+#[test]
+fn error_counters_follow_the_controller_unasked() {
+    let mut master = powered(&STANDARD);
+    for bus in Bus::ALL {
+        master.link(bus, LinkEvent::Counters(Health { tec: 7, rec: 9, ..Health::default() }));
+        let objects = &master.node.objects().spacecraft;
+        let health = if bus == NOMINAL { &objects.health_nominal } else { &objects.health_redundant };
+        assert_eq!((health.tec, health.rec), (7, 9));
+    }
+}
+
+/// When slave 9, heard at 1 ms on both buses, is lost.
+fn lost_at(master: &mut Bench<Master>) -> Option<u64> {
+    for bus in Bus::ALL {
+        master.receive(bus, 0x709, &[5]);
+    }
+    master.clear();
+    for ms_since in 2..2_000 {
+        master.run_until(ms(ms_since));
+        if master.events.contains(&MasterEvent::SlaveLost { node: node(9) }) {
+            return Some(ms_since);
+        }
+    }
+    None
+}
+
+/// Verifies: ECSS 8.3.1b, 8.3.1c
+#[test]
+fn a_slave_is_lost_after_the_longest_time_of_1016h() {
+    let consumer = |master: &mut Bench<Master>, sub, node: u32, time: u32| {
+        assert_eq!(write(master, 0x1016, sub, node << 16 | time, 4), Ok(()));
+    };
+    let mut master = powered(&STANDARD);
+    assert_eq!(lost_at(&mut master), Some(251));
+    let mut master = powered(&STANDARD);
+    consumer(&mut master, 1, 9, 600);
+    assert_eq!(master.node.status(master.now).redundancy.consumer, span(600));
+    assert_eq!(lost_at(&mut master), Some(601));
+    // No slave before its own time.
+    let mut master = powered(&STANDARD);
+    consumer(&mut master, 1, 9, 150);
+    assert_eq!(lost_at(&mut master), Some(151));
+    let mut master = powered(&STANDARD);
+    consumer(&mut master, 1, 9, 150);
+    consumer(&mut master, 2, 8, 400);
+    assert_eq!(lost_at(&mut master), Some(401));
+    // Nobody's time: as before.
+    let mut master = powered(&STANDARD);
+    consumer(&mut master, 1, 9, 600);
+    consumer(&mut master, 1, 0, 0);
+    assert_eq!(lost_at(&mut master), Some(601));
+}
+
+const STAMP: [u32; 2] = [12_321, 43_200_000];
+
+/// Slave 2 has one setting.
+const STAMPED: Profile = Profile {
+    slaves: &[AssignedSlave {
+        node: TWO,
+        mandatory: true,
+        expected: Expected { device_type: 0, identity: [0; 4], stamp: STAMP },
+    }],
+    settings: &[Setting { node: TWO, at: Address::new(0x1029, 1), value: &[1] }],
+    ..STANDARD
+};
+
+/// The objects of slave 2 that are read (index, sub-index) or written (and value) until it is started; it answers with
+/// this stamp, and its setting differs.
+fn booted(master: &mut Bench<Master>, stamp: [u32; 2]) -> Vec<(u16, u8, Option<u32>)> {
+    master.clear();
+    master.receive(NOMINAL, 0x702, &[0x00]);
+    let mut transfers = vec![];
+    while let Some([command, low, high, sub, data @ ..]) = requests(master).get(transfers.len()).copied() {
+        let index = u16::from_le_bytes([low, high]);
+        let value = match index {
+            0x1020 => stamp[usize::from(sub) - 1],
+            _ => 0,
+        };
+        let is_read = command == 0x40;
+        transfers.push((index, sub, (!is_read).then_some(u32::from_le_bytes(data))));
+        let size = if index == 0x1029 { 0x4F } else { 0x43 };
+        let [a, b, c, d] = value.to_le_bytes();
+        let answer =
+            if is_read { [size, low, high, sub, a, b, c, d] } else { [0x60, low, high, sub, 0, 0, 0, 0] };
+        master.receive(NOMINAL, 0x582, &answer);
+    }
+    assert!(master.sent.iter().any(|sent| sent.frame.id().raw() == 0 && sent.frame.data() == [1, 2]));
+    transfers
+}
+
+#[test]
+fn the_expected_stamp_decides_whether_a_slave_is_configured() {
+    let (read_type, read_date, read_time) = ((0x1000, 0, None), (0x1020, 1, None), (0x1020, 2, None));
+    let configures = [(0x1029, 1, None), (0x1029, 1, Some(1))];
+    let mut master = powered(&STAMPED);
+    assert_eq!([read(&mut master, 0x1F26, 2), read(&mut master, 0x1F27, 2)], STAMP);
+    assert_eq!([read(&mut master, 0x1F26, 3), read(&mut master, 0x1F27, 3)], [0, 0]);
+    assert_eq!(booted(&mut master, STAMP), [read_type, read_date, read_time]);
+    // Another one is expected from now on.
+    assert_eq!(write(&mut master, 0x1F26, 2, 12_322, 4), Ok(()));
+    let stamps = [(0x1020, 1, Some(12_322)), (0x1020, 2, Some(STAMP[1]))];
+    let expected: Vec<_> = [read_type, read_date].into_iter().chain(configures).chain(stamps).collect();
+    assert_eq!(booted(&mut master, STAMP), expected);
+    assert_eq!(booted(&mut master, [12_322, STAMP[1]]), [read_type, read_date, read_time]);
+    assert_eq!(write(&mut master, 0x1F27, 2, 5, 4), Ok(()));
+    let stamps = [(0x1020, 1, Some(12_322)), (0x1020, 2, Some(5))];
+    let expected: Vec<_> =
+        [read_type, read_date, read_time].into_iter().chain(configures).chain(stamps).collect();
+    assert_eq!(booted(&mut master, [12_322, STAMP[1]]), expected);
+    // None: it is configured at each boot, and not stamped.
+    assert_eq!(write(&mut master, 0x1F26, 2, 0, 4), Ok(()));
+    assert_eq!(write(&mut master, 0x1F27, 2, 0, 4), Ok(()));
+    let expected: Vec<_> = [read_type].into_iter().chain(configures).collect();
+    assert_eq!(booted(&mut master, [0, 0]), expected);
+}
+
+#[test]
+fn its_own_startup_is_that_of_a_master() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(read(&mut master, 0x1F80, 0), 1);
+    for value in [0, 2, 4, 5, 9, 0x8000_0001] {
+        assert_eq!(write(&mut master, 0x1F80, 0, value, 4), Err(0x0609_0030), "{value}");
+    }
+    assert_eq!(write(&mut master, 0x1F80, 0, 1, 4), Ok(()));
+    assert_eq!(read(&mut master, 0x1F80, 0), 1);
+}
+
+/// Verifies: ECSS 6.8a
+#[test]
+fn a_block_that_its_client_downloads_goes_on_when_the_outbox_was_full() {
+    const NINE: NodeId = NodeId::of::<9>();
+    const VALUE: [u8; 200] = [0xA5; 200];
+    // 29 segments.
+    let segments = |master: &Bench<Master>| -> Vec<u8> {
+        let sent = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x609);
+        sent.map(|sent| sent.frame.data()[0]).collect()
+    };
+    let mut master = powered(&STANDARD);
+    master.touch(|master, _| {
+        let client = master.claim_sdo(NINE, Waker::noop()).expect("nobody has it");
+        client.start_download(Address::new(0x6300, 0), VALUE.len(), Mode::Block);
+        assert_eq!(client.push(&VALUE), VALUE.len());
+    });
+    assert_eq!(segments(&master).len(), 1, "the request");
+    master.clear();
+    master.receive(NOMINAL, 0x589, &[0xA4, 0x00, 0x63, 0, 127, 0, 0, 0]);
+    let window = segments(&master).len();
+    assert!(window > 0 && window < 29, "as many as a bus takes: {window}");
+    // Some leave, some never come to the bus: what is behind them follows all the same.
+    let mut sent = vec![];
+    while sent.len() + segments(&master).len() < 29 {
+        let on_their_way: Vec<_> = std::mem::take(&mut master.sent);
+        let count = on_their_way.iter().filter(|sent| sent.frame.id().raw() == 0x609).count();
+        assert!(count > 0, "it stands still after {} segments", sent.len());
+        sent.extend(
+            on_their_way.iter().filter(|sent| sent.frame.id().raw() == 0x609).map(|s| s.frame.data()[0]),
+        );
+        master.link(NOMINAL, LinkEvent::Unsent { frames: count as u16 });
+    }
+    sent.extend(segments(&master));
+    let expected: Vec<u8> = (1..=28).chain([29 | 0x80]).collect();
+    assert_eq!(sent, expected);
+    // The server has the last ones only, that is none in their turn: all of them come again.
+    master.clear();
+    master.receive(NOMINAL, 0x589, &[0xA2, 0, 127, 0, 0, 0, 0, 0]);
+    assert_eq!(segments(&master)[0], 1);
+    for _ in 0..29 {
+        let on_their_way = std::mem::take(&mut master.sent);
+        on_their_way.iter().for_each(|sent| master.transmitted(sent.bus, sent.frame));
+    }
+    master.receive(NOMINAL, 0x589, &[0xA2, 29, 127, 0, 0, 0, 0, 0]);
+    let end = segments(&master);
+    assert_eq!(end.len(), 1);
+    assert_eq!(end[0] & 0xE3, 0xC1, "the end of the block");
+    master.receive(NOMINAL, 0x589, &[0xA1, 0, 0, 0, 0, 0, 0, 0]);
+    let outcome = master.node.claimed_sdo(Waker::noop()).outcome();
+    assert_eq!(outcome, Some(Ok(200)));
+}
