@@ -6,28 +6,41 @@ use super::{Limits, Typed, Variable};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Run {
-    /// How many, at least one.
+    /// How many, at least one; all together have at most 64 bits.
     pub count: u32,
-    /// Bits of each, `1..=64`; of all together at most 64.
-    pub bits: u32,
+    /// Bytes of each, `1..=8`; zero for a single bit.
+    pub bytes: u32,
 }
 
 impl Run {
     /// The values from `first` on, the first one lowest. `None` when there are not as many.
     #[inline]
     pub fn read<T: Variable>(self, values: &[T], first: usize) -> Option<u64> {
-        let values = values.get(first..)?.get(..self.count as usize)?;
-        Some(values.iter().rev().fold(0, |above, value| above.wrapping_shl(self.bits) | value.bits()))
+        let (lowest, others) = values.get(first..)?.get(..self.count as usize)?.split_first()?;
+        let (mut all, mut at) = (lowest.bits(), 0_u32);
+        for value in others {
+            at = at.wrapping_add(self.bits());
+            all |= value.bits().wrapping_shl(at);
+        }
+        Some(all)
+    }
+
+    /// Bits of each.
+    pub const fn bits(self) -> u32 {
+        if self.bytes == 0 { 1 } else { self.bytes.wrapping_mul(8) }
     }
 
     /// Writes the values from `first` on, the lowest bits to the first. `None` when there are not as many; nothing is
     /// written then.
     #[inline]
     pub fn write<T: Variable>(self, values: &mut [T], first: usize, bits: u64) -> Option<()> {
+        let values = values.get_mut(first..)?.get_mut(..self.count as usize)?;
+        let (lowest, others) = values.split_first_mut()?;
+        lowest.set_bits(bits);
         let mut rest = bits;
-        for value in values.get_mut(first..)?.get_mut(..self.count as usize)? {
+        for value in others {
+            rest = rest.wrapping_shr(self.bits());
             value.set_bits(rest);
-            rest = rest.wrapping_shr(self.bits);
         }
         Some(())
     }
@@ -46,7 +59,7 @@ impl Run {
                 Ok(()) => value.set_bits(rest),
                 Err(_) => all = None,
             }
-            rest = rest.wrapping_shr(self.bits);
+            rest = rest.wrapping_shr(self.bits());
         }
         all
     }

@@ -30,8 +30,6 @@ impl Slot {
     const INSTANCES: u16 = 1 << (Self::OBJECT - Self::INSTANCE);
     /// Most that may follow the first.
     const MOST: u32 = (1 << (Self::SUB - Self::MORE)) - 1;
-    /// Bytes of a single bit.
-    const BIT: u32 = 0;
     /// Number of no object: its bits go nowhere.
     const DUMMY: u32 = u32::MAX >> Self::OBJECT;
     /// Where a mapping ends: no value has 15 bytes.
@@ -71,14 +69,12 @@ impl Slot {
     }
 
     const fn run(self) -> Run {
-        let bytes = self.0 & ((1 << Self::MORE) - 1);
-        Run { count: self.more() + 1, bits: if bytes == Self::BIT { 1 } else { bytes * 8 } }
+        Run { count: self.more() + 1, bytes: self.0 & ((1 << Self::MORE) - 1) }
     }
 
     /// Bits of all its values.
     const fn bits(self) -> u32 {
-        let Run { count, bits } = self.run();
-        count.wrapping_mul(bits)
+        self.run().count.wrapping_mul(self.run().bits())
     }
 
     const fn is_dummy(self) -> bool {
@@ -181,10 +177,11 @@ impl Layout {
         all
     }
 
-    /// The slot of a mapping that has no other.
+    /// The slot of a mapping that has no other. An unused one reads as zero and takes nothing.
+    #[inline]
     fn only(&self) -> Option<Slot> {
         let [first, second, ..] = self.slots;
-        (second == Slot::UNUSED && first != Slot::UNUSED).then_some(first)
+        (second == Slot::UNUSED).then_some(first)
     }
 
     /// Whether it has this value.

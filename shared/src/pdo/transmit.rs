@@ -121,8 +121,9 @@ impl Tpdo {
 
     #[inline(always)]
     fn send<D: Objects>(&self, objects: &D, send: impl FnOnce(Frame)) {
+        let bits = self.layout.pack(objects);
         if let Some(id) = self.id {
-            send(Frame::of_bits(id, self.layout.bytes(), self.layout.pack(objects)));
+            send(Frame::of_bits(id, self.layout.bytes(), bits));
         }
     }
 }

@@ -8,7 +8,7 @@ use ecss_can::link::{Bus, CobId, Frame};
 use ecss_can::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
 use ecss_can::node::{Slave, SlaveEvent, Status};
 use ecss_can::od::Domain;
-use ecss_can::od::communication::Mapping;
+use ecss_can::od::communication::{Communication, Mapping};
 use ecss_can::profile::STANDARD;
 use ecss_can::runner::{BusCommand, LinkEvent, Node, Outbox};
 use ecss_can::time::{Duration, Instant, Stamp};
@@ -33,8 +33,13 @@ pub struct Harness<M: Mapping> {
 }
 
 impl<M: Mapping> Harness<M> {
-    /// An operational slave. Frames with `awaited` are counted.
+    /// An operational slave with [`communication`]. Frames with `awaited` are counted.
     pub fn new(awaited: CobId) -> anyhow::Result<Self> {
+        Self::with(awaited, communication)
+    }
+
+    /// An operational slave.
+    pub fn with(awaited: CobId, communication: fn(NodeId) -> Communication<8, 8, M>) -> anyhow::Result<Self> {
         let application = Application { block: Domain::new(vec![0; BLOCK]), ..Application::default() };
         let mut harness = Harness {
             slave: Slave::new(NODE, &STANDARD, application, communication),

@@ -14,7 +14,10 @@ use std::env;
 use anyhow::{Context, bail};
 use ecss_can::od::communication::{PdoMapping, StaticMapping};
 
-use crate::scenarios::{block_download, heartbeat, irrelevant, peer_heartbeat, rpdo, sync, upload, write};
+use crate::scenarios::{
+    block_download, heartbeat, irrelevant, peer_heartbeat, rpdo, rpdo_scattered, sync, sync_scattered,
+    upload, write,
+};
 
 fn main() -> anyhow::Result<()> {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -27,6 +30,8 @@ fn main() -> anyhow::Result<()> {
         "rpdo_variable" => rpdo::<PdoMapping>(repetitions),
         "sync_tpdo_static" => sync::<StaticMapping>(repetitions),
         "sync_tpdo_variable" => sync::<PdoMapping>(repetitions),
+        "rpdo_scattered" => rpdo_scattered(repetitions),
+        "sync_tpdo_scattered" => sync_scattered(repetitions),
         "sdo_upload" => upload(repetitions),
         "sdo_download" => write(repetitions),
         "block_download_segment" => block_download(repetitions),

@@ -25,6 +25,18 @@ pub struct Application {
     /// Number
     #[object(0x6200, rw)]
     pub number: u32,
+    /// Single value 1
+    #[object(0x6201, rw, pdo)]
+    pub one: u16,
+    /// Single value 2
+    #[object(0x6202, rw, pdo)]
+    pub two: u16,
+    /// Single value 3
+    #[object(0x6203, rw, pdo)]
+    pub three: u16,
+    /// Single value 4
+    #[object(0x6204, rw, pdo)]
+    pub four: u16,
     /// Block
     #[object(0x6300, rw)]
     pub block: Domain<Vec<u8>>,
@@ -35,16 +47,26 @@ pub const NUMBER: u16 = 0x6200;
 /// Index of [`Application::block`].
 pub const DOMAIN: u16 = 0x6300;
 
-/// RPDO 1 and TPDO 1 of four numbers each, the latter with every SYNC.
+/// RPDO 1 and TPDO 1 of an array of four numbers each, the latter with every SYNC.
 pub fn communication<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
-    let mut objects = Communication::<8, 8, M>::new(node);
     let four = |index: u32| [1, 2, 3, 4].map(|sub| index << 16 | sub << 8 | 16);
+    with(node, four(0x6000), four(0x6100))
+}
+
+/// The same of four numbers that are objects of their own.
+pub fn scattered<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
+    let four = [0x6201, 0x6203, 0x6202, 0x6204].map(|index| index << 16 | 16);
+    with(node, four, four)
+}
+
+fn with<M: Mapping>(node: NodeId, received: [u32; 4], sent: [u32; 4]) -> Communication<8, 8, M> {
+    let mut objects = Communication::<8, 8, M>::new(node);
     let [rpdo, ..] = &mut objects.rpdos;
     rpdo.cob_id = NO_REMOTE | u32::from(receive_id().raw());
-    objects.rpdo_mappings[0].map(&four(0x6000));
+    objects.rpdo_mappings[0].map(&received);
     let [tpdo, ..] = &mut objects.tpdos;
     (tpdo.cob_id, tpdo.transmission) = (NO_REMOTE | u32::from(transmit_id().raw()), 1);
-    objects.tpdo_mappings[0].map(&four(0x6100));
+    objects.tpdo_mappings[0].map(&sent);
     objects.consumer_heartbeat[1] = u32::from(PEER.get()) << 16 | 250;
     objects
 }

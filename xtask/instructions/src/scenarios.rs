@@ -7,7 +7,7 @@ use ecss_can::nmt::{NmtState, NodeId};
 use ecss_can::od::communication::{Mapping, PdoMapping};
 
 use crate::harness::Harness;
-use crate::objects::{DOMAIN, NODE, NUMBER, PEER, receive_id, transmit_id};
+use crate::objects::{DOMAIN, NODE, NUMBER, PEER, receive_id, scattered, transmit_id};
 
 /// Nobody knows it.
 const FOREIGN: CobId = CobId::telemetry(PEER);
@@ -29,6 +29,30 @@ pub fn rpdo<M: Mapping>(repetitions: u32) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// The same where each value is an object of its own.
+pub fn rpdo_scattered(repetitions: u32) -> anyhow::Result<()> {
+    let mut harness = Harness::<PdoMapping>::with(FOREIGN, scattered)?;
+    for n in 0..repetitions {
+        let [low, high, ..] = n.to_le_bytes();
+        harness.receive(Frame::of(receive_id(), [low, high, 2, 2, low, high, 4, 4]));
+    }
+    let application = &harness.slave.objects().application;
+    let received = [application.one, application.three, application.two, application.four];
+    let last = repetitions.wrapping_sub(1) as u16;
+    ensure!(repetitions == 0 || received == [last, 0x0202, last, 0x0404], "received {received:?}");
+    Ok(())
+}
+
+/// SYNC in, TPDO of 4 x 16 bit that are objects of their own out.
+pub fn sync_scattered(repetitions: u32) -> anyhow::Result<()> {
+    let mut harness = Harness::<PdoMapping>::with(transmit_id(), scattered)?;
+    for n in 0..repetitions {
+        harness.slave.objects_mut().application.two = n as u16;
+        harness.receive(Frame::of(CobId::SYNC, []));
+    }
+    check_sent(&harness, repetitions)
+}
+
 /// SYNC in, TPDO of 4 x 16 bit out.
 pub fn sync<M: Mapping>(repetitions: u32) -> anyhow::Result<()> {
     let mut harness = Harness::<M>::new(transmit_id())?;
@@ -36,6 +60,11 @@ pub fn sync<M: Mapping>(repetitions: u32) -> anyhow::Result<()> {
         harness.slave.objects_mut().application.sent[2] = n as u16;
         harness.receive(Frame::of(CobId::SYNC, []));
     }
+    check_sent(&harness, repetitions)
+}
+
+/// Whether so many TPDOs came, the last one with the number of the last repetition as its third value.
+fn check_sent<M: Mapping>(harness: &Harness<M>, repetitions: u32) -> anyhow::Result<()> {
     ensure!(harness.answers == repetitions, "{} TPDOs", harness.answers);
     let [_, _, _, _, low, high, ..] = harness.answer.padded();
     let last = repetitions.wrapping_sub(1) as u16;
