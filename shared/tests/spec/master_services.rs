@@ -182,7 +182,7 @@ fn its_own_startup_is_that_of_a_master() {
     assert_eq!(read(&mut master, 0x1F80, 0), 1);
 }
 
-/// Verifies: ECSS 6.8a
+/// Verifies: ECSS 6.1a
 #[test]
 fn a_block_that_its_client_downloads_goes_on_when_the_outbox_was_full() {
     const NINE: NodeId = NodeId::of::<9>();

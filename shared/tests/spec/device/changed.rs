@@ -28,9 +28,8 @@ fn change(
     });
 }
 
-/// Verifies: ECSS 8.3.1a
 #[test]
-fn redundancy_parameters() {
+fn the_redundancy_follows_its_parameters() {
     let mut slave = powered();
     change(&mut slave, (0x2000, 1), |objects| objects.spacecraft.redundancy.bdefault = 1);
     assert_eq!(slave.node.status(slave.now).redundancy.bdefault, REDUNDANT);
@@ -52,7 +51,7 @@ fn redundancy_parameters() {
 }
 
 #[test]
-fn its_heartbeat() {
+fn the_heartbeat_follows_its_period() {
     let mut slave = powered();
     change(&mut slave, (0x1017, 0), |objects| objects.communication.producer_heartbeat = 50);
     slave.clear();
@@ -60,9 +59,8 @@ fn its_heartbeat() {
     assert_eq!(slave.times(NOMINAL, 0x705), [50, 100, 150, 200]);
 }
 
-/// Verifies: ECSS 6.5.2a
 #[test]
-fn the_heartbeats_it_consumes() {
+fn other_heartbeats_are_consumed_and_pass_the_filters() {
     let mut slave = powered();
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.clear();
@@ -78,9 +76,8 @@ fn the_heartbeats_it_consumes() {
     assert_eq!(payloads(&slave, 0x085), [[0x30, 0x81, 0x11, 7, 0, 0, 0, 0]]);
 }
 
-/// Verifies: ECSS 6.9e
 #[test]
-fn sync_and_emergency() {
+fn sync_and_emergency_follow_their_objects() {
     let mut slave = operational();
     change(&mut slave, (0x1005, 0), |objects| objects.communication.sync_cob_id = 0x82);
     let filter = Filter::exact(CobId::new(0x082).unwrap());
@@ -102,15 +99,14 @@ fn sync_and_emergency() {
 }
 
 #[test]
-fn the_clock() {
+fn the_clock_is_set() {
     let mut slave = powered();
     change(&mut slave, (0x2010, 1), |objects| objects.spacecraft.scet_set.coarse = 77);
     assert_eq!(slave.node.scet(slave.now), Scet::new(77, 0).unwrap());
 }
 
-/// Verifies: ECSS 6.2a
 #[test]
-fn its_pdos() {
+fn pdos_come_and_go_as_they_are_configured() {
     let mut slave = operational();
     change(&mut slave, (0x1601, 0), |objects| {
         objects.communication.rpdo_mappings[1].map(&[VALUE]);

@@ -101,6 +101,7 @@ fn a_full_store_says_so_and_keeps_what_it_has() {
     assert_eq!(read(&mut slave, 0x1010, 1), [1, 0, 0, 0]);
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn a_device_says_whether_it_stores_parameters() {
     let memory = Memory::default();
@@ -124,6 +125,7 @@ fn a_device_says_whether_it_stores_parameters() {
     }
 }
 
+/// Verifies: ECSS 6.5.4a
 #[test]
 fn startup_is_chosen_by_1f80h_from_the_next_reset_on_and_stored() {
     let memory = Memory::default();
@@ -169,6 +171,7 @@ fn startup_is_as_its_profile_has_it_until_then() {
     assert_eq!(slave.node.status(slave.now).state, NmtState::Operational);
 }
 
+/// Verifies: ECSS 6.8a
 #[test]
 fn a_parameter_that_is_written_is_not_the_configuration_that_was_verified() {
     let memory = Memory::default();
@@ -209,7 +212,6 @@ fn a_parameter_that_is_written_is_not_the_configuration_that_was_verified() {
 
 /// A PDO brings values, no parameters.
 ///
-/// Verifies: ECSS 6.2a
 #[test]
 fn a_configuration_stays_verified_whatever_pdos_bring() {
     let mut slave = operational();

@@ -34,7 +34,7 @@ fn leaves(slave: &mut Bench<TestSlave>) {
     }
 }
 
-/// Verifies: ECSS 6.5.4a, 6.8a
+/// Verifies: ECSS 6.1a, 6.5.4a
 #[test]
 fn a_transfer_ends_without_a_word_when_the_node_is_stopped() {
     type Begin = fn(&mut Bench<TestSlave>);

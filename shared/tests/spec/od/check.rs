@@ -150,7 +150,7 @@ fn slave(application: Camera) -> Slave<Camera> {
     Slave::new(node(5), &STANDARD, application, communication)
 }
 
-/// Verifies: ECSS 6.8a
+/// Verifies: ECSS 6.1a
 #[test]
 fn a_client_is_told_why_whatever_transfer_it_chose() {
     let mut slave = Bench::new(slave(Camera::default()));

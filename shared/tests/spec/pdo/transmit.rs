@@ -327,6 +327,22 @@ fn an_event_that_waits_for_the_inhibit_time_survives_new_parameters() {
 }
 
 #[test]
+fn what_is_due_is_sent_though_its_parameters_change_before() {
+    // An event that nobody was asked for yet.
+    let mut node = Node::with(event_driven(0, 0));
+    node.trigger(ms(5));
+    node.configure(0, event_driven(0, 500), &WORDS, ms(5)).unwrap();
+    assert_eq!(node.run(ms(600)), [5_000, 505_000]);
+    // One that waits for SYNC, and its end.
+    let mut node = Node::with(synchronous(0, 0));
+    node.trigger(ms(5));
+    node.configure(0, TpdoParameters { event_timer: 500, ..synchronous(0, 0) }, &WORDS, ms(6)).unwrap();
+    assert_eq!(syncs_with(&mut node, 3), [1]);
+    node.configure(0, synchronous(0, 0), &WORDS, ms(7)).unwrap();
+    assert_eq!(syncs_with(&mut node, 3), []);
+}
+
+#[test]
 fn no_two_have_one_cob_id() {
     let mut node = Node::with(parameters(0x185, 1));
     assert_eq!(node.configure(1, parameters(0x185, 1), &WORDS, ms(0)), Err(AbortCode::ParameterIncompatible));
