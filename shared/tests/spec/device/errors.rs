@@ -4,16 +4,13 @@ use ecss_can::link::Bus;
 use ecss_can::node::SlaveEvent;
 use ecss_can::runner::LinkEvent;
 
-use super::fixture::{errors, operational, payloads, powered, run_with_master, write_all};
+use super::fixture::{NO_INHIBIT, errors, operational, payloads, powered, run_with_master, write_all};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, span};
 use crate::slave::TestSlave;
 
 const HEARTBEAT_OF_SEVEN: [u8; 8] = [0x30, 0x81, 0x11, 7, 0, 0, 0, 0];
 /// An error is gone, and it was the last one: which it was follows.
 const HEARTBEAT_OF_SEVEN_RESET: [u8; 8] = [0, 0, 0, 0x30, 0x81, 7, 0, 0];
-
-/// Emergencies follow each other as they come.
-const NO_INHIBIT: (u16, u8, &[u8]) = (0x1015, 0, &[0, 0]);
 
 /// Slave 7 is heard now, and not within the next 150 ms.
 fn misses_seven(slave: &mut Bench<TestSlave>) {

@@ -120,6 +120,9 @@ pub(crate) fn read<A: Objects + Default>(slave: &mut Bench<Slave<A>>, index: u16
     answer[4..].try_into().unwrap()
 }
 
+/// To be written: emergencies follow each other as they come.
+pub(crate) const NO_INHIBIT: (u16, u8, &[u8]) = (0x1015, 0, &[0, 0]);
+
 /// In Operational at zero, the master heard.
 pub(crate) fn operational() -> Bench<TestSlave> {
     let mut slave = powered();

@@ -5,7 +5,8 @@ use ecss_can::profile::{Profile, STANDARD, mission};
 use ecss_can::store::ParameterStore;
 
 use super::fixture::{
-    Memory, done, errors, operational, payloads, powered, powered_with, read, refused, write, write_all,
+    Memory, NO_INHIBIT, done, errors, operational, payloads, powered, powered_with, read, refused, write,
+    write_all,
 };
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 
@@ -67,8 +68,7 @@ fn that_a_stored_set_is_no_error_any_more_is_told_at_once() {
     // Defaults that come back with the next reset are no error either.
     for (index, signature) in [(0x1010, b"save"), (0x1011, b"load")] {
         let mut slave = powered_with(&stored_by_another());
-        // Without the inhibit time.
-        write_all(&mut slave, &[(0x1015, 0, &[0, 0]), (index, 1, signature)]);
+        write_all(&mut slave, &[NO_INHIBIT, (index, 1, signature)]);
         assert_eq!(payloads(&slave, 0x085), [[0, 0, 0, 0x00, 0x63, 0, 0, 0]]);
         assert_eq!(errors(&mut slave), (0, 1));
     }

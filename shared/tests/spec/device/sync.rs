@@ -1,10 +1,7 @@
 //! SYNC with and without a counter.
 
-use super::fixture::{autostarted, done, errors, payloads, write, write_all};
+use super::fixture::{NO_INHIBIT, autostarted, done, errors, payloads, write, write_all};
 use crate::bench::NOMINAL;
-
-/// Emergencies follow each other as they come.
-const NO_INHIBIT: (u16, u8, &[u8]) = (0x1015, 0, &[0, 0]);
 
 /// Verifies: ECSS 6.3b
 #[test]
