@@ -29,10 +29,9 @@ mod spare;
 
 #[cfg(target_os = "none")]
 mod image {
-    use core::panic::{Location, PanicInfo};
-
     use defmt_rtt as _;
     use ecss_can::runner::Telltale;
+    use panic_probe as _;
 
     /// What a debugger or an emulator reads of the running image, by this symbol.
     // SAFETY: no other symbol of an image has this name.
@@ -42,25 +41,6 @@ mod image {
     /// Reset the chip.
     pub fn reset() -> ! {
         cortex_m::peripheral::SCB::sys_reset()
-    }
-
-    /// The place of a panic says what failed. Its message is left alone, and so is the formatting of all messages left out:
-    /// that would be 2 KiB of every image. They are known to be of no use only where this is inlined.
-    #[panic_handler]
-    #[allow(unused_attributes)] // "ignored on externally exported functions", but not by link-time optimisation
-    #[inline(always)]
-    fn on_panic(info: &PanicInfo) -> ! {
-        panicked(info.location())
-    }
-
-    /// Goes to the log, then is a HardFault, which a debug probe tells.
-    #[inline(never)]
-    fn panicked(at: Option<&Location>) -> ! {
-        cortex_m::interrupt::disable();
-        if let Some(at) = at {
-            defmt::error!("panicked at {=str}:{=u32}", at.file(), at.line());
-        }
-        cortex_m::asm::udf()
     }
 }
 
