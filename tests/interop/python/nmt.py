@@ -2,7 +2,11 @@
 
 import unittest
 
-from spacecraft import OPERATIONAL, PRE_OPERATIONAL, STOPPED, Test
+from spacecraft import BOOT_UP, OPERATIONAL, PRE_OPERATIONAL, STOPPED, Test
+
+STARTUP = 0x1F80
+#: Its values for a slave: bit 2 keeps it in Pre-operational.
+BY_ITSELF, ON_COMMAND = 0, 4
 
 
 class Nmt(Test):
@@ -36,6 +40,27 @@ class Nmt(Test):
             self.one.boots()
             self.one.becomes(PRE_OPERATIONAL)
         self.other.becomes(PRE_OPERATIONAL)
+
+    def test_nmt_startup_says_whether_a_slave_waits_to_be_started(self) -> None:
+        """1F80h, bit 2; a reset of communication takes what is stored."""
+        remote = self.one.remote
+        self.addCleanup(remote.restore)
+        remote.sdo[STARTUP].raw = BY_ITSELF
+        remote.store()
+        self.restarts(OPERATIONAL)
+        self.assertEqual(remote.sdo[STARTUP].raw, BY_ITSELF)
+        remote.restore()
+        self.restarts(PRE_OPERATIONAL)
+        self.assertEqual(remote.sdo[STARTUP].raw, ON_COMMAND)
+        self.other.becomes(PRE_OPERATIONAL)
+
+    def restarts(self, state: int) -> None:
+        """Nobody starts it after its reset: this is the first state that it tells."""
+        self.one.states.forget()
+        self.one.remote.nmt.state = "RESET COMMUNICATION"
+        told = self.one.states.wait_for(lambda told: BOOT_UP in told[:-2])
+        after = told[told.index(BOOT_UP) + 1 :]
+        self.assertEqual(set(after), {state})
 
     def test_malformed_commands_change_nothing(self) -> None:
         self.net.nmt.state = "OPERATIONAL"

@@ -54,7 +54,12 @@ class Channel:
         self._socket = socket.create_connection((address.hostname, address.port), PATIENCE)
         self._buffer = b""
         self._ms: int | None = None
-        self._socket.sendall(b"Z1\rO\r")
+        for command in (b"Z1", b"O"):
+            self._socket.sendall(command + b"\r")
+            while not self._buffer:
+                self._receive()
+            answer, self._buffer = self._buffer[:1], self._buffer[1:]
+            assert answer == b"\r", f"{command!r} is refused: {answer!r}"
 
     def __enter__(self) -> "Channel":
         return self
@@ -70,9 +75,12 @@ class Channel:
                 assert b"\a" not in line, f"refused: {line!r}"
                 if line.startswith(b"t"):
                     yield self._frame(line.decode())
-            received = self._socket.recv(65536)
-            assert received, "the spacecraft has hung up"
-            self._buffer += received
+            self._receive()
+
+    def _receive(self) -> None:
+        received = self._socket.recv(65536)
+        assert received, "the spacecraft has hung up"
+        self._buffer += received
 
     def _frame(self, line: str) -> Frame:
         end = 5 + 2 * int(line[4])
@@ -96,12 +104,12 @@ class Channel:
         """Nothing has come that was not taken."""
         self._socket.setblocking(False)
         try:
-            self._buffer += self._socket.recv(65536)
+            self._receive()
         except BlockingIOError:
             pass
         finally:
             self._socket.settimeout(PATIENCE)
-        return b"t" not in self._buffer
+        return not self._buffer
 
 
 class Witness:

@@ -9,13 +9,15 @@ fn passes(name: &str, arguments: &[&str]) -> String {
 
 /// Heartbeats, boot-up and SYNC of a spacecraft that nobody disturbs.
 ///
-/// Verifies: ECSS 8.2b
+/// Verifies: ECSS 6.5.2a, 6.9c, 8.3.3a
 #[test]
 fn a_spacecraft_left_alone_is_heard_as_it_should_be() {
     passes("listening.py", &["--profile", "standard", "--slaves", "3"]);
 }
 
 /// The canopen package commands slaves whose master it is.
+///
+/// Verifies: ECSS 6.5.1a, 6.5.4a
 #[test]
 fn slaves_obey_a_foreign_nmt_master() {
     passes("nmt.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
@@ -27,10 +29,22 @@ fn telecommands_are_executed_and_telemetry_answers() {
     passes("telemetry.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
 }
 
-/// Every object over SDO, 20 kB by blocks, aborts.
+/// Expedited, by segments, 20 kB by blocks; aborts.
 #[test]
-fn every_object_is_read_and_written_over_sdo() {
+fn values_of_every_type_and_20_kilobytes_are_moved_over_sdo() {
     passes("sdo.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// Every object of the committed DCF of a slave.
+#[test]
+fn every_object_of_a_slave_is_read_and_written_over_sdo() {
+    passes("slave_objects.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// Every object of the committed EDS of the master, while it commands slaves.
+#[test]
+fn every_object_of_the_master_is_read_and_written_over_sdo() {
+    passes("master_objects.py", &["--profile", "librecube", "--slaves", "3"]);
 }
 
 /// PDOs by the names that their mapping has in the data sheet, and a mapping that is changed.
@@ -59,7 +73,7 @@ fn the_master_brings_slaves_back() {
 
 /// Heartbeats and emergencies of a slave that the canopen package plays, for the master and for a slave.
 ///
-/// Verifies: ECSS 6.4a.2
+/// Verifies: ECSS 6.4a.2, 6.5.2a
 #[test]
 fn heartbeats_and_emergencies_of_a_foreign_slave_are_consumed() {
     let said = passes("emergencies.py", &["--profile", "standard", "--slaves", "2"]);

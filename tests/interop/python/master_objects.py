@@ -1,0 +1,59 @@
+"""Every object of the emulated master over SDO, by the canopen package and its EDS, while it commands slaves 2 to 4."""
+
+import unittest
+
+import canopen
+
+from objects import INVALID_VALUE, PRODUCER, Walk
+from spacecraft import MASTER_EDS, OPERATIONAL, PATIENCE, Test
+
+SLAVES = (2, 3, 4)
+STARTUP, ASSIGNMENT, REQUEST = 0x1F80, 0x1F81, 0x1F82
+#: Bit 3 of an assignment: SYNC waits for the slave, which means nothing where there is none.
+MANDATORY = 1 << 3
+#: Request: node 0.
+ALL = 128
+
+
+class MasterObjects(Test):
+    def test_every_object_is_read_and_written(self) -> None:
+        net = self.connect()
+        slaves = self.nodes(net, *SLAVES)
+        for slave in slaves:
+            slave.becomes(OPERATIONAL)
+        dictionary = canopen.import_od(str(MASTER_EDS), 1)
+        master = net.add_node(1, dictionary)
+        master.sdo.RESPONSE_TIMEOUT = PATIENCE
+        walk = Walk(self, master.sdo, dictionary)
+
+        walk.read_all(is_unchanged=lambda value: value.access_type in ("const", "rw") and value.index != REQUEST)
+        walk.refuse_all()
+
+        walk.errors()
+        walk.signatures(is_stored=False)
+        walk.emergency()
+        walk.counter()
+        walk.self_test()
+        # Its identifier stays while it produces SYNC (CiA 301 7.5.2.5).
+        walk.refuses_write(INVALID_VALUE, 0x1005, 0, walk.number(0x1005) ^ 1)
+        walk.exchange(0x1005, 0, walk.number(0x1005) ^ PRODUCER)
+        # A master has nothing to choose there.
+        walk.refuses_write(INVALID_VALUE, STARTUP, 0, walk.number(STARTUP) ^ 1 << 2)
+        walk.exchange(STARTUP, 0, walk.number(STARTUP))
+        for node in range(1, 128):
+            walk.exchange(ASSIGNMENT, node, walk.number(ASSIGNMENT, node) ^ MANDATORY)
+        # What is read there is a state, what is written a command: slaves that run are started, others are not there.
+        for node in range(1, ALL + 1):
+            state = walk.number(REQUEST, node)
+            self.assertEqual(state, OPERATIONAL if node in SLAVES else 0, node)
+            walk.refuses_write(INVALID_VALUE, REQUEST, node, 0)
+            walk.write(REQUEST, node, OPERATIONAL)
+            self.assertEqual(walk.number(REQUEST, node), state, node)
+        walk.exchange_rest()
+        walk.finish()
+        for slave in slaves:
+            slave.becomes(OPERATIONAL, times=2)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
