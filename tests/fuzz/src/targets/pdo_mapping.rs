@@ -240,8 +240,8 @@ impl World<'_> {
             let mapping = mapping.objects();
             self.signature.note(0x2000 | number as u32);
             assert_eq!(sent.dlc(), bytes(mapping));
-            // The time is taken at the SYNC, and what becomes of errors is told after it.
-            if mapping.iter().all(|entry| !matches!(entry >> 16, 0x2011 | 0x1001)) {
+            // Time and health of the buses are taken at the SYNC, and what becomes of errors is told after it.
+            if mapping.iter().all(|entry| !matches!(entry >> 16, 0x2011 | 0x2020 | 0x2021 | 0x1001)) {
                 assert_eq!(sent.padded(), pack(mapping, &mut objects), "{mapping:08X?}");
             }
         }
