@@ -142,7 +142,7 @@ class Walk:
         self._test.assertEqual(writable - self._written, set())
 
     def errors(self) -> None:
-        """1003h: zero forgets the errors, another number means nothing (CiA 301 7.5.2.3)."""
+        """1003h: zero forgets the errors, another number means nothing (CiA 301 7.5.2.4)."""
         self.refuses_write(INVALID_VALUE, 0x1003, 0, 1)
         self.write(0x1003, 0, 0)
         self._test.assertEqual(self.number(0x1003), 0)
