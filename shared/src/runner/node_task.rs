@@ -68,7 +68,7 @@ impl<E> Outbox<E> {
         self.command(bus, BusCommand::Send(Outgoing { frame, expires }));
     }
 
-    /// Command a bus. The last [`CONTROL_RESERVE`] places are kept for commands other than sending.
+    /// Command a bus. The last `CONTROL_RESERVE` places are kept for commands other than sending.
     pub fn command(&mut self, bus: Bus, command: BusCommand) {
         let sends = matches!(command, BusCommand::Send(_));
         let reserve = if sends { CONTROL_RESERVE } else { 0 };
