@@ -244,7 +244,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.dictionary.written.take()
     }
 
-    /// A parameter was written by SDO: it is no longer the configuration that was verified (CiA 301 7.5.2.18).
+    /// A parameter was written by SDO: it is no longer the configuration that was verified (CiA 301 7.5.2.23).
     #[inline]
     pub fn forget_configuration(&mut self) {
         self.dictionary.objects.communication.configuration = [0; 2];

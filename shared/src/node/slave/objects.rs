@@ -159,7 +159,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             // ECSS 7.2.3k: the local time at the end of the SYNC.
             self.refresh(stamp.at);
         }
-        // CiA 301 7.5.2.6: what has not left at the end of the window is discarded.
+        // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
         let expires = (now + self.lifetimes.synchronous).min(self.device.window_end());
         let bus = self.selector.selected();
         self.device.sample(counter, &mut |frame| out.send_until(bus, frame, expires));

@@ -101,7 +101,7 @@ pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = Pd
     pub error_behaviour: [u8; 1],
     /// NMT startup
     ///
-    /// Bit 0: NMT master. Bit 2: not to Operational without a command. Taken at the next reset of communication.
+    /// Bit 0: NMT master. Bit 2: not to Operational without a command. What is stored of it holds from the next reset on.
     #[object(0x1F80, rw, default = NmtStartup::of_slave(false).raw())]
     pub nmt_startup: u32,
     /// Receive PDO communication parameter
