@@ -44,8 +44,12 @@ impl Bench {
         step(&mut self.slave, self.now, &mut out);
         while let Some((bus, command)) = out.pop_command() {
             if let BusCommand::Send(outgoing) = command {
-                assert!(outgoing.expires > self.now, "stale at once");
-                self.sent.push((bus, outgoing.frame));
+                if outgoing.is_expired(self.now) {
+                    // A synchronous PDO after its window: its bus counts it as expired.
+                    assert!(self.slave.objects().communication.synchronous_window > 0, "stale at once");
+                } else {
+                    self.sent.push((bus, outgoing.frame));
+                }
             }
         }
         while let Some(event) = out.pop_event() {
