@@ -54,6 +54,21 @@ fn errors_of_its_buses_stand_in_its_dictionary() {
     }
 }
 
+#[test]
+fn a_parameter_that_is_written_ends_the_verified_configuration() {
+    let mut master = powered(&STANDARD);
+    let stamp = |master: &mut _| (read(master, 0x1020, 1), read(master, 0x1020, 2));
+    let written = [(0x1F84, 2, 1, 4, false), (0x1017, 0, 100, 2, false), (0x2000, 2, 3, 1, false)];
+    let others = [(0x1003, 0, 0, 1, true), (0x1F82, 2, 127, 1, true), (0x2030, 0, 1, 1, true)];
+    for (index, sub, value, len, stays) in written.into_iter().chain(others) {
+        assert_eq!(write(&mut master, 0x1020, 1, 7, 4), Ok(()));
+        assert_eq!(write(&mut master, 0x1020, 2, 8, 4), Ok(()));
+        assert_eq!(stamp(&mut master), (7, 8));
+        assert_eq!(write(&mut master, index, sub, value, len), Ok(()));
+        assert_eq!(stamp(&mut master), if stays { (7, 8) } else { (0, 0) }, "{index:04X}");
+    }
+}
+
 /// Verifies: ECSS 5.6.2c
 #[test]
 fn error_counters_follow_the_controller_unasked() {

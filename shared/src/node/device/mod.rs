@@ -239,15 +239,16 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.server.on_sent();
     }
 
-    /// What was written last over the bus, once.
-    pub fn take_written(&mut self) -> Option<Address> {
-        self.dictionary.written.take()
-    }
-
-    /// A parameter was written by SDO: it is no longer the configuration that was verified (CiA 301 7.5.2.23).
+    /// What was written last over the bus, once. After a parameter it is no longer the configuration that was verified
+    /// (CiA 301 7.5.2.23).
     #[inline]
-    pub fn forget_configuration(&mut self) {
-        self.dictionary.objects.communication.configuration = [0; 2];
+    pub fn take_written(&mut self) -> Option<Address> {
+        let at = self.dictionary.written.take()?;
+        // History, signatures, the stamp itself, commands and the time are no parameters.
+        if !matches!(at.index, 0x1003 | 0x1010 | 0x1011 | 0x1020 | 0x1F82 | 0x2010 | 0x2030) {
+            self.dictionary.objects.communication.configuration = [0; 2];
+        }
+        Some(at)
     }
 
     /// Follows what was written to an object of its services.

@@ -233,8 +233,6 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         if at.index <= LAST_OWN {
             self.on_own_written(at, now, out);
-        } else {
-            self.device.forget_configuration();
         }
         if at.index >= FIRST_TOLD {
             if self.device.dictionary.tpdos.has_events() {
@@ -249,9 +247,6 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)] // those of the application need not pay for it
     fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         self.follow(at, now);
-        if !matches!(at.index, 0x1003 | 0x1010 | 0x1011 | 0x1020 | SCET_SET | SELF_TEST) {
-            self.device.forget_configuration();
-        }
         if at.index == SCET_SET {
             out.event(SlaveEvent::Time(self.clock.at(now)));
         } else if at.index == SELF_TEST {
