@@ -72,6 +72,7 @@ mod firmware {
         report(0, 0);
         report(4, 0);
         let p = embassy_stm32::init(Default::default());
+        boards::accelerate();
         let strap = Input::new(p.PC0, Pull::Up);
         let (mut log, opened) = store::open(p.FLASH).expect("the flash works");
         let mut number = stored(&mut log);

@@ -5,13 +5,10 @@
 use ecss_can::link::PerBus;
 use ecss_can::link::bit_timing::{BitTiming, Hertz, Network};
 use ecss_can::nmt::NodeId;
-use ecss_can::store::ParameterStore;
-use embassy_stm32::gpio::{Input, Output};
+use ecss_can::store::{ParameterStore, RetainedMemory};
+use embassy_stm32::gpio::{Input, Level, Output, Pin, Speed};
 use embassy_stm32::peripherals::FLASH;
-use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
-};
-use embassy_stm32::{Config, Peri, bind_interrupts, peripherals};
+use embassy_stm32::{Peri, bind_interrupts, peripherals};
 
 use crate::Uptime;
 use crate::bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler};
@@ -27,7 +24,7 @@ bind_interrupts!(pub(crate) struct Irqs {
     CAN2_SCE => StatusHandler<peripherals::CAN2>;
 });
 
-/// Clock of the CAN controllers: APB1 as in [`clocks`].
+/// Clock of the CAN controllers: APB1 as in [`clock_tree`](crate::clock_tree).
 const PCLK1: Hertz = Hertz(42_000_000);
 
 /// The setting of both CAN controllers for a network. Evaluated as a constant, a network without bit timing fails the
@@ -54,6 +51,8 @@ pub struct Board {
     pub node_id: Result<NodeId, StrapError>,
     /// The parameter store; `None` when its flash fails.
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
+    /// RAM that outlives a reset.
+    pub retained: &'static mut (dyn RetainedMemory + Send),
     /// RAM that is left, 64 KiB at most: for blocks of data.
     pub memory: &'static mut [u8],
 }
@@ -66,19 +65,11 @@ pub struct Leds {
     pub state: Output<'static>,
 }
 
-/// SYSCLK 168 MHz, APB1 42 MHz, its timers 84 MHz: one bit timing and one timer rate on all boards. `prediv` makes 2 MHz
-/// of the oscillator.
-pub(crate) fn clocks(oscillator: Hse, prediv: PllPreDiv) -> Config {
-    let mut config = Config::default();
-    config.rcc.hse = Some(oscillator);
-    config.rcc.pll_src = PllSource::HSE;
-    config.rcc.pll =
-        Some(Pll { prediv, mul: PllMul::MUL168, divp: Some(PllPDiv::DIV2), divq: None, divr: None });
-    config.rcc.sys = Sysclk::PLL1_P;
-    config.rcc.ahb_pre = AHBPrescaler::DIV1;
-    config.rcc.apb1_pre = APBPrescaler::DIV4;
-    config.rcc.apb2_pre = APBPrescaler::DIV2;
-    config
+impl Leds {
+    pub(crate) fn new(activity: Peri<'static, impl Pin>, state: Peri<'static, impl Pin>) -> Leds {
+        let dark = |pin| Output::new(pin, Level::Low, Speed::Low);
+        Leds { activity: dark(activity.into()), state: dark(state.into()) }
+    }
 }
 
 /// Opens the parameter store, which may take seconds: see [`store::open`].

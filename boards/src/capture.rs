@@ -13,6 +13,8 @@
 //!
 //! TIM5 counts the low word of [`Ticks`]; the rest comes with the interrupt's time.
 
+use core::sync::atomic::{Ordering, fence};
+
 use ecss_can::link::{Bus, Frame, PerBus};
 use ecss_can::time::{Captured, Clock, EDGES, EdgeRing, Miss, Stamp, Ticks};
 use embassy_stm32::gpio::{AfType, Flex, Pull};
@@ -77,6 +79,8 @@ fn go_round(stream: St, capture: *const u32, ring: &'static EdgeRing) {
     stream.par().write_value(capture as u32);
     stream.m0ar().write_value(ring.cells().as_ptr() as u32);
     stream.ndtr().write(|w| w.set_ndt(EDGES as u16));
+    // What the ring held is written before DMA may write.
+    fence(Ordering::Release);
     stream.cr().write(|w| {
         w.set_chsel(STREAM_CHANNEL);
         w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
@@ -89,15 +93,13 @@ fn go_round(stream: St, capture: *const u32, ring: &'static EdgeRing) {
     });
 }
 
-/// The beginning of a microsecond of the uptime, when it is there.
+/// The beginning of a microsecond of the uptime, when it is there. An uptime that stands still is taken as it is.
 fn next_microsecond() -> Ticks {
+    /// Ten times as many as a microsecond has cycles.
+    const POLLS: usize = 1_680;
     let now = Uptime.now();
-    loop {
-        let next = Uptime.now();
-        if next > now {
-            return next.into();
-        }
-    }
+    let next = (0..POLLS).map(|_| Uptime.now()).find(|next| *next > now);
+    next.unwrap_or(now).into()
 }
 
 impl Edges {
@@ -111,9 +113,17 @@ impl Edges {
         // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too. The time of
         // its interrupt is a microsecond that has begun.
         let end = reported.ticks().low().wrapping_add(bit + Ticks::PER_MICRO);
-        while (1..=2 * (bit + Ticks::PER_MICRO)).contains(&end.wrapping_sub(TIM5.cnt().read())) {}
+        let longest = 2 * (bit + Ticks::PER_MICRO);
+        // Bounded by reads, not by time: the loop ends although the timer stands still.
+        for _ in 0..longest {
+            if !(1..=longest).contains(&end.wrapping_sub(TIM5.cnt().read())) {
+                break;
+            }
+        }
         let alone_until = TIM5.cnt().read();
         let next = EDGES - usize::from(self.stream.ndtr().read().ndt());
+        // What DMA stored before it counted down is read after that count.
+        fence(Ordering::Acquire);
         let result = if alone() {
             self.ring.stamp(Captured { next, alone_until }, frame, reported, bit)
         } else {

@@ -20,10 +20,14 @@ mod board;
 mod capture;
 #[cfg(target_os = "none")]
 mod clock;
+#[cfg(target_os = "none")]
+mod clock_tree;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 mod pyboard_v11;
+#[cfg(target_os = "none")]
+mod retained;
 #[cfg(target_os = "none")]
 mod spare;
 
@@ -49,6 +53,7 @@ pub use {
     board::{Board, Leds, bit_timing},
     bxcan::Port,
     clock::Uptime,
+    clock_tree::accelerate,
     image::TELLTALE,
     image::reset,
 };

@@ -12,13 +12,13 @@
 
 use ecss_can::link::PerBus;
 use ecss_can::link::bit_timing::BitTiming;
-use embassy_stm32::gpio::{Input, Level, Output, Pull, Speed};
+use embassy_stm32::gpio::{Input, Pull};
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
 
-use crate::board::{Board, Irqs, Leds, clocks, node_id, store};
+use crate::board::{Board, Irqs, Leds, node_id, store};
 use crate::bxcan::Port;
-use crate::{Uptime, capture, spare};
+use crate::{Uptime, capture, clock_tree, retained, spare};
 
 /// MCO of the ST-LINK, a square wave.
 const OSCILLATOR: Hse = Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass };
@@ -26,11 +26,17 @@ const OSCILLATOR: Hse = Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass };
 impl Board {
     /// Starts clocks, puts both controllers into Init mode (silent: not even an acknowledgement) and reads the straps.
     ///
+    /// Without its oscillator the board never returns from here: it logs the failure, its LEDs take turns, and both
+    /// controllers stay in reset.
+    ///
     /// # Panics
     /// When called twice.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
     pub fn init(timing: BitTiming) -> Board {
-        let p = embassy_stm32::init(clocks(OSCILLATOR, PllPreDiv::DIV4));
+        let p = match clock_tree::start(OSCILLATOR, PllPreDiv::DIV4) {
+            Ok(p) => p,
+            Err(p) => clock_tree::without_oscillator(Leds::new(p.PA5, p.PA6)),
+        };
         let node_id = node_id([
             Input::new(p.PC0, Pull::Up),
             Input::new(p.PC1, Pull::Up),
@@ -45,12 +51,10 @@ impl Board {
         Board {
             ports: PerBus { nominal, redundant },
             clock: Uptime,
-            leds: Leds {
-                activity: Output::new(p.PA5, Level::Low, Speed::Low),
-                state: Output::new(p.PA6, Level::Low, Speed::Low),
-            },
+            leds: Leds::new(p.PA5, p.PA6),
             node_id,
             store: store(p.FLASH),
+            retained: retained::take(),
             memory: spare::take(),
         }
     }

@@ -14,6 +14,7 @@ mod filters;
 mod mailboxes;
 mod mode;
 mod status;
+mod waiting;
 
 #[cfg(target_os = "none")]
 mod controller;

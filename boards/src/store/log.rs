@@ -1,8 +1,9 @@
 //! A log of sets in two pages of NOR flash; the last set that is whole is the one that is stored.
 //!
 //! ```text
-//! page    magic | epoch, !epoch | set | set | ... | erased
+//! page    magic | epoch, !epoch | set | note | set | ... | erased
 //! set     length, !length | bytes, padded to words | CRC
+//! note    8000h + note, complement
 //! ```
 //!
 //! * The CRC is written last: with it a set is stored, without it the one before. It is never FFFF FFFFh, the erased word.
@@ -10,8 +11,9 @@
 //!   or one that an erase was about to clear, has pairs of ones and is told for certain.
 //! * The page in use is the one of the higher epoch. The other one is free or holds what is past, or the remains of an
 //!   erase; it is erased before it is used.
-//! * [`ParameterLog::open`] changes pages when room for a set is no longer left: erase the other page, copy the set,
-//!   write the epoch. Until the epoch stands there the old page holds; afterwards nobody looks at it.
+//! * A note holds until the next set is stored. Notes end at three quarters of a page: the rest is for sets.
+//! * [`ParameterLog::open`] changes pages when room for a set is no longer left, or for a note: erase the other page, copy
+//!   set and note, write the epoch. Until the epoch stands there the old page holds; afterwards it is not read.
 //! * A word that does not read back as it was written fails the set.
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
@@ -26,6 +28,8 @@ const MAGIC: u32 = u32::from_le_bytes(*b"ECPS");
 /// Magic and epoch.
 const PAGE_HEADER: u32 = 2 * WORD;
 const ERASED: u32 = u32::MAX;
+/// In the first half of a word: a note follows in the other bits, and no length.
+const NOTE: u16 = 0x8000;
 /// Bit by bit: sets are short and a table is a KiB.
 static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
@@ -81,6 +85,7 @@ pub struct ParameterLog<F> {
     /// Where the next set goes.
     free: u32,
     stored: Option<Record>,
+    note: Option<u16>,
     writing: Option<Writing>,
 }
 
@@ -100,7 +105,8 @@ impl<F: NorFlash> ParameterLog<F> {
             );
         }
         let pages = [base, base + Self::PAGE];
-        let mut log = ParameterLog { flash, page: base, page_end: 0, free: 0, stored: None, writing: None };
+        let mut log =
+            ParameterLog { flash, page: base, page_end: 0, free: 0, stored: None, note: None, writing: None };
         let mut opened = Opened::default();
         let epochs = [log.epoch(pages[0])?, log.epoch(pages[1])?];
         let newest = match epochs {
@@ -117,8 +123,9 @@ impl<F: NorFlash> ParameterLog<F> {
         };
         log.enter(pages[newest]);
         log.find_stored(&mut opened)?;
+        log.find_note()?;
         let room = Record { at: log.free, len: MAX_SET as u32 };
-        if room.end() > log.page_end {
+        if room.end() > log.page_end || log.free >= log.notes_end() {
             log.clear(pages[1 - newest], &mut opened)?;
             log.change_page(pages[1 - newest], epochs[newest].unwrap_or(0).saturating_add(1))?;
         }
@@ -139,7 +146,12 @@ impl<F: NorFlash> ParameterLog<F> {
         self.page = page;
         self.page_end = page + Self::PAGE;
         self.free = page + PAGE_HEADER;
-        self.stored = None;
+        (self.stored, self.note) = (None, None);
+    }
+
+    /// Where the last quarter of the page begins.
+    fn notes_end(&self) -> u32 {
+        self.page_end - Self::PAGE / 4
     }
 
     /// The epoch of a page that was made ready.
@@ -191,9 +203,7 @@ impl<F: NorFlash> ParameterLog<F> {
             if length == ERASED {
                 break;
             }
-            // A length that was cut short has nothing after it.
-            let record = doubled(length).map(|len| Record { at, len: u32::from(len) });
-            let Some(record) = record.filter(|record| record.end() <= self.page_end) else {
+            let Some(record) = self.record(at, length) else {
                 at += WORD;
                 continue;
             };
@@ -204,6 +214,25 @@ impl<F: NorFlash> ParameterLog<F> {
         }
         self.free = self.free.max(at);
         Ok(last)
+    }
+
+    /// The set whose length stands at `at`. A note has nothing after it, and neither has a length that was cut short.
+    fn record(&self, at: u32, length: u32) -> Option<Record> {
+        let len = doubled(length).filter(|len| len & NOTE == 0)?;
+        Some(Record { at, len: u32::from(len) }).filter(|record| record.end() <= self.page_end)
+    }
+
+    /// The last note behind the stored set. Sets that stand between them are not stored.
+    fn find_note(&mut self) -> Result<(), StoreError> {
+        let mut at = self.stored.map_or(self.page + PAGE_HEADER, Record::end);
+        while at < self.free {
+            let word = self.word(at)?;
+            if let Some(note) = doubled(word).filter(|note| note & NOTE != 0) {
+                self.note = Some(note & !NOTE);
+            }
+            at = self.record(at, word).map_or(at + WORD, Record::end);
+        }
+        Ok(())
     }
 
     fn crc_of(&mut self, record: Record) -> Result<u32, StoreError> {
@@ -220,9 +249,9 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(end_crc(crc))
     }
 
-    /// Takes the stored set over to a page that is erased.
+    /// Takes the stored set and the note over to a page that is erased.
     fn change_page(&mut self, page: u32, epoch: u16) -> Result<(), StoreError> {
-        let old = self.stored;
+        let (old, note) = (self.stored, self.note);
         self.enter(page);
         if let Some(old) = old {
             self.begin(old.len as usize)?;
@@ -233,6 +262,9 @@ impl<F: NorFlash> ParameterLog<F> {
                 self.append(part)?;
             }
             self.commit()?;
+        }
+        if let Some(note) = note {
+            self.write_note(note)?;
         }
         self.stamp(epoch)
     }
@@ -309,7 +341,27 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
             self.program(record.crc() - WORD, u32::from_le_bytes(take_word(&mut writing.word)))?;
         }
         self.program(record.crc(), end_crc(writing.crc))?;
-        self.stored = Some(record);
+        (self.stored, self.note) = (Some(record), None);
+        Ok(())
+    }
+
+    fn note(&self) -> Option<u16> {
+        self.note
+    }
+
+    fn write_note(&mut self, note: u16) -> Result<(), StoreError> {
+        self.writing = None;
+        if note & NOTE != 0 {
+            return Err(StoreError::Size);
+        }
+        let at = self.free;
+        if at >= self.notes_end() {
+            return Err(StoreError::Full);
+        }
+        // If it fails it is no note, and nothing after it.
+        self.free += WORD;
+        self.program(at, double(NOTE | note))?;
+        self.note = Some(note);
         Ok(())
     }
 }

@@ -19,6 +19,9 @@ pub const PROFILE: &Profile = &ecss_can::profile::LIBRECUBE;
 #[cfg(not(feature = "librecube"))]
 pub const PROFILE: &Profile = &ecss_can::profile::STANDARD;
 
+/// Selective slaves that would give up before the master has tried both buses fail the build here.
+const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+
 /// A network for which this board has no bit timing fails the build here.
 const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
 
@@ -36,9 +39,9 @@ static NODE: OnceLock<Node> = OnceLock::new();
 async fn main(spawner: Spawner) {
     let Board { mut ports, clock, leds, .. } = Board::init(BIT_TIMING);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
-    let master = Master::new(PROFILE);
-    let filters = master.filters();
-    let node = NODE.get_or_init(|| NodeCell::new(master));
+    // Made where it stays: each copy of it is 15 kB of this stack.
+    let node = NODE.get_or_init(|| NodeCell::new(Master::new(PROFILE)));
+    let filters = node.with(|master| master.filters());
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
 
     spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));

@@ -13,6 +13,7 @@ use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::nmt::{NmtState, NodeId};
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::od::spacecraft::SelfTest;
+use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{Command, Request};
 use ecss_can::runner::{AppLink, Telltale};
@@ -20,7 +21,7 @@ use ecss_can::time::{Clock, Instant};
 use embassy_futures::select::{Either, select};
 
 use crate::app::{Node, Raw};
-use schedule::{Schedule, Turn};
+use schedule::{SLAVES, Schedule, Turn, slot};
 
 pub struct Application {
     node: &'static Node,
@@ -30,6 +31,8 @@ pub struct Application {
     telltale: &'static Telltale,
     commands: Schedule,
     telemetry: Schedule,
+    /// Numbers the commands to each slave.
+    sequences: [Sequence; SLAVES],
 }
 
 impl Application {
@@ -42,7 +45,8 @@ impl Application {
         telltale: &'static Telltale,
     ) -> Self {
         let (commands, telemetry) = (Schedule::new(profile.command), Schedule::new(profile.telemetry));
-        Application { node, clock, leds, link, telltale, commands, telemetry }
+        let sequences = [Sequence::new(clock.now(), profile.command); SLAVES];
+        Application { node, clock, leds, link, telltale, commands, telemetry, sequences }
     }
 
     pub async fn run(mut self) -> ! {
@@ -73,9 +77,12 @@ impl Application {
         log::event(event);
         match event {
             MasterEvent::SlaveState { node, state: NmtState::Operational, .. } => {
-                let now = self.clock.now();
-                self.commands.start(*node, now);
-                self.telemetry.start(*node, now);
+                // Telemetry goes with commands, and these wait until none is taken for one before a reset.
+                if let Some(sequence) = slot(*node).and_then(|slot| self.sequences.get(slot)) {
+                    let from = self.clock.now().max(sequence.ready_at());
+                    self.commands.start(*node, from);
+                    self.telemetry.start(*node, from);
+                }
             }
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
             MasterEvent::Telemetry { .. } => self.telltale.telemetry_replies.count(),
@@ -107,11 +114,14 @@ impl Application {
 
     /// The LED in every other turn, a value that telemetry reads back in those between.
     async fn command(&mut self, turn: Turn) {
-        let missed = self.commands.taken(turn, self.clock.now());
+        let now = self.clock.now();
+        let missed = self.commands.taken(turn, now);
         self.telltale.skipped_turns.add(missed as u32);
         let Turn { node, count, .. } = turn;
+        let sequence = slot(node).and_then(|slot| self.sequences.get_mut(slot)?.step(now));
+        let Some(sequence) = sequence else { return self.telltale.skipped_turns.count() };
         let command = if count % 2 == 0 { Command::SetLed(count % 4 == 0) } else { Command::SetValue(count) };
-        self.link.requests.send(MasterRequest::Command { node, message: command.encode() }).await;
+        self.link.requests.send(MasterRequest::Command { node, message: command.encode(sequence) }).await;
         self.telltale.commands.count();
     }
 

@@ -11,7 +11,7 @@ use ecss_can::node::{Slave, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{self, MissionObjects};
 use ecss_can::runner::{AppLink, Filters, Links, NodeCell};
-use ecss_can::store::ParameterStore;
+use ecss_can::store::{ParameterStore, RetainedMemory};
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::once_lock::OnceLock;
@@ -23,6 +23,9 @@ use crate::tasks;
 pub const PROFILE: &Profile = &ecss_can::profile::LIBRECUBE;
 #[cfg(not(feature = "librecube"))]
 pub const PROFILE: &Profile = &ecss_can::profile::STANDARD;
+
+/// Selective slaves that would give up before the master has tried both buses fail the build here.
+const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
 
 /// A network for which this board has no bit timing fails the build here.
 const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
@@ -41,7 +44,7 @@ static NODE: OnceLock<Node> = OnceLock::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let Board { mut ports, clock, leds, node_id, store, memory } = Board::init(BIT_TIMING);
+    let Board { mut ports, clock, leds, node_id, store, retained, memory } = Board::init(BIT_TIMING);
     let id = match node_id {
         Ok(id) => id,
         Err(error) => {
@@ -51,7 +54,7 @@ async fn main(spawner: Spawner) {
         }
     };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
-    let (node, filters) = node(id, memory, store);
+    let (node, filters) = node(id, memory, store, retained);
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
 
     spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));
@@ -67,8 +70,9 @@ fn node(
     id: NodeId,
     memory: &'static mut [u8],
     store: Option<&'static mut (dyn ParameterStore + Send)>,
+    retained: &'static mut (dyn RetainedMemory + Send),
 ) -> (&'static Node, Filters) {
-    let mut slave = mission::slave(id, PROFILE, memory);
+    let mut slave = mission::slave(id, PROFILE, memory).with_retained(retained);
     if let Some(store) = store {
         slave = slave.with_store(store);
     }

@@ -8,12 +8,12 @@ use ecss_can::node::{Slave, SlaveEvent};
 use ecss_can::od::spacecraft::SelfTest;
 use ecss_can::pdo::Message;
 use ecss_can::profile::mission::{
-    COMMANDED_VALUE, Command, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    COMMANDED_VALUE, Command, Declined, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
 };
 use ecss_can::runner::Telltale;
 use ecss_can::time::Clock;
 
-use crate::app::{Link, Node};
+use crate::app::{Link, Node, PROFILE};
 
 pub struct Application {
     leds: Leds,
@@ -32,7 +32,7 @@ impl Application {
         link: &'static Link,
         telltale: &'static Telltale,
     ) -> Self {
-        Application { leds, clock, node, link, telltale, record: SlaveRecord::default() }
+        Application { leds, clock, node, link, telltale, record: SlaveRecord::new(PROFILE) }
     }
 
     pub async fn run(mut self) -> ! {
@@ -64,11 +64,14 @@ impl Application {
     }
 
     fn execute(&mut self, message: &Message) {
-        let Some(command) = Command::decode(message) else {
-            defmt::warn!("unknown command {=u16:04X}h", message.code());
-            return;
+        let command = match self.record.take(message, self.clock.now()) {
+            Ok(command) => command,
+            Err(Declined::Repeat) => return self.telltale.repeats.count(),
+            Err(Declined::Unknown) => {
+                defmt::warn!("unknown command {=u16:04X}h", message.code());
+                return;
+            }
         };
-        self.record.execute(command);
         self.telltale.commands.count();
         match command {
             Command::SetLed(on) => self.leds.state.set_level(on.into()),
@@ -80,6 +83,11 @@ impl Application {
                 });
             }
             Command::ResetCounters => self.node.with(Slave::reset_counters),
+            Command::SelectBus(bus) => {
+                if self.node.with(|slave| slave.select_bus(bus)).is_err() {
+                    defmt::warn!("declined: the master chooses the bus of a slave with parallel access");
+                }
+            }
         }
     }
 
@@ -124,6 +132,15 @@ fn log(event: &SlaveEvent) {
         },
         SlaveEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         SlaveEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
+        SlaveEvent::Clash { bus, yields } => {
+            defmt::error!("another node with this Node-ID on {}, yields: {=bool}", bus, yields);
+        }
+        SlaveEvent::ClashOver => defmt::info!("the other node with this Node-ID is silent"),
+        SlaveEvent::ResetIgnored { bus, command } => {
+            defmt::warn!("{} on {} ignored: the master is not heard", command, bus);
+        }
+        SlaveEvent::BdefaultNoted { bus, is_kept: true } => defmt::info!("Bdefault {} kept", bus),
+        SlaveEvent::BdefaultNoted { bus, is_kept: false } => defmt::warn!("Bdefault {} not kept", bus),
         SlaveEvent::Written(at) => defmt::info!("{=u16:04X}h:{=u8} written", at.index, at.sub),
         _ => {}
     }

@@ -31,6 +31,10 @@ pub struct Attribute {
     pub access: Option<Ident>,
     /// PDOs may carry it.
     pub pdo: bool,
+    /// A frame of a receive PDO may leave it out.
+    pub optional: bool,
+    /// "save" keeps it, a DOMAIN.
+    pub keep: bool,
     /// Least value.
     pub low: Option<Expr>,
     /// Greatest value.
@@ -65,6 +69,18 @@ impl Attribute {
         Ok(quote!(::ecss_can::od::Access::#access))
     }
 
+    /// What is declared beside type and access right, as calls on an `Entry`.
+    pub fn qualities(&self) -> TokenStream {
+        let limits = self.limits();
+        let pdo = match (self.pdo, self.optional) {
+            (false, _) => quote!(No),
+            (true, false) => quote!(Required),
+            (true, true) => quote!(Optional),
+        };
+        let keep = self.keep.then(|| quote!(.keep()));
+        quote!(.for_pdo(::ecss_can::od::PdoUse::#pdo).within(#limits)#keep)
+    }
+
     /// Whether transmit PDOs, and whether receive PDOs may carry it.
     pub fn directions(&self) -> (bool, bool) {
         let is_among = |rights: &[&str]| {
@@ -84,6 +100,8 @@ impl Parse for Attribute {
             shape: Shape::Var,
             access: None,
             pdo: false,
+            optional: false,
+            keep: false,
             low: None,
             high: None,
             default: None,
@@ -97,6 +115,8 @@ impl Parse for Attribute {
                 }
                 "array" => attribute.shape = Shape::Array,
                 "pdo" => attribute.pdo = true,
+                "optional" => attribute.optional = true,
+                "keep" => attribute.keep = true,
                 "low" => attribute.low = Some(assigned(input)?),
                 "high" => attribute.high = Some(assigned(input)?),
                 "default" => attribute.default = Some(assigned(input)?),
@@ -122,7 +142,8 @@ fn access(right: &str, span: Span) -> syn::Result<Ident> {
         "rww" => "Rww",
         "constant" => "Const",
         _ => {
-            let known = "ro, wo, rw, rwr, rww, constant, record, array, pdo, low, high, default";
+            let known =
+                "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, low, high, default";
             return Err(Error::new(span, format!("unknown word; known are {known}")));
         }
     };

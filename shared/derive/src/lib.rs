@@ -13,7 +13,8 @@
 //! | `#[record(0x40)]` | a record | index of its structure (DEFSTRUCT) |
 //!
 //! Inside the parentheses: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`; `record` or `array` for objects that are no
-//! single value; `pdo` for values that PDOs may carry; `low = ..`, `high = ..`, `default = ..`.
+//! single value; `pdo` for values that PDOs may carry; `keep` for a DOMAIN that "save" (1010h) keeps; `low = ..`,
+//! `high = ..`, `default = ..`.
 
 mod attribute;
 mod field;

@@ -256,7 +256,7 @@ fn var(
     place: &TokenStream,
     place_mut: &TokenStream,
 ) -> syn::Result<Parts> {
-    let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
+    let (access, qualities) = (attribute.required_access()?, attribute.qualities());
     Ok(Parts {
         code: quote! {
             match <#value as ::ecss_can::od::Typed>::TYPE {
@@ -265,7 +265,7 @@ fn var(
             }
         },
         entries: quote! {
-            &[::ecss_can::od::Entry::of::<#value>(0, 1, #access).for_pdo(#pdo).within(#limits)]
+            &[::ecss_can::od::Entry::of::<#value>(0, 1, #access) #qualities]
         },
         names: quote!(&[#title]),
         structure: quote!(0),
@@ -286,14 +286,14 @@ fn array(
         return Err(Error::new_spanned(value, "an ARRAY object needs an array"));
     };
     let (value, len) = (&*array.elem, &array.len);
-    let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
+    let (access, qualities) = (attribute.required_access()?, attribute.qualities());
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
     Ok(Parts {
         code: quote!(::ecss_can::od::ObjectCode::Array),
         entries: quote! {
             &[
                 ::ecss_can::od::Entry::highest(::ecss_can::od::sub_indices(#len)),
-                ::ecss_can::od::Entry::of::<#value>(1, ::ecss_can::od::sub_indices(#len), #access).for_pdo(#pdo).within(#limits),
+                ::ecss_can::od::Entry::of::<#value>(1, ::ecss_can::od::sub_indices(#len), #access) #qualities,
             ]
         },
         names: quote!(&["Highest sub-index supported", #title]),

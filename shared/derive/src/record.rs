@@ -104,7 +104,7 @@ fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
     let number = attribute.value()?;
     let first = u8::try_from(number).ok().filter(|first| *first <= 254);
     let first = first.ok_or_else(|| Error::new_spanned(&attribute.number, "at most 254"))?;
-    let (access, limits, pdo) = (attribute.required_access()?, attribute.limits(), attribute.pdo);
+    let (access, qualities) = (attribute.required_access()?, attribute.qualities());
     // Its value, and several in a row from there on.
     let nth = quote!(::core::primitive::usize::from(sub - #first));
     let (value, count, last, pattern, place_mut) = if attribute.in_a_row {
@@ -123,7 +123,7 @@ fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
         (field::bits(&quote!(&self.#name)), field::set_bits(&place_mut, value, attribute))
     };
     let entry = quote! {
-        ::ecss_can::od::Entry::of::<#value>(#first, #count, #access).for_pdo(#pdo).within(#limits)
+        ::ecss_can::od::Entry::of::<#value>(#first, #count, #access) #qualities
     };
     let arm = |value: TokenStream| quote!(#pattern => #value,);
     let (read, written) = attribute.directions();

@@ -26,6 +26,20 @@ impl<const N: usize> History<N> {
         self.len = self.len.saturating_add(1).min(N as u8);
     }
 
+    /// Keeps the newest entry of each error that is still active.
+    pub(super) fn keep(&mut self, is_active: impl Fn(ErrorCode, u8) -> bool) {
+        let old = core::mem::replace(self, Self::new());
+        let entries = old.entries.get(..usize::from(old.len)).unwrap_or(&old.entries);
+        for (nth, entry) in entries.iter().enumerate().rev() {
+            let (code, info) = (ErrorCode::new(*entry as u16), (entry >> 16) as u16);
+            // Code and source: without the second byte of the manufacturer.
+            let mut newer = entries.iter().take(nth).map(|other| other ^ entry);
+            if is_active(code, info as u8) && newer.all(|difference| difference & 0x00FF_FFFF != 0) {
+                self.push(code, info);
+            }
+        }
+    }
+
     /// Sub-index 0: how many errors there are.
     pub const fn len(&self) -> u8 {
         self.len

@@ -1,8 +1,9 @@
 //! Producer of emergency messages.
 //!
-//! An error is told once when it appears and once when it is gone. It is known by its code and the first byte of its
+//! An error is reported once when it appears and once when it is gone. It is known by its code and the first byte of its
 //! manufacturer-specific field, its *source*: with it heartbeat errors of two nodes or length errors of two PDOs are
-//! two errors.
+//! two errors. The end of an error whose message was never sent (no COB-ID, a full queue) is not reported either: "no error"
+//! without an error before it would mean another one.
 
 use heapless::Deque;
 
@@ -17,6 +18,8 @@ const HISTORY: usize = 8;
 const WAITING: usize = 8;
 /// Errors that may be active together.
 const ACTIVE: usize = 16;
+/// Flag of an active error: its message was sent or waits.
+const TOLD: u32 = 1 << 31;
 
 /// Objects 1014h and 1015h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -42,7 +45,7 @@ impl Config {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Producer {
     config: Config,
-    /// Code and source of each, see [`key`]; zero is a free place.
+    /// Code and source of each, see [`key`], and [`TOLD`]; zero is a free place.
     active: [u32; ACTIVE],
     history: History<HISTORY>,
     waiting: Deque<Emergency, WAITING>,
@@ -67,9 +70,21 @@ impl Producer {
     /// are dropped when the COB-ID is not valid any more.
     pub fn configure(&mut self, config: Config) {
         self.config = config;
-        if config.id.is_none() {
-            self.waiting.clear();
+        while config.id.is_none()
+            && let Some(dropped) = self.waiting.pop_front()
+        {
+            let [source, ..] = dropped.info;
+            if let Some(place) = self.place(key(dropped.code, source)) {
+                *place &= !TOLD;
+            }
         }
+    }
+
+    /// Communication is reset: the history holds the errors that are still active, as the register does (CiA 301: the
+    /// communication profile returns to its power-on values).
+    pub fn restart(&mut self) {
+        let Self { active, history, .. } = self;
+        history.keep(|code, source| active.iter().any(|error| error & !TOLD == key(code, source)));
     }
 
     /// An error appeared. The first byte of `info` is its source, zero when the code has only one. Returns whether that
@@ -79,7 +94,7 @@ impl Producer {
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) -> bool {
         let [source, detail, ..] = info;
         let error = key(code, source);
-        if code == ErrorCode::NO_ERROR || self.active.contains(&error) {
+        if code == ErrorCode::NO_ERROR || self.place(error).is_some() {
             return false;
         }
         if let Some(free) = self.place(0) {
@@ -87,7 +102,11 @@ impl Producer {
         }
         self.history.push(code, u16::from_le_bytes([source, detail]));
         let register = self.register().and(ErrorRegister::of(code));
-        self.tell(Emergency { code, register, info });
+        if self.tell(Emergency { code, register, info })
+            && let Some(place) = self.place(error)
+        {
+            *place |= TOLD;
+        }
         true
     }
 
@@ -98,10 +117,12 @@ impl Producer {
             return false;
         }
         let Some(place) = self.place(key(code, source)) else { return false };
-        *place = 0;
+        let was_told = core::mem::take(place) & TOLD != 0;
         let [low, high] = code.get().to_le_bytes();
         let info = [low, high, source, 0, 0];
-        self.tell(Emergency { code: ErrorCode::NO_ERROR, register: self.register(), info });
+        if was_told {
+            self.tell(Emergency { code: ErrorCode::NO_ERROR, register: self.register(), info });
+        }
         true
     }
 
@@ -111,13 +132,17 @@ impl Producer {
     }
 
     fn place(&mut self, holding: u32) -> Option<&mut u32> {
-        self.active.iter_mut().find(|place| **place == holding)
+        self.active.iter_mut().find(|place| **place & !TOLD == holding)
     }
 
-    fn tell(&mut self, emergency: Emergency) {
-        if self.config.id.is_some() && self.waiting.push_back(emergency).is_err() {
-            self.lost = self.lost.saturating_add(1);
+    /// Whether the message will be sent.
+    fn tell(&mut self, emergency: Emergency) -> bool {
+        if self.config.id.is_none() {
+            return false;
         }
+        let is_taken = self.waiting.push_back(emergency).is_ok();
+        self.lost = self.lost.saturating_add(u32::from(!is_taken));
+        is_taken
     }
 
     /// Object 1001h.

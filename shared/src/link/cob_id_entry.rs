@@ -56,11 +56,12 @@ impl CobIdEntry {
         self.0 & FLAG != 0
     }
 
-    /// The entry after a write. While the object is in use (valid, or the producer of SYNC), its identifier stays.
+    /// The entry after a write. While the object is in use (valid, or the producer of SYNC), its identifier stays, also in
+    /// the write that ends its use (CiA 301 7.5.2.5, 7.5.2.17, 7.5.2.35).
     ///
     /// # Errors
-    /// [`AbortCode::ValueRange`] for an extended or restricted identifier (ECSS 6.10b), a reserved bit, or another
-    /// identifier for an object in use.
+    /// [`AbortCode::ValueRange`] for an extended or restricted identifier (ECSS 6.10b) or a reserved bit. Another
+    /// identifier for an object in use: [`AbortCode::UnsupportedAccess`] for a PDO, else [`AbortCode::ValueRange`].
     pub const fn written(self, raw: u32, entry_use: EntryUse) -> Result<CobIdEntry, AbortCode> {
         let new = CobIdEntry(raw);
         let reserved = match entry_use {
@@ -69,13 +70,17 @@ impl CobIdEntry {
         };
         let (fixed, restrictable) = match entry_use {
             // A consumer listens to the identifier as well.
-            EntryUse::Sync => (self.flag() && new.flag(), true),
-            _ => (self.cob_id().is_some() && new.cob_id().is_some(), new.cob_id().is_some()),
+            EntryUse::Sync => (self.flag(), true),
+            _ => (self.cob_id().is_some(), new.cob_id().is_some()),
         };
         let id = new.id();
-        if raw & reserved != 0 || restrictable && id.is_restricted() || fixed && self.id().raw() != id.raw() {
+        if raw & reserved != 0 || restrictable && id.is_restricted() {
             return Err(AbortCode::ValueRange);
         }
-        Ok(new)
+        match entry_use {
+            _ if !fixed || self.id().raw() == id.raw() => Ok(new),
+            EntryUse::Pdo => Err(AbortCode::UnsupportedAccess),
+            _ => Err(AbortCode::ValueRange),
+        }
     }
 }

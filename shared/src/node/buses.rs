@@ -97,6 +97,11 @@ impl Buses {
         }
     }
 
+    /// How the node reaches its buses.
+    pub const fn access(&self) -> Access {
+        self.access
+    }
+
     /// Go on the bus or buses, at power-on.
     pub fn join<E>(&mut self, active: Bus, out: &mut Outbox<E>) {
         for bus in Bus::ALL {

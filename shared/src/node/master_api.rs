@@ -3,7 +3,7 @@
 use crate::emcy::Emergency;
 use crate::link::Bus;
 use crate::link::port::Health;
-use crate::nmt::boot::{BootError, BootProgress};
+use crate::nmt::boot::{BootFailure, BootProgress, Difference};
 use crate::nmt::{NmtMessage, NmtState, NodeId};
 use crate::od::Address;
 use crate::pdo::Message;
@@ -28,6 +28,26 @@ pub enum MasterEvent {
     SlaveLost {
         /// Who.
         node: NodeId,
+    },
+    /// An assigned slave was heard on neither bus in the first two dwells after power-on.
+    SlaveUnheard {
+        /// The slave.
+        node: NodeId,
+    },
+    /// A node sends heartbeats and its SDO server does not answer: it does not count for the choice of the bus.
+    Stranger {
+        /// Its Node-ID.
+        node: NodeId,
+    },
+    /// Another node sends the master's heartbeat, 701h (EMCY 8150h).
+    SecondMaster {
+        /// Bus on which it was heard.
+        bus: Bus,
+    },
+    /// 701h of another node was absent long enough: this collision is over.
+    SecondMasterSilent {
+        /// Bus on which it had been heard.
+        bus: Bus,
     },
     /// A lost slave is heard again.
     SlaveReturned {
@@ -70,17 +90,23 @@ pub enum MasterEvent {
         /// How far it is.
         progress: BootProgress,
     },
-    /// The boot-up of an assigned slave failed: it is not started, until it boots up again or returns (objects 2041h and
-    /// 2042h).
+    /// The boot-up of an assigned slave failed (objects 2041h and 2042h). It is not started until it boots up again or
+    /// returns; a slave that ran when it could not be checked goes on.
     BootFailed {
-        /// Of whom.
+        /// The slave.
         node: NodeId,
-        /// Why.
-        error: BootError,
-        /// The SDO abort code, zero for none.
-        abort: u32,
+        /// Error, object, expected and found value or abort code.
+        failure: BootFailure,
     },
-    /// All mandatory slaves are configured, started and synchronised.
+    /// A slave that was started has lost its configuration: reset without being heard, most likely. It was commanded to
+    /// Pre-operational, and is configured and started again.
+    ConfigurationLost {
+        /// The slave.
+        node: NodeId,
+        /// The first value that shows it: 1020h where the slave keeps one.
+        difference: Difference,
+    },
+    /// All mandatory slaves are configured, started and synchronised. Never reported where no slave is mandatory.
     BootCompleted,
     /// An object of the application was written by SDO.
     Written(Address),

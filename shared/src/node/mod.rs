@@ -13,4 +13,4 @@ pub use master::{Master, MasterDictionary, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, RefusalCause};
 pub use objects::NodeObjects;
 pub use slave::Slave;
-pub use slave_api::{BusCause, SlaveEvent};
+pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};

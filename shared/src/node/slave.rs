@@ -1,22 +1,24 @@
 //! A slave node.
 
 mod bus_events;
+mod identity;
+mod network;
 mod objects;
+mod retained;
 
 use super::buses::Buses;
-use super::device::{Device, Dictionary, SdoStep};
-use super::{BusCause, Counters, NodeObjects, SlaveEvent, Status};
-use crate::emcy::ErrorCode;
+use super::device::Device;
+use super::{BusCause, Counters, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::heartbeat::{self, MONITORED};
 use crate::link::port::Filter;
 use crate::link::{Bus, CobId, Frame, PerBus};
-use crate::nmt::{ErrorBehaviour, NmtMessage, NmtSlave, NmtStartup, NmtState, NodeId, Reaction};
+use crate::nmt::{Identity, NmtSlave, NmtStartup, NmtState, NodeId, ResetGuard};
+use crate::od::Objects;
 use crate::od::communication::{Communication, Mapping, PdoMapping};
-use crate::od::{Address, Objects};
 use crate::profile::Profile;
-use crate::redundancy::{MasterMessage, Parameters, Selection, Selector};
+use crate::redundancy::{Access, Parameters, Selector};
 use crate::runner::{BusCommand, Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
-use crate::store::{Group, ParameterStore};
+use crate::store::ParameterStore;
 use crate::time::{Duration, Instant, LocalClock, Scet, Stamp, earliest};
 
 type Out = Outbox<SlaveEvent>;
@@ -38,10 +40,15 @@ const FILTERS_OF_RPDOS: usize = FILTERS_OF_PEERS + MONITORED;
 pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M: Mapping = PdoMapping> {
     id: NodeId,
     nmt: NmtSlave,
+    guard: ResetGuard,
+    retained: retained::Memory,
     selector: Selector,
     heartbeat: heartbeat::Producer,
+    identity: Identity,
     clock: LocalClock,
     buses: Buses,
+    /// Module control and heartbeats received; wraps.
+    control_frames: PerBus<u32>,
     device: Device<A, R, T, M>,
     power_on: fn(NodeId) -> Communication<R, T, M>,
     initial: Parameters,
@@ -55,6 +62,10 @@ pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M
     tells_moment: bool,
     /// A bit for each filter that its buses have not been told yet.
     changed_filters: u32,
+    /// The bus that the application chose.
+    wanted: Option<Bus>,
+    /// An EMCY is on its way that goes before a change of the bus. Until then, at most.
+    warning: Option<Instant>,
     /// Nothing is due before. May be early, never late.
     next: Instant,
 }
@@ -83,10 +94,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         Slave {
             id,
             nmt: NmtSlave::new(profile.autostart),
+            guard: ResetGuard::default(),
+            retained: retained::Memory::default(),
             selector: Selector::new(redundancy),
             heartbeat: heartbeat::Producer::new(id, redundancy.producer),
+            identity: Identity::new(),
             clock: LocalClock::default(),
             buses: Buses::new(profile.access(id), profile.bus_off),
+            control_frames: PerBus::default(),
             device: Device::new(id, objects, profile.sdo_timeout),
             power_on: communication,
             initial: redundancy,
@@ -101,6 +116,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             brings_time: [false; R],
             tells_moment: false,
             changed_filters: 0,
+            wanted: None,
+            warning: None,
             next: Instant::ZERO,
         }
     }
@@ -109,17 +126,16 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[must_use]
     pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
         self.device.dictionary.stored.0 = Some(store);
-        self.device.load(Group::All);
-        self.selector = Selector::new(self.written_redundancy());
+        self.load_all();
         self
     }
 
-    /// What it receives: exact COB-IDs only. A filter for each entry of 1016h and for each RPDO, valid or not, as long as
-    /// there are filters.
+    /// What it receives: exact COB-IDs only. A filter for each entry of 1016h and for each RPDO, valid or not, then one for
+    /// heartbeats of another node with this Node-ID, as long as there are filters.
     pub fn filters(&self) -> Filters {
         let mut filters: Filters =
-            (0..FILTERS_OF_RPDOS + R).take(MAX_FILTERS - 1).map(|n| self.filter(n)).collect();
-        if FILTERS_OF_RPDOS + R >= MAX_FILTERS {
+            (0..=FILTERS_OF_RPDOS + R).take(MAX_FILTERS - 1).map(|n| self.filter(n)).collect();
+        if FILTERS_OF_RPDOS + R >= MAX_FILTERS - 1 {
             // More than the controllers can tell apart.
             let _ = filters.push(Filter { id: CobId::NMT, mask: 0 });
         }
@@ -133,6 +149,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             2 => Some(self.device.sdo_id()),
             3 => Some(CobId::heartbeat(NodeId::MASTER)),
             FILTERS_OF_PEERS..FILTERS_OF_RPDOS => self.device.monitored(number - FILTERS_OF_PEERS),
+            // Behind the RPDOs: another node with this Node-ID.
+            _ if number == FILTERS_OF_RPDOS + R => Some(CobId::heartbeat(self.id)),
             _ => {
                 number.checked_sub(FILTERS_OF_RPDOS).and_then(|pdo| self.device.rpdo_ids().nth(pdo).flatten())
             }
@@ -167,6 +185,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         self.entered(state, now, out);
         self.heartbeat.restart(now);
         self.selector.start(now);
+        self.identity.boot(now);
+        self.guard.on_boot(now);
         self.set_marks();
         self.next = now;
     }
@@ -193,6 +213,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)]
     fn on_network(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let (id, active) = (frame.id(), self.selector.selected());
+        let is_heartbeat = id.function() == CobId::heartbeat(NodeId::MASTER).function();
+        if is_heartbeat || id == CobId::NMT {
+            self.control_frames[bus] = self.control_frames[bus].wrapping_add(1);
+        }
         if self.nmt.state() == NmtState::Initialising {
             // Told again with every frame: were it lost in a full channel, the node would stay silent for ever.
             out.event(SlaveEvent::ResetNode);
@@ -203,134 +227,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             self.on_nmt(bus, frame, stamp, now, out);
         } else if id == CobId::heartbeat(NodeId::MASTER) {
             self.on_master_heartbeat(bus, frame, stamp, now, out);
-        } else if bus == active && id.function() == CobId::heartbeat(NodeId::MASTER).function() {
+        } else if id == CobId::heartbeat(self.id) {
+            self.on_own_heartbeat(bus, frame, stamp, now, out);
+        } else if bus == active && is_heartbeat {
             self.on_peer_heartbeat(bus, frame, stamp, out);
         } else {
             self.buses.ignored(bus);
         }
         self.run(now, now, out);
-    }
-
-    fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let Some(message) = NmtMessage::decode(frame) else { return self.buses.malformed(bus) };
-        // ECSS 8.3.3g before the command itself: it decides where the answer goes.
-        self.on_master(bus, MasterMessage::Command, stamp.at, now, out);
-        if !message.target.includes(self.id) {
-            return;
-        }
-        match self.nmt.on_command(message.command) {
-            Reaction::Unchanged => {}
-            Reaction::Entered(state) => {
-                self.entered(state, now, out);
-                // The master learns of it now, not a period later.
-                self.heartbeat.announce(now);
-                self.next = now;
-            }
-            Reaction::ResetNode => {
-                self.heartbeat.stop();
-                self.marks = u64::MAX;
-                self.next = Instant::NEVER;
-                out.event(SlaveEvent::ResetNode);
-            }
-            Reaction::ResetCommunication => self.boot(now, out),
-        }
-    }
-
-    fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
-        self.device.entered(state, now);
-        self.next = now;
-        out.event(SlaveEvent::State(state));
-    }
-
-    fn on_master_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        if heartbeat::decode(frame).is_none() {
-            return self.buses.malformed(bus);
-        }
-        self.on_master(bus, MasterMessage::Heartbeat, stamp.at, now, out);
-        out.event(SlaveEvent::Heartbeat { bus });
-    }
-
-    fn on_master(&mut self, bus: Bus, message: MasterMessage, at: Instant, now: Instant, out: &mut Out) {
-        if let Some(selection) = self.selector.on_master(bus, message, at) {
-            self.apply(selection, now, out);
-        }
-        self.wake(self.selector.deadline());
-    }
-
-    /// A heartbeat of another slave that 1016h names.
-    fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
-        let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
-            return self.buses.malformed(bus);
-        };
-        let Some(heard) = self.device.monitor.on_heartbeat(node, state, stamp.at) else {
-            return self.buses.ignored(bus);
-        };
-        if heard.resolved {
-            self.device.clear(ErrorCode::HEARTBEAT, node.get());
-            self.next = stamp.at;
-        }
-        if heard.before != Some(state) {
-            out.event(SlaveEvent::PeerState { node, state });
-        }
-        self.wake(self.device.monitor.deadline());
-    }
-
-    fn apply(&mut self, selection: Selection, now: Instant, out: &mut Out) {
-        self.next = now;
-        match selection {
-            Selection::Missed { bus } => {
-                out.event(SlaveEvent::MasterMissed { bus });
-                // ECSS 8.3.3e, note 2.
-                self.device.raise(ErrorCode::HEARTBEAT, [NodeId::MASTER.get(), 0, 0, 0, 0]);
-                self.enter_pre_operational(now, out);
-            }
-            Selection::Toggled { to } => {
-                self.enter_pre_operational(now, out);
-                self.move_to(to, BusCause::Toggled, now, out);
-            }
-            Selection::GaveUp { bus } => out.event(SlaveEvent::GaveUp { bus }),
-            Selection::Found { bus, moved } => {
-                self.device.clear(ErrorCode::HEARTBEAT, NodeId::MASTER.get());
-                if moved {
-                    self.move_to(bus, BusCause::Found, now, out);
-                } else {
-                    out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::Found });
-                }
-            }
-            Selection::Followed { to } => self.move_to(to, BusCause::Followed, now, out),
-        }
-        self.show_redundancy(now);
-    }
-
-    /// Object 2000h; what the node changes itself of it is an event for the TPDOs that carry it.
-    fn show_redundancy(&mut self, now: Instant) {
-        let Dictionary { objects, .. } = &mut self.device.dictionary;
-        let before = objects.spacecraft.redundancy;
-        objects.set_redundancy(self.selector.parameters());
-        let after = objects.spacecraft.redundancy;
-        for (sub, has_changed) in
-            [(1, before.bdefault != after.bdefault), (4, before.ctoggle != after.ctoggle)]
-        {
-            if has_changed {
-                self.device.dictionary.on_changed(Address::new(0x2000, sub), now);
-            }
-        }
-    }
-
-    fn enter_pre_operational(&mut self, now: Instant, out: &mut Out) {
-        if let Reaction::Entered(state) = self.nmt.on_master_missed() {
-            self.entered(state, now, out);
-        }
-    }
-
-    /// The heartbeat goes on on the new bus at once (ECSS 8.3.3d, h).
-    fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
-        self.buses.change(bus.other(), bus, out);
-        // What was on its way is lost, and the client is told so where it is now.
-        self.serve(SdoStep::BusChanged, bus, now, out);
-        self.heartbeat.announce(now);
-        self.next = now;
-        out.event(SlaveEvent::ActiveBus { bus, cause });
     }
 
     /// Something is due then, at the latest.
@@ -356,9 +260,19 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         if self.changed_filters != 0 {
             self.set_filters(out);
         }
-        while let Some(selection) = self.selector.poll(until) {
+        if let Some(bus) = self.wanted.take() {
+            self.change_bus(bus, now, out);
+        }
+        self.warning.take_if(|end| *end <= until);
+        while self.warning.is_none()
+            && let Some(selection) = self.selector.poll(until)
+        {
             self.apply(selection, now, out);
         }
+        if self.identity.poll(until, self.selector.parameters().hold_off_time()) {
+            self.on_clash_over(now, out);
+        }
+        self.open_guard(until);
         while let Some(missed) = self.device.monitor.poll(until) {
             self.on_peer_missed(missed.node, now, out);
         }
@@ -375,19 +289,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
     }
 
-    fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
-        self.device.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
-        out.event(SlaveEvent::PeerMissed { node });
-        let [behaviour] = self.device.dictionary.objects.communication.error_behaviour;
-        let behaviour = ErrorBehaviour::from_byte(behaviour).unwrap_or_default();
-        if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
-            self.entered(state, now, out);
-        }
-    }
-
     fn due(&self) -> Option<Instant> {
         let own = [
-            self.selector.deadline(),
+            self.warning.or_else(|| self.selector.deadline()),
+            self.identity.deadline(self.selector.parameters().hold_off_time()),
+            self.guard.deadline(self.pause()),
             self.heartbeat.deadline(),
             self.buses.deadline(),
             self.device.monitor.deadline(),
@@ -407,6 +313,19 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             counters: self.buses.counters,
             health: self.buses.health,
         }
+    }
+
+    /// Chooses the bus, with selective access (ECSS 8.2.3a): the node goes to Pre-operational and searches the master,
+    /// beginning on `bus`, Ctoggle zero. [`SlaveEvent::ActiveBus`] reports it.
+    ///
+    /// # Errors
+    /// [`ParallelAccess`]: the master chooses the bus of a node with parallel access.
+    pub fn select_bus(&mut self, bus: Bus) -> Result<(), ParallelAccess> {
+        if self.buses.access() == Access::Parallel {
+            return Err(ParallelAccess);
+        }
+        (self.wanted, self.next) = (Some(bus), Instant::ZERO);
+        Ok(())
     }
 
     /// Zero the counters of both buses.

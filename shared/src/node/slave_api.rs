@@ -2,7 +2,7 @@
 
 use crate::link::Bus;
 use crate::link::port::Health;
-use crate::nmt::{NmtState, NodeId};
+use crate::nmt::{Command, NmtState, NodeId};
 use crate::od::Address;
 use crate::time::{Scet, Stamp};
 
@@ -91,6 +91,33 @@ pub enum SlaveEvent {
         /// Which bus.
         bus: Bus,
     },
+    /// Another node sends heartbeats with this Node-ID (EMCY 8150h). The node that booted last yields: it is silent, in
+    /// Stopped, until the other one is.
+    Clash {
+        /// Bus on which it was heard.
+        bus: Bus,
+        /// Whether this node yields.
+        yields: bool,
+    },
+    /// The other node with this Node-ID is silent.
+    ClashOver,
+    /// A reset was ignored, and those that follow are too: the fourth in a row since the master was heard last. Sent once,
+    /// with EMCY 8100h and the command; resets are obeyed again after a heartbeat of the master, or two consumer times
+    /// without a reset.
+    ResetIgnored {
+        /// Bus on which it came.
+        bus: Bus,
+        /// Reset node or reset communication.
+        command: Command,
+    },
+    /// A new Bdefault was to be kept beyond power-off.
+    BdefaultNoted {
+        /// Bus on which the master was found.
+        bus: Bus,
+        /// Whether the parameter store holds it now. If not: eight were kept since power-on, the rest of the room is for
+        /// "save", or the store fails.
+        is_kept: bool,
+    },
     /// Reset the chip. The node is silent until then and tells this again with every frame it receives.
     ResetNode,
 }
@@ -107,4 +134,15 @@ pub enum BusCause {
     Found,
     /// The master changed to it (ECSS 8.3.3g).
     Followed,
+    /// No heartbeat followed the command that was heard on the other one, or here: the search goes on.
+    Unconfirmed,
+    /// The master was still heard there after the node had followed a heartbeat on the other one (EMCY 8150h).
+    TakenBack,
+    /// The application chose it (ECSS 8.2.3a).
+    Selected,
 }
+
+/// A node with parallel access cannot choose its bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ParallelAccess;

@@ -19,13 +19,16 @@ impl Address {
     }
 }
 
+/// Most bytes of a value that moves [whole](Transfer::Whole): one buffer of this size serves SDO server and store.
+pub const WHOLE: usize = 64;
+
 /// How a value is moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Transfer {
     /// All bytes at once. Upload: the size; download: the most that is taken.
     Whole(usize),
-    /// In parts (DOMAIN), so that nobody needs the value in memory twice. Upload: the size; download: the most that is
+    /// In parts (a DOMAIN; an upload of more than [`WHOLE`] bytes), so that nobody needs the value in memory twice. Upload: the size; download: the most that is
     /// taken.
     Stream(usize),
 }

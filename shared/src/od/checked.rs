@@ -1,6 +1,6 @@
 //! Reads and writes with all that the declaration says: existence, access right, length, limits.
 
-use super::{AbortCode, Address, Entry, Objects, Place, Transfer, Variable};
+use super::{AbortCode, Address, Entry, Objects, Place, Transfer, Variable, WHOLE};
 
 /// A value that was found.
 pub struct Found<'a> {
@@ -56,8 +56,18 @@ impl<'a> Found<'a> {
         if !self.entry.access.is_readable() {
             return Err(AbortCode::WriteOnly);
         }
-        let len = self.variable.as_ref().map_or(1, |variable| variable.len());
-        Ok(if self.entry.size == 0 { Transfer::Stream(len) } else { Transfer::Whole(len) })
+        let len = self.len();
+        Ok(if self.entry.size == 0 || len > WHOLE { Transfer::Stream(len) } else { Transfer::Whole(len) })
+    }
+
+    /// Bytes that an upload gives now.
+    pub fn len(&self) -> usize {
+        self.variable.as_ref().map_or(1, |variable| variable.len())
+    }
+
+    /// Whether an upload gives nothing.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
     }
 
     /// Copies bytes from `offset` on; returns how many.

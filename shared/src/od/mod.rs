@@ -71,13 +71,13 @@ mod times;
 mod variable;
 
 pub use abort::AbortCode;
-pub use access::{Address, ObjectAccess, Transfer};
+pub use access::{Address, ObjectAccess, Transfer, WHOLE};
 pub use data_type::DataType;
 pub use dictionary::{Objects, Place, Record, among};
 pub use domain::Domain;
 pub use ecss_can_derive::{Objects, Record};
 pub use numbers::{I24, I40, I48, I56, Signed, U24, U40, U48, U56, Unsigned};
-pub use object::{Access, Entry, Limits, Names, Object, ObjectCode, sub_indices};
+pub use object::{Access, Entry, Limits, Names, Object, ObjectCode, PdoUse, sub_indices};
 pub use run::Run;
 pub use texts::{OctetString, UnicodeString, VisibleString};
 pub use times::{TimeDifference, TimeOfDay};

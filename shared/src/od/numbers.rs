@@ -90,7 +90,40 @@ macro_rules! number {
     };
 }
 
-number!(bool, Boolean, 1, value => u64::from(value), bits => bits & 1 != 0);
+impl Variable for bool {
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+        copy_bits(self.bits(), 1, offset, into)
+    }
+
+    /// One byte over SDO, of which CiA 301 7.1.4.4 knows two values.
+    fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
+        match exactly(value, 1)? {
+            bits @ (0 | 1) => self.set_bits(bits),
+            _ => return Err(AbortCode::ValueRange),
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn bits(&self) -> u64 {
+        u64::from(*self)
+    }
+
+    #[inline]
+    fn set_bits(&mut self, bits: u64) {
+        *self = bits & 1 != 0;
+    }
+}
+
+impl Typed for bool {
+    const TYPE: DataType = DataType::Boolean;
+    const SIZE: usize = 1;
+}
+
 number!(u8, Unsigned8, 1, value => u64::from(value), bits => bits as u8);
 number!(u16, Unsigned16, 2, value => u64::from(value), bits => bits as u16);
 number!(U24, Unsigned24, 3, value => value.0, bits => U24::new(bits));

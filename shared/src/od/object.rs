@@ -91,6 +91,19 @@ impl Limits {
     }
 }
 
+/// Whether PDOs may carry a value (CiA 301 7.4.8.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum PdoUse {
+    /// They may not.
+    No,
+    /// They may. A receive PDO whose frame ends before it is not processed.
+    Required,
+    /// They may. A frame of a receive PDO may end before it: the value is zero then.
+    Optional,
+}
+
 /// A sub-index, or several in a row of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -104,13 +117,15 @@ pub struct Entry {
     /// Access right.
     pub access: Access,
     /// Whether PDOs may carry it.
-    pub mappable: bool,
+    pub pdo: PdoUse,
     /// Most bytes of a value; zero for a DOMAIN.
     pub size: u16,
     /// Whether it is a number of at most four bytes that an SDO may read.
     pub fetched: bool,
-    /// Whether it is a number of at most four bytes that an SDO may write.
+    /// Whether it is a number of at most four bytes that an SDO may write. A BOOLEAN is none: not every byte is one.
     pub stored: bool,
+    /// Whether "save" (1010h) may keep it: [`crate::store::keeps`] knows the exceptions.
+    pub kept: bool,
     /// Limits, for numbers.
     pub limits: Option<&'static Limits>,
     /// The value itself where it follows from the declaration: sub-index 0 of arrays and records.
@@ -126,10 +141,11 @@ impl Entry {
             count,
             data_type: T::TYPE,
             access,
-            mappable: false,
+            pdo: PdoUse::No,
             size: T::SIZE as u16,
             fetched: is_short && access.is_readable(),
-            stored: is_short && access.is_writable(),
+            stored: is_short && access.is_writable() && !matches!(T::TYPE, DataType::Boolean),
+            kept: matches!(access, Access::Rw | Access::Rwr) && !matches!(T::TYPE, DataType::Domain),
             limits: None,
             fixed: None,
         }
@@ -140,10 +156,31 @@ impl Entry {
         Entry { fixed: Some(sub), ..Entry::of::<u8>(0, 1, Access::Const) }
     }
 
-    /// The same for PDOs, if `mappable`.
+    /// The same with this use in PDOs.
     #[must_use]
-    pub const fn for_pdo(self, mappable: bool) -> Entry {
-        Entry { mappable, ..self }
+    pub const fn for_pdo(self, pdo: PdoUse) -> Entry {
+        Entry { pdo, ..self }
+    }
+
+    /// Whether PDOs may carry it.
+    pub const fn is_mappable(&self) -> bool {
+        !matches!(self.pdo, PdoUse::No)
+    }
+
+    /// The same, a DOMAIN that "save" keeps. What is none, or what a client may not read and write, does not compile:
+    ///
+    /// ```compile_fail
+    /// # use ecss_can::od::{Access, Entry};
+    /// const NO_DOMAIN: Entry = Entry::of::<u8>(0, 1, Access::Rw).keep();
+    /// ```
+    #[must_use]
+    pub const fn keep(self) -> Entry {
+        let is_for_clients = matches!(self.access, Access::Rw | Access::Rwr);
+        assert!(
+            matches!(self.data_type, DataType::Domain) && is_for_clients,
+            "`keep` is for a DOMAIN with `rw`: every other value with `rw` or `rwr` is kept without it"
+        );
+        Entry { kept: true, ..self }
     }
 
     /// The same within limits; those of a type that is no integer do not compile.

@@ -1,4 +1,8 @@
 //! Strings: VISIBLE_STRING, OCTET_STRING, UNICODE_STRING.
+//!
+//! The declaration is their capacity. A client reads a string of any length and writes at most 64 bytes of it
+//! ([`WHOLE`](super::WHOLE)), because its owner's check sees whole values; a DOMAIN takes more. "Save" keeps strings of any
+//! length, the application's own as well.
 
 use super::variable::copy_from;
 use super::{AbortCode, DataType, Typed, Variable};
@@ -54,6 +58,18 @@ impl<const N: usize> Bytes<N> {
     }
 }
 
+/// In parts: empty from the first one until the last is in.
+impl<const N: usize> Bytes<N> {
+    fn set_part(&mut self, offset: usize, part: &[u8]) -> Result<(), AbortCode> {
+        if offset == 0 {
+            *self = Bytes::empty();
+        }
+        let rest = self.bytes.get_mut(offset..).ok_or(AbortCode::TooLong)?;
+        rest.get_mut(..part.len()).ok_or(AbortCode::TooLong)?.copy_from_slice(part);
+        Ok(())
+    }
+}
+
 /// A string type in `N` bytes: its rule says which bytes it takes.
 macro_rules! string {
     ($(#[$doc:meta])* $name:ident, $data_type:ident, $rule:expr) => {
@@ -100,6 +116,21 @@ macro_rules! string {
                 let rule: fn(&[u8]) -> Result<(), AbortCode> = $rule;
                 rule(value)?;
                 self.0.set(value)
+            }
+
+            fn write_part(&mut self, offset: usize, part: &[u8]) -> Result<(), AbortCode> {
+                self.0.set_part(offset, part)
+            }
+
+            fn finish(&mut self, size: usize) -> Result<(), AbortCode> {
+                let rule: fn(&[u8]) -> Result<(), AbortCode> = $rule;
+                rule(self.0.bytes.get(..size).ok_or(AbortCode::TooLong)?)?;
+                self.0.len = size as u16;
+                Ok(())
+            }
+
+            fn cancel(&mut self) {
+                *self = Self::empty();
             }
         }
 

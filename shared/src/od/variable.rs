@@ -37,23 +37,24 @@ pub trait Variable {
         0
     }
 
-    /// Takes a part of a DOMAIN, from `offset` on.
+    /// Takes a part of a DOMAIN or of a string, from `offset` on; the parts come in order.
     ///
     /// # Errors
-    /// [`AbortCode::UnsupportedAccess`] for all other types, [`AbortCode::OutOfMemory`] beyond its capacity.
+    /// [`AbortCode::UnsupportedAccess`] for all other types; beyond its capacity [`AbortCode::OutOfMemory`] from a DOMAIN,
+    /// [`AbortCode::TooLong`] from a string.
     fn write_part(&mut self, _offset: usize, _part: &[u8]) -> Result<(), AbortCode> {
         Err(AbortCode::UnsupportedAccess)
     }
 
-    /// A DOMAIN was written whole, `size` bytes.
+    /// All parts were written, `size` bytes.
     ///
     /// # Errors
-    /// [`AbortCode::UnsupportedAccess`] for all other types, or what the owner of the block finds wrong with it.
+    /// [`AbortCode::UnsupportedAccess`] for types that take no parts, or what is wrong with the value.
     fn finish(&mut self, _size: usize) -> Result<(), AbortCode> {
         Err(AbortCode::UnsupportedAccess)
     }
 
-    /// A DOMAIN will not be written to its end.
+    /// The value will not be written to its end.
     fn cancel(&mut self) {}
 }
 

@@ -3,7 +3,7 @@
 //! A mapping is resolved once, when its PDO becomes valid. From then on its values are reached without searching.
 
 use crate::od::communication::MAPPED;
-use crate::od::{AbortCode, Address, DataType, Objects, Place, Run};
+use crate::od::{AbortCode, Address, DataType, Objects, PdoUse, Place, Run};
 
 /// Which way a PDO goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -95,11 +95,12 @@ impl Slot {
 pub struct Layout {
     slots: [Slot; MAPPED],
     bytes: u8,
+    least: u8,
 }
 
 impl Layout {
     /// Of a PDO without data.
-    pub const EMPTY: Layout = Layout { slots: [Slot::UNUSED; MAPPED], bytes: 0 };
+    pub const EMPTY: Layout = Layout { slots: [Slot::UNUSED; MAPPED], bytes: 0, least: 0 };
 
     /// Resolves mapping entries: index, sub-index and bits, as objects 1600h and 1A00h hold them.
     ///
@@ -108,12 +109,13 @@ impl Layout {
     /// this direction, or its type has another number of bits; [`AbortCode::PdoLength`] for more than [`MAPPED`] entries
     /// or 64 bits.
     pub fn new<D: Objects>(direction: Direction, entries: &[u32]) -> Result<Layout, AbortCode> {
-        let (mut layout, mut bits) = (Layout::EMPTY, 0_u32);
+        let (mut layout, mut bits, mut least) = (Layout::EMPTY, 0_u32, 0);
         let mut slots = layout.slots.iter_mut();
         let mut last: Option<(&mut Slot, u8)> = None;
         for (number, entry) in entries.iter().enumerate() {
-            let (slot, row) = resolve::<D>(direction, *entry)?;
+            let (slot, row, is_optional) = resolve::<D>(direction, *entry)?;
             bits = bits.saturating_add(slot.bits());
+            least = if is_optional { least } else { bits };
             if bits > u64::BITS || number >= MAPPED {
                 return Err(AbortCode::PdoLength);
             }
@@ -127,13 +129,18 @@ impl Layout {
                 last = Some((free, row));
             }
         }
-        layout.bytes = bits.div_ceil(8) as u8;
+        (layout.bytes, layout.least) = (bits.div_ceil(8) as u8, least.div_ceil(8) as u8);
         Ok(layout)
     }
 
     /// Data bytes of the PDO, `0..=8`. The last one may be mapped in part.
     pub const fn bytes(&self) -> u8 {
         self.bytes
+    }
+
+    /// Bytes that a frame has at least: up to the last value that is not [optional](PdoUse::Optional).
+    pub const fn least(&self) -> u8 {
+        self.least
     }
 
     /// The PDO with the present values. Bits that are not mapped are zero.
@@ -206,12 +213,14 @@ fn write<D: Objects>(objects: &mut D, slot: Slot, bits: u64) -> bool {
     objects.set_bits(slot.place(), slot.run(), bits).is_some() || slot.is_dummy()
 }
 
-/// The value of an entry, and the first sub-index of those alike in a row.
-fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<(Slot, u8), AbortCode> {
+/// The value of an entry, the first sub-index of those alike in a row, and whether a frame may leave it out.
+fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<(Slot, u8, bool), AbortCode> {
     let (index, sub, bits) = ((entry >> 16) as u16, (entry >> 8) as u8, entry as u8);
     if let Some(dummy) = DataType::of_dummy(index) {
         return match sub {
-            0 if direction == Direction::Receive && dummy.bits() == Some(bits) => Ok((Slot::dummy(bits), 0)),
+            0 if direction == Direction::Receive && dummy.bits() == Some(bits) => {
+                Ok((Slot::dummy(bits), 0, false))
+            }
             0 => Err(AbortCode::NotMappable),
             _ => Err(AbortCode::NoSubIndex),
         };
@@ -221,8 +230,9 @@ fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<(Slot, u8), A
         Direction::Receive => declared.access.is_for_rpdo(),
         Direction::Transmit => declared.access.is_for_tpdo(),
     };
-    if !declared.mappable || !allowed || declared.data_type.bits() != Some(bits) {
+    if !declared.is_mappable() || !allowed || declared.data_type.bits() != Some(bits) {
         return Err(AbortCode::NotMappable);
     }
-    Slot::new(place, bits).map(|slot| (slot, declared.sub)).ok_or(AbortCode::NotMappable)
+    let slot = Slot::new(place, bits).ok_or(AbortCode::NotMappable)?;
+    Ok((slot, declared.sub, declared.pdo == PdoUse::Optional))
 }

@@ -1,6 +1,7 @@
 //! Commands and telemetry in one PDO each: a 2-byte code and 6 bytes of data.
 //!
-//! Telecommand (object 6200h), telemetry request and telemetry (objects 6101h, 6100h) share this layout.
+//! Telecommand (object 6200h), telemetry request and telemetry (objects 6101h, 6100h) share this layout. The last data
+//! byte of a telecommand is its sequence: see [`RepeatFilter`](super::RepeatFilter).
 
 use crate::link::{CobId, Frame};
 
@@ -32,7 +33,7 @@ impl Message {
         Message { code, data }
     }
 
-    /// What it is about.
+    /// The code of the command, or of the telemetry.
     pub const fn code(&self) -> u16 {
         self.code
     }

@@ -4,9 +4,11 @@ mod mapping;
 mod message;
 mod receive;
 pub mod rules;
+mod sequence;
 mod transmit;
 
 pub use mapping::{Direction, Layout};
 pub use message::Message;
 pub use receive::{RpdoError, RpdoEvent, Rpdos, Taken};
+pub use sequence::{RepeatFilter, Sequence};
 pub use transmit::Tpdos;

@@ -2,15 +2,16 @@
 //!
 //! * Types 0 to 240 take effect at the next SYNC, the newest frame of each PDO; 254 and 255 at once.
 //! * A frame with fewer bytes than are mapped is not processed. One with more is, as far as it is mapped. A value outside
-//!   of its limits is not written, the others of its frame are. All three are errors of their PDO, told when they appear
-//!   and when they are gone.
+//!   of its limits is not written, the others of its frame are, and the frame does not count as applied. All three are
+//!   errors of their PDO, reported when they appear and when they are gone.
+//! * A frame may end before a value that the device declares optional: what is left out reads as zero.
 //! * The event timer is a deadline. It runs from each good frame to the next, the first time from the first one in
 //!   Operational, or after it was configured.
 //! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
 
 use super::{Direction, Layout, rules};
 use crate::emcy::ErrorCode;
-use crate::link::{CobId, CobIdEntry, Frame};
+use crate::link::{CobId, Frame};
 use crate::od::communication::RpdoParameters;
 use crate::od::{AbortCode, Objects};
 use crate::time::{Duration, Instant};
@@ -62,8 +63,10 @@ pub enum RpdoEvent {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Taken {
-    /// Its values are in the dictionary, those that keep their limits.
+    /// All its values are in the dictionary.
     Applied,
+    /// Some values are outside of their limits and were not written; the others are in the dictionary.
+    Refused,
     /// It waits for SYNC.
     Held,
     /// It is synchronous and came after the synchronous window (1007h): discarded.
@@ -155,7 +158,7 @@ impl<const R: usize> Rpdos<R> {
     /// deadline waits for the next frame.
     ///
     /// # Errors
-    /// As [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `R` and above. Nothing was changed.
+    /// As [`rules::identifier`] and [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `R` and above. Nothing was changed.
     pub fn configure<D: Objects>(
         &mut self,
         number: usize,
@@ -166,7 +169,7 @@ impl<const R: usize> Rpdos<R> {
         let (Some(id), Some(pdo)) = (self.ids.get_mut(number), self.pdos.get_mut(number)) else {
             return Err(AbortCode::NoObject);
         };
-        let (new_id, new) = match CobIdEntry::from_raw(parameters.cob_id).cob_id() {
+        let (new_id, new) = match rules::identifier(parameters.cob_id)? {
             None => (NONE, Rpdo::INVALID),
             Some(id) => {
                 let layout = rules::activate::<D>(Direction::Receive, parameters.transmission, mapping)?;
@@ -257,8 +260,8 @@ impl<const R: usize> Rpdos<R> {
             self.next = self.next.min(pdo.deadline);
         }
         if !pdo.synchronous {
-            pdo.apply(frame.bits(), objects, &mut |objects, event| tell(objects, number, event));
-            Taken::Applied
+            let all = pdo.apply(frame.bits(), objects, &mut |objects, event| tell(objects, number, event));
+            if all { Taken::Applied } else { Taken::Refused }
         } else if at <= window_end {
             (pdo.held, pdo.waiting, self.waiting) = (frame.bits(), true, true);
             Taken::Held
@@ -272,18 +275,19 @@ impl<const R: usize> Rpdos<R> {
         self.waiting
     }
 
-    /// SYNC: what is held takes effect (ECSS 6.9e).
+    /// SYNC: what is held takes effect (ECSS 6.9e). `ended` is given the number of each PDO, and whether all its values were
+    /// within their limits.
     pub fn on_sync<D: Objects>(
         &mut self,
         objects: &mut D,
-        applied: &mut impl FnMut(usize),
+        ended: &mut impl FnMut(usize, bool),
         tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) {
         self.waiting = false;
         for (number, pdo) in self.pdos.iter_mut().enumerate() {
             if core::mem::take(&mut pdo.waiting) {
-                pdo.apply(pdo.held, objects, &mut |objects, event| tell(objects, number, event));
-                applied(number);
+                let all = pdo.apply(pdo.held, objects, &mut |objects, event| tell(objects, number, event));
+                ended(number, all);
             }
         }
     }
@@ -319,22 +323,28 @@ impl Rpdo {
     #[cold]
     #[inline(never)]
     fn accepts(&mut self, dlc: u8, tell: &mut impl FnMut(RpdoEvent)) -> bool {
-        let bytes = self.layout.bytes();
-        self.set(RpdoError::TooShort, dlc < bytes, tell);
-        self.set(RpdoError::TooLong, dlc > bytes, tell);
-        if dlc >= bytes {
+        let is_enough = dlc >= self.layout.least();
+        self.set(RpdoError::TooShort, !is_enough, tell);
+        self.set(RpdoError::TooLong, dlc > self.layout.bytes(), tell);
+        if is_enough {
             self.set(RpdoError::Overdue, false, tell);
         }
-        dlc >= bytes
+        is_enough
     }
 
-    /// The values of a frame take effect.
+    /// The values of a frame take effect. Returns whether all were within their limits.
     #[inline(always)]
-    fn apply<D: Objects>(&mut self, data: u64, objects: &mut D, tell: &mut impl FnMut(&mut D, RpdoEvent)) {
+    fn apply<D: Objects>(
+        &mut self,
+        data: u64,
+        objects: &mut D,
+        tell: &mut impl FnMut(&mut D, RpdoEvent),
+    ) -> bool {
         let all = self.layout.unpack(objects, data);
         if !all || self.errors != 0 {
             self.set_out_of_range(!all, &mut |event| tell(objects, event));
         }
+        all
     }
 
     #[cold]

@@ -5,17 +5,19 @@
 //!
 //! | refused | with |
 //! | --- | --- |
-//! | another identifier, inhibit time, SYNC start value, or anything of the mapping, while valid | 06090030h |
-//! | a mapped object while their number is not zero | 06090030h |
+//! | another identifier, inhibit time, SYNC start value, or anything of the mapping, while valid | 06010000h |
+//! | a mapped object while their number is not zero | 06010000h |
 //! | extended frames, restricted identifiers (ECSS 6.10b), reserved transmission types, remote requests (252, 253) | 06090030h |
 //! | a valid TPDO that allows remote frames (bit 30 clear); for RPDOs and invalid ones the bit means nothing | 06090030h |
 //! | making a PDO valid that carries nothing, or a TPDO with the identifier of another | 06040043h |
+//! | making a PDO valid with the identifier of SYNC, or a TPDO with that of the node's own emergencies | 06040043h |
 //!
+//! The write that makes a PDO invalid may not change its identifier either: the PDO is still valid then.
 //! Transmission type and event timer may change while valid; they take effect at once.
 
 use super::{Direction, Layout};
-use crate::link::{CobIdEntry, EntryUse};
-use crate::od::communication::{MAPPED, Mapping, NO_REMOTE, RpdoParameters, TpdoParameters};
+use crate::link::{CobId, CobIdEntry, EntryUse};
+use crate::od::communication::{INVALID, MAPPED, Mapping, NO_REMOTE, RpdoParameters, TpdoParameters};
 use crate::od::{AbortCode, Objects};
 
 /// Whether a transmission type depends on SYNC.
@@ -68,7 +70,7 @@ fn check(direction: Direction, cob_id: u32, sub: u8, value: u32) -> Result<(), A
             if new.cob_id().is_some() && remote { Err(AbortCode::ValueRange) } else { Ok(()) }
         }
         2 => check_transmission(value),
-        3 | 6 if valid => Err(AbortCode::ValueRange),
+        3 | 6 if valid => Err(AbortCode::UnsupportedAccess),
         3 | 5 if value > 0xFFFF => Err(AbortCode::ValueTooHigh),
         6 if value > 240 => Err(AbortCode::ValueTooHigh),
         _ => Ok(()),
@@ -92,7 +94,7 @@ pub fn mapping<D: Objects>(
     value: u32,
 ) -> Result<(), AbortCode> {
     if CobIdEntry::from_raw(cob_id).cob_id().is_some() {
-        return Err(AbortCode::ValueRange);
+        return Err(AbortCode::UnsupportedAccess);
     }
     match usize::from(sub) {
         0 => {
@@ -104,11 +106,22 @@ pub fn mapping<D: Objects>(
             let mapped = entries.get(..value as usize).ok_or(AbortCode::PdoLength)?;
             Layout::new::<D>(direction, mapped).map(drop)
         }
-        1..=MAPPED if !mapping.objects().is_empty() => Err(AbortCode::ValueRange),
+        1..=MAPPED if !mapping.objects().is_empty() => Err(AbortCode::UnsupportedAccess),
         1..=MAPPED if value == 0 => Ok(()),
         1..=MAPPED => Layout::new::<D>(direction, &[value]).map(drop),
         _ => Err(AbortCode::NoSubIndex),
     }
+}
+
+/// The identifier of a PDO that becomes valid; `None` for one that does not.
+///
+/// # Errors
+/// [`AbortCode::ValueRange`] for a restricted identifier or that of an extended frame.
+pub fn identifier(cob_id: u32) -> Result<Option<CobId>, AbortCode> {
+    if cob_id & INVALID != 0 {
+        return Ok(None);
+    }
+    CobIdEntry::from_raw(INVALID).written(cob_id, EntryUse::Pdo).map(CobIdEntry::cob_id)
 }
 
 /// The mapping of a PDO that becomes valid.

@@ -13,7 +13,7 @@
 //! was so at the SYNC, and what a receive PDO sets off goes with the next one.
 
 use super::{Direction, Layout, rules};
-use crate::link::{CobId, CobIdEntry, Frame};
+use crate::link::{CobId, Frame};
 use crate::od::communication::TpdoParameters;
 use crate::od::{AbortCode, Objects, Place};
 use crate::time::{Duration, Instant};
@@ -150,7 +150,7 @@ impl<const T: usize> Tpdos<T> {
     /// event that waits for the inhibit time is still sent.
     ///
     /// # Errors
-    /// As [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `T` and above,
+    /// As [`rules::identifier`] and [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `T` and above,
     /// [`AbortCode::ParameterIncompatible`] for the COB-ID of another valid TPDO: no two may send the same. Nothing was
     /// changed.
     pub fn configure<D: Objects>(
@@ -160,7 +160,7 @@ impl<const T: usize> Tpdos<T> {
         mapping: &[u32],
         now: Instant,
     ) -> Result<(), AbortCode> {
-        let id = CobIdEntry::from_raw(parameters.cob_id).cob_id();
+        let id = rules::identifier(parameters.cob_id)?;
         let mut others = self.pdos.iter().enumerate().filter(|(other, _)| *other != number);
         if id.is_some() && others.any(|(_, other)| other.id == id) {
             return Err(AbortCode::ParameterIncompatible);
@@ -199,6 +199,11 @@ impl<const T: usize> Tpdos<T> {
         let is_synchronous = |pdo: &Tpdo| pdo.id.is_some() && rules::is_synchronous(pdo.transmission);
         self.synchronous = self.pdos.iter().rposition(is_synchronous).map_or(0, |last| last + 1);
         self.has_events = self.pdos.iter().any(Tpdo::is_by_event);
+    }
+
+    /// Whether this one is valid.
+    pub fn is_valid(&self, number: usize) -> bool {
+        self.pdos.get(number).is_some_and(|pdo| pdo.id.is_some())
     }
 
     /// Whether an event sends any.

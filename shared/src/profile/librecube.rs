@@ -31,6 +31,8 @@ pub const LIBRECUBE: Profile = Profile {
     ..STANDARD
 };
 
+const _: () = assert!(LIBRECUBE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+
 /// A slave of this mission: its product code is known, its configuration is of 25 September 2017, noon.
 const fn slave(node: NodeId) -> AssignedSlave {
     let expected = Expected { device_type: 0, identity: [0, 0x5015, 0, 0], stamp: [12_321, 43_200_000] };

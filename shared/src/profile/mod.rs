@@ -42,8 +42,11 @@ pub struct Profile {
     pub telemetry: Duration,
     /// Nodes with selective access; all others have parallel access.
     pub selective: &'static [NodeId],
-    /// Share of the monitored slaves whose silence makes the master switch buses, percent, `1..=100`.
+    /// Share of the slaves whose silence makes the master switch buses at once, percent, `1..=100`.
     pub silent_share: u8,
+    /// Shortest time that a master which hears no slave on either bus stays on one. Two toggling times and two heartbeat
+    /// periods are the least in any case.
+    pub dwell: Duration,
     /// Frames whose end is measured in hardware, received and sent, where a board can.
     pub stamped: &'static [CobId],
     /// After so long without progress an SDO transfer is given up, by its server and by its client.
@@ -61,9 +64,36 @@ pub struct Profile {
 }
 
 impl Profile {
+    /// What to change where [`Profile::is_search_long_enough`] says no.
+    pub const SEARCH_TOO_SHORT: &'static str = "slaves with selective access give up before the master has tried both \
+        buses: raise `ntoggle` until ttoggle x consumer x (ntoggle + 1) is at least two dwells, each the longer one of \
+        `dwell` and 2 x ttoggle x consumer + 2 x heartbeat";
+
     /// How a node reaches its buses.
     pub fn access(&self, node: NodeId) -> Access {
         if self.selective.contains(&node) { Access::Selective } else { Access::Parallel }
+    }
+
+    /// Whether slaves with selective access search for as long as a master may take to try both buses. A slave that gives
+    /// up before stays where it is (ECSS 8.3.3j), on a dead bus for ever. Assert it where a profile is declared:
+    ///
+    /// ```
+    /// use ecss_can::profile::{Profile, STANDARD};
+    /// const MISSION: Profile = Profile { selective: &[ecss_can::nmt::NodeId::of::<4>()], ..STANDARD };
+    /// const _: () = assert!(MISSION.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+    /// ```
+    ///
+    /// A search of 5.5 s does not compile:
+    ///
+    /// ```compile_fail,E0080
+    /// # use ecss_can::profile::{Profile, STANDARD};
+    /// const SHORT: Profile = Profile { selective: &[ecss_can::nmt::NodeId::of::<4>()], ntoggle: 10, ..STANDARD };
+    /// const _: () = assert!(SHORT.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+    /// ```
+    pub const fn is_search_long_enough(&self) -> bool {
+        let redundancy = self.redundancy();
+        let both_buses = redundancy.dwell(self.dwell).times(2);
+        self.selective.is_empty() || redundancy.search_time().as_micros() >= both_buses.as_micros()
     }
 
     /// The redundancy parameters of every node.

@@ -7,7 +7,8 @@ use crate::nmt::boot::BootPolicy;
 use crate::redundancy::BusOffPolicy;
 use crate::time::Duration;
 
-/// 1 Mbit/s, heartbeat 100 ms, fail-over of a slave by itself within half a second, parallel access everywhere.
+/// 1 Mbit/s, heartbeat 100 ms, a slave changes the bus by itself after half a second and searches for 25.5 s; parallel
+/// access everywhere.
 pub const STANDARD: Profile = Profile {
     name: "standard",
     network: Network {
@@ -20,13 +21,14 @@ pub const STANDARD: Profile = Profile {
     consumer: Duration::from_millis(250),
     bdefault: Bus::Nominal,
     ttoggle: 2,
-    ntoggle: 10,
+    ntoggle: 50,
     sync: Duration::from_millis(100),
     time: Duration::from_millis(1_000),
     command: Duration::from_millis(100),
     telemetry: Duration::from_millis(100),
     selective: &[],
     silent_share: 50,
+    dwell: Duration::from_millis(10_000),
     stamped: &[CobId::SYNC],
     sdo_timeout: Duration::from_millis(500),
     slaves: &[],

@@ -1,5 +1,7 @@
 //! The master's side: heartbeat on the active bus, and when to go to the other one (ECSS 8.3.3a, b).
 
+use super::dwell::Dwell;
+use super::trial::Trial;
 use super::{Heard, Parameters, Peers};
 use crate::heartbeat::Producer;
 use crate::link::port::{ErrorState, Health, LastError};
@@ -7,31 +9,35 @@ use crate::link::{Bus, Frame, PerBus};
 use crate::nmt::{NmtState, NodeId};
 use crate::time::{Duration, Instant, earliest};
 
-/// Unacknowledged in error passive this long, and nothing received meanwhile: nobody is there. Rules out a burst of
-/// errors that ends with a frame of somebody else.
+/// Error passive this long without an acknowledgement or a received frame: the master is isolated. Rules out a burst of
+/// errors that ends with a frame of another node.
 const ISOLATION_GRACE: Duration = Duration::from_millis(2);
 
 /// Decides which bus is active.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Manager {
     parameters: Parameters,
-    /// Share of the monitored slaves whose silence makes a bus bad, percent.
+    /// Share of the slaves whose silence makes a bus bad, percent.
     silent_share: u8,
     active: Bus,
     heartbeat: Producer,
     announcing: bool,
     peers: Peers,
-    /// A peer was heard on the active bus since power-on or the last switch.
+    /// A slave that counts was heard on the active bus since power-on or the last switch.
     heard_here: bool,
-    /// Settled after a switch from then on; not isolated before.
+    /// End of the settling time after a switch; not isolated before.
     guard: Instant,
-    /// On the active bus unacknowledged and without reception since then.
+    /// Last sign of another node on the active bus, while the controller reports that acknowledgements are missing.
     alone_since: Option<Instant>,
     unacknowledged: PerBus<bool>,
     failed: PerBus<bool>,
     wanted: Option<Bus>,
-    /// Slaves that were silent on the other bus when it was left for that.
-    left_behind: u8,
+    /// Slaves that were silent on the other bus when it was left because of them.
+    left_behind: u32,
+    dwell: Dwell,
+    trial: Trial,
+    /// When assigned slaves that were never heard are reported.
+    report: Option<Instant>,
 }
 
 /// Why the master left a bus.
@@ -40,15 +46,21 @@ pub struct Manager {
 pub enum SwitchCause {
     /// Its controller went bus-off too often.
     BusOff,
-    /// Nobody acknowledges there any more.
+    /// No node acknowledges there any more.
     Isolated,
     /// Too many slaves went silent there.
     SlavesSilent,
-    /// The application wanted it.
+    /// No slave was heard on either bus for a dwell.
+    Unheard,
+    /// Some slaves are silent there and heard on the other bus, which is tried.
+    Tried,
+    /// It was tried, and fewer slaves are heard than on the bus before.
+    TriedInVain,
+    /// The application requested it.
     Commanded,
 }
 
-/// What is due.
+/// One thing that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Action {
@@ -61,20 +73,25 @@ pub enum Action {
     },
     /// The active bus changed. Its heartbeat is the next action; nothing else goes out there before it did.
     Switched {
-        /// Abandon everything here.
+        /// Bus on which everything pending is abandoned.
         from: Bus,
         /// The active bus now.
         to: Bus,
         /// Why.
         cause: SwitchCause,
     },
-    /// No heartbeat of this slave for its consumer time, on neither bus.
+    /// No heartbeat of this node on either bus for the consumer time.
     Lost(NodeId),
+    /// This node does not count as a slave and was silent for ten consumer times: nothing is known of it any more.
+    Forgotten(NodeId),
+    /// This slave is assigned and was heard on neither bus in the first two dwells after power-on.
+    Unheard(NodeId),
 }
 
 impl Manager {
-    /// On the default bus (ECSS 8.3.2a). `silent_share` in percent, `1..=100`. Idle until [`Manager::start`].
-    pub const fn new(parameters: Parameters, silent_share: u8) -> Self {
+    /// On the default bus (ECSS 8.3.2a). `silent_share` in percent, `1..=100`; `dwell`: shortest time on a bus without a
+    /// slave on either. Idle until [`Manager::start`].
+    pub const fn new(parameters: Parameters, silent_share: u8, dwell: Duration) -> Self {
         Manager {
             parameters,
             silent_share,
@@ -89,12 +106,17 @@ impl Manager {
             failed: PerBus { nominal: false, redundant: false },
             wanted: None,
             left_behind: 0,
+            dwell: Dwell::new(dwell),
+            trial: Trial::new(),
+            report: None,
         }
     }
 
     /// The boot-up message went out: heartbeats from now on.
     pub fn start(&mut self, now: Instant) {
         self.heartbeat.announce(now);
+        self.dwell.restart(now);
+        self.report = Some(now + self.dwell.length(&self.parameters).times(2));
     }
 
     /// New values of 1016h, 1017h and 2000h. The heartbeat goes on in a new period; the default bus is that of the next
@@ -115,42 +137,56 @@ impl Manager {
         !self.announcing
     }
 
-    /// The slaves heard.
+    /// The nodes heard.
     pub const fn peers(&self) -> &Peers {
         &self.peers
     }
 
-    /// The slaves heard, to hold some.
+    /// The nodes heard, to assign, hold or ask some.
     pub fn peers_mut(&mut self) -> &mut Peers {
         &mut self.peers
     }
 
-    /// Any frame of a slave on `bus`.
-    pub fn on_peer(&mut self, bus: Bus, at: Instant) {
+    /// Any frame on `bus`; `node`: its sender, where its COB-ID has one.
+    pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) {
         if bus == self.active {
-            self.heard_here = true;
             self.not_alone(at);
+        }
+        if node.is_some_and(|node| self.peers.counts(node)) {
+            self.heard_here |= bus == self.active;
+            self.dwell.restart(at);
         }
     }
 
-    /// A heartbeat or boot-up message of a slave.
+    /// A heartbeat or boot-up message of another node.
     pub fn on_heartbeat(&mut self, bus: Bus, node: NodeId, state: NmtState, at: Instant) -> Heard {
-        let times = (self.parameters.consumer, self.parameters.settling_time());
-        self.peers.on_heartbeat(node, state, bus == self.active, at, times)
+        self.peers.on_heartbeat(node, state, bus == self.active, at, &self.parameters)
+    }
+
+    /// The SDO server of `node` answered on the active bus: it counts as a slave.
+    pub fn on_answer(&mut self, node: NodeId, at: Instant) {
+        self.peers.on_answer(node, at);
+        self.on_frame(self.active, Some(node), at);
+    }
+
+    /// A frame of ours was acknowledged on `bus`.
+    pub fn on_sent(&mut self, bus: Bus, at: Instant) {
+        if bus == self.active {
+            self.not_alone(at);
+        }
     }
 
     /// Our heartbeat was acknowledged on `bus`.
     pub fn on_heartbeat_sent(&mut self, bus: Bus, at: Instant) {
         if bus == self.active {
             self.announcing = false;
-            self.not_alone(at);
         } else {
             // It was on the wire when its bus was left, and may have taken parallel slaves back there.
             self.heartbeat.announce(at);
         }
     }
 
-    /// Our heartbeat did not go out on `bus`, for another reason than leaving it.
+    /// Our heartbeat was not sent on `bus`, for another reason than leaving it.
     pub fn on_heartbeat_failed(&mut self, bus: Bus) {
         if bus == self.active {
             self.announcing = false;
@@ -168,7 +204,7 @@ impl Manager {
         self.peers.recheck(now);
     }
 
-    /// The application wants this bus active; nothing happens if it is.
+    /// Requests this bus; nothing happens if it is the active one.
     pub fn request(&mut self, bus: Bus) {
         self.wanted = Some(bus);
     }
@@ -180,7 +216,7 @@ impl Manager {
         {
             return Some(self.switch(SwitchCause::Commanded, 0, now));
         }
-        if !self.failed[self.active.other()] {
+        if self.may_leave() {
             if self.failed[self.active] {
                 return Some(self.switch(SwitchCause::BusOff, 0, now));
             }
@@ -192,10 +228,23 @@ impl Manager {
             if let Some(node) = self.peers.next_lost(now, self.parameters.consumer) {
                 return Some(Action::Lost(node));
             }
-            self.peers.checked(now, self.parameters.consumer);
-            if let Some(silent) = self.too_many_silent(now) {
-                return Some(self.switch(SwitchCause::SlavesSilent, silent, now));
+            if let Some(node) = self.peers.next_forgotten(now, self.parameters.consumer) {
+                return Some(Action::Forgotten(node));
             }
+            self.peers.checked(now, &self.parameters);
+            if let Some((cause, silent)) = self.silence(now) {
+                return Some(self.switch(cause, silent, now));
+            }
+        }
+        if self.may_leave() && self.dwell.end(&self.parameters).is_some_and(|at| at <= now) {
+            let (silent, _) = self.peers.silent_and_heard(now);
+            return Some(self.switch(SwitchCause::Unheard, silent.count_ones(), now));
+        }
+        if self.report.is_some_and(|at| at <= now) {
+            if let Some(node) = self.peers.next_unheard() {
+                return Some(Action::Unheard(node));
+            }
+            self.report = None;
         }
         let frame = self.heartbeat.poll(now, NmtState::Operational)?;
         Some(Action::Heartbeat { bus: self.active, frame })
@@ -203,8 +252,16 @@ impl Manager {
 
     /// When [`Manager::poll`] has something to do.
     pub fn deadline(&self) -> Option<Instant> {
-        let isolated = if self.failed[self.active.other()] { None } else { self.isolated_at() };
-        earliest(&[self.heartbeat.deadline(), self.peers.deadline(), isolated])
+        let leaving = if self.may_leave() {
+            earliest(&[self.isolated_at(), self.dwell.end(&self.parameters)])
+        } else {
+            None
+        };
+        earliest(&[self.heartbeat.deadline(), self.peers.deadline(), leaving, self.report])
+    }
+
+    fn may_leave(&self) -> bool {
+        !self.failed[self.active.other()]
     }
 
     fn isolated_at(&self) -> Option<Instant> {
@@ -212,41 +269,59 @@ impl Manager {
         Some((since + ISOLATION_GRACE).max(self.guard))
     }
 
-    /// How many, when they are enough to leave the bus for it.
-    fn too_many_silent(&mut self, now: Instant) -> Option<u8> {
-        if self.parameters.consumer == Duration::ZERO || self.failed[self.active.other()] {
+    /// Whether slaves that are silent here are a reason to leave, and how many they are.
+    fn silence(&mut self, now: Instant) -> Option<(SwitchCause, u32)> {
+        if self.parameters.consumer == Duration::ZERO || !self.may_leave() {
             return None;
         }
-        let (silent, total) = self.peers.silent(now);
+        let (silent, heard) = self.peers.silent_and_heard(now);
+        let (number, others) = (silent.count_ones(), heard.count_ones());
+        if self.trial.judge(now, silent, others) == Some(true) {
+            return Some((SwitchCause::TriedInVain, number));
+        }
         if silent == 0 {
             if self.guard <= now {
                 self.left_behind = 0;
             }
             return None;
         }
-        let share_reached = u32::from(silent) * 100 >= u32::from(total) * u32::from(self.silent_share);
-        // Of two half-dead buses the better one is kept; with everybody silent the search goes on.
-        let promising = silent > self.left_behind || silent == total;
-        (share_reached && promising).then_some(silent)
+        let share_reached = number * 100 >= (number + others) * u32::from(self.silent_share);
+        // Of two half-dead buses the better one is kept.
+        if share_reached && number > self.left_behind {
+            return Some((SwitchCause::SlavesSilent, number));
+        }
+        let is_tried = self.trial.is_allowed(silent) && self.peers.is_any_elsewhere(now, &self.parameters);
+        is_tried.then(|| {
+            self.trial.begin(silent, others, now + self.visit());
+            (SwitchCause::Tried, number)
+        })
     }
 
     fn not_alone(&mut self, at: Instant) {
-        self.alone_since = self.alone_since.map(|_| at);
+        self.alone_since = self.alone_since.map(|since| since.max(at));
+    }
+
+    /// How long after a switch slaves may take to be heard.
+    fn visit(&self) -> Duration {
+        self.parameters.settling_time().max(self.parameters.consumer)
     }
 
     /// ECSS 8.3.3b: the heartbeat stops on one bus and starts on the other at once.
-    fn switch(&mut self, cause: SwitchCause, silent: u8, now: Instant) -> Action {
+    fn switch(&mut self, cause: SwitchCause, silent: u32, now: Instant) -> Action {
         let from = self.active;
         let to = from.other();
-        let settling = self.parameters.settling_time();
         self.active = to;
         self.heartbeat.announce(now);
         self.announcing = true;
-        self.peers.on_switch(now, settling.max(self.parameters.consumer));
+        self.peers.on_switch(now, now + self.visit());
         self.heard_here = false;
-        self.guard = now + settling;
+        self.guard = now + self.parameters.settling_time();
         self.alone_since = self.unacknowledged[to].then_some(now);
         self.left_behind = silent;
+        self.dwell.restart(now);
+        if cause != SwitchCause::Tried {
+            self.trial.abandon();
+        }
         Action::Switched { from, to, cause }
     }
 }

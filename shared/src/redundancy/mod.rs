@@ -4,13 +4,18 @@
 //! and the time in, decisions out, equal states compare and hash equal.
 
 mod bus_off;
+mod dwell;
+mod hold_off;
 mod manager;
 mod peers;
+mod rivals;
 mod selector;
+mod trial;
 
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
 pub use peers::{Heard, Peers};
+pub use rivals::Rivals;
 pub use selector::{MasterMessage, Selection, Selector};
 
 use crate::link::Bus;
@@ -51,9 +56,38 @@ impl Parameters {
         self.consumer.times(self.ttoggle as u32)
     }
 
+    /// How long a contradiction counts: Ttoggle consumer times, a consumer time and two heartbeats at least.
+    pub fn hold_off_time(&self) -> Duration {
+        self.toggling_time().max(self.consumer).max(self.producer.times(2))
+    }
+
     /// How long after a switch of the master every reachable slave has been heard on the new bus, at the latest.
     pub fn settling_time(&self) -> Duration {
         self.toggling_time() + self.producer.times(2)
+    }
+
+    /// How long a master stays on a bus while it hears no slave on either: slaves that search come there meanwhile.
+    /// At least `shortest`.
+    pub const fn dwell(&self, shortest: Duration) -> Duration {
+        let search = self.toggling_time().times(2).as_micros() + self.producer.times(2).as_micros();
+        if search > shortest.as_micros() { Duration::from_micros(search) } else { shortest }
+    }
+
+    /// How long a slave listens in vain before it gives up: on each bus in turn, Ntoggle times and once more.
+    pub const fn search_time(&self) -> Duration {
+        self.toggling_time().times(self.ntoggle as u32 + 1)
+    }
+
+    /// How long a slave must be silent on the active bus and heard on the other one before the master tries that. A slave
+    /// that was reset on the other bus is back by then, and one that searches is still there.
+    pub fn hold_time(&self) -> Duration {
+        let stay = self.toggling_time().as_micros().saturating_sub(self.producer.as_micros());
+        Duration::from_micros(stay).max(self.consumer)
+    }
+
+    /// How long 701h of another node must be absent before its collision with the master's is over.
+    pub fn quiet_time(&self) -> Duration {
+        self.toggling_time().max(self.consumer).max(self.producer.times(2))
     }
 
     /// Whether a slave may change the bus by itself.

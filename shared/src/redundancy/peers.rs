@@ -1,19 +1,39 @@
-//! The slaves as the master hears them: states, who is lost, who is silent on the active bus.
+//! The nodes that the master hears: their states, which of them count, which are lost or silent.
+//!
+//! A node counts for the master's decisions when 1F81h assigns it, or when its SDO server has answered since its last
+//! boot-up message. Any other node is a stranger: followed, but neither its heartbeats nor its silence decide anything,
+//! and it is forgotten after ten consumer times of silence.
 
+use super::Parameters;
 use crate::heartbeat::Consumer;
 use crate::nmt::{NmtState, NodeId, Target};
 use crate::time::{Duration, Instant};
 
 /// Node-IDs 0..=127; those of no slave stay empty.
 const PLACES: usize = 128;
+/// Consumer times without a heartbeat after which a stranger is forgotten.
+const MEMORY: u32 = 10;
 
-/// Every slave heard since power-on.
+/// A set of nodes: bit n stands for Node-ID n.
+pub(super) type NodeSet = u128;
+
+/// Every node heard since power-on, strangers until they are forgotten.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Peers {
     places: [Option<Peer>; PLACES],
-    /// Not to be started unasked, heard already or not: the application stopped them. One bit per Node-ID.
-    held: u128,
-    /// No peer is overdue before. Later heartbeats only move the truth further away.
+    /// Assigned by 1F81h.
+    assigned: NodeSet,
+    /// Answered since their last boot-up message.
+    answered: NodeSet,
+    /// To be asked who they are, once they are heard on the active bus in a state that allows SDO.
+    unasked: NodeSet,
+    /// Of these the ones that were heard so.
+    ready: NodeSet,
+    /// Assigned and never heard.
+    unheard: NodeSet,
+    /// Not to be started unasked, heard or not: the application stopped them.
+    held: NodeSet,
+    /// No peer has anything due before. Later heartbeats only move the truth further away.
     check: Option<Instant>,
 }
 
@@ -23,17 +43,39 @@ struct Peer {
     heartbeat: Consumer,
     /// Silent on the active bus from then on.
     silent_at: Instant,
+    /// First and last heartbeat on the other bus since the last one on the active bus, never and zero without.
+    first_there: Instant,
+    last_there: Instant,
 }
 
-/// What a heartbeat told.
+impl Peer {
+    /// Silent on the active bus and heard on the other one for the hold time, from then on.
+    fn elsewhere_at(&self, parameters: &Parameters) -> Instant {
+        self.silent_at.max(self.first_there) + parameters.hold_time()
+    }
+
+    fn is_elsewhere(&self, now: Instant, parameters: &Parameters) -> bool {
+        self.elsewhere_at(parameters) <= now && self.last_there + parameters.hold_time() > now
+    }
+
+    /// When a stranger is forgotten.
+    fn forgotten_at(&self, consumer: Duration) -> Option<Instant> {
+        match self.heartbeat {
+            Consumer::Missed { last } => Some(last + consumer.times(MEMORY)),
+            Consumer::Unarmed | Consumer::Armed { .. } => None,
+        }
+    }
+}
+
+/// What a heartbeat says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Heard {
-    /// The first word of this slave, or another state than before.
+    /// The first heartbeat of this node, or another state than before.
     pub changed: bool,
     /// It had been lost.
     pub returned: bool,
-    /// It waits in Pre-operational and nobody wants it to: start it (ECSS 8.3.3f).
+    /// It waits in Pre-operational and is not held there: start it (ECSS 8.3.3f).
     pub start: bool,
 }
 
@@ -44,53 +86,123 @@ impl Default for Peers {
 }
 
 impl Peers {
-    /// Nobody heard yet.
+    /// No node heard or assigned.
     pub const fn new() -> Self {
-        Peers { places: [None; PLACES], held: 0, check: None }
+        Peers {
+            places: [None; PLACES],
+            assigned: 0,
+            answered: 0,
+            unasked: 0,
+            ready: 0,
+            unheard: 0,
+            held: 0,
+            check: None,
+        }
     }
 
-    /// A heartbeat or boot-up message of `node`, on the active bus or not. `consumer` is its consumer time,
-    /// `settling` what a slave heard on the other bus may take to come to the active one.
+    /// An entry of 1F81h. A slave that is taken out of it is forgotten: it counts again when it answers.
+    pub fn assign(&mut self, node: NodeId, is_slave: bool) {
+        let bit = node_bit(node);
+        let was_slave = self.assigned & bit != 0;
+        if is_slave {
+            self.assigned |= bit;
+            self.unheard |= if self.place(node).is_none() { bit } else { 0 };
+        } else if was_slave {
+            self.assigned &= !bit;
+            self.forget(node);
+        }
+    }
+
+    /// Whether `node` counts for the master's decisions.
+    pub fn counts(&self, node: NodeId) -> bool {
+        self.counted() & node_bit(node) != 0
+    }
+
+    /// A heartbeat or boot-up message of `node`; `active`: on the active bus.
     pub fn on_heartbeat(
         &mut self,
         node: NodeId,
         state: NmtState,
         active: bool,
         at: Instant,
-        (consumer, settling): (Duration, Duration),
+        parameters: &Parameters,
     ) -> Heard {
+        let (bit, consumer) = (node_bit(node), parameters.consumer);
         let Some(place) = self.places.get_mut(usize::from(node.get())) else { return Heard::default() };
         let known = place.is_some();
         let peer = place.get_or_insert(Peer {
             state,
             heartbeat: Consumer::Unarmed,
-            silent_at: at + settling.max(consumer),
+            // What a slave heard on the other bus may take to come to the active one.
+            silent_at: at + parameters.settling_time().max(consumer),
+            first_there: Instant::NEVER,
+            last_there: Instant::ZERO,
         });
         if active {
             peer.silent_at = at + consumer;
+            (peer.first_there, peer.last_there) = (Instant::NEVER, Instant::ZERO);
+        } else {
+            (peer.first_there, peer.last_there) = (peer.first_there.min(at), at);
         }
         let returned = peer.heartbeat.on_heartbeat(at);
         let changed = !known || peer.state != state;
         peer.state = state;
         let waiting = matches!(state, NmtState::PreOperational | NmtState::Initialising);
-        let next = peer.silent_at.min(at + consumer);
+        let next = peer.silent_at.min(at + consumer).min(peer.elsewhere_at(parameters).max(at));
         self.check = Some(self.check.map_or(next, |check| check.min(next)));
-        let held = self.held & node_bit(node) != 0;
-        Heard { changed, returned, start: active && waiting && !held }
+        self.unheard &= !bit;
+        if state == NmtState::Initialising {
+            self.answered &= !bit;
+        }
+        if !known || state == NmtState::Initialising {
+            self.unasked |= bit;
+        }
+        if active && state.allows_sdo() {
+            self.ready |= self.unasked & bit;
+        }
+        Heard { changed, returned, start: active && waiting && self.held & bit == 0 }
     }
 
-    /// The active bus changed: everybody gets `settling` to be heard there.
-    pub fn on_switch(&mut self, now: Instant, settling: Duration) {
-        for peer in self.places.iter_mut().flatten() {
-            peer.silent_at = now + settling;
+    /// The next stranger whose device type (1000h) is to be read, once per new Node-ID and boot-up message.
+    pub fn take_unasked(&mut self) -> Option<NodeId> {
+        let node = first(self.ready & !self.assigned)?;
+        self.ready &= !node_bit(node);
+        self.unasked &= !node_bit(node);
+        Some(node)
+    }
+
+    /// Whether [`Peers::take_unasked`] has somebody.
+    pub const fn is_any_unasked(&self) -> bool {
+        self.ready & !self.assigned != 0
+    }
+
+    /// The question was lost with its bus: ask again.
+    pub fn ask_again(&mut self, node: NodeId) {
+        self.unasked |= node_bit(node);
+    }
+
+    /// The SDO server of `node` answered: it counts.
+    pub fn on_answer(&mut self, node: NodeId, now: Instant) {
+        if self.place(node).is_some() {
+            self.answered |= node_bit(node);
+            self.recheck(now);
         }
-        self.check = Some(now);
+    }
+
+    /// The active bus changed: every node gets until `silent_at` to be heard there.
+    pub fn on_switch(&mut self, now: Instant, silent_at: Instant) {
+        for peer in self.places.iter_mut().flatten() {
+            peer.silent_at = silent_at;
+            (peer.first_there, peer.last_there) = (Instant::NEVER, Instant::ZERO);
+        }
+        self.ready = 0;
+        self.recheck(now);
     }
 
     /// The application wants these slaves to run, or not to be started unasked; those too that were not heard yet.
     pub fn hold(&mut self, target: Target, held: bool) {
         let nodes = match target {
-            Target::All => u128::MAX,
+            Target::All => NodeSet::MAX,
             Target::Node(node) => node_bit(node),
         };
         self.held = if held { self.held | nodes } else { self.held & !nodes };
@@ -101,55 +213,109 @@ impl Peers {
         self.held & node_bit(node) != 0
     }
 
-    /// Look at everybody again at `now`: the circumstances changed.
+    /// Checks every node again at `now`: the circumstances changed.
     pub fn recheck(&mut self, now: Instant) {
         self.check = Some(now);
     }
 
-    /// Whether [`Peers::next_lost`] and [`Peers::silent`] may have news.
+    /// Whether one of the questions below may have a new answer.
     pub fn is_due(&self, now: Instant) -> bool {
         self.check.is_some_and(|check| check <= now)
     }
 
-    /// The next slave whose heartbeat is overdue on both buses, each once.
+    /// The next node whose heartbeat is overdue on both buses, each once.
     pub fn next_lost(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
-        self.iter_mut().find_map(|(node, peer)| peer.heartbeat.poll(now, consumer).map(|_| node))
+        self.places.iter_mut().zip(0_u8..).find_map(|(place, raw)| {
+            place.as_mut()?.heartbeat.poll(now, consumer)?;
+            NodeId::new(raw)
+        })
     }
 
-    /// How many are silent on the active bus, and how many there are.
-    pub fn silent(&self, now: Instant) -> (u8, u8) {
-        let count = |silent: u8, peer: &Peer| silent.saturating_add(u8::from(peer.silent_at <= now));
-        let all = self.places.iter().flatten();
-        let total = all.clone().fold(0_u8, |total, _| total.saturating_add(1));
-        (all.fold(0, count), total)
+    /// The next stranger that was silent for ten consumer times, each once.
+    pub fn next_forgotten(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
+        let is_over = |peer: &Peer| peer.forgotten_at(consumer).is_some_and(|at| at <= now);
+        let (node, _) = self.each().find(|(node, peer)| !self.counts(*node) && is_over(peer))?;
+        self.forget(node);
+        Some(node)
     }
 
-    /// Everything due at `now` was asked: look for the next instant.
-    pub fn checked(&mut self, now: Instant, consumer: Duration) {
-        let silences = self.places.iter().flatten().map(|peer| peer.silent_at).filter(|at| *at > now);
-        let losses = self.places.iter().flatten().filter_map(|peer| peer.heartbeat.deadline(consumer));
-        self.check = silences.chain(losses).min();
+    /// The next assigned slave that was never heard, each once.
+    pub fn next_unheard(&mut self) -> Option<NodeId> {
+        let node = first(self.unheard)?;
+        self.unheard &= !node_bit(node);
+        Some(node)
     }
 
-    /// When somebody may be overdue next.
+    /// Slaves that count and are silent on the active bus, and those that are heard there.
+    pub(super) fn silent_and_heard(&self, now: Instant) -> (NodeSet, NodeSet) {
+        let set = |is_in: fn(&Peer, Instant) -> bool| self.set(|peer| is_in(peer, now));
+        (set(|peer, now| peer.silent_at <= now), set(|peer, now| peer.silent_at > now))
+    }
+
+    /// Whether a slave that counts is silent on the active bus and heard on the other one for the hold time.
+    pub fn is_any_elsewhere(&self, now: Instant, parameters: &Parameters) -> bool {
+        self.set(|peer| peer.is_elsewhere(now, parameters)) != 0
+    }
+
+    /// All questions were asked at `now`: finds the next instant with something due.
+    pub fn checked(&mut self, now: Instant, parameters: &Parameters) {
+        let (counted, consumer) = (self.counted(), parameters.consumer);
+        let due = self.each().flat_map(|(node, peer)| {
+            let decisions = if counted & node_bit(node) != 0 {
+                [Some(peer.silent_at), Some(peer.elsewhere_at(parameters))]
+            } else {
+                [peer.forgotten_at(consumer), None]
+            };
+            let to_come = decisions.into_iter().flatten().filter(|at| *at > now && *at < Instant::NEVER);
+            to_come.chain(peer.heartbeat.deadline(consumer))
+        });
+        self.check = due.min();
+    }
+
+    /// When a node may have something due next.
     pub fn deadline(&self) -> Option<Instant> {
         self.check
     }
 
-    /// Last state heard of a slave; `None` when it was never heard or is lost.
+    /// The last state of a node; `None` when it was never heard, is lost or forgotten.
     pub fn state(&self, node: NodeId) -> Option<NmtState> {
-        let peer = self.places.get(usize::from(node.get()))?.as_ref()?;
+        let peer = self.place(node)?;
         (!peer.heartbeat.is_missed()).then_some(peer.state)
     }
 
-    fn iter_mut(&mut self) -> impl Iterator<Item = (NodeId, &mut Peer)> {
-        self.places
-            .iter_mut()
-            .zip(0_u8..)
-            .filter_map(|(place, raw)| Some((NodeId::new(raw)?, place.as_mut()?)))
+    const fn counted(&self) -> NodeSet {
+        self.assigned | self.answered
+    }
+
+    /// Nodes that count and for which `is_in` holds.
+    fn set(&self, is_in: impl Fn(&Peer) -> bool) -> NodeSet {
+        let members = self.each().filter(|(_, peer)| is_in(peer));
+        members.fold(0, |set, (node, _)| set | node_bit(node)) & self.counted()
+    }
+
+    fn forget(&mut self, node: NodeId) {
+        if let Some(place) = self.places.get_mut(usize::from(node.get())) {
+            *place = None;
+        }
+        for set in [&mut self.answered, &mut self.unasked, &mut self.ready, &mut self.unheard] {
+            *set &= !node_bit(node);
+        }
+    }
+
+    fn place(&self, node: NodeId) -> Option<&Peer> {
+        self.places.get(usize::from(node.get()))?.as_ref()
+    }
+
+    fn each(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
+        self.places.iter().zip(0_u8..).filter_map(|(place, raw)| Some((NodeId::new(raw)?, place.as_ref()?)))
     }
 }
 
-fn node_bit(node: NodeId) -> u128 {
+fn node_bit(node: NodeId) -> NodeSet {
     1 << (node.get() & 0x7F)
+}
+
+/// The lowest Node-ID of a set.
+fn first(nodes: NodeSet) -> Option<NodeId> {
+    NodeId::new(nodes.trailing_zeros() as u8)
 }

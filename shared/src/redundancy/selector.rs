@@ -1,13 +1,17 @@
 //! The slave's side: follow the master's heartbeat, search for it when it is missed (ECSS 8.3.3).
 
 use super::Parameters;
-use crate::heartbeat::Consumer;
-use crate::link::Bus;
-use crate::time::Instant;
+use super::hold_off::{Move, Rhythm, Work};
+use crate::link::{Bus, PerBus};
+use crate::time::{Duration, Instant, earliest};
+
+/// An intruder that is heard more seldom than Ttoggle consumer times costs a heartbeat period each time, so hold-offs get
+/// longer: up to 128 times that.
+const MOST_DOUBLINGS: u8 = 7;
 
 /// Decides which bus a slave considers active.
 ///
-/// A slave with selective access hears the selected bus only; one with parallel access tells of master messages on
+/// A slave with selective access hears the selected bus only; one with parallel access passes on master messages of
 /// both. The selector makes no difference between them.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -15,17 +19,43 @@ pub struct Selector {
     parameters: Parameters,
     selected: Bus,
     phase: Phase,
+    /// Heartbeats on the bus that is followed.
+    rhythm: Rhythm,
+    /// The last change of the bus by a heartbeat alone.
+    moved: Option<Move>,
+    /// Where the master works, since the buses contradict each other.
+    work: Work,
+    /// Heartbeats on both buses: no change until then, unless the bus that is followed is silent.
+    hold_off: Option<Instant>,
+    /// Moves taken back since power-on: each but the first doubles the hold-off.
+    taken_back: u8,
+    /// Bdefault as it is kept beyond power-off.
+    kept: Bus,
+    /// When another bus that was found may be kept, a consumer time without contradiction, and which.
+    keep: Option<(Instant, Bus)>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 enum Phase {
     /// The selected bus is the active one.
-    Following { master: Consumer },
-    /// Bus selection process; on the selected bus since then.
-    Searching { since: Instant },
-    /// Switching is disabled, or Ntoggle switches were in vain: stay and listen.
-    Listening,
+    Following {
+        /// The last heartbeat.
+        last: Instant,
+    },
+    /// Found by a command alone: without a heartbeat until then the search goes on, as if it had not ended.
+    Unconfirmed { until: Instant, bdefault: Bus, search: Search },
+    /// Bus selection process.
+    Searching(Search),
+}
+
+/// A search on a bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Search {
+    bus: Bus,
+    /// On this bus since then. `None`: switching is disabled, or Ntoggle switches were in vain; it stays and listens.
+    since: Option<Instant>,
 }
 
 /// What the master said: "NMT message" of ECSS 8.3.3g is any of these, well-formed.
@@ -34,7 +64,7 @@ enum Phase {
 pub enum MasterMessage {
     /// Its heartbeat or its boot-up message.
     Heartbeat,
-    /// A module control command, to whomever.
+    /// A module control command, to any node.
     Command,
 }
 
@@ -44,7 +74,7 @@ pub enum MasterMessage {
 pub enum Selection {
     /// The master is missed on the active bus: enter Pre-operational.
     Missed {
-        /// Where it was heard last.
+        /// Bus on which it was heard last.
         bus: Bus,
     },
     /// The node changes to the other bus, in Pre-operational, and sends its heartbeat there.
@@ -52,14 +82,23 @@ pub enum Selection {
         /// The bus selected now.
         to: Bus,
     },
-    /// Nothing heard on either bus: the node stays where it is, listening.
+    /// The master was heard on neither bus: the node stays where it is, listening.
     GaveUp {
-        /// Where it stays.
+        /// The bus on which it stays.
         bus: Bus,
     },
     /// The search ended: the selected bus is the active one.
     Found {
-        /// Which.
+        /// The active bus.
+        bus: Bus,
+        /// Whether the node had selected the other one until now.
+        moved: bool,
+    },
+    /// A heartbeat confirmed the bus that a command alone had found.
+    Confirmed,
+    /// No heartbeat confirmed the bus that a command alone had found: Pre-operational, the search goes on.
+    Unconfirmed {
+        /// The bus of the search.
         bus: Bus,
         /// Whether the node had selected the other one until now.
         moved: bool,
@@ -69,21 +108,58 @@ pub enum Selection {
         /// The bus active now.
         to: Bus,
     },
+    /// The master is heard on both buses: the node stays, or goes back to the bus that it left.
+    Contradicted {
+        /// The bus active now.
+        bus: Bus,
+        /// Whether the node goes back.
+        moved: bool,
+    },
+    /// The master was heard on one bus only for Ttoggle consumer times.
+    Undisputed,
+    /// The new Bdefault may be kept beyond power-off: nothing contradicted it for a consumer time.
+    KeepBdefault {
+        /// The new Bdefault.
+        bus: Bus,
+    },
 }
 
 impl Selector {
     /// On the default bus, Ctoggle zero (ECSS 8.3.2a). Idle until [`Selector::start`].
     pub const fn new(parameters: Parameters) -> Self {
+        let bus = parameters.bdefault;
         Selector {
-            selected: parameters.bdefault,
+            selected: bus,
             parameters: Parameters { ctoggle: 0, ..parameters },
-            phase: Phase::Listening,
+            phase: Phase::Searching(Search { bus, since: None }),
+            rhythm: Rhythm::new(),
+            moved: None,
+            work: Work::new(),
+            hold_off: None,
+            taken_back: 0,
+            kept: bus,
+            keep: None,
         }
     }
 
     /// The bus that the node considers active, or on which it searches.
     pub const fn selected(&self) -> Bus {
         self.selected
+    }
+
+    /// Bdefault as it is kept beyond power-off: that of [`Selector::new`], or of the last [`Selection::KeepBdefault`].
+    pub const fn kept(&self) -> Bus {
+        self.kept
+    }
+
+    /// `bus` is kept beyond power-off now, by "save", say. What was found before is not to be kept any more.
+    pub fn set_kept(&mut self, bus: Bus) {
+        (self.kept, self.keep) = (bus, None);
+    }
+
+    /// Whether a heartbeat of the master was heard on the selected bus, and is not missed.
+    pub const fn is_confirmed(&self) -> bool {
+        matches!(self.phase, Phase::Following { .. })
     }
 
     /// The parameters, Bdefault and Ctoggle as they are now.
@@ -94,8 +170,10 @@ impl Selector {
     /// New parameters. What runs goes on with them; a search ends when they disable switching.
     pub fn configure(&mut self, parameters: Parameters) {
         self.parameters = parameters;
-        if matches!(self.phase, Phase::Searching { .. }) && !parameters.toggling_enabled() {
-            self.phase = Phase::Listening;
+        if let Phase::Searching(search) | Phase::Unconfirmed { search, .. } = &mut self.phase
+            && !parameters.toggling_enabled()
+        {
+            search.since = None;
         }
     }
 
@@ -105,71 +183,195 @@ impl Selector {
         self.search(now);
     }
 
+    /// The application chose this bus (ECSS 8.2.3a): search, beginning there. Returns whether that is another bus.
+    pub fn select(&mut self, bus: Bus, now: Instant) -> bool {
+        let moved = bus != self.selected;
+        self.selected = bus;
+        self.search(now);
+        moved
+    }
+
+    /// Frames of the master's services (SYNC, SDO, PDO) that came on each bus since power-on, to know where it works.
+    pub fn on_work(&mut self, frames: PerBus<u32>) {
+        self.work.frames = frames;
+    }
+
+    /// A heartbeat as nearly all are: on the bus that is followed, where it ended at `at`. Whether it was one; if not,
+    /// [`Selector::on_master`] takes it. Deadlines only move away.
+    #[inline]
+    pub fn on_beat(&mut self, bus: Bus, at: Instant) -> bool {
+        match &mut self.phase {
+            Phase::Following { last } if bus == self.selected => {
+                self.rhythm.note(at.since(*last));
+                *last = at;
+                true
+            }
+            _ => false,
+        }
+    }
+
     /// A message of the master on `bus` ended at `at`.
     pub fn on_master(&mut self, bus: Bus, message: MasterMessage, at: Instant) -> Option<Selection> {
-        let moved = bus != self.selected;
-        let found = match &mut self.phase {
-            Phase::Following { master } if !moved => {
-                if message == MasterMessage::Heartbeat {
-                    master.on_heartbeat(at);
+        let is_heartbeat = message == MasterMessage::Heartbeat;
+        let is_here = bus == self.selected;
+        if is_heartbeat && self.on_beat(bus, at) {
+            return None;
+        }
+        match &mut self.phase {
+            // Frames of two buses may be reported out of order.
+            Phase::Following { last } if is_heartbeat && at >= *last => {
+                let last = *last;
+                self.on_other_bus(bus, at, last)
+            }
+            // ECSS 8.3.3g stands in the search: a command on the other bus moves no node that follows.
+            Phase::Following { .. } => None,
+            Phase::Unconfirmed { .. } if is_heartbeat => {
+                self.follow(bus, bus, at);
+                Some(if is_here { Selection::Confirmed } else { Selection::Found { bus, moved: true } })
+            }
+            Phase::Unconfirmed { .. } => None,
+            Phase::Searching(search) => {
+                let (search, bdefault, consumer) =
+                    (*search, self.parameters.bdefault, self.parameters.consumer);
+                self.follow(bus, bus, at);
+                if !is_heartbeat && consumer > Duration::ZERO {
+                    self.phase = Phase::Unconfirmed { until: at + consumer, bdefault, search };
                 }
+                Some(Selection::Found { bus, moved: !is_here })
+            }
+        }
+    }
+
+    /// A heartbeat on the other bus, while the last one on the selected bus was at `last`.
+    fn on_other_bus(&mut self, bus: Bus, at: Instant, last: Instant) -> Option<Selection> {
+        let parameters = self.parameters;
+        let patience = self.rhythm.patience(&parameters);
+        match self.moved {
+            Some(mut moved) if moved.was_under_way(at) => {
+                moved.last = at;
+                self.moved = Some(moved);
                 return None;
             }
-            // Frames of two buses may be told out of order.
-            Phase::Following { master: Consumer::Armed { last } } if at < *last => return None,
-            Phase::Following { .. } => Selection::Followed { to: bus },
-            Phase::Searching { .. } | Phase::Listening => Selection::Found { bus, moved },
-        };
-        // ECSS 8.3.3k, l; not on the late branch of Figure 8-3, after giving up.
-        if self.phase != Phase::Listening {
-            self.parameters.bdefault = bus;
+            Some(moved) if moved.is_open(at, &parameters) && !self.work.is_only_on(self.selected) => {
+                self.rhythm = moved.rhythm;
+                self.rhythm.note(at.since(moved.last));
+                self.follow(bus, moved.bdefault, at);
+                self.taken_back = self.taken_back.saturating_add(1).min(MOST_DOUBLINGS + 1);
+                self.hold_off(at);
+                return Some(Selection::Contradicted { bus, moved: true });
+            }
+            _ => {}
         }
-        self.parameters.ctoggle = 0;
+        let is_silent = at >= last + patience;
+        if self.hold_off.is_some() || self.moved.is_some_and(|moved| moved.is_open(at, &parameters)) {
+            if self.work.is_only_on(bus) {
+                self.follow(bus, bus, at);
+                self.hold_off(at);
+                return Some(Selection::Followed { to: bus });
+            }
+            if !is_silent {
+                self.work.renew(at, patience);
+                self.hold_off(at);
+                return Some(Selection::Contradicted { bus: self.selected, moved: false });
+            }
+        }
+        let moved = Move { at, last, bdefault: parameters.bdefault, rhythm: self.rhythm };
+        self.follow(bus, bus, at);
+        self.moved = Some(moved);
+        Some(Selection::Followed { to: bus })
+    }
+
+    /// A heartbeat of the master on `bus`, which is the active one now.
+    fn follow(&mut self, bus: Bus, bdefault: Bus, at: Instant) {
         self.selected = bus;
-        self.phase = Phase::Following { master: Consumer::Armed { last: at } };
-        Some(found)
+        self.phase = Phase::Following { last: at };
+        self.moved = None;
+        self.work.restart(at);
+        // ECSS 8.3.3k, l: whenever an active bus was found, also late.
+        self.parameters.bdefault = bdefault;
+        self.keep = (bdefault != self.kept).then_some((at + self.parameters.consumer, bdefault));
+    }
+
+    /// The master was heard on both buses.
+    fn hold_off(&mut self, at: Instant) {
+        self.hold_off =
+            Some(at + self.parameters.hold_off_time().times(1 << self.taken_back.saturating_sub(1)));
+        self.keep = self.keep.map(|(_, bus)| (at + self.parameters.consumer, bus));
     }
 
     /// One decision that is due at `now`; call until `None`.
     pub fn poll(&mut self, now: Instant) -> Option<Selection> {
-        let parameters = self.parameters;
-        match &mut self.phase {
-            Phase::Following { master } => {
-                let last = master.poll(now, parameters.consumer)?;
+        if self.hold_off.is_some_and(|until| until <= now) {
+            self.hold_off = None;
+            return Some(Selection::Undisputed);
+        }
+        if self.phase_deadline().is_some_and(|deadline| deadline <= now) {
+            return Some(self.go_on(now));
+        }
+        let (_, bus) = self.keep.take_if(|(at, _)| *at <= now)?;
+        self.kept = bus;
+        Some(Selection::KeepBdefault { bus })
+    }
+
+    /// The deadline of the phase has come.
+    fn go_on(&mut self, now: Instant) -> Selection {
+        match self.phase {
+            Phase::Following { last } => {
                 // The toggling time counts from the last heartbeat, not from the miss (ECSS 8.3.3e, Figure 8-2).
                 self.search(last);
-                Some(Selection::Missed { bus: self.selected })
+                Selection::Missed { bus: self.selected }
             }
-            Phase::Searching { since } => {
-                let end = *since + parameters.toggling_time();
-                if now < end {
-                    return None;
-                }
-                if parameters.ctoggle >= parameters.ntoggle {
-                    self.phase = Phase::Listening;
-                    return Some(Selection::GaveUp { bus: self.selected });
-                }
-                // A toggling time that was shortened meanwhile may have passed several times: each bus is listened to.
-                *since = if now < end + parameters.toggling_time() { end } else { now };
-                self.parameters.ctoggle = parameters.ctoggle.saturating_add(1);
-                self.selected = self.selected.other();
-                Some(Selection::Toggled { to: self.selected })
+            Phase::Unconfirmed { bdefault, search, .. } => {
+                let moved = self.selected != search.bus;
+                self.selected = search.bus;
+                self.phase = Phase::Searching(search);
+                (self.parameters.bdefault, self.keep) = (bdefault, None);
+                Selection::Unconfirmed { bus: search.bus, moved }
             }
-            Phase::Listening => None,
+            Phase::Searching(search) => self.toggle(search, now),
         }
+    }
+
+    /// The toggling time on a bus is over (ECSS 8.3.3h, i, j).
+    fn toggle(&mut self, search: Search, now: Instant) -> Selection {
+        let Parameters { ctoggle, ntoggle, .. } = self.parameters;
+        let bus = search.bus;
+        if ctoggle >= ntoggle {
+            self.phase = Phase::Searching(Search { bus, since: None });
+            return Selection::GaveUp { bus };
+        }
+        // A toggling time that was shortened meanwhile may have passed several times: each bus is listened to.
+        let toggling = self.parameters.toggling_time();
+        let end = search.since.map_or(now, |since| since + toggling);
+        let since = Some(if now < end + toggling { end } else { now });
+        self.parameters.ctoggle = ctoggle.saturating_add(1);
+        self.selected = bus.other();
+        self.phase = Phase::Searching(Search { bus: self.selected, since });
+        Selection::Toggled { to: self.selected }
     }
 
     /// When [`Selector::poll`] has something to decide.
     pub fn deadline(&self) -> Option<Instant> {
+        earliest(&[self.phase_deadline(), self.hold_off, self.keep.map(|(at, _)| at)])
+    }
+
+    fn phase_deadline(&self) -> Option<Instant> {
+        let Parameters { consumer, .. } = self.parameters;
         match self.phase {
-            Phase::Following { master } => master.deadline(self.parameters.consumer),
-            Phase::Searching { since } => Some(since + self.parameters.toggling_time()),
-            Phase::Listening => None,
+            Phase::Following { last } => (consumer > Duration::ZERO).then_some(last + consumer),
+            Phase::Unconfirmed { until, .. } => Some(until),
+            Phase::Searching(Search { since, .. }) => {
+                since.map(|since| since + self.parameters.toggling_time())
+            }
         }
     }
 
+    /// Searches on the selected bus, which was listened to since `since`. Ctoggle keeps the count of the last search until
+    /// then, so that the master can read it (ECSS Table 8-1).
     fn search(&mut self, since: Instant) {
-        self.phase =
-            if self.parameters.toggling_enabled() { Phase::Searching { since } } else { Phase::Listening };
+        self.parameters.ctoggle = 0;
+        (self.moved, self.keep) = (None, None);
+        let since = self.parameters.toggling_enabled().then_some(since);
+        self.phase = Phase::Searching(Search { bus: self.selected, since });
     }
 }

@@ -79,12 +79,14 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
         self.fill_mailboxes();
         let look = self.next_look();
         let timer = self.clock.at(self.next_expiry().map_or(look, |expiry| expiry.min(look)));
-        match select3(self.port.event(), self.links.commands[self.bus].receive(), timer).await {
-            Either3::First(PortEvent::Health(health)) if health != self.told => {
+        // Commands first: a bus without a pause must not keep what is due from going out.
+        match select3(self.links.commands[self.bus].receive(), self.port.event(), timer).await {
+            Either3::First(command) => self.on_command(command),
+            Either3::Second(PortEvent::Health(health)) if health != self.told => {
                 self.told = health;
                 Some(LinkEvent::Health(health))
             }
-            Either3::First(event) => {
+            Either3::Second(event) => {
                 let event = self.on_port(&event)?;
                 // A node that answers for its counters with the next frame needs them as they are.
                 match self.look() {
@@ -95,7 +97,6 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
                     }
                 }
             }
-            Either3::Second(command) => self.on_command(command),
             Either3::Third(()) if look <= self.clock.now() => self.look(),
             Either3::Third(()) => None,
         }

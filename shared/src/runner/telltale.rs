@@ -28,6 +28,8 @@ pub struct Telltale {
     pub interrupts: Interrupts,
     /// Stamps that were to be measured in hardware.
     pub stamps: Stamps,
+    /// Commands that the application dropped because they repeat the last one (slave).
+    pub repeats: Tally,
 }
 
 /// Interrupts by their kind: how often a controller called.
@@ -126,6 +128,7 @@ impl Telltale {
             skipped_turns: Tally::new(),
             interrupts: Interrupts { transmit: Tally::new(), receive: Tally::new(), error: Tally::new() },
             stamps: Stamps::new(),
+            repeats: Tally::new(),
         }
     }
 

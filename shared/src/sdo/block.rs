@@ -52,6 +52,8 @@ pub(super) struct Receiver {
     open: u8,
     /// First byte of the segment that came last, if it ended a sub-block; else zero.
     ended_by: u8,
+    /// Segments of the sub-block that did not count.
+    astray: u8,
     /// Sub-blocks in a row of which nothing counted.
     fruitless: u8,
 }
@@ -73,7 +75,7 @@ pub(super) enum Heard {
 
 impl Receiver {
     pub const fn new(size: u8) -> Receiver {
-        Receiver { next: 1, size, open: 0, ended_by: 0, fruitless: 0 }
+        Receiver { next: 1, size, open: 0, ended_by: 0, astray: 0, fruitless: 0 }
     }
 
     #[inline]
@@ -107,7 +109,9 @@ impl Receiver {
         if !is_taken && self.is_repeat(command) {
             return Heard::Ignored;
         }
-        let ends = is_last || seqno >= self.size;
+        // After a lost segment fewer follow than the sub-block has; a peer that sends more brings nothing, for ever.
+        self.astray = self.astray.saturating_add(u8::from(!is_taken));
+        let ends = is_last || seqno >= self.size || self.astray >= self.size;
         (self.open, self.ended_by) = (self.size, if ends { command } else { 0 });
         if !is_taken {
             return if ends { Heard::Ends } else { Heard::Ignored };
@@ -126,7 +130,7 @@ impl Receiver {
     pub fn acknowledge(&mut self, size: u8) -> Result<u8, AbortCode> {
         let good = self.next.saturating_sub(1);
         count_fruitless(&mut self.fruitless, good)?;
-        (self.next, self.size, self.open) = (1, size, 0);
+        (self.next, self.size, self.open, self.astray) = (1, size, 0, 0);
         Ok(good)
     }
 

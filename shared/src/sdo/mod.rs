@@ -12,6 +12,8 @@
 //!   sub-block is refused at its end, and segments that are late for a transfer that was ended are ignored, not obeyed.
 //! * A sub-block that stops in the middle is acknowledged after a quarter of the timeout: its last segments are lost. One
 //!   that does not begin is a timeout. After eight in a row that bring nothing the transfer is aborted (0504 0003h).
+//! * A segment without data that is not the last one ends a transfer (0607 0013h). In a sub-block as many segments as it has
+//!   may come that do not count, then it ends. A peer that brings nothing keeps nobody waiting longer than the timeout.
 //! * Frames of block transfers that are received twice are ignored where that can be told; where it cannot, the checksum
 //!   and the size tell. Segments outside of blocks have their toggle bit and are aborted.
 //! * The client of a block transfer always offers a checksum, the server only to a client that does: there are clients that
@@ -30,5 +32,5 @@ mod wire;
 pub use block::WINDOW;
 pub use client::{Client, Error, Mode, STAGING};
 pub use crc::Crc;
-pub use server::{Server, WHOLE};
+pub use server::Server;
 pub use wire::Payload;

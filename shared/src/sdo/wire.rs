@@ -29,6 +29,13 @@ pub(super) struct Segment {
     pub data: [u8; 7],
 }
 
+impl Segment {
+    /// Whether it brings nothing: neither data nor the end.
+    pub const fn is_vain(&self) -> bool {
+        self.len == 0 && !self.last
+    }
+}
+
 /// What a client sends.
 #[derive(Clone, Copy)]
 pub(super) enum Request {

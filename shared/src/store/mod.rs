@@ -5,18 +5,35 @@
 //! defaults of a group writes a set without it. Both take effect at the next reset, when [`load`] runs before
 //! communication starts.
 //!
-//! Where sets are kept is behind [`ParameterStore`], which keeps them whole through a loss of power.
+//! A slave keeps Bdefault as well when it finds the master on another bus (ECSS 8.3.3k, l). That is no save: it is a
+//! *note* of one word beside the set, and ends with the next set that has a value of its own.
+//!
+//! Where sets and notes are kept is behind [`ParameterStore`], which keeps them whole through a loss of power. What
+//! outlives a reset only is in RAM, behind [`RetainedMemory`].
 
+mod note;
+mod retained;
 mod set;
 
-pub use set::{Apply, Loaded, MAX_VALUE, Values, load, restore_defaults, save};
+pub use note::{MOST_NOTES, note_bdefault, noted_bdefault};
+pub use retained::{Retained, RetainedMemory};
+pub use set::{Apply, Content, Loaded, MAX_VALUE, Value, Values, load, restore_defaults, save};
 
-use crate::od::AbortCode;
+use crate::od::{AbortCode, Address, Entry};
 
 /// What is written to 1010h to save: "save".
 pub const SAVE: u32 = u32::from_le_bytes(*b"save");
 /// What is written to 1011h to restore defaults: "load".
 pub const LOAD: u32 = u32::from_le_bytes(*b"load");
+
+/// Ctoggle, which begins at zero (ECSS 8.3.2a).
+const CTOGGLE: Address = Address::new(0x2000, 4);
+
+/// Whether "save" keeps a value: what a client may write (`rw`, `rwr`), and what neither PDOs nor the device itself move.
+/// A DOMAIN is kept where its declaration says `keep`.
+pub fn keeps(at: Address, entry: &Entry) -> bool {
+    entry.kept && at != CTOGGLE && !matches!(at.index, 0x1003 | 0x1010 | 0x1011)
+}
 
 /// Which parameters: the sub-indices of 1010h and 1011h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -107,4 +124,15 @@ pub trait ParameterStore {
     /// # Errors
     /// [`StoreError::Size`] when it is shorter than announced, [`StoreError::Hardware`].
     fn commit(&mut self) -> Result<(), StoreError>;
+
+    /// The last note written since the stored set was committed, 0 to 7FFFh.
+    fn note(&self) -> Option<u16>;
+
+    /// Writes a note of 15 bits, which replaces the one before. It is stored at once or not at all, whenever power
+    /// fails. A set that was begun and not committed is forgotten.
+    ///
+    /// # Errors
+    /// [`StoreError::Full`] in the last quarter of the room, which is for sets; [`StoreError::Size`] above 7FFFh;
+    /// [`StoreError::Hardware`].
+    fn write_note(&mut self, note: u16) -> Result<(), StoreError>;
 }

@@ -3,25 +3,78 @@
 //! ```text
 //! 'E' 'P' version node-ID | index (u16) sub length value... | index ...
 //! ```
-//! Numbers are little-endian. Integrity is the store's.
+//! Numbers are little-endian. A length of FFh is followed by the length itself, a u16. Values pass through a buffer of 64
+//! bytes, so that a long one needs no memory. Integrity is the store's.
 
+use super::note::{BDEFAULT, noted_bdefault};
 use super::{Group, ParameterStore, StoreError};
 use crate::nmt::NodeId;
-use crate::od::{AbortCode, Address};
+use crate::od::checked::Found;
+use crate::od::{AbortCode, Address, WHOLE};
 
 /// The longest value that is stored, bytes.
-pub const MAX_VALUE: usize = 64;
+pub const MAX_VALUE: usize = u16::MAX as usize;
 
 const MAGIC: [u8; 2] = *b"EP";
 const VERSION: u8 = 1;
-/// Of the set, and of each parameter.
+/// Bytes of the header of the set, and of that of a parameter of up to 254 bytes.
 const HEADER: usize = 4;
+/// A length of 255 bytes and more follows in two bytes.
+const LONG: u8 = u8::MAX;
+
+/// A parameter's present value.
+pub trait Value {
+    /// Its length in bytes.
+    fn len(&self) -> usize;
+
+    /// Whether it has no bytes.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Copies bytes from `offset` on; returns how many, fewer than `into` holds at the end of the value.
+    fn read(&self, offset: usize, into: &mut [u8]) -> usize;
+}
+
+impl Value for &[u8] {
+    fn len(&self) -> usize {
+        <[u8]>::len(self)
+    }
+
+    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+        let rest = self.get(offset..).unwrap_or_default();
+        into.iter_mut().zip(rest).map(|(to, from)| *to = *from).count()
+    }
+}
+
+impl Value for Found<'_> {
+    fn len(&self) -> usize {
+        Found::len(self)
+    }
+
+    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+        Found::read(self, offset, into)
+    }
+}
 
 /// Shows every parameter that may be stored, with its present value; called twice for each set, with the same values.
-pub type Values<'a> = dyn FnMut(&mut dyn FnMut(Address, &[u8])) + 'a;
+pub type Values<'a> = dyn FnMut(&mut dyn FnMut(Address, &dyn Value)) + 'a;
 
-/// Puts a stored parameter into the dictionary, with all its checks.
-pub type Apply<'a> = dyn FnMut(Address, &[u8]) -> Result<(), AbortCode> + 'a;
+/// Puts a stored parameter into the dictionary, with all its checks. After an error the rest of a long value is not given.
+pub type Apply<'a> = dyn FnMut(Address, Content<'_>) -> Result<(), AbortCode> + 'a;
+
+/// What is stored of a parameter: up to 64 bytes whole, more in parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content<'a> {
+    /// The whole value.
+    Whole(&'a [u8]),
+    /// A value of this many bytes begins; parts follow, then the end.
+    Begin(usize),
+    /// The next bytes, and where in the value they begin.
+    Part(usize, &'a [u8]),
+    /// The value is complete; its length in bytes.
+    End(usize),
+}
 
 /// What was found at start-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,10 +102,29 @@ pub enum Loaded {
 /// One stored parameter.
 struct Parameter {
     at: Address,
-    value: [u8; MAX_VALUE],
+    /// Where its value begins.
+    start: usize,
     len: usize,
+}
+
+impl Parameter {
     /// Where the next one begins.
-    next: usize,
+    const fn next(&self) -> usize {
+        self.start.saturating_add(self.len)
+    }
+
+    /// Copies the part of the value that begins at `offset`, as much as a buffer takes.
+    fn part<'a>(
+        &self,
+        store: &mut dyn ParameterStore,
+        offset: usize,
+        buffer: &'a mut [u8; WHOLE],
+    ) -> Result<&'a [u8], StoreError> {
+        let rest = self.len.saturating_sub(offset).min(WHOLE);
+        let into = buffer.get_mut(..rest).unwrap_or_default();
+        store.read(self.start.saturating_add(offset), into)?;
+        Ok(into)
+    }
 }
 
 /// What a header says of its set.
@@ -80,46 +152,80 @@ fn header(store: &mut dyn ParameterStore, own: NodeId) -> Result<Header, StoreEr
 
 /// The parameter at `offset`; `None` at the end, and where no parameter can be.
 fn parameter(store: &mut dyn ParameterStore, offset: usize) -> Result<Option<Parameter>, StoreError> {
-    let mut bytes = [0; HEADER];
-    let start = offset.saturating_add(HEADER);
+    let (mut bytes, mut long) = ([0; HEADER], [0; 2]);
+    let mut start = offset.saturating_add(HEADER);
     if start > store.stored_len() {
         return Ok(None);
     }
     store.read(offset, &mut bytes)?;
     let [low, high, sub, len] = bytes;
-    let len = usize::from(len);
-    let mut value = [0; MAX_VALUE];
-    let next = start.saturating_add(len);
-    let Some(into) = value.get_mut(..len).filter(|_| next <= store.stored_len()) else { return Ok(None) };
-    store.read(start, into)?;
-    Ok(Some(Parameter { at: Address::new(u16::from_le_bytes([low, high]), sub), value, len, next }))
+    let mut len = usize::from(len);
+    if len == usize::from(LONG) {
+        let at = start;
+        start = start.saturating_add(long.len());
+        if start > store.stored_len() {
+            return Ok(None);
+        }
+        store.read(at, &mut long)?;
+        len = usize::from(u16::from_le_bytes(long));
+    }
+    let found = Parameter { at: Address::new(u16::from_le_bytes([low, high]), sub), start, len };
+    Ok(Some(found).filter(|found| found.next() <= store.stored_len()))
 }
 
-/// Applies the stored parameters, before communication starts.
+/// Applies the stored parameters, before communication starts; the noted Bdefault last.
 ///
 /// # Errors
 /// [`StoreError::Hardware`]; what was applied before stays.
 pub fn load(store: &mut dyn ParameterStore, node: NodeId, apply: &mut Apply) -> Result<Loaded, StoreError> {
-    match header(store, node)? {
-        Header::Missing => return Ok(Loaded::Nothing),
-        Header::Foreign { version, node } => return Ok(Loaded::Foreign { version, node }),
-        Header::Own => {}
-    }
     let (mut applied, mut skipped) = (0_u32, 0_u32);
-    let mut offset = HEADER;
-    while let Some(found) = parameter(store, offset)? {
-        let value = found.value.get(..found.len).unwrap_or(&[]);
-        let count = if apply(found.at, value).is_ok() { &mut applied } else { &mut skipped };
+    let mut count = |is_applied: bool| {
+        let count = if is_applied { &mut applied } else { &mut skipped };
         *count = count.saturating_add(1);
-        offset = found.next;
+    };
+    let found = header(store, node)?;
+    if let Header::Own = found {
+        let mut offset = HEADER;
+        while let Some(found) = parameter(store, offset)? {
+            count(is_applied(store, &found, apply)?);
+            offset = found.next();
+        }
+        if offset != store.stored_len() {
+            count(false);
+        }
     }
-    if offset != store.stored_len() {
-        skipped = skipped.saturating_add(1);
+    let noted = noted_bdefault(store, node);
+    if let Some(bus) = noted {
+        count(apply(BDEFAULT, Content::Whole(&[bus.bdefault()])).is_ok());
     }
-    Ok(Loaded::Set { applied, skipped })
+    Ok(match found {
+        Header::Foreign { version, node } => Loaded::Foreign { version, node },
+        Header::Missing if noted.is_none() => Loaded::Nothing,
+        _ => Loaded::Set { applied, skipped },
+    })
 }
 
-/// Saves the present values of a group; the others stay as they are stored.
+fn is_applied(
+    store: &mut dyn ParameterStore,
+    found: &Parameter,
+    apply: &mut Apply,
+) -> Result<bool, StoreError> {
+    let mut buffer = [0; WHOLE];
+    let mut offset = 0;
+    if found.len <= WHOLE {
+        return Ok(apply(found.at, Content::Whole(found.part(store, 0, &mut buffer)?)).is_ok());
+    }
+    let mut is_taken = apply(found.at, Content::Begin(found.len)).is_ok();
+    while is_taken && offset < found.len {
+        let part = found.part(store, offset, &mut buffer)?;
+        is_taken = apply(found.at, Content::Part(offset, part)).is_ok();
+        offset = offset.saturating_add(part.len());
+    }
+    Ok(is_taken && apply(found.at, Content::End(found.len)).is_ok())
+}
+
+/// Saves the present values of a group; the others stay as they are stored. A note that is not of this group becomes part
+/// of the set.
 ///
 /// # Errors
 /// [`StoreError`]; what was stored before holds.
@@ -131,13 +237,18 @@ pub fn save(
 ) -> Result<(), StoreError> {
     let mut len = HEADER;
     let mut fits = true;
-    kept(store, node, group, &mut |_, found| {
-        len = len.saturating_add(HEADER).saturating_add(found.len);
+    let noted = noted_bdefault(store, node).filter(|_| !group.contains(BDEFAULT.index));
+    let is_kept = |at: Address| !group.contains(at.index) && (noted.is_none() || at != BDEFAULT);
+    if noted.is_some() {
+        len = len.saturating_add(stored_len(1));
+    }
+    kept(store, node, &is_kept, &mut |_, found| {
+        len = len.saturating_add(stored_len(found.len));
         Ok(())
     })?;
     values(&mut |at, value| {
         if group.contains(at.index) {
-            len = len.saturating_add(HEADER).saturating_add(value.len());
+            len = len.saturating_add(stored_len(value.len()));
             fits &= value.len() <= MAX_VALUE;
         }
     });
@@ -147,9 +258,19 @@ pub fn save(
     store.begin(len)?;
     let [e, p] = MAGIC;
     store.append(&[e, p, VERSION, node.get()])?;
-    kept(store, node, group, &mut |store, found| {
-        append(store, found.at, found.value.get(..found.len).unwrap_or(&[]))
+    kept(store, node, &is_kept, &mut |store, found| {
+        append_header(store, found.at, found.len)?;
+        let (mut buffer, mut offset) = ([0; WHOLE], 0);
+        while offset < found.len {
+            let part = found.part(store, offset, &mut buffer)?;
+            store.append(part)?;
+            offset = offset.saturating_add(part.len());
+        }
+        Ok(())
     })?;
+    if let Some(bus) = noted {
+        append(store, BDEFAULT, &&[bus.bdefault()][..])?;
+    }
     let mut result = Ok(());
     values(&mut |at, value| {
         if group.contains(at.index) && result.is_ok() {
@@ -172,18 +293,38 @@ pub fn restore_defaults(
     save(store, node, group, &mut |_| {})
 }
 
-fn append(store: &mut dyn ParameterStore, at: Address, value: &[u8]) -> Result<(), StoreError> {
-    let [low, high] = at.index.to_le_bytes();
-    let len = u8::try_from(value.len()).map_err(|_| StoreError::Size)?;
-    store.append(&[low, high, at.sub, len])?;
-    store.append(value)
+/// Bytes that a parameter with a value of `len` bytes takes.
+const fn stored_len(len: usize) -> usize {
+    let header = if len < LONG as usize { HEADER } else { HEADER + 2 };
+    len.saturating_add(header)
 }
 
-/// What a new set takes over from the stored one: the parameters of the other groups, if the set is this node's.
+fn append_header(store: &mut dyn ParameterStore, at: Address, len: usize) -> Result<(), StoreError> {
+    let ([low, high], [len_low, len_high]) = (at.index.to_le_bytes(), (len as u16).to_le_bytes());
+    if len < usize::from(LONG) {
+        store.append(&[low, high, at.sub, len_low])
+    } else {
+        store.append(&[low, high, at.sub, LONG, len_low, len_high])
+    }
+}
+
+fn append(store: &mut dyn ParameterStore, at: Address, value: &dyn Value) -> Result<(), StoreError> {
+    append_header(store, at, value.len())?;
+    let (mut buffer, mut offset) = ([0; WHOLE], 0_usize);
+    while offset < value.len() {
+        let read = value.read(offset, &mut buffer);
+        let part = buffer.get(..read).filter(|part| !part.is_empty()).ok_or(StoreError::Size)?;
+        store.append(part)?;
+        offset = offset.saturating_add(read);
+    }
+    Ok(())
+}
+
+/// What a new set takes over from the stored one, if that is this node's: the parameters for which `is_kept` holds.
 fn kept(
     store: &mut dyn ParameterStore,
     node: NodeId,
-    group: Group,
+    is_kept: &dyn Fn(Address) -> bool,
     keep: &mut dyn FnMut(&mut dyn ParameterStore, &Parameter) -> Result<(), StoreError>,
 ) -> Result<(), StoreError> {
     if !matches!(header(store, node)?, Header::Own) {
@@ -191,10 +332,10 @@ fn kept(
     }
     let mut offset = HEADER;
     while let Some(found) = parameter(store, offset)? {
-        if !group.contains(found.at.index) {
+        if is_kept(found.at) {
             keep(store, &found)?;
         }
-        offset = found.next;
+        offset = found.next();
     }
     Ok(())
 }

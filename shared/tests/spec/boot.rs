@@ -1,9 +1,10 @@
 //! The boot-up process of the network, sans-IO: what slaves say goes in, SDO transfers come out.
 
 use ecss_can::nmt::boot::{
-    AssignedSlave, Boot, BootError, BootPolicy, BootProgress, BootRequest, Expected, Setting,
+    AssignedSlave, Boot, BootCause, BootError, BootFailure, BootPolicy, BootProgress, BootRequest,
+    Difference, Expected, Setting,
 };
-use ecss_can::nmt::{NmtState, NodeId};
+use ecss_can::nmt::{NmtState, NodeId, Target};
 use ecss_can::od::{AbortCode, Address};
 use ecss_can::sdo::Error;
 
@@ -41,6 +42,16 @@ fn started(policy: BootPolicy) -> Boot {
 
 fn boots_up(boot: &mut Boot, node: NodeId) {
     assert!(!boot.on_heartbeat(node, NmtState::Initialising, true, false), "not before it was checked");
+}
+
+/// A failure of the slave without an object.
+fn silence(node: NodeId, error: BootError) -> Option<(NodeId, BootFailure)> {
+    Some((node, BootFailure { error, cause: BootCause::Silence }))
+}
+
+/// A failed transfer.
+fn transfer(node: NodeId, error: BootError, at: Address, code: u32) -> Option<(NodeId, BootFailure)> {
+    Some((node, BootFailure { error, cause: BootCause::Transfer { at, code } }))
 }
 
 /// A transfer, and what is done to it.
@@ -114,10 +125,13 @@ fn what_differs_is_written_and_nothing_else() {
 
 #[test]
 fn every_wrong_part_of_the_identity_has_its_letter() {
-    let letters =
-        [(0, BootError::DeviceType, 'C'), (1, BootError::Vendor, 'D'), (2, BootError::Product, 'M')];
-    let letters = letters.into_iter().chain([(3, BootError::Revision, 'N'), (4, BootError::Serial, 'O')]);
-    for (wrong, error, letter) in letters {
+    for (wrong, error, letter, at, value) in [
+        (0, BootError::DeviceType, 'C', Address::new(0x1000, 0), 0x191),
+        (1, BootError::Vendor, 'D', Address::new(0x1018, 1), 7),
+        (2, BootError::Product, 'M', Address::new(0x1018, 2), 8),
+        (3, BootError::Revision, 'N', Address::new(0x1018, 3), 9),
+        (4, BootError::Serial, 'O', Address::new(0x1018, 4), 10),
+    ] {
         let mut boot = started(POLICY);
         boots_up(&mut boot, TWO);
         for value in [0x191_u32, 7, 8, 9, 10].into_iter().take(wrong) {
@@ -126,7 +140,9 @@ fn every_wrong_part_of_the_identity_has_its_letter() {
         }
         next(&mut boot, expected());
         answer(&mut boot, &0xBAD_u32.to_le_bytes());
-        assert_eq!((boot.take_failure(), char::from(error as u8)), (Some((TWO, error, 0)), letter));
+        let cause = BootCause::Difference(Difference { at, expected: value, found: 0xBAD });
+        assert_eq!(boot.take_failure(), Some((TWO, BootFailure { error, cause })));
+        assert_eq!((error.letter(), char::from(error as u8), cause.abort_code()), (letter, letter, 0));
         assert_eq!((boot.progress(TWO), boot.take_start()), (BootProgress::Failed, None));
         // Not started though it waits, and nobody is asked any more.
         assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
@@ -141,7 +157,9 @@ fn aborts_fail_with_the_letter_of_their_step_and_their_code() {
     boots_up(&mut boot, TWO);
     next(&mut boot, expected());
     boot.on_done(abort);
-    assert_eq!(boot.take_failure(), Some((TWO, BootError::NoResponse, 0x0602_0000)));
+    let device_type = Address::new(0x1000, 0);
+    let failure = transfer(TWO, BootError::NoResponse, device_type, 0x0602_0000);
+    assert_eq!(boot.take_failure(), failure);
 
     let mut boot = started(POLICY);
     boots_up(&mut boot, TWO);
@@ -150,7 +168,9 @@ fn aborts_fail_with_the_letter_of_their_step_and_their_code() {
     answer(&mut boot, &[0, 0]);
     next(&mut boot, expected());
     boot.on_done(Err(Error::Abort(AbortCode::ReadOnly)));
-    assert_eq!(boot.take_failure(), Some((TWO, BootError::Configuration, 0x0601_0002)));
+    let failure = transfer(TWO, BootError::Configuration, Address::new(0x1017, 0), 0x0601_0002);
+    assert_eq!(boot.take_failure(), failure);
+    assert_eq!(failure.unwrap().1.cause.abort_code(), 0x0601_0002);
 }
 
 #[test]
@@ -162,7 +182,8 @@ fn a_slave_that_does_not_answer_is_asked_three_times() {
         assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
         boot.on_done(Err(Error::Timeout));
     }
-    assert_eq!(boot.take_failure(), Some((TWO, BootError::NoResponse, 0x0504_0000)));
+    let failure = transfer(TWO, BootError::NoResponse, Address::new(0x1000, 0), 0x0504_0000);
+    assert_eq!(boot.take_failure(), failure);
     // The application may try again, the slave may boot up again.
     boot.queue(TWO);
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
@@ -219,7 +240,7 @@ fn slaves_take_turns_and_a_lost_one_makes_room() {
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
     assert_eq!(boot.progress(THREE), BootProgress::Queued);
     boot.on_lost(TWO);
-    assert_eq!(boot.take_failure(), Some((TWO, BootError::Lost, 0)));
+    assert_eq!(boot.take_failure(), silence(TWO, BootError::Lost));
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(3, 0x1000, 0)));
     boot.on_lost(THREE);
     // Back without a boot-up message, slave 2 is next.
@@ -279,6 +300,135 @@ fn a_slave_that_was_started_is_started_again_at_once_until_it_boots_up() {
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
 }
 
+/// Slave 2 went through everything and says that it is Operational.
+fn running() -> Boot {
+    let mut boot = started(POLICY);
+    configure_two(&mut boot);
+    assert!(boot.on_heartbeat(TWO, NmtState::Operational, true, false));
+    boot
+}
+
+/// Given a slave that runs
+/// When it is Pre-operational and no command explains that
+/// Then it is started at once and checked, once.
+#[test]
+fn an_unexplained_pre_operational_is_started_then_checked() {
+    let mut boot = running();
+    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false), "the start may be lost");
+    identify(&mut boot, 2);
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1017, 0)));
+    answer(&mut boot, &[100, 0]);
+    next(&mut boot, expected());
+    answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
+    assert_eq!((next(&mut boot, expected()), boot.take_deviation()), (None, None));
+    // Heard on the other bus first: checked when it is heard on this one.
+    assert!(boot.on_heartbeat(TWO, NmtState::Operational, true, false));
+    assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, false, false));
+    assert_eq!(next(&mut boot, expected()), None);
+    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+}
+
+#[test]
+fn a_commanded_pre_operational_is_not_checked() {
+    for target in [Target::All, Target::Node(TWO)] {
+        let mut boot = running();
+        boot.on_commanded(target);
+        assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+        assert_eq!(next(&mut boot, expected()), None, "{target:?}");
+        // Started again it runs, and its next Pre-operational needs an explanation.
+        assert!(boot.on_heartbeat(TWO, NmtState::Operational, true, false));
+        assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+        assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)), "{target:?}");
+    }
+    let mut boot = running();
+    boot.on_commanded(Target::Node(THREE));
+    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+    assert!(next(&mut boot, expected()).is_some(), "the command was for another slave");
+}
+
+#[test]
+fn pre_operational_first_on_the_new_bus_is_checked() {
+    let mut boot = running();
+    boot.on_commanded(Target::Node(TWO));
+    boot.on_bus_changed();
+    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+}
+
+/// Given a slave that was reset without being heard
+/// When its check finds another date of configuration (1020h)
+/// Then that is reported, and the slave is configured before it is started again.
+#[test]
+fn a_lost_configuration_is_reported_and_written_again() {
+    let stamped = Expected { device_type: 0, identity: [0; 4], stamp: [5, 6] };
+    let mut boot = running();
+    boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
+    next(&mut boot, stamped);
+    answer(&mut boot, &[0; 4]);
+    assert_eq!(next(&mut boot, stamped), Some(Asked::Read(2, 0x1020, 1)));
+    assert_eq!(boot.take_deviation(), None);
+    answer(&mut boot, &[0; 4]);
+    let difference = Difference { at: Address::new(0x1020, 1), expected: 5, found: 0 };
+    assert_eq!((boot.take_deviation(), boot.take_deviation()), (Some((TWO, difference)), None));
+    let goes_on = boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
+    assert!(!goes_on, "not started before it is configured");
+    next(&mut boot, stamped);
+    answer(&mut boot, &[0xE8, 3]);
+    assert_eq!(next(&mut boot, stamped), Some(Asked::Write(2, 0x1017, 0, vec![100, 0])));
+    boot.on_done(Ok(()));
+    next(&mut boot, stamped);
+    answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
+    for (sub, value) in [(1, 5_u32), (2, 6)] {
+        let written = Asked::Write(2, 0x1020, sub, value.to_le_bytes().to_vec());
+        assert_eq!((next(&mut boot, stamped), boot.take_start()), (Some(written), None));
+        boot.on_done(Ok(()));
+    }
+    assert_eq!((boot.take_start(), boot.take_deviation()), (Some(TWO), None));
+}
+
+#[test]
+fn a_lost_setting_of_a_slave_without_1020h_is_reported() {
+    let mut boot = running();
+    boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
+    identify(&mut boot, 2);
+    next(&mut boot, expected());
+    answer(&mut boot, &[0xE8, 3]);
+    let difference = Difference { at: Address::new(0x1017, 0), expected: 100, found: 1000 };
+    assert_eq!(boot.take_deviation(), Some((TWO, difference)));
+    assert_eq!(next(&mut boot, expected()), Some(Asked::Write(2, 0x1017, 0, vec![100, 0])));
+}
+
+#[test]
+fn a_running_slave_that_cannot_be_checked_goes_on() {
+    let mut boot = running();
+    boot.on_heartbeat(TWO, NmtState::PreOperational, true, false);
+    for _ in 0..3 {
+        next(&mut boot, expected());
+        boot.on_done(Err(Error::Timeout));
+    }
+    let failure = transfer(TWO, BootError::NoResponse, Address::new(0x1000, 0), 0x0504_0000);
+    assert_eq!(boot.take_failure(), failure);
+    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, false), "started at once as before");
+    // Another device in its place is not started.
+    assert!(boot.on_heartbeat(TWO, NmtState::PreOperational, true, true));
+    next(&mut boot, expected());
+    answer(&mut boot, &0xBAD_u32.to_le_bytes());
+    assert!(boot.take_failure().is_some());
+    assert!(!boot.on_heartbeat(TWO, NmtState::PreOperational, true, false));
+}
+
+#[test]
+fn completion_is_never_told_without_mandatory_slaves() {
+    let mut boot = Boot::new(POLICY, SETTINGS);
+    boot.assign(THREE, AssignedSlave { node: THREE, mandatory: false, expected: expected() }.assignment());
+    boot.start(ms(0));
+    assert!(!boot.poll(ms(0)) && boot.is_released());
+    boot.on_sync_sent();
+    assert!(!boot.poll(ms(1)) && !boot.poll(ms(2)));
+}
+
 #[test]
 fn sync_waits_for_mandatory_slaves_and_completion_for_their_following_it() {
     let mut boot = started(POLICY);
@@ -302,7 +452,7 @@ fn after_the_boot_time_silent_mandatory_slaves_are_told_once() {
     boot.poll(ms(499));
     assert_eq!(boot.take_failure(), None);
     boot.poll(ms(500));
-    assert_eq!(boot.take_failure(), Some((TWO, BootError::Silent, 0)));
+    assert_eq!(boot.take_failure(), silence(TWO, BootError::Silent));
     assert_eq!((boot.take_failure(), boot.deadline(), boot.is_released()), (None, None, false));
     configure_two(&mut boot);
     boot.poll(ms(600));

@@ -70,13 +70,16 @@ fn an_object_not_in_use_takes_any_free_identifier() {
 /// Verifies: ECSS 6.10a
 #[test]
 fn the_identifier_of_an_object_in_use_stays() {
-    for entry_use in [EntryUse::Pdo, EntryUse::Emcy] {
-        assert_eq!(write(0x0000_0201, 0x0000_0202, entry_use), Err(AbortCode::ValueRange));
+    for (entry_use, code) in
+        [(EntryUse::Pdo, AbortCode::UnsupportedAccess), (EntryUse::Emcy, AbortCode::ValueRange)]
+    {
+        assert_eq!(write(0x0000_0201, 0x0000_0202, entry_use), Err(code));
         assert_eq!(write(0x0000_0201, 0x0000_0201, entry_use), Ok(0x0000_0201));
-        // Two steps, or one that ends the use.
+        // Two steps: also the write that ends the use leaves the identifier alone.
+        assert_eq!(write(0x0000_0201, 0x8000_0202, entry_use), Err(code));
         assert_eq!(write(0x0000_0201, 0x8000_0201, entry_use), Ok(0x8000_0201));
+        assert_eq!(write(0x8000_0201, 0x8000_0202, entry_use), Ok(0x8000_0202));
         assert_eq!(write(0x8000_0201, 0x0000_0202, entry_use), Ok(0x0000_0202));
-        assert_eq!(write(0x0000_0201, 0x8000_0202, entry_use), Ok(0x8000_0202));
     }
 }
 
@@ -108,6 +111,11 @@ fn the_identifier_of_sync_stays_while_it_is_produced() {
     assert_eq!(write(0x0000_0080, 0x4000_0080, sync), Ok(0x4000_0080));
     assert_eq!(write(0x0000_0080, 0x0000_0090, sync), Ok(0x0000_0090));
     assert_eq!(write(0x4000_0080, 0x4000_0090, sync), Err(AbortCode::ValueRange));
+    assert_eq!(
+        write(0x4000_0080, 0x0000_0090, sync),
+        Err(AbortCode::ValueRange),
+        "in the write that ends it"
+    );
     assert_eq!(write(0x4000_0080, 0x0000_0080, sync), Ok(0x0000_0080));
     // Bit 31 does not matter, neither to validity nor to restrictions.
     assert_eq!(write(0x0000_0080, 0x8000_0080, sync), Ok(0x8000_0080));

@@ -33,6 +33,45 @@ fn sent(producer: &mut Producer, now: Instant) -> Vec<Vec<u8>> {
     std::iter::from_fn(|| producer.poll(now, OPERATIONAL)).map(|frame| frame.data().to_vec()).collect()
 }
 
+/// "No error" answers a message that was sent, or waits before it.
+///
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn the_end_of_an_error_that_was_not_sent_is_not_sent() {
+    let valid = Config { id: Some(CobId::emcy(node(5))), inhibit: Duration::ZERO };
+    let invalid = Config { id: None, ..valid };
+    let heartbeat = |producer: &mut Producer| producer.raise(ErrorCode::HEARTBEAT, [7, 0, 0, 0, 0]);
+    // Raised while there is no COB-ID.
+    let mut silent = Producer::new(invalid);
+    assert!(heartbeat(&mut silent));
+    silent.configure(valid);
+    assert!(silent.clear(ErrorCode::HEARTBEAT, 7), "it was active");
+    assert_eq!(sent(&mut silent, ms(0)), [[0; 8]; 0]);
+    // The next one is sent, and its end.
+    assert!(heartbeat(&mut silent));
+    assert!(silent.clear(ErrorCode::HEARTBEAT, 7));
+    assert_eq!(sent(&mut silent, ms(1)).len(), 2);
+    // Dropped while it waited.
+    let mut dropped = Producer::new(valid);
+    assert!(heartbeat(&mut dropped));
+    dropped.configure(invalid);
+    dropped.configure(valid);
+    assert!(dropped.clear(ErrorCode::HEARTBEAT, 7));
+    assert_eq!(sent(&mut dropped, ms(0)), [[0; 8]; 0]);
+    // Lost in a full queue.
+    let mut full = Producer::new(valid);
+    for source in 0..8 {
+        assert!(full.raise(ErrorCode::PDO_LENGTH, [source, 0, 0, 0, 0]));
+    }
+    assert!(heartbeat(&mut full));
+    assert_eq!(full.lost(), 1);
+    assert_eq!(sent(&mut full, ms(0)).len(), 8);
+    assert!(full.clear(ErrorCode::HEARTBEAT, 7));
+    assert_eq!(sent(&mut full, ms(1)), [[0; 8]; 0]);
+    assert!(full.clear(ErrorCode::PDO_LENGTH, 3));
+    assert_eq!(sent(&mut full, ms(2)), [[0, 0, 0x11, 0x10, 0x82, 3, 0, 0]]);
+}
+
 /// Verifies: ECSS 6.4a.2, 6.4b
 #[test]
 fn every_error_code_of_cia_301_is_there_and_sets_its_bits() {

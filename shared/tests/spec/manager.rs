@@ -1,6 +1,7 @@
 //! Bus management of the master.
 //!
-//! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3: settling time 380 ms. Silent share 50 %.
+//! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3: settling time 380 ms. Silent share 50 %. Nodes 2 to 127 are
+//! assigned.
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::{Bus, Frame};
@@ -11,7 +12,7 @@ use ecss_can::time::Duration;
 
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};
 
-const PARAMETERS: Parameters = Parameters {
+pub(crate) const PARAMETERS: Parameters = Parameters {
     consumer: Duration::from_millis(100),
     producer: Duration::from_millis(40),
     bdefault: Bus::Nominal,
@@ -20,10 +21,22 @@ const PARAMETERS: Parameters = Parameters {
     ctoggle: 0,
 };
 
-const ALONE: Health = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
+pub(crate) const ALONE: Health =
+    Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
 
-fn started() -> Manager {
-    let mut manager = Manager::new(PARAMETERS, 50);
+/// Longer than two toggling times and two heartbeat periods, 680 ms.
+const DWELL: Duration = Duration::from_millis(1_000);
+
+pub(crate) fn started() -> Manager {
+    let mut manager = unassigned();
+    for raw in 2..=127 {
+        manager.peers_mut().assign(node(raw), true);
+    }
+    manager
+}
+
+pub(crate) fn unassigned() -> Manager {
+    let mut manager = Manager::new(PARAMETERS, 50, DWELL);
     manager.start(ms(0));
     manager
 }
@@ -43,19 +56,19 @@ fn actions(manager: &mut Manager, until: u64) -> Vec<(u64, Action)> {
     done
 }
 
-/// The same without heartbeats.
-fn decisions(manager: &mut Manager, until: u64) -> Vec<(u64, Action)> {
+/// The same without heartbeats and reports of slaves that were never heard.
+pub(crate) fn decisions(manager: &mut Manager, until: u64) -> Vec<(u64, Action)> {
     let mut all = actions(manager, until);
-    all.retain(|(_, action)| !matches!(action, Action::Heartbeat { .. }));
+    all.retain(|(_, action)| !matches!(action, Action::Heartbeat { .. } | Action::Unheard(_)));
     all
 }
 
-fn hear(manager: &mut Manager, bus: Bus, raw: u8, at: u64) -> Heard {
-    manager.on_peer(bus, ms(at));
+pub(crate) fn hear(manager: &mut Manager, bus: Bus, raw: u8, at: u64) -> Heard {
+    manager.on_frame(bus, Some(node(raw)), ms(at));
     manager.on_heartbeat(bus, node(raw), Operational, ms(at))
 }
 
-fn switched(from: Bus, cause: SwitchCause) -> Action {
+pub(crate) fn switched(from: Bus, cause: SwitchCause) -> Action {
     Action::Switched { from, to: from.other(), cause }
 }
 
@@ -121,11 +134,16 @@ fn a_heartbeat_that_still_went_out_on_the_bus_left_is_followed_by_one_on_the_act
 }
 
 #[test]
-fn a_master_that_never_heard_a_slave_stays_and_keeps_sending() {
-    let mut manager = started();
-    manager.on_health(NOMINAL, ALONE, false, ms(3));
-    assert_eq!(decisions(&mut manager, 60_000), []);
-    assert_eq!(manager.active(), NOMINAL);
+fn a_master_that_hears_no_slave_alternates_every_dwell() {
+    for acknowledged in [true, false] {
+        let mut manager = started();
+        if !acknowledged {
+            manager.on_health(NOMINAL, ALONE, false, ms(3));
+        }
+        let unheard = |from| switched(from, SwitchCause::Unheard);
+        let expected = [(1_000, unheard(NOMINAL)), (2_000, unheard(REDUNDANT)), (3_000, unheard(NOMINAL))];
+        assert_eq!(decisions(&mut manager, 3_500), expected, "acknowledged: {acknowledged}");
+    }
 }
 
 #[test]
@@ -143,7 +161,7 @@ fn reception_or_an_acknowledge_is_no_isolation() {
     manager.on_health(NOMINAL, ALONE, false, ms(50));
     hear(&mut manager, NOMINAL, 2, 51);
     assert_eq!(decisions(&mut manager, 52), []);
-    manager.on_heartbeat_sent(NOMINAL, ms(52));
+    manager.on_sent(NOMINAL, ms(52));
     assert_eq!(decisions(&mut manager, 53), []);
     manager.on_health(NOMINAL, Health::default(), false, ms(53));
     assert_eq!(decisions(&mut manager, 90), []);
@@ -251,17 +269,18 @@ fn of_two_buses_with_half_of_the_slaves_each_the_present_one_is_kept() {
 }
 
 #[test]
-fn with_everybody_silent_the_master_searches_at_the_pace_of_the_settling_time() {
+fn with_everybody_silent_the_master_leaves_at_once_and_then_every_dwell() {
     let mut manager = started();
     hear(&mut manager, NOMINAL, 2, 10);
     let silent = |from| switched(from, SwitchCause::SlavesSilent);
+    let unheard = |from| switched(from, SwitchCause::Unheard);
     assert_eq!(
-        decisions(&mut manager, 1_000),
+        decisions(&mut manager, 2_500),
         [
             (110, Action::Lost(node(2))),
             (110, silent(NOMINAL)),
-            (490, silent(REDUNDANT)),
-            (870, silent(NOMINAL))
+            (1_110, unheard(REDUNDANT)),
+            (2_110, unheard(NOMINAL))
         ]
     );
 }

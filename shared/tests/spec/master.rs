@@ -17,13 +17,23 @@ fn powered(profile: &Profile) -> Bench<Master> {
     Bench::new(Master::new(profile))
 }
 
-/// Slaves 2 and 3 operational on the nominal bus, heard at 10 ms; everything the bus took was acknowledged.
+/// The question who a node is: its device type, 1000h.
+const WHO: [u8; 8] = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
+/// An answer.
+const SOMEBODY: [u8; 8] = [0x43, 0, 0x10, 0, 0, 0, 0, 0];
+
+/// Slaves 2 and 3 operational on the nominal bus, heard at 10 ms; everything the bus took was acknowledged, and they
+/// answered who they are.
 fn flying() -> Bench<Master> {
     let mut master = powered(&STANDARD);
     master.run_until(ms(10));
     master.transmitted(NOMINAL, frame(0x701, &[0x05]));
     master.receive(NOMINAL, 0x702, &[0x05]);
     master.receive(NOMINAL, 0x703, &[0x05]);
+    for raw in [2, 3] {
+        assert_eq!(master.frames().last(), Some(&(NOMINAL, frame(0x600 + raw, &WHO))));
+        master.receive(NOMINAL, 0x580 + raw, &SOMEBODY);
+    }
     master.clear();
     master
 }
@@ -91,7 +101,8 @@ fn slaves_that_boot_up_or_wait_are_started_unasked() {
     master.run_until(ms(20));
     master.receive(NOMINAL, 0x703, &[0x00]);
     master.receive(NOMINAL, 0x704, &[0x7F]);
-    assert_eq!(master.frames(), [(NOMINAL, frame(0x000, &[1, 3])), (NOMINAL, frame(0x000, &[1, 4]))]);
+    let expected = [frame(0x000, &[1, 3]), frame(0x000, &[1, 4]), frame(0x604, &WHO)];
+    assert_eq!(master.frames(), expected.map(|frame| (NOMINAL, frame)));
     assert_eq!(master.sent[0].expires, ms(120));
     master.receive(NOMINAL, 0x703, &[0x05]);
     assert_eq!(
@@ -167,7 +178,7 @@ fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
     master.receive(REDUNDANT, 0x382, &[1, 0, 0, 0, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x701, &[0x05]);
     master.receive(NOMINAL, 0x082, &[0; 7]);
-    assert_eq!(master.events, []);
+    assert_eq!(master.events, [MasterEvent::SecondMaster { bus: NOMINAL }]);
     let counters = status(&mut master).counters;
     assert_eq!((counters.nominal.malformed, counters.nominal.ignored, counters.redundant.ignored), (4, 1, 1));
 }
@@ -205,7 +216,8 @@ fn a_switch_abandons_the_old_bus_and_announces_the_new_one_before_using_it() {
     master.run_until(ms(105));
     assert_eq!(master.frames(), []);
     master.transmitted(REDUNDANT, heartbeat);
-    let expected = [frame(0x302, &[1, 0, 0, 0, 0, 0, 0, 0]), frame(0x000, &[1, 4]), frame(0x080, &[])];
+    let command = frame(0x302, &[1, 0, 0, 0, 0, 0, 0, 0]);
+    let expected = [command, frame(0x000, &[1, 4]), frame(0x604, &WHO), frame(0x080, &[])];
     assert_eq!(master.frames(), expected.map(|frame| (REDUNDANT, frame)));
     // With the lifetime they were given when they were asked for.
     assert_eq!(master.sent[0].expires, ms(195));
@@ -262,6 +274,9 @@ fn a_lost_slave_is_refused_and_returns() {
         master.run_until(ms(at));
         for id in [0x703, 0x704, 0x705] {
             master.receive(NOMINAL, id, &[0x05]);
+        }
+        for raw in [4, 5] {
+            master.receive(NOMINAL, 0x580 + raw, &SOMEBODY);
         }
     }
     master.clear();

@@ -1,8 +1,9 @@
 //! The master as a CANopen device: its dictionary over SDO, and the objects of boot-up.
 
-use ecss_can::nmt::boot::{AssignedSlave, BootError, BootProgress, Expected};
+use ecss_can::nmt::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
 use ecss_can::nmt::{NmtState, NodeId};
 use ecss_can::node::{Master, MasterEvent};
+use ecss_can::od::Address;
 use ecss_can::od::spacecraft::SelfTest;
 use ecss_can::profile::{Profile, STANDARD};
 
@@ -74,6 +75,9 @@ fn its_dictionary_is_read_over_sdo() {
         (0x1017, 0, 100),
         (0x1018, 2, 0x5015),
         (0x1019, 0, 0),
+        (0x1280, 1, 0x8000_0000),
+        (0x1280, 2, 0x8000_0000),
+        (0x1280, 3, 0),
         (0x1F80, 0, 1),
         (0x1F81, 2, 0b1101),
         (0x1F81, 3, 0),
@@ -82,7 +86,7 @@ fn its_dictionary_is_read_over_sdo() {
         (0x2000, 0, 4),
         (0x2000, 1, 0),
         (0x2000, 2, 2),
-        (0x2000, 3, 10),
+        (0x2000, 3, 50),
         (0x2000, 4, 0),
         (0x2040, 2, BootProgress::Awaited as u32),
         (0x2041, 2, 0),
@@ -173,7 +177,9 @@ fn a_failure_stands_in_the_dictionary_until_the_slave_is_started() {
     let mut master = powered(&BOOTS_TWO);
     master.receive(NOMINAL, 0x702, &[0x00]);
     master.receive(NOMINAL, 0x582, &[0x80, 0x00, 0x10, 0, 0x00, 0x00, 0x02, 0x06]);
-    let failed = MasterEvent::BootFailed { node: TWO, error: BootError::NoResponse, abort: 0x0602_0000 };
+    let cause = BootCause::Transfer { at: Address::new(0x1000, 0), code: 0x0602_0000 };
+    let failure = BootFailure { error: BootError::NoResponse, cause };
+    let failed = MasterEvent::BootFailed { node: TWO, failure };
     assert!(master.events.contains(&failed), "{:?}", master.events);
     assert_eq!(read(&mut master, 0x2041, 2), u32::from(b'B'));
     assert_eq!(read(&mut master, 0x2042, 2), 0x0602_0000);

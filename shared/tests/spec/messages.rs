@@ -6,10 +6,10 @@ use ecss_can::nmt::NmtState;
 use ecss_can::node::{Counters, Status};
 use ecss_can::pdo::Message;
 use ecss_can::profile::STANDARD;
-use ecss_can::profile::mission::{Command, Request, SlaveRecord, Telemetry};
+use ecss_can::profile::mission::{Command, Declined, Request, SlaveRecord, Telemetry};
 use ecss_can::time::{Scet, StampSource};
 
-use crate::bench::{frame, node, span};
+use crate::bench::{frame, ms, node, span};
 
 #[test]
 fn a_message_is_a_code_and_six_bytes() {
@@ -39,18 +39,30 @@ fn commands_on_the_wire() {
         (Command::SetLed(false), &[0x01, 0x00, 0]),
         (Command::SetValue(0xDEAD_BEEF), &[0x02, 0x00, 0xEF, 0xBE, 0xAD, 0xDE]),
         (Command::ResetCounters, &[0x03, 0x00]),
+        (Command::SelectBus(Bus::Nominal), &[0x04, 0x00, 0]),
+        (Command::SelectBus(Bus::Redundant), &[0x04, 0x00, 1]),
     ];
     for (command, data) in wire {
         let data = padded::<8>(data);
-        assert_eq!(command.encode().encode(CobId::telecommand(node(2))).data(), data);
-        assert_eq!(Command::decode(&Message::decode(&frame(0x302, &data)).unwrap()), Some(command));
+        for sequence in [0, 1, 255] {
+            // The sequence is the last byte.
+            let data = [data[0], data[1], data[2], data[3], data[4], data[5], data[6], sequence];
+            assert_eq!(command.encode(sequence).encode(CobId::telecommand(node(2))).data(), data);
+            assert_eq!(Command::decode(&Message::decode(&frame(0x302, &data)).unwrap()), Some(command));
+        }
     }
 }
 
 #[test]
 fn commands_that_are_none() {
-    let bad =
-        [(0x0001, &[2][..]), (0x0001, &[1, 1]), (0x0002, &[0, 0, 0, 0, 1]), (0x0003, &[1]), (0x0004, &[])];
+    let bad = [
+        (0x0001, &[2][..]),
+        (0x0001, &[1, 1]),
+        (0x0002, &[0, 0, 0, 0, 1]),
+        (0x0003, &[1]),
+        (0x0004, &[2]),
+        (0x0005, &[]),
+    ];
     for (code, data) in bad {
         assert_eq!(Command::decode(&Message::new(code, padded(data))), None, "{code:04X} {data:?}");
     }
@@ -75,7 +87,7 @@ fn telemetry_on_the_wire() {
     let wire = [
         (Telemetry::Uptime(0x0605_0403_0201), 0x101, &[1, 2, 3, 4, 5, 6][..]),
         (Telemetry::Value(0x0403_0201), 0x102, &[1, 2, 3, 4]),
-        (Telemetry::Executed(7), 0x103, &[7, 0, 0, 0]),
+        (Telemetry::Executed { count: 7, repeats: 0x0605 }, 0x103, &[7, 0, 0, 0, 5, 6]),
         (Telemetry::StampSource(None), 0x104, &[0]),
         (Telemetry::StampSource(Some(StampSource::Interrupt)), 0x104, &[1]),
         (Telemetry::StampSource(Some(StampSource::Capture)), 0x104, &[2]),
@@ -133,14 +145,17 @@ fn a_slave_answers_with_real_values() {
         counters: PerBus { nominal: Counters::default(), redundant: counters },
         health: PerBus { nominal: Health::default(), redundant: health },
     };
-    let mut record = SlaveRecord::default();
-    record.execute(Command::SetValue(42));
-    record.execute(Command::SetLed(true));
+    let mut record = SlaveRecord::new(&STANDARD);
+    let value = Command::SetValue(42).encode(0);
+    assert_eq!(record.take(&value, ms(1)), Ok(Command::SetValue(42)));
+    assert_eq!(record.take(&Command::SetLed(true).encode(1), ms(2)), Ok(Command::SetLed(true)));
+    assert_eq!(record.take(&Command::SetLed(true).encode(1), ms(2)), Err(Declined::Repeat));
+    assert_eq!(record.take(&Message::of(5, []), ms(3)), Err(Declined::Unknown));
     let bus = Bus::Redundant;
     let answers = [
         (Request::Uptime, Telemetry::Uptime(1_234)),
         (Request::Value, Telemetry::Value(42)),
-        (Request::Executed, Telemetry::Executed(2)),
+        (Request::Executed, Telemetry::Executed { count: 2, repeats: 1 }),
         (Request::StampSource, Telemetry::StampSource(None)),
         (Request::Traffic(bus), Telemetry::Traffic { bus, received: 10, sent: 20 }),
         (Request::Losses(bus), Telemetry::Losses { bus, lost: 3, malformed: 1, failed: 15 }),
@@ -150,6 +165,6 @@ fn a_slave_answers_with_real_values() {
         assert_eq!(record.answer(request, &status), telemetry);
     }
     assert!(record.led);
-    record.execute(Command::ResetCounters);
-    assert_eq!((record.executed, record.value), (0, 42));
+    assert_eq!(record.take(&Command::ResetCounters.encode(2), ms(4)), Ok(Command::ResetCounters));
+    assert_eq!((record.executed, record.value, record.commands.repeats()), (0, 42, 0));
 }

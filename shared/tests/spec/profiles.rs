@@ -42,7 +42,7 @@ fn a_slave_holds_the_objects_of_table_8_1() {
         (0x2000, 0, &[4]),
         (0x2000, 1, &[0]),
         (0x2000, 2, &[2]),
-        (0x2000, 3, &[10]),
+        (0x2000, 3, &[50]),
         (0x2000, 4, &[3]),
     ];
     for (index, sub, value) in values {

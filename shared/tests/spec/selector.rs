@@ -82,18 +82,19 @@ fn after_an_even_ntoggle_it_listens_on_bdefault() {
     assert_eq!(selector.deadline(), None);
 }
 
-/// Verifies: ECSS 8.3.3j
+/// Verifies: ECSS 8.3.3j, 8.3.3l
 #[test]
-fn after_an_odd_ntoggle_it_stays_where_it_is_and_bdefault_is_untouched() {
+fn after_an_odd_ntoggle_it_stays_and_a_late_find_is_bdefault() {
     let mut selector = started(Parameters { ntoggle: 3, ..PARAMETERS });
     let last = decisions(&mut selector, 100_000).pop();
     assert_eq!(last, Some((1_200, Selection::GaveUp { bus: REDUNDANT })));
     assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, NOMINAL));
-    // A later master message there makes it active, Bdefault stays (Figure 8-3, late branch).
+    // A later master message there makes it active and Bdefault: with the old one the next search would end on the bus
+    // without a master.
     let late = selector.on_master(REDUNDANT, Heartbeat, ms(9_000));
     assert_eq!(late, Some(Selection::Found { bus: REDUNDANT, moved: false }));
-    assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, NOMINAL));
-    assert_eq!(selector.parameters().ctoggle, 0);
+    assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, REDUNDANT));
+    assert_eq!(selector.parameters().ctoggle, 3, "the master can read it now");
     // And it is monitored like any active bus.
     assert_eq!(decisions(&mut selector, 9_100), [(9_100, Selection::Missed { bus: REDUNDANT })]);
 }
@@ -166,7 +167,7 @@ fn a_heartbeat_on_the_bus_toggled_to_ends_the_search_and_becomes_bdefault() {
     let found = selector.on_master(REDUNDANT, Heartbeat, ms(1_310));
     assert_eq!(found, Some(Selection::Found { bus: REDUNDANT, moved: false }));
     assert_eq!((selector.selected(), bdefault(&selector)), (REDUNDANT, REDUNDANT));
-    assert_eq!(selector.parameters().ctoggle, 0);
+    assert_eq!(selector.parameters().ctoggle, 1, "the master can read it now");
 }
 
 /// Verifies: ECSS 8.3.3l

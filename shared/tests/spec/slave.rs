@@ -16,7 +16,7 @@ const SELECTIVE: Profile = Profile { selective: &[ecss_can::nmt::NodeId::of::<5>
 
 pub type TestSlave = Slave<MissionObjects<Vec<u8>>>;
 
-fn powered(profile: &Profile) -> Bench<TestSlave> {
+pub fn powered(profile: &Profile) -> Bench<TestSlave> {
     Bench::new(mission::slave(node(5), profile, vec![0; 1024]))
 }
 
@@ -68,6 +68,8 @@ fn its_filters_are_exact() {
     // What 1016h monitors: the master, so far.
     expected.extend([0x701, 0, 0, 0, 0, 0, 0, 0]);
     expected.extend([0x181, 0x305, 0x405, 0, 0, 0, 0, 0]);
+    // Another node with this Node-ID.
+    expected.push(0x705);
     let filters: Vec<Filter> = slave.filters().into_iter().collect();
     let expected = expected.into_iter().map(|raw| Filter::exact(CobId::new(raw).unwrap()));
     assert_eq!(filters, expected.collect::<Vec<_>>());

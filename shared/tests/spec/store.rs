@@ -2,10 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use ecss_can::link::Bus;
 use ecss_can::nmt::NodeId;
 use ecss_can::od::{AbortCode, Address};
 use ecss_can::store::{
-    Group, LOAD, Loaded, MAX_VALUE, ParameterStore, SAVE, StoreError, load, restore_defaults, save,
+    Content, Group, LOAD, Loaded, MAX_VALUE, ParameterStore, Retained, SAVE, StoreError, load, note_bdefault,
+    noted_bdefault, restore_defaults, save,
 };
 
 const NODE: NodeId = NodeId::of::<5>();
@@ -16,6 +18,7 @@ struct Memory {
     stored: Vec<u8>,
     begun: Option<(usize, Vec<u8>)>,
     fails_after: Option<usize>,
+    note: Option<u16>,
 }
 
 impl ParameterStore for Memory {
@@ -45,6 +48,16 @@ impl ParameterStore for Memory {
         let (len, written) = self.begun.take().expect("begun");
         assert_eq!(written.len(), len, "as long as announced");
         self.stored = written;
+        self.note = None;
+        Ok(())
+    }
+
+    fn note(&self) -> Option<u16> {
+        self.note
+    }
+
+    fn write_note(&mut self, note: u16) -> Result<(), StoreError> {
+        self.note = Some(note);
         Ok(())
     }
 }
@@ -64,14 +77,15 @@ fn dictionary() -> Dictionary {
 
 fn saved(store: &mut Memory, node: NodeId, group: Group, values: &Dictionary) -> Result<(), StoreError> {
     save(store, node, group, &mut |show| {
-        values.iter().for_each(|(&(index, sub), value)| show(Address::new(index, sub), value));
+        values.iter().for_each(|(&(index, sub), value)| show(Address::new(index, sub), &value.as_slice()));
     })
 }
 
 /// A dictionary that knows the objects of [`dictionary`] at their lengths.
 fn loaded(store: &mut Memory, node: NodeId) -> (Dictionary, Loaded) {
     let mut values = Dictionary::new();
-    let outcome = load(store, node, &mut |at, value| {
+    let outcome = load(store, node, &mut |at, content| {
+        let Content::Whole(value) = content else { panic!("{content:?}") };
         let known = dictionary();
         let known = known.get(&(at.index, at.sub)).ok_or(AbortCode::NoObject)?;
         if known.len() != value.len() {
@@ -213,7 +227,7 @@ fn a_set_that_ends_early_gives_what_is_whole_and_counts_the_rest() {
         assert_eq!(loaded(&mut store, NODE).1, Loaded::Set { applied, skipped }, "{len} bytes");
     }
     // A length that nothing of this format has.
-    store.stored = [&whole[..7], &[65], &[0; 70]].concat();
+    store.stored = [&whole[..7], &[71], &[0; 70]].concat();
     assert_eq!(loaded(&mut store, NODE).1, Loaded::Set { applied: 0, skipped: 1 });
 }
 
@@ -227,6 +241,82 @@ fn a_value_that_is_too_long_is_refused_before_anything_is_written() {
     saved(&mut store, NODE, Group::Communication, &values).unwrap();
     values.insert((0x5FFF, 0), vec![0; MAX_VALUE]);
     saved(&mut store, NODE, Group::All, &values).unwrap();
+}
+
+/// Every value of a set, put together of its parts.
+fn loaded_in_parts(store: &mut Memory) -> Vec<(u16, Vec<u8>)> {
+    let (mut values, mut value) = (Vec::new(), Vec::new());
+    let outcome = load(store, NODE, &mut |at, content| {
+        match content {
+            Content::Whole(whole) => values.push((at.index, whole.to_vec())),
+            Content::Begin(len) => value = Vec::with_capacity(len),
+            Content::Part(offset, bytes) => {
+                assert_eq!(offset, value.len(), "in order");
+                value.extend(bytes);
+            }
+            Content::End(len) => {
+                assert_eq!(len, value.len());
+                values.push((at.index, value.clone()));
+            }
+        }
+        Ok(())
+    });
+    assert_eq!(outcome, Ok(Loaded::Set { applied: values.len() as u32, skipped: 0 }));
+    values
+}
+
+#[test]
+fn values_of_any_length_are_saved_kept_and_loaded() {
+    for len in [0, 1, 63, 64, 65, 128, 254, 255, 256, 1000] {
+        let value: Vec<u8> = (0..len).map(|byte| byte as u8).collect();
+        let mut store = Memory::default();
+        let values = Dictionary::from([((0x1017, 0), vec![7]), ((0x2001, 0), value.clone())]);
+        saved(&mut store, NODE, Group::All, &values).unwrap();
+        let expected = [(0x1017, vec![7]), (0x2001, value)];
+        assert_eq!(loaded_in_parts(&mut store), expected, "{len} bytes");
+        // Another group is saved: the long value moves from set to set.
+        saved(&mut store, NODE, Group::Communication, &values).unwrap();
+        assert_eq!(loaded_in_parts(&mut store), [expected[1].clone(), expected[0].clone()], "{len} bytes");
+    }
+}
+
+#[test]
+fn a_long_value_has_the_documented_format() {
+    let mut store = Memory::default();
+    for (len, header) in [(254, &[254][..]), (255, &[255, 255, 0]), (300, &[255, 44, 1])] {
+        let values = Dictionary::from([((0x2001, 3), vec![9; len])]);
+        saved(&mut store, NODE, Group::All, &values).unwrap();
+        assert_eq!(store.stored, [&b"EP\x01\x05\x01\x20\x03"[..], header, &vec![9; len]].concat());
+    }
+}
+
+#[test]
+fn a_long_value_that_is_refused_is_skipped_where_it_is_refused() {
+    let mut store = Memory::default();
+    let values = Dictionary::from([((0x2001, 0), vec![1; 200]), ((0x2002, 0), vec![2])]);
+    saved(&mut store, NODE, Group::All, &values).unwrap();
+    for (refused_at, expected) in [(0, 1), (1, 2), (3, 4), (5, 6)] {
+        let mut calls = 0;
+        let outcome = load(&mut store, NODE, &mut |at, _| {
+            calls += usize::from(at.index == 0x2001);
+            if at.index == 0x2001 && calls > refused_at { Err(AbortCode::TooLong) } else { Ok(()) }
+        });
+        assert_eq!(outcome, Ok(Loaded::Set { applied: 1, skipped: 1 }));
+        assert_eq!(calls, expected, "begin, four parts, end");
+    }
+}
+
+#[test]
+fn a_long_value_that_ends_early_is_not_applied() {
+    let mut store = Memory::default();
+    let values = Dictionary::from([((0x2001, 0), vec![1; 300])]);
+    saved(&mut store, NODE, Group::All, &values).unwrap();
+    let whole = store.stored.clone();
+    for len in 5..whole.len() {
+        store.stored = whole[..len].to_vec();
+        let outcome = load(&mut store, NODE, &mut |_, _| panic!("{len} bytes"));
+        assert_eq!(outcome, Ok(Loaded::Set { applied: 0, skipped: 1 }));
+    }
 }
 
 #[test]
@@ -247,4 +337,106 @@ fn an_error_of_the_store_is_passed_on_and_the_old_set_stays() {
 fn every_error_has_its_abort_code() {
     let codes = [StoreError::Full, StoreError::Size, StoreError::Hardware].map(|e| e.abort_code().code());
     assert_eq!(codes, [0x0800_0022, 0x0800_0020, 0x0606_0000]);
+}
+
+/// Bdefault, by node 5: 0501h.
+#[test]
+fn a_note_holds_node_and_bdefault_and_is_of_its_node_alone() {
+    let mut store = Memory::default();
+    for bus in Bus::ALL {
+        note_bdefault(&mut store, NODE, bus).unwrap();
+        assert_eq!(noted_bdefault(&store, NODE), Some(bus));
+        assert_eq!(noted_bdefault(&store, NodeId::of::<6>()), None);
+    }
+    assert_eq!(store.note, Some(0x0501));
+    // No Bdefault.
+    store.note = Some(0x0502);
+    assert_eq!(noted_bdefault(&store, NODE), None);
+}
+
+/// Every 2000h sub 1 that is applied, in order.
+fn bdefaults(store: &mut Memory, node: NodeId) -> (Vec<u8>, Loaded) {
+    let mut found = Vec::new();
+    let outcome = load(store, node, &mut |at, content| {
+        if let (0x2000, 1, Content::Whole(&[bdefault])) = (at.index, at.sub, content) {
+            found.push(bdefault);
+        }
+        Ok(())
+    });
+    (found, outcome.unwrap())
+}
+
+fn with_bdefault(bdefault: u8) -> Dictionary {
+    BTreeMap::from([((0x1017, 0), vec![1, 0]), ((0x2000, 1), vec![bdefault])])
+}
+
+#[test]
+fn a_noted_bdefault_is_applied_after_the_stored_one() {
+    let mut store = Memory::default();
+    note_bdefault(&mut store, NODE, Bus::Redundant).unwrap();
+    assert_eq!(bdefaults(&mut store, NODE), (vec![1], Loaded::Set { applied: 1, skipped: 0 }));
+    assert_eq!(bdefaults(&mut store, NodeId::of::<6>()), (vec![], Loaded::Nothing));
+    saved(&mut store, NODE, Group::All, &with_bdefault(0)).unwrap();
+    assert_eq!(bdefaults(&mut store, NODE), (vec![0], Loaded::Set { applied: 2, skipped: 0 }), "the save");
+    note_bdefault(&mut store, NODE, Bus::Redundant).unwrap();
+    assert_eq!(bdefaults(&mut store, NODE), (vec![0, 1], Loaded::Set { applied: 3, skipped: 0 }));
+    // On top of the set of another node.
+    store.stored[3] = 6;
+    assert_eq!(bdefaults(&mut store, NODE), (vec![1], Loaded::Foreign { version: 1, node: 6 }));
+}
+
+#[test]
+fn a_save_of_other_groups_takes_the_note_into_the_set() {
+    for first in [None, Some(0)] {
+        let mut store = Memory::default();
+        if let Some(bdefault) = first {
+            saved(&mut store, NODE, Group::All, &with_bdefault(bdefault)).unwrap();
+        }
+        note_bdefault(&mut store, NODE, Bus::Redundant).unwrap();
+        saved(&mut store, NODE, Group::Communication, &with_bdefault(0)).unwrap();
+        assert_eq!(store.note, None);
+        assert_eq!(bdefaults(&mut store, NODE), (vec![1], Loaded::Set { applied: 2, skipped: 0 }));
+        note_bdefault(&mut store, NODE, Bus::Nominal).unwrap();
+        restore_defaults(&mut store, NODE, Group::Communication).unwrap();
+        assert_eq!(bdefaults(&mut store, NODE), (vec![0], Loaded::Set { applied: 1, skipped: 0 }));
+    }
+}
+
+#[test]
+fn a_save_or_restore_of_its_group_ends_the_note() {
+    for group in [Group::All, Group::Manufacturer] {
+        let mut store = Memory::default();
+        note_bdefault(&mut store, NODE, Bus::Redundant).unwrap();
+        saved(&mut store, NODE, group, &with_bdefault(0)).unwrap();
+        assert_eq!(bdefaults(&mut store, NODE).0, [0]);
+        note_bdefault(&mut store, NODE, Bus::Redundant).unwrap();
+        restore_defaults(&mut store, NODE, group).unwrap();
+        assert_eq!(bdefaults(&mut store, NODE).0, []);
+    }
+}
+
+#[test]
+fn retained_values_come_back_from_their_words() {
+    for bdefault in [None, Some(Bus::Nominal), Some(Bus::Redundant)] {
+        for (resets, notes) in [(0, 0), (3, 8), (255, 255)] {
+            let retained = Retained { bdefault, resets, notes };
+            assert_eq!(Retained::decode(retained.encode()), Some(retained));
+        }
+    }
+    let retained = Retained { bdefault: Some(Bus::Redundant), resets: 3, notes: 4 };
+    assert_eq!(retained.encode(), [0xEC04_0301, 0x13FB_FCFE]);
+}
+
+/// RAM after power-on holds anything.
+#[test]
+fn words_that_do_not_fit_together_retain_nothing() {
+    let [word, check] = Retained { bdefault: Some(Bus::Redundant), resets: 2, notes: 1 }.encode();
+    for bit in 0..32 {
+        assert_eq!(Retained::decode([word ^ 1 << bit, check]), None, "bit {bit}");
+        assert_eq!(Retained::decode([word, check ^ 1 << bit]), None, "bit {bit}");
+    }
+    for pattern in [0, u32::MAX, 0xAAAA_AAAA, 0x5555_5555, 0xEC00_0003] {
+        assert_eq!(Retained::decode([pattern, pattern]), None);
+        assert_eq!(Retained::decode([pattern, !pattern]), None);
+    }
 }

@@ -1,19 +1,20 @@
 //! The test applications: what firmware does above its node.
 
 use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::nmt::NodeId;
 use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
-use ecss_can::pdo::Message;
+use ecss_can::pdo::{Message, Sequence};
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{
-    Command, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    Command, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
 };
 use ecss_can::runner::{AppLink, NodeCell};
-use ecss_can::time::{Clock, Instant};
+use ecss_can::time::{Clock, Duration, Instant};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 
 use crate::clock::MockClock;
@@ -45,6 +46,28 @@ impl Diary {
     }
 }
 
+/// Numbers the commands of a master since its power-on, for its application and for the hands of the test.
+pub(crate) struct Sequences {
+    clock: MockClock,
+    start: Instant,
+    lifetime: Duration,
+    slaves: RefCell<BTreeMap<NodeId, Sequence>>,
+}
+
+impl Sequences {
+    pub fn new(clock: MockClock, lifetime: Duration) -> Self {
+        let start = clock.now();
+        Sequences { clock, start, lifetime, slaves: RefCell::default() }
+    }
+
+    /// A command as it goes out now; `None` so soon after power-on that a slave might take it for a repeat.
+    pub fn encode(&self, node: NodeId, command: Command) -> Option<Message> {
+        let mut slaves = self.slaves.borrow_mut();
+        let sequence = slaves.entry(node).or_insert_with(|| Sequence::new(self.start, self.lifetime));
+        sequence.step(self.clock.now()).map(|sequence| command.encode(sequence))
+    }
+}
+
 /// Listens to the master.
 pub(crate) async fn master(app: Rc<MasterApp>, diary: Diary) {
     loop {
@@ -53,7 +76,13 @@ pub(crate) async fn master(app: Rc<MasterApp>, diary: Diary) {
 }
 
 /// A command and a telemetry request to each slave, every period of the mission.
-pub(crate) async fn traffic(app: Rc<MasterApp>, clock: MockClock, slaves: Vec<NodeId>, profile: Profile) {
+pub(crate) async fn traffic(
+    app: Rc<MasterApp>,
+    clock: MockClock,
+    slaves: Vec<NodeId>,
+    profile: Profile,
+    sequences: Rc<Sequences>,
+) {
     let mut round = 0_u32;
     let mut due = Instant::ZERO;
     loop {
@@ -61,8 +90,9 @@ pub(crate) async fn traffic(app: Rc<MasterApp>, clock: MockClock, slaves: Vec<No
         clock.at(due).await;
         round += 1;
         for &node in &slaves {
-            let message = Command::SetValue(round).encode();
-            app.requests.send(MasterRequest::Command { node, message }).await;
+            if let Some(message) = sequences.encode(node, Command::SetValue(round)) {
+                app.requests.send(MasterRequest::Command { node, message }).await;
+            }
             let message = Request::Value.encode();
             app.requests.send(MasterRequest::RequestTelemetry { node, message }).await;
         }
@@ -75,9 +105,10 @@ pub(crate) async fn slave(
     node: Rc<SlaveCell>,
     clock: MockClock,
     diary: Diary,
+    profile: Profile,
     reset: Rc<Cell<bool>>,
 ) {
-    let mut record = SlaveRecord::default();
+    let mut record = SlaveRecord::new(&profile);
     loop {
         let event = app.events.receive().await;
         diary.note(Happening::Slave(event));
@@ -85,7 +116,7 @@ pub(crate) async fn slave(
             SlaveEvent::Pdo { number, data, .. } => {
                 let message = Message::from_payload(&data).expect("eight bytes");
                 match usize::from(number) {
-                    TELECOMMAND_RPDO => execute(&node, &diary, &mut record, message),
+                    TELECOMMAND_RPDO => execute(&node, &clock, &diary, &mut record, message),
                     REQUEST_RPDO => answer(&node, &clock, &diary, &record, message),
                     _ => {}
                 }
@@ -97,14 +128,18 @@ pub(crate) async fn slave(
     }
 }
 
-fn execute(node: &SlaveCell, diary: &Diary, record: &mut SlaveRecord, message: Message) {
-    let Some(command) = Command::decode(&message) else {
-        return diary.note(Happening::Unknown(message.code()));
+fn execute(node: &SlaveCell, clock: &MockClock, diary: &Diary, record: &mut SlaveRecord, message: Message) {
+    let command = match record.take(&message, clock.now()) {
+        Ok(command) => command,
+        Err(Declined::Repeat) => return diary.note(Happening::Repeated(message.code())),
+        Err(Declined::Unknown) => return diary.note(Happening::Unknown(message.code())),
     };
-    record.execute(command);
     diary.note(Happening::Executed(command));
-    if command == Command::ResetCounters {
-        node.with(Slave::reset_counters);
+    match command {
+        Command::ResetCounters => node.with(Slave::reset_counters),
+        // One with parallel access stays where it is.
+        Command::SelectBus(bus) => _ = node.with(|slave| slave.select_bus(bus)),
+        _ => {}
     }
 }
 

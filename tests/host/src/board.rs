@@ -2,6 +2,7 @@
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
+use std::sync::{Arc, Mutex};
 
 use ecss_can::link::port::CanPort;
 use ecss_can::link::{Bus, CobId, PerBus};
@@ -10,11 +11,12 @@ use ecss_can::node::{Master, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission;
 use ecss_can::runner::{AppLink, Filters, Links, Node, NodeCell, Telltale, bus_task, node_task};
+use ecss_can::store::RetainedMemory;
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::{LocalPool, LocalSpawner};
 use futures_util::task::LocalSpawnExt;
 
-use crate::application::{self, Diary, MasterApp, MasterCell, SlaveCell};
+use crate::application::{self, Diary, MasterApp, MasterCell, Sequences, SlaveCell};
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
 use crate::port::MockPort;
@@ -28,6 +30,26 @@ type SharedNode<N> = Rc<NodeCell<NoopRawMutex, N>>;
 /// Bytes of a slave's data store.
 const STORE: usize = 24 * 1024;
 
+/// RAM that outlives a reset, and holds anything after power-on.
+#[derive(Clone)]
+struct Ram(Arc<Mutex<[u32; 2]>>);
+
+impl Ram {
+    fn of_power_on() -> Ram {
+        Ram(Arc::new(Mutex::new([0x5A5A_0F0F, 0x0FF0_1234])))
+    }
+}
+
+impl RetainedMemory for Ram {
+    fn read(&self) -> [u32; 2] {
+        *self.0.lock().expect("one thread")
+    }
+
+    fn write(&mut self, words: [u32; 2]) {
+        *self.0.lock().expect("one thread") = words;
+    }
+}
+
 /// What a node is, with or without power.
 pub(crate) struct Board {
     pub id: NodeId,
@@ -37,6 +59,7 @@ pub(crate) struct Board {
     traffic: Vec<NodeId>,
     diary: Diary,
     ports: PerBus<MockPort>,
+    ram: Ram,
     powered: Option<Powered>,
 }
 
@@ -45,7 +68,7 @@ struct Powered {
     pool: LocalPool,
     clock: MockClock,
     telltale: Rc<Telltale>,
-    master: Option<(Rc<MasterApp>, Rc<MasterCell>)>,
+    master: Option<(Rc<MasterApp>, Rc<MasterCell>, Rc<Sequences>)>,
     slave: Option<Rc<SlaveCell>>,
     reset: Rc<Cell<bool>>,
 }
@@ -62,7 +85,7 @@ impl Board {
         let diary = Diary { node: id, timeline, entries };
         let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
         let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
-        Board { id, drift_ppm, profile, traffic, diary, ports, powered: None }
+        Board { id, drift_ppm, profile, traffic, diary, ports, ram: Ram::of_power_on(), powered: None }
     }
 
     pub fn power_on(&mut self) {
@@ -86,14 +109,18 @@ impl Board {
             let (app, node) = shell.run(node, filters);
             shell.spawn(application::master(app.clone(), self.diary.clone()));
             let (slaves, profile) = (self.traffic.clone(), self.profile);
-            shell.spawn(application::traffic(app.clone(), clock.clone(), slaves, profile));
-            master = Some((app, node));
+            let sequences = Rc::new(Sequences::new(clock.clone(), profile.command));
+            let task = application::traffic(app.clone(), clock.clone(), slaves, profile, sequences.clone());
+            shell.spawn(task);
+            master = Some((app, node, sequences));
         } else {
-            let node = mission::slave(self.id, &self.profile, vec![0; STORE]);
+            let node = mission::slave(self.id, &self.profile, vec![0; STORE])
+                .with_retained(Box::leak(Box::new(self.ram.clone())));
             let filters = node.filters();
             let (app, node) = shell.run(node, filters);
             slave = Some(node.clone());
-            shell.spawn(application::slave(app, node, clock.clone(), self.diary.clone(), reset.clone()));
+            let (diary, profile) = (self.diary.clone(), self.profile);
+            shell.spawn(application::slave(app, node, clock.clone(), diary, profile, reset.clone()));
         }
         self.powered = Some(Powered { pool, clock, telltale, master, slave, reset });
     }
@@ -101,6 +128,7 @@ impl Board {
     pub fn power_off(&mut self) {
         if let Some(powered) = self.powered.take() {
             Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(powered.clock.clone()));
+            self.ram = Ram::of_power_on();
             self.diary.note(Happening::PowerOff);
         }
     }
@@ -138,6 +166,11 @@ impl Board {
         Some(self.powered.as_ref()?.master.as_ref()?.1.clone())
     }
 
+    /// The numbers of the commands of a master that has power.
+    pub fn sequences(&self) -> Option<Rc<Sequences>> {
+        Some(self.powered.as_ref()?.master.as_ref()?.2.clone())
+    }
+
     /// The node of a slave that has power.
     pub fn slave(&self) -> Option<Rc<SlaveCell>> {
         self.powered.as_ref()?.slave.clone()
@@ -152,7 +185,7 @@ impl Board {
     /// Whether the request was taken.
     pub fn request(&self, request: MasterRequest) -> bool {
         let master = self.powered.as_ref().and_then(|powered| powered.master.as_ref());
-        master.is_some_and(|(app, _)| app.requests.try_send(request).is_ok())
+        master.is_some_and(|(app, ..)| app.requests.try_send(request).is_ok())
     }
 }
 

@@ -29,6 +29,8 @@ pub enum Happening {
     Slave(SlaveEvent),
     /// A slave's application executed a command.
     Executed(Command),
+    /// A slave's application dropped a command with this code that repeats the last one.
+    Repeated(u16),
     /// A slave's application got a message that is none of this mission.
     Unknown(u16),
 }

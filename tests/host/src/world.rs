@@ -273,8 +273,13 @@ impl World {
     }
 
     /// Sends a telecommand.
+    ///
+    /// # Panics
+    /// When the master is off, or on for less than a command's lifetime: a mistake in a test.
     pub fn command(&mut self, node: NodeId, command: Command) {
-        self.request(MasterRequest::Command { node, message: command.encode() });
+        let sequences = self.board(NodeId::MASTER).sequences().expect("the master has power");
+        let message = sequences.encode(node, command).expect("the master is on for long enough");
+        self.request(MasterRequest::Command { node, message });
     }
 
     /// Asks for telemetry.

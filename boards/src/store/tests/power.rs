@@ -4,7 +4,7 @@ use super::*;
 
 /// Cuts power in each operation of `act` on `flash`; `check` gets the number of the operation from the end, the flash
 /// with power back, and whether `act` had said that it was done.
-fn at_each_operation(
+pub(super) fn at_each_operation(
     flash: &Flash,
     mixtures: u64,
     act: impl Fn(Flash) -> (Flash, bool),
@@ -31,7 +31,7 @@ fn save_on(flash: Flash, set: &[u8]) -> (Flash, bool) {
 }
 
 /// Not a failure of the test when power fails: what a start does is as far as it gets.
-fn start_on(flash: Flash) -> (Flash, bool) {
+pub(super) fn start_on(flash: Flash) -> (Flash, bool) {
     let mut flash = flash;
     let done = ParameterLog::open(&mut flash, 0).is_ok();
     (flash, done)

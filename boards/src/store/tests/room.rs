@@ -2,7 +2,7 @@
 
 use ecss_can::nmt::NodeId;
 use ecss_can::od::Address;
-use ecss_can::store::{self, Group, Loaded};
+use ecss_can::store::{self, Content, Group, Loaded};
 
 use super::*;
 
@@ -149,7 +149,8 @@ fn parameters_of_a_dictionary_are_saved_loaded_and_restored() {
     let mut flash = Flash::erased();
     let load = |log: &mut Log| {
         let mut values = Vec::new();
-        let loaded = store::load(log, node, &mut |at, value| {
+        let loaded = store::load(log, node, &mut |at, content| {
+            let Content::Whole(value) = content else { panic!("{content:?}") };
             values.push((at.index, value.to_vec()));
             Ok(())
         });
@@ -158,8 +159,8 @@ fn parameters_of_a_dictionary_are_saved_loaded_and_restored() {
     for number in 0..=255 {
         let (mut log, _) = open(flash);
         store::save(&mut log, node, Group::All, &mut |show| {
-            show(Address::new(0x1017, 0), &[number, 0]);
-            show(Address::new(0x2000, 1), &[0; 60]);
+            show(Address::new(0x1017, 0), &[number, 0].as_slice());
+            show(Address::new(0x2000, 1), &[0; 60].as_slice());
         })
         .unwrap();
         store::restore_defaults(&mut log, node, Group::Manufacturer).unwrap();

@@ -2,7 +2,8 @@
 
 use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::nmt::boot::BootProgress;
+use ecss_can::nmt::NodeId;
+use ecss_can::nmt::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::node::MasterEvent;
 use ecss_can::profile::mission::Telemetry;
 
@@ -12,6 +13,14 @@ pub fn event(event: &MasterEvent) {
             defmt::info!("slave {}: {} on {}", node.get(), state, bus);
         }
         MasterEvent::SlaveLost { node } => defmt::warn!("slave {}: lost", node.get()),
+        MasterEvent::SlaveUnheard { node } => defmt::warn!("slave {}: never heard on either bus", node.get()),
+        MasterEvent::Stranger { node } => {
+            defmt::warn!("node {} does not answer: it does not count as a slave", node.get());
+        }
+        MasterEvent::SecondMaster { bus } => {
+            defmt::error!("another master sends 701h on {}: EMCY 8150h", bus);
+        }
+        MasterEvent::SecondMasterSilent { bus } => defmt::info!("no more 701h of others on {}", bus),
         MasterEvent::SlaveReturned { node, bus } => defmt::info!("slave {}: back on {}", node.get(), bus),
         MasterEvent::Telemetry { node, message, .. } => match Telemetry::decode(message) {
             Some(telemetry) => defmt::debug!("slave {}: {}", node.get(), telemetry),
@@ -35,8 +44,16 @@ pub fn event(event: &MasterEvent) {
             }
             _ => defmt::debug!("slave {}: boot-up, {}", node.get(), progress),
         },
-        MasterEvent::BootFailed { node, error, abort } => {
-            defmt::warn!("slave {}: boot-up failed, {}, abort code {=u32:08X}h", node.get(), error, abort);
+        MasterEvent::BootFailed { node, failure } => boot_failed(*node, failure),
+        MasterEvent::ConfigurationLost { node, difference: Difference { at, expected, found } } => {
+            defmt::warn!(
+                "slave {}: configuration lost, {=u16:04X}h sub {} is {=u32:08X}h, expected {=u32:08X}h; configured again",
+                node.get(),
+                at.index,
+                at.sub,
+                *found,
+                *expected
+            );
         }
         MasterEvent::BootCompleted => defmt::info!("all mandatory slaves booted and synchronised"),
         MasterEvent::Written(at) => {
@@ -56,5 +73,31 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
         MasterEvent::LocalTime { reference: None, .. } | MasterEvent::SyncSent { .. } => {}
+    }
+}
+
+fn boot_failed(node: NodeId, BootFailure { error, cause }: &BootFailure) {
+    let (node, letter) = (node.get(), error.letter());
+    match cause {
+        BootCause::Silence => defmt::warn!("slave {}: boot-up failed, error {} ({})", node, letter, error),
+        BootCause::Difference(Difference { at, expected, found }) => defmt::warn!(
+            "slave {}: boot-up failed, error {} ({}): {=u16:04X}h sub {} is {=u32:08X}h, expected {=u32:08X}h",
+            node,
+            letter,
+            error,
+            at.index,
+            at.sub,
+            *found,
+            *expected
+        ),
+        BootCause::Transfer { at, code } => defmt::warn!(
+            "slave {}: boot-up failed, error {} ({}): {=u16:04X}h sub {}, abort code {=u32:08X}h",
+            node,
+            letter,
+            error,
+            at.index,
+            at.sub,
+            *code
+        ),
     }
 }

@@ -6,17 +6,17 @@ use ecss_can::nmt::NodeId;
 use ecss_can::time::{Duration, Instant, Periodic};
 
 /// Slaves that straps can number: 2..=15.
-const SLAVES: usize = 14;
+pub const SLAVES: usize = 14;
 const FIRST: u8 = 2;
 
 /// The turn of one slave.
 #[derive(Clone, Copy)]
 pub struct Turn {
-    /// Whose.
+    /// The slave.
     pub node: NodeId,
-    /// When.
+    /// Instant of the turn.
     pub at: Instant,
-    /// How many it had before, since power-on; wraps.
+    /// Turns that the slave had since power-on; wraps.
     pub count: u32,
 }
 
@@ -84,6 +84,7 @@ impl Schedule {
     }
 }
 
-fn slot(node: NodeId) -> Option<usize> {
+/// Place of a slave among those that straps can number.
+pub fn slot(node: NodeId) -> Option<usize> {
     node.get().checked_sub(FIRST).map(usize::from).filter(|slot| *slot < SLAVES)
 }

@@ -26,6 +26,11 @@ impl Assignment {
         self.0
     }
 
+    /// Whether it is a slave of this master.
+    pub const fn is_slave(self) -> bool {
+        self.0 & Self::SLAVE != 0
+    }
+
     /// Whether the boot-up process is run with it.
     pub const fn is_booted(self) -> bool {
         self.0 & (Self::SLAVE | Self::BOOT) == Self::SLAVE | Self::BOOT

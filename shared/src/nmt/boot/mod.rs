@@ -5,6 +5,8 @@
 //!
 //! The process is run with every assigned slave that boots up, is heard for the first time, or was lost and returns. One
 //! that went through it is started at once whenever it waits, unless it booted up again: fail-over does not wait for SDO.
+//! If no command of the master explains why it waits, it may have been reset without being heard: the process is then run
+//! with it after the start. A slave that has lost its configuration goes back to Pre-operational, is configured and started.
 
 mod expected;
 mod process;
@@ -12,10 +14,10 @@ mod progress;
 
 pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
 pub use process::BootRequest;
-pub use progress::{BootError, BootProgress};
+pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
 
 use self::process::{Next, Process};
-use super::{NmtState, NodeId};
+use super::{NmtState, NodeId, Target};
 use crate::sdo;
 use crate::time::Instant;
 
@@ -35,15 +37,20 @@ pub struct Boot {
     /// Went through the process since its boot-up message.
     started: u128,
     synchronised: u128,
-    /// Mandatory, but nobody waits for them any more.
+    /// Their next Pre-operational is not explained by a command of the master.
+    operational: u128,
+    /// May have been reset without being heard.
+    doubtful: u128,
+    /// Mandatory, but the boot time has ended and SYNC goes on without them.
     excused: u128,
-    /// Their progress is to be told.
+    /// Their progress is to be reported.
     changed: u128,
     process: Option<Process>,
-    /// Whom the last process was with.
+    /// Node-ID of the last process.
     last: u8,
-    failure: Option<(NodeId, BootError, u32)>,
-    /// Silent when the boot time ended, and to be told.
+    failure: Option<(NodeId, BootFailure)>,
+    deviation: Option<(NodeId, Difference)>,
+    /// Silent when the boot time ended, and to be reported.
     silent: u128,
     start: Option<NodeId>,
     /// End of the boot time.
@@ -78,11 +85,14 @@ impl Boot {
             queued: 0,
             started: 0,
             synchronised: 0,
+            operational: 0,
+            doubtful: 0,
             excused: 0,
             changed: 0,
             process: None,
             last: 0,
             failure: None,
+            deviation: None,
             silent: 0,
             start: None,
             deadline: None,
@@ -104,16 +114,16 @@ impl Boot {
         set(&mut self.assigned, bit, assignment.is_booted());
         set(&mut self.mandatory, bit, assignment.is_mandatory());
         match (was_assigned, assignment.is_booted()) {
-            (false, true) => self.tell(node, BootProgress::Awaited),
+            (false, true) => self.set_progress(node, BootProgress::Awaited),
             (true, false) => {
                 self.forget(node);
-                self.tell(node, BootProgress::Unassigned);
+                self.set_progress(node, BootProgress::Unassigned);
             }
             _ => {}
         }
     }
 
-    /// How far a slave is.
+    /// Progress of a slave.
     pub fn progress(&self, node: NodeId) -> BootProgress {
         self.progress.get(usize::from(node.get())).copied().unwrap_or_default()
     }
@@ -128,19 +138,32 @@ impl Boot {
         if state == NmtState::Initialising {
             // Everything begins anew, wherever it was heard.
             self.forget(node);
-            self.tell(node, BootProgress::Awaited);
+            self.set_progress(node, BootProgress::Awaited);
+        }
+        if state == NmtState::PreOperational && self.operational & bit != 0 || returned {
+            self.operational &= !bit;
+            self.doubtful |= bit;
         }
         if !is_here {
             return false;
         }
         let is_running = self.process.as_ref().is_some_and(|process| process.node == node);
-        if self.progress(node) == BootProgress::Awaited || returned && !is_running {
+        if self.progress(node) == BootProgress::Awaited || self.doubtful & bit != 0 && !is_running {
             self.queue(node);
         }
         if state == NmtState::Operational {
+            self.operational |= self.started & bit;
             self.on_synchronous(node);
         }
         self.started & bit != 0
+    }
+
+    /// The master commands these slaves to stop, or to enter Pre-operational: their next Pre-operational is explained.
+    pub fn on_commanded(&mut self, target: Target) {
+        match target {
+            Target::All => self.operational = 0,
+            Target::Node(node) => self.operational &= !bit(node),
+        }
     }
 
     /// A sign of a slave that it is Operational: its heartbeat or its Local Time PDO, on the active bus.
@@ -148,21 +171,23 @@ impl Boot {
         let is_synchronous = matches!(self.phase, Phase::Synchronising | Phase::Completed);
         if is_synchronous && self.progress(node) == BootProgress::Started {
             self.synchronised |= bit(node);
-            self.tell(node, BootProgress::Booted);
+            self.set_progress(node, BootProgress::Booted);
         }
     }
 
     /// No heartbeat of a slave on either bus.
     pub fn on_lost(&mut self, node: NodeId) {
         if self.process.as_ref().is_some_and(|process| process.node == node) {
-            self.fail(node, BootError::Lost, 0);
+            self.fail(node, BootFailure { error: BootError::Lost, cause: BootCause::Silence });
         } else if self.queued & bit(node) != 0 {
             self.await_again(node);
         }
     }
 
-    /// Another bus is the active one: everybody not yet started has to be heard there first.
+    /// Another bus is the active one: slaves not yet started have to be heard there first. A slave that is Pre-operational
+    /// when it is first heard there may have been reset on the bus that was left.
     pub fn on_bus_changed(&mut self) {
+        self.operational |= self.started;
         if let Some(process) = self.process.take() {
             self.await_again(process.node);
         }
@@ -184,7 +209,8 @@ impl Boot {
         let bit = bit(node);
         if self.assigned & bit != 0 {
             self.queued |= bit;
-            self.tell(node, BootProgress::Queued);
+            self.doubtful &= !bit;
+            self.set_progress(node, BootProgress::Queued);
         }
     }
 
@@ -212,7 +238,7 @@ impl Boot {
             self.queued &= !bit(node);
             self.last = node.get();
             self.process = Some(Process::new(node, expected(node), self.settings));
-            self.tell(node, BootProgress::Checking);
+            self.set_progress(node, BootProgress::Checking);
         }
         self.process.as_mut().filter(|process| !process.is_asked).map(Process::request)
     }
@@ -228,20 +254,28 @@ impl Boot {
     pub fn on_done(&mut self, outcome: Result<(), sdo::Error>) {
         let Some(process) = &mut self.process else { return };
         let node = process.node;
-        match process.on_done(outcome) {
+        let next = process.on_done(outcome);
+        let (deviation, progress) = (process.take_deviation(), process.progress());
+        if let Some(difference) = deviation
+            && self.started & bit(node) != 0
+        {
+            self.started &= !bit(node);
+            self.operational &= !bit(node);
+            self.deviation = Some((node, difference));
+        }
+        match next {
             Next::Transfer => {
-                let progress = process.progress();
                 if progress != self.progress(node) {
-                    self.tell(node, progress);
+                    self.set_progress(node, progress);
                 }
             }
             Next::Start => {
                 self.process = None;
                 self.started |= bit(node);
                 self.start = Some(node);
-                self.tell(node, BootProgress::Started);
+                self.set_progress(node, BootProgress::Started);
             }
-            Next::Fail(error, code) => self.fail(node, error, code),
+            Next::Fail(failure) => self.fail(node, failure),
         }
     }
 
@@ -257,17 +291,23 @@ impl Boot {
         Some((node, self.progress(node)))
     }
 
-    /// A slave that failed, why, and the SDO abort code or zero; once.
-    pub fn take_failure(&mut self) -> Option<(NodeId, BootError, u32)> {
+    /// A slave that was started and has lost its configuration, and the first value that shows it; once. It is to enter
+    /// Pre-operational before the next transfer.
+    pub fn take_deviation(&mut self) -> Option<(NodeId, Difference)> {
+        self.deviation.take()
+    }
+
+    /// A slave that failed, and why; once.
+    pub fn take_failure(&mut self) -> Option<(NodeId, BootFailure)> {
         self.failure.take().or_else(|| {
             let node = first(self.silent)?;
             self.silent &= !bit(node);
-            Some((node, BootError::Silent, 0))
+            Some((node, BootFailure { error: BootError::Silent, cause: BootCause::Silence }))
         })
     }
 
-    /// Goes on to the next phase when it is time. Whether everybody awaited has become synchronous, once; never without
-    /// assigned slaves.
+    /// Goes on to the next phase when it is time. Whether all mandatory slaves have become synchronous, once; never without
+    /// mandatory slaves.
     pub fn poll(&mut self, now: Instant) -> bool {
         self.is_changed = false;
         if self.deadline.is_some_and(|deadline| deadline <= now) {
@@ -290,7 +330,7 @@ impl Boot {
             }
             Phase::Synchronising if self.mandatory & !self.synchronised & !self.excused == 0 => {
                 self.phase = Phase::Completed;
-                return self.assigned != 0;
+                return self.mandatory != 0;
             }
             _ => {}
         }
@@ -313,6 +353,8 @@ impl Boot {
         self.queued &= !bit;
         self.started &= !bit;
         self.synchronised &= !bit;
+        self.operational &= !bit;
+        self.doubtful &= !bit;
         if self.process.as_ref().is_some_and(|process| process.node == node) {
             self.process = None;
         }
@@ -320,16 +362,21 @@ impl Boot {
 
     fn await_again(&mut self, node: NodeId) {
         self.queued &= !bit(node);
-        self.tell(node, BootProgress::Awaited);
+        self.set_progress(node, BootProgress::Awaited);
     }
 
-    fn fail(&mut self, node: NodeId, error: BootError, code: u32) {
+    fn fail(&mut self, node: NodeId, failure: BootFailure) {
+        let was_started = self.started & bit(node);
         self.forget(node);
-        self.failure = Some((node, error, code));
-        self.tell(node, BootProgress::Failed);
+        if !matches!(failure.cause, BootCause::Difference(_)) {
+            // It ran when its check failed: nothing is known against it, and fail-over does not wait for SDO.
+            self.started |= was_started;
+        }
+        self.failure = Some((node, failure));
+        self.set_progress(node, BootProgress::Failed);
     }
 
-    fn tell(&mut self, node: NodeId, progress: BootProgress) {
+    fn set_progress(&mut self, node: NodeId, progress: BootProgress) {
         if let Some(place) = self.progress.get_mut(usize::from(node.get())) {
             *place = progress;
             self.changed |= bit(node);

@@ -1,6 +1,6 @@
 //! The boot-up of one slave: who it is, how it is configured, what it lacks.
 
-use super::{BootError, BootProgress, Expected, Setting};
+use super::{BootCause, BootError, BootFailure, BootProgress, Difference, Expected, Setting};
 use crate::nmt::NodeId;
 use crate::od::{AbortCode, Address};
 use crate::sdo::Error;
@@ -17,20 +17,20 @@ const VERIFY_CONFIGURATION: u16 = 0x1020;
 pub enum BootRequest<'a> {
     /// Read a value of at most so many bytes.
     Read {
-        /// Of whom.
+        /// The slave.
         node: NodeId,
-        /// Where.
+        /// Object of the slave.
         at: Address,
         /// Most bytes.
         most: usize,
     },
     /// Write a value.
     Write {
-        /// To whom.
+        /// The slave.
         node: NodeId,
-        /// Where.
+        /// Object of the slave.
         at: Address,
-        /// What.
+        /// Value, little-endian.
         value: &'a [u8],
     },
 }
@@ -45,15 +45,15 @@ enum Step {
     WriteStamp(u8),
 }
 
-/// What comes after a transfer.
+/// The step after a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
     /// Another one.
     Transfer,
     /// It is to be started.
     Start,
-    /// Not this slave, or not now.
-    Fail(BootError, u32),
+    /// The slave is not the expected one, or did not answer.
+    Fail(BootFailure),
 }
 
 #[derive(Clone, Debug)]
@@ -65,7 +65,7 @@ pub(super) struct Process {
     attempts: u8,
     /// It keeps 1020h.
     is_stamped: bool,
-    /// The first bytes of what is read, or what is written to 1020h.
+    /// The first four bytes of the value that is read, or the value that is written to 1020h.
     number: [u8; 4],
     /// Bytes read.
     read: usize,
@@ -73,6 +73,8 @@ pub(super) struct Process {
     is_equal: bool,
     /// The transfer of this step was handed out.
     pub is_asked: bool,
+    /// The first value of its configuration that was not the expected one.
+    deviation: Option<Difference>,
 }
 
 impl Process {
@@ -88,6 +90,7 @@ impl Process {
             read: 0,
             is_equal: true,
             is_asked: false,
+            deviation: None,
         }
     }
 
@@ -102,24 +105,14 @@ impl Process {
     /// The transfer of this step.
     pub fn request(&mut self) -> BootRequest<'_> {
         (self.is_asked, self.read, self.is_equal) = (true, 0, true);
-        let node = self.node;
+        let (node, at) = (self.node, self.object());
         match self.step {
-            Step::DeviceType => BootRequest::Read { node, at: DEVICE_TYPE, most: 4 },
-            Step::Identity(sub) => BootRequest::Read { node, at: Address::new(IDENTITY, sub), most: 4 },
-            Step::Stamp(sub) => {
-                BootRequest::Read { node, at: Address::new(VERIFY_CONFIGURATION, sub), most: 4 }
-            }
-            Step::Compare(number) => {
-                let (at, value) = self.setting(number);
-                BootRequest::Read { node, at, most: value.len() }
-            }
-            Step::Write(number) => {
-                let (at, value) = self.setting(number);
-                BootRequest::Write { node, at, value }
-            }
+            Step::DeviceType | Step::Identity(_) | Step::Stamp(_) => BootRequest::Read { node, at, most: 4 },
+            Step::Compare(number) => BootRequest::Read { node, at, most: self.setting(number).1.len() },
+            Step::Write(number) => BootRequest::Write { node, at, value: self.setting(number).1 },
             Step::WriteStamp(sub) => {
                 self.number = self.stamp(sub).to_le_bytes();
-                BootRequest::Write { node, at: Address::new(VERIFY_CONFIGURATION, sub), value: &self.number }
+                BootRequest::Write { node, at, value: &self.number }
             }
         }
     }
@@ -138,8 +131,9 @@ impl Process {
         if let Step::Compare(number) = self.step {
             let (_, value) = self.setting(number);
             self.is_equal &= value.get(self.read..).is_some_and(|rest| rest.starts_with(part));
-        } else if self.read == 0 {
-            self.number = core::array::from_fn(|nth| part.get(nth).copied().unwrap_or(0));
+        }
+        if self.read == 0 {
+            self.number = first_four(part);
         }
         self.read = self.read.saturating_add(part.len());
     }
@@ -159,50 +153,59 @@ impl Process {
                     Next::Transfer
                 }
                 Ok(None) => Next::Start,
-                Err((error, code)) => Next::Fail(error, code),
+                Err(failure) => Next::Fail(failure),
             },
         }
     }
 
     /// The next step, if there is one.
-    fn judge(&mut self, outcome: Result<(), Error>) -> Result<Option<Step>, (BootError, u32)> {
-        let number = u32::from_le_bytes(self.number);
-        let failed = |error: BootError| move |cause: Error| (error, cause.code());
+    fn judge(&mut self, outcome: Result<(), Error>) -> Result<Option<Step>, BootFailure> {
+        let found = u32::from_le_bytes(self.number);
+        let at = self.object();
+        let failed = |error: BootError| {
+            move |cause: Error| BootFailure { error, cause: BootCause::Transfer { at, code: cause.code() } }
+        };
+        let other = |error: BootError, expected: u32| {
+            Err(BootFailure { error, cause: BootCause::Difference(Difference { at, expected, found }) })
+        };
         match self.step {
             Step::DeviceType => {
                 outcome.map_err(failed(BootError::NoResponse))?;
                 let expected = self.expected.device_type;
-                if expected != 0 && number != expected {
-                    return Err((BootError::DeviceType, 0));
+                if expected != 0 && found != expected {
+                    return other(BootError::DeviceType, expected);
                 }
                 Ok(self.after_identity(0))
             }
             Step::Identity(sub) => {
                 let error = BootError::of_identity(sub);
                 outcome.map_err(failed(error))?;
-                if number != self.identity(sub) {
-                    return Err((error, 0));
-                }
-                Ok(self.after_identity(sub))
+                let expected = self.identity(sub);
+                if found != expected { other(error, expected) } else { Ok(self.after_identity(sub)) }
             }
             Step::Stamp(sub) => {
                 match outcome {
-                    Ok(()) if number != self.stamp(sub) => {}
+                    Ok(()) if found != self.stamp(sub) => self.deviates(self.stamp(sub)),
                     Ok(()) if sub == 1 => return Ok(Some(Step::Stamp(2))),
                     Ok(()) => return Ok(None),
                     Err(Error::Abort(AbortCode::NoObject | AbortCode::NoSubIndex)) => self.is_stamped = false,
-                    Err(cause) => return Err((BootError::Configuration, cause.code())),
+                    Err(cause) => return Err(failed(BootError::Configuration)(cause)),
                 }
                 Ok(self.compare_from(0))
             }
-            Step::Compare(nth) => match outcome {
-                Ok(()) if self.is_equal && self.read == self.setting(nth).1.len() => {
-                    Ok(self.compare_from(nth.saturating_add(1)))
+            Step::Compare(nth) => {
+                let (_, value) = self.setting(nth);
+                match outcome {
+                    Ok(()) if self.is_equal && self.read == value.len() => {
+                        return Ok(self.compare_from(nth.saturating_add(1)));
+                    }
+                    Ok(()) => self.deviates(u32::from_le_bytes(first_four(value))),
+                    // What cannot be read is written unseen.
+                    Err(Error::TooLarge | Error::Abort(_)) => {}
+                    Err(cause) => return Err(failed(BootError::Configuration)(cause)),
                 }
-                // What cannot be read is written unseen.
-                Ok(()) | Err(Error::TooLarge | Error::Abort(_)) => Ok(Some(Step::Write(nth))),
-                Err(cause) => Err((BootError::Configuration, cause.code())),
-            },
+                Ok(Some(Step::Write(nth)))
+            }
             Step::Write(nth) => {
                 outcome.map_err(failed(BootError::Configuration))?;
                 Ok(self.compare_from(nth.saturating_add(1)))
@@ -212,6 +215,27 @@ impl Process {
                 Ok((sub == 1).then_some(Step::WriteStamp(2)))
             }
         }
+    }
+
+    /// The object of this step.
+    fn object(&self) -> Address {
+        match self.step {
+            Step::DeviceType => DEVICE_TYPE,
+            Step::Identity(sub) => Address::new(IDENTITY, sub),
+            Step::Stamp(sub) | Step::WriteStamp(sub) => Address::new(VERIFY_CONFIGURATION, sub),
+            Step::Compare(number) | Step::Write(number) => self.setting(number).0,
+        }
+    }
+
+    /// The value just read is not that of the configuration.
+    fn deviates(&mut self, expected: u32) {
+        let found = u32::from_le_bytes(self.number);
+        self.deviation.get_or_insert(Difference { at: self.object(), expected, found });
+    }
+
+    /// The first deviation from the configuration, once.
+    pub fn take_deviation(&mut self) -> Option<Difference> {
+        self.deviation.take()
     }
 
     fn identity(&self, sub: u8) -> u32 {
@@ -236,4 +260,9 @@ impl Process {
             None => self.is_stamped.then_some(Step::WriteStamp(1)),
         }
     }
+}
+
+/// The first four bytes of a value, zero behind its end.
+fn first_four(value: &[u8]) -> [u8; 4] {
+    core::array::from_fn(|nth| value.get(nth).copied().unwrap_or(0))
 }

@@ -1,6 +1,8 @@
-//! How far a slave is, and what is wrong with it.
+//! How far the boot-up of a slave is, and why it failed.
 
-/// How far the boot-up process is with a slave; the byte is that of object 2040h.
+use crate::od::Address;
+
+/// How far the boot-up process is with a slave; its byte stands in object 2040h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
@@ -51,7 +53,61 @@ pub enum BootError {
     Serial = b'O',
 }
 
+/// A value of a slave that is not the expected one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Difference {
+    /// Object of the slave.
+    pub at: Address,
+    /// Value that the master expects; of a longer one the first four bytes.
+    pub expected: u32,
+    /// Value that the slave has; of a longer one the first four bytes.
+    pub found: u32,
+}
+
+/// How the boot-up of a slave failed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BootCause {
+    /// The slave was not heard, or is no longer heard.
+    Silence,
+    /// A value is not the expected one.
+    Difference(Difference),
+    /// An SDO transfer with the slave failed.
+    Transfer {
+        /// Object of the slave.
+        at: Address,
+        /// SDO abort code.
+        code: u32,
+    },
+}
+
+impl BootCause {
+    /// The SDO abort code for object 2042h; zero for none.
+    pub const fn abort_code(&self) -> u32 {
+        match self {
+            BootCause::Transfer { code, .. } => *code,
+            BootCause::Silence | BootCause::Difference(_) => 0,
+        }
+    }
+}
+
+/// Why the boot-up of a slave failed, and where.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BootFailure {
+    /// What failed; its letter stands in object 2041h.
+    pub error: BootError,
+    /// The object concerned, and what is wrong with it.
+    pub cause: BootCause,
+}
+
 impl BootError {
+    /// The letter of CiA 302-2, as in object 2041h.
+    pub const fn letter(self) -> char {
+        self as u8 as char
+    }
+
     /// Of the identity's sub-index.
     pub(super) const fn of_identity(sub: u8) -> BootError {
         match sub {

@@ -1,14 +1,14 @@
 //! The dictionary at work: declared checks, rules of the objects, the services that follow a write, and a note of it.
 
 use super::stored::Stored;
-use super::{note, rules, show};
+use super::{rules, show};
 use crate::emcy::{self, ErrorCode};
 use crate::nmt::NodeId;
 use crate::node::NodeObjects;
 use crate::od::checked::{self, Found};
-use crate::od::communication::{Mapping, RpdoParameters, TpdoParameters};
+use crate::od::communication::Mapping;
 use crate::od::{AbortCode, Address, Entry, ObjectAccess, Objects, Place, Transfer};
-use crate::pdo::{Direction, Rpdos, Tpdos, rules as pdo};
+use crate::pdo::{Rpdos, Tpdos};
 use crate::store::{Group, LOAD, Loaded, SAVE, StoreError};
 use crate::time::Instant;
 
@@ -97,61 +97,6 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
             && let Ok((place, _)) = self.place(at)
         {
             self.tpdos.on_changed(place, now);
-        }
-    }
-
-    /// The PDOs of this number are not valid.
-    pub fn unset_pdos(&mut self, number: usize, now: Instant) {
-        let Dictionary { emcy, rpdos, tpdos, .. } = self;
-        let mut tell = |number, event| note(emcy, number, event);
-        let none = &RpdoParameters::default();
-        let _ = rpdos.configure::<NodeObjects<A, R, T, M>>(number, none, &[], &mut tell);
-        let _ = tpdos.configure::<NodeObjects<A, R, T, M>>(number, &TpdoParameters::default(), &[], now);
-    }
-
-    /// The PDOs of this number, which are not valid, as the objects have them. What cannot be stays so.
-    pub fn set_pdos(&mut self, number: usize, now: Instant) {
-        let Dictionary { objects, emcy, rpdos, tpdos, .. } = self;
-        let objects = &objects.communication;
-        let mut tell = |number, event| note(emcy, number, event);
-        if let Some((pdo, mapping)) = objects.rpdos.get(number).zip(objects.rpdo_mappings.get(number)) {
-            let mapping = mapping.objects();
-            let _ = rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping, &mut tell);
-        }
-        if let Some((pdo, mapping)) = objects.tpdos.get(number).zip(objects.tpdo_mappings.get(number)) {
-            let _ = tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now);
-        }
-    }
-
-    /// A write to the parameters of a PDO: the service takes them over, or refuses them.
-    fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
-        let number = usize::from(at.index & 0x1FF);
-        let objects = &mut self.objects.communication;
-        let rpdo = objects.rpdos.get(number).zip(objects.rpdo_mappings.get_mut(number));
-        let tpdo = objects.tpdos.get(number).zip(objects.tpdo_mappings.get_mut(number));
-        match (at.index, rpdo, tpdo) {
-            (0x1400..=0x15FF, Some((present, mapping)), _) => {
-                let new = pdo::rpdo(present, at.sub, value)?;
-                let (emcy, mapping) = (&mut self.emcy, mapping.objects());
-                let mut tell = |number, event| note(emcy, number, event);
-                self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping, &mut tell)?;
-                show(&self.emcy, objects);
-                Ok(())
-            }
-            (0x1600..=0x17FF, Some((present, mapping)), _) => {
-                let direction = Direction::Receive;
-                pdo::mapping::<NodeObjects<A, R, T, M>>(direction, present.cob_id, mapping, at.sub, value)
-            }
-            (0x1800..=0x19FF, _, Some((present, mapping))) => {
-                let new = pdo::tpdo(present, at.sub, value)?;
-                let mapping = mapping.objects();
-                self.tpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping, self.now)
-            }
-            (0x1A00..=0x1BFF, _, Some((present, mapping))) => {
-                let direction = Direction::Transmit;
-                pdo::mapping::<NodeObjects<A, R, T, M>>(direction, present.cob_id, mapping, at.sub, value)
-            }
-            _ => Err(AbortCode::NoObject),
         }
     }
 }

@@ -4,6 +4,7 @@
 //! hands out.
 
 mod dictionary;
+mod pdos;
 mod rules;
 mod stored;
 
@@ -16,11 +17,12 @@ use crate::nmt::{NmtState, NodeId};
 use crate::od::communication::{Communication, Mapping};
 use crate::od::spacecraft::BusHealth;
 use crate::od::{Address, Objects};
-use crate::pdo::{RpdoEvent, Taken};
+use crate::pdo::Taken;
 use crate::store::{Group, Loaded};
 use crate::time::{Duration, Instant, earliest};
 use crate::{sdo, sync};
 pub use dictionary::Dictionary;
+use pdos::tell;
 
 /// The first object whose changes an application is told; those below are the services'.
 pub const FIRST_TOLD: u16 = 0x2000;
@@ -76,6 +78,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         // All of them are taken back first, lest an old one is in the way of a new one.
         (0..R.max(T)).for_each(|number| self.dictionary.unset_pdos(number, now));
         (0..R.max(T)).for_each(|number| self.dictionary.set_pdos(number, now));
+        self.dictionary.emcy.restart();
         show(&self.dictionary.emcy, &mut self.dictionary.objects.communication);
     }
 
@@ -85,6 +88,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             let number = usize::from(at.index & 0x1FF);
             self.dictionary.unset_pdos(number, now);
             self.dictionary.set_pdos(number, now);
+            show(&self.dictionary.emcy, &mut self.dictionary.objects.communication);
         }
         self.on_written(at);
     }
@@ -320,12 +324,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.sync.window_end()
     }
 
-    /// Synchronous RPDOs at a SYNC. Whether emergencies tell of them.
+    /// Synchronous RPDOs at a SYNC: the number of each, and whether all its values were taken. Returns whether emergencies
+    /// report any.
     #[inline(always)] // called from one place
-    pub fn actuate(&mut self, applied: &mut impl FnMut(usize)) -> bool {
+    pub fn actuate(&mut self, ended: &mut impl FnMut(usize, bool)) -> bool {
         let Dictionary { objects, emcy, rpdos, .. } = &mut self.dictionary;
         let mut is_told = false;
-        rpdos.on_sync(objects, applied, &mut |objects, number, event| {
+        rpdos.on_sync(objects, ended, &mut |objects, number, event| {
             is_told = true;
             tell(emcy, &mut objects.communication, number, event);
         });
@@ -395,27 +400,6 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
         let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];
         earliest(&all)
-    }
-}
-
-/// An error of an RPDO appeared or is gone; it is known by the number of its PDO.
-fn tell<const R: usize, const T: usize, M: Mapping>(
-    emcy: &mut emcy::Producer,
-    objects: &mut Communication<R, T, M>,
-    number: usize,
-    event: RpdoEvent,
-) {
-    note(emcy, number, event);
-    show(emcy, objects);
-}
-
-/// As [`tell`], without the objects.
-fn note(emcy: &mut emcy::Producer, number: usize, event: RpdoEvent) {
-    // One byte; those that are too many share the last one.
-    let source = number.min(usize::from(u8::MAX)) as u8;
-    match event {
-        RpdoEvent::Error(error) => _ = emcy.raise(error.code(), [source, 0, 0, 0, 0]),
-        RpdoEvent::Resolved(error) => _ = emcy.clear(error.code(), source),
     }
 }
 

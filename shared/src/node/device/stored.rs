@@ -1,12 +1,10 @@
 //! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 
+use crate::link::Bus;
 use crate::nmt::NodeId;
 use crate::od::checked::{self, find};
-use crate::od::{AbortCode, Access, Address, Entry, Object, Objects};
-use crate::store::{self, Group, Loaded, MAX_VALUE, ParameterStore, StoreError};
-
-/// Ctoggle, which begins at zero (ECSS 8.3.2a).
-const CTOGGLE: Address = Address::new(0x2000, 4);
+use crate::od::{AbortCode, Address, Object, Objects};
+use crate::store::{self, Content, Group, Loaded, ParameterStore, StoreError};
 
 /// A parameter store, if the device has one.
 pub struct Stored(pub Option<&'static mut (dyn ParameterStore + Send)>);
@@ -29,16 +27,12 @@ impl Stored {
         objects: &mut D,
     ) -> Result<Option<Loaded>, StoreError> {
         let Some(store) = self.0.as_mut() else { return Ok(None) };
-        let apply = &mut |at: Address, value: &[u8]| {
+        let apply = &mut |at: Address, content: Content<'_>| {
             if !group.contains(at.index) {
                 return Ok(());
             }
             let (_, entry) = D::find(at)?;
-            if is_parameter(at, entry) {
-                checked::write(objects, at, value)
-            } else {
-                Err(AbortCode::NoObject)
-            }
+            if store::keeps(at, entry) { apply(objects, at, content) } else { Err(AbortCode::NoObject) }
         };
         store::load(&mut **store, id, apply).map(Some)
     }
@@ -49,12 +43,12 @@ impl Stored {
     /// The abort code to answer; what was stored before holds.
     pub fn save<D: Objects>(&mut self, id: NodeId, sub: u8, objects: &mut D) -> Result<(), AbortCode> {
         let (store, group) = self.open(sub)?;
-        let mut value = [0; MAX_VALUE];
-        let values = &mut |visit: &mut dyn FnMut(Address, &[u8])| {
+        let values = &mut |visit: &mut dyn FnMut(Address, &dyn store::Value)| {
             D::each_object(&mut |object| {
                 each_parameter(object, &mut |at| {
-                    let len = find(objects, at).map_or(0, |found| found.read(0, &mut value));
-                    visit(at, value.get(..len).unwrap_or(&[]));
+                    if let Ok(found) = find(objects, at) {
+                        visit(at, &found);
+                    }
                 });
             });
         };
@@ -70,17 +64,37 @@ impl Stored {
         store::restore_defaults(store, id, group).map_err(StoreError::abort_code)
     }
 
+    /// Notes Bdefault. `None` without a store.
+    pub fn note_bdefault(&mut self, id: NodeId, bus: Bus) -> Option<Result<(), StoreError>> {
+        Some(store::note_bdefault(&mut **self.0.as_mut()?, id, bus))
+    }
+
     fn open(&mut self, sub: u8) -> Result<(&mut (dyn ParameterStore + Send), Group), AbortCode> {
         let store = self.0.as_mut().ok_or(AbortCode::CannotTransfer)?;
         Ok((&mut **store, Group::from_sub(sub).ok_or(AbortCode::NoSubIndex)?))
     }
 }
 
-/// Whether a value is kept: what a client may write, and what neither PDOs nor the device itself move.
-fn is_parameter(at: Address, entry: &Entry) -> bool {
-    let by_nature =
-        matches!(entry.access, Access::Rw | Access::Rwr) && (1..=MAX_VALUE as u16).contains(&entry.size);
-    by_nature && at != CTOGGLE && !matches!(at.index, 0x1003 | 0x1010 | 0x1011)
+/// Takes a stored value into the dictionary. A long one comes in parts, of which its owner's check is not asked: only the
+/// application itself makes strings of more than 64 bytes.
+fn apply<D: Objects>(objects: &mut D, at: Address, content: Content<'_>) -> Result<(), AbortCode> {
+    if let Content::Whole(value) = content {
+        return checked::write(objects, at, value);
+    }
+    let found = find(objects, at)?;
+    if let Content::Begin(len) = content {
+        return found.download(Some(len)).map(drop);
+    }
+    let variable = found.variable.ok_or(AbortCode::ReadOnly)?;
+    let taken = match content {
+        Content::Part(offset, bytes) => variable.write_part(offset, bytes),
+        Content::End(len) => variable.finish(len),
+        Content::Whole(_) | Content::Begin(_) => Ok(()),
+    };
+    if taken.is_err() {
+        variable.cancel();
+    }
+    taken
 }
 
 fn each_parameter(object: &'static Object, visit: &mut dyn FnMut(Address)) {
@@ -88,7 +102,7 @@ fn each_parameter(object: &'static Object, visit: &mut dyn FnMut(Address)) {
         for entry in object.entries {
             for sub in (entry.sub..).take(usize::from(entry.count)) {
                 let at = Address::new(index, sub);
-                if is_parameter(at, entry) {
+                if store::keeps(at, entry) {
                     visit(at);
                 }
             }

@@ -31,14 +31,16 @@ impl Master {
     pub(super) fn run_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let deadline = earliest(&[self.boot.deadline(), self.transfers.deadline()]);
         let is_overdue = deadline.is_some_and(|deadline| deadline <= until);
-        if !(is_overdue || self.transfers.is_due || self.boot.is_due()) {
+        let is_asking = self.identification_deadline().is_some_and(|deadline| deadline <= until);
+        if !(is_overdue || self.transfers.is_due || self.boot.is_due() || is_asking) {
             return;
         }
         loop {
             self.run_client(until, now, out);
             self.collect();
+            self.collect_answer(until, out);
             self.tell_boot(until, now, out);
-            if !self.begin_transfer() {
+            if !(self.begin_transfer() || self.begin_identification(until)) {
                 break;
             }
         }
@@ -75,7 +77,7 @@ impl Master {
         match self.transfers.owner {
             Owner::Nobody => {}
             Owner::Abandoned => return true,
-            Owner::Boot | Owner::Application => return false,
+            Owner::Boot | Owner::Application | Owner::Identification => return false,
         }
         if !self.manager.is_announced() {
             return false;
@@ -98,9 +100,15 @@ impl Master {
 
     fn tell_boot(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let is_completed = self.boot.poll(until);
-        while let Some((node, error, abort)) = self.boot.take_failure() {
-            self.device.dictionary.objects.application.show_error(node, error as u8, abort);
-            out.event(MasterEvent::BootFailed { node, error, abort });
+        if let Some((node, difference)) = self.boot.take_deviation() {
+            let wait = NmtMessage { command: Command::EnterPreOperational, target: Target::Node(node) };
+            self.send_nmt(wait, now, out);
+            out.event(MasterEvent::ConfigurationLost { node, difference });
+        }
+        while let Some((node, failure)) = self.boot.take_failure() {
+            let objects = &mut self.device.dictionary.objects.application;
+            objects.show_error(node, failure.error as u8, failure.cause.abort_code());
+            out.event(MasterEvent::BootFailed { node, failure });
         }
         while let Some((node, progress)) = self.boot.take_change() {
             self.device.dictionary.objects.application.show_progress(node, progress);

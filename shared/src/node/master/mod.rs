@@ -1,30 +1,31 @@
 //! The master node.
 
 mod boot;
+mod identify;
 mod objects;
+mod reception;
 mod transfers;
 
 use heapless::Deque;
 
 pub use objects::{MasterDictionary, MasterObjects};
 
+use self::identify::Identification;
 use self::transfers::Transfers;
 use super::buses::{BusNews, Buses};
 use super::device::Device;
 use super::{MasterEvent, MasterRequest, RefusalCause, Status};
-use crate::emcy::Emergency;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::link::{Bus, CobId, Frame};
 use crate::nmt::boot::Boot;
 use crate::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
 use crate::od::communication::PdoMapping;
-use crate::pdo::Message;
 use crate::profile::Profile;
-use crate::redundancy::{Action, Manager, Parameters};
-use crate::runner::{BusCommand, FailCause, Filters, LinkEvent, Node, Outbox};
+use crate::redundancy::{Action, Manager, Parameters, Rivals};
+use crate::runner::{BusCommand, Filters, LinkEvent, Node, Outbox};
 use crate::time::producer::TimeProducer;
-use crate::time::{Duration, Instant, LocalClock, Scet, Stamp};
+use crate::time::{Duration, Instant, LocalClock, Scet};
 use crate::{heartbeat, sync};
 
 type Out = Outbox<MasterEvent>;
@@ -45,6 +46,8 @@ pub struct Master {
     /// The device has something to do before its deadline.
     is_device_due: bool,
     manager: Manager,
+    rivals: Rivals,
+    identification: Identification,
     sync: sync::Producer,
     time: TimeProducer,
     clock: LocalClock,
@@ -72,13 +75,15 @@ impl Master {
         let redundancy = profile.redundancy();
         let objects = objects::at_power_on(profile);
         let sync = objects::sync_config(&objects.communication);
-        Master {
+        let mut master = Master {
             redundancy,
             device: Device::new(NodeId::MASTER, objects, profile.sdo_timeout),
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
             is_device_due: false,
-            manager: Manager::new(redundancy, profile.silent_share),
+            manager: Manager::new(redundancy, profile.silent_share, profile.dwell),
+            rivals: Rivals::default(),
+            identification: Identification::default(),
             sync: sync::Producer::with(sync),
             time: TimeProducer::new(profile.time),
             clock: LocalClock::default(),
@@ -93,7 +98,11 @@ impl Master {
             },
             held: Deque::new(),
             at_sync: None,
+        };
+        for slave in profile.slaves {
+            master.manager.peers_mut().assign(slave.node, slave.assignment().is_slave());
         }
+        master
     }
 
     /// What it receives: heartbeats, telemetry, local times and SDO responses of all slaves, EMCY and foreign SYNCs,
@@ -109,78 +118,6 @@ impl Master {
         ];
         let server = Filter::exact(CobId::sdo_request(node));
         functions.into_iter().map(Filter::function).chain([server]).collect()
-    }
-
-    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
-        let active = self.manager.active();
-        if frame.id() == CobId::sdo_request(NodeId::MASTER) && bus == active {
-            return self.on_sdo(bus, frame, now, out);
-        }
-        let Some(node) = frame.id().node().filter(|node| *node != NodeId::MASTER) else {
-            return self.buses.ignored(bus);
-        };
-        if !self.buses.is_joined(bus, active) {
-            return self.buses.ignored(bus);
-        }
-        self.manager.on_peer(bus, stamp.at);
-        let id = frame.id();
-        if id == CobId::heartbeat(node) {
-            return self.on_heartbeat(bus, node, frame, stamp, now, out);
-        }
-        if bus != active {
-            return self.buses.ignored(bus);
-        }
-        if id == CobId::sdo_response(node) {
-            return self.on_response(bus, node, frame, now, out);
-        }
-        let event = if id == CobId::telemetry(node) {
-            Message::decode(frame).map(|message| MasterEvent::Telemetry { node, bus, message })
-        } else if id == CobId::local_time(node) {
-            self.boot.on_synchronous(node);
-            Scet::decode(frame.data()).map(|scet| MasterEvent::LocalTime {
-                node,
-                scet,
-                reference: self.at_sync,
-            })
-        } else if id == CobId::emcy(node) {
-            Emergency::decode(frame).map(|(node, emergency)| MasterEvent::Emergency { node, bus, emergency })
-        } else {
-            return self.buses.ignored(bus);
-        };
-        match event {
-            Some(event) => out.event(event),
-            None => self.buses.malformed(bus),
-        }
-    }
-
-    fn on_heartbeat(
-        &mut self,
-        bus: Bus,
-        node: NodeId,
-        frame: &Frame,
-        stamp: Stamp,
-        now: Instant,
-        out: &mut Out,
-    ) {
-        let Some(state) = heartbeat::decode(frame) else { return self.buses.malformed(bus) };
-        let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
-        let is_here = bus == self.manager.active();
-        let may_start = self.boot.on_heartbeat(node, state, is_here, heard.returned);
-        if heard.returned {
-            out.event(MasterEvent::SlaveReturned { node, bus });
-        }
-        if heard.changed || heard.returned {
-            self.show_state(node, state.byte());
-            out.event(MasterEvent::SlaveState { node, bus, state });
-        }
-        if is_here {
-            self.on_monitored(node, state, stamp.at);
-        }
-        if heard.start && may_start {
-            // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
-            let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
-            self.send_nmt(start, now, out);
-        }
     }
 
     fn send_nmt(&mut self, message: NmtMessage, now: Instant, out: &mut Out) -> bool {
@@ -221,23 +158,6 @@ impl Master {
         out.event(MasterEvent::Health { bus, health });
     }
 
-    fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
-        if frame.id() == CobId::heartbeat(NodeId::MASTER) {
-            self.manager.on_heartbeat_sent(bus, stamp.at);
-        } else if frame.id() == self.sync.id() {
-            self.boot.on_sync_sent();
-            self.at_sync = Some(self.clock.at(stamp.at));
-            out.event(MasterEvent::SyncSent { stamp });
-        }
-    }
-
-    fn on_failed(&mut self, bus: Bus, frame: &Frame, cause: FailCause) {
-        // A heartbeat given up because its bus was left belongs to an earlier stay on it.
-        if frame.id() == CobId::heartbeat(NodeId::MASTER) && cause != FailCause::BusLeft {
-            self.manager.on_heartbeat_failed(bus);
-        }
-    }
-
     fn on_message(&mut self, node: NodeId, frame: Frame, lifetime: Duration, now: Instant, out: &mut Out) {
         let cause = if self.manager.peers().state(node) != Some(NmtState::Operational) {
             self.buses.refused(self.manager.active());
@@ -253,6 +173,9 @@ impl Master {
     fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {
         let held = matches!(message.command, Command::Stop | Command::EnterPreOperational);
         self.manager.peers_mut().hold(message.target, held);
+        if held {
+            self.boot.on_commanded(message.target);
+        }
         if !self.send_nmt(message, now, out)
             && let Target::Node(node) = message.target
         {
@@ -269,6 +192,10 @@ impl Master {
                     self.buses.left(from);
                 }
                 self.buses.change(from, to, out);
+                // With selective access nothing is known any more of the bus left, and nothing yet of the new one.
+                for bus in [from, to] {
+                    self.manager.on_health(bus, self.buses.health[bus], self.buses.is_failed(bus), now);
+                }
                 out.event(MasterEvent::BusSwitched { from, to, cause });
                 self.on_bus_changed(now, out);
             }
@@ -276,6 +203,11 @@ impl Master {
                 self.show_state(node, objects::MISSING);
                 self.boot.on_lost(node);
                 out.event(MasterEvent::SlaveLost { node });
+            }
+            Action::Forgotten(node) => self.show_state(node, objects::UNKNOWN),
+            Action::Unheard(node) => {
+                self.show_state(node, objects::MISSING);
+                out.event(MasterEvent::SlaveUnheard { node });
             }
         }
     }
@@ -289,6 +221,7 @@ impl Master {
         while let Some(action) = self.manager.poll(until) {
             self.act(action, now, out);
         }
+        self.run_rivals(until, out);
         self.release_held(now, out);
         self.run_boot(until, now, out);
         self.run_device(until, now, out);
@@ -399,6 +332,8 @@ impl Node for Master {
             self.buses.deadline(),
             self.boot.deadline(),
             self.transfers.deadline(),
+            self.identification_deadline(),
+            self.rivals.deadline(self.redundancy.quiet_time()),
             self.device_deadline(),
         ];
         always.into_iter().chain(gated.into_iter().flatten()).flatten().min()

@@ -19,6 +19,8 @@ use crate::time::{Duration, Instant, earliest};
 const NODES: usize = 127;
 /// 1005h: it produces SYNC.
 const PRODUCES: u32 = 1 << 30;
+/// 1F82h: never heard, or forgotten.
+pub(super) const UNKNOWN: u8 = 0;
 /// 1F82h: lost.
 pub(super) const MISSING: u8 = 1;
 /// 1F82h: sub-index of all nodes.
@@ -32,7 +34,7 @@ pub type MasterDictionary = NodeObjects<MasterObjects, 0, 0, PdoMapping>;
 pub struct MasterObjects {
     /// SDO client parameter
     ///
-    /// Of the transfer that runs, or of the last one.
+    /// Of the transfer that runs, or of the last one. Not valid (bit 31) before the first.
     #[object(0x1280, record)]
     pub sdo_client: SdoClientParameters,
     /// Expected configuration date
@@ -108,10 +110,10 @@ pub struct MasterObjects {
 #[record(0x22)]
 pub struct SdoClientParameters {
     /// COB-ID client to server
-    #[sub(1, ro)]
+    #[sub(1, ro, default = INVALID)]
     pub request: u32,
     /// COB-ID server to client
-    #[sub(2, ro)]
+    #[sub(2, ro, default = INVALID)]
     pub response: u32,
     /// Node-ID of the server
     #[sub(3, ro)]
@@ -282,7 +284,9 @@ impl Master {
             }
             (0x1F81, Some(node)) => {
                 let raw = entry(&mut objects.application.assignment, node).map_or(0, |raw| *raw);
-                self.boot.assign(node, Assignment::from_raw(raw));
+                let assignment = Assignment::from_raw(raw);
+                self.boot.assign(node, assignment);
+                self.manager.peers_mut().assign(node, assignment.is_slave());
             }
             (0x1F82, node) => self.on_requested_nmt(at.sub, node, now, out),
             (0x2010, _) => self.clock.set(objects.spacecraft.scet_set.into(), now),

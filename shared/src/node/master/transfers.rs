@@ -1,4 +1,5 @@
-//! The SDO client of the master: one transfer at a time, of the boot-up process or of the application.
+//! The SDO client of the master: one transfer at a time, of the boot-up process, of the application, or the question who a
+//! node is.
 
 use core::task::Waker;
 
@@ -28,7 +29,9 @@ pub(super) enum Owner {
     Nobody,
     Boot,
     Application,
-    /// Of nobody any more: it is to be cancelled.
+    /// The master asks a node for its device type.
+    Identification,
+    /// No owner any more: the transfer is to be cancelled.
     Abandoned,
 }
 
@@ -82,7 +85,7 @@ impl Transfers {
         let goes_on = match self.owner {
             Owner::Nobody => true,
             Owner::Application => self.client.needs_application(),
-            Owner::Boot | Owner::Abandoned => false,
+            Owner::Boot | Owner::Identification | Owner::Abandoned => false,
         };
         if goes_on {
             self.tasks.wake();

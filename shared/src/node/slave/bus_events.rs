@@ -23,6 +23,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             None => {}
         }
         match event {
+            LinkEvent::Transmitted { frame, stamp } if frame.id() == CobId::heartbeat(self.id) => {
+                self.identity.on_sent(stamp.at);
+            }
             LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. } => {
                 self.on_sent(frame, now);
             }
@@ -47,6 +50,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn on_sent(&mut self, frame: &Frame, now: Instant) {
         if frame.id() == CobId::sdo_response(self.id) {
             self.device.on_sdo_sent();
+            self.next = now;
+        }
+        if self.warning.is_some() && frame.data().starts_with(&ErrorCode::HEARTBEAT.get().to_le_bytes()) {
+            self.warning = None;
             self.next = now;
         }
     }

@@ -18,6 +18,9 @@ use crate::time::{Duration, Instant, Stamp};
 /// Local SCET set.
 const SCET_SET: u16 = 0x2010;
 
+/// Store and restore parameters.
+const STORE: u16 = 0x1010;
+const RESTORE: u16 = 0x1011;
 /// Redundancy.
 const REDUNDANCY: u16 = 0x2000;
 /// Self-test start.
@@ -42,9 +45,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and
-    /// counted on the active bus, unless Operational.
+    /// counted on the active bus, unless Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
-        if self.nmt.state().allows_pdo() {
+        if self.nmt.state().allows_pdo() && self.device.dictionary.tpdos.is_valid(number) {
             self.device.dictionary.tpdos.trigger(number, now);
             self.next = now;
         } else {
@@ -54,7 +57,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// The application changed a value: an event for all event-driven transmit PDOs that carry it. What the node itself
     /// follows (services, redundancy, clock) takes effect as if it had been written over the bus; its rules are for
-    /// clients, not for the application, but a PDO that cannot be is not valid then.
+    /// clients, not for the application. But a PDO that cannot be gets bit 31 of its COB-ID set (not valid) and an emergency
+    /// (6300h); mend it, clear the bit, and report that change.
     pub fn changed(&mut self, at: Address, now: Instant) {
         if at.index <= LAST_OWN {
             self.follow(at, now);
@@ -171,11 +175,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)] // few SYNCs find any
     fn actuate(&mut self, stamp: &Stamp, now: Instant, out: &mut Out) {
         let (brings_time, mut brought) = (&self.brings_time, false);
-        let applied = &mut |number| match brings_time.get(number) {
+        let (buses, bus) = (&mut self.buses, self.selector.selected());
+        let ended = &mut |number, all: bool| match brings_time.get(number) {
+            _ if !all => buses.malformed(bus),
             Some(true) => brought = true,
             _ => out.event(SlaveEvent::Synchronised { number: number as u16 }),
         };
-        if self.device.actuate(applied) {
+        if self.device.actuate(ended) {
             self.next = now;
         }
         if brought {
@@ -221,7 +227,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             }
             Taken::Held => {}
             Taken::OutsideWindow => self.buses.ignored(bus),
-            Taken::Rejected => self.buses.malformed(bus),
+            Taken::Rejected | Taken::Refused => self.buses.malformed(bus),
         }
         if is_told {
             self.next = now;
@@ -249,6 +255,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         self.follow(at, now);
         if at.index == SCET_SET {
             out.event(SlaveEvent::Time(self.clock.at(now)));
+        } else if matches!(at.index, STORE | RESTORE)
+            && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
+        {
+            self.on_stored(at.index == STORE);
         } else if at.index == SELF_TEST {
             self.device.dictionary.objects.spacecraft.self_test =
                 SelfTest { progress: SelfTest::RUNNING, failures: 0 };
@@ -270,7 +280,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
                 self.admit(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1)));
             }
             0x1017 | REDUNDANCY => self.follow_redundancy(at, now),
-            0x1400..=0x15FF => self.admit(FILTERS_OF_RPDOS + usize::from(at.index & 0x1FF)),
+            0x1400..=0x17FF => self.admit(FILTERS_OF_RPDOS + usize::from(at.index & 0x1FF)),
             SCET_SET => self.clock.set(self.device.dictionary.objects.spacecraft.scet_set.into(), now),
             _ => {}
         }
@@ -291,6 +301,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             self.device.sync_id(),
             CobId::sdo_request(self.id),
             CobId::heartbeat(NodeId::MASTER),
+            CobId::heartbeat(self.id),
         ];
         let peers = (0..MONITORED).filter_map(|entry| self.device.monitored(entry));
         let all = fixed.into_iter().chain(self.device.rpdo_ids().flatten()).chain(peers);

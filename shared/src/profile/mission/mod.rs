@@ -1,23 +1,29 @@
 //! Commands and telemetry of the demonstration mission.
 //!
 //! One code per command and per telemetry request; telemetry repeats the code of its request. Numbers little-endian.
+//!
+//! A command is 8 bytes: a code (2 bytes), data (5), a sequence (1). The master steps the sequence with each command to a
+//! slave, and the slave executes a command once, however often CAN delivers it: see
+//! [`RepeatFilter`](crate::pdo::RepeatFilter). A telemetry request needs its code only: 2 to 8 bytes, zero behind the code.
 
 mod objects;
+mod record;
 
 pub use objects::{
-    COMMANDED_VALUE, Incoming, MissionObjects, Outgoing, REQUEST_RPDO, Samples, TELECOMMAND_RPDO,
-    TELEMETRY_TPDO, TIME_RPDO, TIME_TPDO, slave,
+    COMMANDED_VALUE, MissionObjects, Outgoing, REQUEST_RPDO, Samples, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    TIME_RPDO, TIME_TPDO, Telecommand, TelemetryRequest, slave,
 };
+pub use record::{Declined, SlaveRecord};
 
 use crate::link::Bus;
 use crate::link::port::{ErrorState, Health, LastError};
-use crate::node::Status;
 use crate::pdo::Message;
 use crate::time::StampSource;
 
 const SET_LED: u16 = 0x0001;
 const SET_VALUE: u16 = 0x0002;
 const RESET_COUNTERS: u16 = 0x0003;
+const SELECT_BUS: u16 = 0x0004;
 
 const UPTIME: u16 = 0x0101;
 const VALUE: u16 = 0x0102;
@@ -35,27 +41,34 @@ pub enum Command {
     SetLed(bool),
     /// Keep a value, for telemetry to read back.
     SetValue(u32),
-    /// Zero the executed commands and the counters of both buses.
+    /// Zero the executed commands, the repeats and the counters of both buses.
     ResetCounters,
+    /// Search the master, beginning on this bus (ECSS 8.2.3a). Slaves with parallel access decline.
+    SelectBus(Bus),
 }
 
 impl Command {
-    /// The message on the bus.
-    pub fn encode(self) -> Message {
-        match self {
-            Command::SetLed(on) => Message::of(SET_LED, [u8::from(on)]),
-            Command::SetValue(value) => Message::of(SET_VALUE, value.to_le_bytes()),
-            Command::ResetCounters => Message::of(RESET_COUNTERS, []),
-        }
+    /// The message on the bus. `sequence`: of the master's [`Sequence`](crate::pdo::Sequence) for this slave.
+    pub fn encode(self, sequence: u8) -> Message {
+        let (code, [a, b, c, d]) = match self {
+            Command::SetLed(on) => (SET_LED, [u8::from(on), 0, 0, 0]),
+            Command::SetValue(value) => (SET_VALUE, value.to_le_bytes()),
+            Command::ResetCounters => (RESET_COUNTERS, [0; 4]),
+            Command::SelectBus(bus) => (SELECT_BUS, [bus.bdefault(), 0, 0, 0]),
+        };
+        Message::new(code, [a, b, c, d, 0, sequence])
     }
 
-    /// `None` for an unknown code, data it does not have, or an LED that is neither on nor off.
+    /// The command of a message, whatever its sequence. `None` for an unknown code, data it does not have, an LED that is
+    /// neither on nor off, or a bus other than 0 (nominal) and 1 (redundant).
     pub fn decode(message: &Message) -> Option<Command> {
-        match (message.code(), message.data()) {
-            (SET_LED, [0, 0, 0, 0, 0, 0]) => Some(Command::SetLed(false)),
-            (SET_LED, [1, 0, 0, 0, 0, 0]) => Some(Command::SetLed(true)),
-            (SET_VALUE, [a, b, c, d, 0, 0]) => Some(Command::SetValue(u32::from_le_bytes([a, b, c, d]))),
-            (RESET_COUNTERS, [0, 0, 0, 0, 0, 0]) => Some(Command::ResetCounters),
+        let [data @ .., _sequence] = message.data();
+        match (message.code(), data) {
+            (SET_LED, [0, 0, 0, 0, 0]) => Some(Command::SetLed(false)),
+            (SET_LED, [1, 0, 0, 0, 0]) => Some(Command::SetLed(true)),
+            (SET_VALUE, [a, b, c, d, 0]) => Some(Command::SetValue(u32::from_le_bytes([a, b, c, d]))),
+            (RESET_COUNTERS, [0, 0, 0, 0, 0]) => Some(Command::ResetCounters),
+            (SELECT_BUS, [bus, 0, 0, 0, 0]) => Bus::from_bdefault(bus).map(Command::SelectBus),
             _ => None,
         }
     }
@@ -69,7 +82,7 @@ pub enum Request {
     Uptime,
     /// The value set by command.
     Value,
-    /// Commands executed.
+    /// Commands executed, and repeats dropped.
     Executed,
     /// How frames are stamped.
     StampSource,
@@ -132,13 +145,18 @@ pub enum Telemetry {
     Uptime(u64),
     /// The value set by command.
     Value(u32),
-    /// Commands executed since power-on or the last reset of counters.
-    Executed(u32),
+    /// Commands since power-on or the last reset of counters.
+    Executed {
+        /// Executed; wraps.
+        count: u32,
+        /// Dropped as repeats of the command before; stays at its maximum.
+        repeats: u16,
+    },
     /// How frames are stamped; `None` before the first SYNC.
     StampSource(Option<StampSource>),
     /// Frames of a bus, each modulo 2^24.
     Traffic {
-        /// Which bus.
+        /// The bus counted.
         bus: Bus,
         /// Received.
         received: u32,
@@ -147,7 +165,7 @@ pub enum Telemetry {
     },
     /// Frames of a bus that came to nothing; each stays at its maximum.
     Losses {
-        /// Which bus.
+        /// The bus counted.
         bus: Bus,
         /// Lost in the receiver.
         lost: u16,
@@ -158,7 +176,7 @@ pub enum Telemetry {
     },
     /// Error state and counters of a bus.
     Errors {
-        /// Which bus.
+        /// The bus counted.
         bus: Bus,
         /// As the controller has it.
         health: Health,
@@ -166,12 +184,12 @@ pub enum Telemetry {
 }
 
 impl Telemetry {
-    /// What it answers.
+    /// The request that this answers.
     pub const fn request(self) -> Request {
         match self {
             Telemetry::Uptime(_) => Request::Uptime,
             Telemetry::Value(_) => Request::Value,
-            Telemetry::Executed(_) => Request::Executed,
+            Telemetry::Executed { .. } => Request::Executed,
             Telemetry::StampSource(_) => Request::StampSource,
             Telemetry::Traffic { bus, .. } => Request::Traffic(bus),
             Telemetry::Losses { bus, .. } => Request::Losses(bus),
@@ -187,7 +205,11 @@ impl Telemetry {
                 let [a, b, c, d, e, f, ..] = ms.to_le_bytes();
                 Message::of(code, [a, b, c, d, e, f])
             }
-            Telemetry::Value(value) | Telemetry::Executed(value) => Message::of(code, value.to_le_bytes()),
+            Telemetry::Value(value) => Message::of(code, value.to_le_bytes()),
+            Telemetry::Executed { count, repeats } => {
+                let ([a, b, c, d], [e, f]) = (count.to_le_bytes(), repeats.to_le_bytes());
+                Message::of(code, [a, b, c, d, e, f])
+            }
             Telemetry::StampSource(source) => Message::of(
                 code,
                 [match source {
@@ -218,7 +240,10 @@ impl Telemetry {
                 Telemetry::Uptime(u64::from_le_bytes([a, b, c, d, e, f, 0, 0]))
             }
             (Request::Value, [a, b, c, d, 0, 0]) => Telemetry::Value(u32::from_le_bytes([a, b, c, d])),
-            (Request::Executed, [a, b, c, d, 0, 0]) => Telemetry::Executed(u32::from_le_bytes([a, b, c, d])),
+            (Request::Executed, [a, b, c, d, e, f]) => Telemetry::Executed {
+                count: u32::from_le_bytes([a, b, c, d]),
+                repeats: u16::from_le_bytes([e, f]),
+            },
             (Request::StampSource, [0, 0, 0, 0, 0, 0]) => Telemetry::StampSource(None),
             (Request::StampSource, [1, 0, 0, 0, 0, 0]) => {
                 Telemetry::StampSource(Some(StampSource::Interrupt))
@@ -258,54 +283,4 @@ fn error_state(byte: u8) -> Option<ErrorState> {
 fn last_error_code(byte: u8) -> Option<LastError> {
     use LastError::{Ack, BitDominant, BitRecessive, Crc, Form, None as NoError, Stuff};
     [NoError, Stuff, Form, Ack, BitRecessive, BitDominant, Crc].into_iter().find(|code| *code as u8 == byte)
-}
-
-/// What a slave of this mission keeps beside its node.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SlaveRecord {
-    /// State of the command LED.
-    pub led: bool,
-    /// The value set by command.
-    pub value: u32,
-    /// Commands executed.
-    pub executed: u32,
-    /// How the last SYNC was stamped.
-    pub stamp_source: Option<StampSource>,
-}
-
-impl SlaveRecord {
-    /// Execute a command. For [`Command::ResetCounters`] the node's counters are the caller's part.
-    pub fn execute(&mut self, command: Command) {
-        self.executed = self.executed.wrapping_add(1);
-        match command {
-            Command::SetLed(on) => self.led = on,
-            Command::SetValue(value) => self.value = value,
-            Command::ResetCounters => self.executed = 0,
-        }
-    }
-
-    /// Answer a request.
-    pub fn answer(&self, request: Request, status: &Status) -> Telemetry {
-        match request {
-            Request::Uptime => Telemetry::Uptime(status.uptime.as_millis()),
-            Request::Value => Telemetry::Value(self.value),
-            Request::Executed => Telemetry::Executed(self.executed),
-            Request::StampSource => Telemetry::StampSource(self.stamp_source),
-            Request::Traffic(bus) => {
-                let counters = &status.counters[bus];
-                Telemetry::Traffic { bus, received: counters.received, sent: counters.sent }
-            }
-            Request::Losses(bus) => {
-                let counters = &status.counters[bus];
-                Telemetry::Losses {
-                    bus,
-                    lost: counters.lost,
-                    malformed: counters.malformed,
-                    failed: counters.failed(),
-                }
-            }
-            Request::Errors(bus) => Telemetry::Errors { bus, health: status.health[bus] },
-        }
-    }
 }

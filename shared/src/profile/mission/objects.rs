@@ -33,16 +33,16 @@ pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut 
     pub telemetry: Outgoing,
     /// Telemetry request
     #[object(0x6101, record)]
-    pub request: Incoming,
+    pub request: TelemetryRequest,
     /// Telecommand
     #[object(0x6200, record)]
-    pub telecommand: Incoming,
+    pub telecommand: Telecommand,
     /// Value set by command
     #[object(0x6210, rw, pdo)]
     pub value: u32,
     /// Data store
     ///
-    /// A block of memory for software and tables.
+    /// A block of memory for software and tables. "save" does not keep it: it is larger than the parameter store.
     #[object(0x6300, rw)]
     pub store: Domain<S>,
     /// Values of every type
@@ -52,14 +52,33 @@ pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut 
     pub samples: Samples,
 }
 
-/// A message that a PDO brings.
+/// The last telecommand that a PDO brought, repeats included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-pub struct Incoming {
+pub struct Telecommand {
     /// Code
     #[sub(1, rww, pdo)]
     pub code: u16,
     /// Data
     #[sub(2, rww, pdo)]
+    pub data: U40,
+    /// Sequence
+    ///
+    /// The master steps it with each command to this slave. The application drops a command with the sequence and the
+    /// bytes of the last one.
+    #[sub(3, rww, pdo)]
+    pub sequence: u8,
+}
+
+/// The last telemetry request that a PDO brought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct TelemetryRequest {
+    /// Code
+    #[sub(1, rww, pdo)]
+    pub code: u16,
+    /// Data
+    ///
+    /// Zero in every request of this mission. A request may leave out some or all of it (ECSS Figure 9-2).
+    #[sub(2, rww, pdo, optional)]
     pub data: U48,
 }
 
@@ -182,15 +201,15 @@ fn communication<const R: usize, const T: usize, M: Mapping>(id: NodeId) -> Comm
     objects.identity =
         Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: u32::from(id.get()) };
     let rpdos = [
-        (TIME_RPDO, CobId::local_time(NodeId::MASTER), [0x2010_0218, 0x2010_0120]),
-        (TELECOMMAND_RPDO, CobId::telecommand(id), [0x6200_0110, 0x6200_0230]),
-        (REQUEST_RPDO, CobId::telemetry_request(id), [0x6101_0110, 0x6101_0230]),
+        (TIME_RPDO, CobId::local_time(NodeId::MASTER), &[0x2010_0218, 0x2010_0120][..]),
+        (TELECOMMAND_RPDO, CobId::telecommand(id), &[0x6200_0110, 0x6200_0228, 0x6200_0308]),
+        (REQUEST_RPDO, CobId::telemetry_request(id), &[0x6101_0110, 0x6101_0230]),
     ];
     for (number, cob_id, mapping) in rpdos {
         if let (Some(pdo), Some(map)) = (objects.rpdos.get_mut(number), objects.rpdo_mappings.get_mut(number))
         {
             pdo.cob_id = NO_REMOTE | u32::from(cob_id.raw());
-            map.map(&mapping);
+            map.map(mapping);
         }
     }
     let tpdos = [

@@ -64,6 +64,9 @@ impl Client {
         if segment.toggle != toggle {
             return Err(Error::Protocol(AbortCode::Toggle));
         }
+        if segment.is_vain() {
+            return Err(Error::Protocol(AbortCode::TooShort));
+        }
         self.on_bytes(segment.bytes().len(), segment.last)?;
         self.staging.push(segment.bytes());
         if segment.last {

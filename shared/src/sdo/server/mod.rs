@@ -14,9 +14,6 @@ use super::wire::{self, Payload, Request, Segment};
 use crate::od::{AbortCode, ObjectAccess};
 use crate::time::{Duration, Instant};
 
-/// Largest value, in bytes, that is moved [whole](crate::od::Transfer::Whole) in segments.
-pub const WHOLE: usize = 64;
-
 /// Segments of a sub-block of a block download.
 const BLOCK_SIZE: u8 = MOST;
 
@@ -180,6 +177,9 @@ impl Server {
     ) -> Result<(), AbortCode> {
         if segment.toggle != toggle {
             return Err(AbortCode::Toggle);
+        }
+        if segment.is_vain() {
+            return Err(AbortCode::TooShort);
         }
         self.value.push(&segment.data, usize::from(segment.len), objects)?;
         self.state = if segment.last {

@@ -1,7 +1,6 @@
 //! The value of a transfer on its way between the wire and the dictionary.
 
-use super::WHOLE;
-use crate::od::{AbortCode, Address, ObjectAccess, Transfer};
+use crate::od::{AbortCode, Address, ObjectAccess, Transfer, WHOLE};
 use crate::sdo::block::SEGMENT;
 use crate::sdo::crc::Crc;
 

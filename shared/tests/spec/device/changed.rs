@@ -123,6 +123,7 @@ fn pdos_come_and_go_as_they_are_configured() {
     change(&mut slave, (0x1A01, 0), |objects| {
         objects.communication.tpdo_mappings[1].map(&[VALUE]);
     });
+    change(&mut slave, (0x1801, 1), |objects| objects.communication.tpdos[1].cob_id = NO_REMOTE | 0x285);
     slave.clear();
     slave.receive(NOMINAL, 0x305, &[9; 8]);
     slave.receive(NOMINAL, 0x345, &[7, 0, 0, 0]);
@@ -154,6 +155,8 @@ fn a_pdo_that_cannot_be_is_not_valid_and_others_go_on() {
     change(&mut slave, (0x1802, 2), |objects| objects.communication.tpdos[2].transmission = 245);
     assert!(!telemetry_goes(&mut slave));
     change(&mut slave, (0x1802, 2), |objects| objects.communication.tpdos[2].transmission = 254);
+    assert!(!telemetry_goes(&mut slave), "it reads not valid");
+    change(&mut slave, (0x1802, 1), |objects| objects.communication.tpdos[2].cob_id &= !INVALID);
     assert!(telemetry_goes(&mut slave));
     change(&mut slave, (0x1A02, 0), |objects| objects.communication.tpdo_mappings[2].map(&[0x6000_0020]));
     assert!(!telemetry_goes(&mut slave));

@@ -1,10 +1,11 @@
 //! Errors of the network that a slave tells, once each.
 
+use ecss_can::emcy::ErrorCode;
 use ecss_can::link::Bus;
 use ecss_can::node::SlaveEvent;
 use ecss_can::runner::LinkEvent;
 
-use super::fixture::{NO_INHIBIT, errors, operational, payloads, powered, run_with_master, write_all};
+use super::fixture::{NO_INHIBIT, errors, operational, payloads, powered, read, run_with_master, write_all};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, span};
 use crate::slave::TestSlave;
 
@@ -34,10 +35,38 @@ fn a_missed_heartbeat_ends_with_reset_communication_and_is_told_again_after_it()
     slave.receive(NOMINAL, 0x000, &[0x82, 5]);
     slave.run_until(slave.now + span(100)); // the inhibit time
     assert_eq!(payloads(&slave, 0x085), [HEARTBEAT_OF_SEVEN_RESET]);
-    assert_eq!(errors(&mut slave), (0, 1), "it is remembered");
+    assert_eq!(errors(&mut slave), (0, 0), "as after power-on");
     misses_seven(&mut slave);
     assert_eq!(payloads(&slave, 0x085), [HEARTBEAT_OF_SEVEN]);
-    assert_eq!(errors(&mut slave), (0x11, 2));
+    assert_eq!(errors(&mut slave), (0x11, 1));
+}
+
+/// Reset communication: 1001h and 1003h hold what is still wrong, both of them (CiA 301: the communication profile returns to
+/// its power-on values). What the application has raised is still there, each once, the newest first.
+///
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn register_and_history_agree_after_reset_communication() {
+    let mut slave = powered();
+    write_all(&mut slave, &[NO_INHIBIT]);
+    slave.receive(NOMINAL, 0x701, &[5]);
+    misses_seven(&mut slave);
+    slave.touch(|slave, _| {
+        for code in [ErrorCode::TEMPERATURE, ErrorCode::VOLTAGE, ErrorCode::CURRENT] {
+            slave.raise(code, [3, 1, 0, 0, 0]);
+        }
+        slave.clear(ErrorCode::VOLTAGE, 3);
+        slave.clear(ErrorCode::TEMPERATURE, 3);
+        slave.raise(ErrorCode::TEMPERATURE, [3, 2, 0, 0, 0]);
+    });
+    assert_eq!(errors(&mut slave), (0x1B, 5), "communication, temperature, current");
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    assert_eq!(errors(&mut slave), (0x0B, 2));
+    assert_eq!(read(&mut slave, 0x1003, 1), [0x00, 0x40, 3, 2]);
+    assert_eq!(read(&mut slave, 0x1003, 2), [0x00, 0x20, 3, 1]);
+    let gone = payloads(&slave, 0x085);
+    assert!(gone.iter().all(|data| data[..2] == [0, 0]), "nothing is reported anew: {gone:02X?}");
 }
 
 /// Verifies: ECSS 6.4a.1

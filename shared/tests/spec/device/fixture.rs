@@ -16,14 +16,22 @@ use crate::slave::TestSlave;
 #[derive(Clone, Default)]
 pub(crate) struct Memory {
     stored: Arc<Mutex<Vec<u8>>>,
+    note: Arc<Mutex<Option<u16>>>,
     begun: Vec<u8>,
     is_full: bool,
+    /// Bytes of a set, if that is limited.
+    room: Option<usize>,
 }
 
 impl Memory {
     /// One without room.
     pub(crate) fn full() -> Memory {
         Memory { is_full: true, ..Memory::default() }
+    }
+
+    /// One for sets of at most `room` bytes.
+    pub(crate) fn with_room(room: usize) -> Memory {
+        Memory { room: Some(room), ..Memory::default() }
     }
 }
 
@@ -38,9 +46,13 @@ impl ParameterStore for Memory {
         Ok(())
     }
 
-    fn begin(&mut self, _len: usize) -> Result<(), StoreError> {
+    fn begin(&mut self, len: usize) -> Result<(), StoreError> {
         self.begun.clear();
-        if self.is_full { Err(StoreError::Full) } else { Ok(()) }
+        match self.room {
+            _ if self.is_full => Err(StoreError::Full),
+            Some(room) if len > room => Err(StoreError::Size),
+            _ => Ok(()),
+        }
     }
 
     fn append(&mut self, bytes: &[u8]) -> Result<(), StoreError> {
@@ -50,6 +62,19 @@ impl ParameterStore for Memory {
 
     fn commit(&mut self) -> Result<(), StoreError> {
         *self.stored.lock().unwrap() = std::mem::take(&mut self.begun);
+        *self.note.lock().unwrap() = None;
+        Ok(())
+    }
+
+    fn note(&self) -> Option<u16> {
+        *self.note.lock().unwrap()
+    }
+
+    fn write_note(&mut self, note: u16) -> Result<(), StoreError> {
+        if self.is_full {
+            return Err(StoreError::Full);
+        }
+        *self.note.lock().unwrap() = Some(note);
         Ok(())
     }
 }

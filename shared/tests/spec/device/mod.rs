@@ -3,6 +3,8 @@
 mod changed;
 mod errors;
 pub(crate) mod fixture;
+mod impossible_pdos;
+mod long_values;
 mod pdos;
 mod reset;
 mod storing;
@@ -40,7 +42,7 @@ fn objects_are_read_and_written_where_sdo_is_allowed() {
 #[test]
 fn what_must_not_be_written_is_refused_with_the_right_code() {
     let mut slave = powered();
-    let table: [(u16, u8, &[u8], u32); 24] = [
+    let table: [(u16, u8, &[u8], u32); 26] = [
         (0x1000, 0, &[0; 4], 0x0601_0002),             // device type is read-only
         (0x1004, 0, &[0; 4], 0x0602_0000),             // no such object
         (0x1018, 9, &[0; 4], 0x0609_0011),             // no such sub-index
@@ -54,8 +56,8 @@ fn what_must_not_be_written_is_refused_with_the_right_code() {
         (0x1029, 1, &[3], 0x0609_0030),                // reserved
         (0x1010, 1, &[0; 4], 0x0800_0020),             // not the signature
         (0x1010, 1, b"save", 0x0800_0020),             // nowhere to save to
-        (0x1400, 1, &[0x82, 1, 0, 0x40], 0x0609_0030), // another COB-ID while valid
-        (0x1600, 0, &[0], 0x0609_0030),                // mapping while valid
+        (0x1400, 1, &[0x82, 1, 0, 0x40], 0x0601_0000), // another COB-ID while valid
+        (0x1600, 0, &[0], 0x0601_0000),                // mapping while valid
         (0x1603, 1, &[8, 1, 0, 0x20], 0x0604_0041),    // Bdefault is for transmit PDOs
         (0x1603, 1, &[8, 4, 0, 0x20], 0x0604_0041),    // Ctoggle as well
         (0x1803, 2, &[252], 0x0609_0030),              // remote requests
@@ -65,6 +67,8 @@ fn what_must_not_be_written_is_refused_with_the_right_code() {
         (0x2030, 0, &[2], 0x0609_0031),                // self-test is started with 1
         (0x6100, 1, &[0, 0], 0x0601_0002),             // telemetry is read-only
         (0x6400, 28, &[101, 0], 0x0609_0031),          // above its limit
+        (0x6400, 1, &[2], 0x0609_0030),                // a BOOLEAN is 0 or 1
+        (0x6400, 1, &[0xFF], 0x0609_0030),             // as well
     ];
     for (index, sub, value, code) in table {
         assert_eq!(

@@ -74,7 +74,7 @@ fn a_pdo_is_mapped_anew_and_sent() {
 fn what_a_service_has_to_follow_does_not_come_by_pdo() {
     let mut by_pdo = Vec::new();
     NodeObjects::<MissionObjects<Vec<u8>>>::each_object(&mut |object| {
-        if object.entries.iter().any(|entry| entry.mappable && entry.access.is_for_rpdo()) {
+        if object.entries.iter().any(|entry| entry.is_mappable() && entry.access.is_for_rpdo()) {
             by_pdo.push(object.index);
         }
     });
@@ -107,7 +107,8 @@ fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
     slave.run_until(ms(600));
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
     slave.receive(REDUNDANT, 0x000, &[1, 5]);
-    assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 0]))]);
+    // Ctoggle shows the toggles of the search that ended.
+    assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 1]))]);
     assert_eq!(write_on(&mut slave, REDUNDANT, 0x2000, 4, &[3]), done(0x2000, 4));
     assert_eq!(send(&mut slave), [(REDUNDANT, frame(0x285, &[1, 3]))]);
 }

@@ -4,7 +4,7 @@ use ecss_can::link::port::Filter;
 use ecss_can::link::{Bus, CobId};
 use ecss_can::runner::BusCommand;
 
-use super::fixture::{done, operational, payloads, powered, write, write_all};
+use super::fixture::{done, operational, payloads, powered, read, write, write_all};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, span};
 use crate::slave::TestSlave;
 
@@ -73,9 +73,12 @@ fn all_filters_go_back_to_their_defaults_beside_the_boot_up_message() {
     }
     for number in 0..8 {
         let (pdo, mapping) = (0x1400 + u16::from(number), 0x1600 + u16::from(number));
+        let mut cob_id = read(&mut slave, pdo, 1);
+        cob_id[3] |= 0x80;
         write_all(
             &mut slave,
             &[
+                (pdo, 1, &cob_id),
                 (pdo, 1, &[0x41 + number, 2, 0, 0xC0]),
                 (mapping, 0, &[0]),
                 (mapping, 1, &[32, 0, 0x10, 0x62]),
@@ -86,7 +89,7 @@ fn all_filters_go_back_to_their_defaults_beside_the_boot_up_message() {
     }
     let of = |id| Filter::exact(CobId::new(id).unwrap());
     let filters: Vec<_> = slave.node.filters().into_iter().collect();
-    let written = (0x715..=0x71C).chain(0x241..=0x248).map(of);
+    let written = (0x715..=0x71C).chain(0x241..=0x248).chain([0x705]).map(of);
     assert_eq!(filters, [0x000, 0x081, 0x605, 0x701].map(of).into_iter().chain(written).collect::<Vec<_>>());
 
     slave.run_until(ms(50));

@@ -2,6 +2,8 @@
 
 mod device;
 mod mapping;
+mod optional;
 mod receive;
 mod rules;
+mod sequence;
 mod transmit;

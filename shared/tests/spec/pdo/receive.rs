@@ -8,7 +8,7 @@ use ecss_can::pdo::{RpdoEvent, Rpdos, Taken};
 use ecss_can::time::Instant;
 use proptest::prelude::*;
 
-use self::Told::{Applied, Error, OutsideWindow, Rejected, Resolved};
+use self::Told::{Applied, Error, OutsideWindow, Refused, Rejected, Resolved};
 use super::device::{BOTH_WAYS, Device, WORDS, dump, entry};
 use crate::bench::{frame, ms};
 use crate::random::cases;
@@ -17,6 +17,7 @@ use crate::random::cases;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Told {
     Applied,
+    Refused,
     OutsideWindow,
     Rejected,
     Error(RpdoError),
@@ -78,6 +79,7 @@ impl Node {
                 let tell = &mut |_: &mut Device, number, event: RpdoEvent| told.push((number, event.into()));
                 match rpdos.on_frame(found, &frame, at, *window_end, device, tell) {
                     Taken::Applied => told.push((found, Applied)),
+                    Taken::Refused => told.push((found, Refused)),
                     Taken::Held => {}
                     Taken::OutsideWindow => told.push((found, OutsideWindow)),
                     Taken::Rejected => told.push((found, Rejected)),
@@ -92,7 +94,8 @@ impl Node {
         let Node { rpdos, device, told, .. } = self;
         self.window_end = window_end;
         let mut applied = vec![];
-        rpdos.on_sync(device, &mut |number| applied.push((number, Applied)), &mut |_, number, event| {
+        let ended = &mut |number, all| applied.push((number, if all { Applied } else { Refused }));
+        rpdos.on_sync(device, ended, &mut |_, number, event| {
             told.push((number, event.into()));
         });
         self.told.extend(applied);
@@ -259,10 +262,10 @@ fn a_value_outside_of_its_limits_is_not_written_and_told_once() {
             (level, words[0], trims.trim[1], node.told())
         };
         assert_eq!(receive(10, 1, -5), (10, 1, -5, vec![(0, Applied)]));
-        assert_eq!(receive(9, 2, 5), (10, 2, 5, vec![(0, Error(OutOfRange)), (0, Applied)]));
-        assert_eq!(receive(90, 3, -6), (90, 3, 5, vec![(0, Applied)]));
-        assert_eq!(receive(91, 4, 6), (90, 4, 5, vec![(0, Applied)]));
-        assert_eq!(receive(255, 5, -128), (90, 5, 5, vec![(0, Applied)]));
+        assert_eq!(receive(9, 2, 5), (10, 2, 5, vec![(0, Error(OutOfRange)), (0, Refused)]));
+        assert_eq!(receive(90, 3, -6), (90, 3, 5, vec![(0, Refused)]));
+        assert_eq!(receive(91, 4, 6), (90, 4, 5, vec![(0, Refused)]));
+        assert_eq!(receive(255, 5, -128), (90, 5, 5, vec![(0, Refused)]));
         assert_eq!(receive(10, 6, 0), (10, 6, 0, vec![(0, Resolved(OutOfRange)), (0, Applied)]));
     }
 }

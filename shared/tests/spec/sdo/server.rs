@@ -418,3 +418,16 @@ fn reserved_bits_are_not_looked_at() {
     assert_eq!(bench.objects.value(CONST), [1, 0, 0, 0]);
     assert_eq!(Address::new(0x2008, 0), DOMAIN);
 }
+
+/// A segment without data is the last one or none: a client that sends nothing else would hold the server for ever.
+#[test]
+fn an_empty_segment_that_is_not_the_last_ends_a_download() {
+    for initiate in ["21 08 20 00 09", "20 08 20 00", "21 04 20 00 09", "20 04 20 00"] {
+        let mut bench = Bench::new();
+        let object = &initiate[3..11];
+        bench.exchange(&[(initiate, &format!("60 {object}")), ("00 01 02 03 04 05 06 07", "20")]);
+        bench.exchange(&[("1E", &format!("80 {object} 13 00 07 06"))]);
+        assert_eq!(bench.server.deadline(), None);
+        assert_eq!(bench.objects.changes, []);
+    }
+}

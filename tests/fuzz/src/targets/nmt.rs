@@ -1,6 +1,5 @@
 //! The state machine of a slave (CiA 301 7.3.2, ECSS 8.3.3), between any module control and any heartbeats.
 
-use ecss_can::link::Bus;
 use ecss_can::nmt::NmtState::{self, Initialising, Operational, PreOperational, Stopped};
 use ecss_can::node::SlaveEvent;
 use ecss_can::time::{Duration, Instant};
@@ -12,6 +11,10 @@ const CONSUMER: Duration = Duration::from_millis(250);
 /// Ttoggle consumer times.
 const TOGGLING: Duration = Duration::from_millis(500);
 const HEARTBEAT: Duration = Duration::from_millis(100);
+/// Two consumer times: a reset so soon after a boot counts, unless the master was heard since.
+const PAUSE: Duration = Duration::from_millis(500);
+/// Resets that are obeyed in a row.
+const ROW: u8 = 3;
 
 const COMMANDS: [u8; 8] = [0x01, 0x02, 0x80, 0x81, 0x82, 0x01, 0x00, 0x83];
 const TARGETS: [u8; 6] = [0, 5, 5, 6, 1, 0x85];
@@ -20,18 +23,39 @@ const TARGETS: [u8; 6] = [0, 5, 5, 6, 1, 0x85];
 struct Model {
     state: NmtState,
     autostart: bool,
-    /// The bus of the master, and when its monitoring began anew.
-    master: Option<(Bus, Instant)>,
+    /// The last heartbeat of the master on the active bus, since that was found.
+    master: Option<Instant>,
+    /// The active bus was found by a command alone: until then a heartbeat has to confirm it.
+    unconfirmed: Option<Instant>,
     /// When the search began.
     search: Instant,
     /// When the last heartbeat was sent.
     heartbeat: Instant,
+    /// Resets in a row.
+    row: u8,
+    /// The last boot or ignored reset; `None` after a heartbeat of the master or the pause.
+    reset: Option<Instant>,
 }
 
 impl Model {
     fn boot(&mut self, now: Instant) {
         self.state = if self.autostart { Operational } else { PreOperational };
-        (self.master, self.search, self.heartbeat) = (None, now, now);
+        (self.master, self.unconfirmed, self.search, self.heartbeat) = (None, None, now, now);
+        self.reset = Some(now);
+    }
+
+    /// A good heartbeat of the master, on whichever bus.
+    fn trust(&mut self) {
+        (self.row, self.reset) = (0, None);
+    }
+
+    /// Whether a reset of this node is ignored; else it counts.
+    fn ignores_reset(&mut self, now: Instant) -> bool {
+        let is_shut = self.reset.is_some() && self.row == ROW;
+        if is_shut {
+            self.reset = Some(now);
+        }
+        is_shut
     }
 
     /// What time does.
@@ -39,24 +63,37 @@ impl Model {
         if self.state == Initialising {
             return;
         }
+        if self.reset.is_some_and(|since| now >= since + PAUSE) {
+            self.trust();
+        }
+        if self.unconfirmed.is_some_and(|until| now >= until) {
+            (self.state, self.unconfirmed) = (PreOperational, None);
+        }
         match self.master {
-            Some((_, last)) if now >= last + CONSUMER => {
+            Some(last) if now >= last + CONSUMER => {
                 (self.state, self.master, self.search) = (PreOperational, None, last);
             }
-            None if now >= self.search + TOGGLING => self.state = PreOperational,
+            None if self.unconfirmed.is_none() && now >= self.search + TOGGLING => {
+                self.state = PreOperational
+            }
             _ => {}
         }
     }
 
-    fn hear_master(&mut self, bus: Bus, is_heartbeat: bool, now: Instant) {
-        match &mut self.master {
-            Some((present, last)) if *present == bus => *last = if is_heartbeat { now } else { *last },
-            master => *master = Some((bus, now)),
+    /// A message of the master on the bus that the node considers active with it.
+    fn hear_master(&mut self, is_heartbeat: bool, now: Instant) {
+        if is_heartbeat {
+            (self.master, self.unconfirmed) = (Some(now), None);
+        } else if self.master.is_none() && self.unconfirmed.is_none() {
+            self.unconfirmed = Some(now + CONSUMER);
         }
     }
 
     /// CiA 301 table 38: a command leads to its state from every other.
     fn command(&mut self, command: u8, now: Instant) {
+        if command > 0x80 && self.reset.is_some() {
+            self.row += 1;
+        }
         match command {
             0x01 => self.state = Operational,
             0x02 => self.state = Stopped,
@@ -105,8 +142,11 @@ pub fn run(mut input: Input, signature: &mut Signature) {
         state: Initialising,
         autostart: profile.autostart,
         master: None,
+        unconfirmed: None,
         search: bench.now,
         heartbeat: bench.now,
+        row: 0,
+        reset: None,
     };
     model.boot(bench.now);
     model.check(PreOperational, &bench, signature);
@@ -124,9 +164,18 @@ pub fn run(mut input: Input, signature: &mut Signature) {
                 let is_heard = profile.selective.is_empty() || on == bench.slave.status(bench.now).active;
                 bench.receive(on, frame(0, dlc, [command, target, 0, 0, 0, 0, 0, 0]));
                 let is_good = dlc == 2 && target <= 127 && ![0x00, 0x83].contains(&command);
-                if is_heard && is_good && before != Initialising {
-                    model.hear_master(on, false, bench.now);
-                    if [0, ID.get()].contains(&target) {
+                // Which bus that is with two masters heard other tests say; on the other one it does not count.
+                let is_active = bench.slave.status(bench.now).active == on;
+                let is_own = [0, ID.get()].contains(&target);
+                let is_ignored = is_heard
+                    && is_good
+                    && is_own
+                    && command > 0x80
+                    && before != Initialising
+                    && model.ignores_reset(bench.now);
+                if is_heard && is_active && is_good && !is_ignored && before != Initialising {
+                    model.hear_master(false, bench.now);
+                    if is_own {
                         model.command(command, bench.now);
                     }
                 }
@@ -136,8 +185,12 @@ pub fn run(mut input: Input, signature: &mut Signature) {
                 let (state, dlc) = (input.pick(&[5, 0, 4, 0x7F, 5, 6]), input.pick(&[1, 1, 1, 0, 2, 1]));
                 let is_heard = profile.selective.is_empty() || on == bench.slave.status(bench.now).active;
                 bench.receive(on, frame(0x701, dlc, [state; 8]));
+                let is_active = bench.slave.status(bench.now).active == on;
                 if is_heard && dlc == 1 && state != 6 && before != Initialising {
-                    model.hear_master(on, true, bench.now);
+                    model.trust();
+                    if is_active {
+                        model.hear_master(true, bench.now);
+                    }
                 }
             }
             5 | 6 => {
@@ -154,6 +207,8 @@ pub fn run(mut input: Input, signature: &mut Signature) {
                     // The chip is reset.
                     let now = bench.now;
                     bench = Bench::new(&profile);
+                    // This board has no memory that outlives a reset.
+                    model.row = 0;
                     model.boot(bench.now);
                     model.check(Initialising, &bench, signature);
                     bench.wait(now.since(bench.now), |bench| {

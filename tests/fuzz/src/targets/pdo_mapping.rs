@@ -8,7 +8,7 @@ use ecss_can::runner::Node;
 use ecss_can::time::Duration;
 
 use super::node::{Bench, frame};
-use super::pdo_reference::{Dictionary, VALUES, bytes, is_equal, is_valid, pack, unpack};
+use super::pdo_reference::{Dictionary, VALUES, bytes, is_equal, is_valid, least_bytes, pack, unpack};
 use crate::{Input, Signature};
 
 const BUS: Bus = Bus::Nominal;
@@ -105,6 +105,12 @@ impl World<'_> {
         let number = u16::from(choice / 2 % 8);
         let base = if choice & 1 == 0 { 0x1400 } else { 0x1800 } + number;
         let id = u32::from(0x180 + (u16::from(input.byte()) << 3 & 0x3F8) + number) | NO_REMOTE;
+        let pdos = &self.objects().communication;
+        let present = match base {
+            0x1400..=0x15FF => pdos.rpdos[usize::from(number)].cob_id,
+            _ => pdos.tpdos[usize::from(number)].cob_id,
+        };
+        self.write(base, 1, 4, NOT_VALID | present);
         self.write(base, 1, 4, NOT_VALID | id);
         self.write(base, 2, 1, u32::from(kind));
         self.write(base + 0x200, 0, 1, 0);
@@ -158,6 +164,7 @@ impl World<'_> {
             let mapping = now.tpdo_mappings[number].objects();
             check_id(pdo.cob_id, pdo.transmission);
             assert!(pdo.cob_id & NO_REMOTE != 0, "remote frames");
+            assert!(pdo.cob_id & 0x7FF != 0x085, "as emergencies are");
             assert!(is_valid(mapping, false), "{mapping:08X?}");
             let twins = now
                 .tpdos
@@ -186,7 +193,7 @@ impl World<'_> {
             let pdos = expected.communication.rpdos;
             for (number, pdo) in pdos.iter().enumerate() {
                 let mapping = expected.communication.rpdo_mappings[number];
-                if pdo.cob_id & (NOT_VALID | 0x7FF) != u32::from(id) || dlc < bytes(mapping.objects()) {
+                if pdo.cob_id & (NOT_VALID | 0x7FF) != u32::from(id) || dlc < least_bytes(mapping.objects()) {
                     continue;
                 }
                 self.signature
@@ -234,8 +241,7 @@ impl World<'_> {
             let id = u32::from(sent.id().raw());
             let mut pdos = objects.communication.tpdos.iter();
             let found = pdos.position(|pdo| pdo.cob_id & (NOT_VALID | 0x7FF) == id);
-            // An emergency may have the identifier of a PDO, if somebody wants that.
-            let Some(number) = found.filter(|_| id != 0x085) else { continue };
+            let Some(number) = found else { continue };
             let mapping = objects.communication.tpdo_mappings[number];
             let mapping = mapping.objects();
             self.signature.note(0x2000 | number as u32);
@@ -251,6 +257,7 @@ impl World<'_> {
 /// CiA 301 table 40: identifiers that no PDO may have; and its transmission types.
 fn check_id(cob_id: u32, transmission: u8) {
     let restricted = matches!(cob_id & 0x7FF, 0..=0x07F | 0x101..=0x180 | 0x581..=0x5FF | 0x601..=0x67F | 0x6E0..=0x6FF | 0x701..);
+    assert!(cob_id & 0x7FF != 0x080, "as SYNC is");
     assert!(!restricted && cob_id & 0x3FFF_F800 == 0, "COB-ID {cob_id:08X}");
     assert!(matches!(transmission, 0..=240 | 254 | 255), "type {transmission}");
 }

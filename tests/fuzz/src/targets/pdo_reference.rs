@@ -19,7 +19,7 @@ pub struct Value {
 
 /// All of it.
 pub static VALUES: LazyLock<Vec<Value>> = LazyLock::new(|| {
-    addresses(&|entry| entry.mappable)
+    addresses(&|entry| entry.is_mappable())
         .into_iter()
         .map(|(at, access, bits)| Value {
             at,
@@ -82,6 +82,14 @@ const fn bits(entry: u32) -> usize {
 /// Data bytes of a mapping.
 pub fn bytes(mapping: &[u32]) -> u8 {
     mapping.iter().map(|entry| bits(*entry)).sum::<usize>().div_ceil(8) as u8
+}
+
+/// Fewest data bytes of a frame that is received: what 6101h sub 2 (data of a telemetry request) would fill at the end may
+/// be left out.
+pub fn least_bytes(mapping: &[u32]) -> u8 {
+    let is_left_out = |entry: &u32| entry >> 8 == 0x61_0102;
+    let required = mapping.iter().rposition(|entry| !is_left_out(entry)).map_or(0, |last| last + 1);
+    bytes(&mapping[..required])
 }
 
 fn address(entry: u32) -> Address {

@@ -62,11 +62,9 @@ fn bit_errors_cost_repetitions_and_nothing_else() {
         assert_eq!(world.misread_frames(Bus::Nominal), 0);
         for node in world.slaves() {
             assert!(told(&world, node, from, entered(NmtState::PreOperational)).is_empty());
-            // Every command arrived, in order; one whose end was disturbed for some may have arrived twice (ISO 11898-1,
-            // 10.9: an error in the last bit of EOF).
-            let mut values = executed(&world, node);
-            assert!(values.is_sorted(), "{values:?}");
-            values.dedup();
+            // Every command was executed once and in order, though one whose end was disturbed for some arrived twice (ISO
+            // 11898-1, 10.9: an error in the last bit of EOF).
+            let values = executed(&world, node);
             let last = *values.last().expect("commands all the time");
             assert_eq!(values, (values[0]..=last).collect::<Vec<_>>());
             assert!(u64::from(last) >= (ms(1_000) + span).as_us() / 100_000 - 1);

@@ -281,3 +281,19 @@ fn segments_of_an_upload_that_was_cancelled_do_not_disturb_the_next() {
     bench.go_on(&[("43 00 20 01 01 02 03 04", "")]);
     assert_eq!(bench.read(), Some(Ok(vec![1, 2, 3, 4])));
 }
+
+/// A server that repeats a segment which does not count holds the client no longer than one that sends nothing.
+#[test]
+fn segments_that_bring_nothing_do_not_keep_an_upload_alive() {
+    let mut bench = Bench::uploading(1_000, Mode::Block);
+    bench.poll();
+    bench.answer(frame("C6 00 20 01 E8 03 00 00"));
+    let mut sent = vec![];
+    for _ in 0..20 * 127 {
+        sent.extend(bench.answer(frame("05 01 02 03 04 05 06 07")));
+        sent.extend(bench.wait(ecss_can::time::Duration::from_millis(1)));
+    }
+    assert_eq!(bench.client.deadline(), None, "it still waits");
+    assert_eq!(hex(&sent).last(), hex(&frames("80 00 20 01 00 00 04 05")).last());
+    assert_eq!(bench.client.outcome(), Some(Err(Error::Timeout)));
+}

@@ -252,3 +252,11 @@ fn frames_without_a_transfer_are_ignored() {
     bench.client.start_upload(AT, 4, Mode::Auto);
     bench.ignores(frame("43 00 20 01"));
 }
+
+/// A server that sends nothing but empty segments would hold the client for ever.
+#[test]
+fn an_empty_segment_that_is_not_the_last_ends_an_upload() {
+    let mut bench = Bench::uploading(100, Mode::Segmented);
+    bench.exchange("40 00 20 01", &[("41 00 20 01 09", "60"), ("0E", "80 00 20 01 13 00 07 06")]);
+    assert_eq!(bench.client.outcome(), Some(Err(Error::Protocol(AbortCode::TooShort))));
+}

@@ -327,3 +327,20 @@ fn a_new_client_is_served_after_a_reset_in_a_sub_block() {
     bench.server.reset(&mut bench.objects);
     bench.exchange(&[("40 00 20 00", "43 00 20 00 78 56 34 12")]);
 }
+
+/// A client that repeats a segment which does not count holds the server no longer than one that sends nothing.
+#[test]
+fn segments_that_bring_nothing_do_not_keep_a_download_alive() {
+    let mut bench = downloading("C6 08 20 00 E8 03 00 00");
+    let stray = segment(5, false, &[0; 7]);
+    let mut answers = vec![];
+    for _ in 0..20 * 127 {
+        if bench.server.deadline().is_some() {
+            answers.extend(bench.ask(stray));
+            answers.extend(bench.wait(Duration::from_millis(1)));
+        }
+    }
+    assert_eq!(bench.server.deadline(), None, "it still waits");
+    assert_eq!(hex(&answers), hex(&[frame("A2 00 7F"), frame("80 08 20 00 00 00 04 05")]));
+    assert_eq!(bench.objects.changes, []);
+}

@@ -1,0 +1,90 @@
+//! Oscillator, PLL and flash accelerator: what must run before anything else does.
+//!
+//! The HAL waits for HSE without bound, so HSE is started and checked here first. A board whose oscillator is broken
+//! stays on HSI, whose error of up to 1 % no CAN network bears: it touches no controller and says what it lacks.
+
+use embassy_stm32::pac::{DBGMCU, FLASH, RCC};
+use embassy_stm32::rcc::{
+    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
+};
+use embassy_stm32::{Config, Peripherals};
+use embassy_time::{Duration, block_for};
+
+use crate::board::Leds;
+
+/// Looks at HSERDY until HSE is given up. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
+/// 2 ms (DS8626 table 34), the vendor's HAL gives it 100.
+const HSE_LOOKS: u32 = 270_000;
+/// The LEDs take turns at this pace on a board without oscillator.
+const TURN: Duration = Duration::from_millis(250);
+
+/// Starts the clocks: SYSCLK 168 MHz, APB1 42 MHz, its timers 84 MHz. One bit timing and one timer rate on all boards.
+/// `prediv` makes 2 MHz of the oscillator.
+///
+/// # Errors
+/// The peripherals on HSI when the oscillator does not start within 0.1 to 0.3 s.
+pub(crate) fn start(oscillator: Hse, prediv: PllPreDiv) -> Result<Peripherals, Peripherals> {
+    if !starts(oscillator) {
+        return Err(embassy_stm32::init(Config::default()));
+    }
+    let mut config = Config::default();
+    config.rcc.hse = Some(oscillator);
+    config.rcc.pll_src = PllSource::HSE;
+    config.rcc.pll =
+        Some(Pll { prediv, mul: PllMul::MUL168, divp: Some(PllPDiv::DIV2), divq: None, divr: None });
+    config.rcc.sys = Sysclk::PLL1_P;
+    config.rcc.ahb_pre = AHBPrescaler::DIV1;
+    config.rcc.apb1_pre = APBPrescaler::DIV4;
+    config.rcc.apb2_pre = APBPrescaler::DIV2;
+    let peripherals = embassy_stm32::init(config);
+    accelerate();
+    Ok(peripherals)
+}
+
+/// Starts HSE and waits for it, on HSI.
+fn starts(oscillator: Hse) -> bool {
+    RCC.cr().modify(|w| w.set_hsebyp(oscillator.mode == HseMode::Bypass));
+    RCC.cr().modify(|w| w.set_hseon(true));
+    (0..HSE_LOOKS).any(|_| RCC.cr().read().hserdy())
+}
+
+/// Switches on prefetch and both caches of the flash, empty: at 168 MHz it takes 5 wait states. The HAL's init writes ACR
+/// and leaves them off.
+pub fn accelerate() {
+    FLASH.acr().modify(|w| {
+        w.set_icrst(true);
+        w.set_dcrst(true);
+    });
+    FLASH.acr().modify(|w| {
+        w.set_icrst(false);
+        w.set_dcrst(false);
+        w.set_prften(can_prefetch());
+        w.set_icen(true);
+        w.set_dcen(true);
+    });
+}
+
+/// An F405 of revision A cannot (ES0182). It names itself 411h there.
+fn can_prefetch() -> bool {
+    const STM32F20X: u16 = 0x411;
+    const STM32F405: u16 = 0x413;
+    const REVISION_A: u16 = 0x1000;
+    let identity = DBGMCU.idcode().read();
+    match identity.dev_id() {
+        STM32F20X => false,
+        STM32F405 => identity.rev_id() != REVISION_A,
+        _ => true,
+    }
+}
+
+/// The safe state of a board without oscillator: both controllers stay in reset, off their pins, and the LEDs take turns
+/// until somebody resets the board.
+pub(crate) fn without_oscillator(mut leds: Leds) -> ! {
+    defmt::error!("HSE does not start: staying off both buses");
+    leds.activity.set_high();
+    loop {
+        block_for(TURN);
+        leds.activity.toggle();
+        leds.state.toggle();
+    }
+}

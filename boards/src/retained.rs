@@ -1,0 +1,33 @@
+//! Two words of RAM that no start initialises: they outlive a reset, and hold anything after power-on.
+
+use core::mem::MaybeUninit;
+use core::ptr::addr_of_mut;
+
+use ecss_can::store::RetainedMemory;
+
+/// The words, in a section that `cortex-m-rt` neither loads nor zeroes.
+// SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM.
+#[unsafe(link_section = ".uninit.RETAINED")]
+static mut RETAINED: UninitRam = UninitRam(MaybeUninit::uninit());
+
+struct UninitRam(MaybeUninit<[u32; 2]>);
+
+impl RetainedMemory for UninitRam {
+    fn read(&self) -> [u32; 2] {
+        // SAFETY: the words are RAM of this static, and any bits are a u32. The access is volatile: the compiler takes
+        // what is there, whoever wrote it.
+        unsafe { self.0.as_ptr().read_volatile() }
+    }
+
+    fn write(&mut self, words: [u32; 2]) {
+        // SAFETY: the words are RAM of this static. The access is volatile: it takes place although nothing in this life
+        // of the program may read it.
+        unsafe { self.0.as_mut_ptr().write_volatile(words) }
+    }
+}
+
+/// The words. Call it once, from `Board::init`.
+pub(crate) fn take() -> &'static mut (dyn RetainedMemory + Send) {
+    // SAFETY: this is the only reference, because `Board::init` takes all peripherals and panics the second time.
+    unsafe { &mut *addr_of_mut!(RETAINED) }
+}

@@ -1,0 +1,98 @@
+//! Another node with the Node-ID of this one.
+//!
+//! Two boards with one Node-ID answer the same requests at the same time and destroy each other's frames. Heartbeats of
+//! the other one give it away. The node that booted last yields and is silent until the other one is. So a faulty or forged
+//! heartbeat does not take a node away that has worked for a while.
+
+use super::NmtState;
+use crate::time::{Duration, Instant};
+
+/// Within this time after its own heartbeat a node does not yield: that of the other one was on its way already, and the
+/// other one yields. Both would otherwise.
+const CROSSING: Duration = Duration::from_millis(1);
+
+/// Whether this node is the only one with its Node-ID.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Identity {
+    booted: Option<Instant>,
+    /// End of the last boot-up message or heartbeat of this node since its boot-up.
+    sent: Option<Instant>,
+    /// The last heartbeat of the other node.
+    heard: Option<Instant>,
+    has_yielded: bool,
+}
+
+/// What a heartbeat with the node's own Node-ID means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Clash {
+    /// It is known already.
+    Known,
+    /// It is news; this node goes on.
+    Elder,
+    /// This node booted last: it yields.
+    Newcomer,
+}
+
+impl Identity {
+    /// Alone, before boot-up.
+    pub const fn new() -> Self {
+        Identity { booted: None, sent: None, heard: None, has_yielded: false }
+    }
+
+    /// The node queues its boot-up message.
+    pub fn boot(&mut self, now: Instant) {
+        (self.booted, self.sent, self.has_yielded) = (Some(now), None, false);
+    }
+
+    /// A boot-up message or heartbeat of this node ended at `at`.
+    pub fn on_sent(&mut self, at: Instant) {
+        self.sent = Some(at);
+    }
+
+    /// A heartbeat or boot-up message of the other node ended at `at`. A node is a newcomer for `probation` after its
+    /// boot-up; of two boot-up messages the second one is the newcomer's.
+    pub fn on_heartbeat(&mut self, state: NmtState, at: Instant, probation: Duration) -> Clash {
+        let is_known = self.heard.replace(at).is_some();
+        let is_newcomer = match state {
+            NmtState::Initialising => self.sent.is_none(),
+            _ => {
+                let is_crossing = self.sent.is_some_and(|sent| at < sent + CROSSING);
+                !is_crossing && self.booted.is_some_and(|booted| at < booted + probation)
+            }
+        };
+        if is_newcomer && !self.has_yielded {
+            self.has_yielded = true;
+            Clash::Newcomer
+        } else if is_known {
+            Clash::Known
+        } else {
+            Clash::Elder
+        }
+    }
+
+    /// Whether this node is silent.
+    pub const fn has_yielded(&self) -> bool {
+        self.has_yielded
+    }
+
+    /// Whether the other node has been silent for `quiet`; once.
+    pub fn poll(&mut self, now: Instant, quiet: Duration) -> bool {
+        let is_over = self.deadline(quiet).is_some_and(|end| end <= now);
+        if is_over {
+            self.heard = None;
+        }
+        is_over
+    }
+
+    /// The clash is over. Returns whether this node was silent.
+    pub fn restore(&mut self) -> bool {
+        core::mem::take(&mut self.has_yielded)
+    }
+
+    /// When the other node has been silent for `quiet`.
+    pub fn deadline(&self, quiet: Duration) -> Option<Instant> {
+        self.heard.map(|heard| heard + quiet)
+    }
+}

@@ -1,0 +1,140 @@
+//! PDOs as the dictionary has them: what a client writes, what defaults and the application want, and what of it can be.
+
+use super::{Dictionary, rules, show};
+use crate::emcy::{self, ErrorCode};
+use crate::node::NodeObjects;
+use crate::od::communication::{Communication, INVALID, Mapping, RpdoParameters, TpdoParameters};
+use crate::od::{AbortCode, Address, Objects};
+use crate::pdo::{Direction, RpdoEvent, rules as pdo};
+use crate::time::Instant;
+
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionary<A, R, T, M> {
+    /// The PDOs of this number are not valid.
+    pub fn unset_pdos(&mut self, number: usize, now: Instant) {
+        let Dictionary { emcy, rpdos, tpdos, .. } = self;
+        let mut tell = |number, event| note(emcy, number, event);
+        let none = &RpdoParameters::default();
+        let _ = rpdos.configure::<NodeObjects<A, R, T, M>>(number, none, &[], &mut tell);
+        let _ = tpdos.configure::<NodeObjects<A, R, T, M>>(number, &TpdoParameters::default(), &[], now);
+    }
+
+    /// The PDOs of this number, which are not valid, as the objects have them. What cannot be reads so (bit 31 of its COB-ID)
+    /// and is an error until it can, or is not to be.
+    pub fn set_pdos(&mut self, number: usize, now: Instant) {
+        let Dictionary { objects, emcy, rpdos, tpdos, .. } = self;
+        let objects = &mut objects.communication;
+        let mut tell = |number, event| note(emcy, number, event);
+        let (sync, emergency) = (objects.sync_cob_id, objects.emcy_cob_id);
+        let receives = objects.rpdos.get(number).zip(objects.rpdo_mappings.get(number));
+        let received = receives.map(|(pdo, mapping)| {
+            rules::check_pdo(Direction::Receive, sync, emergency, pdo.cob_id)?;
+            rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), &mut tell)
+        });
+        let sends = objects.tpdos.get(number).zip(objects.tpdo_mappings.get(number));
+        let sent = sends.map(|(pdo, mapping)| {
+            rules::check_pdo(Direction::Transmit, sync, emergency, pdo.cob_id)?;
+            tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now)
+        });
+        if let Some((outcome, pdo)) = received.zip(objects.rpdos.get_mut(number)) {
+            report(emcy, Direction::Receive, number, outcome, &mut pdo.cob_id);
+        }
+        if let Some((outcome, pdo)) = sent.zip(objects.tpdos.get_mut(number)) {
+            report(emcy, Direction::Transmit, number, outcome, &mut pdo.cob_id);
+        }
+    }
+
+    /// A client configured a PDO: what its defaults or its application had wrong is past.
+    fn pdo_is_possible(&mut self, direction: Direction, number: usize) {
+        self.emcy.clear(ErrorCode::DATA_SET, source_of(direction, number));
+        show(&self.emcy, &mut self.objects.communication);
+    }
+
+    /// A write to the parameters of a PDO: the service takes them over, or refuses them.
+    pub(super) fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
+        let number = usize::from(at.index & 0x1FF);
+        let objects = &mut self.objects.communication;
+        let (sync, emergency) = (objects.sync_cob_id, objects.emcy_cob_id);
+        let rpdo = objects.rpdos.get(number).zip(objects.rpdo_mappings.get_mut(number));
+        let tpdo = objects.tpdos.get(number).zip(objects.tpdo_mappings.get_mut(number));
+        match (at.index, rpdo, tpdo) {
+            (0x1400..=0x15FF, Some((present, mapping)), _) => {
+                let new = pdo::rpdo(present, at.sub, value)?;
+                rules::check_pdo(Direction::Receive, sync, emergency, new.cob_id)?;
+                let (emcy, mapping) = (&mut self.emcy, mapping.objects());
+                let mut tell = |number, event| note(emcy, number, event);
+                self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping, &mut tell)?;
+                self.pdo_is_possible(Direction::Receive, number);
+                Ok(())
+            }
+            (0x1600..=0x17FF, Some((present, mapping)), _) => {
+                let direction = Direction::Receive;
+                pdo::mapping::<NodeObjects<A, R, T, M>>(direction, present.cob_id, mapping, at.sub, value)
+            }
+            (0x1800..=0x19FF, _, Some((present, mapping))) => {
+                let new = pdo::tpdo(present, at.sub, value)?;
+                rules::check_pdo(Direction::Transmit, sync, emergency, new.cob_id)?;
+                let mapping = mapping.objects();
+                self.tpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping, self.now)?;
+                self.pdo_is_possible(Direction::Transmit, number);
+                Ok(())
+            }
+            (0x1A00..=0x1BFF, _, Some((present, mapping))) => {
+                let direction = Direction::Transmit;
+                pdo::mapping::<NodeObjects<A, R, T, M>>(direction, present.cob_id, mapping, at.sub, value)
+            }
+            _ => Err(AbortCode::NoObject),
+        }
+    }
+}
+
+/// Source of the error that a PDO cannot be: 1 to 127 the first RPDOs, 129 to 255 the first TPDOs. Those beyond share the
+/// last one; the index follows in the message.
+fn source_of(direction: Direction, number: usize) -> u8 {
+    match direction {
+        Direction::Receive => number.saturating_add(1).min(127) as u8,
+        Direction::Transmit => number.saturating_add(129).min(255) as u8,
+    }
+}
+
+/// Whether a PDO of the objects could be: if not, its COB-ID reads "not valid", and an emergency names the PDO, the index of
+/// its parameters, and the low half of the abort code that a client would get.
+fn report(
+    emcy: &mut emcy::Producer,
+    direction: Direction,
+    number: usize,
+    outcome: Result<(), AbortCode>,
+    cob_id: &mut u32,
+) {
+    let source = source_of(direction, number);
+    let first = if direction == Direction::Receive { 0x1400_u16 } else { 0x1800 };
+    let [low, high] = first.wrapping_add(number as u16).to_le_bytes();
+    match outcome {
+        Ok(()) => _ = emcy.clear(ErrorCode::DATA_SET, source),
+        Err(code) => {
+            *cob_id |= INVALID;
+            let [code_low, code_high, ..] = code.code().to_le_bytes();
+            emcy.raise(ErrorCode::DATA_SET, [source, low, high, code_low, code_high]);
+        }
+    }
+}
+
+/// An error of an RPDO appeared or is gone; it is known by the number of its PDO.
+pub fn tell<const R: usize, const T: usize, M: Mapping>(
+    emcy: &mut emcy::Producer,
+    objects: &mut Communication<R, T, M>,
+    number: usize,
+    event: RpdoEvent,
+) {
+    note(emcy, number, event);
+    show(emcy, objects);
+}
+
+/// As [`tell`], without the objects.
+fn note(emcy: &mut emcy::Producer, number: usize, event: RpdoEvent) {
+    // One byte; those that are too many share the last one.
+    let source = number.min(usize::from(u8::MAX)) as u8;
+    match event {
+        RpdoEvent::Error(error) => _ = emcy.raise(error.code(), [source, 0, 0, 0, 0]),
+        RpdoEvent::Resolved(error) => _ = emcy.clear(error.code(), source),
+    }
+}

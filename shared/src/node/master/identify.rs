@@ -1,0 +1,63 @@
+//! Asking new nodes who they are: one that answers counts as a slave.
+//!
+//! Each new Node-ID is asked for its device type (1000h) once, and again after its next boot-up message. The boot-up
+//! process goes first, and after a question without an answer the client is left to others for as long.
+
+use super::transfers::Owner;
+use super::{Master, MasterEvent, Out};
+use crate::od::Address;
+use crate::sdo::{Error, Mode};
+use crate::time::Instant;
+
+const DEVICE_TYPE: Address = Address::new(0x1000, 0);
+/// Bytes of a device type.
+const BYTES: usize = 4;
+
+/// When the next question may be asked.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Identification {
+    not_before: Instant,
+}
+
+impl Master {
+    /// When a question can be asked that waits; `None` while the client is not free for it.
+    pub(super) fn identification_deadline(&self) -> Option<Instant> {
+        let is_free = self.transfers.owner == Owner::Nobody && self.manager.is_announced();
+        let is_wanted = self.manager.peers().is_any_unasked();
+        (is_free && is_wanted && !self.boot.is_busy()).then_some(self.identification.not_before)
+    }
+
+    /// Starts the next question. Returns whether there is a transfer to run.
+    pub(super) fn begin_identification(&mut self, until: Instant) -> bool {
+        if self.identification_deadline().is_none_or(|deadline| deadline > until) {
+            return false;
+        }
+        let Some(node) = self.manager.peers_mut().take_unasked() else { return false };
+        self.transfers.take(Owner::Identification, node).start_upload(DEVICE_TYPE, BYTES, Mode::Segmented);
+        self.device.dictionary.objects.application.show_client(node);
+        true
+    }
+
+    /// What became of the question.
+    pub(super) fn collect_answer(&mut self, until: Instant, out: &mut Out) {
+        if self.transfers.owner != Owner::Identification {
+            return;
+        }
+        let node = self.transfers.node;
+        let client = &mut self.transfers.client;
+        while client.pull(&mut [0; BYTES]) > 0 {}
+        let Some(outcome) = client.outcome() else { return };
+        self.transfers.owner = Owner::Nobody;
+        match outcome {
+            // Any answer is one of a server; what a slave should be is checked by the boot-up process.
+            Ok(_) | Err(Error::Abort(_) | Error::UnknownAbort(_) | Error::Protocol(_) | Error::TooLarge) => {
+                self.manager.on_answer(node, until);
+            }
+            Err(Error::BusChanged) => self.manager.peers_mut().ask_again(node),
+            Err(Error::Timeout) => {
+                self.identification.not_before = until + self.lifetimes.sdo;
+                out.event(MasterEvent::Stranger { node });
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! What the master receives, and what became of the frames that it sent.
+
+use super::{Master, MasterEvent, Out};
+use crate::emcy::{Emergency, ErrorCode};
+use crate::heartbeat;
+use crate::link::{Bus, CobId, Frame};
+use crate::nmt::{Command, NmtMessage, NodeId, Target};
+use crate::pdo::Message;
+use crate::runner::FailCause;
+use crate::time::{Instant, Scet, Stamp};
+
+impl Master {
+    pub(super) fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+        let active = self.manager.active();
+        if !self.buses.is_joined(bus, active) {
+            return self.buses.ignored(bus);
+        }
+        let (id, node) = (frame.id(), frame.id().node());
+        self.manager.on_frame(bus, node.filter(|node| *node != NodeId::MASTER), stamp.at);
+        if id == CobId::sdo_request(NodeId::MASTER) && bus == active {
+            return self.on_sdo(bus, frame, now, out);
+        }
+        if id == CobId::heartbeat(NodeId::MASTER) {
+            return self.on_rival(bus, stamp.at, out);
+        }
+        let Some(node) = node.filter(|node| *node != NodeId::MASTER) else {
+            return self.buses.ignored(bus);
+        };
+        if id == CobId::heartbeat(node) {
+            return self.on_heartbeat(bus, node, frame, stamp, now, out);
+        }
+        if bus != active {
+            return self.buses.ignored(bus);
+        }
+        if id == CobId::sdo_response(node) {
+            return self.on_response(bus, node, frame, now, out);
+        }
+        let event = if id == CobId::telemetry(node) {
+            Message::decode(frame).map(|message| MasterEvent::Telemetry { node, bus, message })
+        } else if id == CobId::local_time(node) {
+            self.boot.on_synchronous(node);
+            Scet::decode(frame.data()).map(|scet| MasterEvent::LocalTime {
+                node,
+                scet,
+                reference: self.at_sync,
+            })
+        } else if id == CobId::emcy(node) {
+            Emergency::decode(frame).map(|(node, emergency)| MasterEvent::Emergency { node, bus, emergency })
+        } else {
+            return self.buses.ignored(bus);
+        };
+        match event {
+            Some(event) => out.event(event),
+            None => self.buses.malformed(bus),
+        }
+    }
+
+    fn on_heartbeat(
+        &mut self,
+        bus: Bus,
+        node: NodeId,
+        frame: &Frame,
+        stamp: Stamp,
+        now: Instant,
+        out: &mut Out,
+    ) {
+        let Some(state) = heartbeat::decode(frame) else { return self.buses.malformed(bus) };
+        let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
+        let is_here = bus == self.manager.active();
+        let may_start = self.boot.on_heartbeat(node, state, is_here, heard.returned);
+        if heard.returned {
+            out.event(MasterEvent::SlaveReturned { node, bus });
+        }
+        if heard.changed || heard.returned {
+            self.show_state(node, state.byte());
+            out.event(MasterEvent::SlaveState { node, bus, state });
+        }
+        if is_here {
+            self.on_monitored(node, state, stamp.at);
+        }
+        if heard.start && may_start {
+            // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
+            let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
+            self.send_nmt(start, now, out);
+        }
+    }
+
+    /// The master's heartbeat COB-ID in a frame of another node.
+    fn on_rival(&mut self, bus: Bus, at: Instant, out: &mut Out) {
+        self.buses.ignored(bus);
+        if self.rivals.on_heartbeat(bus, at) {
+            self.device.raise(ErrorCode::CAN_ID_COLLISION, [bus.bdefault(), 0, 0, 0, 0]);
+            self.is_device_due = true;
+            out.event(MasterEvent::SecondMaster { bus });
+        }
+    }
+
+    /// Ends the collisions that are over.
+    pub(super) fn run_rivals(&mut self, until: Instant, out: &mut Out) {
+        while let Some(bus) = self.rivals.poll(until, self.redundancy.quiet_time()) {
+            self.device.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
+            self.is_device_due = true;
+            out.event(MasterEvent::SecondMasterSilent { bus });
+        }
+    }
+
+    pub(super) fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
+        self.manager.on_sent(bus, stamp.at);
+        if frame.id() == CobId::heartbeat(NodeId::MASTER) {
+            self.manager.on_heartbeat_sent(bus, stamp.at);
+        } else if frame.id() == self.sync.id() {
+            self.boot.on_sync_sent();
+            self.at_sync = Some(self.clock.at(stamp.at));
+            out.event(MasterEvent::SyncSent { stamp });
+        }
+    }
+
+    pub(super) fn on_failed(&mut self, bus: Bus, frame: &Frame, cause: FailCause) {
+        // A heartbeat given up because its bus was left belongs to an earlier stay on it.
+        if frame.id() == CobId::heartbeat(NodeId::MASTER) && cause != FailCause::BusLeft {
+            self.manager.on_heartbeat_failed(bus);
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! Two nodes with one Node-ID: reported, and the one that booted last is silent.
+
+use super::{Out, Slave};
+use crate::emcy::ErrorCode;
+use crate::heartbeat;
+use crate::link::{Bus, Frame};
+use crate::nmt::{Clash, Command, Reaction};
+use crate::node::SlaveEvent;
+use crate::od::Objects;
+use crate::od::communication::Mapping;
+use crate::redundancy::Parameters;
+use crate::time::{Instant, Stamp};
+
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+    /// A heartbeat with the Node-ID of this node, which does not receive its own.
+    pub(super) fn on_own_heartbeat(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Out,
+    ) {
+        let Some(state) = heartbeat::decode(frame) else { return self.buses.malformed(bus) };
+        let Parameters { consumer, producer, .. } = *self.selector.parameters();
+        let probation = consumer.max(producer.times(2));
+        let clash = self.identity.on_heartbeat(state, stamp.at, probation);
+        self.next = now;
+        if clash == Clash::Known {
+            return;
+        }
+        let yields = clash == Clash::Newcomer;
+        out.event(SlaveEvent::Clash { bus, yields });
+        self.device.raise(ErrorCode::CAN_ID_COLLISION, [self.id.get(), 0, 0, 0, 0]);
+        if yields {
+            // Stopped forbids the message, which goes out now.
+            self.run_device(now, now, out);
+            if let Reaction::Entered(state) = self.nmt.on_command(Command::Stop) {
+                self.entered(state, now, out);
+            }
+            self.heartbeat.stop();
+        }
+    }
+
+    /// The other node was silent long enough.
+    pub(super) fn on_clash_over(&mut self, now: Instant, out: &mut Out) {
+        self.device.clear(ErrorCode::CAN_ID_COLLISION, self.id.get());
+        out.event(SlaveEvent::ClashOver);
+        if self.identity.restore() {
+            self.enter_pre_operational(now, out);
+            self.heartbeat.announce(now);
+        }
+    }
+}

@@ -1,0 +1,229 @@
+//! Module control, heartbeats, and what follows from them: NMT state and bus.
+
+use super::{Out, Slave};
+use crate::emcy::ErrorCode;
+use crate::heartbeat;
+use crate::link::{Bus, Frame, PerBus};
+use crate::nmt::{Command, ErrorBehaviour, NmtMessage, NmtState, NodeId, Reaction};
+use crate::node::device::{Dictionary, SdoStep};
+use crate::node::{BusCause, SlaveEvent};
+use crate::od::communication::Mapping;
+use crate::od::{Address, Objects};
+use crate::redundancy::{MasterMessage, Selection};
+use crate::time::{Duration, Instant, Stamp};
+
+/// A slave that is about to change the bus waits so long, at most, for the result of its EMCY.
+const WARNING: Duration = Duration::from_millis(2);
+
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+    pub(super) fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        let Some(message) = NmtMessage::decode(frame) else { return self.buses.malformed(bus) };
+        // Not of the master, as far as this node can know: it does not end a search either.
+        if self.is_refused(bus, &message, now, out) {
+            return;
+        }
+        // ECSS 8.3.3g before the command itself: it decides where the answer goes.
+        self.on_master(bus, MasterMessage::Command, stamp.at, now, out);
+        if bus != self.selector.selected() {
+            return self.buses.ignored(bus);
+        }
+        if !message.target.includes(self.id) {
+            return;
+        }
+        if self.identity.has_yielded()
+            && matches!(message.command, Command::Start | Command::EnterPreOperational)
+        {
+            return self.buses.ignored(bus);
+        }
+        match self.nmt.on_command(message.command) {
+            Reaction::Unchanged => {}
+            Reaction::Entered(state) => {
+                self.entered(state, now, out);
+                // The master learns of it now, not a period later.
+                self.heartbeat.announce(now);
+                self.next = now;
+            }
+            Reaction::ResetNode => {
+                self.count_reset();
+                self.heartbeat.stop();
+                self.marks = u64::MAX;
+                self.next = Instant::NEVER;
+                out.event(SlaveEvent::ResetNode);
+            }
+            Reaction::ResetCommunication => {
+                self.count_reset();
+                self.boot(now, out);
+            }
+        }
+    }
+
+    pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
+        self.device.entered(state, now);
+        self.next = now;
+        out.event(SlaveEvent::State(state));
+    }
+
+    pub(super) fn on_master_heartbeat(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Out,
+    ) {
+        if heartbeat::decode(frame).is_none() {
+            return self.buses.malformed(bus);
+        }
+        if self.guard.is_counting() {
+            self.trust_resets();
+        }
+        if !self.selector.on_beat(bus, stamp.at) {
+            self.on_master(bus, MasterMessage::Heartbeat, stamp.at, now, out);
+        }
+        if bus == self.selector.selected() {
+            out.event(SlaveEvent::Heartbeat { bus });
+        } else {
+            self.buses.ignored(bus);
+        }
+    }
+
+    #[inline(never)] // the heartbeats of a bus that is followed need not pay for it
+    fn on_master(&mut self, bus: Bus, message: MasterMessage, at: Instant, now: Instant, out: &mut Out) {
+        let (all, control) = (&self.buses.counters, &self.control_frames);
+        self.selector.on_work(PerBus::from_fn(|bus| all[bus].received.wrapping_sub(control[bus])));
+        if let Some(selection) = self.selector.on_master(bus, message, at) {
+            self.apply(selection, now, out);
+        }
+        self.wake(self.selector.deadline());
+    }
+
+    /// A heartbeat of another slave that 1016h names.
+    pub(super) fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
+        let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
+            return self.buses.malformed(bus);
+        };
+        let Some(heard) = self.device.monitor.on_heartbeat(node, state, stamp.at) else {
+            return self.buses.ignored(bus);
+        };
+        if heard.resolved {
+            self.device.clear(ErrorCode::HEARTBEAT, node.get());
+            self.next = stamp.at;
+        }
+        if heard.before != Some(state) {
+            out.event(SlaveEvent::PeerState { node, state });
+        }
+        self.wake(self.device.monitor.deadline());
+    }
+
+    pub(super) fn apply(&mut self, selection: Selection, now: Instant, out: &mut Out) {
+        self.next = now;
+        match selection {
+            Selection::Missed { bus } => {
+                out.event(SlaveEvent::MasterMissed { bus });
+                // ECSS 8.3.3e, note 2.
+                self.device.raise(ErrorCode::HEARTBEAT, [NodeId::MASTER.get(), 0, 0, 0, 0]);
+                self.warning = Some(now + WARNING);
+                self.enter_pre_operational(now, out);
+            }
+            Selection::Toggled { to } => {
+                self.enter_pre_operational(now, out);
+                self.move_to(to, BusCause::Toggled, now, out);
+            }
+            Selection::GaveUp { bus } => out.event(SlaveEvent::GaveUp { bus }),
+            Selection::Found { bus, moved } => {
+                self.confirm();
+                self.go_to(bus, moved, BusCause::Found, now, out);
+            }
+            Selection::Confirmed => self.confirm(),
+            Selection::Unconfirmed { bus, moved } => {
+                self.enter_pre_operational(now, out);
+                self.go_to(bus, moved, BusCause::Unconfirmed, now, out);
+            }
+            Selection::Followed { to } => {
+                self.move_to(to, BusCause::Followed, now, out);
+                self.retain_bdefault();
+            }
+            Selection::Contradicted { bus, moved } => {
+                self.device.raise(ErrorCode::CAN_ID_COLLISION, [NodeId::MASTER.get(), 0, 0, 0, 0]);
+                if moved {
+                    self.move_to(bus, BusCause::TakenBack, now, out);
+                    self.retain_bdefault();
+                }
+            }
+            Selection::Undisputed => self.device.clear(ErrorCode::CAN_ID_COLLISION, NodeId::MASTER.get()),
+            Selection::KeepBdefault { bus } => self.keep_bdefault(bus, out),
+        }
+        self.show_redundancy(now);
+    }
+
+    /// The master is there, as its heartbeat says; a command alone may come from any node.
+    fn confirm(&mut self) {
+        self.warning = None;
+        if self.selector.is_confirmed() {
+            self.retain_bdefault();
+            self.device.clear(ErrorCode::HEARTBEAT, NodeId::MASTER.get());
+        }
+    }
+
+    /// The application of a slave with selective access chose a bus (ECSS 8.2.3a).
+    pub(super) fn change_bus(&mut self, bus: Bus, now: Instant, out: &mut Out) {
+        let moved = self.selector.select(bus, now);
+        self.enter_pre_operational(now, out);
+        self.go_to(bus, moved, BusCause::Selected, now, out);
+        self.show_redundancy(now);
+    }
+
+    fn go_to(&mut self, bus: Bus, moved: bool, cause: BusCause, now: Instant, out: &mut Out) {
+        if moved {
+            self.move_to(bus, cause, now, out);
+        } else {
+            out.event(SlaveEvent::ActiveBus { bus, cause });
+        }
+    }
+
+    /// Object 2000h; what the node changes itself of it is an event for the TPDOs that carry it.
+    fn show_redundancy(&mut self, now: Instant) {
+        let Dictionary { objects, .. } = &mut self.device.dictionary;
+        let before = objects.spacecraft.redundancy;
+        objects.set_redundancy(self.selector.parameters());
+        let after = objects.spacecraft.redundancy;
+        for (sub, has_changed) in
+            [(1, before.bdefault != after.bdefault), (4, before.ctoggle != after.ctoggle)]
+        {
+            if has_changed {
+                self.device.dictionary.on_changed(Address::new(0x2000, sub), now);
+            }
+        }
+    }
+
+    pub(super) fn enter_pre_operational(&mut self, now: Instant, out: &mut Out) {
+        if self.identity.has_yielded() {
+            return;
+        }
+        if let Reaction::Entered(state) = self.nmt.on_master_missed() {
+            self.entered(state, now, out);
+        }
+    }
+
+    /// The heartbeat goes on on the new bus at once (ECSS 8.3.3d, h).
+    fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
+        self.buses.change(bus.other(), bus, out);
+        // What was on its way is lost, and the client is told so where it is now.
+        self.serve(SdoStep::BusChanged, bus, now, out);
+        if !self.identity.has_yielded() {
+            self.heartbeat.announce(now);
+        }
+        self.next = now;
+        out.event(SlaveEvent::ActiveBus { bus, cause });
+    }
+
+    pub(super) fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
+        self.device.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
+        out.event(SlaveEvent::PeerMissed { node });
+        let [behaviour] = self.device.dictionary.objects.communication.error_behaviour;
+        let behaviour = ErrorBehaviour::from_byte(behaviour).unwrap_or_default();
+        if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
+            self.entered(state, now, out);
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! What a slave of the mission keeps beside its node.
+
+use super::{Command, Request, Telemetry};
+use crate::node::Status;
+use crate::pdo::{Message, RepeatFilter};
+use crate::profile::Profile;
+use crate::time::{Instant, StampSource};
+
+/// State that commands change and telemetry reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SlaveRecord {
+    /// State of the command LED.
+    pub led: bool,
+    /// The value set by command.
+    pub value: u32,
+    /// Commands executed; wraps.
+    pub executed: u32,
+    /// Drops repeats of commands.
+    pub commands: RepeatFilter<Message>,
+    /// How the last SYNC was stamped; `None` before the first one.
+    pub stamp_source: Option<StampSource>,
+}
+
+/// Why a telecommand was not executed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Declined {
+    /// CAN delivered the last command once more.
+    Repeat,
+    /// The code is unknown, or the data do not fit it.
+    Unknown,
+}
+
+impl SlaveRecord {
+    /// At power-on.
+    pub const fn new(profile: &Profile) -> SlaveRecord {
+        SlaveRecord {
+            led: false,
+            value: 0,
+            executed: 0,
+            commands: RepeatFilter::new(profile.command),
+            stamp_source: None,
+        }
+    }
+
+    /// Executes a telecommand that was received `at`. LEDs, the dictionary, the node's counters for
+    /// [`Command::ResetCounters`] and its bus for [`Command::SelectBus`] are the caller's part.
+    ///
+    /// # Errors
+    /// [`Declined`]: nothing was executed.
+    pub fn take(&mut self, message: &Message, at: Instant) -> Result<Command, Declined> {
+        if !self.commands.is_new(*message, at) {
+            return Err(Declined::Repeat);
+        }
+        let command = Command::decode(message).ok_or(Declined::Unknown)?;
+        self.executed = self.executed.wrapping_add(1);
+        match command {
+            Command::SetLed(on) => self.led = on,
+            Command::SetValue(value) => self.value = value,
+            Command::ResetCounters => {
+                self.executed = 0;
+                self.commands.reset_count();
+            }
+            Command::SelectBus(_) => {}
+        }
+        Ok(command)
+    }
+
+    /// The answer to a telemetry request.
+    pub fn answer(&self, request: Request, status: &Status) -> Telemetry {
+        match request {
+            Request::Uptime => Telemetry::Uptime(status.uptime.as_millis()),
+            Request::Value => Telemetry::Value(self.value),
+            Request::Executed => Telemetry::Executed {
+                count: self.executed,
+                repeats: u16::try_from(self.commands.repeats()).unwrap_or(u16::MAX),
+            },
+            Request::StampSource => Telemetry::StampSource(self.stamp_source),
+            Request::Traffic(bus) => {
+                let counters = &status.counters[bus];
+                Telemetry::Traffic { bus, received: counters.received, sent: counters.sent }
+            }
+            Request::Losses(bus) => {
+                let counters = &status.counters[bus];
+                Telemetry::Losses {
+                    bus,
+                    lost: counters.lost,
+                    malformed: counters.malformed,
+                    failed: counters.failed(),
+                }
+            }
+            Request::Errors(bus) => Telemetry::Errors { bus, health: status.health[bus] },
+        }
+    }
+}

@@ -1,0 +1,32 @@
+//! How long a master that hears none of its slaves stays on a bus.
+
+use super::Parameters;
+use crate::time::{Duration, Instant};
+
+/// Runs from power-on, from the last switch, or from the last frame of a slave that counts, whichever was last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Dwell {
+    since: Instant,
+    shortest: Duration,
+}
+
+impl Dwell {
+    pub const fn new(shortest: Duration) -> Dwell {
+        Dwell { since: Instant::ZERO, shortest }
+    }
+
+    /// A slave was heard, or the bus changed. An instant before the last one changes nothing.
+    pub fn restart(&mut self, at: Instant) {
+        self.since = self.since.max(at);
+    }
+
+    pub const fn length(&self, parameters: &Parameters) -> Duration {
+        parameters.dwell(self.shortest)
+    }
+
+    /// When the other bus is to be tried; `None` while slaves are not monitored.
+    pub fn end(&self, parameters: &Parameters) -> Option<Instant> {
+        let is_monitoring = parameters.consumer > Duration::ZERO;
+        is_monitoring.then(|| self.since + self.length(parameters))
+    }
+}

@@ -1,0 +1,32 @@
+//! The note that a slave leaves beside its parameters: where it found the master last.
+//!
+//! ```text
+//! bits 14 to 8   Node-ID
+//! bits 7 to 0    Bdefault
+//! ```
+//! A note holds for the node that wrote it, like a set.
+
+use super::{ParameterStore, StoreError};
+use crate::link::Bus;
+use crate::nmt::NodeId;
+use crate::od::Address;
+
+/// Notes that a node may write from power-on to power-off: they must not use up the room for sets.
+pub const MOST_NOTES: u8 = 8;
+
+/// The parameter that a note stands for.
+pub(super) const BDEFAULT: Address = Address::new(0x2000, 1);
+
+/// The Bdefault that `node` noted, if no newer set has replaced it.
+pub fn noted_bdefault(store: &dyn ParameterStore, node: NodeId) -> Option<Bus> {
+    let [bdefault, own] = store.note()?.to_le_bytes();
+    if own == node.get() { Bus::from_bdefault(bdefault) } else { None }
+}
+
+/// Notes Bdefault: from now on it goes before the stored one.
+///
+/// # Errors
+/// [`StoreError::Full`], [`StoreError::Hardware`]; what was stored before holds.
+pub fn note_bdefault(store: &mut dyn ParameterStore, node: NodeId, bus: Bus) -> Result<(), StoreError> {
+    store.write_note(u16::from_le_bytes([bus.bdefault(), node.get()]))
+}

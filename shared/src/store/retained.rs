@@ -1,0 +1,56 @@
+//! What a slave keeps over a reset of its chip, in RAM that no start initialises.
+//!
+//! ```text
+//! word 0   Bdefault (0 nominal, 1 redundant, 2 none) | resets in a row | notes written | ECh
+//! word 1   complement of word 0
+//! ```
+//! RAM after power-on holds anything: only a pair of words that fits together is taken.
+
+use crate::link::Bus;
+
+/// The highest byte of word 0.
+const MARK: u8 = 0xEC;
+/// The byte where no Bdefault is retained.
+const NONE: u8 = 2;
+
+/// Values that outlive a reset, but not a loss of power. The default is that of power-on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Retained {
+    /// Bdefault since the last find; `None` when the stored one holds (ECSS 8.3.3k, l).
+    pub bdefault: Option<Bus>,
+    /// Resets obeyed in a row: [`crate::nmt::ResetGuard::row`].
+    pub resets: u8,
+    /// Notes written to the parameter store since power-on.
+    pub notes: u8,
+}
+
+impl Retained {
+    /// As two words.
+    pub const fn encode(self) -> [u32; 2] {
+        let bdefault = match self.bdefault {
+            Some(bus) => bus.bdefault(),
+            None => NONE,
+        };
+        let word = u32::from_le_bytes([bdefault, self.resets, self.notes, MARK]);
+        [word, !word]
+    }
+
+    /// From two words; `None` when they are not those of [`Retained::encode`], as after power-on.
+    pub const fn decode([word, check]: [u32; 2]) -> Option<Retained> {
+        let [bdefault, resets, notes, mark] = word.to_le_bytes();
+        if check != !word || mark != MARK || bdefault > NONE {
+            return None;
+        }
+        Some(Retained { bdefault: Bus::from_bdefault(bdefault), resets, notes })
+    }
+}
+
+/// Two words of RAM that outlive a reset.
+pub trait RetainedMemory {
+    /// The words as they were written last; anything after power-on.
+    fn read(&self) -> [u32; 2];
+
+    /// Replaces both words.
+    fn write(&mut self, words: [u32; 2]);
+}

@@ -1,0 +1,173 @@
+//! Who counts as a slave for the master's choice of the bus, and what it does while it hears none.
+//!
+//! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3, dwell 1000 ms.
+
+use ecss_can::link::Bus;
+use ecss_can::nmt::NmtState::{self, Initialising, Operational, PreOperational, Stopped};
+use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::redundancy::{Action, Manager, Parameters, SwitchCause};
+
+use crate::bench::{NOMINAL, REDUNDANT, ms, node, span};
+use crate::manager::{ALONE, PARAMETERS, decisions, hear, started, switched, unassigned};
+
+/// A heartbeat of a node that is not assigned.
+fn word(manager: &mut Manager, bus: Bus, raw: u8, state: NmtState, at: u64) {
+    manager.on_frame(bus, Some(node(raw)), ms(at));
+    manager.on_heartbeat(bus, node(raw), state, ms(at));
+}
+
+/// The question is asked, and answered at `at`.
+fn answer(manager: &mut Manager, raw: u8, at: u64) {
+    assert_eq!(manager.peers_mut().take_unasked(), Some(node(raw)));
+    manager.on_answer(node(raw), ms(at));
+}
+
+#[test]
+fn silence_of_a_stranger_moves_nobody_and_it_is_forgotten() {
+    let mut manager = unassigned();
+    word(&mut manager, NOMINAL, 2, Operational, 10);
+    answer(&mut manager, 2, 11);
+    word(&mut manager, NOMINAL, 5, Operational, 20);
+    let mut done = vec![];
+    for at in (40..=1_100).step_by(40) {
+        done.extend(decisions(&mut manager, at));
+        word(&mut manager, NOMINAL, 2, Operational, at);
+    }
+    // Ten consumer times after its last word.
+    assert_eq!(done, [(120, Action::Lost(node(5))), (1_020, Action::Forgotten(node(5)))]);
+    assert_eq!(manager.peers().state(node(5)), None);
+}
+
+#[test]
+fn a_stranger_does_not_keep_the_master_from_alternating() {
+    let mut manager = unassigned();
+    let mut done = vec![];
+    for at in (10..=2_100).step_by(40) {
+        done.extend(decisions(&mut manager, at));
+        word(&mut manager, NOMINAL, 5, PreOperational, at);
+    }
+    let unheard = |from| switched(from, SwitchCause::Unheard);
+    assert_eq!(done, [(1_000, unheard(NOMINAL)), (2_000, unheard(REDUNDANT))]);
+}
+
+#[test]
+fn a_stranger_heard_is_no_reason_for_isolation() {
+    let mut manager = unassigned();
+    word(&mut manager, NOMINAL, 5, Operational, 10);
+    manager.on_health(NOMINAL, ALONE, false, ms(20));
+    assert_eq!(decisions(&mut manager, 90), []);
+    // One that answered is.
+    answer(&mut manager, 5, 91);
+    assert_eq!(decisions(&mut manager, 95), [(93, switched(NOMINAL, SwitchCause::Isolated))]);
+}
+
+#[test]
+fn a_slave_that_counts_stays_when_it_is_silent() {
+    let mut manager = unassigned();
+    word(&mut manager, NOMINAL, 2, Operational, 10);
+    answer(&mut manager, 2, 11);
+    let done = decisions(&mut manager, 5_000);
+    assert_eq!(
+        done[..2],
+        [(110, Action::Lost(node(2))), (110, switched(NOMINAL, SwitchCause::SlavesSilent))]
+    );
+    assert!(done.iter().all(|(_, action)| !matches!(action, Action::Forgotten(_))), "{done:?}");
+}
+
+#[test]
+fn a_new_node_id_is_asked_once_and_again_after_its_boot_up() {
+    let mut manager = unassigned();
+    let asked = |manager: &mut Manager| manager.peers_mut().take_unasked();
+    word(&mut manager, NOMINAL, 5, Initialising, 1);
+    assert_eq!(asked(&mut manager), None, "it does not serve SDOs yet");
+    word(&mut manager, REDUNDANT, 5, PreOperational, 2);
+    assert_eq!(asked(&mut manager), None, "it is not on the active bus");
+    word(&mut manager, NOMINAL, 5, Stopped, 3);
+    assert_eq!(asked(&mut manager), None, "it does not serve SDOs");
+    word(&mut manager, NOMINAL, 5, PreOperational, 4);
+    assert_eq!(asked(&mut manager), Some(node(5)));
+    word(&mut manager, NOMINAL, 5, Operational, 5);
+    assert_eq!(asked(&mut manager), None);
+    manager.on_answer(node(5), ms(6));
+    assert!(manager.peers().counts(node(5)));
+
+    word(&mut manager, NOMINAL, 5, Initialising, 7);
+    assert!(!manager.peers().counts(node(5)), "it may be another node now");
+    word(&mut manager, NOMINAL, 5, PreOperational, 8);
+    assert_eq!(asked(&mut manager), Some(node(5)));
+}
+
+#[test]
+fn an_assigned_slave_counts_unasked_until_it_is_removed() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 2, 10);
+    assert_eq!(manager.peers_mut().take_unasked(), None);
+    assert!(manager.peers().counts(node(2)));
+    manager.peers_mut().assign(node(2), false);
+    assert!(!manager.peers().counts(node(2)));
+    assert_eq!(decisions(&mut manager, 500), [], "its silence is of no interest");
+    // When it is heard again it is new.
+    word(&mut manager, NOMINAL, 2, Operational, 510);
+    answer(&mut manager, 2, 511);
+    assert!(manager.peers().counts(node(2)));
+}
+
+#[test]
+fn assigned_slaves_never_heard_are_reported_after_two_dwells() {
+    let mut manager = unassigned();
+    for raw in [2, 3, 4] {
+        manager.peers_mut().assign(node(raw), true);
+    }
+    let mut reported = vec![];
+    for at in (40..=6_000).step_by(40) {
+        while let Some(action) = manager.poll(ms(at)) {
+            reported.extend(matches!(action, Action::Unheard(_)).then_some((at, action)));
+        }
+        hear(&mut manager, NOMINAL, 3, at);
+    }
+    assert_eq!(reported, [(2_000, Action::Unheard(node(2))), (2_000, Action::Unheard(node(4)))]);
+}
+
+#[test]
+fn a_slave_heard_on_the_other_bus_holds_the_dwell_too() {
+    let mut manager = started();
+    hear(&mut manager, NOMINAL, 3, 10);
+    for at in (40..=3_000).step_by(40) {
+        let done = decisions(&mut manager, at);
+        assert!(
+            done.iter().all(|(_, action)| *action != switched(NOMINAL, SwitchCause::Unheard)),
+            "{done:?}"
+        );
+        hear(&mut manager, NOMINAL, 3, at);
+        hear(&mut manager, REDUNDANT, 4, at);
+    }
+}
+
+/// Verifies: ECSS 8.3.3j
+#[test]
+fn a_dwell_covers_the_search_of_a_slave() {
+    // Twice Ttoggle consumer times and two heartbeat periods, and no less than asked for.
+    assert_eq!(PARAMETERS.dwell(span(0)), span(2 * 300 + 2 * 40));
+    assert_eq!(LIBRECUBE.redundancy().dwell(LIBRECUBE.dwell), span(25_500));
+    assert_eq!(STANDARD.redundancy().dwell(STANDARD.dwell), span(10_000));
+    assert_eq!(STANDARD.redundancy().search_time(), span(25_500));
+    assert_eq!(LIBRECUBE.redundancy().search_time(), span(137_500));
+}
+
+#[test]
+fn a_selective_slave_must_search_for_two_dwells() {
+    assert!(STANDARD.is_search_long_enough() && LIBRECUBE.is_search_long_enough());
+    let selective = Profile { selective: LIBRECUBE.selective, ..STANDARD };
+    assert!(selective.is_search_long_enough());
+    // 2 x 250 ms x 40 = 20 s: two dwells. One toggle less is too short, for selective slaves alone.
+    assert!(Profile { ntoggle: 39, ..selective }.is_search_long_enough());
+    assert!(!Profile { ntoggle: 38, ..selective }.is_search_long_enough());
+    assert!(Profile { ntoggle: 38, ..STANDARD }.is_search_long_enough());
+}
+
+#[test]
+fn without_monitoring_the_master_stays() {
+    let mut manager = Manager::new(Parameters { consumer: span(0), ..PARAMETERS }, 50, span(1_000));
+    manager.start(ms(0));
+    assert_eq!(decisions(&mut manager, 60_000), []);
+}

@@ -1,0 +1,141 @@
+//! The master asks new nodes who they are, and reports those that do not answer and those that speak in its name.
+//!
+//! Profile `standard`: SDO timeout 500 ms, Ttoggle consumer times 500 ms.
+
+use ecss_can::link::port::{ErrorState, Health, LastError};
+use ecss_can::node::{Master, MasterEvent, MasterRequest};
+use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::redundancy::SwitchCause;
+
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::master_device::{BOOTS_TWO, powered, read};
+
+const WHO: [u8; 8] = [0x40, 0, 0x10, 0, 0, 0, 0, 0];
+const SOMEBODY: [u8; 8] = [0x43, 0, 0x10, 0, 0, 0, 0, 0];
+
+/// When each node was asked, milliseconds.
+fn questions(master: &Bench<Master>) -> Vec<(u16, u64)> {
+    let asked = master.sent.iter().filter(|sent| sent.frame.data() == WHO);
+    asked.map(|sent| (sent.frame.id().raw() - 0x600, sent.at.as_micros() / 1_000)).collect()
+}
+
+#[test]
+fn new_nodes_are_asked_one_at_a_time() {
+    let mut master = powered(&STANDARD);
+    for raw in [0x705, 0x706, 0x707] {
+        master.receive(NOMINAL, raw, &[0x05]);
+    }
+    assert_eq!(questions(&master), [(5, 1)]);
+    master.receive(NOMINAL, 0x585, &SOMEBODY);
+    assert_eq!(questions(&master), [(5, 1), (6, 1)]);
+    // An abort is an answer, too.
+    master.receive(NOMINAL, 0x586, &[0x80, 0, 0x10, 0, 0, 0, 2, 6]);
+    assert_eq!(questions(&master), [(5, 1), (6, 1), (7, 1)]);
+}
+
+#[test]
+fn one_that_does_not_answer_is_reported_once() {
+    let mut master = powered(&STANDARD);
+    master.receive(NOMINAL, 0x705, &[0x05]);
+    master.receive(NOMINAL, 0x706, &[0x05]);
+    master.clear_events();
+    for at in (50..=1_950).step_by(100) {
+        master.run_until(ms(at));
+        master.receive(NOMINAL, 0x705, &[0x05]);
+    }
+    // Between two questions the client is free for others as long as one takes.
+    assert_eq!(questions(&master), [(5, 1), (6, 1_001)]);
+    let strangers = master.events.iter().filter(|event| matches!(event, MasterEvent::Stranger { .. }));
+    let strangers: Vec<&MasterEvent> = strangers.collect();
+    assert_eq!(
+        strangers,
+        [&MasterEvent::Stranger { node: node(5) }, &MasterEvent::Stranger { node: node(6) }]
+    );
+}
+
+#[test]
+fn assigned_slaves_are_booted_before_strangers_are_asked() {
+    let mut master = powered(&BOOTS_TWO);
+    master.receive(NOMINAL, 0x702, &[0x7F]);
+    master.receive(NOMINAL, 0x705, &[0x7F]);
+    assert_eq!(questions(&master), [(2, 1)], "the device type of the slave that boots");
+    master.receive(NOMINAL, 0x582, &SOMEBODY);
+    master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
+    assert_eq!(questions(&master), [(2, 1), (5, 1)]);
+}
+
+#[test]
+fn a_question_lost_with_its_bus_is_asked_again_on_the_other() {
+    let mut master = powered(&STANDARD);
+    master.receive(NOMINAL, 0x705, &[0x05]);
+    assert_eq!(questions(&master), [(5, 1)]);
+    master.request(MasterRequest::SwitchBus(REDUNDANT));
+    master.transmitted(REDUNDANT, frame(0x701, &[0x05]));
+    master.run_until(ms(20));
+    assert_eq!(questions(&master), [(5, 1)], "not before it is heard there");
+    master.receive(REDUNDANT, 0x705, &[0x05]);
+    assert_eq!(questions(&master), [(5, 1), (5, 20)]);
+}
+
+#[test]
+fn any_acknowledged_frame_ends_isolation() {
+    let mut master = powered(&STANDARD);
+    master.receive(NOMINAL, 0x702, &[0x05]);
+    master.receive(NOMINAL, 0x582, &SOMEBODY);
+    master.run_until(ms(10));
+    let health = Health { state: ErrorState::Passive, tec: 135, rec: 0, last_error: LastError::Ack };
+    master.health(NOMINAL, health);
+    master.clear_events();
+    // 91 us before the grace of 2 ms ends.
+    master.run_until(ecss_can::time::Instant::from_micros(11_909));
+    master.transmitted(NOMINAL, frame(0x302, &[1, 0, 0, 0, 0, 0, 0, 0]));
+    master.run_until(ecss_can::time::Instant::from_micros(13_908));
+    assert_eq!(master.events, []);
+    master.run_until(ecss_can::time::Instant::from_micros(13_909));
+    let left = MasterEvent::BusSwitched { from: NOMINAL, to: REDUNDANT, cause: SwitchCause::Isolated };
+    assert_eq!(master.events, [left]);
+}
+
+#[test]
+fn a_second_master_is_a_collision_of_its_bus_until_it_is_silent() {
+    for bus in [NOMINAL, REDUNDANT] {
+        let mut master = powered(&STANDARD);
+        for at in [10, 60, 110] {
+            master.run_until(ms(at));
+            master.receive(bus, 0x701, &[0x05]);
+        }
+        assert_eq!(master.events, [MasterEvent::SecondMaster { bus }]);
+        assert_eq!(read(&mut master, 0x1001, 0), 0x11);
+        assert_eq!(read(&mut master, 0x1003, 1), 0x8150 | u32::from(bus.bdefault()) << 16);
+        master.run_until(ms(609));
+        assert_eq!(read(&mut master, 0x1001, 0), 0x11);
+        master.run_until(ms(610));
+        assert_eq!(read(&mut master, 0x1001, 0), 0);
+        assert_eq!(
+            master.events,
+            [MasterEvent::SecondMaster { bus }, MasterEvent::SecondMasterSilent { bus }]
+        );
+    }
+}
+
+/// The bus that was left says nothing any more about itself: what failed there may be whole again.
+#[test]
+fn a_selective_master_may_return_to_a_bus_that_failed() {
+    const SELECTIVE: Profile = Profile { selective: &[ecss_can::nmt::NodeId::MASTER], ..STANDARD };
+    let off = Health { state: ErrorState::BusOff, ..Health::default() };
+    let mut master = powered(&SELECTIVE);
+    for bus in [NOMINAL, REDUNDANT, NOMINAL] {
+        // The fourth bus-off in a second.
+        for _ in 0..4 {
+            master.health(bus, off);
+            let until = master.now + ecss_can::time::Duration::from_millis(11);
+            master.run_until(until);
+            master.health(bus, Health::default());
+        }
+        let left = MasterEvent::BusSwitched { from: bus, to: bus.other(), cause: SwitchCause::BusOff };
+        assert!(master.events.contains(&left), "{bus:?}: {:?}", master.events);
+        master.clear_events();
+        let until = master.now + ecss_can::time::Duration::from_millis(2_000);
+        master.run_until(until);
+    }
+}

@@ -1,0 +1,141 @@
+//! How a slave leaves a bus: the EMCY that goes before, and the choice of its application.
+
+use ecss_can::link::{Bus, CobId};
+use ecss_can::nmt::{NmtState, NodeId};
+use ecss_can::node::{BusCause, ParallelAccess, SlaveEvent};
+use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::runner::{BusCommand, FailCause};
+
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms};
+use crate::slave::{TestSlave, powered};
+
+const SELECTIVE: Profile = Profile { selective: &[NodeId::of::<5>()], ..STANDARD };
+
+/// The EMCY of a missed master.
+const MISSED: [u8; 8] = [0x30, 0x81, 0x11, 1, 0, 0, 0, 0];
+
+/// A slave that switches when it misses the master, at 260 ms: Ttoggle 1.
+fn missing_its_master() -> Bench<TestSlave> {
+    let mut slave = powered(&Profile { ttoggle: 1, ..STANDARD });
+    slave.run_until(ms(10));
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.run_until(ms(259));
+    slave.clear();
+    slave.run_until(ms(260));
+    assert_eq!(slave.frames()[0], (NOMINAL, frame(0x085, &MISSED)));
+    assert_eq!(slave.node.status(slave.now).active, NOMINAL, "it waits for the result");
+    slave.clear();
+    slave
+}
+
+/// Verifies: ECSS 8.3.3e
+#[test]
+fn switch_waits_for_the_result_of_the_emcy() {
+    for is_sent in [true, false] {
+        let mut slave = missing_its_master();
+        slave.run_until(ms(261));
+        assert_eq!(slave.events, []);
+        match is_sent {
+            true => slave.transmitted(NOMINAL, frame(0x085, &MISSED)),
+            false => slave.failed(NOMINAL, frame(0x085, &MISSED), FailCause::Aborted),
+        }
+        let toggled = SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Toggled };
+        assert_eq!((slave.events.as_slice(), slave.now), (&[toggled][..], ms(261)));
+    }
+}
+
+/// Verifies: ECSS 8.3.3e
+#[test]
+fn switch_waits_two_milliseconds_at_most() {
+    let mut slave = missing_its_master();
+    assert_eq!(ecss_can::runner::Node::deadline(&slave.node), Some(ms(262)));
+    slave.run_until(ms(262));
+    assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Toggled }]);
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Abandon)]);
+}
+
+/// A result of another frame, or of an earlier EMCY, is none.
+#[test]
+fn switch_waits_for_no_other_frame() {
+    let mut slave = missing_its_master();
+    slave.transmitted(NOMINAL, frame(0x705, &[0x7F]));
+    slave.transmitted(NOMINAL, frame(0x085, &[0x20, 0x81, 0x11, 0, 0, 0, 0, 0]));
+    assert_eq!(slave.node.status(slave.now).active, NOMINAL);
+}
+
+/// A heartbeat in these two milliseconds ends the search before the switch.
+#[test]
+fn heartbeat_while_the_switch_waits_keeps_the_bus() {
+    let mut slave = missing_its_master();
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.transmitted(NOMINAL, frame(0x085, &MISSED));
+    slave.run_until(ms(270));
+    assert_eq!(slave.node.status(slave.now).active, NOMINAL);
+}
+
+/// Verifies: ECSS 8.2.3a
+#[test]
+fn application_chooses_the_bus_with_selective_access() {
+    let mut slave = powered(&SELECTIVE);
+    slave.run_until(ms(10));
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.receive(NOMINAL, 0x000, &[0x01, 0x05]);
+    slave.clear();
+    // When it chooses the redundant bus
+    slave.touch(|slave, _| slave.select_bus(REDUNDANT).unwrap());
+    // Then the slave is there, Pre-operational, and says so
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+    assert_eq!(
+        slave.events,
+        [
+            SlaveEvent::State(NmtState::PreOperational),
+            SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Selected }
+        ]
+    );
+    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x705, &[0x7F]))]);
+    assert_eq!(slave.node.status(slave.now).redundancy.ctoggle, 0);
+    // And searches from there on: 500 ms later it is back
+    slave.clear();
+    slave.run_until(ms(510));
+    assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: NOMINAL, cause: BusCause::Toggled }]);
+}
+
+#[test]
+fn choice_of_the_same_bus_begins_a_search_there() {
+    let mut slave = powered(&SELECTIVE);
+    slave.run_until(ms(300));
+    slave.clear();
+    slave.touch(|slave, _| slave.select_bus(NOMINAL).unwrap());
+    assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: NOMINAL, cause: BusCause::Selected }]);
+    assert_eq!(slave.controls, []);
+    slave.run_until(ms(799));
+    assert_eq!(slave.node.status(slave.now).active, NOMINAL);
+    slave.run_until(ms(800));
+    assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
+}
+
+/// Verifies: ECSS 8.2.3a
+#[test]
+fn application_chooses_no_bus_with_parallel_access() {
+    let mut slave = powered(&STANDARD);
+    slave.clear();
+    for bus in Bus::ALL {
+        slave.touch(|slave, _| assert_eq!(slave.select_bus(bus), Err(ParallelAccess)));
+    }
+    assert_eq!((slave.events.len(), slave.controls.len()), (0, 0));
+}
+
+/// Commands on the other bus are counted there, and no more.
+#[test]
+fn command_on_the_other_bus_is_counted_as_ignored() {
+    let mut slave = powered(&STANDARD);
+    slave.run_until(ms(10));
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.clear();
+    for command in [[0x01, 5], [0x80, 0], [0x81, 0], [0x82, 5], [0x02, 6]] {
+        slave.receive(REDUNDANT, CobId::NMT.raw(), &command);
+    }
+    let counters = slave.node.status(slave.now).counters;
+    assert_eq!((counters.redundant.ignored, slave.events.len()), (5, 0));
+    assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
+}

@@ -1,0 +1,110 @@
+//! Slaves that are heard on the other bus only, fewer than the share that moves the master at once.
+//!
+//! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3: hold time 260 ms, settling time 380 ms. Silent share 50 %.
+
+use ecss_can::redundancy::{Action, Manager, SwitchCause};
+
+use crate::bench::{NOMINAL, REDUNDANT, node};
+use crate::manager::{decisions, hear, started, switched};
+
+/// From `from` to before `to` slaves `here` are heard on the active bus and `there` on the other one, every 20 ms.
+fn fly(manager: &mut Manager, from: u64, to: u64, here: &[u8], there: &[u8]) -> Vec<(u64, Action)> {
+    let mut done = vec![];
+    for at in (from..to).step_by(20) {
+        done.extend(decisions(manager, at));
+        let active = manager.active();
+        here.iter().for_each(|raw| _ = hear(manager, active, *raw, at));
+        there.iter().for_each(|raw| _ = hear(manager, active.other(), *raw, at));
+    }
+    done.extend(decisions(manager, to));
+    done.retain(|(_, action)| !matches!(action, Action::Lost(_)));
+    done
+}
+
+/// Slaves 2 to 5 on the nominal bus until 1000 ms; then slave 5 is on the redundant one, and the master follows it.
+fn tried() -> Manager {
+    let mut manager = started();
+    assert_eq!(fly(&mut manager, 20, 1_000, &[2, 3, 4, 5], &[]), []);
+    // Silent from 1080 ms on, heard there from 1000 ms on: the hold time ends at 1340 ms.
+    let done = fly(&mut manager, 1_000, 1_340, &[2, 3, 4], &[5]);
+    assert_eq!(done, [(1_340, switched(NOMINAL, SwitchCause::Tried))]);
+    manager
+}
+
+#[test]
+fn a_bus_where_more_slaves_are_heard_is_kept() {
+    let mut manager = tried();
+    assert_eq!(fly(&mut manager, 1_340, 5_000, &[2, 3, 4, 5], &[]), []);
+    assert_eq!(manager.active(), REDUNDANT);
+}
+
+#[test]
+fn a_tie_stays_and_no_other_try_follows() {
+    let mut manager = tried();
+    assert_eq!(fly(&mut manager, 1_340, 6_000, &[3, 4, 5], &[2]), []);
+    assert_eq!(manager.active(), REDUNDANT);
+}
+
+#[test]
+fn a_bus_where_fewer_slaves_are_heard_is_left_after_settling() {
+    let mut manager = tried();
+    let done = fly(&mut manager, 1_340, 1_760, &[4, 5], &[2, 3]);
+    assert_eq!(done, [(1_720, switched(REDUNDANT, SwitchCause::TriedInVain))]);
+    // As long as nothing else changes that was it.
+    assert_eq!(fly(&mut manager, 1_760, 9_000, &[2, 3, 4], &[5]), []);
+    // Slave 4 is lost as well: no more than half are, as on the other bus, but another slave has changed.
+    let again = fly(&mut manager, 9_000, 9_500, &[2, 3], &[5]);
+    assert_eq!(again[0], (9_080, switched(NOMINAL, SwitchCause::Tried)));
+}
+
+#[test]
+fn another_slave_that_changes_allows_another_try() {
+    let mut manager = started();
+    let all = [2, 3, 4, 5, 6, 7, 8];
+    assert_eq!(fly(&mut manager, 20, 1_000, &all, &[]), []);
+    let done = fly(&mut manager, 1_000, 1_340, &[2, 3, 4, 5, 6, 7], &[8]);
+    assert_eq!(done, [(1_340, switched(NOMINAL, SwitchCause::Tried))]);
+    let done = fly(&mut manager, 1_340, 1_760, &[4, 5, 6, 7, 8], &[2, 3]);
+    assert_eq!(done, [(1_720, switched(REDUNDANT, SwitchCause::TriedInVain))]);
+    // The same slave comes and goes: it was tried for.
+    assert_eq!(fly(&mut manager, 1_760, 3_000, &all, &[]), []);
+    assert_eq!(fly(&mut manager, 3_000, 5_000, &[2, 3, 4, 5, 6, 7], &[8]), []);
+    let done = fly(&mut manager, 5_000, 5_400, &[2, 3, 4, 5, 6], &[7, 8]);
+    assert_eq!(
+        done,
+        [(5_080, switched(NOMINAL, SwitchCause::Tried))],
+        "slave 7 is silent, slave 8 was held long ago"
+    );
+}
+
+#[test]
+fn a_slave_heard_nowhere_moves_nobody() {
+    let mut manager = started();
+    assert_eq!(fly(&mut manager, 20, 1_000, &[2, 3, 4, 5], &[]), []);
+    assert_eq!(fly(&mut manager, 1_000, 20_000, &[2, 3, 4], &[]), []);
+}
+
+#[test]
+fn one_heartbeat_on_the_other_bus_is_no_reason() {
+    let mut manager = started();
+    assert_eq!(fly(&mut manager, 20, 1_000, &[2, 3, 4, 5], &[]), []);
+    assert_eq!(fly(&mut manager, 1_000, 1_200, &[2, 3, 4], &[]), []);
+    assert_eq!(fly(&mut manager, 1_200, 1_220, &[2, 3, 4], &[5]), []);
+    assert_eq!(fly(&mut manager, 1_220, 5_000, &[2, 3, 4], &[]), []);
+}
+
+#[test]
+fn a_slave_that_is_back_within_its_search_moves_nobody() {
+    let mut manager = started();
+    assert_eq!(fly(&mut manager, 20, 1_000, &[2, 3, 4, 5], &[]), []);
+    // Reset: it boots on the other bus and is back after Ttoggle consumer times.
+    assert_eq!(fly(&mut manager, 1_000, 1_320, &[2, 3, 4], &[5]), []);
+    assert_eq!(fly(&mut manager, 1_320, 5_000, &[2, 3, 4, 5], &[]), []);
+}
+
+#[test]
+fn a_stranger_on_the_other_bus_moves_nobody() {
+    let mut manager = started();
+    manager.peers_mut().assign(node(9), false);
+    assert_eq!(fly(&mut manager, 20, 5_000, &[2, 3, 4], &[9]), []);
+}
