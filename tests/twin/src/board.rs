@@ -1,5 +1,6 @@
 //! One emulated board: a core, its peripherals, a crystal, straps, a debug probe that listens.
 
+mod fittings;
 mod flash;
 
 use std::fmt;
@@ -8,9 +9,11 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 
+pub use fittings::Fittings;
 use flash::FlashCare;
 pub use flash::Remains;
 
+pub use crate::accelerator::FlashTiming;
 use crate::bxcan::{Heard, Side, Stats};
 use crate::clock::BoardClock;
 use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
@@ -25,23 +28,6 @@ use crate::rtt::{Line, Rtt};
 const DMA_RAM: Range<u32> = 0x2000_0000..0x2002_0000;
 /// Where the wires from CAN_RX of CAN1 and CAN2 end.
 const CAPTURE_PINS: [Pin; 2] = [Pin::new('A', 0), Pin::new('A', 1)];
-
-/// What a board carries and what it feels.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Fittings {
-    /// The two jumper wires from CAN_RX to the capture inputs: CAN1 to PA0, CAN2 to PA1.
-    pub capture_wires: bool,
-    /// Frequency of the LSI oscillator, Hz: 32 000 typical, 17 000 to 47 000 by the data sheet (DS8626 table 41).
-    pub lsi_hz: u32,
-    /// Temperature of the chip at first, °C.
-    pub temperature_c: f64,
-}
-
-impl Default for Fittings {
-    fn default() -> Self {
-        Fittings { capture_wires: true, lsi_hz: 32_000, temperature_c: 25.0 }
-    }
-}
 
 /// What a board is made of and where it sits.
 #[derive(Clone, Debug)]
@@ -112,7 +98,7 @@ pub enum State {
 pub struct Counters {
     /// Instructions executed, exception entries included.
     pub instructions: u64,
-    /// Core cycles awake, by the core's timing model: zero flash wait states.
+    /// Core cycles awake, by the core's timing model and the flash's ([`FlashTiming`]).
     pub cycles_awake: u64,
     /// Panic messages, and HardFaults that no panic message announced.
     pub panics: u64,
@@ -139,6 +125,8 @@ pub struct Board {
     clocks: Option<Clocks>,
     state: State,
     asleep: bool,
+    /// The cycle at which SysTick wakes the sleeping core.
+    systick: u64,
     lines: IrqLevels,
     /// The cycle at which a timer next raises its line, or the watchdog runs out; later than everything when none will.
     timer_event: u64,
@@ -172,12 +160,17 @@ impl Board {
         assert!(config.ppm.abs() <= 1000.0, "a crystal is not {} ppm off", config.ppm);
         let flash_bytes = config.model.part.flash_bytes() as usize;
         assert!(config.image.flash().len() <= flash_bytes, "{}: the image does not fit", config.name);
-        let Fittings { capture_wires, lsi_hz, temperature_c } = config.fittings;
+        let Fittings { capture_wires, lsi_hz, temperature_c, flash_timing, revision_a, hse_starts } =
+            config.fittings;
         assert!((17_000..=47_000).contains(&lsi_hz), "LSI runs at 17 to 47 kHz, not {lsi_hz} Hz");
         let mut peripherals = Peripherals::new(config.model, serial);
         peripherals.set_lsi(lsi_hz);
         peripherals.set_temperature(temperature_c);
-        let link = Arc::new(Link::new(peripherals));
+        peripherals.set_hse(hse_starts);
+        if revision_a {
+            peripherals.set_revision_a();
+        }
+        let link = Arc::new(Link::new(peripherals, flash_timing));
         if capture_wires {
             // A bus at rest is recessive.
             for pin in CAPTURE_PINS {
@@ -194,6 +187,7 @@ impl Board {
             clocks: None,
             state: State::Off,
             asleep: false,
+            systick: u64::MAX,
             lines: [0; 3],
             timer_event: u64::MAX,
             watchdog: None,
@@ -277,6 +271,17 @@ impl Board {
         self.link.peripherals().set_temperature(celsius);
     }
 
+    /// The debug probe sets the log to blocking mode and is pulled out; nobody reads the log from now on.
+    pub fn pull_probe(&mut self) {
+        self.drain();
+        self.rtt.pull(&mut *self.cpu);
+    }
+
+    /// FLASH_ACR as the program left it.
+    pub fn flash_acr(&self) -> u32 {
+        self.link.peripherals().flash().acr()
+    }
+
     /// Level of a pin as its port sees it.
     pub fn pin_level(&self, pin: Pin) -> bool {
         self.link.peripherals().pin_level(pin)
@@ -322,6 +327,7 @@ impl Board {
             self.interrupt_flash();
             self.state = State::Off;
             self.link.peripherals().reset(ResetCause::PowerOn);
+            self.link.accelerator().reset();
         }
     }
 
@@ -335,9 +341,10 @@ impl Board {
     fn start(&mut self, cause: ResetCause) {
         self.drain();
         self.interrupt_flash();
-        self.rtt.reset();
+        self.rtt.reset(&mut *self.cpu);
         self.cpu.reset();
         self.link.peripherals().reset(cause);
+        self.link.accelerator().reset();
         self.lines = [0; 3];
         self.asleep = false;
         self.panicked = false;
@@ -354,7 +361,7 @@ impl Board {
             _ => {
                 let can = self.link.peripherals().can().next_event().unwrap_or(Time::NEVER);
                 let event = match self.state {
-                    State::Running => self.timer_event,
+                    State::Running => self.wake_event(),
                     State::Refused(_) => u64::MAX,
                     _ => self.watchdog.map_or(u64::MAX, |(_, cycle)| cycle),
                 };
@@ -413,11 +420,22 @@ impl Board {
         Ok(())
     }
 
+    /// The cycle at which a core that sleeps or waits for its flash may go on.
+    fn wake_event(&self) -> u64 {
+        // A stalled core cannot take the exception.
+        if self.is_stalled() { self.timer_event } else { self.timer_event.min(self.systick) }
+    }
+
     fn sleep(&mut self, until: Time) {
-        if self.timer_event == u64::MAX || self.clock.time_at(self.timer_event) > until {
+        let event = self.wake_event();
+        if event == u64::MAX || self.clock.time_at(event) > until {
             self.clock.advance_to(until);
-        } else {
-            self.clock.advance_to_cycle(self.timer_event);
+            return;
+        }
+        self.clock.advance_to_cycle(event);
+        // The next step of the core finds its exception pending.
+        self.asleep &= event < self.systick;
+        if event >= self.timer_event {
             self.on_event();
         }
     }
@@ -441,6 +459,7 @@ impl Board {
         self.counters.instructions += 1;
         self.counters.cycles_awake += u64::from(step.cycles);
         self.asleep = step.asleep;
+        self.systick = step.systick;
         if self.link.take_touched() {
             if let Some(refused) = self.link.take_refused() {
                 return Err(self.refuse(refused));

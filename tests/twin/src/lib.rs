@@ -10,6 +10,9 @@
 //! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`cpu`]).
 //! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, both bxCANs with
 //!   their filters ([`bxcan`]), and what set-up code touches in PWR, DBGMCU and the device signature.
+//! * The flash accelerator as FLASH_ACR sets it: wait states, prefetch, 64 instruction and 8 data lines, stale lines after an
+//!   erase. [`board::Fittings::flash_timing`] gives ideal memory instead, or wait states without the accelerator; how
+//!   close the model is stands in `accelerator`.
 //! * Flash that programs and erases, takes its typical time for it, lets the core wait, and keeps its content without power;
 //!   power may fail in any of its operations ([`board::Board::cut_power_at`]).
 //! * TIM2 and TIM5, upwards: compare, input capture, their DMA requests. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
@@ -17,16 +20,17 @@
 //! * DMA1 from peripheral to memory in direct mode, single or circular buffers. A transfer takes no time.
 //! * The independent watchdog on an LSI of any frequency in the data sheet; ADC1 for one conversion at a time of the
 //!   temperature sensor or the internal reference.
-//! * One crystal per board with its own error, from which the core, the timers and the bit timing follow.
-//! * A debug probe per board that reads the defmt log, and neither halts the core nor slows it.
+//! * One crystal per board with its own error, from which the core, the timers and the bit timing follow; it may be broken.
+//! * A debug probe per board that reads the defmt log, and neither halts the core nor slows it, until it is pulled
+//!   ([`board::Board::pull_probe`]).
 //!
 //! # What is not
 //!
 //! * Anything else of the part. A program that reaches for it stops its board with an
 //!   [`AccessError`](board::AccessError) that names board, instruction and address; so does one that uses a peripheral
 //!   whose clock is off, which the real part would answer with silence.
-//! * Flash wait states, prefetch, caches, bus contention: cycle counts are those of a core with ideal memory, lower than on
-//!   a board. Mass erase, option bytes, programming by double words; wear.
+//! * Contention on the buses, and the halfwords that the core fetches ahead. SysTick counts core cycles whatever CLKSOURCE
+//!   says. Mass erase, option bytes, programming by double words; wear.
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), temperature and ageing of crystals.
 //! * Stop and Standby, the window watchdog, brown-out, DMA2, debug halts (what DBGMCU would freeze then runs on).
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
@@ -36,6 +40,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod accelerator;
 pub mod board;
 pub mod bxcan;
 pub mod clock;

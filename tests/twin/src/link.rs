@@ -8,6 +8,7 @@ use std::sync::{Mutex, MutexGuard};
 
 use can_wire::time::Time;
 
+use crate::accelerator::{Accelerator, FlashTiming};
 use crate::mmio::{Now, Refusal, Width};
 use crate::peripherals::Peripherals;
 
@@ -30,12 +31,14 @@ pub struct Link {
     touched: AtomicBool,
     peripherals: Mutex<Peripherals>,
     refused: Mutex<Option<RefusedAccess>>,
+    accelerator: Accelerator,
 }
 
 impl Link {
-    /// A link to these peripherals, at time zero.
-    pub fn new(peripherals: Peripherals) -> Self {
+    /// A link to these peripherals, at time zero; `timing` is how much time their flash takes.
+    pub fn new(peripherals: Peripherals, timing: FlashTiming) -> Self {
         Link {
+            accelerator: Accelerator::new(timing, peripherals.part().flash_bytes()),
             cycle: AtomicU64::new(0),
             time: AtomicU64::new(0),
             touched: AtomicBool::new(false),
@@ -50,7 +53,7 @@ impl Link {
         self.time.store(now.time.0, Ordering::Relaxed);
     }
 
-    fn now(&self) -> Now {
+    pub(crate) fn now(&self) -> Now {
         Now { cycle: self.cycle.load(Ordering::Relaxed), time: Time(self.time.load(Ordering::Relaxed)) }
     }
 
@@ -70,6 +73,11 @@ impl Link {
         self.peripherals.lock().expect("no panic under this lock")
     }
 
+    /// What the core's reads of flash go through.
+    pub(crate) fn accelerator(&self) -> &Accelerator {
+        &self.accelerator
+    }
+
     /// A load by the core.
     pub(crate) fn read(&self, address: u32, width: Width) -> Result<u32, Refusal> {
         self.touched.store(true, Ordering::Relaxed);
@@ -80,7 +88,12 @@ impl Link {
     /// A store by the core.
     pub(crate) fn write(&self, address: u32, width: Width, value: u32) -> Result<(), Refusal> {
         self.touched.store(true, Ordering::Relaxed);
-        let result = self.peripherals().write(self.now(), address, width, value);
+        let mut peripherals = self.peripherals();
+        let result = peripherals.write(self.now(), address, width, value);
+        if let Some(acr) = peripherals.flash().take_acr() {
+            self.accelerator.set(acr);
+        }
+        drop(peripherals);
         result.inspect_err(|&refusal| self.refuse(address, true, refusal))
     }
 

@@ -31,6 +31,21 @@ impl Width {
             Width::Word => u32::MAX,
         }
     }
+
+    /// The word that results from storing `value` at `address` into one that held `old`.
+    pub const fn merge(self, address: u32, old: u32, value: u32) -> u32 {
+        let shift = 8 * (address & 3);
+        old & !(self.mask() << shift) | value << shift
+    }
+
+    /// The word that a bridge makes of a store to APB: the byte or half-word in all its places.
+    pub const fn duplicate(self, value: u32) -> u32 {
+        match self {
+            Width::Byte => value * 0x0101_0101,
+            Width::Half => value * 0x0001_0001,
+            Width::Word => value,
+        }
+    }
 }
 
 /// The instant of an access, in both units a peripheral may need.

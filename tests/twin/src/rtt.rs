@@ -52,6 +52,9 @@ const MAGIC: &[u8; 10] = b"SEGGER RTT";
 const BUFFER: u32 = 28;
 const WRITE: u32 = 36;
 const READ: u32 = 40;
+const FLAGS: u32 = 44;
+/// The program waits for room in its buffer.
+const BLOCK_IF_FULL: u32 = 2;
 /// rzcobs ends every frame with this byte.
 const END_OF_FRAME: u8 = 0;
 
@@ -61,6 +64,7 @@ pub struct Rtt {
     control_block: Option<u32>,
     pending: Vec<u8>,
     malformed: u64,
+    pulled: bool,
 }
 
 impl Rtt {
@@ -75,24 +79,40 @@ impl Rtt {
         self.malformed
     }
 
-    /// The program starts again; half a frame will not be finished.
-    pub fn reset(&mut self) {
+    /// The program starts again: half a frame will not be finished.
+    pub fn reset(&mut self, cpu: &mut dyn Cpu) {
         if !self.pending.is_empty() {
             self.malformed += 1;
             self.pending.clear();
+        }
+        // The start-up code clears one index before the other. Between them, what was read would look unread.
+        if let Some(block) = self.control_block
+            && is_set_up(cpu, block)
+        {
+            for index in [WRITE, READ] {
+                let _ = cpu.write_memory(block + index, &[0; 4]);
+            }
+        }
+    }
+
+    /// The probe asks the program to wait for it, as probe-rs does, and is pulled: it takes nothing any more.
+    pub fn pull(&mut self, cpu: &mut dyn Cpu) {
+        self.pulled = true;
+        if let Some(block) = self.control_block {
+            // Fails only where the control block is not in RAM, and then no program waits.
+            let _ = cpu.write_memory(block + FLAGS, &BLOCK_IF_FULL.to_le_bytes());
         }
     }
 
     /// Takes what the program wrote since the last call.
     pub fn drain(&mut self, cpu: &mut dyn Cpu, image: &Image, at: Time, lines: &mut Vec<Line>) {
-        let Some(block) = self.control_block else { return };
+        let Some(block) = self.control_block.filter(|_| !self.pulled) else { return };
         let (write, read) = (word(cpu, block + WRITE), word(cpu, block + READ));
         if write == read {
             return;
         }
-        let mut magic = [0; MAGIC.len()];
         let (buffer, size) = (word(cpu, block + BUFFER), word(cpu, block + BUFFER + 4));
-        if cpu.read_memory(block, &mut magic).is_err() || magic != *MAGIC || write >= size || read >= size {
+        if !is_set_up(cpu, block) || write >= size || read >= size {
             return;
         }
         let mut ring = vec![0; size as usize];
@@ -133,6 +153,12 @@ impl Rtt {
             }
         }
     }
+}
+
+/// Whether the program has made its control block since power-on.
+fn is_set_up(cpu: &dyn Cpu, block: u32) -> bool {
+    let mut magic = [0; MAGIC.len()];
+    cpu.read_memory(block, &mut magic).is_ok() && magic == *MAGIC
 }
 
 fn word(cpu: &dyn Cpu, address: u32) -> u32 {

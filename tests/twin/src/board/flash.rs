@@ -6,6 +6,7 @@
 use can_wire::time::Time;
 
 use super::Board;
+use crate::accelerator::LINE;
 use crate::cpu::NotMemory;
 use crate::model::FLASH_BASE;
 use crate::peripherals::Change;
@@ -114,18 +115,22 @@ impl Board {
     fn leave_flash(&mut self, remains: Remains) {
         self.flash.under_way = None;
         let Some(change) = self.link.peripherals().flash().finish() else { return };
+        // Whole lines of the caches.
         let range = change.range();
+        let range = range.start / LINE * LINE..range.end.next_multiple_of(LINE);
         let address = FLASH_BASE + range.start;
         let in_flash = "an operation stays within the memory";
         let mut old = vec![0; range.len()];
         self.cpu.read_memory(address, &mut old).expect(in_flash);
         let mut new = old.clone();
-        change.apply(&mut new);
+        let changed = change.range();
+        change.apply(&mut new[(changed.start - range.start) as usize..(changed.end - range.start) as usize]);
         let content = match remains {
-            Remains::Old => old,
+            Remains::Old => old.clone(),
             Remains::New => new,
             Remains::Mixed(seed) => mixed(&old, &new, seed),
         };
+        self.link.accelerator().change(range, &old, &content, matches!(change, Change::Erase(_)));
         self.cpu.write_flash(address, &content).expect(in_flash);
     }
 }

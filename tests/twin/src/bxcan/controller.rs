@@ -387,10 +387,10 @@ impl Registers {
         self.mcr = value & MCR_STORED;
         let (init, sleep) = (self.mcr(MCR_INRQ), self.mcr(MCR_SLEEP));
         match self.mode {
-            // "If software requests entry to initialization mode while bxCAN is in Sleep mode, it must also clear
-            // the SLEEP bit", 32.4.3.
-            Mode::Sleep if sleep => self.joining = false,
+            // INRQ wins over SLEEP: vendor drivers set INRQ, wait for INAK and only then clear SLEEP, and the
+            // silicon acknowledges.
             Mode::Sleep if init => self.enter(Mode::Initialisation, now),
+            Mode::Sleep if sleep => self.joining = false,
             Mode::Initialisation if init => self.joining = false,
             Mode::Initialisation if sleep => self.enter(Mode::Sleep, now),
             Mode::Sleep | Mode::Initialisation => self.join(now),

@@ -59,6 +59,7 @@ impl Fifo {
         }
         let releases = value & RFR_RFOM != 0 && self.messages.pop_front().is_some();
         if releases {
+            self.full = false;
             self.released.push(now);
         }
         releases
@@ -83,7 +84,8 @@ impl Fifo {
         let message = Message { frame, filter };
         if self.messages.len() + released_later < DEPTH {
             self.messages.push_back(message);
-            self.full |= self.messages.len() + released_later == DEPTH;
+            // A release after `at` has cleared FULL again.
+            self.full |= self.messages.len() == DEPTH;
             return Storing::Stored;
         }
         self.overrun = true;

@@ -14,10 +14,12 @@ use crate::model::Part;
 /// One instruction, exception entry or reset sequence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Step {
-    /// Model cycles: no flash wait states, no prefetch.
+    /// Model cycles, those included in which the core waited for flash.
     pub cycles: u32,
-    /// The core sleeps in WFE or WFI; more steps change nothing until an interrupt line rises.
+    /// The core sleeps in WFE or WFI; more steps change nothing until an interrupt line rises or [`Step::systick`].
     pub asleep: bool,
+    /// While asleep: the cycle at which SysTick wakes the core; `u64::MAX` for never.
+    pub systick: u64,
     /// The step entered HardFault.
     pub hard_fault: bool,
     /// The HardFault handler branches to itself: it will never do anything else.
@@ -44,7 +46,8 @@ pub struct NotMemory(
 
 /// An ARMv7E-M core with its flash and RAM.
 pub trait Cpu: Send {
-    /// Runs one instruction, exception entry or reset sequence.
+    /// Runs one instruction, exception entry or reset sequence. SysTick first counts the cycles that passed since the last
+    /// step by [`Link::set_now`].
     fn step(&mut self) -> Step;
     /// Drives an NVIC input; level sensitive.
     fn set_irq(&mut self, irq: u16, asserted: bool);

@@ -12,6 +12,7 @@ use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
 
 use super::{Cpu, NotMemory, Registers, Step};
+use crate::accelerator::{Access, LINE};
 use crate::link::Link;
 use crate::mmio::Width;
 use crate::model::{FLASH_BASE, Part};
@@ -25,7 +26,13 @@ const WINDOWS: [(u32, u32); 4] =
 /// RAM after power-on holds no zeros: programs that rely on them must not fly by luck.
 const RAM_AT_POWER_ON: u8 = 0xA5;
 
+/// Where a program's table of vectors lies, from the start of flash: 16 exceptions and up to 97 interrupts.
+const VECTORS_LEN: u64 = 4 * (16 + 97);
+
 const HARD_FAULT: u32 = 3;
+/// TICKINT of SYST_CSR, and ENABLE beside it (DDI 0403 B3.3.3).
+const SYST_TICKINT: u32 = 1 << 1;
+const SYST_WAKES: u32 = SYST_TICKINT | 1;
 /// Words from a stack frame's base to the return address and to xPSR (DDI 0403 B1.5.6).
 const FRAME_PC: u32 = 6;
 const FRAME_XPSR: u32 = 7;
@@ -65,6 +72,35 @@ impl MemOps for Window {
     }
 }
 
+/// Flash as the core reads it: through the accelerator.
+#[derive(Debug)]
+struct FlashMemory {
+    store: Arc<RamStore>,
+    link: Arc<Link>,
+}
+
+impl MemOps for FlashMemory {
+    fn read(&self, offset: u64, dst: &mut [u8], attrs: MemAttrs) -> MemResult {
+        let access = match offset {
+            _ if attrs.purpose.is_fetch() => Access::Fetch,
+            0..VECTORS_LEN => Access::Vector,
+            _ => Access::Load,
+        };
+        let stale = self.link.accelerator().read(access, offset as u32, || self.link.now().cycle);
+        if let Some(line) = stale {
+            let at = (offset % u64::from(LINE)) as usize;
+            // Accesses are aligned, or of single bytes.
+            dst.copy_from_slice(line.get(at..at + dst.len()).ok_or(BusError::BadAccess)?);
+            return Ok(());
+        }
+        self.store.read_at(offset, dst)
+    }
+
+    fn write(&self, _offset: u64, _src: &[u8], _attrs: MemAttrs) -> MemResult {
+        Err(BusError::Protected)
+    }
+}
+
 /// A Cortex-M4F with the memories of its part.
 pub(super) struct Core {
     cpu: ArmV7m,
@@ -72,6 +108,10 @@ pub(super) struct Core {
     ram: Arc<RamStore>,
     ccm: Arc<RamStore>,
     ccm_len: u32,
+    link: Arc<Link>,
+    /// The cycle up to which SysTick has counted.
+    cycle: u64,
+    asleep: bool,
     /// xPSR before the next step.
     xpsr: u32,
     bus_faults: u64,
@@ -96,7 +136,8 @@ impl Core {
             let disjoint = "the memory map has no overlaps";
             // BOOT0 low: flash also answers at zero.
             for base in [0, FLASH_BASE] {
-                let region = Region::ram("flash", flash.clone());
+                let memory = Arc::new(FlashMemory { store: flash.clone(), link: link.clone() });
+                let region = Region::io("flash", u64::from(flash_len), memory);
                 map.map_with_perms(region, u64::from(base), Perms::RX).expect(disjoint);
             }
             // Loads and fetches go to the memory, stores to the interface that programs it.
@@ -118,7 +159,8 @@ impl Core {
         let config = Config::CORTEX_M4F.with_priority_bits(4).with_reset_vtor(FLASH_BASE);
         let cpu = ArmV7m::new(config);
         cpu.attach_space(Arc::new(space));
-        Core { xpsr: cpu.xpsr(), cpu, flash, ram, ccm, ccm_len, bus_faults: 0 }
+        let (cycle, xpsr) = (link.now().cycle, cpu.xpsr());
+        Core { cpu, flash, ram, ccm, ccm_len, link, cycle, asleep: false, xpsr, bus_faults: 0 }
     }
 
     fn ram_at(&self, address: u32, len: usize) -> Option<(&RamStore, u64)> {
@@ -128,6 +170,33 @@ impl Core {
                 (u64::from(offset) + len as u64 <= u64::from(size)).then_some((&**store, u64::from(offset)))
             },
         )
+    }
+
+    /// SysTick counts cycles that passed outside of steps; CYCCNT counts those awake.
+    fn count(&mut self, cycles: u64) {
+        let asleep = self.asleep;
+        self.cpu.with_sys(|sys| {
+            if !asleep {
+                sys.tick_cyccnt(cycles);
+            }
+            if sys.tick_systick(cycles) && sys.syst_csr & SYST_TICKINT != 0 {
+                sys.set_pending(Exception::SYSTICK, true);
+            }
+        });
+    }
+
+    /// The cycle at which SysTick next pends its exception.
+    fn systick(&self) -> u64 {
+        let left = self.cpu.with_sys(|sys| {
+            match (sys.syst_cvr, sys.syst_rvr) {
+                (_, 0) => None,
+                // It reloads with the next cycle.
+                (0, reload) => Some(u64::from(reload) + 1),
+                (count, _) => Some(u64::from(count)),
+            }
+            .filter(|_| sys.syst_csr & SYST_WAKES == SYST_WAKES)
+        });
+        left.map_or(u64::MAX, |left| self.cycle + left)
     }
 
     fn branches_to_itself(&self) -> bool {
@@ -180,7 +249,12 @@ impl Core {
 impl Cpu for Core {
     fn step(&mut self) -> Step {
         let before = self.xpsr;
+        let now = self.link.now().cycle.max(self.cycle);
+        if now > self.cycle {
+            self.count(now - self.cycle);
+        }
         let cycles = self.cpu.step();
+        self.cycle = now + cycles;
         self.xpsr = self.cpu.xpsr();
         let (was, is) = (before & xpsr::EXCEPTION, self.xpsr & xpsr::EXCEPTION);
         if was != is && before & xpsr::IT_MASK != 0 {
@@ -193,10 +267,12 @@ impl Cpu for Core {
             }
             self.xpsr = self.cpu.xpsr();
         }
+        // A sleeping step and the WFE that starts the sleep cost one cycle.
+        self.asleep = cycles == 1 && self.cpu.is_asleep();
         Step {
-            cycles: cycles as u32,
-            // A sleeping step and the WFE that starts the sleep cost one cycle. SysTick, once enabled, runs on asleep.
-            asleep: cycles == 1 && self.cpu.is_asleep() && self.cpu.with_sys(|sys| sys.syst_csr & 1 == 0),
+            cycles: cycles as u32 + self.link.accelerator().take_waits(),
+            asleep: self.asleep,
+            systick: if self.asleep { self.systick() } else { u64::MAX },
             hard_fault: is == HARD_FAULT && was != HARD_FAULT,
             stuck: is == HARD_FAULT && self.branches_to_itself(),
             // The store to AIRCR costs two cycles; asking after every step would double the cost of most.
@@ -211,6 +287,7 @@ impl Cpu for Core {
     fn reset(&mut self) {
         self.cpu.reset(ResetKind::Cold);
         self.xpsr = self.cpu.xpsr();
+        self.asleep = false;
         self.bus_faults = 0;
     }
 

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use super::*;
+use crate::accelerator::FlashTiming;
 use crate::model::Model;
 use crate::peripherals::Peripherals;
 
@@ -40,7 +41,7 @@ fn core(program: &[u16], handler: &[u16]) -> Box<dyn Cpu> {
             put(base + 2 * k as u32, &halfword.to_le_bytes());
         }
     }
-    let link = Arc::new(Link::new(Peripherals::new(Model::PYBOARD_V11, 0)));
+    let link = Arc::new(Link::new(Peripherals::new(Model::PYBOARD_V11, 0), FlashTiming::AsSet));
     let mut core = stm32f4(Part::Stm32f405, &flash, link);
     core.step();
     assert_eq!(core.pc(), CODE, "the reset sequence takes the vector");

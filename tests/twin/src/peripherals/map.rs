@@ -79,10 +79,11 @@ impl Block {
         Some(Gate { bus, bit })
     }
 
-    /// Whether its registers take an access of this width at all (RM0090 10.5, 13.13, 21.4, 32.9).
+    /// Whether its registers take an access of this width at all (RM0090 10.5, 13.13, 21.4, 32.9,
+    /// 38.16).
     pub(super) fn takes(self, width: Width, write: bool) -> Result<(), Refusal> {
         let taken = match self {
-            Block::Can | Block::Dma1 => width == Width::Word,
+            Block::Can | Block::Dma1 | Block::Dbgmcu => width == Width::Word,
             Block::Adc => width == Width::Word || !write,
             Block::Iwdg => width != Width::Byte,
             _ => true,

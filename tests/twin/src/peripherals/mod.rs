@@ -18,6 +18,7 @@ mod timer;
 
 use can_wire::time::Time;
 
+use crate::accelerator::PRFTEN;
 use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
 use crate::mmio::{Now, Refusal, Width};
 use crate::model::{FLASH_BASE, Model, Part};
@@ -25,7 +26,7 @@ use adc::Adc;
 use dma::{Dma, Transfer};
 use exti::{Exti, Syscfg};
 pub(crate) use flash::Change;
-use flash::Flash;
+use flash::{ACR, Flash};
 use gpio::Gpio;
 pub use gpio::{Pin, PinChange};
 use iwdg::Iwdg;
@@ -40,6 +41,7 @@ use timer::Timer;
 /// Levels of the NVIC inputs 0..=95.
 pub type IrqLevels = [u32; 3];
 
+const IDCODE_REVISION_A: u32 = 0x2000_6411;
 const FLASH_IRQ: u16 = 4;
 const TIM2_IRQ: u16 = 28;
 const TIM5_IRQ: u16 = 50;
@@ -106,6 +108,29 @@ impl Peripherals {
         }
     }
 
+    /// Which part it is.
+    pub fn part(&self) -> Part {
+        self.part
+    }
+
+    /// Becomes an F405 of revision A: prefetch does not work there, and DEV_ID is that of the STM32F20x (ES0182).
+    ///
+    /// # Panics
+    /// For another part: a mistake in a test, not an input.
+    pub fn set_revision_a(&mut self) {
+        assert_eq!(self.part, Part::Stm32f405, "only the F405 has such a revision A");
+        self.dbgmcu.set_idcode(IDCODE_REVISION_A);
+    }
+
+    fn lacks_prefetch(&self) -> bool {
+        self.dbgmcu.idcode() == IDCODE_REVISION_A
+    }
+
+    /// HSE does not start any more, or starts again.
+    pub fn set_hse(&mut self, starts: bool) {
+        self.rcc.set_hse(starts);
+    }
+
     /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
@@ -122,7 +147,7 @@ impl Peripherals {
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
         if cause == ResetCause::PowerOn {
-            self.dbgmcu = Dbgmcu::new(self.part);
+            self.dbgmcu.reset();
         }
     }
 
@@ -163,17 +188,14 @@ impl Peripherals {
         }
         let (block, offset) = self.select(address, width, true)?;
         let word = offset & !3;
-        if let Block::Gpio(port) = block {
-            // AHB keeps the bytes that the access leaves out; BSRR reads zero, so they do nothing there.
-            let old = self.gpio[port].read(word).ok_or(Refusal::Unmodelled)?;
-            let shift = 8 * (address & 3);
-            let merged = old & !(width.mask() << shift) | value << shift;
-            return self.gpio[port]
-                .write(now.time, word, merged, &mut self.pin_changes)
-                .ok_or(Refusal::Unmodelled);
-        }
-        if address & 3 != 0 {
-            return Err(Refusal::Width);
+        let value = match self.kept(now, block, word) {
+            Some(old) => width.merge(address, old, value),
+            // Timers look at the width of the access.
+            None if matches!(block, Block::Tim2 | Block::Tim5) => value,
+            None => width.duplicate(value),
+        };
+        if matches!((block, word), (Block::Flash, ACR)) && value & PRFTEN != 0 && self.lacks_prefetch() {
+            return Err(Refusal::Misuse);
         }
         let done = match block {
             Block::Tim2 => Some(self.tim2.write(now.cycle, word, width, value)?),
@@ -188,12 +210,28 @@ impl Peripherals {
             Block::Rcc => self.rcc.write(now, word, value),
             Block::Flash => Some(self.flash.write(now.time, word, value)?),
             Block::Dbgmcu => self.dbgmcu.write(word, value),
-            Block::Gpio(_) | Block::Signature => None,
+            Block::Gpio(port) => self.gpio[port].write(now.time, word, value, &mut self.pin_changes),
+            Block::Signature => None,
         };
         if let Some((bus, bits)) = self.rcc.take_resets() {
             self.reset_blocks(bus, bits);
         }
+        // Flash that is read faster than it can be gives anything.
+        if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.clocks().hclk) {
+            return Err(Refusal::Misuse);
+        }
         done.ok_or(Refusal::Unmodelled)
+    }
+
+    /// What the bytes that a store leaves out hold on AHB, which keeps them. `None` behind the bridges to APB, which feed
+    /// a byte or half-word to the whole register, duplicated (RM0090 2.1).
+    fn kept(&self, now: Now, block: Block, word: u32) -> Option<u32> {
+        match block {
+            Block::Gpio(port) => self.gpio[port].read(word),
+            Block::Rcc => self.rcc.read(now, word),
+            Block::Flash => self.flash.kept(word),
+            _ => None,
+        }
     }
 
     fn select(&self, address: u32, width: Width, write: bool) -> Result<(Block, u32), Refusal> {

@@ -1,7 +1,7 @@
 //! RCC: oscillators, the clock tree, clock gates, peripheral resets, reset flags.
 //!
 //! RM0090 chapter 7 (F405), RM0390 chapter 6 (F446). HSE and the PLL take their datasheet's time to get ready; HSE never
-//! does while HSEBYP does not suit what the board has on OSC_IN. Gated clocks are enforced by the bus; what the low-power enables (LPENR) switch off in Sleep is stored and not enforced. PLLI2S and PLLSAI lock at once.
+//! does while HSEBYP does not suit what the board has on OSC_IN, or when that is broken. Gated clocks are enforced by the bus; what the low-power enables (LPENR) switch off in Sleep is stored and not enforced. PLLI2S and PLLSAI lock at once.
 
 use can_wire::time::Time;
 
@@ -99,6 +99,8 @@ pub struct Clocks {
 pub struct Rcc {
     model: Model,
     words: [u32; WORDS],
+    /// HSE starts when it is asked to.
+    hse_starts: bool,
     hse_ready: Time,
     pll_ready: Time,
     /// Peripherals put into reset by the last write, as (RSTR offset from AHB1RSTR, bits).
@@ -108,10 +110,21 @@ pub struct Rcc {
 impl Rcc {
     /// After power-on.
     pub fn new(model: Model) -> Self {
-        let mut rcc =
-            Rcc { model, words: [0; WORDS], hse_ready: Time::NEVER, pll_ready: Time::NEVER, resets: None };
+        let mut rcc = Rcc {
+            model,
+            words: [0; WORDS],
+            hse_starts: true,
+            hse_ready: Time::NEVER,
+            pll_ready: Time::NEVER,
+            resets: None,
+        };
         rcc.reset(ResetCause::PowerOn);
         rcc
+    }
+
+    /// Whether HSE starts when it is next switched on.
+    pub fn set_hse(&mut self, starts: bool) {
+        self.hse_starts = starts;
     }
 
     /// Everything but the reset flags starts again; they add up until RMVF clears them.
@@ -201,6 +214,7 @@ impl Rcc {
                 let risen = value & !old;
                 if risen & CR_HSEON != 0 {
                     self.hse_ready = match (self.model.oscillator.external, value & CR_HSEBYP != 0) {
+                        _ if !self.hse_starts => Time::NEVER,
                         (false, false) => now.time + HSE_STARTUP,
                         (true, true) => now.time,
                         _ => Time::NEVER,

@@ -78,6 +78,21 @@ impl Dbgmcu {
         Dbgmcu { words: [part.idcode(), 0, 0, 0] }
     }
 
+    /// Power-on clears all but the identity.
+    pub fn reset(&mut self) {
+        self.words[1..].fill(0);
+    }
+
+    /// Part and revision.
+    pub fn idcode(&self) -> u32 {
+        self.words[0]
+    }
+
+    /// Another part or revision.
+    pub fn set_idcode(&mut self, idcode: u32) {
+        self.words[0] = idcode;
+    }
+
     /// A load; `None` for what does not exist.
     pub fn read(&self, offset: u32) -> Option<u32> {
         match offset {

@@ -41,6 +41,63 @@ fn a_byte_store_to_a_port_keeps_its_neighbours() {
     assert_eq!(peripherals.read(Now::default(), 0x4002_0000, Width::Word), Ok(0xA800_0055));
 }
 
+/// HALs write the top byte of RCC_CR by itself, and vendor code the bytes of RCC_CFGR.
+#[test]
+fn a_byte_store_to_rcc_keeps_its_neighbours() {
+    use Width::{Byte, Half, Word};
+    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let ahb1enr = RCC + 0x30;
+    for (offset, width, value, expected) in
+        [(0, Word, 0x0010_0001, 0x0010_0001), (1, Byte, 0x80, 0x0010_8001), (2, Half, 0x0020, 0x0020_8001)]
+    {
+        peripherals.write(Now::default(), ahb1enr + offset, width, value).unwrap();
+        assert_eq!(peripherals.read(Now::default(), ahb1enr, Word), Ok(expected), "offset {offset}");
+    }
+}
+
+/// RM0090 2.1: a bridge feeds a byte or half-word to the whole register, duplicated.
+#[test]
+fn a_narrow_store_to_apb_is_duplicated() {
+    use Width::{Byte, Half, Word};
+    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    enable(&mut peripherals, 0x44, 1 << 14);
+    let exticr1 = 0x4001_3808;
+    for (offset, width, value, expected) in [
+        (0, Byte, 0x12, 0x1212_1212),
+        (3, Byte, 0x34, 0x3434_3434),
+        (0, Half, 0x5678, 0x5678_5678),
+        (2, Half, 0x9ABC, 0x9ABC_9ABC),
+    ] {
+        peripherals.write(Now::default(), exticr1 + offset, width, value).unwrap();
+        assert_eq!(peripherals.read(Now::default(), exticr1, Word), Ok(expected), "offset {offset}");
+    }
+}
+
+/// A half-word store of the key, as the manual allows.
+#[test]
+fn half_words_start_the_watchdog() {
+    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    peripherals.write(Now::default(), 0x4000_3000, Width::Half, 0xCCCC).unwrap();
+    assert!(peripherals.watchdog_deadline().is_some());
+}
+
+/// Given an error flag in the low byte, when the other byte of SR is stored to, then the flag stays.
+#[test]
+fn a_byte_store_to_flash_sr_clears_no_other_flag() {
+    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    let (keyr, sr) = (0x4002_3C04, 0x4002_3C0C);
+    for key in [0x4567_0123, 0xCDEF_89AB] {
+        peripherals.write(Now::default(), keyr, Width::Word, key).unwrap();
+    }
+    // Programming without PG: PGSERR, bit 7.
+    peripherals.write(Now::default(), 0x080E_0000, Width::Byte, 0).unwrap();
+    assert_eq!(peripherals.read(Now::default(), sr, Width::Word), Ok(0x80));
+    peripherals.write(Now::default(), sr + 1, Width::Byte, 0xFF).unwrap();
+    assert_eq!(peripherals.read(Now::default(), sr, Width::Word), Ok(0x80));
+    peripherals.write(Now::default(), sr, Width::Byte, 0x80).unwrap();
+    assert_eq!(peripherals.read(Now::default(), sr, Width::Word), Ok(0));
+}
+
 #[test]
 fn the_wire_sees_a_controller_only_behind_its_pins() {
     let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);

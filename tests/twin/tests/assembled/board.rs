@@ -148,6 +148,48 @@ fn a_fault_without_a_handler_that_helps_counts_as_a_panic() {
     assert_eq!((board.counters().panics, board.counters().lockups), (1, 0));
 }
 
+/// Counts in `RAM` how often it was entered.
+fn counting_handler() -> Vec<u16> {
+    [&load(0, RAM)[..], &[0x6801, 0x3101, 0x6001], &RETURN].concat() // LDR r1, [r0]; ADDS r1, #1; STR r1, [r0]
+}
+
+/// SysTick every 1000 cycles of 16 MHz: 16 a millisecond, its first after 1000 and one for the reload (DDI 0403 B3.3.1).
+#[test]
+fn systick_wakes_a_sleeping_core_at_its_cycle() {
+    for (control, expected) in [(0b111, 15), (0b101, 0)] {
+        let start =
+            [store(RAM, 0), store(SYST_RVR, 999), store(SYST_CVR, 0), store(SYST_CSR, control)].concat();
+        let program = [start, SLEEP.to_vec()];
+        let program = image(&program.concat(), &counting_handler());
+        let mut board = flown(board("ticking", program), Time::from_us(999));
+        assert_eq!(word(&board, RAM), expected, "SYST_CSR {control:b}b");
+        assert!(board.counters().instructions < 300, "the cycles between are skipped");
+        board.run_until(Time::from_us(1010)).unwrap();
+        assert_eq!(word(&board, RAM), if control & 2 == 0 { 0 } else { expected + 1 });
+    }
+}
+
+/// Given a core that waits 16 us for its flash, when the store is done, then SysTick has counted 256 cycles of 16 MHz.
+#[test]
+fn systick_counts_while_the_core_waits_for_flash() {
+    const FLASH: u32 = 0x4002_3C00;
+    let program = [
+        store(FLASH + 0x04, 0x4567_0123),
+        store(FLASH + 0x04, 0xCDEF_89AB),
+        store(FLASH + 0x10, 0x201),
+        store(SYST_RVR, 0xFF_FFFF),
+        store(SYST_CVR, 0),
+        store(SYST_CSR, 0b101),
+        copy(SYST_CVR, RAM),
+        store(0x080E_0000, 0),
+        copy(SYST_CVR, RAM + 4),
+        STOP.to_vec(),
+    ];
+    let board = flown(board("waiting", image(&program.concat(), &STOP)), Time::from_us(100));
+    let passed = word(&board, RAM) - word(&board, RAM + 4);
+    assert!((256..256 + 60).contains(&passed), "{passed} cycles");
+}
+
 #[test]
 fn a_fault_in_the_fault_handler_locks_up() {
     let board = flown(board("faulty", image(&[0xDE00], &[0xDE00])), Time::from_ms(1));

@@ -1,5 +1,6 @@
 //! The twin flown by programs that are assembled by hand: no toolchain for the part is needed.
 
+mod accelerator;
 mod board;
 mod capture;
 mod flash;

@@ -73,14 +73,19 @@ pub fn board(name: &str, image: Arc<Image>) -> BoardConfig {
     }
 }
 
+pub const FLASH_ACR: u32 = 0x4002_3C00;
 pub const RCC: u32 = 0x4002_3800;
 pub const GPIOB: u32 = 0x4002_0400;
 pub const TIM2: u32 = 0x4000_0000;
+pub const SYST_CSR: u32 = 0xE000_E010;
+pub const SYST_RVR: u32 = 0xE000_E014;
+pub const SYST_CVR: u32 = 0xE000_E018;
 pub const NVIC_ISER0: u32 = 0xE000_E100;
 
-/// HSE 12 MHz, PLL M = 6, N = 168, P = 2, AHB 1, APB1 4, APB2 2: 168 MHz once the PLL has locked.
+/// HSE 12 MHz, PLL M = 6, N = 168, P = 2, AHB 1, APB1 4, APB2 2: 168 MHz once the PLL has locked, with 5 wait states.
 pub fn run_at_168_mhz() -> Vec<u16> {
     [
+        store(FLASH_ACR, 5),
         store(RCC + 0x04, 7 << 24 | 1 << 22 | 168 << 6 | 6),
         store(RCC, 0x0001_0083),
         wait_for(RCC, 17),

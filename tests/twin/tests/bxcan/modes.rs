@@ -36,13 +36,16 @@ fn reserved_and_unaligned_offsets_are_refused() {
     }
 }
 
+/// ST's HAL and Zephyr set INRQ, wait for INAK, then clear SLEEP.
 #[test]
-fn initialisation_from_sleep_needs_sleep_cleared() {
+fn inrq_in_sleep_is_acknowledged_while_sleep_is_set() {
     let mut bench = Bench::asleep(vec![]);
     bench.write(MCR, INRQ | SLEEP);
-    assert_eq!(bench.read(MSR) & 0b11, SLAK, "asleep while SLEEP is set");
-    bench.write(MCR, INRQ);
     assert_eq!(bench.read(MSR) & 0b11, INAK, "INAK set, SLAK cleared");
+    bench.write(BTR, BTR_1M);
+    assert_eq!(bench.read(BTR), BTR_1M, "writable in initialisation");
+    bench.write(MCR, INRQ);
+    assert_eq!(bench.read(MSR) & 0b11, INAK, "clearing SLEEP changes nothing");
     bench.write(MCR, SLEEP);
     assert_eq!(bench.read(MSR) & 0b11, SLAK, "back to sleep at once");
 }

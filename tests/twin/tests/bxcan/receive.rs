@@ -106,6 +106,28 @@ fn three_messages_fill_the_fifo() {
 }
 
 #[test]
+fn full_clears_with_the_release_of_a_message() {
+    let mut bench = Bench::normal();
+    (1..=3).for_each(|id| bench.deliver(frame(id)));
+    assert_eq!(bench.read(RF0R), 3 | FULL);
+    bench.write(RF0R, RFOM);
+    assert_eq!(bench.read(RF0R), 2);
+    bench.deliver(frame(4));
+    assert_eq!(bench.read(RF0R), 3 | FULL, "full again");
+}
+
+#[test]
+fn full_interrupt_falls_with_the_release() {
+    const FFIE0: u32 = 1 << 2;
+    let mut bench = Bench::normal();
+    bench.write(IER, FFIE0);
+    (1..=3).for_each(|id| bench.deliver(frame(id)));
+    assert!(bench.irq().rx0);
+    bench.write(RF0R, RFOM);
+    assert!(!bench.irq().rx0);
+}
+
+#[test]
 fn overrun_replaces_the_newest_or_drops_the_new() {
     for (rflm, kept, lost) in [(0, [1, 2, 4], 3), (RFLM, [1, 2, 3], 4)] {
         let mut bench = Bench::normal_with(rflm, 0);

@@ -27,6 +27,8 @@ pub type Images = [Arc<Image>; 2];
 /// Built once for all tests.
 static PYBOARD: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11", "librecube"));
 static NUCLEO: LazyLock<Images> = LazyLock::new(|| build("nucleo-f446re", "librecube"));
+/// Profile `standard`, for pyboards: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2; all slaves have parallel access.
+pub static STANDARD: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11", "standard"));
 
 pub fn build(board: &str, profile: &str) -> Images {
     let images = firmware_images::build(board, profile).unwrap();
@@ -223,10 +225,26 @@ impl Recording {
 }
 
 impl Craft {
+    /// Boards with the images of profile `librecube`.
     pub fn new(seats: &[Seat]) -> Craft {
+        Craft::of(seats, |seat| seat.config())
+    }
+
+    /// Boards with these images.
+    pub fn with(seats: &[Seat], images: &Images) -> Craft {
+        Craft::of(seats, |seat| seat.with(images))
+    }
+
+    /// With `fittings` of each node.
+    pub fn fitted(seats: &[Seat], fittings: impl Fn(u8) -> Fittings) -> Craft {
+        Craft::of(seats, |seat| BoardConfig { fittings: fittings(seat.node), ..seat.config() })
+    }
+
+    /// Boards with the configurations that `config` makes of their seats.
+    pub fn of(seats: &[Seat], config: impl Fn(Seat) -> BoardConfig) -> Craft {
         let mut twin = Spacecraft::new(SpacecraftConfig::default());
         for seat in seats {
-            twin.add_board(seat.config());
+            twin.add_board(config(*seat));
         }
         let seen = Recording {
             seats: seats.to_vec(),
@@ -301,6 +319,18 @@ impl Craft {
     /// Interrupts of both controllers of `node` since its last reset: results, received frames, changes of error state.
     pub fn interrupts(&self, node: u8) -> [u32; 3] {
         self.telltale(node, 9)
+    }
+
+    /// Commands that `node` executed since its last reset, or that the application of the master sent.
+    pub fn executed(&self, node: u8) -> u32 {
+        let [commands] = self.telltale(node, 5);
+        commands
+    }
+
+    /// Commands that slave `node` dropped as repeats since its last reset.
+    pub fn repeats(&self, node: u8) -> u32 {
+        let [repeats] = self.telltale(node, 18);
+        repeats
     }
 
     /// Words of the counters that the image of `node` exports, from the `first` on.

@@ -3,13 +3,24 @@
 //! Profile `librecube`: heartbeat 250 ms, consumer time 2.5 s, Ttoggle 5, SYNC 5 s, time 10 s, a command and a telemetry
 //! request to each slave every 100 ms; slave 4 has selective access.
 
+mod acknowledged;
+mod babble;
 mod bus_off;
 mod craft;
 mod cuts;
 mod driver;
 mod foreign;
+mod intruders;
+mod minority;
 mod mixed;
 mod nominal;
+mod repeats;
 mod resets;
+mod retained;
+mod rivals;
+mod silicon;
 mod stamps;
 mod start;
+mod strangers;
+mod unconfigured;
+mod unheard;

@@ -1,8 +1,9 @@
 //! FLASH: the interface in front of the program memory, which programs and erases it.
 //!
 //! RM0090 chapter 3. Modelled: the keys, programming at x8, x16 and x32, sector erase, its flags and interrupt. Not
-//! modelled, and refused: mass erase, option bytes, x64. Wait states and caches are stored and cost nothing. The content
-//! is the core's memory; what an operation makes of it, the board puts there when the operation ends.
+//! modelled, and refused: mass erase, option bytes, x64. What ACR makes of the core's reads is in
+//! [`accelerator`](crate::accelerator). The content is the core's memory; what an operation makes of it, the board puts
+//! there when the operation ends.
 
 mod geometry;
 #[cfg(test)]
@@ -12,19 +13,19 @@ use std::ops::Range;
 
 use can_wire::time::Time;
 
+use crate::accelerator::{DCEN, DCRST, ICEN, ICRST, LATENCY};
 use crate::mmio::{Refusal, Width};
 use crate::model::Part;
 
-const ACR: u32 = 0x00;
+pub const ACR: u32 = 0x00;
 const KEYR: u32 = 0x04;
 const OPTKEYR: u32 = 0x08;
 const SR: u32 = 0x0C;
 const CR: u32 = 0x10;
 const OPTCR: u32 = 0x14;
 
-/// ICEN, DCEN and the resets of both caches, which want them off.
-const CACHES: u32 = 0b11 << 9;
-const CACHE_RESETS: u32 = 0b11 << 11;
+/// Each cache may be reset only while it is off.
+const CACHES: [(u32, u32); 2] = [(ICEN, ICRST), (DCEN, DCRST)];
 const ACR_BITS: u32 = 0x1F0F;
 
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
@@ -117,6 +118,8 @@ impl Keys {
 pub struct Flash {
     part: Part,
     acr: u32,
+    /// ACR was written since it was last taken.
+    acr_written: bool,
     sr: u32,
     cr: u32,
     keys: Keys,
@@ -127,7 +130,16 @@ pub struct Flash {
 impl Flash {
     /// After a reset.
     pub fn new(part: Part) -> Self {
-        Flash { part, acr: 0, sr: 0, cr: 0, keys: Keys::Locked, option_keys: Keys::Locked, operation: None }
+        Flash {
+            part,
+            acr: 0,
+            acr_written: false,
+            sr: 0,
+            cr: 0,
+            keys: Keys::Locked,
+            option_keys: Keys::Locked,
+            operation: None,
+        }
     }
 
     /// A load; `None` for what is not there.
@@ -144,6 +156,15 @@ impl Flash {
         })
     }
 
+    /// What bytes that a narrow store leaves out stand for: nothing where writing a one acts.
+    pub fn kept(&self, offset: u32) -> Option<u32> {
+        match offset {
+            SR => Some(0),
+            CR => self.read(CR).map(|cr| cr & !STRT),
+            _ => self.read(offset),
+        }
+    }
+
     /// A store.
     ///
     /// # Errors
@@ -151,8 +172,10 @@ impl Flash {
     /// what is not there.
     pub fn write(&mut self, now: Time, offset: u32, value: u32) -> Result<(), Refusal> {
         match offset {
-            ACR if value & CACHE_RESETS != 0 && self.acr & CACHES != 0 => return Err(Refusal::Misuse),
-            ACR => self.acr = value & ACR_BITS,
+            ACR if CACHES.iter().any(|&(on, reset)| self.acr & on != 0 && value & reset != 0) => {
+                return Err(Refusal::Misuse);
+            }
+            ACR => (self.acr, self.acr_written) = (value & ACR_BITS, true),
             KEYR => return self.keys.turn(KEYS, value),
             OPTKEYR => return self.option_keys.turn(OPTION_KEYS, value),
             SR => self.sr &= !(value & SR_FLAGS),
@@ -160,6 +183,22 @@ impl Flash {
             _ => return Err(Refusal::Unmodelled),
         }
         Ok(())
+    }
+
+    /// ACR.
+    pub fn acr(&self) -> u32 {
+        self.acr
+    }
+
+    /// ACR, if it was written since the last call.
+    pub fn take_acr(&mut self) -> Option<u32> {
+        std::mem::take(&mut self.acr_written).then_some(self.acr)
+    }
+
+    /// Whether the wait states suffice for `hclk` Hz at 2.7 to 3.6 V (RM0090 table 10, RM0390 table 5).
+    pub fn is_fast_enough(&self, hclk: u64) -> bool {
+        const STEP: u64 = 30_000_000;
+        hclk.div_ceil(STEP) <= u64::from(self.acr & LATENCY) + 1
     }
 
     fn is_unlocked(&self) -> bool {

@@ -1,0 +1,33 @@
+//! What differs from board to board of one model, faults of its hardware included.
+
+use crate::accelerator::FlashTiming;
+
+/// What a board carries and what it feels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Fittings {
+    /// The two jumper wires from CAN_RX to the capture inputs: CAN1 to PA0, CAN2 to PA1.
+    pub capture_wires: bool,
+    /// Frequency of the LSI oscillator, Hz: 32 000 typical, 17 000 to 47 000 by the data sheet (DS8626 table 41).
+    pub lsi_hz: u32,
+    /// Temperature of the chip at first, °C.
+    pub temperature_c: f64,
+    /// How much time flash takes.
+    pub flash_timing: FlashTiming,
+    /// An F405 of revision A, which must not prefetch and names itself 411h in DBGMCU_IDCODE (ES0182).
+    pub revision_a: bool,
+    /// The oscillator on OSC_IN works. A broken one never gets ready.
+    pub hse_starts: bool,
+}
+
+impl Default for Fittings {
+    fn default() -> Self {
+        Fittings {
+            capture_wires: true,
+            lsi_hz: 32_000,
+            temperature_c: 25.0,
+            flash_timing: FlashTiming::AsSet,
+            revision_a: false,
+            hse_starts: true,
+        }
+    }
+}
