@@ -24,6 +24,14 @@ impl Board {
         }
     }
 
+    /// Its chip, as probe-rs knows it.
+    pub fn chip(self) -> &'static str {
+        match self {
+            Board::PyboardV11 => "STM32F405RG",
+            Board::NucleoF446re => "STM32F446RETx",
+        }
+    }
+
     /// Its emulation.
     pub fn model(self) -> Model {
         match self {

@@ -13,6 +13,7 @@ use ecss_can::profile::mission::{self, MissionObjects};
 use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
 
 use crate::firmware::Profile;
+use crate::output;
 
 /// Node-IDs of slaves.
 const SLAVES: RangeInclusive<u8> = 2..=127;
@@ -54,12 +55,11 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         return check(out, &files);
     }
     std::fs::create_dir_all(out).with_context(|| format!("making {}", out.display()))?;
-    for (name, text) in files {
+    for (name, text) in &files {
         let path = out.join(name);
         std::fs::write(&path, text).with_context(|| format!("writing {}", path.display()))?;
-        println!("{}", path.display());
     }
-    Ok(())
+    files.iter().try_for_each(|(name, _)| output::line(out.join(name).display()))
 }
 
 fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {

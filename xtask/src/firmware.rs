@@ -4,6 +4,7 @@ use clap::{Args, ValueEnum};
 
 use crate::board::Board;
 use crate::elf::{Facts, Size};
+use crate::output;
 
 /// Command line of `firmware`.
 #[derive(Args, Debug)]
@@ -44,7 +45,10 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let images = firmware_images::build(options.board.name(), options.profile.name())?;
     for (role, path) in [("master", &images.master), ("slave", &images.slave)] {
         let Size { flash, ram } = Facts::read(path)?.size;
-        println!("{role:<6}  {flash:>7} bytes of flash  {ram:>6} bytes of static RAM  {}", path.display());
+        output::line(format_args!(
+            "{role:<6}  {flash:>7} bytes of flash  {ram:>6} bytes of static RAM  {}",
+            path.display()
+        ))?;
     }
     Ok(())
 }

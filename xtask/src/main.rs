@@ -1,6 +1,7 @@
-//! `cargo demo`, `cargo twin` and `cargo xtask`: what people run at the root of this repository.
+//! `cargo demo`, `cargo twin`, `cargo master`, `cargo slave` and `cargo xtask`: what people run at the root of this repository.
 //!
-//! Exit codes: 0 all went well, 1 something failed (the reason is on stderr), 2 the command line was wrong.
+//! Exit codes: 0 all went well, 1 something failed (the reason is on stderr), 2 the command line was wrong, 130 it was
+//! interrupted, 141 the reader of its output has left.
 
 #![forbid(unsafe_code)]
 
@@ -10,13 +11,20 @@ mod demo;
 mod eds;
 mod elf;
 mod firmware;
+mod flash;
+mod misuse;
+mod output;
 mod pictures;
+mod project;
+mod stop;
 mod telltale;
 mod twin;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use misuse::Misuse;
+use output::Silently;
 
 /// Build, fly and inspect the dual-bus spacecraft.
 #[derive(Parser)]
@@ -34,6 +42,8 @@ enum Command {
     Twin(twin::Options),
     /// Build both firmware images and print where they are and how big
     Firmware(firmware::Options),
+    /// Build an image, write it to a board with probe-rs and show its log
+    Flash(flash::Options),
     /// Measure: latency, load, fail-over, cost of the demo, sizes; write target/bench/summary.json
     Bench(bench::Options),
     /// Measure flash and static RAM of the images of every board; add them to target/bench/summary.json
@@ -46,11 +56,24 @@ enum Command {
     Clippy(firmware::Options),
 }
 
+/// Reports a failure that has not been reported yet.
+fn end(failure: &anyhow::Error) -> ExitCode {
+    if let Some(&Silently(code)) = failure.downcast_ref() {
+        return ExitCode::from(code);
+    }
+    if let Some(misuse) = failure.downcast_ref::<Misuse>() {
+        misuse.exit();
+    }
+    output::complain(format_args!("{failure:#}"));
+    ExitCode::FAILURE
+}
+
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Demo(options) => demo::run(&options),
         Command::Twin(options) => twin::run(&options),
         Command::Firmware(options) => firmware::run(&options),
+        Command::Flash(options) => flash::run(&options),
         Command::Bench(options) => bench::run(&options),
         Command::Sizes(options) => bench::sizes(&options),
         Command::Pictures => pictures::run(),
@@ -59,9 +82,6 @@ fn main() -> ExitCode {
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("{} {failure:#}", console::style("error:").red().bold().for_stderr());
-            ExitCode::FAILURE
-        }
+        Err(failure) => end(&failure),
     }
 }

@@ -13,19 +13,20 @@ use can_wire::wire::WireConfig;
 const SOF: Time = Time::from_us(20);
 /// Along a cable of 40 m.
 const POSITIONS: [f64; 3] = [0.0, 25.0, 40.0];
-const NAMES: [&str; 3] = ["master", "slave 1", "slave 2"];
+const NAMES: [&str; 3] = ["master", "slave 2", "slave 3"];
 /// Isolation and transceiver, out and in.
 const TRANSCEIVER_NS: u32 = 150;
 
-/// One picture: its file in `docs/` and how it comes about.
+/// One picture: its file in `docs/` and its traffic.
 struct Scene {
     file: &'static str,
     title: &'static str,
-    /// Who sends what at [`SOF`].
+    /// Sender, an index of [`NAMES`], and its frame; all begin at [`SOF`].
     frames: Vec<(usize, WireFrame)>,
     fault: Option<Fault>,
-    /// From SOF on, and with a little before it.
+    /// Bit times from SOF to the end of the picture, which begins 3 µs before SOF.
     bits: u64,
+    /// Width of a bit.
     bit_px: f64,
 }
 
@@ -34,15 +35,15 @@ fn scenes() -> [Scene; 3] {
     [
         Scene {
             file: "waveform-frame.svg",
-            title: "A command of two bytes to slave 1 on 40 m of cable at 1 Mbit/s: stuff bits, propagation delay, acknowledgement",
-            frames: vec![(0, WireFrame::standard(0x201, &[0x01, 0x00]))],
+            title: "A command to slave 2 on 40 m of cable at 1 Mbit/s: code 0002h, value 41, sequence 41; stuff bits, propagation delay, acknowledgement",
+            frames: vec![(0, WireFrame::standard(0x302, &[0x02, 0x00, 0x29, 0, 0, 0, 0, 0x29]))],
             fault: None,
-            bits: 72,
-            bit_px: 16.0,
+            bits: 124,
+            bit_px: 12.0,
         },
         Scene {
             file: "waveform-error.svg",
-            title: "SYNC with one bit disturbed at slave 2: its error flag makes the others see an error too, and the master repeats the frame",
+            title: "SYNC with one bit disturbed at slave 3: its error flag makes the others see an error too, and the master repeats the frame",
             frames: vec![(0, WireFrame::standard(0x080, &[]))],
             fault: Some(Fault::Flip(Flip::new(Place::Bit(16), Nodes::of(&[2])))),
             bits: 98,
@@ -50,8 +51,8 @@ fn scenes() -> [Scene; 3] {
         },
         Scene {
             file: "waveform-arbitration.svg",
-            title: "Two slaves send their heartbeats at the same time: 702h beats 705h, which follows after the intermission",
-            frames: vec![(1, heartbeat(2)), (2, heartbeat(5))],
+            title: "Two slaves send their heartbeats at the same time: 702h beats 703h, which follows after the intermission",
+            frames: vec![(1, heartbeat(2)), (2, heartbeat(3))],
             fault: None,
             bits: 80,
             bit_px: 14.0,
@@ -86,7 +87,7 @@ pub fn run() -> anyhow::Result<()> {
     for scene in scenes() {
         let path = docs.join(scene.file);
         std::fs::write(&path, scene.render()?).with_context(|| format!("writing {}", path.display()))?;
-        println!("{}", path.display());
+        crate::output::line(path.display())?;
     }
     Ok(())
 }

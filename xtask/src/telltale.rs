@@ -10,8 +10,11 @@ const SYMBOL: &str = "TELLTALE";
 /// Its first word.
 const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 
+/// Every byte of RAM before a program of the twin has run.
+const RAM_AT_POWER_ON: u8 = 0xA5;
+
 /// 32-bit words, little-endian: magic, then the fields below in their order.
-const WORDS: usize = 18;
+const WORDS: usize = 19;
 
 /// What the firmware itself counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,6 +37,8 @@ pub struct Telltale {
     pub interrupts: [u32; 3],
     /// What became of stamps that were to be measured in hardware.
     pub stamps: Stamps,
+    /// Commands dropped because they repeat the last one (slave).
+    pub repeats: u32,
 }
 
 /// Stamps of a board, both buses.
@@ -78,7 +83,8 @@ impl Telltale {
 
 fn decode(bytes: &[u8]) -> anyhow::Result<Telltale> {
     let word = |n: usize| u32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * n + byte]));
-    if bytes.iter().all(|byte| *byte == 0) {
+    // The program has not come so far as to initialise its memory, or is just doing so.
+    if bytes.iter().all(|byte| [0, RAM_AT_POWER_ON].contains(byte)) {
         return Ok(Telltale::default());
     }
     ensure!(word(0) == MAGIC, "{SYMBOL} begins with {:08X}h, not with \"ECAN\"", word(0));
@@ -96,6 +102,7 @@ fn decode(bytes: &[u8]) -> anyhow::Result<Telltale> {
             missed: [word(13), word(14), word(15), word(16)],
             last: word(17),
         },
+        repeats: word(18),
     })
 }
 
@@ -105,7 +112,7 @@ mod tests {
 
     #[test]
     fn words_stand_in_their_order() {
-        let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17];
+        let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18];
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let expected = Telltale {
             handled: [1, 2],
@@ -117,6 +124,7 @@ mod tests {
             skipped_turns: 8,
             interrupts: [9, 10, 11],
             stamps: Stamps { captured: 12, missed: [13, 14, 15, 16], last: 17 },
+            repeats: 18,
         };
         assert_eq!(decode(&bytes).unwrap(), expected);
     }
@@ -125,5 +133,13 @@ mod tests {
     fn something_else_in_its_place_is_an_error() {
         assert!(decode(&[0xFF; 4 * WORDS]).unwrap_err().to_string().contains("ECAN"));
         assert_eq!(decode(&[0; 4 * WORDS]).unwrap(), Telltale::default());
+    }
+
+    #[test]
+    fn memory_before_its_initialisation_counts_nothing() {
+        let mut bytes = [RAM_AT_POWER_ON; 4 * WORDS];
+        assert_eq!(decode(&bytes).unwrap(), Telltale::default());
+        bytes[..40].fill(0);
+        assert_eq!(decode(&bytes).unwrap(), Telltale::default());
     }
 }

@@ -142,3 +142,41 @@ fn an_unknown_area_is_refused_with_the_known_ones() {
     );
     refuses(&["sizes", "--symbols", "-1"], &["--symbols", "-1"]);
 }
+
+#[test]
+fn misuse_found_after_parsing_shows_the_usage_of_its_command() {
+    refuses(&["demo", "--seconds", "10", "--cut-at", "11"], &["Usage: cargo xtask demo"]);
+}
+
+#[test]
+fn one_port_for_both_buses_is_refused() {
+    refuses(
+        &["twin", "--slcan-nominal", "29501", "--slcan-redundant", "29501"],
+        &["--slcan-nominal", "--slcan-redundant", "29501", "Usage: cargo xtask twin"],
+    );
+}
+
+#[test]
+fn rows_that_cannot_be_written_are_refused_before_anything_is_measured() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let file = here.path().join("file");
+    std::fs::write(&file, "in the way").expect("a file");
+    let below = file.join("rows.json");
+    for command in ["bench", "sizes"] {
+        let usage = format!("Usage: cargo xtask {command}");
+        refuses(&[command, "--out", below.to_str().expect("UTF-8")], &["--out <FILE>", &usage]);
+        refuses(&[command, "--out", here.path().to_str().expect("UTF-8")], &["is a directory", &usage]);
+    }
+}
+
+#[test]
+fn folders_given_are_those_seen_from_the_current_one() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let output = Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args(["eds", "--out", "here"])
+        .current_dir(here.path())
+        .output()
+        .expect("xtask starts");
+    assert!(output.status.success());
+    assert!(here.path().join("here/slave.eds").is_file());
+}

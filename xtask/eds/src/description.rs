@@ -9,7 +9,7 @@ use ecss_can::od::{Access, DataType, ObjectCode, Objects};
 use crate::device::{BIT_RATES, Commissioning, Device};
 use crate::dictionary::{Described, Dictionary, Value, describe, has_text, read};
 use crate::file::File;
-use crate::{Error, value};
+use crate::{Error, notes, value};
 
 /// Objects that every device has (CiA 301 7.5.1).
 const MANDATORY: [u16; 3] = [0x1000, 0x1001, IDENTITY];
@@ -78,7 +78,8 @@ impl Description {
     ) -> Result<String, Error> {
         commissioning.check()?;
         let mut parameters = Parameters::new();
-        for ((index, sub), value) in values(&self.dictionary).filter(|(_, value)| has_text(value.entry)) {
+        let has_text = |((index, sub), value): &((u16, u8), &Value)| has_text(*index, *sub, value.entry);
+        for ((index, sub), value) in values(&self.dictionary).filter(has_text) {
             let bytes = read(configured, index, sub)?;
             if !value.default.tells(commissioning.node, &bytes) {
                 parameters.insert((index, sub), value::text(value.entry.data_type, &bytes)?);
@@ -140,9 +141,10 @@ impl Description {
         for index in 1..=7 {
             file.flag(format_args!("Dummy{index:04X}"), DataType::of_dummy(index).is_some());
         }
+        let notes = notes::of(&self.dictionary);
         file.section("Comments");
-        file.set("Lines", device.comments.len());
-        for (line, comment) in (1..).zip(&device.comments) {
+        file.set("Lines", device.comments.len() + notes.len());
+        for (line, comment) in (1..).zip(device.comments.iter().chain(&notes)) {
             file.set(format_args!("Line{line}"), comment);
         }
     }
@@ -203,7 +205,7 @@ impl Description {
         if let Some(parameter) = parameters.get(&at) {
             file.set("ParameterValue", parameter);
         }
-        file.flag("PDOMapping", entry.mappable);
+        file.flag("PDOMapping", entry.is_mappable());
     }
 }
 

@@ -61,7 +61,7 @@ fn values<D: Objects>(
     for (entry, name) in object.entries.iter().zip(names.entries) {
         for nth in 0..entry.count {
             let sub = entry.sub + nth;
-            let default = if has_text(entry) {
+            let default = if has_text(index, sub, entry) {
                 let value = |(node, objects): &mut (NodeId, D)| Ok((*node, read(objects, index, sub)?));
                 let values: Result<Vec<_>, Error> = nodes.iter_mut().map(value).collect();
                 Default::of(entry.data_type, &values?)
@@ -74,9 +74,11 @@ fn values<D: Objects>(
     Ok(values)
 }
 
-/// Whether an entry has a value that stands in a file: somebody can read it, and it is no block of bytes.
-pub fn has_text(entry: &Entry) -> bool {
-    entry.access.is_readable() && entry.data_type != DataType::Domain
+/// Whether a value stands in a file: a client can read it after power-on, and it is no block of bytes.
+pub fn has_text(index: u16, sub: u8, entry: &Entry) -> bool {
+    // Errors of the past: the node has none, and refuses to read them (08000024h).
+    let is_error = index == 0x1003 && sub > 0;
+    entry.access.is_readable() && entry.data_type != DataType::Domain && !is_error
 }
 
 /// The bytes of a value.

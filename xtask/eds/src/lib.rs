@@ -32,7 +32,9 @@
 //! * Unsigned numbers are hexadecimal, signed ones decimal: some readers take FFh for 255 whatever the type.
 //! * A value that follows the Node-ID is `$NODEID+0x...`, the formula first, also with high bits set in it.
 //! * A value that follows the Node-ID in another way has no default in an EDS, but its value in each DCF.
-//! * What cannot be read (write-only) and blocks of bytes (DOMAIN) have no default either. There is never an empty number.
+//! * What cannot be read (write-only, an error that has not occurred) and blocks of bytes (DOMAIN) have no default either.
+//!   There is never an empty number.
+//! * CiA 306 has no keyword for the capacity of a string, nor for what "save" (1010h) keeps: both stand in `[Comments]`.
 //! * `ParameterValue` stands where a DCF differs from the default and nowhere else: tools write what they find there into
 //!   the device, and 1010h or the mapping of a valid PDO do not take their own value back.
 
@@ -42,6 +44,7 @@ mod description;
 mod device;
 mod dictionary;
 mod file;
+mod notes;
 mod value;
 
 pub use description::Description;

@@ -14,9 +14,7 @@ pub fn clean(command: &mut Command) -> &mut Command {
             || text.starts_with("CARGO_MANIFEST")
             || text == "CARGO_TARGET_DIR";
         let of_flags = text == "RUSTFLAGS" || text == "CARGO_ENCODED_RUSTFLAGS" || text == "LD_LIBRARY_PATH";
-        // Images log what .cargo/config.toml says, so that they are the same everywhere.
-        let of_log = text == "DEFMT_LOG";
-        if of_toolchain || of_package || of_flags || of_log {
+        if of_toolchain || of_package || of_flags {
             command.env_remove(&name);
         }
     }

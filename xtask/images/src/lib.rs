@@ -1,7 +1,8 @@
 //! Builds both firmware images, whichever way this machine can.
 //!
 //! [`build`] is all that most need: it finds a toolchain, says so in one line, and builds under a file lock, so that test
-//! processes that want the same images build them once. It is never called from a build script.
+//! processes that want the same images build them once. It is never called from a build script. Ctrl-C ends a build and the
+//! wait for another one, as long as the program has not taken it over: call [`build`] before you handle signals.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
@@ -9,7 +10,8 @@
 mod environment;
 mod toolchain;
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -34,13 +36,13 @@ pub enum Error {
     NoToolchain(String),
     /// A command could not be started.
     #[error("cannot run {0}: {1}")]
-    Spawn(String, std::io::Error),
+    Spawn(String, io::Error),
     /// A command failed; its output went to stderr.
     #[error("{0} failed ({1})")]
     Failed(String, std::process::ExitStatus),
     /// The build directory cannot be used.
     #[error("cannot use {0}: {1}")]
-    Directory(PathBuf, std::io::Error),
+    Directory(PathBuf, io::Error),
 }
 
 /// Target triple of every supported board.
@@ -48,12 +50,23 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 const PACKAGES: [&str; 2] = ["master", "slave"];
 
+/// What images log, a filter of defmt. The same stands in `.cargo/config.toml`.
+pub const LOG: &str = "info";
+
 /// Builds master and slave for a board (`pyboard-v11`) and a mission profile (`librecube`, or `standard`).
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
 pub fn build(board: &str, profile: &str) -> Result<Images, Error> {
-    let directory = cargo(&["build"], board, profile, &images(board, profile), &[])?;
+    build_logging(board, profile, LOG)
+}
+
+/// As [`build`], with another filter of the log than [`LOG`].
+///
+/// # Errors
+/// See [`Error`]; each says what to do.
+pub fn build_logging(board: &str, profile: &str, log: &str) -> Result<Images, Error> {
+    let directory = cargo(&["build"], board, profile, log, &images(board, profile), &[])?;
     Ok(Images { master: directory.join("master"), slave: directory.join("slave") })
 }
 
@@ -65,7 +78,7 @@ pub fn build_example(board: &str, example: &str) -> Result<PathBuf, Error> {
     let what = ["--package", "boards", "--example", example, "--features"].map(str::to_owned);
     let what = [&what[..], &[format!("boards/{board}")]].concat();
     // Beside the images whose dependencies it shares.
-    let directory = cargo(&["build"], board, "librecube", &what, &[])?;
+    let directory = cargo(&["build"], board, "librecube", LOG, &what, &[])?;
     Ok(directory.join("examples").join(example))
 }
 
@@ -78,6 +91,7 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         &["clippy", "--package", "ecss-can", "--package", "boards"],
         board,
         profile,
+        LOG,
         &images(board, profile),
         &["--", "-D", "warnings"],
     )
@@ -102,21 +116,23 @@ fn cargo(
     command: &[&str],
     board: &str,
     profile: &str,
+    log: &str,
     what: &[String],
     rest: &[&str],
 ) -> Result<PathBuf, Error> {
     let root = workspace();
-    // One directory per configuration: images of two profiles never overwrite each other.
-    let target_dir = root.join("target/firmware").join(format!("{board}-{profile}"));
+    let target_dir = root.join("target/firmware").join(configuration(board, profile, log));
     let unusable = |error| Error::Directory(target_dir.clone(), error);
     fs::create_dir_all(&target_dir).map_err(unusable)?;
-    let lock_file = File::create(root.join("target/firmware/lock")).map_err(unusable)?;
-    let mut lock = fd_lock::RwLock::new(lock_file);
-    let _guard = lock.write().map_err(unusable)?;
+    // Held until the file is closed.
+    let lock = File::create(root.join("target/firmware/lock")).map_err(unusable)?;
+    take(&lock).map_err(unusable)?;
 
     let toolchain = toolchain::find(command[0] == "clippy")?;
     let progress = spinner(&format!("{} firmware for {board}, profile {profile}: {toolchain}", command[0]));
     let mut cargo = toolchain.cargo();
+    // As said here and nowhere else, so that images are the same whoever builds them.
+    cargo.env("DEFMT_LOG", log);
     cargo.current_dir(&root).args(command).args(toolchain.arguments());
     cargo.args(["--quiet", "--locked", "--profile", "firmware", "--target", TARGET]);
     cargo.arg("--target-dir").arg(&target_dir);
@@ -128,6 +144,27 @@ fn cargo(
     Ok(target_dir.join(TARGET).join("firmware"))
 }
 
+/// Name of the directory for a configuration: images of two of them never overwrite each other. All filters of the log but
+/// the usual one share a directory, nobody flies those.
+fn configuration(board: &str, profile: &str, log: &str) -> String {
+    let suffix = if log == LOG { "" } else { "-log" };
+    format!("{board}-{profile}{suffix}")
+}
+
+/// Locks the file. Who has to wait for it is told so.
+fn take(lock: &File) -> io::Result<()> {
+    match lock.try_lock() {
+        Ok(()) => Ok(()),
+        Err(TryLockError::Error(error)) => Err(error),
+        Err(TryLockError::WouldBlock) => {
+            let progress = spinner("waiting for another build of the firmware to end");
+            let outcome = lock.lock();
+            progress.finish_and_clear();
+            outcome
+        }
+    }
+}
+
 /// Root of the workspace.
 fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap_or(Path::new(".")).to_path_buf()
@@ -137,7 +174,7 @@ fn workspace() -> PathBuf {
 fn spinner(message: &str) -> ProgressBar {
     let bar = ProgressBar::new_spinner();
     if bar.is_hidden() {
-        eprintln!("{message}");
+        note(message);
     }
     let style = ProgressStyle::with_template("{spinner} {msg} [{elapsed}]")
         .unwrap_or_else(|_| ProgressStyle::default_spinner());
@@ -145,6 +182,11 @@ fn spinner(message: &str) -> ProgressBar {
     bar.set_message(message.to_owned());
     bar.enable_steady_tick(std::time::Duration::from_millis(120));
     bar
+}
+
+/// Prints a line on stderr, if anybody reads it.
+fn note(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
 }
 
 /// Runs a command to its end, its output on our stderr.
@@ -160,4 +202,21 @@ fn run(command: &mut Command) -> Result<(), Error> {
 fn command_line(command: &Command) -> String {
     let words = std::iter::once(command.get_program()).chain(command.get_args());
     words.map(|word| word.to_string_lossy()).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_log_never_overwrites_usual_images() {
+        assert_eq!(configuration("pyboard-v11", "librecube", LOG), "pyboard-v11-librecube");
+        assert_ne!(configuration("pyboard-v11", "librecube", "debug"), "pyboard-v11-librecube");
+    }
+
+    #[test]
+    fn usual_log_is_that_of_the_cargo_configuration() {
+        let config = fs::read_to_string(workspace().join(".cargo/config.toml")).expect("it is there");
+        assert!(config.contains(&format!("\nDEFMT_LOG = \"{LOG}\"\n")), "{config}");
+    }
 }

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::environment::clean;
-use crate::{Error, TARGET, run};
+use crate::{Error, TARGET, note, run};
 
 /// A way to compile for [`TARGET`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,7 +54,7 @@ pub fn find(clippy: bool) -> Result<Toolchain, Error> {
     if !Path::new("/usr/bin/apt-get").exists() || !is_root() {
         return Err(Error::NoToolchain(install));
     }
-    eprintln!("rustup has no target {TARGET}; installing Debian's instead: {install}");
+    note(&format!("rustup has no target {TARGET}; installing Debian's instead: {install}"));
     run(Command::new("sh")
         .args(["-c", &install])
         .env("DEBIAN_FRONTEND", "noninteractive")
@@ -116,7 +116,7 @@ fn rustup_may_install() -> bool {
 }
 
 fn add_rustup_target() -> bool {
-    eprintln!("no target {TARGET} yet: rustup target add {TARGET}");
+    note(&format!("no target {TARGET} yet: rustup target add {TARGET}"));
     clean(&mut Command::new("rustup"))
         .current_dir(crate::workspace())
         .args(["target", "add", TARGET])

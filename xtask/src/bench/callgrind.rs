@@ -59,7 +59,7 @@ fn find_or_install() -> anyhow::Result<()> {
     if !is_root || !Path::new("/usr/bin/apt-get").exists() {
         bail!("valgrind is missing; on Debian, run as root\n    {INSTALL}");
     }
-    eprintln!("valgrind is missing; installing it: {INSTALL}");
+    crate::output::note(format_args!("valgrind is missing; installing it: {INSTALL}"));
     let mut install = Command::new("sh");
     install.args(["-c", INSTALL]).env("DEBIAN_FRONTEND", "noninteractive").stdin(Stdio::null());
     install.stdout(std::io::stderr());

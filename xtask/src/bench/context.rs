@@ -1,6 +1,7 @@
 //! What areas share: images, and flights that more than one of them looks at.
 
 use std::cell::{OnceCell, RefCell};
+use std::ops::ControlFlow;
 
 use can_wire::time::Time;
 use firmware_images::Images;
@@ -54,7 +55,7 @@ impl Context {
     /// When the images cannot be built or flown.
     pub fn fly(&self, plan: Plan) -> anyhow::Result<Flight> {
         let images = self.images(plan.board, PROFILE)?;
-        mission::fly(plan, &images, |_, _| {})
+        mission::fly(plan, &images, |_, _| ControlFlow::Continue(()))
     }
 }
 

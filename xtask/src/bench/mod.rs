@@ -11,7 +11,7 @@ mod row;
 mod summary;
 mod table;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::Args;
@@ -24,6 +24,9 @@ use self::row::Row;
 use self::summary::Summary;
 use crate::elf::Facts;
 use crate::firmware::Profile;
+use crate::misuse::Misuse;
+use crate::output::{line, note, text, warn};
+use crate::project;
 
 /// Command line of `bench`.
 #[derive(Args, Debug)]
@@ -59,8 +62,9 @@ struct Output {
     #[arg(long)]
     json: bool,
 
-    /// Where the rows go; those of areas not measured now stay as they are
-    #[arg(long, value_name = "FILE", default_value = "target/bench/summary.json")]
+    /// Where the rows go; those of areas not measured now stay as they are [default: target/bench/summary.json of the
+    /// project]
+    #[arg(long, value_name = "FILE", default_value_os_t = project::path("target/bench/summary.json"), hide_default_value = true)]
     out: PathBuf,
 }
 
@@ -80,7 +84,8 @@ fn areas_help() -> String {
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let wanted = |area: &&Area| options.only.is_empty() || options.only.iter().any(|name| name == area.name);
     let areas: Vec<_> = ALL.iter().filter(wanted).collect();
-    measure(&Context::default(), &areas, &options.output)
+    let failed = measure("bench", &Context::default(), &areas, &options.output)?;
+    judge(&failed, &options.output)
 }
 
 /// The area `size` alone, then the biggest symbols.
@@ -90,25 +95,43 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 pub fn sizes(options: &SizesOptions) -> anyhow::Result<()> {
     let context = Context::default();
     let areas: Vec<_> = ALL.iter().filter(|area| area.name == "size").collect();
-    let outcome = measure(&context, &areas, &options.output);
+    let failed = measure("sizes", &context, &areas, &options.output)?;
     if !options.output.json && options.symbols > 0 {
-        print!("{}", areas::biggest_symbols(&context, options.symbols)?);
+        text(areas::biggest_symbols(&context, options.symbols)?)?;
     }
-    outcome
+    judge(&failed, &options.output)
 }
 
-fn measure(context: &Context, areas: &[&Area], output: &Output) -> anyhow::Result<()> {
-    // Read first: a long run must not end at a file that it cannot add to.
+/// Measures, prints and writes; returns the rows whose targets do not hold.
+fn measure(
+    command: &'static str,
+    context: &Context,
+    areas: &[&Area],
+    output: &Output,
+) -> anyhow::Result<Vec<String>> {
+    // A long run must not end at a file that it cannot add to.
+    let refuse = |cause: &dyn std::fmt::Display| {
+        let value = output.out.display();
+        let text =
+            format!("invalid value '{value}' for '--out <FILE>': {cause}; give a file that can be written");
+        Misuse::of(command, text)
+    };
+    if output.out.is_dir() {
+        return Err(refuse(&"it is a directory").into());
+    }
+    let folder = output.out.parent().unwrap_or(Path::new(""));
+    project::make_writable(folder).map_err(|cause| refuse(&cause))?;
     let mut summary = Summary::read(&output.out)?;
     let mut this_run = Summary::default();
     let mut failed = Vec::new();
     for area in areas {
-        eprintln!("{} {}: {}", style("measuring").dim().for_stderr(), area.name, area.about);
+        let measuring = style("measuring").dim().for_stderr();
+        note(format_args!("{measuring} {}: {}", area.name, area.about));
         let rows = (area.measure)(context)?;
         summary.replace(area.name, &rows)?;
         this_run.replace(area.name, &rows)?;
         if !output.json {
-            table::lines(area.name, &rows).iter().for_each(|line| println!("{line}"));
+            table::lines(area.name, &rows).iter().try_for_each(line)?;
         }
         let broken = rows.iter().filter(|row| row.holds() == Some(false));
         failed.extend(broken.map(|row: &Row| format!("{}.{}", area.name, row.name)));
@@ -116,18 +139,22 @@ fn measure(context: &Context, areas: &[&Area], output: &Output) -> anyhow::Resul
     let compiler = compiler(context)?;
     this_run.set_toolchain(&compiler);
     if let Some(before) = summary.set_toolchain(&compiler) {
-        eprintln!("rows of areas not measured now are of another compiler: {before}");
+        warn(format_args!("rows of areas not measured now are of another compiler: {before}"));
     }
     summary.write(&output.out)?;
     if output.json {
-        println!("{this_run}");
+        line(this_run)?;
     } else {
-        println!("\nimages by {compiler}; rows written to {}", output.out.display());
+        line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&output.out)))?;
     }
-    match (failed.as_slice(), output.check) {
+    Ok(failed)
+}
+
+fn judge(failed: &[String], output: &Output) -> anyhow::Result<()> {
+    match (failed, output.check) {
         ([], _) => {}
         (failed, true) => bail!("targets that do not hold: {}", failed.join(", ")),
-        (failed, false) => eprintln!("targets that do not hold: {}", failed.join(", ")),
+        (failed, false) => warn(format_args!("targets that do not hold: {}", failed.join(", "))),
     }
     Ok(())
 }

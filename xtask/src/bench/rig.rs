@@ -6,7 +6,7 @@
 use anyhow::Context as _;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig, Fittings};
+use twin::board::{Board, BoardConfig, Fittings, FlashTiming};
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 
 use super::context::{Context, FLOWN};
@@ -26,6 +26,13 @@ const BOOT: Time = Time::from_ms(50);
 /// Where the slave sits, metres from the guests.
 const SLAVE_AT_M: f64 = 10.0;
 
+/// Timings of the flash under which an area is measured, and what the names of its rows end in.
+pub const FLASH_TIMINGS: [(FlashTiming, &str); 3] = [
+    (FlashTiming::Ideal, ""),
+    (FlashTiming::AsSet, "_accelerated"),
+    (FlashTiming::Unaccelerated, "_unaccelerated"),
+];
+
 /// The slave and its masters.
 pub struct Rig {
     /// The twin.
@@ -42,6 +49,19 @@ impl Rig {
     /// # Errors
     /// When there is no image, or it does not come up.
     pub fn new(context: &Context, profile: Profile, node: u8) -> anyhow::Result<Rig> {
+        Rig::with_flash(context, profile, node, FlashTiming::AsSet)
+    }
+
+    /// The same with this timing of its flash.
+    ///
+    /// # Errors
+    /// As [`Rig::new`].
+    pub fn with_flash(
+        context: &Context,
+        profile: Profile,
+        node: u8,
+        flash_timing: FlashTiming,
+    ) -> anyhow::Result<Rig> {
         let images = context.images(FLOWN, profile)?;
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         let slave = spacecraft.add_board(BoardConfig {
@@ -52,7 +72,7 @@ impl Rig {
             ppm: 0.0,
             position_m: SLAVE_AT_M,
             power_on_at: Time::ZERO,
-            fittings: Fittings::default(),
+            fittings: Fittings { flash_timing, ..Fittings::default() },
         });
         let masters = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
         let client = spacecraft.add_guest(Bus::Nominal, 0.0);

@@ -1,5 +1,6 @@
 //! What a flight leaves on disk.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use anyhow::Context;
@@ -15,11 +16,25 @@ use super::summary::Summary;
 pub const LIST: &str =
     "bus-nominal.log, bus-redundant.log, spacecraft.pcapng, report.html, timeline.svg, summary.json";
 
+/// Removes those of an earlier flight, and nothing else.
+///
+/// # Errors
+/// When one is there and cannot be removed.
+pub fn remove(out: &Path) -> anyhow::Result<()> {
+    for path in LIST.split(", ").map(|name| out.join(name)) {
+        match std::fs::remove_file(&path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => {}
+            outcome => outcome.with_context(|| format!("cannot remove {}", path.display()))?,
+        }
+    }
+    Ok(())
+}
+
 /// Writes all of them into a directory that exists.
 ///
 /// # Errors
 /// When a file cannot be written.
-pub fn write(out: &Path, flight: &Flight, summary: &Summary, faults: &[String]) -> anyhow::Result<()> {
+pub fn write(out: &Path, flight: &Flight, summary: &Summary) -> anyhow::Result<()> {
     let put = |name: &str, content: &[u8]| {
         let path = out.join(name);
         std::fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))
@@ -28,7 +43,7 @@ pub fn write(out: &Path, flight: &Flight, summary: &Summary, faults: &[String]) 
         put(&format!("bus-{}.log", bus.name()), &candump(flight, bus)?)?;
     }
     put("spacecraft.pcapng", &pcapng(flight)?)?;
-    put("report.html", report::page(flight, summary, faults).as_bytes())?;
+    put("report.html", report::page(flight, summary).as_bytes())?;
     put("timeline.svg", report::timeline(flight).as_bytes())?;
     put("summary.json", (serde_json::to_string_pretty(summary)? + "\n").as_bytes())
 }
@@ -58,7 +73,7 @@ mod tests {
     fn every_frame_stands_in_the_log_of_its_bus() {
         let here = tempfile::tempdir().unwrap();
         let flight = sample::flight();
-        write(here.path(), &flight, &Summary::of(&flight), &[]).unwrap();
+        write(here.path(), &flight, &Summary::of(&flight)).unwrap();
         let lines = |bus: &str| -> Vec<String> {
             let log = std::fs::read_to_string(here.path().join(format!("bus-{bus}.log"))).unwrap();
             assert!(log.lines().all(|line| line.contains(&format!(" {bus} "))));

@@ -16,8 +16,10 @@ use crate::telltale::Telltale;
 pub struct Flight {
     /// What was to be flown.
     pub plan: Plan,
-    /// When it really ended: at the first quiet moment after the planned end.
+    /// When it really ended: at the first quiet moment after the planned end, or after the interruption.
     pub end: Time,
+    /// Why it ended before its planned end, if it did.
+    pub interrupted: Option<Interruption>,
     /// How long the flight took on the computer, without building images.
     pub wall: Duration,
     /// Everything that happened, in order of time.
@@ -30,6 +32,15 @@ pub struct Flight {
     pub boards: Vec<BoardCount>,
     /// Stamps of SYNC against the truth.
     pub stamp_errors: StampErrors,
+}
+
+/// Why a flight ended before its planned end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interruption {
+    /// Ctrl-C or SIGTERM.
+    Asked,
+    /// What it prints cannot be written any more.
+    Unread,
 }
 
 /// What the twin counted on one board.

@@ -22,8 +22,8 @@ pub enum Message {
     SpacecraftTime(Scet),
     /// Local Time PDO of a slave (ECSS 7.2.2).
     LocalTime { node: Node, scet: Scet },
-    /// Unconfirmed command to a slave (ECSS 9.4.2).
-    Telecommand { node: Node, code: u16, value: u64 },
+    /// Unconfirmed command to a slave (ECSS 9.4.2): code, value (5 bytes) and sequence.
+    Telecommand { node: Node, code: u16, value: u64, sequence: u8 },
     /// Telemetry request to a slave (ECSS 9.4.3).
     TelemetryRequest { node: Node, code: u16 },
     /// Telemetry of a slave (ECSS 9.4.3).
@@ -90,8 +90,13 @@ impl Message {
                 })
             }
             (0x300, _) => {
-                let (code, value) = code_and_value(data)?;
-                Some(Message::Telecommand { node, code, value })
+                let (code, rest) = code_and_value(data)?;
+                Some(Message::Telecommand {
+                    node,
+                    code,
+                    value: rest & 0xFF_FFFF_FFFF,
+                    sequence: (rest >> 40) as u8,
+                })
             }
             (0x380, _) => {
                 let (code, value) = code_and_value(data)?;
@@ -202,8 +207,8 @@ mod tests {
     fn process_data_is_decoded() {
         assert_eq!(decode(0x080, &[]), Some(Message::Sync));
         assert_eq!(
-            decode(0x302, &[0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 0, 0]),
-            Some(Message::Telecommand { node: 2, code: 0x1234, value: 0xDEAD_BEEF })
+            decode(0x302, &[0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 0, 9]),
+            Some(Message::Telecommand { node: 2, code: 0x1234, value: 0xDEAD_BEEF, sequence: 9 })
         );
         assert_eq!(decode(0x402, &[0x01, 0x00]), Some(Message::TelemetryRequest { node: 2, code: 1 }));
         assert_eq!(

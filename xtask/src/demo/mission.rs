@@ -1,5 +1,6 @@
 //! The flight itself: the real images on the twin, watched from outside.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
@@ -14,7 +15,7 @@ use twin::image::Image;
 use twin::rtt;
 use twin::spacecraft::{Bus as TwinBus, LogRecord, Spacecraft, SpacecraftConfig};
 
-use super::flight::{BoardCount, Flight};
+use super::flight::{BoardCount, Flight, Interruption};
 use super::narrator::{Line, Narrator};
 use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
@@ -32,24 +33,23 @@ const QUIET: Time = Time::from_ms(1);
 /// When the buses are never silent the flight ends all the same.
 const PATIENCE: Time = Time::from_ms(1000);
 
-/// Flies a plan. `watch` is told the time and what happened, a moment after it happened.
+/// Flies a plan. `watch` gets the time and what happened, a moment after it happened; it can break the flight off. Frames
+/// that are under way then are still dealt with, so that the counters fit together.
 ///
 /// # Errors
 /// When an image cannot be read, is not one of ours, or reaches for hardware that the twin does not have.
-pub fn fly(plan: Plan, images: &Images, mut watch: impl FnMut(Time, &[Line])) -> anyhow::Result<Flight> {
+pub fn fly(plan: Plan, images: &Images, mut watch: impl Watch) -> anyhow::Result<Flight> {
     let began = Instant::now();
     let mut mission = Mission::prepare(plan, images)?;
-    let cut = mission.plan.cut;
-    for stop in stops(mission.plan.end, cut.map(|cut| cut.at)) {
-        mission.advance(stop, &mut watch);
-        if let Some(cut) = cut.filter(|cut| cut.at == stop) {
-            mission.spacecraft.wire_mut(twin_bus(cut.bus)).cut(cut.position_m);
-            mission.take(vec![Record { at: stop, what: Happening::Cut(cut.bus) }], &mut watch);
-        }
-    }
+    let interrupted = mission.fly(&mut watch).break_value();
     mission.settle(&mut watch);
-    mission.conclude(began)
+    mission.conclude(began, interrupted)
 }
+
+/// Gets the time and the newest lines of the story.
+pub trait Watch: FnMut(Time, &[Line]) -> ControlFlow<Interruption> {}
+
+impl<F: FnMut(Time, &[Line]) -> ControlFlow<Interruption>> Watch for F {}
 
 /// Every [`STEP`] up to `end`, and the cut.
 fn stops(end: Time, cut: Option<Time>) -> impl Iterator<Item = Time> {
@@ -106,8 +106,20 @@ impl Mission {
         })
     }
 
-    /// Flies to `until`. A board that the twin had to stop stays behind; the end of the flight tells.
-    fn advance(&mut self, until: Time, watch: &mut impl FnMut(Time, &[Line])) {
+    fn fly(&mut self, watch: &mut impl Watch) -> ControlFlow<Interruption> {
+        let cut = self.plan.cut;
+        for stop in stops(self.plan.end, cut.map(|cut| cut.at)) {
+            self.advance(stop, watch)?;
+            if let Some(cut) = cut.filter(|cut| cut.at == stop) {
+                self.spacecraft.wire_mut(twin_bus(cut.bus)).cut(cut.position_m);
+                self.take(vec![Record { at: stop, what: Happening::Cut(cut.bus) }], watch)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Flies to `until`. A board that the twin had to stop stays behind; the verdict names it.
+    fn advance(&mut self, until: Time, watch: &mut impl Watch) -> ControlFlow<Interruption> {
         let from = self.spacecraft.now();
         while self.spacecraft.run_until(until).is_err() {}
         let powered = self.plan.boards.iter().filter(|board| (from..until).contains(&board.power_on));
@@ -118,11 +130,11 @@ impl Mission {
         records.extend(frames.into_iter().filter_map(|wire| frame(wire.bus, wire.record)));
         records.extend(self.spacecraft.take_logs().into_iter().filter_map(log));
         records.sort_by_key(|record| record.at);
-        self.take(records, watch);
+        self.take(records, watch)
     }
 
     /// Shows records to everybody who watches.
-    fn take(&mut self, records: Vec<Record>, watch: &mut impl FnMut(Time, &[Line])) {
+    fn take(&mut self, records: Vec<Record>, watch: &mut impl Watch) -> ControlFlow<Interruption> {
         let told = self.story.len();
         for record in records {
             let changes = self.observer.on(&record);
@@ -132,19 +144,20 @@ impl Mission {
             }
             self.records.push(record);
         }
-        watch(self.spacecraft.now(), &self.story[told..]);
+        watch(self.spacecraft.now(), &self.story[told..])
     }
 
-    fn settle(&mut self, watch: &mut impl FnMut(Time, &[Line])) {
-        let deadline = self.plan.end + PATIENCE;
+    /// Goes on until the buses are quiet, whatever `watch` says.
+    fn settle(&mut self, watch: &mut impl Watch) {
+        let deadline = self.spacecraft.now() + PATIENCE;
         let quiet = |mission: &Mission| mission.spacecraft.now() >= mission.last_frame + QUIET;
         while !quiet(self) && self.spacecraft.now() < deadline {
             let until = self.spacecraft.now() + QUIET;
-            self.advance(until, watch);
+            let _ = self.advance(until, watch);
         }
     }
 
-    fn conclude(mut self, began: Instant) -> anyhow::Result<Flight> {
+    fn conclude(mut self, began: Instant, interrupted: Option<Interruption>) -> anyhow::Result<Flight> {
         let end = self.spacecraft.now();
         self.observer.conclude(end);
         let boards = self
@@ -157,6 +170,7 @@ impl Mission {
         Ok(Flight {
             plan: self.plan,
             end,
+            interrupted,
             wall: began.elapsed(),
             records: self.records,
             story: self.story,

@@ -3,10 +3,11 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
-use clap::error::ErrorKind;
 use clap::{Args, FromArgMatches};
 
 use crate::board::Board;
+use crate::misuse::Misuse;
+use crate::project;
 
 const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
 
@@ -14,7 +15,8 @@ const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
 #[derive(Args, Debug)]
 #[command(after_help = "Every run with the same options gives byte-identical logs: all times are virtual.\n\
     Exit code 0: all slaves were operational at the end, no frame was lost, no board locked up or panicked;\n\
-    1: one of these failed, the reason is printed; 2: wrong command line.")]
+    1: one of these failed, the reason is printed; 2: wrong command line; 130: stopped by Ctrl-C or SIGTERM, what was\n\
+    flown is written all the same; 141: the reader of its output has left, likewise.")]
 pub struct Options {
     /// Number of slave boards: nodes 2, 3, 4, ... (node 4 uses selective bus access) [1..14]
     #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=14))]
@@ -37,8 +39,9 @@ pub struct Options {
     #[arg(long, value_name = "BOARD", value_enum, default_value_t = Board::PyboardV11)]
     pub board: Board,
 
-    /// Directory for logs, pcapng, report and summary; created when missing
-    #[arg(long, value_name = "DIR", default_value = "target/demo")]
+    /// Directory for logs, pcapng, report and summary, as seen from the current one; created when missing. The files of an
+    /// earlier flight there are removed first [default: target/demo] of the project
+    #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/demo"), hide_default_value = true)]
     pub out: PathBuf,
 }
 
@@ -90,11 +93,14 @@ impl Options {
             None => Ok(Some(self.seconds / 2.0)),
             Some(CutAt::Never) => Ok(None),
             Some(CutAt::Second(cut)) if cut <= self.seconds => Ok(Some(cut)),
-            Some(CutAt::Second(cut)) => Err(Misuse(format!(
-                "invalid value '{cut}' for '--cut-at <S>': the flight ends at {} s; allowed are 0 to {} \
-                 (or \"never\"), or a longer --seconds",
-                self.seconds, self.seconds
-            ))),
+            Some(CutAt::Second(cut)) => Err(Misuse::of(
+                "demo",
+                format!(
+                    "invalid value '{cut}' for '--cut-at <S>': the flight ends at {0} s; allowed are 0 to {0} \
+                     (or \"never\"), or a longer --seconds",
+                    self.seconds
+                ),
+            )),
         }
     }
 
@@ -103,29 +109,28 @@ impl Options {
     /// # Errors
     /// When the directory cannot be made or written to.
     pub fn prepare_out(&self) -> Result<(), Misuse> {
-        let probe = self.out.join(".writable");
-        std::fs::create_dir_all(&self.out)
-            .and_then(|()| std::fs::write(&probe, []))
-            .and_then(|()| std::fs::remove_file(&probe))
-            .map_err(|cause| {
-                Misuse(format!(
+        project::make_writable(&self.out).map_err(|cause| {
+            Misuse::of(
+                "demo",
+                format!(
                     "invalid value '{}' for '--out <DIR>': {cause}; give a directory that can be created and \
                      written to",
                     self.out.display()
-                ))
-            })
+                ),
+            )
+        })
     }
 }
 
-/// A wrong command line that only became clear after parsing.
-#[derive(Debug)]
-pub struct Misuse(String);
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-impl Misuse {
-    /// Says so like clap does, and ends the program with exit code 2.
-    pub fn exit(&self) -> ! {
-        use clap::CommandFactory;
-        let mut command = crate::Cli::command();
-        command.error(ErrorKind::ValueValidation, &self.0).exit()
+    #[test]
+    fn default_folder_is_that_of_the_project_wherever_called_from() {
+        let out = Options::default().out;
+        assert!(out.is_absolute() && out.ends_with("target/demo"), "{}", out.display());
+        let root = out.ancestors().nth(2).expect("the root");
+        assert!(root.join("rust-toolchain.toml").is_file(), "{}", root.display());
     }
 }

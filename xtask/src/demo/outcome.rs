@@ -27,16 +27,18 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
     let frames: u64 = summary.frames.values().sum();
     format!(
         "{table}\n\
-         {} of {} slaves operational; TC: {} on the wire, {} due, {} executed; TM: {} requested, {} received\n\
+         {} of {} slaves operational; TC: {} on the wire, {} due, {} executed, {} repeats dropped;\n\
+         TM: {} requested, {} received\n\
          {frames} frames completed, {} lost, {} aborted; {} lock-ups, {} panics\n\
          stamps of SYNC: {}\n\
          {} s of virtual time in {} s on this computer ({} million emulated instructions per second; cycle counts \
-         are model cycles\nwith zero flash wait states)\n",
+         are model cycles,\nflash wait states included)\n",
         summary.slaves_operational_at_end,
         summary.boards - 1,
         summary.tc_sent,
         summary.tc_due,
         summary.tc_executed,
+        summary.tc_repeats,
         summary.tm_requested,
         summary.tm_received,
         summary.lost_frames,
@@ -100,7 +102,7 @@ mod tests {
         for expected in [
             "master               operational, redundant bus",
             "node 4   selective   operational, redundant bus   12406.0 ms      271        271",
-            "2 of 2 slaves operational; TC: 778 on the wire, 660 due, 660 executed",
+            "2 of 2 slaves operational; TC: 778 on the wire, 660 due, 660 executed, 0 repeats dropped",
         ] {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");
         }

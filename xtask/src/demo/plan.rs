@@ -3,10 +3,11 @@
 use can_wire::time::Time;
 
 use super::observer::Access;
-use super::options::{Misuse, Options};
+use super::options::Options;
 use super::record::{Bus, MASTER, Node};
 use crate::board::Board;
 use crate::firmware::Profile;
+use crate::misuse::Misuse;
 
 /// The mission profile that both images are built with.
 pub const PROFILE: Profile = Profile::Librecube;

@@ -162,6 +162,7 @@ pub fn flight() -> Flight {
     let stamp_errors = StampErrors { compared: 24, worst_ns: 11.94 };
     Flight {
         end: plan.end,
+        interrupted: None,
         plan,
         wall: Duration::from_secs(10),
         records,

@@ -1,4 +1,4 @@
-//! The numbers of a flight, for machines, and whether it was a good one.
+//! The numbers of a flight, for machines, with its verdict.
 
 use std::collections::BTreeMap;
 
@@ -6,14 +6,16 @@ use serde::Serialize;
 
 use super::flight::Flight;
 use super::message::Message;
-use super::narrator::name;
-use super::observer::Access;
 use super::plan::PROFILE;
 use super::record::{Bus, MASTER, Node};
+use super::verdict::Verdict;
 
 /// `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
+    /// `verdict`: `passed`, `failed` or `interrupted`; `reasons`: why it did not pass.
+    #[serde(flatten)]
+    pub verdict: Verdict,
     /// Number of boards: one master and its slaves.
     pub boards: usize,
     /// Model of the boards.
@@ -22,7 +24,9 @@ pub struct Summary {
     pub profile: &'static str,
     /// Seed of crystals, places and power-on times.
     pub seed: u64,
-    /// Length of the flight in virtual time.
+    /// Length of the flight in virtual time, as asked for.
+    pub planned_seconds: f64,
+    /// Length of the flight in virtual time, as flown.
     pub virtual_seconds: f64,
     /// Length of the flight on this computer, without building images.
     pub wall_seconds: f64,
@@ -43,6 +47,8 @@ pub struct Summary {
     pub tc_due: u64,
     /// TCs executed, by the slaves' own count.
     pub tc_executed: u64,
+    /// TCs that arrived again and that slaves dropped: CAN delivers at least once.
+    pub tc_repeats: u64,
     /// TM request frames that completed on a wire.
     pub tm_requested: u64,
     /// TM replies received, by the master's own count.
@@ -73,10 +79,12 @@ impl Summary {
         let master_counts = || flight.boards.iter().filter(|board| board.node == MASTER);
         let count = |predicate: fn(&Message) -> bool| messages().filter(predicate).count() as u64;
         Summary {
+            verdict: Verdict::of(flight),
             boards: flight.boards.len(),
             board: flight.plan.board.name(),
             profile: PROFILE.name(),
             seed: flight.plan.seed,
+            planned_seconds: rounded(flight.plan.end.as_secs_f64(), 6),
             virtual_seconds: rounded(flight.end.as_secs_f64(), 6),
             wall_seconds: rounded(wall_seconds, 3),
             emulated_mips: rounded(instructions as f64 / 1e6 / wall_seconds, 2),
@@ -90,6 +98,7 @@ impl Summary {
             tc_sent: count(|message| matches!(message, Message::Telecommand { .. })),
             tc_due: flight.observer.slaves().map(|(_, track)| track.tc_due).sum(),
             tc_executed: slave_counts().map(|board| u64::from(board.telltale.commands)).sum(),
+            tc_repeats: slave_counts().map(|board| u64::from(board.telltale.repeats)).sum(),
             tm_requested: count(|message| matches!(message, Message::TelemetryRequest { .. })),
             tm_received: master_counts().map(|board| u64::from(board.telltale.telemetry_replies)).sum(),
             failover_ms: flight
@@ -123,55 +132,6 @@ fn stamp_source(flight: &Flight) -> &'static str {
     }
 }
 
-/// Why a flight was not a good one; empty when it was.
-pub fn faults(flight: &Flight) -> Vec<String> {
-    let mut faults = Vec::new();
-    for (node, track) in flight.observer.slaves() {
-        if track.operational_on().is_some() {
-            continue;
-        }
-        let now = track.now();
-        let mut fault =
-            format!("{} is {} on the {} bus at the end", name(node), now.phase.name(), now.bus.name());
-        if let (Some(Access::Selective), Some((cut, _))) = (track.access, flight.cut()) {
-            fault += &format!(
-                " (selective access: it searches 12.5 s after the master's last heartbeat, the flight ended {:.1} s \
-                 after the cut)",
-                flight.end.since(cut).as_secs_f64()
-            );
-        }
-        faults.push(fault);
-    }
-    for board in &flight.boards {
-        let who = name(board.node);
-        if let Some(reason) = &board.stopped {
-            faults.push(format!("the twin stopped {reason}"));
-        }
-        if board.lockups > 0 {
-            faults.push(format!("{who} locked up"));
-        }
-        if board.panics > 0 {
-            faults.push(format!("{who} panicked"));
-        }
-        if board.resets > 0 {
-            faults.push(format!("{who} reset itself"));
-        }
-        if board.lost_frames > 0 {
-            faults.push(format!("{who} lost {} frames", board.lost_frames));
-        }
-        if let Some(track) = flight.observer.nodes().get(&board.node)
-            && track.access.is_some()
-            && track.tc_due != u64::from(board.telltale.commands)
-        {
-            faults.push(format!(
-                "{who} executed {} commands, {} were due",
-                board.telltale.commands, track.tc_due
-            ));
-        }
-    }
-    faults
-}
-
 fn rounded(value: f64, decimals: i32) -> f64 {
     let scale = 10f64.powi(decimals);
     (value * scale).round() / scale
@@ -181,6 +141,7 @@ fn rounded(value: f64, decimals: i32) -> f64 {
 mod tests {
     use super::*;
     use crate::demo::sample;
+    use crate::demo::verdict::faults;
 
     #[test]
     fn a_good_flight_has_its_numbers_and_no_fault() {
@@ -218,7 +179,9 @@ mod tests {
         flight.boards[1].panics = 1;
         flight.boards[1].telltale.commands -= 1;
         flight.boards[2].lost_frames = 3;
+        flight.boards[2].telltale.repeats = 4;
         let summary = Summary::of(&flight);
+        assert_eq!(summary.tc_repeats, 4, "told, and no fault");
         assert_eq!((summary.lockups, summary.panics, summary.lost_frames), (1, 1, 3));
         let faults = faults(&flight);
         assert_eq!(faults.len(), 4, "{faults:?}");
@@ -230,13 +193,17 @@ mod tests {
     fn the_names_that_others_read_are_there() {
         let json = serde_json::to_value(Summary::of(&sample::flight())).unwrap();
         for key in [
+            "verdict",
+            "reasons",
             "boards",
+            "planned_seconds",
             "virtual_seconds",
             "wall_seconds",
             "emulated_mips",
             "tc_sent",
             "tc_due",
             "tc_executed",
+            "tc_repeats",
             "tm_requested",
             "tm_received",
             "failover_ms",
@@ -253,5 +220,6 @@ mod tests {
             assert!(json.get(key).is_some(), "{key}");
         }
         assert_eq!(json["failover_ms"]["4"], sample::SELECTIVE_FAILOVER_MS);
+        assert_eq!(json["verdict"], "passed");
     }
 }

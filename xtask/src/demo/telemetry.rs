@@ -10,7 +10,10 @@ pub fn text(code: u16, value: u64) -> String {
     match code {
         0x0101 => format!("up for {:.3} s", value as f64 / 1e3),
         0x0102 => format!("value kept: {value}"),
-        0x0103 => format!("{value} commands executed"),
+        0x0103 => match field(32, 16) {
+            0 => format!("{} commands executed", field(0, 32)),
+            repeats => format!("{} commands executed, {repeats} repeats dropped", field(0, 32)),
+        },
         STAMP_SOURCE => match value {
             1 => "stamped its last SYNC in the interrupt".into(),
             2 => "stamped its last SYNC by a captured edge".into(),
@@ -42,6 +45,7 @@ mod tests {
     fn replies_read_like_sentences() {
         assert_eq!(text(0x0101, 12_345), "up for 12.345 s");
         assert_eq!(text(0x0103, 7), "7 commands executed");
+        assert_eq!(text(0x0103, 0x0002_0000_0007), "7 commands executed, 2 repeats dropped");
         assert_eq!(text(0x0111, 0x0000_0500_0003), "redundant bus: 3 frames received, 5 sent");
         assert_eq!(text(0x0120, 0x0003_0002_0001), "nominal bus: 1 frames lost, 2 malformed, 3 not sent");
         assert_eq!(text(0x0130, 0x03_05_80_01), "nominal bus: error passive, TEC 128, REC 5");

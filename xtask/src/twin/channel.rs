@@ -1,7 +1,9 @@
 //! The SLCAN channel of one client: closed, open or listening, and what each command does in it.
 
+use std::fmt;
+
 use can_wire::controller::ErrorCounters;
-use can_wire::frame::WireFrame;
+use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 
 use super::filter::Filter;
@@ -25,15 +27,55 @@ pub enum Mode {
     Listening,
 }
 
-/// What a line led to, besides its answer.
+/// What a line leads to, besides its answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
     /// Nothing.
     None,
-    /// This frame is to be sent.
+    /// Send this frame.
     Send(WireFrame),
-    /// The channel stayed closed: it asked for this bit rate, which the bus does not have.
+}
+
+/// Why a line was answered with BEL.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// It is no command, or a malformed one.
+    NoCommand,
+    /// It is longer than any command.
+    TooLong,
+    /// It needs an open channel.
+    Closed,
+    /// It sends, and the channel only listens.
+    Listening,
+    /// It changes a setting, and the channel is open.
+    Open,
+    /// It asks for what is so already: every client closes its channel before it opens it.
+    Already,
+    /// It opens the channel at this bit rate, which the bus does not have.
     WrongBitRate(u32),
+}
+
+impl Refusal {
+    /// Whether the client has done something wrong.
+    pub fn is_mistake(self) -> bool {
+        self != Refusal::Already
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Refusal::NoCommand => f.write_str("no SLCAN command, or a malformed one"),
+            Refusal::TooLong => write!(f, "longer than any command, {} characters", slcan::LONGEST),
+            Refusal::Closed => f.write_str("the channel is closed, open it with O"),
+            Refusal::Listening => f.write_str("the channel only listens, open it with O to send"),
+            Refusal::Open => f.write_str("the channel is open, close it with C to change a setting"),
+            Refusal::Already => f.write_str("it is so already"),
+            Refusal::WrongBitRate(rate) => {
+                write!(f, "cannot be opened with {rate} bit/s, the bus has {BIT_RATE}")
+            }
+        }
+    }
 }
 
 /// State of a channel.
@@ -71,74 +113,70 @@ impl Channel {
 
     /// Does what a line asks for, `number` being the serial number and `errors` those of the node on the bus. Appends the
     /// answer.
-    pub fn obey(&mut self, line: &[u8], number: u16, errors: ErrorCounters, out: &mut Vec<u8>) -> Effect {
-        let Some(command) = Command::parse(line) else {
-            out.push(ERROR);
-            return Effect::None;
+    ///
+    /// # Errors
+    /// Why it did not; the answer is BEL then, and nothing has changed.
+    pub fn obey(
+        &mut self,
+        line: &[u8],
+        number: u16,
+        errors: ErrorCounters,
+        out: &mut Vec<u8>,
+    ) -> Result<Effect, Refusal> {
+        let outcome = Command::parse(line).ok_or(Refusal::NoCommand).and_then(|command| {
+            self.admits(command)?;
+            Ok(self.execute(command, number, errors, out))
+        });
+        out.push(if outcome.is_ok() { OK } else { ERROR });
+        outcome
+    }
+
+    /// Whether a command fits the state of the channel.
+    fn admits(&self, command: Command) -> Result<(), Refusal> {
+        let refusal = match (command, self.mode) {
+            (Command::Open | Command::Listen, Mode::Closed) if self.bit_rate != BIT_RATE => {
+                Refusal::WrongBitRate(self.bit_rate)
+            }
+            (Command::Close, Mode::Closed)
+            | (Command::Open, Mode::Open)
+            | (Command::Listen, Mode::Listening) => Refusal::Already,
+            (Command::Send(_) | Command::Status, Mode::Closed) => Refusal::Closed,
+            (Command::Send(_), Mode::Listening) => Refusal::Listening,
+            (
+                Command::Open
+                | Command::Listen
+                | Command::BitRate(_)
+                | Command::Stamps(_)
+                | Command::Code(_)
+                | Command::Mask(_),
+                Mode::Open | Mode::Listening,
+            ) => Refusal::Open,
+            _ => return Ok(()),
         };
-        let closed = self.mode == Mode::Closed;
-        let mut effect = Effect::None;
-        let done = match command {
-            Command::Empty => true,
-            Command::BitRate(rate) if closed => {
-                self.bit_rate = rate;
-                true
+        Err(refusal)
+    }
+
+    /// Executes a command that is admitted. Appends the answer, all but its end.
+    fn execute(&mut self, command: Command, number: u16, errors: ErrorCounters, out: &mut Vec<u8>) -> Effect {
+        match command {
+            Command::Empty => {}
+            Command::BitRate(rate) => self.bit_rate = rate,
+            Command::Open => self.mode = Mode::Open,
+            Command::Listen => self.mode = Mode::Listening,
+            Command::Close => self.mode = Mode::Closed,
+            Command::Send(frame) => {
+                out.push(if matches!(frame.id, WireId::Standard(_)) { b'z' } else { b'Z' });
+                return Effect::Send(frame);
             }
-            Command::Open | Command::Listen if closed && self.bit_rate != BIT_RATE => {
-                effect = Effect::WrongBitRate(self.bit_rate);
-                false
-            }
-            Command::Open if closed => {
-                self.mode = Mode::Open;
-                true
-            }
-            Command::Listen if closed => {
-                self.mode = Mode::Listening;
-                true
-            }
-            Command::Close if !closed => {
-                self.mode = Mode::Closed;
-                true
-            }
-            Command::Send(frame) if self.mode == Mode::Open => {
-                effect = Effect::Send(frame);
-                out.push(
-                    line.first().map_or(b'z', |name| if name.is_ascii_lowercase() { b'z' } else { b'Z' }),
-                );
-                true
-            }
-            Command::Version => {
-                out.extend(b"V0101");
-                true
-            }
-            Command::SoftwareVersion => {
-                out.extend(b"v0101");
-                true
-            }
-            Command::SerialNumber => {
-                out.extend(format!("N{number:04X}").into_bytes());
-                true
-            }
-            Command::Status if !closed => {
-                out.extend(format!("F{:02X}", self.take_flags(errors)).into_bytes());
-                true
-            }
-            Command::Stamps(stamps) if closed => {
-                self.stamps = stamps;
-                true
-            }
-            Command::Code(code) if closed => {
-                self.filter.code = code;
-                true
-            }
-            Command::Mask(mask) if closed => {
-                self.filter.mask = mask;
-                true
-            }
-            _ => false,
-        };
-        out.push(if done { OK } else { ERROR });
-        effect
+            Command::Version => out.extend(b"V0101"),
+            Command::SoftwareVersion => out.extend(b"v0101"),
+            Command::SerialNumber => out.extend(format!("N{number:04X}").into_bytes()),
+            Command::Status => out.extend(format!("F{:02X}", self.take_flags(errors)).into_bytes()),
+            Command::Stamps(stamps) => self.stamps = stamps,
+            Command::Code(code) => self.filter.code = code,
+            Command::Mask(mask) => self.filter.mask = mask,
+        }
+        Effect::None
     }
 
     /// Status flags of the CAN232: 2 error warning, 3 data overrun, 5 error passive.
@@ -174,10 +212,10 @@ mod tests {
             Desk { channel: Channel::new(), errors: ErrorCounters::default() }
         }
 
-        fn says(&mut self, line: &str) -> (String, Effect) {
+        fn says(&mut self, line: &str) -> (String, Result<Effect, Refusal>) {
             let mut out = Vec::new();
-            let effect = self.channel.obey(line.as_bytes(), 1, self.errors, &mut out);
-            (String::from_utf8(out).unwrap(), effect)
+            let outcome = self.channel.obey(line.as_bytes(), 1, self.errors, &mut out);
+            (String::from_utf8(out).unwrap(), outcome)
         }
 
         fn answer(&mut self, line: &str) -> String {
@@ -200,9 +238,9 @@ mod tests {
         for (line, answer) in [("C", "\x07"), ("S8", "\r"), ("", "\r"), ("O", "\r"), ("O", "\x07")] {
             assert_eq!(desk.answer(line), answer, "{line}");
         }
-        assert_eq!(desk.says("t703105"), ("z\r".into(), Effect::Send(heartbeat())));
+        assert_eq!(desk.says("t703105"), ("z\r".into(), Ok(Effect::Send(heartbeat()))));
         let extended = desk.says("T000000000");
-        assert!(matches!(extended, (answer, Effect::Send(_)) if answer == "Z\r"));
+        assert!(matches!(extended, (answer, Ok(Effect::Send(_))) if answer == "Z\r"));
         assert_eq!(desk.hears(1, heartbeat()), Some("t703105\r".into()));
         assert_eq!(desk.answer("C"), "\r");
         assert_eq!(desk.hears(1, heartbeat()), None);
@@ -211,7 +249,7 @@ mod tests {
     #[test]
     fn a_closed_channel_sends_and_hears_nothing() {
         let mut desk = Desk::new();
-        assert_eq!(desk.says("t703105"), ("\x07".into(), Effect::None));
+        assert_eq!(desk.says("t703105"), ("\x07".into(), Err(Refusal::Closed)));
         assert_eq!(desk.answer("F"), "\x07");
         assert_eq!(desk.hears(1, heartbeat()), None);
     }
@@ -220,7 +258,7 @@ mod tests {
     fn a_listening_channel_hears_and_cannot_send() {
         let mut desk = Desk::new();
         assert_eq!(desk.answer("L"), "\r");
-        assert_eq!(desk.says("t703105"), ("\x07".into(), Effect::None));
+        assert_eq!(desk.says("t703105"), ("\x07".into(), Err(Refusal::Listening)));
         assert_eq!(desk.hears(1, heartbeat()), Some("t703105\r".into()));
     }
 
@@ -241,11 +279,11 @@ mod tests {
     fn a_channel_of_another_bit_rate_stays_closed() {
         let mut desk = Desk::new();
         assert_eq!(desk.answer("S6"), "\r");
-        assert_eq!(desk.says("O"), ("\x07".into(), Effect::WrongBitRate(500_000)));
-        assert_eq!(desk.says("L"), ("\x07".into(), Effect::WrongBitRate(500_000)));
+        assert_eq!(desk.says("O"), ("\x07".into(), Err(Refusal::WrongBitRate(500_000))));
+        assert_eq!(desk.says("L"), ("\x07".into(), Err(Refusal::WrongBitRate(500_000))));
         assert_eq!(desk.channel.mode(), Mode::Closed);
         assert_eq!(desk.answer("s0014"), "\r");
-        assert_eq!(desk.says("O"), ("\r".into(), Effect::None));
+        assert_eq!(desk.says("O"), ("\r".into(), Ok(Effect::None)));
     }
 
     #[test]
@@ -288,5 +326,17 @@ mod tests {
         for (line, answer) in [("V", "V0101\r"), ("v", "v0101\r"), ("N", "N0001\r")] {
             assert_eq!(desk.answer(line), answer);
         }
+    }
+
+    #[test]
+    fn what_is_so_already_is_no_mistake() {
+        let mut desk = Desk::new();
+        let refusal = |desk: &mut Desk, line: &str| desk.says(line).1.expect_err("refused");
+        assert!(!refusal(&mut desk, "C").is_mistake());
+        desk.answer("O");
+        assert!(!refusal(&mut desk, "O").is_mistake());
+        assert!(refusal(&mut desk, "L").is_mistake());
+        assert!(refusal(&mut desk, "S8").is_mistake());
+        assert!(refusal(&mut desk, "X1").is_mistake());
     }
 }

@@ -10,7 +10,7 @@ use can_wire::controller::ErrorCounters;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
-use super::channel::{Channel, Effect, Mode};
+use super::channel::{Channel, Effect, Mode, Refusal};
 use super::slcan::{ERROR, LONGEST, OK};
 
 /// Bytes read and not yet looked at.
@@ -25,6 +25,17 @@ const FOR_ANSWERS: usize = 1024;
 /// Frames of one client that the bus has not sent yet.
 const IN_FLIGHT: usize = 32;
 
+/// Refused lines of one client that are reported in words; all are counted.
+const REPORTED: u64 = 5;
+
+/// A line of a client.
+enum Line {
+    /// Without its end.
+    Whole(Vec<u8>),
+    /// The begin of one that was longer than [`LONGEST`].
+    TooLong(Vec<u8>),
+}
+
 /// What happened between a client and its bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
@@ -34,7 +45,7 @@ pub struct Counts {
     pub given: u64,
     /// Frames it should have been given, but its buffer was full.
     pub lost: u64,
-    /// Lines that mean nothing or do not fit.
+    /// Lines that mean nothing or do not fit; not those that ask for what is so already.
     pub refused: u64,
 }
 
@@ -45,8 +56,10 @@ pub struct Client<S> {
     channel: Channel,
     input: Vec<u8>,
     output: Vec<u8>,
-    /// The line under way is too long and skipped up to its end.
-    skipping: bool,
+    /// The line under way is too long and skipped up to its end; this is its begin.
+    skipping: Option<Vec<u8>>,
+    /// Refused lines that nobody has been told of yet.
+    refused: Vec<String>,
     /// Nothing more comes from it.
     ended: bool,
     /// Nothing more can be given to it.
@@ -63,7 +76,8 @@ impl<S: Read + Write> Client<S> {
             channel: Channel::new(),
             input: Vec::new(),
             output: Vec::new(),
-            skipping: false,
+            skipping: None,
+            refused: Vec::new(),
             ended: false,
             broken: false,
             in_flight: 0,
@@ -92,20 +106,41 @@ impl<S: Read + Write> Client<S> {
         let mut effects = Vec::new();
         while self.in_flight < IN_FLIGHT && self.output.len() + LONGEST <= OUTPUT {
             let Some(line) = self.next_line() else { break };
-            let Some(line) = line else {
-                self.output.push(ERROR);
-                self.counts.refused += 1;
-                continue;
+            let line = match line {
+                Line::Whole(line) => line,
+                Line::TooLong(begin) => {
+                    self.output.push(ERROR);
+                    self.refuse(&begin, Refusal::TooLong);
+                    continue;
+                }
             };
-            let effect = self.channel.obey(&line, number, errors, &mut self.output);
-            self.counts.refused += u64::from(self.output.ends_with(&[ERROR]));
-            if let Effect::Send(_) = effect {
-                self.in_flight += 1;
-                self.counts.taken += 1;
+            match self.channel.obey(&line, number, errors, &mut self.output) {
+                Ok(Effect::None) => {}
+                Ok(effect @ Effect::Send(_)) => {
+                    self.in_flight += 1;
+                    self.counts.taken += 1;
+                    effects.push(effect);
+                }
+                Err(refusal) if refusal.is_mistake() => self.refuse(&line, refusal),
+                Err(_) => {}
             }
-            effects.extend(Some(effect).filter(|effect| *effect != Effect::None));
         }
         effects
+    }
+
+    /// Counts a refused line, and keeps the first of them for people.
+    fn refuse(&mut self, line: &[u8], refusal: Refusal) {
+        self.counts.refused += 1;
+        if self.counts.refused <= REPORTED {
+            let dots = if refusal == Refusal::TooLong { "..." } else { "" };
+            let last = if self.counts.refused == REPORTED { "; more of them are only counted" } else { "" };
+            self.refused.push(format!("line \"{}{dots}\" refused: {refusal}{last}", line.escape_ascii()));
+        }
+    }
+
+    /// Lines refused since the last call and why, for people; [`REPORTED`] of each client at most.
+    pub fn take_refused(&mut self) -> Vec<String> {
+        std::mem::take(&mut self.refused)
     }
 
     fn read(&mut self) {
@@ -121,24 +156,23 @@ impl<S: Read + Write> Client<S> {
         }
     }
 
-    /// The next line without its end; `Some(None)` for one that was too long, `None` when none is complete.
-    fn next_line(&mut self) -> Option<Option<Vec<u8>>> {
+    /// The next line without its end, `None` when none is complete.
+    fn next_line(&mut self) -> Option<Line> {
         let end = self.input.iter().position(|byte| *byte == OK);
         let length = end.unwrap_or(self.input.len());
         // People who type, and programs of another tradition, send a line feed as well.
         let line_feed = usize::from(self.input.first() == Some(&b'\n'));
-        if length - line_feed.min(length) > LONGEST {
-            self.skipping = true;
+        if self.skipping.is_none() && length - line_feed.min(length) > LONGEST {
+            self.skipping = Some(self.input[line_feed..line_feed + LONGEST].to_vec());
         }
         let Some(end) = end else {
-            if self.skipping {
+            if self.skipping.is_some() {
                 self.input.clear();
             }
             return None;
         };
         let line: Vec<u8> = self.input.drain(..=end).take(end).skip(line_feed).collect();
-        let skipped = std::mem::take(&mut self.skipping);
-        Some(Some(line).filter(|_| !skipped))
+        Some(self.skipping.take().map_or(Line::Whole(line), Line::TooLong))
     }
 
     /// The oldest frame that it handed over was sent.
@@ -273,6 +307,38 @@ mod tests {
         assert_eq!(says(&mut client, b"\rV\r").1, "\x07V0101\r");
         assert_eq!(says(&mut client, b"\xF0\x9F\r\x00\rV\r").1, "\x07\x07V0101\r");
         assert_eq!(client.counts().refused, 3);
+        assert_eq!(
+            client.take_refused(),
+            [
+                "line \"\\x00\\x01\\x02\\x03\\x04\\x05\\x06\\x07\\x08\\t\\n\\x0b\\x0c\\x0e\\x0f\\x10\\x11\\x12\\x13\\x14\\x15\\x16\\x17\\x18\\x19\\x1a...\" \
+                 refused: longer than any command, 26 characters",
+                "line \"\\xf0\\x9f\" refused: no SLCAN command, or a malformed one",
+                "line \"\\x00\" refused: no SLCAN command, or a malformed one",
+            ]
+        );
+    }
+
+    #[test]
+    fn session_of_python_can_has_no_refused_line() {
+        let mut client = client();
+        let (_, answers) = says(&mut client, b"C\rS8\r\rO\rO\rt0800\rC\r");
+        assert_eq!(answers, "\x07\r\r\r\x07z\r\r", "a CAN232 answers so");
+        assert_eq!(client.counts().refused, 0);
+        assert_eq!(client.take_refused(), Vec::<String>::new());
+    }
+
+    #[test]
+    fn refused_lines_are_reported_five_times_and_counted() {
+        let mut client = open();
+        says(&mut client, &b"S6\r".repeat(7));
+        let refused = client.take_refused();
+        assert_eq!(refused.len(), 5);
+        assert_eq!(
+            refused[0],
+            "line \"S6\" refused: the channel is open, close it with C to change a setting"
+        );
+        assert!(refused[4].ends_with("more of them are only counted"), "{}", refused[4]);
+        assert_eq!(client.counts().refused, 7);
     }
 
     #[test]

@@ -16,7 +16,7 @@ use crate::demo::record::MASTER;
 /// When an image cannot be read or is not one.
 pub fn assemble(options: &Options, images: &Images) -> anyhow::Result<Spacecraft> {
     let demo = demo::Options { slaves: options.slaves, board: options.board, ..demo::Options::default() };
-    let plan = Plan::new(&demo).unwrap_or_else(|misuse| misuse.exit());
+    let plan = Plan::new(&demo)?;
     let (master, slave) = (image(&images.master)?, image(&images.slave)?);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for board in plan.boards.iter().filter(|board| board.node != MASTER || !options.no_master) {

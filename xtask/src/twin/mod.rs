@@ -10,18 +10,18 @@ mod port;
 mod slcan;
 
 use std::io::Write;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use can_wire::time::Time;
 use console::style;
 use twin::rtt::Level;
 use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
+use crate::output::{complain, warn};
+use crate::stop::Stop;
 pub use options::Options;
-use pace::Pace;
+use pace::{LagReporter, Pace};
 use port::Port;
 
 /// Sockets are served at least so often, in virtual time; it runs no faster than the clock on the wall.
@@ -32,24 +32,25 @@ const STEP: Time = Time::from_us(500);
 /// # Errors
 /// When an image cannot be built, a port is taken, or a board had to be stopped, panicked or locked up.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let told = stop.clone();
-    ctrlc::set_handler(move || told.store(true, Ordering::Relaxed)).context("cannot handle Ctrl-C")?;
-
-    let [nominal, redundant] = Bus::ALL.map(|bus| port::listen(bus, options.address(bus)));
-    let listeners = [nominal?, redundant?];
+    options.check()?;
+    // A port that is taken is reported before a build of a minute. It is closed again: a client that came now would hear
+    // nothing for so long, or never, and could not tell.
+    Bus::ALL.into_iter().try_for_each(|bus| port::listen(bus, options.address(bus)).map(drop))?;
     if !options.listen.is_loopback() {
-        let warning = style("warning:").yellow().bold().for_stderr();
-        eprintln!("{warning} whoever reaches {} can command the boards, without a password", options.listen);
+        warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
     }
     let images = firmware_images::build(options.board.name(), options.profile.name())?;
     let mut spacecraft = craft::assemble(options, &images)?;
-    let buses = Bus::ALL.into_iter().zip(listeners);
-    let ports: Vec<Port> = buses.map(|(bus, listener)| Port::new(&mut spacecraft, bus, listener)).collect();
+    let stop = Stop::at_ctrl_c()?;
+    let mut ports = Vec::new();
+    for bus in Bus::ALL {
+        let listener = port::listen(bus, options.address(bus))?;
+        ports.push(Port::new(&mut spacecraft, bus, listener));
+    }
     for port in &ports {
         say(format_args!("{} bus: slcan socket://{}", port.bus(), port.address()?));
     }
-    let mut run = Run { spacecraft, ports, faults: Vec::new(), told_of_delay: false };
+    let mut run = Run { spacecraft, ports, faults: Vec::new(), lag: LagReporter::default() };
     let pace = run.fly(Time::from_us((options.seconds * 1e6) as u64), &stop);
     run.conclude(&pace)
 }
@@ -63,17 +64,17 @@ struct Run {
     spacecraft: Spacecraft,
     ports: Vec<Port>,
     faults: Vec<String>,
-    told_of_delay: bool,
+    lag: LagReporter,
 }
 
 impl Run {
-    fn fly(&mut self, end: Time, stop: &AtomicBool) -> Pace {
+    fn fly(&mut self, end: Time, stop: &Stop) -> Pace {
         let mut pace = Pace::new(Instant::now());
-        while self.spacecraft.now() < end && !stop.load(Ordering::Relaxed) {
+        while self.spacecraft.now() < end && !stop.is_asked() {
             let next = (self.spacecraft.now() + STEP).min(end);
             std::thread::sleep(pace.instant_of(next).saturating_duration_since(Instant::now()));
             pace.reached(next, Instant::now());
-            self.tell_of_delay(&pace);
+            self.report_lag(&pace);
             self.ports.iter_mut().for_each(|port| port.hear_clients(&mut self.spacecraft));
             self.advance(next);
             self.ports.iter_mut().for_each(|port| port.tell_clients(&mut self.spacecraft));
@@ -86,7 +87,7 @@ impl Run {
     fn advance(&mut self, until: Time) {
         while let Err(fault) = self.spacecraft.run_until(until) {
             let fault = fault.to_string();
-            eprintln!("{} {fault}", style("error:").red().bold().for_stderr());
+            complain(&fault);
             self.faults.push(fault);
         }
         // The ports have their own ears, and nobody looks at pins.
@@ -111,15 +112,9 @@ impl Run {
         }
     }
 
-    fn tell_of_delay(&mut self, pace: &Pace) {
-        if !pace.behind().is_zero() && !self.told_of_delay {
-            self.told_of_delay = true;
-            eprintln!(
-                "{} virtual time is {:.1} s behind the clock on the wall: this computer is too slow or was \
-                 paused. Nothing is skipped, everything just takes longer",
-                style("warning:").yellow().bold().for_stderr(),
-                pace.behind().as_secs_f64()
-            );
+    fn report_lag(&mut self, pace: &Pace) {
+        if let Some(lag) = self.lag.due(pace.behind(), Instant::now()) {
+            warn(lag);
         }
     }
 

@@ -7,6 +7,7 @@ use twin::spacecraft::Bus;
 
 use crate::board::Board;
 use crate::firmware::Profile;
+use crate::misuse::Misuse;
 
 /// A wire runs for 58 hours at most.
 const SECONDS: std::ops::RangeInclusive<f64> = 0.1..=172_800.0;
@@ -61,6 +62,23 @@ fn seconds(text: &str) -> Result<f64, String> {
 }
 
 impl Options {
+    /// What the parser cannot see.
+    ///
+    /// # Errors
+    /// When both buses are to be offered at one port.
+    pub fn check(&self) -> Result<(), Misuse> {
+        if self.slcan_nominal == self.slcan_redundant && self.slcan_nominal != 0 {
+            let port = self.slcan_nominal;
+            return Err(Misuse::of(
+                "twin",
+                format!(
+                    "--slcan-nominal and --slcan-redundant are both {port}: each bus needs a port of its own, or 0"
+                ),
+            ));
+        }
+        Ok(())
+    }
+
     /// Where a bus is offered.
     pub fn address(&self, bus: Bus) -> SocketAddr {
         let port = match bus {

@@ -3,6 +3,7 @@
 //! A stretch that took too long is made up for as long as it was short. Beyond that virtual time stays behind for good:
 //! it runs slower, but it never jumps.
 
+use std::fmt;
 use std::time::{Duration, Instant};
 
 use can_wire::time::Time;
@@ -44,6 +45,59 @@ impl Pace {
     }
 }
 
+/// Time between two reports of a lag that grows.
+const BETWEEN_REPORTS: Duration = Duration::from_secs(10);
+
+/// Decides when a lag is worth a line: at once when it begins, then every [`BETWEEN_REPORTS`] while it grows.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LagReporter {
+    /// Time and lag of the last report.
+    last: Option<(Instant, Duration)>,
+}
+
+/// A lag to be reported.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lag {
+    /// How far virtual time stays behind for good.
+    pub behind: Duration,
+    /// Time since the last report, and the share of it by which virtual time went on; `None` in the first report.
+    pub speed: Option<(Duration, f64)>,
+}
+
+impl LagReporter {
+    /// The report that is due `now`.
+    pub fn due(&mut self, behind: Duration, now: Instant) -> Option<Lag> {
+        let speed = match self.last {
+            None if behind.is_zero() => return None,
+            None => None,
+            Some((at, before)) => {
+                let span = now.saturating_duration_since(at);
+                if behind <= before || span < BETWEEN_REPORTS {
+                    return None;
+                }
+                let lost = (behind - before).as_secs_f64();
+                Some((span, (1.0 - lost / span.as_secs_f64()).max(0.0)))
+            }
+        };
+        self.last = Some((now, behind));
+        Some(Lag { behind, speed })
+    }
+}
+
+impl fmt::Display for Lag {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "virtual time is {:.1} s behind the clock on the wall", self.behind.as_secs_f64())?;
+        match self.speed {
+            None => f.write_str(
+                ": this computer is too slow or was paused. Nothing is skipped, everything just takes longer",
+            ),
+            Some((span, speed)) => {
+                write!(f, ": in the last {:.0} s it ran at {:.0} % of it", span.as_secs_f64(), 100.0 * speed)
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -79,5 +133,30 @@ mod tests {
         assert_eq!(pace.instant_of(Time::from_ms(120)), start + ms(1320));
         pace.reached(Time::from_ms(110), start + ms(1700));
         assert_eq!(pace.behind(), ms(1590));
+    }
+
+    #[test]
+    fn growing_lag_is_reported_every_ten_seconds() {
+        let start = Instant::now();
+        let mut reporter = LagReporter::default();
+        assert_eq!(reporter.due(ms(0), start), None);
+        let first = reporter.due(ms(300), start + ms(1000)).expect("at once");
+        assert!(first.to_string().contains("0.3 s behind the clock on the wall: this computer is too slow"));
+        assert_eq!(reporter.due(ms(900), start + ms(10_999)), None, "not yet");
+        let second = reporter.due(ms(4300), start + ms(11_000)).expect("10 s later");
+        assert_eq!(second, Lag { behind: ms(4300), speed: Some((ms(10_000), 0.6)) });
+        assert_eq!(
+            second.to_string(),
+            "virtual time is 4.3 s behind the clock on the wall: in the last 10 s it ran at 60 % of it"
+        );
+        assert!(reporter.due(ms(9000), start + ms(21_000)).is_some());
+    }
+
+    #[test]
+    fn lag_that_stays_is_reported_once() {
+        let start = Instant::now();
+        let mut reporter = LagReporter::default();
+        assert!(reporter.due(ms(300), start).is_some());
+        assert_eq!(reporter.due(ms(300), start + ms(60_000)), None);
     }
 }

@@ -8,12 +8,12 @@ use std::collections::VecDeque;
 use std::io;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 
-use anyhow::Context;
+use anyhow::anyhow;
 use can_wire::time::Time;
 use twin::guest::{Heard, Presence};
 use twin::spacecraft::{Bus, GuestId, Spacecraft};
 
-use super::channel::{BIT_RATE, Effect, Mode};
+use super::channel::{Effect, Mode};
 use super::client::{Client, Counts};
 
 /// Clients of one bus at the same time.
@@ -69,8 +69,13 @@ pub struct Totals {
 /// # Errors
 /// When the address cannot be listened on.
 pub fn listen(bus: Bus, address: SocketAddr) -> anyhow::Result<TcpListener> {
-    let listener = TcpListener::bind(address).with_context(|| {
-        format!("cannot listen on {address}; choose another port with --slcan-{bus}, 0 is any free one")
+    let listener = TcpListener::bind(address).map_err(|error| {
+        let remedy = match error.kind() {
+            io::ErrorKind::AddrNotAvailable => "choose an address of this computer with --listen".into(),
+            io::ErrorKind::PermissionDenied => format!("choose a port above 1023 with --slcan-{bus}"),
+            _ => format!("choose another port with --slcan-{bus}, 0 is any free one"),
+        };
+        anyhow!("cannot listen on {address}: {error}; {remedy}")
     })?;
     listener.set_nonblocking(true)?;
     Ok(listener)
@@ -192,12 +197,9 @@ impl Port {
                         self.last_use = spacecraft.now();
                         spacecraft.inject(self.guest, spacecraft.now(), frame);
                     }
-                    Effect::WrongBitRate(rate) => notes.push((
-                        seat.address,
-                        format!("cannot be opened with {rate} bit/s, the bus has {BIT_RATE}"),
-                    )),
                 }
             }
+            notes.extend(seat.client.take_refused().into_iter().map(|text| (seat.address, text)));
         }
         notes.into_iter().for_each(|(address, text)| self.note(address, text));
     }

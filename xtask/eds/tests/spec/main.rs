@@ -4,6 +4,7 @@ mod content;
 mod dcf;
 mod fixture;
 mod ini;
+mod notes;
 mod product;
 mod refused;
 mod values;

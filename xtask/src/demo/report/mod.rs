@@ -1,6 +1,7 @@
 //! The report of a flight: one HTML file that needs nothing else.
 
 mod axis;
+mod paint;
 mod states;
 mod svg;
 mod tables;
@@ -9,37 +10,40 @@ mod timeline;
 use super::flight::Flight;
 use super::record::Bus;
 use super::summary::Summary;
-use svg::escape;
+use super::verdict::{Outcome, Verdict};
+use axis::Layout;
+use svg::{Svg, escape};
 
 const PAGE_STYLE: &str = include_str!("page.css");
 
 /// The bus timeline as a picture of its own.
 pub fn timeline(flight: &Flight) -> String {
-    timeline::overview(flight).standalone()
+    timeline::overview(flight, Layout::WIDE).standalone()
 }
 
 /// The whole page.
-pub fn page(flight: &Flight, summary: &Summary, faults: &[String]) -> String {
+pub fn page(flight: &Flight, summary: &Summary) -> String {
     let sections = [
         section(
             "The two buses",
             "Every frame that completed is a tick in the row of its kind. The shaded stretch is the bus on which the \
              master sends its heartbeat: that is what makes a bus the active one.",
-            &timeline::overview(flight).inline(),
+            &both(|layout| timeline::overview(flight, layout)),
         ),
-        timeline::close_up(flight).map_or(String::new(), |svg| {
+        timeline::close_up(flight, Layout::WIDE).map_or(String::new(), |wide| {
+            let narrow = timeline::close_up(flight, Layout::NARROW);
             section(
                 "Around the cut",
                 "The same, stretched. After the cut nobody acknowledges the master, so none of its frames completes \
                  until it moves to the other bus and takes the slaves with parallel access along.",
-                &svg.inline(),
+                &each(&wide, narrow.as_ref()),
             )
         }),
         section(
             "What every node did",
             "As the wires tell it: heartbeats and commands that reached the node, not its own memory. The thin line \
              below a bar is the bus it works on. Point at a bar for its times.",
-            &(states::draw(flight).inline() + &states_key()),
+            &(both(|layout| states::draw(flight, layout)) + &states_key()),
         ),
         format!(
             "<div class=\"columns\">\n{}{}</div>\n",
@@ -55,8 +59,8 @@ pub fn page(flight: &Flight, summary: &Summary, faults: &[String]) -> String {
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>A flight on two CAN buses</title>\n<style>\n{PAGE_STYLE}{}</style>\n</head>\n<body>\n<main>\n\
          {}{}{}<footer>{}</footer>\n</main>\n</body>\n</html>\n",
-        svg::STYLE,
-        header(flight, summary, faults),
+        paint::dark(),
+        header(flight, summary),
         tiles(summary),
         sections.concat(),
         footer(summary),
@@ -77,15 +81,21 @@ const HOW_TO_READ: &str = "<p>All times are virtual: the boards are emulated, th
     <p>The logs beside this file hold every frame: <code>bus-nominal.log</code> and <code>bus-redundant.log</code> for \
     can-utils, <code>spacecraft.pcapng</code> for Wireshark, <code>summary.json</code> for programs.</p>\n";
 
-fn header(flight: &Flight, summary: &Summary, faults: &[String]) -> String {
-    let (class, verdict) = if faults.is_empty() { ("good", "flew as it should") } else { ("bad", "failed") };
+fn header(flight: &Flight, summary: &Summary) -> String {
+    let Verdict { outcome, reasons } = &summary.verdict;
+    let (class, verdict) = match outcome {
+        Outcome::Passed => ("good", "flew as it should"),
+        Outcome::Failed => ("bad", "failed"),
+        Outcome::Interrupted => ("bad", "interrupted"),
+    };
     let cut = flight.cut().map_or("No bus was cut.".into(), |(at, bus)| {
         format!("At {} s the {} bus was cut next to the master.", at.as_secs_f64(), bus.name())
     });
-    let faults = match faults {
+    let faults = match reasons.as_slice() {
         [] => String::new(),
-        faults => {
-            let items: String = faults.iter().map(|fault| format!("<li>{}</li>\n", escape(fault))).collect();
+        reasons => {
+            let items: String =
+                reasons.iter().map(|reason| format!("<li>{}</li>\n", escape(reason))).collect();
             format!("<ul class=\"faults\">\n{items}</ul>\n")
         }
     };
@@ -125,6 +135,16 @@ fn tiles(summary: &Summary) -> String {
     format!("<div class=\"tiles\">\n{tiles}</div>\n")
 }
 
+/// A picture for wide pages and one for narrow ones; the style sheet shows one of them.
+fn both(draw: impl Fn(Layout) -> Svg) -> String {
+    each(&draw(Layout::WIDE), Some(&draw(Layout::NARROW)))
+}
+
+fn each(wide: &Svg, narrow: Option<&Svg>) -> String {
+    let narrow = narrow.map_or(String::new(), Svg::inline);
+    format!("<div class=\"wide\">{}</div>\n<div class=\"narrow\">{narrow}</div>\n", wide.inline())
+}
+
 fn section(title: &str, help: &str, body: &str) -> String {
     let help = if help.is_empty() { String::new() } else { format!("<p>{help}</p>\n") };
     format!("<section>\n<h2>{title}</h2>\n{help}{body}</section>\n")
@@ -143,7 +163,8 @@ fn states_key() -> String {
     let entries = entries.map(|(class, name)| {
         format!(
             "<span><svg class=\"chart\" viewBox=\"0 0 14 14\" aria-hidden=\"true\">\
-             <rect class=\"{class}\" width=\"14\" height=\"14\" rx=\"3\"/></svg>{name}</span>\n"
+             <rect {} width=\"14\" height=\"14\" rx=\"3\"/></svg>{name}</span>\n",
+            paint::attributes(class)
         )
     });
     format!("<div class=\"key\">\n{}</div>\n", entries.concat())
@@ -173,8 +194,8 @@ fn story(flight: &Flight) -> String {
 
 fn footer(summary: &Summary) -> String {
     format!(
-        "Emulated at {} million instructions per second: {} s of virtual time in {} s. Cycle counts are model cycles \
-         with zero flash wait states. Frame time stamps in the firmware: {}.",
+        "Emulated at {} million instructions per second: {} s of virtual time in {} s. Cycle counts are model cycles, \
+         flash wait states included. Frame time stamps in the firmware: {}.",
         summary.emulated_mips, summary.virtual_seconds, summary.wall_seconds, summary.stamp_source
     )
 }
@@ -192,10 +213,9 @@ fn duration(milliseconds: f64) -> String {
 mod tests {
     use super::*;
     use crate::demo::sample;
-    use crate::demo::summary::faults;
 
     fn rendered(flight: &Flight) -> String {
-        page(flight, &Summary::of(flight), &faults(flight))
+        page(flight, &Summary::of(flight))
     }
 
     #[test]
@@ -226,7 +246,9 @@ mod tests {
     #[test]
     fn faults_are_on_top_and_escaped() {
         let flight = sample::flight();
-        let page = page(&flight, &Summary::of(&flight), &["node 2 <panicked>".into()]);
+        let mut summary = Summary::of(&flight);
+        summary.verdict = Verdict { outcome: Outcome::Failed, reasons: vec!["node 2 <panicked>".into()] };
+        let page = page(&flight, &summary);
         assert!(page.contains("<li>node 2 &lt;panicked&gt;</li>"));
         assert!(!page.contains("flew as it should"));
     }
@@ -236,5 +258,67 @@ mod tests {
         let picture = timeline(&sample::flight());
         assert!(picture.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
         assert!(picture.contains("prefers-color-scheme: dark"));
+    }
+
+    /// Given a renderer that knows no style sheets (librsvg, ImageMagick and Inkscape know no variables of CSS), Then every
+    /// element still has its paint.
+    #[test]
+    fn timeline_is_painted_without_style_sheets() {
+        let picture = timeline(&sample::flight());
+        assert!(!picture.contains("var("));
+        let (before, rest) = picture.split_once("<style>").expect("the sheet for dark ground");
+        let (_, body) = rest.split_once("</style>").expect("its end");
+        assert!(before.contains("font-family=") && before.contains("width=\"1160\""), "{before}");
+        let drawn: Vec<&str> = body
+            .lines()
+            .filter(|line| ["<rect", "<line", "<path", "<text"].iter().any(|tag| line.starts_with(tag)))
+            .collect();
+        assert!(drawn.len() > 40, "{}", drawn.len());
+        for element in &drawn {
+            let paint =
+                if element.starts_with("<line") || element.starts_with("<path") { "stroke" } else { "fill" };
+            assert!(element.contains(&format!(" {paint}=\"#")), "{element}");
+        }
+        let paths = drawn.iter().filter(|element| element.starts_with("<path"));
+        assert!(paths.clone().count() > 8 && paths.clone().all(|path| path.contains(" fill=\"none\"")));
+    }
+
+    /// Given a page of 400 px, Then the pictures for narrow pages fit into it, with the cut and all letters.
+    #[test]
+    fn narrow_pictures_fit_a_page_of_400_px() {
+        let number = |element: &str, name: &str| -> Option<f64> {
+            let (_, rest) = element.split_once(&format!(" {name}=\""))?;
+            rest.split_once('"')?.0.parse().ok()
+        };
+        let flight = sample::flight();
+        let pictures = [
+            timeline::overview(&flight, Layout::NARROW),
+            timeline::close_up(&flight, Layout::NARROW).expect("there was a cut"),
+            states::draw(&flight, Layout::NARROW),
+        ];
+        for picture in pictures.map(|picture| picture.inline()) {
+            let width = number(&picture, "width").expect("a width");
+            assert!(width <= 400.0, "{width}");
+            let cut = picture.lines().find(|line| line.contains("class=\"cut\"")).expect("the cut is drawn");
+            let cut = number(cut, "x1").expect("a place");
+            assert!((82.0..width).contains(&cut), "{cut}");
+            for text in picture.lines().filter(|line| line.starts_with("<text")) {
+                let words = text.split(['<', '>']).nth(2).expect("words");
+                // The narrowest letters that a reader may have.
+                let (x, length) = (number(text, "x").expect("a place"), 5.5 * words.len() as f64);
+                let (from, to) = match text {
+                    text if text.contains("\"end\"") => (x - length, x),
+                    text if text.contains("\"middle\"") => (x - length / 2.0, x + length / 2.0),
+                    _ => (x, x + length),
+                };
+                assert!(from >= 0.0 && to <= width, "{text}");
+            }
+        }
+        let page = rendered(&flight);
+        assert_eq!(page.matches("<div class=\"narrow\">").count(), 3);
+        assert!(
+            !page.contains("min-width: 860px"),
+            "nothing may force the pictures to be wider than the page"
+        );
     }
 }

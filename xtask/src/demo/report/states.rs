@@ -2,7 +2,7 @@
 
 use can_wire::time::Time;
 
-use super::axis::{Axis, LEFT, WIDTH};
+use super::axis::{Axis, Layout, text_width};
 use super::svg::Svg;
 use crate::demo::flight::Flight;
 use crate::demo::narrator::name;
@@ -14,17 +14,18 @@ const UNDERLINE: f64 = 4.0;
 const AXIS: f64 = 26.0;
 
 /// Bars of all nodes over the whole flight.
-pub fn draw(flight: &Flight) -> Svg {
-    let axis = Axis::new(Time::ZERO, flight.end);
+pub fn draw(flight: &Flight, layout: Layout) -> Svg {
+    let Layout { width: whole, left, .. } = layout;
+    let axis = Axis::new(layout, Time::ZERO, flight.end);
     let nodes = flight.observer.nodes();
     let bottom = TOP + nodes.len() as f64 * ROW;
-    let mut svg = Svg::new(WIDTH, bottom + AXIS, "States of all nodes over time");
-    svg.rect("paper", 0.0, 0.0, WIDTH, bottom + AXIS);
+    let mut svg = Svg::new(whole, bottom + AXIS, "States of all nodes over time");
+    svg.rect("paper", 0.0, 0.0, whole, bottom + AXIS);
     axis.draw(&mut svg, TOP, bottom);
     for (row, (&node, track)) in nodes.iter().enumerate() {
         let y = TOP + row as f64 * ROW + 6.0;
-        svg.text("label end", LEFT - 12.0, y + 11.0, &name(node));
-        svg.text("soft end", LEFT - 12.0, y + 25.0, track.access.map_or("", |access| access.name()));
+        svg.text("label end", left - 12.0, y + 11.0, &name(node));
+        svg.text("soft end", left - 12.0, y + 25.0, track.access.map_or("", |access| access.name()));
         let ends = track.spans.iter().skip(1).map(|span| span.from).chain([flight.end]);
         for (span, end) in track.spans.iter().zip(ends) {
             let (x, width) = (axis.x(span.from), axis.x(end) - axis.x(span.from));
@@ -40,8 +41,10 @@ pub fn draw(flight: &Flight) -> Svg {
             if span.phase.is_powered() {
                 svg.rect(&format!("on-{}", span.bus.name()), x, y + BAR, width, UNDERLINE);
             }
-            if width > 120.0 {
-                svg.text("in-bar", x + 8.0, y + 14.0, &format!("{}, {}", span.phase.name(), span.bus.name()));
+            let phase = span.phase.name();
+            let words = [format!("{phase}, {}", span.bus.name()), phase.to_owned()];
+            if let Some(words) = words.iter().find(|words| text_width(words) + 16.0 <= width) {
+                svg.text("in-bar", x + 8.0, y + 14.0, words);
             }
         }
     }

@@ -1,9 +1,8 @@
-//! Just enough SVG: elements with a class each, so that one style sheet paints light and dark.
+//! Just enough SVG: elements with classes, painted by their attributes.
 
 use std::fmt::Write;
 
-/// Shared by all pictures; scoped to `svg.chart`.
-pub const STYLE: &str = include_str!("chart.css");
+use super::paint::{self, attributes};
 
 /// A picture under construction.
 pub struct Svg {
@@ -23,7 +22,8 @@ impl Svg {
     pub fn rect(&mut self, class: &str, x: f64, y: f64, width: f64, height: f64) {
         let _ = writeln!(
             self.body,
-            r#"<rect class="{class}" x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}"/>"#
+            r#"<rect {} x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}"/>"#,
+            attributes(class)
         );
     }
 
@@ -32,7 +32,8 @@ impl Svg {
         let hint = escape(hint);
         let _ = writeln!(
             self.body,
-            r#"<rect class="{class}" x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}"><title>{hint}</title></rect>"#
+            r#"<rect {} x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}"><title>{hint}</title></rect>"#,
+            attributes(class)
         );
     }
 
@@ -41,14 +42,15 @@ impl Svg {
         let ((x1, y1), (x2, y2)) = (from, to);
         let _ = writeln!(
             self.body,
-            r#"<line class="{class}" x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}"/>"#
+            r#"<line {} x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}"/>"#,
+            attributes(class)
         );
     }
 
     /// Text, its baseline at `(x, y)`; classes `end` and `middle` align it.
     pub fn text(&mut self, class: &str, x: f64, y: f64, text: &str) {
         let text = escape(text);
-        let _ = writeln!(self.body, r#"<text class="{class}" x="{x:.1}" y="{y:.1}">{text}</text>"#);
+        let _ = writeln!(self.body, r#"<text {} x="{x:.1}" y="{y:.1}">{text}</text>"#, attributes(class));
     }
 
     /// Vertical ticks of one height at many places, in tenths of a unit; one element for all.
@@ -58,25 +60,26 @@ impl Svg {
             let _ = write!(path, "M{}.{} {y:.1}v{height:.1}", x / 10, x % 10);
         }
         if !path.is_empty() {
-            let _ = writeln!(self.body, r#"<path class="{class}" d="{path}"/>"#);
+            let _ = writeln!(self.body, r#"<path {} d="{path}"/>"#, attributes(class));
         }
     }
 
-    /// To be placed into a page that has [`STYLE`].
+    /// To be placed into a page that has [`paint::dark`].
     pub fn inline(&self) -> String {
         self.render("", "")
     }
 
     /// To be a file of its own.
     pub fn standalone(&self) -> String {
-        self.render(r#" xmlns="http://www.w3.org/2000/svg""#, &format!("<style>{STYLE}</style>\n"))
+        self.render(r#" xmlns="http://www.w3.org/2000/svg""#, &format!("<style>{}</style>\n", paint::dark()))
     }
 
     fn render(&self, namespace: &str, style: &str) -> String {
         let Svg { width, height, title, body } = self;
         format!(
-            "<svg{namespace} class=\"chart\" viewBox=\"0 0 {width} {height}\" role=\"img\">\n\
-             <title>{title}</title>\n{style}{body}</svg>\n"
+            "<svg{namespace} class=\"chart\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+             role=\"img\" {}>\n<title>{title}</title>\n{style}{body}</svg>\n",
+            paint::FONT
         )
     }
 }

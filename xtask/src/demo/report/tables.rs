@@ -18,7 +18,7 @@ pub fn failover(flight: &Flight) -> String {
             format!("{}, {}", now.phase.name(), bus(now.bus)),
         ]
     });
-    table(&["slave", "access", "fail-over", "at the end"], rows)
+    table("", &["slave", "access", "fail-over", "at the end"], rows)
 }
 
 /// Completed frames by kind and bus.
@@ -34,7 +34,7 @@ pub fn frames(flight: &Flight) -> String {
         .collect();
     let all = Bus::BOTH.map(|bus| flight.frames().filter(|(_, seen)| seen.bus == bus).count());
     rows.push(vec!["<b>all</b>".into(), format!("<b>{}</b>", all[0]), format!("<b>{}</b>", all[1])]);
-    table(&["kind", &bus(Bus::Nominal), &bus(Bus::Redundant)], rows)
+    table("", &["kind", &bus(Bus::Nominal), &bus(Bus::Redundant)], rows)
 }
 
 /// The boards, what the seed made of them and what they counted.
@@ -70,21 +70,28 @@ pub fn boards(flight: &Flight) -> String {
         "frames lost",
         "aborted",
     ];
-    table(&head, rows)
+    table("cards", &head, rows)
 }
 
 fn bus(bus: Bus) -> String {
     format!("<span class=\"{0}\">{0}</span>", bus.name())
 }
 
-fn table(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
-    let head: String = head.iter().map(|cell| format!("<th>{cell}</th>")).collect();
+/// A table; of class `cards`, which is for plain heads only, each row becomes a list of its own where there is little room.
+fn table(class: &str, head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    let label = |column: usize| match class {
+        "cards" => format!(" data-label=\"{}\"", head[column]),
+        _ => String::new(),
+    };
+    let titles: String = head.iter().map(|cell| format!("<th>{cell}</th>")).collect();
     let rows: String = rows
         .into_iter()
         .map(|row| {
-            let cells: String = row.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+            let cells = row.iter().enumerate();
+            let cells: String =
+                cells.map(|(column, cell)| format!("<td{}>{cell}</td>", label(column))).collect();
             format!("<tr>{cells}</tr>\n")
         })
         .collect();
-    format!("<table>\n<tr>{head}</tr>\n{rows}</table>\n")
+    format!("<table class=\"{class}\">\n<tr>{titles}</tr>\n{rows}</table>\n")
 }

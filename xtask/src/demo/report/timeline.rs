@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use can_wire::time::Time;
 
-use super::axis::{Axis, LEFT, WIDTH};
+use super::axis::{Axis, Layout};
 use super::svg::Svg;
 use crate::demo::flight::Flight;
 use crate::demo::message::Message;
@@ -61,7 +61,18 @@ impl Kind {
         }
     }
 
-    /// Its class in the style sheet.
+    /// Its name where there is little room.
+    fn brief(self) -> &'static str {
+        match self {
+            Kind::Network => "NMT, EMCY",
+            Kind::Master => "HB master",
+            Kind::Slave => "HB slaves",
+            Kind::Time => "SYNC, time",
+            _ => self.name(),
+        }
+    }
+
+    /// Its class in the pictures.
     pub fn class(self) -> &'static str {
         match self {
             Kind::Network => "network",
@@ -91,40 +102,45 @@ fn top(bus: Bus) -> f64 {
 }
 
 /// The whole flight.
-pub fn overview(flight: &Flight) -> Svg {
-    draw(flight, Axis::new(Time::ZERO, flight.end), "", "Frames on the two buses over the whole flight")
+pub fn overview(flight: &Flight, layout: Layout) -> Svg {
+    draw(
+        flight,
+        Axis::new(layout, Time::ZERO, flight.end),
+        "",
+        "Frames on the two buses over the whole flight",
+    )
 }
 
 /// The moments around the cut until the slaves with parallel access are back; `None` without a cut.
-pub fn close_up(flight: &Flight) -> Option<Svg> {
+pub fn close_up(flight: &Flight, layout: Layout) -> Option<Svg> {
     let (cut, _) = flight.cut()?;
-    let before = Time::from_ms(400);
+    let from = cut - Time::from_ms(400);
     let back = flight.observer.slaves().filter_map(|(_, track)| track.failover).min();
     let switch = flight.switch().map(|at| at.since(cut));
     let after = back.or(switch).unwrap_or_default() + Time::from_ms(600);
     let until = (cut + after).min(flight.end);
-    (until > cut).then(|| draw(flight, Axis::new(cut - before, until), " close-up", "Frames around the cut"))
+    (until > cut).then(|| draw(flight, Axis::new(layout, from, until), " close-up", "Frames around the cut"))
 }
 
 fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
-    let mut svg = Svg::new(WIDTH, HEIGHT, title);
+    let layout = axis.layout();
+    let mut svg = Svg::new(layout.width, HEIGHT, title);
     let (left, right) = axis.ends();
-    svg.rect("paper", 0.0, 0.0, WIDTH, HEIGHT);
+    svg.rect("paper", 0.0, 0.0, layout.width, HEIGHT);
     for bus in Bus::BOTH {
         svg.rect("lane", left, top(bus), right - left, LANE);
     }
     shade_active(flight, &axis, &mut svg);
     axis.draw(&mut svg, top(Bus::Nominal), top(Bus::Redundant) + LANE);
     for bus in Bus::BOTH {
-        svg.text(
-            &format!("bus-{} end", bus.name()),
-            LEFT - 12.0,
-            top(bus) - 9.0,
-            &format!("{} bus", capital(bus.name())),
-        );
+        let lane = format!("{} bus", capital(bus.name()));
+        // Wider than the names of the rows where there is little room, so it begins at the border.
+        let (anchor, x) = if layout.brief { ("", 0.0) } else { (" end", left - 12.0) };
+        svg.text(&format!("bus-{}{anchor}", bus.name()), x, top(bus) - 9.0, &lane);
         for kind in Kind::ROWS {
             let y = row_top(bus, kind);
-            svg.text("soft end", LEFT - 12.0, y + 11.0, kind.name());
+            let name = if layout.brief { kind.brief() } else { kind.name() };
+            svg.text("soft end", left - 12.0, y + 11.0, name);
         }
         for kind in Kind::ROWS.into_iter().chain([Kind::Other]) {
             let places: BTreeSet<i64> = flight
@@ -165,22 +181,28 @@ fn shade_active(flight: &Flight, axis: &Axis, svg: &mut Svg) {
 
 fn annotate(flight: &Flight, axis: &Axis, svg: &mut Svg) {
     let Some((cut, bus)) = flight.cut().filter(|(at, _)| axis.shows(*at)) else { return };
-    let label = format!("cut next to the master, {:.1} s", cut.as_secs_f64());
-    flag(svg, axis.x(cut), bus, ["cut", "cut-label"], &label);
+    let brief = axis.layout().brief;
+    let label = if brief { "cut" } else { "cut next to the master" };
+    let label = format!("{label}, {:.1} s", cut.as_secs_f64());
+    flag(svg, axis, cut, bus, "cut", &label);
     let Some(switch) = flight.switch().filter(|at| *at >= cut && axis.shows(*at)) else { return };
     let delay = switch.since(cut).as_secs_f64() * 1e3;
-    let label = format!("master switches, {delay:.1} ms after the cut");
-    flag(svg, axis.x(switch), bus.other(), ["switch", "bus-redundant"], &label);
+    let label = if brief {
+        format!("switch, +{delay:.1} ms")
+    } else {
+        format!("master switches, {delay:.1} ms after the cut")
+    };
+    flag(svg, axis, switch, bus.other(), "switch", &label);
 }
 
 /// A vertical line through a lane and words above it, on the side where there is room.
-fn flag(svg: &mut Svg, x: f64, bus: Bus, [line, label]: [&str; 2], text: &str) {
-    let y = top(bus);
-    svg.line(line, (x, y - 8.0), (x, y + LANE));
-    if x < WIDTH * 0.7 {
-        svg.text(label, x + 6.0, y - 9.0, text);
+fn flag(svg: &mut Svg, axis: &Axis, at: Time, bus: Bus, class: &str, text: &str) {
+    let (x, y) = (axis.x(at), top(bus));
+    svg.line(class, (x, y - 8.0), (x, y + LANE));
+    if axis.layout().has_room(x + 6.0, text) {
+        svg.text(&format!("{class}-label"), x + 6.0, y - 9.0, text);
     } else {
-        svg.text(&format!("{label} end"), x - 6.0, y - 9.0, text);
+        svg.text(&format!("{class}-label end"), x - 6.0, y - 9.0, text);
     }
 }
 

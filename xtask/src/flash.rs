@@ -1,0 +1,146 @@
+//! `cargo xtask flash`, which `cargo master` and `cargo slave` stand for: build an image, write it to a board, show its log.
+//!
+//! The image comes from where all images come from, so one command is enough on a machine with rustup's target and on one
+//! with Debian's toolchain. Writing is up to probe-rs.
+
+use std::ffi::OsString;
+use std::io::ErrorKind;
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+
+use crate::board::Board;
+use crate::firmware::Profile;
+use crate::misuse::Misuse;
+
+/// The program that writes to a board.
+const PROBE_RS: &str = "probe-rs";
+
+/// Command line of `flash`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "Needs probe-rs and a debug probe. The log of the image is what DEFMT_LOG says: DEFMT_LOG=debug cargo slave\n\
+    Exit code: that of probe-rs; 1 as well when the image cannot be built or probe-rs is missing; 2: wrong command line."
+)]
+pub struct Options {
+    /// Image to flash
+    #[arg(value_enum)]
+    role: Role,
+
+    /// Board to build for [default: pyboard-v11]
+    #[arg(long, value_name = "BOARD", value_enum)]
+    board: Option<Board>,
+
+    /// Mission profile to build with [default: librecube]
+    #[arg(long, value_name = "PROFILE", value_enum, conflicts_with = "features")]
+    profile: Option<Profile>,
+
+    /// Board and profile as features of the firmware crates, for example pyboard-v11,librecube; without librecube it is
+    /// the profile standard
+    #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
+    features: Vec<Feature>,
+
+    /// Arguments for `probe-rs run`, for example: -- --probe 0483:374b
+    #[arg(last = true, value_name = "ARGUMENTS")]
+    probe_rs: Vec<OsString>,
+}
+
+/// A node of the spacecraft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Role {
+    /// The one master
+    Master,
+    /// Any slave: straps give its Node-ID
+    Slave,
+}
+
+/// A feature of the firmware crates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Feature {
+    #[value(name = "pyboard-v11")]
+    PyboardV11,
+    #[value(name = "nucleo-f446re")]
+    NucleoF446re,
+    Librecube,
+}
+
+impl Feature {
+    fn board(self) -> Option<Board> {
+        match self {
+            Feature::PyboardV11 => Some(Board::PyboardV11),
+            Feature::NucleoF446re => Some(Board::NucleoF446re),
+            Feature::Librecube => None,
+        }
+    }
+}
+
+impl Options {
+    fn board(&self) -> Result<Board, Misuse> {
+        let named = self.board.into_iter().chain(self.features.iter().filter_map(|feature| feature.board()));
+        let named: Vec<Board> = named.collect();
+        match named.iter().find(|board| **board != named[0]) {
+            Some(other) => Err(Misuse::of(
+                "flash",
+                format!("two boards: {} and {}; an image is for one of them", named[0].name(), other.name()),
+            )),
+            None => Ok(named.first().copied().unwrap_or(Board::PyboardV11)),
+        }
+    }
+
+    fn profile(&self) -> Profile {
+        let by_features = || match self.features.as_slice() {
+            [] => Profile::Librecube,
+            features if features.contains(&Feature::Librecube) => Profile::Librecube,
+            _ => Profile::Standard,
+        };
+        self.profile.unwrap_or_else(by_features)
+    }
+}
+
+/// Builds the image and becomes `probe-rs run`.
+///
+/// # Errors
+/// When the image cannot be built, or probe-rs is missing or fails.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    let board = options.board()?;
+    // Before a build of a minute.
+    find_probe_rs()?;
+    let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
+    let images = firmware_images::build_logging(board.name(), options.profile().name(), &log)?;
+    let image = match options.role {
+        Role::Master => images.master,
+        Role::Slave => images.slave,
+    };
+    let mut probe_rs = Command::new(PROBE_RS);
+    probe_rs.args(["run", "--chip", board.chip()]).arg(image).args(&options.probe_rs);
+    replace_by(probe_rs)
+}
+
+fn find_probe_rs() -> anyhow::Result<()> {
+    let version =
+        Command::new(PROBE_RS).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    match version {
+        Err(error) if error.kind() == ErrorKind::NotFound => bail!(
+            "probe-rs is not installed, or not in PATH: it writes the image to the board and shows its log; install it with\n    \
+             cargo install probe-rs-tools --locked\n\
+             or as https://probe.rs/docs/getting-started/installation/ says; to build only: cargo xtask firmware"
+        ),
+        outcome => outcome.map(drop).context("cannot run probe-rs"),
+    }
+}
+
+/// The program takes our place: it gets Ctrl-C, and its exit code is ours.
+#[cfg(unix)]
+fn replace_by(mut program: Command) -> anyhow::Result<()> {
+    use std::os::unix::process::CommandExt;
+    Err(program.exec()).context("cannot run probe-rs")
+}
+
+/// Runs it to its end; its exit code is ours.
+#[cfg(not(unix))]
+fn replace_by(mut program: Command) -> anyhow::Result<()> {
+    let status = program.status().context("cannot run probe-rs")?;
+    let code = status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
+    if code == 0 { Ok(()) } else { Err(crate::output::Silently(code).into()) }
+}

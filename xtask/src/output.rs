@@ -1,0 +1,64 @@
+//! Lines for people and for pipes, and what follows when nobody reads them any more.
+//!
+//! `println!` panics when its reader has left (`cargo demo | head`). Everything here is printed by [`line`], which
+//! returns an error instead, or by [`note`], which goes on.
+
+use std::fmt::{self, Display};
+use std::io::{self, ErrorKind, Write};
+
+use anyhow::Context;
+use console::style;
+
+/// A command ends early and has nothing more to say: only its exit code is left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Silently(pub u8);
+
+impl Silently {
+    /// The reader of stdout has left: 128 + SIGPIPE, as a shell reports it of other commands.
+    pub const PIPE_CLOSED: Silently = Silently(141);
+    /// Ctrl-C or SIGTERM: 128 + SIGINT.
+    pub const INTERRUPTED: Silently = Silently(130);
+}
+
+impl Display for Silently {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "ended with exit code {}", self.0)
+    }
+}
+
+impl std::error::Error for Silently {}
+
+/// Prints a line on stdout.
+///
+/// # Errors
+/// [`Silently::PIPE_CLOSED`] when its reader has left; otherwise what hinders the writing, a full disk for example.
+pub fn line(line: impl Display) -> anyhow::Result<()> {
+    text(format_args!("{line}\n"))
+}
+
+/// Prints on stdout as it is.
+///
+/// # Errors
+/// As [`line`].
+pub fn text(text: impl Display) -> anyhow::Result<()> {
+    let mut stdout = io::stdout().lock();
+    match write!(stdout, "{text}").and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Err(Silently::PIPE_CLOSED.into()),
+        outcome => outcome.context("cannot write to stdout"),
+    }
+}
+
+/// Prints a line on stderr, if anybody reads it.
+pub fn note(line: impl Display) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// A [`note`] that something is not as it should be.
+pub fn warn(line: impl Display) {
+    note(format_args!("{} {line}", style("warning:").yellow().bold().for_stderr()));
+}
+
+/// A [`note`] that something failed.
+pub fn complain(line: impl Display) {
+    note(format_args!("{} {line}", style("error:").red().bold().for_stderr()));
+}

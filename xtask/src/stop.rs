@@ -1,0 +1,30 @@
+//! Ctrl-C and SIGTERM as a flag, for what ends in good order.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context;
+
+/// Remembers that somebody wants the program to end.
+#[derive(Clone, Debug, Default)]
+pub struct Stop(Arc<AtomicBool>);
+
+impl Stop {
+    /// From now on Ctrl-C and SIGTERM raise the flag. Before, they end the program at once, also while it builds images or
+    /// waits for another build.
+    ///
+    /// # Errors
+    /// When the system does not allow it, or on the second call.
+    pub fn at_ctrl_c() -> anyhow::Result<Stop> {
+        let stop = Stop::default();
+        let raised = stop.clone();
+        ctrlc::set_handler(move || raised.0.store(true, Ordering::Relaxed))
+            .context("cannot handle Ctrl-C")?;
+        Ok(stop)
+    }
+
+    /// Whether the flag is up.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,99 @@
+//! `cargo master` and `cargo slave` through their aliases, with a probe-rs that only writes down how it was called.
+#![cfg(unix)]
+
+use std::ffi::OsString;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// What an alias of `.cargo/config.toml` gives to xtask.
+fn alias(name: &str) -> Vec<String> {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name(".cargo").join("config.toml");
+    let table: toml::Table = fs::read_to_string(file).expect("there").parse().expect("TOML");
+    let words = table["alias"][name].as_str().expect("a text").split_whitespace().map(str::to_owned);
+    let arguments: Vec<String> = words.skip_while(|word| word != "--").skip(1).collect();
+    assert!(!arguments.is_empty(), "cargo {name} does not call xtask");
+    arguments
+}
+
+/// PATH without any probe-rs, `first` before all.
+fn path(first: Option<&Path>) -> OsString {
+    let all = std::env::var_os("PATH").expect("PATH");
+    let others = std::env::split_paths(&all).filter(|folder| !folder.join("probe-rs").exists());
+    std::env::join_paths(first.map(Path::to_owned).into_iter().chain(others)).expect("folders")
+}
+
+fn run(name: &str, arguments: &[&str], path: &OsString) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .args(alias(name))
+        .args(arguments)
+        .env("PATH", path)
+        .output()
+        .expect("xtask starts")
+}
+
+/// A probe-rs that writes its arguments to a file beside it, one a line, and fails with code 7.
+fn fake_probe_rs(folder: &Path) -> PathBuf {
+    let (program, arguments) = (folder.join("probe-rs"), folder.join("arguments"));
+    let script = format!(
+        "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" > {}\nexit 7\n",
+        arguments.display()
+    );
+    fs::write(&program, script).expect("a file");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
+    arguments
+}
+
+#[test]
+fn image_is_built_and_handed_to_probe_rs() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let written = fake_probe_rs(here.path());
+    let path = path(Some(here.path()));
+    for (name, arguments, chip, image) in [
+        ("slave", &["--features", "pyboard-v11,librecube"][..], "STM32F405RG", "pyboard-v11-librecube"),
+        ("master", &[], "STM32F405RG", "pyboard-v11-librecube"),
+        ("nucleo-master", &["--features", "librecube"], "STM32F446RETx", "nucleo-f446re-librecube"),
+    ] {
+        let output = run(name, &[arguments, &["--", "--probe", "1234:5678"]].concat(), &path);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(7), "the exit code of probe-rs: {stderr}");
+        let told = fs::read_to_string(&written).expect("probe-rs was called");
+        let [run, option, target, elf, rest @ ..] = &told.lines().collect::<Vec<_>>()[..] else {
+            panic!("{told}")
+        };
+        assert_eq!([*run, *option, *target], ["run", "--chip", chip]);
+        assert_eq!(rest, ["--probe", "1234:5678"]);
+        let role = name.strip_prefix("nucleo-").unwrap_or(name);
+        assert!(elf.ends_with(role) && elf.contains(image), "{elf}");
+        assert_eq!(fs::read(elf).expect("the image is there")[..4], *b"\x7FELF");
+    }
+}
+
+#[test]
+fn missing_probe_rs_is_reported_with_how_to_install_it() {
+    let output = run("slave", &[], &path(None));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("probe-rs is not installed"), "{stderr}");
+    assert!(stderr.contains("cargo install probe-rs-tools"), "{stderr}");
+    assert!(!stderr.contains("build firmware"), "it says so before the build: {stderr}");
+}
+
+#[test]
+fn wrong_arguments_are_refused_with_the_allowed_ones() {
+    for (name, arguments, expected) in [
+        ("slave", &["--features", "warp"][..], &["warp", "pyboard-v11", "nucleo-f446re", "librecube"][..]),
+        ("slave", &["--board", "nucleo"], &["nucleo", "pyboard-v11", "nucleo-f446re"]),
+        ("nucleo-slave", &["--features", "pyboard-v11"], &["two boards", "nucleo-f446re", "pyboard-v11"]),
+        ("master", &["--profile", "standard", "--features", "librecube"], &["--profile", "--features"]),
+        ("master", &["slave"], &["slave", "Usage: cargo xtask flash"]),
+    ] {
+        let output = run(name, arguments, &path(None));
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {stderr}");
+        for part in expected {
+            assert!(stderr.contains(part), "{arguments:?}: no {part:?} in\n{stderr}");
+        }
+    }
+}
