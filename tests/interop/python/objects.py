@@ -12,7 +12,7 @@ from canopen.sdo import SdoAbortedError, SdoClient
 
 from spacecraft import Test
 
-WRITE_ONLY, READ_ONLY = 0x06010001, 0x06010002
+UNSUPPORTED, WRITE_ONLY, READ_ONLY = 0x06010000, 0x06010001, 0x06010002
 INVALID_VALUE, TOO_HIGH, TOO_LOW = 0x06090030, 0x06090031, 0x06090032
 INCOMPATIBLE = 0x06040043
 NOT_STORED, WRONG_STATE, NO_DATA = 0x08000020, 0x08000022, 0x08000024
@@ -192,23 +192,28 @@ class Walk:
         own, count = self.number(parameters, 1), self.number(mapping, 0)
         mapped = [self.number(mapping, sub) for sub in objects]
         if not own & INVALID:
-            self.refuses_write(INVALID_VALUE, parameters, 1, own ^ 1)
+            for other in (own ^ 4, own ^ 4 | INVALID):
+                self.refuses_write(UNSUPPORTED, parameters, 1, other)
             for sub in {INHIBIT, SYNC_START}.intersection(subs):
-                self.refuses_write(INVALID_VALUE, parameters, sub, self.number(parameters, sub))
+                self.refuses_write(UNSUPPORTED, parameters, sub, self.number(parameters, sub))
             for sub, value in enumerate([count, *mapped]):
-                self.refuses_write(INVALID_VALUE, mapping, sub, value)
+                self.refuses_write(UNSUPPORTED, mapping, sub, value)
             self.write(parameters, 1, own | INVALID)
         for sub in subs:
             self.exchange(parameters, sub)
         if count:
             for sub in objects:
-                self.refuses_write(INVALID_VALUE, mapping, sub, mapped[sub - 1])
+                self.refuses_write(UNSUPPORTED, mapping, sub, mapped[sub - 1])
         self.write(mapping, 0, 0)
         self.refuses_write(INCOMPATIBLE, parameters, 1, NO_REMOTE | (own & 0x7FF or FREE))
         for sub in objects:
             self.exchange(mapping, sub, MAPPABLE)
         self.write(mapping, 1, MAPPABLE)
         self.exchange(mapping, 0, 1)
+        # What SYNC has is no PDO's.
+        self.write(mapping, 0, 1)
+        self.refuses_write(INCOMPATIBLE, parameters, 1, NO_REMOTE | self.number(0x1005) & 0x7FF)
+        self.write(mapping, 0, 0)
         self.write(mapping, 1, mapped[0])
         self.write(mapping, 0, count)
         self.exchange(parameters, 1, own ^ 1 | INVALID)

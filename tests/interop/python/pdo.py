@@ -23,14 +23,16 @@ class Pdo(Test):
         self.remote.nmt.state = "OPERATIONAL"
         self.slave.becomes(OPERATIONAL)
 
-    def send(self, number: int, code: int, data: int) -> None:
+    def send(self, number: int, code: int, data: int, sequence: int = 0) -> None:
         pdo = self.remote.rpdo[number]
         pdo[0].raw, pdo[1].raw = code, data
+        if number == TELECOMMAND:
+            pdo[2].raw = sequence
         pdo.transmit()
 
     def test_the_mapping_is_that_of_the_mission(self) -> None:
         for pdos, number, cob_id, names in [
-            (self.remote.rpdo, TELECOMMAND, 0x302, ["Telecommand.Code", "Telecommand.Data"]),
+            (self.remote.rpdo, TELECOMMAND, 0x302, ["Telecommand.Code", "Telecommand.Data", "Telecommand.Sequence"]),
             (self.remote.rpdo, REQUEST, 0x402, ["Telemetry request.Code", "Telemetry request.Data"]),
             (self.remote.tpdo, TELEMETRY, 0x382, ["Telemetry.Code", "Telemetry.Data"]),
         ]:
@@ -43,9 +45,9 @@ class Pdo(Test):
         answers = Witness()
         self.remote.tpdo[TELEMETRY].add_callback(lambda pdo: answers((pdo[0].raw, pdo[1].raw)))
         self.start()
-        for value in (0xC0FFEE, 0xFFFFFFFF, 0):
+        for sequence, value in enumerate((0xC0FFEE, 0xFFFFFFFF, 0)):
             answers.forget()
-            self.send(TELECOMMAND, SET_VALUE, value)
+            self.send(TELECOMMAND, SET_VALUE, value, sequence)
             self.send(REQUEST, VALUE, 0)
             answers.wait_for(lambda told: (VALUE, value) in told)
 

@@ -27,6 +27,8 @@ class SlaveObjects(Test):
         walk.emergency()
         walk.counter()
         walk.self_test()
+        # A BOOLEAN is 0 or 1 (CiA 301 7.1.4.4).
+        walk.refuses_write(INVALID_VALUE, 0x6400, 0x01, 2)
         # Only the master produces SYNC (ECSS 6.9d).
         walk.refuses_write(INVALID_VALUE, 0x1005, 0, walk.number(0x1005) | PRODUCER)
         # A microsecond is none.

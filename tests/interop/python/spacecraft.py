@@ -179,6 +179,7 @@ class Node:
     def __init__(self, net: canopen.Network, number: int) -> None:
         self.number = number
         self._network = net
+        self._sequence = 0
         self.remote = net.add_node(number, str(EDS))
         self.remote.sdo.RESPONSE_TIMEOUT = PATIENCE
         self.states = Witness()
@@ -196,13 +197,19 @@ class Node:
         self.states.wait_for(lambda told: BOOT_UP in told)
 
     def command(self, code: int, data: bytes = b"") -> None:
-        """A telecommand; its PDO has 8 bytes."""
-        self._network.send_message(0x300 + self.number, struct.pack("<H6s", code, data))
+        """A telecommand: code, 5 bytes, and a sequence that is stepped with each."""
+        self._network.send_message(0x300 + self.number, struct.pack("<H5sB", code, data, self._sequence))
+        self._sequence = (self._sequence + 1) % 256
 
-    def ask(self, code: int) -> bytes:
-        """Telemetry, without its code: 6 bytes."""
+    def repeat(self, code: int, data: bytes = b"") -> None:
+        """The last telecommand again, with its sequence."""
+        sequence = (self._sequence - 1) % 256
+        self._network.send_message(0x300 + self.number, struct.pack("<H5sB", code, data, sequence))
+
+    def ask(self, code: int, zeros: int = 6) -> bytes:
+        """Telemetry, without its code: 6 bytes. The request has so many zeros behind its code."""
         request = struct.pack("<H", code)
         self.telemetry.forget()
-        self._network.send_message(0x400 + self.number, request + bytes(6))
+        self._network.send_message(0x400 + self.number, request + bytes(zeros))
         told = self.telemetry.wait_for(lambda told: any(answer.startswith(request) for answer in told))
         return next(answer[2:] for answer in told if answer.startswith(request))

@@ -37,6 +37,27 @@ class Telemetry(Test):
         node.command(UNKNOWN, b"\x01")
         self.assertEqual(self.number(node, EXECUTED), before + 5)
 
+    def test_a_command_that_is_repeated_is_executed_once(self) -> None:
+        """CAN delivers at least once: telemetry counts 1 executed, then 2 repeats."""
+        node = self.slaves[0]
+        node.command(RESET_COUNTERS)
+        node.command(SET_VALUE, struct.pack("<I", 7))
+        node.repeat(SET_VALUE, struct.pack("<I", 7))
+        node.repeat(SET_VALUE, struct.pack("<I", 7))
+        self.assertEqual(node.ask(EXECUTED), struct.pack("<IH", 1, 2))
+        node.command(SET_VALUE, struct.pack("<I", 7))
+        self.assertEqual(node.ask(EXECUTED), struct.pack("<IH", 2, 2))
+
+    def test_a_request_may_be_its_code_alone(self) -> None:
+        """ECSS Figure 9-2: DLC 0 to 8."""
+        node = self.slaves[0]
+        errors = Witness()
+        node.remote.emcy.add_callback(lambda error: errors(error.code))
+        node.command(SET_VALUE, struct.pack("<I", 0x1234))
+        for zeros in range(7):
+            self.assertEqual(node.ask(VALUE, zeros), struct.pack("<IH", 0x1234, 0))
+        self.assertNotIn(0x8210, errors.wait_for(lambda _told: True))
+
     def test_uptime_grows(self) -> None:
         node = self.slaves[0]
         earlier = self.number(node, UPTIME)

@@ -88,8 +88,9 @@ fn locked<R>(work: impl FnOnce(&Path) -> anyhow::Result<R>) -> anyhow::Result<R>
     let directory = workspace().join("target/interop");
     let unusable = || format!("cannot use {}", directory.display());
     fs::create_dir_all(&directory).with_context(unusable)?;
-    let mut lock = fd_lock::RwLock::new(File::create(directory.join("lock")).with_context(unusable)?);
-    let _guard = lock.write().with_context(unusable)?;
+    // Held until the file is closed.
+    let lock = File::create(directory.join("lock")).with_context(unusable)?;
+    lock.lock().with_context(unusable)?;
     work(&directory)
 }
 
