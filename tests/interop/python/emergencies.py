@@ -8,7 +8,7 @@ import unittest
 from canopen import LocalNode
 from canopen.objectdictionary import ObjectDictionary, ODVariable, datatypes
 
-from spacecraft import MASTER_EDS, OPERATIONAL, Test, Witness
+from spacecraft import BOOT_UP, MASTER_EDS, OPERATIONAL, Test, Witness
 
 NODE = 9
 #: Milliseconds.
@@ -17,6 +17,8 @@ STATE, CONSUMERS, EMCY, REGISTER, HISTORY = 0x1F82, 0x1016, 0x1014, 0x1001, 0x10
 #: Of the nominal bus: frames that are not what their COB-ID says.
 HEALTH, MALFORMED = 0x2020, 8
 MISSING = 1
+#: The answer of a slave to the master's question for its device type (1000h).
+IDENTIFIED = bytes.fromhex("43 00 10 00")
 NO_ERROR, HEARTBEAT = 0x0000, 0x8130
 #: Bits of the error register: generic, communication.
 COMMUNICATION = 0x11
@@ -37,11 +39,27 @@ class Emergencies(Test):
         (self.slave,) = self.nodes(self.net, 2)
         self.master = self.net.add_node(1, str(MASTER_EDS))
         self.master.sdo.RESPONSE_TIMEOUT = self.slave.remote.sdo.RESPONSE_TIMEOUT
-        self.slave.becomes(OPERATIONAL)
+        self.is_identified()
         # On a channel of its own, so that the others hear it.
         self.local = LocalNode(NODE, dictionary())
         self.connect().add_node(self.local)
         self.addCleanup(self.local.nmt.stop_heartbeat)
+
+    def is_identified(self) -> None:
+        """Resets slave 2 and waits until the master has identified it.
+
+        The master and this client share the default SDO of the slave: a request of one ends the transfer of the other.
+        """
+        answers = Witness()
+        self.net.subscribe(0x702, lambda _id, data, _at: answers(bytes(data)))
+        self.net.subscribe(0x582, lambda _id, data, _at: answers(bytes(data)[:4]))
+        self.slave.becomes(OPERATIONAL)
+        answers.forget()
+        self.slave.remote.nmt.state = "RESET"
+        answers.wait_for(
+            lambda heard: bytes([BOOT_UP]) in heard and IDENTIFIED in heard[heard.index(bytes([BOOT_UP])) :]
+        )
+        self.slave.becomes(OPERATIONAL)
 
     def appears(self) -> None:
         """It boots up, waits in Pre-operational, and is started by the master."""
