@@ -2,10 +2,9 @@
 //!
 //! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
 
-use ecss_can::link::PerBus;
 use ecss_can::link::bit_timing::{BitTiming, Hertz, Network};
-use ecss_can::nmt::NodeId;
 use ecss_can::store::{ParameterStore, RetainedMemory};
+use ecss_can::types::{NodeId, PerBus};
 use embassy_stm32::gpio::{Input, Level, Output, Pin, Speed};
 use embassy_stm32::peripherals::FLASH;
 use embassy_stm32::{Peri, bind_interrupts, peripherals};

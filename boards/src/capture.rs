@@ -15,8 +15,9 @@
 
 use core::sync::atomic::{Ordering, fence};
 
-use ecss_can::link::{Bus, Frame, PerBus};
-use ecss_can::time::{Captured, Clock, EDGES, EdgeRing, Miss, Stamp, Ticks};
+use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp, Ticks};
+use ecss_can::time::Clock;
+use ecss_can::types::{Bus, Frame, PerBus};
 use embassy_stm32::gpio::{AfType, Flex, Pull};
 use embassy_stm32::pac::TIM5;
 use embassy_stm32::pac::dma::St;

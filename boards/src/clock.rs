@@ -1,6 +1,7 @@
 //! Uptime as the protocol's clock.
 
-use ecss_can::time::{Clock, Instant};
+use ecss_can::time::Clock;
+use ecss_can::types::Instant;
 use embassy_time::Timer;
 
 /// Microseconds since power-on, counted by a hardware timer.

@@ -10,8 +10,8 @@
 //!
 //! PA2 and PA3 are the serial port of the ST-LINK, PA13 and PA14 its debug port; they are never touched. Straps are closed to ground (CN7 22); inside they have pull-ups.
 
-use ecss_can::link::PerBus;
 use ecss_can::link::bit_timing::BitTiming;
+use ecss_can::types::PerBus;
 use embassy_stm32::gpio::{Input, Pull};
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;

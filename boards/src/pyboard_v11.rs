@@ -10,8 +10,8 @@
 //!
 //! The red and green LEDs hang on the debug pins PA13 and PA14 and are never touched. Straps are closed to ground (X14, Y14); inside they have pull-ups.
 
-use ecss_can::link::PerBus;
 use ecss_can::link::bit_timing::BitTiming;
+use ecss_can::types::PerBus;
 use embassy_stm32::gpio::{Input, Pull};
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;

@@ -3,7 +3,7 @@
 //! A strap to ground is 1, an open one 0. Odd parity over all five makes a board without straps, or with one wire lost
 //! or shorted, recognisable: it must stay silent (ECSS 6.10f).
 
-use ecss_can::nmt::NodeId;
+use ecss_can::types::NodeId;
 
 /// Why the straps give no Node-ID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,6 +11,7 @@
 // The derive macros name this crate from outside, also in here.
 extern crate self as ecss_can;
 
+pub mod boot;
 pub mod emcy;
 pub mod heartbeat;
 pub mod link;
@@ -25,3 +26,4 @@ pub mod sdo;
 pub mod store;
 pub mod sync;
 pub mod time;
+pub mod types;

@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Network};
-use ecss_can::nmt::NodeId;
 use ecss_can::node::{Master, MasterDictionary, NodeObjects};
 use ecss_can::profile;
-use ecss_can::profile::mission::{self, MissionObjects};
+use ecss_can::profile::mission;
+use ecss_can::profile::mission::MissionObjects;
+use ecss_can::types::NodeId;
 use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
 
 use crate::firmware::Profile;

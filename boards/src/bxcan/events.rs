@@ -3,9 +3,9 @@
 use core::cell::RefCell;
 use core::task::{Context, Poll};
 
-use ecss_can::link::Frame;
+use ecss_can::link::Stamp;
 use ecss_can::link::port::PortEvent;
-use ecss_can::time::Stamp;
+use ecss_can::types::Frame;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;

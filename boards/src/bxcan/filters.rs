@@ -28,7 +28,7 @@ pub(super) fn banks(filters: &[Filter]) -> impl Iterator<Item = [u32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ecss_can::link::CobId;
+    use ecss_can::types::CobId;
 
     fn id(raw: u16) -> CobId {
         CobId::new(raw).unwrap()

@@ -4,9 +4,10 @@
 
 use core::marker::PhantomData;
 
+use ecss_can::link::Stamp;
 use ecss_can::link::port::{MAILBOXES, Mailbox, PortEvent};
-use ecss_can::link::{CobId, Frame};
-use ecss_can::time::{Clock, Stamp};
+use ecss_can::time::Clock;
+use ecss_can::types::{CobId, Frame};
 use embassy_stm32::interrupt::typelevel::Handler;
 use embassy_stm32::pac::can::Can;
 

@@ -3,8 +3,8 @@
 //! bxCAN sends the pending mailbox with the lowest identifier first, and of equal identifiers the lowest mailbox number
 //! (RM0090 32.7.1). So frames of one COB-ID keep their order when they are pending together in rising numbers only.
 
-use ecss_can::link::CobId;
 use ecss_can::link::port::{MAILBOXES, Mailbox, is_urgent};
+use ecss_can::types::CobId;
 
 /// What is in the mailboxes. One stays in use until its result has been reported.
 #[derive(Default)]

@@ -10,7 +10,7 @@
 //! never comes in Init mode: so INRQ waits until the mailboxes are empty. Nothing here waits: a request that the
 //! controller has not obeyed yet is looked at again, for as long as it takes.
 
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Duration, Instant};
 
 /// A frame and the error frame after it, at 125 kbit/s and more.
 const EMPTYING: Duration = Duration::from_millis(5);

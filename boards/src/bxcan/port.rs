@@ -2,10 +2,11 @@
 
 use core::future::poll_fn;
 
+use ecss_can::link::Stamp;
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, MAILBOXES, Mailbox, PortEvent};
-use ecss_can::link::{CobId, Frame};
-use ecss_can::time::{Clock, Stamp};
+use ecss_can::time::Clock;
+use ecss_can::types::{CobId, Frame};
 use embassy_stm32::can::{RxPin, TxPin};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::Priority;

@@ -78,8 +78,8 @@ fn mailbox(event: &PortEvent) -> Option<Mailbox> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ecss_can::link::{CobId, Frame};
-    use ecss_can::time::{Instant, Stamp};
+    use ecss_can::link::Stamp;
+    use ecss_can::types::{CobId, Frame, Instant};
 
     fn frame() -> PortEvent {
         let stamp = Stamp::interrupt(Instant::from_micros(1));

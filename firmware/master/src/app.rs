@@ -1,12 +1,12 @@
 //! Start of the master: board, node, tasks.
 
 use boards::{Board, TELLTALE};
-use ecss_can::link::Bus;
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
 use ecss_can::node::{Master, MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::runner::{AppLink, Links, NodeCell};
+use ecss_can::types::Bus;
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::once_lock::OnceLock;

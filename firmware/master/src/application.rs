@@ -8,16 +8,14 @@ mod schedule;
 use core::future::pending;
 
 use boards::{Leds, Uptime};
-use ecss_can::link::Bus;
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::nmt::{NmtState, NodeId};
-use ecss_can::node::{MasterEvent, MasterRequest};
-use ecss_can::od::spacecraft::SelfTest;
+use ecss_can::node::{MasterEvent, MasterRequest, SelfTest};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
 use ecss_can::profile::mission::{Command, Request};
 use ecss_can::runner::{AppLink, Telltale};
-use ecss_can::time::{Clock, Instant};
+use ecss_can::time::Clock;
+use ecss_can::types::{Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
 
 use crate::app::{Node, Raw};

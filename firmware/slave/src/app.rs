@@ -3,15 +3,14 @@
 use core::convert::Infallible;
 
 use boards::{Board, TELLTALE};
-use ecss_can::link::Bus;
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
-use ecss_can::nmt::NodeId;
-use ecss_can::node::{Slave, SlaveEvent};
-use ecss_can::profile::Profile;
-use ecss_can::profile::mission::{self, MissionObjects};
-use ecss_can::runner::{AppLink, Filters, Links, NodeCell};
+use ecss_can::node::{Filters, Slave, SlaveEvent};
+use ecss_can::profile::mission::MissionObjects;
+use ecss_can::profile::{Profile, mission};
+use ecss_can::runner::{AppLink, Links, NodeCell};
 use ecss_can::store::{ParameterStore, RetainedMemory};
+use ecss_can::types::{Bus, NodeId};
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::once_lock::OnceLock;

@@ -4,8 +4,7 @@
 
 use boards::{Leds, Uptime};
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{Slave, SlaveEvent};
-use ecss_can::od::spacecraft::SelfTest;
+use ecss_can::node::{SelfTest, Slave, SlaveEvent};
 use ecss_can::pdo::Message;
 use ecss_can::profile::mission::{
     COMMANDED_VALUE, Command, Declined, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,

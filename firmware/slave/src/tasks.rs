@@ -1,8 +1,8 @@
 //! The tasks: one for each bus, one for the node, one for its application.
 
 use boards::{Port, TELLTALE, Uptime};
-use ecss_can::link::Bus;
 use ecss_can::runner::{bus_task, node_task};
+use ecss_can::types::Bus;
 
 use crate::app::{LINK, LINKS, Node, PROFILE};
 use crate::application::Application;

@@ -146,9 +146,9 @@ fn implementation(
             #[inline]
             fn check(
                 &self,
-                at: ::ecss_can::od::Address,
+                at: ::ecss_can::types::Address,
                 value: &[u8],
-            ) -> ::core::result::Result<(), ::ecss_can::od::AbortCode> {
+            ) -> ::core::result::Result<(), ::ecss_can::types::AbortCode> {
                 #check
                 #(<#types as ::ecss_can::od::Objects>::check(&self.#group_names, at, value)?;)*
                 ::core::result::Result::Ok(())

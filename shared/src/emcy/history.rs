@@ -1,7 +1,7 @@
 //! Pre-defined error field, object 1003h (CiA 301 7.5.2.4): the errors of the past, newest first.
 
 use super::ErrorCode;
-use crate::od::AbortCode;
+use crate::types::AbortCode;
 
 /// The last errors, at most `N`; the oldest falls off.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

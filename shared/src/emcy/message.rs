@@ -1,8 +1,7 @@
 //! The emergency message (CiA 301 7.2.7.2): error code, error register, five bytes of the manufacturer.
 
 use super::{ErrorCode, ErrorRegister};
-use crate::link::{CobId, Frame};
-use crate::nmt::NodeId;
+use crate::types::{CobId, Frame, NodeId};
 
 /// What an emergency message tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -3,11 +3,13 @@
 mod code;
 mod history;
 mod message;
+mod objects;
 mod producer;
 mod register;
 
 pub use code::ErrorCode;
 pub use history::History;
 pub use message::Emergency;
+pub use objects::ErrorField;
 pub use producer::{Config, Producer};
 pub use register::ErrorRegister;

@@ -8,9 +8,8 @@
 use heapless::Deque;
 
 use super::{Emergency, ErrorCode, ErrorRegister, History};
-use crate::link::{CobId, CobIdEntry, Frame};
-use crate::nmt::NmtState;
-use crate::time::{Duration, Instant};
+use crate::od::CobIdEntry;
+use crate::types::{CobId, Duration, Frame, Instant, NmtState};
 
 /// Errors that are remembered (object 1003h).
 const HISTORY: usize = 8;

@@ -1,6 +1,6 @@
 //! Consumer of one node's heartbeat.
 
-use crate::time::{Duration, Instant};
+use crate::types::{Duration, Instant};
 
 /// Armed by the first heartbeat; one timeout event; the next heartbeat resolves it.
 ///

@@ -8,8 +8,7 @@ pub use consumer::Consumer;
 pub use monitor::{Heard, Missed, Monitor, check_entry};
 pub use producer::Producer;
 
-use crate::link::{CobId, Frame};
-use crate::nmt::{NmtState, NodeId};
+use crate::types::{CobId, Frame, NmtState, NodeId};
 
 /// Entries of object 1016h.
 pub const MONITORED: usize = 8;

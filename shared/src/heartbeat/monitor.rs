@@ -1,9 +1,7 @@
 //! Consumers of many nodes' heartbeats (object 1016h).
 
 use super::MONITORED;
-use crate::nmt::{NmtState, NodeId};
-use crate::od::AbortCode;
-use crate::time::{Duration, Instant};
+use crate::types::{AbortCode, Duration, Instant, NmtState, NodeId};
 
 /// One consumer for each of `N` entries of 1016h.
 ///

@@ -1,9 +1,7 @@
 //! Producer of one node's heartbeat (object 1017h).
 
 use super::encode;
-use crate::link::Frame;
-use crate::nmt::{NmtState, NodeId};
-use crate::time::{Duration, Instant, Periodic};
+use crate::types::{Duration, Frame, Instant, NmtState, NodeId, Periodic};
 
 /// The producer.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -1,14 +1,9 @@
-//! The data link below the protocol: frames, buses, ports, queues.
+//! The data link below the protocol: ports, filters, queues, bit timing, stamps.
 
 pub mod bit_timing;
-mod bus;
-mod cob_id;
-mod cob_id_entry;
-mod frame;
+mod pattern;
 pub mod port;
 pub mod queue;
+mod stamp;
 
-pub use bus::{Bus, PerBus};
-pub use cob_id::CobId;
-pub use cob_id_entry::{CobIdEntry, EntryUse};
-pub use frame::{Frame, FrameError};
+pub use stamp::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource, Ticks};

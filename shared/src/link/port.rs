@@ -2,8 +2,8 @@
 //!
 //! Implemented by `boards` on bxCAN and by the mocks of the host tests. One port serves one bus.
 
-use super::{CobId, Frame};
-use crate::time::Stamp;
+use crate::link::Stamp;
+use crate::types::{CobId, Frame};
 
 /// A transmit mailbox of a port, `0..MAILBOXES`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,8 +5,7 @@
 use heapless::Vec;
 
 use super::port::is_urgent;
-use super::{CobId, Frame};
-use crate::time::Instant;
+use crate::types::{CobId, Frame, Instant};
 
 /// Function code of NMT error control.
 const HEARTBEATS: u16 = 0x700;

@@ -1,7 +1,6 @@
 //! Module control: what the NMT master commands (CiA 301 7.2.8.3.1).
 
-use super::NodeId;
-use crate::link::{CobId, Frame};
+use crate::types::{CobId, Frame, NodeId};
 
 /// Command specifier, first byte of an NMT frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

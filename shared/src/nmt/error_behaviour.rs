@@ -1,6 +1,6 @@
 //! Error behaviour, object 1029h sub-index 1: what a communication error does to the NMT state.
 
-use crate::od::AbortCode;
+use crate::types::AbortCode;
 
 /// Reaction to a communication error. A missed master always leads to Pre-operational (ECSS 8.3.3e.1).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -4,8 +4,7 @@
 //! the other one give it away. The node that booted last yields and is silent until the other one is. So a faulty or forged
 //! heartbeat does not take a node away that has worked for a while.
 
-use super::NmtState;
-use crate::time::{Duration, Instant};
+use crate::types::{Duration, Instant, NmtState};
 
 /// Within this time after its own heartbeat a node does not yield: that of the other one was on its way already, and the
 /// other one yields. Both would otherwise.

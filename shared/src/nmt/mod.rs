@@ -1,21 +1,16 @@
 //! Network management: node identifiers, states, module control (CiA 301 7.2.8, 7.3.2), boot-up of the network
 //! (CiA 302-2).
 
-pub mod boot;
 mod command;
 mod error_behaviour;
 mod identity;
-mod node_id;
 mod reset_guard;
 mod slave;
 mod startup;
-mod state;
 
 pub use command::{Command, NmtMessage, Target};
 pub use error_behaviour::ErrorBehaviour;
 pub use identity::{Clash, Identity};
-pub use node_id::NodeId;
 pub use reset_guard::{ResetGuard, ResetVerdict};
 pub use slave::{NmtSlave, Reaction};
 pub use startup::NmtStartup;
-pub use state::NmtState;

@@ -5,7 +5,7 @@
 //! (two consumer times). An ignored reset begins the pause anew: a slave with selective access needs the time to search
 //! on the other bus.
 
-use crate::time::{Duration, Instant};
+use crate::types::{Duration, Instant};
 
 /// Decides whether a slave obeys "reset node" and "reset communication".
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]

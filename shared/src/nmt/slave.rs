@@ -1,6 +1,7 @@
 //! NMT state machine of a slave (CiA 301 7.3.2, ECSS 6.5.4).
 
-use super::{Command, ErrorBehaviour, NmtState};
+use super::{Command, ErrorBehaviour};
+use crate::types::NmtState;
 
 /// The state machine.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

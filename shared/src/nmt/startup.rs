@@ -1,6 +1,6 @@
 //! NMT startup, object 1F80h (CiA 302-2): how a node goes to Operational after its boot-up.
 
-use crate::od::AbortCode;
+use crate::types::AbortCode;
 
 /// View of the object. A slave obeys bit 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,11 +1,9 @@
 //! What every node does with its two buses: counting, health, recovery, joining and leaving.
 
 use crate::link::port::Health;
-use crate::link::{Bus, PerBus};
-use crate::nmt::NmtState;
+use crate::node::{BusCommand, FailCause, LinkEvent, Outbox};
 use crate::redundancy::{Access, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
-use crate::runner::{BusCommand, FailCause, LinkEvent, Outbox};
-use crate::time::{Duration, Instant, Scet, earliest};
+use crate::types::{Bus, Duration, Instant, NmtState, PerBus, Scet, earliest};
 
 /// Frames of one bus. The first two wrap, all others stay at their maximum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

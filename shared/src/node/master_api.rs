@@ -1,14 +1,13 @@
 //! What a master and its application tell each other.
 
+use crate::boot::{BootFailure, BootProgress, Difference};
 use crate::emcy::Emergency;
-use crate::link::Bus;
+use crate::link::Stamp;
 use crate::link::port::Health;
-use crate::nmt::boot::{BootFailure, BootProgress, Difference};
-use crate::nmt::{NmtMessage, NmtState, NodeId};
-use crate::od::Address;
+use crate::nmt::NmtMessage;
 use crate::pdo::Message;
 use crate::redundancy::SwitchCause;
-use crate::time::{Scet, Stamp};
+use crate::types::{Address, Bus, NmtState, NodeId, Scet};
 
 /// What a master tells its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,16 +1,24 @@
-//! The services put together: a master and a slave, both sans-IO [`crate::runner::Node`]s.
+//! The services put together: a master and a slave, both sans-IO [`crate::node::Node`]s.
 
 mod buses;
+mod communication;
+mod contract;
 mod device;
 mod master;
 mod master_api;
 mod objects;
 mod slave;
 mod slave_api;
+mod spacecraft;
 
 pub use buses::{Counters, Status};
+pub use communication::{Communication, Identity};
+pub use contract::{
+    APP_DEPTH, BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
+};
 pub use master::{Master, MasterDictionary, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, RefusalCause};
 pub use objects::NodeObjects;
 pub use slave::Slave;
 pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};
+pub use spacecraft::{BusHealth, SelfTest, Spacecraft};

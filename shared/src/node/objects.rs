@@ -1,11 +1,11 @@
 //! The object dictionary of a node, master or slave.
 
-use crate::link::CobId;
-use crate::nmt::NodeId;
+use crate::node::{Communication, Spacecraft};
 use crate::od::Objects;
-use crate::od::communication::{Communication, Mapping, PdoMapping, SdoParameters, SdoServerObjects};
-use crate::od::spacecraft::{Redundancy, Spacecraft};
-use crate::redundancy::Parameters;
+use crate::pdo::{Mapping, PdoMapping};
+use crate::redundancy::{Parameters, Redundancy};
+use crate::sdo::{SdoParameters, SdoServerObjects};
+use crate::types::{CobId, NodeId};
 
 /// Everything a node holds: `A` are the objects of its application, `R` and `T` its receive and transmit PDOs, `M` how
 /// these are mapped.

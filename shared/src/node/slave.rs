@@ -9,17 +9,19 @@ mod retained;
 use super::buses::Buses;
 use super::device::Device;
 use super::{BusCause, Counters, NodeObjects, ParallelAccess, SlaveEvent, Status};
-use crate::heartbeat::{self, MONITORED};
+use crate::heartbeat;
+use crate::heartbeat::MONITORED;
+use crate::link::Stamp;
 use crate::link::port::Filter;
-use crate::link::{Bus, CobId, Frame, PerBus};
-use crate::nmt::{Identity, NmtSlave, NmtStartup, NmtState, NodeId, ResetGuard};
+use crate::nmt::{Identity, NmtSlave, NmtStartup, ResetGuard};
+use crate::node::{BusCommand, Communication, Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
 use crate::od::Objects;
-use crate::od::communication::{Communication, Mapping, PdoMapping};
+use crate::pdo::{Mapping, PdoMapping};
 use crate::profile::Profile;
 use crate::redundancy::{Access, Parameters, Selector};
-use crate::runner::{BusCommand, Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
 use crate::store::ParameterStore;
-use crate::time::{Duration, Instant, LocalClock, Scet, Stamp, earliest};
+use crate::time::LocalClock;
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
 
 type Out = Outbox<SlaveEvent>;
 

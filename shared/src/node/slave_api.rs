@@ -1,10 +1,9 @@
 //! What a slave and its application tell each other.
 
-use crate::link::Bus;
+use crate::link::Stamp;
 use crate::link::port::Health;
-use crate::nmt::{Command, NmtState, NodeId};
-use crate::od::Address;
-use crate::time::{Scet, Stamp};
+use crate::nmt::Command;
+use crate::types::{Address, Bus, NmtState, NodeId, Scet};
 
 /// What a slave tells its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,23 +1,6 @@
 //! Access by index and sub-index: what SDO servers and parameter stores see of a dictionary.
 
-use super::AbortCode;
-
-/// Index and sub-index of a value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Address {
-    /// Index, `0001h..=FFFFh`.
-    pub index: u16,
-    /// Sub-index.
-    pub sub: u8,
-}
-
-impl Address {
-    /// A value of an object.
-    pub const fn new(index: u16, sub: u8) -> Address {
-        Address { index, sub }
-    }
-}
+use crate::types::{AbortCode, Address};
 
 /// Most bytes of a value that moves [whole](Transfer::Whole): one buffer of this size serves SDO server and store.
 pub const WHOLE: usize = 64;

@@ -1,6 +1,7 @@
 //! Reads and writes with all that the declaration says: existence, access right, length, limits.
 
-use super::{AbortCode, Address, Entry, Objects, Place, Transfer, Variable, WHOLE};
+use super::{Entry, Objects, Place, Transfer, Variable, WHOLE};
+use crate::types::{AbortCode, Address};
 
 /// A value that was found.
 pub struct Found<'a> {

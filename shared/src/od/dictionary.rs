@@ -1,6 +1,7 @@
 //! A dictionary: objects found by index, values by place.
 
-use super::{AbortCode, Address, Entry, Names, Object, Run, Variable};
+use super::{Entry, Names, Object, Run, Variable};
+use crate::types::{AbortCode, Address};
 
 /// Where a value is: found once by its address, then reached without searching.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,7 +1,8 @@
 //! DOMAIN: a block of bytes that is moved in parts.
 
 use super::variable::copy_from;
-use super::{AbortCode, DataType, Typed, Variable};
+use super::{DataType, Typed, Variable};
+use crate::types::AbortCode;
 
 /// A block in memory that somebody lends, such as `[u8; 512]` or `&'static mut [u8]`.
 ///

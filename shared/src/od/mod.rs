@@ -55,23 +55,21 @@
 //! assert_eq!(tracker.exposure_ms, 199);
 //! ```
 
-mod abort;
 mod access;
 pub mod checked;
-pub mod communication;
+mod cob_id_entry;
 mod data_type;
 mod dictionary;
 mod domain;
 mod numbers;
 mod object;
 mod run;
-pub mod spacecraft;
 mod texts;
 mod times;
 mod variable;
 
-pub use abort::AbortCode;
-pub use access::{Address, ObjectAccess, Transfer, WHOLE};
+pub use access::{ObjectAccess, Transfer, WHOLE};
+pub use cob_id_entry::{CobIdEntry, EntryUse, INVALID, NO_REMOTE};
 pub use data_type::DataType;
 pub use dictionary::{Objects, Place, Record, among};
 pub use domain::Domain;

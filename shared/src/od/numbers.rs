@@ -1,7 +1,8 @@
 //! Numbers of every width the dictionary has: 8 to 64 bits, REAL, BOOLEAN.
 
 use super::variable::{copy_bits, exactly};
-use super::{AbortCode, DataType, Typed, Variable};
+use super::{DataType, Typed, Variable};
+use crate::types::AbortCode;
 
 /// An unsigned number of 24, 40, 48 or 56 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,6 +1,7 @@
 //! What is declared of an object and its entries: all that an access is checked against.
 
-use super::{AbortCode, DataType, Typed};
+use super::{DataType, Typed};
+use crate::types::AbortCode;
 
 /// Kind of an object (CiA 301 7.4.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

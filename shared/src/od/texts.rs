@@ -5,7 +5,8 @@
 //! length, the application's own as well.
 
 use super::variable::copy_from;
-use super::{AbortCode, DataType, Typed, Variable};
+use super::{DataType, Typed, Variable};
+use crate::types::AbortCode;
 
 /// A text that never changes.
 impl Variable for &'static str {

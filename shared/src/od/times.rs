@@ -1,7 +1,8 @@
 //! TIME_OF_DAY and TIME_DIFFERENCE (CiA 301 7.1.6.5, 7.1.6.6).
 
 use super::variable::{copy_bits, exactly};
-use super::{AbortCode, DataType, Typed, Variable};
+use super::{DataType, Typed, Variable};
+use crate::types::AbortCode;
 
 /// Bits of the milliseconds; four reserved bits follow.
 const MS: u64 = (1 << 28) - 1;

@@ -1,6 +1,7 @@
 //! A value under an index and sub-index, whatever its type.
 
-use super::{AbortCode, DataType};
+use super::DataType;
+use crate::types::AbortCode;
 
 /// A value of the object dictionary, little-endian at its surface.
 pub trait Variable {

@@ -2,8 +2,9 @@
 //!
 //! A mapping is resolved once, when its PDO becomes valid. From then on its values are reached without searching.
 
-use crate::od::communication::MAPPED;
-use crate::od::{AbortCode, Address, DataType, Objects, PdoUse, Place, Run};
+use crate::od::{DataType, Objects, PdoUse, Place, Run};
+use crate::pdo::MAPPED;
+use crate::types::{AbortCode, Address};
 
 /// Which way a PDO goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

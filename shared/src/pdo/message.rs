@@ -3,7 +3,7 @@
 //! Telecommand (object 6200h), telemetry request and telemetry (objects 6101h, 6100h) share this layout. The last data
 //! byte of a telecommand is its sequence: see [`RepeatFilter`](super::RepeatFilter).
 
-use crate::link::{CobId, Frame};
+use crate::types::{CobId, Frame};
 
 /// A telecommand, a telemetry request, or telemetry. Aligned to words, so that it moves in words.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]

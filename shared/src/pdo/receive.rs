@@ -11,10 +11,9 @@
 
 use super::{Direction, Layout, rules};
 use crate::emcy::ErrorCode;
-use crate::link::{CobId, Frame};
-use crate::od::communication::RpdoParameters;
-use crate::od::{AbortCode, Objects};
-use crate::time::{Duration, Instant};
+use crate::od::Objects;
+use crate::pdo::RpdoParameters;
+use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
 /// What is wrong with an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -16,9 +16,9 @@
 //! Transmission type and event timer may change while valid; they take effect at once.
 
 use super::{Direction, Layout};
-use crate::link::{CobId, CobIdEntry, EntryUse};
-use crate::od::communication::{INVALID, MAPPED, Mapping, NO_REMOTE, RpdoParameters, TpdoParameters};
-use crate::od::{AbortCode, Objects};
+use crate::od::{CobIdEntry, EntryUse, INVALID, NO_REMOTE, Objects};
+use crate::pdo::{MAPPED, Mapping, RpdoParameters, TpdoParameters};
+use crate::types::{AbortCode, CobId};
 
 /// Whether a transmission type depends on SYNC.
 pub const fn is_synchronous(transmission: u8) -> bool {

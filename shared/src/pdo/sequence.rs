@@ -12,7 +12,7 @@
 //! at zero and does not know what its predecessor sent. It therefore sends no command until every command of the
 //! predecessor is past its lifetime: none of its own is taken for a repeat.
 
-use crate::time::{Duration, Instant};
+use crate::types::{Duration, Instant};
 
 /// What completes after its lifetime: a frame that was on the wire then, and one that a task of the consumer takes late.
 const SLACK: Duration = Duration::from_millis(5);

@@ -13,10 +13,9 @@
 //! was so at the SYNC, and what a receive PDO sets off goes with the next one.
 
 use super::{Direction, Layout, rules};
-use crate::link::{CobId, Frame};
-use crate::od::communication::TpdoParameters;
-use crate::od::{AbortCode, Objects, Place};
-use crate::time::{Duration, Instant};
+use crate::od::{Objects, Place};
+use crate::pdo::TpdoParameters;
+use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
 /// All TPDOs of a node.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -1,10 +1,8 @@
 //! The numbers of the LibreCube prototype of 2017.
 
 use super::{Profile, STANDARD};
-use crate::nmt::NodeId;
-use crate::nmt::boot::{AssignedSlave, Expected, Setting};
-use crate::od::Address;
-use crate::time::Duration;
+use crate::boot::{AssignedSlave, Expected, Setting};
+use crate::types::{Address, Duration, NodeId};
 
 /// Heartbeat 250 ms, SYNC 5 s, time 10 s, a command and a telemetry request to each slave every 0.1 s. Slave 4 has
 /// selective access, so that both ways to fail over are seen. The master boots slaves 2 to 4, and waits for none of them.

@@ -7,12 +7,10 @@ mod standard;
 pub use librecube::LIBRECUBE;
 pub use standard::STANDARD;
 
+use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::Network;
-use crate::link::{Bus, CobId};
-use crate::nmt::NodeId;
-use crate::nmt::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::redundancy::{Access, BusOffPolicy, Parameters};
-use crate::time::Duration;
+use crate::types::{Bus, CobId, Duration, NodeId};
 
 /// The numbers of a mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,7 +77,7 @@ impl Profile {
     ///
     /// ```
     /// use ecss_can::profile::{Profile, STANDARD};
-    /// const MISSION: Profile = Profile { selective: &[ecss_can::nmt::NodeId::of::<4>()], ..STANDARD };
+    /// const MISSION: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<4>()], ..STANDARD };
     /// const _: () = assert!(MISSION.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
     /// ```
     ///
@@ -87,7 +85,7 @@ impl Profile {
     ///
     /// ```compile_fail,E0080
     /// # use ecss_can::profile::{Profile, STANDARD};
-    /// const SHORT: Profile = Profile { selective: &[ecss_can::nmt::NodeId::of::<4>()], ntoggle: 10, ..STANDARD };
+    /// const SHORT: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<4>()], ntoggle: 10, ..STANDARD };
     /// const _: () = assert!(SHORT.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
     /// ```
     pub const fn is_search_long_enough(&self) -> bool {

@@ -1,11 +1,10 @@
 //! The defaults.
 
 use super::Profile;
+use crate::boot::BootPolicy;
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
-use crate::link::{Bus, CobId};
-use crate::nmt::boot::BootPolicy;
 use crate::redundancy::BusOffPolicy;
-use crate::time::Duration;
+use crate::types::{Bus, CobId, Duration};
 
 /// 1 Mbit/s, heartbeat 100 ms, a slave changes the bus by itself after half a second and searches for 25.5 s; parallel
 /// access everywhere.

@@ -1,7 +1,7 @@
 //! Recovery from bus-off: after a pause, a bounded number of times in a window; then the bus is failed.
 
 use crate::link::port::ErrorState;
-use crate::time::{Duration, Instant};
+use crate::types::{Duration, Instant};
 
 /// How often a controller may come back from bus-off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

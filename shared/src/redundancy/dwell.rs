@@ -1,7 +1,7 @@
 //! How long a master that hears none of its slaves stays on a bus.
 
 use super::Parameters;
-use crate::time::{Duration, Instant};
+use crate::types::{Duration, Instant};
 
 /// Runs from power-on, from the last switch, or from the last frame of a slave that counts, whichever was last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

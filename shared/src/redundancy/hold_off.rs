@@ -6,8 +6,7 @@
 //! which it was before.
 
 use super::Parameters;
-use crate::link::{Bus, PerBus};
-use crate::time::{Duration, Instant};
+use crate::types::{Bus, Duration, Instant, PerBus};
 
 /// A heartbeat on the bus that was left is no contradiction so soon after the move: it was under way when the master
 /// changed the bus.

@@ -5,9 +5,7 @@ use super::trial::Trial;
 use super::{Heard, Parameters, Peers};
 use crate::heartbeat::Producer;
 use crate::link::port::{ErrorState, Health, LastError};
-use crate::link::{Bus, Frame, PerBus};
-use crate::nmt::{NmtState, NodeId};
-use crate::time::{Duration, Instant, earliest};
+use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
 
 /// Error passive this long without an acknowledgement or a received frame: the master is isolated. Rules out a burst of
 /// errors that ends with a frame of another node.

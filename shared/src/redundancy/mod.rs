@@ -7,6 +7,7 @@ mod bus_off;
 mod dwell;
 mod hold_off;
 mod manager;
+mod objects;
 mod peers;
 mod rivals;
 mod selector;
@@ -14,12 +15,12 @@ mod trial;
 
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
+pub use objects::Redundancy;
 pub use peers::{Heard, Peers};
 pub use rivals::Rivals;
 pub use selector::{MasterMessage, Selection, Selector};
 
-use crate::link::Bus;
-use crate::time::Duration;
+use crate::types::{Bus, Duration};
 
 /// How a node reaches its two buses (ECSS 8.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -6,8 +6,8 @@
 
 use super::Parameters;
 use crate::heartbeat::Consumer;
-use crate::nmt::{NmtState, NodeId, Target};
-use crate::time::{Duration, Instant};
+use crate::nmt::Target;
+use crate::types::{Duration, Instant, NmtState, NodeId};
 
 /// Node-IDs 0..=127; those of no slave stay empty.
 const PLACES: usize = 128;

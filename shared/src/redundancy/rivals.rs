@@ -1,7 +1,6 @@
 //! Others that send the master's heartbeat.
 
-use crate::link::{Bus, PerBus};
-use crate::time::{Duration, Instant};
+use crate::types::{Bus, Duration, Instant, PerBus};
 
 /// When 701h of somebody else was last heard on each bus.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]

@@ -2,8 +2,7 @@
 
 use super::Parameters;
 use super::hold_off::{Move, Rhythm, Work};
-use crate::link::{Bus, PerBus};
-use crate::time::{Duration, Instant, earliest};
+use crate::types::{Bus, Duration, Instant, PerBus, earliest};
 
 /// An intruder that is heard more seldom than Ttoggle consumer times costs a heartbeat period each time, so hold-offs get
 /// longer: up to 128 times that.

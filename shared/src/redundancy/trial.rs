@@ -1,7 +1,7 @@
 //! Trying the other bus for a few slaves that are heard only there.
 
 use super::peers::NodeSet;
-use crate::time::Instant;
+use crate::types::Instant;
 
 /// One try at a time, and none again while the same slaves stay silent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

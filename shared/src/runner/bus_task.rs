@@ -4,11 +4,13 @@ use embassy_futures::select::{Either3, select3};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 use embassy_sync::channel::TrySendError;
 
-use super::{BusCommand, FailCause, LinkEvent, Links, QUEUE_DEPTH};
+use super::Links;
+use crate::link::Stamp;
 use crate::link::port::{CanPort, ErrorState, Health, LastError, MAILBOXES, Mailbox, PortEvent};
 use crate::link::queue::{Outgoing, TxQueue};
-use crate::link::{Bus, CobId, Frame};
-use crate::time::{Clock, Duration, Instant, Stamp};
+use crate::node::{BusCommand, FailCause, LinkEvent, QUEUE_DEPTH};
+use crate::time::Clock;
+use crate::types::{Bus, CobId, Duration, Frame, Instant};
 
 /// Counters move and causes of errors change without an event of the controller: so often they are looked at.
 const LOOK: Duration = Duration::from_millis(100);

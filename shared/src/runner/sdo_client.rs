@@ -6,10 +6,9 @@ use core::task::{Context, Poll};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 
 use super::NodeCell;
-use crate::nmt::NodeId;
 use crate::node::Master;
-use crate::od::Address;
 use crate::sdo::{Client, Error, Mode};
+use crate::types::{Address, NodeId};
 
 /// Bytes handed over at once when a value streams.
 const CHUNK: usize = 112;

@@ -2,8 +2,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use crate::link::Bus;
-use crate::time::{Miss, Stamp};
+use crate::link::{Miss, Stamp};
+use crate::types::Bus;
 
 /// A block of counters at a fixed, documented layout: 32-bit words in the order below, little-endian.
 ///
@@ -68,7 +68,7 @@ impl Stamps {
         }
     }
 
-    /// Counts a stamp, or why there is none, and keeps the low word of its [`Ticks`](crate::time::Ticks).
+    /// Counts a stamp, or why there is none, and keeps the low word of its [`Ticks`](crate::link::Ticks).
     pub fn note(&self, result: &Result<Stamp, Miss>) {
         match result {
             Ok(stamp) => {

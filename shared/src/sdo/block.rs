@@ -5,8 +5,7 @@
 //! that counted, and the next sub-block begins behind it, numbered from 1.
 
 use super::wire::LAST_OF_BLOCKS;
-use crate::od::AbortCode;
-use crate::time::Instant;
+use crate::types::{AbortCode, Instant};
 
 /// Most segments of a sub-block.
 pub(super) const MOST: u8 = 127;

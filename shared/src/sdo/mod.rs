@@ -26,11 +26,13 @@
 mod block;
 mod client;
 mod crc;
+mod objects;
 mod server;
 mod wire;
 
 pub use block::WINDOW;
 pub use client::{Client, Error, Mode, STAGING};
 pub use crc::Crc;
+pub use objects::{SdoParameters, SdoServerObjects};
 pub use server::Server;
 pub use wire::Payload;

@@ -3,7 +3,7 @@
 //! What comes is parsed into [`Request`] and [`Response`]; what goes has a function for each frame there is. Reserved bits are sent as zero and not looked at. Segments of a sub-block have no command specifier: see
 //! [`sub_block_segment`].
 
-use crate::od::Address;
+use crate::types::Address;
 
 /// The data of an SDO frame. CiA 301 knows no other length.
 pub type Payload = [u8; 8];

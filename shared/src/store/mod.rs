@@ -19,7 +19,8 @@ pub use note::{MOST_NOTES, note_bdefault, noted_bdefault};
 pub use retained::{Retained, RetainedMemory};
 pub use set::{Apply, Content, Loaded, MAX_VALUE, Value, Values, load, restore_defaults, save};
 
-use crate::od::{AbortCode, Address, Entry};
+use crate::od::Entry;
+use crate::types::{AbortCode, Address};
 
 /// What is written to 1010h to save: "save".
 pub const SAVE: u32 = u32::from_le_bytes(*b"save");

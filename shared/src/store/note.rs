@@ -7,9 +7,7 @@
 //! A note holds for the node that wrote it, like a set.
 
 use super::{ParameterStore, StoreError};
-use crate::link::Bus;
-use crate::nmt::NodeId;
-use crate::od::Address;
+use crate::types::{Address, Bus, NodeId};
 
 /// Notes that a node may write from power-on to power-off: they must not use up the room for sets.
 pub const MOST_NOTES: u8 = 8;

@@ -6,7 +6,7 @@
 //! ```
 //! RAM after power-on holds anything: only a pair of words that fits together is taken.
 
-use crate::link::Bus;
+use crate::types::Bus;
 
 /// The highest byte of word 0.
 const MARK: u8 = 0xEC;

@@ -8,9 +8,9 @@
 
 use super::note::{BDEFAULT, noted_bdefault};
 use super::{Group, ParameterStore, StoreError};
-use crate::nmt::NodeId;
+use crate::od::WHOLE;
 use crate::od::checked::Found;
-use crate::od::{AbortCode, Address, WHOLE};
+use crate::types::{AbortCode, Address, NodeId};
 
 /// The longest value that is stored, bytes.
 pub const MAX_VALUE: usize = u16::MAX as usize;

@@ -1,7 +1,6 @@
 //! Consumer of SYNC (objects 1007h, 1019h).
 
-use crate::link::Frame;
-use crate::time::{Duration, Instant};
+use crate::types::{Duration, Frame, Instant};
 
 /// A SYNC whose data length is not what 1019h says: it is ignored, and EMCY 8240h tells of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -6,7 +6,7 @@ mod producer;
 pub use consumer::{Consumer, UnexpectedLength};
 pub use producer::{Config, Producer};
 
-use crate::od::AbortCode;
+use crate::types::AbortCode;
 
 /// Highest value of the counter.
 const COUNTER_MAX: u8 = 240;

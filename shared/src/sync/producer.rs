@@ -1,7 +1,7 @@
 //! Producer of SYNC (objects 1005h, 1006h, 1019h).
 
-use crate::link::{CobId, CobIdEntry, Frame};
-use crate::time::{Duration, Instant, Periodic};
+use crate::od::CobIdEntry;
+use crate::types::{CobId, Duration, Frame, Instant, Periodic};
 
 /// How SYNC is produced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

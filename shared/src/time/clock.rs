@@ -1,6 +1,6 @@
 //! The local SCET clock: spacecraft time at an instant of this node.
 
-use super::{Instant, Scet};
+use crate::types::{Instant, Scet};
 
 /// Maps instants to SCET by an offset. Starts at zero at power-on.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]

@@ -2,9 +2,8 @@
 //!
 //! Apart from the SYNC producer (ECSS 7.2.3d).
 
-use super::{Duration, Instant, LocalClock, Periodic, Scet};
-use crate::link::{CobId, Frame};
-use crate::nmt::NodeId;
+use super::LocalClock;
+use crate::types::{CobId, Duration, Frame, Instant, NodeId, Periodic, Scet};
 
 /// The Spacecraft Time PDO, the only one of a system (ECSS 7.2.2d): 181h.
 pub fn encode(scet: Scet) -> Frame {

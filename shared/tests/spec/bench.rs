@@ -1,10 +1,9 @@
 //! A node on a bench: frames and time in, what it wants done out.
 
+use ecss_can::link::Stamp;
 use ecss_can::link::port::Health;
-use ecss_can::link::{Bus, CobId, Frame};
-use ecss_can::nmt::NodeId;
-use ecss_can::runner::{BusCommand, FailCause, LinkEvent, Node, Outbox};
-use ecss_can::time::{Duration, Instant, Stamp};
+use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
+use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
 pub const NOMINAL: Bus = Bus::Nominal;
 pub const REDUNDANT: Bus = Bus::Redundant;

@@ -1,12 +1,12 @@
 //! The boot-up process of the network, sans-IO: what slaves say goes in, SDO transfers come out.
 
-use ecss_can::nmt::boot::{
+use ecss_can::boot::{
     AssignedSlave, Boot, BootCause, BootError, BootFailure, BootPolicy, BootProgress, BootRequest,
     Difference, Expected, Setting,
 };
-use ecss_can::nmt::{NmtState, NodeId, Target};
-use ecss_can::od::{AbortCode, Address};
+use ecss_can::nmt::Target;
 use ecss_can::sdo::Error;
+use ecss_can::types::{AbortCode, Address, NmtState, NodeId};
 
 use crate::bench::{ms, node, span};
 
@@ -21,8 +21,8 @@ const SETTINGS: &[Setting] = &[
 
 const POLICY: BootPolicy = BootPolicy { time: span_ms(500), goes_on: false };
 
-const fn span_ms(ms: u64) -> ecss_can::time::Duration {
-    ecss_can::time::Duration::from_millis(ms)
+const fn span_ms(ms: u64) -> ecss_can::types::Duration {
+    ecss_can::types::Duration::from_millis(ms)
 }
 
 fn expected() -> Expected {
@@ -485,7 +485,7 @@ fn assigned_in_flight_a_slave_is_booted_at_its_next_heartbeat_and_released_it_is
     boot.assign(node(9), nine);
     boot.on_heartbeat(node(9), NmtState::Operational, true, false);
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(9, 0x1000, 0)));
-    boot.assign(node(9), ecss_can::nmt::boot::Assignment::from_raw(0));
+    boot.assign(node(9), ecss_can::boot::Assignment::from_raw(0));
     assert_eq!((boot.is_asking(), boot.progress(node(9))), (false, BootProgress::Unassigned));
     boot.queue(node(9));
     assert_eq!(next(&mut boot, expected()), None);

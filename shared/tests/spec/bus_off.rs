@@ -8,8 +8,8 @@ use crate::bench::ms;
 const POLICY: BusOffPolicy =
     BusOffPolicy { pause: span_const(10), patience: span_const(50), attempts: 2, window: span_const(1_000) };
 
-const fn span_const(ms: u64) -> ecss_can::time::Duration {
-    ecss_can::time::Duration::from_millis(ms)
+const fn span_const(ms: u64) -> ecss_can::types::Duration {
+    ecss_can::types::Duration::from_millis(ms)
 }
 
 /// Verifies: ECSS 5.6.2a

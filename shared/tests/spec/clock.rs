@@ -1,7 +1,8 @@
 //! Local clock, time producer, timers.
 
+use ecss_can::time::LocalClock;
 use ecss_can::time::producer::TimeProducer;
-use ecss_can::time::{Duration, Instant, LocalClock, Periodic, Scet};
+use ecss_can::types::{Duration, Instant, Periodic, Scet};
 
 use crate::bench::{frame, ms, span};
 

@@ -1,7 +1,7 @@
 //! COB-IDs: pre-defined connection set, restricted identifiers, COB-ID entries.
 
-use ecss_can::link::{CobId, CobIdEntry, EntryUse};
-use ecss_can::od::AbortCode;
+use ecss_can::od::{CobIdEntry, EntryUse};
+use ecss_can::types::{AbortCode, CobId};
 
 use crate::bench::node;
 

@@ -2,16 +2,15 @@
 //!
 //! Parameters throughout: consumer time 100 ms, heartbeat 40 ms, Ttoggle 3, Bdefault nominal.
 
-use ecss_can::link::{Bus, PerBus};
 use ecss_can::redundancy::{MasterMessage, Parameters, Selection, Selector};
-use ecss_can::time::Instant;
+use ecss_can::types::{Bus, Instant, PerBus};
 
 use crate::bench::{NOMINAL, REDUNDANT, ms};
 use MasterMessage::{Command, Heartbeat};
 
 const PARAMETERS: Parameters = Parameters {
-    consumer: ecss_can::time::Duration::from_millis(100),
-    producer: ecss_can::time::Duration::from_millis(40),
+    consumer: ecss_can::types::Duration::from_millis(100),
+    producer: ecss_can::types::Duration::from_millis(40),
     bdefault: Bus::Nominal,
     ttoggle: 3,
     ntoggle: 4,

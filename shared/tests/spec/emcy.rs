@@ -3,10 +3,7 @@
 use std::collections::BTreeSet;
 
 use ecss_can::emcy::{Config, Emergency, ErrorCode, ErrorRegister, Producer};
-use ecss_can::link::CobId;
-use ecss_can::nmt::NmtState;
-use ecss_can::od::AbortCode;
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{AbortCode, CobId, Duration, Instant, NmtState};
 
 use proptest::prelude::*;
 

@@ -3,15 +3,13 @@
 //! A node that nobody acknowledges becomes error passive; cut off, it neither hears nor is heard.
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::link::{Bus, Frame, PerBus};
-use ecss_can::nmt::{NmtState, NodeId};
-use ecss_can::node::{Master, MasterEvent, MasterRequest, SlaveEvent};
+use ecss_can::node::{
+    BusCommand, FailCause, Filters, LinkEvent, Master, MasterEvent, MasterRequest, Node, SlaveEvent,
+};
 use ecss_can::pdo::Message;
-use ecss_can::profile::mission;
-use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::profile::{LIBRECUBE, Profile, STANDARD, mission};
 use ecss_can::redundancy::SwitchCause;
-use ecss_can::runner::{BusCommand, FailCause, Filters, LinkEvent, Node};
-use ecss_can::time::Instant;
+use ecss_can::types::{Bus, Frame, Instant, NmtState, NodeId, PerBus};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, stamp};
 use crate::slave::TestSlave;

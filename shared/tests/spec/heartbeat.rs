@@ -1,9 +1,8 @@
 //! Heartbeat, boot-up and the periodic timer under them.
 
-use ecss_can::heartbeat::{self, Consumer, Heard, Missed, Monitor};
-use ecss_can::nmt::NmtState;
-use ecss_can::od::AbortCode;
-use ecss_can::time::{Duration, Instant, Periodic};
+use ecss_can::heartbeat;
+use ecss_can::heartbeat::{Consumer, Heard, Missed, Monitor};
+use ecss_can::types::{AbortCode, Duration, Instant, NmtState, Periodic};
 use proptest::prelude::*;
 
 use crate::bench::{frame, ms, node, span};

@@ -87,11 +87,11 @@ fn any_acknowledged_frame_ends_isolation() {
     master.health(NOMINAL, health);
     master.clear_events();
     // 91 us before the grace of 2 ms ends.
-    master.run_until(ecss_can::time::Instant::from_micros(11_909));
+    master.run_until(ecss_can::types::Instant::from_micros(11_909));
     master.transmitted(NOMINAL, frame(0x302, &[1, 0, 0, 0, 0, 0, 0, 0]));
-    master.run_until(ecss_can::time::Instant::from_micros(13_908));
+    master.run_until(ecss_can::types::Instant::from_micros(13_908));
     assert_eq!(master.events, []);
-    master.run_until(ecss_can::time::Instant::from_micros(13_909));
+    master.run_until(ecss_can::types::Instant::from_micros(13_909));
     let left = MasterEvent::BusSwitched { from: NOMINAL, to: REDUNDANT, cause: SwitchCause::Isolated };
     assert_eq!(master.events, [left]);
 }
@@ -121,21 +121,21 @@ fn a_second_master_is_a_collision_of_its_bus_until_it_is_silent() {
 /// The bus that was left says nothing any more about itself: what failed there may be whole again.
 #[test]
 fn a_selective_master_may_return_to_a_bus_that_failed() {
-    const SELECTIVE: Profile = Profile { selective: &[ecss_can::nmt::NodeId::MASTER], ..STANDARD };
+    const SELECTIVE: Profile = Profile { selective: &[ecss_can::types::NodeId::MASTER], ..STANDARD };
     let off = Health { state: ErrorState::BusOff, ..Health::default() };
     let mut master = powered(&SELECTIVE);
     for bus in [NOMINAL, REDUNDANT, NOMINAL] {
         // The fourth bus-off in a second.
         for _ in 0..4 {
             master.health(bus, off);
-            let until = master.now + ecss_can::time::Duration::from_millis(11);
+            let until = master.now + ecss_can::types::Duration::from_millis(11);
             master.run_until(until);
             master.health(bus, Health::default());
         }
         let left = MasterEvent::BusSwitched { from: bus, to: bus.other(), cause: SwitchCause::BusOff };
         assert!(master.events.contains(&left), "{bus:?}: {:?}", master.events);
         master.clear_events();
-        let until = master.now + ecss_can::time::Duration::from_millis(2_000);
+        let until = master.now + ecss_can::types::Duration::from_millis(2_000);
         master.run_until(until);
     }
 }

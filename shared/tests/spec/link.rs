@@ -1,7 +1,7 @@
 //! Frames, COB-IDs, filters, buses.
 
 use ecss_can::link::port::{Filter, is_urgent};
-use ecss_can::link::{Bus, CobId, Frame, FrameError};
+use ecss_can::types::{Bus, CobId, Frame, FrameError};
 
 use crate::bench::{frame, node};
 

@@ -4,11 +4,10 @@
 //! assigned.
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::link::{Bus, Frame};
-use ecss_can::nmt::NmtState::{Initialising, Operational, PreOperational};
 use ecss_can::nmt::Target;
 use ecss_can::redundancy::{Action, Heard, Manager, Parameters, SwitchCause};
-use ecss_can::time::Duration;
+use ecss_can::types::NmtState::{Initialising, Operational, PreOperational};
+use ecss_can::types::{Bus, Duration, Frame};
 
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};
 

@@ -2,14 +2,12 @@
 
 use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
-use ecss_can::link::{Bus, CobId};
-use ecss_can::nmt::{Command, NmtMessage, NmtState, Target};
-use ecss_can::node::{Master, MasterEvent, MasterRequest, RefusalCause, Status};
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{BusCommand, FailCause, Master, MasterEvent, MasterRequest, RefusalCause, Status};
 use ecss_can::pdo::Message;
 use ecss_can::profile::{Profile, STANDARD};
 use ecss_can::redundancy::SwitchCause;
-use ecss_can::runner::{BusCommand, FailCause};
-use ecss_can::time::Scet;
+use ecss_can::types::{Bus, CobId, NmtState, Scet};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
 
@@ -338,7 +336,7 @@ fn bus_off_is_recovered_and_too_much_of_it_makes_the_bus_failed() {
 /// Verifies: ECSS 8.2.1a.1, 8.2.3a
 #[test]
 fn a_master_with_selective_access_leaves_and_joins() {
-    let mut master = powered(&Profile { selective: &[ecss_can::nmt::NodeId::MASTER], ..STANDARD });
+    let mut master = powered(&Profile { selective: &[ecss_can::types::NodeId::MASTER], ..STANDARD });
     assert_eq!(master.controls, [(Bus::Nominal, BusCommand::Join)]);
     master.clear();
     master.request(MasterRequest::SwitchBus(REDUNDANT));

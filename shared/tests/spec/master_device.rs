@@ -1,11 +1,9 @@
 //! The master as a CANopen device: its dictionary over SDO, and the objects of boot-up.
 
-use ecss_can::nmt::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
-use ecss_can::nmt::{NmtState, NodeId};
-use ecss_can::node::{Master, MasterEvent};
-use ecss_can::od::Address;
-use ecss_can::od::spacecraft::SelfTest;
+use ecss_can::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
+use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::types::{Address, NmtState, NodeId};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 
@@ -137,7 +135,7 @@ fn request_nmt_commands_a_slave_and_tells_its_state() {
     assert!(master.frames().contains(&(NOMINAL, frame(0x000, &[0x81, 0]))));
     assert_eq!(write(&mut master, 0x1F82, 2, 9, 1), Err(0x0609_0030));
     for _ in 0..4 {
-        let until = master.now + ecss_can::time::Duration::from_millis(100);
+        let until = master.now + ecss_can::types::Duration::from_millis(100);
         master.run_until(until);
     }
     assert_eq!(master.node.objects().application.request_nmt[1], 1, "missing");

@@ -1,13 +1,12 @@
 //! Commands and telemetry: the message layout and the codes of the demonstration mission.
 
+use ecss_can::link::StampSource;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::link::{Bus, CobId, PerBus};
-use ecss_can::nmt::NmtState;
 use ecss_can::node::{Counters, Status};
 use ecss_can::pdo::Message;
 use ecss_can::profile::STANDARD;
 use ecss_can::profile::mission::{Command, Declined, Request, SlaveRecord, Telemetry};
-use ecss_can::time::{Scet, StampSource};
+use ecss_can::types::{Bus, CobId, NmtState, PerBus, Scet};
 
 use crate::bench::{frame, ms, node, span};
 

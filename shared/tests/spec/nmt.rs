@@ -1,9 +1,7 @@
 //! NMT state machine and module control.
 
-use ecss_can::nmt::{
-    Command, ErrorBehaviour, NmtMessage, NmtSlave, NmtStartup, NmtState, NodeId, Reaction, Target,
-};
-use ecss_can::od::AbortCode;
+use ecss_can::nmt::{Command, ErrorBehaviour, NmtMessage, NmtSlave, NmtStartup, Reaction, Target};
+use ecss_can::types::{AbortCode, NmtState, NodeId};
 
 use crate::bench::{frame, node};
 

@@ -1,12 +1,11 @@
 //! The numbers of the two profiles and the objects they stand in.
 
-use ecss_can::node::NodeObjects;
-use ecss_can::od::Address;
+use ecss_can::node::{Communication, NodeObjects};
 use ecss_can::od::checked::find;
-use ecss_can::od::communication::Communication;
 use ecss_can::profile::mission::MissionObjects;
 use ecss_can::profile::{LIBRECUBE, STANDARD};
 use ecss_can::redundancy::{Access, Parameters};
+use ecss_can::types::Address;
 
 use crate::bench::{node, span};
 

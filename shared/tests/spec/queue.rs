@@ -1,7 +1,7 @@
 //! The transmit queue of a bus.
 
 use ecss_can::link::queue::{Full, Outgoing, TxQueue};
-use ecss_can::time::Instant;
+use ecss_can::types::Instant;
 
 use crate::bench::{frame, ms};
 

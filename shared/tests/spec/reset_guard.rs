@@ -1,7 +1,7 @@
 //! The guard against babbled resets, with a pause of 500 ms (two consumer times of profile `standard`).
 
 use ecss_can::nmt::{ResetGuard, ResetVerdict};
-use ecss_can::time::Duration;
+use ecss_can::types::Duration;
 
 use crate::bench::{ms, span};
 

@@ -1,6 +1,6 @@
 //! Spacecraft Elapsed Time.
 
-use ecss_can::time::{Duration, Scet};
+use ecss_can::types::{Duration, Scet};
 
 use crate::bench::span;
 

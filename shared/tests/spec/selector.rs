@@ -4,15 +4,15 @@
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 
-use ecss_can::link::Bus;
 use ecss_can::redundancy::{MasterMessage, Parameters, Selection, Selector};
+use ecss_can::types::Bus;
 
 use crate::bench::{NOMINAL, REDUNDANT, ms, span};
 use MasterMessage::{Command, Heartbeat};
 
 const PARAMETERS: Parameters = Parameters {
-    consumer: ecss_can::time::Duration::from_millis(100),
-    producer: ecss_can::time::Duration::from_millis(40),
+    consumer: ecss_can::types::Duration::from_millis(100),
+    producer: ecss_can::types::Duration::from_millis(40),
     bdefault: Bus::Nominal,
     ttoggle: 3,
     ntoggle: 4,

@@ -1,18 +1,15 @@
 //! A slave node on the bench, profile `standard`: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2.
 
 use ecss_can::link::port::{ErrorState, Filter, Health};
-use ecss_can::link::{Bus, CobId, PerBus};
-use ecss_can::nmt::NmtState;
-use ecss_can::node::{BusCause, Slave, SlaveEvent};
+use ecss_can::node::{BusCause, BusCommand, FailCause, LinkEvent, Node, Slave, SlaveEvent};
 use ecss_can::pdo::Message;
-use ecss_can::profile::mission::{self, MissionObjects, TELEMETRY_TPDO};
-use ecss_can::profile::{Profile, STANDARD};
-use ecss_can::runner::{BusCommand, FailCause, LinkEvent, Node};
-use ecss_can::time::{Instant, Scet};
+use ecss_can::profile::mission::{MissionObjects, TELEMETRY_TPDO};
+use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::types::{Bus, CobId, Instant, NmtState, PerBus, Scet};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, stamp};
 
-const SELECTIVE: Profile = Profile { selective: &[ecss_can::nmt::NodeId::of::<5>()], ..STANDARD };
+const SELECTIVE: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<5>()], ..STANDARD };
 
 pub type TestSlave = Slave<MissionObjects<Vec<u8>>>;
 

@@ -1,10 +1,8 @@
 //! How a slave leaves a bus: the EMCY that goes before, and the choice of its application.
 
-use ecss_can::link::{Bus, CobId};
-use ecss_can::nmt::{NmtState, NodeId};
-use ecss_can::node::{BusCause, ParallelAccess, SlaveEvent};
+use ecss_can::node::{BusCause, BusCommand, FailCause, ParallelAccess, SlaveEvent};
 use ecss_can::profile::{Profile, STANDARD};
-use ecss_can::runner::{BusCommand, FailCause};
+use ecss_can::types::{Bus, CobId, NmtState, NodeId};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms};
 use crate::slave::{TestSlave, powered};
@@ -48,7 +46,7 @@ fn switch_waits_for_the_result_of_the_emcy() {
 #[test]
 fn switch_waits_two_milliseconds_at_most() {
     let mut slave = missing_its_master();
-    assert_eq!(ecss_can::runner::Node::deadline(&slave.node), Some(ms(262)));
+    assert_eq!(ecss_can::node::Node::deadline(&slave.node), Some(ms(262)));
     slave.run_until(ms(262));
     assert_eq!(slave.events, [SlaveEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Toggled }]);
     assert_eq!(slave.controls, [(NOMINAL, BusCommand::Abandon)]);

@@ -2,13 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use ecss_can::link::Bus;
-use ecss_can::nmt::NodeId;
-use ecss_can::od::{AbortCode, Address};
 use ecss_can::store::{
     Content, Group, LOAD, Loaded, MAX_VALUE, ParameterStore, Retained, SAVE, StoreError, load, note_bdefault,
     noted_bdefault, restore_defaults, save,
 };
+use ecss_can::types::{AbortCode, Address, Bus, NodeId};
 
 const NODE: NodeId = NodeId::of::<5>();
 

@@ -1,9 +1,8 @@
 //! SYNC: producer, counter, consumer, window, rules of writing its objects.
 
-use ecss_can::link::Frame;
-use ecss_can::od::AbortCode;
-use ecss_can::sync::{self, Config, Consumer, Producer, UnexpectedLength};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::sync;
+use ecss_can::sync::{Config, Consumer, Producer, UnexpectedLength};
+use ecss_can::types::{AbortCode, Duration, Frame, Instant};
 
 use crate::bench::{frame, ms};
 

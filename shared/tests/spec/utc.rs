@@ -1,9 +1,9 @@
 //! Spacecraft UTC, and its objects.
 
-use ecss_can::od::spacecraft::{LocalUtc, UtcGet, UtcSet};
-use ecss_can::od::{Address, Record, checked};
+use ecss_can::od::{Record, checked};
 use ecss_can::pdo::{Direction, Layout};
-use ecss_can::time::Utc;
+use ecss_can::time::{LocalUtc, UtcGet, UtcSet};
+use ecss_can::types::{Address, Utc};
 
 fn utc(day: u16, ms: u32, submilliseconds: u16) -> Utc {
     Utc::new(day, ms, submilliseconds).unwrap()

@@ -5,13 +5,11 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
 use ecss_can::link::port::CanPort;
-use ecss_can::link::{Bus, CobId, PerBus};
-use ecss_can::nmt::NodeId;
-use ecss_can::node::{Master, MasterRequest};
-use ecss_can::profile::Profile;
-use ecss_can::profile::mission;
-use ecss_can::runner::{AppLink, Filters, Links, Node, NodeCell, Telltale, bus_task, node_task};
+use ecss_can::node::{Filters, Master, MasterRequest, Node};
+use ecss_can::profile::{Profile, mission};
+use ecss_can::runner::{AppLink, Links, NodeCell, Telltale, bus_task, node_task};
 use ecss_can::store::RetainedMemory;
+use ecss_can::types::{Bus, CobId, NodeId, PerBus};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::{LocalPool, LocalSpawner};
 use futures_util::task::LocalSpawnExt;

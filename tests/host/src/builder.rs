@@ -1,8 +1,8 @@
 //! What a world is made of.
 
 use can_wire::time::Time;
-use ecss_can::nmt::NodeId;
 use ecss_can::profile::Profile;
+use ecss_can::types::NodeId;
 
 use crate::world::World;
 

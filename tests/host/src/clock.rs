@@ -3,7 +3,8 @@
 use std::rc::Rc;
 
 use can_wire::time::{TICKS_PER_US, Time};
-use ecss_can::time::{Clock, Instant};
+use ecss_can::time::Clock;
+use ecss_can::types::Instant;
 
 use crate::timeline::{Sleep, Timeline};
 

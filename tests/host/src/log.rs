@@ -1,9 +1,9 @@
 //! What happened in a world.
 
 use can_wire::time::Time;
-use ecss_can::nmt::NodeId;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::profile::mission::Command;
+use ecss_can::types::NodeId;
 
 /// One entry, in the order of time.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,12 +8,10 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
 use ecss_can::link::queue::Outgoing;
-use ecss_can::link::{Bus, CobId, Frame};
-use ecss_can::runner::{
-    AppLink, BusCommand, EVENT_DEPTH, FailCause, LinkEvent, Links, Node, NodeCell, Outbox, QUEUE_DEPTH,
-    Telltale, bus_task, node_task,
-};
-use ecss_can::time::{Clock, Duration, Instant};
+use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, QUEUE_DEPTH};
+use ecss_can::runner::{AppLink, EVENT_DEPTH, Links, NodeCell, Telltale, bus_task, node_task};
+use ecss_can::time::Clock;
+use ecss_can::types::{Bus, CobId, Duration, Frame, Instant};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::LocalPool;
 use futures_util::FutureExt;

@@ -3,8 +3,8 @@
 //!
 //! Client and server hang on the nominal bus of a spacecraft that flies as usual, with a master of its own.
 
-use ecss_can::od::{AbortCode, Address};
 use ecss_can::sdo::{Error, Mode};
+use ecss_can::types::{AbortCode, Address};
 use interop::flight::Flight;
 
 const LOCAL_NODE: &str = "serving.py";

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use ecss_can::nmt::NodeId;
 use ecss_can::od::{Access, DataType, ObjectCode, Objects};
+use ecss_can::types::NodeId;
 
 use crate::device::{BIT_RATES, Commissioning, Device};
 use crate::dictionary::{Described, Dictionary, Value, describe, has_text, read};

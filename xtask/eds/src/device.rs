@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-use ecss_can::nmt::NodeId;
+use ecss_can::types::NodeId;
 
 use crate::Error;
 use crate::file::checked;

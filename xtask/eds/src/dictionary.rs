@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use ecss_can::nmt::NodeId;
 use ecss_can::od::checked::find;
-use ecss_can::od::{Address, DataType, Entry, Names, Object, ObjectCode, Objects};
+use ecss_can::od::{DataType, Entry, Names, Object, ObjectCode, Objects};
+use ecss_can::types::{Address, NodeId};
 
 use crate::Error;
 use crate::file::checked;

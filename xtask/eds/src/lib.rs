@@ -5,8 +5,8 @@
 //! from freshly made dictionaries: what is a default here is what the device has after power-on.
 //!
 //! ```
-//! use ecss_can::nmt::NodeId;
-//! use ecss_can::od::communication::Communication;
+//! use ecss_can::types::NodeId;
+//! use ecss_can::node::Communication;
 //! use eds::{Commissioning, Description, Device, Timestamp};
 //!
 //! let device = Device {
@@ -50,9 +50,9 @@ mod value;
 pub use description::Description;
 pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
 
-use ecss_can::od::AbortCode;
 #[cfg(doc)]
 use ecss_can::od::Objects;
+use ecss_can::types::AbortCode;
 
 /// Why a dictionary cannot be described.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -1,7 +1,8 @@
 //! What a data sheet has no keyword for, as comments: the capacity of strings, what "save" does not keep.
 
-use ecss_can::od::{Address, DataType};
+use ecss_can::od::DataType;
 use ecss_can::store;
+use ecss_can::types::Address;
 
 use crate::dictionary::{Described, Dictionary, Value};
 use crate::file::LINE;

@@ -1,7 +1,7 @@
 //! Values as text, and how they follow the Node-ID.
 
-use ecss_can::nmt::NodeId;
 use ecss_can::od::DataType;
+use ecss_can::types::NodeId;
 
 use crate::Error;
 use crate::file::checked;

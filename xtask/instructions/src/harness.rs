@@ -4,14 +4,13 @@ use std::hint::black_box;
 
 use anyhow::ensure;
 use ecss_can::heartbeat;
-use ecss_can::link::{Bus, CobId, Frame};
-use ecss_can::nmt::{Command, NmtMessage, NmtState, NodeId, Target};
-use ecss_can::node::{Slave, SlaveEvent, Status};
+use ecss_can::link::Stamp;
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{BusCommand, Communication, LinkEvent, Node, Outbox, Slave, SlaveEvent, Status};
 use ecss_can::od::Domain;
-use ecss_can::od::communication::{Communication, Mapping};
+use ecss_can::pdo::Mapping;
 use ecss_can::profile::STANDARD;
-use ecss_can::runner::{BusCommand, LinkEvent, Node, Outbox};
-use ecss_can::time::{Duration, Instant, Stamp};
+use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId};
 
 use crate::objects::{Application, BLOCK, NODE, communication};
 

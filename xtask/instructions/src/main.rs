@@ -12,7 +12,7 @@ mod scenarios;
 use std::env;
 
 use anyhow::{Context, bail};
-use ecss_can::od::communication::{PdoMapping, StaticMapping};
+use ecss_can::pdo::{PdoMapping, StaticMapping};
 
 use crate::scenarios::{
     block_download, heartbeat, irrelevant, peer_heartbeat, rpdo, rpdo_scattered, sync, sync_scattered,

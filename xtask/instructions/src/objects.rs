@@ -1,9 +1,9 @@
 //! The device that is measured: its objects and PDOs.
 
-use ecss_can::link::CobId;
-use ecss_can::nmt::NodeId;
-use ecss_can::od::communication::{Communication, Mapping, NO_REMOTE};
-use ecss_can::od::{Domain, Objects};
+use ecss_can::node::Communication;
+use ecss_can::od::{Domain, NO_REMOTE, Objects};
+use ecss_can::pdo::Mapping;
+use ecss_can::types::{CobId, NodeId};
 
 /// The slave.
 pub const NODE: NodeId = NodeId::of::<2>();

@@ -2,9 +2,8 @@
 
 use anyhow::ensure;
 use ecss_can::heartbeat;
-use ecss_can::link::{Bus, CobId, Frame};
-use ecss_can::nmt::{NmtState, NodeId};
-use ecss_can::od::communication::{Mapping, PdoMapping};
+use ecss_can::pdo::{Mapping, PdoMapping};
+use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId};
 
 use crate::harness::Harness;
 use crate::objects::{DOMAIN, NODE, NUMBER, PEER, receive_id, scattered, transmit_id};

@@ -1,8 +1,8 @@
 //! Notes: one word each, the last one since the last set.
 
-use ecss_can::nmt::NodeId;
-use ecss_can::od::Address;
-use ecss_can::store::{self, Content, Group};
+use ecss_can::store;
+use ecss_can::store::{Content, Group};
+use ecss_can::types::{Address, NodeId};
 
 use super::power::{at_each_operation, start_on};
 use super::*;
@@ -220,7 +220,7 @@ fn a_noted_bdefault_follows_saves_and_restores() {
         .unwrap();
         bdefault
     };
-    store::note_bdefault(&mut log, node, ecss_can::link::Bus::Redundant).unwrap();
+    store::note_bdefault(&mut log, node, ecss_can::types::Bus::Redundant).unwrap();
     assert_eq!(loaded(&mut log), Some(1));
     store::save(&mut log, node, Group::Communication, &mut |show| {
         show(Address::new(0x1017, 0), &&[1, 0][..])

@@ -1,8 +1,8 @@
 //! Room: what is erased and when, and what a full page answers.
 
-use ecss_can::nmt::NodeId;
-use ecss_can::od::Address;
-use ecss_can::store::{self, Content, Group, Loaded};
+use ecss_can::store;
+use ecss_can::store::{Content, Group, Loaded};
+use ecss_can::types::{Address, NodeId};
 
 use super::*;
 

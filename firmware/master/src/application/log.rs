@@ -1,11 +1,11 @@
 //! What the master's application says: changes as they happen, frames only at debug level.
 
+use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::nmt::NodeId;
-use ecss_can::nmt::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::node::MasterEvent;
 use ecss_can::profile::mission::Telemetry;
+use ecss_can::types::NodeId;
 
 pub fn event(event: &MasterEvent) {
     match event {

@@ -2,8 +2,7 @@
 //!
 //! Turns that were missed are skipped, not made up for.
 
-use ecss_can::nmt::NodeId;
-use ecss_can::time::{Duration, Instant, Periodic};
+use ecss_can::types::{Duration, Instant, NodeId, Periodic};
 
 /// Slaves that straps can number: 2..=15.
 pub const SLAVES: usize = 14;

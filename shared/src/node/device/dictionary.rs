@@ -2,15 +2,14 @@
 
 use super::stored::Stored;
 use super::{rules, show};
-use crate::emcy::{self, ErrorCode};
-use crate::nmt::NodeId;
+use crate::emcy;
+use crate::emcy::ErrorCode;
 use crate::node::NodeObjects;
-use crate::od::checked::{self, Found};
-use crate::od::communication::Mapping;
-use crate::od::{AbortCode, Address, Entry, ObjectAccess, Objects, Place, Transfer};
-use crate::pdo::{Rpdos, Tpdos};
+use crate::od::checked::Found;
+use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked};
+use crate::pdo::{Mapping, Rpdos, Tpdos};
 use crate::store::{Group, LOAD, Loaded, SAVE, StoreError};
-use crate::time::Instant;
+use crate::types::{AbortCode, Address, Instant, NodeId};
 
 /// Store parameters.
 const STORE: u16 = 0x1010;

@@ -9,18 +9,15 @@ mod rules;
 mod stored;
 
 use super::{Counters, NodeObjects};
-use crate::emcy::{self, ErrorCode};
+use crate::emcy::ErrorCode;
 use crate::heartbeat::Monitor;
 use crate::link::port::{ErrorState, Health};
-use crate::link::{Bus, CobId, CobIdEntry, Frame, PerBus};
-use crate::nmt::{NmtState, NodeId};
-use crate::od::communication::{Communication, Mapping};
-use crate::od::spacecraft::BusHealth;
-use crate::od::{Address, Objects};
-use crate::pdo::Taken;
+use crate::node::{BusHealth, Communication};
+use crate::od::{CobIdEntry, Objects};
+use crate::pdo::{Mapping, Taken};
 use crate::store::{Group, Loaded};
-use crate::time::{Duration, Instant, earliest};
-use crate::{sdo, sync};
+use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
+use crate::{emcy, sdo, sync};
 pub use dictionary::Dictionary;
 use pdos::tell;
 

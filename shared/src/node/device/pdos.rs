@@ -1,12 +1,12 @@
 //! PDOs as the dictionary has them: what a client writes, what defaults and the application want, and what of it can be.
 
 use super::{Dictionary, rules, show};
-use crate::emcy::{self, ErrorCode};
-use crate::node::NodeObjects;
-use crate::od::communication::{Communication, INVALID, Mapping, RpdoParameters, TpdoParameters};
-use crate::od::{AbortCode, Address, Objects};
-use crate::pdo::{Direction, RpdoEvent, rules as pdo};
-use crate::time::Instant;
+use crate::emcy;
+use crate::emcy::ErrorCode;
+use crate::node::{Communication, NodeObjects};
+use crate::od::{INVALID, Objects};
+use crate::pdo::{Direction, Mapping, RpdoEvent, RpdoParameters, TpdoParameters, rules as pdo};
+use crate::types::{AbortCode, Address, Instant};
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionary<A, R, T, M> {
     /// The PDOs of this number are not valid.

@@ -1,10 +1,10 @@
 //! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 6.10b, 8.3.1).
 
-use crate::link::{Bus, CobIdEntry, EntryUse};
-use crate::nmt::{ErrorBehaviour, NmtStartup, NodeId};
-use crate::od::communication::{Communication, Mapping};
-use crate::od::{AbortCode, Address};
-use crate::pdo::Direction;
+use crate::nmt::{ErrorBehaviour, NmtStartup};
+use crate::node::Communication;
+use crate::od::{CobIdEntry, EntryUse};
+use crate::pdo::{Direction, Mapping};
+use crate::types::{AbortCode, Address, Bus, NodeId};
 use crate::{heartbeat, sync};
 
 /// Objects above have no rules here.

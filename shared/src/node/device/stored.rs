@@ -1,10 +1,10 @@
 //! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 
-use crate::link::Bus;
-use crate::nmt::NodeId;
-use crate::od::checked::{self, find};
-use crate::od::{AbortCode, Address, Object, Objects};
-use crate::store::{self, Content, Group, Loaded, ParameterStore, StoreError};
+use crate::od::checked::find;
+use crate::od::{Object, Objects, checked};
+use crate::store;
+use crate::store::{Content, Group, Loaded, ParameterStore, StoreError};
+use crate::types::{AbortCode, Address, Bus, NodeId};
 
 /// A parameter store, if the device has one.
 pub struct Stored(pub Option<&'static mut (dyn ParameterStore + Send)>);

@@ -2,11 +2,11 @@
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
-use crate::nmt::boot::{Boot, BootRequest};
+use crate::boot::{Boot, BootRequest};
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::profile::Profile;
 use crate::sdo::Mode;
-use crate::time::{Instant, earliest};
+use crate::types::{Instant, earliest};
 
 /// Bytes taken from the client at once.
 const CHUNK: usize = 32;

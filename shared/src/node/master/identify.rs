@@ -5,9 +5,8 @@
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
-use crate::od::Address;
 use crate::sdo::{Error, Mode};
-use crate::time::Instant;
+use crate::types::{Address, Instant};
 
 const DEVICE_TYPE: Address = Address::new(0x1000, 0);
 /// Bytes of a device type.

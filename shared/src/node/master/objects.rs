@@ -1,19 +1,17 @@
 //! The dictionary of the master, and what a written object means to it.
 
 use super::{Master, MasterEvent, Out};
+use crate::boot::{Assignment, BootProgress, Expected};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::MONITORED;
-use crate::link::{Bus, CobId, Frame};
-use crate::nmt::boot::{Assignment, BootProgress, Expected};
-use crate::nmt::{Command, NmtMessage, NmtStartup, NmtState, NodeId, Target};
-use crate::node::NodeObjects;
+use crate::nmt::{Command, NmtMessage, NmtStartup, Target};
 use crate::node::device::{FIRST_TOLD, SdoStep};
-use crate::od::communication::{Communication, INVALID, Identity, PdoMapping};
-use crate::od::spacecraft::SelfTest;
-use crate::od::{Address, Objects, Record};
+use crate::node::{Communication, Identity, NodeObjects, SelfTest};
+use crate::od::{INVALID, Objects, Record};
+use crate::pdo::PdoMapping;
 use crate::profile::Profile;
 use crate::sync;
-use crate::time::{Duration, Instant, earliest};
+use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
 /// Slaves that an array has entries for: sub-index is Node-ID.
 const NODES: usize = 127;

@@ -3,11 +3,11 @@
 use super::{Master, MasterEvent, Out};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::heartbeat;
-use crate::link::{Bus, CobId, Frame};
-use crate::nmt::{Command, NmtMessage, NodeId, Target};
+use crate::link::Stamp;
+use crate::nmt::{Command, NmtMessage, Target};
+use crate::node::FailCause;
 use crate::pdo::Message;
-use crate::runner::FailCause;
-use crate::time::{Instant, Scet, Stamp};
+use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet};
 
 impl Master {
     pub(super) fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {

@@ -7,11 +7,10 @@ use embassy_sync::waitqueue::MultiWakerRegistration;
 
 use super::{Master, Out};
 use crate::link::bit_timing::BitRate;
-use crate::link::{Bus, CobId, Frame};
-use crate::nmt::NodeId;
 use crate::node::device::SdoStep;
-use crate::sdo::{self, Client};
-use crate::time::{Duration, Instant};
+use crate::sdo;
+use crate::sdo::Client;
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
 /// Tasks that may wait for the client without waking each other.
 const TASKS: usize = 4;

@@ -3,13 +3,11 @@
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
 use crate::link::port::Health;
-use crate::link::{Bus, CobId, Frame};
-use crate::node::SlaveEvent;
 use crate::node::buses::BusNews;
+use crate::node::{LinkEvent, SlaveEvent};
 use crate::od::Objects;
-use crate::od::communication::Mapping;
-use crate::runner::LinkEvent;
-use crate::time::Instant;
+use crate::pdo::Mapping;
+use crate::types::{Bus, CobId, Frame, Instant};
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
     pub(super) fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {

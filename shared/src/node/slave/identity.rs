@@ -3,13 +3,13 @@
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
-use crate::link::{Bus, Frame};
+use crate::link::Stamp;
 use crate::nmt::{Clash, Command, Reaction};
 use crate::node::SlaveEvent;
 use crate::od::Objects;
-use crate::od::communication::Mapping;
+use crate::pdo::Mapping;
 use crate::redundancy::Parameters;
-use crate::time::{Instant, Stamp};
+use crate::types::{Bus, Frame, Instant};
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
     /// A heartbeat with the Node-ID of this node, which does not receive its own.

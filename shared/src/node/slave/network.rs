@@ -3,14 +3,14 @@
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
-use crate::link::{Bus, Frame, PerBus};
-use crate::nmt::{Command, ErrorBehaviour, NmtMessage, NmtState, NodeId, Reaction};
+use crate::link::Stamp;
+use crate::nmt::{Command, ErrorBehaviour, NmtMessage, Reaction};
 use crate::node::device::{Dictionary, SdoStep};
 use crate::node::{BusCause, SlaveEvent};
-use crate::od::communication::Mapping;
-use crate::od::{Address, Objects};
+use crate::od::Objects;
+use crate::pdo::Mapping;
 use crate::redundancy::{MasterMessage, Selection};
-use crate::time::{Duration, Instant, Stamp};
+use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
 /// A slave that is about to change the bus waits so long, at most, for the result of its EMCY.
 const WARNING: Duration = Duration::from_millis(2);

@@ -3,17 +3,15 @@
 use super::{FILTERS_OF_PEERS, FILTERS_OF_RPDOS, Out, SYNC_FILTER, Slave, mark};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::MONITORED;
-use crate::link::{Bus, CobId, Frame};
-use crate::nmt::{NmtStartup, NodeId};
+use crate::link::Stamp;
+use crate::nmt::NmtStartup;
 use crate::node::device::{FIRST_TOLD, SdoStep};
-use crate::node::{NodeObjects, SlaveEvent};
-use crate::od::communication::Mapping;
-use crate::od::spacecraft::SelfTest;
-use crate::od::{Address, Objects};
-use crate::pdo::Taken;
+use crate::node::{NodeObjects, SelfTest, SlaveEvent};
+use crate::od::Objects;
+use crate::pdo::{Mapping, Taken};
 use crate::redundancy::Parameters;
 use crate::store::Group;
-use crate::time::{Duration, Instant, Stamp};
+use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
 /// Local SCET set.
 const SCET_SET: u16 = 0x2010;

@@ -8,14 +8,13 @@
 
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
-use crate::link::Bus;
 use crate::nmt::{Command, NmtMessage, ResetGuard, ResetVerdict};
 use crate::node::SlaveEvent;
 use crate::od::Objects;
-use crate::od::communication::Mapping;
+use crate::pdo::Mapping;
 use crate::redundancy::Selector;
 use crate::store::{Group, MOST_NOTES, Retained, RetainedMemory};
-use crate::time::{Duration, Instant};
+use crate::types::{Bus, Duration, Instant};
 
 /// Memory that outlives a reset, if the board has some, and what is in it.
 #[derive(Default)]

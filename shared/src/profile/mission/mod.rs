@@ -15,10 +15,10 @@ pub use objects::{
 };
 pub use record::{Declined, SlaveRecord};
 
-use crate::link::Bus;
+use crate::link::StampSource;
 use crate::link::port::{ErrorState, Health, LastError};
 use crate::pdo::Message;
-use crate::time::StampSource;
+use crate::types::Bus;
 
 const SET_LED: u16 = 0x0001;
 const SET_VALUE: u16 = 0x0002;

@@ -1,15 +1,13 @@
 //! Objects of the demonstration mission's slaves, and how their PDOs carry them.
 
-use crate::link::CobId;
-use crate::nmt::NodeId;
-use crate::node::Slave;
-use crate::od::communication::{Communication, Identity, Mapping, NO_REMOTE};
+use crate::node::{Communication, Identity, Slave};
 use crate::od::{
-    Address, Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40,
+    Domain, I24, I40, I48, I56, NO_REMOTE, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40,
     U48, U56, UnicodeString, VisibleString,
 };
-use crate::pdo::Message;
+use crate::pdo::{Mapping, Message};
 use crate::profile::Profile;
+use crate::types::{Address, CobId, NodeId};
 
 /// The value set by command.
 pub const COMMANDED_VALUE: Address = Address::new(0x6210, 0);

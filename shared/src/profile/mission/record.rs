@@ -1,10 +1,11 @@
 //! What a slave of the mission keeps beside its node.
 
 use super::{Command, Request, Telemetry};
+use crate::link::StampSource;
 use crate::node::Status;
 use crate::pdo::{Message, RepeatFilter};
 use crate::profile::Profile;
-use crate::time::{Instant, StampSource};
+use crate::types::Instant;
 
 /// State that commands change and telemetry reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

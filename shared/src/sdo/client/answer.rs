@@ -1,9 +1,9 @@
 //! What a server answers, and what does not belong.
 
 use super::{Client, Error, Mode, Protocol, State};
-use crate::od::{AbortCode, Address};
-use crate::sdo::wire::{self, Payload, Response};
-use crate::time::Instant;
+use crate::sdo::wire;
+use crate::sdo::wire::{Payload, Response};
+use crate::types::{AbortCode, Address, Instant};
 
 impl Client {
     /// A response came in. Whether it was of use: frames without a transfer, segments out of order, repeated frames and

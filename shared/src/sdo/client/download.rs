@@ -1,10 +1,11 @@
 //! Writing to a server: expedited, in segments, in blocks.
 
-use super::{Client, Error, State, staging::Staging};
-use crate::od::{AbortCode, Address};
-use crate::sdo::block::{self, Ack, Sender};
-use crate::sdo::wire::{self, Payload, Segment};
-use crate::time::Instant;
+use super::staging::Staging;
+use super::{Client, Error, State};
+use crate::sdo::block::{Ack, Sender};
+use crate::sdo::wire::{Payload, Segment};
+use crate::sdo::{block, wire};
+use crate::types::{AbortCode, Address, Instant};
 
 /// Bytes of a segment.
 const SEGMENT: u32 = block::SEGMENT as u32;

@@ -1,6 +1,6 @@
 //! How a transfer fails.
 
-use crate::od::AbortCode;
+use crate::types::AbortCode;
 
 /// Why a transfer of a client ended without success.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

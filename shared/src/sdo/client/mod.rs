@@ -16,9 +16,9 @@ pub use staging::STAGING;
 use self::staging::Staging;
 use super::block::{Receiver, Sender, Strays};
 use super::crc::Crc;
-use super::wire::{self, Payload};
-use crate::od::{AbortCode, Address};
-use crate::time::{Duration, Instant};
+use super::wire;
+use super::wire::Payload;
+use crate::types::{AbortCode, Address, Duration, Instant};
 
 /// Values up to this size are not worth a block transfer: it takes five frames more than their segments.
 const THRESHOLD: u8 = 28;

@@ -1,10 +1,11 @@
 //! Reading from a server: expedited, in segments, in blocks.
 
-use super::{Client, Error, State, staging::Staging};
-use crate::od::{AbortCode, Address};
-use crate::sdo::block::{self, Heard, MOST, Receiver};
-use crate::sdo::wire::{self, Content, Payload, Segment};
-use crate::time::Instant;
+use super::staging::Staging;
+use super::{Client, Error, State};
+use crate::sdo::block::{Heard, MOST, Receiver};
+use crate::sdo::wire::{Content, Payload, Segment};
+use crate::sdo::{block, wire};
+use crate::types::{AbortCode, Address, Instant};
 
 /// Bytes of a segment.
 pub(super) const SEGMENT: usize = block::SEGMENT as usize;

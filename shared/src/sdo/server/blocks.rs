@@ -1,11 +1,12 @@
 //! Sub-blocks of block downloads and block uploads.
 
 use super::{BLOCK_SIZE, Server, State};
-use crate::od::{AbortCode, ObjectAccess};
+use crate::od::ObjectAccess;
 use crate::sdo::block::{Ack, Heard, unused};
 use crate::sdo::crc::Crc;
-use crate::sdo::wire::{self, Payload};
-use crate::time::Instant;
+use crate::sdo::wire;
+use crate::sdo::wire::Payload;
+use crate::types::{AbortCode, Instant};
 
 impl Server {
     /// A segment of a download as nearly all are: it comes in its turn, neither first nor last of its sub-block, and it

@@ -1,10 +1,11 @@
 //! Requests that begin a transfer; expedited ones complete it at once.
 
 use super::{BLOCK_SIZE, Server, State};
-use crate::od::{AbortCode, Address, ObjectAccess, Transfer};
+use crate::od::{ObjectAccess, Transfer};
 use crate::sdo::block::{Receiver, Sender, check_size};
-use crate::sdo::wire::{self, Content, Payload, Request};
-use crate::time::Instant;
+use crate::sdo::wire;
+use crate::sdo::wire::{Content, Payload, Request};
+use crate::types::{AbortCode, Address, Instant};
 
 /// Most bytes of an expedited transfer.
 const EXPEDITED: usize = 4;

@@ -10,9 +10,10 @@ mod value;
 
 use self::value::Value;
 use super::block::{MOST, Receiver, Sender, Strays};
-use super::wire::{self, Payload, Request, Segment};
-use crate::od::{AbortCode, ObjectAccess};
-use crate::time::{Duration, Instant};
+use super::wire;
+use super::wire::{Payload, Request, Segment};
+use crate::od::ObjectAccess;
+use crate::types::{AbortCode, Duration, Instant};
 
 /// Segments of a sub-block of a block download.
 const BLOCK_SIZE: u8 = MOST;

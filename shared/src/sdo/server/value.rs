@@ -1,8 +1,9 @@
 //! The value of a transfer on its way between the wire and the dictionary.
 
-use crate::od::{AbortCode, Address, ObjectAccess, Transfer, WHOLE};
+use crate::od::{ObjectAccess, Transfer, WHOLE};
 use crate::sdo::block::SEGMENT;
 use crate::sdo::crc::Crc;
+use crate::types::{AbortCode, Address};
 
 /// Bytes of a segment.
 const STEP: usize = SEGMENT as usize;

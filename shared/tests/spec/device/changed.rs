@@ -1,14 +1,11 @@
 //! What the application of a slave changes itself takes effect as if it had been written over the bus.
 
 use ecss_can::link::port::Filter;
-use ecss_can::link::{Bus, CobId};
-use ecss_can::nmt::NmtState;
-use ecss_can::node::SlaveEvent;
-use ecss_can::od::Address;
-use ecss_can::od::communication::{INVALID, Mapping, NO_REMOTE};
+use ecss_can::node::{BusCommand, SlaveEvent};
+use ecss_can::od::{INVALID, NO_REMOTE};
+use ecss_can::pdo::Mapping;
 use ecss_can::profile::mission::COMMANDED_VALUE;
-use ecss_can::runner::BusCommand;
-use ecss_can::time::Scet;
+use ecss_can::types::{Address, Bus, CobId, NmtState, Scet};
 
 use super::fixture::{operational, payloads, powered};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node};

@@ -1,9 +1,8 @@
 //! Errors of the network that a slave tells, once each.
 
 use ecss_can::emcy::ErrorCode;
-use ecss_can::link::Bus;
-use ecss_can::node::SlaveEvent;
-use ecss_can::runner::LinkEvent;
+use ecss_can::node::{LinkEvent, SlaveEvent};
+use ecss_can::types::Bus;
 
 use super::fixture::{NO_INHIBIT, errors, operational, payloads, powered, read, run_with_master, write_all};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, span};

@@ -1,13 +1,11 @@
 //! PDOs that their defaults or their application declare and that cannot be; values that a PDO brings and that are refused.
 
 use ecss_can::link::port::Filter;
-use ecss_can::link::{Bus, CobId};
-use ecss_can::nmt::NodeId;
-use ecss_can::node::{Slave, SlaveEvent};
-use ecss_can::od::communication::{Communication, INVALID, Mapping, NO_REMOTE};
-use ecss_can::od::{Address, Objects};
+use ecss_can::node::{BusCommand, Communication, Slave, SlaveEvent};
+use ecss_can::od::{INVALID, NO_REMOTE, Objects};
+use ecss_can::pdo::Mapping;
 use ecss_can::profile::{Profile, STANDARD};
-use ecss_can::runner::BusCommand;
+use ecss_can::types::{Address, Bus, CobId, NodeId};
 
 use super::fixture::{NO_INHIBIT, done, errors, payloads, read, refused, write, write_all};
 use crate::bench::{Bench, NOMINAL, node};

@@ -1,7 +1,7 @@
 //! Strings and blocks that do not fit into one buffer: saved, restored, read.
 
-use ecss_can::node::Slave;
-use ecss_can::od::{Domain, Objects, OctetString, VisibleString, communication::Communication};
+use ecss_can::node::{Communication, Slave};
+use ecss_can::od::{Domain, Objects, OctetString, VisibleString};
 use ecss_can::profile::STANDARD;
 use ecss_can::store::ParameterStore;
 

@@ -12,11 +12,8 @@ mod sync;
 mod transfers;
 
 use ecss_can::link::port::Filter;
-use ecss_can::link::{Bus, CobId};
-use ecss_can::nmt::NmtState;
-use ecss_can::node::SlaveEvent;
-use ecss_can::od::spacecraft::SelfTest;
-use ecss_can::runner::BusCommand;
+use ecss_can::node::{BusCommand, SelfTest, SlaveEvent};
+use ecss_can::types::{Bus, CobId, NmtState};
 
 use self::fixture::{ask, done, powered, read, refused, write};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};

@@ -1,13 +1,11 @@
 //! PDOs that are configured over the bus, and what they carry.
 
 use ecss_can::link::port::{Filter, Health};
-use ecss_can::link::{Bus, CobId};
-use ecss_can::node::{NodeObjects, SlaveEvent};
-use ecss_can::od::{Address, Objects};
+use ecss_can::node::{BusCommand, NodeObjects, SlaveEvent};
+use ecss_can::od::Objects;
 use ecss_can::profile::mission::MissionObjects;
 use ecss_can::profile::{Profile, STANDARD, mission};
-use ecss_can::runner::BusCommand;
-use ecss_can::time::{Duration, Scet};
+use ecss_can::types::{Address, Bus, CobId, Duration, Scet};
 
 use super::fixture::{
     done, operational, payloads, powered, read, run_with_master, write, write_all, write_on,

@@ -1,8 +1,8 @@
 //! Reset communication takes back what was configured over the bus.
 
 use ecss_can::link::port::Filter;
-use ecss_can::link::{Bus, CobId};
-use ecss_can::runner::BusCommand;
+use ecss_can::node::BusCommand;
+use ecss_can::types::{Bus, CobId};
 
 use super::fixture::{done, operational, payloads, powered, read, write, write_all};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, span};

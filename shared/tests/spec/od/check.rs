@@ -2,12 +2,12 @@
 
 use std::cell::RefCell;
 
-use ecss_can::nmt::NodeId;
-use ecss_can::node::{Slave, SlaveEvent};
-use ecss_can::od::AbortCode::{self, ParameterIncompatible, ReadOnly, TooLong, ValueRange, ValueTooHigh};
-use ecss_can::od::communication::{Communication, Mapping};
-use ecss_can::od::{Address, Objects, VisibleString, checked};
+use ecss_can::node::{Communication, Slave, SlaveEvent};
+use ecss_can::od::{Objects, VisibleString, checked};
+use ecss_can::pdo::Mapping;
 use ecss_can::profile::STANDARD;
+use ecss_can::types::AbortCode::{ParameterIncompatible, ReadOnly, TooLong, ValueRange, ValueTooHigh};
+use ecss_can::types::{AbortCode, Address, NodeId};
 
 use super::{at, read};
 use crate::bench::{Bench, NOMINAL, frame, node};

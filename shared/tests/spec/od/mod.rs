@@ -4,13 +4,13 @@ mod check;
 mod node;
 mod types;
 
-use ecss_can::od::AbortCode::{
+use ecss_can::od::{
+    Domain, I24, Names, ObjectCode, Objects, Record, Transfer, VisibleString, checked, sub_indices,
+};
+use ecss_can::types::AbortCode::{
     NoObject, NoSubIndex, ReadOnly, TooLong, TooShort, ValueRange, ValueTooHigh, ValueTooLow, WriteOnly,
 };
-use ecss_can::od::{
-    AbortCode, Address, Domain, I24, Names, ObjectCode, Objects, Record, Transfer, VisibleString, checked,
-    sub_indices,
-};
+use ecss_can::types::{AbortCode, Address};
 
 /// A device with every kind of object.
 #[derive(Clone, Debug, Objects)]

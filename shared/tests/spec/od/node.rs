@@ -1,12 +1,11 @@
 //! The objects that every node has.
 
-use ecss_can::nmt::NodeId;
-use ecss_can::od::AbortCode::{ReadOnly, ValueTooHigh, ValueTooLow, WriteOnly};
-use ecss_can::od::U24;
-use ecss_can::od::communication::{Communication, INVALID, Mapping, NO_REMOTE, StaticMapping};
-use ecss_can::od::spacecraft::{ScetGet, ScetSet, Spacecraft};
-use ecss_can::pdo::{Direction, Layout};
-use ecss_can::time::Scet;
+use ecss_can::node::{Communication, Spacecraft};
+use ecss_can::od::{INVALID, NO_REMOTE, U24};
+use ecss_can::pdo::{Direction, Layout, Mapping, StaticMapping};
+use ecss_can::time::{ScetGet, ScetSet};
+use ecss_can::types::AbortCode::{ReadOnly, ValueTooHigh, ValueTooLow, WriteOnly};
+use ecss_can::types::{NodeId, Scet};
 
 use super::{read, write};
 

@@ -1,10 +1,11 @@
 //! Values of every type: their bytes, their bits, what they refuse.
 
-use ecss_can::od::AbortCode::{Length, OutOfMemory, TooLong, TooShort, ValueRange};
 use ecss_can::od::{
-    AbortCode, DataType, I24, I40, I48, I56, OctetString, TimeDifference, TimeOfDay, Transfer, Typed, U24,
-    U40, U48, U56, UnicodeString, VisibleString, checked,
+    DataType, I24, I40, I48, I56, OctetString, TimeDifference, TimeOfDay, Transfer, Typed, U24, U40, U48,
+    U56, UnicodeString, VisibleString, checked,
 };
+use ecss_can::types::AbortCode;
+use ecss_can::types::AbortCode::{Length, OutOfMemory, TooLong, TooShort, ValueRange};
 
 use super::{Device, at, read, write};
 

@@ -1,9 +1,10 @@
 //! A device with values of every width, and what is mapped of it.
 
 use ecss_can::od::{
-    Address, I24, I40, I48, I56, Objects, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56,
-    VisibleString, checked,
+    I24, I40, I48, I56, Objects, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56, VisibleString,
+    checked,
 };
+use ecss_can::types::Address;
 
 /// Values of every kind that PDOs carry, and some that they do not.
 #[derive(Clone, Debug, Objects)]

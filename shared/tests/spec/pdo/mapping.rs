@@ -1,7 +1,8 @@
 //! Mappings: what may be mapped, and where its bits are.
 
-use ecss_can::od::{AbortCode, Address, Objects, TimeDifference, TimeOfDay, U24, checked};
+use ecss_can::od::{Objects, TimeDifference, TimeOfDay, U24, checked};
 use ecss_can::pdo::{Direction, Layout};
+use ecss_can::types::{AbortCode, Address};
 use proptest::prelude::*;
 
 use super::device::{BOTH_WAYS, Device, WORDS, dump, entry, read};

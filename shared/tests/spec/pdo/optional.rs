@@ -1,9 +1,8 @@
 //! Values that a frame may leave out; for all others the length rule of CiA 301 holds.
 
-use ecss_can::od::communication::RpdoParameters;
 use ecss_can::od::{Objects, Record};
-use ecss_can::pdo::{RpdoError, RpdoEvent, Rpdos, Taken};
-use ecss_can::time::Instant;
+use ecss_can::pdo::{RpdoError, RpdoEvent, RpdoParameters, Rpdos, Taken};
+use ecss_can::types::Instant;
 
 use crate::bench::{frame, ms};
 

@@ -1,11 +1,10 @@
 //! Receive PDOs.
 
 use ecss_can::emcy::ErrorCode;
-use ecss_can::od::AbortCode;
-use ecss_can::od::communication::{INVALID, NO_REMOTE, RpdoParameters};
-use ecss_can::pdo::RpdoError::{self, OutOfRange, Overdue, TooLong, TooShort};
-use ecss_can::pdo::{RpdoEvent, Rpdos, Taken};
-use ecss_can::time::Instant;
+use ecss_can::od::{INVALID, NO_REMOTE};
+use ecss_can::pdo::RpdoError::{OutOfRange, Overdue, TooLong, TooShort};
+use ecss_can::pdo::{RpdoError, RpdoEvent, RpdoParameters, Rpdos, Taken};
+use ecss_can::types::{AbortCode, Instant};
 use proptest::prelude::*;
 
 use self::Told::{Applied, Error, OutsideWindow, Refused, Rejected, Resolved};

@@ -1,12 +1,14 @@
 //! What an SDO may write to the parameters of a PDO.
 
-use ecss_can::od::AbortCode::{
+use ecss_can::od::Record;
+use ecss_can::pdo::{
+    Direction, Mapping, PdoMapping, RpdoParameters, Rpdos, StaticMapping, TpdoParameters, Tpdos, rules,
+};
+use ecss_can::types::AbortCode;
+use ecss_can::types::AbortCode::{
     NoObject, NoSubIndex, NotMappable, ParameterIncompatible, PdoLength, UnsupportedAccess, ValueRange,
     ValueTooHigh,
 };
-use ecss_can::od::communication::{Mapping, PdoMapping, RpdoParameters, StaticMapping, TpdoParameters};
-use ecss_can::od::{AbortCode, Record};
-use ecss_can::pdo::{Direction, Rpdos, Tpdos, rules};
 
 use super::device::{Device, WORDS, entry};
 use crate::bench::ms;

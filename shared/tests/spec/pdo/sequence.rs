@@ -1,7 +1,7 @@
 //! Commands that CAN delivers twice are executed once, and no command of a master that starts is lost.
 
 use ecss_can::pdo::{RepeatFilter, Sequence};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Duration, Instant};
 
 use crate::bench::{ms, span};
 

@@ -1,10 +1,8 @@
 //! Transmit PDOs.
 
-use ecss_can::link::Frame;
-use ecss_can::od::communication::{INVALID, NO_REMOTE, TpdoParameters};
-use ecss_can::od::{AbortCode, Address, Objects};
-use ecss_can::pdo::Tpdos;
-use ecss_can::time::Instant;
+use ecss_can::od::{INVALID, NO_REMOTE, Objects};
+use ecss_can::pdo::{TpdoParameters, Tpdos};
+use ecss_can::types::{AbortCode, Address, Frame, Instant};
 
 use super::device::{Device, WORDS, entry};
 use crate::bench::{frame, ms};

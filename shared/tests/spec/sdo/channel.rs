@@ -2,9 +2,8 @@
 
 use std::collections::VecDeque;
 
-use ecss_can::od::Address;
 use ecss_can::sdo::{Client, Error, Mode, Payload, Server};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Address, Duration, Instant};
 
 use super::fixture::{Objects, TIMEOUT};
 

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use ecss_can::od::{AbortCode, Address, ObjectAccess, Transfer};
+use ecss_can::od::{ObjectAccess, Transfer};
 use ecss_can::sdo::{Payload, Server};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{AbortCode, Address, Duration, Instant};
 
 pub const TIMEOUT: Duration = Duration::from_millis(400);
 /// After which a sub-block that does not go on is acknowledged: a quarter of the timeout.

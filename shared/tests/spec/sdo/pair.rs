@@ -1,7 +1,7 @@
 //! The client against the server.
 
-use ecss_can::od::AbortCode;
 use ecss_can::sdo::{Error, Mode};
+use ecss_can::types::AbortCode;
 use proptest::prelude::*;
 
 use super::channel::{Application, Fate, World};

@@ -1,8 +1,7 @@
 //! Any sequence of frames: never a panic, never a wrong write, never stuck.
 
-use ecss_can::od::Address;
 use ecss_can::sdo::{Client, Mode, Payload};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Address, Duration, Instant};
 use proptest::prelude::*;
 
 use super::fixture::{Bench, DOMAIN, PAUSE, TEXT, TIMEOUT, U8, U32, frame};

@@ -1,7 +1,6 @@
 //! The server: expedited and segmented transfers, refusals, what ends a transfer.
 
-use ecss_can::od::Address;
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Address, Duration, Instant};
 
 use super::fixture::{Bench, CONST, DOMAIN, PAUSE, TEXT, TIMEOUT, U8, U32, frame, hex, pattern};
 

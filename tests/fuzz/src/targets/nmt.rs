@@ -1,8 +1,8 @@
 //! The state machine of a slave (CiA 301 7.3.2, ECSS 8.3.3), between any module control and any heartbeats.
 
-use ecss_can::nmt::NmtState::{self, Initialising, Operational, PreOperational, Stopped};
 use ecss_can::node::SlaveEvent;
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
+use ecss_can::types::{Duration, Instant, NmtState};
 
 use super::node::{Bench, ID, bus, frame, profile};
 use crate::{Input, Signature};

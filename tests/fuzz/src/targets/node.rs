@@ -1,12 +1,10 @@
 //! A whole slave between two buses.
 
-use ecss_can::link::{Bus, CobId, Frame};
-use ecss_can::nmt::NodeId;
-use ecss_can::node::{Slave, SlaveEvent};
-use ecss_can::profile::mission::{self, MissionObjects};
-use ecss_can::profile::{Profile, STANDARD};
-use ecss_can::runner::{BusCommand, LinkEvent, Node, Outbox};
-use ecss_can::time::{Duration, Instant, Stamp};
+use ecss_can::link::Stamp;
+use ecss_can::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent};
+use ecss_can::profile::mission::MissionObjects;
+use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
 /// The node.
 pub const ID: NodeId = NodeId::of::<5>();

@@ -1,11 +1,9 @@
 //! PDOs of a slave in Operational, configured by any SDOs and given any frames.
 
-use ecss_can::link::Bus;
-use ecss_can::nmt::NmtState;
-use ecss_can::od::communication::Mapping;
+use ecss_can::node::Node;
+use ecss_can::pdo::Mapping;
 use ecss_can::profile::{Profile, STANDARD};
-use ecss_can::runner::Node;
-use ecss_can::time::Duration;
+use ecss_can::types::{Bus, Duration, NmtState};
 
 use super::node::{Bench, frame};
 use super::pdo_reference::{Dictionary, VALUES, bytes, is_equal, is_valid, least_bytes, pack, unpack};

@@ -1,8 +1,7 @@
 //! The SDO client, between an application and any server.
 
-use ecss_can::od::Address;
 use ecss_can::sdo::{Client, Error, Mode, Payload};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Address, Duration, Instant};
 
 use super::sdo_witness::checksum;
 use crate::{Input, Signature};

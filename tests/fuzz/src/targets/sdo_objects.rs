@@ -1,6 +1,7 @@
 //! A dictionary with an object of each kind, that keeps watch over how it is used.
 
-use ecss_can::od::{AbortCode, Address, ObjectAccess, Transfer};
+use ecss_can::od::{ObjectAccess, Transfer};
+use ecss_can::types::{AbortCode, Address};
 
 /// Most bytes of the domain.
 const DOMAIN: usize = 1_200;

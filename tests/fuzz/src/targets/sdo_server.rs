@@ -1,8 +1,7 @@
 //! The SDO server, between any client and a small dictionary.
 
-use ecss_can::od::Address;
 use ecss_can::sdo::{Payload, Server};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Address, Duration, Instant};
 
 use super::sdo_objects::{OBJECTS, Objects, address};
 use super::sdo_witness::{Transfer, checksum};

@@ -1,7 +1,7 @@
 //! A second opinion of transfers, from the frames of client and server alone (CiA 301 7.2.4.3).
 
-use ecss_can::od::{AbortCode, Address};
 use ecss_can::sdo::Payload;
+use ecss_can::types::{AbortCode, Address};
 
 use super::sdo_objects::Objects;
 

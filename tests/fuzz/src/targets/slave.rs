@@ -1,12 +1,10 @@
 //! A whole slave, between any frames of its filters, anything that its controllers tell, and its application.
 
 use ecss_can::emcy::ErrorCode;
-use ecss_can::link::Frame;
+use ecss_can::link::Stamp;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::nmt::NmtState;
-use ecss_can::od::Address;
-use ecss_can::runner::{FailCause, LinkEvent, Node};
-use ecss_can::time::{Duration, Instant, Stamp};
+use ecss_can::node::{FailCause, LinkEvent, Node};
+use ecss_can::types::{Address, Duration, Frame, Instant, NmtState};
 
 use super::node::{Bench, bus, frame, profile};
 use crate::{Input, Signature};
@@ -132,7 +130,7 @@ fn act(bench: &mut Bench, flying: &mut Vec<Frame>, input: &mut Input, signature:
 }
 
 /// A frame that ended a little while ago.
-fn receive(bench: &mut Bench, on: ecss_can::link::Bus, frame: Frame, age: u8) {
+fn receive(bench: &mut Bench, on: ecss_can::types::Bus, frame: Frame, age: u8) {
     let at = Instant::from_micros(bench.now.as_micros() - u64::from(age));
     let stamp = Stamp::interrupt(at);
     bench.step(|slave, now, out| slave.on_link(on, &LinkEvent::Received { frame, stamp }, now, out));

@@ -1,8 +1,8 @@
 //! Three transmit mailboxes: lowest COB-ID first, equal ones by number.
 
 use can_wire::time::Time;
-use ecss_can::link::Frame;
 use ecss_can::link::port::{MAILBOXES, is_urgent};
+use ecss_can::types::Frame;
 
 #[derive(Clone, Copy, Debug, Default)]
 enum Slot {

@@ -14,9 +14,9 @@ use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
 use can_wire::time::{TICKS_PER_US, Time};
-use ecss_can::link::Frame;
+use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, MAILBOXES, Mailbox, PortEvent};
-use ecss_can::time::Stamp;
+use ecss_can::types::Frame;
 
 use crate::clock::MockClock;
 use faults::Faults;

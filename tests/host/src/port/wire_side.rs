@@ -5,7 +5,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 use ecss_can::link::port::{LastError, MAILBOXES, Mailbox, PortEvent};
-use ecss_can::link::{CobId, Frame};
+use ecss_can::types::{CobId, Frame};
 
 use super::faults::last_error;
 use super::{Chip, MockPort, RECEIVE_DEPTH};

@@ -2,7 +2,7 @@
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
-use ecss_can::time::{EDGES, Miss};
+use ecss_can::link::{EDGES, Miss};
 use proptest::prelude::*;
 
 use crate::line::{BIT, Complete, Line, Node, Sent, error, falls, reference};

@@ -4,8 +4,8 @@
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
-use ecss_can::link::{CobId, Frame};
-use ecss_can::time::{Captured, EDGES, EdgeRing, Instant, Miss, Stamp, StampSource, Ticks};
+use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource, Ticks};
+use ecss_can::types::{CobId, Frame, Instant};
 
 /// Length of a bit at 1 Mbit/s, and of a microsecond.
 pub const BIT: f64 = 84.0;

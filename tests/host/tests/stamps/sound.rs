@@ -1,7 +1,7 @@
 //! Frames whose edges are all there.
 
 use can_wire::frame::WireFrame;
-use ecss_can::time::{EDGES, Miss, StampSource};
+use ecss_can::link::{EDGES, Miss, StampSource};
 use proptest::prelude::*;
 
 use crate::line::{BIT, Line, Node, Sent, error};

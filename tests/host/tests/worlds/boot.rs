@@ -1,15 +1,11 @@
 //! The boot-up process with real slaves: checked, configured, started.
 
 use can_wire::time::Time;
-use ecss_can::link::Bus;
-use ecss_can::nmt::boot::{
-    AssignedSlave, BootError, BootPolicy, BootProgress, Difference, Expected, Setting,
-};
-use ecss_can::nmt::{Command, NmtState, NodeId, Target};
+use ecss_can::boot::{AssignedSlave, BootError, BootPolicy, BootProgress, Difference, Expected, Setting};
+use ecss_can::nmt::{Command, Target};
 use ecss_can::node::{MasterEvent, MasterRequest};
-use ecss_can::od::Address;
 use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
-use ecss_can::time::Duration;
+use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
 use host_worlds::world::World;
 
 use crate::support::*;

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use ecss_can::link::Bus;
 use ecss_can::profile::LIBRECUBE;
+use ecss_can::types::Bus;
 use host_worlds::world::World;
 
 use crate::support::*;

@@ -2,13 +2,12 @@
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
-use ecss_can::link::Bus;
 use ecss_can::link::port::{CanPort, ErrorState, Health, LastError};
-use ecss_can::nmt::{NmtState, NodeId};
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::profile::mission::Command;
 use ecss_can::profile::{Profile, STANDARD};
 use ecss_can::redundancy::SwitchCause;
+use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::World;
 

@@ -1,12 +1,11 @@
 //! The master leaves a bus; parallel slaves follow its first message, selective ones find it by toggling.
 
 use can_wire::time::Time;
-use ecss_can::link::Bus;
-use ecss_can::nmt::{NmtState, NodeId};
 use ecss_can::node::{BusCause, MasterEvent, MasterRequest};
 use ecss_can::profile::mission::Command;
 use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
 use ecss_can::redundancy::SwitchCause;
+use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::World;
 

@@ -1,11 +1,11 @@
 //! Telecommands and telemetry; frames that are none.
 
 use can_wire::frame::{WireFrame, WireId};
-use ecss_can::link::Bus;
-use ecss_can::nmt::{Command as NmtCommand, NmtState, NodeId, Target};
+use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::node::{MasterEvent, RefusalCause};
 use ecss_can::profile::STANDARD;
 use ecss_can::profile::mission::{Command, Request, Telemetry};
+use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::World;
 

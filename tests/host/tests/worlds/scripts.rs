@@ -1,9 +1,8 @@
 //! Random faults: when all is healed, everybody ends operational on the bus of the master.
 
-use ecss_can::link::Bus;
-use ecss_can::nmt::NodeId;
 use ecss_can::node::MasterRequest;
 use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::types::{Bus, NodeId};
 use host_worlds::world::World;
 use proptest::prelude::*;
 

@@ -1,10 +1,10 @@
 //! Power-on, boot-up, heartbeats and module control.
 
 use can_wire::time::Time;
-use ecss_can::link::Bus;
-use ecss_can::nmt::{Command, NmtState, NodeId, Target};
+use ecss_can::nmt::{Command, Target};
 use ecss_can::node::BusCause;
 use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::world::World;
 
 use crate::support::*;

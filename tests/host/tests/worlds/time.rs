@@ -1,10 +1,9 @@
 //! SYNC, Local Time and the Spacecraft Time PDO; drifting clocks.
 
 use can_wire::time::Time;
-use ecss_can::link::Bus;
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::STANDARD;
-use ecss_can::time::Scet;
+use ecss_can::types::{Bus, Scet};
 use host_worlds::world::{Sent, World};
 
 use crate::support::*;

@@ -7,9 +7,8 @@ use std::collections::VecDeque;
 
 use canopen_rs::Address as TheirAddress;
 use canopen_rs::sdo::block::{self, BlockReceiver, BlockWriter};
-use ecss_can::od::Address;
 use ecss_can::sdo::Payload;
-use ecss_can::time::Instant;
+use ecss_can::types::{Address, Instant};
 
 use crate::line::Server;
 

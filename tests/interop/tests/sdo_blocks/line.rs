@@ -2,9 +2,8 @@
 
 use std::collections::VecDeque;
 
-use ecss_can::od::Address;
 use ecss_can::sdo::{Client, Error, Mode, Payload};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Address, Duration, Instant};
 
 /// Shorter than that of the servers: what is lost is missed by the client first.
 const TIMEOUT: Duration = Duration::from_millis(20);

@@ -8,8 +8,8 @@ mod line;
 mod zencan;
 
 use codecs::{Codecs, OBJECT};
-use ecss_can::od::{AbortCode, Address};
 use ecss_can::sdo::{Error, Payload};
+use ecss_can::types::{AbortCode, Address};
 use line::Line;
 use zencan::{CONSTANT, DOMAIN, KEY, STRING, Zencan};
 

@@ -2,9 +2,8 @@
 
 use std::sync::Mutex;
 
-use ecss_can::od::Address;
 use ecss_can::sdo::Payload;
-use ecss_can::time::Instant;
+use ecss_can::types::{Address, Instant};
 use zencan_node::common::NodeId;
 use zencan_node::common::messages::{CanId, CanMessage};
 use zencan_node::common::objects::{AccessType, DataType, ObjectCode, SubInfo};

@@ -1,7 +1,7 @@
 //! What a DCF has beside its EDS.
 
-use ecss_can::nmt::NodeId;
 use ecss_can::od::VisibleString;
+use ecss_can::types::NodeId;
 use eds::Commissioning;
 
 use crate::fixture::{Fixture, description, fixture};

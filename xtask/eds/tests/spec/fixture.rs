@@ -1,12 +1,12 @@
 //! A dictionary with every type, every access right, and values that follow the Node-ID in every way.
 
-use ecss_can::nmt::NodeId;
-use ecss_can::od::communication::{Communication, SdoServerObjects};
-use ecss_can::od::spacecraft::Spacecraft;
+use ecss_can::node::{Communication, Spacecraft};
 use ecss_can::od::{
     Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56,
     UnicodeString, VisibleString,
 };
+use ecss_can::sdo::SdoServerObjects;
+use ecss_can::types::NodeId;
 use eds::{Description, Device, Timestamp};
 
 pub const MADE: Timestamp = Timestamp { year: 2026, month: 2, day: 3, hour: 15, minute: 4 };

@@ -42,7 +42,7 @@ fn errors_of_the_past_have_no_default() {
 
 #[test]
 fn errors_of_the_past_are_no_parameters_of_a_dcf() {
-    let node = ecss_can::nmt::NodeId::of::<3>();
+    let node = ecss_can::types::NodeId::of::<3>();
     let mut configured = fixture(node);
     configured.communication.errors.errors = [0x8130; 8];
     let commissioning = eds::Commissioning::new(node);

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use ecss_can::nmt::NodeId;
 use ecss_can::node::NodeObjects;
 use ecss_can::profile::LIBRECUBE;
 use ecss_can::profile::mission::{MissionObjects, slave};
+use ecss_can::types::NodeId;
 
 use crate::content::compare_declared;
 use crate::ini::Ini;

@@ -1,7 +1,7 @@
 //! What cannot be described is refused, with the reason.
 
-use ecss_can::nmt::NodeId;
-use ecss_can::od::{AbortCode, Objects, Record, Variable, VisibleString};
+use ecss_can::od::{Objects, Record, Variable, VisibleString};
+use ecss_can::types::{AbortCode, NodeId};
 use eds::{Commissioning, Description, Error};
 
 use crate::fixture::{description, device, fixture};

@@ -1,8 +1,8 @@
 //! Values: types, limits, access rights, and what follows the Node-ID.
 
-use ecss_can::nmt::NodeId;
 use ecss_can::od::checked::find;
-use ecss_can::od::{Address, DataType, Objects};
+use ecss_can::od::{DataType, Objects};
+use ecss_can::types::{Address, NodeId};
 
 use crate::fixture::{Fixture, description, fixture};
 use crate::ini::{Ini, Section, number};

@@ -12,9 +12,8 @@ use can_wire::encode::encode;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Record;
 use can_wire::time::Time;
-use ecss_can::od::Address;
 use ecss_can::sdo::{Client, Mode, Payload};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{Address, Duration, Instant};
 use twin::guest::Heard;
 use twin::spacecraft::Bus;
 

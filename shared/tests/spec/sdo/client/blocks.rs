@@ -1,7 +1,7 @@
 //! Sub-blocks of the client: what is lost, what comes twice, room and pace.
 
-use ecss_can::od::AbortCode;
 use ecss_can::sdo::{Error, Mode, STAGING, WINDOW};
+use ecss_can::types::AbortCode;
 
 use super::{AT, Bench, frames, segments};
 use crate::sdo::fixture::{PAUSE, TIMEOUT, frame, hex, pattern};
@@ -291,7 +291,7 @@ fn segments_that_bring_nothing_do_not_keep_an_upload_alive() {
     let mut sent = vec![];
     for _ in 0..20 * 127 {
         sent.extend(bench.answer(frame("05 01 02 03 04 05 06 07")));
-        sent.extend(bench.wait(ecss_can::time::Duration::from_millis(1)));
+        sent.extend(bench.wait(ecss_can::types::Duration::from_millis(1)));
     }
     assert_eq!(bench.client.deadline(), None, "it still waits");
     assert_eq!(hex(&sent).last(), hex(&frames("80 00 20 01 00 00 04 05")).last());

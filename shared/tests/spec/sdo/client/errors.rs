@@ -1,8 +1,7 @@
 //! Transfers of the client that fail, are cancelled, or never were.
 
-use ecss_can::od::AbortCode;
 use ecss_can::sdo::{Client, Error, Mode, WINDOW};
-use ecss_can::time::Instant;
+use ecss_can::types::{AbortCode, Instant};
 
 use super::{AT, Bench, frames};
 use crate::sdo::fixture::{PAUSE, TIMEOUT, frame, hex, pattern};

@@ -3,9 +3,8 @@
 mod blocks;
 mod errors;
 
-use ecss_can::od::{AbortCode, Address};
 use ecss_can::sdo::{Client, Error, Mode, Payload, STAGING};
-use ecss_can::time::{Duration, Instant};
+use ecss_can::types::{AbortCode, Address, Duration, Instant};
 
 use super::fixture::{TIMEOUT, frame, hex};
 

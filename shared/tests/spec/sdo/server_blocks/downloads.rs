@@ -1,6 +1,6 @@
 //! Block downloads: segments that are lost, repeated or late, and refusals.
 
-use ecss_can::time::Duration;
+use ecss_can::types::Duration;
 
 use super::{answers, checksum, downloading, end, segment};
 use crate::sdo::fixture::{Bench, DOMAIN, PAUSE, TIMEOUT, frame, hex, pattern};

@@ -1,41 +1,9 @@
 //! Structures of the communication profile (CiA 301 7.4.8).
 
-use super::{INVALID, NO_REMOTE};
-use crate::od::Record;
+use crate::od::{INVALID, NO_REMOTE, Record};
 
 /// Entries of a PDO mapping.
 pub const MAPPED: usize = 8;
-
-/// Identity (0023h).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-#[record(0x23)]
-pub struct Identity {
-    /// Vendor-ID
-    #[sub(1, ro)]
-    pub vendor: u32,
-    /// Product code
-    #[sub(2, ro)]
-    pub product: u32,
-    /// Revision number
-    #[sub(3, ro)]
-    pub revision: u32,
-    /// Serial number
-    #[sub(4, ro)]
-    pub serial: u32,
-}
-
-/// Pre-defined error field (1003h).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-pub struct ErrorField {
-    /// Number of errors
-    #[sub(0, rw)]
-    pub count: u8,
-    /// Standard error field
-    ///
-    /// The newest first: error code in the low half, information of the manufacturer in the high one.
-    #[sub(1.., ro)]
-    pub errors: [u32; 8],
-}
 
 /// Communication parameters of a receive PDO (0020h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
@@ -142,15 +110,3 @@ macro_rules! mapping {
 
 mapping!(PdoMapping);
 mapping!(StaticMapping);
-
-/// SDO parameters (0022h).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-#[record(0x22)]
-pub struct SdoParameters {
-    /// COB-ID client to server
-    #[sub(1, ro)]
-    pub request: u32,
-    /// COB-ID server to client
-    #[sub(2, ro)]
-    pub response: u32,
-}

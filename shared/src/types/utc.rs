@@ -1,7 +1,7 @@
 //! Spacecraft UTC, CCSDS Day Segmented time code (ECSS 7.1.3).
 //!
-//! A network uses either this or the [`Scet`](super::Scet) (ECSS 7.1.1d). The nodes here keep the SCET; a device with a
-//! clock of its own for UTC takes the objects of [`LocalUtc`](crate::od::spacecraft::LocalUtc) among its own.
+//! A network uses either this or the [`Scet`](crate::types::Scet) (ECSS 7.1.1d). The nodes here keep the SCET; a device with a
+//! clock of its own for UTC takes the objects of [`LocalUtc`](crate::time::LocalUtc) among its own.
 
 /// Days since an epoch that the mission defines, milliseconds of the day, and parts of a millisecond.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,7 +1,6 @@
 //! What a slave is expected to be, and how it is to be configured.
 
-use crate::nmt::NodeId;
-use crate::od::Address;
+use crate::types::{Address, NodeId};
 
 /// View of an entry of 1F81h, slave assignment (CiA 302-2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -91,7 +90,7 @@ pub struct Setting {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BootPolicy {
     /// Boot time (1F89h), whole milliseconds: mandatory slaves that were not heard by then are told. Zero: never.
-    pub time: crate::time::Duration,
+    pub time: crate::types::Duration,
     /// After the boot time SYNC begins without the mandatory slaves that are not started. Else it waits for ever.
     pub goes_on: bool,
 }

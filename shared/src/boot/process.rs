@@ -1,9 +1,8 @@
 //! The boot-up of one slave: who it is, how it is configured, what it lacks.
 
-use super::{BootCause, BootError, BootFailure, BootProgress, Difference, Expected, Setting};
-use crate::nmt::NodeId;
-use crate::od::{AbortCode, Address};
+use crate::boot::{BootCause, BootError, BootFailure, BootProgress, Difference, Expected, Setting};
 use crate::sdo::Error;
+use crate::types::{AbortCode, Address, NodeId};
 
 /// A slave that does not answer is asked so many times in all: a frame may have been lost.
 const ATTEMPTS: u8 = 3;

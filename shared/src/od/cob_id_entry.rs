@@ -3,8 +3,7 @@
 //! An unsigned of 32 bits: the identifier in the low 29, and three flags above. Bit 29 asks for an extended frame,
 //! which this system does not speak.
 
-use super::CobId;
-use crate::od::AbortCode;
+use crate::types::{AbortCode, CobId};
 
 /// A COB-ID entry. Anything can be viewed as one; [`CobIdEntry::written`] has the rules of writing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -23,8 +22,10 @@ pub enum EntryUse {
     Pdo,
 }
 
-/// Bit 31.
-const NOT_VALID: u32 = 1 << 31;
+/// Bit 31 of a COB-ID entry: the object does not exist, is not valid.
+pub const INVALID: u32 = 1 << 31;
+/// Bit 30 of a PDO's entry: no remote frames. Always set: there are none here (ECSS Table 11-1, 7.2.2.4.3).
+pub const NO_REMOTE: u32 = FLAG;
 /// Bit 30.
 const FLAG: u32 = 1 << 30;
 /// Bit 29 and the identifier bits that only an extended frame has.
@@ -48,7 +49,7 @@ impl CobIdEntry {
 
     /// The identifier of a valid object. An entry for extended frames is not valid.
     pub const fn cob_id(self) -> Option<CobId> {
-        if self.0 & (NOT_VALID | EXTENDED) == 0 { Some(self.id()) } else { None }
+        if self.0 & (INVALID | EXTENDED) == 0 { Some(self.id()) } else { None }
     }
 
     /// Bit 30: the node produces SYNC (1005h), RTR is not allowed (PDO).

@@ -1,6 +1,6 @@
 //! A timer that comes round.
 
-use super::{Duration, Instant};
+use crate::types::{Duration, Instant};
 
 /// Due every period, on the grid of its start: being polled late does not shift what follows.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

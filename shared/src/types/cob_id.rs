@@ -2,7 +2,7 @@
 //!
 //! CiA 301 7.3.3 (pre-defined connection set) and 7.3.5 (restricted CAN-IDs).
 
-use crate::nmt::NodeId;
+use crate::types::NodeId;
 
 /// A communication object identifier, `000h..=7FFh`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -21,7 +21,7 @@ impl CobId {
     }
 
     /// The low eleven bits.
-    pub(super) const fn low_bits(raw: u32) -> CobId {
+    pub(crate) const fn low_bits(raw: u32) -> CobId {
         CobId((raw & 0x7FF) as u16)
     }
 

@@ -1,6 +1,6 @@
 //! How far the boot-up of a slave is, and why it failed.
 
-use crate::od::Address;
+use crate::types::Address;
 
 /// How far the boot-up process is with a slave; its byte stands in object 2040h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

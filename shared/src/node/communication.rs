@@ -1,21 +1,11 @@
 //! Communication profile area, 1000h..=1FFFh: what every node has (CiA 301 7.5.2).
 
-mod parameters;
-
-pub use parameters::{
-    ErrorField, Identity, MAPPED, Mapping, PdoMapping, RpdoParameters, SdoParameters, StaticMapping,
-    TpdoParameters,
-};
-
-use super::Objects;
+use crate::emcy::ErrorField;
 use crate::heartbeat::MONITORED;
-use crate::link::CobId;
-use crate::nmt::{NmtStartup, NodeId};
-
-/// Bit of a COB-ID entry: the object does not exist, is not valid.
-pub const INVALID: u32 = 1 << 31;
-/// Bit of a PDO's COB-ID entry: no remote frames. Always set: there are none here (ECSS Table 11-1, 7.2.2.4.3).
-pub const NO_REMOTE: u32 = 1 << 30;
+use crate::nmt::NmtStartup;
+use crate::od::{INVALID, NO_REMOTE, Objects, Record};
+use crate::pdo::{Mapping, PdoMapping, RpdoParameters, TpdoParameters};
+use crate::types::{CobId, NodeId};
 
 /// The communication profile of a node with `R` receive PDOs and `T` transmit PDOs, at most 512 of each. `M` is how they
 /// are mapped: [`PdoMapping`] or [`StaticMapping`].
@@ -135,10 +125,20 @@ impl<const R: usize, const T: usize, M: Mapping> Communication<R, T, M> {
     }
 }
 
-/// The default SDO channel of a server.
-#[derive(Clone, Debug, PartialEq, Objects)]
-pub struct SdoServerObjects {
-    /// SDO server parameter
-    #[object(0x1200, record)]
-    pub sdo_server: SdoParameters,
+/// Identity (0023h).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+#[record(0x23)]
+pub struct Identity {
+    /// Vendor-ID
+    #[sub(1, ro)]
+    pub vendor: u32,
+    /// Product code
+    #[sub(2, ro)]
+    pub product: u32,
+    /// Revision number
+    #[sub(3, ro)]
+    pub revision: u32,
+    /// Serial number
+    #[sub(4, ro)]
+    pub serial: u32,
 }

@@ -5,9 +5,8 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use super::Instant;
 use super::pattern::Pattern;
-use crate::link::Frame;
+use crate::types::{Frame, Instant};
 
 /// Since the node's power-on, in ticks of 1/84 µs (11.9 ns): [`Instant`] with more resolution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

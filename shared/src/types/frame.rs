@@ -2,7 +2,7 @@
 //!
 //! Remote and extended frames cannot be expressed here (ECSS 5.6 allows neither); ports filter those of others.
 
-use super::CobId;
+use crate::types::CobId;
 
 /// A CAN 2.0A data frame. Aligned to words, so that it moves in words.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]

@@ -16,10 +16,10 @@ pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
 pub use process::BootRequest;
 pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
 
-use self::process::{Next, Process};
-use super::{NmtState, NodeId, Target};
+use crate::boot::process::{Next, Process};
+use crate::nmt::Target;
 use crate::sdo;
-use crate::time::Instant;
+use crate::types::{Instant, NmtState, NodeId};
 
 /// Node-IDs 0..=127.
 const PLACES: usize = 128;

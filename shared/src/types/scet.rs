@@ -1,6 +1,6 @@
 //! Spacecraft Elapsed Time, CCSDS Unsegmented Time Code (ECSS 7.1.2).
 
-use super::Duration;
+use crate::types::Duration;
 
 /// 32 bits of seconds and 24 bits of binary fractions (59.6 ns): a free-running counter that wraps after 2^32 s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

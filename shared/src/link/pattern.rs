@@ -4,7 +4,7 @@
 
 use heapless::Vec;
 
-use crate::link::Frame;
+use crate::types::Frame;
 
 /// Stuffed bits of the longest frame up to its CRC are 122, so no frame has more than 61 falling edges there.
 const MAX_EDGES: usize = 64;

@@ -1,0 +1,213 @@
+//! What a node and its surroundings agree on: events and time in, commands and application events out.
+//!
+//! Sans-IO: the async shell is [`crate::runner`], tests call a node directly.
+
+use heapless::Deque;
+
+use crate::link::Stamp;
+use crate::link::port::{Filter, Health};
+use crate::link::queue::Outgoing;
+use crate::types::{Bus, Duration, Frame, Instant, PerBus};
+
+/// Commands in an outbox, and frames in the priority queue of a bus.
+pub const QUEUE_DEPTH: usize = 32;
+/// Events and requests that may wait between node and application.
+pub const APP_DEPTH: usize = 16;
+/// Acceptance filters of a port.
+pub const MAX_FILTERS: usize = 28;
+
+/// Acceptance filters of a node.
+pub type Filters = heapless::Vec<Filter, MAX_FILTERS>;
+
+/// What a bus tells its node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
+pub enum LinkEvent {
+    /// A frame that passed the filters.
+    Received {
+        /// The frame.
+        frame: Frame,
+        /// End of the frame.
+        stamp: Stamp,
+    },
+    /// A frame of ours was acknowledged by a peer.
+    Transmitted {
+        /// The frame.
+        frame: Frame,
+        /// End of the frame.
+        stamp: Stamp,
+    },
+    /// A frame of ours did not go out.
+    Failed {
+        /// The frame.
+        frame: Frame,
+        /// Why.
+        cause: FailCause,
+    },
+    /// Frames of ours were dropped before they came to the bus: the outbox was full.
+    Unsent {
+        /// How many since the last report.
+        frames: u16,
+    },
+    /// Received frames were lost before the node could see them.
+    Overrun {
+        /// How many since the last report, at least.
+        lost: u16,
+    },
+    /// The error state of the controller changed.
+    Health(Health),
+    /// Its error counters moved since they were told last; told before the next event of the controller.
+    Counters(Health),
+    /// The controller does not get on or off the bus: it is defective, or the bus is dominant all the time.
+    Stalled,
+}
+
+/// Why a frame did not go out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FailCause {
+    /// The node left the bus while the frame was pending.
+    BusLeft,
+    /// Its lifetime ended.
+    Expired,
+    /// The transmit queue was full, or a frame that the network lives on took its place there.
+    QueueFull,
+    /// The controller gave the frame up by itself (bus-off, reset).
+    Aborted,
+}
+
+/// What a node wants of a bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u32)] // moves in words: see `runner`
+pub enum BusCommand {
+    /// Send a frame.
+    Send(Outgoing),
+    /// Abort everything pending, queue and mailboxes; stay on the bus (parallel access).
+    Abandon,
+    /// Take part in the bus.
+    Join,
+    /// Abort everything pending and go off the bus, silent (selective access).
+    Leave,
+    /// Begin recovery from bus-off.
+    Recover,
+    /// Admit other frames by one of the filters set at the start.
+    Filter {
+        /// Number of the filter.
+        number: u8,
+        /// What it admits from now on.
+        filter: Filter,
+    },
+}
+
+/// A protocol node: master or slave, sans-IO.
+pub trait Node {
+    /// What it tells its application.
+    type Event;
+    /// What its application may ask of it.
+    type Request;
+
+    /// Power-on, at `now`. Called once, before anything else.
+    fn start(&mut self, now: Instant, out: &mut Outbox<Self::Event>);
+
+    /// Something happened on a bus.
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Outbox<Self::Event>);
+
+    /// The application wants something.
+    fn on_request(&mut self, request: Self::Request, now: Instant, out: &mut Outbox<Self::Event>);
+
+    /// Do what is due at `now`.
+    fn poll(&mut self, now: Instant, out: &mut Outbox<Self::Event>);
+
+    /// When to call [`Node::poll`] next, `None`: not before another event.
+    fn deadline(&self) -> Option<Instant>;
+}
+
+/// Places of an [`Outbox`] that frames cannot take: joining and leaving a bus must always get through.
+const CONTROL_RESERVE: usize = 8;
+
+/// Where a node puts what it wants done.
+pub struct Outbox<E> {
+    commands: Deque<(Bus, BusCommand), QUEUE_DEPTH>,
+    events: Deque<E, APP_DEPTH>,
+    overflows: u32,
+    unsent: PerBus<u16>,
+}
+
+impl<E> Outbox<E> {
+    /// An empty outbox.
+    pub const fn new() -> Self {
+        Outbox {
+            commands: Deque::new(),
+            events: Deque::new(),
+            overflows: 0,
+            unsent: PerBus { nominal: 0, redundant: 0 },
+        }
+    }
+
+    /// Send a frame now or within `lifetime` of `now`; after that it is stale and dies.
+    #[inline]
+    pub fn send_for(&mut self, bus: Bus, frame: Frame, now: Instant, lifetime: Duration) {
+        self.send_until(bus, frame, now + lifetime);
+    }
+
+    /// Send a frame before `expires`; from then on it is stale and dies.
+    #[inline(never)] // sent from many places
+    pub fn send_until(&mut self, bus: Bus, frame: Frame, expires: Instant) {
+        self.command(bus, BusCommand::Send(Outgoing { frame, expires }));
+    }
+
+    /// Command a bus. The last `CONTROL_RESERVE` places are kept for commands other than sending.
+    pub fn command(&mut self, bus: Bus, command: BusCommand) {
+        let sends = matches!(command, BusCommand::Send(_));
+        let reserve = if sends { CONTROL_RESERVE } else { 0 };
+        if self.commands.len() + reserve >= QUEUE_DEPTH || self.commands.push_back((bus, command)).is_err() {
+            self.overflows = self.overflows.saturating_add(1);
+            self.unsent[bus] = self.unsent[bus].saturating_add(u16::from(sends));
+        }
+    }
+
+    /// Whether frames have at least half of it to themselves: commands that can wait should, if not.
+    pub fn has_room(&self) -> bool {
+        self.commands.len() < QUEUE_DEPTH / 2
+    }
+
+    /// Tell the application.
+    pub fn event(&mut self, event: E) {
+        if self.events.push_back(event).is_err() {
+            self.overflows = self.overflows.saturating_add(1);
+        }
+    }
+
+    /// The next command, in order.
+    pub fn pop_command(&mut self) -> Option<(Bus, BusCommand)> {
+        self.commands.pop_front()
+    }
+
+    /// The bus of the next command.
+    pub fn next_bus(&self) -> Option<Bus> {
+        self.commands.front().map(|(bus, _)| *bus)
+    }
+
+    /// The next event, in order.
+    pub fn pop_event(&mut self) -> Option<E> {
+        self.events.pop_front()
+    }
+
+    /// Frames for `bus` lost since the last call because this outbox was full.
+    pub fn take_unsent(&mut self, bus: Bus) -> u16 {
+        core::mem::take(&mut self.unsent[bus])
+    }
+
+    /// Commands and events lost since the last call because this outbox was full.
+    pub fn take_overflows(&mut self) -> u32 {
+        core::mem::take(&mut self.overflows)
+    }
+}
+
+impl<E> Default for Outbox<E> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,116 @@
+//! Objects that ECSS-E-ST-50-15C adds to CANopen: redundancy, time, health of both buses, self-test.
+
+use crate::link::port::Health;
+use crate::node::Counters;
+use crate::od::{Objects, Record};
+use crate::redundancy::Redundancy;
+use crate::time::{ScetGet, ScetSet};
+
+/// The objects 2000h to 203Fh of every node.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct Spacecraft {
+    /// Redundancy
+    #[object(0x2000, record)]
+    pub redundancy: Redundancy,
+    /// Local SCET set
+    #[object(0x2010, record)]
+    pub scet_set: ScetSet,
+    /// Local SCET get
+    #[object(0x2011, record)]
+    pub scet_get: ScetGet,
+    /// Health of the nominal bus
+    #[object(0x2020, record)]
+    pub health_nominal: BusHealth,
+    /// Health of the redundant bus
+    #[object(0x2021, record)]
+    pub health_redundant: BusHealth,
+    /// Self-test start
+    ///
+    /// Written with 1 it starts (ECSS 6.7b).
+    #[object(0x2030, wo, low = 1, high = 1)]
+    pub self_test_start: u8,
+    /// Self-test result
+    #[object(0x2031, record)]
+    pub self_test: SelfTest,
+}
+
+/// Error state, error counters and lost frames of a bus (ECSS 5.6.2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct BusHealth {
+    /// Error state
+    ///
+    /// 0 error active, 1 error passive, 2 bus-off.
+    #[sub(1, ro, pdo)]
+    pub state: u8,
+    /// Transmit error counter
+    #[sub(2, ro, pdo)]
+    pub tec: u8,
+    /// Receive error counter
+    #[sub(3, ro, pdo)]
+    pub rec: u8,
+    /// Last error
+    ///
+    /// 0 none, 1 stuff, 2 form, 3 acknowledgement, 4 bit recessive, 5 bit dominant, 6 CRC.
+    #[sub(4, ro, pdo)]
+    pub last_error: u8,
+    /// Frames received
+    #[sub(5, ro, pdo)]
+    pub received: u32,
+    /// Frames sent
+    #[sub(6, ro, pdo)]
+    pub sent: u32,
+    /// Frames lost in reception
+    #[sub(7, ro, pdo)]
+    pub lost: u16,
+    /// Malformed frames
+    #[sub(8, ro, pdo)]
+    pub malformed: u16,
+    /// Frames ignored
+    #[sub(9, ro, pdo)]
+    pub ignored: u16,
+    /// Frames not sent
+    #[sub(10, ro, pdo)]
+    pub failed: u16,
+}
+
+impl BusHealth {
+    /// As the node has it.
+    pub fn new(health: &Health, counters: &Counters) -> BusHealth {
+        BusHealth {
+            state: health.state as u8,
+            tec: health.tec,
+            rec: health.rec,
+            last_error: health.last_error as u8,
+            received: counters.received,
+            sent: counters.sent,
+            lost: counters.lost,
+            malformed: counters.malformed,
+            ignored: counters.ignored,
+            failed: counters.failed(),
+        }
+    }
+}
+
+/// The built-in self-test (ECSS 6.7c).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct SelfTest {
+    /// Progress
+    ///
+    /// 0 never run, 1 running, 2 passed, 3 failed.
+    #[sub(1, ro, pdo)]
+    pub progress: u8,
+    /// Failures
+    ///
+    /// A bit for each check that failed.
+    #[sub(2, ro, pdo)]
+    pub failures: u32,
+}
+
+impl SelfTest {
+    /// Value of the progress: it runs.
+    pub const RUNNING: u8 = 1;
+    /// Value of the progress: no check failed.
+    pub const PASSED: u8 = 2;
+    /// Value of the progress: some check failed.
+    pub const FAILED: u8 = 3;
+}

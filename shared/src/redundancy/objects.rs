@@ -1,0 +1,26 @@
+//! Object 2000h.
+
+use crate::od::Record;
+
+/// Redundancy parameters (2000h, ECSS 8.3.1).
+///
+/// Written by SDO only, which the redundancy hears of; a PDO would change no more than the value here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Redundancy {
+    /// Bdefault
+    ///
+    /// 0 nominal, 1 redundant.
+    #[sub(1, rwr, pdo)]
+    pub bdefault: u8,
+    /// Ttoggle
+    ///
+    /// Consumer times.
+    #[sub(2, rw)]
+    pub ttoggle: u8,
+    /// Ntoggle
+    #[sub(3, rw)]
+    pub ntoggle: u8,
+    /// Ctoggle
+    #[sub(4, rwr, pdo)]
+    pub ctoggle: u8,
+}
