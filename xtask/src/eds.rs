@@ -8,10 +8,9 @@ use clap::Args;
 use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Network};
 use ecss_can::node::{Master, MasterDictionary, NodeObjects};
 use ecss_can::profile;
-use ecss_can::profile::mission;
-use ecss_can::profile::mission::MissionObjects;
 use ecss_can::types::NodeId;
 use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
+use mission::MissionObjects;
 
 use crate::firmware::Profile;
 use crate::output;
@@ -109,8 +108,8 @@ fn commissioning(node: NodeId, name: String, profile: &profile::Profile) -> Comm
 
 fn numbers(profile: Profile) -> &'static profile::Profile {
     match profile {
-        Profile::Librecube => &profile::LIBRECUBE,
-        Profile::Standard => &profile::STANDARD,
+        Profile::Librecube => &mission::LIBRECUBE,
+        Profile::Standard => &mission::STANDARD,
     }
 }
 

@@ -15,9 +15,9 @@ use crate::application::Application;
 use crate::tasks;
 
 #[cfg(feature = "librecube")]
-pub const PROFILE: &Profile = &ecss_can::profile::LIBRECUBE;
+pub const PROFILE: &Profile = &mission::LIBRECUBE;
 #[cfg(not(feature = "librecube"))]
-pub const PROFILE: &Profile = &ecss_can::profile::STANDARD;
+pub const PROFILE: &Profile = &mission::STANDARD;
 
 /// Selective slaves that would give up before the master has tried both buses fail the build here.
 const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);

@@ -12,11 +12,11 @@ use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{MasterEvent, MasterRequest, SelfTest};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
-use ecss_can::profile::mission::{Command, Request};
 use ecss_can::runner::{AppLink, Telltale};
 use ecss_can::time::Clock;
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
+use mission::{Command, Request};
 
 use crate::app::{Node, Raw};
 use schedule::{SLAVES, Schedule, Turn, slot};

@@ -6,22 +6,22 @@ use boards::{Board, TELLTALE};
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
 use ecss_can::node::{Filters, Slave, SlaveEvent};
-use ecss_can::profile::mission::MissionObjects;
-use ecss_can::profile::{Profile, mission};
+use ecss_can::profile::Profile;
 use ecss_can::runner::{AppLink, Links, NodeCell};
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{Bus, NodeId};
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::once_lock::OnceLock;
+use mission::MissionObjects;
 
 use crate::application::Application;
 use crate::tasks;
 
 #[cfg(feature = "librecube")]
-pub const PROFILE: &Profile = &ecss_can::profile::LIBRECUBE;
+pub const PROFILE: &Profile = &mission::LIBRECUBE;
 #[cfg(not(feature = "librecube"))]
-pub const PROFILE: &Profile = &ecss_can::profile::STANDARD;
+pub const PROFILE: &Profile = &mission::STANDARD;
 
 /// Selective slaves that would give up before the master has tried both buses fail the build here.
 const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);

@@ -6,11 +6,11 @@ use boards::{Leds, Uptime};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{SelfTest, Slave, SlaveEvent};
 use ecss_can::pdo::Message;
-use ecss_can::profile::mission::{
-    COMMANDED_VALUE, Command, Declined, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
-};
 use ecss_can::runner::Telltale;
 use ecss_can::time::Clock;
+use mission::{
+    COMMANDED_VALUE, Command, Declined, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+};
 
 use crate::app::{Link, Node, PROFILE};
 

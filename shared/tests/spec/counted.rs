@@ -2,10 +2,11 @@
 //!
 //! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3, dwell 1000 ms.
 
-use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Action, Manager, Parameters, SwitchCause};
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Bus, NmtState};
+use mission::{LIBRECUBE, STANDARD};
 
 use crate::bench::{NOMINAL, REDUNDANT, ms, node, span};
 use crate::manager::{ALONE, PARAMETERS, decisions, hear, started, switched, unassigned};

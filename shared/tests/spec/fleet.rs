@@ -7,9 +7,10 @@ use ecss_can::node::{
     BusCommand, FailCause, Filters, LinkEvent, Master, MasterEvent, MasterRequest, Node, SlaveEvent,
 };
 use ecss_can::pdo::Message;
-use ecss_can::profile::{LIBRECUBE, Profile, STANDARD, mission};
+use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, Frame, Instant, NmtState, NodeId, PerBus};
+use mission::{LIBRECUBE, STANDARD};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, stamp};
 use crate::slave::TestSlave;

@@ -4,8 +4,9 @@
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{Master, MasterEvent, MasterRequest};
-use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
+use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::master_device::{BOOTS_TWO, powered, read};

@@ -5,9 +5,10 @@ use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, FailCause, Master, MasterEvent, MasterRequest, RefusalCause, Status};
 use ecss_can::pdo::Message;
-use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, CobId, NmtState, Scet};
+use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
 

@@ -2,8 +2,9 @@
 
 use ecss_can::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
 use ecss_can::node::{Master, MasterEvent, SelfTest};
-use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Address, NmtState, NodeId};
+use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 

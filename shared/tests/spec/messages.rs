@@ -4,9 +4,9 @@ use ecss_can::link::StampSource;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{Counters, Status};
 use ecss_can::pdo::Message;
-use ecss_can::profile::STANDARD;
-use ecss_can::profile::mission::{Command, Declined, Request, SlaveRecord, Telemetry};
 use ecss_can::types::{Bus, CobId, NmtState, PerBus, Scet};
+use mission::STANDARD;
+use mission::{Command, Declined, Request, SlaveRecord, Telemetry};
 
 use crate::bench::{frame, ms, node, span};
 

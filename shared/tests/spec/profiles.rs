@@ -2,10 +2,10 @@
 
 use ecss_can::node::{Communication, NodeObjects};
 use ecss_can::od::checked::find;
-use ecss_can::profile::mission::MissionObjects;
-use ecss_can::profile::{LIBRECUBE, STANDARD};
 use ecss_can::redundancy::{Access, Parameters};
 use ecss_can::types::Address;
+use mission::MissionObjects;
+use mission::{LIBRECUBE, STANDARD};
 
 use crate::bench::{node, span};
 

@@ -4,9 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use ecss_can::nmt::Command;
 use ecss_can::node::SlaveEvent;
-use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::profile::Profile;
 use ecss_can::store::{Retained, RetainedMemory};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
+use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 use crate::device::fixture::{Memory, done, refused, write_on};

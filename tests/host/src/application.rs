@@ -9,13 +9,13 @@ use can_wire::time::Time;
 use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
 use ecss_can::pdo::{Message, Sequence};
 use ecss_can::profile::Profile;
-use ecss_can::profile::mission::{
-    Command, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
-};
 use ecss_can::runner::{AppLink, NodeCell};
 use ecss_can::time::Clock;
 use ecss_can::types::{Duration, Instant, NodeId};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use mission::{
+    Command, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+};
 
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};

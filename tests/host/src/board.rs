@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex};
 
 use ecss_can::link::port::CanPort;
 use ecss_can::node::{Filters, Master, MasterRequest, Node};
-use ecss_can::profile::{Profile, mission};
+use ecss_can::profile::Profile;
 use ecss_can::runner::{AppLink, Links, NodeCell, Telltale, bus_task, node_task};
 use ecss_can::store::RetainedMemory;
 use ecss_can::types::{Bus, CobId, NodeId, PerBus};

@@ -2,8 +2,8 @@
 
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, SlaveEvent};
-use ecss_can::profile::mission::Command;
 use ecss_can::types::NodeId;
+use mission::Command;
 
 /// One entry, in the order of time.
 #[derive(Clone, Copy, Debug, PartialEq)]

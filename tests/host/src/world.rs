@@ -12,9 +12,9 @@ use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
 use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
 use ecss_can::profile::Profile;
-use ecss_can::profile::mission::{Command, MissionObjects, Request};
 use ecss_can::runner::Telltale;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus};
+use mission::{Command, MissionObjects, Request};
 
 use crate::application::MasterCell;
 use crate::board::Board;

@@ -9,8 +9,8 @@ use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, Communication, LinkEvent, Node, Outbox, Slave, SlaveEvent, Status};
 use ecss_can::od::Domain;
 use ecss_can::pdo::Mapping;
-use ecss_can::profile::STANDARD;
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId};
+use mission::STANDARD;
 
 use crate::objects::{Application, BLOCK, NODE, communication};
 

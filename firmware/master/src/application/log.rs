@@ -4,8 +4,8 @@ use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::MasterEvent;
-use ecss_can::profile::mission::Telemetry;
 use ecss_can::types::NodeId;
+use mission::Telemetry;
 
 pub fn event(event: &MasterEvent) {
     match event {

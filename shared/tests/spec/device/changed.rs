@@ -4,8 +4,8 @@ use ecss_can::link::port::Filter;
 use ecss_can::node::{BusCommand, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::pdo::Mapping;
-use ecss_can::profile::mission::COMMANDED_VALUE;
 use ecss_can::types::{Address, Bus, CobId, NmtState, Scet};
+use mission::COMMANDED_VALUE;
 
 use super::fixture::{operational, payloads, powered};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node};
@@ -17,7 +17,7 @@ const VALUE: u32 = 0x6210_0020;
 fn change(
     slave: &mut Bench<TestSlave>,
     at: (u16, u8),
-    change: impl FnOnce(&mut ecss_can::node::NodeObjects<ecss_can::profile::mission::MissionObjects<Vec<u8>>>),
+    change: impl FnOnce(&mut ecss_can::node::NodeObjects<mission::MissionObjects<Vec<u8>>>),
 ) {
     slave.touch(|slave, now| {
         change(slave.objects_mut());

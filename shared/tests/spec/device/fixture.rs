@@ -4,9 +4,10 @@ use std::sync::{Arc, Mutex};
 
 use ecss_can::node::Slave;
 use ecss_can::od::Objects;
-use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::profile::Profile;
 use ecss_can::store::{ParameterStore, StoreError};
 use ecss_can::types::{Bus, Instant};
+use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, node, span};
 use crate::slave::TestSlave;

@@ -4,8 +4,9 @@ use ecss_can::link::port::Filter;
 use ecss_can::node::{BusCommand, Communication, Slave, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE, Objects};
 use ecss_can::pdo::Mapping;
-use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, CobId, NodeId};
+use mission::STANDARD;
 
 use super::fixture::{NO_INHIBIT, done, errors, payloads, read, refused, write, write_all};
 use crate::bench::{Bench, NOMINAL, node};

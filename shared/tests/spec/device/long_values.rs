@@ -2,8 +2,8 @@
 
 use ecss_can::node::{Communication, Slave};
 use ecss_can::od::{Domain, Objects, OctetString, VisibleString};
-use ecss_can::profile::STANDARD;
 use ecss_can::store::ParameterStore;
+use mission::STANDARD;
 
 use super::fixture::{Memory, ask, done, download, errors, refused, write};
 use crate::bench::{Bench, node};

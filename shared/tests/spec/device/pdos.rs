@@ -3,9 +3,10 @@
 use ecss_can::link::port::{Filter, Health};
 use ecss_can::node::{BusCommand, NodeObjects, SlaveEvent};
 use ecss_can::od::Objects;
-use ecss_can::profile::mission::MissionObjects;
-use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, CobId, Duration, Scet};
+use mission::MissionObjects;
+use mission::STANDARD;
 
 use super::fixture::{
     done, operational, payloads, powered, read, run_with_master, write, write_all, write_on,

@@ -1,8 +1,9 @@
 //! Parameters that outlive a reset, and the configuration that was verified.
 
-use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::profile::Profile;
 use ecss_can::store::ParameterStore;
 use ecss_can::types::NmtState;
+use mission::STANDARD;
 
 use super::fixture::{
     Memory, NO_INHIBIT, done, errors, operational, payloads, powered, powered_with, read, refused, write,

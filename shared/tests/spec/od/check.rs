@@ -5,9 +5,9 @@ use std::cell::RefCell;
 use ecss_can::node::{Communication, Slave, SlaveEvent};
 use ecss_can::od::{Objects, VisibleString, checked};
 use ecss_can::pdo::Mapping;
-use ecss_can::profile::STANDARD;
 use ecss_can::types::AbortCode::{ParameterIncompatible, ReadOnly, TooLong, ValueRange, ValueTooHigh};
 use ecss_can::types::{AbortCode, Address, NodeId};
+use mission::STANDARD;
 
 use super::{at, read};
 use crate::bench::{Bench, NOMINAL, frame, node};

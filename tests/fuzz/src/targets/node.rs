@@ -2,9 +2,10 @@
 
 use ecss_can::link::Stamp;
 use ecss_can::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent};
-use ecss_can::profile::mission::MissionObjects;
-use ecss_can::profile::{Profile, STANDARD, mission};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
+use mission::MissionObjects;
+use mission::STANDARD;
 
 /// The node.
 pub const ID: NodeId = NodeId::of::<5>();

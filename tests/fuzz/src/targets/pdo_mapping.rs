@@ -2,8 +2,9 @@
 
 use ecss_can::node::Node;
 use ecss_can::pdo::Mapping;
-use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, Duration, NmtState};
+use mission::STANDARD;
 
 use super::node::{Bench, frame};
 use super::pdo_reference::{Dictionary, VALUES, bytes, is_equal, is_valid, least_bytes, pack, unpack};

@@ -4,8 +4,8 @@ use std::sync::LazyLock;
 
 use ecss_can::node::NodeObjects;
 use ecss_can::od::{Access, Objects, checked};
-use ecss_can::profile::mission::MissionObjects;
 use ecss_can::types::Address;
+use mission::MissionObjects;
 
 pub type Dictionary = NodeObjects<MissionObjects<Vec<u8>>>;
 

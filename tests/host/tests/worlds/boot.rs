@@ -4,9 +4,10 @@ use can_wire::time::Time;
 use ecss_can::boot::{AssignedSlave, BootError, BootPolicy, BootProgress, Difference, Expected, Setting};
 use ecss_can::nmt::{Command, Target};
 use ecss_can::node::{MasterEvent, MasterRequest};
-use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, Duration, NmtState, NodeId};
 use host_worlds::world::World;
+use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;
 

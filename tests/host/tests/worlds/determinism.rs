@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use ecss_can::profile::LIBRECUBE;
 use ecss_can::types::Bus;
 use host_worlds::world::World;
+use mission::LIBRECUBE;
 
 use crate::support::*;
 

@@ -4,12 +4,13 @@ use can_wire::fault::Fault;
 use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Health, LastError};
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
-use ecss_can::profile::mission::Command;
-use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::World;
+use mission::Command;
+use mission::STANDARD;
 
 use crate::support::*;
 

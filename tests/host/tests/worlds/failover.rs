@@ -2,12 +2,13 @@
 
 use can_wire::time::Time;
 use ecss_can::node::{BusCause, MasterEvent, MasterRequest};
-use ecss_can::profile::mission::Command;
-use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::World;
+use mission::Command;
+use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;
 

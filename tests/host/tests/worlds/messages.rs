@@ -3,11 +3,11 @@
 use can_wire::frame::{WireFrame, WireId};
 use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::node::{MasterEvent, RefusalCause};
-use ecss_can::profile::STANDARD;
-use ecss_can::profile::mission::{Command, Request, Telemetry};
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::World;
+use mission::STANDARD;
+use mission::{Command, Request, Telemetry};
 
 use crate::support::*;
 

@@ -3,11 +3,11 @@
 use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Health};
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
-use ecss_can::profile::STANDARD;
-use ecss_can::profile::mission::Command;
 use ecss_can::types::{Bus, NmtState, PerBus};
 use host_worlds::log::Happening;
 use host_worlds::world::{Sent, World};
+use mission::Command;
+use mission::STANDARD;
 
 use crate::support::*;
 

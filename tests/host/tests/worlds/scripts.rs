@@ -1,9 +1,10 @@
 //! Random faults: when all is healed, everybody ends operational on the bus of the master.
 
 use ecss_can::node::MasterRequest;
-use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NodeId};
 use host_worlds::world::World;
+use mission::STANDARD;
 use proptest::prelude::*;
 
 use crate::random::cases;

@@ -5,11 +5,11 @@ use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::node::MasterRequest;
-use ecss_can::profile::{LIBRECUBE, STANDARD};
 use ecss_can::runner::SdoClient;
 use ecss_can::sdo::{Error, Mode};
 use ecss_can::types::{AbortCode, Address, Bus};
 use host_worlds::world::World;
+use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;
 

@@ -3,9 +3,10 @@
 use can_wire::time::Time;
 use ecss_can::nmt::{Command, Target};
 use ecss_can::node::BusCause;
-use ecss_can::profile::{LIBRECUBE, Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::world::World;
+use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;
 

@@ -4,10 +4,11 @@ use can_wire::fault::{Effect, Fault, Nodes};
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::node::{BusCause, MasterEvent, SlaveEvent};
-use ecss_can::profile::{Profile, STANDARD};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::{NEXT_TO_MASTER_M, Sent, World};
+use mission::STANDARD;
 
 pub const MASTER: NodeId = NodeId::MASTER;
 pub const TWO: NodeId = NodeId::of::<2>();

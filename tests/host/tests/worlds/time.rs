@@ -2,9 +2,9 @@
 
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest};
-use ecss_can::profile::STANDARD;
 use ecss_can::types::{Bus, Scet};
 use host_worlds::world::{Sent, World};
+use mission::STANDARD;
 
 use crate::support::*;
 

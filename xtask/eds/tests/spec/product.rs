@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use ecss_can::node::NodeObjects;
-use ecss_can::profile::LIBRECUBE;
-use ecss_can::profile::mission::{MissionObjects, slave};
 use ecss_can::types::NodeId;
+use mission::LIBRECUBE;
+use mission::{MissionObjects, slave};
 
 use crate::content::compare_declared;
 use crate::ini::Ini;

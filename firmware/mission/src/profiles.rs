@@ -1,10 +1,13 @@
-//! The numbers of the LibreCube prototype of 2017.
+//! The two profiles of the mission.
 
-use super::{Profile, STANDARD};
-use crate::boot::{AssignedSlave, Expected, Setting};
-use crate::types::{Address, Duration, NodeId};
+use ecss_can::boot::{AssignedSlave, Expected, Setting};
+use ecss_can::profile::Profile;
+use ecss_can::types::{Address, Duration, NodeId};
 
-/// Heartbeat 250 ms, SYNC 5 s, time 10 s, a command and a telemetry request to each slave every 0.1 s. Slave 4 has
+/// The defaults: 1 Mbit/s, heartbeat and SYNC 100 ms, parallel access everywhere, no slave assigned.
+pub const STANDARD: Profile = Profile { name: "standard", ..Profile::DEFAULT };
+
+/// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s, a command and a telemetry request to each slave every 0.1 s. Slave 4 has
 /// selective access, so that both ways to fail over are seen. The master boots slaves 2 to 4, and waits for none of them.
 pub const LIBRECUBE: Profile = Profile {
     name: "librecube",

@@ -1,14 +1,7 @@
-//! A mission's numbers, once for both images, host worlds and documents.
-
-mod librecube;
-pub mod mission;
-mod standard;
-
-pub use librecube::LIBRECUBE;
-pub use standard::STANDARD;
+//! The numbers of a mission, the same for images, host worlds and documents.
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
-use crate::link::bit_timing::Network;
+use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
 use crate::redundancy::{Access, BusOffPolicy, Parameters};
 use crate::types::{Bus, CobId, Duration, NodeId};
 
@@ -62,6 +55,42 @@ pub struct Profile {
 }
 
 impl Profile {
+    /// 1 Mbit/s, heartbeat 100 ms, SYNC 100 ms; a slave changes the bus by itself after half a second and searches for
+    /// 25.5 s; parallel access everywhere; no slave assigned.
+    pub const DEFAULT: Profile = Profile {
+        name: "default",
+        network: Network {
+            bit_rate: BitRate::MBIT_1,
+            length: Metres(40),
+            node_delay: Network::NODE_DELAY,
+            oscillator_tolerance: PartsPerMillion(1_000),
+        },
+        heartbeat: Duration::from_millis(100),
+        consumer: Duration::from_millis(250),
+        bdefault: Bus::Nominal,
+        ttoggle: 2,
+        ntoggle: 50,
+        sync: Duration::from_millis(100),
+        time: Duration::from_millis(1_000),
+        command: Duration::from_millis(100),
+        telemetry: Duration::from_millis(100),
+        selective: &[],
+        silent_share: 50,
+        dwell: Duration::from_millis(10_000),
+        stamped: &[CobId::SYNC],
+        sdo_timeout: Duration::from_millis(500),
+        slaves: &[],
+        settings: &[],
+        boot: BootPolicy { time: Duration::from_millis(5_000), goes_on: false },
+        bus_off: BusOffPolicy {
+            pause: Duration::from_millis(10),
+            patience: Duration::from_millis(50),
+            attempts: 3,
+            window: Duration::from_millis(1_000),
+        },
+        autostart: false,
+    };
+
     /// What to change where [`Profile::is_search_long_enough`] says no.
     pub const SEARCH_TOO_SHORT: &'static str = "slaves with selective access give up before the master has tried both \
         buses: raise `ntoggle` until ttoggle x consumer x (ntoggle + 1) is at least two dwells, each the longer one of \
@@ -76,16 +105,16 @@ impl Profile {
     /// up before stays where it is (ECSS 8.3.3j), on a dead bus for ever. Assert it where a profile is declared:
     ///
     /// ```
-    /// use ecss_can::profile::{Profile, STANDARD};
-    /// const MISSION: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<4>()], ..STANDARD };
+    /// use ecss_can::profile::Profile;
+    /// const MISSION: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<4>()], ..Profile::DEFAULT };
     /// const _: () = assert!(MISSION.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
     /// ```
     ///
     /// A search of 5.5 s does not compile:
     ///
     /// ```compile_fail,E0080
-    /// # use ecss_can::profile::{Profile, STANDARD};
-    /// const SHORT: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<4>()], ntoggle: 10, ..STANDARD };
+    /// # use ecss_can::profile::Profile;
+    /// const SHORT: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<4>()], ntoggle: 10, ..Profile::DEFAULT };
     /// const _: () = assert!(SHORT.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
     /// ```
     pub const fn is_search_long_enough(&self) -> bool {

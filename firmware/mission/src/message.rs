@@ -1,24 +1,15 @@
-//! Commands and telemetry of the demonstration mission.
+//! Commands and telemetry.
 //!
 //! One code per command and per telemetry request; telemetry repeats the code of its request. Numbers little-endian.
 //!
 //! A command is 8 bytes: a code (2 bytes), data (5), a sequence (1). The master steps the sequence with each command to a
 //! slave, and the slave executes a command once, however often CAN delivers it: see
-//! [`RepeatFilter`](crate::pdo::RepeatFilter). A telemetry request needs its code only: 2 to 8 bytes, zero behind the code.
+//! [`RepeatFilter`](ecss_can::pdo::RepeatFilter). A telemetry request needs its code only: 2 to 8 bytes, zero behind the code.
 
-mod objects;
-mod record;
-
-pub use objects::{
-    COMMANDED_VALUE, MissionObjects, Outgoing, REQUEST_RPDO, Samples, TELECOMMAND_RPDO, TELEMETRY_TPDO,
-    TIME_RPDO, TIME_TPDO, Telecommand, TelemetryRequest, slave,
-};
-pub use record::{Declined, SlaveRecord};
-
-use crate::link::StampSource;
-use crate::link::port::{ErrorState, Health, LastError};
-use crate::pdo::Message;
-use crate::types::Bus;
+use ecss_can::link::StampSource;
+use ecss_can::link::port::{ErrorState, Health, LastError};
+use ecss_can::pdo::Message;
+use ecss_can::types::Bus;
 
 const SET_LED: u16 = 0x0001;
 const SET_VALUE: u16 = 0x0002;
@@ -48,7 +39,7 @@ pub enum Command {
 }
 
 impl Command {
-    /// The message on the bus. `sequence`: of the master's [`Sequence`](crate::pdo::Sequence) for this slave.
+    /// The message on the bus. `sequence`: of the master's [`Sequence`](ecss_can::pdo::Sequence) for this slave.
     pub fn encode(self, sequence: u8) -> Message {
         let (code, [a, b, c, d]) = match self {
             Command::SetLed(on) => (SET_LED, [u8::from(on), 0, 0, 0]),

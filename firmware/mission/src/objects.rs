@@ -1,13 +1,13 @@
 //! Objects of the demonstration mission's slaves, and how their PDOs carry them.
 
-use crate::node::{Communication, Identity, Slave};
-use crate::od::{
+use ecss_can::node::{Communication, Identity, Slave};
+use ecss_can::od::{
     Domain, I24, I40, I48, I56, NO_REMOTE, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40,
     U48, U56, UnicodeString, VisibleString,
 };
-use crate::pdo::{Mapping, Message};
-use crate::profile::Profile;
-use crate::types::{Address, CobId, NodeId};
+use ecss_can::pdo::{Mapping, Message};
+use ecss_can::profile::Profile;
+use ecss_can::types::{Address, CobId, NodeId};
 
 /// The value set by command.
 pub const COMMANDED_VALUE: Address = Address::new(0x6210, 0);

@@ -1,11 +1,11 @@
 //! What a slave of the mission keeps beside its node.
 
-use super::{Command, Request, Telemetry};
-use crate::link::StampSource;
-use crate::node::Status;
-use crate::pdo::{Message, RepeatFilter};
-use crate::profile::Profile;
-use crate::types::Instant;
+use crate::{Command, Request, Telemetry};
+use ecss_can::link::StampSource;
+use ecss_can::node::Status;
+use ecss_can::pdo::{Message, RepeatFilter};
+use ecss_can::profile::Profile;
+use ecss_can::types::Instant;
 
 /// State that commands change and telemetry reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
