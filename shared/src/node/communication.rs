@@ -8,7 +8,7 @@ use crate::pdo::{Mapping, PdoMapping, RpdoParameters, TpdoParameters};
 use crate::types::{CobId, NodeId};
 
 /// The communication profile of a node with `R` receive PDOs and `T` transmit PDOs, at most 512 of each. `M` is how they
-/// are mapped: [`PdoMapping`] or [`StaticMapping`].
+/// are mapped: [`PdoMapping`] or [`StaticMapping`](crate::pdo::StaticMapping).
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = PdoMapping> {
     /// Device type

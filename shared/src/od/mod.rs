@@ -6,7 +6,8 @@
 //! device decides.
 //!
 //! ```
-//! use ecss_can::od::{AbortCode, Address, Objects, Record, U24, checked};
+//! use ecss_can::od::{Objects, Record, U24, checked};
+//! use ecss_can::types::{AbortCode, Address};
 //!
 //! /// A star tracker.
 //! #[derive(Objects)]
