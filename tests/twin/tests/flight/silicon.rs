@@ -1,5 +1,6 @@
 //! What boards meet and a core with ideal memory does not: a broken oscillator, a probe that is pulled, slow flash.
 
+use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::board::{Fittings, FlashTiming};
 use twin::bxcan::Side;
@@ -26,7 +27,7 @@ fn board_without_oscillator_stays_silent_and_says_so() {
         craft.fly_to(1_200);
         assert!(
             craft.said(broken.node, "HSE does not start", ms(20)).is_some(),
-            "{}",
+            "{model:?} says nothing of it, but: {:?}",
             craft.log(broken.node)
         );
         assert!(craft.is_operational(slave.node, Bus::Nominal), "the others fly");
@@ -47,22 +48,46 @@ fn board_without_oscillator_stays_silent_and_says_so() {
     }
 }
 
+/// Where the program writes next in the buffer of its log: up channel 0 of the RTT control block.
+fn log_index(craft: &Craft, node: u8) -> u32 {
+    const WRITE: u32 = 36;
+    let board = craft.twin.board(craft.board(node));
+    let block = board.symbol("_SEGGER_RTT").unwrap();
+    let bytes = board.read_memory(block.address + WRITE, 4).unwrap();
+    u32::from_le_bytes(bytes.try_into().unwrap())
+}
+
 /// Given a probe that had the log in blocking mode, when it is pulled and the log overflows, then the boards fly on.
 #[test]
 fn pulled_probe_stops_no_board() {
+    const BUFFER: u32 = 1024;
     let mut craft = Craft::new(&MASTER_AND_THREE);
+    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
     craft.fly_to(1_000);
     for node in [1, 2] {
         let id = craft.board(node);
         craft.twin.board_mut(id).pull_probe();
     }
-    // Each reset makes both say more than a line; the buffer holds 1 KiB.
-    for n in 0..20 {
-        craft.twin.reset(craft.board(3));
-        craft.fly_to(1_000 + 400 * (n + 1));
+    // The master logs each emergency, the slave each telemetry request with a code that it does not know.
+    for at in (1_001..3_000).step_by(5) {
+        craft.twin.inject(guest, ms(at), WireFrame::standard(0x085, &[0, 0x10, 1, 0, 0, 0, 0, 0]));
+        craft.twin.inject(guest, ms(at), WireFrame::standard(0x402, &[0xFF, 0xFF, 0, 0, 0, 0, 0, 0]));
     }
-    assert!(craft.is_operational(2, Bus::Nominal), "a slave");
-    assert!(craft.is_operational(3, Bus::Nominal), "the master has started it");
+    let mut logged = [0; 2];
+    let mut index = [1, 2].map(|node| log_index(&craft, node));
+    for until in (1_050..=3_500).step_by(50) {
+        craft.fly_to(until);
+        for (n, node) in [1, 2].into_iter().enumerate() {
+            let next = log_index(&craft, node);
+            logged[n] += (next + BUFFER - index[n]) % BUFFER;
+            index[n] = next;
+        }
+    }
+    assert!(craft.is_operational(2, Bus::Nominal), "master and slave stand after {logged:?} bytes");
+    assert!(logged.iter().all(|bytes| *bytes > BUFFER), "no overflow after {logged:?} bytes");
+    let executed = craft.executed(2);
+    craft.fly_to(4_500);
+    assert!(craft.executed(2) - executed >= 9, "the master sends a command every 100 ms");
     craft.assert_sound();
 }
 
