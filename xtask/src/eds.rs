@@ -12,8 +12,8 @@ use ecss_can::types::NodeId;
 use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
 use mission::MissionObjects;
 
-use crate::firmware::Profile;
-use crate::output;
+use support::board::Profile;
+use support::output;
 
 /// Node-IDs of slaves.
 const SLAVES: RangeInclusive<u8> = 2..=127;
@@ -48,7 +48,7 @@ pub struct Options {
 /// # Errors
 /// When a file cannot be written, or is not current.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join("eds");
+    let docs = support::project::path("docs/eds");
     let out = options.out.as_ref().unwrap_or(&docs);
     let files = files(options)?;
     if options.check {

@@ -1,10 +1,10 @@
 //! `cargo xtask firmware`: both images, where they are and how big.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 
-use crate::board::Board;
-use crate::elf::{Facts, Size};
-use crate::output;
+use support::board::{Board, Profile};
+use support::elf::{Facts, Size};
+use support::output;
 
 /// Command line of `firmware`.
 #[derive(Args, Debug)]
@@ -16,25 +16,6 @@ pub struct Options {
     /// Mission profile to build with
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
     profile: Profile,
-}
-
-/// A mission profile that the firmware knows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Profile {
-    /// Numbers of the LibreCube prototype of 2017
-    Librecube,
-    /// Our defaults for ECSS-E-ST-50-15C
-    Standard,
-}
-
-impl Profile {
-    /// Its name: cargo feature, command line, summary.
-    pub fn name(self) -> &'static str {
-        match self {
-            Profile::Librecube => "librecube",
-            Profile::Standard => "standard",
-        }
-    }
 }
 
 /// Builds both images, prints paths and sizes.

@@ -10,9 +10,9 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
-use crate::board::Board;
-use crate::firmware::Profile;
-use crate::misuse::Misuse;
+use support::board::Board;
+use support::board::Profile;
+use support::misuse::Misuse;
 
 /// The program that writes to a board.
 const PROBE_RS: &str = "probe-rs";
@@ -142,5 +142,5 @@ fn replace_by(mut program: Command) -> anyhow::Result<()> {
 fn replace_by(mut program: Command) -> anyhow::Result<()> {
     let status = program.status().context("cannot run probe-rs")?;
     let code = status.code().and_then(|code| u8::try_from(code).ok()).unwrap_or(1);
-    if code == 0 { Ok(()) } else { Err(crate::output::Silently(code).into()) }
+    if code == 0 { Ok(()) } else { Err(support::output::Silently(code).into()) }
 }

@@ -5,26 +5,16 @@
 
 #![forbid(unsafe_code)]
 
-mod bench;
-mod board;
-mod demo;
 mod eds;
-mod elf;
 mod firmware;
 mod flash;
-mod misuse;
-mod output;
 mod pictures;
-mod project;
-mod stop;
-mod telltale;
-mod twin;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
-use misuse::Misuse;
-use output::Silently;
+use clap::{CommandFactory, Parser, Subcommand};
+use support::misuse::Misuse;
+use support::output::{self, Silently};
 
 /// Build, fly and inspect the dual-bus spacecraft.
 #[derive(Parser)]
@@ -39,7 +29,7 @@ enum Command {
     /// Fly the real firmware on emulated boards: cut the nominal bus, watch the fail-over
     Demo(demo::Options),
     /// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C
-    Twin(twin::Options),
+    Twin(live::Options),
     /// Build both firmware images and print where they are and how big
     Firmware(firmware::Options),
     /// Build an image, write it to a board with probe-rs and show its log
@@ -62,7 +52,7 @@ fn end(failure: &anyhow::Error) -> ExitCode {
         return ExitCode::from(code);
     }
     if let Some(misuse) = failure.downcast_ref::<Misuse>() {
-        misuse.exit();
+        misuse.exit(Cli::command());
     }
     output::complain(format_args!("{failure:#}"));
     ExitCode::FAILURE
@@ -71,7 +61,7 @@ fn end(failure: &anyhow::Error) -> ExitCode {
 fn main() -> ExitCode {
     let outcome = match Cli::parse().command {
         Command::Demo(options) => demo::run(&options),
-        Command::Twin(options) => twin::run(&options),
+        Command::Twin(options) => live::run(&options),
         Command::Firmware(options) => firmware::run(&options),
         Command::Flash(options) => flash::run(&options),
         Command::Bench(options) => bench::run(&options),

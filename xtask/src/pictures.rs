@@ -1,7 +1,5 @@
 //! `cargo xtask pictures`: the waveforms of the documentation, taken from a simulated bus.
 
-use std::path::Path;
-
 use anyhow::Context;
 use can_wire::fault::{Fault, Flip, Nodes, Place};
 use can_wire::frame::WireFrame;
@@ -83,11 +81,11 @@ impl Scene {
 
 /// Writes all of them.
 pub fn run() -> anyhow::Result<()> {
-    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs");
+    let docs = support::project::path("docs");
     for scene in scenes() {
         let path = docs.join(scene.file);
         std::fs::write(&path, scene.render()?).with_context(|| format!("writing {}", path.display()))?;
-        crate::output::line(path.display())?;
+        support::output::line(path.display())?;
     }
     Ok(())
 }
@@ -99,7 +97,7 @@ mod tests {
     #[test]
     fn the_pictures_of_the_documentation_are_what_the_wire_does() {
         for scene in scenes() {
-            let path = Path::new(env!("CARGO_MANIFEST_DIR")).with_file_name("docs").join(scene.file);
+            let path = support::project::path("docs").join(scene.file);
             let committed = std::fs::read_to_string(&path).unwrap_or_default();
             let is_current = committed.replace("\r\n", "\n") == scene.render().unwrap();
             assert!(is_current, "docs/{} is not current: run `cargo xtask pictures`", scene.file);

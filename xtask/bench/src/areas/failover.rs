@@ -1,0 +1,147 @@
+//! How long the spacecraft is without commands when a bus is cut, in flights of the demo's master and slaves.
+//!
+//! * Near cut: between the master and everybody else. Partial cut: behind the slave next to the master, so that most
+//!   slaves are lost. Each is flown with the cut at several moments of the heartbeat period; the worst counts.
+//! * Detection: from the cut to the end of the master's first frame on the other bus.
+//! * Command gap: from there to the end of the first command there. Outage: both. In a partial cut commands to the slave
+//!   that was not lost never stopped, so none is overdue at the switch; the bound is on the outage.
+//! * Selective access: from the end of the last heartbeat that reached slave 4 on the cut bus to the end of its own
+//!   first frame on the other one; in the flight of `cargo demo`.
+
+use anyhow::Context as _;
+use can_wire::time::Time;
+
+use super::Area;
+use crate::context::{Context, milliseconds};
+use crate::row::Row;
+use demo::flight::Flight;
+use demo::message::Message;
+use demo::plan::Plan;
+use demo::record::{MASTER, Node, Seen};
+
+pub const AREA: Area = Area { name: "failover", about: "from a cut to commands on the other bus", measure };
+
+/// Of the profile `librecube`: heartbeat and consumer time, Ttoggle.
+const HEARTBEAT_MS: f64 = 250.0;
+const CONSUMER_MS: f64 = 2500.0;
+const TTOGGLE: f64 = 5.0;
+
+/// What the master may take on top of a heartbeat period, and from detection to commands.
+const MARGIN_MS: f64 = 5.0;
+const COMMAND_GAP_MS: f64 = 10.0;
+
+/// How exactly a slave with selective access must change the bus, percent.
+const SELECTIVE_PERCENT: f64 = 5.0;
+
+/// The slave with selective access.
+const SELECTIVE: Node = 4;
+
+/// Moments of the cut: all are operational, and they are spread over a heartbeat period.
+const CUTS_MS: [u64; 5] = [2000, 2050, 2100, 2150, 2200];
+
+/// How long is flown after the cut: longer than detection may take.
+const NEAR_MS: u64 = 500;
+const PARTIAL_MS: u64 = 3500;
+
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+    let near = worst(context, Plan::default().cut.context("the demo has a cut")?.position_m, NEAR_MS)?;
+    let partial = worst(context, behind_the_first_slave(&Plan::default()), PARTIAL_MS)?;
+    let selective = selective(context.demo()?).context("slave 4 never came to the other bus")?;
+    let exact = TTOGGLE * CONSUMER_MS;
+    let deviation = 100.0 * (selective - exact).abs() / exact;
+    let limit = HEARTBEAT_MS + MARGIN_MS;
+    Ok(vec![
+        Row::lower("near_cut_detection", near.detection, "ms").within(limit),
+        Row::lower("near_cut_command_gap", near.command_gap, "ms").within(COMMAND_GAP_MS),
+        Row::lower("partial_cut_detection", partial.detection, "ms").within(limit + CONSUMER_MS),
+        Row::lower("partial_cut_command_gap", partial.command_gap, "ms"),
+        Row::lower("partial_cut_outage", partial.outage, "ms").within(limit + COMMAND_GAP_MS + CONSUMER_MS),
+        Row::lower("selective_access", selective, "ms"),
+        Row::lower("selective_access_deviation", deviation, "percent").within(SELECTIVE_PERCENT),
+    ])
+}
+
+/// Milliseconds.
+struct FailOver {
+    detection: f64,
+    command_gap: f64,
+    outage: f64,
+}
+
+/// The longest times of flights with a cut at this place.
+fn worst(context: &Context, position_m: f64, flown_on_ms: u64) -> anyhow::Result<FailOver> {
+    let mut worst = FailOver { detection: 0.0, command_gap: 0.0, outage: 0.0 };
+    for at in CUTS_MS {
+        let mut plan = Plan { end: Time::from_ms(at + flown_on_ms), ..Plan::default() };
+        if let Some(cut) = &mut plan.cut {
+            (cut.at, cut.position_m) = (Time::from_ms(at), position_m);
+        }
+        let flight = context.fly(plan)?;
+        let FailOver { detection, command_gap, outage } = fail_over(&flight)
+            .with_context(|| format!("no fail-over within {flown_on_ms} ms of a cut at {at} ms"))?;
+        worst.detection = worst.detection.max(detection);
+        worst.command_gap = worst.command_gap.max(command_gap);
+        worst.outage = worst.outage.max(outage);
+    }
+    Ok(worst)
+}
+
+fn fail_over(flight: &Flight) -> Option<FailOver> {
+    let (cut, bus) = flight.cut()?;
+    let by_master = |(at, seen): &(Time, &Seen)| *at > cut && seen.bus == bus.other() && seen.from == MASTER;
+    let (detection, _) = flight.frames().find(by_master)?;
+    let (command, _) = flight.frames().find(|(at, seen)| {
+        by_master(&(*at, seen)) && matches!(Message::decode(&seen.frame), Some(Message::Telecommand { .. }))
+    })?;
+    Some(FailOver {
+        detection: milliseconds(detection.since(cut)),
+        command_gap: milliseconds(command.since(detection)),
+        outage: milliseconds(command.since(cut)),
+    })
+}
+
+/// From the last heartbeat on the cut bus to the first own frame on the other one, milliseconds.
+fn selective(flight: &Flight) -> Option<f64> {
+    let (cut, bus) = flight.cut()?;
+    let heartbeats = flight.frames().filter(|(_, seen)| {
+        let message = Message::decode(&seen.frame);
+        let heartbeat = matches!(message, Some(Message::Heartbeat { node: MASTER, .. }));
+        heartbeat && seen.bus == bus && seen.reached.contains(SELECTIVE)
+    });
+    let (last, _) = heartbeats.last()?;
+    let (back, _) =
+        flight.frames().find(|(at, seen)| *at > cut && seen.bus == bus.other() && seen.from == SELECTIVE)?;
+    Some(milliseconds(back.since(last)))
+}
+
+/// Halfway between the two slaves next to the master, metres.
+fn behind_the_first_slave(plan: &Plan) -> f64 {
+    let slaves = plan.boards.iter().filter(|board| board.node != MASTER);
+    let mut places: Vec<f64> = slaves.map(|board| board.position_m).collect();
+    places.sort_by(f64::total_cmp);
+    (places[0] + places[1]) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use demo::sample;
+
+    #[test]
+    fn times_are_taken_from_the_frames() {
+        // Cut at 20 s, the master's heartbeat on the other bus at 20.6 s, the next command in the grid of 100 ms at
+        // 20.605 s; its last heartbeat before the cut at 19.8 s, slave 4 back at 32.35 s.
+        let flight = sample::flight();
+        let FailOver { detection, command_gap, outage } = fail_over(&flight).unwrap();
+        assert_eq!([detection, command_gap, outage].map(f64::round), [600.0, 5.0, 605.0]);
+        assert_eq!(selective(&flight).map(f64::round), Some(12_550.0));
+    }
+
+    #[test]
+    fn most_slaves_are_behind_a_partial_cut() {
+        let plan = Plan::default();
+        let at = behind_the_first_slave(&plan);
+        let lost = plan.boards.iter().filter(|board| board.position_m > at).count();
+        assert_eq!(lost, plan.slaves().count() - 1);
+    }
+}

@@ -1,0 +1,46 @@
+//! Instructions of the host for one operation of a slave, as valgrind's callgrind counts them.
+//!
+//! Release build, frame in to response out or value in the dictionary, the program around it included: the difference
+//! between 100,000 repetitions and none. Targets are what the best public CANopen stack in C takes, measured in the same
+//! way, with static mapping and with variable mapping where it makes a difference there.
+
+use std::path::Path;
+
+use super::Area;
+use crate::callgrind;
+use crate::context::Context;
+use crate::row::Row;
+
+pub const AREA: Area =
+    Area { name: "instructions", about: "instructions of the host per operation of a slave", measure };
+
+const REPETITIONS: u64 = 100_000;
+
+/// Scenarios of the program in `xtask/instructions`, and the target of each. Those that are scattered, with values that do
+/// not lie in a row, have none of their own.
+const SCENARIOS: [(&str, Option<u64>); 12] = [
+    ("rpdo_static", Some(263)),
+    ("rpdo_variable", Some(565)),
+    ("sync_tpdo_static", Some(301)),
+    ("sync_tpdo_variable", Some(589)),
+    ("rpdo_scattered", None),
+    ("sync_tpdo_scattered", None),
+    ("sdo_upload", Some(341)),
+    ("sdo_download", Some(367)),
+    ("block_download_segment", Some(168)),
+    ("heartbeat_consumed", Some(209)),
+    ("peer_heartbeat_consumed", Some(209)),
+    ("irrelevant_frame", Some(67)),
+];
+
+fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
+    let program = callgrind::build("instructions")?;
+    SCENARIOS.into_iter().map(|(scenario, target)| row(&program, scenario, target)).collect()
+}
+
+fn row(program: &Path, scenario: &str, target: Option<u64>) -> anyhow::Result<Row> {
+    let count = |repetitions: u64| callgrind::count(program, &[scenario, &repetitions.to_string()]);
+    let operations = count(REPETITIONS)?.saturating_sub(count(0)?);
+    let row = Row::lower(scenario, operations as f64 / REPETITIONS as f64, "instructions");
+    Ok(target.map_or(row.clone(), |target| row.within(target)))
+}

@@ -1,0 +1,52 @@
+//! Interrupts of a controller whose bus is cut.
+//!
+//! A slave with selective access stays on its bus for 12.5 s after the master fell silent, and all the time it tries to
+//! send its heartbeat, which nobody acknowledges: thousands of attempts a second. They must not become interrupts. The
+//! image itself counts, in `TELLTALE`; the second that is looked at begins a second after the cut.
+
+use can_wire::time::Time;
+use twin::spacecraft::Bus;
+
+use super::Area;
+use crate::context::Context;
+use crate::rig::{MASTER_BEATS, Rig};
+use crate::row::Row;
+use support::board::Profile;
+
+pub const AREA: Area = Area { name: "irq", about: "interrupts of a controller on a cut bus", measure };
+
+/// The slave with selective access in the profile `librecube`.
+const SLAVE: u8 = 4;
+
+/// The guests are at 0 m, the slave is beyond.
+const CUT_AT_M: f64 = 1.0;
+
+/// When the bus is cut, and the second that counts.
+const CUT: Time = Time::from_ms(1000);
+const FROM: Time = Time::from_ms(2000);
+const TO: Time = Time::from_ms(3000);
+
+/// Ten for each of the four heartbeats in a second, each of which may be given up. The attempts are a hundred times as
+/// many.
+const TARGET: u64 = 40;
+
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+    let mut rig = Rig::new(context, Profile::Librecube, SLAVE)?;
+    for ms in (250..1000).step_by(250) {
+        rig.send(Bus::Nominal, Time::from_ms(ms), MASTER_BEATS);
+    }
+    rig.run_until(CUT)?;
+    rig.spacecraft.wire_mut(Bus::Nominal).cut(CUT_AT_M);
+    rig.run_until(FROM)?;
+    let before = rig.telltale()?.interrupts;
+    rig.run_until(TO)?;
+    let after = rig.telltale()?.interrupts;
+    let [transmit, receive, error] = [0, 1, 2].map(|kind| u64::from(after[kind] - before[kind]));
+    let unit = "interrupts_per_second";
+    Ok(vec![
+        Row::lower("cut_bus", transmit + receive + error, unit).within(TARGET),
+        Row::lower("cut_bus_transmit", transmit, unit),
+        Row::lower("cut_bus_receive", receive, unit),
+        Row::lower("cut_bus_error", error, unit),
+    ])
+}

@@ -1,0 +1,252 @@
+//! SDO block transfers with a slave against what the bus could carry.
+//!
+//! 20 kB of seeded random data go to a slave with its image on the twin and come back from it. A guest on the nominal bus
+//! is the client: it answers at once and always has the next segments at hand, so that all time beyond that of the frames
+//! is the slave's. Another guest plays the master, with heartbeat and SYNC; the slave sends its heartbeat and its PDOs.
+//!
+//! The limit is the time of the frames of a faultless transfer of this very payload, back to back: initiation, sub-blocks
+//! of 127 segments with an acknowledgement each, and end, every stuff bit and every intermission included.
+
+use anyhow::{Context as _, bail, ensure};
+use can_wire::encode::encode;
+use can_wire::frame::{WireFrame, WireId};
+use can_wire::record::Record;
+use can_wire::time::Time;
+use ecss_can::sdo::{Client, Mode, Payload};
+use ecss_can::types::{Address, Duration, Instant};
+use twin::guest::Heard;
+use twin::spacecraft::Bus;
+
+use super::Area;
+use crate::context::Context;
+use crate::rig::{MASTER_BEATS, Rig};
+use crate::row::Row;
+use support::board::Profile;
+
+pub const AREA: Area =
+    Area { name: "sdo", about: "block transfers of 20 kB against the wire limit", measure };
+
+/// Node-ID of the slave.
+const SLAVE: u8 = 2;
+const REQUESTS: u16 = 0x600 + SLAVE as u16;
+const RESPONSES: u16 = 0x580 + SLAVE as u16;
+
+/// The slave's data store, a DOMAIN.
+const STORE: Address = Address::new(0x6300, 0);
+const BYTES: usize = 20_000;
+
+/// How long the client waits for anything.
+const TIMEOUT: Duration = Duration::from_millis(500);
+/// Longer than either transfer may take.
+const PATIENCE: Time = Time::from_ms(2_000);
+/// What the client hears it handles at most this much later: less than the intermission.
+const STEP: Time = Time::from_us(1);
+
+/// Of the master, profile `standard`.
+const PERIOD: Time = Time::from_ms(100);
+const SYNC: (u16, &[u8]) = (0x080, &[]);
+
+/// Time and outcome of each at least this share of the limit, percent.
+const TARGET: f64 = 95.0;
+
+/// Bytes of a segment, segments of a sub-block.
+const SEGMENT: usize = 7;
+const SUB_BLOCK: usize = 127;
+
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+    let mut random = fastrand::Rng::with_seed(1);
+    let data: Vec<u8> = std::iter::repeat_with(|| random.u8(..)).take(BYTES).collect();
+    let mut link = Link { rig: Rig::new(context, Profile::Standard, SLAVE)? };
+
+    let mut client = Client::new(TIMEOUT);
+    client.start_download(STORE, BYTES, Mode::Block);
+    let download = link.transfer(&mut client, &data, &mut Vec::new())?;
+
+    let (mut client, mut read) = (Client::new(TIMEOUT), Vec::new());
+    client.start_upload(STORE, BYTES, Mode::Block);
+    let upload = link.transfer(&mut client, &[], &mut read)?;
+    ensure!(read == data, "other data came back than were sent");
+
+    let share = |frames: &[WireFrame], took: Time| 100.0 * limit(frames).as_secs_f64() / took.as_secs_f64();
+    Ok(vec![
+        Row::higher("block_download", share(&download_frames(&data), download), "percent").within(TARGET),
+        Row::higher("block_upload", share(&upload_frames(&data), upload), "percent").within(TARGET),
+        Row::lower("block_download_time", download.as_secs_f64() * 1e3, "ms"),
+        Row::lower("block_upload_time", upload.as_secs_f64() * 1e3, "ms"),
+    ])
+}
+
+/// A slave, its master, and the controller of a client.
+struct Link {
+    rig: Rig,
+}
+
+impl Link {
+    /// Runs a transfer to its end; what took from the start of its first frame to the end of its last.
+    fn transfer(&mut self, client: &mut Client, mut data: &[u8], read: &mut Vec<u8>) -> anyhow::Result<Time> {
+        let start = self.rig.spacecraft.now();
+        let mut beat = start;
+        self.rig.spacecraft.take_frames();
+        loop {
+            let now = self.rig.spacecraft.now();
+            ensure!(now.since(start) < PATIENCE, "a transfer does not end");
+            if beat <= now {
+                self.rig.send(Bus::Nominal, now, MASTER_BEATS);
+                self.rig.send(Bus::Nominal, now, SYNC);
+                beat += PERIOD;
+            }
+            data = &data[client.push(data)..];
+            client.poll(instant(now), &mut |payload| self.send(&payload));
+            if let Some(outcome) = client.outcome() {
+                let bytes = outcome.map_err(|error| anyhow::anyhow!("the transfer failed: {error:?}"))?;
+                pull(client, read);
+                ensure!(bytes == BYTES, "{bytes} bytes were moved");
+                break;
+            }
+            self.run(STEP)?;
+            for (at, heard) in self.rig.spacecraft.take_heard(self.rig.client) {
+                match heard {
+                    Heard::Sent(_) => client.on_sent(),
+                    Heard::Received(frame) if frame.id == WireId::Standard(RESPONSES) => {
+                        client.on_response(&frame.data, instant(at), &mut |payload| self.send(&payload));
+                        pull(client, read);
+                    }
+                    Heard::Received(_) => {}
+                }
+            }
+        }
+        // What is on its way comes to its end.
+        self.run(Time::from_ms(1))?;
+        self.took()
+    }
+
+    fn send(&mut self, payload: &Payload) {
+        let now = self.rig.spacecraft.now();
+        self.rig.spacecraft.inject(self.rig.client, now, WireFrame::standard(REQUESTS, payload));
+    }
+
+    fn run(&mut self, span: Time) -> anyhow::Result<()> {
+        let until = self.rig.spacecraft.now() + span;
+        self.rig.spacecraft.run_until(until).context("the twin stopped the board")
+    }
+
+    fn took(&mut self) -> anyhow::Result<Time> {
+        let frames = self.rig.spacecraft.take_frames();
+        let traces = frames.into_iter().filter_map(|record| match record.record {
+            Record::Completed { trace, .. } if record.bus == Bus::Nominal => Some(trace),
+            _ => None,
+        });
+        let of_transfer = [REQUESTS, RESPONSES].map(WireId::Standard);
+        let traces: Vec<_> = traces.filter(|trace| of_transfer.contains(&trace.frame.id)).collect();
+        let ([first, ..], [.., last]) = (traces.as_slice(), traces.as_slice()) else { bail!("no transfer") };
+        Ok(last.end.since(first.start))
+    }
+}
+
+fn pull(client: &mut Client, into: &mut Vec<u8>) {
+    let mut bytes = [0; SEGMENT * SUB_BLOCK];
+    let count = client.pull(&mut bytes);
+    into.extend(&bytes[..count]);
+}
+
+fn instant(time: Time) -> Instant {
+    Instant::from_micros(time.as_us())
+}
+
+/// Frames back to back at 1 Mbit/s, with the intermissions between them.
+fn limit(frames: &[WireFrame]) -> Time {
+    const INTERMISSION: usize = 3;
+    let bits: usize = frames.iter().map(|frame| encode(frame).bits().len() + INTERMISSION).sum();
+    Time::from_us((bits - INTERMISSION) as u64)
+}
+
+/// A faultless download (CiA 301 7.2.4.3.9 to 7.2.4.3.11).
+fn download_frames(data: &[u8]) -> Vec<WireFrame> {
+    let (request, response) = (frame(REQUESTS), frame(RESPONSES));
+    let mut frames =
+        vec![request(initiate(0xC6, data.len() as u32)), response(initiate(0xA4, SUB_BLOCK as u32))];
+    frames.extend(sub_blocks(data, &request, &response));
+    frames.extend([request(end(data)), response([0xA1, 0, 0, 0, 0, 0, 0, 0])]);
+    frames
+}
+
+/// A faultless upload (CiA 301 7.2.4.3.12 to 7.2.4.3.14).
+fn upload_frames(data: &[u8]) -> Vec<WireFrame> {
+    let (request, response) = (frame(REQUESTS), frame(RESPONSES));
+    let mut frames = vec![
+        request(initiate(0xA4, SUB_BLOCK as u32)),
+        response(initiate(0xC6, data.len() as u32)),
+        request([0xA3, 0, 0, 0, 0, 0, 0, 0]),
+    ];
+    frames.extend(sub_blocks(data, &response, &request));
+    frames.extend([response(end(data)), request([0xA1, 0, 0, 0, 0, 0, 0, 0])]);
+    frames
+}
+
+fn frame(id: u16) -> impl Fn(Payload) -> WireFrame {
+    move |payload| WireFrame::standard(id, &payload)
+}
+
+fn initiate(command: u8, value: u32) -> Payload {
+    let ([low, high], [a, b, c, d]) = (STORE.index.to_le_bytes(), value.to_le_bytes());
+    [command, low, high, STORE.sub, a, b, c, d]
+}
+
+/// Segments and acknowledgements.
+fn sub_blocks(
+    data: &[u8],
+    segment: &impl Fn(Payload) -> WireFrame,
+    acknowledge: &impl Fn(Payload) -> WireFrame,
+) -> Vec<WireFrame> {
+    let segments = data.len().div_ceil(SEGMENT);
+    let mut frames = Vec::new();
+    for (number, bytes) in (1..).zip(data.chunks(SEGMENT)) {
+        let seqno = (number - 1) % SUB_BLOCK + 1;
+        let last = number == segments;
+        let mut payload = [0; 8];
+        payload[0] = seqno as u8 | if last { 0x80 } else { 0 };
+        payload[1..=bytes.len()].copy_from_slice(bytes);
+        frames.push(segment(payload));
+        if last || seqno == SUB_BLOCK {
+            frames.push(acknowledge([0xA2, seqno as u8, SUB_BLOCK as u8, 0, 0, 0, 0, 0]));
+        }
+    }
+    frames
+}
+
+fn end(data: &[u8]) -> Payload {
+    let unused = (SEGMENT - data.len() % SEGMENT) % SEGMENT;
+    let [low, high] = crc(data).to_le_bytes();
+    [0xC1 | (unused as u8) << 2, low, high, 0, 0, 0, 0, 0]
+}
+
+/// CRC-CCITT bit by bit (CiA 301 7.2.4.3.16).
+fn crc(data: &[u8]) -> u16 {
+    data.iter().fold(0, |crc, byte| {
+        (0..8).fold(crc ^ u16::from(*byte) << 8, |crc, _| {
+            let shifted = crc << 1;
+            if crc & 0x8000 == 0 { shifted } else { shifted ^ 0x1021 }
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_limit_counts_every_bit_of_a_faultless_transfer() {
+        // 08 bytes: two segments in one sub-block.
+        let frames = download_frames(&[0x55; 8]);
+        assert_eq!(frames.len(), 7);
+        // Frames of 8 bytes without stuff bits have 108 bits and 3 of intermission.
+        let stuffed: usize = frames.iter().map(|frame| encode(frame).bits().len() - 108).sum();
+        assert_eq!(limit(&frames), Time::from_us((7 * 111 - 3 + stuffed) as u64));
+        assert_eq!(upload_frames(&[0x55; 8]).len(), 8);
+    }
+
+    #[test]
+    fn the_checksum_is_that_of_cia_301() {
+        assert_eq!(crc(b"123456789"), 0x31C3);
+    }
+}

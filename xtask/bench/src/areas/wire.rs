@@ -1,0 +1,126 @@
+//! Undisturbed frames as a whole against the same frames bit by bit.
+//!
+//! Eight stations on 35 m of cable, each with its own crystal, send random frames of 8 bytes in turn, each when the bus
+//! is free; then the same with everybody sending at once, where only what follows an arbitration can be computed as a
+//! whole. Both paths must have told the stations and the observer the same, to the tick. Their times are wall-clock: runs of
+//! both that last about equally long, some milliseconds, take turns, and of each path the quickest counts, which nothing
+//! else on the computer has disturbed.
+
+use std::time::{Duration, Instant};
+
+use anyhow::ensure;
+use can_wire::frame::WireFrame;
+use can_wire::station::{Bench, Station};
+use can_wire::time::Time;
+use can_wire::timing::BitTiming;
+use can_wire::wire::WireConfig;
+
+use super::Area;
+use crate::context::Context;
+use crate::row::Row;
+
+pub const AREA: Area =
+    Area { name: "wire", about: "the fast path of the buses against the bit path", measure };
+
+/// Of the stations, metres and parts per billion.
+const SEATS: [(f64, i32); 8] = [
+    (0.0, 0),
+    (5.0, 20_000),
+    (10.0, -35_000),
+    (15.0, 50_000),
+    (20.0, -50_000),
+    (25.0, 5_000),
+    (30.0, -12_000),
+    (35.0, 41_000),
+];
+
+/// Frames of a run on the fast path.
+const FRAMES: u64 = 800;
+
+/// Those of them that the bit path has to do in about the same time.
+const BIT_FRAMES: u64 = FRAMES / 20;
+
+/// Longer than any frame of 8 bytes with its intermission: 135 bits and 3.
+const SLOT_US: u64 = 150;
+
+/// Runs of either path.
+const ROUNDS: usize = 150;
+
+/// How much faster the fast path must be.
+const RATIO: f64 = 20.0;
+
+fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
+    let alone = compare(|n| Time::from_us(n * SLOT_US))?;
+    // As many at once as there are stations.
+    let contended = compare(|n| Time::from_us(n / SEATS.len() as u64 * SEATS.len() as u64 * SLOT_US))?;
+    Ok(vec![
+        Row::higher("fast_frames_per_second", alone.fast.round(), "frames_per_second").noisy(),
+        Row::higher("bit_frames_per_second", alone.bits.round(), "frames_per_second").noisy(),
+        Row::higher("fast_ratio", alone.ratio, "times").within(RATIO).noisy(),
+        Row::higher("contended_ratio", contended.ratio, "times").noisy(),
+    ])
+}
+
+/// Frames per second of wall-clock time, and how many times faster the fast path is.
+struct Speeds {
+    fast: f64,
+    bits: f64,
+    ratio: f64,
+}
+
+fn compare(at: impl Fn(u64) -> Time) -> anyhow::Result<Speeds> {
+    let (one, _) = run(&at, FRAMES, false);
+    let (other, _) = run(&at, FRAMES, true);
+    ensure_same(one, other)?;
+    let per_second = |frames: u64, took: Duration| frames as f64 / took.as_secs_f64();
+    let (mut fast, mut bits) = (0.0_f64, 0.0_f64);
+    for _ in 0..ROUNDS {
+        fast = fast.max(per_second(FRAMES, run(&at, FRAMES, false).1));
+        bits = bits.max(per_second(BIT_FRAMES, run(&at, BIT_FRAMES, true).1));
+    }
+    Ok(Speeds { fast, bits, ratio: fast / bits })
+}
+
+/// Sends the first frames of all; each station has a share of them, the same in every run.
+fn run(at: impl Fn(u64) -> Time, frames: u64, bit_by_bit: bool) -> (Bench, Duration) {
+    let mut stations = SEATS.map(|(_, ppb)| Station::with_timing(BitTiming::MEGABIT.fast_by(ppb)));
+    let mut random = fastrand::Rng::with_seed(1);
+    for n in 0..frames {
+        let sender = n as u16 % SEATS.len() as u16;
+        // No two stations send one identifier.
+        let id = random.u16(..0x100) * SEATS.len() as u16 + sender;
+        let frame = WireFrame::standard(id, &random.u64(..).to_le_bytes());
+        // Everybody has joined after 11 bits.
+        stations[usize::from(sender)].queue.push_back((Time::from_us(50) + at(n), frame));
+    }
+    let config = WireConfig { bit_by_bit, ..WireConfig::default() };
+    let seats = SEATS.into_iter().zip(stations).map(|((position_m, _), station)| (position_m, station));
+    let mut bench = Bench::new(config, seats.collect());
+    let end = at(frames) + Time::from_ms(1);
+    let start = Instant::now();
+    bench.leap(end);
+    (bench, start.elapsed())
+}
+
+/// All frames are out, and both benches were told the same.
+fn ensure_same(mut one: Bench, mut other: Bench) -> anyhow::Result<()> {
+    ensure!(one.wire.counters().completed == FRAMES, "not all frames are out: {:?}", one.wire.counters());
+    ensure!(one.wire.take_records() == other.wire.take_records(), "the two paths differ in their records");
+    let told = |bench: Bench| bench.stations.into_iter().map(|station| station.log).collect::<Vec<_>>();
+    ensure!(told(one) == told(other), "the two paths differ in what they told the stations");
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_difference_is_noticed() {
+        let at = |n| Time::from_us(n * SLOT_US);
+        let (one, _) = run(at, FRAMES, false);
+        let (mut other, _) = run(at, FRAMES, true);
+        other.stations[7].log.pop();
+        assert!(ensure_same(one, other).unwrap_err().to_string().contains("told the stations"));
+    }
+}

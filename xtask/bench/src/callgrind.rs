@@ -1,0 +1,93 @@
+//! valgrind's callgrind: counts the instructions of a program on this computer.
+//!
+//! Debian's package `valgrind` is installed when it is missing and the user may do so.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use anyhow::{Context, bail, ensure};
+
+const INSTALL: &str = "apt-get update && apt-get install -y valgrind";
+
+/// Where its programs are built: apart from all else, so that no flags of others reach them.
+const TARGET_DIR: &str = "target/bench/build";
+
+/// Builds a package of the workspace as `--release` has it; returns its program. Finds or installs valgrind before.
+///
+/// # Errors
+/// When there is no valgrind and it cannot be installed, or the package does not compile.
+pub fn build(package: &str) -> anyhow::Result<PathBuf> {
+    find_or_install()?;
+    let target_dir = support::project::path(TARGET_DIR);
+    let mut cargo = Command::new("cargo");
+    cargo.current_dir(support::project::path("")).args([
+        "build",
+        "--release",
+        "--locked",
+        "--quiet",
+        "--package",
+        package,
+    ]);
+    cargo.arg("--target-dir").arg(&target_dir);
+    for flags in ["RUSTFLAGS", "CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_RUSTFLAGS"] {
+        cargo.env_remove(flags);
+    }
+    let status = cargo.status().context("cannot run cargo")?;
+    ensure!(status.success(), "{package} cannot be built ({status})");
+    Ok(target_dir.join("release").join(package))
+}
+
+/// How many instructions a program takes from its start to its end.
+///
+/// # Errors
+/// When it fails, or valgrind does.
+pub fn count(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
+    let mut valgrind = Command::new("valgrind");
+    // Totals are all that is asked for.
+    valgrind.args(["--tool=callgrind", "--callgrind-out-file=/dev/null"]).arg(program).args(arguments);
+    let output = valgrind.output().context("cannot run valgrind")?;
+    let told = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "{} {}: {told}", program.display(), arguments.join(" "));
+    total(&told).with_context(|| format!("valgrind has not told how many instructions: {told}"))
+}
+
+/// From the line `==123== Collected : 456`.
+fn total(told: &str) -> Option<u64> {
+    let line = told.lines().find(|line| line.contains("Collected :"))?;
+    line.split(':').next_back()?.trim().parse().ok()
+}
+
+fn find_or_install() -> anyhow::Result<()> {
+    let is_there = || quiet("valgrind", ["--version"]).is_some_and(|output| output.status.success());
+    if is_there() {
+        return Ok(());
+    }
+    let is_root = quiet("id", ["-u"]).is_some_and(|output| output.stdout.trim_ascii() == b"0");
+    if !is_root || !Path::new("/usr/bin/apt-get").exists() {
+        bail!("valgrind is missing; on Debian, run as root\n    {INSTALL}");
+    }
+    support::output::note(format_args!("valgrind is missing; installing it: {INSTALL}"));
+    let mut install = Command::new("sh");
+    install.args(["-c", INSTALL]).env("DEBIAN_FRONTEND", "noninteractive").stdin(Stdio::null());
+    install.stdout(std::io::stderr());
+    let status = install.status().context("cannot run sh")?;
+    ensure!(status.success() && is_there(), "valgrind could not be installed by\n    {INSTALL}");
+    Ok(())
+}
+
+fn quiet<const N: usize>(program: &str, arguments: [&str; N]) -> Option<Output> {
+    Command::new(program).args(arguments).output().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_total_is_read_from_what_callgrind_tells() {
+        let told =
+            "==7== Events    : Ir\n==7== Collected : 1203467\n==7== \n==7== I   refs:      1,203,467\n";
+        assert_eq!(total(told), Some(1_203_467));
+        assert_eq!(total("==7== Events    : Ir\n"), None);
+    }
+}

@@ -1,0 +1,65 @@
+//! What areas share: images, and flights that more than one of them looks at.
+
+use std::cell::{OnceCell, RefCell};
+use std::ops::ControlFlow;
+
+use can_wire::time::Time;
+use firmware_images::Images;
+
+use demo::flight::Flight;
+use demo::mission;
+use demo::plan::{PROFILE, Plan};
+use support::board::Board;
+use support::board::Profile;
+
+/// The board that flies on the twin.
+pub const FLOWN: Board = Board::PyboardV11;
+
+/// Handed to every area.
+#[derive(Default)]
+pub struct Context {
+    images: RefCell<Vec<(Board, Profile, Images)>>,
+    demo: OnceCell<Flight>,
+}
+
+impl Context {
+    /// Master and slave image, built once.
+    ///
+    /// # Errors
+    /// When they cannot be built.
+    pub fn images(&self, board: Board, profile: Profile) -> anyhow::Result<Images> {
+        let known = self.images.borrow().iter().find(|it| (it.0, it.1) == (board, profile)).cloned();
+        if let Some((.., images)) = known {
+            return Ok(images);
+        }
+        let images = firmware_images::build(board.name(), profile.name())?;
+        self.images.borrow_mut().push((board, profile, images.clone()));
+        Ok(images)
+    }
+
+    /// The flight of `cargo demo` without options.
+    ///
+    /// # Errors
+    /// When it cannot be flown.
+    pub fn demo(&self) -> anyhow::Result<&Flight> {
+        if let Some(flight) = self.demo.get() {
+            return Ok(flight);
+        }
+        let flight = self.fly(Plan::default())?;
+        Ok(self.demo.get_or_init(|| flight))
+    }
+
+    /// Flies a plan.
+    ///
+    /// # Errors
+    /// When the images cannot be built or flown.
+    pub fn fly(&self, plan: Plan) -> anyhow::Result<Flight> {
+        let images = self.images(plan.board, PROFILE)?;
+        mission::fly(plan, &images, |_, _| ControlFlow::Continue(()))
+    }
+}
+
+/// A time in milliseconds.
+pub fn milliseconds(time: Time) -> f64 {
+    time.as_secs_f64() * 1e3
+}

@@ -1,0 +1,167 @@
+//! `cargo xtask bench` and `cargo xtask sizes`: figures that a change must not make worse unseen.
+//!
+//! Figures are counts and virtual times of the twin, sizes, and instructions: the same code and compilers give the same
+//! figures on every computer of a kind. Rows made of wall-clock times say so (`noisy`); only a ratio of two that ran in turns has a target.
+
+#![forbid(unsafe_code)]
+
+mod areas;
+mod callgrind;
+mod context;
+mod rig;
+mod row;
+mod summary;
+mod table;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+use console::style;
+
+use self::areas::{ALL, Area};
+use self::context::{Context, FLOWN};
+use self::row::Row;
+use self::summary::Summary;
+use support::board::Profile;
+use support::elf::Facts;
+use support::misuse::Misuse;
+use support::output::{line, note, text, warn};
+use support::project;
+
+/// Command line of `bench`.
+#[derive(Args, Debug)]
+#[command(after_help = areas_help())]
+pub struct Options {
+    /// Measure these areas only [default: all]
+    #[arg(long, value_name = "AREA", value_delimiter = ',', value_parser = area_names())]
+    only: Vec<String>,
+
+    #[command(flatten)]
+    output: Output,
+}
+
+/// Command line of `sizes`.
+#[derive(Args, Debug)]
+pub struct SizesOptions {
+    /// How many of the biggest symbols of each image to print
+    #[arg(long, value_name = "N", default_value_t = 15, allow_negative_numbers = true)]
+    symbols: usize,
+
+    #[command(flatten)]
+    output: Output,
+}
+
+/// What becomes of the figures.
+#[derive(Args, Debug)]
+struct Output {
+    /// Exit with 1 when a target does not hold
+    #[arg(long)]
+    check: bool,
+
+    /// Print the rows of this run as JSON, not as a table
+    #[arg(long)]
+    json: bool,
+
+    /// Where the rows go; those of areas not measured now stay as they are [default: target/bench/summary.json of the
+    /// project]
+    #[arg(long, value_name = "FILE", default_value_os_t = project::path("target/bench/summary.json"), hide_default_value = true)]
+    out: PathBuf,
+}
+
+fn area_names() -> PossibleValuesParser {
+    PossibleValuesParser::new(ALL.iter().map(|area| area.name))
+}
+
+fn areas_help() -> String {
+    let lines = ALL.iter().map(|area| format!("  {:<10} {}\n", area.name, area.about));
+    format!("Areas:\n{}", lines.collect::<String>())
+}
+
+/// Measures, prints, and writes the summary.
+///
+/// # Errors
+/// When something cannot be measured or written, or, asked to check, when a target does not hold.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    let wanted = |area: &&Area| options.only.is_empty() || options.only.iter().any(|name| name == area.name);
+    let areas: Vec<_> = ALL.iter().filter(wanted).collect();
+    let failed = measure("bench", &Context::default(), &areas, &options.output)?;
+    judge(&failed, &options.output)
+}
+
+/// The area `size` alone, then the biggest symbols.
+///
+/// # Errors
+/// As [`run`].
+pub fn sizes(options: &SizesOptions) -> anyhow::Result<()> {
+    let context = Context::default();
+    let areas: Vec<_> = ALL.iter().filter(|area| area.name == "size").collect();
+    let failed = measure("sizes", &context, &areas, &options.output)?;
+    if !options.output.json && options.symbols > 0 {
+        text(areas::biggest_symbols(&context, options.symbols)?)?;
+    }
+    judge(&failed, &options.output)
+}
+
+/// Measures, prints and writes; returns the rows whose targets do not hold.
+fn measure(
+    command: &'static str,
+    context: &Context,
+    areas: &[&Area],
+    output: &Output,
+) -> anyhow::Result<Vec<String>> {
+    // A long run must not end at a file that it cannot add to.
+    let refuse = |cause: &dyn std::fmt::Display| {
+        let value = output.out.display();
+        let text =
+            format!("invalid value '{value}' for '--out <FILE>': {cause}; give a file that can be written");
+        Misuse::of(command, text)
+    };
+    if output.out.is_dir() {
+        return Err(refuse(&"it is a directory").into());
+    }
+    let folder = output.out.parent().unwrap_or(Path::new(""));
+    project::make_writable(folder).map_err(|cause| refuse(&cause))?;
+    let mut summary = Summary::read(&output.out)?;
+    let mut this_run = Summary::default();
+    let mut failed = Vec::new();
+    for area in areas {
+        let measuring = style("measuring").dim().for_stderr();
+        note(format_args!("{measuring} {}: {}", area.name, area.about));
+        let rows = (area.measure)(context)?;
+        summary.replace(area.name, &rows)?;
+        this_run.replace(area.name, &rows)?;
+        if !output.json {
+            table::lines(area.name, &rows).iter().try_for_each(line)?;
+        }
+        let broken = rows.iter().filter(|row| row.holds() == Some(false));
+        failed.extend(broken.map(|row: &Row| format!("{}.{}", area.name, row.name)));
+    }
+    let compiler = compiler(context)?;
+    this_run.set_toolchain(&compiler);
+    if let Some(before) = summary.set_toolchain(&compiler) {
+        warn(format_args!("rows of areas not measured now are of another compiler: {before}"));
+    }
+    summary.write(&output.out)?;
+    if output.json {
+        line(this_run)?;
+    } else {
+        line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&output.out)))?;
+    }
+    Ok(failed)
+}
+
+fn judge(failed: &[String], output: &Output) -> anyhow::Result<()> {
+    match (failed, output.check) {
+        ([], _) => {}
+        (failed, true) => bail!("targets that do not hold: {}", failed.join(", ")),
+        (failed, false) => warn(format_args!("targets that do not hold: {}", failed.join(", "))),
+    }
+    Ok(())
+}
+
+fn compiler(context: &Context) -> anyhow::Result<String> {
+    let images = context.images(FLOWN, Profile::Standard)?;
+    Ok(Facts::read(&images.slave)?.compiler.unwrap_or_else(|| "unknown".into()))
+}

@@ -1,0 +1,116 @@
+//! One slave with its image on the twin, and on each bus a foreign controller that plays the master.
+//!
+//! On the nominal bus there is one more, for areas that hold a dialogue with the slave. Nothing else sends, so what happens
+//! on the board is what its one slave does with the frames handed to it.
+
+use anyhow::Context as _;
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::board::{Board, BoardConfig, Fittings, FlashTiming};
+use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
+
+use super::context::{Context, FLOWN};
+use demo::mission;
+use support::board::Profile;
+use support::telltale::Telltale;
+
+/// NMT start of all nodes (CiA 301 7.2.8.3.1.1).
+const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0x00]);
+
+/// Heartbeat of an operational master (CiA 301 7.2.8.3.2.2).
+pub const MASTER_BEATS: (u16, &[u8]) = (0x701, &[0x05]);
+
+/// From power-on to the end of initialisation, and more.
+const BOOT: Time = Time::from_ms(50);
+
+/// Where the slave sits, metres from the guests.
+const SLAVE_AT_M: f64 = 10.0;
+
+/// Timings of the flash under which an area is measured, and what the names of its rows end in.
+pub const FLASH_TIMINGS: [(FlashTiming, &str); 3] = [
+    (FlashTiming::Ideal, ""),
+    (FlashTiming::AsSet, "_accelerated"),
+    (FlashTiming::Unaccelerated, "_unaccelerated"),
+];
+
+/// The slave and its masters.
+pub struct Rig {
+    /// The twin.
+    pub spacecraft: Spacecraft,
+    slave: BoardId,
+    masters: [GuestId; 2],
+    /// On the nominal bus.
+    pub client: GuestId,
+}
+
+impl Rig {
+    /// Slave `node` with a perfect crystal, started by NMT on the nominal bus.
+    ///
+    /// # Errors
+    /// When there is no image, or it does not come up.
+    pub fn new(context: &Context, profile: Profile, node: u8) -> anyhow::Result<Rig> {
+        Rig::with_flash(context, profile, node, FlashTiming::AsSet)
+    }
+
+    /// The same with this timing of its flash.
+    ///
+    /// # Errors
+    /// As [`Rig::new`].
+    pub fn with_flash(
+        context: &Context,
+        profile: Profile,
+        node: u8,
+        flash_timing: FlashTiming,
+    ) -> anyhow::Result<Rig> {
+        let images = context.images(FLOWN, profile)?;
+        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+        let slave = spacecraft.add_board(BoardConfig {
+            name: format!("node {node}"),
+            image: mission::image(&images.slave)?,
+            model: FLOWN.model(),
+            straps: FLOWN.straps(node),
+            ppm: 0.0,
+            position_m: SLAVE_AT_M,
+            power_on_at: Time::ZERO,
+            fittings: Fittings { flash_timing, ..Fittings::default() },
+        });
+        let masters = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
+        let client = spacecraft.add_guest(Bus::Nominal, 0.0);
+        let mut rig = Rig { spacecraft, slave, masters, client };
+        rig.send(Bus::Nominal, BOOT, MASTER_BEATS);
+        rig.send(Bus::Nominal, BOOT, START_ALL);
+        rig.run_until(BOOT + Time::from_ms(1))?;
+        anyhow::ensure!(rig.telltale()?.handled == [2, 0], "the slave has not come up on the twin");
+        Ok(rig)
+    }
+
+    /// The master of `bus` sends a frame at `at`, or when all before it is sent.
+    pub fn send(&mut self, bus: Bus, at: Time, (id, data): (u16, &[u8])) {
+        self.spacecraft.inject(self.masters[bus as usize], at, WireFrame::standard(id, data));
+    }
+
+    /// Lets time pass.
+    ///
+    /// # Errors
+    /// When the twin had to stop the board.
+    pub fn run_until(&mut self, until: Time) -> anyhow::Result<()> {
+        self.spacecraft.run_until(until).context("the twin stopped the board")?;
+        // Nobody reads them, and a long run would pile them up.
+        self.spacecraft.take_logs();
+        self.spacecraft.take_frames();
+        Ok(())
+    }
+
+    /// The slave's board.
+    pub fn board(&self) -> &Board {
+        self.spacecraft.board(self.slave)
+    }
+
+    /// What the slave's image counted.
+    ///
+    /// # Errors
+    /// When the image exports no counters.
+    pub fn telltale(&self) -> anyhow::Result<Telltale> {
+        Telltale::read(self.board())
+    }
+}

@@ -1,0 +1,91 @@
+//! What a flight left behind: the input of summary and report.
+
+use std::time::Duration;
+
+use can_wire::time::Time;
+
+use super::narrator::Line;
+use super::observer::Observer;
+use super::plan::Plan;
+use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
+use super::stamps::StampErrors;
+use support::telltale::Telltale;
+
+/// A finished flight.
+#[derive(Clone, Debug)]
+pub struct Flight {
+    /// What was to be flown.
+    pub plan: Plan,
+    /// When it really ended: at the first quiet moment after the planned end, or after the interruption.
+    pub end: Time,
+    /// Why it ended before its planned end, if it did.
+    pub interrupted: Option<Interruption>,
+    /// How long the flight took on the computer, without building images.
+    pub wall: Duration,
+    /// Everything that happened, in order of time.
+    pub records: Vec<Record>,
+    /// The story as it was told.
+    pub story: Vec<Line>,
+    /// The observer, concluded.
+    pub observer: Observer,
+    /// Counters of the boards, master first.
+    pub boards: Vec<BoardCount>,
+    /// Stamps of SYNC against the truth.
+    pub stamp_errors: StampErrors,
+}
+
+/// Why a flight ended before its planned end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interruption {
+    /// Ctrl-C or SIGTERM.
+    Asked,
+    /// What it prints cannot be written any more.
+    Unread,
+}
+
+/// What the twin counted on one board.
+#[derive(Clone, Debug, Default)]
+pub struct BoardCount {
+    /// Node-ID.
+    pub node: Node,
+    /// Instructions that the emulated CPU executed.
+    pub instructions: u64,
+    /// Frames its controllers admitted and its node never handled.
+    pub lost_frames: u64,
+    /// Transmissions given up: aborted in a mailbox.
+    pub aborted_frames: u64,
+    /// Lock-ups of the CPU.
+    pub lockups: u64,
+    /// Panics of the firmware.
+    pub panics: u64,
+    /// Resets that the firmware asked for.
+    pub resets: u64,
+    /// Why the twin had to stop it: it reached for hardware that is not there.
+    pub stopped: Option<String>,
+    /// What the firmware itself counted.
+    pub telltale: Telltale,
+}
+
+impl Flight {
+    /// All frames, in order of completion.
+    pub fn frames(&self) -> impl Iterator<Item = (Time, &Seen)> {
+        self.records.iter().filter_map(|record| match &record.what {
+            Happening::Frame(seen) => Some((record.at, seen)),
+            _ => None,
+        })
+    }
+
+    /// When the cut was made, and on which bus.
+    pub fn cut(&self) -> Option<(Time, Bus)> {
+        self.records.iter().find_map(|record| match record.what {
+            Happening::Cut(bus) => Some((record.at, bus)),
+            _ => None,
+        })
+    }
+
+    /// The master's first change of bus.
+    pub fn switch(&self) -> Option<Time> {
+        let spans = &self.observer.nodes()[&MASTER].spans;
+        spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)
+    }
+}

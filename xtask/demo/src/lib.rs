@@ -1,0 +1,92 @@
+//! `cargo demo`: one flight of the spacecraft, told, recorded and judged.
+
+#![forbid(unsafe_code)]
+
+mod files;
+pub mod flight;
+pub mod message;
+pub mod mission;
+mod narrator;
+pub mod observer;
+mod options;
+mod outcome;
+pub mod plan;
+pub mod record;
+mod report;
+#[cfg(any(test, feature = "sample"))]
+pub mod sample;
+mod stamps;
+mod summary;
+mod telemetry;
+mod verdict;
+
+use std::ops::ControlFlow;
+
+use anyhow::bail;
+use can_wire::time::Time;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use flight::Interruption;
+pub use options::Options;
+use plan::{PROFILE, Plan};
+use summary::Summary;
+use support::output::{self, Silently};
+use support::project;
+use support::stop::Stop;
+use verdict::Outcome;
+
+/// Flies, tells, writes and judges.
+///
+/// # Errors
+/// When an image cannot be built, a file cannot be written, or the flight was not a good one.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    let plan = Plan::new(options)?;
+    options.prepare_out()?;
+    // Whatever comes now, nobody takes the results of an earlier flight for those of this one.
+    files::remove(&options.out)?;
+    let images = firmware_images::build(options.board.name(), PROFILE.name())?;
+
+    let stop = Stop::at_ctrl_c()?;
+    let progress = progress(plan.end);
+    let mut printed = Ok(());
+    let flight = mission::fly(plan, &images, |now, lines| {
+        progress.set_position(now.as_us() / 1000);
+        if printed.is_ok() && !lines.is_empty() {
+            printed = progress.suspend(|| lines.iter().try_for_each(|line| output::line(line.styled())));
+        }
+        match () {
+            () if stop.is_asked() => ControlFlow::Break(Interruption::Asked),
+            () if printed.is_err() => ControlFlow::Break(Interruption::Unread),
+            () => ControlFlow::Continue(()),
+        }
+    });
+    progress.finish_and_clear();
+    let flight = flight?;
+
+    let summary = Summary::of(&flight);
+    files::write(&options.out, &flight, &summary)?;
+    printed?;
+    output::line(format_args!(
+        "\n{}\nWritten to {}: {}",
+        outcome::text(&flight, &summary),
+        project::shown(&options.out),
+        files::LIST
+    ))?;
+    let reasons = summary.verdict.reasons.join("; ");
+    match summary.verdict.outcome {
+        Outcome::Passed => Ok(()),
+        Outcome::Failed => bail!("the flight failed: {reasons}"),
+        Outcome::Interrupted => {
+            output::warn(format_args!("the flight was interrupted: {reasons}"));
+            Err(Silently::INTERRUPTED.into())
+        }
+    }
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress(end: Time) -> ProgressBar {
+    let bar = ProgressBar::new(end.as_us() / 1000);
+    let template = "{bar:40.cyan/blue} {pos} of {len} ms of virtual time, {elapsed} on this computer";
+    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}

@@ -1,0 +1,272 @@
+//! The flight itself: the real images on the twin, watched from outside.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::Context;
+use can_wire::record::Record as WireRecord;
+use can_wire::time::Time;
+use firmware_images::Images;
+use twin::board::{Board, BoardConfig, Fittings, State};
+use twin::bxcan::Side;
+use twin::image::Image;
+use twin::rtt;
+use twin::spacecraft::{Bus as TwinBus, LogRecord, Spacecraft, SpacecraftConfig};
+
+use super::flight::{BoardCount, Flight, Interruption};
+use super::narrator::{Line, Narrator};
+use super::observer::Observer;
+use super::plan::{BoardPlan, Plan};
+use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
+use super::stamps::StampWatch;
+use support::telltale::Telltale;
+
+/// How often the watchers look.
+const STEP: Time = Time::from_ms(10);
+
+/// The flight goes on until both buses have been silent so long. A node handles a frame much faster, so no frame is
+/// between wire and node when the counters are read.
+const QUIET: Time = Time::from_ms(1);
+
+/// When the buses are never silent the flight ends all the same.
+const PATIENCE: Time = Time::from_ms(1000);
+
+/// Flies a plan. `watch` gets the time and what happened, a moment after it happened; it can break the flight off. Frames
+/// that are under way then are still dealt with, so that the counters fit together.
+///
+/// # Errors
+/// When an image cannot be read, is not one of ours, or reaches for hardware that the twin does not have.
+pub fn fly(plan: Plan, images: &Images, mut watch: impl Watch) -> anyhow::Result<Flight> {
+    let began = Instant::now();
+    let mut mission = Mission::prepare(plan, images)?;
+    let interrupted = mission.fly(&mut watch).break_value();
+    mission.settle(&mut watch);
+    mission.conclude(began, interrupted)
+}
+
+/// Gets the time and the newest lines of the story.
+pub trait Watch: FnMut(Time, &[Line]) -> ControlFlow<Interruption> {}
+
+impl<F: FnMut(Time, &[Line]) -> ControlFlow<Interruption>> Watch for F {}
+
+/// Every [`STEP`] up to `end`, and the cut.
+fn stops(end: Time, cut: Option<Time>) -> impl Iterator<Item = Time> {
+    let mut now = None::<Time>;
+    std::iter::from_fn(move || {
+        let next = match now {
+            None => Time::ZERO,
+            Some(now) if now >= end => return None,
+            Some(now) => (now + STEP).min(end),
+        };
+        let next = cut.filter(|cut| now.is_none_or(|now| *cut > now) && *cut < next).unwrap_or(next);
+        now = Some(next);
+        now
+    })
+}
+
+struct Mission {
+    plan: Plan,
+    spacecraft: Spacecraft,
+    observer: Observer,
+    narrator: Narrator,
+    records: Vec<Record>,
+    story: Vec<Line>,
+    last_frame: Time,
+    stamps: StampWatch,
+}
+
+impl Mission {
+    fn prepare(plan: Plan, images: &Images) -> anyhow::Result<Mission> {
+        let (master, slave) = (image(&images.master)?, image(&images.slave)?);
+        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+        for board in &plan.boards {
+            let image = if board.node == MASTER { &master } else { &slave };
+            spacecraft.add_board(BoardConfig {
+                name: super::narrator::name(board.node),
+                model: plan.board.model(),
+                image: image.clone(),
+                straps: plan.board.straps(board.node),
+                ppm: board.crystal_ppm,
+                position_m: board.position_m,
+                power_on_at: board.power_on,
+                fittings: Fittings::default(),
+            });
+        }
+        Ok(Mission {
+            observer: Observer::new(plan.slaves()),
+            plan,
+            spacecraft,
+            narrator: Narrator::new(),
+            records: Vec::new(),
+            story: Vec::new(),
+            last_frame: Time::ZERO,
+            stamps: StampWatch::default(),
+        })
+    }
+
+    fn fly(&mut self, watch: &mut impl Watch) -> ControlFlow<Interruption> {
+        let cut = self.plan.cut;
+        for stop in stops(self.plan.end, cut.map(|cut| cut.at)) {
+            self.advance(stop, watch)?;
+            if let Some(cut) = cut.filter(|cut| cut.at == stop) {
+                self.spacecraft.wire_mut(twin_bus(cut.bus)).cut(cut.position_m);
+                self.take(vec![Record { at: stop, what: Happening::Cut(cut.bus) }], watch)?;
+            }
+        }
+        ControlFlow::Continue(())
+    }
+
+    /// Flies to `until`. A board that the twin had to stop stays behind; the verdict names it.
+    fn advance(&mut self, until: Time, watch: &mut impl Watch) -> ControlFlow<Interruption> {
+        let from = self.spacecraft.now();
+        while self.spacecraft.run_until(until).is_err() {}
+        let powered = self.plan.boards.iter().filter(|board| (from..until).contains(&board.power_on));
+        let mut records: Vec<Record> = powered.map(power_on).collect();
+        let frames = self.spacecraft.take_frames();
+        frames.iter().for_each(|wire| self.stamps.on(wire));
+        self.stamps.look(&self.spacecraft);
+        records.extend(frames.into_iter().filter_map(|wire| frame(wire.bus, wire.record)));
+        records.extend(self.spacecraft.take_logs().into_iter().filter_map(log));
+        records.sort_by_key(|record| record.at);
+        self.take(records, watch)
+    }
+
+    /// Shows records to everybody who watches.
+    fn take(&mut self, records: Vec<Record>, watch: &mut impl Watch) -> ControlFlow<Interruption> {
+        let told = self.story.len();
+        for record in records {
+            let changes = self.observer.on(&record);
+            self.story.extend(self.narrator.tell(&record, &changes));
+            if matches!(record.what, Happening::Frame(_)) {
+                self.last_frame = record.at;
+            }
+            self.records.push(record);
+        }
+        watch(self.spacecraft.now(), &self.story[told..])
+    }
+
+    /// Goes on until the buses are quiet, whatever `watch` says.
+    fn settle(&mut self, watch: &mut impl Watch) {
+        let deadline = self.spacecraft.now() + PATIENCE;
+        let quiet = |mission: &Mission| mission.spacecraft.now() >= mission.last_frame + QUIET;
+        while !quiet(self) && self.spacecraft.now() < deadline {
+            let until = self.spacecraft.now() + QUIET;
+            let _ = self.advance(until, watch);
+        }
+    }
+
+    fn conclude(mut self, began: Instant, interrupted: Option<Interruption>) -> anyhow::Result<Flight> {
+        let end = self.spacecraft.now();
+        self.observer.conclude(end);
+        let boards = self
+            .plan
+            .boards
+            .iter()
+            .zip(self.spacecraft.boards())
+            .map(|(plan, (_, board))| count(plan.node, board))
+            .collect::<anyhow::Result<Vec<_>>>()?;
+        Ok(Flight {
+            plan: self.plan,
+            end,
+            interrupted,
+            wall: began.elapsed(),
+            records: self.records,
+            story: self.story,
+            observer: self.observer,
+            boards,
+            stamp_errors: self.stamps.errors(),
+        })
+    }
+}
+
+/// The image at `path`, for boards of the twin.
+///
+/// # Errors
+/// When it cannot be read or is not one.
+pub fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
+    let elf = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let image = Image::parse(&elf).with_context(|| format!("{} is no image", path.display()))?;
+    Ok(Arc::new(image))
+}
+
+fn power_on(board: &BoardPlan) -> Record {
+    Record { at: board.power_on, what: Happening::PowerOn(board.node) }
+}
+
+fn frame(bus: TwinBus, record: WireRecord) -> Option<Record> {
+    let WireRecord::Completed { trace, receivers, .. } = record else { return None };
+    let reached = receivers.iter().map(|(index, _)| node(*index)).collect();
+    let what = Happening::Frame(Seen {
+        bus: match bus {
+            TwinBus::Nominal => Bus::Nominal,
+            TwinBus::Redundant => Bus::Redundant,
+        },
+        frame: trace.frame,
+        from: node(trace.transmitter),
+        reached,
+    });
+    Some(Record { at: trace.end, what })
+}
+
+fn log(log: LogRecord) -> Option<Record> {
+    let level = match log.level {
+        Some(rtt::Level::Trace | rtt::Level::Debug) => return None,
+        Some(rtt::Level::Info) | None => Level::Info,
+        Some(rtt::Level::Warn) => Level::Warn,
+        Some(rtt::Level::Error) => Level::Error,
+    };
+    let what = Happening::Log { node: node(log.board.0), level, text: log.text };
+    Some(Record { at: log.at, what })
+}
+
+/// Boards are attached in the order of their Node-IDs, the master first.
+fn node(index: usize) -> Node {
+    MASTER + index as Node
+}
+
+fn twin_bus(bus: Bus) -> TwinBus {
+    match bus {
+        Bus::Nominal => TwinBus::Nominal,
+        Bus::Redundant => TwinBus::Redundant,
+    }
+}
+
+fn count(node: Node, board: &Board) -> anyhow::Result<BoardCount> {
+    let telltale = Telltale::read(board).with_context(|| format!("{}: cannot count", board.config().name))?;
+    let counters = board.counters();
+    let controllers = [Side::Can1, Side::Can2].map(|side| board.can_stats(side));
+    Ok(BoardCount {
+        node,
+        instructions: counters.instructions,
+        lost_frames: telltale.lost_frames(board),
+        aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
+        lockups: counters.lockups,
+        panics: counters.panics,
+        resets: counters.system_resets,
+        stopped: match board.state() {
+            State::Refused(error) => Some(error.to_string()),
+            _ => None,
+        },
+        telltale,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn milliseconds(end: u64, cut: Option<Time>) -> Vec<u64> {
+        stops(Time::from_ms(end), cut).map(|stop| stop.as_us() / 1000).collect()
+    }
+
+    #[test]
+    fn the_watchers_look_every_step_and_at_the_cut() {
+        assert_eq!(milliseconds(25, None), [0, 10, 20, 25]);
+        assert_eq!(milliseconds(25, Some(Time::from_ms(13))), [0, 10, 13, 23, 25]);
+        assert_eq!(milliseconds(20, Some(Time::from_ms(10))), [0, 10, 20]);
+        assert_eq!(milliseconds(20, Some(Time::ZERO)), [0, 10, 20]);
+        assert_eq!(milliseconds(20, Some(Time::from_ms(20))), [0, 10, 20]);
+    }
+}

@@ -1,0 +1,281 @@
+//! Tells a flight to people, line by line: what changed, not every frame.
+
+use std::collections::BTreeMap;
+
+use can_wire::time::Time;
+use console::{Style, style};
+
+use super::message::{Message, NmtState};
+use super::observer::{Change, Phase};
+use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
+use super::telemetry;
+
+/// How often the traffic in between is summed up.
+const SUMMARY_EVERY: Time = Time::from_ms(5000);
+
+/// A line of the story.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Line {
+    /// When.
+    pub at: Time,
+    /// The bus it happened on, if it did.
+    pub bus: Option<Bus>,
+    /// Who, for people: "master", "node 3", or empty.
+    pub who: String,
+    /// What.
+    pub text: String,
+    /// How it should look.
+    pub tone: Tone,
+}
+
+/// How a line should look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// As it is.
+    Plain,
+    /// In the background.
+    Quiet,
+    /// Good news.
+    Good,
+    /// Look here.
+    Warning,
+    /// Bad news.
+    Bad,
+}
+
+/// Traffic since the last summary.
+#[derive(Clone, Debug, Default)]
+struct Traffic {
+    commands: u32,
+    requests: u32,
+    replies: u32,
+    /// The latest reply to each request.
+    latest: BTreeMap<u16, (Node, u64)>,
+}
+
+/// Turns records and the observer's changes into lines.
+#[derive(Debug, Default)]
+pub struct Narrator {
+    traffic: Traffic,
+    next_summary: Time,
+    summaries: usize,
+    master_bus: Option<Bus>,
+    cut: Option<Time>,
+}
+
+/// A node's name in the story.
+pub fn name(node: Node) -> String {
+    if node == MASTER { "master".into() } else { format!("node {node}") }
+}
+
+impl Narrator {
+    /// At the start of a flight.
+    pub fn new() -> Self {
+        Narrator { next_summary: SUMMARY_EVERY, ..Narrator::default() }
+    }
+
+    /// The lines for one record and what the observer made of it.
+    pub fn tell(&mut self, record: &Record, changes: &[Change]) -> Vec<Line> {
+        let mut lines = Vec::new();
+        if record.at >= self.next_summary {
+            lines.extend(self.sum_up());
+        }
+        match &record.what {
+            Happening::PowerOn(node) => lines.push(line(record.at, None, *node, "power on", Tone::Quiet)),
+            Happening::Cut(bus) => {
+                self.cut = Some(record.at);
+                lines.push(Line {
+                    at: record.at,
+                    bus: Some(*bus),
+                    who: String::new(),
+                    text: format!("===== the {} bus is cut next to the master =====", bus.name()),
+                    tone: Tone::Bad,
+                });
+            }
+            Happening::Log { node, level, text } => {
+                let tone = match level {
+                    Level::Info => Tone::Quiet,
+                    Level::Warn => Tone::Warning,
+                    Level::Error => Tone::Bad,
+                };
+                lines.push(line(record.at, None, *node, format!("log: {text}"), tone));
+            }
+            Happening::Frame(seen) => self.on_frame(record.at, seen, &mut lines),
+        }
+        lines.extend(changes.iter().filter_map(|change| on_change(record.at, change)));
+        lines
+    }
+
+    fn on_frame(&mut self, at: Time, seen: &Seen, lines: &mut Vec<Line>) {
+        let mut say = |node, text: String, tone| lines.push(line(at, Some(seen.bus), node, text, tone));
+        match Message::decode(&seen.frame) {
+            Some(Message::BootUp { node }) => say(node, "boot-up".into(), Tone::Plain),
+            Some(Message::Nmt { command, node }) => {
+                let whom = if node == 0 { "all nodes".into() } else { name(node) };
+                say(MASTER, format!("NMT {command}: {whom}"), Tone::Plain);
+            }
+            Some(Message::Emergency { node, code }) => {
+                say(node, format!("emergency {code:04X}h"), Tone::Warning)
+            }
+            Some(Message::SpacecraftTime(scet)) => {
+                say(MASTER, format!("distributes spacecraft time {scet}"), Tone::Quiet);
+            }
+            Some(Message::Heartbeat { node: MASTER, .. }) => {
+                let before = self.master_bus.replace(seen.bus);
+                if before != Some(seen.bus) {
+                    let text = match (before, self.cut) {
+                        (None, _) => {
+                            format!("heartbeat on the {} bus: it is the active one", seen.bus.name())
+                        }
+                        (Some(_), None) => format!("heartbeat moved to the {} bus", seen.bus.name()),
+                        (Some(_), Some(cut)) => format!(
+                            "heartbeat moved to the {} bus, {} after the cut",
+                            seen.bus.name(),
+                            milliseconds(at.since(cut))
+                        ),
+                    };
+                    say(MASTER, text, if before.is_none() { Tone::Plain } else { Tone::Warning });
+                }
+            }
+            Some(Message::Telecommand { .. }) => self.traffic.commands += 1,
+            Some(Message::TelemetryRequest { .. }) => self.traffic.requests += 1,
+            Some(Message::Telemetry { node, code, value }) => {
+                self.traffic.replies += 1;
+                self.traffic.latest.insert(code, (node, value));
+            }
+            Some(
+                Message::Sync | Message::LocalTime { .. } | Message::Heartbeat { .. } | Message::Sdo { .. },
+            ) => {}
+            None => {
+                let text = format!("frame that nobody here understands: {:?}", seen.frame);
+                say(seen.from, text, Tone::Warning);
+            }
+        }
+    }
+
+    fn sum_up(&mut self) -> Option<Line> {
+        let at = self.next_summary;
+        self.next_summary = at + SUMMARY_EVERY;
+        let Traffic { commands, requests, replies, latest } = std::mem::take(&mut self.traffic);
+        // Another request each time, so that everything is heard of.
+        let (&code, &(node, value)) = latest.iter().nth(self.summaries % latest.len().max(1))?;
+        self.summaries += 1;
+        Some(Line {
+            at,
+            bus: None,
+            who: String::new(),
+            text: format!(
+                "in the last {} s: {commands} TC, {requests} TM requests, {replies} TM replies; {}: {}",
+                SUMMARY_EVERY.as_us() / 1_000_000,
+                name(node),
+                telemetry::text(code, value)
+            ),
+            tone: Tone::Quiet,
+        })
+    }
+}
+
+fn on_change(now: Time, change: &Change) -> Option<Line> {
+    match *change {
+        Change::Now(_, span) if matches!(span.phase, Phase::Off | Phase::Starting) => None,
+        // The master's own state and bus are told by its messages.
+        Change::Now(MASTER, _) => None,
+        Change::Now(node, span) => {
+            let tone = match span.phase {
+                Phase::Nmt(NmtState::Operational) => Tone::Good,
+                _ => Tone::Plain,
+            };
+            let text = format!("{} on the {} bus", span.phase.name(), span.bus.name());
+            Some(line(span.from, Some(span.bus), node, text, tone))
+        }
+        Change::Recovered(node, took) => {
+            let text = format!("commands and telemetry flow again, {} after the cut", milliseconds(took));
+            Some(line(now, None, node, text, Tone::Good))
+        }
+    }
+}
+
+fn milliseconds(span: Time) -> String {
+    format!("{:.1} ms", span.as_secs_f64() * 1e3)
+}
+
+fn line(at: Time, bus: Option<Bus>, node: Node, text: impl Into<String>, tone: Tone) -> Line {
+    Line { at, bus, who: name(node), text: text.into(), tone }
+}
+
+impl Line {
+    /// For a terminal, with colours where it has them.
+    pub fn styled(&self) -> String {
+        let seconds = format!("{:>10.4} s", self.at.as_secs_f64());
+        let bus = match self.bus {
+            Some(bus) => style(format!("{:<9}", bus.name())).fg(match bus {
+                Bus::Nominal => console::Color::Blue,
+                Bus::Redundant => console::Color::Magenta,
+            }),
+            None => style(" ".repeat(9)),
+        };
+        let tone = match self.tone {
+            Tone::Plain => Style::new(),
+            Tone::Quiet => Style::new().dim(),
+            Tone::Good => Style::new().green(),
+            Tone::Warning => Style::new().yellow(),
+            Tone::Bad => Style::new().red().bold(),
+        };
+        format!("{}  {bus}  {:<7}  {}", style(seconds).dim(), self.who, tone.apply_to(&self.text))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use can_wire::frame::WireFrame;
+
+    use super::*;
+    use crate::record::Nodes;
+
+    fn frame(ms: u64, bus: Bus, id: u16, data: &[u8]) -> Record {
+        let frame = WireFrame::standard(id, data);
+        let what = Happening::Frame(Seen { bus, frame, from: 1, reached: Nodes::default() });
+        Record { at: Time::from_ms(ms), what }
+    }
+
+    fn texts(narrator: &mut Narrator, record: &Record) -> Vec<String> {
+        narrator.tell(record, &[]).into_iter().map(|line| format!("{}: {}", line.who, line.text)).collect()
+    }
+
+    #[test]
+    fn the_switch_is_told_once_with_its_delay() {
+        let mut narrator = Narrator::new();
+        let beat = |ms, bus| frame(ms, bus, 0x701, &[0x05]);
+        let first = texts(&mut narrator, &beat(100, Bus::Nominal));
+        assert_eq!(first, ["master: heartbeat on the nominal bus: it is the active one"]);
+        assert!(texts(&mut narrator, &beat(350, Bus::Nominal)).is_empty());
+        narrator.tell(&Record { at: Time::from_ms(500), what: Happening::Cut(Bus::Nominal) }, &[]);
+        assert_eq!(
+            texts(&mut narrator, &beat(612, Bus::Redundant)),
+            ["master: heartbeat moved to the redundant bus, 112.0 ms after the cut"]
+        );
+        assert!(texts(&mut narrator, &beat(862, Bus::Redundant)).is_empty());
+    }
+
+    #[test]
+    fn traffic_is_summed_up_every_five_seconds() {
+        let mut narrator = Narrator::new();
+        assert!(texts(&mut narrator, &frame(10, Bus::Nominal, 0x302, &[1, 0])).is_empty());
+        assert!(texts(&mut narrator, &frame(20, Bus::Nominal, 0x402, &[3, 1])).is_empty());
+        assert!(texts(&mut narrator, &frame(21, Bus::Nominal, 0x382, &[3, 1, 99])).is_empty());
+        assert_eq!(
+            texts(&mut narrator, &frame(5001, Bus::Nominal, 0x080, &[])),
+            [": in the last 5 s: 1 TC, 1 TM requests, 1 TM replies; node 2: 99 commands executed"]
+        );
+    }
+
+    #[test]
+    fn network_management_is_told_in_words() {
+        let mut narrator = Narrator::new();
+        assert_eq!(
+            texts(&mut narrator, &frame(1, Bus::Redundant, 0x000, &[0x80, 3])),
+            ["master: NMT enter pre-operational: node 3"]
+        );
+        assert_eq!(texts(&mut narrator, &frame(2, Bus::Nominal, 0x703, &[0])), ["node 3: boot-up"]);
+    }
+}

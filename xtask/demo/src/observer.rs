@@ -1,0 +1,443 @@
+//! What the slaves must be doing, judged from the wires alone.
+//!
+//! A model per slave follows the frames that reached its controllers and the heartbeats it sent. It decides which
+//! commands were due (`tc_due`) without asking the firmware; the firmware's own count must then agree.
+//!
+//! - NMT start received on a bus: operational on it. Other NMT commands: not operational.
+//! - Its own heartbeat tells state and bus; but not within [`SETTLING`] of a message from the master that changed
+//!   either, because such a heartbeat may have waited in a mailbox since before.
+//! - Parallel access: any message of the master (NMT, heartbeat, boot-up) on the other bus moves it there
+//!   (ECSS 8.3.3g). Selective access: it hears one bus and says itself when it has changed.
+//! - The master silent for the consumer time, a boot-up, no power: not operational.
+
+use std::collections::BTreeMap;
+
+use can_wire::time::Time;
+
+use super::message::{Message, NmtCommand, NmtState};
+use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
+
+/// Heartbeat consumer time of the slaves in the profile `librecube`.
+const CONSUMER_TIME: Time = Time::from_ms(2500);
+
+/// How long a heartbeat can have waited for the bus: more than all frames that may be ahead of it.
+const SETTLING: Time = Time::from_ms(5);
+
+/// How a slave uses the two buses (ECSS 4.8.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// Both controllers live.
+    Parallel,
+    /// One bus at a time.
+    Selective,
+}
+
+impl Access {
+    /// The word of the standard.
+    pub fn name(self) -> &'static str {
+        match self {
+            Access::Parallel => "parallel",
+            Access::Selective => "selective",
+        }
+    }
+}
+
+/// What a node is doing, as an onlooker can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Phase {
+    /// No power.
+    Off,
+    /// Powered, nothing heard of it yet.
+    Starting,
+    /// In this NMT state.
+    Nmt(NmtState),
+}
+
+impl Phase {
+    /// Whether it can use a bus.
+    pub fn is_powered(self) -> bool {
+        self != Phase::Off
+    }
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Off => "off",
+            Phase::Starting => "starting",
+            Phase::Nmt(NmtState::Stopped) => "stopped",
+            Phase::Nmt(NmtState::PreOperational) => "pre-operational",
+            Phase::Nmt(NmtState::Operational) => "operational",
+        }
+    }
+}
+
+/// A node's phase and bus from an instant on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// From when.
+    pub from: Time,
+    /// Doing what.
+    pub phase: Phase,
+    /// On which bus.
+    pub bus: Bus,
+}
+
+/// A change the observer noticed, for the narrator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Change {
+    /// A node changed phase or bus.
+    Now(Node, Span),
+    /// First command due or telemetry seen from a slave on the other bus, so long after the cut.
+    Recovered(Node, Time),
+}
+
+/// A node under observation.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Bus access; `None` for the master.
+    pub access: Option<Access>,
+    /// Everything it did, oldest first, never empty.
+    pub spans: Vec<Span>,
+    /// Commands that it had to execute.
+    pub tc_due: u64,
+    /// From the cut until commands or telemetry flowed again.
+    pub failover: Option<Time>,
+    master_heard: Option<Time>,
+    settled: Time,
+}
+
+/// Follows all nodes of a flight.
+#[derive(Clone, Debug)]
+pub struct Observer {
+    nodes: BTreeMap<Node, Track>,
+    cut: Option<(Bus, Time)>,
+}
+
+impl Track {
+    fn new(access: Option<Access>) -> Self {
+        let off = Span { from: Time::ZERO, phase: Phase::Off, bus: Bus::Nominal };
+        Track { access, spans: vec![off], tc_due: 0, failover: None, master_heard: None, settled: Time::ZERO }
+    }
+
+    /// What it is doing now.
+    pub fn now(&self) -> Span {
+        *self.spans.last().expect("a track begins with a span")
+    }
+
+    /// Commanded operational, by all that can be seen.
+    pub fn operational_on(&self) -> Option<Bus> {
+        let now = self.now();
+        (now.phase == Phase::Nmt(NmtState::Operational)).then_some(now.bus)
+    }
+}
+
+impl Observer {
+    /// For a master and these slaves, all without power.
+    pub fn new(slaves: impl IntoIterator<Item = (Node, Access)>) -> Self {
+        let mut nodes: BTreeMap<_, _> =
+            slaves.into_iter().map(|(node, access)| (node, Track::new(Some(access)))).collect();
+        nodes.insert(MASTER, Track::new(None));
+        Observer { nodes, cut: None }
+    }
+
+    /// All nodes, the master first.
+    pub fn nodes(&self) -> &BTreeMap<Node, Track> {
+        &self.nodes
+    }
+
+    /// The slaves.
+    pub fn slaves(&self) -> impl Iterator<Item = (Node, &Track)> {
+        self.nodes.iter().filter(|(node, _)| **node != MASTER).map(|(node, track)| (*node, track))
+    }
+
+    /// Takes the next record; records come in order of time.
+    pub fn on(&mut self, record: &Record) -> Vec<Change> {
+        let mut changes = Vec::new();
+        self.expire(record.at, &mut changes);
+        match &record.what {
+            Happening::PowerOn(node) => {
+                self.enter(*node, record.at, Phase::Starting, Bus::Nominal, &mut changes)
+            }
+            Happening::Cut(bus) => self.cut = Some((*bus, record.at)),
+            Happening::Frame(seen) => self.on_frame(record.at, seen, &mut changes),
+            Happening::Log { .. } => {}
+        }
+        changes
+    }
+
+    /// The flight ended at `end`.
+    pub fn conclude(&mut self, end: Time) -> Vec<Change> {
+        let mut changes = Vec::new();
+        self.expire(end, &mut changes);
+        changes
+    }
+
+    fn expire(&mut self, now: Time, changes: &mut Vec<Change>) {
+        for (&node, track) in &mut self.nodes {
+            let Some(deadline) = track.master_heard.map(|heard| heard + CONSUMER_TIME) else { continue };
+            let current = track.now();
+            if deadline < now && current.phase == Phase::Nmt(NmtState::Operational) {
+                let phase = Phase::Nmt(NmtState::PreOperational);
+                track.enter(node, Span { from: deadline, phase, bus: current.bus }, changes);
+            }
+        }
+    }
+
+    fn on_frame(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
+        let Some(message) = Message::decode(&seen.frame) else { return };
+        match message {
+            Message::Nmt { command, node } => {
+                self.on_master(at, seen, changes);
+                for (&slave, track) in &mut self.nodes {
+                    if track.access.is_some() && (node == 0 || node == slave) && seen.reached.contains(slave)
+                    {
+                        track.obey(slave, at, command, changes);
+                    }
+                }
+            }
+            Message::BootUp { node } => {
+                if node == MASTER {
+                    self.on_master(at, seen, changes);
+                }
+                let initial = Phase::Nmt(NmtState::PreOperational);
+                self.enter(node, at, initial, seen.bus, changes);
+                if let Some(track) = self.nodes.get_mut(&node) {
+                    track.master_heard = None;
+                    track.settled = at;
+                }
+            }
+            Message::Heartbeat { node, state } => {
+                if node == MASTER {
+                    self.on_master(at, seen, changes);
+                }
+                if self.nodes.get(&node).is_some_and(|track| at >= track.settled) {
+                    self.enter(node, at, Phase::Nmt(state), seen.bus, changes);
+                }
+            }
+            Message::Telecommand { node, .. } => {
+                let Some(track) = self.nodes.get_mut(&node) else { return };
+                if seen.reached.contains(node) && track.operational_on() == Some(seen.bus) {
+                    track.tc_due += 1;
+                    self.recovered(node, at, seen.bus, changes);
+                }
+            }
+            Message::Telemetry { node, .. } => self.recovered(node, at, seen.bus, changes),
+            Message::Sync
+            | Message::Emergency { .. }
+            | Message::SpacecraftTime(_)
+            | Message::LocalTime { .. }
+            | Message::Sdo { .. }
+            | Message::TelemetryRequest { .. } => {}
+        }
+    }
+
+    /// A message that makes its bus the active one (ECSS 8.3.3g) for every slave whose controller received it.
+    fn on_master(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
+        for (&slave, track) in &mut self.nodes {
+            let Some(access) = track.access else { continue };
+            if !seen.reached.contains(slave) {
+                continue;
+            }
+            let current = track.now();
+            if current.bus != seen.bus {
+                if access == Access::Selective && track.operational_on().is_some() {
+                    continue;
+                }
+                track.settled = at + SETTLING;
+                track.enter(slave, Span { from: at, phase: current.phase, bus: seen.bus }, changes);
+            }
+            track.master_heard = Some(at);
+        }
+    }
+
+    fn enter(&mut self, node: Node, at: Time, phase: Phase, bus: Bus, changes: &mut Vec<Change>) {
+        if let Some(track) = self.nodes.get_mut(&node) {
+            track.enter(node, Span { from: at, phase, bus }, changes);
+        }
+    }
+
+    fn recovered(&mut self, node: Node, at: Time, bus: Bus, changes: &mut Vec<Change>) {
+        let (Some((cut_bus, cut_at)), Some(track)) = (self.cut, self.nodes.get_mut(&node)) else { return };
+        if bus != cut_bus && track.failover.is_none() {
+            let took = at.since(cut_at);
+            track.failover = Some(took);
+            changes.push(Change::Recovered(node, took));
+        }
+    }
+}
+
+impl Track {
+    fn enter(&mut self, node: Node, span: Span, changes: &mut Vec<Change>) {
+        let now = self.now();
+        if (now.phase, now.bus) != (span.phase, span.bus) {
+            self.spans.push(span);
+            changes.push(Change::Now(node, span));
+        }
+    }
+
+    fn obey(&mut self, node: Node, at: Time, command: NmtCommand, changes: &mut Vec<Change>) {
+        let phase = match command {
+            NmtCommand::Start => Phase::Nmt(NmtState::Operational),
+            NmtCommand::Stop => Phase::Nmt(NmtState::Stopped),
+            NmtCommand::EnterPreOperational => Phase::Nmt(NmtState::PreOperational),
+            NmtCommand::ResetNode | NmtCommand::ResetCommunication => Phase::Starting,
+        };
+        let bus = self.now().bus;
+        self.settled = at + SETTLING;
+        self.enter(node, Span { from: at, phase, bus }, changes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use can_wire::frame::WireFrame;
+
+    use super::*;
+    use crate::record::Nodes;
+
+    const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0]);
+    const COMMAND_2: (u16, &[u8]) = (0x302, &[1, 0]);
+    const COMMAND_4: (u16, &[u8]) = (0x304, &[1, 0]);
+    const MASTER_BEATS: (u16, &[u8]) = (0x701, &[0x05]);
+
+    /// Slave 2 with parallel, slave 4 with selective access, both booted on the nominal bus at 0.
+    struct World {
+        observer: Observer,
+    }
+
+    impl World {
+        fn new() -> Self {
+            let mut world =
+                World { observer: Observer::new([(2, Access::Parallel), (4, Access::Selective)]) };
+            for node in [2, 4] {
+                world.observer.on(&Record { at: Time::ZERO, what: Happening::PowerOn(node) });
+                world.sees(0, Bus::Nominal, (0x700 + u16::from(node), &[0x00]), &[1]);
+            }
+            world
+        }
+
+        fn sees(&mut self, ms: u64, bus: Bus, (id, data): (u16, &[u8]), reached: &[Node]) -> Vec<Change> {
+            let frame = WireFrame::standard(id, data);
+            let reached: Nodes = reached.iter().copied().collect();
+            let what = Happening::Frame(Seen { bus, frame, from: 0, reached });
+            self.observer.on(&Record { at: Time::from_ms(ms), what })
+        }
+
+        fn due(&self, node: Node) -> u64 {
+            self.observer.nodes()[&node].tc_due
+        }
+
+        fn cut(&mut self, ms: u64) {
+            self.observer.on(&Record { at: Time::from_ms(ms), what: Happening::Cut(Bus::Nominal) });
+        }
+    }
+
+    #[test]
+    fn a_command_is_due_only_after_start() {
+        let mut world = World::new();
+        world.sees(10, Bus::Nominal, COMMAND_2, &[2, 4]);
+        assert_eq!(world.due(2), 0);
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        world.sees(21, Bus::Nominal, COMMAND_2, &[2, 4]);
+        assert_eq!((world.due(2), world.due(4)), (1, 0));
+    }
+
+    #[test]
+    fn a_command_that_did_not_reach_the_slave_is_not_due() {
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        world.sees(21, Bus::Nominal, COMMAND_2, &[4]);
+        world.sees(22, Bus::Redundant, COMMAND_2, &[2]);
+        assert_eq!(world.due(2), 0);
+    }
+
+    #[test]
+    fn start_for_one_node_starts_no_other() {
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, (0x000, &[0x01, 4]), &[2, 4]);
+        world.sees(21, Bus::Nominal, COMMAND_2, &[2, 4]);
+        world.sees(21, Bus::Nominal, COMMAND_4, &[2, 4]);
+        assert_eq!((world.due(2), world.due(4)), (0, 1));
+    }
+
+    #[test]
+    fn stop_boot_up_and_silence_end_operation() {
+        for ending in [(0x000, &[0x02, 2][..]), (0x702, &[0x00])] {
+            let mut world = World::new();
+            world.sees(20, Bus::Nominal, START_ALL, &[2]);
+            world.sees(30, Bus::Nominal, ending, &[1, 2]);
+            world.sees(31, Bus::Nominal, COMMAND_2, &[2]);
+            assert_eq!(world.due(2), 0);
+        }
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, START_ALL, &[2]);
+        world.sees(2519, Bus::Nominal, COMMAND_2, &[2]);
+        assert_eq!(world.due(2), 1);
+        world.sees(2521, Bus::Nominal, COMMAND_2, &[2]);
+        assert_eq!(world.due(2), 1, "2500 ms after the last message of the master it has left operational");
+    }
+
+    #[test]
+    fn a_parallel_slave_follows_the_master_and_stays_operational() {
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        world.cut(100);
+        world.sees(200, Bus::Redundant, MASTER_BEATS, &[2]);
+        let changes = world.sees(201, Bus::Redundant, COMMAND_2, &[2]);
+        assert_eq!(world.due(2), 1);
+        assert_eq!(changes, [Change::Recovered(2, Time::from_ms(101))]);
+    }
+
+    #[test]
+    fn a_selective_slave_follows_when_it_says_so() {
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        world.cut(100);
+        world.sees(200, Bus::Redundant, MASTER_BEATS, &[2]);
+        world.sees(201, Bus::Redundant, COMMAND_4, &[2]);
+        assert_eq!(world.due(4), 0);
+        world.sees(12_520, Bus::Redundant, (0x704, &[0x7F]), &[1, 2]);
+        world.sees(12_521, Bus::Redundant, (0x000, &[0x01, 4]), &[2, 4]);
+        world.sees(12_522, Bus::Redundant, COMMAND_4, &[2, 4]);
+        assert_eq!(world.due(4), 1);
+        let track = &world.observer.nodes()[&4];
+        assert_eq!(track.failover, Some(Time::from_ms(12_422)));
+        let phases: Vec<_> = track.spans.iter().map(|span| (span.phase.name(), span.bus)).collect();
+        assert_eq!(
+            phases,
+            [
+                ("off", Bus::Nominal),
+                ("starting", Bus::Nominal),
+                ("pre-operational", Bus::Nominal),
+                ("operational", Bus::Nominal),
+                ("pre-operational", Bus::Nominal),
+                ("pre-operational", Bus::Redundant),
+                ("operational", Bus::Redundant),
+            ]
+        );
+    }
+
+    #[test]
+    fn a_heartbeat_that_waited_while_the_command_came_is_old_news() {
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        world.sees(21, Bus::Nominal, (0x702, &[0x7F]), &[1, 4]);
+        world.sees(22, Bus::Nominal, COMMAND_2, &[2]);
+        assert_eq!(world.due(2), 1);
+        world.sees(270, Bus::Nominal, (0x702, &[0x7F]), &[1, 4]);
+        world.sees(271, Bus::Nominal, COMMAND_2, &[2]);
+        assert_eq!(world.due(2), 1, "the next one is believed");
+    }
+
+    #[test]
+    fn telemetry_on_the_cut_bus_is_no_recovery() {
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        world.cut(100);
+        assert_eq!(world.sees(101, Bus::Nominal, (0x382, &[1, 0]), &[4]), []);
+        assert_eq!(
+            world.sees(350, Bus::Redundant, (0x382, &[1, 0]), &[1]),
+            [Change::Recovered(2, Time::from_ms(250))]
+        );
+    }
+}

@@ -1,0 +1,136 @@
+//! The command line of the demo: defaults, ranges and what a wrong value is told.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, FromArgMatches};
+
+use support::board::Board;
+use support::misuse::Misuse;
+use support::project;
+
+const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
+
+/// Fly one master and some slaves on two CAN buses, cut the nominal bus, and report.
+#[derive(Args, Debug)]
+#[command(after_help = "Every run with the same options gives byte-identical logs: all times are virtual.\n\
+    Exit code 0: all slaves were operational at the end, no frame was lost, no board locked up or panicked;\n\
+    1: one of these failed, the reason is printed; 2: wrong command line; 130: stopped by Ctrl-C or SIGTERM, what was\n\
+    flown is written all the same; 141: the reader of its output has left, likewise.")]
+pub struct Options {
+    /// Number of slave boards: nodes 2, 3, 4, ... (node 4 uses selective bus access) [1..14]
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=14))]
+    pub slaves: u8,
+
+    /// Length of the flight in virtual seconds [1..3600]
+    #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
+    pub seconds: f64,
+
+    /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
+    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub cut_at: Option<CutAt>,
+
+    /// Chooses crystal errors, places on the bus and power-on times [0..18446744073709551615]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
+    pub seed: u64,
+
+    /// Board whose images are built and flown
+    #[arg(long, value_name = "BOARD", value_enum, default_value_t = Board::PyboardV11)]
+    pub board: Board,
+
+    /// Directory for logs, pcapng, report and summary, as seen from the current one; created when missing. The files of an
+    /// earlier flight there are removed first [default: target/demo] of the project
+    #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/demo"), hide_default_value = true)]
+    pub out: PathBuf,
+}
+
+/// The value of `--cut-at`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CutAt {
+    /// No cut in this flight.
+    Never,
+    /// Virtual seconds after the start.
+    Second(f64),
+}
+
+impl FromStr for CutAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "never" {
+            return Ok(CutAt::Never);
+        }
+        match text.parse::<f64>() {
+            Ok(second) if second.is_finite() && second >= 0.0 => Ok(CutAt::Second(second)),
+            _ => Err("allowed are seconds from 0 to the value of --seconds, or \"never\"".into()),
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if SECONDS.contains(&seconds) => Ok(seconds),
+        _ => Err(format!("allowed are seconds from {} to {}", SECONDS.start(), SECONDS.end())),
+    }
+}
+
+impl Default for Options {
+    /// What the command line without options means.
+    fn default() -> Self {
+        let command = Options::augment_args(clap::Command::new("demo"));
+        Options::from_arg_matches(&command.get_matches_from(["demo"])).expect("every option has a default")
+    }
+}
+
+impl Options {
+    /// Second of the cut, `None` for a flight without one.
+    ///
+    /// # Errors
+    /// When the cut lies after the end of the flight.
+    pub fn cut_second(&self) -> Result<Option<f64>, Misuse> {
+        match self.cut_at {
+            None => Ok(Some(self.seconds / 2.0)),
+            Some(CutAt::Never) => Ok(None),
+            Some(CutAt::Second(cut)) if cut <= self.seconds => Ok(Some(cut)),
+            Some(CutAt::Second(cut)) => Err(Misuse::of(
+                "demo",
+                format!(
+                    "invalid value '{cut}' for '--cut-at <S>': the flight ends at {0} s; allowed are 0 to {0} \
+                     (or \"never\"), or a longer --seconds",
+                    self.seconds
+                ),
+            )),
+        }
+    }
+
+    /// Makes sure that files can be written to `--out`, before anything long begins.
+    ///
+    /// # Errors
+    /// When the directory cannot be made or written to.
+    pub fn prepare_out(&self) -> Result<(), Misuse> {
+        project::make_writable(&self.out).map_err(|cause| {
+            Misuse::of(
+                "demo",
+                format!(
+                    "invalid value '{}' for '--out <DIR>': {cause}; give a directory that can be created and \
+                     written to",
+                    self.out.display()
+                ),
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn default_folder_is_that_of_the_project_wherever_called_from() {
+        let out = Options::default().out;
+        assert!(out.is_absolute() && out.ends_with("target/demo"), "{}", out.display());
+        let root = out.ancestors().nth(2).expect("the root");
+        assert!(root.join("rust-toolchain.toml").is_file(), "{}", root.display());
+    }
+}

@@ -1,0 +1,174 @@
+//! A made-up flight of a master and two slaves, for the tests of summary and report.
+//!
+//! 40 s, cut at 20 s, switch 600 ms later; slave 2 (parallel) follows at once, slave 4 (selective) 12.5 s later.
+
+use std::time::Duration;
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+
+use super::flight::{BoardCount, Flight};
+use super::message::{Message, NmtState};
+use super::narrator::Narrator;
+use super::observer::{Access, Observer, Phase};
+use super::plan::{BoardPlan, CutPlan, Plan};
+use super::record::{Bus, Happening, Level, Node, Nodes, Record, Seen};
+use super::stamps::StampErrors;
+use support::board::Board;
+use support::telltale::{Stamps, Telltale};
+
+const CUT_MS: u64 = 20_000;
+const SWITCH_MS: u64 = 20_600;
+const SELECTIVE_SWITCH_MS: u64 = 32_350;
+
+/// TC frames that complete: slave 2 has no gap but the isolation of the master, slave 4 is sent for all the same.
+pub const COMMANDS_ON_THE_WIRE: u64 = 2 * (195 + 194);
+
+/// TC frames that slave 2 and slave 4 have to execute.
+pub const COMMANDS_DUE: u64 = (195 + 194) + (195 + 76);
+
+/// First TC on the redundant bus 20.605 s, cut 20 s.
+pub const PARALLEL_FAILOVER_MS: f64 = 605.0;
+
+/// First TC after the start at 32.36 s.
+pub const SELECTIVE_FAILOVER_MS: f64 = 12_406.0;
+
+fn at(ms: u64, what: Happening) -> Record {
+    Record { at: Time::from_ms(ms), what }
+}
+
+fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) -> Record {
+    let reached: Nodes = reached.iter().copied().collect();
+    at(ms, Happening::Frame(Seen { bus, frame: WireFrame::standard(id, data), from, reached }))
+}
+
+/// Where the master sends at `ms`, `None` while nobody acknowledges.
+fn master_bus(ms: u64) -> Option<Bus> {
+    match ms {
+        ..CUT_MS => Some(Bus::Nominal),
+        SWITCH_MS.. => Some(Bus::Redundant),
+        _ => None,
+    }
+}
+
+fn records() -> Vec<Record> {
+    let mut records = vec![
+        at(20, Happening::PowerOn(1)),
+        at(110, Happening::PowerOn(2)),
+        at(230, Happening::PowerOn(4)),
+        at(25, Happening::Log { node: 1, level: Level::Info, text: "master, nominal bus".into() }),
+        frame(112, Bus::Nominal, 2, 0x702, &[0], &[1]),
+        frame(232, Bus::Nominal, 4, 0x704, &[0], &[1, 2]),
+        frame(240, Bus::Nominal, 1, 0x000, &[1, 0], &[2, 4]),
+        at(CUT_MS, Happening::Cut(Bus::Nominal)),
+        at(
+            SWITCH_MS - 1,
+            Happening::Log { node: 1, level: Level::Warn, text: "nominal bus isolated, switching".into() },
+        ),
+        frame(SELECTIVE_SWITCH_MS, Bus::Redundant, 4, 0x704, &[0x7F], &[1, 2]),
+        frame(SELECTIVE_SWITCH_MS + 10, Bus::Redundant, 1, 0x000, &[1, 4], &[2, 4]),
+    ];
+    for ms in (50..40_000).step_by(250) {
+        let Some(bus) = master_bus(ms) else { continue };
+        let all: &[Node] = if bus == Bus::Nominal || ms > SELECTIVE_SWITCH_MS { &[2, 4] } else { &[2] };
+        records.push(frame(ms, bus, 1, 0x701, &[0x05], all));
+        if ms % 5000 == 50 {
+            records.push(frame(ms, bus, 1, 0x080, &[], all));
+        }
+        if ms % 10_000 == 50 {
+            records.push(frame(ms, bus, 1, 0x181, &[0, 0, 0, (ms / 1000) as u8, 0, 0, 0], all));
+        }
+    }
+    records.push(frame(SWITCH_MS, Bus::Redundant, 1, 0x701, &[0x05], &[2]));
+    for ms in (300..40_000).step_by(250) {
+        let follows = if ms < SWITCH_MS { Bus::Nominal } else { Bus::Redundant };
+        records.push(frame(ms, follows, 2, 0x702, &[0x05], &[1]));
+        let (bus, state) = match ms {
+            ..22_250 => (Bus::Nominal, 0x05),
+            22_250..SELECTIVE_SWITCH_MS => (Bus::Nominal, 0x7F),
+            _ => (Bus::Redundant, 0x05),
+        };
+        if !(SELECTIVE_SWITCH_MS..SELECTIVE_SWITCH_MS + 20).contains(&ms) {
+            records.push(frame(ms + 3, bus, 4, 0x704, &[state], &[1, 2]));
+        }
+    }
+    for ms in (505..40_000).step_by(100) {
+        let Some(bus) = master_bus(ms) else { continue };
+        for node in [2, 4] {
+            let offset = u64::from(node == 4);
+            let listens = node == 2 || bus == Bus::Nominal || ms > SELECTIVE_SWITCH_MS + 10;
+            let reached: &[Node] = if listens { &[2, 4] } else { &[2] };
+            let request = 0x400 + u16::from(node);
+            records.push(frame(ms + offset, bus, 1, 0x300 + u16::from(node), &[1, 0, 7], reached));
+            records.push(frame(ms + offset + 40, bus, 1, request, &[0x04, 0x01], reached));
+            if listens {
+                records.push(frame(
+                    ms + offset + 41,
+                    bus,
+                    node,
+                    0x380 + u16::from(node),
+                    &[0x04, 0x01, 1],
+                    &[1],
+                ));
+            }
+        }
+    }
+    records.sort_by_key(|record| record.at);
+    records
+}
+
+/// The flight.
+pub fn flight() -> Flight {
+    let board = |node, crystal_ppm, position_m, power_on| BoardPlan {
+        node,
+        crystal_ppm,
+        position_m,
+        power_on: Time::from_ms(power_on),
+    };
+    let plan = Plan {
+        board: Board::PyboardV11,
+        seed: 1,
+        boards: vec![board(1, 12.0, 0.0, 20), board(2, -31.5, 4.2, 110), board(4, 48.0, 17.0, 230)],
+        end: Time::from_ms(40_000),
+        cut: Some(CutPlan { bus: Bus::Nominal, at: Time::from_ms(CUT_MS), position_m: 0.5 }),
+    };
+    let mut observer = Observer::new([(2, Access::Parallel), (4, Access::Selective)]);
+    let mut narrator = Narrator::new();
+    let records = records();
+    let story = records.iter().flat_map(|record| narrator.tell(record, &observer.on(record))).collect();
+    observer.conclude(plan.end);
+    let replies = records.iter().filter(|record| {
+        let Happening::Frame(seen) = &record.what else { return false };
+        matches!(Message::decode(&seen.frame), Some(Message::Telemetry { .. }))
+    });
+    let count = |node, commands, telemetry_replies| BoardCount {
+        node,
+        instructions: 30_000_000,
+        telltale: Telltale {
+            commands,
+            telemetry_replies,
+            stamps: Stamps { captured: 1, ..Stamps::default() },
+            ..Telltale::default()
+        },
+        ..BoardCount::default()
+    };
+    let boards = vec![
+        BoardCount { aborted_frames: 3, ..count(1, 780, replies.count() as u32) },
+        count(2, 195 + 194, 0),
+        count(4, 195 + 76, 0),
+    ];
+    let operational = Phase::Nmt(NmtState::Operational);
+    assert!(observer.slaves().all(|(_, track)| track.now().phase == operational));
+    let stamp_errors = StampErrors { compared: 24, worst_ns: 11.94 };
+    Flight {
+        end: plan.end,
+        interrupted: None,
+        plan,
+        wall: Duration::from_secs(10),
+        records,
+        story,
+        observer,
+        boards,
+        stamp_errors,
+    }
+}

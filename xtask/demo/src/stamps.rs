@@ -1,0 +1,79 @@
+//! The boards' stamps of SYNC against the true ends of its frames.
+//!
+//! The truth is the wire's: the end of the frame at its transmitter, later by the cable at everybody else, as the board's
+//! own capture timer counts it. A board keeps its last stamp only, and SYNCs are far apart: one look after each is enough.
+
+use can_wire::frame::WireId;
+use can_wire::record::Record as WireRecord;
+use can_wire::time::Time;
+use twin::spacecraft::{BoardId, Bus as TwinBus, Spacecraft, WireRecord as OnBus};
+
+use support::telltale::Telltale;
+
+const SYNC: WireId = WireId::Standard(0x080);
+
+/// When all tasks have dealt with a frame.
+const DEALT_WITH: Time = Time::from_ms(2);
+
+/// Ticks of the capture timer per nanosecond.
+const TICKS_PER_NS: f64 = 0.084;
+
+/// How far stamps were off.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StampErrors {
+    /// Stamps compared, all boards.
+    pub compared: u64,
+    /// Largest distance from the truth, ns.
+    pub worst_ns: f64,
+}
+
+/// Compares as the flight goes on.
+#[derive(Debug, Default)]
+pub struct StampWatch {
+    /// SYNCs not compared yet: bus, end at the transmitter, who sent it and who received it.
+    pending: Vec<(TwinBus, Time, usize, Vec<usize>)>,
+    /// Stamps that each board had captured when it was looked at last.
+    captured: Vec<u32>,
+    errors: StampErrors,
+}
+
+impl StampWatch {
+    /// A frame completed.
+    pub fn on(&mut self, wire: &OnBus) {
+        if let WireRecord::Completed { trace, receivers, .. } = &wire.record
+            && trace.frame.id == SYNC
+        {
+            let receivers = receivers.iter().map(|&(node, _)| node).collect();
+            self.pending.push((wire.bus, trace.end, trace.transmitter, receivers));
+        }
+    }
+
+    /// Looks at the boards, some time after a SYNC.
+    pub fn look(&mut self, spacecraft: &Spacecraft) {
+        let due =
+            |&mut (_, end, ..): &mut (TwinBus, Time, usize, Vec<usize>)| end + DEALT_WITH <= spacecraft.now();
+        let synced: Vec<_> = self.pending.extract_if(.., due).collect();
+        let boards = spacecraft.boards().count();
+        self.captured.resize(boards, 0);
+        for (bus, end, transmitter, receivers) in synced {
+            for node in receivers.into_iter().chain([transmitter]).filter(|&node| node < boards) {
+                let board = spacecraft.board(BoardId(node));
+                let Ok(Telltale { stamps, .. }) = Telltale::read(board) else { continue };
+                // Of its own life: a reset starts the count anew.
+                if stamps.captured == std::mem::replace(&mut self.captured[node], stamps.captured) {
+                    continue;
+                }
+                let truth = board.capture_clock(end + spacecraft.wire(bus).delay(transmitter, node));
+                let distance = (f64::from(stamps.last) - truth).rem_euclid(2_f64.powi(32));
+                let error = distance.min(2_f64.powi(32) - distance) / TICKS_PER_NS;
+                self.errors.compared += 1;
+                self.errors.worst_ns = self.errors.worst_ns.max(error);
+            }
+        }
+    }
+
+    /// What was found.
+    pub fn errors(&self) -> StampErrors {
+        self.errors
+    }
+}

@@ -1,0 +1,146 @@
+//! Whether a flight was a good one, and if not, why.
+
+use serde::Serialize;
+
+use super::flight::{Flight, Interruption};
+use super::narrator::name;
+use super::observer::Access;
+
+/// How a flight ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Outcome {
+    /// Everything was as it should be at the end.
+    Passed,
+    /// At least one thing was not.
+    Failed,
+    /// It was stopped before its planned end.
+    Interrupted,
+}
+
+/// Outcome and reasons, as `summary.json` has them.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Verdict {
+    /// How the flight ended.
+    #[serde(rename = "verdict")]
+    pub outcome: Outcome,
+    /// Why it did not pass, one sentence each; empty when it passed.
+    pub reasons: Vec<String>,
+}
+
+impl Verdict {
+    /// Judges a flight. Of an interrupted one only what an early end does not explain.
+    pub fn of(flight: &Flight) -> Verdict {
+        if let Some(interruption) = flight.interrupted {
+            let reasons = [vec![stopped(flight, interruption)], damage(flight)].concat();
+            return Verdict { outcome: Outcome::Interrupted, reasons };
+        }
+        let reasons = faults(flight);
+        let outcome = if reasons.is_empty() { Outcome::Passed } else { Outcome::Failed };
+        Verdict { outcome, reasons }
+    }
+}
+
+fn stopped(flight: &Flight, interruption: Interruption) -> String {
+    let cause = match interruption {
+        Interruption::Asked => "Ctrl-C or SIGTERM",
+        Interruption::Unread => "its output could not be written any more",
+    };
+    format!("stopped after {:.3} s of {} s: {cause}", flight.end.as_secs_f64(), flight.plan.end.as_secs_f64())
+}
+
+/// Why a whole flight was not a good one; empty when it was.
+pub fn faults(flight: &Flight) -> Vec<String> {
+    [not_operational(flight), damage(flight)].concat()
+}
+
+/// Slaves that are not operational at the end.
+fn not_operational(flight: &Flight) -> Vec<String> {
+    let slaves = flight.observer.slaves().filter(|(_, track)| track.operational_on().is_none());
+    slaves
+        .map(|(node, track)| {
+            let now = track.now();
+            let mut fault =
+                format!("{} is {} on the {} bus at the end", name(node), now.phase.name(), now.bus.name());
+            if let (Some(Access::Selective), Some((cut, _))) = (track.access, flight.cut()) {
+                fault += &format!(
+                    " (selective access: it searches 12.5 s after the master's last heartbeat, the flight ended \
+                     {:.1} s after the cut)",
+                    flight.end.since(cut).as_secs_f64()
+                );
+            }
+            fault
+        })
+        .collect()
+}
+
+/// What must not happen at any time of a flight.
+fn damage(flight: &Flight) -> Vec<String> {
+    let mut faults = Vec::new();
+    for board in &flight.boards {
+        let who = name(board.node);
+        if let Some(reason) = &board.stopped {
+            faults.push(format!("the twin stopped {reason}"));
+        }
+        if board.lockups > 0 {
+            faults.push(format!("{who} locked up"));
+        }
+        if board.panics > 0 {
+            faults.push(format!("{who} panicked"));
+        }
+        if board.resets > 0 {
+            faults.push(format!("{who} reset itself"));
+        }
+        if board.lost_frames > 0 {
+            faults.push(format!("{who} lost {} frames", board.lost_frames));
+        }
+        if let Some(track) = flight.observer.nodes().get(&board.node)
+            && track.access.is_some()
+            && track.tc_due != u64::from(board.telltale.commands)
+        {
+            faults.push(format!(
+                "{who} executed {} commands, {} were due",
+                board.telltale.commands, track.tc_due
+            ));
+        }
+    }
+    faults
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    #[test]
+    fn a_good_flight_passes() {
+        let verdict = Verdict::of(&sample::flight());
+        assert_eq!(verdict, Verdict { outcome: Outcome::Passed, reasons: vec![] });
+    }
+
+    #[test]
+    fn a_flight_with_a_fault_fails_and_names_it() {
+        let mut flight = sample::flight();
+        flight.boards[0].lockups = 1;
+        let verdict = Verdict::of(&flight);
+        assert_eq!(verdict, Verdict { outcome: Outcome::Failed, reasons: vec!["master locked up".into()] });
+    }
+
+    /// Given a flight stopped before its slaves were operational, Then only the stop and real damage are reasons.
+    #[test]
+    fn an_early_end_excuses_slaves_but_no_damage() {
+        let mut flight = sample::flight();
+        flight.interrupted = Some(Interruption::Asked);
+        flight.observer = crate::observer::Observer::new(flight.plan.slaves());
+        flight.boards.iter_mut().for_each(|board| board.telltale.commands = 0);
+        flight.boards[1].panics = 1;
+        let Verdict { outcome, reasons } = Verdict::of(&flight);
+        assert_eq!(outcome, Outcome::Interrupted);
+        assert_eq!(reasons.len(), 2, "{reasons:?}");
+        assert!(
+            reasons[0].starts_with("stopped after ") && reasons[0].ends_with("Ctrl-C or SIGTERM"),
+            "{reasons:?}"
+        );
+        assert_eq!(reasons[1], "node 2 panicked");
+    }
+}

@@ -1,0 +1,153 @@
+//! `cargo twin`: the spacecraft in real time, its buses open to whoever speaks SLCAN.
+
+#![forbid(unsafe_code)]
+
+mod channel;
+mod client;
+mod craft;
+mod filter;
+mod options;
+mod pace;
+mod port;
+mod slcan;
+
+use std::io::Write;
+use std::time::Instant;
+
+use anyhow::bail;
+use can_wire::time::Time;
+use console::style;
+use twin::rtt::Level;
+use twin::spacecraft::{BoardId, Bus, Spacecraft};
+
+pub use options::Options;
+use pace::{LagReporter, Pace};
+use port::Port;
+use support::output::{complain, warn};
+use support::stop::Stop;
+
+/// Sockets are served at least so often, in virtual time; it runs no faster than the clock on the wall.
+const STEP: Time = Time::from_us(500);
+
+/// Runs until Ctrl-C or the end that was asked for.
+///
+/// # Errors
+/// When an image cannot be built, a port is taken, or a board had to be stopped, panicked or locked up.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    options.check()?;
+    // A port that is taken is reported before a build of a minute. It is closed again: a client that came now would hear
+    // nothing for so long, or never, and could not tell.
+    Bus::ALL.into_iter().try_for_each(|bus| port::listen(bus, options.address(bus)).map(drop))?;
+    if !options.listen.is_loopback() {
+        warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
+    }
+    let images = firmware_images::build(options.board.name(), options.profile.name())?;
+    let mut spacecraft = craft::assemble(options, &images)?;
+    let stop = Stop::at_ctrl_c()?;
+    let mut ports = Vec::new();
+    for bus in Bus::ALL {
+        let listener = port::listen(bus, options.address(bus))?;
+        ports.push(Port::new(&mut spacecraft, bus, listener));
+    }
+    for port in &ports {
+        say(format_args!("{} bus: slcan socket://{}", port.bus(), port.address()?));
+    }
+    let mut run = Run { spacecraft, ports, faults: Vec::new(), lag: LagReporter::default() };
+    let pace = run.fly(Time::from_us((options.seconds * 1e6) as u64), &stop);
+    run.conclude(&pace)
+}
+
+/// A line for people. Nobody has to read it: a closed pipe does not end the spacecraft.
+fn say(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
+}
+
+struct Run {
+    spacecraft: Spacecraft,
+    ports: Vec<Port>,
+    faults: Vec<String>,
+    lag: LagReporter,
+}
+
+impl Run {
+    fn fly(&mut self, end: Time, stop: &Stop) -> Pace {
+        let mut pace = Pace::new(Instant::now());
+        while self.spacecraft.now() < end && !stop.is_asked() {
+            let next = (self.spacecraft.now() + STEP).min(end);
+            std::thread::sleep(pace.instant_of(next).saturating_duration_since(Instant::now()));
+            pace.reached(next, Instant::now());
+            self.report_lag(&pace);
+            self.ports.iter_mut().for_each(|port| port.hear_clients(&mut self.spacecraft));
+            self.advance(next);
+            self.ports.iter_mut().for_each(|port| port.tell_clients(&mut self.spacecraft));
+            self.tell_notes();
+        }
+        pace
+    }
+
+    /// A board that the twin has to stop stays behind.
+    fn advance(&mut self, until: Time) {
+        while let Err(fault) = self.spacecraft.run_until(until) {
+            let fault = fault.to_string();
+            complain(&fault);
+            self.faults.push(fault);
+        }
+        // The ports have their own ears, and nobody looks at pins.
+        self.spacecraft.take_frames();
+        let boards: Vec<BoardId> = self.spacecraft.boards().map(|(id, _)| id).collect();
+        boards.into_iter().for_each(|id| drop(self.spacecraft.board_mut(id).take_pin_changes()));
+        for log in self.spacecraft.take_logs() {
+            let name = &self.spacecraft.board(log.board).config().name;
+            let text = match log.level {
+                Some(Level::Error) => style(log.text).red(),
+                Some(Level::Warn) => style(log.text).yellow(),
+                _ => style(log.text),
+            };
+            say(format_args!("{:10.3} s  {name:<7}  {text}", log.at.as_secs_f64()));
+        }
+    }
+
+    fn tell_notes(&mut self) {
+        let now = self.spacecraft.now().as_secs_f64();
+        for note in self.ports.iter_mut().flat_map(Port::take_notes) {
+            say(format_args!("{now:10.3} s  {note}"));
+        }
+    }
+
+    fn report_lag(&mut self, pace: &Pace) {
+        if let Some(lag) = self.lag.due(pace.behind(), Instant::now()) {
+            warn(lag);
+        }
+    }
+
+    /// The last words, and whether it was a good run.
+    fn conclude(self, pace: &Pace) -> anyhow::Result<()> {
+        let seconds = self.spacecraft.now().as_secs_f64();
+        say(format_args!(
+            "ended after {seconds:.1} s of virtual time, {:.1} s behind the clock on the wall",
+            pace.behind().as_secs_f64()
+        ));
+        for port in &self.ports {
+            let frames = self.spacecraft.wire(port.bus()).counters().completed;
+            let port::Totals { clients, sent, lost, abandoned } = port.totals();
+            say(format_args!(
+                "{} bus: {frames} frames on it, {sent} of them from clients; clients: {clients}, frames lost because \
+                 they did not read: {lost}, frames of theirs given up: {abandoned}",
+                port.bus()
+            ));
+        }
+        let mut faults = self.faults;
+        for (_, board) in self.spacecraft.boards() {
+            let counters = board.counters();
+            for (count, what) in [(counters.panics, "panicked"), (counters.lockups, "locked up")] {
+                if count > 0 {
+                    faults.push(format!("{} {what} ({count} times)", board.config().name));
+                }
+            }
+        }
+        if !faults.is_empty() {
+            bail!("not all boards were well: {}", faults.join("; "));
+        }
+        Ok(())
+    }
+}

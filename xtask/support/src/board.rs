@@ -1,0 +1,99 @@
+//! The boards that images are built for and flown on, and the mission profiles that they are built with.
+
+use clap::ValueEnum;
+use twin::model::Model;
+use twin::peripherals::Pin;
+
+/// A supported board; its name on the command line is that of the firmware's cargo feature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Board {
+    /// pyboard v1.1: STM32F405RG at 168 MHz, two bxCAN controllers
+    #[value(name = "pyboard-v11")]
+    PyboardV11,
+    /// NUCLEO-F446RE: STM32F446RE at 168 MHz, two bxCAN controllers, external transceivers
+    #[value(name = "nucleo-f446re")]
+    NucleoF446re,
+}
+
+impl Board {
+    /// Its name: cargo feature, command line, summary.
+    pub fn name(self) -> &'static str {
+        match self {
+            Board::PyboardV11 => "pyboard-v11",
+            Board::NucleoF446re => "nucleo-f446re",
+        }
+    }
+
+    /// Its chip, as probe-rs knows it.
+    pub fn chip(self) -> &'static str {
+        match self {
+            Board::PyboardV11 => "STM32F405RG",
+            Board::NucleoF446re => "STM32F446RETx",
+        }
+    }
+
+    /// Its emulation.
+    pub fn model(self) -> Model {
+        match self {
+            Board::PyboardV11 => Model::PYBOARD_V11,
+            Board::NucleoF446re => Model::NUCLEO_F446RE,
+        }
+    }
+
+    /// How the harness closes the Node-ID straps for `node`, `2..=15`: four bits from the lowest, then odd parity; a
+    /// closed strap is tied to ground, an open one has a pull-up. The master has none.
+    pub fn straps(self, node: u8) -> Vec<(Pin, bool)> {
+        if node == 1 {
+            return Vec::new();
+        }
+        let pins = match self {
+            Board::PyboardV11 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
+            Board::NucleoF446re => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
+        };
+        let parity = node.count_ones().is_multiple_of(2).then_some(4);
+        let closed = (0..4).filter(|bit| node >> bit & 1 == 1).chain(parity);
+        closed.map(|strap| pins[strap]).map(|(port, number)| (Pin::new(port, number), false)).collect()
+    }
+}
+
+/// A mission profile that the firmware knows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Profile {
+    /// Numbers of the LibreCube prototype of 2017
+    Librecube,
+    /// Our defaults for ECSS-E-ST-50-15C
+    Standard,
+}
+
+impl Profile {
+    /// Its name: cargo feature, command line, summary.
+    pub fn name(self) -> &'static str {
+        match self {
+            Profile::Librecube => "librecube",
+            Profile::Standard => "standard",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tied(node: u8) -> Vec<(Pin, bool)> {
+        Board::PyboardV11.straps(node)
+    }
+
+    #[test]
+    fn each_board_has_its_own_pins() {
+        let pins = [('C', 0), ('C', 1), ('B', 0)].map(|(port, number)| (Pin::new(port, number), false));
+        assert_eq!(Board::NucleoF446re.straps(3), pins);
+    }
+
+    #[test]
+    fn an_odd_number_of_straps_is_tied_to_ground() {
+        assert_eq!(tied(2), [(Pin::new('A', 3), false)]);
+        assert_eq!(tied(3), [2, 3, 6].map(|pin| (Pin::new('A', pin), false)));
+        assert_eq!(tied(15), [2, 3, 4, 5, 6].map(|pin| (Pin::new('A', pin), false)));
+        assert_eq!(tied(1), []);
+    }
+}

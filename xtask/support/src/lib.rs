@@ -1,0 +1,11 @@
+//! What the commands share: boards and profiles, images as files, output and endings, counters of a flown image.
+
+#![forbid(unsafe_code)]
+
+pub mod board;
+pub mod elf;
+pub mod misuse;
+pub mod output;
+pub mod project;
+pub mod stop;
+pub mod telltale;

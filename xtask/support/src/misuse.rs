@@ -1,0 +1,35 @@
+//! A wrong command line that only becomes clear after parsing.
+
+use std::fmt;
+
+use clap::error::ErrorKind;
+
+/// What was wrong, and what is allowed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Misuse {
+    command: &'static str,
+    text: String,
+}
+
+impl Misuse {
+    /// Of an option of the subcommand `command`.
+    pub fn of(command: &'static str, text: impl Into<String>) -> Self {
+        Misuse { command, text: text.into() }
+    }
+
+    /// Reports it as clap reports what it finds itself, and ends the program with exit code 2. `cli` is the command line
+    /// of the whole program.
+    pub fn exit(&self, mut cli: clap::Command) -> ! {
+        cli.build();
+        let command = cli.find_subcommand_mut(self.command).expect("a subcommand reports its own misuse");
+        command.error(ErrorKind::ValueValidation, &self.text).exit()
+    }
+}
+
+impl fmt::Display for Misuse {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl std::error::Error for Misuse {}
