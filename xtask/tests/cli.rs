@@ -60,8 +60,10 @@ fn help_of_the_twin_tells_ports_and_what_to_do_with_them() {
         "--listen <IP>",
         "[default: 127.0.0.1]",
         "--slaves <N>",
-        "[1..14]",
+        "[0..14]",
         "--no-master",
+        "--master <FILE>",
+        "--slave <N=FILE>",
         "--seconds <S>",
         "--board <BOARD>",
         "--profile <PROFILE>",
@@ -74,10 +76,21 @@ fn help_of_the_twin_tells_ports_and_what_to_do_with_them() {
 
 #[test]
 fn wrong_values_of_the_twin_are_refused() {
-    refuses(&["twin", "--slaves", "15"], &["--slaves", "1..=14"]);
+    refuses(&["twin", "--slaves", "15"], &["--slaves", "0..=14"]);
     refuses(&["twin", "--slcan-nominal", "65536"], &["--slcan-nominal", "65535"]);
     refuses(&["twin", "--listen", "nowhere"], &["--listen", "nowhere"]);
     refuses(&["twin", "--seconds", "0"], &["--seconds", "0.1 to 172800"]);
+}
+
+#[test]
+fn images_of_the_user_are_checked_before_anything_is_built() {
+    refuses(&["twin", "--slave", "3"], &["--slave", "a Node-ID and a file"]);
+    refuses(&["twin", "--slave", "16=x.elf"], &["--slave", "Node-IDs 2 to 15"]);
+    refuses(&["twin", "--slave", "3=nowhere.elf"], &["nowhere.elf", "Usage: cargo xtask twin"]);
+    refuses(&["twin", "--master", "Cargo.toml"], &["Cargo.toml is no image", "Usage: cargo xtask twin"]);
+    refuses(&["twin", "--slave", "3=a", "--slave", "3=b"], &["two images for node 3"]);
+    refuses(&["twin", "--master", "a", "--no-master"], &["--master", "--no-master"]);
+    refuses(&["twin", "--slaves", "0", "--no-master"], &["no board is left"]);
 }
 
 #[test]

@@ -248,6 +248,21 @@ fn without_the_master_a_client_is_node_1() {
     assert!(!heard.iter().any(|line| line == "t703105\r"), "{heard:?}");
 }
 
+/// Given an image in a place of the user's, when it is flown alone, then its board boots with the straps of its Node-ID.
+#[test]
+fn own_image_flies_with_the_straps_of_its_node() {
+    let images = firmware_images::build("pyboard-v11", "librecube").expect("images");
+    let folder = tempfile::tempdir().expect("a folder");
+    let own = folder.path().join("own.elf");
+    std::fs::copy(&images.slave, &own).expect("a copy");
+    let twin = Twin::start(&["--slaves", "0", "--no-master", "--slave", &format!("9={}", own.display())]);
+    let mut client = twin.open(NOMINAL);
+    client.hears(|line| line == "t70917F\r");
+    let (said, code) = twin.interrupt();
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("slave 9") && !said.contains("slave 2") && !said.contains("master "), "{said}");
+}
+
 fn fails(arguments: &[&str]) -> (Option<i32>, String) {
     let output: Output =
         Command::new(env!("CARGO_BIN_EXE_xtask")).arg("twin").args(arguments).output().expect("xtask starts");
