@@ -1,27 +1,33 @@
-//! From the interrupts of a controller to its port: bounded, nothing lost unseen.
+//! Between the interrupts of a controller and its port: events, bounded, nothing lost unseen, and the frame that waits.
 
-use core::cell::RefCell;
+use core::cell::{Cell, RefCell};
 use core::task::{Context, Poll};
 
 use ecss_can::link::Stamp;
-use ecss_can::link::port::PortEvent;
+use ecss_can::link::port::{Mailbox, PortEvent};
 use ecss_can::types::Frame;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::waitqueue::AtomicWaker;
 
+use super::held::Held;
 use super::status::{Enables, Status};
 use super::waiting::Waiting;
 
-/// What happened on a controller and was not taken yet.
+/// What happened on a controller and was not taken yet, and what its transmit interrupt has to request.
 pub struct EventQueue {
     waiting: Mutex<CriticalSectionRawMutex, RefCell<Waiting>>,
     waker: AtomicWaker,
+    held: Mutex<CriticalSectionRawMutex, Cell<Held>>,
 }
 
 impl EventQueue {
     pub(super) const fn new() -> Self {
-        EventQueue { waiting: Mutex::new(RefCell::new(Waiting::new())), waker: AtomicWaker::new() }
+        EventQueue {
+            waiting: Mutex::new(RefCell::new(Waiting::new())),
+            waker: AtomicWaker::new(),
+            held: Mutex::new(Cell::new(Held::NOTHING)),
+        }
     }
 
     /// A frame came; when the queue is full it is counted as lost.
@@ -37,6 +43,33 @@ impl EventQueue {
     /// The result of a mailbox.
     pub(super) fn finished(&self, result: PortEvent) {
         self.update(|waiting| waiting.finished(result));
+    }
+
+    /// Whether a frame waits in its mailbox.
+    pub(super) fn holds_frame(&self) -> bool {
+        self.held(|held| held.waits())
+    }
+
+    /// A frame waits in its mailbox. Returns the mailbox to request if those before it have `ended` already.
+    pub(super) fn hold(&self, frame: Held, ended: impl Fn(usize) -> bool) -> Option<Mailbox> {
+        self.held(|held| {
+            *held = frame;
+            held.end(ended)
+        })
+    }
+
+    /// Mailboxes `ended`. Returns the mailbox to request now.
+    pub(super) fn ended(&self, ended: impl Fn(usize) -> bool) -> Option<Mailbox> {
+        self.held(|held| held.end(ended))
+    }
+
+    /// Gives up the frame that waits in this mailbox and reports it. Returns whether it waited.
+    pub(super) fn cancel(&self, mailbox: Mailbox) -> bool {
+        let waited = self.held(|held| held.cancel(mailbox));
+        if waited {
+            self.finished(PortEvent::Failed { mailbox });
+        }
+        waited
     }
 
     /// The error register as it is now; what may raise the error interrupt from now on.
@@ -61,6 +94,15 @@ impl EventQueue {
             Some(event) => Poll::Ready(event),
             None => Poll::Pending,
         }
+    }
+
+    fn held<R>(&self, what: impl FnOnce(&mut Held) -> R) -> R {
+        self.held.lock(|cell| {
+            let mut held = cell.get();
+            let result = what(&mut held);
+            cell.set(held);
+            result
+        })
     }
 
     fn update<R>(&self, change: impl FnOnce(&mut Waiting) -> R) -> R {

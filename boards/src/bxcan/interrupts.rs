@@ -48,6 +48,10 @@ fn transmitted(registers: Can, events: &EventQueue) {
     TELLTALE.interrupts.transmit.count();
     let stamp = Stamp::interrupt(Uptime.now());
     let status = registers.tsr().read();
+    // First of all, so that it goes out right after the intermission.
+    if let Some(next) = events.ended(|n| status.rqcp(n)) {
+        request(registers, next);
+    }
     // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
     registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
     for n in (0..MAILBOXES).filter(|n| status.rqcp(*n)) {
@@ -60,6 +64,11 @@ fn transmitted(registers: Can, events: &EventQueue) {
         });
     }
     note_errors(registers, events);
+}
+
+/// Requests the transmission of a frame that waits in its mailbox.
+pub(super) fn request(registers: Can, mailbox: Mailbox) {
+    registers.tx(usize::from(mailbox.0)).tir().modify(|w| w.set_txrq(true));
 }
 
 #[inline(never)] // once for both controllers

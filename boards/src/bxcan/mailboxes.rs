@@ -1,10 +1,16 @@
 //! Which transmit mailbox a frame goes into.
 //!
 //! bxCAN sends the pending mailbox with the lowest identifier first, and of equal identifiers the lowest mailbox number
-//! (RM0090 32.7.1). So frames of one COB-ID keep their order when they are pending together in rising numbers only.
+//! (RM0090 32.7.1). So frames of one COB-ID are pending together in rising numbers only. When no higher mailbox is free, the
+//! next frame waits in a lower one.
 
 use ecss_can::link::port::{MAILBOXES, Mailbox, is_urgent};
 use ecss_can::types::CobId;
+
+use super::held::Flags;
+
+/// Frames that must end before another one of their COB-ID: none.
+const NONE: Flags = [false; MAILBOXES];
 
 /// What is in the mailboxes. One stays in use until its result has been reported.
 #[derive(Default)]
@@ -13,18 +19,27 @@ pub(super) struct Mailboxes {
 }
 
 impl Mailboxes {
-    /// A mailbox for a frame with this identifier, in use from now on. `None`: not now.
-    pub fn claim(&mut self, id: CobId) -> Option<Mailbox> {
+    /// Takes a mailbox into use for a frame with this identifier. Returns it, and the mailboxes that must end before it is
+    /// requested. `None` when there is none at present; `holds_one`: a frame waits already, and only one can.
+    pub fn claim(&mut self, id: CobId, holds_one: impl FnOnce() -> bool) -> Option<(Mailbox, Flags)> {
         let is_free = |slot: &Option<CobId>| slot.is_none();
         let kept_free = if is_urgent(id) { 0 } else { 1 };
         if self.in_use.iter().filter(|slot| is_free(slot)).count() <= kept_free {
             return None;
         }
-        let after = self.in_use.iter().rposition(|slot| *slot == Some(id)).map_or(0, |same| same + 1);
-        let (number, slot) =
-            self.in_use.iter_mut().enumerate().skip(after).find(|(_, slot)| is_free(slot))?;
-        *slot = Some(id);
-        Some(Mailbox(number as u8))
+        let same = self.in_use.map(|slot| slot == Some(id));
+        let last = same.iter().rposition(|is_same| *is_same);
+        if last.is_some() && holds_one() {
+            return None;
+        }
+        let after = last.map_or(0, |last| last + 1);
+        let higher = self.in_use.iter().skip(after).position(is_free).map(|place| after + place);
+        let (number, before) = match higher {
+            Some(number) => (number, NONE),
+            None => (self.in_use.iter().position(is_free)?, same),
+        };
+        *self.in_use.get_mut(number)? = Some(id);
+        Some((Mailbox(number as u8), before))
     }
 
     /// Whether it is in use by a frame with this identifier.
@@ -50,20 +65,27 @@ mod tests {
         CobId::new(raw).unwrap()
     }
 
+    /// Mailbox of a frame that may be requested at once.
+    fn at_once(mailboxes: &mut Mailboxes, id: CobId) -> Option<u8> {
+        let (mailbox, before) = mailboxes.claim(id, || false)?;
+        assert_eq!(before, NONE);
+        Some(mailbox.0)
+    }
+
     #[test]
     fn one_mailbox_is_left_for_urgent_frames() {
         let mut mailboxes = Mailboxes::default();
-        assert_eq!(mailboxes.claim(id(0x382)), Some(Mailbox(0)));
-        assert_eq!(mailboxes.claim(id(0x702)), Some(Mailbox(1)));
-        assert_eq!(mailboxes.claim(id(0x382)), None);
-        assert_eq!(mailboxes.claim(URGENT), Some(Mailbox(2)));
-        assert_eq!(mailboxes.claim(URGENT), None);
+        assert_eq!(at_once(&mut mailboxes, id(0x382)), Some(0));
+        assert_eq!(at_once(&mut mailboxes, id(0x702)), Some(1));
+        assert_eq!(mailboxes.claim(id(0x382), || false), None);
+        assert_eq!(at_once(&mut mailboxes, URGENT), Some(2));
+        assert_eq!(mailboxes.claim(URGENT, || false), None);
     }
 
     #[test]
     fn a_mailbox_holds_an_identifier_until_its_result_was_reported() {
         let mut mailboxes = Mailboxes::default();
-        assert_eq!(mailboxes.claim(URGENT), Some(Mailbox(0)));
+        assert_eq!(at_once(&mut mailboxes, URGENT), Some(0));
         assert!(mailboxes.holds(Mailbox(0), URGENT));
         assert!(!mailboxes.holds(Mailbox(0), id(0x382)));
         assert!(!mailboxes.holds(Mailbox(1), URGENT));
@@ -74,15 +96,32 @@ mod tests {
     #[test]
     fn equal_identifiers_are_pending_in_rising_numbers_only() {
         let mut mailboxes = Mailboxes::default();
-        assert_eq!(mailboxes.claim(id(0x382)), Some(Mailbox(0)));
-        assert_eq!(mailboxes.claim(id(0x382)), Some(Mailbox(1)));
+        assert_eq!(at_once(&mut mailboxes, id(0x382)), Some(0));
+        assert_eq!(at_once(&mut mailboxes, id(0x382)), Some(1));
         mailboxes.release(Mailbox(0));
-        assert_eq!(mailboxes.claim(id(0x382)), Some(Mailbox(2)), "behind the one that is pending in 1");
+        assert_eq!(at_once(&mut mailboxes, id(0x382)), Some(2), "behind the one that is pending in 1");
         mailboxes.release(Mailbox(1));
-        assert_eq!(mailboxes.claim(id(0x382)), None, "0 and 1 would overtake 2");
-        assert_eq!(mailboxes.claim(id(0x702)), Some(Mailbox(0)), "another identifier may have them");
-        mailboxes.release(Mailbox(0));
+        let waits = Some((Mailbox(0), [false, false, true]));
+        assert_eq!(mailboxes.claim(id(0x382), || false), waits, "0 would overtake 2");
         mailboxes.release(Mailbox(2));
-        assert_eq!(mailboxes.claim(id(0x382)), Some(Mailbox(0)));
+        assert_eq!(at_once(&mut mailboxes, id(0x382)), Some(1), "0 was requested when 2 ended");
+    }
+
+    #[test]
+    fn frame_waits_behind_all_of_its_identifier() {
+        let mut mailboxes = Mailboxes::default();
+        assert_eq!(at_once(&mut mailboxes, id(0x382)), Some(0));
+        assert_eq!(at_once(&mut mailboxes, URGENT), Some(1));
+        assert_eq!(at_once(&mut mailboxes, URGENT), Some(2));
+        mailboxes.release(Mailbox(0));
+        assert_eq!(mailboxes.claim(URGENT, || false), Some((Mailbox(0), [false, true, true])));
+    }
+
+    #[test]
+    fn while_a_frame_waits_only_other_identifiers_are_taken() {
+        let mut mailboxes = Mailboxes::default();
+        assert_eq!(at_once(&mut mailboxes, id(0x382)), Some(0));
+        assert_eq!(mailboxes.claim(id(0x382), || true), None);
+        assert_eq!(mailboxes.claim(id(0x702), || true), Some((Mailbox(1), NONE)));
     }
 }

@@ -6,11 +6,13 @@
 //! SCE interrupt: error flags ──────────────┘
 //! ```
 //!
-//! Frames are retransmitted until they are acknowledged or aborted, the mailbox with the lowest identifier first.
+//! Frames are retransmitted until they are acknowledged or aborted, the mailbox with the lowest identifier first. Those of
+//! one COB-ID keep their order (`mailboxes`, `held`).
 //! Recovery from bus-off is a decision of the node, so the automatic one is off. Time-triggered mode stays off: the
 //! errata of this block say that its time stamps are not available.
 
 mod filters;
+mod held;
 mod mailboxes;
 mod mode;
 mod status;

@@ -18,7 +18,10 @@ use embassy_time::{Duration, with_timeout};
 use super::controller::{self, Controller};
 use super::events::EventQueue;
 use super::filters::{BANKS, banks, half_bank};
-use super::interrupts::{ReceiveHandler, StatusHandler, TransmitHandler, enable_sources, note_errors};
+use super::held::Held;
+use super::interrupts::{
+    ReceiveHandler, StatusHandler, TransmitHandler, enable_sources, note_errors, request,
+};
 use super::mailboxes::Mailboxes;
 use super::mode::{Mode, Request, Seen};
 use super::status::{Enables, Status};
@@ -122,11 +125,17 @@ impl Port {
     fn obey(&self, request: Request) {
         match request {
             Request::Configure => controller::configure(self.registers, self.timing),
-            Request::Abort => {
-                self.registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_abrq(n, true)));
-            }
+            // Upwards: a frame waits in a lower mailbox than the last one before it, whose end would request it.
+            Request::Abort => (0..MAILBOXES).for_each(|n| self.give_up(Mailbox(n as u8))),
             Request::Init => self.registers.mcr().modify(|w| w.set_inrq(true)),
             Request::Normal => self.registers.mcr().modify(|w| w.set_inrq(false)),
+        }
+    }
+
+    fn give_up(&self, mailbox: Mailbox) {
+        let number = usize::from(mailbox.0);
+        if number < MAILBOXES && !self.events.cancel(mailbox) {
+            self.registers.tsr().write(|w| w.set_abrq(number, true));
         }
     }
 
@@ -212,7 +221,8 @@ impl CanPort for Port {
         if !self.mode.is_wanted_on_bus() {
             return Err(Busy);
         }
-        let number = self.mailboxes.claim(frame.id()).ok_or(Busy)?;
+        let (number, behind) = self.mailboxes.claim(frame.id(), || self.events.holds_frame()).ok_or(Busy)?;
+        let waits = behind.contains(&true);
         let mailbox = self.registers.tx(usize::from(number.0));
         let [a, b, c, d, e, f, g, h] = frame.padded();
         mailbox.tdtr().write(|w| w.set_dlc(frame.dlc()));
@@ -220,16 +230,20 @@ impl CanPort for Port {
         mailbox.tdhr().write(|w| w.0 = u32::from_le_bytes([e, f, g, h]));
         mailbox.tir().write(|w| {
             w.set_stid(frame.id().raw());
-            w.set_txrq(true);
+            w.set_txrq(!waits);
         });
+        // The status is read when the frame is held: a result that comes later interrupts.
+        if waits
+            && let Some(due) =
+                self.events.hold(Held { mailbox: number, behind }, |n| self.registers.tsr().read().tme(n))
+        {
+            request(self.registers, due);
+        }
         Ok(number)
     }
 
     fn abort(&mut self, mailbox: Mailbox) {
-        let number = usize::from(mailbox.0);
-        if number < MAILBOXES {
-            self.registers.tsr().write(|w| w.set_abrq(number, true));
-        }
+        self.give_up(mailbox);
     }
 
     fn health(&self) -> Health {

@@ -18,6 +18,7 @@ mod repeats;
 mod resets;
 mod retained;
 mod rivals;
+mod segments;
 mod silicon;
 mod stamps;
 mod start;
