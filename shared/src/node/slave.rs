@@ -127,7 +127,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// With a parameter store: objects 1010h and 1011h work, and power-on begins with what is stored.
     #[must_use]
     pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
-        self.device.dictionary.stored.0 = Some(store);
+        self.device.dictionary.stored.store = Some(store);
         self.load_all();
         self
     }

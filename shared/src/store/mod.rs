@@ -11,10 +11,12 @@
 //! Where sets and notes are kept is behind [`ParameterStore`], which keeps them whole through a loss of power. What
 //! outlives a reset only is in RAM, behind [`RetainedMemory`].
 
+mod limit;
 mod note;
 mod retained;
 mod set;
 
+pub use limit::SaveLimit;
 pub use note::{MOST_NOTES, note_bdefault, noted_bdefault};
 pub use retained::{Retained, RetainedMemory};
 pub use set::{Apply, Content, Loaded, MAX_VALUE, Value, Values, load, restore_defaults, save};

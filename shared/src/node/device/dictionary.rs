@@ -46,7 +46,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
             rpdos: Rpdos::new(),
             tpdos: Tpdos::new(),
             emcy: emcy::Producer::new(emcy),
-            stored: Stored(None),
+            stored: Stored::default(),
             written: None,
             found: None,
             id,
@@ -157,11 +157,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
             STORE if number != SAVE => return Err(AbortCode::CannotTransfer),
             RESTORE if number != LOAD => return Err(AbortCode::CannotTransfer),
             STORE => {
-                self.stored.save(self.id, at.sub, &mut self.objects)?;
+                self.stored.save(self.id, at.sub, &mut self.objects, self.now)?;
                 self.clear(ErrorCode::DATA_SET);
             }
             RESTORE => {
-                self.stored.restore(self.id, at.sub)?;
+                self.stored.restore(self.id, at.sub, self.now)?;
                 if at.sub == ALL {
                     self.clear(ErrorCode::DATA_SET);
                 }

@@ -95,7 +95,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     pub fn load(&mut self, group: Group) {
         let objects = &mut self.dictionary.objects.communication;
         // Bit 0: on command.
-        objects.store = [u32::from(self.dictionary.stored.0.is_some()); 4];
+        objects.store = [u32::from(self.dictionary.stored.store.is_some()); 4];
         objects.restore = objects.store;
         match self.dictionary.load(group) {
             Ok(None | Some(Loaded::Nothing | Loaded::Set { skipped: 0, .. })) => {}

@@ -3,15 +3,19 @@
 use crate::od::checked::find;
 use crate::od::{Object, Objects, checked};
 use crate::store;
-use crate::store::{Content, Group, Loaded, ParameterStore, StoreError};
-use crate::types::{AbortCode, Address, Bus, NodeId};
+use crate::store::{Content, Group, Loaded, ParameterStore, SaveLimit, StoreError};
+use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
 
 /// A parameter store, if the device has one.
-pub struct Stored(pub Option<&'static mut (dyn ParameterStore + Send)>);
+#[derive(Default)]
+pub struct Stored {
+    pub store: Option<&'static mut (dyn ParameterStore + Send)>,
+    limit: SaveLimit,
+}
 
 impl core::fmt::Debug for Stored {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(if self.0.is_some() { "store" } else { "no store" })
+        f.write_str(if self.store.is_some() { "store" } else { "no store" })
     }
 }
 
@@ -26,7 +30,7 @@ impl Stored {
         group: Group,
         objects: &mut D,
     ) -> Result<Option<Loaded>, StoreError> {
-        let Some(store) = self.0.as_mut() else { return Ok(None) };
+        let Some(store) = self.store.as_mut() else { return Ok(None) };
         let apply = &mut |at: Address, content: Content<'_>| {
             if !group.contains(at.index) {
                 return Ok(());
@@ -41,8 +45,14 @@ impl Stored {
     ///
     /// # Errors
     /// The abort code to answer; what was stored before holds.
-    pub fn save<D: Objects>(&mut self, id: NodeId, sub: u8, objects: &mut D) -> Result<(), AbortCode> {
-        let (store, group) = self.open(sub)?;
+    pub fn save<D: Objects>(
+        &mut self,
+        id: NodeId,
+        sub: u8,
+        objects: &mut D,
+        now: Instant,
+    ) -> Result<(), AbortCode> {
+        let (store, group) = self.open(sub, now)?;
         let values = &mut |visit: &mut dyn FnMut(Address, &dyn store::Value)| {
             D::each_object(&mut |object| {
                 each_parameter(object, &mut |at| {
@@ -59,19 +69,29 @@ impl Stored {
     ///
     /// # Errors
     /// The abort code to answer; what was stored before holds.
-    pub fn restore(&mut self, id: NodeId, sub: u8) -> Result<(), AbortCode> {
-        let (store, group) = self.open(sub)?;
+    pub fn restore(&mut self, id: NodeId, sub: u8, now: Instant) -> Result<(), AbortCode> {
+        let (store, group) = self.open(sub, now)?;
         store::restore_defaults(store, id, group).map_err(StoreError::abort_code)
     }
 
     /// Notes Bdefault. `None` without a store.
     pub fn note_bdefault(&mut self, id: NodeId, bus: Bus) -> Option<Result<(), StoreError>> {
-        Some(store::note_bdefault(&mut **self.0.as_mut()?, id, bus))
+        Some(store::note_bdefault(&mut **self.store.as_mut()?, id, bus))
     }
 
-    fn open(&mut self, sub: u8) -> Result<(&mut (dyn ParameterStore + Send), Group), AbortCode> {
-        let store = self.0.as_mut().ok_or(AbortCode::CannotTransfer)?;
-        Ok((&mut **store, Group::from_sub(sub).ok_or(AbortCode::NoSubIndex)?))
+    /// The store and the group to write to it, counted as a save.
+    fn open(
+        &mut self,
+        sub: u8,
+        now: Instant,
+    ) -> Result<(&mut (dyn ParameterStore + Send), Group), AbortCode> {
+        let store = self.store.as_mut().ok_or(AbortCode::CannotTransfer)?;
+        let group = Group::from_sub(sub).ok_or(AbortCode::NoSubIndex)?;
+        if !self.limit.allows(now) {
+            return Err(AbortCode::DeviceState);
+        }
+        self.limit.on_save(now);
+        Ok((&mut **store, group))
     }
 }
 

@@ -9,7 +9,7 @@ use super::fixture::{
     Memory, NO_INHIBIT, done, errors, operational, payloads, powered, powered_with, read, refused, write,
     write_all,
 };
-use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 
 #[test]
 fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
@@ -50,6 +50,39 @@ fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() 
     let objects = slave.node.objects();
     assert_eq!((objects.communication.producer_heartbeat, objects.application.value), (50, 9));
     assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
+}
+
+/// Given a client that saves and restores in a loop, then ten are obeyed, and from then on one every six minutes.
+#[test]
+fn saves_in_a_loop_are_limited() {
+    let memory = Memory::default();
+    let mut slave = powered_with(&memory);
+    let minutes = |count: u64| ms(count * 60_000);
+    for _ in 0..5 {
+        assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+        assert_eq!(write(&mut slave, 0x1011, 3, b"load"), done(0x1011, 3));
+    }
+    write(&mut slave, 0x6210, 0, &[9, 0, 0, 0]);
+    let stored = memory.stored_len();
+    let refusals = [(0x1010, 1, b"save"), (0x1010, 2, b"save"), (0x1011, 1, b"load")];
+    for (index, sub, signature) in refusals {
+        assert_eq!(write(&mut slave, index, sub, signature), refused(index, sub, 0x0800_0022));
+    }
+    assert_eq!(memory.stored_len(), stored);
+    assert_eq!(powered_with(&memory).node.objects().application.value, 0, "nothing was saved");
+    // Six minutes after the first one.
+    slave.run_until(minutes(6) - span(1));
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), refused(0x1010, 1, 0x0800_0022));
+    slave.run_until(minutes(6));
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), refused(0x1010, 1, 0x0800_0022));
+    assert_eq!(powered_with(&memory).node.objects().application.value, 9);
+    // An hour of patience earns ten saves, not more.
+    slave.run_until(minutes(120));
+    for _ in 0..10 {
+        assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+    }
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), refused(0x1010, 1, 0x0800_0022));
 }
 
 /// What slave 6 has saved.
