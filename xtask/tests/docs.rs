@@ -1,0 +1,197 @@
+//! The Markdown files are right where a program can tell: links, anchors, paths of files, the form of decisions.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned()
+}
+
+/// Markdown files below `folder`, without build results and hidden folders.
+fn documents(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        if path.is_dir() && name != "target" && !name.starts_with('.') {
+            found.extend(documents(&path));
+        } else if path.extension().is_some_and(|extension| extension == "md") {
+            found.push(path);
+        }
+    }
+    found
+}
+
+/// What a document refers to, and what others may refer to in it.
+#[derive(Default)]
+struct Document {
+    /// Anchors of its headings, as GitHub makes them.
+    anchors: BTreeSet<String>,
+    /// Destinations of links and pictures.
+    links: Vec<String>,
+    /// Text in backticks.
+    codes: Vec<String>,
+    /// Headings of level 1 and 2.
+    titles: Vec<String>,
+}
+
+/// Lower case, spaces as hyphens, no other punctuation than hyphen and underscore.
+fn anchor(heading: &str) -> String {
+    heading
+        .to_lowercase()
+        .chars()
+        .filter(|letter| letter.is_alphanumeric() || matches!(letter, ' ' | '-' | '_'))
+        .map(|letter| if letter == ' ' { '-' } else { letter })
+        .collect()
+}
+
+fn read(text: &str) -> Document {
+    let mut document = Document::default();
+    let mut heading: Option<String> = None;
+    let mut repeats: BTreeMap<String, u32> = BTreeMap::new();
+    for event in Parser::new_ext(text, Options::ENABLE_TABLES) {
+        match event {
+            Event::Start(Tag::Link { dest_url, .. } | Tag::Image { dest_url, .. }) => {
+                document.links.push(dest_url.into_string());
+            }
+            Event::Start(Tag::Heading { .. }) => heading = Some(String::new()),
+            Event::End(TagEnd::Heading(level)) => {
+                let title = heading.take().expect("a heading ends after its start");
+                let plain = anchor(&title);
+                let count = repeats.entry(plain.clone()).or_default();
+                let unique = if *count == 0 { plain } else { format!("{plain}-{count}") };
+                *count += 1;
+                document.anchors.insert(unique);
+                if level as usize <= 2 {
+                    document.titles.push(title);
+                }
+            }
+            Event::Text(part) => heading.iter_mut().for_each(|title| title.push_str(&part)),
+            Event::Code(code) => {
+                heading.iter_mut().for_each(|title| title.push_str(&code));
+                document.codes.push(code.into_string());
+            }
+            _ => {}
+        }
+    }
+    document
+}
+
+/// Links of `file` that lead nowhere: each with the reason.
+fn broken_links(file: &Path) -> Vec<String> {
+    let text = fs::read_to_string(file).expect("a text");
+    let mut broken = Vec::new();
+    for link in read(&text).links {
+        if link.contains("://") || link.starts_with("mailto:") {
+            continue;
+        }
+        let (path, wanted) =
+            link.split_once('#').map_or((link.as_str(), None), |(path, part)| (path, Some(part)));
+        let target =
+            if path.is_empty() { file.to_owned() } else { file.parent().expect("a folder").join(path) };
+        if !target.exists() {
+            broken.push(format!("{}: {link}: no such file", file.display()));
+        } else if let Some(wanted) = wanted
+            && !read(&fs::read_to_string(&target).expect("a text")).anchors.contains(wanted)
+        {
+            broken.push(format!("{}: {link}: no such heading", file.display()));
+        }
+    }
+    broken
+}
+
+/// Paths in backticks that begin with a folder of `root` and name nothing there.
+fn missing_paths(root: &Path, file: &Path) -> Vec<String> {
+    let text = fs::read_to_string(file).expect("a text");
+    let is_plain =
+        |code: &str| !code.contains(|letter: char| letter.is_whitespace() || "{}*<>$".contains(letter));
+    read(&text)
+        .codes
+        .into_iter()
+        .filter(|code| is_plain(code) && !code.starts_with("target/"))
+        .filter(|code| {
+            code.split_once('/').is_some_and(|(folder, _)| !folder.is_empty() && root.join(folder).is_dir())
+        })
+        .filter(|code| !root.join(code).exists())
+        .map(|code| format!("{}: `{code}` is not there", file.display()))
+        .collect()
+}
+
+#[test]
+fn every_link_leads_to_a_file_and_a_heading() {
+    let documents = documents(&root());
+    assert!(documents.iter().any(|file| file.ends_with("docs/architecture.md")), "{documents:?}");
+    let broken: Vec<_> = documents.iter().flat_map(|file| broken_links(file)).collect();
+    assert!(broken.is_empty(), "mend these links: {broken:#?}");
+}
+
+/// The changelog is history: it may name what is gone.
+#[test]
+fn every_path_in_backticks_exists() {
+    let root = root();
+    let documents = documents(&root).into_iter().filter(|file| !file.ends_with("CHANGELOG.md"));
+    let missing: Vec<_> = documents.flat_map(|file| missing_paths(&root, &file)).collect();
+    assert!(missing.is_empty(), "mend these paths: {missing:#?}");
+}
+
+#[test]
+fn every_decision_is_in_the_index_and_has_its_parts() {
+    let folder = root().join("docs/decisions");
+    let index = read(&fs::read_to_string(folder.join("README.md")).expect("an index"));
+    let pages: Vec<_> = documents(&folder).into_iter().filter(|file| !file.ends_with("README.md")).collect();
+    assert!(pages.len() > 30, "{pages:?}");
+    let mut faults = Vec::new();
+    for page in pages {
+        let name = page.file_name().expect("a name").to_string_lossy().into_owned();
+        if !index.links.contains(&name) {
+            faults.push(format!("{name}: no line in docs/decisions/README.md"));
+        }
+        let text = fs::read_to_string(&page).expect("a text");
+        let date = text.lines().nth(2).unwrap_or_default().get(..10).unwrap_or_default();
+        if !date.split('-').map(str::len).eq([4, 2, 2]) {
+            faults.push(format!(
+                "{name}: its third line begins with {date:?}, not with a date like 2026-11-22"
+            ));
+        }
+        let titles = read(&text).titles;
+        // A table of many small decisions has a reason in each row.
+        let is_table = name == "where-the-standard-leaves-room.md";
+        for part in ["Decision", "Why", "What follows"] {
+            if !is_table && !titles.iter().any(|title| title == part) {
+                faults.push(format!("{name}: no heading \"{part}\""));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "mend these pages: {faults:#?}");
+}
+
+/// Given a document with one good and one bad reference of each kind, then only the bad ones are reported.
+#[test]
+fn a_broken_reference_is_reported() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    fs::create_dir(at("shared")).expect("a folder");
+    fs::write(at("shared/lib.rs"), "").expect("a file");
+    fs::write(at("b.md"), "# What is `it`?\n## Twice\n## Twice\n").expect("a file");
+    let links = "[1](b.md) [2](b.md#what-is-it) [3](b.md#twice-1) [4](https://example.org/c.md) [5](#here)\n";
+    let bad = "[6](c.md) [7](b.md#twice-2) ![8](b.svg) [9](#there)\n";
+    let paths = "`shared/lib.rs` `shared/gone.rs` `shared/{a,b}.rs` `other/gone.rs`\n";
+    fs::write(at("a.md"), format!("# Here\n\n{links}{bad}{paths}")).expect("a file");
+
+    let reported = broken_links(&at("a.md"));
+    let ends = [
+        "c.md: no such file",
+        "b.md#twice-2: no such heading",
+        "b.svg: no such file",
+        "#there: no such heading",
+    ];
+    assert_eq!(reported.len(), ends.len(), "{reported:?}");
+    for (reported, end) in reported.iter().zip(ends) {
+        assert!(reported.ends_with(end), "{reported}");
+    }
+    let missing = missing_paths(folder.path(), &at("a.md"));
+    assert_eq!(missing, [format!("{}: `shared/gone.rs` is not there", at("a.md").display())]);
+}
