@@ -1,6 +1,6 @@
 //! Board support: two CAN ports, a clock, LEDs and straps.
 //!
-//! A board is one module and one feature. [`Board::init`] hands out everything an image needs; nothing above this crate
+//! A board is one module and one feature. `Board::init` hands out everything an image needs; nothing above this crate
 //! names a register or a pin. All `unsafe` of the project is here. On the host only what needs no hardware is compiled,
 //! so that it can be tested there.
 

@@ -1,6 +1,6 @@
 //! Firmware of the slave.
 //!
-//! This file is the shell of the crate: on a board [`app`] starts everything, on the host a hint is printed.
+//! This file is the shell of the crate. On a board `app` starts everything; on the host it prints a hint.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]

@@ -143,8 +143,7 @@ impl Wire {
         landed.unwrap_or_else(|| self.nodes[node].mac.is_quiet())
     }
 
-    /// Error counters of `node` as of its last [`WireEvent::Counters`](crate::controller::WireEvent::Counters) or
-    /// later.
+    /// Error counters of `node`, at its last [`WireEvent::Counters`] or later.
     pub fn error_counters(&self, node: NodeIndex) -> ErrorCounters {
         let in_flight = self.segments.iter().find_map(|segment| match &segment.mode {
             Mode::Flight(flight) => flight.counters(node),

@@ -4,8 +4,8 @@
 //! commands were due (`tc_due`) without asking the firmware; the firmware's own count must then agree.
 //!
 //! - NMT start received on a bus: operational on it. Other NMT commands: not operational.
-//! - Its own heartbeat tells state and bus; but not within [`SETTLING`] of a message from the master that changed
-//!   either, because such a heartbeat may have waited in a mailbox since before.
+//! - Its own heartbeat shows state and bus. Within `SETTLING` of a message from the master that changed either, it does not
+//!   count: it may have waited in a mailbox since before.
 //! - Parallel access: any message of the master (NMT, heartbeat, boot-up) on the other bus moves it there
 //!   (ECSS 8.3.3g). Selective access: it hears one bus and says itself when it has changed.
 //! - The master silent for the consumer time, a boot-up, no power: not operational.

@@ -1,7 +1,7 @@
-//! Lines for people and for pipes, and what follows when nobody reads them any more.
+//! Lines for people and for pipes, and exit codes for a reader that has left.
 //!
-//! `println!` panics when its reader has left (`cargo demo | head`). Everything here is printed by [`line`], which
-//! returns an error instead, or by [`note`], which goes on.
+//! `println!` panics when its reader has left (`cargo demo | head`). Everything here is printed by [`line()`], which
+//! returns an error instead, or by [`note`], which continues.
 
 use std::fmt::{self, Display};
 use std::io::{self, ErrorKind, Write};
@@ -39,7 +39,7 @@ pub fn line(line: impl Display) -> anyhow::Result<()> {
 /// Prints on stdout as it is.
 ///
 /// # Errors
-/// As [`line`].
+/// As [`line()`].
 pub fn text(text: impl Display) -> anyhow::Result<()> {
     let mut stdout = io::stdout().lock();
     match write!(stdout, "{text}").and_then(|()| stdout.flush()) {
