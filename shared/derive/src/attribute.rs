@@ -1,9 +1,15 @@
-//! What stands in `#[object(..)]` and `#[sub(..)]`.
+//! The words in `#[object(..)]` and `#[sub(..)]`.
 
 use proc_macro2::{Span, TokenStream};
 use quote::quote;
+use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
 use syn::{Error, Expr, Ident, LitInt, Token};
+
+use crate::errors::Errors;
+
+/// Every word that may follow the number.
+const KNOWN: &str = "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, low, high, default";
 
 /// How the value of a field is laid out.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -12,9 +18,9 @@ pub enum Shape {
     Var,
     /// Values of one type, sub-indices 1 and up.
     Array,
-    /// A struct with `derive(Record)`; `record, array`: its entries are of one type, so that it is told as an array.
+    /// A struct with `derive(Record)`; `record, array`: EDS and DCF describe it as an ARRAY, its entries are of one type.
     Record {
-        /// Whether it is told as an array.
+        /// Whether it is described as an ARRAY.
         as_array: bool,
     },
 }
@@ -44,9 +50,12 @@ pub struct Attribute {
 }
 
 impl Attribute {
-    /// The index or sub-index as a number.
-    pub fn value(&self) -> syn::Result<u16> {
-        self.number.base10_parse()
+    /// The index or sub-index as a number, at most `most`.
+    pub fn value(&self, most: u16) -> syn::Result<u16> {
+        let value = self.number.base10_parse().ok().filter(|value| *value <= most);
+        let range =
+            if most == u16::MAX { "an index is at most 0xFFFF" } else { "a sub-index is at most 254" };
+        value.ok_or_else(|| Error::new(self.number.span(), range))
     }
 
     /// The limits, as an expression.
@@ -64,7 +73,7 @@ impl Attribute {
 
     /// The access right of a value, as an expression.
     pub fn required_access(&self) -> syn::Result<TokenStream> {
-        let message = "who may access it? ro, wo, rw, rwr, rww or constant";
+        let message = "missing access right: add `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`";
         let access = self.access.as_ref().ok_or_else(|| Error::new(self.number.span(), message))?;
         Ok(quote!(::ecss_can::od::Access::#access))
     }
@@ -88,12 +97,56 @@ impl Attribute {
         };
         (is_among(&["Ro", "Rw", "Rwr", "Const"]), is_among(&["Wo", "Rw", "Rww"]))
     }
+
+    /// Reads a word and the value behind it.
+    fn word(&mut self, word: &Ident, input: ParseStream) -> syn::Result<()> {
+        let span = word.span();
+        match word.to_string().as_str() {
+            "record" => self.shape = Shape::Record { as_array: false },
+            "array" if self.shape != Shape::Var => self.shape = Shape::Record { as_array: true },
+            "array" => self.shape = Shape::Array,
+            "pdo" => self.pdo = true,
+            "optional" => self.optional = true,
+            "keep" => self.keep = true,
+            "low" => self.low = Some(assigned(input)?),
+            "high" => self.high = Some(assigned(input)?),
+            "default" => self.default = Some(assigned(input)?),
+            right => {
+                let Some(right) = access(right, span) else {
+                    // A value behind it belongs to it.
+                    if input.peek(Token![=]) {
+                        assigned(input)?;
+                    }
+                    return Err(Error::new(span, format!("unknown word `{word}`; known are {KNOWN}")));
+                };
+                if self.access.replace(right).is_some() {
+                    return Err(Error::new(span, "a second access right: one is allowed"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Refuses words that have no meaning beside the others.
+    fn check(&self, words: &[Ident], errors: &mut Errors) {
+        for (nth, word) in words.iter().enumerate() {
+            let is_record = matches!(self.shape, Shape::Record { .. });
+            let text = word.to_string();
+            let message = match text.as_str() {
+                _ if words.iter().take(nth).any(|other| *other == text) => "this word stands here twice",
+                "record" | "array" | "default" => continue,
+                _ if is_record => "the fields of the record say this: move it to their `#[sub(..)]`",
+                "optional" if !self.pdo => "`optional` is for values that PDOs may carry: add `pdo`",
+                _ => continue,
+            };
+            errors.add(Error::new(word.span(), message));
+        }
+    }
 }
 
 impl Parse for Attribute {
     fn parse(input: ParseStream) -> syn::Result<Self> {
-        let number = input.parse()?;
-        let in_a_row = input.parse::<Option<Token![..]>>()?.is_some();
+        let (number, in_a_row) = (input.parse()?, input.parse::<Option<Token![..]>>()?.is_some());
         let mut attribute = Attribute {
             number,
             in_a_row,
@@ -106,24 +159,18 @@ impl Parse for Attribute {
             high: None,
             default: None,
         };
+        let (mut errors, mut words) = (Errors::default(), Vec::new());
         while input.parse::<Option<Token![,]>>()?.is_some() && !input.is_empty() {
-            let word: Ident = input.parse()?;
-            match word.to_string().as_str() {
-                "record" => attribute.shape = Shape::Record { as_array: false },
-                "array" if attribute.shape != Shape::Var => {
-                    attribute.shape = Shape::Record { as_array: true }
-                }
-                "array" => attribute.shape = Shape::Array,
-                "pdo" => attribute.pdo = true,
-                "optional" => attribute.optional = true,
-                "keep" => attribute.keep = true,
-                "low" => attribute.low = Some(assigned(input)?),
-                "high" => attribute.high = Some(assigned(input)?),
-                "default" => attribute.default = Some(assigned(input)?),
-                right => attribute.access = Some(access(right, word.span())?),
+            let word = input.call(Ident::parse_any)?;
+            if errors.take(attribute.word(&word, input)).is_some() {
+                words.push(word);
             }
         }
-        if input.is_empty() { Ok(attribute) } else { Err(input.error("a comma is missing")) }
+        if !input.is_empty() {
+            errors.add(input.error("a comma is missing"));
+        }
+        attribute.check(&words, &mut errors);
+        errors.finish().map(|()| attribute)
     }
 }
 
@@ -133,7 +180,7 @@ fn assigned(input: ParseStream) -> syn::Result<Expr> {
 }
 
 /// The variant of `Access`.
-fn access(right: &str, span: Span) -> syn::Result<Ident> {
+fn access(right: &str, span: Span) -> Option<Ident> {
     let name = match right {
         "ro" => "Ro",
         "wo" => "Wo",
@@ -141,11 +188,7 @@ fn access(right: &str, span: Span) -> syn::Result<Ident> {
         "rwr" => "Rwr",
         "rww" => "Rww",
         "constant" => "Const",
-        _ => {
-            let known =
-                "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, low, high, default";
-            return Err(Error::new(span, format!("unknown word; known are {known}")));
-        }
+        _ => return None,
     };
-    Ok(Ident::new(name, span))
+    Some(Ident::new(name, span))
 }

@@ -7,8 +7,50 @@ use syn::{Attribute as Syntax, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Ty
 use crate::attribute::Attribute;
 
 /// The attribute with this name, if the field has it.
-pub fn attribute<'a>(field: &'a Field, name: &str) -> Option<&'a Syntax> {
-    field.attrs.iter().find(|attribute| attribute.path().is_ident(name))
+///
+/// # Errors
+/// When the field has several.
+pub fn attribute<'a>(field: &'a Field, name: &str) -> syn::Result<Option<&'a Syntax>> {
+    let mut all = field.attrs.iter().filter(|attribute| attribute.path().is_ident(name));
+    match (all.next(), all.next()) {
+        (_, Some(second)) => Err(Error::new_spanned(second, format!("a field has one `#[{name}]`"))),
+        (first, None) => Ok(first),
+    }
+}
+
+/// What a field is declared as.
+pub enum Declared {
+    /// A value, an object or a sub-index.
+    Value(Box<Attribute>),
+    /// A group of objects.
+    Group,
+    /// Nothing: no client sees it.
+    Skipped,
+}
+
+/// How a field is declared: `value` is the name of the attribute of a value, `group` that of a group.
+///
+/// # Errors
+/// When it is not declared, or in two ways.
+pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<Declared> {
+    let group_syntax = group.map(|group| attribute(field, group)).transpose()?.flatten();
+    let found = [attribute(field, value)?, group_syntax, attribute(field, "skip")?];
+    let mut others = found.iter().flatten().skip(1);
+    if let Some(other) = others.next() {
+        return Err(Error::new_spanned(other, "the field is declared by another attribute already"));
+    }
+    match found {
+        [Some(syntax), ..] => syntax.parse_args().map(|attribute| Declared::Value(Box::new(attribute))),
+        [_, Some(syntax), _] => syntax.meta.require_path_only().map(|_| Declared::Group),
+        [_, _, Some(syntax)] => syntax.meta.require_path_only().map(|_| Declared::Skipped),
+        _ => {
+            let group = group.map_or(String::new(), |group| format!(", `#[{group}]`"));
+            let message = format!(
+                "missing declaration: add `#[{value}(..)]`{group} or, for a field that no client sees, `#[skip]`"
+            );
+            Err(Error::new_spanned(&field.ident, message))
+        }
+    }
 }
 
 /// The name of a field.
@@ -27,8 +69,8 @@ pub fn title(field: &Field) -> syn::Result<String> {
         _ => None,
     });
     let first = texts.map(|text| text.trim().trim_end_matches('.').to_owned()).next();
-    let message = "what is it called? The first line of its documentation goes into EDS and DCF";
-    first.filter(|text| !text.is_empty()).ok_or_else(|| Error::new_spanned(field, message))
+    let message = "missing name: the first line of its documentation (`/// ..`) is its name in EDS and DCF";
+    first.filter(|text| !text.is_empty()).ok_or_else(|| Error::new_spanned(&field.ident, message))
 }
 
 /// The type of an array field.

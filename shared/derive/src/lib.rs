@@ -11,13 +11,20 @@
 //! | `#[sub(1, ..)]` | a field of a record | a sub-index |
 //! | `#[sub(1.., ..)]` | an array field of a record | sub-indices in a row |
 //! | `#[record(0x40)]` | a record | index of its structure (DEFSTRUCT) |
+//! | `#[skip]` | a field | no client sees it; a field without any of these is an error |
 //!
 //! Inside the parentheses: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`; `record` or `array` for objects that are no
 //! single value; `pdo` for values that PDOs may carry; `keep` for a DOMAIN that "save" (1010h) keeps; `low = ..`,
 //! `high = ..`, `default = ..`.
+//!
+//! All errors of a declaration are reported at once. An index or sub-index that two fields have, also in groups of groups and
+//! in rows of them, is refused by a constant beside the declaration, so that `cargo check` shows it. A type parameter has its
+//! default there; a declaration with a parameter without default is checked where its `Default` is used.
 
 mod attribute;
+mod errors;
 mod field;
+mod instance;
 mod objects;
 mod record;
 #[cfg(test)]
@@ -27,14 +34,14 @@ use proc_macro::TokenStream;
 use syn::{Data, DeriveInput, Error, Fields, FieldsNamed, parse_macro_input};
 
 /// A dictionary, or a group of its objects.
-#[proc_macro_derive(Objects, attributes(object, objects))]
+#[proc_macro_derive(Objects, attributes(object, objects, skip))]
 pub fn objects(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     objects::expand(&input).unwrap_or_else(Error::into_compile_error).into()
 }
 
 /// A structure of values under one index.
-#[proc_macro_derive(Record, attributes(record, sub))]
+#[proc_macro_derive(Record, attributes(record, sub, skip))]
 pub fn record(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     record::expand(&input).unwrap_or_else(Error::into_compile_error).into()

@@ -1,11 +1,13 @@
 //! `#[derive(Objects)]`.
 
 use proc_macro2::TokenStream;
-use quote::quote;
+use quote::{quote, quote_spanned};
 use syn::{DeriveInput, Error, Field, Ident, Path, Type};
 
 use crate::attribute::{Attribute, Shape};
-use crate::field;
+use crate::errors::Errors;
+use crate::field::{self, Declared};
+use crate::instance;
 
 /// An object, or several in a row.
 struct Object {
@@ -22,23 +24,27 @@ struct Object {
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     let (mut objects, mut groups, mut initials) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut numbers, mut errors) = (Vec::new(), Errors::default());
     for field in &crate::fields(input)?.named {
         let name = field::ident(field)?;
-        let declared = field::attribute(field, "object").map(|syntax| syntax.parse_args()).transpose()?;
-        let initial = field::initial(field, declared.as_ref());
+        let mut attribute = None;
+        match errors.take(field::declared(field, "object", Some("objects"))) {
+            Some(Declared::Value(value)) => attribute = Some(value),
+            Some(Declared::Group) => groups.push((name, &field.ty)),
+            Some(Declared::Skipped) | None => {}
+        }
+        let initial = field::initial(field, attribute.as_deref());
         initials.push(quote!(#name: #initial));
-        if let Some(attribute) = declared {
-            objects.push(object(field, &attribute)?);
-        } else if field::attribute(field, "objects").is_some() {
-            groups.push((name, &field.ty));
+        if let Some(attribute) = attribute {
+            numbers.extend(attribute.value(u16::MAX).map(|number| (number, attribute.number.span())));
+            objects.extend(object(field, &attribute, &mut errors));
         }
     }
+    errors.add_repeated(numbers, |number| format!("index {number:04X}h is declared twice"));
     objects.sort_by_key(|object| object.number);
-    if let Some(pair) = objects.windows(2).find(|pair| pair[0].number == pair[1].number) {
-        let message = format!("index {:04X}h is declared twice", pair[0].number);
-        return Err(Error::new_spanned(&input.ident, message));
-    }
-    Ok(implementation(input, &objects, &groups, &initials, check(input)?))
+    let check = errors.take(check(input)).flatten();
+    errors.finish()?;
+    Ok(implementation(input, &objects, &groups, &initials, check))
 }
 
 /// `#[objects(check = function)]` on the whole declaration.
@@ -47,7 +53,7 @@ fn check(input: &DeriveInput) -> syn::Result<Option<Path>> {
     for attribute in input.attrs.iter().filter(|attribute| attribute.path().is_ident("objects")) {
         attribute.parse_nested_meta(|meta| {
             if !meta.path.is_ident("check") {
-                return Err(meta.error("unknown word; known is check"));
+                return Err(meta.error("unknown word; known is `check`"));
             }
             check = Some(meta.value()?.parse()?);
             Ok(())
@@ -78,20 +84,25 @@ fn implementation(
     let check = check.map(|function| quote!(#function(self, at, value)?;));
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
+    let (asserted, in_default) = instance::assertion(
+        input,
+        |this| quote_spanned!(ident.span()=> <#this as ::ecss_can::od::Objects>::DECLARED.assert_distinct()),
+    );
     quote! {
-        impl #impl_generics #ident #type_generics #bounds {
-            /// The objects declared here, without those of groups.
-            const OBJECTS: &'static [::ecss_can::od::Object] = &[#(#declarations),*];
-        }
+        #asserted
 
         impl #impl_generics ::ecss_can::od::Objects for #ident #type_generics #bounds {
             const COUNT: u16 = #own #(+ <#types as ::ecss_can::od::Objects>::COUNT)*;
+            const DECLARED: &'static ::ecss_can::od::Declared = &::ecss_can::od::Declared {
+                objects: &[#(#declarations),*],
+                groups: &[#(<#types as ::ecss_can::od::Objects>::DECLARED),*],
+            };
 
             #[allow(unused_variables, unused_mut, unused_assignments)]
             fn object(
                 index: u16,
             ) -> ::core::option::Option<(&'static ::ecss_can::od::Object, u16, u16)> {
-                if let ::core::option::Option::Some(found) = ::ecss_can::od::among(Self::OBJECTS, index) {
+                if let ::core::option::Option::Some(found) = ::ecss_can::od::among(Self::DECLARED.objects, index) {
                     return ::core::option::Option::Some(found);
                 }
                 let mut before: u16 = #own;
@@ -107,7 +118,7 @@ fn implementation(
             }
 
             fn each_object(visit: &mut dyn FnMut(&'static ::ecss_can::od::Object)) {
-                for object in Self::OBJECTS {
+                for object in Self::DECLARED.objects {
                     visit(object);
                 }
                 #(<#types as ::ecss_can::od::Objects>::each_object(visit);)*
@@ -117,7 +128,7 @@ fn implementation(
                 visit: &mut dyn FnMut(&'static ::ecss_can::od::Object, &'static ::ecss_can::od::Names),
             ) {
                 let names: &'static [::ecss_can::od::Names] = const { &[#(#names),*] };
-                for (object, names) in Self::OBJECTS.iter().zip(names) {
+                for (object, names) in Self::DECLARED.objects.iter().zip(names) {
                     visit(object, names);
                 }
                 #(<#types as ::ecss_can::od::Objects>::describe(visit);)*
@@ -200,28 +211,38 @@ fn implementation(
 
         impl #impl_generics ::core::default::Default for #ident #type_generics #bounds {
             fn default() -> Self {
+                #in_default
                 Self { #(#initials),* }
             }
         }
     }
 }
 
-fn object(field: &Field, attribute: &Attribute) -> syn::Result<Object> {
-    let (name, title, number) = (field::ident(field)?, field::title(field)?, attribute.value()?);
+/// `None` after an error.
+fn object(field: &Field, attribute: &Attribute, errors: &mut Errors) -> Option<Object> {
+    let (title, number) = (field::title(field), attribute.value(u16::MAX));
+    let (title, number) = (errors.take(title), errors.take(number));
     // The type of one object of several in a row, how many there are, and the one meant.
-    let (value, count, place, place_mut) = if attribute.in_a_row {
-        let array = field::array(field)?;
-        let (value, len) = (&*array.elem, &array.len);
+    let name = &field.ident;
+    let one = if attribute.in_a_row {
         let nth = quote!(::core::primitive::usize::from(place.instance));
-        (value, quote!((#len) as u16), quote!(self.#name.get(#nth)?), quote!(self.#name.get_mut(#nth)?))
+        errors.take(field::array(field)).map(|array| {
+            let (value, len) = (&*array.elem, &array.len);
+            (value, quote!((#len) as u16), quote!(self.#name.get(#nth)?), quote!(self.#name.get_mut(#nth)?))
+        })
     } else {
-        (&field.ty, quote!(1), quote!((&self.#name)), quote!((&mut self.#name)))
+        Some((&field.ty, quote!(1), quote!((&self.#name)), quote!((&mut self.#name))))
     };
-    let parts = match attribute.shape {
-        Shape::Var => var(value, attribute, &title, &place, &place_mut)?,
-        Shape::Array => array(value, attribute, &title, &place, &place_mut)?,
-        Shape::Record { as_array } => record(value, as_array, &place, &place_mut),
-    };
+    let title_text = title.as_deref().unwrap_or_default();
+    let parts = one.and_then(|(value, count, place, place_mut)| {
+        let parts = match attribute.shape {
+            Shape::Var => var(value, attribute, title_text, &place, &place_mut, errors),
+            Shape::Array => array(value, attribute, title_text, &place, &place_mut, errors),
+            Shape::Record { as_array } => Some(record(value, as_array, &place, &place_mut)),
+        };
+        parts.map(|parts| (parts, count))
+    });
+    let (title, number, (parts, count)) = (title?, number?, parts?);
     let Parts { code, entries, names, structure, variable, bits, set_bits } = parts;
     let (read, written) = match attribute.shape {
         // Its entries know.
@@ -235,7 +256,7 @@ fn object(field: &Field, attribute: &Attribute) -> syn::Result<Object> {
         ::ecss_can::od::Names { object: #title, entries: #names, structure: #structure }
     };
     let (bits, set_bits) = (read.then_some(bits), written.then_some(set_bits));
-    Ok(Object { number, declaration, names, variable, bits, set_bits })
+    Some(Object { number, declaration, names, variable, bits, set_bits })
 }
 
 /// What depends on the shape of an object. All are expressions.
@@ -255,9 +276,10 @@ fn var(
     title: &str,
     place: &TokenStream,
     place_mut: &TokenStream,
-) -> syn::Result<Parts> {
-    let (access, qualities) = (attribute.required_access()?, attribute.qualities());
-    Ok(Parts {
+    errors: &mut Errors,
+) -> Option<Parts> {
+    let (access, qualities) = (errors.take(attribute.required_access())?, attribute.qualities());
+    Some(Parts {
         code: quote! {
             match <#value as ::ecss_can::od::Typed>::TYPE {
                 ::ecss_can::od::DataType::Domain => ::ecss_can::od::ObjectCode::Domain,
@@ -281,14 +303,17 @@ fn array(
     title: &str,
     place: &TokenStream,
     place_mut: &TokenStream,
-) -> syn::Result<Parts> {
+    errors: &mut Errors,
+) -> Option<Parts> {
+    let access = errors.take(attribute.required_access());
     let Type::Array(array) = value else {
-        return Err(Error::new_spanned(value, "an ARRAY object needs an array"));
+        errors.add(Error::new_spanned(value, "an ARRAY object needs an array"));
+        return None;
     };
     let (value, len) = (&*array.elem, &array.len);
-    let (access, qualities) = (attribute.required_access()?, attribute.qualities());
+    let (access, qualities) = (access?, attribute.qualities());
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
-    Ok(Parts {
+    Some(Parts {
         code: quote!(::ecss_can::od::ObjectCode::Array),
         entries: quote! {
             &[

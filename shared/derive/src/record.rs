@@ -1,11 +1,13 @@
 //! `#[derive(Record)]`.
 
 use proc_macro2::TokenStream;
-use quote::quote;
+use quote::{quote, quote_spanned};
 use syn::{DeriveInput, Error, LitInt};
 
-use crate::attribute::Attribute;
-use crate::field;
+use crate::attribute::{Attribute, Shape};
+use crate::errors::Errors;
+use crate::field::{self, Declared};
+use crate::instance;
 
 /// A sub-index, or several in a row.
 struct Sub {
@@ -22,25 +24,42 @@ struct Sub {
 }
 
 pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
-    let mut subs = Vec::new();
-    let mut initials = Vec::new();
+    let (mut subs, mut initials) = (Vec::new(), Vec::new());
+    let (mut numbers, mut errors, mut is_empty) = (Vec::new(), Errors::default(), true);
     for field in &crate::fields(input)?.named {
         let name = field::ident(field)?;
-        let declared = field::attribute(field, "sub").map(|syntax| syntax.parse_args()).transpose()?;
-        let initial = field::initial(field, declared.as_ref());
+        let mut attribute = None;
+        match errors.take(field::declared(field, "sub", None)) {
+            Some(Declared::Value(value)) => attribute = Some(value),
+            // Its error is enough.
+            None => is_empty = false,
+            Some(_) => {}
+        }
+        let initial = field::initial(field, attribute.as_deref());
         initials.push(quote!(#name: #initial));
-        if let Some(attribute) = declared {
-            subs.push(sub(field, &attribute)?);
+        if let Some(attribute) = attribute {
+            is_empty = false;
+            numbers.extend(attribute.value(254).map(|number| (number, attribute.number.span())));
+            subs.extend(sub(field, &attribute, &mut errors));
         }
     }
-    subs.sort_by_key(|sub| sub.number);
-    if let Some(pair) = subs.windows(2).find(|pair| pair[0].number == pair[1].number) {
-        let message = format!("sub-index {} is declared twice", pair[0].number);
-        return Err(Error::new_spanned(&input.ident, message));
+    if is_empty {
+        errors.add(Error::new_spanned(&input.ident, "a record has at least one `#[sub(..)]`"));
     }
-    let Some(last) = subs.last().map(|sub| sub.last.clone()) else {
-        return Err(Error::new_spanned(&input.ident, "a record has at least one #[sub(..)]"));
-    };
+    errors.add_repeated(numbers, |number| format!("sub-index {number} is declared twice"));
+    subs.sort_by_key(|sub| sub.number);
+    let structure = errors.take(structure(input)).flatten();
+    errors.finish()?;
+    Ok(implementation(input, subs, &initials, structure))
+}
+
+fn implementation(
+    input: &DeriveInput,
+    mut subs: Vec<Sub>,
+    initials: &[TokenStream],
+    structure: Option<TokenStream>,
+) -> TokenStream {
+    let last = subs.last().map(|sub| sub.last.clone());
     if subs.first().is_some_and(|first| first.number != 0) {
         let (entry, title) = (quote!(::ecss_can::od::Entry::highest(#last)), "Highest sub-index supported");
         let (title, arm, last) = (title.into(), quote!(), quote!());
@@ -51,10 +70,15 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     let arms = subs.iter().rev().map(|sub| &sub.arm);
     let reads: Vec<_> = subs.iter().rev().filter_map(|sub| sub.bits.as_ref()).collect();
     let writes: Vec<_> = subs.iter().rev().filter_map(|sub| sub.set_bits.as_ref()).collect();
-    let structure = structure(input)?;
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
-    Ok(quote! {
+    let (asserted, in_default) = instance::assertion(
+        input,
+        |this| quote_spanned!(ident.span()=> ::ecss_can::od::assert_entries(<#this as ::ecss_can::od::Record>::ENTRIES)),
+    );
+    quote! {
+        #asserted
+
         impl #impl_generics ::ecss_can::od::Record for #ident #type_generics #bounds {
             const ENTRIES: &'static [::ecss_can::od::Entry] = &[#(#entries),*];
             const NAMES: &'static [&'static str] = &[#(#titles),*];
@@ -93,22 +117,32 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
 
         impl #impl_generics ::core::default::Default for #ident #type_generics #bounds {
             fn default() -> Self {
+                #in_default
                 Self { #(#initials),* }
             }
         }
-    })
+    }
 }
 
-fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
-    let name = field::ident(field)?;
-    let number = attribute.value()?;
-    let first = u8::try_from(number).ok().filter(|first| *first <= 254);
-    let first = first.ok_or_else(|| Error::new_spanned(&attribute.number, "at most 254"))?;
-    let (access, qualities) = (attribute.required_access()?, attribute.qualities());
+/// `None` after an error.
+fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option<Sub> {
+    let name = &field.ident;
+    let (title, number) = (errors.take(field::title(field)), errors.take(attribute.value(254)));
+    let access = match attribute.shape {
+        Shape::Var => errors.take(attribute.required_access()),
+        Shape::Array | Shape::Record { .. } => {
+            let message = "a sub-index is a single value; `#[sub(1.., ..)]` declares several in a row";
+            errors.add(Error::new(attribute.number.span(), message));
+            None
+        }
+    };
+    let array = attribute.in_a_row.then(|| errors.take(field::array(field)));
+    let (title, number, access, qualities) = (title?, number?, access?, attribute.qualities());
+    let first = number as u8;
     // Its value, and several in a row from there on.
     let nth = quote!(::core::primitive::usize::from(sub - #first));
-    let (value, count, last, pattern, place_mut) = if attribute.in_a_row {
-        let array = field::array(field)?;
+    let (value, count, last, pattern, place_mut) = if let Some(array) = array {
+        let array = array?;
         let (value, len) = (&*array.elem, &array.len);
         let last = quote!(#first + (::ecss_can::od::sub_indices(#len) - 1));
         let place_mut = quote!(self.#name.get_mut(#nth)?);
@@ -127,10 +161,10 @@ fn sub(field: &syn::Field, attribute: &Attribute) -> syn::Result<Sub> {
     };
     let arm = |value: TokenStream| quote!(#pattern => #value,);
     let (read, written) = attribute.directions();
-    Ok(Sub {
+    Some(Sub {
         number,
         entry,
-        title: field::title(field)?,
+        title,
         // A place of its own: what becomes of it is a trait object.
         arm: arm(quote!({
             let place = #place_mut;

@@ -24,7 +24,7 @@ macro_rules! object {
 
 #[test]
 fn an_access_right_is_needed() {
-    let message = Err("who may access it? ro, wo, rw, rwr, rww or constant".to_owned());
+    let message = Err("missing access right: add `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`".to_owned());
     assert_eq!(object!(object(0x2000), u8), message);
     assert_eq!(object!(object(0x2000, array), [u8; 2]), message);
     assert_eq!(object!(object(0x2000, pdo, low = 1), u8), message);
@@ -36,9 +36,9 @@ fn an_access_right_is_needed() {
 #[test]
 fn words_that_are_unknown_are_told_with_those_that_are_known() {
     let known = "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, low, high, default";
-    let message = Err(format!("unknown word; known are {known}"));
-    assert_eq!(object!(object(0x2000, const_), u8), message);
-    assert_eq!(object!(object(0x2000, rw, Pdo), u8), message);
+    let message = |word| Err(format!("unknown word `{word}`; known are {known}"));
+    assert_eq!(object!(object(0x2000, const_), u8), message("const_"));
+    assert_eq!(object!(object(0x2000, rw, Pdo), u8), message("Pdo"));
     assert_eq!(object!(object(0x2000, rw pdo), u8), Err("a comma is missing".to_owned()));
 }
 
@@ -62,7 +62,7 @@ fn an_index_has_sixteen_bits() {
 
 #[test]
 fn every_value_has_a_title() {
-    let message = "what is it called? The first line of its documentation goes into EDS and DCF";
+    let message = "missing name: the first line of its documentation (`/// ..`) is its name in EDS and DCF";
     let without: DeriveInput = parse_quote! {
         struct Device {
             #[object(0x2000, ro)]
@@ -113,10 +113,11 @@ fn an_index_and_a_sub_index_are_declared_once() {
 fn a_record_has_something_in_it() {
     let channel: DeriveInput = parse_quote! {
         struct Channel {
+            #[skip]
             private: u8,
         }
     };
-    assert_eq!(refused(record::expand(&channel)), "a record has at least one #[sub(..)]");
+    assert_eq!(refused(record::expand(&channel)), "a record has at least one `#[sub(..)]`");
 }
 
 #[test]
@@ -132,7 +133,7 @@ fn the_last_sub_index_is_254() {
     };
     assert!(record::expand(&with(parse_quote!(254))).is_ok());
     for number in [parse_quote!(255), parse_quote!(256)] {
-        assert_eq!(refused(record::expand(&with(number))), "at most 254");
+        assert_eq!(refused(record::expand(&with(number))), "a sub-index is at most 254");
     }
 }
 
@@ -153,7 +154,7 @@ fn a_declaration_knows_one_word_of_its_own() {
     let without = objects::expand(&with(parse_quote!(#[derive(Debug)]))).unwrap().to_string();
     assert!(!without.contains("(self , at , value) ?"));
     for attribute in [parse_quote!(#[objects(verify = check)]), parse_quote!(#[objects(Check = check)])] {
-        assert_eq!(refused(objects::expand(&with(attribute))), "unknown word; known is check");
+        assert_eq!(refused(objects::expand(&with(attribute))), "unknown word; known is `check`");
     }
     // A function, by its path.
     for attribute in [parse_quote!(#[objects(check)]), parse_quote!(#[objects(check = 1)])] {

@@ -27,13 +27,14 @@ pub struct NodeObjects<A: Objects + Default, const R: usize = 8, const T: usize 
 }
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> NodeObjects<A, R, T, M> {
-    /// The objects at power-on.
+    /// The objects at power-on. An application whose indices are those of the node does not compile.
     pub fn new(
         id: NodeId,
         redundancy: &Parameters,
         application: A,
         communication: Communication<R, T, M>,
     ) -> Self {
+        const { Self::DECLARED.assert_distinct() };
         let channel = SdoParameters {
             request: u32::from(CobId::sdo_request(id).raw()),
             response: u32::from(CobId::sdo_response(id).raw()),

@@ -1,6 +1,6 @@
 //! A dictionary: objects found by index, values by place.
 
-use super::{Entry, Names, Object, Run, Variable};
+use super::{Declared, Entry, Names, Object, Run, Variable};
 use crate::types::{AbortCode, Address};
 
 /// Where a value is: found once by its address, then reached without searching.
@@ -42,6 +42,8 @@ pub trait Record {
 pub trait Objects {
     /// How many there are, groups included; several in a row count as one.
     const COUNT: u16;
+    /// All of them, for constants that check a declaration.
+    const DECLARED: &'static Declared;
 
     /// The object with this index, its number, and which it is of several in a row.
     fn object(index: u16) -> Option<(&'static Object, u16, u16)>;

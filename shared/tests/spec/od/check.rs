@@ -43,6 +43,7 @@ struct Camera {
     /// Shutter
     #[objects]
     shutter: Shutter,
+    #[skip]
     asked: Asked,
 }
 

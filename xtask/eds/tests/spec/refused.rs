@@ -1,19 +1,14 @@
 //! What cannot be described is refused, with the reason.
 
-use ecss_can::od::{Objects, Record, Variable, VisibleString};
+use ecss_can::od::{Declared, Names, Object, Objects, Place, Record, Run, Variable, VisibleString};
 use ecss_can::types::{AbortCode, NodeId};
 use eds::{Commissioning, Description, Error};
 
 use crate::fixture::{description, device, fixture};
 
-#[derive(Objects)]
-struct Twice {
-    #[objects]
-    one: One,
-    /// The other
-    #[object(0x2000, ro)]
-    other: u8,
-}
+/// `derive(Objects)` refuses it; by hand it can be written.
+#[derive(Default)]
+struct Twice(One);
 
 #[derive(Objects)]
 struct One {
@@ -22,8 +17,39 @@ struct One {
     one: u8,
 }
 
+impl Objects for Twice {
+    const COUNT: u16 = One::COUNT;
+    const DECLARED: &'static Declared = One::DECLARED;
+
+    fn object(index: u16) -> Option<(&'static Object, u16, u16)> {
+        One::object(index)
+    }
+
+    fn each_object(visit: &mut dyn FnMut(&'static Object)) {
+        One::each_object(visit);
+        One::each_object(visit);
+    }
+
+    fn describe(visit: &mut dyn FnMut(&'static Object, &'static Names)) {
+        One::describe(visit);
+        One::describe(visit);
+    }
+
+    fn variable(&mut self, place: Place) -> Option<&mut dyn Variable> {
+        self.0.variable(place)
+    }
+
+    fn bits(&self, place: Place, run: Run) -> Option<u64> {
+        self.0.bits(place, run)
+    }
+
+    fn set_bits(&mut self, place: Place, run: Run, bits: u64) -> Option<()> {
+        self.0.set_bits(place, run, bits)
+    }
+}
+
 #[test]
-fn an_index_declared_in_two_groups() {
+fn an_index_that_is_described_twice() {
     let refused = Description::new(&device(), |_| Twice::default()).unwrap_err();
     assert_eq!(refused, Error::Twice { index: 0x2000 });
     assert_eq!(refused.to_string(), "2000h is declared twice");

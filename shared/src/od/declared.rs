@@ -1,0 +1,123 @@
+//! The tree of a dictionary's declarations, read by constants: errors of a declaration stop the build.
+
+use super::reason::Reason;
+use super::{Entry, Object};
+
+/// Objects of a declaration, and those of its groups.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Declared {
+    /// Objects of its own, in rising order.
+    pub objects: &'static [Object],
+    /// Its groups.
+    pub groups: &'static [&'static Declared],
+}
+
+impl Declared {
+    /// Stops the build when two objects have one index, or when an index is beyond FFFFh.
+    ///
+    /// # Panics
+    /// When called at run time, for the same reasons.
+    #[track_caller]
+    pub const fn assert_distinct(&self) {
+        assert_rising(self.objects);
+        let mut nth = 0;
+        while nth < self.groups.len() {
+            let group = self.groups[nth];
+            group.assert_distinct();
+            assert_apart_from_all(self.objects, group);
+            let mut other = 0;
+            while other < nth {
+                group.assert_apart_from(self.groups[other]);
+                other += 1;
+            }
+            nth += 1;
+        }
+    }
+
+    #[track_caller]
+    const fn assert_apart_from(&self, other: &Declared) {
+        assert_apart_from_all(self.objects, other);
+        let mut nth = 0;
+        while nth < self.groups.len() {
+            self.groups[nth].assert_apart_from(other);
+            nth += 1;
+        }
+    }
+}
+
+#[track_caller]
+const fn assert_apart_from_all(objects: &[Object], other: &Declared) {
+    assert_apart(objects, other.objects);
+    let mut nth = 0;
+    while nth < other.groups.len() {
+        assert_apart_from_all(objects, other.groups[nth]);
+        nth += 1;
+    }
+}
+
+/// The index behind an object, or behind several in a row.
+const fn end(object: &Object) -> u32 {
+    object.index as u32 + object.count as u32
+}
+
+#[track_caller]
+const fn assert_rising(objects: &[Object]) {
+    let (mut nth, mut free) = (0, 0);
+    while nth < objects.len() {
+        let object = &objects[nth];
+        if end(object) > 0x1_0000 {
+            let first = Reason::new("objects in a row from ").hex(object.index, 4);
+            first.text(" on: the last index is FFFFh").refuse();
+        }
+        if object.count > 0 {
+            if free > object.index as u32 {
+                refuse_twice(object.index);
+            }
+            free = end(object);
+        }
+        nth += 1;
+    }
+}
+
+/// Both in rising order.
+#[track_caller]
+const fn assert_apart(one: &[Object], other: &[Object]) {
+    let (mut nth, mut at) = (0, 0);
+    while nth < one.len() && at < other.len() {
+        let (object, against) = (&one[nth], &other[at]);
+        // An array may have no elements.
+        if object.count == 0 || end(object) <= against.index as u32 {
+            nth += 1;
+        } else if against.count == 0 || end(against) <= object.index as u32 {
+            at += 1;
+        } else {
+            refuse_twice(if object.index > against.index { object.index } else { against.index });
+        }
+    }
+}
+
+#[track_caller]
+const fn refuse_twice(index: u16) -> ! {
+    Reason::new("index ").hex(index, 4).text(" is declared twice: an index belongs to one field").refuse()
+}
+
+/// Stops the build when two entries of a record have one sub-index, or when one is beyond 254.
+///
+/// # Panics
+/// When called at run time, for the same reasons.
+#[track_caller]
+pub const fn assert_entries(entries: &[Entry]) {
+    let mut nth = 0;
+    while nth < entries.len() {
+        let entry = &entries[nth];
+        if entry.sub as u16 + entry.count as u16 > 255 {
+            let first = Reason::new("values in a row from sub-index ").number(entry.sub as u32);
+            first.text(" on: the last sub-index is 254").refuse();
+        }
+        if nth > 0 && entries[nth - 1].sub + entries[nth - 1].count > entry.sub {
+            let sub = Reason::new("sub-index ").number(entry.sub as u32);
+            sub.text(" is declared twice: a sub-index belongs to one field").refuse();
+        }
+        nth += 1;
+    }
+}

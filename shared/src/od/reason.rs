@@ -1,0 +1,62 @@
+//! Texts of errors that the compiler shows, put together in constants: numbers and words.
+
+/// Bytes of a text.
+const LEN: usize = 240;
+
+/// A text under construction. What does not fit is cut off.
+#[derive(Clone, Copy)]
+pub(crate) struct Reason {
+    bytes: [u8; LEN],
+    len: usize,
+}
+
+impl Reason {
+    /// Begins with these words.
+    pub const fn new(text: &str) -> Reason {
+        Reason { bytes: [0; LEN], len: 0 }.text(text)
+    }
+
+    /// Adds words.
+    pub const fn text(mut self, text: &str) -> Reason {
+        let (bytes, mut nth) = (text.as_bytes(), 0);
+        while nth < bytes.len() && self.len < LEN {
+            self.bytes[self.len] = bytes[nth];
+            (self.len, nth) = (self.len + 1, nth + 1);
+        }
+        self
+    }
+
+    /// Adds a number in hexadecimal as the standards write it: `1017h`.
+    pub const fn hex(mut self, number: u16, digits: u32) -> Reason {
+        let mut digit = digits;
+        while digit > 0 && self.len < LEN {
+            digit -= 1;
+            self.bytes[self.len] = b"0123456789ABCDEF"[(number >> (4 * digit) & 0xF) as usize];
+            self.len += 1;
+        }
+        self.text("h")
+    }
+
+    /// Adds a number in decimal.
+    pub const fn number(mut self, number: u32) -> Reason {
+        let mut power = 1;
+        while number / power >= 10 {
+            power *= 10;
+        }
+        while power > 0 && self.len < LEN {
+            self.bytes[self.len] = b'0' + (number / power % 10) as u8;
+            (self.len, power) = (self.len + 1, power / 10);
+        }
+        self
+    }
+
+    /// Ends the build with this text.
+    #[track_caller]
+    pub const fn refuse(&self) -> ! {
+        let (text, _) = self.bytes.split_at(self.len);
+        match core::str::from_utf8(text) {
+            Ok(text) => panic!("{}", text),
+            Err(_) => panic!("refused"),
+        }
+    }
+}
