@@ -3,8 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
+use serde_json::Value;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned()
@@ -166,6 +168,35 @@ fn every_decision_is_in_the_index_and_has_its_parts() {
         }
     }
     assert!(faults.is_empty(), "mend these pages: {faults:#?}");
+}
+
+/// Given the table of CONTRIBUTING.md, then it lists exactly the folders whose crate has another name.
+#[test]
+fn crates_named_unlike_their_folders_have_a_reason() {
+    let root = root();
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version", "1", "--locked", "--no-deps"])
+        .current_dir(&root)
+        .output()
+        .expect("cargo starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let packages = metadata["packages"].as_array().expect("a list").iter().map(|package| {
+        let manifest = Path::new(package["manifest_path"].as_str().expect("a path"));
+        let folder =
+            manifest.parent().expect("a folder").strip_prefix(&root).expect("a folder of this workspace");
+        (folder.to_string_lossy().into_owned(), package["name"].as_str().expect("a name").to_owned())
+    });
+    let differing: BTreeSet<_> =
+        packages.filter(|(folder, name)| folder.rsplit('/').next() != Some(name.as_str())).collect();
+    let text = fs::read_to_string(root.join("CONTRIBUTING.md")).expect("a text");
+    let (_, table) = text.split_once("## Folders and crates").expect("the heading of the table");
+    let listed: BTreeSet<_> = read(table)
+        .codes
+        .chunks(2)
+        .map(|pair| (pair[0].clone(), pair.get(1).expect("a crate beside each folder").clone()))
+        .collect();
+    assert_eq!(listed, differing, "CONTRIBUTING.md lists the left ones, these are the right ones");
 }
 
 /// Given a document with one good and one bad reference of each kind, then only the bad ones are reported.
