@@ -7,12 +7,13 @@ mod svg;
 mod tables;
 mod timeline;
 
-use super::flight::Flight;
-use super::record::Bus;
-use super::summary::Summary;
-use super::verdict::{Outcome, Verdict};
+use crate::flight::Flight;
+use crate::record::Bus;
+use crate::summary::Summary;
+use crate::verdict::{Outcome, Verdict};
 use axis::Layout;
-use svg::{Svg, escape};
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use svg::Svg;
 
 const PAGE_STYLE: &str = include_str!("page.css");
 
@@ -23,65 +24,78 @@ pub fn timeline(flight: &Flight) -> String {
 
 /// The whole page.
 pub fn page(flight: &Flight, summary: &Summary) -> String {
-    let sections = [
-        section(
-            "The two buses",
-            "Every frame that completed is a tick in the row of its kind. The shaded stretch is the bus on which the \
-             master sends its heartbeat: that is what makes a bus the active one.",
-            &both(|layout| timeline::overview(flight, layout)),
-        ),
-        timeline::close_up(flight, Layout::WIDE).map_or(String::new(), |wide| {
-            let narrow = timeline::close_up(flight, Layout::NARROW);
-            section(
-                "Around the cut",
-                "The same, stretched. After the cut nobody acknowledges the master, so none of its frames completes \
-                 until it moves to the other bus and takes the slaves with parallel access along.",
-                &each(&wide, narrow.as_ref()),
-            )
-        }),
-        section(
-            "What every node did",
-            "As the wires tell it: heartbeats and commands that reached the node, not its own memory. The thin line \
-             below a bar is the bus it works on. Point at a bar for its times.",
-            &(both(|layout| states::draw(flight, layout)) + &states_key()),
-        ),
-        format!(
-            "<div class=\"columns\">\n{}{}</div>\n",
-            section("Fail-over", FAILOVER_HELP, &tables::failover(flight)),
-            section("Frames", "Completed frames per bus.", &tables::frames(flight)),
-        ),
-        section("Boards", BOARDS_HELP, &tables::boards(flight)),
-        story(flight),
-        section("How to read this", "", HOW_TO_READ),
-    ];
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <title>A flight on two CAN buses</title>\n<style>\n{PAGE_STYLE}{}</style>\n</head>\n<body>\n<main>\n\
-         {}{}{}<footer>{}</footer>\n</main>\n</body>\n</html>\n",
-        paint::dark(),
-        header(flight, summary),
-        tiles(summary),
-        sections.concat(),
-        footer(summary),
-    )
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "A flight on two CAN buses" }
+                style { (PreEscaped(PAGE_STYLE)) (PreEscaped(paint::dark())) }
+            }
+            body {
+                main {
+                    (header(flight, summary))
+                    (tiles(summary))
+                    (section("The two buses", BUSES_HELP, &both(|layout| timeline::overview(flight, layout))))
+                    @if let Some(wide) = timeline::close_up(flight, Layout::WIDE) {
+                        @let narrow = timeline::close_up(flight, Layout::NARROW);
+                        (section("Around the cut", CUT_HELP, &each(&wide, narrow.as_ref())))
+                    }
+                    (section("What every node did", NODES_HELP, &html! {
+                        (both(|layout| states::draw(flight, layout)))
+                        (states_key())
+                    }))
+                    .columns {
+                        (section("Fail-over", FAILOVER_HELP, &tables::failover(flight)))
+                        (section("Frames", "Completed frames per bus.", &tables::frames(flight)))
+                    }
+                    (section("Boards", BOARDS_HELP, &tables::boards(flight)))
+                    (story(flight))
+                    (section("How to read this", "", &how_to_read()))
+                    footer { (footer(summary)) }
+                }
+            }
+        }
+    };
+    page.into_string() + "\n"
 }
+
+const BUSES_HELP: &str = "Every frame that completed is a tick in the row of its kind. The shaded stretch is the bus on \
+    which the master sends its heartbeat: that is what makes a bus the active one.";
+
+const CUT_HELP: &str = "The same, stretched. After the cut, no node acknowledges the master. None of its frames completes \
+    until it moves to the other bus and takes the slaves with parallel access along.";
+
+const NODES_HELP: &str = "Taken from the wires: heartbeats and commands that reached the node, not its own memory. The thin \
+    line below a bar is the bus on which the node works. Point at a bar for its times.";
 
 const FAILOVER_HELP: &str = "From the cut until the slave was commanded, or answered, on the other bus.";
 
 const BOARDS_HELP: &str = "Crystal, place and power-on time come from the seed. Due are the commands that completed \
     while the slave was operational on that bus, by the observer's model; executed is the slave's own count.";
 
-const HOW_TO_READ: &str = "<p>All times are virtual: the boards are emulated, the same seed gives the same flight. \
-    Each board runs the real firmware image; each bus carries real bit timing, arbitration and acknowledgement.</p>\n\
-    <p><b>Parallel access</b>: both controllers of the slave are live, it follows the master's first message on the \
-    other bus and stays operational. <b>Selective access</b>: the slave hears one bus at a time; it misses the \
-    master's heartbeat for one consumer time (2.5 s), becomes pre-operational, and changes to the other bus after \
-    Ttoggle = 5 consumer times (12.5 s after the last heartbeat). The master then starts it unasked.</p>\n\
-    <p>The logs beside this file hold every frame: <code>bus-nominal.log</code> and <code>bus-redundant.log</code> for \
-    can-utils, <code>spacecraft.pcapng</code> for Wireshark, <code>summary.json</code> for programs.</p>\n";
+fn how_to_read() -> Markup {
+    html! {
+        p {
+            "All times are virtual: the boards are emulated, the same seed gives the same flight. Each board runs the real \
+             firmware image; each bus carries real bit timing, arbitration and acknowledgement."
+        }
+        p {
+            b { "Parallel access" } ": both controllers of the slave are live, it follows the master's first message on \
+             the other bus and stays operational. " b { "Selective access" } ": the slave hears one bus at a time; it \
+             misses the master's heartbeat for one consumer time (2.5 s), becomes pre-operational, and changes to the \
+             other bus after Ttoggle = 5 consumer times (12.5 s after the last heartbeat). The master then starts it \
+             unasked."
+        }
+        p {
+            "The logs beside this file hold every frame: " code { "bus-nominal.log" } " and " code { "bus-redundant.log" }
+            " for can-utils, " code { "spacecraft.pcapng" } " for Wireshark, " code { "summary.json" } " for programs."
+        }
+    }
+}
 
-fn header(flight: &Flight, summary: &Summary) -> String {
+fn header(flight: &Flight, summary: &Summary) -> Markup {
     let Verdict { outcome, reasons } = &summary.verdict;
     let (class, verdict) = match outcome {
         Outcome::Passed => ("good", "flew as it should"),
@@ -91,27 +105,23 @@ fn header(flight: &Flight, summary: &Summary) -> String {
     let cut = flight.cut().map_or("No bus was cut.".into(), |(at, bus)| {
         format!("At {} s the {} bus was cut next to the master.", at.as_secs_f64(), bus.name())
     });
-    let faults = match reasons.as_slice() {
-        [] => String::new(),
-        reasons => {
-            let items: String =
-                reasons.iter().map(|reason| format!("<li>{}</li>\n", escape(reason))).collect();
-            format!("<ul class=\"faults\">\n{items}</ul>\n")
+    let Summary { boards, board, profile, seed, virtual_seconds, .. } = summary;
+    html! {
+        header {
+            h1 { "A flight on two CAN buses" }
+            span.verdict.(class) { (verdict) }
         }
-    };
-    format!(
-        "<header><h1>A flight on two CAN buses</h1><span class=\"verdict {class}\">{verdict}</span></header>\n\
-         <p class=\"lead\">One master and {} slaves ({}, profile {}, seed {}) flew {:.0} s of virtual time. {cut}</p>\n\
-         {faults}",
-        summary.boards - 1,
-        summary.board,
-        summary.profile,
-        summary.seed,
-        summary.virtual_seconds,
-    )
+        p.lead {
+            "One master and " (boards - 1) " slaves (" (board) ", profile " (profile) ", seed " (seed) ") flew "
+            (format!("{virtual_seconds:.0}")) " s of virtual time. " (cut)
+        }
+        @if !reasons.is_empty() {
+            ul.faults { @for reason in reasons { li { (reason) } } }
+        }
+    }
 }
 
-fn tiles(summary: &Summary) -> String {
+fn tiles(summary: &Summary) -> Markup {
     let slaves = summary.boards - 1;
     let fastest = summary.failover_ms.values().flatten().copied().reduce(f64::min);
     let slowest = summary.failover_ms.values().flatten().copied().reduce(f64::max);
@@ -128,29 +138,34 @@ fn tiles(summary: &Summary) -> String {
         tiles.push((duration(slowest), "slowest fail-over".into()));
     }
     tiles.push((summary.lost_frames.to_string(), "frames lost".into()));
-    let tiles: String = tiles
-        .iter()
-        .map(|(value, what)| format!("<div class=\"tile\"><b>{value}</b><span>{what}</span></div>\n"))
-        .collect();
-    format!("<div class=\"tiles\">\n{tiles}</div>\n")
+    html! {
+        .tiles { @for (value, what) in tiles { .tile { b { (value) } span { (what) } } } }
+    }
 }
 
 /// A picture for wide pages and one for narrow ones; the style sheet shows one of them.
-fn both(draw: impl Fn(Layout) -> Svg) -> String {
+fn both(draw: impl Fn(Layout) -> Svg) -> Markup {
     each(&draw(Layout::WIDE), Some(&draw(Layout::NARROW)))
 }
 
-fn each(wide: &Svg, narrow: Option<&Svg>) -> String {
-    let narrow = narrow.map_or(String::new(), Svg::inline);
-    format!("<div class=\"wide\">{}</div>\n<div class=\"narrow\">{narrow}</div>\n", wide.inline())
+fn each(wide: &Svg, narrow: Option<&Svg>) -> Markup {
+    html! {
+        .wide { (wide.inline()) }
+        .narrow { @if let Some(narrow) = narrow { (narrow.inline()) } }
+    }
 }
 
-fn section(title: &str, help: &str, body: &str) -> String {
-    let help = if help.is_empty() { String::new() } else { format!("<p>{help}</p>\n") };
-    format!("<section>\n<h2>{title}</h2>\n{help}{body}</section>\n")
+fn section(title: &str, help: &str, body: &Markup) -> Markup {
+    html! {
+        section {
+            h2 { (title) }
+            @if !help.is_empty() { p { (help) } }
+            (body)
+        }
+    }
 }
 
-fn states_key() -> String {
+fn states_key() -> Markup {
     let entries = [
         ("phase-off", "off"),
         ("phase-starting", "starting"),
@@ -160,36 +175,38 @@ fn states_key() -> String {
         ("on-nominal", "on the nominal bus"),
         ("on-redundant", "on the redundant bus"),
     ];
-    let entries = entries.map(|(class, name)| {
-        format!(
-            "<span><svg class=\"chart\" viewBox=\"0 0 14 14\" aria-hidden=\"true\">\
-             <rect {} width=\"14\" height=\"14\" rx=\"3\"/></svg>{name}</span>\n",
-            paint::attributes(class)
-        )
-    });
-    format!("<div class=\"key\">\n{}</div>\n", entries.concat())
+    let patch = |class| {
+        let mut patch = Svg::new(14.0, 14.0, "");
+        patch.rect(class, 0.0, 0.0, 14.0, 14.0);
+        patch.inline()
+    };
+    html! {
+        .key { @for (class, name) in entries { span { (patch(class)) (name) } } }
+    }
 }
 
-fn story(flight: &Flight) -> String {
-    let lines: String = flight
-        .story
-        .iter()
-        .map(|line| {
-            format!(
-                "<span class=\"{:?}\">{:>10.4} s  {:<9}  {:<7}  {}</span>\n",
-                line.tone,
-                line.at.as_secs_f64(),
-                line.bus.map_or("", Bus::name),
-                line.who,
-                escape(&line.text)
-            )
-        })
-        .collect();
-    format!(
-        "<section><details>\n<summary>The story, line by line ({} lines)</summary>\n<div class=\"story\">{lines}</div>\n\
-         </details></section>\n",
-        flight.story.len()
-    )
+fn story(flight: &Flight) -> Markup {
+    html! {
+        section {
+            details {
+                summary { "The story, line by line (" (flight.story.len()) " lines)" }
+                .story {
+                    @for line in &flight.story {
+                        span class=(format!("{:?}", line.tone)) {
+                            (format!(
+                                "{:>10.4} s  {:<9}  {:<7}  {}",
+                                line.at.as_secs_f64(),
+                                line.bus.map_or("", Bus::name),
+                                line.who,
+                                line.text
+                            ))
+                        }
+                        "\n"
+                    }
+                }
+            }
+        }
+    }
 }
 
 fn footer(summary: &Summary) -> String {
@@ -256,7 +273,11 @@ mod tests {
     #[test]
     fn the_timeline_stands_alone() {
         let picture = timeline(&sample::flight());
-        assert!(picture.starts_with("<svg xmlns=\"http://www.w3.org/2000/svg\""));
+        let first = picture.lines().next().expect("a line");
+        assert!(
+            first.starts_with("<svg ") && first.contains(" xmlns=\"http://www.w3.org/2000/svg\""),
+            "{first}"
+        );
         assert!(picture.contains("prefers-color-scheme: dark"));
     }
 
@@ -296,7 +317,7 @@ mod tests {
             timeline::close_up(&flight, Layout::NARROW).expect("there was a cut"),
             states::draw(&flight, Layout::NARROW),
         ];
-        for picture in pictures.map(|picture| picture.inline()) {
+        for picture in pictures.map(|picture| picture.inline().into_string()) {
             let width = number(&picture, "width").expect("a width");
             assert!(width <= 400.0, "{width}");
             let cut = picture.lines().find(|line| line.contains("class=\"cut\"")).expect("the cut is drawn");

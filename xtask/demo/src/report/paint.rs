@@ -8,9 +8,9 @@ use std::fmt::Write;
 
 use Look::{Anchor, Bold, Dash, Fill, NoFill, Size, Stroke, Width};
 
-/// Letters of all pictures.
-pub const FONT: &str =
-    r#"font-family="system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif" font-size="13""#;
+/// Letters of all pictures: attributes of the whole.
+pub const FONT: [(&str, &str); 2] =
+    [("font-family", "system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif"), ("font-size", "13")];
 
 /// A colour on light and on dark ground.
 #[derive(Clone, Copy, Debug)]
@@ -100,20 +100,16 @@ impl Look {
 }
 
 /// Attributes of an element with these classes, `class` among them.
-pub fn attributes(classes: &str) -> String {
-    let mut found: Vec<(&str, &str)> = Vec::new();
+pub fn attributes(classes: &str) -> Vec<(&'static str, String)> {
+    let mut found = vec![("class", classes.to_owned())];
     for class in classes.split_whitespace() {
         let looks = CLASSES.iter().find(|(name, _)| *name == class).map_or(&[][..], |(_, looks)| looks);
         for (name, value) in looks.iter().map(|look| look.attribute()) {
             found.retain(|(before, _)| *before != name);
-            found.push((name, value));
+            found.push((name, value.to_owned()));
         }
     }
-    let mut text = format!(r#"class="{classes}""#);
-    for (name, value) in found {
-        let _ = write!(text, r#" {name}="{value}""#);
-    }
-    text
+    found
 }
 
 /// A style sheet for browsers that want dark ground.
@@ -138,10 +134,9 @@ mod tests {
 
     #[test]
     fn later_class_wins() {
-        assert_eq!(
-            attributes("master close-up"),
-            r##"class="master close-up" fill="none" stroke="#1d6fd8" stroke-width="2""##
-        );
+        let expected =
+            [("class", "master close-up"), ("fill", "none"), ("stroke", "#1d6fd8"), ("stroke-width", "2")];
+        assert_eq!(attributes("master close-up"), expected.map(|(name, value)| (name, value.to_owned())));
     }
 
     #[test]

@@ -1,56 +1,56 @@
-//! Just enough SVG: elements with classes, painted by their attributes.
+//! A picture of the report: elements with classes, painted by their attributes.
 
 use std::fmt::Write;
+
+use maud::PreEscaped;
+use svg::node::element::{Element, Line, Path, Rectangle, Style, Text, Title};
+use svg::{Document, Node};
 
 use super::paint::{self, attributes};
 
 /// A picture under construction.
+#[derive(Clone)]
 pub struct Svg {
-    width: f64,
-    height: f64,
-    title: String,
-    body: String,
+    picture: Document,
+    /// Behind the title; the style of a file of its own goes before it.
+    drawn: Vec<Element>,
 }
 
 impl Svg {
     /// An empty picture; the title is for those who cannot see it.
     pub fn new(width: f64, height: f64, title: &str) -> Self {
-        Svg { width, height, title: escape(title), body: String::new() }
+        let mut picture = Document::new()
+            .set("class", "chart")
+            .set("width", width)
+            .set("height", height)
+            .set("viewBox", (0, 0, width, height))
+            .set("role", "img")
+            .add(Title::new(title));
+        for (name, value) in paint::FONT {
+            picture.assign(name, value);
+        }
+        Svg { picture, drawn: Vec::new() }
     }
 
     /// A filled rectangle.
     pub fn rect(&mut self, class: &str, x: f64, y: f64, width: f64, height: f64) {
-        let _ = writeln!(
-            self.body,
-            r#"<rect {} x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}"/>"#,
-            attributes(class)
-        );
+        self.add(class, rectangle([x, y, width, height]));
     }
 
     /// A rectangle that tells more when pointed at.
-    pub fn rect_with_hint(&mut self, class: &str, [x, y, width, height]: [f64; 4], hint: &str) {
-        let hint = escape(hint);
-        let _ = writeln!(
-            self.body,
-            r#"<rect {} x="{x:.1}" y="{y:.1}" width="{width:.1}" height="{height:.1}"><title>{hint}</title></rect>"#,
-            attributes(class)
-        );
+    pub fn rect_with_hint(&mut self, class: &str, place: [f64; 4], hint: &str) {
+        self.add(class, rectangle(place).add(Title::new(hint)));
     }
 
     /// A straight line.
     pub fn line(&mut self, class: &str, from: (f64, f64), to: (f64, f64)) {
-        let ((x1, y1), (x2, y2)) = (from, to);
-        let _ = writeln!(
-            self.body,
-            r#"<line {} x1="{x1:.1}" y1="{y1:.1}" x2="{x2:.1}" y2="{y2:.1}"/>"#,
-            attributes(class)
-        );
+        let line = Line::new().set("x1", tenth(from.0)).set("y1", tenth(from.1));
+        self.add(class, line.set("x2", tenth(to.0)).set("y2", tenth(to.1)));
     }
 
     /// Text, its baseline at `(x, y)`; classes `end` and `middle` align it.
     pub fn text(&mut self, class: &str, x: f64, y: f64, text: &str) {
-        let text = escape(text);
-        let _ = writeln!(self.body, r#"<text {} x="{x:.1}" y="{y:.1}">{text}</text>"#, attributes(class));
+        self.add(class, Text::new(text).set("x", tenth(x)).set("y", tenth(y)));
     }
 
     /// Vertical ticks of one height at many places, in tenths of a unit; one element for all.
@@ -60,33 +60,48 @@ impl Svg {
             let _ = write!(path, "M{}.{} {y:.1}v{height:.1}", x / 10, x % 10);
         }
         if !path.is_empty() {
-            let _ = writeln!(self.body, r#"<path {} d="{path}"/>"#, attributes(class));
+            self.add(class, Path::new().set("d", path));
         }
     }
 
+    fn add(&mut self, class: &str, element: impl Into<Element>) {
+        let mut element = element.into();
+        for (name, value) in attributes(class) {
+            element.assign(name, value);
+        }
+        self.drawn.push(element);
+    }
+
     /// To be placed into a page that has [`paint::dark`].
-    pub fn inline(&self) -> String {
-        self.render("", "")
+    pub fn inline(&self) -> PreEscaped<String> {
+        PreEscaped(self.render(None))
     }
 
     /// To be a file of its own.
     pub fn standalone(&self) -> String {
-        self.render(r#" xmlns="http://www.w3.org/2000/svg""#, &format!("<style>{}</style>\n", paint::dark()))
+        self.render(Some(Style::new(paint::dark())))
     }
 
-    fn render(&self, namespace: &str, style: &str) -> String {
-        let Svg { width, height, title, body } = self;
-        format!(
-            "<svg{namespace} class=\"chart\" width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
-             role=\"img\" {}>\n<title>{title}</title>\n{style}{body}</svg>\n",
-            paint::FONT
-        )
+    fn render(&self, style: Option<Style>) -> String {
+        let mut picture = self.picture.clone();
+        if let Some(style) = style {
+            picture.append(style);
+        }
+        for element in &self.drawn {
+            picture.append(element.clone());
+        }
+        format!("{picture}\n")
     }
 }
 
-/// Text that is safe inside HTML and SVG.
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+fn rectangle([x, y, width, height]: [f64; 4]) -> Rectangle {
+    let rectangle = Rectangle::new().set("x", tenth(x)).set("y", tenth(y));
+    rectangle.set("width", tenth(width)).set("height", tenth(height))
+}
+
+/// Coordinates of a picture: a tenth of a unit is enough.
+fn tenth(place: f64) -> String {
+    format!("{place:.1}")
 }
 
 #[cfg(test)]
@@ -97,8 +112,8 @@ mod tests {
     fn text_cannot_break_out() {
         let mut svg = Svg::new(10.0, 10.0, "a < b");
         svg.text("label", 1.0, 2.0, "</text><script>");
-        let drawn = svg.inline();
+        let drawn = svg.inline().into_string();
         assert!(drawn.contains("&lt;/text&gt;&lt;script&gt;"), "{drawn}");
-        assert!(drawn.contains("<title>a &lt; b</title>"), "{drawn}");
+        assert!(drawn.contains("a &lt; b"), "{drawn}");
     }
 }
