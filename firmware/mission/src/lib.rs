@@ -13,8 +13,8 @@ mod record;
 
 pub use message::{Command, Request, Telemetry};
 pub use objects::{
-    COMMANDED_VALUE, MissionObjects, Outgoing, REQUEST_RPDO, Samples, TELECOMMAND_RPDO, TELEMETRY_TPDO,
-    TIME_RPDO, TIME_TPDO, Telecommand, TelemetryRequest, slave,
+    MissionObjects, Outgoing, PDOS, REQUEST_RPDO, Samples, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand,
+    TelemetryRequest, slave,
 };
 pub use profiles::{LIBRECUBE, STANDARD};
 pub use record::{Declined, SlaveRecord};

@@ -1,30 +1,51 @@
 //! Objects of the demonstration mission's slaves, and how their PDOs carry them.
 
-use ecss_can::node::{Communication, Identity, Slave};
+use ecss_can::node::{Communication, Identity, Slave, Spacecraft};
 use ecss_can::od::{
-    Domain, I24, I40, I48, I56, NO_REMOTE, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40,
-    U48, U56, UnicodeString, VisibleString,
+    Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56,
+    UnicodeString, VisibleString,
 };
-use ecss_can::pdo::{Mapping, Message};
+use ecss_can::pdo::{CobIdOf, Mapping, Message, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
-use ecss_can::types::{Address, CobId, NodeId};
+use ecss_can::time::{ScetGet, ScetSet};
+use ecss_can::types::{CobId, NodeId};
 
-/// The value set by command.
-pub const COMMANDED_VALUE: Address = Address::new(0x6210, 0);
+/// Receive PDO of telecommands, as events number it.
+pub const TELECOMMAND_RPDO: usize = TELECOMMAND.slot();
+/// Receive PDO of telemetry requests, as events number it.
+pub const REQUEST_RPDO: usize = REQUEST.slot();
+/// Transmit PDO of telemetry, as requests number it.
+pub const TELEMETRY_TPDO: usize = TELEMETRY.slot();
 
-/// Receive PDO of the spacecraft time: 181h.
-pub const TIME_RPDO: usize = 0;
+/// Receive PDO of the spacecraft time: TPDO 1 of the master, 181h.
+const SPACECRAFT_TIME: Rpdo = Rpdo::new(1, CobIdOf::fixed(CobId::local_time(NodeId::MASTER).raw()))
+    .map(Spacecraft::SCET_SET.field(ScetSet::FINE))
+    .map(Spacecraft::SCET_SET.field(ScetSet::COARSE));
 /// Receive PDO of telecommands: 300h + node.
-pub const TELECOMMAND_RPDO: usize = 1;
+const TELECOMMAND: Rpdo = Rpdo::new(2, CobIdOf::node(0x300))
+    .map(MissionObjects::TELECOMMAND.field(Telecommand::CODE))
+    .map(MissionObjects::TELECOMMAND.field(Telecommand::DATA))
+    .map(MissionObjects::TELECOMMAND.field(Telecommand::SEQUENCE));
 /// Receive PDO of telemetry requests: 400h + node.
-pub const REQUEST_RPDO: usize = 2;
-/// Transmit PDO of the local time: 180h + node.
-pub const TIME_TPDO: usize = 0;
+const REQUEST: Rpdo = Rpdo::new(3, CobIdOf::node(0x400))
+    .map(MissionObjects::REQUEST.field(TelemetryRequest::CODE))
+    .map(MissionObjects::REQUEST.field(TelemetryRequest::DATA));
+/// Transmit PDO of the local time: 180h + node, with every SYNC.
+const LOCAL_TIME: Tpdo = Tpdo::new(1, CobIdOf::node(0x180))
+    .transmission(1)
+    .map(Spacecraft::SCET_GET.field(ScetGet::FINE))
+    .map(Spacecraft::SCET_GET.field(ScetGet::COARSE));
 /// Transmit PDO of telemetry: 380h + node.
-pub const TELEMETRY_TPDO: usize = 2;
+const TELEMETRY: Tpdo = Tpdo::new(3, CobIdOf::node(0x380))
+    .map(MissionObjects::TELEMETRY.field(Outgoing::CODE))
+    .map(MissionObjects::TELEMETRY.field(Outgoing::DATA));
+
+/// The PDOs of a slave.
+pub const PDOS: PdoSet = PdoSet::new(&[SPACECRAFT_TIME, TELECOMMAND, REQUEST], &[LOCAL_TIME, TELEMETRY]);
 
 /// What a slave of the mission has beside the objects of every node. `S` is where its data store lies.
 #[derive(Clone, Debug, PartialEq, Objects)]
+#[objects(pdos = PDOS)]
 pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
     /// Telemetry
     #[object(0x6100, record)]
@@ -191,36 +212,12 @@ pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default>(
 }
 
 /// The communication profile of a slave at power-on.
-fn communication<const R: usize, const T: usize, M: Mapping>(id: NodeId) -> Communication<R, T, M> {
-    let mut objects = Communication::<R, T, M>::new(id);
+fn communication<M: Mapping>(id: NodeId) -> Communication<8, 8, M> {
+    let mut objects = Communication::new(id).with_pdos(id, &PDOS);
     objects.device_name = "ECSS-E-ST-50-15C slave";
     objects.hardware_version = "STM32F4, two bxCAN";
     objects.software_version = env!("CARGO_PKG_VERSION");
     objects.identity =
         Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: u32::from(id.get()) };
-    let rpdos = [
-        (TIME_RPDO, CobId::local_time(NodeId::MASTER), &[0x2010_0218, 0x2010_0120][..]),
-        (TELECOMMAND_RPDO, CobId::telecommand(id), &[0x6200_0110, 0x6200_0228, 0x6200_0308]),
-        (REQUEST_RPDO, CobId::telemetry_request(id), &[0x6101_0110, 0x6101_0230]),
-    ];
-    for (number, cob_id, mapping) in rpdos {
-        if let (Some(pdo), Some(map)) = (objects.rpdos.get_mut(number), objects.rpdo_mappings.get_mut(number))
-        {
-            pdo.cob_id = NO_REMOTE | u32::from(cob_id.raw());
-            map.map(mapping);
-        }
-    }
-    let tpdos = [
-        (TIME_TPDO, CobId::local_time(id), 1, [0x2011_0218, 0x2011_0120]),
-        (TELEMETRY_TPDO, CobId::telemetry(id), 254, [0x6100_0110, 0x6100_0230]),
-    ];
-    for (number, cob_id, transmission, mapping) in tpdos {
-        if let (Some(pdo), Some(map)) = (objects.tpdos.get_mut(number), objects.tpdo_mappings.get_mut(number))
-        {
-            pdo.cob_id = NO_REMOTE | u32::from(cob_id.raw());
-            pdo.transmission = transmission;
-            map.map(&mapping);
-        }
-    }
     objects
 }

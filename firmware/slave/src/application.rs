@@ -9,7 +9,7 @@ use ecss_can::pdo::Message;
 use ecss_can::runner::Telltale;
 use ecss_can::time::Clock;
 use mission::{
-    COMMANDED_VALUE, Command, Declined, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    Command, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
 };
 
 use crate::app::{Link, Node, PROFILE};
@@ -78,7 +78,7 @@ impl Application {
                 let now = self.clock.now();
                 self.node.with(|slave| {
                     slave.objects_mut().application.value = value;
-                    slave.changed(COMMANDED_VALUE, now);
+                    slave.changed(MissionObjects::VALUE.address(), now);
                 });
             }
             Command::ResetCounters => self.node.with(Slave::reset_counters),

@@ -2,6 +2,7 @@
 
 use proc_macro2::TokenStream;
 use quote::quote;
+use syn::ext::IdentExt;
 use syn::{Attribute as Syntax, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Type, TypeArray};
 
 use crate::attribute::Attribute;
@@ -71,6 +72,18 @@ pub fn title(field: &Field) -> syn::Result<String> {
     let first = texts.map(|text| text.trim().trim_end_matches('.').to_owned()).next();
     let message = "missing name: the first line of its documentation (`/// ..`) is its name in EDS and DCF";
     first.filter(|text| !text.is_empty()).ok_or_else(|| Error::new_spanned(&field.ident, message))
+}
+
+/// The constant of a field: its name in capitals, as visible as the field.
+pub fn constant(field: &Field, number: &str, of: &TokenStream, value: &TokenStream) -> Option<TokenStream> {
+    let name = field.ident.as_ref()?;
+    let constant = Ident::new(&name.unraw().to_string().to_uppercase(), name.span());
+    let (visibility, doc) = (&field.vis, format!("Address of `{name}`: {number}."));
+    Some(quote! {
+        #[doc = #doc]
+        #[allow(dead_code)]
+        #visibility const #constant: #of = #value;
+    })
 }
 
 /// The type of an array field.

@@ -1,8 +1,8 @@
 //! A declared type with its parameters filled in, for constants beside it.
 
-use proc_macro2::{Span, TokenStream};
-use quote::{quote, quote_spanned};
-use syn::{DeriveInput, GenericParam, Lifetime};
+use proc_macro2::{Group, Span, TokenStream, TokenTree};
+use quote::{ToTokens, quote, quote_spanned};
+use syn::{DeriveInput, GenericParam, Ident, Lifetime};
 
 /// Arguments of the type: each parameter has its default. `None` when one has none.
 pub fn arguments(input: &DeriveInput) -> Option<Vec<TokenStream>> {
@@ -17,17 +17,70 @@ pub fn arguments(input: &DeriveInput) -> Option<Vec<TokenStream>> {
     input.generics.params.iter().map(argument).collect()
 }
 
-/// An assertion about the type: as a constant beside it, and as a statement in its constructor where it is generic.
+/// A type of the declaration with the defaults of the type's parameters, as in [`constants`].
+pub fn filled(input: &DeriveInput, tokens: TokenStream) -> TokenStream {
+    let Some(arguments) = inferred(input) else { return tokens };
+    let names: Vec<_> = input.generics.params.iter().map(name).collect();
+    replaced(tokens, &names, &arguments)
+}
+
+/// The arguments of the type in [`constants`]. `None`: it keeps its parameters, a lifetime is inferred.
+fn inferred(input: &DeriveInput) -> Option<Vec<TokenStream>> {
+    arguments(input).filter(|_| input.generics.lifetimes().next().is_none())
+}
+
+fn name(parameter: &GenericParam) -> Option<&Ident> {
+    match parameter {
+        GenericParam::Lifetime(_) => None,
+        GenericParam::Type(parameter) => Some(&parameter.ident),
+        GenericParam::Const(parameter) => Some(&parameter.ident),
+    }
+}
+
+fn replaced(tokens: TokenStream, names: &[Option<&Ident>], arguments: &[TokenStream]) -> TokenStream {
+    let replace = |token| match token {
+        TokenTree::Ident(ident) => match names.iter().position(|name| *name == Some(&ident)) {
+            Some(nth) => arguments[nth].clone(),
+            None => ident.into_token_stream(),
+        },
+        TokenTree::Group(group) => {
+            let inside = replaced(group.stream(), names, arguments);
+            Group::new(group.delimiter(), inside).into_token_stream()
+        }
+        other => other.into_token_stream(),
+    };
+    tokens.into_iter().flat_map(replace).collect()
+}
+
+/// Constants of the type, for their own `impl`. A parameter with a default has it, so that `Type::CONSTANT` needs no
+/// argument.
+pub fn constants(input: &DeriveInput, constants: &[TokenStream]) -> TokenStream {
+    let ident = &input.ident;
+    match inferred(input) {
+        Some(arguments) => quote!(impl #ident<#(#arguments),*> { #(#constants)* }),
+        None => {
+            let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
+            quote!(impl #impl_generics #ident #type_generics #bounds { #(#constants)* })
+        }
+    }
+}
+
+/// An assertion about the type: as a constant beside it, at `span`, and as a statement in its constructor where it is
+/// generic.
 pub fn assertion(
     input: &DeriveInput,
+    span: Span,
     assertion: impl Fn(TokenStream) -> TokenStream,
-) -> (Option<TokenStream>, Option<TokenStream>) {
+) -> (TokenStream, TokenStream) {
     let ident = &input.ident;
     let beside = arguments(input).map(|arguments| {
-        let asserted = assertion(quote_spanned!(ident.span()=> #ident<#(#arguments),*>));
-        quote_spanned!(ident.span()=> const _: () = #asserted;)
+        let asserted = assertion(quote!(#ident<#(#arguments),*>));
+        quote_spanned!(span=> const _: () = #asserted;)
     });
-    let inside = assertion(quote!(Self));
     let is_generic = !input.generics.params.is_empty();
-    (beside, is_generic.then(|| quote!(const { #inside };)))
+    let inside = is_generic.then(|| {
+        let asserted = assertion(quote!(Self));
+        quote!(const { #asserted };)
+    });
+    (beside.unwrap_or_default(), inside.unwrap_or_default())
 }

@@ -1,7 +1,8 @@
 //! `#[derive(Objects)]`.
 
 use proc_macro2::TokenStream;
-use quote::{quote, quote_spanned};
+use quote::{ToTokens, quote, quote_spanned};
+use syn::spanned::Spanned;
 use syn::{DeriveInput, Error, Field, Ident, Path, Type};
 
 use crate::attribute::{Attribute, Shape};
@@ -10,10 +11,16 @@ use crate::field::{self, Declared};
 use crate::instance;
 
 /// An object, or several in a row.
-struct Object {
+struct Object<'a> {
     number: u16,
     declaration: TokenStream,
     names: TokenStream,
+    /// The field.
+    field: &'a Field,
+    /// The record under it, or under each in a row.
+    record: Option<&'a Type>,
+    /// It has no other value, and is no row.
+    is_single: bool,
     /// The value at a place, an `Option<&mut dyn Variable>`.
     variable: TokenStream,
     /// What a transmit PDO reads at a place, an `Option<u64>`, if it may.
@@ -42,32 +49,42 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     }
     errors.add_repeated(numbers, |number| format!("index {number:04X}h is declared twice"));
     objects.sort_by_key(|object| object.number);
-    let check = errors.take(check(input)).flatten();
+    let options = errors.take(options(input)).unwrap_or_default();
     errors.finish()?;
-    Ok(implementation(input, &objects, &groups, &initials, check))
+    Ok(implementation(input, &objects, &groups, &initials, options))
 }
 
-/// `#[objects(check = function)]` on the whole declaration.
-fn check(input: &DeriveInput) -> syn::Result<Option<Path>> {
-    let mut check = None;
+/// `#[objects(check = function, pdos = SET)]` on the whole declaration.
+#[derive(Default)]
+struct Options {
+    /// Refuses what clients write.
+    check: Option<Path>,
+    /// The PDOs of the device whose application this is.
+    pdos: Option<Path>,
+}
+
+fn options(input: &DeriveInput) -> syn::Result<Options> {
+    let mut options = Options::default();
     for attribute in input.attrs.iter().filter(|attribute| attribute.path().is_ident("objects")) {
         attribute.parse_nested_meta(|meta| {
-            if !meta.path.is_ident("check") {
-                return Err(meta.error("unknown word; known is `check`"));
-            }
-            check = Some(meta.value()?.parse()?);
+            let option = match meta.path.get_ident().map(Ident::to_string).as_deref() {
+                Some("check") => &mut options.check,
+                Some("pdos") => &mut options.pdos,
+                _ => return Err(meta.error("unknown word; known are `check` and `pdos`")),
+            };
+            *option = Some(meta.value()?.parse()?);
             Ok(())
         })?;
     }
-    Ok(check)
+    Ok(options)
 }
 
 fn implementation(
     input: &DeriveInput,
-    objects: &[Object],
+    objects: &[Object<'_>],
     groups: &[(&Ident, &Type)],
     initials: &[TokenStream],
-    check: Option<Path>,
+    options: Options,
 ) -> TokenStream {
     let own = objects.len() as u16;
     let declarations = objects.iter().map(|object| &object.declaration);
@@ -81,15 +98,30 @@ fn implementation(
     let writes: Vec<_> = (0..).zip(objects.iter().map(|object| &object.set_bits)).filter_map(arm).collect();
     let group_names: Vec<&Ident> = groups.iter().map(|(name, _)| *name).collect();
     let types: Vec<&Type> = groups.iter().map(|(_, group)| *group).collect();
-    let check = check.map(|function| quote!(#function(self, at, value)?;));
+    let check = options.check.map(|function| quote!(#function(self, at, value)?;));
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
-    let (asserted, in_default) = instance::assertion(
+    let constants: Vec<_> =
+        (0..).zip(objects).filter_map(|(nth, object)| constant(input, nth, object)).collect();
+    let constants = instance::constants(input, &constants);
+    let (mut asserted, mut in_default) = instance::assertion(
         input,
+        ident.span(),
         |this| quote_spanned!(ident.span()=> <#this as ::ecss_can::od::Objects>::DECLARED.assert_distinct()),
     );
+    if let Some(pdos) = &options.pdos {
+        let (beside, inside) = instance::assertion(
+            input,
+            pdos.span(),
+            |this| quote_spanned!(pdos.span()=> ::ecss_can::node::assert_pdos::<#this, _, _>(&#pdos)),
+        );
+        asserted.extend(beside);
+        in_default.extend(inside);
+    }
     quote! {
         #asserted
+
+        #constants
 
         impl #impl_generics ::ecss_can::od::Objects for #ident #type_generics #bounds {
             const COUNT: u16 = #own #(+ <#types as ::ecss_can::od::Objects>::COUNT)*;
@@ -218,8 +250,21 @@ fn implementation(
     }
 }
 
+/// The constant of the field of an object, the `nth` of those declared.
+fn constant(input: &DeriveInput, nth: usize, object: &Object) -> Option<TokenStream> {
+    let kind = if object.is_single { quote!(::ecss_can::od::Field) } else { quote!(::ecss_can::od::Fields) };
+    let record = object.record.map(|record| instance::filled(input, record.to_token_stream()));
+    let of = match (record, object.is_single) {
+        (_, true) => kind.clone(),
+        (Some(record), _) => quote!(#kind<#record>),
+        (None, _) => quote!(#kind<()>),
+    };
+    let value = quote!(#kind::of(&<Self as ::ecss_can::od::Objects>::DECLARED.objects[#nth]));
+    field::constant(object.field, &format!("{:04X}h", object.number), &of, &value)
+}
+
 /// `None` after an error.
-fn object(field: &Field, attribute: &Attribute, errors: &mut Errors) -> Option<Object> {
+fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> Option<Object<'a>> {
     let (title, number) = (field::title(field), attribute.value(u16::MAX));
     let (title, number) = (errors.take(title), errors.take(number));
     // The type of one object of several in a row, how many there are, and the one meant.
@@ -240,9 +285,9 @@ fn object(field: &Field, attribute: &Attribute, errors: &mut Errors) -> Option<O
             Shape::Array => array(value, attribute, title_text, &place, &place_mut, errors),
             Shape::Record { as_array } => Some(record(value, as_array, &place, &place_mut)),
         };
-        parts.map(|parts| (parts, count))
+        parts.map(|parts| (parts, value, count))
     });
-    let (title, number, (parts, count)) = (title?, number?, parts?);
+    let (title, number, (parts, value, count)) = (title?, number?, parts?);
     let Parts { code, entries, names, structure, variable, bits, set_bits } = parts;
     let (read, written) = match attribute.shape {
         // Its entries know.
@@ -256,7 +301,9 @@ fn object(field: &Field, attribute: &Attribute, errors: &mut Errors) -> Option<O
         ::ecss_can::od::Names { object: #title, entries: #names, structure: #structure }
     };
     let (bits, set_bits) = (read.then_some(bits), written.then_some(set_bits));
-    Some(Object { number, declaration, names, variable, bits, set_bits })
+    let record = matches!(attribute.shape, Shape::Record { .. }).then_some(value);
+    let is_single = attribute.shape == Shape::Var && !attribute.in_a_row;
+    Some(Object { number, declaration, names, field, record, is_single, variable, bits, set_bits })
 }
 
 /// What depends on the shape of an object. All are expressions.

@@ -14,6 +14,8 @@ struct Sub {
     number: u16,
     entry: TokenStream,
     title: String,
+    /// The constant of its field.
+    constant: Option<TokenStream>,
     arm: TokenStream,
     /// Of what a transmit PDO reads, if it may.
     bits: Option<TokenStream>,
@@ -63,7 +65,10 @@ fn implementation(
     if subs.first().is_some_and(|first| first.number != 0) {
         let (entry, title) = (quote!(::ecss_can::od::Entry::highest(#last)), "Highest sub-index supported");
         let (title, arm, last) = (title.into(), quote!(), quote!());
-        subs.insert(0, Sub { number: 0, entry, title, arm, bits: None, set_bits: None, last });
+        subs.insert(
+            0,
+            Sub { number: 0, entry, title, constant: None, arm, bits: None, set_bits: None, last },
+        );
     }
     let (entries, titles) = (subs.iter().map(|sub| &sub.entry), subs.iter().map(|sub| &sub.title));
     // The last sub-index first: the arm of several in a row covers all that are behind it.
@@ -72,12 +77,16 @@ fn implementation(
     let writes: Vec<_> = subs.iter().rev().filter_map(|sub| sub.set_bits.as_ref()).collect();
     let ident = &input.ident;
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
-    let (asserted, in_default) = instance::assertion(
-        input,
-        |this| quote_spanned!(ident.span()=> ::ecss_can::od::assert_entries(<#this as ::ecss_can::od::Record>::ENTRIES)),
-    );
+    let constants: Vec<_> = subs.iter().filter_map(|sub| sub.constant.clone()).collect();
+    let constants = instance::constants(input, &constants);
+    let (asserted, in_default) = instance::assertion(input, ident.span(), |this| {
+        let entries = quote!(<#this as ::ecss_can::od::Record>::ENTRIES);
+        quote_spanned!(ident.span()=> ::ecss_can::od::assert_entries(#entries))
+    });
     quote! {
         #asserted
+
+        #constants
 
         impl #impl_generics ::ecss_can::od::Record for #ident #type_generics #bounds {
             const ENTRIES: &'static [::ecss_can::od::Entry] = &[#(#entries),*];
@@ -165,6 +174,12 @@ fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option
         number,
         entry,
         title,
+        constant: field::constant(
+            field,
+            &format!("sub-index {first}"),
+            &quote!(::ecss_can::od::SubIndex<Self>),
+            &quote!(::ecss_can::od::SubIndex::new(#first, #count)),
+        ),
         // A place of its own: what becomes of it is a trait object.
         arm: arm(quote!({
             let place = #place_mut;

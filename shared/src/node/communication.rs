@@ -4,7 +4,7 @@ use crate::emcy::ErrorField;
 use crate::heartbeat::MONITORED;
 use crate::nmt::NmtStartup;
 use crate::od::{INVALID, NO_REMOTE, Objects, Record};
-use crate::pdo::{Mapping, PdoMapping, RpdoParameters, TpdoParameters};
+use crate::pdo::{CobIdOf, Mapping, PdoMapping, PdoSet, Rpdo, RpdoParameters, Tpdo, TpdoParameters};
 use crate::types::{CobId, NodeId};
 
 /// The communication profile of a node with `R` receive PDOs and `T` transmit PDOs, at most 512 of each. `M` is how they
@@ -122,6 +122,30 @@ impl<const R: usize, const T: usize, M: Mapping> Communication<R, T, M> {
             pdo.cob_id = INVALID | NO_REMOTE | (base - 0x80 + u32::from(node.get()));
         }
         objects
+    }
+
+    /// With these PDOs; those that are not in the set stay invalid.
+    #[must_use]
+    pub fn with_pdos(mut self, node: NodeId, pdos: &PdoSet<R, T>) -> Self {
+        let cob_id = |id: CobIdOf| NO_REMOTE | u32::from(id.of(node).raw());
+        for pdo in pdos.rpdos().iter().map(Rpdo::pdo) {
+            let slot = pdo.slot();
+            if let (Some(to), Some(mapping)) = (self.rpdos.get_mut(slot), self.rpdo_mappings.get_mut(slot)) {
+                (to.cob_id, to.transmission) = (cob_id(pdo.cob_id), pdo.transmission);
+                to.event_timer = pdo.event_timer;
+                mapping.map(pdo.mapping());
+            }
+        }
+        for pdo in pdos.tpdos().iter().map(Tpdo::pdo) {
+            let slot = pdo.slot();
+            if let (Some(to), Some(mapping)) = (self.tpdos.get_mut(slot), self.tpdo_mappings.get_mut(slot)) {
+                (to.cob_id, to.transmission) = (cob_id(pdo.cob_id), pdo.transmission);
+                (to.inhibit, to.event_timer) = (pdo.inhibit, pdo.event_timer);
+                to.sync_start = pdo.sync_start;
+                mapping.map(pdo.mapping());
+            }
+        }
+        self
     }
 }
 

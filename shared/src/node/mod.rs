@@ -18,7 +18,7 @@ pub use contract::{
 };
 pub use master::{Master, MasterDictionary, MasterObjects};
 pub use master_api::{MasterEvent, MasterRequest, RefusalCause};
-pub use objects::NodeObjects;
+pub use objects::{NodeObjects, assert_pdos};
 pub use slave::Slave;
 pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, SelfTest, Spacecraft};

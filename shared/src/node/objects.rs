@@ -2,7 +2,7 @@
 
 use crate::node::{Communication, Spacecraft};
 use crate::od::Objects;
-use crate::pdo::{Mapping, PdoMapping};
+use crate::pdo::{Mapping, PdoMapping, PdoSet};
 use crate::redundancy::{Parameters, Redundancy};
 use crate::sdo::{SdoParameters, SdoServerObjects};
 use crate::types::{CobId, NodeId};
@@ -68,4 +68,16 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> NodeObjec
             ctoggle: redundancy.ctoggle,
         };
     }
+}
+
+/// Stops the build when a node with the application `A` cannot have these PDOs, or when `A` has indices of the node.
+/// `#[objects(pdos = ..)]` writes a call of it.
+///
+/// # Panics
+/// When called at run time, for the same reasons.
+#[track_caller]
+pub const fn assert_pdos<A: Objects + Default, const R: usize, const T: usize>(pdos: &PdoSet<R, T>) {
+    let declared = NodeObjects::<A, R, T, PdoMapping>::DECLARED;
+    declared.assert_distinct();
+    pdos.assert_within(declared);
 }

@@ -2,6 +2,7 @@
 
 use super::reason::Reason;
 use super::{Entry, Object};
+use crate::types::Address;
 
 /// Objects of a declaration, and those of its groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -13,6 +14,39 @@ pub struct Declared {
 }
 
 impl Declared {
+    /// Objects, groups included; several in a row count as one.
+    const fn count(&self) -> u16 {
+        let (mut count, mut nth) = (self.objects.len() as u16, 0);
+        while nth < self.groups.len() {
+            (count, nth) = (count + self.groups[nth].count(), nth + 1);
+        }
+        count
+    }
+
+    /// The entry of a value, the number of its object, and which it is of several in a row, as
+    /// [`Objects::find`](super::Objects::find) has them.
+    pub const fn find(&self, at: Address) -> Option<(u16, u16, &'static Entry)> {
+        let mut nth = 0;
+        while nth < self.objects.len() {
+            let object = &self.objects[nth];
+            if at.index >= object.index && (at.index as u32) < end(object) {
+                return match entry(object.entries, at.sub) {
+                    Some(entry) => Some((nth as u16, at.index - object.index, entry)),
+                    None => None,
+                };
+            }
+            nth += 1;
+        }
+        let (mut before, mut nth) = (self.objects.len() as u16, 0);
+        while nth < self.groups.len() {
+            if let Some((number, instance, entry)) = self.groups[nth].find(at) {
+                return Some((before + number, instance, entry));
+            }
+            (before, nth) = (before + self.groups[nth].count(), nth + 1);
+        }
+        None
+    }
+
     /// Stops the build when two objects have one index, or when an index is beyond FFFFh.
     ///
     /// # Panics
@@ -43,6 +77,17 @@ impl Declared {
             nth += 1;
         }
     }
+}
+
+const fn entry(entries: &'static [Entry], sub: u8) -> Option<&'static Entry> {
+    let mut nth = 0;
+    while nth < entries.len() {
+        if sub >= entries[nth].sub && sub - entries[nth].sub < entries[nth].count {
+            return Some(&entries[nth]);
+        }
+        nth += 1;
+    }
+    None
 }
 
 #[track_caller]

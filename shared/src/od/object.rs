@@ -38,6 +38,18 @@ pub enum Access {
 }
 
 impl Access {
+    /// The word of a declaration.
+    pub(crate) const fn word(self) -> &'static str {
+        match self {
+            Access::Ro => "ro",
+            Access::Wo => "wo",
+            Access::Rw => "rw",
+            Access::Rwr => "rwr",
+            Access::Rww => "rww",
+            Access::Const => "constant",
+        }
+    }
+
     /// Whether an SDO reads it.
     pub const fn is_readable(self) -> bool {
         !matches!(self, Access::Wo)

@@ -26,6 +26,15 @@ impl Reason {
         self
     }
 
+    /// Adds another text.
+    pub const fn with(self, other: Reason) -> Reason {
+        let (text, _) = other.bytes.split_at(other.len);
+        match core::str::from_utf8(text) {
+            Ok(text) => self.text(text),
+            Err(_) => self,
+        }
+    }
+
     /// Adds a number in hexadecimal as the standards write it: `1017h`.
     pub const fn hex(mut self, number: u16, digits: u32) -> Reason {
         let mut digit = digits;

@@ -22,6 +22,11 @@ pub enum Direction {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Slot(u32);
 
+/// Objects that PDOs reach: their numbers are below.
+pub(super) const MOST_OBJECTS: u16 = Slot::DUMMY as u16;
+/// Objects in a row that PDOs reach.
+pub(super) const MOST_IN_A_ROW: u16 = Slot::INSTANCES;
+
 impl Slot {
     const OBJECT: u32 = 23;
     const INSTANCE: u32 = 14;
@@ -227,11 +232,7 @@ fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<(Slot, u8, bo
         };
     }
     let (place, declared) = D::find(Address::new(index, sub))?;
-    let allowed = match direction {
-        Direction::Receive => declared.access.is_for_rpdo(),
-        Direction::Transmit => declared.access.is_for_tpdo(),
-    };
-    if !declared.is_mappable() || !allowed || declared.data_type.bits() != Some(bits) {
+    if !direction.carries(declared) || declared.data_type.bits() != Some(bits) {
         return Err(AbortCode::NotMappable);
     }
     let slot = Slot::new(place, bits).ok_or(AbortCode::NotMappable)?;

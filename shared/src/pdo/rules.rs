@@ -77,8 +77,13 @@ fn check(direction: Direction, cob_id: u32, sub: u8, value: u32) -> Result<(), A
     }
 }
 
+/// Whether a transmission type may be used: neither reserved (241 to 251), nor for remote requests (252, 253).
+pub const fn is_transmission_type(transmission: u8) -> bool {
+    matches!(transmission, 0..=240 | 254 | 255)
+}
+
 fn check_transmission(value: u32) -> Result<(), AbortCode> {
-    if matches!(value, 0..=240 | 254 | 255) { Ok(()) } else { Err(AbortCode::ValueRange) }
+    if u8::try_from(value).is_ok_and(is_transmission_type) { Ok(()) } else { Err(AbortCode::ValueRange) }
 }
 
 /// Whether `value` may be written to a sub-index of the mapping of the PDO that has `cob_id`.

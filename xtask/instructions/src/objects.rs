@@ -42,11 +42,6 @@ pub struct Application {
     pub block: Domain<Vec<u8>>,
 }
 
-/// Index of [`Application::number`].
-pub const NUMBER: u16 = 0x6200;
-/// Index of [`Application::block`].
-pub const DOMAIN: u16 = 0x6300;
-
 /// RPDO 1 and TPDO 1 of an array of four numbers each, the latter with every SYNC.
 pub fn communication<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
     let four = |index: u32| [1, 2, 3, 4].map(|sub| index << 16 | sub << 8 | 16);

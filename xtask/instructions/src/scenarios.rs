@@ -6,7 +6,7 @@ use ecss_can::pdo::{Mapping, PdoMapping};
 use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId};
 
 use crate::harness::Harness;
-use crate::objects::{DOMAIN, NODE, NUMBER, PEER, receive_id, scattered, transmit_id};
+use crate::objects::{Application, NODE, PEER, receive_id, scattered, transmit_id};
 
 /// Nobody knows it.
 const FOREIGN: CobId = CobId::telemetry(PEER);
@@ -75,7 +75,7 @@ fn check_sent<M: Mapping>(harness: &Harness<M>, repetitions: u32) -> anyhow::Res
 pub fn upload(repetitions: u32) -> anyhow::Result<()> {
     let mut harness = Harness::<PdoMapping>::new(CobId::sdo_response(NODE))?;
     harness.slave.objects_mut().application.number = 0x1234_5678;
-    let [low, high] = NUMBER.to_le_bytes();
+    let [low, high] = Application::NUMBER.address().index.to_le_bytes();
     for _ in 0..repetitions {
         harness.receive(Frame::of(CobId::sdo_request(NODE), [0x40, low, high, 0, 0, 0, 0, 0]));
     }
@@ -88,7 +88,7 @@ pub fn upload(repetitions: u32) -> anyhow::Result<()> {
 /// SDO download of a u32: request in, value in the dictionary and response out.
 pub fn write(repetitions: u32) -> anyhow::Result<()> {
     let mut harness = Harness::<PdoMapping>::new(CobId::sdo_response(NODE))?;
-    let [low, high] = NUMBER.to_le_bytes();
+    let [low, high] = Application::NUMBER.address().index.to_le_bytes();
     for n in 0..repetitions {
         let [a, b, c, d] = (n + 1).to_le_bytes();
         harness.receive(Frame::of(CobId::sdo_request(NODE), [0x23, low, high, 0, a, b, c, d]));
@@ -107,7 +107,7 @@ pub fn block_download(repetitions: u32) -> anyhow::Result<()> {
     let mut harness = Harness::<PdoMapping>::new(CobId::sdo_response(NODE))?;
     let data: Vec<u8> = (0..SEGMENTS * 7).map(|n| (n ^ n >> 8 ^ n >> 13) as u8).collect();
     let request = |payload| Frame::of(CobId::sdo_request(NODE), payload);
-    let [low, high] = DOMAIN.to_le_bytes();
+    let [low, high] = Application::BLOCK.address().index.to_le_bytes();
     let size = (data.len() as u32).to_le_bytes();
     let begin = request([0xC6, low, high, 0, size[0], size[1], size[2], size[3]]);
     let segment = |(number, data): (u32, &[u8])| {

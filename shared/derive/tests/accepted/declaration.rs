@@ -1,7 +1,8 @@
 //! What the refused declarations should have been.
 #![deny(warnings)]
 
-use ecss_can::od::{Objects, Record};
+use ecss_can::od::{DataType, Field, Objects, Record, Typed};
+use ecss_can::types::Address;
 
 #[derive(Objects)]
 pub struct Thermometer<G: Objects + Default = Power, const N: usize = 3> {
@@ -39,11 +40,21 @@ pub struct Power {
     pub current: u16,
 }
 
+/// With a lifetime, and a name that Rust has a meaning for.
+#[derive(Objects)]
+pub struct Borrowing<'a> {
+    /// Type
+    #[object(0x6100, ro)]
+    pub r#type: u8,
+    #[skip]
+    pub text: &'a str,
+}
+
 #[derive(Record)]
-pub struct Channel {
+pub struct Channel<V: Typed + Copy + Default = u8> {
     /// Gains
     #[sub(1.., rw)]
-    pub gains: [u8; 253],
+    pub gains: [V; 253],
     /// Offset
     #[sub(254, rw)]
     pub offset: u8,
@@ -51,7 +62,17 @@ pub struct Channel {
     pub hidden: u8,
 }
 
+/// A constant of each field: its address, and what is declared of it.
 fn main() {
+    const TEMPERATURE: Field = Thermometer::TEMPERATURE;
+    const GAIN: Address = Thermometer::CHANNELS.nth(1).field(Channel::<u8>::GAINS.nth(2)).address();
+    assert_eq!(TEMPERATURE.address(), Address::new(0x6000, 0));
+    assert_eq!(TEMPERATURE.data_type(), DataType::Integer16);
+    assert_eq!(Thermometer::LIMITS.sub(2).address(), Address::new(0x6002, 2));
+    assert_eq!(GAIN, Address::new(0x6004, 3));
+    assert_eq!(Thermometer::CHANNELS.nth(2).field(Channel::OFFSET).address(), Address::new(0x6005, 254));
+    assert_eq!(Thermometer::CHANNELS.nth(0).index(), 0x6003);
+    assert_eq!(Borrowing::TYPE.address(), Address::new(0x6100, 0));
     let device = <Thermometer>::default();
     assert_eq!((device.hidden, device.channels[2].hidden), (None, 0));
 }

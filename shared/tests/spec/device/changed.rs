@@ -5,7 +5,7 @@ use ecss_can::node::{BusCommand, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::pdo::Mapping;
 use ecss_can::types::{Address, Bus, CobId, NmtState, Scet};
-use mission::COMMANDED_VALUE;
+use mission::MissionObjects;
 
 use super::fixture::{operational, payloads, powered};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node};
@@ -126,7 +126,7 @@ fn pdos_come_and_go_as_they_are_configured() {
     slave.receive(NOMINAL, 0x345, &[7, 0, 0, 0]);
     assert_eq!(slave.events, [SlaveEvent::Pdo { bus: NOMINAL, number: 1, data: [7, 0, 0, 0, 0, 0, 0, 0] }]);
     assert_eq!(slave.node.objects().application.value, 7);
-    change(&mut slave, (COMMANDED_VALUE.index, 0), |objects| objects.application.value = 8);
+    change(&mut slave, (MissionObjects::VALUE.address().index, 0), |objects| objects.application.value = 8);
     assert_eq!(payloads(&slave, 0x285), [[8, 0, 0, 0]]);
 }
 

@@ -1,0 +1,131 @@
+//! PDOs of a device at power-on, built in constants: what cannot work does not compile.
+
+use super::mapping::{MOST_IN_A_ROW, MOST_OBJECTS};
+use super::planned::{Pdo, tell_object};
+use super::{Direction, Rpdo, Tpdo};
+use crate::od::{DataType, Declared};
+
+/// PDOs of a device with `R` receive and `T` transmit PDOs. Those that are not in the set are invalid until a client
+/// configures them.
+///
+/// `#[objects(pdos = PDOS)]` on the declaration of the application checks the set against the device, so that `cargo check`
+/// shows what is wrong; [`Communication::with_pdos`](crate::node::Communication::with_pdos) puts it into the dictionary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PdoSet<const R: usize = 8, const T: usize = 8> {
+    rpdos: &'static [Rpdo],
+    tpdos: &'static [Tpdo],
+}
+
+impl<const R: usize, const T: usize> PdoSet<R, T> {
+    /// No PDO.
+    pub const NONE: Self = PdoSet { rpdos: &[], tpdos: &[] };
+
+    /// The PDOs of a device, in any order.
+    ///
+    /// # Panics
+    /// When one carries nothing, when the device has none with its number, when two have one number, or when two transmit
+    /// PDOs may have one COB-ID. In a constant all panics of a set are errors of the compiler.
+    #[track_caller]
+    pub const fn new(rpdos: &'static [Rpdo], tpdos: &'static [Tpdo]) -> Self {
+        let mut nth = 0;
+        while nth < rpdos.len() {
+            assert_one_of(R, rpdos[nth].pdo(), "R");
+            let mut other = 0;
+            while other < nth {
+                assert_numbers_differ(rpdos[nth].pdo(), rpdos[other].pdo(), "R");
+                other += 1;
+            }
+            nth += 1;
+        }
+        let mut nth = 0;
+        while nth < tpdos.len() {
+            let pdo = tpdos[nth].pdo();
+            assert_one_of(T, pdo, "T");
+            let mut other = 0;
+            while other < nth {
+                let against = tpdos[other].pdo();
+                assert_numbers_differ(pdo, against, "T");
+                if pdo.cob_id.may_equal(against.cob_id) {
+                    let both = against.tell("T").text(" and ").with(pdo.tell("T"));
+                    both.text(" may have one COB-ID: each needs its own").refuse();
+                }
+                other += 1;
+            }
+            nth += 1;
+        }
+        PdoSet { rpdos, tpdos }
+    }
+
+    /// Stops the build when a PDO carries what the dictionary does not have, or has in another way.
+    /// [`assert_pdos`](crate::node::assert_pdos) calls it for the whole dictionary of a node.
+    ///
+    /// # Panics
+    /// When called at run time, for the same reasons.
+    #[track_caller]
+    pub const fn assert_within(&self, declared: &Declared) {
+        let mut nth = 0;
+        while nth < self.rpdos.len() {
+            assert_declared(self.rpdos[nth].pdo(), Direction::Receive, declared);
+            nth += 1;
+        }
+        let mut nth = 0;
+        while nth < self.tpdos.len() {
+            assert_declared(self.tpdos[nth].pdo(), Direction::Transmit, declared);
+            nth += 1;
+        }
+    }
+
+    /// Receive PDOs.
+    pub const fn rpdos(&self) -> &'static [Rpdo] {
+        self.rpdos
+    }
+
+    /// Transmit PDOs.
+    pub const fn tpdos(&self) -> &'static [Tpdo] {
+        self.tpdos
+    }
+}
+
+#[track_caller]
+const fn assert_one_of(most: usize, pdo: &Pdo, kind: &str) {
+    if pdo.slot() >= most {
+        let number = pdo.tell(kind).text(": the device has PDOs 1 to ").number(most as u32);
+        number.text(" of this direction, see the parameters of `PdoSet`").refuse();
+    }
+    if pdo.is_empty() {
+        pdo.tell(kind).text(" carries nothing: add `.map(..)`").refuse();
+    }
+}
+
+#[track_caller]
+const fn assert_numbers_differ(one: &Pdo, other: &Pdo, kind: &str) {
+    if one.slot() == other.slot() {
+        one.tell(kind).text(" is declared twice").refuse();
+    }
+}
+
+#[track_caller]
+const fn assert_declared(pdo: &Pdo, direction: Direction, declared: &Declared) {
+    let mut nth = 0;
+    while let Some((at, bits)) = pdo.nth(nth) {
+        nth += 1;
+        if DataType::of_dummy(at.index).is_some() {
+            continue;
+        }
+        let object = tell_object(pdo.tell(direction.letter()).text(" carries "), at);
+        match declared.find(at) {
+            None => object
+                .text(", which the device does not have: add its declaration with `#[objects]`")
+                .refuse(),
+            Some((number, instance, _)) if number >= MOST_OBJECTS || instance >= MOST_IN_A_ROW => {
+                object.text(": PDOs reach the first 511 objects, and 512 in a row").refuse()
+            }
+            Some((_, _, entry)) => {
+                let is_same = matches!(entry.data_type.bits(), Some(own) if own == bits);
+                if !is_same || !direction.carries(entry) {
+                    object.text(", which the device declares in another way").refuse();
+                }
+            }
+        }
+    }
+}
