@@ -40,9 +40,11 @@
 //! impl StarTracker {
 //!     /// An exposure ends before the next one begins.
 //!     fn may_write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
-//!         let (exposure, period) = match (at.index, value) {
-//!             (0x6000, &[low, high]) => (u16::from_le_bytes([low, high]), self.period_ms),
-//!             (0x6001, &[low, high]) => (self.exposure_ms, u16::from_le_bytes([low, high])),
+//!         const EXPOSURE: Address = StarTracker::EXPOSURE_MS.address();
+//!         const PERIOD: Address = StarTracker::PERIOD_MS.address();
+//!         let (exposure, period) = match (at, value) {
+//!             (EXPOSURE, &[low, high]) => (u16::from_le_bytes([low, high]), self.period_ms),
+//!             (PERIOD, &[low, high]) => (self.exposure_ms, u16::from_le_bytes([low, high])),
 //!             _ => return Ok(()),
 //!         };
 //!         if exposure < period { Ok(()) } else { Err(AbortCode::ParameterIncompatible) }
@@ -50,11 +52,18 @@
 //! }
 //!
 //! let mut tracker = StarTracker::default();
-//! let exposure = Address::new(0x6000, 0);
+//! let exposure = StarTracker::EXPOSURE_MS.address();
 //! assert_eq!(checked::write(&mut tracker, exposure, &[199, 0]), Ok(()));
 //! assert_eq!(checked::write(&mut tracker, exposure, &[200, 0]), Err(AbortCode::ParameterIncompatible));
 //! assert_eq!(tracker.exposure_ms, 199);
+//!
+//! // Constants of each field, of records and of arrays.
+//! assert_eq!(StarTracker::ATTITUDE.field(Attitude::DECLINATION).address(), Address::new(0x6010, 2));
+//! assert_eq!(StarTracker::TEMPERATURES.sub(4).address(), Address::new(0x6020, 4));
 //! ```
+//!
+//! Two fields with one index do not compile, also when they are in different groups (`#[objects]`) or in rows
+//! (`#[object(0x6000.., record)]`). A field without attribute is an error; `#[skip]` keeps it from clients.
 
 mod access;
 pub mod checked;

@@ -1,4 +1,78 @@
 //! Process data objects.
+//!
+//! The PDOs that a device has at power-on are a [`PdoSet`], a constant. It is built from the constants that the derive makes of
+//! each field (`Thermometer::TEMPERATURE`), so that no index, sub-index or number of bits is written twice. What cannot work
+//! does not compile: a value that is not for PDOs or not for this direction, more than 64 bits or 8 values, a PDO number, a
+//! transmission type or a COB-ID that is not allowed, two PDOs with one number. `#[objects(pdos = ..)]` on the declaration
+//! checks the set against the objects of the device.
+//!
+//! ```
+//! use ecss_can::node::{Communication, Spacecraft};
+//! use ecss_can::od::{Objects, Record};
+//! use ecss_can::pdo::{CobIdOf, PdoSet, Rpdo, Tpdo};
+//! use ecss_can::time::ScetSet;
+//! use ecss_can::types::NodeId;
+//!
+//! /// A thermometer.
+//! #[derive(Objects)]
+//! #[objects(pdos = PDOS)]
+//! struct Thermometer {
+//!     /// Temperature
+//!     #[object(0x6000, ro, pdo)]
+//!     temperature: i16,
+//!     /// Mode
+//!     #[object(0x6001, record)]
+//!     mode: Mode,
+//! }
+//!
+//! #[derive(Record)]
+//! struct Mode {
+//!     /// Rate
+//!     #[sub(1, rww, pdo)]
+//!     rate: u8,
+//!     /// Range
+//!     #[sub(2, rww, pdo)]
+//!     range: u8,
+//! }
+//!
+//! const PDOS: PdoSet = PdoSet::new(
+//!     &[
+//!         // The spacecraft time of the master.
+//!         Rpdo::new(1, CobIdOf::fixed(0x181))
+//!             .map(Spacecraft::SCET_SET.field(ScetSet::FINE))
+//!             .map(Spacecraft::SCET_SET.field(ScetSet::COARSE)),
+//!         Rpdo::new(2, CobIdOf::node(0x300))
+//!             .map(Thermometer::MODE.field(Mode::RATE))
+//!             .map(Thermometer::MODE.field(Mode::RANGE)),
+//!     ],
+//!     // With every SYNC, beside the error register.
+//!     &[Tpdo::new(2, CobIdOf::node(0x280))
+//!         .transmission(1)
+//!         .map(Thermometer::TEMPERATURE)
+//!         .map(Communication::ERROR_REGISTER)],
+//! );
+//!
+//! let node = NodeId::of::<5>();
+//! let objects: Communication = Communication::new(node).with_pdos(node, &PDOS);
+//! assert_eq!(objects.tpdos[1].cob_id, 0x4000_0285);
+//! assert_eq!(objects.tpdo_mappings[1].objects[..2], [0x6000_0010, 0x1001_0008]);
+//! ```
+//!
+//! The temperature is read only. A receive PDO that carries it is refused with "object 6000h sub-index 0 is `ro`: a receive PDO
+//! carries `wo`, `rw` and `rww`":
+//!
+//! ```compile_fail,E0080
+//! # use ecss_can::od::Objects;
+//! # use ecss_can::pdo::{CobIdOf, Rpdo};
+//! # /// A thermometer.
+//! # #[derive(Objects)]
+//! # struct Thermometer {
+//! #     /// Temperature
+//! #     #[object(0x6000, ro, pdo)]
+//! #     temperature: i16,
+//! # }
+//! const WRONG: Rpdo = Rpdo::new(1, CobIdOf::node(0x200)).map(Thermometer::TEMPERATURE);
+//! ```
 
 mod cob_id_of;
 mod mapping;

@@ -90,7 +90,8 @@ impl Tpdo {
     #[track_caller]
     pub const fn new(number: u16, cob_id: CobIdOf) -> Tpdo {
         if cob_id.may_equal(OWN_EMCY) {
-            cob_id.tell().text(" is the EMCY of the node: its COB-ID is 080h + node").refuse();
+            let id = cob_id.tell().text(" is that of the node's own EMCY: allowed are ");
+            id.text("181h to 580h, 600h, 680h to 6DFh and 700h").refuse();
         }
         Tpdo(Pdo::new(number, cob_id))
     }

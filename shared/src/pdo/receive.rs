@@ -95,7 +95,7 @@ pub struct Rpdos<const R: usize> {
     first: [u16; FUNCTIONS],
     /// Whether several share a function code.
     is_shared: bool,
-    pdos: [Rpdo; R],
+    pdos: [Configured; R],
     /// Whether any frame waits for SYNC.
     waiting: bool,
     /// No deadline is before it.
@@ -103,7 +103,7 @@ pub struct Rpdos<const R: usize> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct Rpdo {
+struct Configured {
     layout: Layout,
     /// The newest frame, if `waiting`.
     held: u64,
@@ -121,8 +121,8 @@ struct Rpdo {
 /// No frame is as long.
 const NOT_PLAIN: u8 = u8::MAX;
 
-impl Rpdo {
-    const INVALID: Rpdo = Rpdo {
+impl Configured {
+    const INVALID: Configured = Configured {
         layout: Layout::EMPTY,
         held: 0,
         deadline: Instant::NEVER,
@@ -147,7 +147,7 @@ impl<const R: usize> Rpdos<R> {
             ids: [NONE; R],
             first: [NOBODY; FUNCTIONS],
             is_shared: false,
-            pdos: [Rpdo::INVALID; R],
+            pdos: [Configured::INVALID; R],
             waiting: false,
             next: Instant::NEVER,
         }
@@ -169,11 +169,16 @@ impl<const R: usize> Rpdos<R> {
             return Err(AbortCode::NoObject);
         };
         let (new_id, new) = match rules::identifier(parameters.cob_id)? {
-            None => (NONE, Rpdo::INVALID),
+            None => (NONE, Configured::INVALID),
             Some(id) => {
                 let layout = rules::activate::<D>(Direction::Receive, parameters.transmission, mapping)?;
                 let synchronous = rules::is_synchronous(parameters.transmission);
-                let pdo = Rpdo { layout, timeout: parameters.event_timer, synchronous, ..Rpdo::INVALID };
+                let pdo = Configured {
+                    layout,
+                    timeout: parameters.event_timer,
+                    synchronous,
+                    ..Configured::INVALID
+                };
                 (id.raw(), pdo.with_plain())
             }
         };
@@ -312,10 +317,10 @@ impl<const R: usize> Rpdos<R> {
     }
 }
 
-impl Rpdo {
-    fn with_plain(self) -> Rpdo {
+impl Configured {
+    fn with_plain(self) -> Configured {
         let is_plain = !self.synchronous && self.timeout == 0 && self.errors == 0;
-        Rpdo { plain: if is_plain { self.layout.bytes() } else { NOT_PLAIN }, ..self }
+        Configured { plain: if is_plain { self.layout.bytes() } else { NOT_PLAIN }, ..self }
     }
 
     /// Whether a frame of this length is processed. Errors appear and go with it.

@@ -47,7 +47,7 @@ impl<const R: usize, const T: usize> PdoSet<R, T> {
                 assert_numbers_differ(pdo, against, "T");
                 if pdo.cob_id.may_equal(against.cob_id) {
                     let both = against.tell("T").text(" and ").with(pdo.tell("T"));
-                    both.text(" may have one COB-ID: each needs its own").refuse();
+                    both.text(" may have the same COB-ID: each needs its own").refuse();
                 }
                 other += 1;
             }
@@ -89,8 +89,8 @@ impl<const R: usize, const T: usize> PdoSet<R, T> {
 #[track_caller]
 const fn assert_one_of(most: usize, pdo: &Pdo, kind: &str) {
     if pdo.slot() >= most {
-        let number = pdo.tell(kind).text(": the device has PDOs 1 to ").number(most as u32);
-        number.text(" of this direction, see the parameters of `PdoSet`").refuse();
+        let number = pdo.tell(kind).text(": the parameters of `PdoSet` allow ").number(most as u32);
+        number.text(" ").text(kind).text("PDOs").refuse();
     }
     if pdo.is_empty() {
         pdo.tell(kind).text(" carries nothing: add `.map(..)`").refuse();

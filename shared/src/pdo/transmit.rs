@@ -20,7 +20,7 @@ use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 /// All TPDOs of a node.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Tpdos<const T: usize> {
-    pdos: [Tpdo; T],
+    pdos: [Configured; T],
     /// Behind the last valid one that a SYNC may send.
     synchronous: usize,
     /// Whether an event sends any.
@@ -31,7 +31,7 @@ pub struct Tpdos<const T: usize> {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct Tpdo {
+struct Configured {
     /// `None`: not valid.
     id: Option<CobId>,
     layout: Layout,
@@ -53,8 +53,8 @@ const IDLE: u8 = 0;
 /// It waits for the SYNC that has the SYNC start value.
 const START: u8 = u8::MAX;
 
-impl Tpdo {
-    const INVALID: Tpdo = Tpdo {
+impl Configured {
+    const INVALID: Configured = Configured {
         id: None,
         layout: Layout::EMPTY,
         transmission: 0,
@@ -137,7 +137,7 @@ impl<const T: usize> Tpdos<T> {
     /// None is valid.
     pub const fn new() -> Self {
         Tpdos {
-            pdos: [Tpdo::INVALID; T],
+            pdos: [Configured::INVALID; T],
             synchronous: 0,
             has_events: false,
             operational: false,
@@ -167,11 +167,11 @@ impl<const T: usize> Tpdos<T> {
         let pdo = self.pdos.get_mut(number).ok_or(AbortCode::NoObject)?;
         let old = *pdo;
         if id.is_none() {
-            *pdo = Tpdo::INVALID;
+            *pdo = Configured::INVALID;
             self.index();
             return Ok(());
         }
-        *pdo = Tpdo {
+        *pdo = Configured {
             id,
             layout: rules::activate::<D>(Direction::Transmit, parameters.transmission, mapping)?,
             transmission: parameters.transmission,
@@ -179,7 +179,7 @@ impl<const T: usize> Tpdos<T> {
             inhibit: parameters.inhibit,
             event_timer: parameters.event_timer,
             inhibit_end: old.inhibit_end,
-            ..Tpdo::INVALID
+            ..Configured::INVALID
         };
         if self.operational {
             pdo.start(now);
@@ -195,9 +195,9 @@ impl<const T: usize> Tpdos<T> {
 
     /// After one became valid or invalid, or has another transmission type.
     fn index(&mut self) {
-        let is_synchronous = |pdo: &Tpdo| pdo.id.is_some() && rules::is_synchronous(pdo.transmission);
+        let is_synchronous = |pdo: &Configured| pdo.id.is_some() && rules::is_synchronous(pdo.transmission);
         self.synchronous = self.pdos.iter().rposition(is_synchronous).map_or(0, |last| last + 1);
-        self.has_events = self.pdos.iter().any(Tpdo::is_by_event);
+        self.has_events = self.pdos.iter().any(Configured::is_by_event);
     }
 
     /// Whether this one is valid.
@@ -223,7 +223,7 @@ impl<const T: usize> Tpdos<T> {
     pub fn stop(&mut self) {
         self.operational = false;
         self.next = Instant::NEVER;
-        self.pdos.iter_mut().for_each(Tpdo::stop);
+        self.pdos.iter_mut().for_each(Configured::stop);
     }
 
     /// An event for one of them. Returns whether that makes it go out: at the next SYNC, or when polled next. Nothing

@@ -1,8 +1,8 @@
 //! The device that is measured: its objects and PDOs.
 
-use ecss_can::node::Communication;
-use ecss_can::od::{Domain, NO_REMOTE, Objects};
-use ecss_can::pdo::Mapping;
+use ecss_can::node::{Communication, assert_pdos};
+use ecss_can::od::{Domain, Field, Objects};
+use ecss_can::pdo::{CobIdOf, Mapping, PdoSet, Rpdo, Tpdo};
 use ecss_can::types::{CobId, NodeId};
 
 /// The slave.
@@ -15,6 +15,7 @@ pub const BLOCK: usize = 32 << 10;
 
 /// Objects of the application.
 #[derive(Objects)]
+#[objects(pdos = FOUR)]
 pub struct Application {
     /// Received by PDO
     #[object(0x6000, array, rw, pdo)]
@@ -43,25 +44,44 @@ pub struct Application {
 }
 
 /// RPDO 1 and TPDO 1 of an array of four numbers each, the latter with every SYNC.
-pub fn communication<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
-    let four = |index: u32| [1, 2, 3, 4].map(|sub| index << 16 | sub << 8 | 16);
-    with(node, four(0x6000), four(0x6100))
-}
+const FOUR: PdoSet = PdoSet::new(
+    &[receive(Application::RECEIVED.sub(1))
+        .map(Application::RECEIVED.sub(2))
+        .map(Application::RECEIVED.sub(3))
+        .map(Application::RECEIVED.sub(4))],
+    &[transmit(Application::SENT.sub(1))
+        .map(Application::SENT.sub(2))
+        .map(Application::SENT.sub(3))
+        .map(Application::SENT.sub(4))],
+);
 
 /// The same of four numbers that are objects of their own.
-pub fn scattered<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
-    let four = [0x6201, 0x6203, 0x6202, 0x6204].map(|index| index << 16 | 16);
-    with(node, four, four)
+const SCATTERED: PdoSet = PdoSet::new(
+    &[receive(Application::ONE).map(Application::THREE).map(Application::TWO).map(Application::FOUR)],
+    &[transmit(Application::ONE).map(Application::THREE).map(Application::TWO).map(Application::FOUR)],
+);
+const _: () = assert_pdos::<Application, 8, 8>(&SCATTERED);
+
+const fn receive(first: Field) -> Rpdo {
+    Rpdo::new(1, CobIdOf::node(0x200)).map(first)
 }
 
-fn with<M: Mapping>(node: NodeId, received: [u32; 4], sent: [u32; 4]) -> Communication<8, 8, M> {
-    let mut objects = Communication::<8, 8, M>::new(node);
-    let [rpdo, ..] = &mut objects.rpdos;
-    rpdo.cob_id = NO_REMOTE | u32::from(receive_id().raw());
-    objects.rpdo_mappings[0].map(&received);
-    let [tpdo, ..] = &mut objects.tpdos;
-    (tpdo.cob_id, tpdo.transmission) = (NO_REMOTE | u32::from(transmit_id().raw()), 1);
-    objects.tpdo_mappings[0].map(&sent);
+const fn transmit(first: Field) -> Tpdo {
+    Tpdo::new(1, CobIdOf::node(0x180)).transmission(1).map(first)
+}
+
+/// With PDOs of arrays.
+pub fn communication<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
+    with(node, &FOUR)
+}
+
+/// With PDOs of numbers that are objects of their own.
+pub fn scattered<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
+    with(node, &SCATTERED)
+}
+
+fn with<M: Mapping>(node: NodeId, pdos: &PdoSet) -> Communication<8, 8, M> {
+    let mut objects = Communication::new(node).with_pdos(node, pdos);
     objects.consumer_heartbeat[1] = u32::from(PEER.get()) << 16 | 250;
     objects
 }

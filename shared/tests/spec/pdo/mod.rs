@@ -1,4 +1,4 @@
-//! Process data objects: mapping, reception, transmission, and what an SDO may change of them.
+//! Process data objects: mapping, sets in constants, reception, transmission, and what an SDO may change of them.
 
 mod device;
 mod mapping;
@@ -6,4 +6,5 @@ mod optional;
 mod receive;
 mod rules;
 mod sequence;
+mod set;
 mod transmit;

@@ -1,0 +1,56 @@
+//! What the refused sets should have been.
+#![deny(warnings)]
+
+use ecss_can::node::{BusHealth, Communication, Spacecraft};
+use ecss_can::od::{DataType, NO_REMOTE, Objects};
+use ecss_can::pdo::{CobIdOf, Mapping, PdoSet, Rpdo, Tpdo};
+use ecss_can::types::NodeId;
+
+#[derive(Objects)]
+#[objects(pdos = PDOS)]
+pub struct Thermometer {
+    /// Temperature
+    #[object(0x6000, ro, pdo)]
+    pub temperature: i16,
+    /// Set point
+    #[object(0x6001, rww, pdo)]
+    pub set_point: i16,
+    /// Flags
+    #[object(0x6004, array, rw, pdo)]
+    pub flags: [bool; 9],
+}
+
+const PDOS: PdoSet<2, 512> = PdoSet::new(
+    &[Rpdo::new(2, CobIdOf::fixed(0x700))
+        .transmission(240)
+        .event_timer(1_000)
+        .skip(DataType::Unsigned32)
+        .map(Thermometer::SET_POINT)
+        .map(Thermometer::FLAGS.sub(9))],
+    &[
+        Tpdo::new(512, CobIdOf::node(0x500))
+            .transmission(1)
+            .sync_start(240)
+            .map(Thermometer::TEMPERATURE)
+            .map(Communication::ERROR_REGISTER)
+            .map(Communication::STATUS_REGISTER)
+            .map(Spacecraft::HEALTH_NOMINAL.field(BusHealth::STATE)),
+        Tpdo::new(1, CobIdOf::node(0x180)).inhibit(100).event_timer(250).map(Thermometer::FLAGS.sub(1)),
+    ],
+);
+
+fn main() {
+    let node = NodeId::of::<5>();
+    let objects = Communication::<2, 512>::new(node).with_pdos(node, &PDOS);
+    assert_eq!(objects.rpdos[0], Communication::<2, 512>::new(node).rpdos[0]);
+    let rpdo = objects.rpdos[1];
+    assert_eq!((rpdo.cob_id, rpdo.transmission, rpdo.event_timer), (NO_REMOTE | 0x700, 240, 1_000));
+    assert_eq!(objects.rpdo_mappings[1].objects(), [0x0007_0020, 0x6001_0010, 0x6004_0901]);
+    let first = objects.tpdos[0];
+    assert_eq!((first.cob_id, first.transmission), (NO_REMOTE | 0x185, 254));
+    assert_eq!((first.inhibit, first.event_timer), (100, 250));
+    assert_eq!(objects.tpdo_mappings[0].objects(), [0x6004_0101]);
+    let last = objects.tpdos[511];
+    assert_eq!((last.cob_id, last.transmission, last.sync_start), (NO_REMOTE | 0x505, 1, 240));
+    assert_eq!(objects.tpdo_mappings[511].objects(), [0x6000_0010, 0x1001_0008, 0x1002_0020, 0x2020_0108]);
+}
