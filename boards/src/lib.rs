@@ -1,7 +1,15 @@
 //! Board support: two CAN ports, a clock, LEDs and straps.
 //!
-//! A board is one module and one feature. `Board::init` hands out everything an image needs; nothing above this crate
-//! names a register or a pin. All `unsafe` of the project is here. On the host only what needs no hardware is compiled,
+//! A board is one module and one feature. `Board::new` hands out everything that the protocol needs of it, and takes only
+//! that: timers, pins and converters that it does not use stay with the application.
+//!
+//! ```ignore (a board's code)
+//! let p = boards::start();
+//! let board = Board::new(boards::take!(p), BIT_TIMING);
+//! let adc = Adc::new(p.ADC1);
+//! ```
+//!
+//! Nothing of the protocol above this crate names a register or a pin. All `unsafe` of the project is here. On the host only what needs no hardware is compiled,
 //! so that it can be tested there.
 
 #![cfg_attr(target_os = "none", no_std)]
@@ -30,6 +38,11 @@ mod pyboard_v11;
 mod retained;
 #[cfg(target_os = "none")]
 mod spare;
+
+#[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
+pub use nucleo_f446re::{Resources, start};
+#[cfg(all(target_os = "none", feature = "pyboard-v11"))]
+pub use pyboard_v11::{Resources, start};
 
 #[cfg(target_os = "none")]
 mod image {

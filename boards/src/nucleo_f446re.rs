@@ -13,8 +13,13 @@
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::types::PerBus;
 use embassy_stm32::gpio::{Input, Pull};
+use embassy_stm32::peripherals::{
+    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA5, PA6, PB0, PB8, PB9, PB12, PB13, PC0, PC1, PC2, PC3,
+    TIM5,
+};
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
+use embassy_stm32::{Peri, Peripherals};
 
 use crate::board::{Board, Irqs, Leds, node_id, store};
 use crate::bxcan::Port;
@@ -23,20 +28,78 @@ use crate::{Uptime, capture, clock_tree, retained, spare};
 /// MCO of the ST-LINK, a square wave.
 const OSCILLATOR: Hse = Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass };
 
+/// What the board uses of the chip, by the names of the HAL. [`take!`](crate::take) fills it.
+#[allow(missing_docs, non_snake_case)] // names of the chip
+pub struct Resources {
+    pub TIM5: Peri<'static, TIM5>,
+    pub DMA1_CH2: Peri<'static, DMA1_CH2>,
+    pub DMA1_CH4: Peri<'static, DMA1_CH4>,
+    pub CAN1: Peri<'static, CAN1>,
+    pub CAN2: Peri<'static, CAN2>,
+    pub FLASH: Peri<'static, FLASH>,
+    pub PB8: Peri<'static, PB8>,
+    pub PB9: Peri<'static, PB9>,
+    pub PB12: Peri<'static, PB12>,
+    pub PB13: Peri<'static, PB13>,
+    pub PA0: Peri<'static, PA0>,
+    pub PA1: Peri<'static, PA1>,
+    pub PC0: Peri<'static, PC0>,
+    pub PC1: Peri<'static, PC1>,
+    pub PC2: Peri<'static, PC2>,
+    pub PC3: Peri<'static, PC3>,
+    pub PB0: Peri<'static, PB0>,
+    pub PA5: Peri<'static, PA5>,
+    pub PA6: Peri<'static, PA6>,
+}
+
+/// Moves what the board uses out of the HAL's `Peripherals` and leaves the rest to the application. What is taken cannot be
+/// taken again: that does not compile.
+#[macro_export]
+macro_rules! take {
+    ($p:ident) => {
+        $crate::Resources {
+            TIM5: $p.TIM5,
+            DMA1_CH2: $p.DMA1_CH2,
+            DMA1_CH4: $p.DMA1_CH4,
+            CAN1: $p.CAN1,
+            CAN2: $p.CAN2,
+            FLASH: $p.FLASH,
+            PB8: $p.PB8,
+            PB9: $p.PB9,
+            PB12: $p.PB12,
+            PB13: $p.PB13,
+            PA0: $p.PA0,
+            PA1: $p.PA1,
+            PC0: $p.PC0,
+            PC1: $p.PC1,
+            PC2: $p.PC2,
+            PC3: $p.PC3,
+            PB0: $p.PB0,
+            PA5: $p.PA5,
+            PA6: $p.PA6,
+        }
+    };
+}
+
+/// Starts the clocks and the HAL.
+///
+/// Without its oscillator the board never returns from here: it logs the failure, its LEDs take turns, and both
+/// controllers stay in reset.
+///
+/// # Panics
+/// When called twice.
+pub fn start() -> Peripherals {
+    match clock_tree::start(OSCILLATOR, PllPreDiv::DIV4) {
+        Ok(p) => p,
+        Err(p) => clock_tree::without_oscillator(Leds::new(p.PA5, p.PA6)),
+    }
+}
+
 impl Board {
-    /// Starts clocks, puts both controllers into Init mode (silent: not even an acknowledgement) and reads the straps.
-    ///
-    /// Without its oscillator the board never returns from here: it logs the failure, its LEDs take turns, and both
-    /// controllers stay in reset.
-    ///
-    /// # Panics
-    /// When called twice.
+    /// Puts both controllers into Init mode (silent: not even an acknowledgement), reads the straps and opens the parameter
+    /// store.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
-    pub fn init(timing: BitTiming) -> Board {
-        let p = match clock_tree::start(OSCILLATOR, PllPreDiv::DIV4) {
-            Ok(p) => p,
-            Err(p) => clock_tree::without_oscillator(Leds::new(p.PA5, p.PA6)),
-        };
+    pub fn new(p: Resources, timing: BitTiming) -> Board {
         let node_id = node_id([
             Input::new(p.PC0, Pull::Up),
             Input::new(p.PC1, Pull::Up),

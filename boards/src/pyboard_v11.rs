@@ -13,8 +13,13 @@
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::types::PerBus;
 use embassy_stm32::gpio::{Input, Pull};
+use embassy_stm32::peripherals::{
+    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA2, PA3, PA4, PA5, PA6, PA15, PB4, PB8, PB9, PB12,
+    PB13, TIM5,
+};
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
+use embassy_stm32::{Peri, Peripherals};
 
 use crate::board::{Board, Irqs, Leds, node_id, store};
 use crate::bxcan::Port;
@@ -23,20 +28,78 @@ use crate::{Uptime, capture, clock_tree, retained, spare};
 /// A crystal.
 const OSCILLATOR: Hse = Hse { freq: Hertz(12_000_000), mode: HseMode::Oscillator };
 
+/// What the board uses of the chip, by the names of the HAL. [`take!`](crate::take) fills it.
+#[allow(missing_docs, non_snake_case)] // names of the chip
+pub struct Resources {
+    pub TIM5: Peri<'static, TIM5>,
+    pub DMA1_CH2: Peri<'static, DMA1_CH2>,
+    pub DMA1_CH4: Peri<'static, DMA1_CH4>,
+    pub CAN1: Peri<'static, CAN1>,
+    pub CAN2: Peri<'static, CAN2>,
+    pub FLASH: Peri<'static, FLASH>,
+    pub PB8: Peri<'static, PB8>,
+    pub PB9: Peri<'static, PB9>,
+    pub PB12: Peri<'static, PB12>,
+    pub PB13: Peri<'static, PB13>,
+    pub PA0: Peri<'static, PA0>,
+    pub PA1: Peri<'static, PA1>,
+    pub PA2: Peri<'static, PA2>,
+    pub PA3: Peri<'static, PA3>,
+    pub PA4: Peri<'static, PA4>,
+    pub PA5: Peri<'static, PA5>,
+    pub PA6: Peri<'static, PA6>,
+    pub PB4: Peri<'static, PB4>,
+    pub PA15: Peri<'static, PA15>,
+}
+
+/// Moves what the board uses out of the HAL's `Peripherals` and leaves the rest to the application. What is taken cannot be
+/// taken again: that does not compile.
+#[macro_export]
+macro_rules! take {
+    ($p:ident) => {
+        $crate::Resources {
+            TIM5: $p.TIM5,
+            DMA1_CH2: $p.DMA1_CH2,
+            DMA1_CH4: $p.DMA1_CH4,
+            CAN1: $p.CAN1,
+            CAN2: $p.CAN2,
+            FLASH: $p.FLASH,
+            PB8: $p.PB8,
+            PB9: $p.PB9,
+            PB12: $p.PB12,
+            PB13: $p.PB13,
+            PA0: $p.PA0,
+            PA1: $p.PA1,
+            PA2: $p.PA2,
+            PA3: $p.PA3,
+            PA4: $p.PA4,
+            PA5: $p.PA5,
+            PA6: $p.PA6,
+            PB4: $p.PB4,
+            PA15: $p.PA15,
+        }
+    };
+}
+
+/// Starts the clocks and the HAL.
+///
+/// Without its oscillator the board never returns from here: it logs the failure, its LEDs take turns, and both
+/// controllers stay in reset.
+///
+/// # Panics
+/// When called twice.
+pub fn start() -> Peripherals {
+    match clock_tree::start(OSCILLATOR, PllPreDiv::DIV6) {
+        Ok(p) => p,
+        Err(p) => clock_tree::without_oscillator(Leds::new(p.PB4, p.PA15)),
+    }
+}
+
 impl Board {
-    /// Starts clocks, puts both controllers into Init mode (silent: not even an acknowledgement) and reads the straps.
-    ///
-    /// Without its oscillator the board never returns from here: it logs the failure, its LEDs take turns, and both
-    /// controllers stay in reset.
-    ///
-    /// # Panics
-    /// When called twice.
+    /// Puts both controllers into Init mode (silent: not even an acknowledgement), reads the straps and opens the parameter
+    /// store.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
-    pub fn init(timing: BitTiming) -> Board {
-        let p = match clock_tree::start(OSCILLATOR, PllPreDiv::DIV6) {
-            Ok(p) => p,
-            Err(p) => clock_tree::without_oscillator(Leds::new(p.PB4, p.PA15)),
-        };
+    pub fn new(p: Resources, timing: BitTiming) -> Board {
         let node_id = node_id([
             Input::new(p.PA2, Pull::Up),
             Input::new(p.PA3, Pull::Up),

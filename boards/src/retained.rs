@@ -26,8 +26,8 @@ impl RetainedMemory for UninitRam {
     }
 }
 
-/// The words. Call it once, from `Board::init`.
+/// The words. Call it once, from `Board::new`.
 pub(crate) fn take() -> &'static mut (dyn RetainedMemory + Send) {
-    // SAFETY: this is the only reference, because `Board::init` takes all peripherals and panics the second time.
+    // SAFETY: this is the only reference, because `Board::new` takes peripherals that exist once.
     unsafe { &mut *addr_of_mut!(RETAINED) }
 }

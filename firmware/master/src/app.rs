@@ -37,7 +37,8 @@ static NODE: OnceLock<Node> = OnceLock::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let Board { mut ports, clock, leds, .. } = Board::init(BIT_TIMING);
+    let p = boards::start();
+    let Board { mut ports, clock, leds, .. } = Board::new(boards::take!(p), BIT_TIMING);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     // Made where it stays: each copy of it is 15 kB of this stack.
     let node = NODE.get_or_init(|| NodeCell::new(Master::new(PROFILE)));

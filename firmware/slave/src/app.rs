@@ -43,7 +43,9 @@ static NODE: OnceLock<Node> = OnceLock::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
-    let Board { mut ports, clock, leds, node_id, store, retained, memory } = Board::init(BIT_TIMING);
+    let p = boards::start();
+    let Board { mut ports, clock, leds, node_id, store, retained, memory } =
+        Board::new(boards::take!(p), BIT_TIMING);
     let id = match node_id {
         Ok(id) => id,
         Err(error) => {
