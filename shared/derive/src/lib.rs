@@ -12,10 +12,15 @@
 //! | `#[sub(1.., ..)]` | an array field of a record | sub-indices in a row |
 //! | `#[record(0x40)]` | a record | index of its structure (DEFSTRUCT) |
 //! | `#[skip]` | a field | no client sees it; a field without any of these is an error |
+//! | `#[objects(check = function)]` | a struct | the function refuses what clients write |
+//! | `#[objects(pdos = SET)]` | a struct | the PDOs of the device whose application it is, checked against the device |
 //!
 //! Inside the parentheses: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`; `record` or `array` for objects that are no
 //! single value; `pdo` for values that PDOs may carry; `keep` for a DOMAIN that "save" (1010h) keeps; `low = ..`,
 //! `high = ..`, `default = ..`.
+//!
+//! Each field becomes a constant, named as the field in capitals: an `ecss_can::od::Field` or `Fields` of an object, a
+//! `SubIndex` of an entry of a record. A type parameter with a default has it there, so that `Device::VALUE` needs no argument.
 //!
 //! All errors of a declaration are reported at once. An index or sub-index that two fields have, also in groups of groups and
 //! in rows of them, is refused by a constant beside the declaration, so that `cargo check` shows it. A type parameter has its
@@ -27,24 +32,33 @@ mod field;
 mod instance;
 mod objects;
 mod record;
+mod stub;
 #[cfg(test)]
 mod tests;
 
 use proc_macro::TokenStream;
+use proc_macro2::TokenStream as TokenStream2;
 use syn::{Data, DeriveInput, Error, Fields, FieldsNamed, parse_macro_input};
 
 /// A dictionary, or a group of its objects.
 #[proc_macro_derive(Objects, attributes(object, objects, skip))]
 pub fn objects(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    objects::expand(&input).unwrap_or_else(Error::into_compile_error).into()
+    objects::expand(&input).unwrap_or_else(|errors| beside(errors, stub::objects(&input))).into()
 }
 
 /// A structure of values under one index.
 #[proc_macro_derive(Record, attributes(record, sub, skip))]
 pub fn record(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    record::expand(&input).unwrap_or_else(Error::into_compile_error).into()
+    record::expand(&input).unwrap_or_else(|errors| beside(errors, stub::record(&input))).into()
+}
+
+/// The errors, and what keeps the compiler from reporting others that follow from them.
+fn beside(errors: Error, stub: TokenStream2) -> TokenStream2 {
+    let mut tokens = errors.into_compile_error();
+    tokens.extend(stub);
+    tokens
 }
 
 /// The fields of a struct.

@@ -58,4 +58,9 @@ struct Calibration {
     forgotten: u8,
 }
 
-fn main() {}
+/// Uses of a refused type add no errors.
+fn main() {
+    let mut thermometer = Thermometer::default();
+    let found = ecss_can::od::checked::find(&mut thermometer, ecss_can::types::Address::new(0x6000, 0));
+    assert!(found.is_err() && Calibration::ENTRIES.is_empty());
+}
