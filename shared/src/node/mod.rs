@@ -4,6 +4,7 @@ mod buses;
 mod communication;
 mod contract;
 mod device;
+mod index;
 mod master;
 mod master_api;
 mod objects;

@@ -27,6 +27,11 @@ impl Field {
         Fields::<()>::of(object).sub(0)
     }
 
+    /// The index.
+    pub const fn index(self) -> u16 {
+        self.at.index
+    }
+
     /// Index and sub-index.
     pub const fn address(self) -> Address {
         self.at

@@ -5,20 +5,15 @@ use super::{rules, show};
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::NodeObjects;
+use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RESTORE, RPDO, STORE};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked};
 use crate::pdo::{Mapping, Rpdos, Tpdos};
 use crate::store::{Group, LOAD, Loaded, SAVE, StoreError};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
-/// Store parameters.
-const STORE: u16 = 0x1010;
-/// Restore default parameters.
-const RESTORE: u16 = 0x1011;
 /// Sub-index of all parameters.
 const ALL: u8 = 1;
-/// Pre-defined error field.
-const ERRORS: u16 = 0x1003;
 
 /// The objects, and what a write to them reaches at once.
 #[derive(Debug)]
@@ -104,7 +99,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
     for Dictionary<A, R, T, M>
 {
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
-        if at.index == ERRORS && at.sub > self.objects.communication.errors.count {
+        if at.index == PRE_DEFINED_ERRORS && at.sub > self.objects.communication.errors.count {
             self.find(at)?;
             return Err(AbortCode::NoData);
         }
@@ -114,7 +109,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
     #[inline(always)] // called from one place
     fn fetch(&mut self, at: Address) -> Result<Option<([u8; 4], u8)>, AbortCode> {
         let (place, entry) = self.place(at)?;
-        if !entry.fetched || at.index == ERRORS {
+        if !entry.fetched || at.index == PRE_DEFINED_ERRORS {
             return Ok(None);
         }
         let value = self.objects.variable(place).map(|variable| variable.bits() as u32);
@@ -170,7 +165,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
                 if index <= rules::LAST {
                     self.find(at)?.download(Some(value.len()))?;
                     match index {
-                        0x1400..=0x1BFF => {
+                        RPDO..=LAST_TPDO_MAPPING => {
                             // Before the service takes it.
                             self.objects.check(at, value)?;
                             self.configure_pdo(at, number)?;

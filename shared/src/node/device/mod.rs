@@ -12,6 +12,11 @@ use super::{Counters, NodeObjects};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::Monitor;
 use crate::link::port::{ErrorState, Health};
+use crate::node::index::{
+    self, CONFIGURATION, CONSUMER_HEARTBEAT, EMCY_COB_ID, EMCY_INHIBIT, LAST_TPDO_MAPPING,
+    PRE_DEFINED_ERRORS, REQUEST_NMT, RESTORE, RPDO, SCET_SET, SELF_TEST_START, STORE, SYNC_COB_ID,
+    SYNC_OVERFLOW, SYNCHRONOUS_WINDOW,
+};
 use crate::node::{BusHealth, Communication};
 use crate::od::{CobIdEntry, Objects};
 use crate::pdo::{Mapping, Taken};
@@ -22,7 +27,7 @@ pub use dictionary::Dictionary;
 use pdos::tell;
 
 /// The first object whose changes an application is told; those below are the services'.
-pub const FIRST_TOLD: u16 = 0x2000;
+pub const FIRST_TOLD: u16 = index::REDUNDANCY;
 
 /// What the SDO server is to do.
 pub enum SdoStep<'a> {
@@ -81,7 +86,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
 
     /// Takes an object of its services as the application has changed it.
     pub fn follow(&mut self, at: Address, now: Instant) {
-        if matches!(at.index, 0x1400..=0x1BFF) {
+        if matches!(at.index, RPDO..=LAST_TPDO_MAPPING) {
             let number = usize::from(at.index & 0x1FF);
             self.dictionary.unset_pdos(number, now);
             self.dictionary.set_pdos(number, now);
@@ -246,7 +251,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     pub fn take_written(&mut self) -> Option<Address> {
         let at = self.dictionary.written.take()?;
         // History, signatures, the stamp itself, commands and the time are no parameters.
-        if !matches!(at.index, 0x1003 | 0x1010 | 0x1011 | 0x1020 | 0x1F82 | 0x2010 | 0x2030) {
+        let is_parameter = !matches!(
+            at.index,
+            PRE_DEFINED_ERRORS | STORE | RESTORE | CONFIGURATION | REQUEST_NMT | SCET_SET | SELF_TEST_START
+        );
+        if is_parameter {
             self.dictionary.objects.communication.configuration = [0; 2];
         }
         Some(at)
@@ -255,14 +264,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     /// Follows what was written to an object of its services.
     pub fn on_written(&mut self, at: Address) {
         match at.index {
-            0x1003 => {
+            PRE_DEFINED_ERRORS => {
                 let Dictionary { objects, emcy, .. } = &mut self.dictionary;
                 let _ = emcy.history_mut().write_len(0);
                 show(emcy, &mut objects.communication);
             }
-            0x1005 | 0x1007 | 0x1019 => self.configure_sync(),
-            0x1014 | 0x1015 => self.configure_emcy(),
-            0x1016 => {
+            SYNC_COB_ID | SYNCHRONOUS_WINDOW | SYNC_OVERFLOW => self.configure_sync(),
+            EMCY_COB_ID | EMCY_INHIBIT => self.configure_emcy(),
+            CONSUMER_HEARTBEAT => {
                 let entry = usize::from(at.sub).wrapping_sub(1);
                 let value = self.dictionary.objects.communication.consumer_heartbeat.get(entry).copied();
                 self.set_monitor(at.sub, value.unwrap_or(0));

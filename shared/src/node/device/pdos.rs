@@ -3,6 +3,9 @@
 use super::{Dictionary, rules, show};
 use crate::emcy;
 use crate::emcy::ErrorCode;
+use crate::node::index::{
+    LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, LAST_TPDO_MAPPING, RPDO, RPDO_MAPPING, TPDO, TPDO_MAPPING,
+};
 use crate::node::{Communication, NodeObjects};
 use crate::od::{INVALID, Objects};
 use crate::pdo::{Direction, Mapping, RpdoEvent, RpdoParameters, TpdoParameters, rules as pdo};
@@ -57,7 +60,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
         let rpdo = objects.rpdos.get(number).zip(objects.rpdo_mappings.get_mut(number));
         let tpdo = objects.tpdos.get(number).zip(objects.tpdo_mappings.get_mut(number));
         match (at.index, rpdo, tpdo) {
-            (0x1400..=0x15FF, Some((present, mapping)), _) => {
+            (RPDO..=LAST_RPDO, Some((present, mapping)), _) => {
                 let new = pdo::rpdo(present, at.sub, value)?;
                 rules::check_pdo(Direction::Receive, sync, emergency, new.cob_id)?;
                 let (emcy, mapping) = (&mut self.emcy, mapping.objects());
@@ -66,11 +69,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
                 self.pdo_is_possible(Direction::Receive, number);
                 Ok(())
             }
-            (0x1600..=0x17FF, Some((present, mapping)), _) => {
+            (RPDO_MAPPING..=LAST_RPDO_MAPPING, Some((present, mapping)), _) => {
                 let direction = Direction::Receive;
                 pdo::mapping::<NodeObjects<A, R, T, M>>(direction, present.cob_id, mapping, at.sub, value)
             }
-            (0x1800..=0x19FF, _, Some((present, mapping))) => {
+            (TPDO..=LAST_TPDO, _, Some((present, mapping))) => {
                 let new = pdo::tpdo(present, at.sub, value)?;
                 rules::check_pdo(Direction::Transmit, sync, emergency, new.cob_id)?;
                 let mapping = mapping.objects();
@@ -78,7 +81,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
                 self.pdo_is_possible(Direction::Transmit, number);
                 Ok(())
             }
-            (0x1A00..=0x1BFF, _, Some((present, mapping))) => {
+            (TPDO_MAPPING..=LAST_TPDO_MAPPING, _, Some((present, mapping))) => {
                 let direction = Direction::Transmit;
                 pdo::mapping::<NodeObjects<A, R, T, M>>(direction, present.cob_id, mapping, at.sub, value)
             }
@@ -106,7 +109,7 @@ fn report(
     cob_id: &mut u32,
 ) {
     let source = source_of(direction, number);
-    let first = if direction == Direction::Receive { 0x1400_u16 } else { 0x1800 };
+    let first = if direction == Direction::Receive { RPDO } else { TPDO };
     let [low, high] = first.wrapping_add(number as u16).to_le_bytes();
     match outcome {
         Ok(()) => _ = emcy.clear(ErrorCode::DATA_SET, source),

@@ -1,14 +1,14 @@
 //! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 6.10b, 8.3.1).
 
 use crate::nmt::{ErrorBehaviour, NmtStartup};
-use crate::node::Communication;
+use crate::node::{Communication, index};
 use crate::od::{CobIdEntry, EntryUse};
 use crate::pdo::{Direction, Mapping};
 use crate::types::{AbortCode, Address, Bus, NodeId};
 use crate::{heartbeat, sync};
 
 /// Objects above have no rules here.
-pub const LAST: u16 = 0x2000;
+pub const LAST: u16 = index::REDUNDANCY;
 
 /// Whether `value`, a number of the right length, may be written to an object that is no PDO's.
 ///
@@ -22,28 +22,30 @@ pub fn check<const R: usize, const T: usize, M: Mapping>(
 ) -> Result<(), AbortCode> {
     match (at.index, at.sub) {
         // Zero forgets the errors.
-        (0x1003, 0) if value != 0 => Err(AbortCode::ValueRange),
+        (index::PRE_DEFINED_ERRORS, 0) if value != 0 => Err(AbortCode::ValueRange),
         // Only the master produces SYNC (ECSS 6.9d).
-        (0x1005, _) if id != NodeId::MASTER && CobIdEntry::from_raw(value).flag() => {
+        (index::SYNC_COB_ID, _) if id != NodeId::MASTER && CobIdEntry::from_raw(value).flag() => {
             Err(AbortCode::ValueRange)
         }
-        (0x1005, _) => {
+        (index::SYNC_COB_ID, _) => {
             written(present.sync_cob_id, value, EntryUse::Sync)?;
             let sync = SYNC_IS_USED & value;
             let is_received = present.rpdos.iter().any(|pdo| has(pdo.cob_id, sync));
             free(!(is_received || is_sent(present, sync) || has(present.emcy_cob_id, sync)))
         }
-        (0x1006, _) => sync::check_period(value),
-        (0x1014, _) => {
+        (index::CYCLE_PERIOD, _) => sync::check_period(value),
+        (index::EMCY_COB_ID, _) => {
             written(present.emcy_cob_id, value, EntryUse::Emcy)?;
             free(!(has(SYNC_IS_USED & present.sync_cob_id, value) || is_sent(present, value)))
         }
-        (0x1016, sub) => heartbeat::check_entry(&present.consumer_heartbeat, sub, value),
-        (0x1019, _) => sync::check_overflow(value as u8, present.cycle_period),
-        (0x1029, _) => ErrorBehaviour::from_byte(value as u8).map(drop),
-        (0x1F80, _) => NmtStartup::from_raw(value).written(NmtStartup::from_raw(present.nmt_startup)),
-        (0x1F82, _) if !matches!(value, 4..=7 | 127) => Err(AbortCode::ValueRange),
-        (0x2000, 1) if Bus::from_bdefault(value as u8).is_none() => Err(AbortCode::ValueRange),
+        (index::CONSUMER_HEARTBEAT, sub) => heartbeat::check_entry(&present.consumer_heartbeat, sub, value),
+        (index::SYNC_OVERFLOW, _) => sync::check_overflow(value as u8, present.cycle_period),
+        (index::ERROR_BEHAVIOUR, _) => ErrorBehaviour::from_byte(value as u8).map(drop),
+        (index::NMT_STARTUP, _) => {
+            NmtStartup::from_raw(value).written(NmtStartup::from_raw(present.nmt_startup))
+        }
+        (index::REQUEST_NMT, _) if !matches!(value, 4..=7 | 127) => Err(AbortCode::ValueRange),
+        (index::REDUNDANCY, 1) if Bus::from_bdefault(value as u8).is_none() => Err(AbortCode::ValueRange),
         _ => Ok(()),
     }
 }

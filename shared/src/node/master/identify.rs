@@ -5,10 +5,11 @@
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
+use crate::node::Communication;
 use crate::sdo::{Error, Mode};
 use crate::types::{Address, Instant};
 
-const DEVICE_TYPE: Address = Address::new(0x1000, 0);
+const DEVICE_TYPE: Address = Communication::DEVICE_TYPE.address();
 /// Bytes of a device type.
 const BYTES: usize = 4;
 

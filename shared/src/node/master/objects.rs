@@ -6,6 +6,10 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat::MONITORED;
 use crate::nmt::{Command, NmtMessage, NmtStartup, Target};
 use crate::node::device::{FIRST_TOLD, SdoStep};
+use crate::node::index::{
+    ASSIGNMENT, CONSUMER_HEARTBEAT, CYCLE_PERIOD, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, SCET_SET,
+    SELF_TEST_START, SYNC_COB_ID, SYNC_OVERFLOW,
+};
 use crate::node::{Communication, Identity, NodeObjects, SelfTest};
 use crate::od::{INVALID, Objects, Record};
 use crate::pdo::PdoMapping;
@@ -264,8 +268,10 @@ impl Master {
     fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         let objects = &mut self.device.dictionary.objects;
         match (at.index, NodeId::new(at.sub)) {
-            (0x1005 | 0x1006 | 0x1019, _) => self.sync.configure(sync_config(&objects.communication), now),
-            (0x1016 | 0x1017 | 0x2000, _) => {
+            (SYNC_COB_ID | CYCLE_PERIOD | SYNC_OVERFLOW, _) => {
+                self.sync.configure(sync_config(&objects.communication), now)
+            }
+            (CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY, _) => {
                 // The longest: no slave is lost before its own time.
                 let times = objects.communication.consumer_heartbeat.iter().map(|entry| entry & 0xFFFF);
                 let longest = times.max().filter(|time| *time > 0);
@@ -280,15 +286,15 @@ impl Master {
                 self.redundancy.ctoggle = written.ctoggle;
                 self.manager.configure(self.redundancy, now);
             }
-            (0x1F81, Some(node)) => {
+            (ASSIGNMENT, Some(node)) => {
                 let raw = entry(&mut objects.application.assignment, node).map_or(0, |raw| *raw);
                 let assignment = Assignment::from_raw(raw);
                 self.boot.assign(node, assignment);
                 self.manager.peers_mut().assign(node, assignment.is_slave());
             }
-            (0x1F82, node) => self.on_requested_nmt(at.sub, node, now, out),
-            (0x2010, _) => self.clock.set(objects.spacecraft.scet_set.into(), now),
-            (0x2030, _) => {
+            (REQUEST_NMT, node) => self.on_requested_nmt(at.sub, node, now, out),
+            (SCET_SET, _) => self.clock.set(objects.spacecraft.scet_set.into(), now),
+            (SELF_TEST_START, _) => {
                 objects.spacecraft.self_test = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
                 out.event(MasterEvent::SelfTest);
             }

@@ -6,11 +6,16 @@ use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, ErrorBehaviour, NmtMessage, Reaction};
 use crate::node::device::{Dictionary, SdoStep};
-use crate::node::{BusCause, SlaveEvent};
+use crate::node::{BusCause, SlaveEvent, Spacecraft};
 use crate::od::Objects;
 use crate::pdo::Mapping;
-use crate::redundancy::{MasterMessage, Selection};
+use crate::redundancy::{MasterMessage, Redundancy, Selection};
 use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus};
+
+/// The bus that a node starts on.
+const BDEFAULT: Address = Spacecraft::REDUNDANCY.field(Redundancy::BDEFAULT).address();
+/// Toggles of the search.
+const CTOGGLE: Address = Spacecraft::REDUNDANCY.field(Redundancy::CTOGGLE).address();
 
 /// A slave that is about to change the bus waits so long, at most, for the result of its EMCY.
 const WARNING: Duration = Duration::from_millis(2);
@@ -187,11 +192,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         let before = objects.spacecraft.redundancy;
         objects.set_redundancy(self.selector.parameters());
         let after = objects.spacecraft.redundancy;
-        for (sub, has_changed) in
-            [(1, before.bdefault != after.bdefault), (4, before.ctoggle != after.ctoggle)]
+        for (at, has_changed) in
+            [(BDEFAULT, before.bdefault != after.bdefault), (CTOGGLE, before.ctoggle != after.ctoggle)]
         {
             if has_changed {
-                self.device.dictionary.on_changed(Address::new(0x2000, sub), now);
+                self.device.dictionary.on_changed(at, now);
             }
         }
     }

@@ -6,6 +6,10 @@ use crate::heartbeat::MONITORED;
 use crate::link::Stamp;
 use crate::nmt::NmtStartup;
 use crate::node::device::{FIRST_TOLD, SdoStep};
+use crate::node::index::{
+    CONSUMER_HEARTBEAT, HEALTH_NOMINAL, HEALTH_REDUNDANT, LAST_RPDO_MAPPING, PRODUCER_HEARTBEAT, REDUNDANCY,
+    RESTORE, RPDO, SCET_GET, SCET_SET, SELF_TEST_START, STORE, SYNC_COB_ID,
+};
 use crate::node::{NodeObjects, SelfTest, SlaveEvent};
 use crate::od::Objects;
 use crate::pdo::{Mapping, Taken};
@@ -13,22 +17,12 @@ use crate::redundancy::Parameters;
 use crate::store::Group;
 use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
-/// Local SCET set.
-const SCET_SET: u16 = 0x2010;
-
-/// Store and restore parameters.
-const STORE: u16 = 0x1010;
-const RESTORE: u16 = 0x1011;
-/// Redundancy.
-const REDUNDANCY: u16 = 0x2000;
-/// Self-test start.
-const SELF_TEST: u16 = 0x2030;
 /// The last object that a node follows.
-const LAST_OWN: u16 = SELF_TEST;
+const LAST_OWN: u16 = SELF_TEST_START;
 
 /// Whether an object has a value of the moment: local time, health of the buses.
-fn is_of_the_moment(index: u32) -> bool {
-    matches!(index, 0x2011 | 0x2020 | 0x2021)
+fn is_of_the_moment(index: u16) -> bool {
+    matches!(index, SCET_GET | HEALTH_NOMINAL | HEALTH_REDUNDANT)
 }
 
 impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
@@ -115,7 +109,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)] // a segment need not pay for it
     fn on_request(&mut self, frame: &Frame, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
-        if is_of_the_moment((frame.bits() >> 8) as u32 & 0xFFFF) {
+        if is_of_the_moment((frame.bits() >> 8) as u16) {
             self.refresh(now);
         }
         if !self.serve(SdoStep::Request(frame), bus, now, out) {
@@ -257,7 +251,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
         {
             self.on_stored(at.index == STORE);
-        } else if at.index == SELF_TEST {
+        } else if at.index == SELF_TEST_START {
             self.device.dictionary.objects.spacecraft.self_test =
                 SelfTest { progress: SelfTest::RUNNING, failures: 0 };
             out.event(SlaveEvent::SelfTest);
@@ -272,13 +266,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// An object that the node follows has another value.
     fn follow(&mut self, at: Address, now: Instant) {
         match at.index {
-            0x1005 => self.admit(SYNC_FILTER),
-            0x1016 => {
+            SYNC_COB_ID => self.admit(SYNC_FILTER),
+            CONSUMER_HEARTBEAT => {
                 self.follow_redundancy(at, now);
                 self.admit(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1)));
             }
-            0x1017 | REDUNDANCY => self.follow_redundancy(at, now),
-            0x1400..=0x17FF => self.admit(FILTERS_OF_RPDOS + usize::from(at.index & 0x1FF)),
+            PRODUCER_HEARTBEAT | REDUNDANCY => self.follow_redundancy(at, now),
+            RPDO..=LAST_RPDO_MAPPING => self.admit(FILTERS_OF_RPDOS + usize::from(at.index & 0x1FF)),
             SCET_SET => self.clock.set(self.device.dictionary.objects.spacecraft.scet_set.into(), now),
             _ => {}
         }
@@ -292,7 +286,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
         let mappings = &self.device.dictionary.objects.communication.tpdo_mappings;
         let of_the_moment =
-            |mapping: &M| mapping.objects().iter().any(|object| is_of_the_moment(object >> 16));
+            |mapping: &M| mapping.objects().iter().any(|object| is_of_the_moment((object >> 16) as u16));
         self.tells_moment = mappings.iter().any(of_the_moment);
         let fixed = [
             CobId::NMT,
@@ -310,7 +304,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn follow_redundancy(&mut self, at: Address, now: Instant) {
         let parameters = self.written_redundancy();
         self.selector.configure(parameters);
-        if at.index == 0x1017 {
+        if at.index == PRODUCER_HEARTBEAT {
             self.heartbeat.set_period(parameters.producer, now);
         }
     }

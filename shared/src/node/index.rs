@@ -1,0 +1,52 @@
+//! Indices of the objects that a node checks and follows: taken from their declarations, by the names that CiA 301 and
+//! ECSS-E-ST-50-15C give them.
+
+use super::{Communication, MasterObjects, Spacecraft};
+
+pub const PRE_DEFINED_ERRORS: u16 = Communication::ERRORS.index();
+pub const SYNC_COB_ID: u16 = Communication::SYNC_COB_ID.index();
+pub const CYCLE_PERIOD: u16 = Communication::CYCLE_PERIOD.index();
+pub const SYNCHRONOUS_WINDOW: u16 = Communication::SYNCHRONOUS_WINDOW.index();
+pub const STORE: u16 = Communication::STORE.index();
+pub const RESTORE: u16 = Communication::RESTORE.index();
+pub const EMCY_COB_ID: u16 = Communication::EMCY_COB_ID.index();
+pub const EMCY_INHIBIT: u16 = Communication::EMCY_INHIBIT.index();
+pub const CONSUMER_HEARTBEAT: u16 = Communication::CONSUMER_HEARTBEAT.index();
+pub const PRODUCER_HEARTBEAT: u16 = Communication::PRODUCER_HEARTBEAT.index();
+pub const SYNC_OVERFLOW: u16 = Communication::SYNC_OVERFLOW.index();
+pub const CONFIGURATION: u16 = Communication::CONFIGURATION.index();
+pub const ERROR_BEHAVIOUR: u16 = Communication::ERROR_BEHAVIOUR.index();
+pub const NMT_STARTUP: u16 = Communication::NMT_STARTUP.index();
+
+pub const ASSIGNMENT: u16 = MasterObjects::ASSIGNMENT.index();
+pub const REQUEST_NMT: u16 = MasterObjects::REQUEST_NMT.index();
+
+pub const REDUNDANCY: u16 = Spacecraft::REDUNDANCY.index();
+pub const SCET_SET: u16 = Spacecraft::SCET_SET.index();
+pub const SCET_GET: u16 = Spacecraft::SCET_GET.index();
+pub const HEALTH_NOMINAL: u16 = Spacecraft::HEALTH_NOMINAL.index();
+pub const HEALTH_REDUNDANT: u16 = Spacecraft::HEALTH_REDUNDANT.index();
+pub const SELF_TEST_START: u16 = Spacecraft::SELF_TEST_START.index();
+
+/// RPDO 1, communication parameter.
+pub const RPDO: u16 = Communication::RPDOS.nth(0).index();
+/// RPDO 1, mapping parameter.
+pub const RPDO_MAPPING: u16 = Communication::RPDO_MAPPINGS.nth(0).index();
+/// TPDO 1, communication parameter.
+pub const TPDO: u16 = Communication::TPDOS.nth(0).index();
+/// TPDO 1, mapping parameter.
+pub const TPDO_MAPPING: u16 = Communication::TPDO_MAPPINGS.nth(0).index();
+
+/// Last of 512 indices in a row (CiA 301 7.5.1).
+const fn last_of(first: u16) -> u16 {
+    first + 0x1FF
+}
+
+/// RPDO 512.
+pub const LAST_RPDO: u16 = last_of(RPDO);
+/// RPDO 512.
+pub const LAST_RPDO_MAPPING: u16 = last_of(RPDO_MAPPING);
+/// TPDO 512.
+pub const LAST_TPDO: u16 = last_of(TPDO);
+/// TPDO 512.
+pub const LAST_TPDO_MAPPING: u16 = last_of(TPDO_MAPPING);
