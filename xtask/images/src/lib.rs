@@ -129,7 +129,10 @@ fn cargo(
     take(&lock).map_err(unusable)?;
 
     let toolchain = toolchain::find(command[0] == "clippy")?;
-    let progress = spinner(&format!("{} firmware for {board}, profile {profile}: {toolchain}", command[0]));
+    let is_first = !target_dir.join(TARGET).exists();
+    let patience = if is_first { "; the first time about two minutes: core, HAL and protocol" } else { "" };
+    let task = format!("{} firmware for {board}, profile {profile}: {toolchain}{patience}", command[0]);
+    let progress = spinner(&task);
     let mut cargo = toolchain.cargo();
     // As said here and nowhere else, so that images are the same whoever builds them.
     cargo.env("DEFMT_LOG", log);
