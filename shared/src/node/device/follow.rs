@@ -1,0 +1,116 @@
+//! Objects of the services: what is stored of them, and what a service does when one has changed.
+
+use super::{Device, Dictionary, show};
+use crate::emcy;
+use crate::emcy::ErrorCode;
+use crate::node::NodeObjects;
+use crate::node::index::{
+    CONFIGURATION, CONSUMER_HEARTBEAT, EMCY_COB_ID, EMCY_INHIBIT, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS,
+    REQUEST_NMT, RESTORE, RPDO, SCET_SET, SELF_TEST_START, STORE, SYNC_COB_ID, SYNC_OVERFLOW,
+    SYNCHRONOUS_WINDOW,
+};
+use crate::od::{CobIdEntry, Objects};
+use crate::pdo::Mapping;
+use crate::store::{Group, Loaded};
+use crate::types::{Address, Instant};
+
+impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A, R, T, M> {
+    /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
+    pub fn configure(&mut self, now: Instant) {
+        let Self { dictionary, server, .. } = self;
+        server.reset(dictionary);
+        dictionary.written = None;
+        dictionary.rpdos.stop();
+        dictionary.tpdos.stop();
+        self.configure_sync();
+        self.configure_emcy();
+        for (sub, value) in (1..).zip(self.dictionary.objects.communication.consumer_heartbeat) {
+            self.set_monitor(sub, value);
+        }
+        // All become invalid first: an old one must not be in the way of a new one.
+        (0..R.max(T)).for_each(|number| self.dictionary.unset_pdos(number, now));
+        (0..R.max(T)).for_each(|number| self.dictionary.set_pdos(number, now));
+        self.dictionary.emcy.restart();
+        show(&self.dictionary.emcy, &mut self.dictionary.objects.communication);
+    }
+
+    /// Takes an object of its services as the application has changed it.
+    pub fn follow(&mut self, at: Address, now: Instant) {
+        if matches!(at.index, RPDO..=LAST_TPDO_MAPPING) {
+            let number = usize::from(at.index & 0x1FF);
+            self.dictionary.unset_pdos(number, now);
+            self.dictionary.set_pdos(number, now);
+            show(&self.dictionary.emcy, &mut self.dictionary.objects.communication);
+        }
+        self.on_written(at);
+    }
+
+    /// Applies what is stored of a group; the services take it with [`Device::configure`].
+    #[inline(never)] // of two callers, neither in a hurry
+    pub fn load(&mut self, group: Group) {
+        let objects = &mut self.dictionary.objects.communication;
+        // Bit 0: on command.
+        objects.store = [u32::from(self.dictionary.stored.store.is_some()); 4];
+        objects.restore = objects.store;
+        match self.dictionary.load(group) {
+            Ok(None | Some(Loaded::Nothing | Loaded::Set { skipped: 0, .. })) => {}
+            // Defaults hold where nothing was applied: until parameters are saved anew.
+            Ok(Some(Loaded::Foreign { .. } | Loaded::Set { .. })) | Err(_) => {
+                self.raise(ErrorCode::DATA_SET, [0; 5]);
+            }
+        }
+    }
+
+    /// Returns the object that was written last over the bus, once. A written parameter clears 1020h: the configuration is no
+    /// longer the one that was verified (CiA 301 7.5.2.23).
+    #[inline]
+    pub fn take_written(&mut self) -> Option<Address> {
+        let at = self.dictionary.written.take()?;
+        // History, signatures, the stamp itself, commands and the time are no parameters.
+        let is_parameter = !matches!(
+            at.index,
+            PRE_DEFINED_ERRORS | STORE | RESTORE | CONFIGURATION | REQUEST_NMT | SCET_SET | SELF_TEST_START
+        );
+        if is_parameter {
+            self.dictionary.objects.communication.configuration = [0; 2];
+        }
+        Some(at)
+    }
+
+    /// Follows what was written to an object of its services.
+    pub fn on_written(&mut self, at: Address) {
+        match at.index {
+            PRE_DEFINED_ERRORS => {
+                let Dictionary { objects, emcy, .. } = &mut self.dictionary;
+                let _ = emcy.history_mut().write_len(0);
+                show(emcy, &mut objects.communication);
+            }
+            SYNC_COB_ID | SYNCHRONOUS_WINDOW | SYNC_OVERFLOW => self.configure_sync(),
+            EMCY_COB_ID | EMCY_INHIBIT => self.configure_emcy(),
+            CONSUMER_HEARTBEAT => {
+                let entry = usize::from(at.sub).wrapping_sub(1);
+                let value = self.dictionary.objects.communication.consumer_heartbeat.get(entry).copied();
+                self.set_monitor(at.sub, value.unwrap_or(0));
+            }
+            _ => {}
+        }
+    }
+
+    /// Restarts monitoring by an entry of 1016h and clears its missed-heartbeat error.
+    fn set_monitor(&mut self, sub: u8, value: u32) {
+        if let Some(missed) = self.monitor.set(sub, value) {
+            self.clear(ErrorCode::HEARTBEAT, missed.get());
+        }
+    }
+
+    fn configure_sync(&mut self) {
+        let communication = &self.dictionary.objects.communication;
+        self.sync_id = CobIdEntry::from_raw(communication.sync_cob_id).id();
+        self.sync.configure(communication.sync_overflow, communication.synchronous_window);
+    }
+
+    fn configure_emcy(&mut self) {
+        let Dictionary { objects: NodeObjects { communication, .. }, emcy, .. } = &mut self.dictionary;
+        emcy.configure(emcy::Config::new(communication.emcy_cob_id, communication.emcy_inhibit));
+    }
+}
