@@ -30,6 +30,8 @@ mod capture;
 mod clock;
 #[cfg(target_os = "none")]
 mod clock_tree;
+#[cfg(target_os = "none")]
+mod memory;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]

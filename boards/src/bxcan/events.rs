@@ -1,48 +1,44 @@
 //! Between the interrupts of a controller and its port: events, bounded, nothing lost unseen, and the frame that waits.
 
 use core::cell::{Cell, RefCell};
-use core::task::{Context, Poll};
+use core::task::{Context, Poll, Waker};
 
-use ecss_can::link::Stamp;
 use ecss_can::link::port::{Mailbox, PortEvent};
-use ecss_can::types::Frame;
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::waitqueue::AtomicWaker;
 
 use super::held::Held;
-use super::status::{Enables, Status};
 use super::waiting::Waiting;
 
-/// What happened on a controller and was not taken yet, and what its transmit interrupt has to request.
+/// What happened on a controller and was not taken yet, who takes it, and what its transmit interrupt has to request.
 pub struct EventQueue {
-    waiting: Mutex<CriticalSectionRawMutex, RefCell<Waiting>>,
-    waker: AtomicWaker,
+    queue: Mutex<CriticalSectionRawMutex, RefCell<Queue>>,
     held: Mutex<CriticalSectionRawMutex, Cell<Held>>,
+}
+
+struct Queue {
+    waiting: Waiting,
+    task: Option<Waker>,
 }
 
 impl EventQueue {
     pub(super) const fn new() -> Self {
         EventQueue {
-            waiting: Mutex::new(RefCell::new(Waiting::new())),
-            waker: AtomicWaker::new(),
+            queue: Mutex::new(RefCell::new(Queue { waiting: Waiting::new(), task: None })),
             held: Mutex::new(Cell::new(Held::NOTHING)),
         }
     }
 
-    /// A frame came; when the queue is full it is counted as lost.
-    pub(super) fn received(&self, frame: Frame, stamp: Stamp) {
-        self.update(|waiting| waiting.received(PortEvent::Received { frame, stamp }));
-    }
-
-    /// A frame was lost before it could be read, or more than one: FOVR says no more than that.
-    pub(super) fn overrun(&self) {
-        self.update(Waiting::lose);
-    }
-
-    /// The result of a mailbox.
-    pub(super) fn finished(&self, result: PortEvent) {
-        self.update(|waiting| waiting.finished(result));
+    /// Adds what an interrupt found. Wakes the task once.
+    #[inline]
+    pub(super) fn update<R>(&self, change: impl FnOnce(&mut Waiting) -> R) -> R {
+        self.with(|queue| {
+            let result = change(&mut queue.waiting);
+            if let Some(task) = &queue.task {
+                task.wake_by_ref();
+            }
+            result
+        })
     }
 
     /// Whether a frame waits in its mailbox.
@@ -67,33 +63,28 @@ impl EventQueue {
     pub(super) fn cancel(&self, mailbox: Mailbox) -> bool {
         let waited = self.held(|held| held.cancel(mailbox));
         if waited {
-            self.finished(PortEvent::Failed { mailbox });
+            self.update(|waiting| waiting.finished(PortEvent::Failed { mailbox }));
         }
         waited
     }
 
-    /// The error register as it is now; what may raise the error interrupt from now on.
-    pub(super) fn error_status(&self, now: Status) -> Enables {
-        self.update(|waiting| waiting.errors.note(now))
-    }
-
-    /// The error interrupt; `repeated`: it would have come at once again.
-    pub(super) fn error_interrupt(&self, now: Status, repeated: bool) -> Enables {
-        self.update(|waiting| waiting.errors.on_interrupt(now, repeated))
-    }
-
     /// Whether such an event waits.
     pub(super) fn holds(&self, such: impl Fn(&PortEvent) -> bool) -> bool {
-        self.with(|waiting| waiting.holds(such))
+        self.with(|queue| queue.waiting.holds(such))
     }
 
-    /// The next event.
-    pub(super) fn poll(&self, cx: &mut Context<'_>) -> Poll<PortEvent> {
-        self.waker.register(cx.waker());
-        match self.with(Waiting::take) {
+    /// Takes the next event. While there is none, the task is woken at the next one.
+    #[inline]
+    pub(super) fn poll(&self, context: &Context<'_>) -> Poll<PortEvent> {
+        self.with(|queue| match queue.waiting.take() {
             Some(event) => Poll::Ready(event),
-            None => Poll::Pending,
-        }
+            None => {
+                if !queue.task.as_ref().is_some_and(|task| task.will_wake(context.waker())) {
+                    queue.task = Some(context.waker().clone());
+                }
+                Poll::Pending
+            }
+        })
     }
 
     fn held<R>(&self, what: impl FnOnce(&mut Held) -> R) -> R {
@@ -105,13 +96,8 @@ impl EventQueue {
         })
     }
 
-    fn update<R>(&self, change: impl FnOnce(&mut Waiting) -> R) -> R {
-        let result = self.with(change);
-        self.waker.wake();
-        result
-    }
-
-    fn with<R>(&self, what: impl FnOnce(&mut Waiting) -> R) -> R {
-        self.waiting.lock(|waiting| what(&mut waiting.borrow_mut()))
+    #[inline]
+    fn with<R>(&self, what: impl FnOnce(&mut Queue) -> R) -> R {
+        self.queue.lock(|queue| what(&mut queue.borrow_mut()))
     }
 }

@@ -4,7 +4,9 @@
 //! behind one in a higher mailbox would overtake it. So it is written into its mailbox without TXRQ, and the transmit
 //! interrupt sets TXRQ when the frames before it have ended. That is within the intermission: the bus sees no gap.
 
-use ecss_can::link::port::{MAILBOXES, Mailbox};
+use ecss_can::link::port::Mailbox;
+
+use super::MAILBOXES;
 
 /// One flag for each mailbox.
 pub(super) type Flags = [bool; MAILBOXES];

@@ -5,15 +5,17 @@
 use core::marker::PhantomData;
 
 use ecss_can::link::Stamp;
-use ecss_can::link::port::{MAILBOXES, Mailbox, PortEvent};
+use ecss_can::link::port::{Mailbox, PortEvent};
 use ecss_can::time::Clock;
 use ecss_can::types::{CobId, Frame};
 use embassy_stm32::interrupt::typelevel::Handler;
 use embassy_stm32::pac::can::Can;
 
+use super::MAILBOXES;
 use super::controller::Controller;
 use super::events::EventQueue;
 use super::status::{Enables, Status};
+use super::waiting::Waiting;
 use crate::{TELLTALE, Uptime};
 
 /// Handler of the transmit interrupt.
@@ -47,23 +49,25 @@ impl<T: Controller> Handler<T::SCEInterrupt> for StatusHandler<T> {
 fn transmitted(registers: Can, events: &EventQueue) {
     TELLTALE.interrupts.transmit.count();
     let stamp = Stamp::interrupt(Uptime.now());
-    let status = registers.tsr().read();
-    // First of all, so that it goes out right after the intermission.
-    if let Some(next) = events.ended(|n| status.rqcp(n)) {
-        request(registers, next);
-    }
-    // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
-    registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
-    for n in (0..MAILBOXES).filter(|n| status.rqcp(*n)) {
-        let mailbox = Mailbox(n as u8);
-        // With automatic retransmission a request ends by success or abort; ALST and TERR tell of the last attempt.
-        events.finished(if status.txok(n) {
-            PortEvent::Transmitted { mailbox, stamp }
-        } else {
-            PortEvent::Failed { mailbox }
-        });
-    }
-    note_errors(registers, events);
+    events.update(|waiting| {
+        let status = registers.tsr().read();
+        // First of all, so that it goes out right after the intermission.
+        if let Some(next) = events.ended(|n| status.rqcp(n)) {
+            request(registers, next);
+        }
+        // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
+        registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
+        for n in (0..MAILBOXES).filter(|n| status.rqcp(*n)) {
+            let mailbox = Mailbox(n as u8);
+            // With automatic retransmission a request ends by success or abort; ALST and TERR tell of the last attempt.
+            waiting.finished(if status.txok(n) {
+                PortEvent::Transmitted { mailbox, stamp }
+            } else {
+                PortEvent::Failed { mailbox }
+            });
+        }
+        note_errors(registers, waiting);
+    });
 }
 
 /// Requests the transmission of a frame that waits in its mailbox.
@@ -74,26 +78,32 @@ pub(super) fn request(registers: Can, mailbox: Mailbox) {
 #[inline(never)] // once for both controllers
 fn received(registers: Can, events: &EventQueue) {
     TELLTALE.interrupts.receive.count();
-    let fifo = registers.rfr(0);
-    loop {
-        let stamp = Stamp::interrupt(Uptime.now());
-        let status = fifo.read();
-        if status.fovr() {
-            fifo.write(|w| w.set_fovr(true));
-            events.overrun();
+    events.update(|waiting| {
+        let fifo = registers.rfr(0);
+        let mut status = fifo.read();
+        loop {
+            if status.fovr() {
+                fifo.write(|w| w.set_fovr(true));
+                waiting.lose();
+            }
+            if status.fmp() == 0 {
+                break;
+            }
+            let stamp = Stamp::interrupt(Uptime.now());
+            match oldest(registers) {
+                Some(frame) => waiting.received(frame, stamp),
+                None => waiting.lose(),
+            }
+            fifo.write(|w| w.set_rfom(true));
+            loop {
+                status = fifo.read();
+                if !status.rfom() {
+                    break;
+                }
+            }
         }
-        if status.fmp() == 0 {
-            break;
-        }
-        let frame = oldest(registers);
-        fifo.write(|w| w.set_rfom(true));
-        while fifo.read().rfom() {}
-        match frame {
-            Some(frame) => events.received(frame, stamp),
-            None => events.overrun(),
-        }
-    }
-    note_errors(registers, events);
+        note_errors(registers, waiting);
+    });
 }
 
 #[inline(never)] // once for both controllers
@@ -109,7 +119,7 @@ fn status_changed(registers: Can, events: &EventQueue) {
         repeated = again.flags() == status.flags();
         status = again;
     }
-    enable_sources(registers, events.error_interrupt(status, repeated));
+    events.update(|waiting| enable_sources(registers, waiting.errors.on_interrupt(status, repeated)));
 }
 
 /// Written, not modified: MSR holds other flags that are cleared by writing 1.
@@ -119,12 +129,12 @@ fn clear_errors(registers: Can) {
 
 /// Follows the error register where it changes without an interrupt of its own: a better state comes with a success on
 /// the bus; that after bus-off the port looks for. Not to be interrupted by the handlers above.
-pub(super) fn note_errors(registers: Can, events: &EventQueue) {
+pub(super) fn note_errors(registers: Can, waiting: &mut Waiting) {
     let status = Status(registers.esr().read().0);
     // A flag that is new is left to the error interrupt, which would take it for another one. ESR is read first, so that
     // no flag comes between.
-    if !registers.msr().read().erri() {
-        enable_sources(registers, events.error_status(status));
+    if waiting.errors.is_news(status) && !registers.msr().read().erri() {
+        enable_sources(registers, waiting.errors.note(status));
     }
 }
 

@@ -4,9 +4,10 @@
 //! (RM0090 32.7.1). So frames of one COB-ID are pending together in rising numbers only. When no higher mailbox is free, the
 //! next frame waits in a lower one.
 
-use ecss_can::link::port::{MAILBOXES, Mailbox, is_urgent};
+use ecss_can::link::port::{Mailbox, is_urgent};
 use ecss_can::types::CobId;
 
+use super::MAILBOXES;
 use super::held::Flags;
 
 /// Frames that must end before another one of their COB-ID: none.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! TX interrupt: results of the mailboxes ──┐
-//! RX interrupt: frames of the FIFO ────────┼── EventQueue ── Port::event()
+//! RX interrupt: frames of the FIFO ────────┼── EventQueue ── Port::poll_event()
 //! SCE interrupt: error flags ──────────────┘
 //! ```
 //!
@@ -10,6 +10,9 @@
 //! one COB-ID keep their order (`mailboxes`, `held`).
 //! Recovery from bus-off is a decision of the node, so the automatic one is off. Time-triggered mode stays off: the
 //! errata of this block say that its time stamps are not available.
+
+/// Transmit mailboxes of a controller.
+const MAILBOXES: usize = 3;
 
 mod filters;
 mod held;

@@ -1,10 +1,12 @@
 //! A controller as the port of one bus.
 
-use core::future::poll_fn;
+use core::future::Future;
+use core::pin::Pin;
+use core::task::{Context, Poll};
 
 use ecss_can::link::Stamp;
 use ecss_can::link::bit_timing::BitTiming;
-use ecss_can::link::port::{Busy, CanPort, Filter, Health, MAILBOXES, Mailbox, PortEvent};
+use ecss_can::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
 use ecss_can::time::Clock;
 use ecss_can::types::{CobId, Frame};
 use embassy_stm32::can::{RxPin, TxPin};
@@ -13,8 +15,9 @@ use embassy_stm32::interrupt::Priority;
 use embassy_stm32::interrupt::typelevel::{Binding, Interrupt};
 use embassy_stm32::pac::can::Can;
 use embassy_stm32::{Peri, pac, rcc};
-use embassy_time::{Duration, with_timeout};
+use embassy_time::{Duration, Timer};
 
+use super::MAILBOXES;
 use super::controller::{self, Controller};
 use super::events::EventQueue;
 use super::filters::{BANKS, banks, half_bank};
@@ -54,6 +57,10 @@ pub struct Port {
     mode: Mode,
     /// May be on its way out of bus-off.
     recovering: bool,
+    /// Nothing is under way that raises no interrupt.
+    is_quiet: bool,
+    /// Until the next look at what raises no interrupt.
+    look: Option<Timer>,
     /// RX and TX. Dropping them would cut the controller off its pins.
     pins: [Flex<'static>; 2],
 }
@@ -87,6 +94,8 @@ impl Port {
             edges,
             mode: Mode::entering(Uptime.now()),
             recovering: false,
+            is_quiet: false,
+            look: None,
             pins: [Flex::new(rx), Flex::new(tx)],
         }
         .started(functions)
@@ -155,8 +164,34 @@ impl Port {
         self.registers.esr().read().boff()
     }
 
+    /// Looks at what raises no interrupt, now and a little later; whether a request takes too long.
+    #[inline(never)] // seldom
+    fn watch(&mut self, context: &mut Context<'_>) -> bool {
+        if !self.mode.is_settled() {
+            self.advance();
+        }
+        if self.mode.take_stall(Uptime.now()) {
+            return true;
+        }
+        if self.recovering {
+            self.watch_recovery();
+        }
+        self.is_quiet = self.mode.is_settled() && !self.recovering;
+        if self.is_quiet {
+            self.look = None;
+            return false;
+        }
+        let timer = self.look.get_or_insert_with(|| Timer::after(LOOK));
+        if Pin::new(timer).poll(context).is_ready() {
+            self.look = None;
+            // Comes here again at once, for the next timer.
+            context.waker().wake_by_ref();
+        }
+        false
+    }
+
     fn watch_recovery(&mut self) {
-        cortex_m::interrupt::free(|_| note_errors(self.registers, self.events));
+        self.events.update(|waiting| note_errors(self.registers, waiting));
         self.recovering = self.is_bus_off();
     }
 }
@@ -169,6 +204,8 @@ fn enable<I: Interrupt>() {
 }
 
 impl CanPort for Port {
+    type PerMailbox<T: Default> = [T; MAILBOXES];
+
     fn set_filters(&mut self, filters: &[Filter]) {
         let block = pac::CAN1;
         block.fmr().modify(|w| {
@@ -207,13 +244,13 @@ impl CanPort for Port {
 
     fn join(&mut self) {
         self.mode.want(true);
-        self.recovering = true;
+        (self.recovering, self.is_quiet) = (true, false);
         self.advance();
     }
 
     fn leave(&mut self) {
         self.mode.want(false);
-        self.recovering = false;
+        (self.recovering, self.is_quiet) = (false, false);
         self.advance();
     }
 
@@ -256,7 +293,7 @@ impl CanPort for Port {
             && let Some(request) = self.mode.recover(Uptime.now())
         {
             self.obey(request);
-            self.recovering = true;
+            (self.recovering, self.is_quiet) = (true, false);
             self.advance();
         }
     }
@@ -266,26 +303,12 @@ impl CanPort for Port {
         self.edges.stamp(frame, reported, bit, || !self.holds(frame.id()))
     }
 
-    async fn event(&mut self) -> PortEvent {
-        let event = loop {
-            if !self.mode.is_settled() {
-                self.advance();
-            }
-            if self.mode.take_stall(Uptime.now()) {
-                return PortEvent::Stalled;
-            }
-            if self.recovering {
-                self.watch_recovery();
-            }
-            let next = poll_fn(|cx| self.events.poll(cx));
-            if self.mode.is_settled() && !self.recovering {
-                break next.await;
-            }
-            if let Ok(event) = with_timeout(LOOK, next).await {
-                break event;
-            }
-        };
-        if let PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox } = event {
+    fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
+        if !self.is_quiet && self.watch(context) {
+            return Poll::Ready(PortEvent::Stalled);
+        }
+        let event = self.events.poll(context);
+        if let Poll::Ready(PortEvent::Transmitted { mailbox, .. } | PortEvent::Failed { mailbox }) = event {
             self.mailboxes.release(mailbox);
         }
         event

@@ -114,16 +114,36 @@ pub(super) struct ErrorLog {
     /// The manual says that ERRI is set when a flag rises. Once it was seen to be set by one that stands, standing ones
     /// are masked.
     repeats: bool,
+    /// Flags that stand are masked until the register is noted next.
+    masked: bool,
+    /// Something was noted since [`ErrorLog::take`] found no news.
+    changed: bool,
 }
 
 impl ErrorLog {
     pub const fn new() -> Self {
         let fresh = Status::FRESH;
-        ErrorLog { told: fresh, latest: fresh, worst: fresh, bus_offs: 0, off: fresh, repeats: false }
+        ErrorLog {
+            told: fresh,
+            latest: fresh,
+            worst: fresh,
+            bus_offs: 0,
+            off: fresh,
+            repeats: false,
+            masked: false,
+            changed: false,
+        }
+    }
+
+    /// Whether the register as it is now has to be noted.
+    #[inline]
+    pub fn is_news(&self, now: Status) -> bool {
+        now != self.latest || self.masked
     }
 
     /// The register as it is now; what may raise the error interrupt from now on.
     pub fn note(&mut self, now: Status) -> Enables {
+        (self.masked, self.changed) = (false, true);
         if now.is_bus_off() && !self.latest.is_bus_off() {
             self.went_off(now);
         }
@@ -147,6 +167,7 @@ impl ErrorLog {
         let enables = self.note(now);
         // Should a controller interrupt for every error while a flag stands, a cut bus is no storm: the flag is masked
         // until the register is looked at for another reason.
+        self.masked = !is_news;
         if is_news { enables } else { now.enables(true) }
     }
 
@@ -156,7 +177,13 @@ impl ErrorLog {
     }
 
     /// The next news, the oldest first.
+    #[inline]
     pub fn take(&mut self) -> Option<Health> {
+        if self.changed { self.news() } else { None }
+    }
+
+    #[inline(never)] // most looks find nothing noted
+    fn news(&mut self) -> Option<Health> {
         let news = if self.bus_offs > 0 {
             if self.told.is_bus_off() {
                 // Only a recovery lies between two of them.
@@ -173,6 +200,7 @@ impl ErrorLog {
             } else if self.latest.severity() != self.told.severity() {
                 self.latest
             } else {
+                self.changed = false;
                 return None;
             }
         };

@@ -1,8 +1,11 @@
 //! Events of a controller that its task has not taken yet: bounded, nothing dropped silently.
 
-use ecss_can::link::port::{MAILBOXES, Mailbox, PortEvent};
+use ecss_can::link::Stamp;
+use ecss_can::link::port::{Mailbox, PortEvent};
+use ecss_can::types::Frame;
 use heapless::Deque;
 
+use super::MAILBOXES;
 use super::status::ErrorLog;
 
 /// Received frames that may wait for the task: 1.5 ms of the shortest frames, 3.5 ms of those with 8 bytes.
@@ -22,13 +25,14 @@ impl Waiting {
     }
 
     /// A frame was received; when there are too many it is counted as lost.
-    pub fn received(&mut self, event: PortEvent) {
-        if self.events.len() >= FRAMES || self.events.push_back(event).is_err() {
+    pub fn received(&mut self, frame: Frame, stamp: Stamp) {
+        if self.events.len() >= FRAMES || self.events.push_back(PortEvent::Received { frame, stamp }).is_err()
+        {
             self.lose();
         }
     }
 
-    /// A frame was lost, or more than one.
+    /// A frame was lost before it could be read, or more than one: FOVR says no more than that.
     pub fn lose(&mut self) {
         self.lost = self.lost.saturating_add(1);
     }
@@ -78,12 +82,11 @@ fn mailbox(event: &PortEvent) -> Option<Mailbox> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use ecss_can::link::Stamp;
-    use ecss_can::types::{CobId, Frame, Instant};
+    use ecss_can::types::{CobId, Instant};
 
-    fn frame() -> PortEvent {
+    fn receive(waiting: &mut Waiting) {
         let stamp = Stamp::interrupt(Instant::from_micros(1));
-        PortEvent::Received { frame: Frame::from_dlc(CobId::SYNC, 0, [0; 8]), stamp }
+        waiting.received(Frame::from_dlc(CobId::SYNC, 0, [0; 8]), stamp);
     }
 
     fn failed(mailbox: u8) -> PortEvent {
@@ -97,7 +100,7 @@ mod tests {
     #[test]
     fn full_queue_keeps_a_result_of_every_mailbox() {
         let mut waiting = Waiting::new();
-        (0..FRAMES + 2).for_each(|_| waiting.received(frame()));
+        (0..FRAMES + 2).for_each(|_| receive(&mut waiting));
         (0..MAILBOXES as u8).for_each(|mailbox| waiting.finished(failed(mailbox)));
         let events = taken(&mut waiting);
         assert_eq!(events[0], PortEvent::Overrun { lost: 2 });
@@ -107,7 +110,7 @@ mod tests {
     #[test]
     fn second_result_of_a_mailbox_replaces_the_first_and_counts() {
         let mut waiting = Waiting::new();
-        (0..FRAMES).for_each(|_| waiting.received(frame()));
+        (0..FRAMES).for_each(|_| receive(&mut waiting));
         (0..MAILBOXES as u8).for_each(|mailbox| waiting.finished(failed(mailbox)));
         let stamp = Stamp::interrupt(Instant::from_micros(2));
         let sent = PortEvent::Transmitted { mailbox: Mailbox(1), stamp };

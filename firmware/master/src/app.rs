@@ -5,7 +5,7 @@ use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
 use ecss_can::node::{Master, MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
-use ecss_can::runner::{AppLink, Links, NodeCell};
+use ecss_can::runner::{AppLink, NodeCell};
 use ecss_can::types::Bus;
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
@@ -25,13 +25,12 @@ const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO
 /// A network for which this board has no bit timing fails the build here.
 const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
 
-/// Only tasks use the channels, and all tasks run in thread mode.
+/// Only tasks use node and channels, and all tasks run in thread mode.
 pub type Raw = ThreadModeRawMutex;
 
 /// The master, for its task and its application.
 pub type Node = NodeCell<Raw, Master>;
 
-pub static LINKS: Links<Raw> = Links::new();
 pub static APPLICATION: AppLink<Raw, MasterEvent, MasterRequest> = AppLink::new();
 static NODE: OnceLock<Node> = OnceLock::new();
 
@@ -45,8 +44,8 @@ async fn main(spawner: Spawner) {
     let filters = node.with(|master| master.filters());
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
 
-    spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));
-    spawner.spawn(tasks::bus(Bus::Redundant, ports.redundant, clock).expect("spawned once"));
+    spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock, node).expect("spawned once"));
+    spawner.spawn(tasks::bus(Bus::Redundant, ports.redundant, clock, node).expect("spawned once"));
     spawner.spawn(tasks::node(node, clock).expect("spawned once"));
     let application = Application::new(PROFILE, node, clock, leds, &APPLICATION, &TELLTALE);
     spawner.spawn(tasks::application(application).expect("spawned once"));

@@ -7,7 +7,7 @@ use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
 use ecss_can::node::{Filters, Slave, SlaveEvent};
 use ecss_can::profile::Profile;
-use ecss_can::runner::{AppLink, Links, NodeCell};
+use ecss_can::runner::{AppLink, NodeCell};
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{Bus, NodeId};
 use embassy_executor::Spawner;
@@ -29,7 +29,7 @@ const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO
 /// A network for which this board has no bit timing fails the build here.
 const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
 
-/// Only tasks use the channels, and all tasks run in thread mode.
+/// Only tasks use node and channels, and all tasks run in thread mode.
 pub type Raw = ThreadModeRawMutex;
 
 /// The slave, for its task and its application.
@@ -37,7 +37,6 @@ pub type Node = NodeCell<Raw, Slave<MissionObjects>>;
 /// What the slave tells the application, which asks it for nothing: it goes to [`Node`].
 pub type Link = AppLink<Raw, SlaveEvent, Infallible>;
 
-pub static LINKS: Links<Raw> = Links::new();
 pub static LINK: Link = AppLink::new();
 static NODE: OnceLock<Node> = OnceLock::new();
 
@@ -58,8 +57,8 @@ async fn main(spawner: Spawner) {
     let (node, filters) = node(id, memory, store, retained);
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
 
-    spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock).expect("spawned once"));
-    spawner.spawn(tasks::bus(Bus::Redundant, ports.redundant, clock).expect("spawned once"));
+    spawner.spawn(tasks::bus(Bus::Nominal, ports.nominal, clock, node).expect("spawned once"));
+    spawner.spawn(tasks::bus(Bus::Redundant, ports.redundant, clock, node).expect("spawned once"));
     spawner.spawn(tasks::node(node, clock).expect("spawned once"));
     let application = Application::new(leds, clock, node, &LINK, &TELLTALE);
     spawner.spawn(tasks::application(application).expect("spawned once"));

@@ -1,20 +1,20 @@
-//! The tasks: one for each bus, one for the node, one for its application.
+//! The tasks: one for each bus, one for what is due, one for the application.
 
 use boards::{Port, TELLTALE, Uptime};
 use ecss_can::runner::{bus_task, node_task};
 use ecss_can::types::Bus;
 
-use crate::app::{LINK, LINKS, Node, PROFILE};
+use crate::app::{LINK, Node};
 use crate::application::Application;
 
 #[embassy_executor::task(pool_size = 2)]
-pub async fn bus(bus: Bus, port: Port, clock: Uptime) -> ! {
-    bus_task(bus, port, clock, &LINKS, PROFILE.stamped).await
+pub async fn bus(bus: Bus, port: Port, clock: Uptime, node: &'static Node) -> ! {
+    bus_task(bus, port, clock, node, &LINK, &TELLTALE).await
 }
 
 #[embassy_executor::task]
 pub async fn node(node: &'static Node, clock: Uptime) -> ! {
-    node_task(node, clock, &LINKS, &LINK, &TELLTALE).await
+    node_task(node, clock, &LINK, &TELLTALE).await
 }
 
 #[embassy_executor::task]

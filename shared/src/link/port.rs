@@ -2,16 +2,16 @@
 //!
 //! Implemented by `boards` on bxCAN and by the mocks of the host tests. One port serves one bus.
 
+use core::future::poll_fn;
+use core::task::{Context, Poll};
+
 use crate::link::Stamp;
 use crate::types::{CobId, Frame};
 
-/// A transmit mailbox of a port, `0..MAILBOXES`.
+/// A transmit mailbox of a port: its number, from zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Mailbox(pub u8);
-
-/// Transmit mailboxes of a port.
-pub const MAILBOXES: usize = 3;
 
 /// All mailboxes that may take this frame now are in use; try again after the next transmit event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +23,9 @@ pub struct Busy;
 /// A port starts *off the bus*: it neither sends, receives nor acknowledges until [`CanPort::join`].
 #[allow(async_fn_in_trait)] // spawned on single-threaded executors only
 pub trait CanPort {
+    /// A value for each transmit mailbox: an array.
+    type PerMailbox<T: Default>: AsRef<[T]> + AsMut<[T]> + Default;
+
     /// Admit only these frames from now on. Called once, off the bus.
     fn set_filters(&mut self, filters: &[Filter]);
 
@@ -39,7 +42,7 @@ pub trait CanPort {
     /// Put a frame into a mailbox.
     ///
     /// Frames of one COB-ID leave in the order of the calls. A frame that is not [`urgent`](is_urgent) leaves at least
-    /// one mailbox free for those that are. A mailbox is in use until [`CanPort::event`] has handed out its end.
+    /// one mailbox free for those that are. A mailbox is in use until [`CanPort::poll_event`] has handed out its end.
     ///
     /// # Errors
     /// [`Busy`] when no mailbox may take the frame now, or the port is off the bus.
@@ -55,14 +58,19 @@ pub trait CanPort {
     /// Begin recovery from bus-off (128 x 11 recessive bits). Nothing happens when it is not bus-off, or off the bus.
     fn recover(&mut self);
 
-    /// The stamp of a frame that [`CanPort::event`] handed out last, received or transmitted: measured in hardware where
+    /// The stamp of a frame that [`CanPort::poll_event`] handed out last, received or transmitted: measured in hardware where
     /// that is possible, else `reported`, the one that it was handed out with.
     fn stamp(&mut self, _frame: &Frame, reported: Stamp) -> Stamp {
         reported
     }
 
-    /// The next thing that happened. Cancel-safe: a dropped future loses no event.
-    async fn event(&mut self) -> PortEvent;
+    /// Hands out the next event. While there is none, the task is woken at the next one.
+    fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent>;
+
+    /// Waits for the next event. Cancel-safe: a dropped future loses no event.
+    async fn event(&mut self) -> PortEvent {
+        poll_fn(|context| self.poll_event(context)).await
+    }
 }
 
 /// Frames that must never wait behind others: NMT, SYNC, EMCY, TIME and the Spacecraft Time PDO (181h).

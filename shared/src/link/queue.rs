@@ -68,6 +68,11 @@ impl<const N: usize> TxQueue<N> {
         Ok(displaced)
     }
 
+    /// Whether there is no frame.
+    pub fn is_empty(&self) -> bool {
+        self.frames.is_empty()
+    }
+
     /// The next frame to send.
     pub fn peek(&self) -> Option<&Outgoing> {
         self.frames.last()

@@ -114,6 +114,18 @@ pub trait Node {
     /// Something happened on a bus.
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Outbox<Self::Event>);
 
+    /// A frame was received: as [`LinkEvent::Received`], without the copies.
+    fn on_received(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<Self::Event>,
+    ) {
+        self.on_link(bus, &LinkEvent::Received { frame: *frame, stamp: *stamp }, now, out);
+    }
+
     /// The application wants something.
     fn on_request(&mut self, request: Self::Request, now: Instant, out: &mut Outbox<Self::Event>);
 
@@ -122,6 +134,9 @@ pub trait Node {
 
     /// When to call [`Node::poll`] next, `None`: not before another event.
     fn deadline(&self) -> Option<Instant>;
+
+    /// Whether the exact end of this frame matters, received or transmitted: a search for its edges costs as much as ten frames.
+    fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool;
 }
 
 /// Places of an [`Outbox`] that frames cannot take: joining and leaving a bus must always get through.
@@ -185,9 +200,22 @@ impl<E> Outbox<E> {
         self.commands.pop_front()
     }
 
-    /// The bus of the next command.
-    pub fn next_bus(&self) -> Option<Bus> {
-        self.commands.front().map(|(bus, _)| *bus)
+    /// Puts a command back behind all others.
+    pub(crate) fn put_back(&mut self, bus: Bus, command: BusCommand) {
+        if self.commands.push_back((bus, command)).is_err() {
+            self.overflows = self.overflows.saturating_add(1);
+        }
+    }
+
+    /// Commands that were not taken yet.
+    pub(crate) fn commands(&self) -> usize {
+        self.commands.len()
+    }
+
+    /// Whether there is nothing to take, no loss either.
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.commands.is_empty() && self.events.is_empty() && self.overflows == 0
     }
 
     /// The next event, in order.

@@ -20,6 +20,7 @@ use crate::pdo::{Mapping, PdoMapping};
 use crate::profile::Profile;
 use crate::redundancy::{Access, Parameters, Selector};
 use crate::store::ParameterStore;
+use crate::sync::is_sync_length;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
 
@@ -56,6 +57,8 @@ pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M
     initial: Parameters,
     startup: NmtStartup,
     lifetimes: Lifetimes,
+    /// COB-IDs of [`Profile::stamped`].
+    stamped: &'static [CobId],
     /// A bit for each COB-ID that is taken, [`mark`]: frames without are for others.
     marks: u64,
     /// Which receive PDOs carry the spacecraft time.
@@ -114,6 +117,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
                 event: profile.telemetry,
                 sdo: profile.sdo_timeout,
             },
+            stamped: profile.stamped,
             marks: u64::MAX,
             brings_time: [false; R],
             tells_moment: false,
@@ -353,12 +357,15 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Node for 
         self.run(now, now, out);
     }
 
-    #[inline]
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        let LinkEvent::Received { frame, stamp } = event else {
-            self.on_bus_event(bus, event, now, out);
-            return self.run(now, now, out);
-        };
+        if let LinkEvent::Received { frame, stamp } = event {
+            return self.on_received(bus, frame, stamp, now, out);
+        }
+        self.on_bus_event(bus, event, now, out);
+    }
+
+    #[inline]
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         self.buses.received(bus);
         if now >= self.next {
             self.run(stamp.at.min(now), now, out);
@@ -379,6 +386,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Node for 
     fn deadline(&self) -> Option<Instant> {
         let silent = self.nmt.state() == NmtState::Initialising || self.next == Instant::NEVER;
         if silent { None } else { Some(self.next) }
+    }
+
+    fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
+        let is_on_list = bus == self.selector.selected() && self.stamped.contains(&frame.id());
+        is_on_list && (frame.id() != self.device.sync_id() || is_sync_length(frame))
     }
 }
 

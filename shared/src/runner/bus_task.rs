@@ -1,39 +1,77 @@
-//! The task of one bus: priority queue, mailboxes, lifetimes, leaving.
+//! The task of one bus: events of its controller, mailboxes, lifetimes, leaving.
 
-use embassy_futures::select::{Either3, select3};
+use core::convert::Infallible;
+use core::future::poll_fn;
+use core::pin::pin;
+use core::task::{Context, Poll};
+
 use embassy_sync::blocking_mutex::raw::RawMutex;
-use embassy_sync::channel::TrySendError;
 
-use super::Links;
+use super::alarm::Alarm;
+use super::node_cell::{Shared, register};
+use super::{AppLink, NodeCell, Surroundings, TURN, Telltale};
 use crate::link::Stamp;
-use crate::link::port::{CanPort, ErrorState, Health, LastError, MAILBOXES, Mailbox, PortEvent};
-use crate::link::queue::{Outgoing, TxQueue};
-use crate::node::{BusCommand, FailCause, LinkEvent, QUEUE_DEPTH};
+use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent};
+use crate::link::queue::Outgoing;
+use crate::node::{BusCommand, FailCause, LinkEvent, Node};
 use crate::time::Clock;
-use crate::types::{Bus, CobId, Duration, Frame, Instant};
+use crate::types::{Bus, Duration, Frame, Instant};
 
-/// Counters move and causes of errors change without an event of the controller: so often they are looked at.
+/// Polls health: the controller raises no event when only its counters or the cause of its last error change.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// As often while an error passive controller sends and its last error is none that tells of isolation: the wire may be
-/// cut at any moment, and nothing else would say so.
+/// Polls health at this rate while transmitting in error-passive, until the last error indicates isolation: a cut wire
+/// raises no event.
 const CLOSE_LOOK: Duration = Duration::from_millis(2);
 
-/// Runs one controller for ever. The port comes off the bus, its filters set. Frames with COB-IDs in `stamped` get the
-/// best stamps that the port has.
-pub async fn bus_task<M: RawMutex>(
+/// Runs one controller for ever. The port comes off the bus, its filters set.
+pub async fn bus_task<M: RawMutex, N: Node>(
     bus: Bus,
     port: impl CanPort,
     clock: impl Clock,
-    links: &Links<M>,
-    stamped: &'static [CobId],
+    node: &NodeCell<M, N>,
+    app: &AppLink<M, N::Event, N::Request>,
+    telltale: &Telltale,
 ) -> ! {
-    let (queue, mailboxes, told) = (TxQueue::new(), [None; MAILBOXES], Health::default());
     let looked = clock.now();
-    // Borrowed, not moved: a future keeps a second copy of what is moved into the one that it waits for.
-    let mut task =
-        BusTask { bus, port, clock, links, stamped, queue, mailboxes, told, looked, held: None, left: false };
-    task.run().await
+    let mut line = Line {
+        bus,
+        port,
+        around: Surroundings { app, telltale },
+        mailboxes: Default::default(),
+        health: Health::default(),
+        looked,
+        due: looked + LOOK,
+    };
+    let timer = pin!(None);
+    let mut alarm = Alarm::new(timer);
+    let mut is_on = false;
+    let never: Infallible = poll_fn(|context| {
+        let is_new;
+        let now;
+        if is_on {
+            line.take_events(node, &clock, context);
+            now = clock.now();
+            is_new = node.lock(|shared| line.end_turn(shared, now, context));
+        } else {
+            // Nothing happens to a node before its power-on.
+            now = clock.now();
+            is_new = node.lock(|shared| register(&mut shared.buses[bus], context));
+            is_on = node.lock(|shared| shared.armed.is_some());
+            if is_on {
+                context.waker().wake_by_ref();
+            }
+        }
+        let due = line.due;
+        if is_new {
+            alarm.arm(due, context, || clock.at(due));
+        } else {
+            alarm.set(due, now, context, || clock.at(due));
+        }
+        Poll::Pending
+    })
+    .await;
+    match never {}
 }
 
 /// A frame in a mailbox, and why it is being aborted, if it is.
@@ -43,167 +81,199 @@ struct Pending {
     aborting: Option<FailCause>,
 }
 
-struct BusTask<'a, M: RawMutex, P, C> {
+/// A controller, and what the node has on it.
+struct Line<'a, M: RawMutex, N: Node, P: CanPort> {
     bus: Bus,
     port: P,
-    clock: C,
-    links: &'a Links<M>,
-    stamped: &'static [CobId],
-    queue: TxQueue<QUEUE_DEPTH>,
-    mailboxes: [Option<Pending>; MAILBOXES],
-    /// What the node knows of the controller.
-    told: Health,
-    /// When it looked at the controller last.
+    around: Surroundings<'a, M, N>,
+    mailboxes: P::PerMailbox<Option<Pending>>,
+    /// As the node knows it.
+    health: Health,
+    /// When it was read last.
     looked: Instant,
-    /// What comes after news of the controller.
-    held: Option<LinkEvent>,
-    /// The bus was left: what is in the queue goes back.
-    left: bool,
+    /// When this task has something to do without an event.
+    due: Instant,
 }
 
-impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
-    async fn run(&mut self) -> ! {
-        let mut next = None;
+impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
+    /// Handles what the controller has, within bounds.
+    #[inline]
+    fn take_events(&mut self, node: &NodeCell<M, N>, clock: &impl Clock, context: &mut Context<'_>) {
+        for _ in 0..TURN {
+            let Poll::Ready(event) = self.port.poll_event(context) else { return };
+            node.lock(|shared| self.on_port(shared, &event, clock.now()));
+        }
+        context.waker().wake_by_ref();
+    }
+
+    /// Does what others want of this bus, and what is due; whether another task is to be woken from now on.
+    #[inline]
+    fn end_turn(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
+        let is_new = register(&mut shared.buses[self.bus], context);
+        if now >= self.due {
+            self.on_time(shared, now);
+        }
+        self.settle(shared, now);
+        is_new
+    }
+
+    /// Ends a step of the node: obeys its commands and fills the mailboxes.
+    #[inline]
+    fn settle(&mut self, shared: &mut Shared<N>, now: Instant) {
+        if shared.is_asked(self.bus) {
+            self.send(shared, now);
+        }
+        shared.keep_time();
+    }
+
+    #[inline(never)] // most frames ask for nothing
+    fn send(&mut self, shared: &mut Shared<N>, now: Instant) {
         loop {
-            // The one place where a node that is behind is waited for.
-            if let Some(event) = next {
-                self.report(event).await;
+            while let Some(command) = shared.deliver(Some(self.bus), now, &self.around) {
+                self.obey(shared, command, now);
             }
-            next = match self.returned() {
-                Some(event) => Some(event),
-                None => self.happened().await,
-            };
+            if !self.fill_mailboxes(shared, now) {
+                break;
+            }
         }
     }
 
-    /// Waits for the controller, the node or the time; what the node is to be told of it.
-    async fn happened(&mut self) -> Option<LinkEvent> {
-        self.fill_mailboxes();
-        let look = self.next_look();
-        let timer = self.clock.at(self.next_expiry().map_or(look, |expiry| expiry.min(look)));
-        // Commands first: a bus without a pause must not keep what is due from going out.
-        match select3(self.links.commands[self.bus].receive(), self.port.event(), timer).await {
-            Either3::First(command) => self.on_command(command),
-            Either3::Second(PortEvent::Health(health)) if health != self.told => {
-                self.told = health;
-                Some(LinkEvent::Health(health))
-            }
-            Either3::Second(event) => {
-                let event = self.on_port(&event)?;
-                // A node that answers for its counters with the next frame needs them as they are.
-                match self.look() {
-                    None => Some(event),
-                    news => {
-                        self.held = Some(event);
-                        news
-                    }
-                }
-            }
-            Either3::Third(()) if look <= self.clock.now() => self.look(),
-            Either3::Third(()) => None,
-        }
-    }
-
-    fn on_command(&mut self, command: BusCommand) -> Option<LinkEvent> {
+    #[inline(never)] // few commands are not frames
+    fn obey(&mut self, shared: &mut Shared<N>, command: BusCommand, now: Instant) {
         match command {
-            BusCommand::Send(outgoing) => {
-                let lost = self.queue.push(outgoing).unwrap_or(Some(outgoing))?;
-                return Some(LinkEvent::Failed { frame: lost.frame, cause: FailCause::QueueFull });
-            }
-            BusCommand::Abandon => self.abandon(),
+            // The outbox keeps these apart.
+            BusCommand::Send(_) => {}
+            BusCommand::Abandon => self.abandon(shared, now),
             BusCommand::Join => {
                 self.port.join();
-                // The node has forgotten this bus: a controller that is bus-off still is told as if it were new.
-                self.told = Health::default();
+                // The node has forgotten this bus: a controller that is bus-off still is reported as if it were new.
+                self.health = Health::default();
             }
             BusCommand::Leave => {
-                self.abandon();
+                self.abandon(shared, now);
                 self.port.leave();
             }
             BusCommand::Recover => self.port.recover(),
             BusCommand::Filter { number, filter } => self.port.set_filter(number, filter),
         }
-        None
     }
 
-    /// What it means to the node; `None`: nothing new.
-    fn on_port(&mut self, event: &PortEvent) -> Option<LinkEvent> {
-        Some(match *event {
-            PortEvent::Received { frame, stamp } => {
-                LinkEvent::Received { frame, stamp: self.stamp(&frame, stamp) }
-            }
+    #[inline]
+    fn on_port(&mut self, shared: &mut Shared<N>, event: &PortEvent, now: Instant) {
+        if let PortEvent::Received { frame, stamp } = event {
+            let stamp = self.stamp(shared, frame, stamp);
+            // A node that answers for its counters with the next frame needs them as they are.
+            self.look(shared, now);
+            shared.node.on_received(self.bus, frame, &stamp, now, &mut shared.out);
+            self.around.telltale.handled(self.bus).count();
+        } else {
+            self.on_other(shared, event, now);
+        }
+        self.settle(shared, now);
+    }
+
+    /// What is not a received frame.
+    #[inline(never)]
+    fn on_other(&mut self, shared: &mut Shared<N>, event: &PortEvent, now: Instant) {
+        let event = match *event {
+            PortEvent::Received { frame, stamp } => LinkEvent::Received { frame, stamp },
             PortEvent::Transmitted { mailbox, stamp } => {
-                let frame = self.release(mailbox)?.outgoing.frame;
-                LinkEvent::Transmitted { frame, stamp: self.stamp(&frame, stamp) }
+                let Some(Pending { outgoing: Outgoing { frame, .. }, .. }) = self.release(mailbox) else {
+                    return;
+                };
+                // The wire does not wait for the node.
+                self.send(shared, now);
+                LinkEvent::Transmitted { frame, stamp: self.stamp(shared, &frame, &stamp) }
             }
             PortEvent::Failed { mailbox } => {
-                let Pending { outgoing, aborting } = self.release(mailbox)?;
+                let Some(Pending { outgoing, aborting }) = self.release(mailbox) else { return };
+                self.send(shared, now);
                 LinkEvent::Failed { frame: outgoing.frame, cause: aborting.unwrap_or(FailCause::Aborted) }
             }
-            PortEvent::Overrun { lost } => LinkEvent::Overrun { lost },
+            PortEvent::Overrun { lost } => {
+                self.around.telltale.overruns().add(u32::from(lost));
+                LinkEvent::Overrun { lost }
+            }
             PortEvent::Stalled => LinkEvent::Stalled,
-            PortEvent::Health(_) => return None,
-        })
+            PortEvent::Health(health) => {
+                if core::mem::replace(&mut self.health, health) != health {
+                    self.report(shared, &LinkEvent::Health(health), now);
+                }
+                return;
+            }
+        };
+        self.look(shared, now);
+        self.tell(shared, &event, now);
     }
 
-    /// Before anything else is waited for: what the port has measured does not last.
-    fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
-        if self.stamped.contains(&frame.id()) { self.port.stamp(frame, reported) } else { reported }
+    fn tell(&self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
+        shared.node.on_link(self.bus, event, now, &mut shared.out);
     }
 
-    /// What the controller did not tell: it tells of a state when it has to, of its counters never.
-    fn look(&mut self) -> Option<LinkEvent> {
-        self.looked = self.clock.now();
+    /// Before anything else: what the port has measured does not last.
+    #[inline]
+    fn stamp(&mut self, shared: &Shared<N>, frame: &Frame, reported: &Stamp) -> Stamp {
+        if shared.node.is_stamped(self.bus, frame) { self.port.stamp(frame, *reported) } else { *reported }
+    }
+
+    /// Reports what the controller raised no event for.
+    #[inline]
+    fn look(&mut self, shared: &mut Shared<N>, now: Instant) {
+        self.looked = now;
         let health = self.port.health();
-        let told = core::mem::replace(&mut self.told, health);
-        if verdict(&health) != verdict(&told) {
-            Some(LinkEvent::Health(health))
-        } else if health != told {
-            Some(LinkEvent::Counters(health))
-        } else {
-            None
+        if health != self.health {
+            let known = core::mem::replace(&mut self.health, health);
+            let is_verdict = verdict(&health) != verdict(&known);
+            let event = if is_verdict { LinkEvent::Health(health) } else { LinkEvent::Counters(health) };
+            self.report(shared, &event, now);
         }
     }
 
+    /// Reports another health, by which the next look is due.
+    #[inline(never)] // seldom
+    fn report(&mut self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
+        self.tell(shared, event, now);
+        self.update_due(shared);
+    }
+
+    /// Aborts what has outlived its lifetime and looks at the controller.
+    #[inline(never)] // ten times a second
+    fn on_time(&mut self, shared: &mut Shared<N>, now: Instant) {
+        self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
+        while let Some(lost) = shared.queues[self.bus].pop_expired(now) {
+            self.lose(shared, &lost, FailCause::Expired, now);
+        }
+        if self.next_look() <= now {
+            self.look(shared, now);
+        }
+        self.update_due(shared);
+    }
+
     fn next_look(&self) -> Instant {
-        let sends = self.mailboxes.iter().any(Option::is_some);
+        let sends = self.mailboxes.as_ref().iter().any(Option::is_some);
         let may_be_isolated =
-            self.told.state == ErrorState::Passive && self.told.last_error != LastError::Ack;
+            self.health.state == ErrorState::Passive && self.health.last_error != LastError::Ack;
         self.looked + if sends && may_be_isolated { CLOSE_LOOK } else { LOOK }
     }
 
     fn release(&mut self, mailbox: Mailbox) -> Option<Pending> {
-        self.mailboxes.get_mut(usize::from(mailbox.0))?.take()
+        self.mailboxes.as_mut().get_mut(usize::from(mailbox.0))?.take()
     }
 
     /// ECSS 8.3.3b: nothing meant for a bus that was left may go out on it later.
-    fn abandon(&mut self) {
+    fn abandon(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.abort_where(|_| true, FailCause::BusLeft);
-        self.left = true;
+        while let Some(lost) = shared.queues[self.bus].pop() {
+            self.lose(shared, &lost, FailCause::BusLeft, now);
+        }
     }
 
-    /// What the node is told before anything else is waited for. Of a bus that was left what is nearest to the wire comes
-    /// first: the node may be behind with what it is told. Then what has outlived its lifetime, in the queue; in the
-    /// mailboxes it is aborted.
-    fn returned(&mut self) -> Option<LinkEvent> {
-        if let Some(event) = self.held.take() {
-            return Some(event);
-        }
-        let (lost, cause) = if self.left
-            && let Some(lost) = self.queue.pop()
-        {
-            (lost, FailCause::BusLeft)
-        } else {
-            self.left = false;
-            let now = self.clock.now();
-            self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
-            (self.queue.pop_expired(now)?, FailCause::Expired)
-        };
-        Some(LinkEvent::Failed { frame: lost.frame, cause })
+    fn lose(&self, shared: &mut Shared<N>, lost: &Outgoing, cause: FailCause, now: Instant) {
+        self.tell(shared, &LinkEvent::Failed { frame: lost.frame, cause }, now);
     }
 
     fn abort_where(&mut self, which: impl Fn(&Outgoing) -> bool, cause: FailCause) {
-        for (number, slot) in self.mailboxes.iter_mut().enumerate() {
+        for (number, slot) in self.mailboxes.as_mut().iter_mut().enumerate() {
             if let Some(pending) = slot
                 && pending.aborting.is_none()
                 && which(&pending.outgoing)
@@ -214,26 +284,38 @@ impl<M: RawMutex, P: CanPort, C: Clock> BusTask<'_, M, P, C> {
         }
     }
 
-    fn fill_mailboxes(&mut self) {
-        while let Some(next) = self.queue.peek().copied() {
-            let Ok(mailbox) = self.port.send(&next.frame) else { return };
-            if let Some(slot) = self.mailboxes.get_mut(usize::from(mailbox.0)) {
+    /// Whether the node was told of frames whose lifetime has ended.
+    fn fill_mailboxes(&mut self, shared: &mut Shared<N>, now: Instant) -> bool {
+        if shared.queues[self.bus].is_empty() {
+            return false;
+        }
+        let mut told = false;
+        while let Some(next) = shared.queues[self.bus].peek().copied() {
+            if next.is_expired(now) {
+                shared.queues[self.bus].pop();
+                self.lose(shared, &next, FailCause::Expired, now);
+                told = true;
+                continue;
+            }
+            let Ok(mailbox) = self.port.send(&next.frame) else { break };
+            if let Some(slot) = self.mailboxes.as_mut().get_mut(usize::from(mailbox.0)) {
                 *slot = Some(Pending { outgoing: next, aborting: None });
             }
-            self.queue.pop();
+            shared.queues[self.bus].pop();
         }
+        self.update_due(shared);
+        told
     }
 
-    fn next_expiry(&self) -> Option<Instant> {
-        let in_mailboxes = self.mailboxes.iter().flatten().filter(|pending| pending.aborting.is_none());
-        in_mailboxes.map(|pending| pending.outgoing.expires).chain(self.queue.next_expiry()).min()
-    }
-
-    /// Waits when the node is behind: the port's receive queue is the bounded place where a loss is counted.
-    async fn report(&self, event: LinkEvent) {
-        if let Err(TrySendError::Full(event)) = self.links.events.try_send((self.bus, event)) {
-            self.links.events.send(event).await;
-        }
+    fn update_due(&mut self, shared: &Shared<N>) {
+        let mailboxes = self.mailboxes.as_ref().iter().flatten();
+        let in_mailboxes = mailboxes.filter(|pending| pending.aborting.is_none());
+        let expiry = in_mailboxes
+            .map(|pending| pending.outgoing.expires)
+            .chain(shared.queues[self.bus].next_expiry())
+            .min();
+        let look = self.next_look();
+        self.due = expiry.map_or(look, |expiry| expiry.min(look));
     }
 }
 

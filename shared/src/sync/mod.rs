@@ -6,12 +6,17 @@ mod producer;
 pub use consumer::{Consumer, UnexpectedLength};
 pub use producer::{Config, Producer};
 
-use crate::types::AbortCode;
+use crate::types::{AbortCode, Frame};
 
 /// Highest value of the counter.
 const COUNTER_MAX: u8 = 240;
 /// Shortest communication cycle period, in microseconds: half the bus for SYNC alone, at 1 Mbit/s.
 const SHORTEST_PERIOD: u32 = 100;
+
+/// Whether the length is that of a SYNC, with counter or without (CiA 301 7.2.5.3.2).
+pub const fn is_sync_length(frame: &Frame) -> bool {
+    frame.dlc() <= 1
+}
 
 /// Whether `period`, in microseconds, may be written to 1006h. Zero stops the producer.
 ///

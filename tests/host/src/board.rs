@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex};
 use ecss_can::link::port::CanPort;
 use ecss_can::node::{Filters, Master, MasterRequest, Node};
 use ecss_can::profile::Profile;
-use ecss_can::runner::{AppLink, Links, NodeCell, Telltale, bus_task, node_task};
+use ecss_can::runner::{AppLink, NodeCell, Telltale, bus_task, node_task};
 use ecss_can::store::RetainedMemory;
-use ecss_can::types::{Bus, CobId, NodeId, PerBus};
+use ecss_can::types::{Bus, NodeId, PerBus};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::{LocalPool, LocalSpawner};
 use futures_util::task::LocalSpawnExt;
@@ -93,13 +93,7 @@ impl Board {
         Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(clock.clone()));
         let telltale = Rc::new(Telltale::new());
         let reset = Rc::new(Cell::new(false));
-        let shell = Shell {
-            spawner: pool.spawner(),
-            clock: &clock,
-            ports: &self.ports,
-            telltale: &telltale,
-            stamped: self.profile.stamped,
-        };
+        let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &self.ports, telltale: &telltale };
         let (mut master, mut slave) = (None, None);
         if self.id == NodeId::MASTER {
             let node = Master::new(&self.profile);
@@ -193,26 +187,24 @@ struct Shell<'a> {
     clock: &'a MockClock,
     ports: &'a PerBus<MockPort>,
     telltale: &'a Rc<Telltale>,
-    stamped: &'static [CobId],
 }
 
 impl Shell<'_> {
     fn run<N: Node + 'static>(&self, node: N, filters: Filters) -> (Link<N>, SharedNode<N>) {
         let node = Rc::new(NodeCell::new(node));
-        let links = Rc::new(Links::<NoopRawMutex>::new());
         let app = Rc::new(AppLink::new());
         for bus in Bus::ALL {
-            let (mut port, clock, links) = (self.ports[bus].clone(), self.clock.clone(), links.clone());
-            let stamped = self.stamped;
+            let (mut port, clock, cell) = (self.ports[bus].clone(), self.clock.clone(), node.clone());
+            let (link, telltale) = (app.clone(), self.telltale.clone());
             port.set_filters(&filters);
             self.spawn(async move {
-                bus_task(bus, port, clock, &links, stamped).await;
+                bus_task(bus, port, clock, &cell, &link, &telltale).await;
             });
         }
         let (clock, link, telltale) = (self.clock.clone(), app.clone(), self.telltale.clone());
         let cell = node.clone();
         self.spawn(async move {
-            node_task(&cell, clock, &links, &link, &telltale).await;
+            node_task(&cell, clock, &link, &telltale).await;
         });
         (app, node)
     }

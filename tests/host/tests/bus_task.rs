@@ -9,7 +9,7 @@ use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
 use ecss_can::link::queue::Outgoing;
 use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, QUEUE_DEPTH};
-use ecss_can::runner::{AppLink, EVENT_DEPTH, Links, NodeCell, Telltale, bus_task, node_task};
+use ecss_can::runner::{AppLink, NodeCell, Telltale, bus_task, node_task};
 use ecss_can::time::Clock;
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
@@ -57,6 +57,10 @@ impl Node for Probe {
     fn deadline(&self) -> Option<Instant> {
         None
     }
+
+    fn is_stamped(&self, _: Bus, frame: &Frame) -> bool {
+        frame.id() == CobId::SYNC
+    }
 }
 
 /// One bus task and one node task; the node task runs from [`Bench::start_node`] on.
@@ -65,7 +69,7 @@ struct Bench {
     timeline: Rc<Timeline>,
     clock: MockClock,
     wire: MockPort,
-    links: Rc<Links<NoopRawMutex>>,
+    node: Rc<NodeCell<NoopRawMutex, Probe>>,
     app: Rc<AppLink<NoopRawMutex, (), BusCommand>>,
     telltale: Rc<Telltale>,
     probe: Probe,
@@ -76,24 +80,18 @@ impl Bench {
         let timeline = Timeline::new();
         let clock = MockClock::power_on(timeline.clone(), 0);
         let wire = MockPort::new(clock.clone());
-        let links = Rc::new(Links::new());
-        let pool = LocalPool::new();
-        let (mut port, task_clock, task_links) = (wire.clone(), clock.clone(), links.clone());
+        let probe = Probe { replies, ..Probe::default() };
+        let node = Rc::new(NodeCell::new(probe.clone()));
+        let (app, telltale) = (Rc::<AppLink<_, _, _>>::default(), Rc::<Telltale>::default());
+        let bench = Bench { pool: LocalPool::new(), timeline, clock, wire, node, app, telltale, probe };
+        let (mut port, clock, node) = (bench.wire.clone(), bench.clock.clone(), bench.node.clone());
+        let (app, telltale) = (bench.app.clone(), bench.telltale.clone());
         port.set_filters(&[Filter::function(id(0x700))]);
         let task = async move {
-            bus_task(Bus::Nominal, port, task_clock, &task_links, &[CobId::SYNC]).await;
+            bus_task(Bus::Nominal, port, clock, &node, &app, &telltale).await;
         };
-        pool.spawner().spawn_local(task).expect("a new pool takes tasks");
-        Bench {
-            pool,
-            timeline,
-            clock,
-            wire,
-            links,
-            app: Rc::default(),
-            telltale: Rc::default(),
-            probe: Probe { replies, ..Probe::default() },
-        }
+        bench.pool.spawner().spawn_local(task).expect("a new pool takes tasks");
+        bench
     }
 
     /// Both tasks, on the bus.
@@ -105,10 +103,10 @@ impl Bench {
     }
 
     fn start_node(&mut self) {
-        let (probe, clock) = (self.probe.clone(), self.clock.clone());
-        let (links, app, telltale) = (self.links.clone(), self.app.clone(), self.telltale.clone());
+        let (node, clock) = (self.node.clone(), self.clock.clone());
+        let (app, telltale) = (self.app.clone(), self.telltale.clone());
         let task = async move {
-            node_task(&NodeCell::new(probe), clock, &links, &app, &telltale).await;
+            node_task(&node, clock, &app, &telltale).await;
         };
         self.pool.spawner().spawn_local(task).expect("the pool lives");
         self.pool.run_until_stalled();
@@ -378,15 +376,13 @@ fn a_full_transmit_queue_refuses_and_reports() {
 #[test]
 fn a_node_that_is_behind_holds_the_bus_back_and_losses_are_counted() {
     let mut bench = Bench::new(0);
-    // Nobody takes events. The bus task holds one in its hand, the channel and the port's queue fill up.
+    // A node before its power-on takes no events: the port's queue fills up.
     let mut port = bench.wire.clone();
     port.join();
     bench.see_eleven_recessive_bits();
-    let room = EVENT_DEPTH as u16 + 1;
-    (0..room).for_each(|number| bench.receive_heartbeats(number..number + 1));
-    bench.receive_heartbeats(room..room + RECEIVE_DEPTH as u16 + 7);
+    let kept = RECEIVE_DEPTH as u16;
+    (0..kept + 7).for_each(|number| bench.receive_heartbeats(number..number + 1));
     bench.start_node();
-    let kept = room + RECEIVE_DEPTH as u16;
     assert_eq!(bench.received(), (0..kept).collect::<Vec<_>>());
     assert_eq!(bench.lost(), 7);
     assert_eq!(bench.telltale.overruns().get(), 7);
@@ -439,19 +435,26 @@ fn overload_of_both_directions_neither_deadlocks_nor_loses_count() {
     assert_eq!(bench.drain().len(), 3, "node and bus work as before");
     let handled = bench.received().len();
     assert_eq!(handled as u32 + bench.lost(), u32::from(fed) + 1, "received or counted as lost");
-    // Sent, reported as failed, or dropped where the outbox was full: counted, and told.
-    let accounted =
-        bench.transmitted() + bench.failures().len() + bench.telltale.app_overflows().get() as usize;
-    assert_eq!(accounted, 3 * handled);
+    assert_eq!(bench.transmitted() + bench.failures().len(), 3 * handled, "sent or reported as failed");
+}
+
+/// Given a node that answers one frame with more than its outbox holds
+/// When it receives a frame
+/// Then every answer goes out, is reported as failed, or is counted and reported as unsent.
+#[test]
+fn frames_beyond_the_outbox_are_counted_and_reported() {
+    const REPLIES: u8 = 40;
+    let mut bench = Bench::joined(REPLIES);
+    bench.receive_heartbeats(0..1);
+    let sent = bench.drain().len();
     let told = bench.probe.told.borrow();
-    let unsent: u32 = told
-        .iter()
-        .map(|event| match event {
-            LinkEvent::Unsent { frames } => u32::from(*frames),
-            _ => 0,
-        })
-        .sum();
+    let unsent = told.iter().map(|event| match event {
+        LinkEvent::Unsent { frames } => u32::from(*frames),
+        _ => 0,
+    });
+    let unsent: u32 = unsent.sum();
     assert!(unsent > 0 && unsent == bench.telltale.app_overflows().get());
+    assert_eq!(sent + bench.failures().len() + unsent as usize, usize::from(REPLIES));
 }
 
 #[test]

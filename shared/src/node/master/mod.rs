@@ -53,6 +53,8 @@ pub struct Master {
     clock: LocalClock,
     buses: Buses,
     lifetimes: Lifetimes,
+    /// COB-IDs of [`Profile::stamped`].
+    stamped: &'static [CobId],
     held: Deque<Outgoing, HELD>,
     /// Spacecraft time when the last SYNC was sent.
     at_sync: Option<Scet>,
@@ -96,6 +98,7 @@ impl Master {
                 telemetry: profile.telemetry,
                 sdo: profile.sdo_timeout,
             },
+            stamped: profile.stamped,
             held: Deque::new(),
             at_sync: None,
         };
@@ -337,5 +340,11 @@ impl Node for Master {
             self.device_deadline(),
         ];
         always.into_iter().chain(gated.into_iter().flatten()).flatten().min()
+    }
+
+    fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
+        bus == self.manager.active()
+            && self.stamped.contains(&frame.id())
+            && (frame.id() != self.sync.id() || sync::is_sync_length(frame))
     }
 }

@@ -38,6 +38,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
         // Recoveries begin and end here.
         self.wake(self.buses.deadline());
+        self.run(now, now, out);
     }
 
     fn lost(&mut self, bus: Bus, now: Instant) {

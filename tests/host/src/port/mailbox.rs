@@ -1,8 +1,11 @@
 //! Three transmit mailboxes: lowest COB-ID first, equal ones by number.
 
 use can_wire::time::Time;
-use ecss_can::link::port::{MAILBOXES, is_urgent};
+use ecss_can::link::port::is_urgent;
 use ecss_can::types::Frame;
+
+/// Transmit mailboxes of a controller.
+pub(super) const MAILBOXES: usize = 3;
 
 #[derive(Clone, Copy, Debug, Default)]
 enum Slot {

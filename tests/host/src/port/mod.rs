@@ -9,18 +9,17 @@ mod wire_side;
 
 use std::cell::{Cell, Ref, RefCell};
 use std::collections::VecDeque;
-use std::future::poll_fn;
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
 use can_wire::time::{TICKS_PER_US, Time};
 use ecss_can::link::Stamp;
-use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, MAILBOXES, Mailbox, PortEvent};
+use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, Mailbox, PortEvent};
 use ecss_can::types::Frame;
 
 use crate::clock::MockClock;
 use faults::Faults;
-use mailbox::Mailboxes;
+use mailbox::{MAILBOXES, Mailboxes};
 
 /// Received frames that wait for the task; more are lost and counted.
 pub const RECEIVE_DEPTH: usize = 16;
@@ -145,7 +144,7 @@ impl Chip {
         }
     }
 
-    fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
+    fn next_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
         if self.told != self.faults.flags() {
             self.told = self.faults.flags();
             return Poll::Ready(PortEvent::Health(self.faults.health()));
@@ -169,6 +168,8 @@ impl Chip {
 }
 
 impl CanPort for MockPort {
+    type PerMailbox<T: Default> = [T; MAILBOXES];
+
     fn set_filters(&mut self, filters: &[Filter]) {
         self.0.borrow_mut().filters = filters.to_vec();
     }
@@ -214,7 +215,7 @@ impl CanPort for MockPort {
         chip.recovers = chip.on_bus.is_some() && chip.faults.state() == ErrorState::BusOff;
     }
 
-    async fn event(&mut self) -> PortEvent {
-        poll_fn(|context| self.0.borrow_mut().poll_event(context)).await
+    fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
+        self.0.borrow_mut().next_event(context)
     }
 }

@@ -4,10 +4,11 @@ use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
-use ecss_can::link::port::{LastError, MAILBOXES, Mailbox, PortEvent};
+use ecss_can::link::port::{LastError, Mailbox, PortEvent};
 use ecss_can::types::{CobId, Frame};
 
 use super::faults::last_error;
+use super::mailbox::MAILBOXES;
 use super::{Chip, MockPort, RECEIVE_DEPTH};
 
 impl Controller for MockPort {

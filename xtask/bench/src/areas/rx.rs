@@ -1,6 +1,6 @@
 //! From the receive interrupt to the node and to its application, in cycles.
 //!
-//! A slave, operational, is sent 100 commands by a foreign controller while the twin runs one instruction at a time.
+//! A slave, operational, is sent 1,000 commands by a foreign controller while the twin runs one instruction at a time.
 //! The clock is the core's count of cycles awake. It starts with the exception entry of the receive interrupt of CAN1
 //! (IPSR becomes 36) and stops after the instruction that counts the frame in `TELLTALE`: as handled by the node, which
 //! has taken the PDO's value then, or as a command that the application has executed. Whatever else the board does in
@@ -22,7 +22,7 @@ pub const AREA: Area =
     Area { name: "rx", about: "model cycles from receive interrupt to node and application", measure };
 
 /// Commands that are followed.
-const COMMANDS: u32 = 100;
+const COMMANDS: u32 = 1_000;
 
 /// Between two commands: a prime number of microseconds meets the board's timers at ever other moments.
 const SPACING: Time = Time::from_us(7_919);
