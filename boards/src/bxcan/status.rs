@@ -238,6 +238,18 @@ mod tests {
         assert_eq!(log.note(PASSIVE), Enables::ALL);
     }
 
+    #[test]
+    fn unchanged_register_is_noted_again_only_while_flags_are_masked() {
+        let mut log = ErrorLog::new();
+        assert!(log.is_news(PASSIVE));
+        log.on_interrupt(PASSIVE, false);
+        assert!(!log.is_news(PASSIVE));
+        log.on_interrupt(PASSIVE, false);
+        assert!(log.is_news(PASSIVE), "masked");
+        log.note(PASSIVE);
+        assert!(!log.is_news(PASSIVE) && log.is_news(WARNING));
+    }
+
     /// Verifies: ECSS 5.6.2b
     /// Verifies: ECSS 5.6.2c
     #[test]

@@ -8,10 +8,10 @@ use twin::spacecraft::{Bus, GuestId};
 
 use crate::craft::*;
 
-/// COB-IDs of the master's frames: a telemetry request, the spacecraft time, a command.
+/// COB-IDs of the master's frames: a telemetry request, the spacecraft time, its heartbeat.
 const REQUEST_2: u16 = 0x402;
 const TIME: u16 = 0x181;
-const COMMAND_3: u16 = 0x303;
+const HEARTBEAT: u16 = 0x701;
 
 /// The guest acknowledges what the master sends until frame `id` completes. Returns its end.
 fn acknowledge(craft: &mut Craft, guest: GuestId, id: u16) -> Time {
@@ -28,7 +28,7 @@ fn ideal(seat: Seat) -> BoardConfig {
 }
 
 /// Given a master that is cut off and error passive, when a guest acknowledges its spacecraft time and, 1.3 to 1.7 ms
-/// later, a command, then it leaves 2 ms after the command at the earliest.
+/// later, its heartbeat, then it leaves 2 ms after the heartbeat at the earliest.
 ///
 /// Heartbeats on the other bus keep it busy: it reads the error register after the next attempt has failed, so that only
 /// the result of the mailbox shows that there is another node.
@@ -40,7 +40,7 @@ fn a_master_that_was_just_acknowledged_is_not_isolated() {
         let busy = craft.twin.add_guest(Bus::Redundant, 30.0);
         craft.twin.set_presence(guest, Presence::Listening);
         craft.fly_to(1_000);
-        // Heartbeat, SYNC and spacecraft time follow, then the command to slave 3.
+        // Heartbeat, SYNC and spacecraft time follow, the heartbeat last by its COB-ID.
         let cut = craft.fly_until(|seen| seen.id() == Some(REQUEST_2)).end;
         craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
         while craft.attempts(1, Bus::Nominal).filter(|at| *at > cut).count() < 17 {
@@ -54,7 +54,7 @@ fn a_master_that_was_just_acknowledged_is_not_isolated() {
             craft.twin.inject(busy, first + Time::from_us(1_150), heartbeat);
         }
         craft.fly(first + Time::from_us(after_us));
-        let last = acknowledge(&mut craft, guest, COMMAND_3);
+        let last = acknowledge(&mut craft, guest, HEARTBEAT);
         craft.fly(last + ms(10));
         let isolated = craft.said(1, "Isolated", cut).unwrap();
         let active = craft.said(1, "error Active", first);
@@ -64,6 +64,6 @@ fn a_master_that_was_just_acknowledged_is_not_isolated() {
             "the flight is another one: {} us",
             last.since(first).as_us()
         );
-        assert!(isolated > last + ms(2), "isolated {} us after the command", isolated.since(last).as_us());
+        assert!(isolated > last + ms(2), "isolated {} us after the heartbeat", isolated.since(last).as_us());
     }
 }
