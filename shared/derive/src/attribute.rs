@@ -1,15 +1,17 @@
 //! The words in `#[object(..)]` and `#[sub(..)]`.
 
 use proc_macro2::{Span, TokenStream};
-use quote::quote;
+use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
 use syn::parse::{Parse, ParseStream};
+use syn::spanned::Spanned;
 use syn::{Error, Expr, Ident, LitInt, Token};
 
 use crate::errors::Errors;
 
 /// Every word that may follow the number.
-const KNOWN: &str = "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, low, high, default";
+const KNOWN: &str =
+    "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, volatile, low, high, default";
 
 /// How the value of a field is laid out.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -39,8 +41,10 @@ pub struct Attribute {
     pub pdo: bool,
     /// A frame of a receive PDO may leave it out.
     pub optional: bool,
-    /// "save" keeps it, a DOMAIN.
-    pub keep: bool,
+    /// "save" keeps it, a DOMAIN; place of the word.
+    pub keep: Option<Span>,
+    /// "save" does not keep it; place of the word.
+    pub volatile: Option<Span>,
     /// Least value.
     pub low: Option<Expr>,
     /// Greatest value.
@@ -78,16 +82,26 @@ impl Attribute {
         Ok(quote!(::ecss_can::od::Access::#access))
     }
 
-    /// What is declared beside type and access right, as calls on an `Entry`.
-    pub fn qualities(&self) -> TokenStream {
-        let limits = self.limits();
+    /// An `Entry` with what is declared beside type and access right.
+    pub fn qualified(&self, entry: TokenStream) -> TokenStream {
         let pdo = match (self.pdo, self.optional) {
             (false, _) => quote!(No),
             (true, false) => quote!(Required),
             (true, true) => quote!(Optional),
         };
-        let keep = self.keep.then(|| quote!(.keep()));
-        quote!(.for_pdo(::ecss_can::od::PdoUse::#pdo).within(#limits)#keep)
+        let mut entry = quote!(#entry.for_pdo(::ecss_can::od::PdoUse::#pdo));
+        // Constants find the errors of these, which stand at the words: a call has the place of its first and last token.
+        if let Some(bound) = self.low.as_ref().or(self.high.as_ref()) {
+            let limits = self.limits();
+            entry = quote_spanned!(bound.span()=> ::ecss_can::od::Entry::within(#entry, #limits));
+        }
+        if let Some(word) = self.keep {
+            entry = quote_spanned!(word=> ::ecss_can::od::Entry::keep(#entry));
+        }
+        if let Some(word) = self.volatile {
+            entry = quote_spanned!(word=> ::ecss_can::od::Entry::volatile(#entry));
+        }
+        entry
     }
 
     /// Whether transmit PDOs, and whether receive PDOs may carry it.
@@ -107,7 +121,8 @@ impl Attribute {
             "array" => self.shape = Shape::Array,
             "pdo" => self.pdo = true,
             "optional" => self.optional = true,
-            "keep" => self.keep = true,
+            "keep" => self.keep = Some(span),
+            "volatile" => self.volatile = Some(span),
             "low" => self.low = Some(assigned(input)?),
             "high" => self.high = Some(assigned(input)?),
             "default" => self.default = Some(assigned(input)?),
@@ -136,6 +151,7 @@ impl Attribute {
                 _ if words.iter().take(nth).any(|other| *other == text) => "this word stands here twice",
                 "record" | "array" | "default" => continue,
                 _ if is_record => "the fields of the record say this: move it to their `#[sub(..)]`",
+                "volatile" if self.keep.is_some() => "`keep` and `volatile` exclude each other",
                 "optional" if !self.pdo => "`optional` is for values that PDOs may carry: add `pdo`",
                 _ => continue,
             };
@@ -154,7 +170,8 @@ impl Parse for Attribute {
             access: None,
             pdo: false,
             optional: false,
-            keep: false,
+            keep: None,
+            volatile: None,
             low: None,
             high: None,
             default: None,

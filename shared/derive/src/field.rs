@@ -1,8 +1,9 @@
 //! A field of a declaration: its name, its type, its value at power-on.
 
 use proc_macro2::TokenStream;
-use quote::quote;
+use quote::{quote, quote_spanned};
 use syn::ext::IdentExt;
+use syn::spanned::Spanned;
 use syn::{Attribute as Syntax, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Type, TypeArray};
 
 use crate::attribute::Attribute;
@@ -92,6 +93,11 @@ pub fn array(field: &Field) -> syn::Result<&TypeArray> {
         Type::Array(array) => Ok(array),
         other => Err(Error::new_spanned(other, "several in a row need an array")),
     }
+}
+
+/// As many sub-indices as an array has elements. More than there can be are an error at its length.
+pub fn sub_indices(len: &Expr) -> TokenStream {
+    quote_spanned!(len.span()=> ::ecss_can::od::sub_indices(#len))
 }
 
 /// The value at power-on.

@@ -16,8 +16,8 @@
 //! | `#[objects(pdos = SET)]` | a struct | the PDOs of the device whose application it is, checked against the device |
 //!
 //! Inside the parentheses: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`; `record` or `array` for objects that are no
-//! single value; `pdo` for values that PDOs may carry; `keep` for a DOMAIN that "save" (1010h) keeps; `low = ..`,
-//! `high = ..`, `default = ..`.
+//! single value; `pdo` for values that PDOs may carry; `keep` for a DOMAIN that "save" (1010h) keeps, `volatile` for
+//! a value that it does not keep; `low = ..`, `high = ..`, `default = ..`.
 //!
 //! Each field becomes a constant, named as the field in capitals: an `ecss_can::od::Field` or `Fields` of an object, a
 //! `SubIndex` of an entry of a record. A type parameter with a default has it there, so that `Device::VALUE` needs no argument.

@@ -325,7 +325,8 @@ fn var(
     place_mut: &TokenStream,
     errors: &mut Errors,
 ) -> Option<Parts> {
-    let (access, qualities) = (errors.take(attribute.required_access())?, attribute.qualities());
+    let access = errors.take(attribute.required_access())?;
+    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(0, 1, #access)));
     Some(Parts {
         code: quote! {
             match <#value as ::ecss_can::od::Typed>::TYPE {
@@ -333,9 +334,7 @@ fn var(
                 _ => ::ecss_can::od::ObjectCode::Var,
             }
         },
-        entries: quote! {
-            &[::ecss_can::od::Entry::of::<#value>(0, 1, #access) #qualities]
-        },
+        entries: quote!(&[#entry]),
         names: quote!(&[#title]),
         structure: quote!(0),
         variable: quote!(::core::option::Option::Some(#place_mut)),
@@ -357,17 +356,13 @@ fn array(
         errors.add(Error::new_spanned(value, "an ARRAY object needs an array"));
         return None;
     };
-    let (value, len) = (&*array.elem, &array.len);
-    let (access, qualities) = (access?, attribute.qualities());
+    let (value, count) = (&*array.elem, field::sub_indices(&array.len));
+    let access = access?;
+    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(1, #count, #access)));
     let nth = quote!(::core::primitive::usize::from(place.sub).wrapping_sub(1));
     Some(Parts {
         code: quote!(::ecss_can::od::ObjectCode::Array),
-        entries: quote! {
-            &[
-                ::ecss_can::od::Entry::highest(::ecss_can::od::sub_indices(#len)),
-                ::ecss_can::od::Entry::of::<#value>(1, ::ecss_can::od::sub_indices(#len), #access) #qualities,
-            ]
-        },
+        entries: quote!(&[::ecss_can::od::Entry::highest(#count), #entry]),
         names: quote!(&["Highest sub-index supported", #title]),
         structure: quote!(0),
         variable: quote! {

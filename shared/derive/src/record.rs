@@ -146,16 +146,16 @@ fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option
         }
     };
     let array = attribute.in_a_row.then(|| errors.take(field::array(field)));
-    let (title, number, access, qualities) = (title?, number?, access?, attribute.qualities());
+    let (title, number, access) = (title?, number?, access?);
     let first = number as u8;
     // Its value, and several in a row from there on.
     let nth = quote!(::core::primitive::usize::from(sub - #first));
     let (value, count, last, pattern, place_mut) = if let Some(array) = array {
         let array = array?;
-        let (value, len) = (&*array.elem, &array.len);
-        let last = quote!(#first + (::ecss_can::od::sub_indices(#len) - 1));
+        let (value, count) = (&*array.elem, field::sub_indices(&array.len));
+        let last = quote!(#first + (#count - 1));
         let place_mut = quote!(self.#name.get_mut(#nth)?);
-        (value, quote!(::ecss_can::od::sub_indices(#len)), last, quote!(#first..), place_mut)
+        (value, count, last, quote!(#first..), place_mut)
     } else {
         (&field.ty, quote!(1), quote!(#first), quote!(#first), quote!(&mut self.#name))
     };
@@ -165,9 +165,7 @@ fn sub(field: &syn::Field, attribute: &Attribute, errors: &mut Errors) -> Option
     } else {
         (field::bits(&quote!(&self.#name)), field::set_bits(&place_mut, value, attribute))
     };
-    let entry = quote! {
-        ::ecss_can::od::Entry::of::<#value>(#first, #count, #access) #qualities
-    };
+    let entry = attribute.qualified(quote!(::ecss_can::od::Entry::of::<#value>(#first, #count, #access)));
     let arm = |value: TokenStream| quote!(#pattern => #value,);
     let (read, written) = attribute.directions();
     Some(Sub {

@@ -35,7 +35,8 @@ fn an_access_right_is_needed() {
 
 #[test]
 fn words_that_are_unknown_are_told_with_those_that_are_known() {
-    let known = "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, low, high, default";
+    let known =
+        "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, volatile, low, high, default";
     let message = |word| Err(format!("unknown word `{word}`; known are {known}"));
     assert_eq!(object!(object(0x2000, const_), u8), message("const_"));
     assert_eq!(object!(object(0x2000, rw, Pdo), u8), message("Pdo"));

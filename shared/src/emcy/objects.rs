@@ -6,7 +6,7 @@ use crate::od::Record;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct ErrorField {
     /// Number of errors
-    #[sub(0, rw)]
+    #[sub(0, rw, volatile)]
     pub count: u8,
     /// Standard error field
     ///

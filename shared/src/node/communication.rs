@@ -48,12 +48,12 @@ pub struct Communication<const R: usize = 8, const T: usize = 8, M: Mapping = Pd
     /// Store parameters
     ///
     /// All, communication, application, manufacturer. Bit 0: on command; zero without a parameter store.
-    #[object(0x1010, array, rw)]
+    #[object(0x1010, array, rw, volatile)]
     pub store: [u32; 4],
     /// Restore default parameters
     ///
     /// All, communication, application, manufacturer. Bit 0: possible; zero without a parameter store.
-    #[object(0x1011, array, rw)]
+    #[object(0x1011, array, rw, volatile)]
     pub restore: [u32; 4],
     /// COB-ID EMCY
     #[object(0x1014, rw, default = INVALID)]

@@ -137,7 +137,8 @@ pub struct Entry {
     pub fetched: bool,
     /// Whether it is a number of at most four bytes that an SDO may write. A BOOLEAN is none: not every byte is one.
     pub stored: bool,
-    /// Whether "save" (1010h) may keep it: [`crate::store::keeps`] knows the exceptions.
+    /// Whether "save" (1010h) keeps it: what a client may write (`rw`, `rwr`) without `volatile`, and a DOMAIN with `keep`.
+    /// What receive PDOs write (`rww`) is not kept.
     pub kept: bool,
     /// Limits, for numbers.
     pub limits: Option<&'static Limits>,
@@ -187,6 +188,7 @@ impl Entry {
     /// const NO_DOMAIN: Entry = Entry::of::<u8>(0, 1, Access::Rw).keep();
     /// ```
     #[must_use]
+    #[track_caller]
     pub const fn keep(self) -> Entry {
         let is_for_clients = matches!(self.access, Access::Rw | Access::Rwr);
         assert!(
@@ -196,8 +198,26 @@ impl Entry {
         Entry { kept: true, ..self }
     }
 
+    /// The same, a value that "save" does not keep although a client may write it: a command, a counter. What is not kept
+    /// anyway does not compile:
+    ///
+    /// ```compile_fail
+    /// # use ecss_can::od::{Access, Entry};
+    /// const NOT_KEPT_ANYWAY: Entry = Entry::of::<u8>(0, 1, Access::Ro).volatile();
+    /// ```
+    #[must_use]
+    #[track_caller]
+    pub const fn volatile(self) -> Entry {
+        assert!(
+            self.kept,
+            "`volatile` is for `rw` and `rwr`: other values, and a DOMAIN, are not kept without it"
+        );
+        Entry { kept: false, ..self }
+    }
+
     /// The same within limits; those of a type that is no integer do not compile.
     #[must_use]
+    #[track_caller]
     pub const fn within(self, limits: Option<&'static Limits>) -> Entry {
         assert!(limits.is_none() || self.data_type.is_integer(), "only integers have limits");
         Entry { limits, ..self }
@@ -205,6 +225,7 @@ impl Entry {
 }
 
 /// So many sub-indices in a row; more than 254 do not compile.
+#[track_caller]
 pub const fn sub_indices(count: usize) -> u8 {
     assert!(count <= 254, "an object has at most 254 sub-indices");
     count as u8

@@ -21,6 +21,8 @@ pub struct Redundancy {
     #[sub(3, rw)]
     pub ntoggle: u8,
     /// Ctoggle
-    #[sub(4, rwr, pdo)]
+    ///
+    /// Begins at zero (ECSS 8.3.2a).
+    #[sub(4, rwr, pdo, volatile)]
     pub ctoggle: u8,
 }

@@ -21,22 +21,12 @@ pub use note::{MOST_NOTES, note_bdefault, noted_bdefault};
 pub use retained::{Retained, RetainedMemory};
 pub use set::{Apply, Content, Loaded, MAX_VALUE, Value, Values, load, restore_defaults, save};
 
-use crate::od::Entry;
-use crate::types::{AbortCode, Address};
+use crate::types::AbortCode;
 
 /// What is written to 1010h to save: "save".
 pub const SAVE: u32 = u32::from_le_bytes(*b"save");
 /// What is written to 1011h to restore defaults: "load".
 pub const LOAD: u32 = u32::from_le_bytes(*b"load");
-
-/// Ctoggle, which begins at zero (ECSS 8.3.2a).
-const CTOGGLE: Address = Address::new(0x2000, 4);
-
-/// Whether "save" keeps a value: what a client may write (`rw`, `rwr`), and what neither PDOs nor the device itself move.
-/// A DOMAIN is kept where its declaration says `keep`.
-pub fn keeps(at: Address, entry: &Entry) -> bool {
-    entry.kept && at != CTOGGLE && !matches!(at.index, 0x1003 | 0x1010 | 0x1011)
-}
 
 /// Which parameters: the sub-indices of 1010h and 1011h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,8 +1,6 @@
 //! What a data sheet has no keyword for, as comments: the capacity of strings, what "save" does not keep.
 
 use ecss_can::od::DataType;
-use ecss_can::store;
-use ecss_can::types::Address;
 
 use crate::dictionary::{Described, Dictionary, Value};
 use crate::file::LINE;
@@ -43,7 +41,7 @@ fn saves(store: &Described) -> bool {
 fn not_kept(dictionary: &Dictionary) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for (&index, object) in dictionary.iter().filter(|(index, _)| !COMMANDS.contains(index)) {
-        let is_lost = |value: &&Value| !store::keeps(Address::new(index, value.sub), value.entry);
+        let is_lost = |value: &&Value| !value.entry.kept;
         let lost: Vec<&Value> = writable(object).filter(is_lost).collect();
         let sections: Vec<String> = match lost.len() {
             0 => continue,

@@ -36,6 +36,9 @@ struct Thermometer {
     /// Left out by frames, but in none
     #[object(0x6007, rww, optional)]
     optional: u8,
+    /// Kept and not kept
+    #[object(0x6009, rw, keep, volatile)]
+    kept: u8,
     /// Calibration
     #[object(0x6008, record, pdo)]
     calibration: Calibration,

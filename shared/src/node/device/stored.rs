@@ -36,7 +36,7 @@ impl Stored {
                 return Ok(());
             }
             let (_, entry) = D::find(at)?;
-            if store::keeps(at, entry) { apply(objects, at, content) } else { Err(AbortCode::NoObject) }
+            if entry.kept { apply(objects, at, content) } else { Err(AbortCode::NoObject) }
         };
         store::load(&mut **store, id, apply).map(Some)
     }
@@ -119,12 +119,9 @@ fn apply<D: Objects>(objects: &mut D, at: Address, content: Content<'_>) -> Resu
 
 fn each_parameter(object: &'static Object, visit: &mut dyn FnMut(Address)) {
     for index in (0..object.count).map(|nth| object.index.wrapping_add(nth)) {
-        for entry in object.entries {
+        for entry in object.entries.iter().filter(|entry| entry.kept) {
             for sub in (entry.sub..).take(usize::from(entry.count)) {
-                let at = Address::new(index, sub);
-                if store::keeps(at, entry) {
-                    visit(at);
-                }
+                visit(Address::new(index, sub));
             }
         }
     }

@@ -23,6 +23,12 @@ struct Instrument {
     /// Image
     #[object(0x2103, rw, default = Domain::new([0; 200]))]
     image: Domain<[u8; 200]>,
+    /// Mode
+    #[object(0x2104, rw)]
+    mode: u16,
+    /// Exposures
+    #[object(0x2105, rw, volatile, default = 7)]
+    exposures: u16,
 }
 
 type Device = Bench<Slave<Instrument>>;
@@ -88,6 +94,20 @@ fn a_domain_is_saved_where_it_is_declared_so() {
     let mut again = powered(&memory);
     assert_eq!(upload(&mut again, 0x2102), calibration()[..150]);
     assert_eq!(again.node.objects().application.image.as_bytes(), b"");
+}
+
+/// Verifies: ECSS 6.8a
+#[test]
+fn a_volatile_value_has_its_default_after_power_on() {
+    let memory = Memory::default();
+    let mut slave = powered(&memory);
+    for index in [0x2104, 0x2105] {
+        assert_eq!(write(&mut slave, index, 0, &[5, 0]), done(index, 0));
+    }
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+    let again = powered(&memory);
+    let instrument = &again.node.objects().application;
+    assert_eq!((instrument.mode, instrument.exposures), (5, 7));
 }
 
 #[test]
