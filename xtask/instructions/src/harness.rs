@@ -6,7 +6,7 @@ use anyhow::ensure;
 use ecss_can::heartbeat;
 use ecss_can::link::Stamp;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, Communication, LinkEvent, Node, Outbox, Slave, SlaveEvent, Status};
+use ecss_can::node::{BusCommand, Communication, Node, Outbox, Slave, SlaveEvent, Status};
 use ecss_can::od::Domain;
 use ecss_can::pdo::Mapping;
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId};
@@ -79,8 +79,8 @@ impl<M: Mapping> Harness<M> {
 
     #[inline(always)]
     fn handle(&mut self, frame: Frame) {
-        let event = LinkEvent::Received { frame, stamp: Stamp::interrupt(self.now) };
-        self.slave.on_link(Bus::Nominal, black_box(&event), self.now, &mut self.out);
+        let stamp = Stamp::interrupt(self.now);
+        self.slave.on_received(Bus::Nominal, black_box(&frame), black_box(&stamp), self.now, &mut self.out);
         while let Some(event) = self.out.pop_event() {
             black_box(&event);
         }
