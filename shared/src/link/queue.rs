@@ -60,12 +60,30 @@ impl<const N: usize> TxQueue<N> {
         } else {
             None
         };
+        self.insert(outgoing, |queued| queued > id)?;
+        Ok(displaced)
+    }
+
+    /// Puts a frame back that was taken: it goes before those of its COB-ID.
+    ///
+    /// # Errors
+    /// [`Full`]; nothing is displaced.
+    pub fn put_back(&mut self, outgoing: Outgoing) -> Result<(), Full> {
+        let id = outgoing.frame.id();
+        self.insert(outgoing, |queued| queued >= id)
+    }
+
+    /// Inserts a frame behind all that are to go after it.
+    #[inline(never)] // from two places
+    fn insert(&mut self, outgoing: Outgoing, goes_later: impl Fn(CobId) -> bool) -> Result<(), Full> {
         let mut carried = outgoing;
-        for queued in self.frames.iter_mut().skip_while(|queued| queued.frame.id() > id) {
+        if self.frames.is_full() {
+            return Err(Full);
+        }
+        for queued in self.frames.iter_mut().skip_while(|queued| goes_later(queued.frame.id())) {
             core::mem::swap(queued, &mut carried);
         }
-        self.frames.push(carried).map_err(|_| Full)?;
-        Ok(displaced)
+        self.frames.push(carried).map_err(|_| Full)
     }
 
     /// Whether there is no frame.

@@ -11,8 +11,8 @@ use super::alarm::Alarm;
 use super::node_cell::{Shared, register};
 use super::{AppLink, NodeCell, Surroundings, TURN, Telltale};
 use crate::link::Stamp;
-use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent};
-use crate::link::queue::Outgoing;
+use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
+use crate::link::queue::{Full, Outgoing};
 use crate::node::{BusCommand, FailCause, LinkEvent, Node};
 use crate::time::Clock;
 use crate::types::{Bus, Duration, Frame, Instant};
@@ -78,7 +78,16 @@ pub async fn bus_task<M: RawMutex, N: Node>(
 #[derive(Clone, Copy)]
 struct Pending {
     outgoing: Outgoing,
-    aborting: Option<FailCause>,
+    aborting: Option<Abort>,
+}
+
+/// Why a mailbox is being aborted.
+#[derive(Clone, Copy)]
+enum Abort {
+    /// The frame is lost.
+    Lost(FailCause),
+    /// An urgent frame needs the mailbox: this one goes back into the queue.
+    Preempted,
 }
 
 /// A controller, and what the node has on it.
@@ -187,8 +196,16 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
             }
             PortEvent::Failed { mailbox } => {
                 let Some(Pending { outgoing, aborting }) = self.release(mailbox) else { return };
+                let cause = match aborting {
+                    Some(Abort::Preempted) => match shared.queues[self.bus].put_back(outgoing) {
+                        Ok(()) => return self.send(shared, now),
+                        Err(Full) => FailCause::QueueFull,
+                    },
+                    Some(Abort::Lost(cause)) => cause,
+                    None => FailCause::Aborted,
+                };
                 self.send(shared, now);
-                LinkEvent::Failed { frame: outgoing.frame, cause: aborting.unwrap_or(FailCause::Aborted) }
+                LinkEvent::Failed { frame: outgoing.frame, cause }
             }
             PortEvent::Overrun { lost } => {
                 self.around.telltale.overruns().add(u32::from(lost));
@@ -275,10 +292,10 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
     fn abort_where(&mut self, which: impl Fn(&Outgoing) -> bool, cause: FailCause) {
         for (number, slot) in self.mailboxes.as_mut().iter_mut().enumerate() {
             if let Some(pending) = slot
-                && pending.aborting.is_none()
+                && !matches!(pending.aborting, Some(Abort::Lost(_)))
                 && which(&pending.outgoing)
+                && pending.aborting.replace(Abort::Lost(cause)).is_none()
             {
-                pending.aborting = Some(cause);
                 self.port.abort(Mailbox(number as u8));
             }
         }
@@ -297,7 +314,10 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
                 told = true;
                 continue;
             }
-            let Ok(mailbox) = self.port.send(&next.frame) else { break };
+            let Ok(mailbox) = self.port.send(&next.frame) else {
+                self.preempt(&next.frame);
+                break;
+            };
             if let Some(slot) = self.mailboxes.as_mut().get_mut(usize::from(mailbox.0)) {
                 *slot = Some(Pending { outgoing: next, aborting: None });
             }
@@ -305,6 +325,27 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
         }
         self.update_due(shared);
         told
+    }
+
+    /// Makes room for an urgent frame when frames that go after it have all mailboxes: aborts the one of the lowest priority
+    /// that is alone with its COB-ID. Other nodes may hold the bus against that one for any time.
+    #[inline(never)] // few frames find all mailboxes taken
+    fn preempt(&mut self, next: &Frame) {
+        let mailboxes = self.mailboxes.as_ref();
+        let pending =
+            || mailboxes.iter().enumerate().filter_map(|(number, slot)| Some((number, slot.as_ref()?)));
+        let id = |pending: &Pending| pending.outgoing.frame.id();
+        if !is_urgent(next.id()) || pending().any(|(_, pending)| pending.aborting.is_some()) {
+            return;
+        }
+        let is_alone = |one: &Pending| pending().filter(|(_, other)| id(other) == id(one)).count() == 1;
+        let last =
+            pending().filter(|(_, one)| id(one) > next.id() && is_alone(one)).max_by_key(|(_, one)| id(one));
+        let Some((number, _)) = last else { return };
+        if let Some(Some(pending)) = self.mailboxes.as_mut().get_mut(number) {
+            pending.aborting = Some(Abort::Preempted);
+            self.port.abort(Mailbox(number as u8));
+        }
     }
 
     fn update_due(&mut self, shared: &Shared<N>) {

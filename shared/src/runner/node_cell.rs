@@ -154,9 +154,11 @@ impl<N: Node> Shared<N> {
     /// Queues a frame; whether another one or this is lost.
     fn queue(&mut self, bus: Bus, outgoing: Outgoing, here: Option<Bus>, now: Instant) -> bool {
         let queue = &mut self.queues[bus];
-        // A task that has frames waits for a mailbox, or for the first end of a lifetime.
+        // A task that has frames waits for a mailbox, or for the first end of a lifetime. There may be a mailbox already for
+        // a frame that goes before the others.
+        let is_next = queue.peek().is_none_or(|next| outgoing.frame.id() < next.frame.id());
         let is_first = queue.next_expiry().is_none_or(|first| outgoing.expires < first);
-        if is_first && Some(bus) != here {
+        if (is_next || is_first) && Some(bus) != here {
             wake(&self.buses[bus]);
         }
         let Some(lost) = queue.push(outgoing).unwrap_or(Some(outgoing)) else { return false };

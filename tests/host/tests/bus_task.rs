@@ -286,6 +286,65 @@ fn one_mailbox_stays_free_for_urgent_frames() {
     assert_eq!(bench.drain(), [(0x080, 9), (0x301, 1), (0x301, 2), (0x301, 3), (0x301, 4)]);
 }
 
+/// Given commands that wait for a mailbox, when SYNC is requested, then it has the free one without any other event.
+#[test]
+fn urgent_frame_has_the_free_mailbox_at_once() {
+    let mut bench = Bench::joined(0);
+    for byte in 0..3 {
+        bench.send(0x301, byte);
+    }
+    bench.send(0x080, 9);
+    assert_eq!(bench.drain(), [(0x080, 9), (0x301, 0), (0x301, 1), (0x301, 2)]);
+}
+
+/// Given commands and the spacecraft time in all mailboxes, when SYNC is requested while others hold the bus, then SYNC goes
+/// first, and the frame that made room goes in its turn.
+#[test]
+fn urgent_frame_takes_the_mailbox_of_the_lowest_priority() {
+    let mut bench = Bench::joined(0);
+    for (raw, byte) in [(0x302, 0), (0x303, 1), (0x181, 2), (0x303, 3), (0x080, 4)] {
+        bench.send(raw, byte);
+    }
+    assert_eq!(bench.drain(), [(0x080, 4), (0x181, 2), (0x302, 0), (0x303, 1), (0x303, 3)]);
+    assert_eq!((bench.transmitted(), bench.failures()), (5, vec![]));
+}
+
+/// Given a frame that has to make room while it is on the wire, then it completes, and is not sent again.
+#[test]
+fn frame_on_the_wire_makes_no_room_and_is_sent_once() {
+    let mut bench = Bench::joined(0);
+    bench.send(0x705, 0);
+    bench.begin().expect("a frame waits");
+    for (raw, byte) in [(0x181, 1), (0x181, 2), (0x080, 3)] {
+        bench.send(raw, byte);
+    }
+    bench.end(WireEvent::Transmitted);
+    assert_eq!(bench.drain(), [(0x080, 3), (0x181, 1), (0x181, 2)]);
+    assert_eq!((bench.transmitted(), bench.failures()), (4, vec![]));
+}
+
+/// Given a frame that has to make room, when its bus is left before its abort has ended, then it is reported and does not
+/// return.
+#[test]
+fn frame_that_made_room_does_not_survive_its_bus() {
+    let mut bench = Bench::joined(0);
+    for (raw, byte) in [(0x302, 0), (0x303, 1), (0x181, 2)] {
+        bench.send(raw, byte);
+    }
+    assert!(
+        bench
+            .app
+            .requests
+            .try_send(BusCommand::Send(Outgoing { frame: frame(0x080, 3), expires: Instant::NEVER }))
+            .is_ok()
+    );
+    bench.command(BusCommand::Abandon);
+    let mut failures = bench.failures();
+    failures.sort_by_key(|(byte, _)| *byte);
+    assert_eq!(failures, [0, 1, 2, 3].map(|byte| (byte, FailCause::BusLeft)));
+    assert_eq!(bench.drain(), []);
+}
+
 #[test]
 fn a_frame_dies_at_the_end_of_its_lifetime_in_queue_and_mailbox() {
     let mut bench = Bench::joined(0);
