@@ -4,15 +4,30 @@
 
 use core::ops::{Add, AddAssign, Sub};
 
-/// Microseconds since the node's power-on.
+/// Microseconds since the node's power-on. Aligned to words: with an alignment of eight, every event and every deadline of a
+/// node would carry four bytes of padding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(packed(4))]
 pub struct Instant(u64);
 
-/// A span of microseconds.
+/// A span of microseconds. Aligned to words, as [`Instant`] is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(packed(4))]
 pub struct Duration(u64);
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for Instant {
+    fn format(&self, fmt: defmt::Formatter<'_>) {
+        defmt::write!(fmt, "Instant({=u64})", self.as_micros());
+    }
+}
+
+#[cfg(feature = "defmt")]
+impl defmt::Format for Duration {
+    fn format(&self, fmt: defmt::Formatter<'_>) {
+        defmt::write!(fmt, "Duration({=u64})", self.as_micros());
+    }
+}
 
 impl Instant {
     /// Power-on.
