@@ -14,7 +14,8 @@ impl Clock for Uptime {
         Instant::from_micros(embassy_time::Instant::now().as_micros())
     }
 
-    async fn at(&self, deadline: Instant) {
-        Timer::at(embassy_time::Instant::from_micros(deadline.as_micros())).await;
+    // No `async fn`: its future would hold the deadline twice.
+    fn at(&self, deadline: Instant) -> impl Future<Output = ()> {
+        Timer::at(embassy_time::Instant::from_micros(deadline.as_micros()))
     }
 }

@@ -9,12 +9,12 @@ use crate::application::Application;
 
 #[embassy_executor::task(pool_size = 2)]
 pub async fn bus(bus: Bus, port: Port, clock: Uptime, node: &'static Node) -> ! {
-    bus_task(bus, port, clock, node, &LINK, &TELLTALE).await
+    match bus_task(bus, port, clock, node, &LINK, &TELLTALE).await {}
 }
 
 #[embassy_executor::task]
 pub async fn node(node: &'static Node, clock: Uptime) -> ! {
-    node_task(node, clock, &LINK, &TELLTALE).await
+    match node_task(node, clock, &LINK, &TELLTALE).await {}
 }
 
 #[embassy_executor::task]

@@ -25,14 +25,15 @@ const LOOK: Duration = Duration::from_millis(100);
 const CLOSE_LOOK: Duration = Duration::from_millis(2);
 
 /// Runs one controller for ever. The port comes off the bus, its filters set.
-pub async fn bus_task<M: RawMutex, N: Node>(
+// No `async fn`: its future would hold the port twice, as an argument and in `line`.
+pub fn bus_task<'a, M: RawMutex, N: Node>(
     bus: Bus,
     port: impl CanPort,
     clock: impl Clock,
-    node: &NodeCell<M, N>,
-    app: &AppLink<M, N::Event, N::Request>,
-    telltale: &Telltale,
-) -> ! {
+    node: &'a NodeCell<M, N>,
+    app: &'a AppLink<M, N::Event, N::Request>,
+    telltale: &'a Telltale,
+) -> impl Future<Output = Infallible> {
     let looked = clock.now();
     let mut line = Line {
         bus,
@@ -43,35 +44,36 @@ pub async fn bus_task<M: RawMutex, N: Node>(
         looked,
         due: looked + LOOK,
     };
-    let timer = pin!(None);
-    let mut alarm = Alarm::new(timer);
-    let mut is_on = false;
-    let never: Infallible = poll_fn(|context| {
-        let is_new;
-        let now;
-        if is_on {
-            line.take_events(node, &clock, context);
-            now = clock.now();
-            is_new = node.lock(|shared| line.end_turn(shared, now, context));
-        } else {
-            // Nothing happens to a node before its power-on.
-            now = clock.now();
-            is_new = node.lock(|shared| register(&mut shared.buses[bus], context));
-            is_on = node.lock(|shared| shared.armed.is_some());
+    async move {
+        let timer = pin!(None);
+        let mut alarm = Alarm::new(timer);
+        let mut is_on = false;
+        poll_fn(|context| {
             if is_on {
-                context.waker().wake_by_ref();
+                line.take_events(node, &clock, context);
             }
-        }
-        let due = line.due;
-        if is_new {
-            alarm.arm(due, context, || clock.at(due));
-        } else {
-            alarm.set(due, now, context, || clock.at(due));
-        }
-        Poll::Pending
-    })
-    .await;
-    match never {}
+            let now = clock.now();
+            let is_new = node.lock(|shared| {
+                // Nothing happens to a node before its power-on.
+                if is_on {
+                    return line.end_turn(shared, now, context);
+                }
+                is_on = shared.armed.is_some();
+                if is_on {
+                    context.waker().wake_by_ref();
+                }
+                register(&mut shared.buses[line.bus], context)
+            });
+            let due = line.due;
+            if is_new {
+                alarm.arm(due, context, || clock.at(due));
+            } else {
+                alarm.set(due, now, context, || clock.at(due));
+            }
+            Poll::Pending
+        })
+        .await
+    }
 }
 
 /// A frame in a mailbox, and why it is being aborted, if it is.

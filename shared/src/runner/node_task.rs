@@ -23,7 +23,7 @@ pub async fn node_task<M: RawMutex, N: Node>(
     clock: impl Clock,
     app: &AppLink<M, N::Event, N::Request>,
     telltale: &Telltale,
-) -> ! {
+) -> Infallible {
     let around = Surroundings { app, telltale };
     node.lock(|shared| {
         let now = clock.now();
@@ -33,7 +33,7 @@ pub async fn node_task<M: RawMutex, N: Node>(
     });
     let timer = pin!(None);
     let mut alarm = Alarm::new(timer);
-    let never: Infallible = poll_fn(|context| {
+    poll_fn(|context| {
         let now = clock.now();
         node.lock(|shared| {
             let due = turn(shared, &around, now, context);
@@ -46,8 +46,7 @@ pub async fn node_task<M: RawMutex, N: Node>(
         });
         Poll::Pending
     })
-    .await;
-    match never {}
+    .await
 }
 
 /// Does what the application wants and what is due; when to come again.
