@@ -7,12 +7,12 @@ use core::ops::{Add, AddAssign, Sub};
 /// Microseconds since the node's power-on. Aligned to words: with an alignment of eight, every event and every deadline of a
 /// node would carry four bytes of padding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(packed(4))]
+#[repr(C, packed(4))]
 pub struct Instant(u64);
 
 /// A span of microseconds. Aligned to words, as [`Instant`] is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(packed(4))]
+#[repr(C, packed(4))]
 pub struct Duration(u64);
 
 #[cfg(feature = "defmt")]
