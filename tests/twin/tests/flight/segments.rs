@@ -141,7 +141,9 @@ fn segments_destroyed_on_the_bus_keep_their_order() {
         }
         assert_complete(&flight.finish(from, SEGMENTS));
         let destroyed = flight.craft.attempts(SLAVE, Bus::Nominal).filter(|at| *at > from).count();
-        assert_eq!(destroyed, (1..SEGMENTS).filter(|number| number % 3 == phase).count());
+        let flips = (1..SEGMENTS).filter(|number| number % 3 == phase).count();
+        // Once in 100 ms the master's command comes between two segments, and the flip finds no segment.
+        assert!((flips - 1..=flips).contains(&destroyed), "{destroyed} of {flips} in phase {phase}");
     }
     flight.craft.assert_nothing_lost();
 }
