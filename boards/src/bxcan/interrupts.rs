@@ -59,7 +59,7 @@ fn transmitted(registers: Can, events: &EventQueue) {
         registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
         for n in (0..MAILBOXES).filter(|n| status.rqcp(*n)) {
             let mailbox = Mailbox(n as u8);
-            // With automatic retransmission a request ends by success or abort; ALST and TERR tell of the last attempt.
+            // With automatic retransmission a request ends by success or abort; ALST and TERR report the last attempt.
             waiting.finished(if status.txok(n) {
                 PortEvent::Transmitted { mailbox, stamp }
             } else {

@@ -32,7 +32,7 @@ impl Waiting {
         }
     }
 
-    /// A frame was lost before it could be read, or more than one: FOVR says no more than that.
+    /// At least one frame was lost before it could be read: FOVR does not count them.
     pub fn lose(&mut self) {
         self.lost = self.lost.saturating_add(1);
     }

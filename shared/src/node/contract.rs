@@ -19,7 +19,7 @@ pub const MAX_FILTERS: usize = 28;
 /// Acceptance filters of a node.
 pub type Filters = heapless::Vec<Filter, MAX_FILTERS>;
 
-/// What a bus tells its node.
+/// Report of a bus to its node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
@@ -57,7 +57,7 @@ pub enum LinkEvent {
     },
     /// The error state of the controller changed.
     Health(Health),
-    /// Its error counters moved since they were told last; told before the next event of the controller.
+    /// Its error counters moved since the last report. Reported before the next event of the controller.
     Counters(Health),
     /// The controller does not get on or off the bus: it is defective, or the bus is dominant all the time.
     Stalled,
@@ -77,7 +77,7 @@ pub enum FailCause {
     Aborted,
 }
 
-/// What a node wants of a bus.
+/// Command of a node to a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
@@ -103,9 +103,9 @@ pub enum BusCommand {
 
 /// A protocol node: master or slave, sans-IO.
 pub trait Node {
-    /// What it tells its application.
+    /// Events for its application.
     type Event;
-    /// What its application may ask of it.
+    /// Requests of its application.
     type Request;
 
     /// Power-on, at `now`. Called once, before anything else.
@@ -126,7 +126,7 @@ pub trait Node {
         self.on_link(bus, &LinkEvent::Received { frame: *frame, stamp: *stamp }, now, out);
     }
 
-    /// The application wants something.
+    /// The application made a request.
     fn on_request(&mut self, request: Self::Request, now: Instant, out: &mut Outbox<Self::Event>);
 
     /// Do what is due at `now`.
@@ -188,7 +188,7 @@ impl<E> Outbox<E> {
         self.commands.len() < QUEUE_DEPTH / 2
     }
 
-    /// Tell the application.
+    /// Reports an event to the application.
     pub fn event(&mut self, event: E) {
         if self.events.push_back(event).is_err() {
             self.overflows = self.overflows.saturating_add(1);

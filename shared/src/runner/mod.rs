@@ -37,9 +37,9 @@ const TURN: usize = 8;
 
 /// The channels between a node and its application: `E` events to it, `R` requests from it.
 pub struct AppLink<M: RawMutex, E, R> {
-    /// What the node tells the application.
+    /// Events from the node.
     pub events: Channel<M, E, APP_DEPTH>,
-    /// What the application wants of the node.
+    /// Requests of the application.
     pub requests: Channel<M, R, APP_DEPTH>,
 }
 
