@@ -13,7 +13,7 @@ mod record;
 
 pub use message::{Command, Request, Telemetry};
 pub use objects::{
-    MissionObjects, Outgoing, PDOS, REQUEST_RPDO, Samples, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand,
+    MissionObjects, Outgoing, PDOS, REQUEST_RPDO, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand,
     TelemetryRequest, slave,
 };
 pub use profiles::{LIBRECUBE, STANDARD};

@@ -1,13 +1,11 @@
-"""The committed DCF of slave 3 loaded into it by the canopen package; master is this script."""
+"""The DCF of slave 3, a test device, loaded into it by the canopen package; master is this script."""
 
 import unittest
 
 import canopen
 from canopen.objectdictionary import ODVariable
 
-from spacecraft import EDS, PRE_OPERATIONAL, Test
-
-DCF = EDS.with_name("slave-3.dcf")
+from spacecraft import DCF, PRE_OPERATIONAL, Test
 
 
 class Configuration(Test):

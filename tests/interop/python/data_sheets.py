@@ -1,7 +1,4 @@
-"""EDS and DCF of slave and master as the canopen package understands them.
-
-DATA_SHEETS is their directory.
-"""
+"""EDS and DCF of a slave, which SLAVE_EDS names, and of the master as the canopen package understands them."""
 
 import logging
 import os
@@ -13,9 +10,9 @@ from pathlib import Path
 import canopen
 from canopen.objectdictionary import ODVariable, ObjectDictionary, datatypes
 
-DIRECTORY = Path(os.environ["DATA_SHEETS"])
-EDS = DIRECTORY / "slave.eds"
-DCF = DIRECTORY / "slave-3.dcf"
+EDS = Path(os.environ["SLAVE_EDS"])
+DCF = EDS.with_name(f"{EDS.stem}-3.dcf")
+MASTER_EDS = Path(__file__).parents[3] / "docs/eds/master.eds"
 NODE = 3
 
 
@@ -45,8 +42,8 @@ class DataSheets(unittest.TestCase):
 
     def test_the_master_is_described_as_well(self) -> None:
         with self.assertNoLogs("canopen", logging.WARNING):
-            eds = canopen.import_od(str(DIRECTORY / "master.eds"), 1)
-            dcf = canopen.import_od(str(DIRECTORY / "master.dcf"))
+            eds = canopen.import_od(str(MASTER_EDS), 1)
+            dcf = canopen.import_od(str(MASTER_EDS.with_suffix(".dcf")))
         self.assertTrue(eds.device_information.simple_boot_up_master)
         self.assertEqual(dcf.node_id, 1)
         self.assertEqual(variables(eds).keys(), variables(dcf).keys())

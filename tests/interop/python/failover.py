@@ -1,4 +1,4 @@
-"""The emulated master and slaves 2 and 3 leave a bus in the middle of an SDO transfer, by the canopen package on both.
+"""The emulated master and slaves 2 and 3, test devices, leave a bus in the middle of an SDO transfer, by the canopen package on both.
 
 Other nodes are played by the package. When they fall silent the master misses half of its slaves and goes to the other bus;
 soon afterwards back again only for more of them than before.

@@ -26,7 +26,7 @@ LENGTHS = {datatypes.TIME_OF_DAY: 6, datatypes.TIME_DIFFERENCE: 6}
 #: Types of any length.
 TEXTS = (datatypes.VISIBLE_STRING, datatypes.OCTET_STRING, datatypes.UNICODE_STRING, datatypes.DOMAIN)
 #: Sub-indices of a PDO that must not change while it is valid, and an object that every PDO can carry.
-INHIBIT, SYNC_START, MAPPABLE = 3, 6, 0x6400_07_20
+INHIBIT, SYNC_START, MAPPABLE = 3, 6, 0x6210_00_20
 
 
 def variables(dictionary: ObjectDictionary) -> list[ODVariable]:

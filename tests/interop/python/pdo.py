@@ -1,4 +1,6 @@
-"""PDOs of slave 2 by the canopen package, which learns their mapping from the slave itself; master is this script."""
+"""PDOs of slave 2, and of 3, a test device, by the canopen package, which learns their mapping from the slaves themselves;
+master is this script.
+"""
 
 import unittest
 
@@ -12,7 +14,11 @@ TELECOMMAND, REQUEST, TELEMETRY, SPARE = 2, 3, 3, 5
 class Pdo(Test):
     def setUp(self) -> None:
         self.net = self.connect(is_master=True)
-        (self.slave,) = self.nodes(self.net, 2)
+        self.use(2)
+
+    def use(self, number: int) -> None:
+        """This slave is meant from now on."""
+        (self.slave,) = self.nodes(self.net, number)
         self.remote = self.slave.remote
         self.remote.nmt.state = "PRE-OPERATIONAL"
         self.slave.becomes(PRE_OPERATIONAL)
@@ -53,6 +59,7 @@ class Pdo(Test):
 
     def test_a_mapping_that_is_changed_is_obeyed(self) -> None:
         """CiA 301 7.5.2.36: invalid, no objects, the objects, their number, valid again."""
+        self.use(3)
         values = Witness()
         pdo = self.remote.tpdo[SPARE]
         pdo.clear()

@@ -1,4 +1,4 @@
-"""SDO transfers of every kind with slaves 2 and 3, by the canopen package; master is this script."""
+"""SDO transfers of every kind with slaves 2 and 3, test devices, by the canopen package; master is this script."""
 
 import random
 import struct
@@ -19,6 +19,7 @@ ABORT = {
     "too long": 0x06070012,
     "too short": 0x06070013,
     "no sub-index": 0x06090011,
+    "invalid value": 0x06090030,
     "too large a value": 0x06090031,
     "too small a value": 0x06090032,
 }
@@ -86,6 +87,8 @@ class Sdo(Test):
             ("too long", self.sdo.download, (0x6400, datatypes.UNSIGNED16, bytes(4))),
             ("too long", self.sdo.download, (0x6400, datatypes.UNSIGNED64, bytes(9))),
             ("too short", self.sdo.download, (0x6400, datatypes.UNSIGNED32, bytes(2))),
+            # A BOOLEAN is 0 or 1 (CiA 301 7.1.4.4).
+            ("invalid value", self.sdo.download, (0x6400, datatypes.BOOLEAN, b"\x02")),
             ("too large a value", self.sdo.download, (*limited, struct.pack("<h", 101))),
             ("too small a value", self.sdo.download, (*limited, struct.pack("<h", -101))),
         ]:

@@ -25,8 +25,11 @@ faulthandler.dump_traceback_later(300, exit=True)
 NOMINAL = os.environ.get("SLCAN_NOMINAL", "socket://127.0.0.1:29501")
 REDUNDANT = os.environ.get("SLCAN_REDUNDANT", "socket://127.0.0.1:29502")
 
-#: The data sheets of a slave and of the master.
-EDS, MASTER_EDS = (pathlib.Path(__file__).parents[3] / "docs/eds" / name for name in ("slave.eds", "master.eds"))
+DOCS = pathlib.Path(__file__).parents[3] / "docs/eds"
+#: The data sheets of the slaves, test devices where some fly, of number 3, and of the master.
+EDS = pathlib.Path(os.environ.get("SLAVE_EDS", DOCS / "slave.eds"))
+DCF = EDS.with_name(f"{EDS.stem}-3.dcf")
+MASTER_EDS = DOCS / "master.eds"
 
 #: What has not happened after so many seconds does not happen.
 PATIENCE = 60.0

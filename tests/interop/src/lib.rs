@@ -9,11 +9,15 @@
 //! plays the server that it asks: [`flight::Flight`], `tests/sdo_client.rs`. `tests/sdo_blocks/` needs no spacecraft: there
 //! the servers are Rust, too.
 //!
+//! Values of types that the mission's objects do not have are those of the test device, `tests/device`: [`device`] has its
+//! image and its data sheets.
+//!
 //! [`tools`] installs what is missing: python-can, canopen and durand into `target/interop/venv`, Debian's packages when it may.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod device;
 pub mod flight;
 pub mod host;
 pub mod program;

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
 
+use crate::device;
 use crate::program::Twin;
 use crate::tools;
 
@@ -23,6 +24,22 @@ const PATIENCE: Duration = Duration::from_secs(60);
 pub fn run(name: &str, arguments: &[&str]) -> anyhow::Result<String> {
     let twin = Twin::start(arguments)?;
     judge(name, &buses(&twin)).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
+    twin.end()
+}
+
+/// As [`run`], with these nodes played by the test device. The script finds its data sheet in `SLAVE_EDS`.
+///
+/// # Errors
+/// As [`run`], and when image or data sheet cannot be made.
+pub fn run_with_device(name: &str, arguments: &[&str], nodes: &[u8]) -> anyhow::Result<String> {
+    let image = device::image()?;
+    let own: Vec<String> = nodes.iter().map(|node| format!("--slave={node}={}", image.display())).collect();
+    let arguments: Vec<&str> = arguments.iter().copied().chain(own.iter().map(String::as_str)).collect();
+    let sheet = device::data_sheet()?;
+    let sheet = sheet.to_str().context("a path in UTF-8")?;
+    let twin = Twin::start(&arguments)?;
+    let variables = [&buses(&twin)[..], &[("SLAVE_EDS", sheet)]].concat();
+    judge(name, &variables).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
     twin.end()
 }
 

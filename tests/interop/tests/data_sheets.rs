@@ -2,14 +2,20 @@
 
 use std::path::Path;
 
-use interop::script;
+use interop::{device, script, tools};
+
+fn is_understood(slave: &Path) {
+    let slave = slave.to_str().expect("UTF-8");
+    script::judge("data_sheets.py", &[("SLAVE_EDS", slave)]).unwrap_or_else(|failure| panic!("{failure:#}"));
+}
 
 /// Verifies: ECSS 6.6a
 #[test]
 fn data_sheets_are_understood_by_the_canopen_package() {
-    let directory =
-        Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).map(|root| root.join("docs/eds"));
-    let directory = directory.expect("the root of the workspace");
-    script::judge("data_sheets.py", &[("DATA_SHEETS", directory.to_str().expect("UTF-8"))])
-        .unwrap_or_else(|failure| panic!("{failure:#}"));
+    is_understood(&tools::workspace().join("docs/eds/slave.eds"));
+}
+
+#[test]
+fn values_of_every_type_are_understood_as_well() {
+    is_understood(&device::data_sheet().expect("it is made"));
 }

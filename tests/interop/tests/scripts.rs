@@ -7,6 +7,11 @@ fn passes(name: &str, arguments: &[&str]) -> String {
     script::run(name, arguments).unwrap_or_else(|failure| panic!("{failure:#}"))
 }
 
+/// The same with test devices as these nodes.
+fn passes_with_device(name: &str, arguments: &[&str], nodes: &[u8]) {
+    script::run_with_device(name, arguments, nodes).unwrap_or_else(|failure| panic!("{failure:#}"));
+}
+
 /// Heartbeats, boot-up and SYNC of a spacecraft that nobody disturbs.
 ///
 /// Verifies: ECSS 6.5.2a, 6.9c, 8.3.3a
@@ -32,13 +37,19 @@ fn telecommands_are_executed_and_telemetry_answers() {
 /// Expedited, by segments, 20 kB by blocks; aborts.
 #[test]
 fn values_of_every_type_and_20_kilobytes_are_moved_over_sdo() {
-    passes("sdo.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+    passes_with_device("sdo.py", &["--profile", "librecube", "--slaves", "0", "--no-master"], &[2, 3]);
 }
 
 /// Every object of the committed DCF of a slave.
 #[test]
 fn every_object_of_a_slave_is_read_and_written_over_sdo() {
     passes("slave_objects.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+}
+
+/// The same with values of every type.
+#[test]
+fn every_object_of_a_test_device_is_read_and_written_over_sdo() {
+    passes_with_device("slave_objects.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
 /// Every object of the committed EDS of the master, while it commands slaves.
@@ -50,13 +61,13 @@ fn every_object_of_the_master_is_read_and_written_over_sdo() {
 /// PDOs by the names that their mapping has in the data sheet, and a mapping that is changed.
 #[test]
 fn pdos_are_subscribed_and_mapped_anew() {
-    passes("pdo.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+    passes_with_device("pdo.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
-/// The committed DCF, loaded over SDO.
+/// A DCF, loaded over SDO.
 #[test]
 fn a_slave_takes_its_dcf() {
-    passes("configuration.py", &["--profile", "librecube", "--slaves", "2", "--no-master"]);
+    passes_with_device("configuration.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
 /// 1010h and 1011h.
@@ -92,5 +103,5 @@ fn heartbeats_and_emergencies_of_a_foreign_slave_are_consumed() {
 /// Verifies: ECSS 8.3.3b
 #[test]
 fn transfers_go_on_on_the_other_bus() {
-    passes("failover.py", &["--profile", "librecube", "--slaves", "2"]);
+    passes_with_device("failover.py", &["--profile", "librecube", "--slaves", "0"], &[2, 3]);
 }

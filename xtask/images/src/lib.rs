@@ -50,6 +50,9 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 const PACKAGES: [&str; 2] = ["master", "slave"];
 
+/// Flown by tests alone.
+const TEST_DEVICE: &str = "test-device";
+
 /// What images log, a filter of defmt. The same stands in `.cargo/config.toml`.
 pub const LOG: &str = "info";
 
@@ -66,7 +69,7 @@ pub fn build(board: &str, profile: &str) -> Result<Images, Error> {
 /// # Errors
 /// See [`Error`]; each says what to do.
 pub fn build_logging(board: &str, profile: &str, log: &str) -> Result<Images, Error> {
-    let directory = cargo(&["build"], board, profile, log, &images(board, profile), &[])?;
+    let directory = cargo(&["build"], board, profile, log, &packages(&PACKAGES, board, profile), &[])?;
     Ok(Images { master: directory.join("master"), slave: directory.join("slave") })
 }
 
@@ -82,6 +85,15 @@ pub fn build_example(board: &str, example: &str) -> Result<PathBuf, Error> {
     Ok(directory.join("examples").join(example))
 }
 
+/// Builds the slave with a value of every data type (`tests/device`); returns its ELF file.
+///
+/// # Errors
+/// See [`Error`]; each says what to do.
+pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
+    let directory = cargo(&["build"], board, profile, LOG, &packages(&[TEST_DEVICE], board, profile), &[])?;
+    Ok(directory.join(TEST_DEVICE))
+}
+
 /// Lints boards and firmware as they are compiled for a board; warnings are errors.
 ///
 /// # Errors
@@ -92,16 +104,16 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         board,
         profile,
         LOG,
-        &images(board, profile),
+        &packages(&["master", "slave", TEST_DEVICE], board, profile),
         &["--", "-D", "warnings"],
     )
     .map(drop)
 }
 
-/// Arguments that name both images.
-fn images(board: &str, profile: &str) -> Vec<String> {
+/// Arguments that name packages of firmware.
+fn packages(packages: &[&str], board: &str, profile: &str) -> Vec<String> {
     let mut what = Vec::new();
-    for package in PACKAGES {
+    for package in packages {
         what.extend(["--package", package, "--features"].map(str::to_owned));
         what.push(format!("{package}/{board}"));
         if profile != "standard" {

@@ -214,7 +214,7 @@ fn a_parameter_that_is_written_is_not_the_configuration_that_was_verified() {
         let slave: &crate::slave::TestSlave = &slave.node;
         slave.objects().communication.configuration
     };
-    let table: [(u16, u8, &[u8], bool); 16] = [
+    let table: [(u16, u8, &[u8], bool); 15] = [
         (0x1003, 0, &[0], false),
         (0x1005, 0, &[0x80, 0, 0, 0], true),
         (0x1010, 1, b"save", false),
@@ -229,7 +229,6 @@ fn a_parameter_that_is_written_is_not_the_configuration_that_was_verified() {
         (0x2010, 2, &[1, 0, 0], false),
         (0x2030, 0, &[1], false),
         (0x6210, 0, &[9, 0, 0, 0], true),
-        (0x6400, 1, &[1], true),
         (0x1020, 1, &[7, 0, 0, 0], false),
     ];
     for (index, sub, value, forgets) in table {

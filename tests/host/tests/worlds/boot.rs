@@ -12,6 +12,7 @@ use mission::{LIBRECUBE, STANDARD};
 use crate::support::*;
 
 const ERROR_BEHAVIOUR: Address = Address::new(0x1029, 1);
+const STORE: Address = Address::new(0x6300, 0);
 
 const fn mandatory(node: NodeId) -> AssignedSlave {
     let expected = Expected { device_type: 0, identity: [0, 0x5015, 1 << 16, 0], stamp: [100, 200] };
@@ -30,7 +31,7 @@ const THREE_MANDATORY: Profile = Profile {
         setting(TWO, ERROR_BEHAVIOUR, &[1]),
         setting(THREE, ERROR_BEHAVIOUR, &[1]),
         setting(FOUR, ERROR_BEHAVIOUR, &[2]),
-        setting(FOUR, Address::new(0x6400, 9), b"more text than one frame holds"),
+        setting(FOUR, STORE, b"more text than one frame holds"),
     ],
     boot: BootPolicy { time: Duration::from_millis(500), goes_on: false },
     ..STANDARD
@@ -95,8 +96,7 @@ fn three_mandatory_slaves_are_checked_configured_and_started_before_sync_begins(
         let started = told_once(&world, node, Time::ZERO, entered(NmtState::Operational));
         assert!(started < first_sync);
     }
-    let text =
-        world.slave(FOUR, |slave| slave.objects().application.samples.visible_string.as_bytes().to_vec());
+    let text = world.slave(FOUR, |slave| slave.objects().application.store.as_bytes().to_vec());
     assert!(text.starts_with(b"more text than one frame holds"));
     assert_eq!((completed(&world, Time::ZERO), failures(&world, Time::ZERO)), (1, vec![]));
 }

@@ -1,0 +1,30 @@
+//! Values of other types than the mission's objects have, in the test device.
+
+use mission::STANDARD;
+
+use super::fixture::{done, read, refused, write, write_all};
+use crate::bench::{Bench, node};
+
+#[test]
+fn value_outside_its_limits_or_no_boolean_is_refused() {
+    let mut device = Bench::new(test_device::device(node(5), &STANDARD, vec![]));
+    for (sub, value, code) in [
+        (28, &[101, 0][..], 0x0609_0031), // above its limit
+        (28, &[0x9B, 0xFF], 0x0609_0032), // -101: below
+        (1, &[2], 0x0609_0030),           // a BOOLEAN is 0 or 1
+        (1, &[0xFF], 0x0609_0030),        // as well
+    ] {
+        assert_eq!(write(&mut device, 0x6400, sub, value), refused(0x6400, sub, code), "{sub} {value:02X?}");
+    }
+    for (sub, value) in [(28, &[100, 0][..]), (28, &[0x9C, 0xFF]), (1, &[1]), (1, &[0])] {
+        assert_eq!(write(&mut device, 0x6400, sub, value), done(0x6400, sub));
+        assert_eq!(read(&mut device, 0x6400, sub)[..value.len()], *value);
+    }
+}
+
+#[test]
+fn changed_sample_is_a_changed_configuration() {
+    let mut device = Bench::new(test_device::device(node(5), &STANDARD, vec![]));
+    write_all(&mut device, &[(0x1020, 1, &[7, 0, 0, 0]), (0x1020, 2, &[8, 0, 0, 0]), (0x6400, 1, &[1])]);
+    assert_eq!(device.node.objects().communication.configuration, [0, 0]);
+}

@@ -1,0 +1,12 @@
+//! Firmware of the test device: it serves its dictionary and its PDOs, and has no application beside.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+#[cfg(target_os = "none")]
+mod app;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This is firmware for tests. See it fly:  cargo test --package interop");
+}
