@@ -2,6 +2,7 @@
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
+use std::process::Stdio;
 
 use anyhow::Context;
 use clap::Args;
@@ -14,6 +15,7 @@ use mission::MissionObjects;
 
 use support::board::Profile;
 use support::output;
+use support::project::manifest;
 
 /// Node-IDs of slaves.
 const SLAVES: RangeInclusive<u8> = 2..=127;
@@ -26,7 +28,15 @@ const MODIFIED: Timestamp = CREATED;
 /// Command line of `eds`.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// Where the files go [default: docs/eds]
+    /// A device of your own: the package whose program on the host is `eds::program`
+    #[arg(long, value_name = "NAME", conflicts_with = "profile")]
+    package: Option<String>,
+
+    /// Cargo.toml of that package or of its workspace [default: the one of the current directory]
+    #[arg(long, value_name = "FILE", requires = "package")]
+    manifest_path: Option<PathBuf>,
+
+    /// Where the files go [default: docs/eds; the current directory with --package]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 
@@ -34,8 +44,8 @@ pub struct Options {
     #[arg(long)]
     check: bool,
 
-    /// Slaves that get a DCF, 2..127; may be repeated
-    #[arg(long = "slave", value_name = "NODE", default_values_t = [3], value_parser = clap::value_parser!(u8).range(i64::from(*SLAVES.start())..=i64::from(*SLAVES.end())))]
+    /// Slaves that get a DCF, 2..127; may be repeated [default: 3; none with --package]
+    #[arg(long = "slave", value_name = "NODE", value_parser = clap::value_parser!(u8).range(i64::from(*SLAVES.start())..=i64::from(*SLAVES.end())))]
     slaves: Vec<u8>,
 
     /// Mission profile whose numbers are the defaults
@@ -48,9 +58,11 @@ pub struct Options {
 /// # Errors
 /// When a file cannot be written, or is not current.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let docs = support::project::path("docs/eds");
-    let out = options.out.as_ref().unwrap_or(&docs);
-    let files = files(options)?;
+    let (usual, files) = match &options.package {
+        Some(package) => (PathBuf::from("."), files_of(package, options)?),
+        None => (support::project::path("docs/eds"), files(options)?),
+    };
+    let out = options.out.as_ref().unwrap_or(&usual);
     if options.check {
         return check(out, &files);
     }
@@ -70,11 +82,42 @@ fn check(out: &Path, files: &[(String, String)]) -> anyhow::Result<()> {
     let stale: Vec<&str> = files.iter().filter(is_stale).map(|(name, _)| name.as_str()).collect();
     anyhow::ensure!(
         stale.is_empty(),
-        "not current in {}: {}; run `cargo xtask eds`",
+        "not current in {}: {}; run `cargo xtask eds` without `--check`",
         out.display(),
         stale.join(", ")
     );
     Ok(())
+}
+
+/// Names and texts of a package that prints them.
+fn files_of(package: &str, options: &Options) -> anyhow::Result<Vec<(String, String)>> {
+    let manifest = manifest(options.manifest_path.as_deref())?;
+    let mut files = vec![printed(package, &manifest, None)?];
+    for &node in &options.slaves {
+        files.push(printed(package, &manifest, Some(node))?);
+    }
+    Ok(files)
+}
+
+/// What the package prints, and the name that stands in it.
+fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(String, String)> {
+    let mut cargo = firmware_images::host_cargo();
+    cargo.current_dir(manifest.parent().unwrap_or(Path::new(".")));
+    cargo.args(["run", "--quiet", "--package", package, "--manifest-path"]).arg(manifest).arg("--");
+    if let Some(node) = node {
+        cargo.args(["--node", &node.to_string()]);
+    }
+    let output = cargo.stderr(Stdio::inherit()).output().context("cannot run cargo")?;
+    anyhow::ensure!(output.status.success(), "the program of {package} failed ({})", output.status);
+    let text = String::from_utf8(output.stdout).context("what it printed is no text")?;
+    let name = text.lines().find_map(|line| line.strip_prefix("FileName="));
+    let name = name.filter(|name| Path::new(name).file_name().is_some_and(|file| file == *name));
+    let name = name.with_context(|| {
+        format!(
+            "{package} printed no data sheet: call eds::program in its main, where it is built for the host"
+        )
+    })?;
+    Ok((name.to_owned(), text))
 }
 
 /// Names and texts.
@@ -82,7 +125,8 @@ fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let profile = numbers(options.profile);
     let description = Description::new(&slave_device(options.profile), |node| slave(node, profile))?;
     let mut files = vec![("slave.eds".into(), description.eds("slave.eds"))];
-    for &node in &options.slaves {
+    let slaves = if options.slaves.is_empty() { &[3][..] } else { &options.slaves };
+    for &node in slaves {
         let node = NodeId::new(node).context("a Node-ID is 1..127")?;
         let name = format!("slave-{}.dcf", node.get());
         let commissioning = commissioning(node, format!("slave {}", node.get()), profile);

@@ -1,10 +1,14 @@
-//! `cargo xtask firmware`: both images, where they are and how big.
+//! `cargo xtask firmware`: both images, or those of a package of yours, where they are and how big.
+
+use std::path::{Path, PathBuf};
 
 use clap::Args;
+use firmware_images::Package;
 
 use support::board::{Board, Profile};
 use support::elf::{Facts, Size};
 use support::output;
+use support::project::manifest;
 
 /// Command line of `firmware`.
 #[derive(Args, Debug)]
@@ -16,6 +20,14 @@ pub struct Options {
     /// Mission profile to build with
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
     profile: Profile,
+
+    /// Firmware of your own: a package with a feature for each of its boards
+    #[arg(long, value_name = "NAME", conflicts_with = "profile")]
+    package: Option<String>,
+
+    /// Cargo.toml of that package or of its workspace [default: the one of the current directory]
+    #[arg(long, value_name = "FILE", requires = "package")]
+    manifest_path: Option<PathBuf>,
 }
 
 /// Builds both images, prints paths and sizes.
@@ -23,15 +35,28 @@ pub struct Options {
 /// # Errors
 /// When an image cannot be built or read.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let images = firmware_images::build(options.board.name(), options.profile.name())?;
-    for (role, path) in [("master", &images.master), ("slave", &images.slave)] {
-        let Size { flash, ram } = Facts::read(path)?.size;
-        output::line(format_args!(
-            "{role:<6}  {flash:>7} bytes of flash  {ram:>6} bytes of static RAM  {}",
-            path.display()
-        ))?;
-    }
-    Ok(())
+    let board = options.board.name();
+    let Some(name) = &options.package else {
+        let images = firmware_images::build(board, options.profile.name())?;
+        return [("master", &images.master), ("slave", &images.slave)]
+            .into_iter()
+            .try_for_each(|(role, path)| describe(role, path));
+    };
+    let manifest = manifest(options.manifest_path.as_deref())?;
+    let images = Package { name: name.clone(), manifest }.build(board)?;
+    anyhow::ensure!(!images.is_empty(), "{name} has no program: it needs a src/main.rs");
+    images.iter().try_for_each(|path| {
+        let role = path.file_name().unwrap_or_default().to_string_lossy();
+        describe(&role, path)
+    })
+}
+
+fn describe(role: &str, path: &Path) -> anyhow::Result<()> {
+    let Size { flash, ram } = Facts::read(path)?.size;
+    output::line(format_args!(
+        "{role:<6}  {flash:>7} bytes of flash  {ram:>6} bytes of static RAM  {}",
+        path.display()
+    ))
 }
 
 /// Lints boards and firmware as they are compiled for a board.

@@ -83,3 +83,32 @@ fn a_node_that_is_no_slave_is_refused() {
         assert!(String::from_utf8_lossy(&output.stderr).contains("2..=127"));
     }
 }
+
+/// The example's program on the host prints them; `--package` writes them.
+#[test]
+fn a_package_of_the_user_gets_its_files() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let out = here.path().to_str().unwrap();
+    let output = eds(&["--package", "thermometer", "--slave", "5", "--out", out]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(names(here.path()), ["thermometer-5.dcf", "thermometer.eds"]);
+    let read = |name| std::fs::read_to_string(here.path().join(name)).unwrap();
+    assert!(read("thermometer.eds").contains("ParameterName=Calibration table"));
+    assert!(read("thermometer-5.dcf").contains("NodeID=5"));
+}
+
+#[test]
+fn a_package_without_data_sheet_is_refused_with_what_to_do() {
+    let output = eds(&["--package", "thermometer-master"]);
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint.contains("thermometer-master") && complaint.contains("eds::program"), "{complaint}");
+}
+
+#[test]
+fn a_missing_manifest_is_named() {
+    let output = eds(&["--package", "thermometer", "--manifest-path", "nowhere/Cargo.toml"]);
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(complaint.contains("nowhere/Cargo.toml: no such file"), "{complaint}");
+}

@@ -45,10 +45,12 @@ mod device;
 mod dictionary;
 mod file;
 mod notes;
+mod program;
 mod value;
 
 pub use description::Description;
 pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
+pub use program::program;
 
 #[cfg(doc)]
 use ecss_can::od::Objects;

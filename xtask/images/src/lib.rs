@@ -8,6 +8,7 @@
 #![warn(missing_docs)]
 
 mod environment;
+mod package;
 mod toolchain;
 
 use std::fs::{self, File, TryLockError};
@@ -16,6 +17,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use indicatif::{ProgressBar, ProgressStyle};
+
+pub use package::{Package, host_cargo};
 
 /// What people flash and the twin flies.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -133,30 +136,68 @@ fn cargo(
     rest: &[&str],
 ) -> Result<PathBuf, Error> {
     let root = workspace();
-    let target_dir = root.join("target/firmware").join(configuration(board, profile, log));
-    let unusable = |error| Error::Directory(target_dir.clone(), error);
-    fs::create_dir_all(&target_dir).map_err(unusable)?;
-    // Held until the file is closed.
-    let lock = File::create(root.join("target/firmware/lock")).map_err(unusable)?;
-    take(&lock).map_err(unusable)?;
+    let job = Job {
+        home: &root,
+        task: format!("{} firmware for {board}, profile {profile}", command[0]),
+        configuration: configuration(board, profile, log),
+        log,
+        is_locked: true,
+    };
+    job.run(command, what, rest, run)?;
+    Ok(job.target_dir().join(TARGET).join("firmware"))
+}
 
-    let toolchain = toolchain::find(command[0] == "clippy")?;
-    let is_first = !target_dir.join(TARGET).exists();
-    let patience = if is_first { "; the first time about two minutes: core, HAL and protocol" } else { "" };
-    let task = format!("{} firmware for {board}, profile {profile}: {toolchain}{patience}", command[0]);
-    let progress = spinner(&task);
-    let mut cargo = toolchain.cargo();
-    // As said here and nowhere else, so that images are the same whoever builds them.
-    cargo.env("DEFMT_LOG", log);
-    cargo.current_dir(&root).args(command).args(toolchain.arguments());
-    cargo.args(["--quiet", "--locked", "--profile", "firmware", "--target", TARGET]);
-    cargo.arg("--target-dir").arg(&target_dir);
-    cargo.args(what);
-    cargo.args(rest);
-    let outcome = run(&mut cargo);
-    progress.finish_and_clear();
-    outcome?;
-    Ok(target_dir.join(TARGET).join("firmware"))
+/// One run of cargo for the target.
+struct Job<'a> {
+    /// Where it runs.
+    home: &'a Path,
+    /// What it does, for people.
+    task: String,
+    /// Name of the directory that it builds in.
+    configuration: String,
+    /// Filter of the log.
+    log: &'a str,
+    /// `Cargo.lock` stays as it is.
+    is_locked: bool,
+}
+
+impl Job<'_> {
+    fn target_dir(&self) -> PathBuf {
+        workspace().join("target/firmware").join(&self.configuration)
+    }
+
+    /// Takes the lock and lets `run` run cargo.
+    fn run<T>(
+        &self,
+        command: &[&str],
+        what: &[String],
+        rest: &[&str],
+        run: impl FnOnce(&mut Command) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let target_dir = self.target_dir();
+        let unusable = |error| Error::Directory(target_dir.clone(), error);
+        fs::create_dir_all(&target_dir).map_err(unusable)?;
+        // Held until the file is closed.
+        let lock = File::create(workspace().join("target/firmware/lock")).map_err(unusable)?;
+        take(&lock).map_err(unusable)?;
+
+        let toolchain = toolchain::find(command[0] == "clippy")?;
+        let is_first = !target_dir.join(TARGET).exists();
+        let patience =
+            if is_first { "; the first time about two minutes: core, HAL and protocol" } else { "" };
+        let progress = spinner(&format!("{}: {toolchain}{patience}", self.task));
+        let mut cargo = toolchain.cargo();
+        // As said here and nowhere else, so that images are the same whoever builds them.
+        cargo.env("DEFMT_LOG", self.log);
+        cargo.current_dir(self.home).args(command).args(toolchain.arguments());
+        cargo.args(["--quiet", "--profile", "firmware", "--target", TARGET]);
+        cargo.args(self.is_locked.then_some("--locked"));
+        cargo.arg("--target-dir").arg(&target_dir);
+        cargo.args(what).args(rest);
+        let outcome = run(&mut cargo);
+        progress.finish_and_clear();
+        outcome
+    }
 }
 
 /// Name of the directory for a configuration: images of two of them never overwrite each other. All filters of the log but

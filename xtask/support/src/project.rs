@@ -3,11 +3,32 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use anyhow::Context;
+
 /// `relative` below the root of the project.
 pub fn path(relative: &str) -> PathBuf {
     // This crate is two folders below it.
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2);
     root.unwrap_or(Path::new("")).join(relative)
+}
+
+/// The `Cargo.toml` that is meant: the given one, or the next one from the current folder upwards.
+///
+/// # Errors
+/// When there is none.
+pub fn manifest(given: Option<&Path>) -> anyhow::Result<PathBuf> {
+    let here = std::env::current_dir().context("the current folder")?;
+    if let Some(given) = given {
+        let path = here.join(given);
+        anyhow::ensure!(
+            path.is_file(),
+            "{}: no such file; give the Cargo.toml of the package",
+            given.display()
+        );
+        return Ok(path);
+    }
+    let found = here.ancestors().map(|folder| folder.join("Cargo.toml")).find(|path| path.is_file());
+    found.with_context(|| format!("no Cargo.toml in {} or above; give --manifest-path FILE", here.display()))
 }
 
 /// A path for people: without the current folder in front of it.

@@ -1,6 +1,7 @@
 //! A spacecraft of real images, and everything that was seen on its wires and in its logs.
 
 use std::ops::{Deref, Range};
+use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use can_wire::frame::{WireFrame, WireId};
@@ -32,7 +33,12 @@ pub static STANDARD: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11", "s
 
 pub fn build(board: &str, profile: &str) -> Images {
     let images = firmware_images::build(board, profile).unwrap();
-    [images.master, images.slave].map(|path| Arc::new(Image::parse(&std::fs::read(path).unwrap()).unwrap()))
+    [images.master, images.slave].map(|path| parsed(&path))
+}
+
+/// An ELF file.
+pub fn parsed(path: &Path) -> Arc<Image> {
+    Arc::new(Image::parse(&std::fs::read(path).unwrap()).unwrap())
 }
 
 /// One board of a test.

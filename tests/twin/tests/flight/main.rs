@@ -23,5 +23,6 @@ mod silicon;
 mod stamps;
 mod start;
 mod strangers;
+mod thermometer;
 mod unconfigured;
 mod unheard;

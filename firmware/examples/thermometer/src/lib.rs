@@ -1,0 +1,154 @@
+//! A thermometer: its objects, its PDOs, the numbers of its mission.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+use ecss_can::node::{Communication, Identity, Slave};
+use ecss_can::od::{Domain, Objects};
+use ecss_can::pdo::{CobIdOf, PdoSet, Rpdo, Tpdo};
+use ecss_can::profile::Profile;
+use ecss_can::types::{AbortCode, Address, NodeId};
+
+/// The numbers of the mission, the same in all its nodes.
+pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT };
+
+/// Receive PDO of commands: 200h + node.
+pub const COMMAND: Rpdo = Rpdo::new(1, CobIdOf::node(0x200)).map(Thermometer::COMMAND);
+/// Transmit PDO of a change: 280h + node, at most ten a second.
+pub const CHANGE: Tpdo =
+    Tpdo::new(2, CobIdOf::node(0x280)).inhibit(1_000).map(Thermometer::TEMPERATURE).map(Thermometer::ALARM);
+/// Transmit PDO with every SYNC: 480h + node.
+pub const CYCLE: Tpdo = Tpdo::new(4, CobIdOf::node(0x480))
+    .transmission(1)
+    .map(Thermometer::TEMPERATURE)
+    .map(Thermometer::HIGHEST);
+
+const PDOS: PdoSet = PdoSet::new(&[COMMAND], &[CHANGE, CYCLE]);
+
+/// What it has beside the objects of every node. `S` is where its table lies.
+#[derive(Clone, Debug, PartialEq, Objects)]
+#[objects(pdos = PDOS, check = Thermometer::check_limits)]
+pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
+    /// Temperature
+    ///
+    /// 0.1 °C.
+    #[object(0x6000, ro, pdo)]
+    pub temperature: i16,
+    /// Highest temperature
+    ///
+    /// Since power-on or the last command, 0.1 °C.
+    #[object(0x6001, ro, pdo, default = i16::MIN)]
+    pub highest: i16,
+    /// Alarm
+    ///
+    /// 0: within the limits; 1: above; 2: below.
+    #[object(0x6002, ro, pdo)]
+    pub alarm: u8,
+    /// Upper limit
+    ///
+    /// 0.1 °C.
+    #[object(0x6010, rw, low = -400, high = 1_250, default = 850)]
+    pub upper: i16,
+    /// Lower limit
+    ///
+    /// 0.1 °C.
+    #[object(0x6011, rw, low = -400, high = 1_250, default = -200)]
+    pub lower: i16,
+    /// Mode
+    ///
+    /// 0: as the data sheet of the chip has it; 1: corrected by the table.
+    #[object(0x6012, rw, high = 1)]
+    pub mode: u8,
+    /// Command
+    ///
+    /// 1: forget the highest temperature.
+    #[object(0x6020, rww, pdo)]
+    pub command: u8,
+    /// Calibration table
+    ///
+    /// A correction for every fourth code of the converter: 1024 times INTEGER16, 0.1 °C.
+    #[object(0x6030, rw, keep)]
+    pub table: Domain<S>,
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Thermometer<S> {
+    /// Within the limits.
+    pub const WITHIN: u8 = 0;
+    /// Above the upper limit.
+    pub const ABOVE: u8 = 1;
+    /// Below the lower limit.
+    pub const BELOW: u8 = 2;
+
+    /// The lower limit stays below the upper one.
+    fn check_limits(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+        let (lower, upper) = match (at.index, value) {
+            (0x6010, &[low, high]) => (self.lower, i16::from_le_bytes([low, high])),
+            (0x6011, &[low, high]) => (i16::from_le_bytes([low, high]), self.upper),
+            _ => return Ok(()),
+        };
+        if lower < upper { Ok(()) } else { Err(AbortCode::ParameterIncompatible) }
+    }
+
+    /// Takes a code of the converter: 12 bits of 3.3 V. The sensor gives 0.76 V at 25 °C and 2.5 mV/°C (DS8626 6.3.22).
+    pub fn measured(&mut self, code: u16) {
+        // 0.25 mV is 0.1 °C.
+        let tenths = (i32::from(code) * 13_200 + 2_047) / 4_095 - 3_040 + 250;
+        self.temperature = tenths as i16 + if self.mode == 1 { self.correction(code) } else { 0 };
+        self.highest = self.highest.max(self.temperature);
+        self.alarm = match self.temperature {
+            high if high > self.upper => Self::ABOVE,
+            low if low < self.lower => Self::BELOW,
+            _ => Self::WITHIN,
+        };
+    }
+
+    /// What the table says of a code; zero where it ends.
+    fn correction(&self, code: u16) -> i16 {
+        let at = usize::from(code / 4) * 2;
+        let entry = self.table.as_bytes().get(at..at + 2);
+        entry.and_then(|bytes| bytes.try_into().ok()).map_or(0, i16::from_le_bytes)
+    }
+
+    /// Obeys the command that a PDO brought.
+    pub fn obey(&mut self) {
+        if self.command == 1 {
+            self.highest = self.temperature;
+        }
+    }
+}
+
+/// A thermometer before power-on; `memory` holds its table.
+pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default>(id: NodeId, memory: S) -> Slave<Thermometer<S>> {
+    let application = Thermometer { table: Domain::new(memory), ..Default::default() };
+    Slave::new(id, &PROFILE, application, |id| {
+        let mut objects = Communication::new(id).with_pdos(id, &PDOS);
+        objects.device_name = "Thermometer";
+        objects.identity = Identity { vendor: 0, product: 0x7E, revision: 1 << 16, serial: 0 };
+        objects
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Codes of 0.5975 V, 0.76 V and 0.91 V: -40, 25 and 85 °C; a code is 0.3 °C.
+    #[test]
+    fn codes_are_temperatures_and_set_the_alarm() {
+        let mut thermometer = Thermometer::<[u8; 0]>::default();
+        for (code, temperature, alarm) in [(741, -401, 2), (943, 250, 0), (1_129, 849, 0), (1_130, 852, 1)] {
+            thermometer.measured(code);
+            assert_eq!((thermometer.temperature, thermometer.alarm), (temperature, alarm), "{code}");
+        }
+        assert_eq!(thermometer.highest, 852);
+    }
+
+    #[test]
+    fn limits_in_the_wrong_order_are_refused() {
+        let thermometer = Thermometer::<[u8; 0]>::default();
+        let write = |at: Address, value: i16| thermometer.check(at, &value.to_le_bytes());
+        assert_eq!(write(Thermometer::UPPER.address(), -200), Err(AbortCode::ParameterIncompatible));
+        assert_eq!(write(Thermometer::UPPER.address(), -199), Ok(()));
+        assert_eq!(write(Thermometer::LOWER.address(), 850), Err(AbortCode::ParameterIncompatible));
+    }
+}

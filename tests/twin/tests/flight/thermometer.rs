@@ -1,0 +1,86 @@
+//! A user's own slave and master: `firmware/examples/thermometer` and `firmware/examples/thermometer-master`.
+
+use std::sync::LazyLock;
+
+use firmware_images::Package;
+use twin::model::Model;
+use twin::spacecraft::Bus;
+
+use crate::craft::*;
+
+const THERMOMETER: u8 = 3;
+/// Its PDOs: a change, and with every SYNC.
+const CHANGE: u16 = 0x283;
+const CYCLE: u16 = 0x483;
+
+const SEATS: [Seat; 2] = [
+    Seat { node: 1, model: Model::PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
+    Seat { node: 3, model: Model::PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 60, parity: true },
+];
+
+static IMAGES: LazyLock<Images> = LazyLock::new(|| {
+    ["thermometer-master", "thermometer"].map(|package| {
+        let built = Package::of_workspace(package).build("pyboard-v11").unwrap();
+        parsed(&built[0])
+    })
+});
+
+/// Temperature in 0.1 °C of the last `id` until now, and the byte behind it.
+fn last(craft: &Craft, id: u16) -> (i16, u8) {
+    let data = craft.sent(THERMOMETER, Bus::Nominal, id).last().unwrap().data();
+    (i16::from_le_bytes([data[0], data[1]]), data[2])
+}
+
+/// A thermometer that has its table and was reset; 25 °C.
+fn calibrated() -> Craft {
+    let mut craft = Craft::with(&SEATS, &IMAGES);
+    craft.fly_to(2_000);
+    craft
+}
+
+/// Given a thermometer without a table, when its master has booted it, then the table arrives by block transfer, is saved, and
+/// is the same after a reset of the chip.
+#[test]
+fn the_table_survives_a_reset_of_the_thermometer() {
+    let craft = calibrated();
+    let saved = craft.said(1, "table saved", ms(0)).unwrap_or_else(|| panic!("{}", craft.log(1)));
+    let kept = craft
+        .said(1, "the table has survived the reset", saved)
+        .unwrap_or_else(|| panic!("{}", craft.log(1)));
+    let board = craft.twin.board(craft.board(THERMOMETER));
+    assert_eq!(board.counters().system_resets, 1);
+    let boots = craft.heartbeats(THERMOMETER, Bus::Nominal);
+    let booted = boots.iter().filter(|(_, state)| *state == BOOT_UP).map(|(at, _)| *at).next_back().unwrap();
+    assert!(saved < booted && booted < kept);
+    // Initiate block download of 6030h with CRC and size, initiate block upload of it.
+    let request = |command| move |seen: &&Seen| seen.data()[..4] == [command, 0x30, 0x60, 0];
+    assert_eq!(craft.sent(1, Bus::Nominal, 0x603).filter(request(0xC6)).count(), 1);
+    assert_eq!(craft.sent(1, Bus::Nominal, 0x603).filter(request(0xA4)).count(), 1);
+}
+
+/// 25 °C are code 943 of 4095 at 3.3 V; entry 235 of the table adds 0.3 °C. 90 °C are 0.9225 V, code 1145, which means
+/// 90.1 °C; entry 286 adds 0.4 °C. The upper limit is 85 °C.
+#[test]
+fn a_warmer_chip_sends_its_change_at_once() {
+    let mut craft = calibrated();
+    assert_eq!(last(&craft, CHANGE), (253, 0));
+    let board = craft.board(THERMOMETER);
+    let changes = craft.sent(THERMOMETER, Bus::Nominal, CHANGE).count();
+
+    craft.twin.board_mut(board).set_temperature(90.0);
+    craft.fly_to(2_210);
+
+    assert_eq!(craft.sent(THERMOMETER, Bus::Nominal, CHANGE).count(), changes + 1);
+    assert_eq!(last(&craft, CHANGE), (905, 1));
+    assert_eq!(last(&craft, CYCLE).0, 905);
+}
+
+/// SYNC comes every 100 ms.
+#[test]
+fn the_temperature_comes_with_every_sync() {
+    let craft = calibrated();
+    let from = craft.said(1, "survived", ms(0)).unwrap();
+    let after = |id| craft.on(Bus::Nominal).filter(move |seen| seen.id() == Some(id) && seen.end > from);
+    let (syncs, answers) = (after(0x080).count(), after(CYCLE).count());
+    assert!(syncs >= 10 && syncs.abs_diff(answers) <= 1, "{syncs} SYNCs, {answers} answers");
+}

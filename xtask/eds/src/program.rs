@@ -1,0 +1,97 @@
+//! The host program of a device's crate.
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use ecss_can::od::Objects;
+use ecss_can::types::NodeId;
+
+use crate::{Commissioning, Description, Device};
+
+/// Prints the data sheet of a device, or with `--node 3` the configuration of its node 3. Call it in `main` of the device's
+/// crate where that is built for the host; `objects` makes the dictionary of a node as it is after power-on.
+///
+/// `cargo xtask eds --package NAME` runs that program and writes what it prints. The files are named after
+/// [`Device::order_code`].
+pub fn program<D: Objects>(device: &Device, objects: impl Fn(NodeId) -> D) -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match text(device, objects, &arguments) {
+        Ok(text) => match std::io::stdout().write_all(text.as_bytes()) {
+            Ok(()) => ExitCode::SUCCESS,
+            // Its reader has left.
+            Err(_) => ExitCode::FAILURE,
+        },
+        Err(complaint) => {
+            eprintln!("{complaint}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+/// What is printed for these arguments, or the complaint about them.
+fn text<D: Objects>(
+    device: &Device,
+    objects: impl Fn(NodeId) -> D,
+    arguments: &[String],
+) -> Result<String, String> {
+    let stem = if device.order_code.is_empty() { "device" } else { &device.order_code };
+    let eds = format!("{stem}.eds");
+    let description = Description::new(device, &objects).map_err(|error| error.to_string())?;
+    match arguments {
+        [] => Ok(description.eds(&eds)),
+        [option, node] if option == "--node" => {
+            let allowed = || {
+                let (first, last) = (device.nodes.start(), device.nodes.end());
+                format!("--node {node}: allowed are Node-IDs {first} to {last}")
+            };
+            let number: u8 = node.parse().map_err(|_| allowed())?;
+            let id = NodeId::new(number).filter(|_| device.nodes.contains(&number)).ok_or_else(allowed)?;
+            let name = format!("{stem}-{number}.dcf");
+            let commissioning = Commissioning {
+                bit_rate: device.bit_rates.iter().copied().max().unwrap_or(1000),
+                ..Commissioning::new(id)
+            };
+            let dcf = description.dcf(&name, &eds, &commissioning, &mut objects(id));
+            dcf.map_err(|error| error.to_string())
+        }
+        _ => {
+            Err("allowed are no arguments for the data sheet (EDS), or --node N for a configuration (DCF)"
+                .into())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Timestamp;
+    use ecss_can::node::Communication;
+
+    fn tracker(arguments: &[&str]) -> Result<String, String> {
+        let made = Timestamp { year: 2026, month: 11, day: 22, hour: 12, minute: 0 };
+        let device = Device { order_code: "tracker".into(), nodes: 2..=15, ..Device::new(made) };
+        let arguments: Vec<String> = arguments.iter().map(|&argument| argument.into()).collect();
+        text(&device, Communication::<4, 4>::new, &arguments)
+    }
+
+    #[test]
+    fn no_argument_gives_the_data_sheet() {
+        let eds = tracker(&[]).unwrap();
+        assert!(eds.contains("FileName=tracker.eds") && !eds.contains("[DeviceComissioning]"), "{eds}");
+    }
+
+    #[test]
+    fn a_node_gives_its_configuration() {
+        let dcf = tracker(&["--node", "3"]).unwrap();
+        assert!(dcf.contains("FileName=tracker-3.dcf") && dcf.contains("NodeID=3"), "{dcf}");
+    }
+
+    #[test]
+    fn another_argument_is_refused_with_what_is_allowed() {
+        for (wrong, allowed) in
+            [(&["--node", "1"][..], "2 to 15"), (&["--node", "x"], "2 to 15"), (&["3"], "--node N")]
+        {
+            assert!(tracker(wrong).unwrap_err().contains(allowed), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! Images of a user's package, in this workspace or in another one.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+use serde_json::Value;
+
+use crate::environment::clean;
+use crate::{Error, Job, LOG, command_line, configuration, workspace};
+
+/// A package with firmware of its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Package {
+    /// Its name.
+    pub name: String,
+    /// Its `Cargo.toml`, or that of its workspace.
+    pub manifest: PathBuf,
+}
+
+impl Package {
+    /// A package of this workspace.
+    pub fn of_workspace(name: &str) -> Package {
+        Package { name: name.into(), manifest: workspace().join("Cargo.toml") }
+    }
+
+    /// Builds its images for a board, one of its features, as the shipped images are built: same toolchain, same profile of
+    /// cargo. Returns the ELF file of each of its programs, in `target/firmware/BOARD` beside its `Cargo.toml`.
+    ///
+    /// # Errors
+    /// See [`Error`]; each says what to do.
+    pub fn build(&self, board: &str) -> Result<Vec<PathBuf>, Error> {
+        self.run(board, "json-render-diagnostics", |cargo, home| {
+            let (line, output) = output(cargo)?;
+            if !output.status.success() {
+                return Err(Error::Failed(line, output.status));
+            }
+            let to = home.join("target/firmware").join(board);
+            let built = messages(&output)
+                .filter_map(|message| Some(PathBuf::from(message.get("executable")?.as_str()?)));
+            built.map(|elf| keep(&elf, &to)).collect()
+        })
+    }
+
+    /// Builds it in vain or not: the codes of the compiler's errors, such as `E0382`.
+    ///
+    /// # Errors
+    /// See [`Error`]; also when it fails without such an error.
+    pub fn refusals(&self, board: &str) -> Result<Vec<String>, Error> {
+        self.run(board, "json", |cargo, _| {
+            let (line, output) = output(cargo)?;
+            let code = |message: Value| {
+                let message = message.get("message").filter(|message| message["level"] == "error")?;
+                Some(message.get("code")?.get("code")?.as_str()?.to_owned())
+            };
+            let codes: Vec<String> = messages(&output).filter_map(code).collect();
+            if codes.is_empty() && !output.status.success() {
+                return Err(Error::Failed(line, output.status));
+            }
+            Ok(codes)
+        })
+    }
+
+    fn run<T>(
+        &self,
+        board: &str,
+        format: &str,
+        run: impl FnOnce(&mut Command, &Path) -> Result<T, Error>,
+    ) -> Result<T, Error> {
+        let manifest =
+            self.manifest.canonicalize().map_err(|error| Error::Directory(self.manifest.clone(), error))?;
+        let root = workspace();
+        let is_ours = root.canonicalize().is_ok_and(|root| manifest.starts_with(root));
+        let home = if is_ours { &root } else { manifest.parent().unwrap_or(Path::new("/")) };
+        let job = Job {
+            home,
+            task: format!("build {} for {board}", self.name),
+            configuration: configuration(board, "librecube", LOG),
+            log: LOG,
+            is_locked: is_ours,
+        };
+        let mut what = vec!["--package".to_owned(), self.name.clone(), "--features".to_owned()];
+        what.push(if is_ours { format!("{}/{board}", self.name) } else { board.to_owned() });
+        what.push(format!("--message-format={format}"));
+        if !is_ours {
+            what.extend(profile()?.into_iter().flat_map(|setting| ["--config".to_owned(), setting]));
+        }
+        job.run(&["build"], &what, &[], |cargo| run(cargo, home))
+    }
+}
+
+/// Runs cargo to its end: its command line, and what it printed.
+fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
+    let line = command_line(cargo);
+    let output = cargo.stderr(Stdio::inherit()).output();
+    output.map(|output| (line.clone(), output)).map_err(|error| Error::Spawn(line, error))
+}
+
+/// Messages of cargo, one a line.
+fn messages(output: &Output) -> impl Iterator<Item = Value> {
+    output.stdout.split(|byte| *byte == b'\n').filter_map(|line| serde_json::from_slice(line).ok())
+}
+
+/// Copies a file, unless it is there: the next build for another user may overwrite what cargo has built.
+fn keep(elf: &Path, to: &Path) -> Result<PathBuf, Error> {
+    let copy = to.join(elf.file_name().unwrap_or_default());
+    let unusable = |error| Error::Directory(copy.clone(), error);
+    let image = fs::read(elf).map_err(unusable)?;
+    if fs::read(&copy).is_ok_and(|there| there == image) {
+        return Ok(copy);
+    }
+    fs::create_dir_all(to).map_err(unusable)?;
+    // Whole or not at all: another process may be reading it.
+    let new = copy.with_extension("new");
+    fs::write(&new, image).and_then(|()| fs::rename(&new, &copy)).map_err(unusable)?;
+    Ok(copy)
+}
+
+/// The profile `firmware` of this workspace as settings for `cargo --config`: another workspace has none.
+fn profile() -> Result<Vec<String>, Error> {
+    let manifest = workspace().join("Cargo.toml");
+    let unusable = |error| Error::Directory(manifest.clone(), error);
+    let text = fs::read_to_string(&manifest).map_err(unusable)?;
+    let parsed: toml::Table =
+        text.parse().map_err(|error| unusable(std::io::Error::other(format!("{error}"))))?;
+    let profile = parsed.get("profile").and_then(|profiles| profiles.get("firmware"));
+    let mut settings = Vec::new();
+    if let Some(profile) = profile {
+        flatten("profile.firmware", profile, &mut settings);
+    }
+    Ok(settings)
+}
+
+/// Each value with its dotted key.
+fn flatten(key: &str, value: &toml::Value, settings: &mut Vec<String>) {
+    match value {
+        toml::Value::Table(table) => {
+            table.iter().for_each(|(name, value)| flatten(&format!("{key}.{name}"), value, settings));
+        }
+        toml::Value::String(text) => settings.push(format!("{key}={text:?}")),
+        toml::Value::Integer(number) => settings.push(format!("{key}={number}")),
+        toml::Value::Boolean(on) => settings.push(format!("{key}={on}")),
+        // A profile has no others.
+        _ => {}
+    }
+}
+
+/// The host's cargo in a clean environment, whichever toolchain runs this program.
+pub fn host_cargo() -> Command {
+    let mut cargo = Command::new("cargo");
+    clean(&mut cargo);
+    cargo
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_profile_becomes_settings_for_another_workspace() {
+        let settings = profile().unwrap();
+        assert!(settings.contains(&"profile.firmware.inherits=\"release\"".to_owned()), "{settings:?}");
+        assert!(
+            settings.contains(&"profile.firmware.package.defmt-rtt.opt-level=\"z\"".to_owned()),
+            "{settings:?}"
+        );
+    }
+}
