@@ -47,6 +47,18 @@ fn build() -> anyhow::Result<PathBuf> {
     executables.next_back().context("cargo built no program")
 }
 
+/// Runs that program to its end.
+///
+/// # Errors
+/// When it cannot be built, or fails: its complaint stands on stderr.
+pub fn xtask_ends_well(arguments: &[&str]) -> anyhow::Result<()> {
+    let mut command = Command::new(xtask()?);
+    let status = command.args(arguments).current_dir(workspace()).stdout(Stdio::null()).status();
+    let status = status.context("cannot run xtask")?;
+    ensure!(status.success(), "xtask {} failed ({status})", arguments.join(" "));
+    Ok(())
+}
+
 /// A spacecraft that runs; it ends when it goes out of scope.
 pub struct Twin {
     child: Child,

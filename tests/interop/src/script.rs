@@ -7,9 +7,10 @@ use std::thread;
 use std::time::Duration;
 
 use anyhow::{Context, bail, ensure};
+use firmware_images::Package;
 
 use crate::device;
-use crate::program::Twin;
+use crate::program::{Twin, xtask_ends_well};
 use crate::tools;
 
 /// What a script has not said after so long it does not say.
@@ -22,9 +23,33 @@ const PATIENCE: Duration = Duration::from_secs(60);
 /// # Errors
 /// When a tool is missing, the script fails, or a board was not well: with all that script and spacecraft said.
 pub fn run(name: &str, arguments: &[&str]) -> anyhow::Result<String> {
+    run_with(name, arguments, &[])
+}
+
+/// As [`run`]; the script finds these variables in its environment, too.
+fn run_with(name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> anyhow::Result<String> {
     let twin = Twin::start(arguments)?;
-    judge(name, &buses(&twin)).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
+    let variables = [&buses(&twin)[..], variables].concat();
+    judge(name, &variables).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
     twin.end()
+}
+
+/// Runs `thermometer.py` with the example thermometer as node 3 and its master. The script finds its data sheet in
+/// `SLAVE_EDS`.
+///
+/// # Errors
+/// As [`run`], and when an image or the data sheet cannot be made.
+pub fn run_with_thermometer() -> anyhow::Result<String> {
+    let image = |name| -> anyhow::Result<String> {
+        let built = Package::of_workspace(name).build("pyboard-v11")?;
+        Ok(built.first().context("a package with a program")?.display().to_string())
+    };
+    let sheets = tools::workspace().join("target/interop/thermometer");
+    let sheets = sheets.to_str().context("a path in UTF-8")?;
+    xtask_ends_well(&["eds", "--package", "thermometer", "--out", sheets])?;
+    let (master, slave) = (image("thermometer-master")?, format!("--slave=3={}", image("thermometer")?));
+    let variables = [("SLAVE_EDS", &*format!("{sheets}/thermometer.eds"))];
+    run_with("thermometer.py", &["--slaves", "0", "--master", &master, &slave], &variables)
 }
 
 /// As [`run`], with these nodes played by the test device. The script finds its data sheet in `SLAVE_EDS`.
@@ -37,10 +62,7 @@ pub fn run_with_device(name: &str, arguments: &[&str], nodes: &[u8]) -> anyhow::
     let arguments: Vec<&str> = arguments.iter().copied().chain(own.iter().map(String::as_str)).collect();
     let sheet = device::data_sheet()?;
     let sheet = sheet.to_str().context("a path in UTF-8")?;
-    let twin = Twin::start(&arguments)?;
-    let variables = [&buses(&twin)[..], &[("SLAVE_EDS", sheet)]].concat();
-    judge(name, &variables).with_context(|| format!("the spacecraft said\n{}", twin.said()))?;
-    twin.end()
+    run_with(name, &arguments, &[("SLAVE_EDS", sheet)])
 }
 
 /// The addresses of the buses.

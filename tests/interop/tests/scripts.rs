@@ -70,6 +70,12 @@ fn a_slave_takes_its_dcf() {
     passes_with_device("configuration.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
+/// The example of a user's own device, by the data sheet that its own program prints.
+#[test]
+fn a_thermometer_is_known_by_its_own_data_sheet() {
+    script::run_with_thermometer().unwrap_or_else(|failure| panic!("{failure:#}"));
+}
+
 /// 1010h and 1011h.
 #[test]
 fn parameters_are_stored_and_restored() {

@@ -53,6 +53,9 @@ pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 const PACKAGES: [&str; 2] = ["master", "slave"];
 
+/// As a user writes them; their profile is their own.
+const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
+
 /// Flown by tests alone.
 const TEST_DEVICE: &str = "test-device";
 
@@ -107,7 +110,11 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         board,
         profile,
         LOG,
-        &packages(&["master", "slave", TEST_DEVICE], board, profile),
+        &[
+            packages(&["master", "slave", TEST_DEVICE], board, profile),
+            packages(&EXAMPLES, board, "standard"),
+        ]
+        .concat(),
         &["--", "-D", "warnings"],
     )
     .map(drop)

@@ -58,9 +58,9 @@ async fn main(spawner: Spawner) {
 fn measured(node: &Node, code: u16) {
     node.with(|slave| {
         let objects = &mut slave.objects_mut().application;
-        let before = objects.temperature;
+        let before = (objects.temperature, objects.alarm);
         objects.measured(code);
-        if objects.temperature != before {
+        if (objects.temperature, objects.alarm) != before {
             slave.changed(Thermometer::TEMPERATURE.address(), Uptime.now());
         }
     });
