@@ -7,11 +7,11 @@ use std::process::Stdio;
 use anyhow::Context;
 use clap::Args;
 use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Network};
-use ecss_can::node::{Master, MasterDictionary, NodeObjects};
+use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::profile;
 use ecss_can::types::NodeId;
 use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
-use mission::MissionObjects;
+use mission::{CommanderObjects, MissionObjects};
 
 use support::board::Profile;
 use support::output;
@@ -200,8 +200,8 @@ fn device(profile: Profile) -> Device {
 }
 
 /// The objects of the master at power-on.
-fn master(profile: &profile::Profile) -> MasterDictionary {
-    Master::new(profile).objects().clone()
+fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObjects>> {
+    mission::master(profile).objects().clone()
 }
 
 /// The objects of a slave at power-on.

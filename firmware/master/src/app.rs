@@ -10,6 +10,7 @@ use ecss_can::types::Bus;
 use embassy_executor::Spawner;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 use embassy_sync::once_lock::OnceLock;
+use mission::CommanderObjects;
 
 use crate::application::Application;
 use crate::tasks;
@@ -29,7 +30,7 @@ const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
 pub type Raw = ThreadModeRawMutex;
 
 /// The master, for its task and its application.
-pub type Node = NodeCell<Raw, Master>;
+pub type Node = NodeCell<Raw, Master<CommanderObjects>>;
 
 pub static APPLICATION: AppLink<Raw, MasterEvent, MasterRequest> = AppLink::new();
 static NODE: OnceLock<Node> = OnceLock::new();
@@ -40,7 +41,7 @@ async fn main(spawner: Spawner) {
     let Board { mut ports, clock, leds, .. } = Board::new(boards::take!(p), BIT_TIMING);
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     // Made where it stays: each copy of it is 15 kB of this stack.
-    let node = NODE.get_or_init(|| NodeCell::new(Master::new(PROFILE)));
+    let node = NODE.get_or_init(|| NodeCell::new(mission::master(PROFILE)));
     let filters = node.with(|master| master.filters());
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
 

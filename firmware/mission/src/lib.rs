@@ -6,15 +6,17 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod master;
 mod message;
 mod objects;
 mod profiles;
 mod record;
 
+pub use master::{CommanderObjects, master};
 pub use message::{Command, Request, Telemetry};
 pub use objects::{
-    MissionObjects, Outgoing, PDOS, REQUEST_RPDO, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand,
-    TelemetryRequest, slave,
+    MissionObjects, Outgoing, REQUEST_RPDO, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand, TelemetryRequest,
+    slave,
 };
 pub use profiles::{LIBRECUBE, STANDARD};
 pub use record::{Declined, SlaveRecord};

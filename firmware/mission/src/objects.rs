@@ -1,8 +1,9 @@
 //! Objects of the demonstration mission's slaves, and how their PDOs carry them.
 
-use ecss_can::node::{Communication, Identity, Slave, Spacecraft};
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Communication, Device, Identity, Slave, Spacecraft};
 use ecss_can::od::{Domain, Objects, Record, U40, U48};
-use ecss_can::pdo::{CobIdOf, Mapping, Message, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Message, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::time::{ScetGet, ScetSet};
 use ecss_can::types::{CobId, NodeId};
@@ -38,11 +39,11 @@ const TELEMETRY: Tpdo = Tpdo::new(3, CobIdOf::node(0x380))
     .map(MissionObjects::TELEMETRY.field(Outgoing::DATA));
 
 /// The PDOs of a slave.
-pub const PDOS: PdoSet = PdoSet::new(&[SPACECRAFT_TIME, TELECOMMAND, REQUEST], &[LOCAL_TIME, TELEMETRY]);
+const PDOS: PdoSet = PdoSet::new(&[SPACECRAFT_TIME, TELECOMMAND, REQUEST], &[LOCAL_TIME, TELEMETRY]);
 
 /// What a slave of the mission has beside the objects of every node. `S` is where its data store lies.
 #[derive(Clone, Debug, PartialEq, Objects)]
-#[objects(pdos = PDOS)]
+#[objects(device)]
 pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
     /// Telemetry
     #[object(0x6100, record)]
@@ -61,6 +62,23 @@ pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut 
     /// A block of memory for software and tables. "save" does not keep it: it is larger than the parameter store.
     #[object(0x6300, rw)]
     pub store: Domain<S>,
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Device for MissionObjects<S> {
+    type Pdos = PdoObjects<8, 8>;
+    type Consumers = HeartbeatConsumers<8>;
+
+    const PDOS: PdoSet = PDOS;
+
+    fn communication(id: NodeId) -> Communication {
+        Communication {
+            device_name: "ECSS-E-ST-50-15C slave",
+            hardware_version: "STM32F4, two bxCAN",
+            software_version: env!("CARGO_PKG_VERSION"),
+            identity: Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: id.get().into() },
+            ..Communication::new(id)
+        }
+    }
 }
 
 /// The last telecommand that a PDO brought, repeats included.
@@ -118,16 +136,5 @@ pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default>(
     memory: S,
 ) -> Slave<MissionObjects<S>> {
     let application = MissionObjects { store: Domain::new(memory), ..Default::default() };
-    Slave::new(id, profile, application, communication)
-}
-
-/// The communication profile of a slave at power-on.
-fn communication<M: Mapping>(id: NodeId) -> Communication<8, 8, M> {
-    let mut objects = Communication::new(id).with_pdos(id, &PDOS);
-    objects.device_name = "ECSS-E-ST-50-15C slave";
-    objects.hardware_version = "STM32F4, two bxCAN";
-    objects.software_version = env!("CARGO_PKG_VERSION");
-    objects.identity =
-        Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: u32::from(id.get()) };
-    objects
+    Slave::new(id, profile, application)
 }

@@ -13,7 +13,7 @@
 //! | `#[record(0x40)]` | a record | index of its structure (DEFSTRUCT) |
 //! | `#[skip]` | a field | no client sees it; a field without any of these is an error |
 //! | `#[objects(check = function)]` | a struct | the function refuses what clients write |
-//! | `#[objects(pdos = SET)]` | a struct | the PDOs of the device whose application it is, checked against the device |
+//! | `#[objects(device)]` | a struct | it is the application of a `Device`, which is checked with its PDOs |
 //!
 //! Inside the parentheses: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`; `record` or `array` for objects that are no
 //! single value; `pdo` for values that PDOs may carry; `keep` for a DOMAIN that "save" (1010h) keeps, `volatile` for

@@ -1,6 +1,6 @@
 //! `#[derive(Objects)]`.
 
-use proc_macro2::TokenStream;
+use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{DeriveInput, Error, Field, Ident, Path, Type};
@@ -54,25 +54,24 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     Ok(implementation(input, &objects, &groups, &initials, options))
 }
 
-/// `#[objects(check = function, pdos = SET)]` on the whole declaration.
+/// `#[objects(check = function, device)]` on the whole declaration.
 #[derive(Default)]
 struct Options {
     /// Refuses what clients write.
     check: Option<Path>,
-    /// The PDOs of the device whose application this is.
-    pdos: Option<Path>,
+    /// It is the application of a device: where the word stands.
+    device: Option<Span>,
 }
 
 fn options(input: &DeriveInput) -> syn::Result<Options> {
     let mut options = Options::default();
     for attribute in input.attrs.iter().filter(|attribute| attribute.path().is_ident("objects")) {
         attribute.parse_nested_meta(|meta| {
-            let option = match meta.path.get_ident().map(Ident::to_string).as_deref() {
-                Some("check") => &mut options.check,
-                Some("pdos") => &mut options.pdos,
-                _ => return Err(meta.error("unknown word; known are `check` and `pdos`")),
-            };
-            *option = Some(meta.value()?.parse()?);
+            match meta.path.get_ident().map(Ident::to_string).as_deref() {
+                Some("check") => options.check = Some(meta.value()?.parse()?),
+                Some("device") => options.device = Some(meta.path.span()),
+                _ => return Err(meta.error("unknown word; known are `check` and `device`")),
+            }
             Ok(())
         })?;
     }
@@ -109,11 +108,11 @@ fn implementation(
         ident.span(),
         |this| quote_spanned!(ident.span()=> <#this as ::ecss_can::od::Objects>::DECLARED.assert_distinct()),
     );
-    if let Some(pdos) = &options.pdos {
+    if let Some(span) = options.device {
         let (beside, inside) = instance::assertion(
             input,
-            pdos.span(),
-            |this| quote_spanned!(pdos.span()=> ::ecss_can::node::assert_pdos::<#this, _, _>(&#pdos)),
+            span,
+            |this| quote_spanned!(span=> ::ecss_can::node::assert_device::<#this>()),
         );
         asserted.extend(beside);
         in_default.extend(inside);

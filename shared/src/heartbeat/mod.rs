@@ -2,16 +2,15 @@
 
 mod consumer;
 mod monitor;
+mod objects;
 mod producer;
 
 pub use consumer::Consumer;
 pub use monitor::{Heard, Missed, Monitor, check_entry};
+pub use objects::{ConsumerSlots, HeartbeatConsumers};
 pub use producer::Producer;
 
 use crate::types::{CobId, Frame, NmtState, NodeId};
-
-/// Entries of object 1016h.
-pub const MONITORED: usize = 8;
 
 /// The heartbeat of `node`; with [`NmtState::Initialising`] it is the boot-up message.
 pub fn encode(node: NodeId, state: NmtState) -> Frame {

@@ -1,17 +1,16 @@
 //! Consumers of many nodes' heartbeats (object 1016h).
 
-use super::MONITORED;
+use super::ConsumerSlots;
 use crate::types::{AbortCode, Duration, Instant, NmtState, NodeId};
 
-/// One consumer for each of `N` entries of 1016h.
+/// One consumer for each entry of 1016h.
 ///
 /// An entry is node << 16 | milliseconds; with a node other than 1..=127 or no time it is not in use. Writing it arms
 /// it: monitoring begins with the first heartbeat after. A boot-up message alone begins nothing, but counts as a sign of
 /// life of a node that is monitored already.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Monitor<const N: usize = MONITORED> {
-    entries: [Entry; N],
+#[derive(Debug)]
+pub struct Monitor<S: ConsumerSlots> {
+    entries: S::Each<Entry>,
     /// Nothing is overdue before. Later heartbeats only move the truth further away.
     check: Instant,
 }
@@ -82,30 +81,30 @@ impl Entry {
     }
 }
 
-impl<const N: usize> Default for Monitor<N> {
+impl<S: ConsumerSlots> Default for Monitor<S> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const N: usize> Monitor<N> {
+impl<S: ConsumerSlots> Monitor<S> {
     /// No entry in use.
-    pub const fn new() -> Self {
-        Monitor { entries: [Entry::UNUSED; N], check: Instant::NEVER }
+    pub fn new() -> Self {
+        Monitor { entries: S::each(Entry::UNUSED), check: Instant::NEVER }
     }
 
     /// The entry of sub-index `sub` was written. Returns the node it monitored before when that is missed: nobody will
     /// resolve this miss any more.
     pub fn set(&mut self, sub: u8, value: u32) -> Option<NodeId> {
         let place = usize::from(sub).checked_sub(1)?;
-        let entry = self.entries.get_mut(place)?;
+        let entry = self.entries.as_mut().get_mut(place)?;
         let before = core::mem::replace(entry, Entry::new(value));
         NodeId::new(before.node).filter(|_| before.is_missed())
     }
 
     /// A heartbeat or boot-up message of `node` ended at `at`; `None` when it is not monitored.
     pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, at: Instant) -> Option<Heard> {
-        let entry = self.entries.iter_mut().find(|entry| entry.node == node.get())?;
+        let entry = self.entries.as_mut().iter_mut().find(|entry| entry.node == node.get())?;
         let heard = Heard { before: entry.state, resolved: entry.is_missed() };
         entry.state = Some(state);
         if state != NmtState::Initialising || entry.phase != Phase::Armed {
@@ -122,7 +121,7 @@ impl<const N: usize> Monitor<N> {
             return None;
         }
         let mut check = Instant::NEVER;
-        for entry in &mut self.entries {
+        for entry in self.entries.as_mut() {
             if entry.deadline <= now
                 && entry.phase == Phase::Monitoring
                 && let Some(node) = NodeId::new(entry.node)

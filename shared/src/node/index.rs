@@ -1,7 +1,9 @@
 //! Indices of the objects that a node checks and follows: taken from their declarations, by the names that CiA 301 and
 //! ECSS-E-ST-50-15C give them.
 
-use super::{Communication, MasterObjects, Spacecraft};
+use super::{Communication, NetworkObjects, Spacecraft};
+use crate::heartbeat::HeartbeatConsumers;
+use crate::pdo::PdoObjects;
 
 pub const PRE_DEFINED_ERRORS: u16 = Communication::ERRORS.index();
 pub const SYNC_COB_ID: u16 = Communication::SYNC_COB_ID.index();
@@ -11,15 +13,15 @@ pub const STORE: u16 = Communication::STORE.index();
 pub const RESTORE: u16 = Communication::RESTORE.index();
 pub const EMCY_COB_ID: u16 = Communication::EMCY_COB_ID.index();
 pub const EMCY_INHIBIT: u16 = Communication::EMCY_INHIBIT.index();
-pub const CONSUMER_HEARTBEAT: u16 = Communication::CONSUMER_HEARTBEAT.index();
+pub const CONSUMER_HEARTBEAT: u16 = <HeartbeatConsumers>::CONSUMER_HEARTBEAT.index();
 pub const PRODUCER_HEARTBEAT: u16 = Communication::PRODUCER_HEARTBEAT.index();
 pub const SYNC_OVERFLOW: u16 = Communication::SYNC_OVERFLOW.index();
 pub const CONFIGURATION: u16 = Communication::CONFIGURATION.index();
 pub const ERROR_BEHAVIOUR: u16 = Communication::ERROR_BEHAVIOUR.index();
 pub const NMT_STARTUP: u16 = Communication::NMT_STARTUP.index();
 
-pub const ASSIGNMENT: u16 = MasterObjects::ASSIGNMENT.index();
-pub const REQUEST_NMT: u16 = MasterObjects::REQUEST_NMT.index();
+pub const ASSIGNMENT: u16 = NetworkObjects::ASSIGNMENT.index();
+pub const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();
 
 pub const REDUNDANCY: u16 = Spacecraft::REDUNDANCY.index();
 pub const SCET_SET: u16 = Spacecraft::SCET_SET.index();
@@ -29,13 +31,13 @@ pub const HEALTH_REDUNDANT: u16 = Spacecraft::HEALTH_REDUNDANT.index();
 pub const SELF_TEST_START: u16 = Spacecraft::SELF_TEST_START.index();
 
 /// RPDO 1, communication parameter.
-pub const RPDO: u16 = Communication::RPDOS.nth(0).index();
+pub const RPDO: u16 = <PdoObjects>::RPDOS.nth(0).index();
 /// RPDO 1, mapping parameter.
-pub const RPDO_MAPPING: u16 = Communication::RPDO_MAPPINGS.nth(0).index();
+pub const RPDO_MAPPING: u16 = <PdoObjects>::RPDO_MAPPINGS.nth(0).index();
 /// TPDO 1, communication parameter.
-pub const TPDO: u16 = Communication::TPDOS.nth(0).index();
+pub const TPDO: u16 = <PdoObjects>::TPDOS.nth(0).index();
 /// TPDO 1, mapping parameter.
-pub const TPDO_MAPPING: u16 = Communication::TPDO_MAPPINGS.nth(0).index();
+pub const TPDO_MAPPING: u16 = <PdoObjects>::TPDO_MAPPINGS.nth(0).index();
 
 /// Last of 512 indices in a row (CiA 301 7.5.1).
 const fn last_of(first: u16) -> u16 {

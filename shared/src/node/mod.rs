@@ -8,6 +8,7 @@ mod index;
 mod master;
 mod master_api;
 mod objects;
+mod services;
 mod slave;
 mod slave_api;
 mod spacecraft;
@@ -17,9 +18,10 @@ pub use communication::{Communication, Identity};
 pub use contract::{
     APP_DEPTH, BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
 };
-pub use master::{Master, MasterDictionary, MasterObjects};
+pub use device::Device;
+pub use master::{Master, MasterObjects, NetworkObjects};
 pub use master_api::{MasterEvent, MasterRequest, RefusalCause};
-pub use objects::{NodeObjects, assert_pdos};
+pub use objects::{NodeObjects, assert_device};
 pub use slave::Slave;
 pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};
 pub use spacecraft::{BusHealth, SelfTest, Spacecraft};

@@ -1,40 +1,39 @@
 //! The object dictionary of a node, master or slave.
 
-use crate::node::{Communication, Spacecraft};
+use super::{Communication, Device, Spacecraft};
+use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
-use crate::pdo::{Mapping, PdoMapping, PdoSet};
 use crate::redundancy::{Parameters, Redundancy};
 use crate::sdo::{SdoParameters, SdoServerObjects};
 use crate::types::{CobId, NodeId};
 
-/// Everything a node holds: `A` are the objects of its application, `R` and `T` its receive and transmit PDOs, `M` how
-/// these are mapped.
+/// Everything a node holds.
 #[derive(Clone, Debug, PartialEq, Objects)]
-pub struct NodeObjects<A: Objects + Default, const R: usize = 8, const T: usize = 8, M: Mapping = PdoMapping>
-{
+pub struct NodeObjects<D: Device> {
     /// Of the application
     #[objects]
-    pub application: A,
+    pub application: D,
     /// Of ECSS-E-ST-50-15C
     #[objects]
     pub spacecraft: Spacecraft,
     /// Of the communication profile
     #[objects]
-    pub communication: Communication<R, T, M>,
+    pub communication: Communication,
+    /// Heartbeats that it consumes
+    #[objects]
+    pub consumers: D::Consumers,
+    /// PDOs
+    #[objects]
+    pub pdos: D::Pdos,
     /// Of the SDO server
     #[objects]
     pub sdo: SdoServerObjects,
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> NodeObjects<A, R, T, M> {
+impl<D: Device> NodeObjects<D> {
     /// The objects at power-on. An application whose indices are those of the node does not compile.
-    pub fn new(
-        id: NodeId,
-        redundancy: &Parameters,
-        application: A,
-        communication: Communication<R, T, M>,
-    ) -> Self {
-        const { Self::DECLARED.assert_distinct() };
+    pub fn new(id: NodeId, redundancy: &Parameters, application: D) -> Self {
+        const { assert_device::<D>() };
         let channel = SdoParameters {
             request: u32::from(CobId::sdo_request(id).raw()),
             response: u32::from(CobId::sdo_response(id).raw()),
@@ -42,7 +41,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> NodeObjec
         let mut objects = NodeObjects {
             application,
             spacecraft: Spacecraft::default(),
-            communication,
+            communication: D::communication(id),
+            consumers: D::consumers(id),
+            pdos: D::pdos(id),
             sdo: SdoServerObjects { sdo_server: channel },
         };
         objects.set_redundancy(redundancy);
@@ -50,17 +51,25 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> NodeObjec
         objects
     }
 
+    /// The communication profile as at power-on.
+    pub(super) fn restore_communication(&mut self, id: NodeId, redundancy: &Parameters) {
+        self.communication = D::communication(id);
+        self.consumers = D::consumers(id);
+        self.pdos = D::pdos(id);
+        self.set_heartbeats(redundancy);
+    }
+
     /// Objects 1016h and 1017h: the master is consumed first of all (ECSS 6.5.2b).
-    pub fn set_heartbeats(&mut self, redundancy: &Parameters) {
+    fn set_heartbeats(&mut self, redundancy: &Parameters) {
         let time = redundancy.consumer.as_millis() as u32 & 0xFFFF;
-        if let Some(first) = self.communication.consumer_heartbeat.first_mut() {
+        if let Some(first) = self.consumers.entries_mut().first_mut() {
             *first = u32::from(NodeId::MASTER.get()) << 16 | time;
         }
         self.communication.producer_heartbeat = redundancy.producer.as_millis() as u16;
     }
 
     /// Object 2000h.
-    pub fn set_redundancy(&mut self, redundancy: &Parameters) {
+    pub(super) fn set_redundancy(&mut self, redundancy: &Parameters) {
         self.spacecraft.redundancy = Redundancy {
             bdefault: redundancy.bdefault.bdefault(),
             ttoggle: redundancy.ttoggle,
@@ -70,14 +79,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> NodeObjec
     }
 }
 
-/// Stops the build when a node with the application `A` cannot have these PDOs, or when `A` has indices of the node.
-/// `#[objects(pdos = ..)]` writes a call of it.
+/// Stops the build when a node cannot have the PDOs of this device, or when the device has indices of the node.
+/// `#[objects(device)]` writes a call of it.
 ///
 /// # Panics
 /// When called at run time, for the same reasons.
 #[track_caller]
-pub const fn assert_pdos<A: Objects + Default, const R: usize, const T: usize>(pdos: &PdoSet<R, T>) {
-    let declared = NodeObjects::<A, R, T, PdoMapping>::DECLARED;
+pub const fn assert_device<D: Device>() {
+    let declared = NodeObjects::<D>::DECLARED;
     declared.assert_distinct();
-    pdos.assert_within(declared);
+    D::PDOS.assert_within::<D::Pdos>(declared);
 }

@@ -7,16 +7,14 @@ mod objects;
 mod retained;
 
 use super::buses::Buses;
-use super::device::Device;
-use super::{BusCause, Counters, NodeObjects, ParallelAccess, SlaveEvent, Status};
+use super::services::Services;
+use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::heartbeat;
-use crate::heartbeat::MONITORED;
 use crate::link::Stamp;
 use crate::link::port::Filter;
 use crate::nmt::{Identity, NmtSlave, NmtStartup, ResetGuard};
-use crate::node::{BusCommand, Communication, Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
-use crate::od::Objects;
-use crate::pdo::{Mapping, PdoMapping};
+use crate::node::{BusCommand, Filters, LinkEvent, MAX_FILTERS, Node, Outbox};
+use crate::pdo::PdoSlots;
 use crate::profile::Profile;
 use crate::redundancy::{Access, Parameters, Selector};
 use crate::store::ParameterStore;
@@ -33,14 +31,10 @@ const FILTER_PAUSE: Duration = Duration::from_millis(1);
 const SYNC_FILTER: usize = 1;
 /// The first of those that 1016h monitors.
 const FILTERS_OF_PEERS: usize = 4;
-/// The first of the RPDOs.
-const FILTERS_OF_RPDOS: usize = FILTERS_OF_PEERS + MONITORED;
 
 /// NMT slave, redundancy slave, SYNC and time consumer, CANopen device.
-///
-/// `A` are the objects of its application, `R` and `T` its receive and transmit PDOs, `M` how these are mapped.
 #[derive(Debug)]
-pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M: Mapping = PdoMapping> {
+pub struct Slave<D: Device> {
     id: NodeId,
     nmt: NmtSlave,
     guard: ResetGuard,
@@ -52,8 +46,7 @@ pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M
     buses: Buses,
     /// Module control and heartbeats received; wraps.
     control_frames: PerBus<u32>,
-    device: Device<A, R, T, M>,
-    power_on: fn(NodeId) -> Communication<R, T, M>,
+    services: Services<D>,
     initial: Parameters,
     startup: NmtStartup,
     lifetimes: Lifetimes,
@@ -62,7 +55,7 @@ pub struct Slave<A: Objects + Default, const R: usize = 8, const T: usize = 8, M
     /// A bit for each COB-ID that is taken, [`mark`]: frames without are for others.
     marks: u64,
     /// Which receive PDOs carry the spacecraft time.
-    brings_time: [bool; R],
+    brings_time: <D::Pdos as PdoSlots>::Receive<bool>,
     /// Whether a transmit PDO carries a value of the moment: objects 2011h, 2020h, 2021h.
     tells_moment: bool,
     /// A bit for each filter that its buses have not been told yet.
@@ -84,17 +77,11 @@ struct Lifetimes {
     sdo: Duration,
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
-    /// A slave before power-on. `id` is one of 2..=127; `communication` makes the communication profile, to which
-    /// power-on and reset communication return.
-    pub fn new(
-        id: NodeId,
-        profile: &Profile,
-        application: A,
-        communication: fn(NodeId) -> Communication<R, T, M>,
-    ) -> Self {
+impl<D: Device> Slave<D> {
+    /// A slave before power-on. `id` is one of 2..=127.
+    pub fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
-        let mut objects = NodeObjects::new(id, &redundancy, application, communication(id));
+        let mut objects = NodeObjects::new(id, &redundancy, application);
         objects.communication.nmt_startup = NmtStartup::of_slave(profile.autostart).raw();
         Slave {
             id,
@@ -107,8 +94,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             clock: LocalClock::default(),
             buses: Buses::new(profile.access(id), profile.bus_off),
             control_frames: PerBus::default(),
-            device: Device::new(id, objects, profile.sdo_timeout),
-            power_on: communication,
+            services: Services::new(id, objects, profile.sdo_timeout),
             initial: redundancy,
             startup: NmtStartup::of_slave(profile.autostart),
             lifetimes: Lifetimes {
@@ -119,7 +105,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             },
             stamped: profile.stamped,
             marks: u64::MAX,
-            brings_time: [false; R],
+            brings_time: D::Pdos::receive(false),
             tells_moment: false,
             changed_filters: 0,
             wanted: None,
@@ -131,7 +117,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// With a parameter store: objects 1010h and 1011h work, and power-on begins with what is stored.
     #[must_use]
     pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
-        self.device.dictionary.stored.store = Some(store);
+        self.services.dictionary.stored.store = Some(store);
         self.load_all();
         self
     }
@@ -139,27 +125,33 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// What it receives: exact COB-IDs only. A filter for each entry of 1016h and for each RPDO, valid or not, then one for
     /// heartbeats of another node with this Node-ID, as long as there are filters.
     pub fn filters(&self) -> Filters {
-        let mut filters: Filters =
-            (0..=FILTERS_OF_RPDOS + R).take(MAX_FILTERS - 1).map(|n| self.filter(n)).collect();
-        if FILTERS_OF_RPDOS + R >= MAX_FILTERS - 1 {
+        let last = self.filters_of_rpdos() + D::Pdos::RECEIVE;
+        let mut filters: Filters = (0..=last).take(MAX_FILTERS - 1).map(|n| self.filter(n)).collect();
+        if last >= MAX_FILTERS - 1 {
             // More than the controllers can tell apart.
             let _ = filters.push(Filter { id: CobId::NMT, mask: 0 });
         }
         filters
     }
 
+    /// The first filter of the RPDOs.
+    fn filters_of_rpdos(&self) -> usize {
+        FILTERS_OF_PEERS + self.services.consumers()
+    }
+
     /// What a filter admits, by the dictionary; NMT again where there is nothing.
     fn filter(&self, number: usize) -> Filter {
         let id = match number {
-            SYNC_FILTER => Some(self.device.written_sync_id()),
-            2 => Some(self.device.sdo_id()),
+            SYNC_FILTER => Some(self.services.written_sync_id()),
+            2 => Some(self.services.sdo_id()),
             3 => Some(CobId::heartbeat(NodeId::MASTER)),
-            FILTERS_OF_PEERS..FILTERS_OF_RPDOS => self.device.monitored(number - FILTERS_OF_PEERS),
-            // Behind the RPDOs: another node with this Node-ID.
-            _ if number == FILTERS_OF_RPDOS + R => Some(CobId::heartbeat(self.id)),
-            _ => {
-                number.checked_sub(FILTERS_OF_RPDOS).and_then(|pdo| self.device.rpdo_ids().nth(pdo).flatten())
-            }
+            0..FILTERS_OF_PEERS => None,
+            _ => match number.checked_sub(self.filters_of_rpdos()) {
+                None => self.services.monitored(number - FILTERS_OF_PEERS),
+                // Behind the RPDOs: another node with this Node-ID.
+                Some(pdo) if pdo == D::Pdos::RECEIVE => Some(CobId::heartbeat(self.id)),
+                Some(pdo) => self.services.rpdo_ids().nth(pdo).flatten(),
+            },
         };
         Filter::exact(id.unwrap_or(CobId::NMT))
     }
@@ -204,9 +196,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         // Only the active bus is obeyed.
         if bus != self.selector.selected() {
             self.on_network(bus, frame, stamp, now, out);
-        } else if id == self.device.sync_id() && state.allows_sync() {
+        } else if id == self.services.sync_id() && state.allows_sync() {
             self.on_sync(frame, stamp, now, out);
-        } else if id == self.device.sdo_id() && state.allows_sdo() {
+        } else if id == self.services.sdo_id() && state.allows_sdo() {
             self.on_sdo(frame, now, out);
         } else if id < CobId::heartbeat(NodeId::MASTER) && state.allows_pdo() {
             self.on_pdo(frame, stamp, now, out);
@@ -279,7 +271,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             self.on_clash_over(now, out);
         }
         self.open_guard(until);
-        while let Some(missed) = self.device.monitor.poll(until) {
+        while let Some(missed) = self.services.monitor.poll(until) {
             self.on_peer_missed(missed.node, now, out);
         }
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
@@ -302,8 +294,8 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             self.guard.deadline(self.pause()),
             self.heartbeat.deadline(),
             self.buses.deadline(),
-            self.device.monitor.deadline(),
-            self.device.deadline(self.nmt.state()),
+            self.services.monitor.deadline(),
+            self.services.deadline(self.nmt.state()),
         ];
         earliest(&own)
     }
@@ -345,7 +337,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Node for Slave<A, R, T, M> {
+impl<D: Device> Node for Slave<D> {
     type Event = SlaveEvent;
     type Request = core::convert::Infallible;
 
@@ -390,7 +382,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Node for 
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let is_on_list = bus == self.selector.selected() && self.stamped.contains(&frame.id());
-        is_on_list && (frame.id() != self.device.sync_id() || is_sync_length(frame))
+        is_on_list && (frame.id() != self.services.sync_id() || is_sync_length(frame))
     }
 }
 

@@ -3,19 +3,20 @@
 //! The PDOs that a device has at power-on are a [`PdoSet`], a constant. It is built from the constants that the derive makes of
 //! each field (`Thermometer::TEMPERATURE`), so that no index, sub-index or number of bits is written twice. What cannot work
 //! does not compile: a value that is not for PDOs or not for this direction, more than 64 bits or 8 values, a PDO number, a
-//! transmission type or a COB-ID that is not allowed, two PDOs with one number. `#[objects(pdos = ..)]` on the declaration
-//! checks the set against the objects of the device.
+//! transmission type or a COB-ID that is not allowed, two PDOs with one number. `#[objects(device)]` on the declaration
+//! checks the set of the device against its objects.
 //!
 //! ```
-//! use ecss_can::node::{Communication, Spacecraft};
+//! use ecss_can::heartbeat::HeartbeatConsumers;
+//! use ecss_can::node::{Communication, Device, Spacecraft};
 //! use ecss_can::od::{Objects, Record};
-//! use ecss_can::pdo::{CobIdOf, PdoSet, Rpdo, Tpdo};
+//! use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 //! use ecss_can::time::ScetSet;
 //! use ecss_can::types::NodeId;
 //!
 //! /// A thermometer.
 //! #[derive(Objects)]
-//! #[objects(pdos = PDOS)]
+//! #[objects(device)]
 //! struct Thermometer {
 //!     /// Temperature
 //!     #[object(0x6000, ro, pdo)]
@@ -35,6 +36,12 @@
 //!     range: u8,
 //! }
 //!
+//! impl Device for Thermometer {
+//!     type Pdos = PdoObjects<4, 4>;
+//!     type Consumers = HeartbeatConsumers<1>;
+//!     const PDOS: PdoSet = PDOS;
+//! }
+//!
 //! const PDOS: PdoSet = PdoSet::new(
 //!     &[
 //!         // The spacecraft time of the master.
@@ -52,8 +59,7 @@
 //!         .map(Communication::ERROR_REGISTER)],
 //! );
 //!
-//! let node = NodeId::of::<5>();
-//! let objects: Communication = Communication::new(node).with_pdos(node, &PDOS);
+//! let objects = Thermometer::pdos(NodeId::of::<5>());
 //! assert_eq!(objects.tpdos[1].cob_id, 0x4000_0285);
 //! assert_eq!(objects.tpdo_mappings[1].objects[..2], [0x6000_0010, 0x1001_0008]);
 //! ```
@@ -77,6 +83,7 @@
 mod cob_id_of;
 mod mapping;
 mod message;
+mod objects;
 mod parameters;
 mod planned;
 mod receive;
@@ -88,6 +95,7 @@ mod transmit;
 pub use cob_id_of::CobIdOf;
 pub use mapping::{Direction, Layout};
 pub use message::Message;
+pub use objects::{PdoObjects, PdoSlots};
 pub use parameters::{MAPPED, Mapping, PdoMapping, RpdoParameters, StaticMapping, TpdoParameters};
 pub use planned::{Rpdo, Tpdo};
 pub use receive::{RpdoError, RpdoEvent, Rpdos, Taken};

@@ -9,7 +9,7 @@
 //!   Operational, or after it was configured.
 //! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
 
-use super::{Direction, Layout, rules};
+use super::{Direction, Layout, PdoSlots, rules};
 use crate::emcy::ErrorCode;
 use crate::od::Objects;
 use crate::pdo::RpdoParameters;
@@ -87,15 +87,15 @@ const fn function(id: u16) -> usize {
 }
 
 /// All RPDOs of a node.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Rpdos<const R: usize> {
-    ids: [u16; R],
+#[derive(Debug)]
+pub struct Rpdos<S: PdoSlots> {
+    ids: S::Receive<u16>,
     /// The first that has a COB-ID with this function code, so that a frame is not compared with all: the pre-defined
     /// connection set has at most one. Or [`NOBODY`].
     first: [u16; FUNCTIONS],
     /// Whether several share a function code.
     is_shared: bool,
-    pdos: [Configured; R],
+    pdos: S::Receive<Configured>,
     /// Whether any frame waits for SYNC.
     waiting: bool,
     /// No deadline is before it.
@@ -134,20 +134,20 @@ impl Configured {
     };
 }
 
-impl<const R: usize> Default for Rpdos<R> {
+impl<S: PdoSlots> Default for Rpdos<S> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const R: usize> Rpdos<R> {
+impl<S: PdoSlots> Rpdos<S> {
     /// None is valid.
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
         Rpdos {
-            ids: [NONE; R],
+            ids: S::receive(NONE),
             first: [NOBODY; FUNCTIONS],
             is_shared: false,
-            pdos: [Configured::INVALID; R],
+            pdos: S::receive(Configured::INVALID),
             waiting: false,
             next: Instant::NEVER,
         }
@@ -157,7 +157,7 @@ impl<const R: usize> Rpdos<R> {
     /// deadline waits for the next frame.
     ///
     /// # Errors
-    /// As [`rules::identifier`] and [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `R` and above. Nothing was changed.
+    /// As [`rules::identifier`] and [`rules::activate`], [`AbortCode::NoObject`] for a `number` without a slot. Nothing was changed.
     pub fn configure<D: Objects>(
         &mut self,
         number: usize,
@@ -165,7 +165,8 @@ impl<const R: usize> Rpdos<R> {
         mapping: &[u32],
         tell: &mut impl FnMut(usize, RpdoEvent),
     ) -> Result<(), AbortCode> {
-        let (Some(id), Some(pdo)) = (self.ids.get_mut(number), self.pdos.get_mut(number)) else {
+        let (Some(id), Some(pdo)) = (self.ids.as_mut().get_mut(number), self.pdos.as_mut().get_mut(number))
+        else {
             return Err(AbortCode::NoObject);
         };
         let (new_id, new) = match rules::identifier(parameters.cob_id)? {
@@ -193,7 +194,7 @@ impl<const R: usize> Rpdos<R> {
     /// The index, after one became valid or invalid.
     fn index(&mut self) {
         (self.first, self.is_shared) = ([NOBODY; FUNCTIONS], false);
-        for (number, id) in (0..).zip(&self.ids) {
+        for (number, id) in (0..).zip(self.ids.as_ref()) {
             match self.first.get_mut(function(*id)) {
                 Some(first) if *first == NOBODY => *first = number,
                 Some(_) => self.is_shared = true,
@@ -204,7 +205,7 @@ impl<const R: usize> Rpdos<R> {
 
     /// Operational is left: what is held is gone, no deadline runs. Errors stay until a good frame comes.
     pub fn stop(&mut self) {
-        for pdo in &mut self.pdos {
+        for pdo in self.pdos.as_mut() {
             pdo.waiting = false;
             pdo.deadline = Instant::NEVER;
         }
@@ -216,7 +217,7 @@ impl<const R: usize> Rpdos<R> {
     #[inline]
     pub fn first(&self, id: CobId) -> Option<usize> {
         let number = usize::from(*self.first.get(function(id.raw()))?);
-        if self.ids.get(number) == Some(&id.raw()) { Some(number) } else { self.next(id, number) }
+        if self.ids.as_ref().get(number) == Some(&id.raw()) { Some(number) } else { self.next(id, number) }
     }
 
     /// The next one behind `number` with this COB-ID.
@@ -228,7 +229,7 @@ impl<const R: usize> Rpdos<R> {
     #[cold]
     #[inline(never)]
     fn search(&self, id: CobId, number: usize) -> Option<usize> {
-        let behind = self.ids.iter().enumerate().skip(number.saturating_add(1));
+        let behind = self.ids.as_ref().iter().enumerate().skip(number.saturating_add(1));
         behind.into_iter().find(|(_, other)| **other == id.raw()).map(|(number, _)| number)
     }
 
@@ -237,7 +238,7 @@ impl<const R: usize> Rpdos<R> {
     /// [`Rpdos::on_frame`] has yet to take it.
     #[inline(always)] // called from one place
     pub fn on_plain_frame<D: Objects>(&mut self, number: usize, frame: &Frame, objects: &mut D) -> bool {
-        let pdo = self.pdos.get(number).filter(|pdo| pdo.plain == frame.dlc());
+        let pdo = self.pdos.as_ref().get(number).filter(|pdo| pdo.plain == frame.dlc());
         pdo.is_some_and(|pdo| pdo.layout.unpack(objects, frame.bits()))
     }
 
@@ -253,7 +254,7 @@ impl<const R: usize> Rpdos<R> {
         objects: &mut D,
         tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) -> Taken {
-        let Some(pdo) = self.pdos.get_mut(number) else { return Taken::Rejected };
+        let Some(pdo) = self.pdos.as_mut().get_mut(number) else { return Taken::Rejected };
         if (frame.dlc() != pdo.layout.bytes() || pdo.errors != 0)
             && !pdo.accepts(frame.dlc(), &mut |event| tell(objects, number, event))
         {
@@ -288,7 +289,7 @@ impl<const R: usize> Rpdos<R> {
         tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) {
         self.waiting = false;
-        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+        for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
             if core::mem::take(&mut pdo.waiting) {
                 let all = pdo.apply(pdo.held, objects, &mut |objects, event| tell(objects, number, event));
                 ended(number, all);
@@ -302,7 +303,7 @@ impl<const R: usize> Rpdos<R> {
             return;
         }
         self.next = Instant::NEVER;
-        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+        for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
             if pdo.deadline <= now {
                 pdo.deadline = Instant::NEVER;
                 pdo.set(RpdoError::Overdue, true, &mut |event| tell(number, event));

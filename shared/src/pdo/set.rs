@@ -2,34 +2,33 @@
 
 use super::mapping::{MOST_IN_A_ROW, MOST_OBJECTS};
 use super::planned::{Pdo, tell_object};
-use super::{Direction, Rpdo, Tpdo};
+use super::{Direction, PdoSlots, Rpdo, Tpdo};
 use crate::od::{DataType, Declared};
 
-/// PDOs of a device with `R` receive and `T` transmit PDOs. Those that are not in the set are invalid until a client
-/// configures them.
+/// PDOs of a device at power-on. Those that are not in the set are not valid until a client configures them.
 ///
-/// `#[objects(pdos = PDOS)]` on the declaration of the application checks the set against the device, so that `cargo check`
-/// shows what is wrong; [`Communication::with_pdos`](crate::node::Communication::with_pdos) puts it into the dictionary.
+/// `#[objects(device)]` on the declaration of the application checks its [`Device::PDOS`](crate::node::Device::PDOS) against
+/// all objects of the node, so that `cargo check` shows what is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PdoSet<const R: usize = 8, const T: usize = 8> {
+pub struct PdoSet {
     rpdos: &'static [Rpdo],
     tpdos: &'static [Tpdo],
 }
 
-impl<const R: usize, const T: usize> PdoSet<R, T> {
+impl PdoSet {
     /// No PDO.
     pub const NONE: Self = PdoSet { rpdos: &[], tpdos: &[] };
 
     /// The PDOs of a device, in any order.
     ///
     /// # Panics
-    /// When one carries nothing, when the device has none with its number, when two have one number, or when two transmit
-    /// PDOs may have one COB-ID. In a constant all panics of a set are errors of the compiler.
+    /// When one carries nothing, when two have one number, or when two transmit PDOs may have one COB-ID. In a constant all
+    /// panics of a set are errors of the compiler.
     #[track_caller]
     pub const fn new(rpdos: &'static [Rpdo], tpdos: &'static [Tpdo]) -> Self {
         let mut nth = 0;
         while nth < rpdos.len() {
-            assert_one_of(R, rpdos[nth].pdo(), "R");
+            assert_carries(rpdos[nth].pdo(), "R");
             let mut other = 0;
             while other < nth {
                 assert_numbers_differ(rpdos[nth].pdo(), rpdos[other].pdo(), "R");
@@ -40,7 +39,7 @@ impl<const R: usize, const T: usize> PdoSet<R, T> {
         let mut nth = 0;
         while nth < tpdos.len() {
             let pdo = tpdos[nth].pdo();
-            assert_one_of(T, pdo, "T");
+            assert_carries(pdo, "T");
             let mut other = 0;
             while other < nth {
                 let against = tpdos[other].pdo();
@@ -56,20 +55,22 @@ impl<const R: usize, const T: usize> PdoSet<R, T> {
         PdoSet { rpdos, tpdos }
     }
 
-    /// Stops the build when a PDO carries what the dictionary does not have, or has in another way.
-    /// [`assert_pdos`](crate::node::assert_pdos) calls it for the whole dictionary of a node.
+    /// Stops the build when a PDO is beyond the slots `S` of the device, or carries what the dictionary does not have, or
+    /// has in another way. [`assert_device`](crate::node::assert_device) calls it for the whole dictionary of a node.
     ///
     /// # Panics
     /// When called at run time, for the same reasons.
     #[track_caller]
-    pub const fn assert_within(&self, declared: &Declared) {
+    pub const fn assert_within<S: PdoSlots>(&self, declared: &Declared) {
         let mut nth = 0;
         while nth < self.rpdos.len() {
+            assert_one_of(S::RECEIVE, self.rpdos[nth].pdo(), "R");
             assert_declared(self.rpdos[nth].pdo(), Direction::Receive, declared);
             nth += 1;
         }
         let mut nth = 0;
         while nth < self.tpdos.len() {
+            assert_one_of(S::TRANSMIT, self.tpdos[nth].pdo(), "T");
             assert_declared(self.tpdos[nth].pdo(), Direction::Transmit, declared);
             nth += 1;
         }
@@ -89,9 +90,13 @@ impl<const R: usize, const T: usize> PdoSet<R, T> {
 #[track_caller]
 const fn assert_one_of(most: usize, pdo: &Pdo, kind: &str) {
     if pdo.slot() >= most {
-        let number = pdo.tell(kind).text(": the parameters of `PdoSet` allow ").number(most as u32);
+        let number = pdo.tell(kind).text(": `Pdos` of the device has room for ").number(most as u32);
         number.text(" ").text(kind).text("PDOs").refuse();
     }
+}
+
+#[track_caller]
+const fn assert_carries(pdo: &Pdo, kind: &str) {
     if pdo.is_empty() {
         pdo.tell(kind).text(" carries nothing: add `.map(..)`").refuse();
     }

@@ -12,15 +12,15 @@
 //! A SYNC samples before it actuates: give it to the TPDOs first and to the RPDOs after, so that a node reports what
 //! was so at the SYNC, and what a receive PDO sets off goes with the next one.
 
-use super::{Direction, Layout, rules};
+use super::{Direction, Layout, PdoSlots, rules};
 use crate::od::{Objects, Place};
 use crate::pdo::TpdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
 /// All TPDOs of a node.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Tpdos<const T: usize> {
-    pdos: [Configured; T],
+#[derive(Debug)]
+pub struct Tpdos<S: PdoSlots> {
+    pdos: S::Transmit<Configured>,
     /// Behind the last valid one that a SYNC may send.
     synchronous: usize,
     /// Whether an event sends any.
@@ -127,17 +127,17 @@ impl Configured {
     }
 }
 
-impl<const T: usize> Default for Tpdos<T> {
+impl<S: PdoSlots> Default for Tpdos<S> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const T: usize> Tpdos<T> {
+impl<S: PdoSlots> Tpdos<S> {
     /// None is valid.
-    pub const fn new() -> Self {
+    pub fn new() -> Self {
         Tpdos {
-            pdos: [Configured::INVALID; T],
+            pdos: S::transmit(Configured::INVALID),
             synchronous: 0,
             has_events: false,
             operational: false,
@@ -149,7 +149,7 @@ impl<const T: usize> Tpdos<T> {
     /// event that waits for the inhibit time is still sent.
     ///
     /// # Errors
-    /// As [`rules::identifier`] and [`rules::activate`], [`AbortCode::NoObject`] for a `number` of `T` and above,
+    /// As [`rules::identifier`] and [`rules::activate`], [`AbortCode::NoObject`] for a `number` without a slot,
     /// [`AbortCode::ParameterIncompatible`] for the COB-ID of another valid TPDO: no two may send the same. Nothing was
     /// changed.
     pub fn configure<D: Objects>(
@@ -160,11 +160,11 @@ impl<const T: usize> Tpdos<T> {
         now: Instant,
     ) -> Result<(), AbortCode> {
         let id = rules::identifier(parameters.cob_id)?;
-        let mut others = self.pdos.iter().enumerate().filter(|(other, _)| *other != number);
+        let mut others = self.pdos.as_ref().iter().enumerate().filter(|(other, _)| *other != number);
         if id.is_some() && others.any(|(_, other)| other.id == id) {
             return Err(AbortCode::ParameterIncompatible);
         }
-        let pdo = self.pdos.get_mut(number).ok_or(AbortCode::NoObject)?;
+        let pdo = self.pdos.as_mut().get_mut(number).ok_or(AbortCode::NoObject)?;
         let old = *pdo;
         if id.is_none() {
             *pdo = Configured::INVALID;
@@ -196,13 +196,13 @@ impl<const T: usize> Tpdos<T> {
     /// After one became valid or invalid, or has another transmission type.
     fn index(&mut self) {
         let is_synchronous = |pdo: &Configured| pdo.id.is_some() && rules::is_synchronous(pdo.transmission);
-        self.synchronous = self.pdos.iter().rposition(is_synchronous).map_or(0, |last| last + 1);
-        self.has_events = self.pdos.iter().any(Configured::is_by_event);
+        self.synchronous = self.pdos.as_ref().iter().rposition(is_synchronous).map_or(0, |last| last + 1);
+        self.has_events = self.pdos.as_ref().iter().any(Configured::is_by_event);
     }
 
     /// Whether this one is valid.
     pub fn is_valid(&self, number: usize) -> bool {
-        self.pdos.get(number).is_some_and(|pdo| pdo.id.is_some())
+        self.pdos.as_ref().get(number).is_some_and(|pdo| pdo.id.is_some())
     }
 
     /// Whether an event sends any.
@@ -213,7 +213,7 @@ impl<const T: usize> Tpdos<T> {
     /// Operational is entered.
     pub fn start(&mut self, now: Instant) {
         self.operational = true;
-        for pdo in &mut self.pdos {
+        for pdo in self.pdos.as_mut() {
             pdo.start(now);
             self.next = self.next.min(pdo.due);
         }
@@ -223,13 +223,13 @@ impl<const T: usize> Tpdos<T> {
     pub fn stop(&mut self) {
         self.operational = false;
         self.next = Instant::NEVER;
-        self.pdos.iter_mut().for_each(Configured::stop);
+        self.pdos.as_mut().iter_mut().for_each(Configured::stop);
     }
 
     /// An event for one of them. Returns whether that makes it go out: at the next SYNC, or when polled next. Nothing
     /// happens to cyclic ones, and outside of Operational.
     pub fn trigger(&mut self, number: usize, now: Instant) -> bool {
-        let Some(pdo) = self.pdos.get_mut(number).filter(|_| self.operational) else { return false };
+        let Some(pdo) = self.pdos.as_mut().get_mut(number).filter(|_| self.operational) else { return false };
         let goes = pdo.trigger(now);
         self.next = self.next.min(pdo.due);
         goes
@@ -240,7 +240,7 @@ impl<const T: usize> Tpdos<T> {
         if !self.operational {
             return;
         }
-        for pdo in &mut self.pdos {
+        for pdo in self.pdos.as_mut() {
             if pdo.is_by_event() && pdo.layout.carries(place) {
                 pdo.trigger(now);
                 self.next = self.next.min(pdo.due);
@@ -251,7 +251,7 @@ impl<const T: usize> Tpdos<T> {
     /// SYNC, with its counter, or zero when it has none (ECSS 6.9b, e): sends what is synchronous and due.
     #[inline(always)] // called from one place
     pub fn on_sync<D: Objects>(&mut self, counter: u8, objects: &D, send: &mut impl FnMut(usize, Frame)) {
-        for (number, pdo) in self.pdos.iter_mut().take(self.synchronous).enumerate() {
+        for (number, pdo) in self.pdos.as_mut().iter_mut().take(self.synchronous).enumerate() {
             let syncs = match pdo.syncs {
                 IDLE => continue,
                 // No counter: the start value does not matter.
@@ -276,7 +276,7 @@ impl<const T: usize> Tpdos<T> {
             return;
         }
         self.next = Instant::NEVER;
-        for (number, pdo) in self.pdos.iter_mut().enumerate() {
+        for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
             if pdo.due <= now {
                 pdo.rearm(now);
                 pdo.send(objects, |frame| send(number, frame));

@@ -6,7 +6,7 @@ use core::task::{Context, Poll};
 use embassy_sync::blocking_mutex::raw::RawMutex;
 
 use super::NodeCell;
-use crate::node::Master;
+use crate::node::{Device, Master};
 use crate::sdo::{Client, Error, Mode};
 use crate::types::{Address, NodeId};
 
@@ -18,15 +18,22 @@ const CHUNK: usize = 112;
 /// A transfer waits for the one before it, of whichever task, and for the boot-up process: that lets a transfer end, and
 /// goes before the next. What stands still for the SDO timeout of the profile ends with [`Error::Timeout`], a switch of
 /// the active bus with [`Error::BusChanged`]. A future that is dropped aborts its transfer.
-#[derive(Clone, Copy)]
-pub struct SdoClient<'a, M: RawMutex> {
-    cell: &'a NodeCell<M, Master>,
+pub struct SdoClient<'a, M: RawMutex, D: Device> {
+    cell: &'a NodeCell<M, Master<D>>,
     mode: Mode,
 }
 
-impl<'a, M: RawMutex> SdoClient<'a, M> {
+impl<M: RawMutex, D: Device> Clone for SdoClient<'_, M, D> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<M: RawMutex, D: Device> Copy for SdoClient<'_, M, D> {}
+
+impl<'a, M: RawMutex, D: Device> SdoClient<'a, M, D> {
     /// A client of the master in `cell`. Values of more than 28 bytes move in blocks, if the server knows them.
-    pub const fn new(cell: &'a NodeCell<M, Master>) -> Self {
+    pub const fn new(cell: &'a NodeCell<M, Master<D>>) -> Self {
         SdoClient { cell, mode: Mode::Auto }
     }
 
@@ -107,7 +114,7 @@ impl<'a, M: RawMutex> SdoClient<'a, M> {
     }
 
     /// Waits for its turn and starts a transfer.
-    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<'a, M> {
+    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<'a, M, D> {
         poll_fn(|cx| {
             let started = self.cell.step(|master| master.claim_sdo(node, cx.waker()).map(&start).is_some());
             if started { Poll::Ready(Turn { cell: self.cell }) } else { Poll::Pending }
@@ -117,11 +124,11 @@ impl<'a, M: RawMutex> SdoClient<'a, M> {
 }
 
 /// The client belongs to one transfer as long as this lives.
-struct Turn<'a, M: RawMutex> {
-    cell: &'a NodeCell<M, Master>,
+struct Turn<'a, M: RawMutex, D: Device> {
+    cell: &'a NodeCell<M, Master<D>>,
 }
 
-impl<M: RawMutex> Turn<'_, M> {
+impl<M: RawMutex, D: Device> Turn<'_, M, D> {
     /// Moves bytes until the transfer is over.
     async fn run(&mut self, mut step: impl FnMut(&mut Client)) -> Result<usize, Error> {
         poll_fn(|cx| self.poll(cx, &mut step)).await
@@ -137,7 +144,7 @@ impl<M: RawMutex> Turn<'_, M> {
     }
 }
 
-impl<M: RawMutex> Drop for Turn<'_, M> {
+impl<M: RawMutex, D: Device> Drop for Turn<'_, M, D> {
     fn drop(&mut self) {
         self.cell.with(Master::release_sdo);
     }

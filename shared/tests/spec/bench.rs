@@ -5,6 +5,9 @@ use ecss_can::link::port::Health;
 use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
+/// The master of the mission.
+pub type Master = ecss_can::node::Master<mission::CommanderObjects>;
+
 pub const NOMINAL: Bus = Bus::Nominal;
 pub const REDUNDANT: Bus = Bus::Redundant;
 

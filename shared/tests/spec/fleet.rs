@@ -4,7 +4,7 @@
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{
-    BusCommand, FailCause, Filters, LinkEvent, Master, MasterEvent, MasterRequest, Node, SlaveEvent,
+    BusCommand, FailCause, Filters, LinkEvent, MasterEvent, MasterRequest, Node, SlaveEvent,
 };
 use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
@@ -12,7 +12,7 @@ use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, Frame, Instant, NmtState, NodeId, PerBus};
 use mission::{LIBRECUBE, STANDARD};
 
-use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node, stamp};
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, ms, node, stamp};
 use crate::slave::TestSlave;
 
 /// Slaves 2 and 3 with parallel access, slave 4 with selective access.
@@ -131,7 +131,7 @@ impl Fleet {
 
     /// A master, or the master again after a reset.
     fn power_master(&mut self, profile: &Profile) {
-        let master = Master::new(profile);
+        let master = mission::master(profile);
         let filters = master.filters();
         let mut station = Station::new(self.now, master, filters);
         if let Some(old) = &self.master {

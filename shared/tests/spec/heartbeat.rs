@@ -1,7 +1,7 @@
 //! Heartbeat, boot-up and the periodic timer under them.
 
 use ecss_can::heartbeat;
-use ecss_can::heartbeat::{Consumer, Heard, Missed, Monitor};
+use ecss_can::heartbeat::{Consumer, Heard, HeartbeatConsumers, Missed, Monitor};
 use ecss_can::types::{AbortCode, Duration, Instant, NmtState, Periodic};
 use proptest::prelude::*;
 
@@ -113,14 +113,14 @@ const PRE_OPERATIONAL: NmtState = NmtState::PreOperational;
 const BOOT_UP: NmtState = NmtState::Initialising;
 
 /// Nodes 3 (100 ms) and 9 (250 ms).
-fn monitor() -> Monitor {
+fn monitor() -> Monitor<HeartbeatConsumers> {
     let mut monitor = Monitor::default();
     assert_eq!(monitor.set(1, 0x0003_0064), None);
     assert_eq!(monitor.set(8, 0x0009_00FA), None);
     monitor
 }
 
-fn missed(monitor: &mut Monitor, now: u64) -> Vec<(u8, Instant)> {
+fn missed(monitor: &mut Monitor<HeartbeatConsumers>, now: u64) -> Vec<(u8, Instant)> {
     std::iter::from_fn(|| monitor.poll(ms(now))).map(|Missed { node, last }| (node.get(), last)).collect()
 }
 
@@ -213,7 +213,7 @@ fn heartbeats_of_others_are_not_monitored() {
 #[test]
 fn entries_without_a_node_or_a_time_are_not_in_use() {
     for value in [0, 0x0000_0064, 0x0080_0064, 0x00FF_0064, 0x0003_0000] {
-        let mut monitor = Monitor::<1>::new();
+        let mut monitor = Monitor::<HeartbeatConsumers<1>>::new();
         monitor.set(1, 0x0003_0064);
         monitor.on_heartbeat(node(3), OPERATIONAL, ms(0));
         monitor.set(1, value);
@@ -293,7 +293,7 @@ proptest! {
     /// Verifies: ECSS 6.5.2a
     #[test]
     fn a_monitor_does_what_one_timer_for_each_entry_does(steps in prop::collection::vec(step(), 0..200)) {
-        let mut monitor = Monitor::<4>::new();
+        let mut monitor = Monitor::<HeartbeatConsumers<4>>::new();
         let mut present = [0; 4];
         let mut references = [Reference::default(); 4];
         let mut now = 0;

@@ -3,17 +3,17 @@
 use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, FailCause, Master, MasterEvent, MasterRequest, RefusalCause, Status};
+use ecss_can::node::{BusCommand, FailCause, MasterEvent, MasterRequest, RefusalCause, Status};
 use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, CobId, NmtState, Scet};
 use mission::STANDARD;
 
-use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
 
 fn powered(profile: &Profile) -> Bench<Master> {
-    Bench::new(Master::new(profile))
+    Bench::new(mission::master(profile))
 }
 
 /// The question who a node is: its device type, 1000h.
@@ -62,7 +62,7 @@ fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
     let id = |raw| CobId::new(raw).unwrap();
     let mut expected = [0x701, 0x381, 0x181, 0x581, 0x080].map(|raw| Filter::function(id(raw))).to_vec();
     expected.push(Filter::exact(id(0x601)));
-    let filters: Vec<Filter> = Master::new(&STANDARD).filters().into_iter().collect();
+    let filters: Vec<Filter> = mission::master(&STANDARD).filters().into_iter().collect();
     assert_eq!(filters, expected);
 }
 

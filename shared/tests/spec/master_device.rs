@@ -1,12 +1,12 @@
 //! The master as a CANopen device: its dictionary over SDO, and the objects of boot-up.
 
 use ecss_can::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
-use ecss_can::node::{Master, MasterEvent, SelfTest};
+use ecss_can::node::{MasterEvent, SelfTest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, NmtState, NodeId};
 use mission::STANDARD;
 
-use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
 
 pub(crate) const TWO: NodeId = NodeId::of::<2>();
 
@@ -20,7 +20,7 @@ pub(crate) const BOOTS_TWO: Profile = Profile {
 };
 
 pub(crate) fn powered(profile: &Profile) -> Bench<Master> {
-    let mut master = Bench::new(Master::new(profile));
+    let mut master = Bench::new(mission::master(profile));
     master.run_until(ms(1));
     master.clear();
     master
@@ -139,7 +139,7 @@ fn request_nmt_commands_a_slave_and_tells_its_state() {
         let until = master.now + ecss_can::types::Duration::from_millis(100);
         master.run_until(until);
     }
-    assert_eq!(master.node.objects().application.request_nmt[1], 1, "missing");
+    assert_eq!(master.node.objects().application.network.request_nmt[1], 1, "missing");
 }
 
 /// Verifies: ECSS 6.7b
@@ -232,5 +232,5 @@ fn an_assignment_written_in_flight_boots_the_slave() {
     let asked = master.frames().contains(&(NOMINAL, frame(0x609, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0])));
     assert!(asked && !master.frames().contains(&(NOMINAL, frame(0x000, &[1, 9]))));
     assert_eq!(master.events[0], MasterEvent::Boot { node: node(9), progress: BootProgress::Awaited });
-    assert_eq!(master.node.objects().application.assignment[8], 0b0101);
+    assert_eq!(master.node.objects().application.network.assignment[8], 0b0101);
 }

@@ -1,6 +1,6 @@
 //! The numbers of the two profiles and the objects they stand in.
 
-use ecss_can::node::{Communication, NodeObjects};
+use ecss_can::node::NodeObjects;
 use ecss_can::od::checked::find;
 use ecss_can::redundancy::{Access, Parameters};
 use ecss_can::types::Address;
@@ -31,9 +31,7 @@ fn librecube_has_the_numbers_of_the_prototype() {
 #[test]
 fn a_slave_holds_the_objects_of_table_8_1() {
     let parameters = Parameters { ctoggle: 3, ..STANDARD.redundancy() };
-    let communication = Communication::<8, 8>::new(node(5));
-    let mut objects =
-        NodeObjects::new(node(5), &parameters, MissionObjects::<Vec<u8>>::default(), communication);
+    let mut objects = NodeObjects::new(node(5), &parameters, MissionObjects::<Vec<u8>>::default());
     let values: [(u16, u8, &[u8]); 8] = [
         (0x1016, 0, &[8]),
         (0x1016, 1, &[0xFA, 0, 1, 0]),

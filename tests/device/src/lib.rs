@@ -7,21 +7,23 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-use ecss_can::node::{Communication, Identity, Slave};
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Communication, Device, Identity, Slave};
 use ecss_can::od::{
     Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56,
     UnicodeString, VisibleString,
 };
+use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
 use ecss_can::types::NodeId;
-use mission::{MissionObjects, PDOS};
+use mission::MissionObjects;
 
 /// Product code in 1018h: that of the slaves that it stands for, which their master checks.
 const PRODUCT: u32 = 0x5015;
 
 /// Objects of the mission's slaves, and samples. `S` is the memory of the data store.
 #[derive(Clone, Debug, PartialEq, Objects)]
-#[objects(pdos = PDOS)]
+#[objects(device)]
 pub struct TestObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
     /// Of the mission
     #[objects]
@@ -31,6 +33,21 @@ pub struct TestObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8
     /// What is written can be read back.
     #[object(0x6400, record)]
     pub samples: Samples,
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Device for TestObjects<S> {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = MissionObjects::<S>::PDOS;
+
+    fn communication(id: NodeId) -> Communication {
+        Communication {
+            device_name: "Test device",
+            identity: Identity { vendor: 0, product: PRODUCT, revision: 1 << 16, serial: id.get().into() },
+            ..Communication::new(id)
+        }
+    }
 }
 
 /// One value of each type (ECSS Table 9-11).
@@ -123,11 +140,5 @@ pub fn device<S: AsRef<[u8]> + AsMut<[u8]> + Default>(
 ) -> Slave<TestObjects<S>> {
     let mission = MissionObjects { store: Domain::new(memory), ..Default::default() };
     let application = TestObjects { mission, samples: Samples::default() };
-    Slave::new(id, profile, application, |id| {
-        let mut objects = Communication::new(id).with_pdos(id, &PDOS);
-        objects.device_name = "Test device";
-        objects.identity =
-            Identity { vendor: 0, product: PRODUCT, revision: 1 << 16, serial: u32::from(id.get()) };
-        objects
-    })
+    Slave::new(id, profile, application)
 }

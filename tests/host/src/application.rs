@@ -14,7 +14,8 @@ use ecss_can::time::Clock;
 use ecss_can::types::{Duration, Instant, NodeId};
 use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use mission::{
-    Command, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    Command, CommanderObjects, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord,
+    TELECOMMAND_RPDO, TELEMETRY_TPDO,
 };
 
 use crate::clock::MockClock;
@@ -24,7 +25,7 @@ use crate::timeline::Timeline;
 pub(crate) type MasterApp = AppLink<NoopRawMutex, MasterEvent, MasterRequest>;
 pub(crate) type SlaveApp = AppLink<NoopRawMutex, SlaveEvent, Infallible>;
 /// The node of a master, as its task and its application share it.
-pub type MasterCell = NodeCell<NoopRawMutex, Master>;
+pub type MasterCell = NodeCell<NoopRawMutex, Master<CommanderObjects>>;
 /// The node of a slave, as its task and its application share it.
 pub type SlaveCell = NodeCell<NoopRawMutex, Slave<MissionObjects<Vec<u8>>>>;
 

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
 use ecss_can::link::port::CanPort;
-use ecss_can::node::{Filters, Master, MasterRequest, Node};
+use ecss_can::node::{Filters, MasterRequest, Node};
 use ecss_can::profile::Profile;
 use ecss_can::runner::{AppLink, NodeCell, Telltale, bus_task, node_task};
 use ecss_can::store::RetainedMemory;
@@ -96,7 +96,7 @@ impl Board {
         let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &self.ports, telltale: &telltale };
         let (mut master, mut slave) = (None, None);
         if self.id == NodeId::MASTER {
-            let node = Master::new(&self.profile);
+            let node = mission::master(&self.profile);
             let filters = node.filters();
             let (app, node) = shell.run(node, filters);
             shell.spawn(application::master(app.clone(), self.diary.clone()));

@@ -14,7 +14,7 @@ use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::runner::Telltale;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus};
-use mission::{Command, MissionObjects, Request};
+use mission::{Command, CommanderObjects, MissionObjects, Request};
 
 use crate::application::MasterCell;
 use crate::board::Board;
@@ -311,7 +311,7 @@ impl World {
     ///
     /// # Panics
     /// When it is off: a mistake in a test.
-    pub fn master<R>(&self, look: impl FnOnce(&mut Master) -> R) -> R {
+    pub fn master<R>(&self, look: impl FnOnce(&mut Master<CommanderObjects>) -> R) -> R {
         self.board(NodeId::MASTER).master().expect("the master has power").with(look)
     }
 

@@ -16,11 +16,11 @@
 //!     boot_up_slave: true,
 //!     ..Device::new(Timestamp { year: 2026, month: 1, day: 31, hour: 12, minute: 0 })
 //! };
-//! let description = Description::new(&device, Communication::<4, 4>::new)?;
+//! let description = Description::new(&device, Communication::new)?;
 //! assert!(description.eds("tracker.eds").contains("DefaultValue=$NODEID+0x80"));
 //!
 //! let node = NodeId::of::<3>();
-//! let mut configured = Communication::<4, 4>::new(node);
+//! let mut configured = Communication::new(node);
 //! configured.producer_heartbeat = 100;
 //! let dcf = description.dcf("tracker-3.dcf", "tracker.eds", &Commissioning::new(node), &mut configured)?;
 //! assert!(dcf.contains("ParameterValue=0x0064"));

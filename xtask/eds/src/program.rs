@@ -71,7 +71,7 @@ mod tests {
         let made = Timestamp { year: 2026, month: 11, day: 22, hour: 12, minute: 0 };
         let device = Device { order_code: "tracker".into(), nodes: 2..=15, ..Device::new(made) };
         let arguments: Vec<String> = arguments.iter().map(|&argument| argument.into()).collect();
-        text(&device, Communication::<4, 4>::new, &arguments)
+        text(&device, Communication::new, &arguments)
     }
 
     #[test]

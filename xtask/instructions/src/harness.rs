@@ -6,20 +6,20 @@ use anyhow::ensure;
 use ecss_can::heartbeat;
 use ecss_can::link::Stamp;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, Communication, Node, Outbox, Slave, SlaveEvent, Status};
+use ecss_can::node::{BusCommand, Node, Outbox, Slave, SlaveEvent, Status};
 use ecss_can::od::Domain;
-use ecss_can::pdo::Mapping;
+use ecss_can::pdo::{Mapping, PdoMapping};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId};
 use mission::STANDARD;
 
-use crate::objects::{Application, BLOCK, NODE, communication};
+use crate::objects::{Application, BLOCK, NODE};
 
 /// From frame to frame: a busy bus at 1 Mbit/s.
 const PAUSE: Duration = Duration::from_micros(100);
 
 /// The slave and the end of the bus that it sees.
-pub struct Harness<M: Mapping> {
-    pub slave: Slave<Application, 8, 8, M>,
+pub struct Harness<M: Mapping = PdoMapping, const SCATTERED: bool = false> {
+    pub slave: Slave<Application<M, SCATTERED>>,
     out: Outbox<SlaveEvent>,
     now: Instant,
     /// When the master's heartbeat is due.
@@ -31,17 +31,12 @@ pub struct Harness<M: Mapping> {
     pub answer: Frame,
 }
 
-impl<M: Mapping> Harness<M> {
-    /// An operational slave with [`communication`]. Frames with `awaited` are counted.
+impl<M: Mapping, const SCATTERED: bool> Harness<M, SCATTERED> {
+    /// An operational slave. Frames with `awaited` are counted.
     pub fn new(awaited: CobId) -> anyhow::Result<Self> {
-        Self::with(awaited, communication)
-    }
-
-    /// An operational slave.
-    pub fn with(awaited: CobId, communication: fn(NodeId) -> Communication<8, 8, M>) -> anyhow::Result<Self> {
         let application = Application { block: Domain::new(vec![0; BLOCK]), ..Application::default() };
         let mut harness = Harness {
-            slave: Slave::new(NODE, &STANDARD, application, communication),
+            slave: Slave::new(NODE, &STANDARD, application),
             out: Outbox::new(),
             now: Instant::ZERO,
             beat: Instant::ZERO,

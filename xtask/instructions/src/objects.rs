@@ -1,8 +1,11 @@
 //! The device that is measured: its objects and PDOs.
 
-use ecss_can::node::{Communication, assert_pdos};
+use core::marker::PhantomData;
+
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Device, assert_device};
 use ecss_can::od::{Domain, Field, Objects};
-use ecss_can::pdo::{CobIdOf, Mapping, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, Mapping, PdoMapping, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::types::{CobId, NodeId};
 
 /// The slave.
@@ -13,10 +16,12 @@ pub const PEER: NodeId = NodeId::of::<3>();
 /// Bytes of the block.
 pub const BLOCK: usize = 32 << 10;
 
-/// Objects of the application.
+/// Objects of the application, with PDOs of arrays or of numbers that are objects of their own.
 #[derive(Objects)]
-#[objects(pdos = FOUR)]
-pub struct Application {
+#[objects(device)]
+pub struct Application<M: Mapping = PdoMapping, const SCATTERED: bool = false> {
+    #[skip]
+    pub mapping: PhantomData<M>,
     /// Received by PDO
     #[object(0x6000, array, rw, pdo)]
     pub received: [u16; 4],
@@ -44,7 +49,7 @@ pub struct Application {
 }
 
 /// RPDO 1 and TPDO 1 of an array of four numbers each, the latter with every SYNC.
-const FOUR: PdoSet = PdoSet::new(
+const OF_ARRAYS: PdoSet = PdoSet::new(
     &[receive(Application::RECEIVED.sub(1))
         .map(Application::RECEIVED.sub(2))
         .map(Application::RECEIVED.sub(3))
@@ -56,11 +61,11 @@ const FOUR: PdoSet = PdoSet::new(
 );
 
 /// The same of four numbers that are objects of their own.
-const SCATTERED: PdoSet = PdoSet::new(
+const OF_OBJECTS: PdoSet = PdoSet::new(
     &[receive(Application::ONE).map(Application::THREE).map(Application::TWO).map(Application::FOUR)],
     &[transmit(Application::ONE).map(Application::THREE).map(Application::TWO).map(Application::FOUR)],
 );
-const _: () = assert_pdos::<Application, 8, 8>(&SCATTERED);
+const _: () = assert_device::<Application<PdoMapping, true>>();
 
 const fn receive(first: Field) -> Rpdo {
     Rpdo::new(1, CobIdOf::node(0x200)).map(first)
@@ -70,20 +75,17 @@ const fn transmit(first: Field) -> Tpdo {
     Tpdo::new(1, CobIdOf::node(0x180)).transmission(1).map(first)
 }
 
-/// With PDOs of arrays.
-pub fn communication<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
-    with(node, &FOUR)
-}
+impl<M: Mapping, const SCATTERED: bool> Device for Application<M, SCATTERED> {
+    type Pdos = PdoObjects<8, 8, M>;
+    type Consumers = HeartbeatConsumers;
 
-/// With PDOs of numbers that are objects of their own.
-pub fn scattered<M: Mapping>(node: NodeId) -> Communication<8, 8, M> {
-    with(node, &SCATTERED)
-}
+    const PDOS: PdoSet = if SCATTERED { OF_OBJECTS } else { OF_ARRAYS };
 
-fn with<M: Mapping>(node: NodeId, pdos: &PdoSet) -> Communication<8, 8, M> {
-    let mut objects = Communication::new(node).with_pdos(node, pdos);
-    objects.consumer_heartbeat[1] = u32::from(PEER.get()) << 16 | 250;
-    objects
+    fn consumers(_: NodeId) -> HeartbeatConsumers {
+        let mut consumers = HeartbeatConsumers::default();
+        consumers.consumer_heartbeat[1] = u32::from(PEER.get()) << 16 | 250;
+        consumers
+    }
 }
 
 /// COB-ID of RPDO 1.

@@ -6,7 +6,7 @@ use ecss_can::pdo::{Mapping, PdoMapping};
 use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId};
 
 use crate::harness::Harness;
-use crate::objects::{Application, NODE, PEER, receive_id, scattered, transmit_id};
+use crate::objects::{Application, NODE, PEER, receive_id, transmit_id};
 
 /// Nobody knows it.
 const FOREIGN: CobId = CobId::telemetry(PEER);
@@ -30,7 +30,7 @@ pub fn rpdo<M: Mapping>(repetitions: u32) -> anyhow::Result<()> {
 
 /// The same where each value is an object of its own.
 pub fn rpdo_scattered(repetitions: u32) -> anyhow::Result<()> {
-    let mut harness = Harness::<PdoMapping>::with(FOREIGN, scattered)?;
+    let mut harness = Harness::<PdoMapping, true>::new(FOREIGN)?;
     for n in 0..repetitions {
         let [low, high, ..] = n.to_le_bytes();
         harness.receive(Frame::of(receive_id(), [low, high, 2, 2, low, high, 4, 4]));
@@ -44,7 +44,7 @@ pub fn rpdo_scattered(repetitions: u32) -> anyhow::Result<()> {
 
 /// SYNC in, TPDO of 4 x 16 bit that are objects of their own out.
 pub fn sync_scattered(repetitions: u32) -> anyhow::Result<()> {
-    let mut harness = Harness::<PdoMapping>::with(transmit_id(), scattered)?;
+    let mut harness = Harness::<PdoMapping, true>::new(transmit_id())?;
     for n in 0..repetitions {
         harness.slave.objects_mut().application.two = n as u16;
         harness.receive(Frame::of(CobId::SYNC, []));
@@ -63,7 +63,7 @@ pub fn sync<M: Mapping>(repetitions: u32) -> anyhow::Result<()> {
 }
 
 /// Whether so many TPDOs came, the last one with the number of the last repetition as its third value.
-fn check_sent<M: Mapping>(harness: &Harness<M>, repetitions: u32) -> anyhow::Result<()> {
+fn check_sent<M: Mapping, const S: bool>(harness: &Harness<M, S>, repetitions: u32) -> anyhow::Result<()> {
     ensure!(harness.answers == repetitions, "{} TPDOs", harness.answers);
     let [_, _, _, _, low, high, ..] = harness.answer.padded();
     let last = repetitions.wrapping_sub(1) as u16;
@@ -160,7 +160,7 @@ pub fn irrelevant(repetitions: u32) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn ignored<M: Mapping>(harness: &Harness<M>) -> u16 {
+fn ignored<M: Mapping, const S: bool>(harness: &Harness<M, S>) -> u16 {
     harness.status().counters[Bus::Nominal].ignored
 }
 

@@ -1,10 +1,13 @@
 //! Board, tasks, and the application: gives the thermometer its table and checks that it keeps it.
 
 use boards::{Board, Port, TELLTALE, Uptime};
+use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::port::CanPort;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{Master, MasterEvent, MasterRequest};
+use ecss_can::node::{Device, Master, MasterEvent, MasterRequest};
+use ecss_can::od::Objects;
+use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::runner::{AppLink, NodeCell, SdoClient, bus_task, node_task};
 use ecss_can::sdo::Error;
 use ecss_can::types::{Address, Bus, NmtState, NodeId};
@@ -20,7 +23,19 @@ const TABLE: Address = Thermometer::<&mut [u8]>::TABLE.address();
 const MODE: Address = Thermometer::<&mut [u8]>::MODE.address();
 const SAVE_ALL: Address = Address::new(0x1010, 1);
 
-type Node = NodeCell<Raw, Master>;
+/// It has no objects of its own.
+#[derive(Objects)]
+#[objects(device)]
+struct Ground {}
+
+impl Device for Ground {
+    type Pdos = PdoObjects<0, 0>;
+    type Consumers = HeartbeatConsumers<8>;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+}
+
+type Node = NodeCell<Raw, Master<Ground>>;
 
 static NODE: OnceLock<Node> = OnceLock::new();
 static LINK: AppLink<Raw, MasterEvent, MasterRequest> = AppLink::new();
@@ -31,7 +46,7 @@ static READY: Signal<Raw, NodeId> = Signal::new();
 async fn main(spawner: Spawner) {
     let p = boards::start();
     let Board { mut ports, .. } = Board::new(boards::take!(p), BIT_TIMING);
-    let node = NODE.get_or_init(|| NodeCell::new(Master::new(&PROFILE)));
+    let node = NODE.get_or_init(|| NodeCell::new(Master::new(&PROFILE, Ground::default())));
     let filters = node.with(|master| master.filters());
     Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
     spawner.spawn(bus(Bus::Nominal, ports.nominal, node).expect("spawned once"));
@@ -55,7 +70,7 @@ async fn listen() {
     }
 }
 
-async fn calibrate(client: SdoClient<'_, Raw>) {
+async fn calibrate(client: SdoClient<'_, Raw, Ground>) {
     let node = READY.wait().await;
     let command = NmtMessage { command: Command::ResetNode, target: Target::Node(node) };
     if let Err(error) = write_table(&client, node).await {
@@ -73,14 +88,14 @@ async fn calibrate(client: SdoClient<'_, Raw>) {
 }
 
 /// By block transfer, then "save"; from now on the thermometer corrects by it.
-async fn write_table(client: &SdoClient<'_, Raw>, node: NodeId) -> Result<(), Error> {
+async fn write_table(client: &SdoClient<'_, Raw, Ground>, node: NodeId) -> Result<(), Error> {
     let mut bytes = table();
     client.download_from(node, TABLE, 2048, |part| part.fill_with(|| bytes.next().unwrap_or(0))).await?;
     client.write(node, MODE, &[1]).await?;
     client.write(node, SAVE_ALL, b"save").await
 }
 
-async fn is_kept(client: &SdoClient<'_, Raw>, node: NodeId) -> Result<bool, Error> {
+async fn is_kept(client: &SdoClient<'_, Raw, Ground>, node: NodeId) -> Result<bool, Error> {
     let (mut bytes, mut same) = (table(), true);
     client
         .upload_to(node, TABLE, 2048, |part| same &= part.iter().all(|byte| bytes.next() == Some(*byte)))

@@ -3,9 +3,10 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-use ecss_can::node::{Communication, Identity, Slave};
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Communication, Device, Identity, Slave};
 use ecss_can::od::{Domain, Objects};
-use ecss_can::pdo::{CobIdOf, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::types::{AbortCode, Address, NodeId};
 
@@ -23,11 +24,9 @@ pub const CYCLE: Tpdo = Tpdo::new(4, CobIdOf::node(0x480))
     .map(Thermometer::TEMPERATURE)
     .map(Thermometer::HIGHEST);
 
-const PDOS: PdoSet = PdoSet::new(&[COMMAND], &[CHANGE, CYCLE]);
-
 /// What it has beside the objects of every node. `S` is where its table lies.
 #[derive(Clone, Debug, PartialEq, Objects)]
-#[objects(pdos = PDOS, check = Thermometer::check_limits)]
+#[objects(device, check = Thermometer::check_limits)]
 pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
     /// Temperature
     ///
@@ -69,6 +68,21 @@ pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8
     /// A correction for every fourth code of the converter: 1024 times INTEGER16, 0.1 °C.
     #[object(0x6030, rw, keep)]
     pub table: Domain<S>,
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Device for Thermometer<S> {
+    type Pdos = PdoObjects<4, 4>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PdoSet::new(&[COMMAND], &[CHANGE, CYCLE]);
+
+    fn communication(id: NodeId) -> Communication {
+        Communication {
+            device_name: "Thermometer",
+            identity: Identity { vendor: 0, product: 0x7E, revision: 1 << 16, serial: 0 },
+            ..Communication::new(id)
+        }
+    }
 }
 
 impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Thermometer<S> {
@@ -120,12 +134,7 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Thermometer<S> {
 /// A thermometer before power-on; `memory` holds its table.
 pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default>(id: NodeId, memory: S) -> Slave<Thermometer<S>> {
     let application = Thermometer { table: Domain::new(memory), ..Default::default() };
-    Slave::new(id, &PROFILE, application, |id| {
-        let mut objects = Communication::new(id).with_pdos(id, &PDOS);
-        objects.device_name = "Thermometer";
-        objects.identity = Identity { vendor: 0, product: 0x7E, revision: 1 << 16, serial: 0 };
-        objects
-    })
+    Slave::new(id, &PROFILE, application)
 }
 
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! What the refused sets should have been.
 #![deny(warnings)]
 
-use ecss_can::node::{BusHealth, Communication, Spacecraft};
-use ecss_can::od::{DataType, NO_REMOTE, Objects};
-use ecss_can::pdo::{CobIdOf, Mapping, PdoSet, Rpdo, Tpdo};
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{BusHealth, Communication, Device, Spacecraft};
+use ecss_can::od::{DataType, INVALID, NO_REMOTE, Objects};
+use ecss_can::pdo::{CobIdOf, Mapping, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::types::NodeId;
 
 #[derive(Objects)]
-#[objects(pdos = PDOS)]
+#[objects(device)]
 pub struct Thermometer {
     /// Temperature
     #[object(0x6000, ro, pdo)]
@@ -20,7 +21,14 @@ pub struct Thermometer {
     pub flags: [bool; 9],
 }
 
-const PDOS: PdoSet<2, 512> = PdoSet::new(
+impl Device for Thermometer {
+    type Pdos = PdoObjects<2, 512>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PDOS;
+}
+
+const PDOS: PdoSet = PdoSet::new(
     &[Rpdo::new(2, CobIdOf::fixed(0x700))
         .transmission(240)
         .event_timer(1_000)
@@ -41,8 +49,8 @@ const PDOS: PdoSet<2, 512> = PdoSet::new(
 
 fn main() {
     let node = NodeId::of::<5>();
-    let objects = Communication::<2, 512>::new(node).with_pdos(node, &PDOS);
-    assert_eq!(objects.rpdos[0], Communication::<2, 512>::new(node).rpdos[0]);
+    let objects = Thermometer::pdos(node);
+    assert_eq!(objects.rpdos[0].cob_id, INVALID | NO_REMOTE | 0x205);
     let rpdo = objects.rpdos[1];
     assert_eq!((rpdo.cob_id, rpdo.transmission, rpdo.event_timer), (NO_REMOTE | 0x700, 240, 1_000));
     assert_eq!(objects.rpdo_mappings[1].objects(), [0x0007_0020, 0x6001_0010, 0x6004_0901]);

@@ -1,7 +1,9 @@
-//! PDOs of objects that the device does not have: seen where the declaration of the application names its set.
+//! Devices with PDOs of objects that they do not have, or beyond their slots.
 
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Communication, Device};
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoSet, Tpdo};
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 
 #[derive(Objects)]
 struct Power {
@@ -13,7 +15,7 @@ struct Power {
 const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Power::VOLTAGE)]);
 
 #[derive(Objects)]
-#[objects(pdos = PDOS)]
+#[objects(device)]
 struct WithoutPower {
     /// Mode
     #[object(0x6001, rw)]
@@ -21,7 +23,7 @@ struct WithoutPower {
 }
 
 #[derive(Objects)]
-#[objects(pdos = PDOS)]
+#[objects(device)]
 struct WithAnother {
     /// Voltage, in a finer unit
     #[object(0x6000, ro, pdo)]
@@ -29,7 +31,7 @@ struct WithAnother {
 }
 
 #[derive(Objects)]
-#[objects(pdos = PDOS)]
+#[objects(device)]
 struct WithParameter<G: Objects + Default = WithoutPower> {
     #[objects]
     group: G,
@@ -37,7 +39,7 @@ struct WithParameter<G: Objects + Default = WithoutPower> {
 
 /// With power, and with an index of the node.
 #[derive(Objects)]
-#[objects(pdos = PDOS)]
+#[objects(device)]
 struct OnForeignGround {
     #[objects]
     power: Power,
@@ -45,5 +47,63 @@ struct OnForeignGround {
     #[object(0x2010, ro)]
     time: u32,
 }
+
+impl Device for WithoutPower {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PDOS;
+}
+
+impl Device for WithAnother {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PDOS;
+}
+
+impl<G: Objects + Default> Device for WithParameter<G> {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PDOS;
+}
+
+impl Device for OnForeignGround {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PDOS;
+}
+
+/// Eight receive PDOs, and four that it transmits.
+#[derive(Objects)]
+#[objects(device)]
+struct WithoutRoom {}
+
+impl Device for WithoutRoom {
+    type Pdos = PdoObjects<8, 4>;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(5, CobIdOf::node(0x180)).map(Communication::ERROR_REGISTER)]);
+}
+
+#[derive(Objects)]
+#[objects(device)]
+struct WithNinth {}
+
+impl Device for WithNinth {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::new(
+        &[Rpdo::new(9, CobIdOf::node(0x200)).skip(ecss_can::od::DataType::Unsigned8)],
+        &[],
+    );
+}
+
+#[derive(Objects)]
+#[objects(device)]
+struct NoDevice {}
 
 fn main() {}

@@ -1,7 +1,9 @@
 //! A set that the declaration checks where its constructor is used, for a parameter without default.
 
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::Device;
 use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoSet, Tpdo};
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
 
 #[derive(Objects)]
 struct Power {
@@ -13,8 +15,8 @@ struct Power {
 const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Power::VOLTAGE)]);
 
 #[derive(Objects)]
-#[objects(pdos = PDOS)]
-struct Device<G: Objects + Default> {
+#[objects(device)]
+struct Box<G: Objects + Default> {
     #[objects]
     group: G,
 }
@@ -26,7 +28,14 @@ struct Mode {
     mode: u8,
 }
 
+impl<G: Objects + Default> Device for Box<G> {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PDOS;
+}
+
 fn main() {
-    Device::<Power>::default();
-    Device::<Mode>::default();
+    Box::<Power>::default();
+    Box::<Mode>::default();
 }

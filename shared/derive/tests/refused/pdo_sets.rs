@@ -13,8 +13,6 @@ const fn transmit(number: u16, cob_id: CobIdOf) -> Tpdo {
 
 const EMPTY: PdoSet = PdoSet::new(&[Rpdo::new(1, CobIdOf::node(0x200))], &[]);
 const TWICE: PdoSet = PdoSet::new(&[receive(1), receive(2), receive(1)], &[]);
-const NINTH: PdoSet = PdoSet::new(&[receive(8), receive(9)], &[]);
-const FIFTH: PdoSet<8, 4> = PdoSet::new(&[], &[transmit(5, CobIdOf::node(0x180))]);
 const ONE_BASE: PdoSet =
     PdoSet::new(&[], &[transmit(1, CobIdOf::node(0x180)), transmit(2, CobIdOf::node(0x180))]);
 const ONE_OF_A_NODE: PdoSet =

@@ -4,6 +4,7 @@ use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
 use crate::boot::{Boot, BootRequest};
 use crate::nmt::{Command, NmtMessage, Target};
+use crate::node::Device;
 use crate::profile::Profile;
 use crate::sdo::Mode;
 use crate::types::{Instant, earliest};
@@ -20,7 +21,7 @@ pub(super) fn at_power_on(profile: &Profile) -> Boot {
     boot
 }
 
-impl Master {
+impl<D: Device> Master<D> {
     /// Whoever had a transfer is told that it failed; the boot-up process waits to hear its slaves on the new bus.
     pub(super) fn on_bus_changed(&mut self, now: Instant, out: &mut Out) {
         self.boot.on_bus_changed();
@@ -82,7 +83,7 @@ impl Master {
         if !self.manager.is_announced() {
             return false;
         }
-        let objects = &self.device.dictionary.objects.application;
+        let objects = &self.services.dictionary.objects.application.network;
         match self.boot.request(|node| objects.expected(node)) {
             Some(BootRequest::Read { node, at, most }) => {
                 self.transfers.take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
@@ -94,7 +95,7 @@ impl Master {
             }
             None => return false,
         }
-        self.device.dictionary.objects.application.show_client(self.transfers.node);
+        self.services.dictionary.objects.application.network.show_client(self.transfers.node);
         true
     }
 
@@ -106,12 +107,12 @@ impl Master {
             out.event(MasterEvent::ConfigurationLost { node, difference });
         }
         while let Some((node, failure)) = self.boot.take_failure() {
-            let objects = &mut self.device.dictionary.objects.application;
+            let objects = &mut self.services.dictionary.objects.application.network;
             objects.show_error(node, failure.error as u8, failure.cause.abort_code());
             out.event(MasterEvent::BootFailed { node, failure });
         }
         while let Some((node, progress)) = self.boot.take_change() {
-            self.device.dictionary.objects.application.show_progress(node, progress);
+            self.services.dictionary.objects.application.network.show_progress(node, progress);
             out.event(MasterEvent::Boot { node, progress });
         }
         if let Some(node) = self.boot.take_start()

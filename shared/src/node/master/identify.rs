@@ -5,7 +5,7 @@
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
-use crate::node::Communication;
+use crate::node::{Communication, Device};
 use crate::sdo::{Error, Mode};
 use crate::types::{Address, Instant};
 
@@ -19,7 +19,7 @@ pub(super) struct Identification {
     not_before: Instant,
 }
 
-impl Master {
+impl<D: Device> Master<D> {
     /// When a question can be asked that waits; `None` while the client is not free for it.
     pub(super) fn identification_deadline(&self) -> Option<Instant> {
         let is_free = self.transfers.owner == Owner::Nobody && self.manager.is_announced();
@@ -34,7 +34,7 @@ impl Master {
         }
         let Some(node) = self.manager.peers_mut().take_unasked() else { return false };
         self.transfers.take(Owner::Identification, node).start_upload(DEVICE_TYPE, BYTES, Mode::Segmented);
-        self.device.dictionary.objects.application.show_client(node);
+        self.services.dictionary.objects.application.network.show_client(node);
         true
     }
 

@@ -8,19 +8,18 @@ mod transfers;
 
 use heapless::Deque;
 
-pub use objects::{MasterDictionary, MasterObjects};
+pub use objects::{MasterObjects, NetworkObjects};
 
 use self::identify::Identification;
 use self::transfers::Transfers;
 use super::buses::{BusNews, Buses};
-use super::device::Device;
-use super::{MasterEvent, MasterRequest, RefusalCause, Status};
+use super::services::Services;
+use super::{Device, MasterEvent, MasterRequest, RefusalCause, Status};
 use crate::boot::Boot;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox};
-use crate::pdo::PdoMapping;
 use crate::profile::Profile;
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
 use crate::time::LocalClock;
@@ -38,9 +37,9 @@ const HELD: usize = 16;
 
 /// NMT master, redundancy master, SYNC and time producer, SDO client, CANopen device; commands and telemetry.
 #[derive(Debug)]
-pub struct Master {
+pub struct Master<D: Device> {
     redundancy: Parameters,
-    device: Device<MasterObjects, 0, 0, PdoMapping>,
+    services: Services<MasterObjects<D>>,
     boot: Boot,
     transfers: Transfers,
     /// The device has something to do before its deadline.
@@ -71,15 +70,15 @@ struct Lifetimes {
     sdo: Duration,
 }
 
-impl Master {
+impl<D: Device> Master<D> {
     /// A master before power-on.
-    pub fn new(profile: &Profile) -> Master {
+    pub fn new(profile: &Profile, device: D) -> Self {
         let redundancy = profile.redundancy();
-        let objects = objects::at_power_on(profile);
+        let objects = objects::at_power_on(profile, device);
         let sync = objects::sync_config(&objects.communication);
         let mut master = Master {
             redundancy,
-            device: Device::new(NodeId::MASTER, objects, profile.sdo_timeout),
+            services: Services::new(NodeId::MASTER, objects, profile.sdo_timeout),
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
             is_device_due: false,
@@ -155,7 +154,7 @@ impl Master {
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
         self.manager.on_health(bus, health, self.buses.is_failed(bus), now);
-        self.device.on_health(bus, &health);
+        self.services.on_health(bus, &health);
         self.refresh_health();
         self.is_device_due = true;
         out.event(MasterEvent::Health { bus, health });
@@ -255,7 +254,7 @@ impl Master {
     }
 }
 
-impl Node for Master {
+impl<D: Device> Node for Master<D> {
     type Event = MasterEvent;
     type Request = MasterRequest;
 
@@ -265,7 +264,7 @@ impl Node for Master {
         let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
         out.send_for(bus, boot_up, now, self.lifetimes.heartbeat);
         self.manager.start(now);
-        self.device.configure(now);
+        self.services.configure(now);
         self.boot.start(now);
         self.sync.start(now);
         self.time.start(now);

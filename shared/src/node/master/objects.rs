@@ -3,16 +3,16 @@
 use super::{Master, MasterEvent, Out};
 use crate::boot::{Assignment, BootProgress, Expected};
 use crate::emcy::ErrorCode;
-use crate::heartbeat::MONITORED;
+use crate::heartbeat::ConsumerSlots;
 use crate::nmt::{Command, NmtMessage, NmtStartup, Target};
-use crate::node::device::{FIRST_TOLD, SdoStep};
 use crate::node::index::{
     ASSIGNMENT, CONSUMER_HEARTBEAT, CYCLE_PERIOD, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, SCET_SET,
     SELF_TEST_START, SYNC_COB_ID, SYNC_OVERFLOW,
 };
-use crate::node::{Communication, Identity, NodeObjects, SelfTest};
+use crate::node::services::{FIRST_TOLD, SdoStep};
+use crate::node::{Communication, Device, NodeObjects, SelfTest};
 use crate::od::{INVALID, Objects, Record};
-use crate::pdo::PdoMapping;
+use crate::pdo::PdoSet;
 use crate::profile::Profile;
 use crate::sync;
 use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
@@ -28,12 +28,45 @@ pub(super) const MISSING: u8 = 1;
 /// 1F82h: sub-index of all nodes.
 const ALL: u8 = 128;
 
-/// Of the whole dictionary: it has no PDOs but the Spacecraft Time PDO, whose parameters the profile has.
-pub type MasterDictionary = NodeObjects<MasterObjects, 0, 0, PdoMapping>;
-
-/// What a master has beside the objects of every node. Entries of arrays have the Node-ID of the slave as sub-index.
+/// What a master has beside the objects of every node: those of its device, and those for the management of its network.
 #[derive(Clone, Debug, PartialEq, Objects)]
-pub struct MasterObjects {
+pub struct MasterObjects<D: Device> {
+    /// Of the device
+    #[objects]
+    pub device: D,
+    /// Of the network
+    #[objects]
+    pub network: NetworkObjects,
+}
+
+impl<D: Device> Device for MasterObjects<D> {
+    type Pdos = D::Pdos;
+    type Consumers = D::Consumers;
+
+    const PDOS: PdoSet = D::PDOS;
+
+    /// It produces SYNC (ECSS 6.9d). Nobody consumes its emergencies: 1003h has them.
+    fn communication(id: NodeId) -> Communication {
+        let mut communication = D::communication(id);
+        communication.sync_cob_id |= PRODUCES;
+        communication.nmt_startup = NmtStartup::MASTER.raw();
+        communication.emcy_cob_id |= INVALID;
+        communication
+    }
+
+    fn consumers(id: NodeId) -> D::Consumers {
+        D::consumers(id)
+    }
+
+    fn pdos(id: NodeId) -> D::Pdos {
+        D::pdos(id)
+    }
+}
+
+/// Management of the network: the boot-up process and its SDO client (CiA 302-2). Entries of arrays have the Node-ID of the
+/// slave as sub-index.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct NetworkObjects {
     /// SDO client parameter
     ///
     /// Of the transfer that runs, or of the last one. Not valid (bit 31) before the first.
@@ -127,7 +160,7 @@ fn entry<T>(array: &mut [T], node: NodeId) -> Option<&mut T> {
     array.get_mut(usize::from(node.get()).wrapping_sub(1))
 }
 
-impl MasterObjects {
+impl NetworkObjects {
     /// What a slave should be: 1F26h, 1F27h, 1F84h to 1F88h.
     pub(super) fn expected(&self, node: NodeId) -> Expected {
         let nth = usize::from(node.get()).wrapping_sub(1);
@@ -186,48 +219,42 @@ impl MasterObjects {
 }
 
 /// The objects at power-on.
-pub(super) fn at_power_on(profile: &Profile) -> MasterDictionary {
-    let mut communication = Communication::<0, 0, PdoMapping>::new(NodeId::MASTER);
-    communication.device_name = "ECSS-E-ST-50-15C master";
-    communication.software_version = env!("CARGO_PKG_VERSION");
-    communication.identity = Identity { vendor: 0, product: 0x5015, revision: 1 << 16, serial: 1 };
-    communication.sync_cob_id |= PRODUCES;
-    communication.nmt_startup = NmtStartup::MASTER.raw();
-    communication.cycle_period = profile.sync.as_micros() as u32;
-    // Nobody consumes them: 1003h has them.
-    communication.emcy_cob_id |= INVALID;
+pub(super) fn at_power_on<D: Device>(profile: &Profile, device: D) -> NodeObjects<MasterObjects<D>> {
     let redundancy = profile.redundancy();
-    let mut objects = NodeObjects::new(NodeId::MASTER, &redundancy, MasterObjects::default(), communication);
-    // As many as there are entries; the redundancy manager watches all slaves.
-    objects.communication.consumer_heartbeat = [0; MONITORED];
+    let application = MasterObjects { device, network: NetworkObjects::default() };
+    let mut objects = NodeObjects::new(NodeId::MASTER, &redundancy, application);
+    objects.communication.cycle_period = profile.sync.as_micros() as u32;
     let consumer = redundancy.consumer.as_millis() as u32 & 0xFFFF;
-    for (slot, slave) in objects.communication.consumer_heartbeat.iter_mut().zip(profile.slaves) {
+    let entries = objects.consumers.entries_mut();
+    entries.fill(0);
+    for (slot, slave) in entries.iter_mut().zip(profile.slaves) {
         *slot = u32::from(slave.node.get()) << 16 | consumer;
     }
-    objects.application.boot_time = profile.boot.time.as_millis() as u32;
+    let network = &mut objects.application.network;
+    network.boot_time = profile.boot.time.as_millis() as u32;
     for slave in profile.slaves {
-        if let Some(assignment) = entry(&mut objects.application.assignment, slave.node) {
+        if let Some(assignment) = entry(&mut network.assignment, slave.node) {
             *assignment = slave.assignment().raw();
         }
-        objects.application.expect(slave.node, &slave.expected);
+        network.expect(slave.node, &slave.expected);
     }
     objects
 }
 
 /// SYNC as 1005h, 1006h and 1019h have it.
-pub(super) fn sync_config(objects: &Communication<0, 0, PdoMapping>) -> sync::Config {
+pub(super) fn sync_config(objects: &Communication) -> sync::Config {
     sync::Config::new(objects.sync_cob_id, objects.cycle_period, objects.sync_overflow)
 }
 
-impl Master {
+impl<D: Device> Master<D> {
     /// The object dictionary.
-    pub fn objects(&self) -> &MasterDictionary {
-        &self.device.dictionary.objects
+    pub fn objects(&self) -> &NodeObjects<MasterObjects<D>> {
+        &self.services.dictionary.objects
     }
 
     /// The object dictionary, to be changed.
-    pub fn objects_mut(&mut self) -> &mut MasterDictionary {
-        &mut self.device.dictionary.objects
+    pub fn objects_mut(&mut self) -> &mut NodeObjects<MasterObjects<D>> {
+        &mut self.services.dictionary.objects
     }
 
     /// A request to the SDO server.
@@ -235,7 +262,7 @@ impl Master {
         // Values of the moment that may be asked for.
         match frame.data() {
             [_, 0x11, 0x20, ..] => {
-                self.device.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into()
+                self.services.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into()
             }
             [_, 0x20 | 0x21, 0x20, ..] => self.refresh_health(),
             _ => {}
@@ -248,32 +275,32 @@ impl Master {
         if !self.serve(SdoStep::Request(frame), now, send) {
             self.buses.malformed(bus);
         }
-        if let Some(at) = self.device.take_written() {
+        if let Some(at) = self.services.take_written() {
             self.on_written(at, now, out);
         }
         self.is_device_due = true;
     }
 
     pub(super) fn refresh_health(&mut self) {
-        self.device.show_health(&self.buses.health, &self.buses.counters);
+        self.services.show_health(&self.buses.health, &self.buses.counters);
     }
 
     /// Frames were lost on their way in or out.
     pub(super) fn lost(&mut self, bus: Bus) {
-        self.device.occurred(ErrorCode::CAN_OVERRUN, bus);
+        self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
         self.is_device_due = true;
     }
 
     /// An object was written over the bus: what depends on it follows.
     fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
-        let objects = &mut self.device.dictionary.objects;
+        let objects = &mut self.services.dictionary.objects;
         match (at.index, NodeId::new(at.sub)) {
             (SYNC_COB_ID | CYCLE_PERIOD | SYNC_OVERFLOW, _) => {
                 self.sync.configure(sync_config(&objects.communication), now)
             }
             (CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY, _) => {
                 // The longest: no slave is lost before its own time.
-                let times = objects.communication.consumer_heartbeat.iter().map(|entry| entry & 0xFFFF);
+                let times = objects.consumers.entries().iter().map(|entry| entry & 0xFFFF);
                 let longest = times.max().filter(|time| *time > 0);
                 if let Some(time) = longest {
                     self.redundancy.consumer = Duration::from_millis(u64::from(time));
@@ -287,7 +314,7 @@ impl Master {
                 self.manager.configure(self.redundancy, now);
             }
             (ASSIGNMENT, Some(node)) => {
-                let raw = entry(&mut objects.application.assignment, node).map_or(0, |raw| *raw);
+                let raw = entry(&mut objects.application.network.assignment, node).map_or(0, |raw| *raw);
                 let assignment = Assignment::from_raw(raw);
                 self.boot.assign(node, assignment);
                 self.manager.peers_mut().assign(node, assignment.is_slave());
@@ -300,7 +327,7 @@ impl Master {
             }
             _ => {}
         }
-        self.device.on_written(at);
+        self.services.on_written(at);
         if at.index >= FIRST_TOLD {
             out.event(MasterEvent::Written(at));
         }
@@ -309,7 +336,10 @@ impl Master {
     /// 1F82h was written: what is read there is the state of the slave, not the command.
     fn on_requested_nmt(&mut self, sub: u8, node: Option<NodeId>, now: Instant, out: &mut Out) {
         let nth = usize::from(sub).wrapping_sub(1);
-        let Some(entry) = self.device.dictionary.objects.application.request_nmt.get_mut(nth) else { return };
+        let Some(entry) = self.services.dictionary.objects.application.network.request_nmt.get_mut(nth)
+        else {
+            return;
+        };
         let command = match *entry {
             4 => Command::Stop,
             5 => Command::Start,
@@ -325,22 +355,24 @@ impl Master {
 
     /// Object 1F82h.
     pub(super) fn show_state(&mut self, node: NodeId, state: u8) {
-        if let Some(shown) = entry(&mut self.device.dictionary.objects.application.request_nmt, node) {
+        if let Some(shown) =
+            entry(&mut self.services.dictionary.objects.application.network.request_nmt, node)
+        {
             *shown = state;
         }
     }
 
     /// A heartbeat on the active bus, for the consumers of 1016h.
     pub(super) fn on_monitored(&mut self, node: NodeId, state: NmtState, at: Instant) {
-        if self.device.monitor.on_heartbeat(node, state, at).is_some_and(|heard| heard.resolved) {
-            self.device.clear(ErrorCode::HEARTBEAT, node.get());
+        if self.services.monitor.on_heartbeat(node, state, at).is_some_and(|heard| heard.resolved) {
+            self.services.clear(ErrorCode::HEARTBEAT, node.get());
             self.is_device_due = true;
         }
     }
 
     pub(super) fn device_deadline(&self) -> Option<Instant> {
-        let device = self.device.deadline(NmtState::Operational);
-        earliest(&[device, self.device.monitor.deadline()])
+        let device = self.services.deadline(NmtState::Operational);
+        earliest(&[device, self.services.monitor.deadline()])
     }
 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
@@ -349,13 +381,13 @@ impl Master {
             return;
         }
         self.is_device_due = false;
-        while let Some(missed) = self.device.monitor.poll(until) {
-            self.device.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
+        while let Some(missed) = self.services.monitor.poll(until) {
+            self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
         }
         let (bus, lifetime) = (self.manager.active(), self.lifetimes.sdo);
         let send = &mut |frame| out.send_for(bus, frame, now, lifetime);
-        self.device.poll(until, NmtState::Operational, send);
-        if self.device.is_sdo_busy() {
+        self.services.poll(until, NmtState::Operational, send);
+        if self.services.is_sdo_busy() {
             self.serve(SdoStep::Poll, until, send);
         }
     }
@@ -363,6 +395,6 @@ impl Master {
     /// The SDO server runs.
     #[inline(never)] // of three callers
     pub(super) fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
-        self.device.serve(step, now, &mut |frame| send(frame))
+        self.services.serve(step, now, &mut |frame| send(frame))
     }
 }

@@ -5,11 +5,11 @@ use crate::emcy::{Emergency, ErrorCode};
 use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, NmtMessage, Target};
-use crate::node::FailCause;
+use crate::node::{Device, FailCause};
 use crate::pdo::Message;
 use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet};
 
-impl Master {
+impl<D: Device> Master<D> {
     pub(super) fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
         let active = self.manager.active();
         if !self.buses.is_joined(bus, active) {
@@ -89,7 +89,7 @@ impl Master {
     fn on_rival(&mut self, bus: Bus, at: Instant, out: &mut Out) {
         self.buses.ignored(bus);
         if self.rivals.on_heartbeat(bus, at) {
-            self.device.raise(ErrorCode::CAN_ID_COLLISION, [bus.bdefault(), 0, 0, 0, 0]);
+            self.services.raise(ErrorCode::CAN_ID_COLLISION, [bus.bdefault(), 0, 0, 0, 0]);
             self.is_device_due = true;
             out.event(MasterEvent::SecondMaster { bus });
         }
@@ -98,7 +98,7 @@ impl Master {
     /// Ends the collisions that are over.
     pub(super) fn run_rivals(&mut self, until: Instant, out: &mut Out) {
         while let Some(bus) = self.rivals.poll(until, self.redundancy.quiet_time()) {
-            self.device.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
+            self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
             self.is_device_due = true;
             out.event(MasterEvent::SecondMasterSilent { bus });
         }

@@ -7,7 +7,8 @@ use embassy_sync::waitqueue::MultiWakerRegistration;
 
 use super::{Master, Out};
 use crate::link::bit_timing::BitRate;
-use crate::node::device::SdoStep;
+use crate::node::Device;
+use crate::node::services::SdoStep;
 use crate::sdo;
 use crate::sdo::Client;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
@@ -93,7 +94,7 @@ impl Transfers {
 }
 
 /// For [`runner::SdoClient`](crate::runner::SdoClient), which knows whose turn it is.
-impl Master {
+impl<D: Device> Master<D> {
     /// The SDO client, for a transfer with the server in `node`, if nobody has it and the boot-up process does not want it.
     /// Else the task is woken when it may ask again. Start the transfer at once; when it is over, [release](Master::release_sdo)
     /// the client.
@@ -147,7 +148,7 @@ impl Master {
     /// A frame left the bus, or failed to: there is room for another one.
     pub(super) fn on_sdo_sent(&mut self, bus: Bus, frame: &Frame) {
         if frame.id() == CobId::sdo_response(NodeId::MASTER) {
-            self.device.on_sdo_sent();
+            self.services.on_sdo_sent();
             self.is_device_due = true;
         } else if frame.id() == CobId::sdo_request(self.transfers.node) && bus == self.manager.active() {
             self.transfers.client.on_sent();
@@ -158,7 +159,7 @@ impl Master {
     /// Frames were dropped before they came to the bus; some may have been segments that server or client wait for.
     pub(super) fn on_unsent(&mut self, bus: Bus, frames: u16) {
         for _ in 0..frames {
-            self.device.on_sdo_sent();
+            self.services.on_sdo_sent();
             self.transfers.client.on_sent();
         }
         self.transfers.is_due = true;

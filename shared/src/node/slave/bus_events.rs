@@ -4,12 +4,10 @@ use super::{Out, Slave};
 use crate::emcy::ErrorCode;
 use crate::link::port::Health;
 use crate::node::buses::BusNews;
-use crate::node::{LinkEvent, SlaveEvent};
-use crate::od::Objects;
-use crate::pdo::Mapping;
+use crate::node::{Device, LinkEvent, SlaveEvent};
 use crate::types::{Bus, CobId, Frame, Instant};
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+impl<D: Device> Slave<D> {
     pub(super) fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
         match self.buses.on_link(bus, event, now) {
             Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
@@ -30,7 +28,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             LinkEvent::Overrun { .. } => self.lost(bus, now),
             LinkEvent::Unsent { frames } => {
                 // Some may have been segments that the SDO server waits for.
-                (0..*frames).for_each(|_| self.device.on_sdo_sent());
+                (0..*frames).for_each(|_| self.services.on_sdo_sent());
                 self.lost(bus, now);
             }
             LinkEvent::Counters(_) => self.refresh_health(),
@@ -42,13 +40,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     fn lost(&mut self, bus: Bus, now: Instant) {
-        self.device.occurred(ErrorCode::CAN_OVERRUN, bus);
+        self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
         self.next = now;
     }
 
     fn on_sent(&mut self, frame: &Frame, now: Instant) {
         if frame.id() == CobId::sdo_response(self.id) {
-            self.device.on_sdo_sent();
+            self.services.on_sdo_sent();
             self.next = now;
         }
         if self.warning.is_some() && frame.data().starts_with(&ErrorCode::HEARTBEAT.get().to_le_bytes()) {
@@ -58,7 +56,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
-        self.device.on_health(bus, &health);
+        self.services.on_health(bus, &health);
         self.refresh_health();
         self.next = now;
         out.event(SlaveEvent::Health { bus, health });
@@ -67,11 +65,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// The objects of the moment: 2011h, 2020h and 2021h.
     #[inline(never)] // few requests ask for them
     pub(super) fn refresh(&mut self, now: Instant) {
-        self.device.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into();
+        self.services.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into();
         self.refresh_health();
     }
 
     fn refresh_health(&mut self) {
-        self.device.show_health(&self.buses.health, &self.buses.counters);
+        self.services.show_health(&self.buses.health, &self.buses.counters);
     }
 }

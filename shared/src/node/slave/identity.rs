@@ -5,13 +5,11 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Clash, Command, Reaction};
-use crate::node::SlaveEvent;
-use crate::od::Objects;
-use crate::pdo::Mapping;
+use crate::node::{Device, SlaveEvent};
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Frame, Instant};
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+impl<D: Device> Slave<D> {
     /// A heartbeat with the Node-ID of this node, which does not receive its own.
     pub(super) fn on_own_heartbeat(
         &mut self,
@@ -31,7 +29,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         }
         let yields = clash == Clash::Newcomer;
         out.event(SlaveEvent::Clash { bus, yields });
-        self.device.raise(ErrorCode::CAN_ID_COLLISION, [self.id.get(), 0, 0, 0, 0]);
+        self.services.raise(ErrorCode::CAN_ID_COLLISION, [self.id.get(), 0, 0, 0, 0]);
         if yields {
             // Stopped forbids the message, which goes out now.
             self.run_device(now, now, out);
@@ -44,7 +42,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// The other node was silent long enough.
     pub(super) fn on_clash_over(&mut self, now: Instant, out: &mut Out) {
-        self.device.clear(ErrorCode::CAN_ID_COLLISION, self.id.get());
+        self.services.clear(ErrorCode::CAN_ID_COLLISION, self.id.get());
         out.event(SlaveEvent::ClashOver);
         if self.identity.restore() {
             self.enter_pre_operational(now, out);

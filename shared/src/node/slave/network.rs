@@ -5,10 +5,8 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, ErrorBehaviour, NmtMessage, Reaction};
-use crate::node::device::{Dictionary, SdoStep};
-use crate::node::{BusCause, SlaveEvent, Spacecraft};
-use crate::od::Objects;
-use crate::pdo::Mapping;
+use crate::node::services::{Dictionary, SdoStep};
+use crate::node::{BusCause, Device, SlaveEvent, Spacecraft};
 use crate::redundancy::{MasterMessage, Redundancy, Selection};
 use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
@@ -20,7 +18,7 @@ const CTOGGLE: Address = Spacecraft::REDUNDANCY.field(Redundancy::CTOGGLE).addre
 /// A slave that is about to change the bus waits so long, at most, for the result of its EMCY.
 const WARNING: Duration = Duration::from_millis(2);
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+impl<D: Device> Slave<D> {
     pub(super) fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let Some(message) = NmtMessage::decode(frame) else { return self.buses.malformed(bus) };
         // Not of the master, as far as this node can know: it does not end a search either.
@@ -63,7 +61,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
-        self.device.entered(state, now);
+        self.services.entered(state, now);
         self.next = now;
         out.event(SlaveEvent::State(state));
     }
@@ -107,17 +105,17 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
             return self.buses.malformed(bus);
         };
-        let Some(heard) = self.device.monitor.on_heartbeat(node, state, stamp.at) else {
+        let Some(heard) = self.services.monitor.on_heartbeat(node, state, stamp.at) else {
             return self.buses.ignored(bus);
         };
         if heard.resolved {
-            self.device.clear(ErrorCode::HEARTBEAT, node.get());
+            self.services.clear(ErrorCode::HEARTBEAT, node.get());
             self.next = stamp.at;
         }
         if heard.before != Some(state) {
             out.event(SlaveEvent::PeerState { node, state });
         }
-        self.wake(self.device.monitor.deadline());
+        self.wake(self.services.monitor.deadline());
     }
 
     pub(super) fn apply(&mut self, selection: Selection, now: Instant, out: &mut Out) {
@@ -126,7 +124,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             Selection::Missed { bus } => {
                 out.event(SlaveEvent::MasterMissed { bus });
                 // ECSS 8.3.3e, note 2.
-                self.device.raise(ErrorCode::HEARTBEAT, [NodeId::MASTER.get(), 0, 0, 0, 0]);
+                self.services.raise(ErrorCode::HEARTBEAT, [NodeId::MASTER.get(), 0, 0, 0, 0]);
                 self.warning = Some(now + WARNING);
                 self.enter_pre_operational(now, out);
             }
@@ -149,13 +147,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
                 self.retain_bdefault();
             }
             Selection::Contradicted { bus, moved } => {
-                self.device.raise(ErrorCode::CAN_ID_COLLISION, [NodeId::MASTER.get(), 0, 0, 0, 0]);
+                self.services.raise(ErrorCode::CAN_ID_COLLISION, [NodeId::MASTER.get(), 0, 0, 0, 0]);
                 if moved {
                     self.move_to(bus, BusCause::TakenBack, now, out);
                     self.retain_bdefault();
                 }
             }
-            Selection::Undisputed => self.device.clear(ErrorCode::CAN_ID_COLLISION, NodeId::MASTER.get()),
+            Selection::Undisputed => self.services.clear(ErrorCode::CAN_ID_COLLISION, NodeId::MASTER.get()),
             Selection::KeepBdefault { bus } => self.keep_bdefault(bus, out),
         }
         self.show_redundancy(now);
@@ -166,7 +164,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         self.warning = None;
         if self.selector.is_confirmed() {
             self.retain_bdefault();
-            self.device.clear(ErrorCode::HEARTBEAT, NodeId::MASTER.get());
+            self.services.clear(ErrorCode::HEARTBEAT, NodeId::MASTER.get());
         }
     }
 
@@ -188,7 +186,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// Object 2000h; what the node changes itself of it is an event for the TPDOs that carry it.
     fn show_redundancy(&mut self, now: Instant) {
-        let Dictionary { objects, .. } = &mut self.device.dictionary;
+        let Dictionary { objects, .. } = &mut self.services.dictionary;
         let before = objects.spacecraft.redundancy;
         objects.set_redundancy(self.selector.parameters());
         let after = objects.spacecraft.redundancy;
@@ -196,7 +194,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             [(BDEFAULT, before.bdefault != after.bdefault), (CTOGGLE, before.ctoggle != after.ctoggle)]
         {
             if has_changed {
-                self.device.dictionary.on_changed(at, now);
+                self.services.dictionary.on_changed(at, now);
             }
         }
     }
@@ -223,9 +221,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     }
 
     pub(super) fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
-        self.device.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
+        self.services.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
         out.event(SlaveEvent::PeerMissed { node });
-        let [behaviour] = self.device.dictionary.objects.communication.error_behaviour;
+        let [behaviour] = self.services.dictionary.objects.communication.error_behaviour;
         let behaviour = ErrorBehaviour::from_byte(behaviour).unwrap_or_default();
         if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
             self.entered(state, now, out);

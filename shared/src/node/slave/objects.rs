@@ -1,18 +1,17 @@
 //! The dictionary of a slave at work: SDO, SYNC and PDOs, and what a written object means to the node.
 
-use super::{FILTERS_OF_PEERS, FILTERS_OF_RPDOS, Out, SYNC_FILTER, Slave, mark};
+use super::{FILTERS_OF_PEERS, Out, SYNC_FILTER, Slave, mark};
 use crate::emcy::ErrorCode;
-use crate::heartbeat::MONITORED;
+use crate::heartbeat::ConsumerSlots;
 use crate::link::Stamp;
 use crate::nmt::NmtStartup;
-use crate::node::device::{FIRST_TOLD, SdoStep};
 use crate::node::index::{
     CONSUMER_HEARTBEAT, HEALTH_NOMINAL, HEALTH_REDUNDANT, LAST_RPDO_MAPPING, PRODUCER_HEARTBEAT, REDUNDANCY,
     RESTORE, RPDO, SCET_GET, SCET_SET, SELF_TEST_START, STORE, SYNC_COB_ID,
 };
-use crate::node::{NodeObjects, SelfTest, SlaveEvent};
-use crate::od::Objects;
-use crate::pdo::{Mapping, Taken};
+use crate::node::services::{FIRST_TOLD, SdoStep};
+use crate::node::{Device, NodeObjects, SelfTest, SlaveEvent};
+use crate::pdo::{Mapping, PdoSlots, Taken};
 use crate::redundancy::Parameters;
 use crate::store::Group;
 use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
@@ -25,22 +24,22 @@ fn is_of_the_moment(index: u16) -> bool {
     matches!(index, SCET_GET | HEALTH_NOMINAL | HEALTH_REDUNDANT)
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+impl<D: Device> Slave<D> {
     /// The object dictionary.
-    pub fn objects(&self) -> &NodeObjects<A, R, T, M> {
-        &self.device.dictionary.objects
+    pub fn objects(&self) -> &NodeObjects<D> {
+        &self.services.dictionary.objects
     }
 
     /// The object dictionary, to be changed; tell by [`Slave::changed`] what was.
-    pub fn objects_mut(&mut self) -> &mut NodeObjects<A, R, T, M> {
-        &mut self.device.dictionary.objects
+    pub fn objects_mut(&mut self) -> &mut NodeObjects<D> {
+        &mut self.services.dictionary.objects
     }
 
     /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and
     /// counted on the active bus, unless Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
-        if self.nmt.state().allows_pdo() && self.device.dictionary.tpdos.is_valid(number) {
-            self.device.dictionary.tpdos.trigger(number, now);
+        if self.nmt.state().allows_pdo() && self.services.dictionary.tpdos.is_valid(number) {
+            self.services.dictionary.tpdos.trigger(number, now);
             self.next = now;
         } else {
             self.buses.refused(self.selector.selected());
@@ -56,35 +55,34 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             self.follow(at, now);
         }
         if at.index < FIRST_TOLD || at.index == REDUNDANCY {
-            self.device.follow(at, now);
+            self.services.follow(at, now);
             self.set_marks();
         }
-        self.device.dictionary.on_changed(at, now);
+        self.services.dictionary.on_changed(at, now);
         self.next = now;
     }
 
     /// An error of the device appeared: tells it, with five bytes of which the first is its source (ECSS 6.4).
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
-        self.device.raise(code, info);
+        self.services.raise(code, info);
         self.next = Instant::ZERO;
     }
 
     /// An error of the device is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
-        self.device.clear(code, source);
+        self.services.clear(code, source);
         self.next = Instant::ZERO;
     }
 
     /// The communication profile as at power-on.
     pub(super) fn restore_communication(&mut self, now: Instant) {
         let before = self.filters();
-        let communication = &mut self.device.dictionary.objects.communication;
-        *communication = (self.power_on)(self.id);
-        communication.nmt_startup = self.startup.raw();
-        self.device.dictionary.objects.set_heartbeats(&self.initial);
-        self.device.load(Group::Communication);
-        self.device.configure(now);
-        let startup = NmtStartup::from_raw(self.device.dictionary.objects.communication.nmt_startup);
+        let objects = &mut self.services.dictionary.objects;
+        objects.restore_communication(self.id, &self.initial);
+        objects.communication.nmt_startup = self.startup.raw();
+        self.services.load(Group::Communication);
+        self.services.configure(now);
+        let startup = NmtStartup::from_raw(self.services.dictionary.objects.communication.nmt_startup);
         self.nmt.set_autostart(startup.autostart());
         let parameters = self.written_redundancy();
         self.selector.configure(parameters);
@@ -99,7 +97,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     /// An SDO request on the active bus.
     #[inline(never)]
     pub(super) fn on_sdo(&mut self, frame: &Frame, now: Instant, out: &mut Out) {
-        if !self.device.on_plain_segment(frame, now) {
+        if !self.services.on_plain_segment(frame, now) {
             return self.on_request(frame, now, out);
         }
         // Its deadline has only moved away.
@@ -115,10 +113,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         if !self.serve(SdoStep::Request(frame), bus, now, out) {
             self.buses.malformed(bus);
         }
-        if let Some(at) = self.device.take_written() {
+        if let Some(at) = self.services.take_written() {
             self.on_written(at, now, out);
         }
-        self.wake(self.device.sdo_deadline());
+        self.wake(self.services.sdo_deadline());
         self.run(now, now, out);
     }
 
@@ -126,14 +124,14 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)] // of three callers
     pub(super) fn serve(&mut self, step: SdoStep, bus: Bus, now: Instant, out: &mut Out) -> bool {
         let expires = now + self.lifetimes.sdo;
-        self.device.serve(step, now, &mut move |frame| out.send_until(bus, frame, expires))
+        self.services.serve(step, now, &mut move |frame| out.send_until(bus, frame, expires))
     }
 
     /// A SYNC on the active bus.
     #[inline(never)]
     pub(super) fn on_sync(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
-        let (counter, is_told) = self.device.on_sync(frame, stamp.at);
+        let (counter, is_told) = self.services.on_sync(frame, stamp.at);
         if is_told {
             self.next = now;
         }
@@ -156,10 +154,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             self.refresh(stamp.at);
         }
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
-        let expires = (now + self.lifetimes.synchronous).min(self.device.window_end());
+        let expires = (now + self.lifetimes.synchronous).min(self.services.window_end());
         let bus = self.selector.selected();
-        self.device.sample(counter, &mut |frame| out.send_until(bus, frame, expires));
-        if self.device.is_rpdo_waiting() {
+        self.services.sample(counter, &mut |frame| out.send_until(bus, frame, expires));
+        if self.services.is_rpdo_waiting() {
             self.actuate(stamp, now, out);
         }
     }
@@ -168,12 +166,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn actuate(&mut self, stamp: &Stamp, now: Instant, out: &mut Out) {
         let (brings_time, mut brought) = (&self.brings_time, false);
         let (buses, bus) = (&mut self.buses, self.selector.selected());
-        let ended = &mut |number, all: bool| match brings_time.get(number) {
+        let ended = &mut |number, all: bool| match brings_time.as_ref().get(number) {
             _ if !all => buses.malformed(bus),
             Some(true) => brought = true,
             _ => out.event(SlaveEvent::Synchronised { number: number as u16 }),
         };
-        if self.device.actuate(ended) {
+        if self.services.actuate(ended) {
             self.next = now;
         }
         if brought {
@@ -183,7 +181,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// The time that a PDO brought holds from the end of the frame on that put it into the dictionary.
     fn take_time(&mut self, stamp: &Stamp, out: &mut Out) {
-        let scet = self.device.dictionary.objects.spacecraft.scet_set.into();
+        let scet = self.services.dictionary.objects.spacecraft.scet_set.into();
         self.clock.set(scet, stamp.at);
         out.event(SlaveEvent::Time(scet));
     }
@@ -192,17 +190,19 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)]
     pub(super) fn on_pdo(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
-        let mut number = self.device.rpdo(frame.id());
+        let mut number = self.services.rpdo(frame.id());
         if number.is_none() {
             return self.on_network(bus, frame, stamp, now, out);
         }
         while let Some(found) = number {
-            if self.device.on_plain_rpdo(found, frame) && self.brings_time.get(found) == Some(&false) {
+            if self.services.on_plain_rpdo(found, frame)
+                && self.brings_time.as_ref().get(found) == Some(&false)
+            {
                 out.event(SlaveEvent::Pdo { bus, number: found as u16, data: frame.padded() });
             } else {
                 self.on_special_pdo(found, frame, stamp, now, out);
             }
-            number = self.device.next_rpdo(frame.id(), found);
+            number = self.services.next_rpdo(frame.id(), found);
         }
         self.run(now, now, out);
     }
@@ -211,9 +211,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     #[inline(never)]
     fn on_special_pdo(&mut self, number: usize, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
-        let (taken, is_told) = self.device.on_rpdo(number, frame, stamp.at);
+        let (taken, is_told) = self.services.on_rpdo(number, frame, stamp.at);
         match taken {
-            Taken::Applied if self.brings_time.get(number) == Some(&true) => self.take_time(stamp, out),
+            Taken::Applied if self.brings_time.as_ref().get(number) == Some(&true) => {
+                self.take_time(stamp, out)
+            }
             Taken::Applied => {
                 out.event(SlaveEvent::Pdo { bus, number: number as u16, data: frame.padded() });
             }
@@ -224,7 +226,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         if is_told {
             self.next = now;
         }
-        self.wake(self.device.rpdo_deadline());
+        self.wake(self.services.rpdo_deadline());
     }
 
     /// An object was written over the bus: what depends on it follows.
@@ -233,9 +235,9 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
             self.on_own_written(at, now, out);
         }
         if at.index >= FIRST_TOLD {
-            if self.device.dictionary.tpdos.has_events() {
-                self.device.dictionary.on_changed(at, now);
-                self.wake(self.device.dictionary.tpdos.deadline());
+            if self.services.dictionary.tpdos.has_events() {
+                self.services.dictionary.on_changed(at, now);
+                self.wake(self.services.dictionary.tpdos.deadline());
             }
             out.event(SlaveEvent::Written(at));
         }
@@ -252,12 +254,12 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         {
             self.on_stored(at.index == STORE);
         } else if at.index == SELF_TEST_START {
-            self.device.dictionary.objects.spacecraft.self_test =
+            self.services.dictionary.objects.spacecraft.self_test =
                 SelfTest { progress: SelfTest::RUNNING, failures: 0 };
             out.event(SlaveEvent::SelfTest);
         }
         if at.index < FIRST_TOLD || at.index == REDUNDANCY {
-            self.device.on_written(at);
+            self.services.on_written(at);
             self.set_marks();
             self.next = now;
         }
@@ -272,31 +274,31 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
                 self.admit(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1)));
             }
             PRODUCER_HEARTBEAT | REDUNDANCY => self.follow_redundancy(at, now),
-            RPDO..=LAST_RPDO_MAPPING => self.admit(FILTERS_OF_RPDOS + usize::from(at.index & 0x1FF)),
-            SCET_SET => self.clock.set(self.device.dictionary.objects.spacecraft.scet_set.into(), now),
+            RPDO..=LAST_RPDO_MAPPING => self.admit(self.filters_of_rpdos() + usize::from(at.index & 0x1FF)),
+            SCET_SET => self.clock.set(self.services.dictionary.objects.spacecraft.scet_set.into(), now),
             _ => {}
         }
     }
 
     /// Which frames are taken, and which bring the time.
     pub(super) fn set_marks(&mut self) {
-        let mappings = &self.device.dictionary.objects.communication.rpdo_mappings;
-        for (brings_time, mapping) in self.brings_time.iter_mut().zip(mappings) {
+        let pdos = &self.services.dictionary.objects.pdos;
+        for (brings_time, mapping) in self.brings_time.as_mut().iter_mut().zip(pdos.rpdos().1) {
             *brings_time = mapping.objects().iter().any(|object| object >> 16 == u32::from(SCET_SET));
         }
-        let mappings = &self.device.dictionary.objects.communication.tpdo_mappings;
-        let of_the_moment =
-            |mapping: &M| mapping.objects().iter().any(|object| is_of_the_moment((object >> 16) as u16));
-        self.tells_moment = mappings.iter().any(of_the_moment);
+        let of_the_moment = |mapping: &<D::Pdos as PdoSlots>::Mapping| {
+            mapping.objects().iter().any(|object| is_of_the_moment((object >> 16) as u16))
+        };
+        self.tells_moment = pdos.tpdos().1.iter().any(of_the_moment);
         let fixed = [
             CobId::NMT,
-            self.device.sync_id(),
+            self.services.sync_id(),
             CobId::sdo_request(self.id),
             CobId::heartbeat(NodeId::MASTER),
             CobId::heartbeat(self.id),
         ];
-        let peers = (0..MONITORED).filter_map(|entry| self.device.monitored(entry));
-        let all = fixed.into_iter().chain(self.device.rpdo_ids().flatten()).chain(peers);
+        let peers = (0..self.services.consumers()).filter_map(|entry| self.services.monitored(entry));
+        let all = fixed.into_iter().chain(self.services.rpdo_ids().flatten()).chain(peers);
         self.marks = all.fold(0, |marks, id| marks | mark(id));
     }
 
@@ -311,10 +313,10 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// The redundancy parameters as the dictionary has them.
     pub(super) fn written_redundancy(&self) -> Parameters {
-        let objects = &self.device.dictionary.objects;
+        let objects = &self.services.dictionary.objects;
         let written = &objects.spacecraft.redundancy;
         let of_master = |entry: &&u32| **entry >> 16 == u32::from(NodeId::MASTER.get());
-        let consumer = objects.communication.consumer_heartbeat.iter().find(of_master);
+        let consumer = objects.consumers.entries().iter().find(of_master);
         Parameters {
             consumer: consumer
                 .map_or(Duration::ZERO, |entry| Duration::from_millis(u64::from(entry & 0xFFFF))),
@@ -329,11 +331,11 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
         let lifetime = self.lifetimes.event;
-        if self.tells_moment && self.device.is_tpdo_due(until) {
+        if self.tells_moment && self.services.is_tpdo_due(until) {
             self.refresh(until);
         }
-        self.device.poll(until, self.nmt.state(), &mut |frame| out.send_for(bus, frame, now, lifetime));
-        if self.device.is_sdo_busy() {
+        self.services.poll(until, self.nmt.state(), &mut |frame| out.send_for(bus, frame, now, lifetime));
+        if self.services.is_sdo_busy() {
             self.serve(SdoStep::Poll, bus, until, out);
         }
     }

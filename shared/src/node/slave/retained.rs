@@ -9,9 +9,7 @@
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
 use crate::nmt::{Command, NmtMessage, ResetGuard, ResetVerdict};
-use crate::node::SlaveEvent;
-use crate::od::Objects;
-use crate::pdo::Mapping;
+use crate::node::{Device, SlaveEvent};
 use crate::redundancy::Selector;
 use crate::store::{Group, MOST_NOTES, Retained, RetainedMemory};
 use crate::types::{Bus, Duration, Instant};
@@ -41,7 +39,7 @@ impl Memory {
     }
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, R, T, M> {
+impl<D: Device> Slave<D> {
     /// With memory that outlives a reset: the slave starts on the bus where it found its master last, and counts resets in
     /// a row over those of its chip.
     #[must_use]
@@ -55,15 +53,15 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
 
     /// Before power-on: takes what is stored.
     pub(super) fn load_all(&mut self) {
-        self.device.dictionary.objects.spacecraft.redundancy.bdefault = self.initial.bdefault.bdefault();
-        self.device.load(Group::All);
+        self.services.dictionary.objects.spacecraft.redundancy.bdefault = self.initial.bdefault.bdefault();
+        self.services.load(Group::All);
         self.select_bdefault(self.written_redundancy().bdefault);
     }
 
     /// Before power-on: selects the retained Bdefault, else the stored one (ECSS 8.3.2a).
     fn select_bdefault(&mut self, stored: Bus) {
         if let Some(bus) = self.retained.held.bdefault {
-            self.device.dictionary.objects.spacecraft.redundancy.bdefault = bus.bdefault();
+            self.services.dictionary.objects.spacecraft.redundancy.bdefault = bus.bdefault();
         }
         self.selector = Selector::new(self.written_redundancy());
         self.selector.set_kept(stored);
@@ -79,7 +77,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     pub(super) fn keep_bdefault(&mut self, bus: Bus, out: &mut Out) {
         let held = self.retained.held;
         let is_kept = held.notes < MOST_NOTES
-            && match self.device.dictionary.stored.note_bdefault(self.id, bus) {
+            && match self.services.dictionary.stored.note_bdefault(self.id, bus) {
                 Some(outcome) => outcome.is_ok(),
                 None => return,
             };
@@ -108,7 +106,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
         self.wake(self.guard.deadline(self.pause()));
         self.buses.ignored(bus);
         if is_first {
-            self.device.raise(ErrorCode::COMMUNICATION, [command as u8, 0, 0, 0, 0]);
+            self.services.raise(ErrorCode::COMMUNICATION, [command as u8, 0, 0, 0, 0]);
             self.next = now;
             out.event(SlaveEvent::ResetIgnored { bus, command });
         }
@@ -136,7 +134,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Slave<A, 
     fn trusted(&mut self, were_ignored: bool) {
         if were_ignored {
             for command in [Command::ResetNode, Command::ResetCommunication] {
-                self.device.clear(ErrorCode::COMMUNICATION, command as u8);
+                self.services.clear(ErrorCode::COMMUNICATION, command as u8);
             }
             self.next = Instant::ZERO;
         }

@@ -32,7 +32,7 @@ fn the_redundancy_follows_its_parameters() {
     assert_eq!(slave.node.status(slave.now).redundancy.bdefault, REDUNDANT);
     change(&mut slave, (0x2000, 2), |objects| objects.spacecraft.redundancy.ttoggle = 4);
     change(&mut slave, (0x2000, 3), |objects| objects.spacecraft.redundancy.ntoggle = 1);
-    change(&mut slave, (0x1016, 1), |objects| objects.communication.consumer_heartbeat[0] = 1 << 16 | 100);
+    change(&mut slave, (0x1016, 1), |objects| objects.consumers.consumer_heartbeat[0] = 1 << 16 | 100);
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.clear();
     slave.run_until(ms(99));
@@ -61,7 +61,7 @@ fn other_heartbeats_are_consumed_and_pass_the_filters() {
     let mut slave = powered();
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.clear();
-    change(&mut slave, (0x1016, 2), |objects| objects.communication.consumer_heartbeat[1] = 7 << 16 | 100);
+    change(&mut slave, (0x1016, 2), |objects| objects.consumers.consumer_heartbeat[1] = 7 << 16 | 100);
     let filter = Filter::exact(CobId::new(0x707).unwrap());
     let told = Bus::ALL.map(|bus| (bus, BusCommand::Filter { number: 5, filter }));
     assert_eq!(slave.controls, told);
@@ -106,21 +106,21 @@ fn the_clock_is_set() {
 fn pdos_come_and_go_as_they_are_configured() {
     let mut slave = operational();
     change(&mut slave, (0x1601, 0), |objects| {
-        objects.communication.rpdo_mappings[1].map(&[VALUE]);
+        objects.pdos.rpdo_mappings[1].map(&[VALUE]);
     });
-    change(&mut slave, (0x1401, 1), |objects| objects.communication.rpdos[1].cob_id = NO_REMOTE | 0x345);
+    change(&mut slave, (0x1401, 1), |objects| objects.pdos.rpdos[1].cob_id = NO_REMOTE | 0x345);
     change(&mut slave, (0x1801, 1), |objects| {
-        objects.communication.tpdos[1].cob_id = NO_REMOTE | 0x285;
-        objects.communication.tpdos[1].transmission = 254;
+        objects.pdos.tpdos[1].cob_id = NO_REMOTE | 0x285;
+        objects.pdos.tpdos[1].transmission = 254;
     });
     // It carries nothing yet.
     slave.clear();
     slave.touch(|slave, now| slave.send_pdo(1, now));
     assert_eq!(slave.frames(), []);
     change(&mut slave, (0x1A01, 0), |objects| {
-        objects.communication.tpdo_mappings[1].map(&[VALUE]);
+        objects.pdos.tpdo_mappings[1].map(&[VALUE]);
     });
-    change(&mut slave, (0x1801, 1), |objects| objects.communication.tpdos[1].cob_id = NO_REMOTE | 0x285);
+    change(&mut slave, (0x1801, 1), |objects| objects.pdos.tpdos[1].cob_id = NO_REMOTE | 0x285);
     slave.clear();
     slave.receive(NOMINAL, 0x305, &[9; 8]);
     slave.receive(NOMINAL, 0x345, &[7, 0, 0, 0]);
@@ -140,24 +140,24 @@ fn a_pdo_that_cannot_be_is_not_valid_and_others_go_on() {
     // The COB-ID of another one.
     let mut slave = operational();
     change(&mut slave, (0x1801, 1), |objects| {
-        objects.communication.tpdo_mappings[1].map(&[VALUE]);
-        objects.communication.tpdos[1].cob_id = NO_REMOTE | 0x385;
-        objects.communication.tpdos[1].transmission = 254;
+        objects.pdos.tpdo_mappings[1].map(&[VALUE]);
+        objects.pdos.tpdos[1].cob_id = NO_REMOTE | 0x385;
+        objects.pdos.tpdos[1].transmission = 254;
     });
     slave.clear();
     slave.touch(|slave, now| slave.send_pdo(1, now));
     assert_eq!(slave.frames(), []);
     assert!(telemetry_goes(&mut slave));
     // A transmission type that there is not, on one that was valid; and an object that there is not.
-    change(&mut slave, (0x1802, 2), |objects| objects.communication.tpdos[2].transmission = 245);
+    change(&mut slave, (0x1802, 2), |objects| objects.pdos.tpdos[2].transmission = 245);
     assert!(!telemetry_goes(&mut slave));
-    change(&mut slave, (0x1802, 2), |objects| objects.communication.tpdos[2].transmission = 254);
+    change(&mut slave, (0x1802, 2), |objects| objects.pdos.tpdos[2].transmission = 254);
     assert!(!telemetry_goes(&mut slave), "it reads not valid");
-    change(&mut slave, (0x1802, 1), |objects| objects.communication.tpdos[2].cob_id &= !INVALID);
+    change(&mut slave, (0x1802, 1), |objects| objects.pdos.tpdos[2].cob_id &= !INVALID);
     assert!(telemetry_goes(&mut slave));
-    change(&mut slave, (0x1A02, 0), |objects| objects.communication.tpdo_mappings[2].map(&[0x6000_0020]));
+    change(&mut slave, (0x1A02, 0), |objects| objects.pdos.tpdo_mappings[2].map(&[0x6000_0020]));
     assert!(!telemetry_goes(&mut slave));
-    change(&mut slave, (0x1601, 0), |objects| objects.communication.rpdo_mappings[1].map(&[0x6000_0020]));
+    change(&mut slave, (0x1601, 0), |objects| objects.pdos.rpdo_mappings[1].map(&[0x6000_0020]));
     slave.clear();
     slave.receive(NOMINAL, 0x305, &[9; 8]);
     assert_eq!(slave.events, []);

@@ -1,9 +1,12 @@
 //! PDOs that their defaults or their application declare and that cannot be; values that a PDO brings and that are refused.
 
+use std::cell::Cell;
+
+use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, Communication, Slave, SlaveEvent};
+use ecss_can::node::{BusCommand, Device, Slave, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE, Objects};
-use ecss_can::pdo::Mapping;
+use ecss_can::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, CobId, NodeId};
 use mission::STANDARD;
@@ -27,16 +30,33 @@ struct Probe {
     beside: u8,
 }
 
-type Device = Bench<Slave<Probe>>;
+thread_local! {
+    /// What the present test has as defaults.
+    static DEFAULTS: Cell<fn(NodeId) -> PdoObjects> = const { Cell::new(|_| PdoObjects::default()) };
+}
 
-fn started(communication: fn(NodeId) -> Communication) -> Device {
+impl Device for Probe {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+
+    fn pdos(id: NodeId) -> PdoObjects {
+        DEFAULTS.get()(id)
+    }
+}
+
+type TestDevice = Bench<Slave<Probe>>;
+
+fn started(defaults: fn(NodeId) -> PdoObjects) -> TestDevice {
+    DEFAULTS.set(defaults);
     let profile = Profile { autostart: true, ..STANDARD };
-    Bench::new(Slave::new(node(5), &profile, Probe::default(), communication))
+    Bench::new(Slave::new(node(5), &profile, Probe::default()))
 }
 
 /// TPDO 2, by event, and RPDO 3, of these objects.
-fn mapped(id: NodeId, sent: &[u32], received: &[u32]) -> Communication {
-    let mut objects: Communication = Communication::new(id);
+fn mapped(id: NodeId, sent: &[u32], received: &[u32]) -> PdoObjects {
+    let mut objects: PdoObjects = PdoObjects::at_power_on(id, &PdoSet::NONE);
     objects.tpdos[1].cob_id = NO_REMOTE | 0x285;
     objects.tpdo_mappings[1].map(sent);
     objects.rpdos[2].cob_id = NO_REMOTE | 0x405;
@@ -50,7 +70,7 @@ fn emergency(source: u8, index: u16, abort: u16) -> [u8; 8] {
     [0x00, 0x63, 0x01, source, low, high, code_low, code_high]
 }
 
-fn mend_tpdo(slave: &mut Device) {
+fn mend_tpdo(slave: &mut TestDevice) {
     write_all(slave, &[(0x1A01, 0, &[0]), (0x1A01, 1, &[8, 0, 1, 0x60]), (0x1A01, 0, &[1])]);
     slave.clear();
     write_all(slave, &[(0x1801, 1, &[0x85, 2, 0, 0x40])]);
@@ -92,7 +112,7 @@ fn a_default_rpdo_that_cannot_be_is_reported() {
 
 #[test]
 fn every_reason_for_which_a_default_cannot_be_is_reported() {
-    type Defaults = fn(NodeId) -> Communication;
+    type Defaults = fn(NodeId) -> PdoObjects;
     let table: [(Defaults, u16); 9] = [
         // No object, no sub-index, too long, nothing.
         (|id| mapped(id, &[0x6009_0008], &[0x6002_0008]), 0x0000),
@@ -113,7 +133,7 @@ fn every_reason_for_which_a_default_cannot_be_is_reported() {
     }
 }
 
-fn with(id: NodeId, cob_id: u32, transmission: u8) -> Communication {
+fn with(id: NodeId, cob_id: u32, transmission: u8) -> PdoObjects {
     let mut objects = mapped(id, &[0x6001_0008], &[0x6002_0008]);
     (objects.tpdos[1].cob_id, objects.tpdos[1].transmission) = (cob_id, transmission);
     objects
@@ -136,16 +156,16 @@ fn a_default_that_cannot_be_is_told_once() {
 fn a_pdo_that_the_application_makes_impossible_is_reported() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008]));
     write_all(&mut slave, &[NO_INHIBIT]);
-    let change = |slave: &mut Device, index: u16, change: fn(&mut Communication)| {
+    let change = |slave: &mut TestDevice, index: u16, change: fn(&mut PdoObjects)| {
         slave.touch(|slave, now| {
-            change(&mut slave.objects_mut().communication);
+            change(&mut slave.objects_mut().pdos);
             slave.changed(Address::new(index, 0), now);
         });
     };
     slave.clear();
     change(&mut slave, 0x1A01, |objects| objects.tpdo_mappings[1].map(&[0x6000_0008]));
     assert_eq!(payloads(&slave, 0x085), [emergency(130, 0x1801, 0x0041)]);
-    assert_eq!(slave.node.objects().communication.tpdos[1].cob_id, INVALID | NO_REMOTE | 0x285);
+    assert_eq!(slave.node.objects().pdos.tpdos[1].cob_id, INVALID | NO_REMOTE | 0x285);
     // What is not valid can be mapped: that ends the error. It is valid when the application makes it so.
     slave.clear();
     change(&mut slave, 0x1A01, |objects| objects.tpdo_mappings[1].map(&[0x6001_0008]));
@@ -162,7 +182,7 @@ fn a_pdo_that_the_application_makes_impossible_is_reported() {
     assert_eq!(slave.controls, Bus::ALL.map(|bus| (bus, BusCommand::Filter { number: 14, filter: nothing })));
 }
 
-fn refused_so_far(slave: &Device) -> u16 {
+fn refused_so_far(slave: &TestDevice) -> u16 {
     slave.node.status(slave.now).counters[NOMINAL].malformed
 }
 
@@ -195,7 +215,7 @@ fn a_refused_value_is_no_event_of_its_synchronous_rpdo() {
         objects.rpdos[2].transmission = 1;
         objects
     });
-    let synchronised = |slave: &Device| {
+    let synchronised = |slave: &TestDevice| {
         let of_pdo = |event: &&SlaveEvent| matches!(event, SlaveEvent::Synchronised { .. });
         slave.events.iter().filter(of_pdo).count()
     };
@@ -214,7 +234,7 @@ fn a_refused_value_is_no_event_of_its_synchronous_rpdo() {
 #[test]
 fn an_event_of_a_pdo_that_is_not_valid_is_counted() {
     let mut slave = started(|id| mapped(id, &[0x6000_0008], &[0x6002_0008]));
-    let count = |slave: &Device| slave.node.status(slave.now).counters[NOMINAL].refused;
+    let count = |slave: &TestDevice| slave.node.status(slave.now).counters[NOMINAL].refused;
     let before = count(&slave);
     for number in [1, 6, 99] {
         slave.touch(|slave, now| slave.send_pdo(number, now));

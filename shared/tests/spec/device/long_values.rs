@@ -1,7 +1,9 @@
 //! Strings and blocks that do not fit into one buffer: saved, restored, read.
 
-use ecss_can::node::{Communication, Slave};
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Device, Slave};
 use ecss_can::od::{Domain, Objects, OctetString, VisibleString};
+use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::store::ParameterStore;
 use mission::STANDARD;
 
@@ -31,10 +33,17 @@ struct Instrument {
     exposures: u16,
 }
 
-type Device = Bench<Slave<Instrument>>;
+impl Device for Instrument {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
 
-fn powered(memory: &Memory) -> Device {
-    let slave = Slave::new(node(5), &STANDARD, Instrument::default(), Communication::new);
+    const PDOS: PdoSet = PdoSet::NONE;
+}
+
+type TestDevice = Bench<Slave<Instrument>>;
+
+fn powered(memory: &Memory) -> TestDevice {
+    let slave = Slave::new(node(5), &STANDARD, Instrument::default());
     Bench::new(slave.with_store(Box::leak(Box::new(memory.clone()))))
 }
 
@@ -43,7 +52,7 @@ fn calibration() -> Vec<u8> {
 }
 
 /// Reads a value in segments.
-fn upload(slave: &mut Device, index: u16) -> Vec<u8> {
+fn upload(slave: &mut TestDevice, index: u16) -> Vec<u8> {
     let [low, high] = index.to_le_bytes();
     let answer = ask(slave, [0x40, low, high, 0, 0, 0, 0, 0]);
     assert_eq!(answer[0], 0x41, "{answer:02X?}");
@@ -140,11 +149,17 @@ fn a_long_value_that_does_not_fit_any_more_leaves_the_default() {
         #[object(0x2101, rw, default = OctetString::new(b"unity").unwrap_or_default())]
         calibration: OctetString<100>,
     }
+    impl Device for Smaller {
+        type Pdos = PdoObjects;
+        type Consumers = HeartbeatConsumers;
+
+        const PDOS: PdoSet = PdoSet::NONE;
+    }
     let memory = Memory::default();
     let mut slave = powered(&memory);
     slave.node.objects_mut().application.calibration = OctetString::new(&calibration()).unwrap();
     assert_eq!(write(&mut slave, 0x1010, 4, b"save"), done(0x1010, 4));
-    let smaller = Slave::new(node(5), &STANDARD, Smaller::default(), Communication::new);
+    let smaller = Slave::new(node(5), &STANDARD, Smaller::default());
     let mut smaller = Bench::new(smaller.with_store(Box::leak(Box::new(memory.clone()))));
     assert_eq!(smaller.node.objects().application.calibration.as_bytes(), b"unity");
     assert_eq!(errors(&mut smaller), (1, 1));

@@ -2,9 +2,10 @@
 
 use std::cell::RefCell;
 
-use ecss_can::node::{Communication, Slave, SlaveEvent};
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Device, Slave, SlaveEvent};
 use ecss_can::od::{Objects, VisibleString, checked};
-use ecss_can::pdo::Mapping;
+use ecss_can::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
 use ecss_can::types::AbortCode::{ParameterIncompatible, ReadOnly, TooLong, ValueRange, ValueTooHigh};
 use ecss_can::types::{AbortCode, Address, NodeId};
 use mission::STANDARD;
@@ -143,12 +144,15 @@ fn a_function_is_asked_for_values_that_keep_type_and_limits() {
     assert_eq!(camera.asked.take(), [at(0x6000, 0)], "once");
 }
 
-fn communication(id: NodeId) -> Communication {
-    Communication::new(id)
+impl Device for Camera {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
 }
 
 fn slave(application: Camera) -> Slave<Camera> {
-    Slave::new(node(5), &STANDARD, application, communication)
+    Slave::new(node(5), &STANDARD, application)
 }
 
 /// Verifies: ECSS 6.1a
@@ -196,6 +200,19 @@ struct Fixed {
     value: u8,
 }
 
+impl Device for Fixed {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+
+    fn pdos(id: NodeId) -> PdoObjects {
+        let mut objects: PdoObjects = PdoObjects::at_power_on(id, &Self::PDOS);
+        objects.tpdo_mappings[2].map(&[0x6000_0008]);
+        objects
+    }
+}
+
 fn keeps_cob_id(_: &Fixed, at: Address, value: &[u8]) -> Result<(), AbortCode> {
     let is_another = !value.starts_with(&[0x85, 3, 0]);
     if at == Address::new(0x1802, 1) && is_another { Err(ParameterIncompatible) } else { Ok(()) }
@@ -204,11 +221,7 @@ fn keeps_cob_id(_: &Fixed, at: Address, value: &[u8]) -> Result<(), AbortCode> {
 #[test]
 fn what_a_function_refuses_of_a_pdo_its_service_does_not_take() {
     let application = Fixed::default();
-    let mut slave = Bench::new(Slave::<Fixed>::new(node(5), &STANDARD, application, |id| {
-        let mut objects = communication(id);
-        objects.tpdo_mappings[2].map(&[0x6000_0008]);
-        objects
-    }));
+    let mut slave = Bench::new(Slave::new(node(5), &STANDARD, application));
     let event = |slave: &mut Bench<Slave<Fixed>>| {
         slave.clear();
         slave.touch(|slave, now| slave.send_pdo(2, now));
@@ -235,14 +248,20 @@ struct OldCamera {
     blades: [u8; 2],
 }
 
+impl Device for OldCamera {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+}
+
 /// Verifies: ECSS 6.4a.1
 #[test]
 fn a_stored_value_that_is_refused_is_not_applied_and_an_emergency_tells_of_it() {
     let memory = Memory::default();
     let store = || -> &'static mut Memory { Box::leak(Box::new(memory.clone())) };
     let old = OldCamera { name: VisibleString::new(b"fisheye").unwrap(), blades: [9, 4] };
-    let mut old =
-        Bench::new(Slave::<OldCamera>::new(node(5), &STANDARD, old, communication).with_store(store()));
+    let mut old = Bench::new(Slave::<OldCamera>::new(node(5), &STANDARD, old).with_store(store()));
     assert_eq!(write(&mut old, 0x1010, 1, b"save"), done(0x1010, 1));
     let mut new = Bench::new(slave(Camera::default()).with_store(store()));
     let camera = &new.node.objects().application;

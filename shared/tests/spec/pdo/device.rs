@@ -1,9 +1,11 @@
 //! A device with values of every width, and what is mapped of it.
 
+use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::od::{
     I24, I40, I48, I56, Objects, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56, VisibleString,
     checked,
 };
+use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::types::Address;
 
 /// Values of every kind that PDOs carry, and some that they do not.
@@ -171,6 +173,13 @@ pub const fn entry(index: u16, sub: u8, bits: u8) -> u32 {
 /// Four words: 6000h sub 1 to 4.
 pub const WORDS: [u32; 4] =
     [entry(0x6000, 1, 16), entry(0x6000, 2, 16), entry(0x6000, 3, 16), entry(0x6000, 4, 16)];
+
+impl ecss_can::node::Device for Device {
+    type Pdos = PdoObjects;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+}
 
 /// Every value as an SDO reads it.
 pub fn dump(device: &mut Device) -> Vec<(Address, Vec<u8>)> {

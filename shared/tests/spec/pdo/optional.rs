@@ -1,7 +1,7 @@
 //! Values that a frame may leave out; for all others the length rule of CiA 301 holds.
 
 use ecss_can::od::{Objects, Record};
-use ecss_can::pdo::{RpdoError, RpdoEvent, RpdoParameters, Rpdos, Taken};
+use ecss_can::pdo::{PdoObjects, RpdoError, RpdoEvent, RpdoParameters, Rpdos, Taken};
 use ecss_can::types::Instant;
 
 use crate::bench::{frame, ms};
@@ -35,7 +35,7 @@ const DUMMY: u32 = 0x0006_0010;
 
 /// What becomes of a frame of so many bytes, and which errors appear or go.
 fn taken(mapping: &[u32], lengths: &[usize]) -> (Device, Vec<Taken>, Vec<RpdoEvent>) {
-    let (mut rpdos, mut device, mut told) = (Rpdos::<1>::new(), Device::default(), Vec::new());
+    let (mut rpdos, mut device, mut told) = (Rpdos::<PdoObjects<1, 1>>::new(), Device::default(), Vec::new());
     let parameters = RpdoParameters { cob_id: 0x205, transmission: 254, ..RpdoParameters::default() };
     rpdos.configure::<Device>(0, &parameters, mapping, &mut |_, event| told.push(event)).unwrap();
     (device.request, device.switch) = (Request { code: 0xAAAA, data: 0xBBBB_BBBB }, 0xCC);

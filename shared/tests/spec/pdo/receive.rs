@@ -3,7 +3,7 @@
 use ecss_can::emcy::ErrorCode;
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::pdo::RpdoError::{OutOfRange, Overdue, TooLong, TooShort};
-use ecss_can::pdo::{RpdoError, RpdoEvent, RpdoParameters, Rpdos, Taken};
+use ecss_can::pdo::{PdoObjects, RpdoError, RpdoEvent, RpdoParameters, Rpdos, Taken};
 use ecss_can::types::{AbortCode, Instant};
 use proptest::prelude::*;
 
@@ -34,7 +34,7 @@ impl From<RpdoEvent> for Told {
 
 /// Four RPDOs of a device, and everything they told.
 struct Node {
-    rpdos: Rpdos<4>,
+    rpdos: Rpdos<PdoObjects<4, 4>>,
     device: Device,
     window_end: Instant,
     told: Vec<(usize, Told)>,

@@ -2,7 +2,8 @@
 
 use ecss_can::od::Record;
 use ecss_can::pdo::{
-    Direction, Mapping, PdoMapping, RpdoParameters, Rpdos, StaticMapping, TpdoParameters, Tpdos, rules,
+    Direction, Mapping, PdoMapping, PdoObjects, RpdoParameters, Rpdos, StaticMapping, TpdoParameters, Tpdos,
+    rules,
 };
 use ecss_can::types::AbortCode;
 use ecss_can::types::AbortCode::{
@@ -230,7 +231,7 @@ fn the_direction_matters() {
 fn a_pdo_is_remapped_step_by_step() {
     let mut parameters = TpdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
     let mut mapping = mapping(&WORDS, 4);
-    let mut tpdos = Tpdos::<1>::new();
+    let mut tpdos = Tpdos::<PdoObjects<1, 1>>::new();
     let mut step = |parameters: &mut TpdoParameters, mapping: &PdoMapping, sub, value| {
         let new = rules::tpdo(parameters, sub, value)?;
         tpdos.configure::<Device>(0, &new, mapping.objects(), ms(0))?;
@@ -263,8 +264,8 @@ fn a_pdo_is_remapped_step_by_step() {
 /// Verifies: ECSS 6.2a
 #[test]
 fn there_may_be_512_each_way() {
-    let mut rpdos = Box::new(Rpdos::<512>::new());
-    let mut tpdos = Box::new(Tpdos::<512>::new());
+    let mut rpdos = Box::new(Rpdos::<PdoObjects<512, 512>>::new());
+    let mut tpdos = Box::new(Tpdos::<PdoObjects<512, 512>>::new());
     let receive = RpdoParameters { cob_id: 0x4000_0205, ..Default::default() };
     let transmit = TpdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
     assert_eq!(rpdos.configure::<Device>(511, &receive, &WORDS, &mut |_, _| {}), Ok(()));

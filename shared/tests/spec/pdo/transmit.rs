@@ -1,7 +1,7 @@
 //! Transmit PDOs.
 
 use ecss_can::od::{INVALID, NO_REMOTE, Objects};
-use ecss_can::pdo::{TpdoParameters, Tpdos};
+use ecss_can::pdo::{PdoObjects, TpdoParameters, Tpdos};
 use ecss_can::types::{AbortCode, Address, Frame, Instant};
 
 use super::device::{Device, WORDS, entry};
@@ -9,7 +9,7 @@ use crate::bench::{frame, ms};
 
 /// Four TPDOs of a device in Operational, and what they sent.
 struct Node {
-    tpdos: Tpdos<4>,
+    tpdos: Tpdos<PdoObjects<4, 4>>,
     device: Device,
     sent: Vec<(usize, Frame)>,
 }

@@ -104,7 +104,7 @@ impl World<'_> {
         let number = u16::from(choice / 2 % 8);
         let base = if choice & 1 == 0 { 0x1400 } else { 0x1800 } + number;
         let id = u32::from(0x180 + (u16::from(input.byte()) << 3 & 0x3F8) + number) | NO_REMOTE;
-        let pdos = &self.objects().communication;
+        let pdos = &self.objects().pdos;
         let present = match base {
             0x1400..=0x15FF => pdos.rpdos[usize::from(number)].cob_id,
             _ => pdos.tpdos[usize::from(number)].cob_id,
@@ -124,7 +124,7 @@ impl World<'_> {
         let [low, high] = index.to_le_bytes();
         let [a, b, c, d] = value.to_le_bytes();
         let of = |objects: &Dictionary| {
-            let now = &objects.communication;
+            let now = &objects.pdos;
             (now.rpdos, now.rpdo_mappings, now.tpdos, now.tpdo_mappings)
         };
         let before = of(self.objects());
@@ -152,7 +152,7 @@ impl World<'_> {
 
     /// What is valid can be.
     fn check_active(&self, number: usize) {
-        let now = &self.objects().communication;
+        let now = &self.objects().pdos;
         let is_valid_id = |cob_id: u32| cob_id & NOT_VALID == 0;
         if let Some(pdo) = now.rpdos.get(number).filter(|pdo| is_valid_id(pdo.cob_id)) {
             let mapping = now.rpdo_mappings[number].objects();
@@ -176,7 +176,7 @@ impl World<'_> {
     /// A frame of an RPDO, or of any identifier.
     fn receive(&mut self, input: &mut Input) {
         let choice = input.byte();
-        let id = match self.objects().communication.rpdos.get(usize::from(choice % 16)) {
+        let id = match self.objects().pdos.rpdos.get(usize::from(choice % 16)) {
             Some(pdo) => (pdo.cob_id & 0x7FF) as u16,
             None => input.word() & 0x7FF,
         };
@@ -189,9 +189,9 @@ impl World<'_> {
         let received = frame(id, dlc, input.bytes());
         let mut expected = self.objects().clone();
         if self.bench.slave.status(self.bench.now).state == NmtState::Operational {
-            let pdos = expected.communication.rpdos;
+            let pdos = expected.pdos.rpdos;
             for (number, pdo) in pdos.iter().enumerate() {
-                let mapping = expected.communication.rpdo_mappings[number];
+                let mapping = expected.pdos.rpdo_mappings[number];
                 if pdo.cob_id & (NOT_VALID | 0x7FF) != u32::from(id) || dlc < least_bytes(mapping.objects()) {
                     continue;
                 }
@@ -215,7 +215,7 @@ impl World<'_> {
         if self.bench.slave.status(self.bench.now).state == NmtState::Operational {
             for (number, held) in self.held.iter_mut().enumerate() {
                 if let Some(data) = held.take() {
-                    let mapping = expected.communication.rpdo_mappings[number];
+                    let mapping = expected.pdos.rpdo_mappings[number];
                     unpack(mapping.objects(), data, &mut expected);
                 }
             }
@@ -238,10 +238,10 @@ impl World<'_> {
         let mut objects = before.unwrap_or_else(|| self.objects().clone());
         for (_, sent) in &self.bench.sent {
             let id = u32::from(sent.id().raw());
-            let mut pdos = objects.communication.tpdos.iter();
+            let mut pdos = objects.pdos.tpdos.iter();
             let found = pdos.position(|pdo| pdo.cob_id & (NOT_VALID | 0x7FF) == id);
             let Some(number) = found else { continue };
-            let mapping = objects.communication.tpdo_mappings[number];
+            let mapping = objects.pdos.tpdo_mappings[number];
             let mapping = mapping.objects();
             self.signature.note(0x2000 | number as u32);
             assert_eq!(sent.dlc(), bytes(mapping));

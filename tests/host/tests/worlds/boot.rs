@@ -131,13 +131,13 @@ fn a_slave_with_another_product_code_is_not_started_and_sync_waits_for_it() {
     assert_eq!(progress(&world, THREE, Time::ZERO).last(), Some(&BootProgress::Failed));
     assert!(since(&world, Bus::Nominal, 0x080, Time::ZERO).is_empty());
     let shown = world.master(|master| {
-        let objects = &master.objects().application;
+        let objects = &master.objects().application.network;
         (objects.boot_progress[2], objects.boot_error[2], objects.boot_progress[1])
     });
     assert_eq!(shown, (8, b'M', 6));
 
     // Given the right one is expected and the slave boots up again
-    world.master(|master| master.objects_mut().application.product[2] = 0x5015);
+    world.master(|master| master.objects_mut().application.network.product[2] = 0x5015);
     world.reset(THREE);
     world.run_for(ms(500));
     assert!(world.all_operational());

@@ -42,8 +42,8 @@ fn a_device_as_it_was_made_differs_only_where_the_eds_cannot_tell() {
 fn a_configured_device_tells_what_differs() {
     let mut configured = fixture(NODE);
     configured.communication.producer_heartbeat = 100;
-    configured.communication.tpdos[1].cob_id = 0x4000_0183;
-    configured.communication.consumer_heartbeat[0] = 0x0001_00FA;
+    configured.pdos.tpdos[1].cob_id = 0x4000_0183;
+    configured.consumers.consumer_heartbeat[0] = 0x0001_00FA;
     configured.types.visible_string = VisibleString::empty();
     // The default of another node is a difference, too.
     configured.communication.emcy_cob_id = 0x84;

@@ -1,10 +1,12 @@
 //! A dictionary with every type, every access right, and values that follow the Node-ID in every way.
 
+use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Communication, Spacecraft};
 use ecss_can::od::{
     Domain, I24, I40, I48, I56, Objects, OctetString, Record, TimeDifference, TimeOfDay, U24, U40, U48, U56,
     UnicodeString, VisibleString,
 };
+use ecss_can::pdo::{PdoObjects, PdoSet, PdoSlots};
 use ecss_can::sdo::SdoServerObjects;
 use ecss_can::types::NodeId;
 use eds::{Description, Device, Timestamp};
@@ -18,7 +20,11 @@ pub struct Fixture {
     #[objects]
     pub spacecraft: Spacecraft,
     #[objects]
-    pub communication: Communication<8, 8>,
+    pub communication: Communication,
+    #[objects]
+    pub consumers: HeartbeatConsumers,
+    #[objects]
+    pub pdos: PdoObjects,
     #[objects]
     pub sdo: SdoServerObjects,
     #[objects]
@@ -142,7 +148,11 @@ pub struct Nodes {
 
 pub fn fixture(node: NodeId) -> Fixture {
     let id = node.get();
-    let mut fixture = Fixture { communication: Communication::new(node), ..Fixture::default() };
+    let mut fixture = Fixture {
+        communication: Communication::new(node),
+        pdos: PdoObjects::at_power_on(node, &PdoSet::NONE),
+        ..Fixture::default()
+    };
     fixture.communication.identity.vendor = 0x0123_4567;
     fixture.communication.identity.product = 0x89;
     fixture.communication.identity.serial = 1000 + u32::from(id);

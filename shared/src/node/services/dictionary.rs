@@ -4,11 +4,11 @@ use super::stored::Stored;
 use super::{rules, show};
 use crate::emcy;
 use crate::emcy::ErrorCode;
-use crate::node::NodeObjects;
 use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RESTORE, RPDO, STORE};
+use crate::node::{Device, NodeObjects};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked};
-use crate::pdo::{Mapping, Rpdos, Tpdos};
+use crate::pdo::{Rpdos, Tpdos};
 use crate::store::{Group, LOAD, Loaded, SAVE, StoreError};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
@@ -17,10 +17,10 @@ const ALL: u8 = 1;
 
 /// The objects, and what a write to them reaches at once.
 #[derive(Debug)]
-pub struct Dictionary<A: Objects + Default, const R: usize, const T: usize, M: Mapping> {
-    pub objects: NodeObjects<A, R, T, M>,
-    pub rpdos: Rpdos<R>,
-    pub tpdos: Tpdos<T>,
+pub struct Dictionary<D: Device> {
+    pub objects: NodeObjects<D>,
+    pub rpdos: Rpdos<D::Pdos>,
+    pub tpdos: Tpdos<D::Pdos>,
     pub emcy: emcy::Producer,
     pub stored: Stored,
     /// What was written last over the bus, and the node has not looked at yet.
@@ -32,8 +32,8 @@ pub struct Dictionary<A: Objects + Default, const R: usize, const T: usize, M: M
     pub now: Instant,
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionary<A, R, T, M> {
-    pub fn new(id: NodeId, objects: NodeObjects<A, R, T, M>) -> Self {
+impl<D: Device> Dictionary<D> {
+    pub fn new(id: NodeId, objects: NodeObjects<D>) -> Self {
         // What is found at power-on is told after boot-up.
         let emcy = emcy::Config::new(objects.communication.emcy_cob_id, objects.communication.emcy_inhibit);
         Dictionary {
@@ -80,7 +80,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
 
     #[inline(never)]
     fn look_up(&mut self, at: Address) -> Result<(Place, &'static Entry), AbortCode> {
-        let (place, entry) = NodeObjects::<A, R, T, M>::find(at)?;
+        let (place, entry) = NodeObjects::<D>::find(at)?;
         self.found = Some((at, place, entry));
         Ok((place, entry))
     }
@@ -95,9 +95,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
     }
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAccess
-    for Dictionary<A, R, T, M>
-{
+impl<D: Device> ObjectAccess for Dictionary<D> {
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
         if at.index == PRE_DEFINED_ERRORS && at.sub > self.objects.communication.errors.count {
             self.find(at)?;
@@ -170,7 +168,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> ObjectAcc
                             self.objects.check(at, value)?;
                             self.configure_pdo(at, number)?;
                         }
-                        _ => rules::check(self.id, &self.objects.communication, at, number)?,
+                        _ => rules::check(self.id, &self.objects, at, number)?,
                     }
                 }
                 checked::write(&mut self.objects, at, value)?;

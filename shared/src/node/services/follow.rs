@@ -1,20 +1,21 @@
 //! Objects of the services: what is stored of them, and what a service does when one has changed.
 
-use super::{Device, Dictionary, show};
+use super::{Dictionary, Services, show};
 use crate::emcy;
 use crate::emcy::ErrorCode;
-use crate::node::NodeObjects;
+use crate::heartbeat::ConsumerSlots;
 use crate::node::index::{
     CONFIGURATION, CONSUMER_HEARTBEAT, EMCY_COB_ID, EMCY_INHIBIT, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS,
     REQUEST_NMT, RESTORE, RPDO, SCET_SET, SELF_TEST_START, STORE, SYNC_COB_ID, SYNC_OVERFLOW,
     SYNCHRONOUS_WINDOW,
 };
-use crate::od::{CobIdEntry, Objects};
-use crate::pdo::Mapping;
+use crate::node::{Device, NodeObjects};
+use crate::od::CobIdEntry;
+use crate::pdo::PdoSlots;
 use crate::store::{Group, Loaded};
 use crate::types::{Address, Instant};
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A, R, T, M> {
+impl<D: Device> Services<D> {
     /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
     pub fn configure(&mut self, now: Instant) {
         let Self { dictionary, server, .. } = self;
@@ -24,12 +25,13 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         dictionary.tpdos.stop();
         self.configure_sync();
         self.configure_emcy();
-        for (sub, value) in (1..).zip(self.dictionary.objects.communication.consumer_heartbeat) {
-            self.set_monitor(sub, value);
+        for sub in (1..).take(self.consumers()) {
+            self.set_monitor(sub);
         }
         // All become invalid first: an old one must not be in the way of a new one.
-        (0..R.max(T)).for_each(|number| self.dictionary.unset_pdos(number, now));
-        (0..R.max(T)).for_each(|number| self.dictionary.set_pdos(number, now));
+        let most = D::Pdos::RECEIVE.max(D::Pdos::TRANSMIT);
+        (0..most).for_each(|number| self.dictionary.unset_pdos(number, now));
+        (0..most).for_each(|number| self.dictionary.set_pdos(number, now));
         self.dictionary.emcy.restart();
         show(&self.dictionary.emcy, &mut self.dictionary.objects.communication);
     }
@@ -45,7 +47,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
         self.on_written(at);
     }
 
-    /// Applies what is stored of a group; the services take it with [`Device::configure`].
+    /// Applies what is stored of a group; the services take it with [`Services::configure`].
     #[inline(never)] // of two callers, neither in a hurry
     pub fn load(&mut self, group: Group) {
         let objects = &mut self.dictionary.objects.communication;
@@ -87,17 +89,15 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
             }
             SYNC_COB_ID | SYNCHRONOUS_WINDOW | SYNC_OVERFLOW => self.configure_sync(),
             EMCY_COB_ID | EMCY_INHIBIT => self.configure_emcy(),
-            CONSUMER_HEARTBEAT => {
-                let entry = usize::from(at.sub).wrapping_sub(1);
-                let value = self.dictionary.objects.communication.consumer_heartbeat.get(entry).copied();
-                self.set_monitor(at.sub, value.unwrap_or(0));
-            }
+            CONSUMER_HEARTBEAT => self.set_monitor(at.sub),
             _ => {}
         }
     }
 
     /// Restarts monitoring by an entry of 1016h and clears its missed-heartbeat error.
-    fn set_monitor(&mut self, sub: u8, value: u32) {
+    fn set_monitor(&mut self, sub: u8) {
+        let entry = usize::from(sub).wrapping_sub(1);
+        let value = self.dictionary.objects.consumers.entries().get(entry).copied().unwrap_or(0);
         if let Some(missed) = self.monitor.set(sub, value) {
             self.clear(ErrorCode::HEARTBEAT, missed.get());
         }

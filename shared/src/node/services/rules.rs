@@ -1,9 +1,10 @@
 //! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 6.10b, 8.3.1).
 
+use crate::heartbeat::ConsumerSlots;
 use crate::nmt::{ErrorBehaviour, NmtStartup};
-use crate::node::{Communication, index};
+use crate::node::{Device, NodeObjects, index};
 use crate::od::{CobIdEntry, EntryUse};
-use crate::pdo::{Direction, Mapping};
+use crate::pdo::{Direction, PdoSlots};
 use crate::types::{AbortCode, Address, Bus, NodeId};
 use crate::{heartbeat, sync};
 
@@ -14,12 +15,13 @@ pub const LAST: u16 = index::REDUNDANCY;
 ///
 /// # Errors
 /// The abort code to answer.
-pub fn check<const R: usize, const T: usize, M: Mapping>(
+pub fn check<D: Device>(
     id: NodeId,
-    present: &Communication<R, T, M>,
+    objects: &NodeObjects<D>,
     at: Address,
     value: u32,
 ) -> Result<(), AbortCode> {
+    let present = &objects.communication;
     match (at.index, at.sub) {
         // Zero forgets the errors.
         (index::PRE_DEFINED_ERRORS, 0) if value != 0 => Err(AbortCode::ValueRange),
@@ -30,15 +32,15 @@ pub fn check<const R: usize, const T: usize, M: Mapping>(
         (index::SYNC_COB_ID, _) => {
             written(present.sync_cob_id, value, EntryUse::Sync)?;
             let sync = SYNC_IS_USED & value;
-            let is_received = present.rpdos.iter().any(|pdo| has(pdo.cob_id, sync));
-            free(!(is_received || is_sent(present, sync) || has(present.emcy_cob_id, sync)))
+            let is_received = objects.pdos.rpdos().0.iter().any(|pdo| has(pdo.cob_id, sync));
+            free(!(is_received || is_sent(objects, sync) || has(present.emcy_cob_id, sync)))
         }
         (index::CYCLE_PERIOD, _) => sync::check_period(value),
         (index::EMCY_COB_ID, _) => {
             written(present.emcy_cob_id, value, EntryUse::Emcy)?;
-            free(!(has(SYNC_IS_USED & present.sync_cob_id, value) || is_sent(present, value)))
+            free(!(has(SYNC_IS_USED & present.sync_cob_id, value) || is_sent(objects, value)))
         }
-        (index::CONSUMER_HEARTBEAT, sub) => heartbeat::check_entry(&present.consumer_heartbeat, sub, value),
+        (index::CONSUMER_HEARTBEAT, sub) => heartbeat::check_entry(objects.consumers.entries(), sub, value),
         (index::SYNC_OVERFLOW, _) => sync::check_overflow(value as u8, present.cycle_period),
         (index::ERROR_BEHAVIOUR, _) => ErrorBehaviour::from_byte(value as u8).map(drop),
         (index::NMT_STARTUP, _) => {
@@ -77,9 +79,6 @@ fn has(one: u32, other: u32) -> bool {
 }
 
 /// Whether a valid TPDO has this COB-ID.
-fn is_sent<const R: usize, const T: usize, M: Mapping>(
-    present: &Communication<R, T, M>,
-    cob_id: u32,
-) -> bool {
-    present.tpdos.iter().any(|pdo| has(pdo.cob_id, cob_id))
+fn is_sent<D: Device>(objects: &NodeObjects<D>, cob_id: u32) -> bool {
+    objects.pdos.tpdos().0.iter().any(|pdo| has(pdo.cob_id, cob_id))
 }

@@ -9,14 +9,14 @@ mod pdos;
 mod rules;
 mod stored;
 
-use super::{Counters, NodeObjects};
+use super::{Counters, Device, NodeObjects};
 use crate::emcy::ErrorCode;
-use crate::heartbeat::Monitor;
+use crate::heartbeat::{ConsumerSlots, Monitor};
 use crate::link::port::{ErrorState, Health};
 
 use crate::node::{BusHealth, Communication, index};
-use crate::od::{CobIdEntry, Objects};
-use crate::pdo::{Mapping, Taken};
+use crate::od::CobIdEntry;
+use crate::pdo::{PdoSlots, Taken};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
 use crate::{emcy, sdo, sync};
 pub use dictionary::Dictionary;
@@ -37,10 +37,10 @@ pub enum SdoStep<'a> {
 
 /// Dictionary and services.
 #[derive(Debug)]
-pub struct Device<A: Objects + Default, const R: usize, const T: usize, M: Mapping> {
+pub struct Services<D: Device> {
     id: NodeId,
-    pub dictionary: Dictionary<A, R, T, M>,
-    pub monitor: Monitor,
+    pub dictionary: Dictionary<D>,
+    pub monitor: Monitor<D::Consumers>,
     sync: sync::Consumer,
     sync_id: CobId,
     /// What comes for the SDO server.
@@ -48,9 +48,9 @@ pub struct Device<A: Objects + Default, const R: usize, const T: usize, M: Mappi
     server: sdo::Server,
 }
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A, R, T, M> {
-    pub fn new(id: NodeId, objects: NodeObjects<A, R, T, M>, sdo_timeout: Duration) -> Self {
-        Device {
+impl<D: Device> Services<D> {
+    pub fn new(id: NodeId, objects: NodeObjects<D>, sdo_timeout: Duration) -> Self {
+        Services {
             id,
             dictionary: Dictionary::new(id, objects),
             monitor: Monitor::new(),
@@ -63,17 +63,17 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
 
     /// COB-ID of each RPDO, valid or not.
     pub fn rpdo_ids(&self) -> impl Iterator<Item = Option<CobId>> {
-        self.dictionary
-            .objects
-            .communication
-            .rpdos
-            .iter()
-            .map(|pdo| CobIdEntry::from_raw(pdo.cob_id).cob_id())
+        self.dictionary.objects.pdos.rpdos().0.iter().map(|pdo| CobIdEntry::from_raw(pdo.cob_id).cob_id())
+    }
+
+    /// Entries of 1016h.
+    pub fn consumers(&self) -> usize {
+        self.dictionary.objects.consumers.entries().len()
     }
 
     /// COB-ID of the heartbeat that an entry of 1016h consumes, valid or not.
     pub fn monitored(&self, entry: usize) -> Option<CobId> {
-        let entry = self.dictionary.objects.communication.consumer_heartbeat.get(entry)?;
+        let entry = self.dictionary.objects.consumers.entries().get(entry)?;
         NodeId::new((entry >> 16) as u8).map(CobId::heartbeat)
     }
 
@@ -241,7 +241,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
     }
 
     /// A frame of an RPDO as nearly all are, in Operational: it takes effect at once and is as it should be. Whether it
-    /// was one; if not, [`Device::on_rpdo`] takes it.
+    /// was one; if not, [`Services::on_rpdo`] takes it.
     #[inline(always)] // called from one place
     pub fn on_plain_rpdo(&mut self, number: usize, frame: &Frame) -> bool {
         let Dictionary { objects, rpdos, .. } = &mut self.dictionary;
@@ -307,10 +307,7 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Device<A,
 }
 
 /// Objects 1001h and 1003h follow.
-fn show<const R: usize, const T: usize, M: Mapping>(
-    emcy: &emcy::Producer,
-    objects: &mut Communication<R, T, M>,
-) {
+fn show(emcy: &emcy::Producer, objects: &mut Communication) {
     let history = emcy.history();
     objects.error_register = emcy.register().bits();
     objects.errors.count = history.len();

@@ -3,45 +3,45 @@
 use super::{Dictionary, rules, show};
 use crate::emcy;
 use crate::emcy::ErrorCode;
-use crate::node::index::{
-    LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, LAST_TPDO_MAPPING, RPDO, RPDO_MAPPING, TPDO, TPDO_MAPPING,
-};
-use crate::node::{Communication, NodeObjects};
-use crate::od::{INVALID, Objects};
-use crate::pdo::{Direction, Mapping, RpdoEvent, RpdoParameters, TpdoParameters, rules as pdo};
+use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
+use crate::node::{Communication, Device, NodeObjects};
+use crate::od::INVALID;
+use crate::pdo::{Direction, Mapping, PdoSlots, RpdoEvent, RpdoParameters, TpdoParameters, rules as pdo};
 use crate::types::{AbortCode, Address, Instant};
 
-impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionary<A, R, T, M> {
+impl<D: Device> Dictionary<D> {
     /// The PDOs of this number are not valid.
     pub fn unset_pdos(&mut self, number: usize, now: Instant) {
         let Dictionary { emcy, rpdos, tpdos, .. } = self;
         let mut tell = |number, event| note(emcy, number, event);
         let none = &RpdoParameters::default();
-        let _ = rpdos.configure::<NodeObjects<A, R, T, M>>(number, none, &[], &mut tell);
-        let _ = tpdos.configure::<NodeObjects<A, R, T, M>>(number, &TpdoParameters::default(), &[], now);
+        let _ = rpdos.configure::<NodeObjects<D>>(number, none, &[], &mut tell);
+        let _ = tpdos.configure::<NodeObjects<D>>(number, &TpdoParameters::default(), &[], now);
     }
 
     /// The PDOs of this number, which are not valid, as the objects have them. What cannot be reads so (bit 31 of its COB-ID)
     /// and is an error until it can, or is not to be.
     pub fn set_pdos(&mut self, number: usize, now: Instant) {
         let Dictionary { objects, emcy, rpdos, tpdos, .. } = self;
-        let objects = &mut objects.communication;
+        let NodeObjects { communication, pdos, .. } = objects;
         let mut tell = |number, event| note(emcy, number, event);
-        let (sync, emergency) = (objects.sync_cob_id, objects.emcy_cob_id);
-        let receives = objects.rpdos.get(number).zip(objects.rpdo_mappings.get(number));
+        let (sync, emergency) = (communication.sync_cob_id, communication.emcy_cob_id);
+        let (parameters, mappings) = pdos.rpdos();
+        let receives = parameters.get(number).zip(mappings.get(number));
         let received = receives.map(|(pdo, mapping)| {
             rules::check_pdo(Direction::Receive, sync, emergency, pdo.cob_id)?;
-            rpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), &mut tell)
+            rpdos.configure::<NodeObjects<D>>(number, pdo, mapping.objects(), &mut tell)
         });
-        let sends = objects.tpdos.get(number).zip(objects.tpdo_mappings.get(number));
+        let (parameters, mappings) = pdos.tpdos();
+        let sends = parameters.get(number).zip(mappings.get(number));
         let sent = sends.map(|(pdo, mapping)| {
             rules::check_pdo(Direction::Transmit, sync, emergency, pdo.cob_id)?;
-            tpdos.configure::<NodeObjects<A, R, T, M>>(number, pdo, mapping.objects(), now)
+            tpdos.configure::<NodeObjects<D>>(number, pdo, mapping.objects(), now)
         });
-        if let Some((outcome, pdo)) = received.zip(objects.rpdos.get_mut(number)) {
+        if let Some((outcome, pdo)) = received.zip(pdos.rpdos_mut().0.get_mut(number)) {
             report(emcy, Direction::Receive, number, outcome, &mut pdo.cob_id);
         }
-        if let Some((outcome, pdo)) = sent.zip(objects.tpdos.get_mut(number)) {
+        if let Some((outcome, pdo)) = sent.zip(pdos.tpdos_mut().0.get_mut(number)) {
             report(emcy, Direction::Transmit, number, outcome, &mut pdo.cob_id);
         }
     }
@@ -55,38 +55,36 @@ impl<A: Objects + Default, const R: usize, const T: usize, M: Mapping> Dictionar
     /// A write to the parameters of a PDO: the service takes them over, or refuses them.
     pub(super) fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
         let number = usize::from(at.index & 0x1FF);
-        let objects = &mut self.objects.communication;
-        let (sync, emergency) = (objects.sync_cob_id, objects.emcy_cob_id);
-        let rpdo = objects.rpdos.get(number).zip(objects.rpdo_mappings.get_mut(number));
-        let tpdo = objects.tpdos.get(number).zip(objects.tpdo_mappings.get_mut(number));
-        match (at.index, rpdo, tpdo) {
-            (RPDO..=LAST_RPDO, Some((present, mapping)), _) => {
-                let new = pdo::rpdo(present, at.sub, value)?;
-                rules::check_pdo(Direction::Receive, sync, emergency, new.cob_id)?;
-                let (emcy, mapping) = (&mut self.emcy, mapping.objects());
-                let mut tell = |number, event| note(emcy, number, event);
-                self.rpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping, &mut tell)?;
-                self.pdo_is_possible(Direction::Receive, number);
-                Ok(())
+        let NodeObjects { communication, pdos, .. } = &mut self.objects;
+        let (sync, emergency) = (communication.sync_cob_id, communication.emcy_cob_id);
+        if at.index <= LAST_RPDO_MAPPING {
+            let direction = Direction::Receive;
+            let (parameters, mappings) = pdos.rpdos_mut();
+            let pdo = parameters.get(number).zip(mappings.get_mut(number));
+            let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
+            if at.index > LAST_RPDO {
+                return pdo::mapping::<NodeObjects<D>>(direction, present.cob_id, mapping, at.sub, value);
             }
-            (RPDO_MAPPING..=LAST_RPDO_MAPPING, Some((present, mapping)), _) => {
-                let direction = Direction::Receive;
-                pdo::mapping::<NodeObjects<A, R, T, M>>(direction, present.cob_id, mapping, at.sub, value)
+            let new = pdo::rpdo(present, at.sub, value)?;
+            rules::check_pdo(direction, sync, emergency, new.cob_id)?;
+            let (emcy, mapping) = (&mut self.emcy, mapping.objects());
+            let mut tell = |number, event| note(emcy, number, event);
+            self.rpdos.configure::<NodeObjects<D>>(number, &new, mapping, &mut tell)?;
+            self.pdo_is_possible(direction, number);
+        } else {
+            let direction = Direction::Transmit;
+            let (parameters, mappings) = pdos.tpdos_mut();
+            let pdo = parameters.get(number).zip(mappings.get_mut(number));
+            let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
+            if at.index > LAST_TPDO {
+                return pdo::mapping::<NodeObjects<D>>(direction, present.cob_id, mapping, at.sub, value);
             }
-            (TPDO..=LAST_TPDO, _, Some((present, mapping))) => {
-                let new = pdo::tpdo(present, at.sub, value)?;
-                rules::check_pdo(Direction::Transmit, sync, emergency, new.cob_id)?;
-                let mapping = mapping.objects();
-                self.tpdos.configure::<NodeObjects<A, R, T, M>>(number, &new, mapping, self.now)?;
-                self.pdo_is_possible(Direction::Transmit, number);
-                Ok(())
-            }
-            (TPDO_MAPPING..=LAST_TPDO_MAPPING, _, Some((present, mapping))) => {
-                let direction = Direction::Transmit;
-                pdo::mapping::<NodeObjects<A, R, T, M>>(direction, present.cob_id, mapping, at.sub, value)
-            }
-            _ => Err(AbortCode::NoObject),
+            let new = pdo::tpdo(present, at.sub, value)?;
+            rules::check_pdo(direction, sync, emergency, new.cob_id)?;
+            self.tpdos.configure::<NodeObjects<D>>(number, &new, mapping.objects(), self.now)?;
+            self.pdo_is_possible(direction, number);
         }
+        Ok(())
     }
 }
 
@@ -122,12 +120,7 @@ fn report(
 }
 
 /// An error of an RPDO appeared or is gone; it is known by the number of its PDO.
-pub fn tell<const R: usize, const T: usize, M: Mapping>(
-    emcy: &mut emcy::Producer,
-    objects: &mut Communication<R, T, M>,
-    number: usize,
-    event: RpdoEvent,
-) {
+pub fn tell(emcy: &mut emcy::Producer, objects: &mut Communication, number: usize, event: RpdoEvent) {
     note(emcy, number, event);
     show(emcy, objects);
 }

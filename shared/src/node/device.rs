@@ -1,0 +1,65 @@
+//! What the maker of a device declares: its objects, its PDOs, its names.
+
+use super::Communication;
+use crate::heartbeat::ConsumerSlots;
+use crate::od::Objects;
+use crate::pdo::{PdoSet, PdoSlots};
+use crate::types::NodeId;
+
+/// A device, for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs, and what
+/// its communication profile is at power-on.
+///
+/// `#[objects(device)]` beside the derive makes `cargo check` refuse a device that cannot be; without it the build of the
+/// image does.
+///
+/// ```
+/// use ecss_can::heartbeat::HeartbeatConsumers;
+/// use ecss_can::node::{Communication, Device, Identity};
+/// use ecss_can::od::Objects;
+/// use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+/// use ecss_can::types::NodeId;
+///
+/// /// A thermometer.
+/// #[derive(Objects)]
+/// #[objects(device)]
+/// struct Thermometer {
+///     /// Temperature
+///     #[object(0x6000, ro, pdo)]
+///     temperature: i16,
+/// }
+///
+/// impl Device for Thermometer {
+///     type Pdos = PdoObjects<4, 4>;
+///     type Consumers = HeartbeatConsumers<1>;
+///     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE)]);
+///
+///     fn communication(id: NodeId) -> Communication {
+///         Communication { device_name: "Thermometer", ..Communication::new(id) }
+///     }
+/// }
+/// ```
+pub trait Device: Objects + Default {
+    /// Its PDO slots, those that only clients configure included.
+    type Pdos: PdoSlots;
+    /// Its entries of 1016h. In a slave the first one is for the master.
+    type Consumers: ConsumerSlots;
+
+    /// PDOs at power-on and after reset communication.
+    const PDOS: PdoSet;
+
+    /// The communication profile at power-on and after reset communication: names and identity, and whatever else is not as
+    /// [`Communication::new`] has it.
+    fn communication(id: NodeId) -> Communication {
+        Communication::new(id)
+    }
+
+    /// 1016h at power-on and after reset communication. The node fills in the master's entry itself.
+    fn consumers(_id: NodeId) -> Self::Consumers {
+        Self::Consumers::default()
+    }
+
+    /// PDO parameters at power-on and after reset communication: those of [`Device::PDOS`].
+    fn pdos(id: NodeId) -> Self::Pdos {
+        Self::Pdos::at_power_on(id, &Self::PDOS)
+    }
+}
