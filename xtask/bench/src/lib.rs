@@ -10,6 +10,7 @@ mod callgrind;
 mod context;
 mod rig;
 mod row;
+mod share;
 mod summary;
 mod table;
 

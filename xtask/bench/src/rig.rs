@@ -26,6 +26,12 @@ const BOOT: Time = Time::from_ms(50);
 /// Where the slave sits, metres from the guests.
 const SLAVE_AT_M: f64 = 10.0;
 
+/// By when a frame must have been dealt with.
+const PATIENCE: Time = Time::from_ms(2);
+
+/// Exception number of CAN1_RX0, interrupt 20 (RM0090 table 62).
+const CAN1_RX0: u32 = 16 + 20;
+
 /// Timings of the flash under which an area is measured, and what the names of its rows end in.
 pub const FLASH_TIMINGS: [(FlashTiming, &str); 3] = [
     (FlashTiming::Ideal, ""),
@@ -99,6 +105,28 @@ impl Rig {
         self.spacecraft.take_logs();
         self.spacecraft.take_frames();
         Ok(())
+    }
+
+    /// Follows the next frame through the board, an instruction at a time. `done` sees what the image has counted and the
+    /// cycles awake since the board entered the receive interrupt of CAN1, until it returns something.
+    ///
+    /// # Errors
+    /// When that takes longer than [`PATIENCE`].
+    pub fn follow<T>(&mut self, mut done: impl FnMut(&Telltale, u64) -> Option<T>) -> anyhow::Result<T> {
+        let end = self.spacecraft.now() + PATIENCE;
+        let mut entered = None;
+        while self.spacecraft.now() < end {
+            let awake = self.board().counters().cycles_awake;
+            self.run_until(self.spacecraft.now() + Time(1))?;
+            if entered.is_none() && self.board().registers().xpsr & 0x1FF == CAN1_RX0 {
+                entered = Some(awake);
+            }
+            let Some(start) = entered else { continue };
+            if let Some(found) = done(&self.telltale()?, self.board().counters().cycles_awake - start) {
+                return Ok(found);
+            }
+        }
+        anyhow::bail!("a frame was not dealt with within {} us", PATIENCE.as_us())
     }
 
     /// The slave's board.

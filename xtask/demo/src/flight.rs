@@ -62,6 +62,8 @@ pub struct BoardCount {
     pub resets: u64,
     /// Why the twin had to stop it: it reached for hardware that is not there.
     pub stopped: Option<String>,
+    /// Deepest stack since power-on, bytes.
+    pub stack: u32,
     /// What the firmware itself counted.
     pub telltale: Telltale,
 }

@@ -21,6 +21,7 @@ use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
 use super::stamps::StampWatch;
+use support::stack;
 use support::telltale::Telltale;
 
 /// How often the watchers look.
@@ -249,6 +250,7 @@ fn count(node: Node, board: &Board) -> anyhow::Result<BoardCount> {
             State::Refused(error) => Some(error.to_string()),
             _ => None,
         },
+        stack: stack::deepest(board)?,
         telltale,
     })
 }

@@ -7,5 +7,6 @@ pub mod elf;
 pub mod misuse;
 pub mod output;
 pub mod project;
+pub mod stack;
 pub mod stop;
 pub mod telltale;

@@ -11,7 +11,7 @@ const SYMBOL: &str = "TELLTALE";
 const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 
 /// Every byte of RAM before a program of the twin has run.
-const RAM_AT_POWER_ON: u8 = 0xA5;
+pub(crate) const RAM_AT_POWER_ON: u8 = 0xA5;
 
 /// 32-bit words, little-endian: magic, then the fields below in their order.
 const WORDS: usize = 19;

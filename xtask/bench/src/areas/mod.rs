@@ -11,6 +11,7 @@ mod rx;
 mod sdo;
 mod size;
 mod stamp;
+mod sync;
 mod wire;
 
 pub use size::biggest_symbols;
@@ -39,5 +40,6 @@ pub const ALL: &[Area] = &[
     sdo::AREA,
     irq::AREA,
     stamp::AREA,
+    sync::AREA,
     wire::AREA,
 ];

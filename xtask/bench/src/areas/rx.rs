@@ -7,7 +7,6 @@
 //! between, other interrupts included, is in the figure. Measured with zero wait states, as boards fly, and without the
 //! accelerator of the flash.
 
-use anyhow::bail;
 use can_wire::time::Time;
 use twin::board::FlashTiming;
 use twin::spacecraft::Bus;
@@ -32,12 +31,6 @@ const BREAK: Time = Time::from_us(500);
 
 /// From SOF to the last bit but one of EOF of a frame of eight bytes without stuff bits, and a little less.
 const ON_THE_WIRE: Time = Time::from_us(104);
-
-/// By when a command must have been executed.
-const PATIENCE: Time = Time::from_ms(2);
-
-/// Exception number of CAN1_RX0, interrupt 20 (RM0090 table 62).
-const CAN1_RX0: u32 = 16 + 20;
 
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;
@@ -98,22 +91,12 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
 /// Follows the next frame through the board.
 fn follow(rig: &mut Rig) -> anyhow::Result<Latency> {
     let before = rig.telltale()?;
-    let end = rig.spacecraft.now() + PATIENCE;
-    let (mut entered, mut handled) = (None, None);
-    while rig.spacecraft.now() < end {
-        let awake = rig.board().counters().cycles_awake;
-        rig.run_until(rig.spacecraft.now() + Time(1))?;
-        if entered.is_none() && rig.board().registers().xpsr & 0x1FF == CAN1_RX0 {
-            entered = Some(awake);
+    let mut node = None;
+    rig.follow(|now, cycles| {
+        if now.frames() > before.frames() {
+            node.get_or_insert(cycles);
         }
-        let Some(start) = entered else { continue };
-        let (now, cycles) = (rig.telltale()?, rig.board().counters().cycles_awake - start);
-        if handled.is_none() && now.frames() > before.frames() {
-            handled = Some(cycles);
-        }
-        if let (Some(node), true) = (handled, now.commands > before.commands) {
-            return Ok(Latency { node, application: cycles });
-        }
-    }
-    bail!("a command was not executed within {} us", PATIENCE.as_us())
+        let node = node.filter(|_| now.commands > before.commands)?;
+        Some(Latency { node, application: cycles })
+    })
 }

@@ -1,8 +1,7 @@
-//! Flash and static RAM of the images of every board, profile `standard`.
+//! Flash and static RAM of the images of every board, profile `standard`, and the deepest stack of the demo.
 //!
-//! Protocol code is what belongs to `ecss_can` by its name in the symbol table, and the tasks of the image: the compiler
-//! inlines the tasks of a bus and of a node into these one-line wrappers. The application's task is among them, so the
-//! figure is an upper bound.
+//! Where the flash goes is told by the names in the symbol table: see [`share`](crate::share). The compiler inlines, so a
+//! part has what was inlined into it, and misses what was inlined elsewhere.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -10,17 +9,21 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use super::Area;
-use crate::context::Context;
+use crate::context::{Context, FLOWN};
 use crate::row::Row;
+use crate::share::{self, PARTS, PROTOCOL};
+use demo::flight::BoardCount;
+use demo::record::MASTER;
 use support::board::Board;
 use support::board::Profile;
 use support::elf::{Facts, Memory, Symbol};
 
-pub const AREA: Area = Area { name: "size", about: "flash and static RAM of the images", measure };
+pub const AREA: Area =
+    Area { name: "size", about: "flash and RAM of the images, the deepest stack of the demo", measure };
 
 /// Budgets of the slave: the whole image, its variables, its protocol code.
 const SLAVE_FLASH: u64 = 64 << 10;
-const SLAVE_RAM: u64 = 16 << 10;
+const SLAVE_RAM: u64 = 13 << 10;
 const SLAVE_PROTOCOL: u64 = 24 << 10;
 
 /// Longest name of a symbol in a table; generic ones can be endless.
@@ -30,8 +33,8 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for (board, role, path) in images(context)? {
         let facts = Facts::read(&path)?;
-        let protocol: u64 =
-            facts.symbols.iter().filter(|symbol| is_protocol(symbol)).map(|symbol| symbol.bytes).sum();
+        let parts = parts(&facts);
+        let protocol = parts.iter().filter(|(part, _)| PROTOCOL.contains(part)).map(|(_, bytes)| bytes).sum();
         let row = |what: &str, value: u64, budget: u64| {
             let row = Row::lower(format!("{}.{role}.{what}", board.name()), value, "bytes");
             if role == "slave" { row.within(budget) } else { row }
@@ -39,8 +42,38 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
         rows.push(row("flash", facts.size.flash, SLAVE_FLASH));
         rows.push(row("ram", facts.size.ram, SLAVE_RAM));
         rows.push(row("protocol_flash", protocol, SLAVE_PROTOCOL));
+        let row = |(part, bytes)| Row::lower(format!("{}.{role}.flash.{part}", board.name()), bytes, "bytes");
+        rows.extend(parts.into_iter().map(row));
     }
+    rows.extend(stacks(context)?);
     Ok(rows)
+}
+
+/// Bytes of flash of each part that has any. They add up to the image.
+fn parts(facts: &Facts) -> Vec<(&'static str, u64)> {
+    let of = |part: &str| -> u64 {
+        let symbols = facts.symbols.iter().filter(|symbol| symbol.memory == Memory::Flash);
+        symbols.filter(|symbol| share::part(&symbol.name) == part).map(|symbol| symbol.bytes).sum()
+    };
+    let mut parts: Vec<_> = PARTS.into_iter().map(|part| (part, of(part))).collect();
+    let named: u64 = parts.iter().map(|(_, bytes)| bytes).sum();
+    // What has no symbol: padding, texts, the initial values of variables.
+    if let Some((_, others)) = parts.last_mut() {
+        *others += facts.size.flash.saturating_sub(named);
+    }
+    parts.retain(|(_, bytes)| *bytes > 0);
+    parts
+}
+
+/// The deepest stack of the master and of any slave in the demo, from reset to its end.
+fn stacks(context: &Context) -> anyhow::Result<[Row; 2]> {
+    let (master, slaves): (Vec<_>, Vec<_>) =
+        context.demo()?.boards.iter().partition(|board| board.node == MASTER);
+    let deepest = |boards: &[&BoardCount]| boards.iter().map(|board| board.stack).max().unwrap_or(0);
+    let row = |role: &str, boards: &[&BoardCount]| {
+        Row::lower(format!("{}.{role}.stack", FLOWN.name()), u64::from(deepest(boards)), "bytes")
+    };
+    Ok([row("master", &master), row("slave", &slaves)])
 }
 
 /// The `count` biggest symbols of each image, flash and RAM together.
@@ -69,21 +102,25 @@ fn images(context: &Context) -> anyhow::Result<Vec<(Board, &'static str, PathBuf
     Ok(images)
 }
 
-fn is_protocol(symbol: &Symbol) -> bool {
-    let of_task = symbol.name.contains("slave::tasks::") || symbol.name.contains("master::tasks::");
-    symbol.memory == Memory::Flash && (symbol.name.contains("ecss_can::") || of_task)
-}
-
 #[cfg(test)]
 mod tests {
+    use support::elf::Size;
+
     use super::*;
 
     #[test]
-    fn protocol_code_is_known_by_its_name() {
-        let counts = |memory, name: &str| is_protocol(&Symbol { name: name.into(), memory, bytes: 1 });
-        assert!(counts(Memory::Flash, "<ecss_can::node::slave::Slave>::run"));
-        assert!(counts(Memory::Flash, "<Task<slave::tasks::__node_task::{closure#0}>>::poll"));
-        assert!(!counts(Memory::Flash, "<boards::bxcan::events::EventQueue>::poll"));
-        assert!(!counts(Memory::Ram, "ecss_can::somewhere::STATE"));
+    fn parts_add_up_to_the_image() {
+        let symbol = |memory, name: &str, bytes| Symbol { name: name.into(), memory, bytes };
+        let facts = Facts {
+            size: Size { flash: 100, ram: 7 },
+            symbols: vec![
+                symbol(Memory::Flash, "<ecss_can::nmt::slave::Nmt>::on_command", 30),
+                symbol(Memory::Flash, "slave::application::log", 20),
+                symbol(Memory::Flash, "__INTERRUPTS", 1),
+                symbol(Memory::Ram, "ecss_can::nmt::STATE", 7),
+            ],
+            compiler: None,
+        };
+        assert_eq!(parts(&facts), [("nmt", 30), ("application", 20), ("others", 50)]);
     }
 }

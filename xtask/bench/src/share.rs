@@ -1,0 +1,133 @@
+//! What part of the software a symbol of an image belongs to, by its path.
+
+/// Modules of the protocol crate, each a part of its own.
+pub const PROTOCOL: [&str; 16] = [
+    "types",
+    "link",
+    "od",
+    "time",
+    "nmt",
+    "heartbeat",
+    "sync",
+    "emcy",
+    "sdo",
+    "pdo",
+    "store",
+    "redundancy",
+    "boot",
+    "profile",
+    "node",
+    "runner",
+];
+
+/// Crates, and the part that they belong to. A crate that is not listed counts as `others`.
+const CRATES: [(&str, &str); 13] = [
+    ("boards", "boards"),
+    ("mission", "application"),
+    ("master", "application"),
+    ("slave", "application"),
+    ("core", "core"),
+    ("compiler_builtins", "core"),
+    ("memcpy", "core"),
+    ("memset", "core"),
+    ("defmt", "log"),
+    ("defmt_rtt", "log"),
+    ("_defmt_write", "log"),
+    ("_embassy_time_schedule_wake", "embassy"),
+    ("crc", "boards"),
+];
+
+/// All parts, in the order of their rows. `others`: vectors, constants, small crates.
+pub const PARTS: [&str; 22] = [
+    "types",
+    "link",
+    "od",
+    "time",
+    "nmt",
+    "heartbeat",
+    "sync",
+    "emcy",
+    "sdo",
+    "pdo",
+    "store",
+    "redundancy",
+    "boot",
+    "profile",
+    "node",
+    "runner",
+    "application",
+    "boards",
+    "embassy",
+    "core",
+    "log",
+    "others",
+];
+
+/// The part that a function or constant belongs to.
+///
+/// A method belongs where its type is. An implementation of a trait of the object dictionary belongs to the dictionary,
+/// whoever's objects they are. The compiler inlines the tasks of the runner into the one-line tasks of an image.
+pub fn part(name: &str) -> &'static str {
+    if name.contains("::tasks::") && !name.contains("::tasks::__application_task") {
+        return "runner";
+    }
+    if let Some(task) = name.strip_prefix("<embassy_executor::raw::TaskStorage<") {
+        return part(task);
+    }
+    if name.contains(" as ecss_can::od::") {
+        return "od";
+    }
+    let path = name.trim_start_matches(['<', '&', '*', '[', '(']);
+    let path = path.strip_prefix("mut ").unwrap_or(path);
+    let mut words = path.split(['<', '>', ' ', ':', '(', '[']).filter(|word| !word.is_empty());
+    let (first, second) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+    if first == "ecss_can" {
+        return PROTOCOL.into_iter().find(|module| *module == second).unwrap_or("others");
+    }
+    if first.starts_with("embassy_") || first == "stm32_metapac" {
+        return "embassy";
+    }
+    CRATES.iter().find(|(name, _)| *name == first).map_or("others", |(_, part)| part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn symbol_belongs_to_the_module_of_its_type() {
+        for (name, expected) in [
+            ("<ecss_can::node::slave::Slave<mission::objects::MissionObjects<&mut [u8]>>>::run_due", "node"),
+            (
+                "<ecss_can::sdo::server::Server>::go_on::<ecss_can::node::device::dictionary::Dictionary<A>>",
+                "sdo",
+            ),
+            ("ecss_can::pdo::mapping::read::<ecss_can::node::objects::NodeObjects<mission::A>>", "pdo"),
+            (
+                "<ecss_can::node::objects::NodeObjects<A> as ecss_can::od::dictionary::Objects>::variable",
+                "od",
+            ),
+            ("<boards::bxcan::port::Port as ecss_can::link::port::CanPort>::stamp", "boards"),
+            ("mission::objects::communication::<ecss_can::pdo::parameters::PdoMapping>", "application"),
+            (
+                "<embassy_executor::raw::TaskStorage<slave::tasks::__application_task::f::{closure#0}>>::poll",
+                "application",
+            ),
+            (
+                "<embassy_executor::raw::TaskStorage<slave::app::____embassy_main_task::f::{closure#0}>>::poll",
+                "application",
+            ),
+            (
+                "<embassy_executor::raw::TaskStorage<slave::tasks::__bus_task::f::{closure#0}>>::poll",
+                "runner",
+            ),
+            ("embassy_stm32::init", "embassy"),
+            ("<core::fmt::Formatter>::pad", "core"),
+            ("<u32 as core::fmt::Display>::fmt", "others"),
+            ("__INTERRUPTS", "others"),
+        ] {
+            assert_eq!(part(name), expected, "{name}");
+            assert!(PARTS.contains(&expected));
+        }
+    }
+}
