@@ -3,6 +3,7 @@
 //! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
 
 use ecss_can::link::bit_timing::{BitTiming, Hertz, Network};
+use ecss_can::runner::Platform;
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{NodeId, PerBus};
 use embassy_stm32::gpio::{Input, Level, Output, Pin, Speed};
@@ -54,6 +55,11 @@ pub struct Board {
     pub retained: &'static mut (dyn RetainedMemory + Send),
     /// RAM that is left, 64 KiB at most: for blocks of data.
     pub memory: &'static mut [u8],
+}
+
+impl Platform for Board {
+    type Port = Port;
+    type Clock = Uptime;
 }
 
 /// Two LEDs; a high level lights them.

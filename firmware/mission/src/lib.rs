@@ -18,5 +18,5 @@ pub use objects::{
     MissionObjects, Outgoing, REQUEST_RPDO, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand, TelemetryRequest,
     slave,
 };
-pub use profiles::{LIBRECUBE, STANDARD};
+pub use profiles::{LIBRECUBE, PROFILE, STANDARD};
 pub use record::{Declined, SlaveRecord};

@@ -7,6 +7,16 @@ use ecss_can::types::{Address, Duration, NodeId};
 /// The defaults: 1 Mbit/s, heartbeat and SYNC 100 ms, parallel access everywhere, no slave assigned.
 pub const STANDARD: Profile = Profile { name: "standard", ..Profile::DEFAULT };
 
+/// The profile that images of the mission are built with.
+#[cfg(not(feature = "librecube"))]
+pub const PROFILE: &Profile = &STANDARD;
+/// The profile that images of the mission are built with.
+#[cfg(feature = "librecube")]
+pub const PROFILE: &Profile = &LIBRECUBE;
+
+// Selective slaves that would give up before the master has tried both buses fail the build here.
+const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+
 /// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s, a command and a telemetry request to each slave every 0.1 s. Slave 4 has
 /// selective access, so that both ways to fail over are seen. The master boots slaves 2 to 4, and waits for none of them.
 pub const LIBRECUBE: Profile = Profile {
@@ -31,8 +41,6 @@ pub const LIBRECUBE: Profile = Profile {
     ],
     ..STANDARD
 };
-
-const _: () = assert!(LIBRECUBE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
 
 /// A slave of this mission: its product code is known, its configuration is of 25 September 2017, noon.
 const fn slave(node: NodeId) -> AssignedSlave {

@@ -2,41 +2,38 @@
 //!
 //! Blue toggles with every heartbeat of the master, SYNC and spacecraft time. Yellow is switched by command.
 
-use boards::{Leds, Uptime};
+use boards::{Board, Leds};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{SelfTest, Slave, SlaveEvent};
 use ecss_can::pdo::Message;
-use ecss_can::runner::Telltale;
-use ecss_can::time::Clock;
+use ecss_can::runner::{Events, Handle};
 use mission::{
-    Command, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    Command, Declined, MissionObjects, PROFILE, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO,
+    TELEMETRY_TPDO,
 };
 
-use crate::app::{Link, Node, PROFILE};
+/// The slave of this image.
+pub type Node = Slave<MissionObjects>;
 
 pub struct Application {
+    slave: Handle<'static, Board, Node>,
+    events: Events<'static, Board, Node>,
     leds: Leds,
-    clock: Uptime,
-    node: &'static Node,
-    link: &'static Link,
-    telltale: &'static Telltale,
     record: SlaveRecord,
 }
 
 impl Application {
     pub fn new(
+        slave: Handle<'static, Board, Node>,
+        events: Events<'static, Board, Node>,
         leds: Leds,
-        clock: Uptime,
-        node: &'static Node,
-        link: &'static Link,
-        telltale: &'static Telltale,
     ) -> Self {
-        Application { leds, clock, node, link, telltale, record: SlaveRecord::new(PROFILE) }
+        Application { slave, events, leds, record: SlaveRecord::new(PROFILE) }
     }
 
     pub async fn run(mut self) -> ! {
         loop {
-            match self.link.events.receive().await {
+            match self.events.next().await {
                 SlaveEvent::Pdo { number, data, .. } => self.on_pdo(usize::from(number), data),
                 SlaveEvent::Heartbeat { .. } | SlaveEvent::Time(_) => self.leds.activity.toggle(),
                 SlaveEvent::Sync { stamp, .. } => {
@@ -63,27 +60,26 @@ impl Application {
     }
 
     fn execute(&mut self, message: &Message) {
-        let command = match self.record.take(message, self.clock.now()) {
+        let command = match self.record.take(message, self.slave.now()) {
             Ok(command) => command,
-            Err(Declined::Repeat) => return self.telltale.repeats.count(),
+            Err(Declined::Repeat) => return self.slave.telltale().repeats.count(),
             Err(Declined::Unknown) => {
                 defmt::warn!("unknown command {=u16:04X}h", message.code());
                 return;
             }
         };
-        self.telltale.commands.count();
+        self.slave.telltale().commands.count();
         match command {
             Command::SetLed(on) => self.leds.state.set_level(on.into()),
             Command::SetValue(value) => {
-                let now = self.clock.now();
-                self.node.with(|slave| {
+                self.slave.with(|slave, now| {
                     slave.objects_mut().application.value = value;
                     slave.changed(MissionObjects::VALUE.address(), now);
                 });
             }
-            Command::ResetCounters => self.node.with(Slave::reset_counters),
+            Command::ResetCounters => self.slave.with(|slave, _| slave.reset_counters()),
             Command::SelectBus(bus) => {
-                if self.node.with(|slave| slave.select_bus(bus)).is_err() {
+                if self.slave.with(|slave, _| slave.select_bus(bus)).is_err() {
                     defmt::warn!("declined: the master chooses the bus of a slave with parallel access");
                 }
             }
@@ -95,19 +91,17 @@ impl Application {
             defmt::warn!("unknown telemetry request {=u16:04X}h", message.code());
             return;
         };
-        let now = self.clock.now();
-        self.node.with(|slave| {
+        self.slave.with(|slave, now| {
             let telemetry = self.record.answer(request, &slave.status(now)).encode();
             slave.objects_mut().application.telemetry = telemetry.into();
             slave.send_pdo(TELEMETRY_TPDO, now);
         });
-        self.telltale.telemetry_requests.count();
+        self.slave.telltale().telemetry_requests.count();
     }
 
     /// Both controllers must be error active: bit 0 nominal, bit 1 redundant.
     fn test(&mut self) {
-        let now = self.clock.now();
-        self.node.with(|slave| {
+        self.slave.with(|slave, now| {
             let health = slave.status(now).health;
             let bad = |health: Health| u32::from(health.state != ErrorState::Active);
             let failures = bad(health.nominal) | bad(health.redundant) << 1;

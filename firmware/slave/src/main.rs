@@ -1,6 +1,6 @@
 //! Firmware of the slave.
 //!
-//! This file is the shell of the crate. On a board `app` starts everything; on the host it prints a hint.
+//! On a board `app` starts everything; on the host it prints a hint.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
@@ -9,8 +9,6 @@
 mod app;
 #[cfg(target_os = "none")]
 mod application;
-#[cfg(target_os = "none")]
-mod tasks;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

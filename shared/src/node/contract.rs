@@ -11,7 +11,7 @@ use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 
 /// Commands in an outbox, and frames in the priority queue of a bus.
 pub const QUEUE_DEPTH: usize = 32;
-/// Events and requests that may wait between node and application.
+/// Events that may wait for the application.
 pub const APP_DEPTH: usize = 16;
 /// Acceptance filters of a port.
 pub const MAX_FILTERS: usize = 28;
@@ -107,6 +107,9 @@ pub trait Node {
     type Event;
     /// Requests of its application.
     type Request;
+
+    /// What it receives, by its dictionary. Each bus has these filters before power-on.
+    fn filters(&self) -> Filters;
 
     /// Power-on, at `now`. Called once, before anything else.
     fn start(&mut self, now: Instant, out: &mut Outbox<Self::Event>);
@@ -212,10 +215,16 @@ impl<E> Outbox<E> {
         self.commands.len()
     }
 
-    /// Whether there is nothing to take, no loss either.
+    /// Whether there is no command to take and no loss to report.
     #[inline]
-    pub fn is_empty(&self) -> bool {
-        self.commands.is_empty() && self.events.is_empty() && self.overflows == 0
+    pub(crate) fn is_settled(&self) -> bool {
+        self.commands.is_empty() && self.overflows == 0
+    }
+
+    /// Whether there are events to take.
+    #[inline]
+    pub(crate) fn has_events(&self) -> bool {
+        !self.events.is_empty()
     }
 
     /// The next event, in order.

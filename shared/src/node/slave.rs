@@ -341,6 +341,10 @@ impl<D: Device> Node for Slave<D> {
     type Event = SlaveEvent;
     type Request = core::convert::Infallible;
 
+    fn filters(&self) -> Filters {
+        self.filters()
+    }
+
     fn start(&mut self, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
         self.buses.join(bus, out);

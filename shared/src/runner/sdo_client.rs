@@ -1,11 +1,10 @@
-//! The SDO client for applications: `client.read(node, at, &mut buffer).await`.
+//! The SDO client for applications: `master.sdo().read(node, at, &mut buffer).await`.
 
 use core::future::poll_fn;
 use core::task::{Context, Poll};
 
-use embassy_sync::blocking_mutex::raw::RawMutex;
-
-use super::NodeCell;
+use super::resources::{Core, Platform};
+use super::shared::wake;
 use crate::node::{Device, Master};
 use crate::sdo::{Client, Error, Mode};
 use crate::types::{Address, NodeId};
@@ -18,23 +17,23 @@ const CHUNK: usize = 112;
 /// A transfer waits for the one before it, of whichever task, and for the boot-up process: that lets a transfer end, and
 /// goes before the next. What stands still for the SDO timeout of the profile ends with [`Error::Timeout`], a switch of
 /// the active bus with [`Error::BusChanged`]. A future that is dropped aborts its transfer.
-pub struct SdoClient<'a, M: RawMutex, D: Device> {
-    cell: &'a NodeCell<M, Master<D>>,
+pub struct SdoClient<'a, B: Platform, D: Device> {
+    core: &'a Core<B, Master<D>>,
     mode: Mode,
 }
 
-impl<M: RawMutex, D: Device> Clone for SdoClient<'_, M, D> {
+impl<B: Platform, D: Device> Clone for SdoClient<'_, B, D> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<M: RawMutex, D: Device> Copy for SdoClient<'_, M, D> {}
+impl<B: Platform, D: Device> Copy for SdoClient<'_, B, D> {}
 
-impl<'a, M: RawMutex, D: Device> SdoClient<'a, M, D> {
-    /// A client of the master in `cell`. Values of more than 28 bytes move in blocks, if the server knows them.
-    pub const fn new(cell: &'a NodeCell<M, Master<D>>) -> Self {
-        SdoClient { cell, mode: Mode::Auto }
+impl<'a, B: Platform, D: Device> SdoClient<'a, B, D> {
+    /// Values of more than 28 bytes move in blocks, if the server knows them.
+    pub(super) const fn new(core: &'a Core<B, Master<D>>) -> Self {
+        SdoClient { core, mode: Mode::Auto }
     }
 
     /// The same client, with this protocol for values that do not fit into one frame.
@@ -114,21 +113,22 @@ impl<'a, M: RawMutex, D: Device> SdoClient<'a, M, D> {
     }
 
     /// Waits for its turn and starts a transfer.
-    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<'a, M, D> {
+    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<'a, B, D> {
         poll_fn(|cx| {
-            let started = self.cell.step(|master| master.claim_sdo(node, cx.waker()).map(&start).is_some());
-            if started { Poll::Ready(Turn { cell: self.cell }) } else { Poll::Pending }
+            let started =
+                self.core.lock(|shared| shared.node.claim_sdo(node, cx.waker()).map(&start).is_some());
+            if started { Poll::Ready(Turn { core: self.core }) } else { Poll::Pending }
         })
         .await
     }
 }
 
 /// The client belongs to one transfer as long as this lives.
-struct Turn<'a, M: RawMutex, D: Device> {
-    cell: &'a NodeCell<M, Master<D>>,
+struct Turn<'a, B: Platform, D: Device> {
+    core: &'a Core<B, Master<D>>,
 }
 
-impl<M: RawMutex, D: Device> Turn<'_, M, D> {
+impl<B: Platform, D: Device> Turn<'_, B, D> {
     /// Moves bytes until the transfer is over.
     async fn run(&mut self, mut step: impl FnMut(&mut Client)) -> Result<usize, Error> {
         poll_fn(|cx| self.poll(cx, &mut step)).await
@@ -136,16 +136,20 @@ impl<M: RawMutex, D: Device> Turn<'_, M, D> {
 
     fn poll(&self, cx: &Context<'_>, step: &mut impl FnMut(&mut Client)) -> Poll<Result<usize, Error>> {
         // The task of the node sends what has become possible.
-        self.cell.with(|master| {
-            let client = master.claimed_sdo(cx.waker());
+        self.core.lock(|shared| {
+            wake(&shared.timekeeper);
+            let client = shared.node.claimed_sdo(cx.waker());
             step(client);
             client.outcome().map_or(Poll::Pending, Poll::Ready)
         })
     }
 }
 
-impl<M: RawMutex, D: Device> Drop for Turn<'_, M, D> {
+impl<B: Platform, D: Device> Drop for Turn<'_, B, D> {
     fn drop(&mut self) {
-        self.cell.with(Master::release_sdo);
+        self.core.lock(|shared| {
+            shared.node.release_sdo();
+            wake(&shared.timekeeper);
+        });
     }
 }

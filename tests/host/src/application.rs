@@ -2,32 +2,33 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::convert::Infallible;
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
+use ecss_can::node::{Master, MasterRequest, Slave, SlaveEvent};
 use ecss_can::pdo::{Message, Sequence};
 use ecss_can::profile::Profile;
-use ecss_can::runner::{AppLink, NodeCell};
+use ecss_can::runner::{Events, Handle};
 use ecss_can::time::Clock;
 use ecss_can::types::{Duration, Instant, NodeId};
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use mission::{
     Command, CommanderObjects, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord,
     TELECOMMAND_RPDO, TELEMETRY_TPDO,
 };
 
+use crate::board::Mock;
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
 use crate::timeline::Timeline;
 
-pub(crate) type MasterApp = AppLink<NoopRawMutex, MasterEvent, MasterRequest>;
-pub(crate) type SlaveApp = AppLink<NoopRawMutex, SlaveEvent, Infallible>;
-/// The node of a master, as its task and its application share it.
-pub type MasterCell = NodeCell<NoopRawMutex, Master<CommanderObjects>>;
-/// The node of a slave, as its task and its application share it.
-pub type SlaveCell = NodeCell<NoopRawMutex, Slave<MissionObjects<Vec<u8>>>>;
+/// The master of the mission.
+pub type MissionMaster = Master<CommanderObjects>;
+/// The slave of the mission, its data in memory of its own.
+pub type MissionSlave = Slave<MissionObjects<Vec<u8>>>;
+/// The master, for its application.
+pub type MasterHandle = Handle<'static, Mock, MissionMaster>;
+/// A slave, for its application.
+pub type SlaveHandle = Handle<'static, Mock, MissionSlave>;
 
 /// Where a node writes what happens to it.
 #[derive(Clone)]
@@ -70,16 +71,15 @@ impl Sequences {
 }
 
 /// Listens to the master.
-pub(crate) async fn master(app: Rc<MasterApp>, diary: Diary) {
+pub(crate) async fn master(mut events: Events<'static, Mock, MissionMaster>, diary: Diary) {
     loop {
-        diary.note(Happening::Master(app.events.receive().await));
+        diary.note(Happening::Master(events.next().await));
     }
 }
 
 /// A command and a telemetry request to each slave, every period of the mission.
 pub(crate) async fn traffic(
-    app: Rc<MasterApp>,
-    clock: MockClock,
+    master: MasterHandle,
     slaves: Vec<NodeId>,
     profile: Profile,
     sequences: Rc<Sequences>,
@@ -88,37 +88,36 @@ pub(crate) async fn traffic(
     let mut due = Instant::ZERO;
     loop {
         due += profile.command;
-        clock.at(due).await;
+        master.wait_until(due).await;
         round += 1;
         for &node in &slaves {
             if let Some(message) = sequences.encode(node, Command::SetValue(round)) {
-                app.requests.send(MasterRequest::Command { node, message }).await;
+                master.request(MasterRequest::Command { node, message });
             }
             let message = Request::Value.encode();
-            app.requests.send(MasterRequest::RequestTelemetry { node, message }).await;
+            master.request(MasterRequest::RequestTelemetry { node, message });
         }
     }
 }
 
 /// Executes commands and answers telemetry requests; sets `reset` when the chip is to be reset.
 pub(crate) async fn slave(
-    app: Rc<SlaveApp>,
-    node: Rc<SlaveCell>,
-    clock: MockClock,
+    slave: SlaveHandle,
+    mut events: Events<'static, Mock, MissionSlave>,
     diary: Diary,
     profile: Profile,
     reset: Rc<Cell<bool>>,
 ) {
     let mut record = SlaveRecord::new(&profile);
     loop {
-        let event = app.events.receive().await;
+        let event = events.next().await;
         diary.note(Happening::Slave(event));
         match event {
             SlaveEvent::Pdo { number, data, .. } => {
                 let message = Message::from_payload(&data).expect("eight bytes");
                 match usize::from(number) {
-                    TELECOMMAND_RPDO => execute(&node, &clock, &diary, &mut record, message),
-                    REQUEST_RPDO => answer(&node, &clock, &diary, &record, message),
+                    TELECOMMAND_RPDO => execute(slave, &diary, &mut record, message),
+                    REQUEST_RPDO => answer(slave, &diary, &record, message),
                     _ => {}
                 }
             }
@@ -129,27 +128,26 @@ pub(crate) async fn slave(
     }
 }
 
-fn execute(node: &SlaveCell, clock: &MockClock, diary: &Diary, record: &mut SlaveRecord, message: Message) {
-    let command = match record.take(&message, clock.now()) {
+fn execute(slave: SlaveHandle, diary: &Diary, record: &mut SlaveRecord, message: Message) {
+    let command = match record.take(&message, slave.now()) {
         Ok(command) => command,
         Err(Declined::Repeat) => return diary.note(Happening::Repeated(message.code())),
         Err(Declined::Unknown) => return diary.note(Happening::Unknown(message.code())),
     };
     diary.note(Happening::Executed(command));
     match command {
-        Command::ResetCounters => node.with(Slave::reset_counters),
+        Command::ResetCounters => slave.with(|slave, _| slave.reset_counters()),
         // One with parallel access stays where it is.
-        Command::SelectBus(bus) => _ = node.with(|slave| slave.select_bus(bus)),
+        Command::SelectBus(bus) => _ = slave.with(|slave, _| slave.select_bus(bus)),
         _ => {}
     }
 }
 
-fn answer(node: &SlaveCell, clock: &MockClock, diary: &Diary, record: &SlaveRecord, message: Message) {
+fn answer(slave: SlaveHandle, diary: &Diary, record: &SlaveRecord, message: Message) {
     let Some(request) = Request::decode(&message) else {
         return diary.note(Happening::Unknown(message.code()));
     };
-    let now = clock.now();
-    node.with(|slave| {
+    slave.with(|slave, now| {
         let telemetry = record.answer(request, &slave.status(now)).encode();
         slave.objects_mut().application.telemetry = telemetry.into();
         slave.send_pdo(TELEMETRY_TPDO, now);

@@ -4,26 +4,27 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
 
-use ecss_can::link::port::CanPort;
-use ecss_can::node::{Filters, MasterRequest, Node};
+use ecss_can::node::Node;
 use ecss_can::profile::Profile;
-use ecss_can::runner::{AppLink, NodeCell, Telltale, bus_task, node_task};
+use ecss_can::runner::{Events, Handle, Platform, Resources, Runners, Telltale};
 use ecss_can::store::RetainedMemory;
 use ecss_can::types::{Bus, NodeId, PerBus};
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
 use futures_executor::{LocalPool, LocalSpawner};
 use futures_util::task::LocalSpawnExt;
 
-use crate::application::{self, Diary, MasterApp, MasterCell, Sequences, SlaveCell};
+use crate::application::{self, Diary, MasterHandle, Sequences, SlaveHandle};
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
 use crate::port::MockPort;
 use crate::timeline::Timeline;
 
-/// The channels between a node and its application.
-type Link<N> = Rc<AppLink<NoopRawMutex, <N as Node>::Event, <N as Node>::Request>>;
-/// A node, shared with its application.
-type SharedNode<N> = Rc<NodeCell<NoopRawMutex, N>>;
+/// A board of the host: controllers on simulated wires, and a clock of its own.
+pub struct Mock;
+
+impl Platform for Mock {
+    type Port = MockPort;
+    type Clock = MockClock;
+}
 
 /// Bytes of a slave's data store.
 const STORE: usize = 24 * 1024;
@@ -65,9 +66,9 @@ pub(crate) struct Board {
 struct Powered {
     pool: LocalPool,
     clock: MockClock,
-    telltale: Rc<Telltale>,
-    master: Option<(Rc<MasterApp>, Rc<MasterCell>, Rc<Sequences>)>,
-    slave: Option<Rc<SlaveCell>>,
+    telltale: &'static Telltale,
+    master: Option<(MasterHandle, Rc<Sequences>)>,
+    slave: Option<SlaveHandle>,
     reset: Rc<Cell<bool>>,
 }
 
@@ -91,28 +92,24 @@ impl Board {
         let pool = LocalPool::new();
         let clock = MockClock::power_on(self.diary.timeline.clone(), self.drift_ppm);
         Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(clock.clone()));
-        let telltale = Rc::new(Telltale::new());
+        let telltale = Box::leak(Box::default());
         let reset = Rc::new(Cell::new(false));
-        let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &self.ports, telltale: &telltale };
+        let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &self.ports, telltale };
         let (mut master, mut slave) = (None, None);
         if self.id == NodeId::MASTER {
-            let node = mission::master(&self.profile);
-            let filters = node.filters();
-            let (app, node) = shell.run(node, filters);
-            shell.spawn(application::master(app.clone(), self.diary.clone()));
+            let (handle, events) = shell.run(mission::master(&self.profile));
+            shell.spawn(application::master(events, self.diary.clone()));
             let (slaves, profile) = (self.traffic.clone(), self.profile);
             let sequences = Rc::new(Sequences::new(clock.clone(), profile.command));
-            let task = application::traffic(app.clone(), clock.clone(), slaves, profile, sequences.clone());
-            shell.spawn(task);
-            master = Some((app, node, sequences));
+            shell.spawn(application::traffic(handle, slaves, profile, sequences.clone()));
+            master = Some((handle, sequences));
         } else {
             let node = mission::slave(self.id, &self.profile, vec![0; STORE])
                 .with_retained(Box::leak(Box::new(self.ram.clone())));
-            let filters = node.filters();
-            let (app, node) = shell.run(node, filters);
-            slave = Some(node.clone());
+            let (handle, events) = shell.run(node);
+            slave = Some(handle);
             let (diary, profile) = (self.diary.clone(), self.profile);
-            shell.spawn(application::slave(app, node, clock.clone(), diary, profile, reset.clone()));
+            shell.spawn(application::slave(handle, events, diary, profile, reset.clone()));
         }
         self.powered = Some(Powered { pool, clock, telltale, master, slave, reset });
     }
@@ -149,35 +146,29 @@ impl Board {
         Some(&self.powered.as_ref()?.clock)
     }
 
-    pub fn telltale(&self) -> Option<Rc<Telltale>> {
-        Some(self.powered.as_ref()?.telltale.clone())
+    pub fn telltale(&self) -> Option<&'static Telltale> {
+        Some(self.powered.as_ref()?.telltale)
     }
 
     /// The node of a master that has power.
-    pub fn master(&self) -> Option<Rc<MasterCell>> {
-        Some(self.powered.as_ref()?.master.as_ref()?.1.clone())
+    pub fn master(&self) -> Option<MasterHandle> {
+        Some(self.powered.as_ref()?.master.as_ref()?.0)
     }
 
     /// The numbers of the commands of a master that has power.
     pub fn sequences(&self) -> Option<Rc<Sequences>> {
-        Some(self.powered.as_ref()?.master.as_ref()?.2.clone())
+        Some(self.powered.as_ref()?.master.as_ref()?.1.clone())
     }
 
     /// The node of a slave that has power.
-    pub fn slave(&self) -> Option<Rc<SlaveCell>> {
-        self.powered.as_ref()?.slave.clone()
+    pub fn slave(&self) -> Option<SlaveHandle> {
+        self.powered.as_ref()?.slave
     }
 
     /// A task more, until it ends or the node loses its power.
     pub fn spawn(&self, task: impl Future<Output = ()> + 'static) {
         let powered = self.powered.as_ref().expect("it has power");
         powered.pool.spawner().spawn_local(task).expect("the pool of this board lives");
-    }
-
-    /// Whether the request was taken.
-    pub fn request(&self, request: MasterRequest) -> bool {
-        let master = self.powered.as_ref().and_then(|powered| powered.master.as_ref());
-        master.is_some_and(|(app, ..)| app.requests.try_send(request).is_ok())
     }
 }
 
@@ -186,27 +177,19 @@ struct Shell<'a> {
     spawner: LocalSpawner,
     clock: &'a MockClock,
     ports: &'a PerBus<MockPort>,
-    telltale: &'a Rc<Telltale>,
+    telltale: &'static Telltale,
 }
 
 impl Shell<'_> {
-    fn run<N: Node + 'static>(&self, node: N, filters: Filters) -> (Link<N>, SharedNode<N>) {
-        let node = Rc::new(NodeCell::new(node));
-        let app = Rc::new(AppLink::new());
-        for bus in Bus::ALL {
-            let (mut port, clock, cell) = (self.ports[bus].clone(), self.clock.clone(), node.clone());
-            let (link, telltale) = (app.clone(), self.telltale.clone());
-            port.set_filters(&filters);
-            self.spawn(async move {
-                bus_task(bus, port, clock, &cell, &link, &telltale).await;
-            });
-        }
-        let (clock, link, telltale) = (self.clock.clone(), app.clone(), self.telltale.clone());
-        let cell = node.clone();
-        self.spawn(async move {
-            node_task(&cell, clock, &link, &telltale).await;
-        });
-        (app, node)
+    /// A power-on needs new memory: handles to the old node may still be in use.
+    fn run<N: Node + 'static>(&self, node: N) -> (Handle<'static, Mock, N>, Events<'static, Mock, N>) {
+        let resources = Resources::new(node, self.ports.clone(), self.clock.clone(), self.telltale);
+        let (handle, events, runners) = Box::leak(Box::new(resources)).start();
+        let Runners { nominal, redundant, due } = runners;
+        self.spawn(async { nominal.run().await });
+        self.spawn(async { redundant.run().await });
+        self.spawn(async { due.run().await });
+        (handle, events)
     }
 
     fn spawn(&self, task: impl Future<Output = ()> + 'static) {

@@ -1,6 +1,6 @@
 //! Worlds of nodes on two simulated buses, in virtual time, on the host.
 //!
-//! The same `bus_task` and `node_task` as on the boards run here on mocks of [`CanPort`] and [`Clock`]: one
+//! The same runners as on the boards run here on mocks of [`CanPort`] and [`Clock`]: one
 //! single-threaded executor per node, no sleeping, and time that jumps from event to event. Equal worlds give equal
 //! traces.
 //!
@@ -21,5 +21,6 @@ pub mod task;
 pub mod timeline;
 pub mod world;
 
-pub use application::{MasterCell, SlaveCell};
+pub use application::{MasterHandle, MissionMaster, MissionSlave, SlaveHandle};
+pub use board::Mock;
 pub use builder::Builder;

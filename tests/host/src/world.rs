@@ -10,13 +10,13 @@ use can_wire::record::{Counters, Destruction, Record};
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
-use ecss_can::node::{Master, MasterEvent, MasterRequest, Slave, SlaveEvent};
+use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::runner::Telltale;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus};
-use mission::{Command, CommanderObjects, MissionObjects, Request};
+use mission::{Command, Request};
 
-use crate::application::MasterCell;
+use crate::application::{MasterHandle, MissionMaster, MissionSlave};
 use crate::board::Board;
 use crate::builder::Builder;
 use crate::clock::MockClock;
@@ -267,9 +267,9 @@ impl World {
     /// The application of the master asks for something.
     ///
     /// # Panics
-    /// When the master is off or its request channel full: a mistake in a test.
+    /// When the master is off: a mistake in a test.
     pub fn request(&mut self, request: MasterRequest) {
-        assert!(self.board(NodeId::MASTER).request(request), "the master takes {request:?}");
+        self.board(NodeId::MASTER).master().expect("the master has power").request(request);
     }
 
     /// Sends a telecommand.
@@ -298,11 +298,11 @@ impl World {
     /// When the master is off: a mistake in a test.
     pub fn on_master<T: 'static, F: Future<Output = T> + 'static>(
         &self,
-        work: impl FnOnce(Rc<MasterCell>) -> F,
+        work: impl FnOnce(MasterHandle) -> F,
     ) -> Task<T> {
         let board = self.board(NodeId::MASTER);
-        let cell = board.master().expect("the master has power");
-        let (task, future) = Task::new(work(cell), self.timeline.clone());
+        let master = board.master().expect("the master has power");
+        let (task, future) = Task::new(work(master), self.timeline.clone());
         board.spawn(future);
         task
     }
@@ -311,16 +311,16 @@ impl World {
     ///
     /// # Panics
     /// When it is off: a mistake in a test.
-    pub fn master<R>(&self, look: impl FnOnce(&mut Master<CommanderObjects>) -> R) -> R {
-        self.board(NodeId::MASTER).master().expect("the master has power").with(look)
+    pub fn master<R>(&self, look: impl FnOnce(&mut MissionMaster) -> R) -> R {
+        self.board(NodeId::MASTER).master().expect("the master has power").with(|master, _| look(master))
     }
 
     /// Looks at a slave.
     ///
     /// # Panics
     /// When it is off: a mistake in a test.
-    pub fn slave<R>(&self, node: NodeId, look: impl FnOnce(&mut Slave<MissionObjects<Vec<u8>>>) -> R) -> R {
-        self.board(node).slave().expect("the slave has power").with(look)
+    pub fn slave<R>(&self, node: NodeId, look: impl FnOnce(&mut MissionSlave) -> R) -> R {
+        self.board(node).slave().expect("the slave has power").with(|slave, _| look(slave))
     }
 
     /// What happened so far.
@@ -394,7 +394,7 @@ impl World {
     }
 
     /// The counters of a node, while it has power.
-    pub fn telltale(&self, node: NodeId) -> Option<Rc<Telltale>> {
+    pub fn telltale(&self, node: NodeId) -> Option<&'static Telltale> {
         self.board(node).telltale()
     }
 

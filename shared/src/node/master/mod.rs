@@ -258,6 +258,10 @@ impl<D: Device> Node for Master<D> {
     type Event = MasterEvent;
     type Request = MasterRequest;
 
+    fn filters(&self) -> Filters {
+        self.filters()
+    }
+
     fn start(&mut self, now: Instant, out: &mut Out) {
         let bus = self.manager.active();
         self.buses.join(bus, out);

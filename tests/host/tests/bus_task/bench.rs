@@ -1,4 +1,4 @@
-//! Both tasks on a mock port, and a node that obeys the test.
+//! The tasks of a node on mock ports, and a node that obeys the test.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -6,15 +6,14 @@ use std::rc::Rc;
 use can_wire::controller::{Controller, ErrorCounters, ErrorKind, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
-use ecss_can::link::port::{CanPort, Filter};
+use ecss_can::link::port::Filter;
 use ecss_can::link::queue::Outgoing;
-use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
-use ecss_can::runner::{AppLink, NodeCell, Telltale, bus_task, node_task};
-use ecss_can::time::Clock;
-use ecss_can::types::{Bus, CobId, Duration, Frame, Instant};
-use embassy_sync::blocking_mutex::raw::NoopRawMutex;
+use ecss_can::node::{BusCommand, FailCause, Filters, LinkEvent, Node, Outbox};
+use ecss_can::runner::{Handle, Resources, Runners, Telltale};
+use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
+use host_worlds::Mock;
 use host_worlds::clock::MockClock;
 use host_worlds::port::{BIT, MockPort};
 use host_worlds::timeline::Timeline;
@@ -30,6 +29,10 @@ pub struct Probe {
 impl Node for Probe {
     type Event = ();
     type Request = BusCommand;
+
+    fn filters(&self) -> Filters {
+        [Filter::function(id(0x700))].into_iter().collect()
+    }
 
     fn start(&mut self, _: Instant, out: &mut Outbox<()>) {
         out.command(Bus::Nominal, BusCommand::Join);
@@ -62,15 +65,13 @@ impl Node for Probe {
     }
 }
 
-/// One bus task and one node task; the node task runs from [`Bench::start_node`] on.
+/// The node with its nominal bus; its tasks run from [`Bench::start`] on.
 pub struct Bench {
     pub pool: LocalPool,
     pub timeline: Rc<Timeline>,
-    pub clock: MockClock,
     pub wire: MockPort,
-    pub node: Rc<NodeCell<NoopRawMutex, Probe>>,
-    pub app: Rc<AppLink<NoopRawMutex, (), BusCommand>>,
-    pub telltale: Rc<Telltale>,
+    pub node: Handle<'static, Mock, Probe>,
+    runners: Option<Runners<'static, Mock, Probe>>,
     pub probe: Probe,
 }
 
@@ -78,37 +79,37 @@ impl Bench {
     pub fn new(replies: u8) -> Bench {
         let timeline = Timeline::new();
         let clock = MockClock::power_on(timeline.clone(), 0);
-        let wire = MockPort::new(clock.clone());
+        let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
+        let wire = ports.nominal.clone();
         let probe = Probe { replies, ..Probe::default() };
-        let node = Rc::new(NodeCell::new(probe.clone()));
-        let (app, telltale) = (Rc::<AppLink<_, _, _>>::default(), Rc::<Telltale>::default());
-        let bench = Bench { pool: LocalPool::new(), timeline, clock, wire, node, app, telltale, probe };
-        let (mut port, clock, node) = (bench.wire.clone(), bench.clock.clone(), bench.node.clone());
-        let (app, telltale) = (bench.app.clone(), bench.telltale.clone());
-        port.set_filters(&[Filter::function(id(0x700))]);
-        let task = async move {
-            bus_task(Bus::Nominal, port, clock, &node, &app, &telltale).await;
-        };
-        bench.pool.spawner().spawn_local(task).expect("a new pool takes tasks");
-        bench
+        let telltale: &Telltale = Box::leak(Box::default());
+        let resources = Box::leak(Box::new(Resources::new(probe.clone(), ports, clock, telltale)));
+        let (node, _, runners) = resources.start();
+        Bench { pool: LocalPool::new(), timeline, wire, node, runners: Some(runners), probe }
     }
 
-    /// Both tasks, on the bus.
+    /// Running, on the bus.
     pub fn joined(replies: u8) -> Bench {
         let mut bench = Bench::new(replies);
-        bench.start_node();
+        bench.start();
         bench.see_eleven_recessive_bits();
         bench
     }
 
-    pub fn start_node(&mut self) {
-        let (node, clock) = (self.node.clone(), self.clock.clone());
-        let (app, telltale) = (self.app.clone(), self.telltale.clone());
-        let task = async move {
-            node_task(&node, clock, &app, &telltale).await;
-        };
-        self.pool.spawner().spawn_local(task).expect("the pool lives");
+    pub fn start(&mut self) {
+        let Runners { nominal, redundant, due } = self.runners.take().expect("started once");
+        let spawner = self.pool.spawner();
+        let spawned = [
+            spawner.spawn_local(async { nominal.run().await }),
+            spawner.spawn_local(async { redundant.run().await }),
+            spawner.spawn_local(async { due.run().await }),
+        ];
+        assert!(spawned.iter().all(Result::is_ok), "the pool lives");
         self.pool.run_until_stalled();
+    }
+
+    pub fn telltale(&self) -> &Telltale {
+        self.node.telltale()
     }
 
     pub fn run_for(&mut self, span: Time) {
@@ -128,7 +129,7 @@ impl Bench {
     }
 
     pub fn command(&mut self, command: BusCommand) {
-        assert!(self.app.requests.try_send(command).is_ok(), "the node takes requests");
+        self.node.request(command);
         self.pool.run_until_stalled();
     }
 
@@ -137,7 +138,7 @@ impl Bench {
     }
 
     pub fn send_for(&mut self, raw: u16, byte: u8, lifetime: Duration) {
-        let expires = self.clock.now() + lifetime;
+        let expires = self.node.now() + lifetime;
         self.command(BusCommand::Send(Outgoing { frame: frame(raw, byte), expires }));
     }
 

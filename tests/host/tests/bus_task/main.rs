@@ -1,4 +1,4 @@
-//! The policies of `bus_task` and `node_task`, on a mock port whose wire the test plays by hand.
+//! The policies of the runners, on a mock port whose wire the test plays by hand.
 
 mod bench;
 
@@ -10,6 +10,7 @@ use ecss_can::link::queue::Outgoing;
 use ecss_can::node::{BusCommand, FailCause, LinkEvent, QUEUE_DEPTH};
 use ecss_can::types::{Bus, Duration, Instant};
 use futures_util::FutureExt;
+use host_worlds::clock::MockClock;
 use host_worlds::port::{MockPort, RECEIVE_DEPTH};
 
 use bench::*;
@@ -17,7 +18,7 @@ use bench::*;
 #[test]
 fn nothing_goes_out_before_eleven_recessive_bits() {
     let mut bench = Bench::new(0);
-    bench.start_node();
+    bench.start();
     bench.send(0x701, 1);
     assert_eq!(bench.wire.attachment().map(|attachment| attachment.since), Some(Time::ZERO));
     bench.run_for(Time::from_ms(1));
@@ -104,13 +105,7 @@ fn frame_that_made_room_does_not_survive_its_bus() {
     for (raw, byte) in [(0x302, 0), (0x303, 1), (0x181, 2)] {
         bench.send(raw, byte);
     }
-    assert!(
-        bench
-            .app
-            .requests
-            .try_send(BusCommand::Send(Outgoing { frame: frame(0x080, 3), expires: Instant::NEVER }))
-            .is_ok()
-    );
+    bench.node.request(BusCommand::Send(Outgoing { frame: frame(0x080, 3), expires: Instant::NEVER }));
     bench.command(BusCommand::Abandon);
     let mut failures = bench.failures();
     failures.sort_by_key(|(byte, _)| *byte);
@@ -208,23 +203,23 @@ fn a_full_transmit_queue_refuses_and_reports() {
 #[test]
 fn a_node_that_is_behind_holds_the_bus_back_and_losses_are_counted() {
     let mut bench = Bench::new(0);
-    // A node before its power-on takes no events: the port's queue fills up.
+    // While its task does not run, the port's queue fills up.
     let mut port = bench.wire.clone();
     port.join();
     bench.see_eleven_recessive_bits();
     let kept = RECEIVE_DEPTH as u16;
     (0..kept + 7).for_each(|number| bench.receive_heartbeats(number..number + 1));
-    bench.start_node();
+    bench.start();
     assert_eq!(bench.received(), (0..kept).collect::<Vec<_>>());
     assert_eq!(bench.lost(), 7);
-    assert_eq!(bench.telltale.overruns().get(), 7);
-    assert_eq!(bench.telltale.handled(Bus::Nominal).get(), u32::from(kept));
+    assert_eq!(bench.telltale().overruns().get(), 7);
+    assert_eq!(bench.telltale().handled(Bus::Nominal).get(), u32::from(kept));
 }
 
 #[test]
 fn an_event_future_that_is_dropped_loses_no_event() {
     let mut bench = Bench::new(0);
-    let mut port = MockPort::new(bench.clock.clone());
+    let mut port = MockPort::new(MockClock::power_on(bench.timeline.clone(), 0));
     port.set_filters(&[Filter::function(id(0x700))]);
     assert!(port.event().now_or_never().is_none());
     bench.wire = port.clone();
@@ -285,7 +280,7 @@ fn frames_beyond_the_outbox_are_counted_and_reported() {
         _ => 0,
     });
     let unsent: u32 = unsent.sum();
-    assert!(unsent > 0 && unsent == bench.telltale.app_overflows().get());
+    assert!(unsent > 0 && unsent == bench.telltale().app_overflows().get());
     assert_eq!(sent + bench.failures().len() + unsent as usize, usize::from(REPLIES));
 }
 

@@ -5,7 +5,6 @@ use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::node::MasterRequest;
-use ecss_can::runner::SdoClient;
 use ecss_can::sdo::{Error, Mode};
 use ecss_can::types::{AbortCode, Address, Bus};
 use host_worlds::world::World;
@@ -30,8 +29,8 @@ fn stored(world: &World) -> Vec<u8> {
 #[test]
 fn values_are_read_and_written() {
     let mut world = running(STANDARD, 2);
-    let task = world.on_master(|cell| async move {
-        let client = SdoClient::new(&cell);
+    let task = world.on_master(|master| async move {
+        let client = master.sdo();
         client.write(TWO, VALUE, &0xDEAD_BEEF_u32.to_le_bytes()).await?;
         let mut product = [0; 4];
         let mut name = [0; 64];
@@ -49,8 +48,8 @@ fn values_are_read_and_written() {
 fn an_abort_an_absent_node_and_a_buffer_that_is_too_small_are_typed_errors() {
     let mut world = running(STANDARD, 2);
     let from = world.now();
-    let task = world.on_master(|cell| async move {
-        let client = SdoClient::new(&cell);
+    let task = world.on_master(|master| async move {
+        let client = master.sdo();
         let (mut four, mut eight) = ([0; 4], [0; 8]);
         [
             client.read(TWO, Address::new(0x5FFF, 0), &mut four).await.map(drop),
@@ -88,8 +87,8 @@ fn a_domain_goes_both_ways_in_every_mode() {
         let mut world = running(STANDARD, 2);
         let data = seeded(seed)[..len].to_vec();
         let given = data.clone();
-        let task = world.on_master(move |cell| async move {
-            let client = SdoClient::new(&cell).with_mode(mode);
+        let task = world.on_master(move |master| async move {
+            let client = master.sdo().with_mode(mode);
             client.write(TWO, STORE, &given).await?;
             let mut back = vec![0; 24 * 1024];
             let len = client.read(TWO, STORE, &mut back).await?;
@@ -108,8 +107,8 @@ fn a_domain_streams_in_parts() {
     let mut world = running(STANDARD, 2);
     let data = seeded(7);
     let source = data.clone();
-    let task = world.on_master(move |cell| async move {
-        let client = SdoClient::new(&cell);
+    let task = world.on_master(move |master| async move {
+        let client = master.sdo();
         let mut at = 0;
         let fill = |part: &mut [u8]| {
             part.copy_from_slice(&source[at..at + part.len()]);
@@ -133,8 +132,8 @@ fn a_block_transfer_keeps_the_bus_busy_and_heartbeats_in_time() {
     let mut world = running(STANDARD, 2);
     let data = seeded(9);
     let from = world.now();
-    let task = world.on_master(move |cell| async move {
-        let client = SdoClient::new(&cell);
+    let task = world.on_master(move |master| async move {
+        let client = master.sdo();
         client.write(TWO, STORE, &data).await?;
         let mut back = vec![0; 24 * 1024];
         client.read(TWO, STORE, &mut back).await
@@ -158,15 +157,15 @@ fn a_block_transfer_keeps_the_bus_busy_and_heartbeats_in_time() {
 fn a_dropped_future_aborts_its_transfer_and_frees_the_client() {
     let mut world = running(STANDARD, 2);
     let data = seeded(3);
-    let task = world.on_master(move |cell| async move {
-        let _ = SdoClient::new(&cell).write(TWO, STORE, &data).await;
+    let task = world.on_master(move |master| async move {
+        let _ = master.sdo().write(TWO, STORE, &data).await;
     });
     world.run_for(ms(50));
     let from = world.now();
     task.cancel();
-    let read = world.on_master(|cell| async move {
+    let read = world.on_master(|master| async move {
         let mut product = [0; 4];
-        SdoClient::new(&cell).read(TWO, PRODUCT, &mut product).await.map(|_| u32::from_le_bytes(product))
+        master.sdo().read(TWO, PRODUCT, &mut product).await.map(|_| u32::from_le_bytes(product))
     });
     world.run_for(ms(50));
     assert!(task.take().is_none());
@@ -183,8 +182,8 @@ fn a_dropped_future_aborts_its_transfer_and_frees_the_client() {
 fn a_switch_of_the_bus_ends_a_transfer_and_the_next_one_works_there() {
     let mut world = running(STANDARD, 2);
     let data = seeded(4);
-    let task = world.on_master(move |cell| async move {
-        let client = SdoClient::new(&cell);
+    let task = world.on_master(move |master| async move {
+        let client = master.sdo();
         let first = client.write(TWO, STORE, &data).await;
         (first, client.write(TWO, STORE, &data).await)
     });
@@ -208,8 +207,8 @@ fn two_tasks_take_turns() {
     let done = Rc::new(RefCell::new(vec![]));
     let tasks = [(TWO, 5), (THREE, 6)].map(|(node, seed)| {
         let done = done.clone();
-        world.on_master(move |cell| async move {
-            let outcome = SdoClient::new(&cell).write(node, STORE, &seeded(seed)).await;
+        world.on_master(move |master| async move {
+            let outcome = master.sdo().write(node, STORE, &seeded(seed)).await;
             done.borrow_mut().push(node);
             outcome
         })
@@ -224,9 +223,9 @@ fn two_tasks_take_turns() {
 fn the_boot_up_process_goes_before_the_application() {
     let mut world = World::builder(LIBRECUBE, 3).build();
     world.run_until(Time::from_us(300));
-    let task = world.on_master(|cell| async move {
+    let task = world.on_master(|master| async move {
         let mut stamp = [0; 4];
-        SdoClient::new(&cell).read(TWO, Address::new(0x1020, 2), &mut stamp).await.map(|_| stamp)
+        master.sdo().read(TWO, Address::new(0x1020, 2), &mut stamp).await.map(|_| stamp)
     });
     world.run_for(ms(100));
     // Read after the configuration was written.

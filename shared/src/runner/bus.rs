@@ -1,19 +1,18 @@
-//! The task of one bus: events of its controller, mailboxes, lifetimes, leaving.
+//! One bus: events of its controller, mailboxes, lifetimes, leaving.
 
 use core::convert::Infallible;
 use core::future::poll_fn;
 use core::pin::pin;
 use core::task::{Context, Poll};
 
-use embassy_sync::blocking_mutex::raw::RawMutex;
-
+use super::TURN;
 use super::alarm::Alarm;
-use super::node_cell::{Shared, register};
-use super::{AppLink, NodeCell, Surroundings, TURN, Telltale};
+use super::resources::{Core, Platform};
+use super::shared::{Shared, register};
 use crate::link::Stamp;
 use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
 use crate::link::queue::{Full, Outgoing};
-use crate::node::{BusCommand, FailCause, LinkEvent, Node};
+use crate::node::{BusCommand, FailCause, Filters, LinkEvent, Node};
 use crate::time::Clock;
 use crate::types::{Bus, Duration, Frame, Instant};
 
@@ -24,55 +23,37 @@ const LOOK: Duration = Duration::from_millis(100);
 /// raises no event.
 const CLOSE_LOOK: Duration = Duration::from_millis(2);
 
-/// Runs one controller for ever. The port comes off the bus, its filters set.
-// No `async fn`: its future would hold the port twice, as an argument and in `line`.
-pub fn bus_task<'a, M: RawMutex, N: Node>(
-    bus: Bus,
-    port: impl CanPort,
-    clock: impl Clock,
-    node: &'a NodeCell<M, N>,
-    app: &'a AppLink<M, N::Event, N::Request>,
-    telltale: &'a Telltale,
-) -> impl Future<Output = Infallible> {
-    let looked = clock.now();
-    let mut line = Line {
-        bus,
-        port,
-        around: Surroundings { app, telltale },
-        mailboxes: Default::default(),
-        health: Health::default(),
-        looked,
-        due: looked + LOOK,
-    };
-    async move {
+/// Runs the controller of one bus. For a task of its own.
+pub struct BusRunner<'a, B: Platform, N: Node> {
+    core: &'a Core<B, N>,
+    // In the storage: the future of a task would hold a port twice, as an argument and in this future.
+    line: &'a mut Line<B::Port>,
+}
+
+impl<'a, B: Platform, N: Node> BusRunner<'a, B, N> {
+    pub(super) const fn new(core: &'a Core<B, N>, line: &'a mut Line<B::Port>) -> Self {
+        BusRunner { core, line }
+    }
+
+    /// Runs for ever.
+    pub async fn run(self) -> ! {
+        let BusRunner { core, line } = self;
+        line.look_from(core.clock.now());
         let timer = pin!(None);
         let mut alarm = Alarm::new(timer);
-        let mut is_on = false;
-        poll_fn(|context| {
-            if is_on {
-                line.take_events(node, &clock, context);
-            }
-            let now = clock.now();
-            let is_new = node.lock(|shared| {
-                // Nothing happens to a node before its power-on.
-                if is_on {
-                    return line.end_turn(shared, now, context);
-                }
-                is_on = shared.armed.is_some();
-                if is_on {
-                    context.waker().wake_by_ref();
-                }
-                register(&mut shared.buses[line.bus], context)
-            });
+        match poll_fn(|context| {
+            line.take_events(core, context);
+            let now = core.clock.now();
+            let is_new = core.lock(|shared| line.end_turn(shared, now, context));
             let due = line.due;
             if is_new {
-                alarm.arm(due, context, || clock.at(due));
+                alarm.arm(due, context, || core.clock.at(due));
             } else {
-                alarm.set(due, now, context, || clock.at(due));
+                alarm.set(due, now, context, || core.clock.at(due));
             }
-            Poll::Pending
+            Poll::<Infallible>::Pending
         })
-        .await
+        .await {}
     }
 }
 
@@ -93,10 +74,9 @@ enum Abort {
 }
 
 /// A controller, and what the node has on it.
-struct Line<'a, M: RawMutex, N: Node, P: CanPort> {
+pub(super) struct Line<P: CanPort> {
     bus: Bus,
     port: P,
-    around: Surroundings<'a, M, N>,
     mailboxes: P::PerMailbox<Option<Pending>>,
     /// As the node knows it.
     health: Health,
@@ -106,20 +86,41 @@ struct Line<'a, M: RawMutex, N: Node, P: CanPort> {
     due: Instant,
 }
 
-impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
+impl<P: CanPort> Line<P> {
+    #[inline]
+    pub fn new(bus: Bus, port: P) -> Self {
+        Line {
+            bus,
+            port,
+            mailboxes: Default::default(),
+            health: Health::default(),
+            looked: Instant::ZERO,
+            due: Instant::ZERO,
+        }
+    }
+
+    pub fn set_filters(&mut self, filters: &Filters) {
+        self.port.set_filters(filters);
+    }
+
+    /// As if it had looked at its controller then.
+    fn look_from(&mut self, now: Instant) {
+        (self.looked, self.due) = (now, now + LOOK);
+    }
+
     /// Handles what the controller has, within bounds.
     #[inline]
-    fn take_events(&mut self, node: &NodeCell<M, N>, clock: &impl Clock, context: &mut Context<'_>) {
+    fn take_events<B: Platform<Port = P>, N: Node>(&mut self, core: &Core<B, N>, context: &mut Context<'_>) {
         for _ in 0..TURN {
             let Poll::Ready(event) = self.port.poll_event(context) else { return };
-            node.lock(|shared| self.on_port(shared, &event, clock.now()));
+            core.lock(|shared| self.on_port(shared, &event, core.clock.now()));
         }
         context.waker().wake_by_ref();
     }
 
     /// Does what others want of this bus, and what is due; whether another task is to be woken from now on.
     #[inline]
-    fn end_turn(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
+    fn end_turn<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
         let is_new = register(&mut shared.buses[self.bus], context);
         if now >= self.due {
             self.on_time(shared, now);
@@ -130,17 +131,17 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
 
     /// Ends a step of the node: obeys its commands and fills the mailboxes.
     #[inline]
-    fn settle(&mut self, shared: &mut Shared<N>, now: Instant) {
+    fn settle<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         if shared.is_asked(self.bus) {
             self.send(shared, now);
         }
-        shared.keep_time();
+        shared.end_step();
     }
 
     #[inline(never)] // most frames ask for nothing
-    fn send(&mut self, shared: &mut Shared<N>, now: Instant) {
+    fn send<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         loop {
-            while let Some(command) = shared.deliver(Some(self.bus), now, &self.around) {
+            while let Some(command) = shared.deliver(Some(self.bus), now) {
                 self.obey(shared, command, now);
             }
             if !self.fill_mailboxes(shared, now) {
@@ -150,7 +151,7 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
     }
 
     #[inline(never)] // few commands are not frames
-    fn obey(&mut self, shared: &mut Shared<N>, command: BusCommand, now: Instant) {
+    fn obey<N: Node>(&mut self, shared: &mut Shared<N>, command: BusCommand, now: Instant) {
         match command {
             // The outbox keeps these apart.
             BusCommand::Send(_) => {}
@@ -170,13 +171,13 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
     }
 
     #[inline]
-    fn on_port(&mut self, shared: &mut Shared<N>, event: &PortEvent, now: Instant) {
+    fn on_port<N: Node>(&mut self, shared: &mut Shared<N>, event: &PortEvent, now: Instant) {
         if let PortEvent::Received { frame, stamp } = event {
             let stamp = self.stamp(shared, frame, stamp);
             // A node that answers for its counters with the next frame needs them as they are.
             self.look(shared, now);
             shared.node.on_received(self.bus, frame, &stamp, now, &mut shared.out);
-            self.around.telltale.handled(self.bus).count();
+            shared.telltale.handled(self.bus).count();
         } else {
             self.on_other(shared, event, now);
         }
@@ -185,7 +186,7 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
 
     /// What is not a received frame.
     #[inline(never)]
-    fn on_other(&mut self, shared: &mut Shared<N>, event: &PortEvent, now: Instant) {
+    fn on_other<N: Node>(&mut self, shared: &mut Shared<N>, event: &PortEvent, now: Instant) {
         let event = match *event {
             PortEvent::Received { frame, stamp } => LinkEvent::Received { frame, stamp },
             PortEvent::Transmitted { mailbox, stamp } => {
@@ -210,7 +211,7 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
                 LinkEvent::Failed { frame: outgoing.frame, cause }
             }
             PortEvent::Overrun { lost } => {
-                self.around.telltale.overruns().add(u32::from(lost));
+                shared.telltale.overruns().add(u32::from(lost));
                 LinkEvent::Overrun { lost }
             }
             PortEvent::Stalled => LinkEvent::Stalled,
@@ -225,19 +226,19 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
         self.tell(shared, &event, now);
     }
 
-    fn tell(&self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
+    fn tell<N: Node>(&self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
         shared.node.on_link(self.bus, event, now, &mut shared.out);
     }
 
     /// Before anything else: what the port has measured does not last.
     #[inline]
-    fn stamp(&mut self, shared: &Shared<N>, frame: &Frame, reported: &Stamp) -> Stamp {
+    fn stamp<N: Node>(&mut self, shared: &Shared<N>, frame: &Frame, reported: &Stamp) -> Stamp {
         if shared.node.is_stamped(self.bus, frame) { self.port.stamp(frame, *reported) } else { *reported }
     }
 
     /// Reports what the controller raised no event for.
     #[inline]
-    fn look(&mut self, shared: &mut Shared<N>, now: Instant) {
+    fn look<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.looked = now;
         let health = self.port.health();
         if health != self.health {
@@ -250,14 +251,14 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
 
     /// Reports another health, by which the next look is due.
     #[inline(never)] // seldom
-    fn report(&mut self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
+    fn report<N: Node>(&mut self, shared: &mut Shared<N>, event: &LinkEvent, now: Instant) {
         self.tell(shared, event, now);
         self.update_due(shared);
     }
 
     /// Aborts what has outlived its lifetime and looks at the controller.
     #[inline(never)] // ten times a second
-    fn on_time(&mut self, shared: &mut Shared<N>, now: Instant) {
+    fn on_time<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
         while let Some(lost) = shared.queues[self.bus].pop_expired(now) {
             self.lose(shared, &lost, FailCause::Expired, now);
@@ -280,14 +281,14 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
     }
 
     /// ECSS 8.3.3b: nothing meant for a bus that was left may go out on it later.
-    fn abandon(&mut self, shared: &mut Shared<N>, now: Instant) {
+    fn abandon<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.abort_where(|_| true, FailCause::BusLeft);
         while let Some(lost) = shared.queues[self.bus].pop() {
             self.lose(shared, &lost, FailCause::BusLeft, now);
         }
     }
 
-    fn lose(&self, shared: &mut Shared<N>, lost: &Outgoing, cause: FailCause, now: Instant) {
+    fn lose<N: Node>(&self, shared: &mut Shared<N>, lost: &Outgoing, cause: FailCause, now: Instant) {
         self.tell(shared, &LinkEvent::Failed { frame: lost.frame, cause }, now);
     }
 
@@ -304,7 +305,7 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
     }
 
     /// Whether the node was told of frames whose lifetime has ended.
-    fn fill_mailboxes(&mut self, shared: &mut Shared<N>, now: Instant) -> bool {
+    fn fill_mailboxes<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) -> bool {
         if shared.queues[self.bus].is_empty() {
             return false;
         }
@@ -350,7 +351,7 @@ impl<M: RawMutex, N: Node, P: CanPort> Line<'_, M, N, P> {
         }
     }
 
-    fn update_due(&mut self, shared: &Shared<N>) {
+    fn update_due<N: Node>(&mut self, shared: &Shared<N>) {
         let mailboxes = self.mailboxes.as_ref().iter().flatten();
         let in_mailboxes = mailboxes.filter(|pending| pending.aborting.is_none());
         let expiry = in_mailboxes

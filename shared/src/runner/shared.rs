@@ -1,50 +1,11 @@
 //! A node with its queues, shared by the tasks of its buses, the task of what is due, and its application.
 
-use core::cell::RefCell;
 use core::task::{Context, Waker};
 
-use embassy_sync::blocking_mutex::Mutex;
-use embassy_sync::blocking_mutex::raw::RawMutex;
-
-use super::Surroundings;
+use super::Telltale;
 use crate::link::queue::{Outgoing, TxQueue};
 use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, QUEUE_DEPTH};
 use crate::types::{Bus, Instant, PerBus};
-
-/// Holds a node. Its tasks work on it in place, and the application has access between two steps of the protocol.
-pub struct NodeCell<M: RawMutex, N: Node> {
-    shared: Mutex<M, RefCell<Shared<N>>>,
-}
-
-impl<M: RawMutex, N: Node> NodeCell<M, N> {
-    /// Takes a node before power-on.
-    pub const fn new(node: N) -> Self {
-        NodeCell { shared: Mutex::new(RefCell::new(Shared::new(node))) }
-    }
-
-    /// Reads or changes the node, its objects above all. [`node_task`](super::node_task) then does at once what has become
-    /// due, such as sending a PDO.
-    ///
-    /// # Panics
-    /// When called from within itself.
-    pub fn with<R>(&self, f: impl FnOnce(&mut N) -> R) -> R {
-        self.lock(|shared| {
-            let result = f(&mut shared.node);
-            wake(&shared.timekeeper);
-            result
-        })
-    }
-
-    /// As [`NodeCell::with`], but nothing has become due.
-    pub(super) fn step<R>(&self, f: impl FnOnce(&mut N) -> R) -> R {
-        self.lock(|shared| f(&mut shared.node))
-    }
-
-    #[inline]
-    pub(super) fn lock<R>(&self, f: impl FnOnce(&mut Shared<N>) -> R) -> R {
-        self.shared.lock(|shared| f(&mut shared.borrow_mut()))
-    }
-}
 
 /// A node and what it wants sent.
 pub(super) struct Shared<N: Node> {
@@ -55,53 +16,64 @@ pub(super) struct Shared<N: Node> {
     pub buses: PerBus<Option<Waker>>,
     /// The task of what is due.
     pub timekeeper: Option<Waker>,
-    /// When that task looks at the node by itself; `None` before power-on.
-    pub armed: Option<Instant>,
+    /// When that task looks at the node by itself.
+    pub armed: Instant,
+    /// The task of the application, while it waits for events.
+    pub listener: Option<Waker>,
+    pub telltale: &'static Telltale,
+    is_on: bool,
 }
 
 impl<N: Node> Shared<N> {
-    const fn new(node: N) -> Self {
+    #[inline]
+    pub const fn new(node: N, telltale: &'static Telltale) -> Self {
         Shared {
             node,
             out: Outbox::new(),
             queues: PerBus { nominal: TxQueue::new(), redundant: TxQueue::new() },
             buses: PerBus { nominal: None, redundant: None },
             timekeeper: None,
-            armed: None,
+            armed: Instant::NEVER,
+            listener: None,
+            telltale,
+            is_on: false,
         }
+    }
+
+    /// Starts the node. What it wants done waits for the tasks.
+    pub fn power_on(&mut self, now: Instant) {
+        assert!(!core::mem::replace(&mut self.is_on, true), "a node is started once");
+        self.node.start(now, &mut self.out);
+    }
+
+    /// The application asks for something.
+    pub fn request(&mut self, request: N::Request, now: Instant) {
+        self.node.on_request(request, now, &mut self.out);
+        self.deliver(None, now);
+        self.end_step();
     }
 
     /// Whether there is something to send on a bus, or to deliver.
     #[inline]
     pub fn is_asked(&self, bus: Bus) -> bool {
-        !(self.out.is_empty() && self.queues[bus].is_empty())
+        !(self.out.is_settled() && self.queues[bus].is_empty())
     }
 
-    /// Ends a step of the node: events go to the application, frames into the queues of their buses. Other commands to
-    /// `here` are returned one by one, those to the other bus wait for its task.
+    /// Delivers what a step of the node wants done: frames go into the queues of their buses. Other commands to `here` are
+    /// returned one by one, those to the other bus wait for its task.
     ///
     /// Call until `None`.
     #[inline]
-    pub fn deliver<M: RawMutex>(
-        &mut self,
-        here: Option<Bus>,
-        now: Instant,
-        around: &Surroundings<'_, M, N>,
-    ) -> Option<BusCommand> {
-        if self.out.is_empty() { None } else { self.empty_outbox(here, now, around) }
+    pub fn deliver(&mut self, here: Option<Bus>, now: Instant) -> Option<BusCommand> {
+        if self.out.is_settled() { None } else { self.empty_outbox(here, now) }
     }
 
     #[inline(never)] // most frames leave nothing in it
-    fn empty_outbox<M: RawMutex>(
-        &mut self,
-        here: Option<Bus>,
-        now: Instant,
-        around: &Surroundings<'_, M, N>,
-    ) -> Option<BusCommand> {
+    fn empty_outbox(&mut self, here: Option<Bus>, now: Instant) -> Option<BusCommand> {
         let mut found = None;
         // A loss may make the node send again. What is left then has its turn at the next step.
         for _ in 0..2 {
-            around.telltale.app_overflows().add(self.out.take_overflows());
+            self.telltale.app_overflows().add(self.out.take_overflows());
             for bus in Bus::ALL {
                 let frames = self.out.take_unsent(bus);
                 if frames > 0 {
@@ -109,13 +81,8 @@ impl<N: Node> Shared<N> {
                 }
             }
             found = self.take_commands(here, now);
-            if self.out.is_empty() || found.is_some() {
+            if self.out.is_settled() || found.is_some() {
                 break;
-            }
-        }
-        while let Some(event) = self.out.pop_event() {
-            if around.app.events.try_send(event).is_err() {
-                around.telltale.app_overflows().count();
             }
         }
         found
@@ -167,13 +134,24 @@ impl<N: Node> Shared<N> {
         true
     }
 
-    /// Wakes the task of what is due when it would look too late.
+    /// Ends a step of the node: wakes the application for its events, and the task of what is due when it would look too late.
     #[inline]
-    pub fn keep_time(&self) {
+    pub fn end_step(&mut self) {
+        self.tell_application();
         if let Some(due) = self.node.deadline()
-            && self.armed.is_some_and(|armed| due < armed)
+            && due < self.armed
         {
             wake(&self.timekeeper);
+        }
+    }
+
+    /// Wakes the application, once until it waits again.
+    #[inline]
+    pub fn tell_application(&mut self) {
+        if self.out.has_events()
+            && let Some(listener) = self.listener.take()
+        {
+            listener.wake();
         }
     }
 }

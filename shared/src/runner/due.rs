@@ -1,0 +1,54 @@
+//! What is due by time.
+
+use core::convert::Infallible;
+use core::future::poll_fn;
+use core::pin::pin;
+use core::task::Poll;
+
+use super::alarm::Alarm;
+use super::resources::{Core, Platform};
+use super::shared::{Shared, register};
+use crate::node::Node;
+use crate::time::Clock;
+use crate::types::Instant;
+
+/// Runs what is due by time. For a task of its own.
+pub struct DueRunner<'a, B: Platform, N: Node> {
+    core: &'a Core<B, N>,
+}
+
+impl<'a, B: Platform, N: Node> DueRunner<'a, B, N> {
+    pub(super) const fn new(core: &'a Core<B, N>) -> Self {
+        DueRunner { core }
+    }
+
+    /// Runs for ever.
+    pub async fn run(self) -> ! {
+        let core = self.core;
+        let timer = pin!(None);
+        let mut alarm = Alarm::new(timer);
+        match poll_fn(|context| {
+            let now = core.clock.now();
+            core.lock(|shared| {
+                let due = turn(shared, now);
+                if register(&mut shared.timekeeper, context) {
+                    alarm.arm(due, context, || core.clock.at(due));
+                } else {
+                    alarm.set(due, now, context, || core.clock.at(due));
+                }
+                shared.armed = alarm.at();
+            });
+            Poll::<Infallible>::Pending
+        })
+        .await {}
+    }
+}
+
+/// Does what is due; when to come again.
+fn turn<N: Node>(shared: &mut Shared<N>, now: Instant) -> Instant {
+    shared.node.poll(now, &mut shared.out);
+    // A bus alone obeys other commands than frames.
+    shared.deliver(None, now);
+    shared.tell_application();
+    shared.node.deadline().unwrap_or(Instant::NEVER)
+}

@@ -1,0 +1,97 @@
+//! What an application has of its node.
+
+use core::future::poll_fn;
+use core::task::Poll;
+
+use super::resources::{Core, Platform};
+use super::shared::{register, wake};
+use super::{SdoClient, Telltale};
+use crate::node::{Device, Master, Node};
+use crate::time::Clock;
+use crate::types::Instant;
+
+/// Access to a node between two steps of the protocol.
+pub struct Handle<'a, B: Platform, N: Node> {
+    core: &'a Core<B, N>,
+}
+
+impl<B: Platform, N: Node> Clone for Handle<'_, B, N> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+impl<B: Platform, N: Node> Copy for Handle<'_, B, N> {}
+
+impl<'a, B: Platform, N: Node> Handle<'a, B, N> {
+    pub(super) const fn new(core: &'a Core<B, N>) -> Self {
+        Handle { core }
+    }
+
+    /// Reads or changes the node at the present instant. What has become due by it, such as a PDO, is done at once.
+    ///
+    /// # Panics
+    /// When called from within itself.
+    pub fn with<R>(&self, f: impl FnOnce(&mut N, Instant) -> R) -> R {
+        self.core.lock(|shared| {
+            let result = f(&mut shared.node, self.core.clock.now());
+            wake(&shared.timekeeper);
+            result
+        })
+    }
+
+    /// Makes a request to the node; frames that it needs go out in their turn.
+    ///
+    /// # Panics
+    /// When called from within [`Handle::with`].
+    pub fn request(&self, request: N::Request) {
+        self.core.lock(|shared| shared.request(request, self.core.clock.now()));
+    }
+
+    /// The present.
+    pub fn now(&self) -> Instant {
+        self.core.clock.now()
+    }
+
+    /// Waits until `deadline`.
+    pub async fn wait_until(&self, deadline: Instant) {
+        self.core.clock.at(deadline).await;
+    }
+
+    /// Counters that a debugger or an emulator reads.
+    pub fn telltale(&self) -> &'static Telltale {
+        self.core.telltale
+    }
+}
+
+impl<'a, B: Platform, D: Device> Handle<'a, B, Master<D>> {
+    /// The SDO client, shared with the boot-up process.
+    pub const fn sdo(&self) -> SdoClient<'a, B, D> {
+        SdoClient::new(self.core)
+    }
+}
+
+/// Events of a node, for its application. One that is slow loses events (counted in [`Telltale`]); the node never waits.
+pub struct Events<'a, B: Platform, N: Node> {
+    core: &'a Core<B, N>,
+}
+
+impl<'a, B: Platform, N: Node> Events<'a, B, N> {
+    pub(super) const fn new(core: &'a Core<B, N>) -> Self {
+        Events { core }
+    }
+
+    /// Waits for the next event. Cancel-safe: a dropped future loses no event.
+    pub async fn next(&mut self) -> N::Event {
+        poll_fn(|context| {
+            self.core.lock(|shared| match shared.out.pop_event() {
+                Some(event) => Poll::Ready(event),
+                None => {
+                    register(&mut shared.listener, context);
+                    Poll::Pending
+                }
+            })
+        })
+        .await
+    }
+}
