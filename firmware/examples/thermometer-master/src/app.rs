@@ -1,24 +1,21 @@
 //! Board, tasks, and the application: gives the thermometer its table and checks that it keeps it.
 
-use boards::{Board, Port, TELLTALE, Uptime};
+use boards::{Board, TELLTALE};
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::link::bit_timing::BitTiming;
-use ecss_can::link::port::CanPort;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{Device, Master, MasterEvent, MasterRequest};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
-use ecss_can::runner::{AppLink, NodeCell, SdoClient, bus_task, node_task};
+use ecss_can::runner::{BusRunner, DueRunner, Events, Handle, Resources, SdoClient};
 use ecss_can::sdo::Error;
-use ecss_can::types::{Address, Bus, NmtState, NodeId};
+use ecss_can::types::{Address, NmtState, NodeId};
 use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;
-use embassy_sync::once_lock::OnceLock;
 use embassy_sync::signal::Signal;
+use static_cell::StaticCell;
 use thermometer::{PROFILE, Thermometer};
 
-const BIT_TIMING: BitTiming = boards::bit_timing(&PROFILE.network);
 const TABLE: Address = Thermometer::<&mut [u8]>::TABLE.address();
 const MODE: Address = Thermometer::<&mut [u8]>::MODE.address();
 const SAVE_ALL: Address = Address::new(0x1010, 1);
@@ -35,29 +32,28 @@ impl Device for Ground {
     const PDOS: PdoSet = PdoSet::NONE;
 }
 
-type Node = NodeCell<Raw, Master<Ground>>;
+type Node = Master<Ground>;
 
-static NODE: OnceLock<Node> = OnceLock::new();
-static LINK: AppLink<Raw, MasterEvent, MasterRequest> = AppLink::new();
+static RESOURCES: StaticCell<Resources<Board, Node>> = StaticCell::new();
 /// A thermometer is operational.
 static READY: Signal<Raw, NodeId> = Signal::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { mut ports, .. } = Board::new(boards::take!(p), BIT_TIMING);
-    let node = NODE.get_or_init(|| NodeCell::new(Master::new(&PROFILE, Ground::default())));
-    let filters = node.with(|master| master.filters());
-    Bus::ALL.into_iter().for_each(|bus| ports[bus].set_filters(&filters));
-    spawner.spawn(bus(Bus::Nominal, ports.nominal, node).expect("spawned once"));
-    spawner.spawn(bus(Bus::Redundant, ports.redundant, node).expect("spawned once"));
-    spawner.spawn(due(node).expect("spawned once"));
-    join(listen(), calibrate(SdoClient::new(node))).await;
+    let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+    let node =
+        || Resources::new(Master::new(&PROFILE, Ground::default()), board.ports, board.clock, &TELLTALE);
+    let (master, events, runners) = RESOURCES.init_with(node).start();
+    spawner.spawn(bus(runners.nominal).expect("spawned once"));
+    spawner.spawn(bus(runners.redundant).expect("spawned once"));
+    spawner.spawn(due(runners.due).expect("spawned once"));
+    join(listen(events), calibrate(master)).await;
 }
 
-async fn listen() {
+async fn listen(mut events: Events<'_, Board, Node>) {
     loop {
-        match LINK.events.receive().await {
+        match events.next().await {
             MasterEvent::SlaveState { node, state, .. } => {
                 defmt::info!("slave {}: {}", node.get(), state);
                 if state == NmtState::Operational {
@@ -70,17 +66,17 @@ async fn listen() {
     }
 }
 
-async fn calibrate(client: SdoClient<'_, Raw, Ground>) {
+async fn calibrate(master: Handle<'_, Board, Node>) {
     let node = READY.wait().await;
     let command = NmtMessage { command: Command::ResetNode, target: Target::Node(node) };
-    if let Err(error) = write_table(&client, node).await {
+    if let Err(error) = write_table(master.sdo(), node).await {
         return defmt::error!("no table: {}", error);
     }
     defmt::info!("table saved, resetting the thermometer");
     READY.reset();
-    LINK.requests.send(MasterRequest::Nmt(command)).await;
+    master.request(MasterRequest::Nmt(command));
     let node = READY.wait().await;
-    match is_kept(&client, node).await {
+    match is_kept(master.sdo(), node).await {
         Ok(true) => defmt::info!("the table has survived the reset"),
         Ok(false) => defmt::error!("the table is not what was written"),
         Err(error) => defmt::error!("no answer: {}", error),
@@ -88,14 +84,14 @@ async fn calibrate(client: SdoClient<'_, Raw, Ground>) {
 }
 
 /// By block transfer, then "save"; from now on the thermometer corrects by it.
-async fn write_table(client: &SdoClient<'_, Raw, Ground>, node: NodeId) -> Result<(), Error> {
+async fn write_table(client: SdoClient<'_, Board, Ground>, node: NodeId) -> Result<(), Error> {
     let mut bytes = table();
     client.download_from(node, TABLE, 2048, |part| part.fill_with(|| bytes.next().unwrap_or(0))).await?;
     client.write(node, MODE, &[1]).await?;
     client.write(node, SAVE_ALL, b"save").await
 }
 
-async fn is_kept(client: &SdoClient<'_, Raw, Ground>, node: NodeId) -> Result<bool, Error> {
+async fn is_kept(client: SdoClient<'_, Board, Ground>, node: NodeId) -> Result<bool, Error> {
     let (mut bytes, mut same) = (table(), true);
     client
         .upload_to(node, TABLE, 2048, |part| same &= part.iter().all(|byte| bytes.next() == Some(*byte)))
@@ -109,11 +105,11 @@ fn table() -> impl Iterator<Item = u8> {
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn bus(bus: Bus, port: Port, node: &'static Node) -> ! {
-    match bus_task(bus, port, Uptime, node, &LINK, &TELLTALE).await {}
+async fn bus(runner: BusRunner<'static, Board, Node>) -> ! {
+    runner.run().await
 }
 
 #[embassy_executor::task]
-async fn due(node: &'static Node) -> ! {
-    match node_task(node, Uptime, &LINK, &TELLTALE).await {}
+async fn due(runner: DueRunner<'static, Board, Node>) -> ! {
+    runner.run().await
 }
