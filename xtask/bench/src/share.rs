@@ -68,7 +68,7 @@ pub const PARTS: [&str; 22] = [
 /// A method belongs where its type is. An implementation of a trait of the object dictionary belongs to the dictionary,
 /// whoever's objects they are. The compiler inlines the tasks of the runner into the one-line tasks of an image.
 pub fn part(name: &str) -> &'static str {
-    if name.contains("::tasks::") && !name.contains("::tasks::__application_task") {
+    if ["::app::__bus_task", "::app::__due_task"].iter().any(|task| name.contains(task)) {
         return "runner";
     }
     if let Some(task) = name.strip_prefix("<embassy_executor::raw::TaskStorage<") {
@@ -110,17 +110,10 @@ mod tests {
             ("<boards::bxcan::port::Port as ecss_can::link::port::CanPort>::stamp", "boards"),
             ("mission::objects::communication::<ecss_can::pdo::parameters::PdoMapping>", "application"),
             (
-                "<embassy_executor::raw::TaskStorage<slave::tasks::__application_task::f::{closure#0}>>::poll",
-                "application",
-            ),
-            (
                 "<embassy_executor::raw::TaskStorage<slave::app::____embassy_main_task::f::{closure#0}>>::poll",
                 "application",
             ),
-            (
-                "<embassy_executor::raw::TaskStorage<slave::tasks::__bus_task::f::{closure#0}>>::poll",
-                "runner",
-            ),
+            ("<embassy_executor::raw::TaskStorage<slave::app::__bus_task::f::{closure#0}>>::poll", "runner"),
             ("embassy_stm32::init", "embassy"),
             ("<core::fmt::Formatter>::pad", "core"),
             ("<u32 as core::fmt::Display>::fmt", "others"),
