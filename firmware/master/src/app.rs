@@ -1,7 +1,7 @@
 //! Start of the master: board, node, tasks.
 
 use boards::{Board, TELLTALE};
-use ecss_can::runner::{BusRunner, DueRunner, Resources};
+use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
 use static_cell::StaticCell;

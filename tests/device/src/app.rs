@@ -1,8 +1,7 @@
 //! Start and tasks of the test device.
 
 use boards::{Board, TELLTALE};
-use ecss_can::node::{Slave, SlaveEvent};
-use ecss_can::runner::{BusRunner, DueRunner, Resources};
+use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
 use static_cell::StaticCell;

@@ -1,14 +1,9 @@
 //! Board, tasks, and the application: gives the thermometer its table and checks that it keeps it.
 
 use boards::{Board, TELLTALE};
-use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{Device, Master, MasterEvent, MasterRequest};
-use ecss_can::od::Objects;
-use ecss_can::pdo::{PdoObjects, PdoSet};
-use ecss_can::runner::{BusRunner, DueRunner, Events, Handle, Resources, SdoClient};
+use ecss_can::nmt::Command;
+use ecss_can::prelude::*;
 use ecss_can::sdo::Error;
-use ecss_can::types::{Address, NmtState, NodeId};
 use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;

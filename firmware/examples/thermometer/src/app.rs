@@ -1,8 +1,7 @@
 //! Board, tasks, and the application: measures ten times a second.
 
 use boards::{Board, TELLTALE};
-use ecss_can::node::{Slave, SlaveEvent};
-use ecss_can::runner::{BusRunner, DueRunner, Handle, Resources};
+use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::adc::{Adc, SampleTime};

@@ -3,12 +3,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Slave};
-use ecss_can::od::{Domain, Objects};
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
-use ecss_can::profile::Profile;
-use ecss_can::types::{AbortCode, Address, NodeId};
+use ecss_can::prelude::*;
 
 /// The numbers of the mission, the same in all its nodes.
 pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT };

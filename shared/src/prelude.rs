@@ -1,0 +1,16 @@
+//! What a device, its application and its `main` name: `use ecss_can::prelude::*;`
+
+pub use crate::heartbeat::HeartbeatConsumers;
+pub use crate::nmt::{NmtMessage, Target};
+pub use crate::node::{
+    Communication, Device, Identity, Master, MasterEvent, MasterRequest, Node, SelfTest, Slave, SlaveEvent,
+};
+pub use crate::od::{Domain, Objects, Record};
+pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+pub use crate::profile::Profile;
+pub use crate::runner::{
+    BusRunner, DueRunner, Events, Handle, Platform, Resources, Runners, SdoClient, Telltale,
+};
+pub use crate::types::{
+    AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet,
+};
