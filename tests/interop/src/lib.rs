@@ -20,6 +20,7 @@
 pub mod device;
 pub mod flight;
 pub mod host;
+pub mod page;
 pub mod program;
 pub mod script;
 pub mod slcan;

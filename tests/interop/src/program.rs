@@ -79,18 +79,25 @@ impl Twin {
     /// # Errors
     /// When it cannot be built or does not begin to listen.
     pub fn start(arguments: &[&str]) -> anyhow::Result<Twin> {
-        static TURN: Mutex<()> = Mutex::new(());
-        let program = xtask()?;
-        // A test that failed has left nothing behind.
-        let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        let mut child = Command::new(program)
+        let mut command = Command::new(xtask()?);
+        command
             .args(["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", SECONDS])
             .args(arguments)
             .current_dir(workspace())
             .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .spawn()
-            .context("cannot run xtask")?;
+            .stdout(Stdio::piped());
+        Twin::of(command)
+    }
+
+    /// Runs a command that is `cargo twin`, its standard output piped, and waits until both buses are there.
+    ///
+    /// # Errors
+    /// When it does not begin to listen.
+    pub fn of(mut command: Command) -> anyhow::Result<Twin> {
+        static TURN: Mutex<()> = Mutex::new(());
+        // A test that failed has left nothing behind.
+        let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let mut child = command.spawn().context("cannot run the twin")?;
         let said = Arc::new(Mutex::new(String::new()));
         let stdout = child.stdout.take();
         let (sender, addresses) = mpsc::channel();

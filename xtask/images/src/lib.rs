@@ -18,6 +18,7 @@ use std::process::Command;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+pub use environment::clean;
 pub use package::{Package, host_cargo};
 
 /// What people flash and the twin flies.

@@ -1,0 +1,61 @@
+//! `docs/your-own.md`, followed to the letter in a fresh folder outside the repository.
+//!
+//! Two things differ: `cargo xtask` runs the program that other tests have built (no `--release`), and the twin takes free
+//! ports.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+
+use interop::page::{Folder, Step, steps};
+use interop::program::Twin;
+use interop::tools;
+
+const RELEASE: &str = "--release ";
+const FREE_PORTS: &str = " --slcan-nominal 0 --slcan-redundant 0";
+const NOMINAL: &str = "socket://127.0.0.1:29501";
+
+#[test]
+fn every_step_of_the_page_works() {
+    let page = fs::read_to_string(tools::workspace().join("docs/your-own.md")).unwrap();
+    // The same folder each time: what cargo has built of the repository by this name is not built again.
+    let top = std::env::temp_dir().join("ecss-can-your-own");
+    if top.exists() {
+        fs::remove_dir_all(&top).unwrap();
+    }
+    fs::create_dir_all(&top).unwrap();
+    symlink(tools::workspace(), top.join("ecss-can")).unwrap();
+    let python = tools::python().unwrap_or_else(|failure| panic!("{failure:#}"));
+    follow(&steps(&page).unwrap(), &mut Folder::new(&top, python.parent().unwrap()))
+        .unwrap_or_else(|failure| panic!("{failure:#}"));
+    let sheet = fs::read_to_string(top.join("heater/heater.eds")).unwrap();
+    assert!(sheet.contains("ParameterName=Setpoint") && sheet.contains("HighLimit=850"), "{sheet}");
+    fs::remove_dir_all(&top).unwrap();
+}
+
+fn follow(steps: &[Step], folder: &mut Folder) -> anyhow::Result<()> {
+    let (mut twin, mut said): (Option<Twin>, String) = (None, String::new());
+    for step in steps {
+        match step {
+            Step::File(path, text) if path.extension().is_some_and(|name| name == "py") => {
+                let twin = twin.as_ref().expect("the spacecraft flies before its client is written");
+                assert!(text.contains(NOMINAL), "{text}");
+                folder.write(path, &text.replace(NOMINAL, &twin.nominal))?;
+            }
+            Step::File(path, text) if path == Path::new("heater/.cargo/config.toml") => {
+                assert!(text.contains(RELEASE), "{text}");
+                folder.write(path, &text.replace(RELEASE, ""))?;
+            }
+            Step::File(path, text) => folder.write(path, text)?,
+            Step::Run(commands) => said = folder.run(commands)?,
+            Step::Background(command) => {
+                let command = folder.background(&(command.trim_end().to_owned() + FREE_PORTS));
+                twin = Some(Twin::of(command)?);
+            }
+            Step::Output(expected) => assert!(said.ends_with(expected), "{said}"),
+        }
+    }
+    let said = twin.expect("a spacecraft that flies").end()?;
+    assert!(said.contains("slave 5"), "{said}");
+    Ok(())
+}
