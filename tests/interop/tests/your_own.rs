@@ -4,6 +4,7 @@
 //! ports.
 
 use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
@@ -19,7 +20,9 @@ const NOMINAL: &str = "socket://127.0.0.1:29501";
 fn every_step_of_the_page_works() {
     let page = fs::read_to_string(tools::workspace().join("docs/your-own.md")).unwrap();
     // The same folder each time: what cargo has built of the repository by this name is not built again.
-    let top = std::env::temp_dir().join("ecss-can-your-own");
+    let mut hasher = DefaultHasher::new();
+    tools::workspace().hash(&mut hasher);
+    let top = std::env::temp_dir().join(format!("ecss-can-your-own-{:016x}", hasher.finish()));
     if top.exists() {
         fs::remove_dir_all(&top).unwrap();
     }
