@@ -27,6 +27,11 @@ pub struct Timestamp {
 }
 
 impl Timestamp {
+    /// A day, at noon.
+    pub const fn noon(year: u16, month: u8, day: u8) -> Timestamp {
+        Timestamp { year, month, day, hour: 12, minute: 0 }
+    }
+
     /// `mm-dd-yyyy`.
     pub(crate) fn date(self) -> impl fmt::Display {
         format!("{:02}-{:02}-{:04}", self.month, self.day, self.year)

@@ -3,16 +3,32 @@
 use std::io::Write;
 use std::process::ExitCode;
 
+use ecss_can::node::{self, Slave};
 use ecss_can::od::Objects;
+use ecss_can::profile::Profile;
 use ecss_can::types::NodeId;
 
 use crate::{Commissioning, Description, Device};
 
-/// Prints the data sheet of a device, or with `--node 3` the configuration of its node 3. Call it in `main` of the device's
-/// crate where that is built for the host; `objects` makes the dictionary of a node as it is after power-on.
+/// Prints the data sheet of the slave `D`, or with `--node 3` the configuration of its node 3. Call it in `main` of the device's
+/// crate where that is built for the host; `sheet` has what the declaration does not say.
 ///
 /// `cargo xtask eds --package NAME` runs that program and writes what it prints. The files are named after
-/// [`Device::order_code`].
+/// [`Device::order_code`], or else after the product. The bit rate is that of the profile where `sheet` has none.
+pub fn slave_program<D: node::Device>(profile: &Profile, sheet: Device) -> ExitCode {
+    let mut sheet = Device { boot_up_slave: true, ..sheet };
+    if sheet.bit_rates.is_empty() {
+        sheet.bit_rates.push((profile.network.bit_rate.get() / 1000) as u16);
+    }
+    program(&sheet, |id| {
+        let mut objects = Slave::new(id, profile, D::default()).into_objects();
+        // Boards have a parameter store.
+        (objects.communication.store, objects.communication.restore) = ([1; 4], [1; 4]);
+        objects
+    })
+}
+
+/// As [`slave_program`], for a device of any kind; `objects` makes the dictionary of a node as it is after power-on.
 pub fn program<D: Objects>(device: &Device, objects: impl Fn(NodeId) -> D) -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match text(device, objects, &arguments) {
@@ -34,7 +50,8 @@ fn text<D: Objects>(
     objects: impl Fn(NodeId) -> D,
     arguments: &[String],
 ) -> Result<String, String> {
-    let stem = if device.order_code.is_empty() { "device" } else { &device.order_code };
+    let name = if device.order_code.is_empty() { &device.product } else { &device.order_code };
+    let stem = if name.is_empty() { "device".into() } else { name.to_lowercase().replace(' ', "-") };
     let eds = format!("{stem}.eds");
     let description = Description::new(device, &objects).map_err(|error| error.to_string())?;
     match arguments {

@@ -30,6 +30,11 @@ impl<D: Device> Slave<D> {
         &self.services.dictionary.objects
     }
 
+    /// The object dictionary alone, for a data sheet.
+    pub fn into_objects(self) -> NodeObjects<D> {
+        self.services.dictionary.objects
+    }
+
     /// The object dictionary, to be changed; tell by [`Slave::changed`] what was.
     pub fn objects_mut(&mut self) -> &mut NodeObjects<D> {
         &mut self.services.dictionary.objects
