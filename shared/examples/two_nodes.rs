@@ -1,0 +1,105 @@
+//! A master and a slave on a mock bus, in virtual time: no executor, no hardware.
+//!
+//!     cargo run -p ecss-can --example two_nodes
+
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::link::Stamp;
+use ecss_can::node::{BusCommand, Device, LinkEvent, Master, MasterEvent, Node, Outbox, Slave, SlaveEvent};
+use ecss_can::od::Objects;
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
+use ecss_can::profile::Profile;
+use ecss_can::types::{Bus, Duration, Frame, Instant, NmtState, NodeId};
+
+/// A clock that counts SYNCs.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Counter {
+    /// Count
+    #[object(0x6000, ro, pdo)]
+    count: u32,
+}
+
+impl Device for Counter {
+    type Pdos = PdoObjects<0, 1>;
+    type Consumers = HeartbeatConsumers<1>;
+    /// 283h, with every SYNC.
+    const PDOS: PdoSet =
+        PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x280)).transmission(1).map(Counter::COUNT)]);
+}
+
+/// A master without objects of its own.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Plain {}
+
+impl Device for Plain {
+    type Pdos = PdoObjects<0, 0>;
+    type Consumers = HeartbeatConsumers<1>;
+    const PDOS: PdoSet = PdoSet::NONE;
+}
+
+/// A node on both buses.
+struct Seat<N: Node> {
+    node: N,
+    out: Outbox<N::Event>,
+}
+
+impl<N: Node> Seat<N> {
+    fn new(node: N) -> Self {
+        Seat { node, out: Outbox::new() }
+    }
+
+    /// Does what is due; the next frame that it sends goes out at once.
+    fn step(&mut self, now: Instant) -> Option<(Bus, Frame)> {
+        if self.node.deadline().is_some_and(|due| due <= now) {
+            self.node.poll(now, &mut self.out);
+        }
+        while let Some((bus, command)) = self.out.pop_command() {
+            if let BusCommand::Send(outgoing) = command {
+                let (frame, stamp) = (outgoing.frame, Stamp::interrupt(now));
+                self.node.on_link(bus, &LinkEvent::Transmitted { frame, stamp }, now, &mut self.out);
+                return Some((bus, frame));
+            }
+        }
+        None
+    }
+
+    fn receive(&mut self, bus: Bus, frame: &Frame, now: Instant) {
+        self.node.on_received(bus, frame, &Stamp::interrupt(now), now, &mut self.out);
+    }
+}
+
+fn main() {
+    let mut now = Instant::ZERO;
+    let mut slave = Seat::new(Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Counter::default()));
+    let mut master = Seat::new(Master::new(&Profile::DEFAULT, Plain::default()));
+    slave.node.start(now, &mut slave.out);
+    master.node.start(now, &mut master.out);
+    let (mut counts, mut is_started) = (Vec::new(), false);
+    while now < Instant::from_micros(1_050_000) {
+        while let Some((bus, frame)) = master.step(now) {
+            slave.receive(bus, &frame, now);
+        }
+        while let Some((bus, frame)) = slave.step(now) {
+            println!("{now:?} {bus:?} {frame:?}");
+            counts.extend((frame.id().raw() == 0x283).then(|| frame.data()[0]));
+            master.receive(bus, &frame, now);
+        }
+        while let Some(event) = slave.out.pop_event() {
+            if matches!(event, SlaveEvent::Sync { .. }) {
+                slave.node.objects_mut().application.count += 1;
+            }
+        }
+        while let Some(event) = master.out.pop_event() {
+            is_started |= matches!(event, MasterEvent::SlaveState { state: NmtState::Operational, .. });
+        }
+        now = now + Duration::from_micros(100);
+    }
+    assert!(is_started, "the master has started the slave");
+    assert_eq!(counts[..8], [0, 1, 2, 3, 4, 5, 6, 7], "SYNC comes every 100 ms");
+}
+
+#[test]
+fn it_runs() {
+    main();
+}
