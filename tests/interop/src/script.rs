@@ -34,7 +34,7 @@ fn run_with(name: &str, arguments: &[&str], variables: &[(&str, &str)]) -> anyho
     twin.end()
 }
 
-/// Runs `thermometer.py` with the example thermometer as node 3 and its master. The script finds its data sheet in
+/// Runs `thermometer.py` with the example thermometer as node 3, its master, and a shipped slave. The script finds its data sheet in
 /// `SLAVE_EDS`.
 ///
 /// # Errors
@@ -49,7 +49,11 @@ pub fn run_with_thermometer() -> anyhow::Result<String> {
     xtask_ends_well(&["eds", "--package", "thermometer", "--out", sheets])?;
     let (master, slave) = (image("thermometer-master")?, format!("--slave=3={}", image("thermometer")?));
     let variables = [("SLAVE_EDS", &*format!("{sheets}/thermometer.eds"))];
-    run_with("thermometer.py", &["--slaves", "0", "--master", &master, &slave], &variables)
+    run_with(
+        "thermometer.py",
+        &["--profile", "standard", "--slaves", "1", "--master", &master, &slave],
+        &variables,
+    )
 }
 
 /// As [`run`], with these nodes played by the test device. The script finds its data sheet in `SLAVE_EDS`.

@@ -1,17 +1,16 @@
 //! `docs/your-own.md`, followed to the letter in a fresh folder outside the repository.
 //!
-//! Two things differ: `cargo xtask` runs the program that other tests have built (no `--release`), and the twin takes free
-//! ports.
+//! Three things differ: the repository is where it is and not at `../ecss-can`, `cargo xtask` runs the program that other tests
+//! have built (no `--release`), and the twin takes free ports.
 
 use std::fs;
-use std::hash::{DefaultHasher, Hash, Hasher};
-use std::os::unix::fs::symlink;
 use std::path::Path;
 
 use interop::page::{Folder, Step, steps};
 use interop::program::Twin;
 use interop::tools;
 
+const REPOSITORY: &str = "../ecss-can";
 const RELEASE: &str = "--release ";
 const FREE_PORTS: &str = " --slcan-nominal 0 --slcan-redundant 0";
 const NOMINAL: &str = "socket://127.0.0.1:29501";
@@ -19,21 +18,16 @@ const NOMINAL: &str = "socket://127.0.0.1:29501";
 #[test]
 fn every_step_of_the_page_works() {
     let page = fs::read_to_string(tools::workspace().join("docs/your-own.md")).unwrap();
-    // The same folder each time: what cargo has built of the repository by this name is not built again.
-    let mut hasher = DefaultHasher::new();
-    tools::workspace().hash(&mut hasher);
-    let top = std::env::temp_dir().join(format!("ecss-can-your-own-{:016x}", hasher.finish()));
-    if top.exists() {
-        fs::remove_dir_all(&top).unwrap();
-    }
-    fs::create_dir_all(&top).unwrap();
-    symlink(tools::workspace(), top.join("ecss-can")).unwrap();
+    let repository = tools::workspace().display().to_string();
+    assert!(page.contains(REPOSITORY));
+    let top = tempfile::tempdir().unwrap();
     let python = tools::python().unwrap_or_else(|failure| panic!("{failure:#}"));
-    follow(&steps(&page).unwrap(), &mut Folder::new(&top, python.parent().unwrap()))
+    let mut folder = Folder::new(top.path(), python.parent().unwrap());
+    follow(&steps(&page.replace(REPOSITORY, &repository)).unwrap(), &mut folder)
         .unwrap_or_else(|failure| panic!("{failure:#}"));
+    let top = top.path();
     let sheet = fs::read_to_string(top.join("heater/heater.eds")).unwrap();
     assert!(sheet.contains("ParameterName=Setpoint") && sheet.contains("HighLimit=850"), "{sheet}");
-    fs::remove_dir_all(&top).unwrap();
 }
 
 fn follow(steps: &[Step], folder: &mut Folder) -> anyhow::Result<()> {

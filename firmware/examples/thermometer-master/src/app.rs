@@ -11,6 +11,7 @@ use embassy_sync::signal::Signal;
 use static_cell::StaticCell;
 use thermometer::{PROFILE, Thermometer};
 
+const NODE: NodeId = NodeId::of::<3>();
 const TABLE: Address = Thermometer::<&mut [u8]>::TABLE.address();
 const MODE: Address = Thermometer::<&mut [u8]>::MODE.address();
 const SAVE_ALL: Address = Address::new(0x1010, 1);
@@ -30,8 +31,8 @@ impl Device for Ground {
 type Node = Master<Ground>;
 
 static RESOURCES: StaticCell<Resources<Board, Node>> = StaticCell::new();
-/// A thermometer is operational.
-static READY: Signal<Raw, NodeId> = Signal::new();
+/// The thermometer is operational.
+static READY: Signal<Raw, ()> = Signal::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -51,8 +52,8 @@ async fn listen(mut events: Events<'_, Board, Node>) {
         match events.next().await {
             MasterEvent::SlaveState { node, state, .. } => {
                 defmt::info!("slave {}: {}", node.get(), state);
-                if state == NmtState::Operational {
-                    READY.signal(node);
+                if (node, state) == (NODE, NmtState::Operational) {
+                    READY.signal(());
                 }
             }
             MasterEvent::BusSwitched { to, .. } => defmt::warn!("active bus: {}", to),
@@ -62,16 +63,16 @@ async fn listen(mut events: Events<'_, Board, Node>) {
 }
 
 async fn calibrate(master: Handle<'_, Board, Node>) {
-    let node = READY.wait().await;
-    let command = NmtMessage { command: Command::ResetNode, target: Target::Node(node) };
-    if let Err(error) = write_table(master.sdo(), node).await {
+    READY.wait().await;
+    let command = NmtMessage { command: Command::ResetNode, target: Target::Node(NODE) };
+    if let Err(error) = write_table(master.sdo()).await {
         return defmt::error!("no table: {}", error);
     }
     defmt::info!("table saved, resetting the thermometer");
     READY.reset();
     master.request(MasterRequest::Nmt(command));
-    let node = READY.wait().await;
-    match is_kept(master.sdo(), node).await {
+    READY.wait().await;
+    match is_kept(master.sdo()).await {
         Ok(true) => defmt::info!("the table has survived the reset"),
         Ok(false) => defmt::error!("the table is not what was written"),
         Err(error) => defmt::error!("no answer: {}", error),
@@ -79,17 +80,17 @@ async fn calibrate(master: Handle<'_, Board, Node>) {
 }
 
 /// By block transfer, then "save"; from now on the thermometer corrects by it.
-async fn write_table(client: SdoClient<'_, Board, Ground>, node: NodeId) -> Result<(), Error> {
+async fn write_table(client: SdoClient<'_, Board, Ground>) -> Result<(), Error> {
     let mut bytes = table();
-    client.download_from(node, TABLE, 2048, |part| part.fill_with(|| bytes.next().unwrap_or(0))).await?;
-    client.write(node, MODE, &[1]).await?;
-    client.write(node, SAVE_ALL, b"save").await
+    client.download_from(NODE, TABLE, 2048, |part| part.fill_with(|| bytes.next().unwrap_or(0))).await?;
+    client.write(NODE, MODE, &[1]).await?;
+    client.write(NODE, SAVE_ALL, b"save").await
 }
 
-async fn is_kept(client: SdoClient<'_, Board, Ground>, node: NodeId) -> Result<bool, Error> {
+async fn is_kept(client: SdoClient<'_, Board, Ground>) -> Result<bool, Error> {
     let (mut bytes, mut same) = (table(), true);
     client
-        .upload_to(node, TABLE, 2048, |part| same &= part.iter().all(|byte| bytes.next() == Some(*byte)))
+        .upload_to(NODE, TABLE, 2048, |part| same &= part.iter().all(|byte| bytes.next() == Some(*byte)))
         .await?;
     Ok(same && bytes.next().is_none())
 }

@@ -13,9 +13,11 @@ const THERMOMETER: u8 = 3;
 const CHANGE: u16 = 0x283;
 const CYCLE: u16 = 0x483;
 
-const SEATS: [Seat; 2] = [
+/// The master, the thermometer, and another one: it acknowledges the master's frames while the first one resets.
+const SEATS: [Seat; 3] = [
     Seat { node: 1, model: Model::PYBOARD_V11, ppm: 12.0, position_m: 0.0, power_on_ms: 20, parity: true },
     Seat { node: 3, model: Model::PYBOARD_V11, ppm: -31.0, position_m: 4.0, power_on_ms: 60, parity: true },
+    Seat { node: 4, model: Model::PYBOARD_V11, ppm: 40.0, position_m: 9.0, power_on_ms: 90, parity: true },
 ];
 
 static IMAGES: LazyLock<Images> = LazyLock::new(|| {
