@@ -45,8 +45,10 @@ struct Seat<N: Node> {
 }
 
 impl<N: Node> Seat<N> {
-    fn new(node: N) -> Self {
-        Seat { node, out: Outbox::new() }
+    fn new(mut node: N) -> Self {
+        let mut out = Outbox::new();
+        node.start(Instant::ZERO, &mut out);
+        Seat { node, out }
     }
 
     /// Does what is due; the next frame that it sends goes out at once.
@@ -64,8 +66,8 @@ impl<N: Node> Seat<N> {
         None
     }
 
-    fn receive(&mut self, bus: Bus, frame: &Frame, now: Instant) {
-        self.node.on_received(bus, frame, &Stamp::interrupt(now), now, &mut self.out);
+    fn receive(&mut self, (bus, frame): (Bus, Frame), now: Instant) {
+        self.node.on_received(bus, &frame, &Stamp::interrupt(now), now, &mut self.out);
     }
 }
 
@@ -73,17 +75,15 @@ fn main() {
     let mut now = Instant::ZERO;
     let mut slave = Seat::new(Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Counter::default()));
     let mut master = Seat::new(Master::new(&Profile::DEFAULT, Plain::default()));
-    slave.node.start(now, &mut slave.out);
-    master.node.start(now, &mut master.out);
     let (mut counts, mut is_started) = (Vec::new(), false);
     while now < Instant::from_micros(1_050_000) {
-        while let Some((bus, frame)) = master.step(now) {
-            slave.receive(bus, &frame, now);
+        while let Some(sent) = master.step(now) {
+            slave.receive(sent, now);
         }
         while let Some((bus, frame)) = slave.step(now) {
             println!("{now:?} {bus:?} {frame:?}");
             counts.extend((frame.id().raw() == 0x283).then(|| frame.data()[0]));
-            master.receive(bus, &frame, now);
+            master.receive((bus, frame), now);
         }
         while let Some(event) = slave.out.pop_event() {
             if matches!(event, SlaveEvent::Sync { .. }) {
@@ -93,7 +93,7 @@ fn main() {
         while let Some(event) = master.out.pop_event() {
             is_started |= matches!(event, MasterEvent::SlaveState { state: NmtState::Operational, .. });
         }
-        now = now + Duration::from_micros(100);
+        now += Duration::from_micros(100);
     }
     assert!(is_started, "the master has started the slave");
     assert_eq!(counts[..8], [0, 1, 2, 3, 4, 5, 6, 7], "SYNC comes every 100 ms");
