@@ -13,11 +13,15 @@ static RESOURCES: StaticCell<Resources<Board, Node>> = StaticCell::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, leds, .. } =
+    let Board { ports, clock, leds, store, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     // Made where it stays: each copy of a master is 15 kB of this stack.
-    let resources = RESOURCES.init_with(|| Resources::new(mission::master(PROFILE), ports, clock, &TELLTALE));
+    let resources = RESOURCES.init_with(|| {
+        let master = mission::master(PROFILE);
+        let master = if let Some(store) = store { master.with_store(store) } else { master };
+        Resources::new(master, ports, clock, &TELLTALE)
+    });
     let (master, events, runners) = resources.start();
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));

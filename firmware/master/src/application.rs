@@ -9,14 +9,14 @@ use core::future::pending;
 
 use boards::{Board, Leds};
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{Master, MasterEvent, MasterRequest, SelfTest};
+use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
-use mission::{Command, CommanderObjects, PROFILE, Request};
+use mission::{Command, CommanderObjects, PROFILE, Request, SLAVES, Told, slot};
 
-use schedule::{SLAVES, Schedule, Turn, slot};
+use schedule::{Schedule, Turn};
 
 /// The master of this image.
 pub type Node = Master<CommanderObjects>;
@@ -79,13 +79,28 @@ impl Application {
                 }
             }
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
-            MasterEvent::Telemetry { .. } => self.master.telltale().telemetry_replies.count(),
+            MasterEvent::Pdo { number, data, .. } => self.on_pdo(*number, *data),
+            MasterEvent::ResetNode => boards::reset(),
             MasterEvent::SelfTest => self.test(),
             MasterEvent::SyncSent { .. } => self.leds.activity.toggle(),
             MasterEvent::BusSwitched { to, .. } => {
                 self.leds.state.set_level((*to == Bus::Redundant).into());
             }
             _ => {}
+        }
+    }
+
+    fn on_pdo(&self, number: u16, data: [u8; 8]) {
+        match mission::told(number, data) {
+            Some((node, Told::Telemetry(message))) => {
+                self.master.telltale().telemetry_replies.count();
+                log::telemetry(node, &message);
+            }
+            Some((node, Told::LocalTime(scet))) => {
+                let reference = self.master.with(|master, _| master.scet_at_sync());
+                log::local_time(node, scet, reference);
+            }
+            None => {}
         }
     }
 
@@ -114,7 +129,9 @@ impl Application {
         let sequence = slot(node).and_then(|slot| self.sequences.get_mut(slot)?.step(now));
         let Some(sequence) = sequence else { return self.master.telltale().skipped_turns.count() };
         let command = if count % 2 == 0 { Command::SetLed(count % 4 == 0) } else { Command::SetValue(count) };
-        self.master.request(MasterRequest::Command { node, message: command.encode(sequence) });
+        let message = command.encode(sequence);
+        let sent = self.master.with(|master, now| mission::command(master, node, &message, now));
+        log::refused(node, sent);
         self.master.telltale().commands.count();
     }
 
@@ -125,7 +142,8 @@ impl Application {
         let Turn { node, count, .. } = turn;
         if let Some(request) = Request::ALL.get(count as usize % Request::ALL.len()) {
             let message = request.encode();
-            self.master.request(MasterRequest::RequestTelemetry { node, message });
+            let sent = self.master.with(|master, now| mission::request(master, node, &message, now));
+            log::refused(node, sent);
             self.master.telltale().telemetry_requests.count();
         }
     }

@@ -12,7 +12,7 @@ mod objects;
 mod profiles;
 mod record;
 
-pub use master::{CommanderObjects, master};
+pub use master::{CommanderObjects, SLAVES, Told, command, master, request, slot, told};
 pub use message::{Command, Request, Telemetry};
 pub use objects::{
     MissionObjects, Outgoing, REQUEST_RPDO, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand, TelemetryRequest,

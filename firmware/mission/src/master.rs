@@ -1,22 +1,105 @@
-//! The master of the demonstration mission.
+//! The master of the demonstration mission: a telecommand, a telemetry request, telemetry and local time for each slave.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master};
-use ecss_can::od::Objects;
-use ecss_can::pdo::{PdoObjects, PdoSet};
+use ecss_can::node::{Communication, Device, Identity, Master, Refusal, Spacecraft};
+use ecss_can::od::{Objects, Record, U24, U40, U48};
+use ecss_can::pdo::{CobIdOf, Message, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
-use ecss_can::types::NodeId;
+use ecss_can::time::ScetGet;
+use ecss_can::types::{Instant, NodeId, Scet};
 
-/// What the master of the mission has beside the objects of every master: nothing.
+use crate::Outgoing;
+
+/// Slaves of the mission: those that straps can number, 2 to 15.
+pub const SLAVES: usize = 14;
+const FIRST: u8 = 2;
+
+/// Place of a slave among those of the mission, from zero.
+pub const fn slot(node: NodeId) -> Option<usize> {
+    match node.get() {
+        id if id < FIRST || id >= FIRST + SLAVES as u8 => None,
+        id => Some((id - FIRST) as usize),
+    }
+}
+
+/// Transmit PDOs: the time, then telecommands to all slaves, then telemetry requests.
+const TELECOMMANDS: usize = 1;
+const REQUESTS: usize = TELECOMMANDS + SLAVES;
+/// Receive PDOs: local times of all slaves, then their telemetry.
+const LOCAL_TIMES: usize = 0;
+const TELEMETRY: usize = LOCAL_TIMES + SLAVES;
+
+/// The spacecraft time, 181h. Its period is that of the profile.
+const SPACECRAFT_TIME: Tpdo = Tpdo::new(1, CobIdOf::fixed(0x181))
+    .map(Spacecraft::SCET_GET.field(ScetGet::FINE))
+    .map(Spacecraft::SCET_GET.field(ScetGet::COARSE));
+
+/// 300h + node and 400h + node.
+const TPDOS: [Tpdo; REQUESTS + SLAVES] = {
+    let mut all = [SPACECRAFT_TIME; REQUESTS + SLAVES];
+    let mut nth = 0;
+    while nth < SLAVES as u16 {
+        let node = FIRST as u16 + nth;
+        let (command, request) = (TELECOMMANDS as u16 + nth, REQUESTS as u16 + nth);
+        let object = CommanderObjects::TELECOMMANDS.nth(nth);
+        all[command as usize] = Tpdo::new(command + 1, CobIdOf::fixed(0x300 + node))
+            .map(object.field(Telecommanding::CODE))
+            .map(object.field(Telecommanding::DATA))
+            .map(object.field(Telecommanding::SEQUENCE));
+        let object = CommanderObjects::REQUESTS.nth(nth);
+        all[request as usize] = Tpdo::new(request + 1, CobIdOf::fixed(0x400 + node))
+            .map(object.field(Outgoing::CODE))
+            .map(object.field(Outgoing::DATA));
+        nth += 1;
+    }
+    all
+};
+
+/// 180h + node and 380h + node.
+const RPDOS: [Rpdo; TELEMETRY + SLAVES] = {
+    let object = CommanderObjects::LOCAL_TIMES.nth(0);
+    let mut all =
+        [Rpdo::new(1, CobIdOf::fixed(0x182)).map(object.field(LocalTime::FINE)); TELEMETRY + SLAVES];
+    let mut nth = 0;
+    while nth < SLAVES as u16 {
+        let node = FIRST as u16 + nth;
+        let (time, telemetry) = (LOCAL_TIMES as u16 + nth, TELEMETRY as u16 + nth);
+        let object = CommanderObjects::LOCAL_TIMES.nth(nth);
+        all[time as usize] = Rpdo::new(time + 1, CobIdOf::fixed(0x180 + node))
+            .map(object.field(LocalTime::FINE))
+            .map(object.field(LocalTime::COARSE));
+        let object = CommanderObjects::TELEMETRY.nth(nth);
+        all[telemetry as usize] = Rpdo::new(telemetry + 1, CobIdOf::fixed(0x380 + node))
+            .map(object.field(Incoming::CODE))
+            .map(object.field(Incoming::DATA));
+        nth += 1;
+    }
+    all
+};
+
+/// What the master of the mission has beside the objects of every master: one of a row for each slave.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
-pub struct CommanderObjects {}
+pub struct CommanderObjects {
+    /// Telecommand to slave {}
+    #[object(0x6200.., record)]
+    pub telecommands: [Telecommanding; SLAVES],
+    /// Telemetry request to slave {}
+    #[object(0x6240.., record)]
+    pub requests: [Outgoing; SLAVES],
+    /// Telemetry of slave {}
+    #[object(0x6280.., record)]
+    pub telemetry: [Incoming; SLAVES],
+    /// Local time of slave {}
+    #[object(0x62C0.., record)]
+    pub local_times: [LocalTime; SLAVES],
+}
 
 impl Device for CommanderObjects {
-    type Pdos = PdoObjects<0, 0>;
-    type Consumers = HeartbeatConsumers<8>;
+    type Pdos = PdoObjects<{ RPDOS.len() }, { TPDOS.len() }>;
+    type Consumers = HeartbeatConsumers<SLAVES>;
 
-    const PDOS: PdoSet = PdoSet::NONE;
+    const PDOS: PdoSet = PdoSet::new(&RPDOS, &TPDOS);
 
     fn communication(id: NodeId) -> Communication {
         Communication {
@@ -26,9 +109,112 @@ impl Device for CommanderObjects {
             ..Communication::new(id)
         }
     }
+
+    fn consumers(_: NodeId) -> Self::Consumers {
+        let nodes = core::array::from_fn(|nth| (u32::from(FIRST) + nth as u32) << 16);
+        HeartbeatConsumers { consumer_heartbeat: nodes }
+    }
+}
+
+/// The last telecommand to a slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Telecommanding {
+    /// Code
+    #[sub(1, ro, pdo)]
+    pub code: u16,
+    /// Data
+    #[sub(2, ro, pdo)]
+    pub data: U40,
+    /// Sequence
+    #[sub(3, ro, pdo)]
+    pub sequence: u8,
+}
+
+/// The last telemetry of a slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Incoming {
+    /// Code
+    #[sub(1, rww, pdo)]
+    pub code: u16,
+    /// Data
+    #[sub(2, rww, pdo)]
+    pub data: U48,
+}
+
+/// The time of a slave at the last SYNC that it answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct LocalTime {
+    /// Coarse time
+    ///
+    /// Seconds.
+    #[sub(1, rww, pdo)]
+    pub coarse: u32,
+    /// Fine time
+    ///
+    /// Multiples of 2^-24 s.
+    #[sub(2, rww, pdo)]
+    pub fine: U24,
 }
 
 /// The master of the mission.
 pub fn master(profile: &Profile) -> Master<CommanderObjects> {
     Master::new(profile, CommanderObjects::default())
+}
+
+/// Sends a telecommand.
+///
+/// # Errors
+/// [`Refusal`]; a node that is none of the mission's is not operational.
+pub fn command(
+    master: &mut Master<CommanderObjects>,
+    node: NodeId,
+    message: &Message,
+    now: Instant,
+) -> Result<(), Refusal> {
+    let nth = slot(node).ok_or(Refusal::NotOperational)?;
+    let [a, b, c, d, e, sequence] = message.data();
+    if let Some(object) = master.objects_mut().application.device.telecommands.get_mut(nth) {
+        let data = U40::new(u64::from_le_bytes([a, b, c, d, e, 0, 0, 0]));
+        *object = Telecommanding { code: message.code(), data, sequence };
+    }
+    master.send_pdo_to(node, TELECOMMANDS + nth, now)
+}
+
+/// Requests telemetry.
+///
+/// # Errors
+/// [`Refusal`]; a node that is none of the mission's is not operational.
+pub fn request(
+    master: &mut Master<CommanderObjects>,
+    node: NodeId,
+    message: &Message,
+    now: Instant,
+) -> Result<(), Refusal> {
+    let nth = slot(node).ok_or(Refusal::NotOperational)?;
+    if let Some(object) = master.objects_mut().application.device.requests.get_mut(nth) {
+        *object = (*message).into();
+    }
+    master.send_pdo_to(node, REQUESTS + nth, now)
+}
+
+/// What a slave told the master by a PDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Told {
+    /// Telemetry.
+    Telemetry(Message),
+    /// Its time at the last SYNC.
+    LocalTime(Scet),
+}
+
+/// Who sent receive PDO `number` with these `data`, and what they are.
+pub fn told(number: u16, data: [u8; 8]) -> Option<(NodeId, Told)> {
+    let number = usize::from(number);
+    let nth = number.checked_sub(TELEMETRY).unwrap_or(number);
+    let node = NodeId::new(FIRST + u8::try_from(nth).ok().filter(|nth| usize::from(*nth) < SLAVES)?)?;
+    let told = if number < TELEMETRY {
+        Told::LocalTime(Scet::decode(data.get(..7)?)?)
+    } else {
+        Told::Telemetry(Message::from_payload(&data)?)
+    };
+    Some((node, told))
 }

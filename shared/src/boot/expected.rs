@@ -1,6 +1,9 @@
 //! What a slave is expected to be, and how it is to be configured.
 
-use crate::types::{Address, NodeId};
+use super::Boot;
+use crate::od::CobIdEntry;
+use crate::pdo::PdoObjects;
+use crate::types::{Address, CobId, NodeId};
 
 /// View of an entry of 1F81h, slave assignment (CiA 302-2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -83,6 +86,28 @@ pub struct Setting {
     pub at: Address,
     /// What, little-endian, at most [`STAGING`](crate::sdo::STAGING) bytes.
     pub value: &'static [u8],
+}
+
+/// TPDO 1, communication parameter.
+const TPDO: u16 = <PdoObjects>::TPDOS.nth(0).index();
+/// TPDO 512.
+const LAST_TPDO: u16 = TPDO + 0x1FF;
+
+impl Setting {
+    /// The COB-ID that it gives a transmit PDO, if it does.
+    fn transmits(&self) -> Option<CobId> {
+        let is_cob_id = matches!(self.at, Address { index: TPDO..=LAST_TPDO, sub: 1 });
+        let raw = u32::from_le_bytes(self.value.try_into().ok()?);
+        CobIdEntry::from_raw(raw).cob_id().filter(|_| is_cob_id)
+    }
+}
+
+impl Boot {
+    /// Who sends PDOs with this COB-ID: as the slaves are configured, else as the pre-defined connection set has it.
+    pub fn producer(&self, id: CobId) -> Option<NodeId> {
+        let configured = self.settings.iter().find(|setting| setting.transmits() == Some(id));
+        configured.map_or_else(|| id.node(), |setting| Some(setting.node))
+    }
 }
 
 /// How long the network waits for mandatory slaves.

@@ -166,7 +166,7 @@ impl Boot {
         }
     }
 
-    /// A sign of a slave that it is Operational: its heartbeat or its Local Time PDO, on the active bus.
+    /// A sign of a slave that it is Operational: its heartbeat or a PDO of it, on the active bus.
     pub fn on_synchronous(&mut self, node: NodeId) {
         let is_synchronous = matches!(self.phase, Phase::Synchronising | Phase::Completed);
         if is_synchronous && self.progress(node) == BootProgress::Started {

@@ -96,7 +96,8 @@ impl Filter {
 
     /// Every node of this function code (the low seven bits do not count).
     pub const fn function(id: CobId) -> Filter {
-        Filter { id, mask: 0x780 }
+        let mask = 0x780;
+        Filter { id: CobId::low_bits((id.raw() & mask) as u32), mask }
     }
 
     /// Whether it admits `id`.

@@ -5,7 +5,6 @@ use crate::emcy::Emergency;
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::NmtMessage;
-use crate::pdo::Message;
 use crate::redundancy::SwitchCause;
 use crate::types::{Address, Bus, NmtState, NodeId, Scet};
 
@@ -55,24 +54,22 @@ pub enum MasterEvent {
         /// Where.
         bus: Bus,
     },
-    /// Telemetry.
-    Telemetry {
-        /// Of whom.
-        node: NodeId,
+    /// A receive PDO took effect: its values are in the dictionary.
+    Pdo {
         /// Where it came.
         bus: Bus,
-        /// What.
-        message: Message,
+        /// Which, 0 is the first.
+        number: u16,
+        /// Its payload, zero behind its end: the dictionary may hold a newer one already.
+        data: [u8; 8],
     },
-    /// A Local Time PDO.
-    LocalTime {
-        /// Of whom.
-        node: NodeId,
-        /// Its time at the last SYNC.
-        scet: Scet,
-        /// Spacecraft time at the last SYNC, once there was one.
-        reference: Option<Scet>,
+    /// A synchronous receive PDO took effect, at a SYNC of this master.
+    Synchronised {
+        /// Which, 0 is the first.
+        number: u16,
     },
+    /// The clock was set.
+    Time(Scet),
     /// An emergency message (ECSS 6.4).
     Emergency {
         /// Of whom.
@@ -109,6 +106,8 @@ pub enum MasterEvent {
     BootCompleted,
     /// An object of the application was written by SDO.
     Written(Address),
+    /// Reset the chip: the application, or a client in 1F82h, wants the master to be reset. It goes on until then.
+    ResetNode,
     /// Start the self-test (ECSS 6.7b); its result goes to object 2031h.
     SelfTest,
     /// The active bus changed.
@@ -125,12 +124,12 @@ pub enum MasterEvent {
         /// Its end.
         stamp: Stamp,
     },
-    /// A request was refused (counted as such on the active bus).
+    /// Another NMT state of the master itself.
+    State(NmtState),
+    /// A command had to wait for a new bus to be announced, and too much waited already (counted as refused on that bus).
     Refused {
         /// For whom it was.
         node: NodeId,
-        /// Why.
-        cause: RefusalCause,
     },
     /// The error state of a controller changed.
     Health {
@@ -151,12 +150,14 @@ pub enum MasterEvent {
     },
 }
 
-/// Why a request was refused.
+/// Why a PDO for a slave was not sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum RefusalCause {
+pub enum Refusal {
     /// The slave is lost, was never heard, or is not operational.
     NotOperational,
+    /// The PDO is not valid, or the master itself is not operational.
+    NotValid,
     /// Too much waits for a new bus to be announced.
     Busy,
 }
@@ -166,20 +167,6 @@ pub enum RefusalCause {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 pub enum MasterRequest {
-    /// Send a telecommand.
-    Command {
-        /// To whom.
-        node: NodeId,
-        /// What.
-        message: Message,
-    },
-    /// Request telemetry; the answer is [`MasterEvent::Telemetry`].
-    RequestTelemetry {
-        /// Of whom.
-        node: NodeId,
-        /// Which.
-        message: Message,
-    },
     /// Make this bus the active one.
     SwitchBus(Bus),
     /// Send a module control command. A slave that is stopped or made pre-operational here is not started unasked until

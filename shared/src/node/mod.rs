@@ -20,7 +20,7 @@ pub use contract::{
 };
 pub use device::Device;
 pub use master::{Master, MasterObjects, NetworkObjects};
-pub use master_api::{MasterEvent, MasterRequest, RefusalCause};
+pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use objects::{NodeObjects, assert_device};
 pub use slave::Slave;
 pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};

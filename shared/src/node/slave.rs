@@ -6,7 +6,6 @@ mod network;
 mod objects;
 mod retained;
 
-use super::buses::Buses;
 use super::services::Services;
 use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::heartbeat;
@@ -19,7 +18,6 @@ use crate::profile::Profile;
 use crate::redundancy::{Access, Parameters, Selector};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
-use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
 
 type Out = Outbox<SlaveEvent>;
@@ -42,39 +40,21 @@ pub struct Slave<D: Device> {
     selector: Selector,
     heartbeat: heartbeat::Producer,
     identity: Identity,
-    clock: LocalClock,
-    buses: Buses,
     /// Module control and heartbeats received; wraps.
     control_frames: PerBus<u32>,
     services: Services<D>,
     initial: Parameters,
     startup: NmtStartup,
-    lifetimes: Lifetimes,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
     /// A bit for each COB-ID that is taken, [`mark`]: frames without are for others.
     marks: u64,
-    /// Which receive PDOs carry the spacecraft time.
-    brings_time: <D::Pdos as PdoSlots>::Receive<bool>,
-    /// Whether a transmit PDO carries a value of the moment: objects 2011h, 2020h, 2021h.
-    tells_moment: bool,
     /// A bit for each filter that its buses have not been told yet.
     changed_filters: u32,
     /// The bus that the application chose.
     wanted: Option<Bus>,
     /// An EMCY is on its way that goes before a change of the bus. Until then, at most.
     warning: Option<Instant>,
-    /// Nothing is due before. May be early, never late.
-    next: Instant,
-}
-
-/// How long frames may wait for their bus.
-#[derive(Clone, Copy, Debug)]
-struct Lifetimes {
-    heartbeat: Duration,
-    synchronous: Duration,
-    event: Duration,
-    sdo: Duration,
 }
 
 impl<D: Device> Slave<D> {
@@ -91,26 +71,15 @@ impl<D: Device> Slave<D> {
             selector: Selector::new(redundancy),
             heartbeat: heartbeat::Producer::new(id, redundancy.producer),
             identity: Identity::new(),
-            clock: LocalClock::default(),
-            buses: Buses::new(profile.access(id), profile.bus_off),
             control_frames: PerBus::default(),
-            services: Services::new(id, objects, profile.sdo_timeout),
+            services: Services::new(id, objects, profile),
             initial: redundancy,
             startup: NmtStartup::of_slave(profile.autostart),
-            lifetimes: Lifetimes {
-                heartbeat: profile.heartbeat,
-                synchronous: profile.sync.min(profile.heartbeat),
-                event: profile.telemetry,
-                sdo: profile.sdo_timeout,
-            },
             stamped: profile.stamped,
             marks: u64::MAX,
-            brings_time: D::Pdos::receive(false),
-            tells_moment: false,
             changed_filters: 0,
             wanted: None,
             warning: None,
-            next: Instant::ZERO,
         }
     }
 
@@ -160,7 +129,7 @@ impl<D: Device> Slave<D> {
     fn admit(&mut self, number: usize) {
         if number < MAX_FILTERS - 1 {
             self.changed_filters |= 1 << number;
-            self.next = Instant::ZERO;
+            self.services.next = Instant::ZERO;
         }
     }
 
@@ -178,7 +147,7 @@ impl<D: Device> Slave<D> {
     fn boot(&mut self, now: Instant, out: &mut Out) {
         self.restore_communication(now);
         let frame = heartbeat::encode(self.id, NmtState::Initialising);
-        out.send_for(self.selector.selected(), frame, now, self.lifetimes.heartbeat);
+        out.send_for(self.selector.selected(), frame, now, self.services.lifetimes.heartbeat);
         let state = self.nmt.boot();
         self.entered(state, now, out);
         self.heartbeat.restart(now);
@@ -186,7 +155,7 @@ impl<D: Device> Slave<D> {
         self.identity.boot(now);
         self.guard.on_boot(now);
         self.set_marks();
-        self.next = now;
+        self.services.next = now;
     }
 
     /// A frame that may be for this node. The frequent ones first; each handler ends with what has become due.
@@ -218,9 +187,9 @@ impl<D: Device> Slave<D> {
         if self.nmt.state() == NmtState::Initialising {
             // Told again with every frame: were it lost in a full channel, the node would stay silent for ever.
             out.event(SlaveEvent::ResetNode);
-            self.buses.ignored(bus);
-        } else if !self.buses.is_joined(bus, active) {
-            self.buses.ignored(bus);
+            self.services.buses.ignored(bus);
+        } else if !self.services.buses.is_joined(bus, active) {
+            self.services.buses.ignored(bus);
         } else if id == CobId::NMT {
             self.on_nmt(bus, frame, stamp, now, out);
         } else if id == CobId::heartbeat(NodeId::MASTER) {
@@ -230,22 +199,15 @@ impl<D: Device> Slave<D> {
         } else if bus == active && is_heartbeat {
             self.on_peer_heartbeat(bus, frame, stamp, out);
         } else {
-            self.buses.ignored(bus);
+            self.services.buses.ignored(bus);
         }
         self.run(now, now, out);
-    }
-
-    /// Something is due then, at the latest.
-    fn wake(&mut self, deadline: Option<Instant>) {
-        if let Some(deadline) = deadline {
-            self.next = self.next.min(deadline);
-        }
     }
 
     /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
     #[inline(always)]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        if until >= self.next {
+        if until >= self.services.next {
             self.run_due(until, now, out);
         }
     }
@@ -275,15 +237,15 @@ impl<D: Device> Slave<D> {
             self.on_peer_missed(missed.node, now, out);
         }
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
-            out.send_for(self.selector.selected(), frame, now, self.lifetimes.heartbeat);
+            out.send_for(self.selector.selected(), frame, now, self.services.lifetimes.heartbeat);
         }
-        while let Some(bus) = self.buses.poll(until, out) {
+        while let Some(bus) = self.services.buses.poll(until, out) {
             out.event(SlaveEvent::BusFailed { bus });
         }
         self.run_device(until, now, out);
-        self.next = self.due().unwrap_or(Instant::NEVER);
+        self.services.next = self.due().unwrap_or(Instant::NEVER);
         if self.changed_filters != 0 {
-            self.next = self.next.min(now + FILTER_PAUSE);
+            self.services.next = self.services.next.min(now + FILTER_PAUSE);
         }
     }
 
@@ -293,7 +255,7 @@ impl<D: Device> Slave<D> {
             self.identity.deadline(self.selector.parameters().hold_off_time()),
             self.guard.deadline(self.pause()),
             self.heartbeat.deadline(),
-            self.buses.deadline(),
+            self.services.buses.deadline(),
             self.services.monitor.deadline(),
             self.services.deadline(self.nmt.state()),
         ];
@@ -304,12 +266,12 @@ impl<D: Device> Slave<D> {
     pub fn status(&self, now: Instant) -> Status {
         Status {
             uptime: now.since(Instant::ZERO),
-            scet: self.clock.at(now),
+            scet: self.services.clock.at(now),
             state: self.nmt.state(),
             active: self.selector.selected(),
             redundancy: *self.selector.parameters(),
-            counters: self.buses.counters,
-            health: self.buses.health,
+            counters: self.services.buses.counters,
+            health: self.services.buses.health,
         }
     }
 
@@ -319,21 +281,21 @@ impl<D: Device> Slave<D> {
     /// # Errors
     /// [`ParallelAccess`]: the master chooses the bus of a node with parallel access.
     pub fn select_bus(&mut self, bus: Bus) -> Result<(), ParallelAccess> {
-        if self.buses.access() == Access::Parallel {
+        if self.services.buses.access() == Access::Parallel {
             return Err(ParallelAccess);
         }
-        (self.wanted, self.next) = (Some(bus), Instant::ZERO);
+        (self.wanted, self.services.next) = (Some(bus), Instant::ZERO);
         Ok(())
     }
 
     /// Zero the counters of both buses.
     pub fn reset_counters(&mut self) {
-        self.buses.counters = PerBus::<Counters>::default();
+        self.services.buses.counters = PerBus::<Counters>::default();
     }
 
     /// Local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
-        self.clock.at(now)
+        self.services.clock.at(now)
     }
 }
 
@@ -347,7 +309,7 @@ impl<D: Device> Node for Slave<D> {
 
     fn start(&mut self, now: Instant, out: &mut Out) {
         let bus = self.selector.selected();
-        self.buses.join(bus, out);
+        self.services.buses.join(bus, out);
         out.event(SlaveEvent::ActiveBus { bus, cause: BusCause::PowerOn });
         self.boot(now, out);
         self.run(now, now, out);
@@ -362,11 +324,11 @@ impl<D: Device> Node for Slave<D> {
 
     #[inline]
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        self.buses.received(bus);
-        if now >= self.next {
+        self.services.buses.received(bus);
+        if now >= self.services.next {
             self.run(stamp.at.min(now), now, out);
         } else if self.marks & mark(frame.id()) == 0 {
-            return self.buses.ignored(bus);
+            return self.services.buses.ignored(bus);
         }
         self.on_frame(bus, frame, stamp, now, out);
     }
@@ -380,8 +342,8 @@ impl<D: Device> Node for Slave<D> {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let silent = self.nmt.state() == NmtState::Initialising || self.next == Instant::NEVER;
-        if silent { None } else { Some(self.next) }
+        let silent = self.nmt.state() == NmtState::Initialising || self.services.next == Instant::NEVER;
+        if silent { None } else { Some(self.services.next) }
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {

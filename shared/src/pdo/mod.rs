@@ -101,4 +101,4 @@ pub use planned::{Rpdo, Tpdo};
 pub use receive::{RpdoError, RpdoEvent, Rpdos, Taken};
 pub use sequence::{RepeatFilter, Sequence};
 pub use set::PdoSet;
-pub use transmit::Tpdos;
+pub use transmit::{AT_ONCE, Tpdos};

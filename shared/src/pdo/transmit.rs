@@ -48,6 +48,9 @@ struct Configured {
     due: Instant,
 }
 
+/// PDOs sent in one go without a SYNC: whoever takes the frames has room for as many.
+pub const AT_ONCE: usize = 8;
+
 /// No SYNC sends it.
 const IDLE: u8 = 0;
 /// It waits for the SYNC that has the SYNC start value.
@@ -270,14 +273,16 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// Sends what is due at `now`.
+    /// Sends what is due at `now`, at most [`AT_ONCE`]: the others are still due then.
     pub fn poll<D: Objects>(&mut self, now: Instant, objects: &D, send: &mut impl FnMut(usize, Frame)) {
         if now < self.next {
             return;
         }
         self.next = Instant::NEVER;
+        let mut left = AT_ONCE;
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
-            if pdo.due <= now {
+            if pdo.due <= now && left > 0 {
+                left -= 1;
                 pdo.rearm(now);
                 pdo.send(objects, |frame| send(number, frame));
             }

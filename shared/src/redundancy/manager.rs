@@ -19,6 +19,8 @@ pub struct Manager {
     silent_share: u8,
     active: Bus,
     heartbeat: Producer,
+    /// What heartbeats say of the master itself.
+    state: NmtState,
     announcing: bool,
     peers: Peers,
     /// A slave that counts was heard on the active bus since power-on or the last switch.
@@ -95,6 +97,7 @@ impl Manager {
             silent_share,
             active: parameters.bdefault,
             heartbeat: Producer::new(NodeId::MASTER, parameters.producer),
+            state: NmtState::Operational,
             announcing: false,
             peers: Peers::new(),
             heard_here: false,
@@ -108,6 +111,11 @@ impl Manager {
             trial: Trial::new(),
             report: None,
         }
+    }
+
+    /// The NMT state of the master, for its heartbeats.
+    pub fn set_state(&mut self, state: NmtState) {
+        self.state = state;
     }
 
     /// The boot-up message went out: heartbeats from now on.
@@ -244,7 +252,7 @@ impl Manager {
             }
             self.report = None;
         }
-        let frame = self.heartbeat.poll(now, NmtState::Operational)?;
+        let frame = self.heartbeat.poll(now, self.state)?;
         Some(Action::Heartbeat { bus: self.active, frame })
     }
 

@@ -21,6 +21,8 @@ pub(super) type NodeSet = u128;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Peers {
     places: [Option<Peer>; PLACES],
+    /// Consumer times of their own, milliseconds; zero for those that share the common one.
+    times: [u16; PLACES],
     /// Assigned by 1F81h.
     assigned: NodeSet,
     /// Answered since their last boot-up message.
@@ -90,6 +92,7 @@ impl Peers {
     pub const fn new() -> Self {
         Peers {
             places: [None; PLACES],
+            times: [0; PLACES],
             assigned: 0,
             answered: 0,
             unasked: 0,
@@ -113,6 +116,21 @@ impl Peers {
         }
     }
 
+    /// Consumer times by 1016h: node << 16 | milliseconds. Those that it does not name share the common one.
+    pub fn set_times(&mut self, entries: &[u32]) {
+        self.times = [0; PLACES];
+        for entry in entries {
+            if let Some(time) = self.times.get_mut((entry >> 16) as usize) {
+                *time = *entry as u16;
+            }
+        }
+    }
+
+    /// The consumer time of a node.
+    fn time(&self, node: NodeId, consumer: Duration) -> Duration {
+        own_time(self.times.get(usize::from(node.get())).copied().unwrap_or(0), consumer)
+    }
+
     /// Whether `node` counts for the master's decisions.
     pub fn counts(&self, node: NodeId) -> bool {
         self.counted() & node_bit(node) != 0
@@ -128,6 +146,7 @@ impl Peers {
         parameters: &Parameters,
     ) -> Heard {
         let (bit, consumer) = (node_bit(node), parameters.consumer);
+        let own = self.time(node, consumer);
         let Some(place) = self.places.get_mut(usize::from(node.get())) else { return Heard::default() };
         let known = place.is_some();
         let peer = place.get_or_insert(Peer {
@@ -148,7 +167,7 @@ impl Peers {
         let changed = !known || peer.state != state;
         peer.state = state;
         let waiting = matches!(state, NmtState::PreOperational | NmtState::Initialising);
-        let next = peer.silent_at.min(at + consumer).min(peer.elsewhere_at(parameters).max(at));
+        let next = peer.silent_at.min(at + own).min(peer.elsewhere_at(parameters).max(at));
         self.check = Some(self.check.map_or(next, |check| check.min(next)));
         self.unheard &= !bit;
         if state == NmtState::Initialising {
@@ -225,8 +244,8 @@ impl Peers {
 
     /// The next node whose heartbeat is overdue on both buses, each once.
     pub fn next_lost(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
-        self.places.iter_mut().zip(0_u8..).find_map(|(place, raw)| {
-            place.as_mut()?.heartbeat.poll(now, consumer)?;
+        self.places.iter_mut().zip(&self.times).zip(0_u8..).find_map(|((place, time), raw)| {
+            place.as_mut()?.heartbeat.poll(now, own_time(*time, consumer))?;
             NodeId::new(raw)
         })
     }
@@ -267,7 +286,7 @@ impl Peers {
                 [peer.forgotten_at(consumer), None]
             };
             let to_come = decisions.into_iter().flatten().filter(|at| *at > now && *at < Instant::NEVER);
-            to_come.chain(peer.heartbeat.deadline(consumer))
+            to_come.chain(peer.heartbeat.deadline(self.time(node, consumer)))
         });
         self.check = due.min();
     }
@@ -309,6 +328,11 @@ impl Peers {
     fn each(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
         self.places.iter().zip(0_u8..).filter_map(|(place, raw)| Some((NodeId::new(raw)?, place.as_ref()?)))
     }
+}
+
+/// Milliseconds, or the common one.
+fn own_time(time: u16, consumer: Duration) -> Duration {
+    if time == 0 { consumer } else { Duration::from_millis(u64::from(time)) }
 }
 
 fn node_bit(node: NodeId) -> NodeSet {

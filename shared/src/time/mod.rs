@@ -2,7 +2,6 @@
 
 mod clock;
 mod objects;
-pub mod producer;
 
 pub use clock::LocalClock;
 pub use objects::{LocalUtc, NoTime, ScetGet, ScetSet, UtcGet, UtcSet};

@@ -64,9 +64,10 @@ impl<N: Node> Bench<N> {
     }
 
     /// The application does something, and the node then what is due.
-    pub fn touch(&mut self, touch: impl FnOnce(&mut N, Instant)) {
-        touch(&mut self.node, self.now);
+    pub fn touch<R>(&mut self, touch: impl FnOnce(&mut N, Instant) -> R) -> R {
+        let result = touch(&mut self.node, self.now);
         self.with(|node, now, out| node.poll(now, out));
+        result
     }
 
     fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event>)) {

@@ -1,10 +1,9 @@
-//! Local clock, time producer, timers.
+//! Local clock, timers.
 
 use ecss_can::time::LocalClock;
-use ecss_can::time::producer::TimeProducer;
 use ecss_can::types::{Duration, Instant, Periodic, Scet};
 
-use crate::bench::{frame, ms, span};
+use crate::bench::{ms, span};
 
 fn scet(coarse: u32, fine: u32) -> Scet {
     Scet::new(coarse, fine).unwrap()
@@ -18,18 +17,6 @@ fn a_clock_counts_from_power_on_until_it_is_set() {
     assert_eq!(clock.at(ms(3_500)), scet(1_001, 0));
     // A stamp may be older than the setting.
     assert_eq!(clock.at(ms(2_000)), scet(999, 0x0080_0000));
-}
-
-/// Verifies: ECSS 7.2.2b
-#[test]
-fn the_producer_conveys_the_spacecraft_time_every_period() {
-    let mut clock = LocalClock::default();
-    clock.set(scet(0x0102_0304, 0), Instant::ZERO);
-    let mut producer = TimeProducer::new(span(1_000));
-    producer.start(Instant::ZERO);
-    assert_eq!(producer.poll(ms(999), &clock), None);
-    assert_eq!(producer.poll(ms(1_000), &clock), Some(frame(0x181, &[0, 0, 0, 5, 3, 2, 1])));
-    assert_eq!(producer.deadline(), Some(ms(2_000)));
 }
 
 #[test]

@@ -200,7 +200,8 @@ impl Fleet {
         self.slaves.iter_mut().for_each(|(_, slave)| slave.bench.clear_events());
         for id in &ids {
             let message = Message::of(1, [id.get()]);
-            self.master().bench.request(MasterRequest::Command { node: *id, message });
+            // Those that are not Operational are not commanded.
+            let _ = self.master().bench.touch(|master, now| mission::command(master, *id, &message, now));
         }
         self.run_until(self.now + 2);
         let got = |slave: &Station<TestSlave>, id: &NodeId| {

@@ -3,12 +3,12 @@
 use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, FailCause, MasterEvent, MasterRequest, RefusalCause, Status};
+use ecss_can::node::{BusCommand, FailCause, MasterEvent, MasterRequest, Refusal, Status};
 use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, CobId, NmtState, Scet};
-use mission::STANDARD;
+use mission::{STANDARD, Told};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
 
@@ -41,8 +41,8 @@ fn status(master: &mut Bench<Master>) -> Status {
     master.node.status(master.now)
 }
 
-fn command(raw: u8) -> MasterRequest {
-    MasterRequest::Command { node: node(raw), message: Message::of(1, []) }
+fn command(master: &mut Bench<Master>, raw: u8) -> Result<(), Refusal> {
+    master.touch(|master, now| mission::command(master, node(raw), &Message::of(1, []), now))
 }
 
 /// Verifies: ECSS 8.3.2a, 8.3.3a
@@ -63,7 +63,8 @@ fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
     let mut expected = [0x701, 0x381, 0x181, 0x581, 0x080].map(|raw| Filter::function(id(raw))).to_vec();
     expected.push(Filter::exact(id(0x601)));
     let filters: Vec<Filter> = mission::master(&STANDARD).filters().into_iter().collect();
-    assert_eq!(filters, expected);
+    assert!(filters.iter().all(|filter| expected.contains(filter)), "{filters:?}");
+    assert!(expected.iter().all(|filter| filters.contains(filter)), "{filters:?}");
 }
 
 /// Verifies: ECSS 6.9c, 7.2.2b, 7.2.3d
@@ -133,8 +134,9 @@ fn commands_and_requests_go_to_operational_slaves_only() {
     let mut master = flying();
     master.receive(NOMINAL, 0x703, &[0x04]);
     master.clear();
-    master.request(command(2));
-    master.request(MasterRequest::RequestTelemetry { node: node(2), message: Message::of(1, []) });
+    assert_eq!(command(&mut master, 2), Ok(()));
+    let request = |master: &mut Master, now| mission::request(master, node(2), &Message::of(1, []), now);
+    assert_eq!(master.touch(request), Ok(()));
     assert_eq!(
         master.frames(),
         [
@@ -144,10 +146,9 @@ fn commands_and_requests_go_to_operational_slaves_only() {
     );
     assert_eq!(master.sent[0].expires, ms(110));
     master.clear();
-    master.request(command(3));
-    master.request(command(9));
-    let refused = |raw| MasterEvent::Refused { node: node(raw), cause: RefusalCause::NotOperational };
-    assert_eq!((master.frames(), master.events.as_slice()), (vec![], [refused(3), refused(9)].as_slice()));
+    assert_eq!(command(&mut master, 3), Err(Refusal::NotOperational));
+    assert_eq!(command(&mut master, 9), Err(Refusal::NotOperational));
+    assert_eq!(master.frames(), []);
     assert_eq!(status(&mut master).counters.nominal.refused, 2);
 }
 
@@ -167,9 +168,11 @@ fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
         master.events,
         [
             MasterEvent::SyncSent { stamp: stamp(ms(50)) },
-            MasterEvent::LocalTime { node: node(3), scet: time, reference },
+            MasterEvent::Pdo { bus: NOMINAL, number: 1, data: [0, 0, 0x80, 0, 0, 0, 0, 0] },
         ]
     );
+    assert_eq!(mission::told(1, [0, 0, 0x80, 0, 0, 0, 0, 0]), Some((node(3), Told::LocalTime(time))));
+    assert_eq!(master.node.scet_at_sync(), reference);
     master.clear();
     master.receive(NOMINAL, 0x382, &[1]);
     master.receive(NOMINAL, 0x183, &[0; 6]);
@@ -210,7 +213,7 @@ fn a_switch_abandons_the_old_bus_and_announces_the_new_one_before_using_it() {
     assert_eq!(master.frames(), [(REDUNDANT, heartbeat)]);
     // Commands, NMT and SYNC wait for the heartbeat.
     master.clear();
-    master.request(command(2));
+    assert_eq!(command(&mut master, 2), Ok(()));
     master.receive(REDUNDANT, 0x704, &[0x7F]);
     master.run_until(ms(105));
     assert_eq!(master.frames(), []);
@@ -226,9 +229,9 @@ fn a_switch_abandons_the_old_bus_and_announces_the_new_one_before_using_it() {
 fn what_waits_for_the_announcement_dies_of_age_or_with_the_bus() {
     let mut master = flying();
     master.request(MasterRequest::SwitchBus(REDUNDANT));
-    master.request(command(2));
+    assert_eq!(command(&mut master, 2), Ok(()));
     master.run_until(ms(50));
-    master.request(command(3));
+    assert_eq!(command(&mut master, 3), Ok(()));
     master.clear();
     // The heartbeat could not go out within its period: the first command is too old, the second is not.
     master.run_until(ms(110));
@@ -238,7 +241,7 @@ fn what_waits_for_the_announcement_dies_of_age_or_with_the_bus() {
     assert_eq!(status(&mut master).counters.redundant.expired, 2);
     // Back before anything was announced: what waited is gone.
     master.request(MasterRequest::SwitchBus(NOMINAL));
-    master.request(command(2));
+    assert_eq!(command(&mut master, 2), Ok(()));
     master.request(MasterRequest::SwitchBus(REDUNDANT));
     assert_eq!(status(&mut master).counters.nominal.bus_left, 1);
 }
@@ -250,7 +253,7 @@ fn an_abandoned_heartbeat_of_an_earlier_stay_announces_nothing() {
     master.request(MasterRequest::SwitchBus(NOMINAL));
     master.clear();
     master.failed(NOMINAL, frame(0x701, &[0x05]), FailCause::BusLeft);
-    master.request(command(2));
+    assert_eq!(command(&mut master, 2), Ok(()));
     assert_eq!(master.frames(), []);
 }
 
@@ -259,10 +262,10 @@ fn no_more_than_a_few_frames_wait_for_the_announcement() {
     let mut master = flying();
     master.request(MasterRequest::SwitchBus(REDUNDANT));
     master.clear();
-    for _ in 0..17 {
-        master.request(command(2));
+    for _ in 0..16 {
+        assert_eq!(command(&mut master, 2), Ok(()));
     }
-    assert_eq!(master.events, [MasterEvent::Refused { node: node(2), cause: RefusalCause::Busy }]);
+    assert_eq!(command(&mut master, 2), Err(Refusal::Busy));
     assert_eq!(status(&mut master).counters.redundant.refused, 1);
 }
 
@@ -282,8 +285,7 @@ fn a_lost_slave_is_refused_and_returns() {
     master.run_until(ms(260));
     assert_eq!(master.events, [MasterEvent::SlaveLost { node: node(2) }]);
     master.clear();
-    master.request(command(2));
-    assert_eq!(master.events, [MasterEvent::Refused { node: node(2), cause: RefusalCause::NotOperational }]);
+    assert_eq!(command(&mut master, 2), Err(Refusal::NotOperational));
     master.clear();
     master.receive(NOMINAL, 0x702, &[0x05]);
     // Its state too, though it is the old one: the application has forgotten it.

@@ -94,30 +94,32 @@ fn lost_at(master: &mut Bench<Master>) -> Option<u64> {
     None
 }
 
+/// Entry 8 is that of slave 9; the others have 250 ms.
+///
 /// Verifies: ECSS 8.3.1b, 8.3.1c
 #[test]
-fn a_slave_is_lost_after_the_longest_time_of_1016h() {
+fn a_slave_is_lost_after_its_own_time_of_1016h() {
     let consumer = |master: &mut Bench<Master>, sub, node: u32, time: u32| {
         assert_eq!(write(master, 0x1016, sub, node << 16 | time, 4), Ok(()));
     };
     let mut master = powered(&STANDARD);
     assert_eq!(lost_at(&mut master), Some(251));
     let mut master = powered(&STANDARD);
-    consumer(&mut master, 1, 9, 600);
+    consumer(&mut master, 8, 9, 600);
+    // What is common to all is the longest.
     assert_eq!(master.node.status(master.now).redundancy.consumer, span(600));
     assert_eq!(lost_at(&mut master), Some(601));
-    // No slave before its own time.
     let mut master = powered(&STANDARD);
-    consumer(&mut master, 1, 9, 150);
+    consumer(&mut master, 8, 9, 150);
+    assert_eq!(master.node.status(master.now).redundancy.consumer, span(250));
     assert_eq!(lost_at(&mut master), Some(151));
     let mut master = powered(&STANDARD);
-    consumer(&mut master, 1, 9, 150);
-    consumer(&mut master, 2, 8, 400);
-    assert_eq!(lost_at(&mut master), Some(401));
-    // Nobody's time: as before.
+    consumer(&mut master, 7, 8, 400);
+    assert_eq!(lost_at(&mut master), Some(251));
+    // Without a time of its own: the longest of the others.
     let mut master = powered(&STANDARD);
-    consumer(&mut master, 1, 9, 600);
-    consumer(&mut master, 1, 0, 0);
+    consumer(&mut master, 8, 0, 0);
+    consumer(&mut master, 7, 8, 600);
     assert_eq!(lost_at(&mut master), Some(601));
 }
 

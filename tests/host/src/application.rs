@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::node::{Master, MasterRequest, Slave, SlaveEvent};
+use ecss_can::node::{Master, Slave, SlaveEvent};
 use ecss_can::pdo::{Message, Sequence};
 use ecss_can::profile::Profile;
 use ecss_can::runner::{Events, Handle};
@@ -92,10 +92,11 @@ pub(crate) async fn traffic(
         round += 1;
         for &node in &slaves {
             if let Some(message) = sequences.encode(node, Command::SetValue(round)) {
-                master.request(MasterRequest::Command { node, message });
+                // One that is not Operational has to do without.
+                let _ = master.with(|master, now| mission::command(master, node, &message, now));
             }
             let message = Request::Value.encode();
-            master.request(MasterRequest::RequestTelemetry { node, message });
+            let _ = master.with(|master, now| mission::request(master, node, &message, now));
         }
     }
 }

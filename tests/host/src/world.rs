@@ -10,7 +10,7 @@ use can_wire::record::{Counters, Destruction, Record};
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
-use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
+use ecss_can::node::{MasterEvent, MasterRequest, Refusal, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::runner::Telltale;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus};
@@ -276,15 +276,20 @@ impl World {
     ///
     /// # Panics
     /// When the master is off, or on for less than a command's lifetime: a mistake in a test.
-    pub fn command(&mut self, node: NodeId, command: Command) {
+    pub fn command(&mut self, node: NodeId, command: Command) -> Result<(), Refusal> {
         let sequences = self.board(NodeId::MASTER).sequences().expect("the master has power");
         let message = sequences.encode(node, command).expect("the master is on for long enough");
-        self.request(MasterRequest::Command { node, message });
+        let master = self.board(NodeId::MASTER).master().expect("the master has power");
+        master.with(|master, now| mission::command(master, node, &message, now))
     }
 
     /// Asks for telemetry.
-    pub fn ask(&mut self, node: NodeId, request: Request) {
-        self.request(MasterRequest::RequestTelemetry { node, message: request.encode() });
+    ///
+    /// # Panics
+    /// When the master is off: a mistake in a test.
+    pub fn ask(&mut self, node: NodeId, request: Request) -> Result<(), Refusal> {
+        let master = self.board(NodeId::MASTER).master().expect("the master has power");
+        master.with(|master, now| mission::request(master, node, &request.encode(), now))
     }
 
     /// Commands the NMT state of a slave.

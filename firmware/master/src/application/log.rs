@@ -3,8 +3,9 @@
 use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::MasterEvent;
-use ecss_can::types::NodeId;
+use ecss_can::node::{MasterEvent, Refusal};
+use ecss_can::pdo::Message;
+use ecss_can::types::{NodeId, Scet};
 use mission::Telemetry;
 
 pub fn event(event: &MasterEvent) {
@@ -22,13 +23,6 @@ pub fn event(event: &MasterEvent) {
         }
         MasterEvent::SecondMasterSilent { bus } => defmt::info!("no more 701h of others on {}", bus),
         MasterEvent::SlaveReturned { node, bus } => defmt::info!("slave {}: back on {}", node.get(), bus),
-        MasterEvent::Telemetry { node, message, .. } => match Telemetry::decode(message) {
-            Some(telemetry) => defmt::debug!("slave {}: {}", node.get(), telemetry),
-            None => defmt::warn!("slave {}: unknown telemetry {=u16:04X}h", node.get(), message.code()),
-        },
-        MasterEvent::LocalTime { node, scet, reference: Some(reference) } => {
-            defmt::debug!("slave {}: clock off by {} us", node.get(), scet.micros_since(*reference));
-        }
         MasterEvent::Emergency { node, emergency: Emergency { code, register, info }, .. } => {
             defmt::warn!(
                 "slave {}: EMCY {=u16:04X}h, error register {=u8:02X}h, {=[u8; 5]:02X}",
@@ -63,7 +57,9 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::BusSwitched { from, to, cause } => {
             defmt::warn!("active bus: {}, no longer {} ({})", to, from, cause);
         }
-        MasterEvent::Refused { node, cause } => defmt::debug!("slave {}: not sent, {}", node.get(), cause),
+        MasterEvent::State(state) => defmt::info!("{}", state),
+        MasterEvent::ResetNode => defmt::info!("reset by a client"),
+        MasterEvent::Refused { node } => defmt::debug!("slave {}: command not sent", node.get()),
         MasterEvent::Health { bus, health: Health { state, tec, rec, last_error } } => match state {
             ErrorState::Active => {
                 defmt::info!("{}: error {}, TEC {}, REC {}, last {}", bus, state, tec, rec, last_error);
@@ -72,7 +68,30 @@ pub fn event(event: &MasterEvent) {
         },
         MasterEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
-        MasterEvent::LocalTime { reference: None, .. } | MasterEvent::SyncSent { .. } => {}
+        MasterEvent::Pdo { .. }
+        | MasterEvent::Synchronised { .. }
+        | MasterEvent::Time(_)
+        | MasterEvent::SyncSent { .. } => {}
+    }
+}
+
+pub fn telemetry(node: NodeId, message: &Message) {
+    match Telemetry::decode(message) {
+        Some(telemetry) => defmt::debug!("slave {}: {}", node.get(), telemetry),
+        None => defmt::warn!("slave {}: unknown telemetry {=u16:04X}h", node.get(), message.code()),
+    }
+}
+
+/// Against the spacecraft time of the SYNC that the slave answered, once there was one.
+pub fn local_time(node: NodeId, scet: Scet, reference: Option<Scet>) {
+    if let Some(reference) = reference {
+        defmt::debug!("slave {}: clock off by {} us", node.get(), scet.micros_since(reference));
+    }
+}
+
+pub fn refused(node: NodeId, sent: Result<(), Refusal>) {
+    if let Err(refusal) = sent {
+        defmt::debug!("slave {}: not sent, {}", node.get(), refusal);
     }
 }
 

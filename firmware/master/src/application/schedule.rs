@@ -3,9 +3,9 @@
 //! Turns that were missed are skipped, not made up for.
 
 use ecss_can::types::{Duration, Instant, NodeId, Periodic};
+use mission::{SLAVES, slot};
 
-/// Slaves that straps can number: 2..=15.
-pub const SLAVES: usize = 14;
+/// The slave with the first turn.
 const FIRST: u8 = 2;
 
 /// The turn of one slave.
@@ -81,9 +81,4 @@ impl Schedule {
         self.plan();
         missed
     }
-}
-
-/// Place of a slave among those that straps can number.
-pub fn slot(node: NodeId) -> Option<usize> {
-    node.get().checked_sub(FIRST).map(usize::from).filter(|slot| *slot < SLAVES)
 }

@@ -55,7 +55,7 @@ impl<D: Device> Master<D> {
             }
             Err(Error::BusChanged) => self.manager.peers_mut().ask_again(node),
             Err(Error::Timeout) => {
-                self.identification.not_before = until + self.lifetimes.sdo;
+                self.identification.not_before = until + self.services.lifetimes.sdo;
                 out.event(MasterEvent::Stranger { node });
             }
         }

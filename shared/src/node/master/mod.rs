@@ -1,36 +1,38 @@
 //! The master node.
 
 mod boot;
+mod declared;
 mod identify;
+mod network;
 mod objects;
 mod reception;
 mod transfers;
 
 use heapless::Deque;
 
-pub use objects::{MasterObjects, NetworkObjects};
+pub use declared::{MasterObjects, NetworkObjects};
 
 use self::identify::Identification;
+use self::objects::Initial;
 use self::transfers::Transfers;
-use super::buses::{BusNews, Buses};
+use super::buses::BusNews;
 use super::services::Services;
-use super::{Device, MasterEvent, MasterRequest, RefusalCause, Status};
+use super::{Device, MasterEvent, MasterRequest, Refusal, Status};
 use crate::boot::Boot;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
-use crate::nmt::{Command, NmtMessage, Target};
+use crate::nmt::{Command, NmtMessage, NmtSlave, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox};
 use crate::profile::Profile;
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
-use crate::time::LocalClock;
-use crate::time::producer::TimeProducer;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Scet};
-use crate::{heartbeat, sync};
+use crate::store::{Group, ParameterStore};
+use crate::sync;
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Scet, earliest};
 
 type Out = Outbox<MasterEvent>;
 
-/// A spacecraft time that waited longer on its way out would set clocks late by that much.
-const TIME_LIFETIME: Duration = Duration::from_millis(5);
+/// Function codes of COB-IDs.
+const FUNCTIONS: u16 = 16;
 
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
@@ -42,88 +44,92 @@ pub struct Master<D: Device> {
     services: Services<MasterObjects<D>>,
     boot: Boot,
     transfers: Transfers,
-    /// The device has something to do before its deadline.
-    is_device_due: bool,
+    nmt: NmtSlave,
     manager: Manager,
     rivals: Rivals,
     identification: Identification,
     sync: sync::Producer,
-    time: TimeProducer,
-    clock: LocalClock,
-    buses: Buses,
-    lifetimes: Lifetimes,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
     held: Deque<Outgoing, HELD>,
     /// Spacecraft time when the last SYNC was sent.
     at_sync: Option<Scet>,
-}
-
-/// How long frames may wait for their bus.
-#[derive(Clone, Copy, Debug)]
-struct Lifetimes {
-    heartbeat: Duration,
-    sync: Duration,
-    time: Duration,
-    command: Duration,
-    telemetry: Duration,
-    sdo: Duration,
+    /// A spacecraft time was due while the active bus was not announced.
+    owes_time: bool,
+    /// COB-IDs of RPDOs changed: the filters are to follow.
+    are_filters_due: bool,
+    initial: Initial,
 }
 
 impl<D: Device> Master<D> {
     /// A master before power-on.
     pub fn new(profile: &Profile, device: D) -> Self {
         let redundancy = profile.redundancy();
-        let objects = objects::at_power_on(profile, device);
+        let initial = Initial::new(profile);
+        let objects = objects::at_power_on(profile, &initial, device);
         let sync = objects::sync_config(&objects.communication);
         let mut master = Master {
             redundancy,
-            services: Services::new(NodeId::MASTER, objects, profile.sdo_timeout),
+            services: Services::new(NodeId::MASTER, objects, profile),
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
-            is_device_due: false,
+            nmt: NmtSlave::new(true),
             manager: Manager::new(redundancy, profile.silent_share, profile.dwell),
             rivals: Rivals::default(),
             identification: Identification::default(),
             sync: sync::Producer::with(sync),
-            time: TimeProducer::new(profile.time),
-            clock: LocalClock::default(),
-            buses: Buses::new(profile.access(NodeId::MASTER), profile.bus_off),
-            lifetimes: Lifetimes {
-                heartbeat: profile.heartbeat,
-                sync: profile.sync.min(profile.heartbeat),
-                time: TIME_LIFETIME,
-                command: profile.command,
-                telemetry: profile.telemetry,
-                sdo: profile.sdo_timeout,
-            },
             stamped: profile.stamped,
             held: Deque::new(),
             at_sync: None,
+            owes_time: false,
+            are_filters_due: false,
+            initial,
         };
-        for slave in profile.slaves {
-            master.manager.peers_mut().assign(slave.node, slave.assignment().is_slave());
-        }
+        master.take_assignments();
         master
     }
 
-    /// What it receives: heartbeats, telemetry, local times and SDO responses of all slaves, EMCY and foreign SYNCs,
-    /// requests to its own SDO server.
+    /// With a parameter store: objects 1010h and 1011h work, and power-on begins with what is stored.
+    #[must_use]
+    pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
+        self.services.dictionary.stored.store = Some(store);
+        self.services.load(Group::All);
+        self.redundancy = objects::written_redundancy(&self.services.dictionary.objects, self.redundancy);
+        self.manager = Manager::new(self.redundancy, self.initial.silent_share, self.initial.dwell);
+        self.take_assignments();
+        self
+    }
+
+    /// What it receives, by function codes: heartbeats, SDO responses, EMCY and foreign SYNCs, PDOs; and requests to its own
+    /// SDO server.
     pub fn filters(&self) -> Filters {
+        (0..=FUNCTIONS).map(|number| self.filter(number)).collect()
+    }
+
+    /// What a filter admits: all of one function code, once more heartbeats where nothing of it is wanted, or the requests to
+    /// this server.
+    fn filter(&self, number: u16) -> Filter {
+        let is_of = |id: CobId| id.raw() >> 7 == number;
         let node = NodeId::MASTER;
-        let functions = [
-            CobId::heartbeat(node),
-            CobId::telemetry(node),
-            CobId::local_time(node),
-            CobId::sdo_response(node),
-            CobId::SYNC,
-        ];
-        let server = Filter::exact(CobId::sdo_request(node));
-        functions.into_iter().map(Filter::function).chain([server]).collect()
+        let own = [CobId::heartbeat(node), CobId::sdo_response(node), CobId::SYNC];
+        let mut wanted = own.into_iter().chain(self.services.rpdo_ids().flatten()).filter(|id| is_of(*id));
+        match wanted.next() {
+            _ if number == FUNCTIONS => Filter::exact(CobId::sdo_request(node)),
+            Some(id) => Filter::function(id),
+            None => Filter::function(CobId::heartbeat(node)),
+        }
+    }
+
+    /// COB-IDs of PDOs changed: both buses are told of all filters, few as they are.
+    fn set_filters(&mut self, out: &mut Out) {
+        for number in 0..=FUNCTIONS {
+            let command = BusCommand::Filter { number: number as u8, filter: self.filter(number) };
+            Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
+        }
     }
 
     fn send_nmt(&mut self, message: NmtMessage, now: Instant, out: &mut Out) -> bool {
-        self.send(message.encode(), now, self.lifetimes.heartbeat, out)
+        self.send(message.encode(), now, self.services.lifetimes.heartbeat, out)
     }
 
     /// To the active bus, when it is announced. Whether there was room to wait for that.
@@ -135,17 +141,20 @@ impl<D: Device> Master<D> {
         }
         let taken = self.held.push_back(Outgoing { frame, expires: now + lifetime }).is_ok();
         if !taken {
-            self.buses.refused(bus);
+            self.services.buses.refused(bus);
         }
         taken
     }
 
     fn release_held(&mut self, now: Instant, out: &mut Out) {
         let bus = self.manager.active();
+        if self.manager.is_announced() && core::mem::take(&mut self.owes_time) {
+            self.services.trigger_time(now);
+        }
         while self.manager.is_announced() {
             let Some(outgoing) = self.held.pop_front() else { return };
             if outgoing.is_expired(now) {
-                self.buses.expired(bus);
+                self.services.buses.expired(bus);
             } else {
                 out.command(bus, BusCommand::Send(outgoing));
             }
@@ -153,23 +162,45 @@ impl<D: Device> Master<D> {
     }
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
-        self.manager.on_health(bus, health, self.buses.is_failed(bus), now);
+        self.manager.on_health(bus, health, self.services.buses.is_failed(bus), now);
         self.services.on_health(bus, &health);
-        self.refresh_health();
-        self.is_device_due = true;
+        self.services.refresh_health();
+        self.services.next = Instant::ZERO;
         out.event(MasterEvent::Health { bus, health });
     }
 
-    fn on_message(&mut self, node: NodeId, frame: Frame, lifetime: Duration, now: Instant, out: &mut Out) {
-        let cause = if self.manager.peers().state(node) != Some(NmtState::Operational) {
-            self.buses.refused(self.manager.active());
-            RefusalCause::NotOperational
-        } else if !self.send(frame, now, lifetime, out) {
-            RefusalCause::Busy
+    /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it.
+    ///
+    /// # Errors
+    /// [`Refusal::NotValid`], counted on the active bus.
+    pub fn send_pdo(&mut self, number: usize, now: Instant) -> Result<(), Refusal> {
+        self.send_pdo_if(true, number, now)
+    }
+
+    /// The same for one that a slave consumes, which has to be Operational.
+    ///
+    /// # Errors
+    /// [`Refusal`], counted on the active bus.
+    pub fn send_pdo_to(&mut self, node: NodeId, number: usize, now: Instant) -> Result<(), Refusal> {
+        let is_operational = self.manager.peers().state(node) == Some(NmtState::Operational);
+        self.send_pdo_if(is_operational, number, now)
+    }
+
+    fn send_pdo_if(&mut self, is_operational: bool, number: usize, now: Instant) -> Result<(), Refusal> {
+        let tpdos = &mut self.services.dictionary.tpdos;
+        let refusal = if !is_operational {
+            Refusal::NotOperational
+        } else if !(tpdos.is_valid(number) && self.nmt.state().allows_pdo()) {
+            Refusal::NotValid
+        } else if !self.manager.is_announced() && self.held.is_full() {
+            Refusal::Busy
         } else {
-            return;
+            tpdos.trigger(number, now);
+            self.services.next = now;
+            return Ok(());
         };
-        out.event(MasterEvent::Refused { node, cause });
+        self.services.buses.refused(self.manager.active());
+        Err(refusal)
     }
 
     fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {
@@ -178,25 +209,34 @@ impl<D: Device> Master<D> {
         if held {
             self.boot.on_commanded(message.target);
         }
-        if !self.send_nmt(message, now, out)
+        if message.target == Target::Node(NodeId::MASTER) {
+            self.on_own_command(message.command, now, out);
+        } else if !self.send_nmt(message, now, out)
             && let Target::Node(node) = message.target
         {
-            out.event(MasterEvent::Refused { node, cause: RefusalCause::Busy });
+            out.event(MasterEvent::Refused { node });
         }
     }
 
     fn act(&mut self, action: Action, now: Instant, out: &mut Out) {
         match action {
-            Action::Heartbeat { bus, frame } => out.send_for(bus, frame, now, self.lifetimes.heartbeat),
+            Action::Heartbeat { bus, frame } => {
+                out.send_for(bus, frame, now, self.services.lifetimes.heartbeat)
+            }
             Action::Switched { from, to, cause } => {
                 // What waited for the bus that is left never goes out.
                 while self.held.pop_front().is_some() {
-                    self.buses.left(from);
+                    self.services.buses.left(from);
                 }
-                self.buses.change(from, to, out);
+                self.services.buses.change(from, to, out);
                 // With selective access nothing is known any more of the bus left, and nothing yet of the new one.
                 for bus in [from, to] {
-                    self.manager.on_health(bus, self.buses.health[bus], self.buses.is_failed(bus), now);
+                    self.manager.on_health(
+                        bus,
+                        self.services.buses.health[bus],
+                        self.services.buses.is_failed(bus),
+                        now,
+                    );
                 }
                 out.event(MasterEvent::BusSwitched { from, to, cause });
                 self.on_bus_changed(now, out);
@@ -216,8 +256,8 @@ impl<D: Device> Master<D> {
 
     /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        while let Some(bus) = self.buses.poll(until, out) {
-            self.manager.on_health(bus, self.buses.health[bus], true, now);
+        while let Some(bus) = self.services.buses.poll(until, out) {
+            self.manager.on_health(bus, self.services.buses.health[bus], true, now);
             out.event(MasterEvent::BusFailed { bus });
         }
         while let Some(action) = self.manager.poll(until) {
@@ -229,27 +269,33 @@ impl<D: Device> Master<D> {
         self.run_device(until, now, out);
         if self.manager.is_announced() {
             let bus = self.manager.active();
-            if self.boot.is_released()
+            if self.produces_sync()
                 && let Some(frame) = self.sync.poll(until)
             {
-                out.send_for(bus, frame, now, self.lifetimes.sync);
-            }
-            if let Some(frame) = self.time.poll(now, &self.clock) {
-                out.send_for(bus, frame, now, self.lifetimes.time);
+                out.send_for(bus, frame, now, self.services.lifetimes.synchronous);
             }
         }
+    }
+
+    fn produces_sync(&self) -> bool {
+        self.boot.is_released() && self.nmt.state().allows_sync()
+    }
+
+    /// The spacecraft time when the last SYNC was sent.
+    pub fn scet_at_sync(&self) -> Option<Scet> {
+        self.at_sync
     }
 
     /// The node as it is at `now`.
     pub fn status(&self, now: Instant) -> Status {
         Status {
             uptime: now.since(Instant::ZERO),
-            scet: self.clock.at(now),
-            state: NmtState::Operational,
+            scet: self.services.clock.at(now),
+            state: self.nmt.state(),
             active: self.manager.active(),
             redundancy: self.redundancy,
-            counters: self.buses.counters,
-            health: self.buses.health,
+            counters: self.services.buses.counters,
+            health: self.services.buses.health,
         }
     }
 }
@@ -263,20 +309,15 @@ impl<D: Device> Node for Master<D> {
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {
-        let bus = self.manager.active();
-        self.buses.join(bus, out);
-        let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
-        out.send_for(bus, boot_up, now, self.lifetimes.heartbeat);
+        self.services.buses.join(self.manager.active(), out);
         self.manager.start(now);
-        self.services.configure(now);
+        self.boot_up(now, out);
         self.boot.start(now);
-        self.sync.start(now);
-        self.time.start(now);
         self.run(now, now, out);
     }
 
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        match self.buses.on_link(bus, event, now) {
+        match self.services.buses.on_link(bus, event, now) {
             Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
             Some(BusNews::Failed(health)) => {
                 self.on_health(bus, health, now, out);
@@ -291,7 +332,7 @@ impl<D: Device> Node for Master<D> {
                 self.on_received(bus, frame, *stamp, now, out);
             }
             LinkEvent::Transmitted { frame, stamp } => {
-                self.on_transmitted(bus, frame, *stamp, out);
+                self.on_transmitted(bus, frame, *stamp, now, out);
                 self.on_sdo_sent(bus, frame);
             }
             LinkEvent::Failed { frame, cause } => {
@@ -300,7 +341,7 @@ impl<D: Device> Node for Master<D> {
             }
             LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames),
             LinkEvent::Overrun { .. } => self.lost(bus),
-            LinkEvent::Counters(_) => self.refresh_health(),
+            LinkEvent::Counters(_) => self.services.refresh_health(),
             LinkEvent::Health(_) | LinkEvent::Stalled => {}
         }
         self.run(now, now, out);
@@ -308,18 +349,10 @@ impl<D: Device> Node for Master<D> {
 
     fn on_request(&mut self, request: MasterRequest, now: Instant, out: &mut Out) {
         match request {
-            MasterRequest::Command { node, message } => {
-                let frame = message.encode(CobId::telecommand(node));
-                self.on_message(node, frame, self.lifetimes.command, now, out);
-            }
-            MasterRequest::RequestTelemetry { node, message } => {
-                let frame = message.encode(CobId::telemetry_request(node));
-                self.on_message(node, frame, self.lifetimes.telemetry, now, out);
-            }
             MasterRequest::SwitchBus(bus) => self.manager.request(bus),
             MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
             MasterRequest::Boot(node) => self.boot.queue(node),
-            MasterRequest::SetTime(scet) => self.clock.set(scet, now),
+            MasterRequest::SetTime(scet) => self.services.clock.set(scet, now),
         }
         self.run(now, now, out);
     }
@@ -329,20 +362,19 @@ impl<D: Device> Node for Master<D> {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let gated = self
-            .manager
-            .is_announced()
-            .then(|| [self.sync.deadline().filter(|_| self.boot.is_released()), self.time.deadline()]);
-        let always = [
+        let is_sync_sent = self.manager.is_announced() && self.produces_sync();
+        let all = [
             self.manager.deadline(),
-            self.buses.deadline(),
+            self.services.buses.deadline(),
             self.boot.deadline(),
             self.transfers.deadline(),
             self.identification_deadline(),
             self.rivals.deadline(self.redundancy.quiet_time()),
             self.device_deadline(),
+            self.sync.deadline().filter(|_| is_sync_sent),
+            (self.services.next < Instant::NEVER).then_some(self.services.next),
         ];
-        always.into_iter().chain(gated.into_iter().flatten()).flatten().min()
+        earliest(&all)
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {

@@ -1,26 +1,24 @@
 //! The dictionary of the master, and what a written object means to it.
 
-use super::{Master, MasterEvent, Out};
-use crate::boot::{Assignment, BootProgress, Expected};
+use super::declared::{MasterObjects, NetworkObjects, entry};
+use super::{Master, Out};
+use crate::boot::Assignment;
 use crate::emcy::ErrorCode;
 use crate::heartbeat::ConsumerSlots;
-use crate::nmt::{Command, NmtMessage, NmtStartup, Target};
+use crate::link::queue::Outgoing;
+use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{
-    ASSIGNMENT, CONSUMER_HEARTBEAT, CYCLE_PERIOD, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, SCET_SET,
-    SELF_TEST_START, SYNC_COB_ID, SYNC_OVERFLOW,
+    ASSIGNMENT, CONSUMER_HEARTBEAT, CYCLE_PERIOD, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT,
+    RPDO, SCET_GET, SYNC_COB_ID, SYNC_OVERFLOW,
 };
-use crate::node::services::{FIRST_TOLD, SdoStep};
-use crate::node::{Communication, Device, NodeObjects, SelfTest};
-use crate::od::{INVALID, Objects, Record};
-use crate::pdo::PdoSet;
+use crate::node::services::SdoStep;
+use crate::node::{Communication, Device, NodeObjects};
+use crate::pdo::{Mapping, PdoSlots, rules};
 use crate::profile::Profile;
+use crate::redundancy::Parameters;
 use crate::sync;
-use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
-/// Slaves that an array has entries for: sub-index is Node-ID.
-const NODES: usize = 127;
-/// 1005h: it produces SYNC.
-const PRODUCES: u32 = 1 << 30;
 /// 1F82h: never heard, or forgotten.
 pub(super) const UNKNOWN: u8 = 0;
 /// 1F82h: lost.
@@ -28,208 +26,59 @@ pub(super) const MISSING: u8 = 1;
 /// 1F82h: sub-index of all nodes.
 const ALL: u8 = 128;
 
-/// What a master has beside the objects of every node: those of its device, and those for the management of its network.
-#[derive(Clone, Debug, PartialEq, Objects)]
-pub struct MasterObjects<D: Device> {
-    /// Of the device
-    #[objects]
-    pub device: D,
-    /// Of the network
-    #[objects]
-    pub network: NetworkObjects,
+/// Numbers of the profile that power-on and reset communication begin with.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Initial {
+    redundancy: Parameters,
+    sync: Duration,
+    time: Duration,
+    pub silent_share: u8,
+    pub dwell: Duration,
 }
 
-impl<D: Device> Device for MasterObjects<D> {
-    type Pdos = D::Pdos;
-    type Consumers = D::Consumers;
-
-    const PDOS: PdoSet = D::PDOS;
-
-    /// It produces SYNC (ECSS 6.9d). Nobody consumes its emergencies: 1003h has them.
-    fn communication(id: NodeId) -> Communication {
-        let mut communication = D::communication(id);
-        communication.sync_cob_id |= PRODUCES;
-        communication.nmt_startup = NmtStartup::MASTER.raw();
-        communication.emcy_cob_id |= INVALID;
-        communication
-    }
-
-    fn consumers(id: NodeId) -> D::Consumers {
-        D::consumers(id)
-    }
-
-    fn pdos(id: NodeId) -> D::Pdos {
-        D::pdos(id)
-    }
-}
-
-/// Management of the network: the boot-up process and its SDO client (CiA 302-2). Entries of arrays have the Node-ID of the
-/// slave as sub-index.
-#[derive(Clone, Debug, PartialEq, Objects)]
-pub struct NetworkObjects {
-    /// SDO client parameter
-    ///
-    /// Of the transfer that runs, or of the last one. Not valid (bit 31) before the first.
-    #[object(0x1280, record)]
-    pub sdo_client: SdoClientParameters,
-    /// Expected configuration date
-    ///
-    /// 1020h of a slave that needs no configuration. Days since 1984-01-01; zero: it is configured at each boot.
-    #[object(0x1F26, array, rw)]
-    pub configuration_date: [u32; NODES],
-    /// Expected configuration time
-    ///
-    /// Milliseconds since midnight.
-    #[object(0x1F27, array, rw)]
-    pub configuration_time: [u32; NODES],
-    /// NMT slave assignment
-    ///
-    /// Bit 0: is a slave of this master. Bit 2: is checked, configured and started. Bit 3: SYNC waits for it.
-    #[object(0x1F81, array, rw)]
-    pub assignment: [u32; NODES],
-    /// Request NMT
-    ///
-    /// Read: 0 unknown, 1 missing, 4 stopped, 5 operational, 127 pre-operational. Written: 4 stop, 5 start, 6 reset node,
-    /// 7 reset communication, 127 enter pre-operational. Sub-index 128: all slaves.
-    #[object(0x1F82, array, rw)]
-    pub request_nmt: [u8; NODES + 1],
-    /// Device type identification
-    ///
-    /// Zero: not checked.
-    #[object(0x1F84, array, rw)]
-    pub device_type: [u32; NODES],
-    /// Vendor identification
-    ///
-    /// Zero: not checked.
-    #[object(0x1F85, array, rw)]
-    pub vendor: [u32; NODES],
-    /// Product code
-    ///
-    /// Zero: not checked.
-    #[object(0x1F86, array, rw)]
-    pub product: [u32; NODES],
-    /// Revision number
-    ///
-    /// Zero: not checked.
-    #[object(0x1F87, array, rw)]
-    pub revision: [u32; NODES],
-    /// Serial number
-    ///
-    /// Zero: not checked.
-    #[object(0x1F88, array, rw)]
-    pub serial: [u32; NODES],
-    /// Boot time
-    ///
-    /// Milliseconds from power-on; zero for no limit.
-    #[object(0x1F89, ro)]
-    pub boot_time: u32,
-    /// Boot progress
-    ///
-    /// 0 unassigned, 1 awaited, 2 queued, 3 checking, 4 comparing, 5 configuring, 6 started, 7 booted, 8 failed.
-    #[object(0x2040, array, ro)]
-    pub boot_progress: [u8; NODES],
-    /// Boot error
-    ///
-    /// The letter of CiA 302-2; zero for none.
-    #[object(0x2041, array, ro)]
-    pub boot_error: [u8; NODES],
-    /// Boot abort code
-    ///
-    /// Of the SDO transfer that failed; zero for none.
-    #[object(0x2042, array, ro)]
-    pub boot_abort: [u32; NODES],
-}
-
-/// SDO parameters of a client (0022h).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-#[record(0x22)]
-pub struct SdoClientParameters {
-    /// COB-ID client to server
-    #[sub(1, ro, default = INVALID)]
-    pub request: u32,
-    /// COB-ID server to client
-    #[sub(2, ro, default = INVALID)]
-    pub response: u32,
-    /// Node-ID of the server
-    #[sub(3, ro)]
-    pub node: u8,
-}
-
-/// Entry of a slave.
-fn entry<T>(array: &mut [T], node: NodeId) -> Option<&mut T> {
-    array.get_mut(usize::from(node.get()).wrapping_sub(1))
-}
-
-impl NetworkObjects {
-    /// What a slave should be: 1F26h, 1F27h, 1F84h to 1F88h.
-    pub(super) fn expected(&self, node: NodeId) -> Expected {
-        let nth = usize::from(node.get()).wrapping_sub(1);
-        let of = |array: &[u32; NODES]| array.get(nth).copied().unwrap_or(0);
-        Expected {
-            device_type: of(&self.device_type),
-            identity: [of(&self.vendor), of(&self.product), of(&self.revision), of(&self.serial)],
-            stamp: [of(&self.configuration_date), of(&self.configuration_time)],
+impl Initial {
+    pub fn new(profile: &Profile) -> Initial {
+        Initial {
+            redundancy: profile.redundancy(),
+            sync: profile.sync,
+            time: profile.time,
+            silent_share: profile.silent_share,
+            dwell: profile.dwell,
         }
     }
 
-    fn expect(&mut self, node: NodeId, expected: &Expected) {
-        let [vendor, product, revision, serial] = expected.identity;
-        let [date, time] = expected.stamp;
-        let all = [
-            (&mut self.device_type, expected.device_type),
-            (&mut self.vendor, vendor),
-            (&mut self.product, product),
-            (&mut self.revision, revision),
-            (&mut self.serial, serial),
-            (&mut self.configuration_date, date),
-            (&mut self.configuration_time, time),
-        ];
-        for (array, value) in all {
-            if let Some(entry) = entry(array, node) {
-                *entry = value;
+    /// The communication profile as at power-on. 1016h names the slaves, whose time is that of the profile unless the device
+    /// has another; the spacecraft time goes out with the period of the profile.
+    pub fn apply<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
+        objects.restore_communication(NodeId::MASTER, &self.redundancy);
+        objects.communication.cycle_period = self.sync.as_micros() as u32;
+        let consumer = self.redundancy.consumer.as_millis() as u32 & 0xFFFF;
+        objects.consumers = D::consumers(NodeId::MASTER);
+        for entry in objects.consumers.entries_mut() {
+            if *entry >> 16 != 0 && *entry & 0xFFFF == 0 {
+                *entry |= consumer;
             }
         }
-    }
-
-    pub(super) fn show_client(&mut self, node: NodeId) {
-        self.sdo_client = SdoClientParameters {
-            request: u32::from(CobId::sdo_request(node).raw()),
-            response: u32::from(CobId::sdo_response(node).raw()),
-            node: node.get(),
-        };
-    }
-
-    /// A slave that is past its error has none.
-    pub(super) fn show_progress(&mut self, node: NodeId, progress: BootProgress) {
-        if let Some(shown) = entry(&mut self.boot_progress, node) {
-            *shown = progress as u8;
-        }
-        if progress == BootProgress::Started {
-            self.show_error(node, 0, 0);
-        }
-    }
-
-    pub(super) fn show_error(&mut self, node: NodeId, letter: u8, abort: u32) {
-        if let (Some(error), Some(code)) =
-            (entry(&mut self.boot_error, node), entry(&mut self.boot_abort, node))
-        {
-            (*error, *code) = (letter, abort);
+        let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
+        let (tpdos, mappings) = objects.pdos.tpdos_mut();
+        for (tpdo, mapping) in tpdos.iter_mut().zip(mappings) {
+            let tells_time = mapping.objects().iter().any(|object| object >> 16 == u32::from(SCET_GET));
+            if tells_time && tpdo.event_timer == 0 && !rules::is_synchronous(tpdo.transmission) {
+                tpdo.event_timer = period;
+            }
         }
     }
 }
 
 /// The objects at power-on.
-pub(super) fn at_power_on<D: Device>(profile: &Profile, device: D) -> NodeObjects<MasterObjects<D>> {
-    let redundancy = profile.redundancy();
+pub(super) fn at_power_on<D: Device>(
+    profile: &Profile,
+    initial: &Initial,
+    device: D,
+) -> NodeObjects<MasterObjects<D>> {
     let application = MasterObjects { device, network: NetworkObjects::default() };
-    let mut objects = NodeObjects::new(NodeId::MASTER, &redundancy, application);
-    objects.communication.cycle_period = profile.sync.as_micros() as u32;
-    let consumer = redundancy.consumer.as_millis() as u32 & 0xFFFF;
-    let entries = objects.consumers.entries_mut();
-    entries.fill(0);
-    for (slot, slave) in entries.iter_mut().zip(profile.slaves) {
-        *slot = u32::from(slave.node.get()) << 16 | consumer;
-    }
+    let mut objects = NodeObjects::new(NodeId::MASTER, &initial.redundancy, application);
+    initial.apply(&mut objects);
     let network = &mut objects.application.network;
     network.boot_time = profile.boot.time.as_millis() as u32;
     for slave in profile.slaves {
@@ -239,6 +88,25 @@ pub(super) fn at_power_on<D: Device>(profile: &Profile, device: D) -> NodeObject
         network.expect(slave.node, &slave.expected);
     }
     objects
+}
+
+/// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h).
+pub(super) fn written_redundancy<D: Device>(
+    objects: &NodeObjects<MasterObjects<D>>,
+    present: Parameters,
+) -> Parameters {
+    // The longest: no decision goes before a slave's own time.
+    let times = objects.consumers.entries().iter().map(|entry| entry & 0xFFFF);
+    let longest = times.max().filter(|time| *time > 0);
+    let written = &objects.spacecraft.redundancy;
+    Parameters {
+        consumer: longest.map_or(present.consumer, |time| Duration::from_millis(u64::from(time))),
+        producer: Duration::from_millis(u64::from(objects.communication.producer_heartbeat)),
+        bdefault: Bus::from_bdefault(written.bdefault).unwrap_or(Bus::Nominal),
+        ttoggle: written.ttoggle,
+        ntoggle: written.ntoggle,
+        ctoggle: written.ctoggle,
+    }
 }
 
 /// SYNC as 1005h, 1006h and 1019h have it.
@@ -257,89 +125,89 @@ impl<D: Device> Master<D> {
         &mut self.services.dictionary.objects
     }
 
+    /// The application changed a value: an event for all event-driven transmit PDOs that carry it. What the node itself owns
+    /// takes effect as if it had been written over the bus; its rules are for clients, not for the application.
+    pub fn changed(&mut self, at: Address, now: Instant) {
+        self.services.follow(at, now);
+        self.follow(at, now);
+        self.services.dictionary.on_changed(at, now);
+        self.services.next = now;
+    }
+
     /// A request to the SDO server.
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
-        // Values of the moment that may be asked for.
-        match frame.data() {
-            [_, 0x11, 0x20, ..] => {
-                self.services.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into()
-            }
-            [_, 0x20 | 0x21, 0x20, ..] => self.refresh_health(),
-            _ => {}
+        self.services.refresh_for(frame, now);
+        if !self.manager.is_announced() || !self.nmt.state().allows_sdo() {
+            return self.services.buses.ignored(bus);
         }
-        if !self.manager.is_announced() {
-            return self.buses.ignored(bus);
-        }
-        let lifetime = self.lifetimes.sdo;
+        let lifetime = self.services.lifetimes.sdo;
         let send = &mut |frame| out.send_for(bus, frame, now, lifetime);
         if !self.serve(SdoStep::Request(frame), now, send) {
-            self.buses.malformed(bus);
+            self.services.buses.malformed(bus);
         }
         if let Some(at) = self.services.take_written() {
             self.on_written(at, now, out);
         }
-        self.is_device_due = true;
-    }
-
-    pub(super) fn refresh_health(&mut self) {
-        self.services.show_health(&self.buses.health, &self.buses.counters);
+        self.services.next = now;
     }
 
     /// Frames were lost on their way in or out.
     pub(super) fn lost(&mut self, bus: Bus) {
         self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
-        self.is_device_due = true;
+        self.services.next = Instant::ZERO;
     }
 
     /// An object was written over the bus: what depends on it follows.
     fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
-        let objects = &mut self.services.dictionary.objects;
-        match (at.index, NodeId::new(at.sub)) {
-            (SYNC_COB_ID | CYCLE_PERIOD | SYNC_OVERFLOW, _) => {
-                self.sync.configure(sync_config(&objects.communication), now)
+        self.services.on_own_written(at, now, out);
+        if at.index == REQUEST_NMT {
+            self.on_requested_nmt(at.sub, now, out);
+        }
+        self.follow(at, now);
+        self.services.tell_written(at, now, out);
+    }
+
+    /// An object that the master follows has another value.
+    fn follow(&mut self, at: Address, now: Instant) {
+        let objects = &self.services.dictionary.objects;
+        match at.index {
+            SYNC_COB_ID | CYCLE_PERIOD | SYNC_OVERFLOW => {
+                self.sync.configure(sync_config(&objects.communication), now);
             }
-            (CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY, _) => {
-                // The longest: no slave is lost before its own time.
-                let times = objects.consumers.entries().iter().map(|entry| entry & 0xFFFF);
-                let longest = times.max().filter(|time| *time > 0);
-                if let Some(time) = longest {
-                    self.redundancy.consumer = Duration::from_millis(u64::from(time));
-                }
-                let written = &objects.spacecraft.redundancy;
-                self.redundancy.producer =
-                    Duration::from_millis(u64::from(objects.communication.producer_heartbeat));
-                self.redundancy.bdefault = Bus::from_bdefault(written.bdefault).unwrap_or(Bus::Nominal);
-                (self.redundancy.ttoggle, self.redundancy.ntoggle) = (written.ttoggle, written.ntoggle);
-                self.redundancy.ctoggle = written.ctoggle;
+            CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
+                self.redundancy = written_redundancy(objects, self.redundancy);
+                self.manager.peers_mut().set_times(objects.consumers.entries());
                 self.manager.configure(self.redundancy, now);
             }
-            (ASSIGNMENT, Some(node)) => {
-                let raw = entry(&mut objects.application.network.assignment, node).map_or(0, |raw| *raw);
-                let assignment = Assignment::from_raw(raw);
-                self.boot.assign(node, assignment);
-                self.manager.peers_mut().assign(node, assignment.is_slave());
-            }
-            (REQUEST_NMT, node) => self.on_requested_nmt(at.sub, node, now, out),
-            (SCET_SET, _) => self.clock.set(objects.spacecraft.scet_set.into(), now),
-            (SELF_TEST_START, _) => {
-                objects.spacecraft.self_test = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
-                out.event(MasterEvent::SelfTest);
+            RPDO..=LAST_RPDO => self.are_filters_due = true,
+            ASSIGNMENT => {
+                if let Some(node) = NodeId::new(at.sub) {
+                    self.take_assignment(node);
+                }
             }
             _ => {}
         }
-        self.services.on_written(at);
-        if at.index >= FIRST_TOLD {
-            out.event(MasterEvent::Written(at));
-        }
     }
 
-    /// 1F82h was written: what is read there is the state of the slave, not the command.
-    fn on_requested_nmt(&mut self, sub: u8, node: Option<NodeId>, now: Instant, out: &mut Out) {
-        let nth = usize::from(sub).wrapping_sub(1);
-        let Some(entry) = self.services.dictionary.objects.application.network.request_nmt.get_mut(nth)
-        else {
-            return;
-        };
+    /// Before power-on, and when communication is reset: objects 1016h and 1F81h.
+    pub(super) fn take_assignments(&mut self) {
+        self.manager.peers_mut().set_times(self.services.dictionary.objects.consumers.entries());
+        (1..=127).filter_map(NodeId::new).for_each(|node| self.take_assignment(node));
+    }
+
+    fn take_assignment(&mut self, node: NodeId) {
+        let network = &mut self.services.dictionary.objects.application.network;
+        let raw = entry(&mut network.assignment, node).map_or(0, |raw| *raw);
+        let assignment = Assignment::from_raw(raw);
+        self.boot.assign(node, assignment);
+        self.manager.peers_mut().assign(node, assignment.is_slave());
+    }
+
+    /// 1F82h was written: what is read there is the state of the node, not the command.
+    fn on_requested_nmt(&mut self, sub: u8, now: Instant, out: &mut Out) {
+        let (nth, node) = (usize::from(sub).wrapping_sub(1), NodeId::new(sub));
+        let network = &mut self.services.dictionary.objects.application.network;
+        let Some(entry) = network.request_nmt.get_mut(nth) else { return };
         let command = match *entry {
             4 => Command::Stop,
             5 => Command::Start,
@@ -347,8 +215,11 @@ impl<D: Device> Master<D> {
             7 => Command::ResetCommunication,
             _ => Command::EnterPreOperational,
         };
-        let state = node.and_then(|node| self.manager.peers().state(node));
-        *entry = state.map_or(0, NmtState::byte);
+        let state = match node {
+            Some(NodeId::MASTER) => Some(self.nmt.state()),
+            node => node.and_then(|node| self.manager.peers().state(node)),
+        };
+        *entry = state.map_or(UNKNOWN, NmtState::byte);
         let target = node.filter(|_| sub != ALL).map_or(Target::All, Target::Node);
         self.on_nmt_request(NmtMessage { command, target }, now, out);
     }
@@ -366,29 +237,50 @@ impl<D: Device> Master<D> {
     pub(super) fn on_monitored(&mut self, node: NodeId, state: NmtState, at: Instant) {
         if self.services.monitor.on_heartbeat(node, state, at).is_some_and(|heard| heard.resolved) {
             self.services.clear(ErrorCode::HEARTBEAT, node.get());
-            self.is_device_due = true;
+            self.services.next = Instant::ZERO;
         }
     }
 
     pub(super) fn device_deadline(&self) -> Option<Instant> {
-        let device = self.services.deadline(NmtState::Operational);
+        let device = self.services.deadline(self.nmt.state());
         earliest(&[device, self.services.monitor.deadline()])
     }
 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let is_overdue = self.device_deadline().is_some_and(|deadline| deadline <= until);
-        if !(self.is_device_due || is_overdue) {
+        if !(self.services.next <= until || is_overdue) {
             return;
         }
-        self.is_device_due = false;
+        self.services.next = Instant::NEVER;
+        if core::mem::take(&mut self.are_filters_due) {
+            self.set_filters(out);
+        }
         while let Some(missed) = self.services.monitor.poll(until) {
             self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);
         }
-        let (bus, lifetime) = (self.manager.active(), self.lifetimes.sdo);
-        let send = &mut |frame| out.send_for(bus, frame, now, lifetime);
-        self.services.poll(until, NmtState::Operational, send);
+        self.send_due(until, now, out);
+        let (bus, lifetime) = (self.manager.active(), self.services.lifetimes.sdo);
         if self.services.is_sdo_busy() {
-            self.serve(SdoStep::Poll, until, send);
+            self.serve(SdoStep::Poll, until, &mut |frame| out.send_for(bus, frame, now, lifetime));
+        }
+    }
+
+    /// Emergencies and transmit PDOs. What waits for an announcement has a place among those held, but for the time: that is
+    /// sampled again when the bus is announced.
+    fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        let Self { services, manager, held, owes_time, nmt, .. } = self;
+        let (bus, is_announced, mut lost) = (manager.active(), manager.is_announced(), false);
+        services.poll(until, now, nmt.state(), &mut |frame, expires, tells_time| {
+            if is_announced {
+                out.send_until(bus, frame, expires);
+            } else if tells_time {
+                *owes_time = true;
+            } else {
+                lost |= held.push_back(Outgoing { frame, expires }).is_err();
+            }
+        });
+        if lost {
+            services.buses.refused(bus);
         }
     }
 

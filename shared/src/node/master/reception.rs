@@ -6,53 +6,53 @@ use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{Device, FailCause};
-use crate::pdo::Message;
-use crate::types::{Bus, CobId, Frame, Instant, NodeId, Scet};
+use crate::types::{Bus, CobId, Frame, Instant, NodeId};
 
 impl<D: Device> Master<D> {
     pub(super) fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
         let active = self.manager.active();
-        if !self.buses.is_joined(bus, active) {
-            return self.buses.ignored(bus);
+        if !self.services.buses.is_joined(bus, active) {
+            return self.services.buses.ignored(bus);
         }
         let (id, node) = (frame.id(), frame.id().node());
-        self.manager.on_frame(bus, node.filter(|node| *node != NodeId::MASTER), stamp.at);
+        let producer = self.boot.producer(id).filter(|node| *node != NodeId::MASTER);
+        self.manager.on_frame(bus, producer, stamp.at);
         if id == CobId::sdo_request(NodeId::MASTER) && bus == active {
             return self.on_sdo(bus, frame, now, out);
         }
         if id == CobId::heartbeat(NodeId::MASTER) {
             return self.on_rival(bus, stamp.at, out);
         }
+        if bus == active && self.nmt.state().allows_pdo() && self.services.is_pdo(id) {
+            return self.on_pdo(bus, frame, &stamp, now, out);
+        }
         let Some(node) = node.filter(|node| *node != NodeId::MASTER) else {
-            return self.buses.ignored(bus);
+            return self.services.buses.ignored(bus);
         };
         if id == CobId::heartbeat(node) {
             return self.on_heartbeat(bus, node, frame, stamp, now, out);
         }
         if bus != active {
-            return self.buses.ignored(bus);
+            return self.services.buses.ignored(bus);
         }
         if id == CobId::sdo_response(node) {
-            return self.on_response(bus, node, frame, now, out);
-        }
-        let event = if id == CobId::telemetry(node) {
-            Message::decode(frame).map(|message| MasterEvent::Telemetry { node, bus, message })
-        } else if id == CobId::local_time(node) {
-            self.boot.on_synchronous(node);
-            Scet::decode(frame.data()).map(|scet| MasterEvent::LocalTime {
-                node,
-                scet,
-                reference: self.at_sync,
-            })
+            self.on_response(bus, node, frame, now, out);
         } else if id == CobId::emcy(node) {
-            Emergency::decode(frame).map(|(node, emergency)| MasterEvent::Emergency { node, bus, emergency })
+            match Emergency::decode(frame) {
+                Some((node, emergency)) => out.event(MasterEvent::Emergency { node, bus, emergency }),
+                None => self.services.buses.malformed(bus),
+            }
         } else {
-            return self.buses.ignored(bus);
-        };
-        match event {
-            Some(event) => out.event(event),
-            None => self.buses.malformed(bus),
+            self.services.buses.ignored(bus);
         }
+    }
+
+    /// A frame of a PDO on the active bus: whoever sends one is Operational.
+    fn on_pdo(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        if let Some(node) = self.boot.producer(frame.id()).filter(|node| *node != NodeId::MASTER) {
+            self.boot.on_synchronous(node);
+        }
+        self.services.on_pdo(bus, frame, stamp, now, out);
     }
 
     fn on_heartbeat(
@@ -64,7 +64,7 @@ impl<D: Device> Master<D> {
         now: Instant,
         out: &mut Out,
     ) {
-        let Some(state) = heartbeat::decode(frame) else { return self.buses.malformed(bus) };
+        let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
         let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
         let is_here = bus == self.manager.active();
         let may_start = self.boot.on_heartbeat(node, state, is_here, heard.returned);
@@ -87,10 +87,10 @@ impl<D: Device> Master<D> {
 
     /// The master's heartbeat COB-ID in a frame of another node.
     fn on_rival(&mut self, bus: Bus, at: Instant, out: &mut Out) {
-        self.buses.ignored(bus);
+        self.services.buses.ignored(bus);
         if self.rivals.on_heartbeat(bus, at) {
             self.services.raise(ErrorCode::CAN_ID_COLLISION, [bus.bdefault(), 0, 0, 0, 0]);
-            self.is_device_due = true;
+            self.services.next = Instant::ZERO;
             out.event(MasterEvent::SecondMaster { bus });
         }
     }
@@ -99,18 +99,31 @@ impl<D: Device> Master<D> {
     pub(super) fn run_rivals(&mut self, until: Instant, out: &mut Out) {
         while let Some(bus) = self.rivals.poll(until, self.redundancy.quiet_time()) {
             self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault());
-            self.is_device_due = true;
+            self.services.next = Instant::ZERO;
             out.event(MasterEvent::SecondMasterSilent { bus });
         }
     }
 
-    pub(super) fn on_transmitted(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, out: &mut Out) {
+    pub(super) fn on_transmitted(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: Stamp,
+        now: Instant,
+        out: &mut Out,
+    ) {
         self.manager.on_sent(bus, stamp.at);
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
             self.manager.on_heartbeat_sent(bus, stamp.at);
         } else if frame.id() == self.sync.id() {
             self.boot.on_sync_sent();
-            self.at_sync = Some(self.clock.at(stamp.at));
+            self.at_sync = Some(self.services.clock.at(stamp.at));
+            // What it produces itself is as it should be.
+            if let (Ok(counter), _) = self.services.on_sync(frame, stamp.at)
+                && self.nmt.state().allows_pdo()
+            {
+                self.services.exchange(bus, counter, &stamp, now, out);
+            }
             out.event(MasterEvent::SyncSent { stamp });
         }
     }

@@ -125,7 +125,7 @@ impl<D: Device> Master<D> {
         out: &mut Out,
         step: impl FnOnce(&mut Client, &mut dyn FnMut(sdo::Payload)) -> R,
     ) -> R {
-        let (bus, lifetime) = (self.manager.active(), self.lifetimes.sdo);
+        let (bus, lifetime) = (self.manager.active(), self.services.lifetimes.sdo);
         let id = CobId::sdo_request(self.transfers.node);
         step(&mut self.transfers.client, &mut |payload| {
             out.send_for(bus, Frame::of(id, payload), now, lifetime)
@@ -134,14 +134,16 @@ impl<D: Device> Master<D> {
 
     /// An SDO response on the active bus.
     pub(super) fn on_response(&mut self, bus: Bus, node: NodeId, frame: &Frame, now: Instant, out: &mut Out) {
-        let Ok(payload) = <&sdo::Payload>::try_from(frame.data()) else { return self.buses.malformed(bus) };
+        let Ok(payload) = <&sdo::Payload>::try_from(frame.data()) else {
+            return self.services.buses.malformed(bus);
+        };
         // Not announced: what comes belongs to nothing that was asked here.
         let is_ours = node == self.transfers.node && self.manager.is_announced();
         let was_used = is_ours
             && self.with_client(now, out, |client, mut send| client.on_response(payload, now, &mut send));
         self.transfers.is_due = true;
         if !was_used {
-            self.buses.ignored(bus);
+            self.services.buses.ignored(bus);
         }
     }
 
@@ -149,7 +151,7 @@ impl<D: Device> Master<D> {
     pub(super) fn on_sdo_sent(&mut self, bus: Bus, frame: &Frame) {
         if frame.id() == CobId::sdo_response(NodeId::MASTER) {
             self.services.on_sdo_sent();
-            self.is_device_due = true;
+            self.services.next = Instant::ZERO;
         } else if frame.id() == CobId::sdo_request(self.transfers.node) && bus == self.manager.active() {
             self.transfers.client.on_sent();
             self.transfers.is_due = true;
@@ -174,13 +176,13 @@ impl<D: Device> Master<D> {
         self.transfers.client.bus_changed(&mut note);
         if let Some(payload) = abort {
             let frame = Frame::of(CobId::sdo_request(self.transfers.node), payload);
-            self.send(frame, now, self.lifetimes.sdo, out);
+            self.send(frame, now, self.services.lifetimes.sdo, out);
         }
         (self.transfers.is_due, self.transfers.pause) = (true, Some(now + AFTER_SWITCH));
         let mut abort = None;
         self.serve(SdoStep::BusChanged, now, &mut |frame| abort = Some(frame));
         if let Some(frame) = abort {
-            self.send(frame, now, self.lifetimes.sdo, out);
+            self.send(frame, now, self.services.lifetimes.sdo, out);
         }
     }
 

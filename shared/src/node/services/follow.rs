@@ -1,15 +1,15 @@
 //! Objects of the services: what is stored of them, and what a service does when one has changed.
 
-use super::{Dictionary, Services, show};
+use super::{Dictionary, FIRST_TOLD, NodeEvent, Services, show};
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::heartbeat::ConsumerSlots;
 use crate::node::index::{
     CONFIGURATION, CONSUMER_HEARTBEAT, EMCY_COB_ID, EMCY_INHIBIT, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS,
-    REQUEST_NMT, RESTORE, RPDO, SCET_SET, SELF_TEST_START, STORE, SYNC_COB_ID, SYNC_OVERFLOW,
+    REDUNDANCY, REQUEST_NMT, RESTORE, RPDO, SCET_SET, SELF_TEST_START, STORE, SYNC_COB_ID, SYNC_OVERFLOW,
     SYNCHRONOUS_WINDOW,
 };
-use crate::node::{Device, NodeObjects};
+use crate::node::{Device, NodeObjects, Outbox, SelfTest};
 use crate::od::CobIdEntry;
 use crate::pdo::PdoSlots;
 use crate::store::{Group, Loaded};
@@ -32,12 +32,19 @@ impl<D: Device> Services<D> {
         let most = D::Pdos::RECEIVE.max(D::Pdos::TRANSMIT);
         (0..most).for_each(|number| self.dictionary.unset_pdos(number, now));
         (0..most).for_each(|number| self.dictionary.set_pdos(number, now));
+        self.note_mappings();
         self.dictionary.emcy.restart();
         show(&self.dictionary.emcy, &mut self.dictionary.objects.communication);
     }
 
     /// Takes an object of its services as the application has changed it.
     pub fn follow(&mut self, at: Address, now: Instant) {
+        if at.index == SCET_SET {
+            self.clock.set(self.dictionary.objects.spacecraft.scet_set.into(), now);
+        }
+        if at.index >= FIRST_TOLD && at.index != REDUNDANCY {
+            return;
+        }
         if matches!(at.index, RPDO..=LAST_TPDO_MAPPING) {
             let number = usize::from(at.index & 0x1FF);
             self.dictionary.unset_pdos(number, now);
@@ -79,8 +86,40 @@ impl<D: Device> Services<D> {
         Some(at)
     }
 
+    /// An object that is not the application's was written over the bus: services and clock follow.
+    pub fn on_own_written<E: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<E>) {
+        match at.index {
+            SCET_SET => {
+                self.clock.set(self.dictionary.objects.spacecraft.scet_set.into(), now);
+                out.event(E::time(self.clock.at(now)));
+            }
+            SELF_TEST_START => {
+                let running = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
+                self.dictionary.objects.spacecraft.self_test = running;
+                out.event(E::self_test());
+            }
+            _ => {}
+        }
+        if at.index < FIRST_TOLD || at.index == REDUNDANCY {
+            self.on_written(at);
+            self.next = now;
+        }
+    }
+
+    /// An object was written over the bus: an event for the application, and for the TPDOs that carry it.
+    #[inline]
+    pub fn tell_written<E: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<E>) {
+        if at.index >= FIRST_TOLD {
+            if self.dictionary.tpdos.has_events() {
+                self.dictionary.on_changed(at, now);
+                self.wake(self.dictionary.tpdos.deadline());
+            }
+            out.event(E::written(at));
+        }
+    }
+
     /// Follows what was written to an object of its services.
-    pub fn on_written(&mut self, at: Address) {
+    fn on_written(&mut self, at: Address) {
         match at.index {
             PRE_DEFINED_ERRORS => {
                 let Dictionary { objects, emcy, .. } = &mut self.dictionary;
@@ -90,6 +129,7 @@ impl<D: Device> Services<D> {
             SYNC_COB_ID | SYNCHRONOUS_WINDOW | SYNC_OVERFLOW => self.configure_sync(),
             EMCY_COB_ID | EMCY_INHIBIT => self.configure_emcy(),
             CONSUMER_HEARTBEAT => self.set_monitor(at.sub),
+            RPDO..=LAST_TPDO_MAPPING => self.note_mappings(),
             _ => {}
         }
     }

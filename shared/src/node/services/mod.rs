@@ -4,12 +4,15 @@
 //! hands out.
 
 mod dictionary;
+mod events;
 mod follow;
 mod pdos;
+mod process_data;
 mod rules;
 mod stored;
 
-use super::{Counters, Device, NodeObjects};
+use super::buses::Buses;
+use super::{Device, NodeObjects};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{ConsumerSlots, Monitor};
 use crate::link::port::{ErrorState, Health};
@@ -17,9 +20,12 @@ use crate::link::port::{ErrorState, Health};
 use crate::node::{BusHealth, Communication, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
+use crate::profile::Profile;
+use crate::time::LocalClock;
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
 use crate::{emcy, sdo, sync};
 pub use dictionary::Dictionary;
+pub use events::NodeEvent;
 use pdos::tell;
 
 /// The first object whose changes an application is told; those below are the services'.
@@ -46,10 +52,30 @@ pub struct Services<D: Device> {
     /// What comes for the SDO server.
     sdo_id: CobId,
     server: sdo::Server,
+    pub clock: LocalClock,
+    pub buses: Buses,
+    pub lifetimes: Lifetimes,
+    /// Which receive PDOs carry the spacecraft time.
+    brings_time: <D::Pdos as PdoSlots>::Receive<bool>,
+    /// Which transmit PDOs carry the local time.
+    tells_time: <D::Pdos as PdoSlots>::Transmit<bool>,
+    /// Whether a transmit PDO carries a value of the moment: objects 2011h, 2020h, 2021h.
+    tells_moment: bool,
+    /// Nothing is due before. May be early, never late.
+    pub next: Instant,
+}
+
+/// How long frames may wait for their bus.
+#[derive(Clone, Copy, Debug)]
+pub struct Lifetimes {
+    pub heartbeat: Duration,
+    pub synchronous: Duration,
+    pub event: Duration,
+    pub sdo: Duration,
 }
 
 impl<D: Device> Services<D> {
-    pub fn new(id: NodeId, objects: NodeObjects<D>, sdo_timeout: Duration) -> Self {
+    pub fn new(id: NodeId, objects: NodeObjects<D>, profile: &Profile) -> Self {
         Services {
             id,
             dictionary: Dictionary::new(id, objects),
@@ -57,7 +83,19 @@ impl<D: Device> Services<D> {
             sync: sync::Consumer::new(0, 0),
             sync_id: CobId::SYNC,
             sdo_id: CobId::sdo_request(id),
-            server: sdo::Server::new(sdo_timeout),
+            server: sdo::Server::new(profile.sdo_timeout),
+            clock: LocalClock::default(),
+            buses: Buses::new(profile.access(id), profile.bus_off),
+            lifetimes: Lifetimes {
+                heartbeat: profile.heartbeat,
+                synchronous: profile.sync.min(profile.heartbeat),
+                event: profile.telemetry,
+                sdo: profile.sdo_timeout,
+            },
+            brings_time: D::Pdos::receive(false),
+            tells_time: D::Pdos::transmit(false),
+            tells_moment: false,
+            next: Instant::ZERO,
         }
     }
 
@@ -136,10 +174,11 @@ impl<D: Device> Services<D> {
     }
 
     /// Objects 2020h and 2021h.
-    pub fn show_health(&mut self, health: &PerBus<Health>, counters: &PerBus<Counters>) {
-        let of = |bus| BusHealth::new(&health[bus], &counters[bus]);
+    pub fn refresh_health(&mut self) {
+        let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
+        let health = (of(Bus::Nominal), of(Bus::Redundant));
         let objects = &mut self.dictionary.objects.spacecraft;
-        (objects.health_nominal, objects.health_redundant) = (of(Bus::Nominal), of(Bus::Redundant));
+        (objects.health_nominal, objects.health_redundant) = health;
     }
 
     /// A segment of a block download that needs no object. Whether it was one.
@@ -212,45 +251,32 @@ impl<D: Device> Services<D> {
 
     /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.
     #[inline(always)] // called from one place
-    pub fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame)) {
+    fn sample(&mut self, counter: u8, send: &mut impl FnMut(Frame)) {
         let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
         tpdos.on_sync(counter, objects, &mut |_, frame| send(frame));
     }
 
     /// Whether RPDOs wait for a SYNC.
-    pub fn is_rpdo_waiting(&self) -> bool {
+    fn is_rpdo_waiting(&self) -> bool {
         self.dictionary.rpdos.is_waiting()
     }
 
     /// Until when synchronous PDOs of the last SYNC may go out or come in.
-    pub fn window_end(&self) -> Instant {
+    fn window_end(&self) -> Instant {
         self.sync.window_end()
-    }
-
-    /// Synchronous RPDOs at a SYNC: the number of each, and whether all its values were taken. Returns whether emergencies
-    /// report any.
-    #[inline(always)] // called from one place
-    pub fn actuate(&mut self, ended: &mut impl FnMut(usize, bool)) -> bool {
-        let Dictionary { objects, emcy, rpdos, .. } = &mut self.dictionary;
-        let mut is_told = false;
-        rpdos.on_sync(objects, ended, &mut |objects, number, event| {
-            is_told = true;
-            tell(emcy, &mut objects.communication, number, event);
-        });
-        is_told
     }
 
     /// A frame of an RPDO as nearly all are, in Operational: it takes effect at once and is as it should be. Whether it
     /// was one; if not, [`Services::on_rpdo`] takes it.
     #[inline(always)] // called from one place
-    pub fn on_plain_rpdo(&mut self, number: usize, frame: &Frame) -> bool {
+    fn on_plain_rpdo(&mut self, number: usize, frame: &Frame) -> bool {
         let Dictionary { objects, rpdos, .. } = &mut self.dictionary;
         rpdos.on_plain_frame(number, frame, objects)
     }
 
     /// A frame of an RPDO, in Operational. What becomes of it, and whether emergencies tell of it.
     #[inline(always)] // called from one place
-    pub fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant) -> (Taken, bool) {
+    fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant) -> (Taken, bool) {
         let Dictionary { objects, emcy, rpdos, .. } = &mut self.dictionary;
         let mut is_told = false;
         let window_end = self.sync.window_end();
@@ -261,41 +287,17 @@ impl<D: Device> Services<D> {
         (taken, is_told)
     }
 
-    /// The first RPDO with this COB-ID.
-    #[inline(always)]
-    pub fn rpdo(&self, id: CobId) -> Option<usize> {
-        self.dictionary.rpdos.first(id)
-    }
-
-    /// The next RPDO behind `number` with this COB-ID.
-    #[inline(always)]
-    pub fn next_rpdo(&self, id: CobId, number: usize) -> Option<usize> {
-        self.dictionary.rpdos.next(id, number)
-    }
-
-    /// Whether a TPDO is due without a SYNC.
-    pub fn is_tpdo_due(&self, now: Instant) -> bool {
-        self.dictionary.tpdos.deadline().is_some_and(|due| due <= now)
-    }
-
-    /// When an RPDO is overdue.
-    pub fn rpdo_deadline(&self) -> Option<Instant> {
-        self.dictionary.rpdos.deadline()
-    }
-
     /// When the SDO server has something to do.
     pub fn sdo_deadline(&self) -> Option<Instant> {
         self.server.deadline()
     }
 
-    /// What is due but for the SDO server. Emergencies go first: their COB-ID wins.
-    pub fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame)) {
-        let Dictionary { objects, emcy, rpdos, tpdos, .. } = &mut self.dictionary;
-        rpdos.poll(now, &mut |number, event| tell(emcy, &mut objects.communication, number, event));
-        while let Some(frame) = emcy.poll(now, state) {
-            send(frame);
+    /// Something is due then, at the latest.
+    #[inline]
+    pub fn wake(&mut self, deadline: Option<Instant>) {
+        if let Some(deadline) = deadline {
+            self.next = self.next.min(deadline);
         }
-        tpdos.poll(now, objects, &mut |_, frame| send(frame));
     }
 
     /// When to poll next, the SDO server included.

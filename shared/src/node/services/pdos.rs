@@ -7,7 +7,7 @@ use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
 use crate::node::{Communication, Device, NodeObjects};
 use crate::od::INVALID;
 use crate::pdo::{Direction, Mapping, PdoSlots, RpdoEvent, RpdoParameters, TpdoParameters, rules as pdo};
-use crate::types::{AbortCode, Address, Instant};
+use crate::types::{AbortCode, Address, Frame, Instant, NmtState};
 
 impl<D: Device> Dictionary<D> {
     /// The PDOs of this number are not valid.
@@ -85,6 +85,28 @@ impl<D: Device> Dictionary<D> {
             self.pdo_is_possible(direction, number);
         }
         Ok(())
+    }
+
+    /// Synchronous RPDOs at a SYNC: the number of each, and whether all its values were taken. Returns whether emergencies
+    /// report any.
+    #[inline(always)] // called from one place
+    pub(super) fn actuate(&mut self, ended: &mut impl FnMut(usize, bool)) -> bool {
+        let Dictionary { objects, emcy, rpdos, .. } = self;
+        let mut is_told = false;
+        rpdos.on_sync(objects, ended, &mut |objects, number, event| {
+            is_told = true;
+            tell(emcy, &mut objects.communication, number, event);
+        });
+        is_told
+    }
+
+    /// Receive PDOs that are overdue, and emergencies.
+    pub(super) fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame)) {
+        let Dictionary { objects, emcy, rpdos, .. } = self;
+        rpdos.poll(now, &mut |number, event| tell(emcy, &mut objects.communication, number, event));
+        while let Some(frame) = emcy.poll(now, state) {
+            send(frame);
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::types::{Bus, CobId, Frame, Instant};
 
 impl<D: Device> Slave<D> {
     pub(super) fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
-        match self.buses.on_link(bus, event, now) {
+        match self.services.buses.on_link(bus, event, now) {
             Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
             Some(BusNews::Failed(health)) => {
                 self.on_health(bus, health, now, out);
@@ -31,45 +31,34 @@ impl<D: Device> Slave<D> {
                 (0..*frames).for_each(|_| self.services.on_sdo_sent());
                 self.lost(bus, now);
             }
-            LinkEvent::Counters(_) => self.refresh_health(),
+            LinkEvent::Counters(_) => self.services.refresh_health(),
             _ => {}
         }
         // Recoveries begin and end here.
-        self.wake(self.buses.deadline());
+        self.services.wake(self.services.buses.deadline());
         self.run(now, now, out);
     }
 
     fn lost(&mut self, bus: Bus, now: Instant) {
         self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
-        self.next = now;
+        self.services.next = now;
     }
 
     fn on_sent(&mut self, frame: &Frame, now: Instant) {
         if frame.id() == CobId::sdo_response(self.id) {
             self.services.on_sdo_sent();
-            self.next = now;
+            self.services.next = now;
         }
         if self.warning.is_some() && frame.data().starts_with(&ErrorCode::HEARTBEAT.get().to_le_bytes()) {
             self.warning = None;
-            self.next = now;
+            self.services.next = now;
         }
     }
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
         self.services.on_health(bus, &health);
-        self.refresh_health();
-        self.next = now;
+        self.services.refresh_health();
+        self.services.next = now;
         out.event(SlaveEvent::Health { bus, health });
-    }
-
-    /// The objects of the moment: 2011h, 2020h and 2021h.
-    #[inline(never)] // few requests ask for them
-    pub(super) fn refresh(&mut self, now: Instant) {
-        self.services.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into();
-        self.refresh_health();
-    }
-
-    fn refresh_health(&mut self) {
-        self.services.show_health(&self.buses.health, &self.buses.counters);
     }
 }

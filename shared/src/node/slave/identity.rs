@@ -19,11 +19,11 @@ impl<D: Device> Slave<D> {
         now: Instant,
         out: &mut Out,
     ) {
-        let Some(state) = heartbeat::decode(frame) else { return self.buses.malformed(bus) };
+        let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
         let Parameters { consumer, producer, .. } = *self.selector.parameters();
         let probation = consumer.max(producer.times(2));
         let clash = self.identity.on_heartbeat(state, stamp.at, probation);
-        self.next = now;
+        self.services.next = now;
         if clash == Clash::Known {
             return;
         }

@@ -20,7 +20,7 @@ const WARNING: Duration = Duration::from_millis(2);
 
 impl<D: Device> Slave<D> {
     pub(super) fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let Some(message) = NmtMessage::decode(frame) else { return self.buses.malformed(bus) };
+        let Some(message) = NmtMessage::decode(frame) else { return self.services.buses.malformed(bus) };
         // Not of the master, as far as this node can know: it does not end a search either.
         if self.is_refused(bus, &message, now, out) {
             return;
@@ -28,7 +28,7 @@ impl<D: Device> Slave<D> {
         // ECSS 8.3.3g before the command itself: it decides where the answer goes.
         self.on_master(bus, MasterMessage::Command, stamp.at, now, out);
         if bus != self.selector.selected() {
-            return self.buses.ignored(bus);
+            return self.services.buses.ignored(bus);
         }
         if !message.target.includes(self.id) {
             return;
@@ -36,7 +36,7 @@ impl<D: Device> Slave<D> {
         if self.identity.has_yielded()
             && matches!(message.command, Command::Start | Command::EnterPreOperational)
         {
-            return self.buses.ignored(bus);
+            return self.services.buses.ignored(bus);
         }
         match self.nmt.on_command(message.command) {
             Reaction::Unchanged => {}
@@ -44,13 +44,13 @@ impl<D: Device> Slave<D> {
                 self.entered(state, now, out);
                 // The master learns of it now, not a period later.
                 self.heartbeat.announce(now);
-                self.next = now;
+                self.services.next = now;
             }
             Reaction::ResetNode => {
                 self.count_reset();
                 self.heartbeat.stop();
                 self.marks = u64::MAX;
-                self.next = Instant::NEVER;
+                self.services.next = Instant::NEVER;
                 out.event(SlaveEvent::ResetNode);
             }
             Reaction::ResetCommunication => {
@@ -62,7 +62,7 @@ impl<D: Device> Slave<D> {
 
     pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
         self.services.entered(state, now);
-        self.next = now;
+        self.services.next = now;
         out.event(SlaveEvent::State(state));
     }
 
@@ -75,7 +75,7 @@ impl<D: Device> Slave<D> {
         out: &mut Out,
     ) {
         if heartbeat::decode(frame).is_none() {
-            return self.buses.malformed(bus);
+            return self.services.buses.malformed(bus);
         }
         if self.guard.is_counting() {
             self.trust_resets();
@@ -86,40 +86,40 @@ impl<D: Device> Slave<D> {
         if bus == self.selector.selected() {
             out.event(SlaveEvent::Heartbeat { bus });
         } else {
-            self.buses.ignored(bus);
+            self.services.buses.ignored(bus);
         }
     }
 
     #[inline(never)] // the heartbeats of a bus that is followed need not pay for it
     fn on_master(&mut self, bus: Bus, message: MasterMessage, at: Instant, now: Instant, out: &mut Out) {
-        let (all, control) = (&self.buses.counters, &self.control_frames);
+        let (all, control) = (&self.services.buses.counters, &self.control_frames);
         self.selector.on_work(PerBus::from_fn(|bus| all[bus].received.wrapping_sub(control[bus])));
         if let Some(selection) = self.selector.on_master(bus, message, at) {
             self.apply(selection, now, out);
         }
-        self.wake(self.selector.deadline());
+        self.services.wake(self.selector.deadline());
     }
 
     /// A heartbeat of another slave that 1016h names.
     pub(super) fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
         let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
-            return self.buses.malformed(bus);
+            return self.services.buses.malformed(bus);
         };
         let Some(heard) = self.services.monitor.on_heartbeat(node, state, stamp.at) else {
-            return self.buses.ignored(bus);
+            return self.services.buses.ignored(bus);
         };
         if heard.resolved {
             self.services.clear(ErrorCode::HEARTBEAT, node.get());
-            self.next = stamp.at;
+            self.services.next = stamp.at;
         }
         if heard.before != Some(state) {
             out.event(SlaveEvent::PeerState { node, state });
         }
-        self.wake(self.services.monitor.deadline());
+        self.services.wake(self.services.monitor.deadline());
     }
 
     pub(super) fn apply(&mut self, selection: Selection, now: Instant, out: &mut Out) {
-        self.next = now;
+        self.services.next = now;
         match selection {
             Selection::Missed { bus } => {
                 out.event(SlaveEvent::MasterMissed { bus });
@@ -210,13 +210,13 @@ impl<D: Device> Slave<D> {
 
     /// The heartbeat goes on on the new bus at once (ECSS 8.3.3d, h).
     fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
-        self.buses.change(bus.other(), bus, out);
+        self.services.buses.change(bus.other(), bus, out);
         // What was on its way is lost, and the client is told so where it is now.
         self.serve(SdoStep::BusChanged, bus, now, out);
         if !self.identity.has_yielded() {
             self.heartbeat.announce(now);
         }
-        self.next = now;
+        self.services.next = now;
         out.event(SlaveEvent::ActiveBus { bus, cause });
     }
 

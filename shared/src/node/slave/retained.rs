@@ -103,11 +103,11 @@ impl<D: Device> Slave<D> {
         }
         self.open_guard(now);
         let ResetVerdict::Ignore { is_first } = self.guard.on_reset(now) else { return false };
-        self.wake(self.guard.deadline(self.pause()));
-        self.buses.ignored(bus);
+        self.services.wake(self.guard.deadline(self.pause()));
+        self.services.buses.ignored(bus);
         if is_first {
             self.services.raise(ErrorCode::COMMUNICATION, [command as u8, 0, 0, 0, 0]);
-            self.next = now;
+            self.services.next = now;
             out.event(SlaveEvent::ResetIgnored { bus, command });
         }
         true
@@ -136,7 +136,7 @@ impl<D: Device> Slave<D> {
             for command in [Command::ResetNode, Command::ResetCommunication] {
                 self.services.clear(ErrorCode::COMMUNICATION, command as u8);
             }
-            self.next = Instant::ZERO;
+            self.services.next = Instant::ZERO;
         }
         self.retain_resets();
     }

@@ -182,7 +182,7 @@ fn a_babbling_node_costs_one_bus() {
     assert_eq!(causes(&world, from), [SwitchCause::SlavesSilent]);
     assert_eq!(world.master_bus(), Bus::Redundant);
     assert!(world.all_operational());
-    world.command(TWO, Command::SetValue(77));
+    assert_eq!(world.command(TWO, Command::SetValue(77)), Ok(()));
     world.run_for(ms(20));
     assert_eq!(executed(&world, TWO), [77]);
 }

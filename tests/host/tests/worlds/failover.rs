@@ -65,7 +65,7 @@ fn commands_flow_again_within_10_ms_of_the_detection() {
         world.run_for(ms(1));
     }
     let (switched, _) = switched_at(&world, cut);
-    world.command(THREE, Command::SetLed(true));
+    assert_eq!(world.command(THREE, Command::SetLed(true)), Ok(()));
     world.run_for(ms(10));
     let log = world.log_of(THREE);
     let executed = log.iter().find(|(_, what)| *what == Happening::Executed(Command::SetLed(true)));

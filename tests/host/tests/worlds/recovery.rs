@@ -96,7 +96,7 @@ fn a_command_pending_on_a_cut_bus_dies_with_it() {
     let cut = world.now();
     cut_next_to_master(&mut world, Bus::Nominal);
     world.run_for(Time::from_us(500));
-    world.command(TWO, Command::SetValue(0x0BAD_F00D));
+    assert_eq!(world.command(TWO, Command::SetValue(0x0BAD_F00D)), Ok(()));
     world.run_for(ms(300));
     assert_eq!(world.master_bus(), Bus::Redundant);
     world.heal(Bus::Nominal);

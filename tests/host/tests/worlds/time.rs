@@ -4,7 +4,7 @@ use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::types::{Bus, Scet};
 use host_worlds::world::{Sent, World};
-use mission::STANDARD;
+use mission::{STANDARD, Told};
 
 use crate::support::*;
 
@@ -80,15 +80,20 @@ fn spacecraft_time_reaches_every_slave() {
             assert!((seconds_of(answer) - truth).abs() < 0.001, "{id:03X}");
         }
     }
-    // The master compares them itself: within a millisecond of its own time.
-    let compared: Vec<i64> = master_told(&world, last.end)
+    // The master compares them itself: within a millisecond of its own time at the last SYNC.
+    let reference = world.master(|master| master.scet_at_sync()).expect("there was a SYNC");
+    let last_sync = since(&world, Bus::Nominal, 0x080, set_at).pop().expect("SYNC every 100 ms");
+    let compared: Vec<i64> = master_told(&world, last_sync.end)
         .into_iter()
         .filter_map(|event| match event {
-            MasterEvent::LocalTime { scet, reference, .. } => Some(scet.micros_since(reference?)),
+            MasterEvent::Pdo { number, data, .. } => match mission::told(number, data)?.1 {
+                Told::LocalTime(scet) => Some(scet.micros_since(reference)),
+                Told::Telemetry(_) => None,
+            },
             _ => None,
         })
         .collect();
-    assert!(!compared.is_empty());
+    assert_eq!(compared.len(), 3);
     assert!(compared.iter().all(|us| us.abs() < 1_000), "{compared:?}");
 }
 

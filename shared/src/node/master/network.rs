@@ -1,0 +1,51 @@
+//! The NMT state of the master itself (CiA 301 7.3.2).
+
+use super::{Master, MasterEvent, Out, objects};
+use crate::heartbeat;
+use crate::nmt::{Command, Reaction};
+use crate::node::Device;
+use crate::store::Group;
+use crate::types::{Instant, NmtState, NodeId};
+
+impl<D: Device> Master<D> {
+    /// Boot-up message, then Operational: a master waits for nobody.
+    pub(super) fn boot_up(&mut self, now: Instant, out: &mut Out) {
+        let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
+        out.send_for(self.manager.active(), boot_up, now, self.services.lifetimes.heartbeat);
+        self.services.configure(now);
+        self.sync.configure(objects::sync_config(&self.services.dictionary.objects.communication), now);
+        self.sync.start(now);
+        let state = self.nmt.boot();
+        self.entered(state, now, out);
+    }
+
+    fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
+        self.services.entered(state, now);
+        self.services.next = now;
+        self.manager.set_state(state);
+        self.show_state(NodeId::MASTER, state.byte());
+        out.event(MasterEvent::State(state));
+    }
+
+    /// A command of its application, or of a client in 1F82h.
+    pub(super) fn on_own_command(&mut self, command: Command, now: Instant, out: &mut Out) {
+        if command == Command::ResetNode {
+            // Until the application resets the chip it goes on as it was.
+            return out.event(MasterEvent::ResetNode);
+        }
+        match self.nmt.on_command(command) {
+            Reaction::Unchanged | Reaction::ResetNode => {}
+            Reaction::Entered(state) => self.entered(state, now, out),
+            Reaction::ResetCommunication => {
+                self.initial.apply(&mut self.services.dictionary.objects);
+                self.services.load(Group::Communication);
+                let objects = &self.services.dictionary.objects;
+                self.redundancy = objects::written_redundancy(objects, self.redundancy);
+                self.take_assignments();
+                self.manager.configure(self.redundancy, now);
+                self.are_filters_due = true;
+                self.boot_up(now, out);
+            }
+        }
+    }
+}

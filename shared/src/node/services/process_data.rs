@@ -1,0 +1,187 @@
+//! PDOs of a node on their way: what a frame brings, what a SYNC sets off, what is due, and values of the moment.
+
+use super::{NodeEvent, Services};
+use crate::link::Stamp;
+use crate::node::index::{HEALTH_NOMINAL, HEALTH_REDUNDANT, SCET_GET, SCET_SET};
+use crate::node::{Device, Outbox};
+use crate::pdo::{Mapping, PdoSlots, Taken};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState};
+
+/// A spacecraft time that waited longer on its way out would set clocks late by that much.
+const TIME_LIFETIME: Duration = Duration::from_millis(5);
+
+/// Whether an object has a value of the moment: local time, health of the buses.
+fn is_of_the_moment(index: u16) -> bool {
+    matches!(index, SCET_GET | HEALTH_NOMINAL | HEALTH_REDUNDANT)
+}
+
+/// Whether a mapping has an object for which `is_it` holds.
+fn has(mapping: &impl Mapping, is_it: impl Fn(u16) -> bool) -> bool {
+    mapping.objects().iter().any(|object| is_it((object >> 16) as u16))
+}
+
+impl<D: Device> Services<D> {
+    /// The mappings changed: which PDOs bring or tell the time, or tell values of the moment.
+    pub(super) fn note_mappings(&mut self) {
+        let pdos = &self.dictionary.objects.pdos;
+        for (brings_time, mapping) in self.brings_time.as_mut().iter_mut().zip(pdos.rpdos().1) {
+            *brings_time = has(mapping, |index| index == SCET_SET);
+        }
+        for (tells_time, mapping) in self.tells_time.as_mut().iter_mut().zip(pdos.tpdos().1) {
+            *tells_time = has(mapping, |index| index == SCET_GET);
+        }
+        self.tells_moment = pdos.tpdos().1.iter().any(|mapping| has(mapping, is_of_the_moment));
+    }
+
+    /// The objects of the moment: 2011h, 2020h and 2021h.
+    #[inline(never)] // few requests ask for them
+    pub fn refresh(&mut self, now: Instant) {
+        self.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into();
+        self.refresh_health();
+    }
+
+    /// The same, if an SDO request asks for one.
+    #[inline]
+    pub fn refresh_for(&mut self, request: &Frame, now: Instant) {
+        if is_of_the_moment((request.bits() >> 8) as u16) {
+            self.refresh(now);
+        }
+    }
+
+    /// SYNC with this counter, in Operational: synchronous PDOs, sampled before RPDOs take effect.
+    #[inline(always)] // called from one place
+    pub fn exchange<E: NodeEvent>(
+        &mut self,
+        bus: Bus,
+        counter: u8,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<E>,
+    ) {
+        if self.tells_moment {
+            // ECSS 7.2.3k: the local time at the end of the SYNC.
+            self.refresh(stamp.at);
+        }
+        // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
+        let expires = (now + self.lifetimes.synchronous).min(self.window_end());
+        self.sample(counter, &mut |frame| out.send_until(bus, frame, expires));
+        if self.is_rpdo_waiting() {
+            self.end_sync(bus, stamp, now, out);
+        }
+    }
+
+    /// Receive PDOs that waited for the SYNC.
+    #[inline(never)] // few SYNCs find any
+    fn end_sync<E: NodeEvent>(&mut self, bus: Bus, stamp: &Stamp, now: Instant, out: &mut Outbox<E>) {
+        let Self { dictionary, brings_time, buses, .. } = self;
+        let mut brought = false;
+        let ended = &mut |number, all: bool| match brings_time.as_ref().get(number) {
+            _ if !all => buses.malformed(bus),
+            Some(true) => brought = true,
+            _ => out.event(E::synchronised(number as u16)),
+        };
+        if dictionary.actuate(ended) {
+            self.next = now;
+        }
+        if brought {
+            self.take_time(stamp, out);
+        }
+    }
+
+    /// The time that a PDO brought holds from the end of the frame on that put it into the dictionary.
+    fn take_time<E: NodeEvent>(&mut self, stamp: &Stamp, out: &mut Outbox<E>) {
+        let scet = self.dictionary.objects.spacecraft.scet_set.into();
+        self.clock.set(scet, stamp.at);
+        out.event(E::time(scet));
+    }
+
+    /// Whether a COB-ID is that of a valid RPDO.
+    pub fn is_pdo(&self, id: CobId) -> bool {
+        self.dictionary.rpdos.first(id).is_some()
+    }
+
+    /// A frame on the active bus, in Operational. Whether it was one of RPDOs.
+    #[inline(always)] // called from one place
+    pub fn on_pdo<E: NodeEvent>(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<E>,
+    ) -> bool {
+        let Some(mut number) = self.dictionary.rpdos.first(frame.id()) else { return false };
+        loop {
+            if self.on_plain_rpdo(number, frame) && self.brings_time.as_ref().get(number) == Some(&false) {
+                out.event(E::pdo(bus, number as u16, frame.padded()));
+            } else {
+                self.on_special_pdo(number, bus, frame, stamp, now, out);
+            }
+            match self.dictionary.rpdos.next(frame.id(), number) {
+                Some(next) => number = next,
+                None => return true,
+            }
+        }
+    }
+
+    /// A frame of an RPDO that is synchronous, has a deadline, brings the time, or is not as it should be.
+    #[inline(never)]
+    fn on_special_pdo<E: NodeEvent>(
+        &mut self,
+        number: usize,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<E>,
+    ) {
+        let (taken, is_told) = self.on_rpdo(number, frame, stamp.at);
+        match taken {
+            Taken::Applied if self.brings_time.as_ref().get(number) == Some(&true) => {
+                self.take_time(stamp, out);
+            }
+            Taken::Applied => out.event(E::pdo(bus, number as u16, frame.padded())),
+            Taken::Held => {}
+            Taken::OutsideWindow => self.buses.ignored(bus),
+            Taken::Rejected | Taken::Refused => self.buses.malformed(bus),
+        }
+        if is_told {
+            self.next = now;
+        }
+        self.wake(self.dictionary.rpdos.deadline());
+    }
+
+    /// What is due but for the SDO server: each frame, the end of its lifetime, and whether it tells the time. Emergencies go
+    /// first: their COB-ID wins.
+    pub fn poll(
+        &mut self,
+        until: Instant,
+        now: Instant,
+        state: NmtState,
+        send: &mut impl FnMut(Frame, Instant, bool),
+    ) {
+        if self.tells_moment && self.dictionary.tpdos.deadline().is_some_and(|due| due <= until) {
+            self.refresh(until);
+        }
+        let expires = now + self.lifetimes.event;
+        self.dictionary.poll(until, state, &mut |frame| send(frame, expires, false));
+        let Self { dictionary, tells_time, .. } = self;
+        dictionary.tpdos.poll(until, &dictionary.objects, &mut |number, frame| match tells_time
+            .as_ref()
+            .get(number)
+        {
+            Some(true) => send(frame, expires.min(now + TIME_LIFETIME), true),
+            _ => send(frame, expires, false),
+        });
+    }
+
+    /// An event for the transmit PDOs that tell the time.
+    pub fn trigger_time(&mut self, now: Instant) {
+        for (number, tells_time) in self.tells_time.as_ref().iter().enumerate() {
+            if *tells_time {
+                self.dictionary.tpdos.trigger(number, now);
+            }
+        }
+        self.next = now;
+    }
+}
