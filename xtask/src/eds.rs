@@ -201,7 +201,7 @@ fn device(profile: Profile) -> Device {
 
 /// The objects of the master at power-on.
 fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObjects>> {
-    mission::master(profile).objects().clone()
+    mission::master(profile, None).objects().clone()
 }
 
 /// The objects of a slave at power-on.

@@ -16,12 +16,9 @@ async fn main(spawner: Spawner) {
     let Board { ports, clock, leds, store, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     defmt::info!("master starts, profile {=str}", PROFILE.name);
-    // Made where it stays: each copy of a master is 15 kB of this stack.
-    let resources = RESOURCES.init_with(|| {
-        let master = mission::master(PROFILE);
-        let master = if let Some(store) = store { master.with_store(store) } else { master };
-        Resources::new(master, ports, clock, &TELLTALE)
-    });
+    // Made where it stays: each copy of a master is 20 kB of this stack.
+    let resources =
+        RESOURCES.init_with(|| Resources::new(mission::master(PROFILE, store), ports, clock, &TELLTALE));
     let (master, events, runners) = resources.start();
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));

@@ -5,6 +5,7 @@ use ecss_can::node::{Communication, Device, Identity, Master, Refusal, Spacecraf
 use ecss_can::od::{Objects, Record, U24, U40, U48};
 use ecss_can::pdo::{CobIdOf, Message, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
+use ecss_can::store::ParameterStore;
 use ecss_can::time::ScetGet;
 use ecss_can::types::{Instant, NodeId, Scet};
 
@@ -156,9 +157,12 @@ pub struct LocalTime {
     pub fine: U24,
 }
 
-/// The master of the mission.
-pub fn master(profile: &Profile) -> Master<CommanderObjects> {
-    Master::new(profile, CommanderObjects::default())
+/// The master of the mission, with a parameter store if its board has one.
+pub fn master(
+    profile: &Profile,
+    store: Option<&'static mut (dyn ParameterStore + Send)>,
+) -> Master<CommanderObjects> {
+    Master::new(profile, CommanderObjects::default(), store)
 }
 
 /// Sends a telecommand.

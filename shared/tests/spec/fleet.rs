@@ -131,7 +131,7 @@ impl Fleet {
 
     /// A master, or the master again after a reset.
     fn power_master(&mut self, profile: &Profile) {
-        let master = mission::master(profile);
+        let master = mission::master(profile, None);
         let filters = master.filters();
         let mut station = Station::new(self.now, master, filters);
         if let Some(old) = &self.master {

@@ -20,6 +20,7 @@ mod link;
 mod manager;
 mod master;
 mod master_device;
+mod master_pdos;
 mod master_services;
 mod messages;
 mod nmt;

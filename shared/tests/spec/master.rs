@@ -13,7 +13,7 @@ use mission::{STANDARD, Told};
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
 
 fn powered(profile: &Profile) -> Bench<Master> {
-    Bench::new(mission::master(profile))
+    Bench::new(mission::master(profile, None))
 }
 
 /// The question who a node is: its device type, 1000h.
@@ -62,7 +62,7 @@ fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
     let id = |raw| CobId::new(raw).unwrap();
     let mut expected = [0x701, 0x381, 0x181, 0x581, 0x080].map(|raw| Filter::function(id(raw))).to_vec();
     expected.push(Filter::exact(id(0x601)));
-    let filters: Vec<Filter> = mission::master(&STANDARD).filters().into_iter().collect();
+    let filters: Vec<Filter> = mission::master(&STANDARD, None).filters().into_iter().collect();
     assert!(filters.iter().all(|filter| expected.contains(filter)), "{filters:?}");
     assert!(expected.iter().all(|filter| filters.contains(filter)), "{filters:?}");
 }

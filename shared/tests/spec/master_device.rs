@@ -20,7 +20,7 @@ pub(crate) const BOOTS_TWO: Profile = Profile {
 };
 
 pub(crate) fn powered(profile: &Profile) -> Bench<Master> {
-    let mut master = Bench::new(mission::master(profile));
+    let mut master = Bench::new(mission::master(profile, None));
     master.run_until(ms(1));
     master.clear();
     master

@@ -97,7 +97,7 @@ impl Board {
         let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &self.ports, telltale };
         let (mut master, mut slave) = (None, None);
         if self.id == NodeId::MASTER {
-            let (handle, events) = shell.run(mission::master(&self.profile));
+            let (handle, events) = shell.run(mission::master(&self.profile, None));
             shell.spawn(application::master(events, self.diary.clone()));
             let (slaves, profile) = (self.traffic.clone(), self.profile);
             let sequences = Rc::new(Sequences::new(clock.clone(), profile.command));

@@ -38,8 +38,14 @@ static READY: Signal<Raw, ()> = Signal::new();
 async fn main(spawner: Spawner) {
     let p = boards::start();
     let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
-    let node =
-        || Resources::new(Master::new(&PROFILE, Ground::default()), board.ports, board.clock, &TELLTALE);
+    let node = || {
+        Resources::new(
+            Master::new(&PROFILE, Ground::default(), board.store),
+            board.ports,
+            board.clock,
+            &TELLTALE,
+        )
+    };
     let (master, events, runners) = RESOURCES.init_with(node).start();
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));

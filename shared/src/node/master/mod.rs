@@ -58,19 +58,27 @@ pub struct Master<D: Device> {
     owes_time: bool,
     /// COB-IDs of RPDOs changed: the filters are to follow.
     are_filters_due: bool,
+    /// As its buses have them, but for the last.
+    filters_told: [Filter; FUNCTIONS as usize],
     initial: Initial,
 }
 
 impl<D: Device> Master<D> {
-    /// A master before power-on.
-    pub fn new(profile: &Profile, device: D) -> Self {
+    /// A master before power-on. With a parameter store objects 1010h and 1011h work, and power-on begins with what is stored.
+    // One expression, and apart: each copy of a master is 20 kB of stack.
+    #[inline(never)]
+    pub fn new(
+        profile: &Profile,
+        device: D,
+        store: Option<&'static mut (dyn ParameterStore + Send)>,
+    ) -> Self {
         let redundancy = profile.redundancy();
         let initial = Initial::new(profile);
         let objects = objects::at_power_on(profile, &initial, device);
         let sync = objects::sync_config(&objects.communication);
-        let mut master = Master {
+        Master {
             redundancy,
-            services: Services::new(NodeId::MASTER, objects, profile),
+            services: Services::with_store(NodeId::MASTER, objects, profile, store),
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
             nmt: NmtSlave::new(true),
@@ -83,21 +91,9 @@ impl<D: Device> Master<D> {
             at_sync: None,
             owes_time: false,
             are_filters_due: false,
+            filters_told: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
             initial,
-        };
-        master.take_assignments();
-        master
-    }
-
-    /// With a parameter store: objects 1010h and 1011h work, and power-on begins with what is stored.
-    #[must_use]
-    pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
-        self.services.dictionary.stored.store = Some(store);
-        self.services.load(Group::All);
-        self.redundancy = objects::written_redundancy(&self.services.dictionary.objects, self.redundancy);
-        self.manager = Manager::new(self.redundancy, self.initial.silent_share, self.initial.dwell);
-        self.take_assignments();
-        self
+        }
     }
 
     /// What it receives, by function codes: heartbeats, SDO responses, EMCY and foreign SYNCs, PDOs; and requests to its own
@@ -120,12 +116,22 @@ impl<D: Device> Master<D> {
         }
     }
 
-    /// COB-IDs of PDOs changed: both buses are told of all filters, few as they are.
-    fn set_filters(&mut self, out: &mut Out) {
-        for number in 0..=FUNCTIONS {
-            let command = BusCommand::Filter { number: number as u8, filter: self.filter(number) };
-            Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
+    /// COB-IDs of PDOs changed: both buses are told of the filters that are others now, as many as there is room for beside
+    /// the frames. Whether that is all.
+    fn set_filters(&mut self, out: &mut Out) -> bool {
+        for number in 0..FUNCTIONS {
+            let filter = self.filter(number);
+            let Some(told) = self.filters_told.get_mut(usize::from(number)) else { continue };
+            if *told != filter {
+                if !out.has_room() {
+                    return false;
+                }
+                *told = filter;
+                let command = BusCommand::Filter { number: number as u8, filter };
+                Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
+            }
         }
+        true
     }
 
     fn send_nmt(&mut self, message: NmtMessage, now: Instant, out: &mut Out) -> bool {
@@ -309,6 +315,14 @@ impl<D: Device> Node for Master<D> {
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {
+        self.filters_told = core::array::from_fn(|number| self.filter(number as u16));
+        if self.services.dictionary.stored.store.is_some() {
+            self.services.load(Group::All);
+            self.redundancy = objects::written_redundancy(&self.services.dictionary.objects, self.redundancy);
+            self.manager = Manager::new(self.redundancy, self.initial.silent_share, self.initial.dwell);
+            self.are_filters_due = true;
+        }
+        self.take_assignments();
         self.services.buses.join(self.manager.active(), out);
         self.manager.start(now);
         self.boot_up(now, out);

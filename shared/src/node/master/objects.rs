@@ -19,6 +19,8 @@ use crate::redundancy::Parameters;
 use crate::sync;
 use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
+/// Until there may be room for more filters.
+const FILTER_PAUSE: Duration = Duration::from_millis(1);
 /// 1F82h: never heard, or forgotten.
 pub(super) const UNKNOWN: u8 = 0;
 /// 1F82h: lost.
@@ -252,8 +254,11 @@ impl<D: Device> Master<D> {
             return;
         }
         self.services.next = Instant::NEVER;
-        if core::mem::take(&mut self.are_filters_due) {
-            self.set_filters(out);
+        if self.are_filters_due {
+            self.are_filters_due = !self.set_filters(out);
+            if self.are_filters_due {
+                self.services.next = now + FILTER_PAUSE;
+            }
         }
         while let Some(missed) = self.services.monitor.poll(until) {
             self.services.raise(ErrorCode::HEARTBEAT, [missed.node.get(), 0, 0, 0, 0]);

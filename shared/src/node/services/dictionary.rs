@@ -9,7 +9,7 @@ use crate::node::{Device, NodeObjects};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked};
 use crate::pdo::{Rpdos, Tpdos};
-use crate::store::{Group, LOAD, Loaded, SAVE, StoreError};
+use crate::store::{Group, LOAD, Loaded, ParameterStore, SAVE, StoreError};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
 /// Sub-index of all parameters.
@@ -33,7 +33,11 @@ pub struct Dictionary<D: Device> {
 }
 
 impl<D: Device> Dictionary<D> {
-    pub fn new(id: NodeId, objects: NodeObjects<D>) -> Self {
+    pub fn new(
+        id: NodeId,
+        objects: NodeObjects<D>,
+        store: Option<&'static mut (dyn ParameterStore + Send)>,
+    ) -> Self {
         // What is found at power-on is told after boot-up.
         let emcy = emcy::Config::new(objects.communication.emcy_cob_id, objects.communication.emcy_inhibit);
         Dictionary {
@@ -41,7 +45,7 @@ impl<D: Device> Dictionary<D> {
             rpdos: Rpdos::new(),
             tpdos: Tpdos::new(),
             emcy: emcy::Producer::new(emcy),
-            stored: Stored::default(),
+            stored: Stored::new(store),
             written: None,
             found: None,
             id,

@@ -21,6 +21,7 @@ use crate::node::{BusHealth, Communication, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::profile::Profile;
+use crate::store::ParameterStore;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
 use crate::{emcy, sdo, sync};
@@ -76,9 +77,18 @@ pub struct Lifetimes {
 
 impl<D: Device> Services<D> {
     pub fn new(id: NodeId, objects: NodeObjects<D>, profile: &Profile) -> Self {
+        Self::with_store(id, objects, profile, None)
+    }
+
+    pub fn with_store(
+        id: NodeId,
+        objects: NodeObjects<D>,
+        profile: &Profile,
+        store: Option<&'static mut (dyn ParameterStore + Send)>,
+    ) -> Self {
         Services {
             id,
-            dictionary: Dictionary::new(id, objects),
+            dictionary: Dictionary::new(id, objects, store),
             monitor: Monitor::new(),
             sync: sync::Consumer::new(0, 0),
             sync_id: CobId::SYNC,

@@ -7,7 +7,6 @@ use crate::store::{Content, Group, Loaded, ParameterStore, SaveLimit, StoreError
 use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
 
 /// A parameter store, if the device has one.
-#[derive(Default)]
 pub struct Stored {
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
     limit: SaveLimit,
@@ -20,6 +19,10 @@ impl core::fmt::Debug for Stored {
 }
 
 impl Stored {
+    pub fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
+        Stored { store, limit: SaveLimit::default() }
+    }
+
     /// Applies what is stored of a group. `Ok(None)` without a store.
     ///
     /// # Errors

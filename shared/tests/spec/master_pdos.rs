@@ -1,0 +1,225 @@
+//! The master as a device of its own: PDOs, NMT state, parameter store.
+
+use ecss_can::link::port::Filter;
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{BusCommand, MasterEvent, MasterRequest, Refusal};
+use ecss_can::pdo::Message;
+use ecss_can::types::{CobId, NmtState, NodeId, Scet};
+use mission::{STANDARD, Told};
+
+use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
+use crate::device::fixture::Memory;
+use crate::master_device::{powered, read, write};
+
+/// PDOs of slave 2: telecommand, and telemetry.
+const TELECOMMAND: u16 = 1;
+const TELEMETRY: u16 = 14;
+
+/// Slave 2 is operational, the master announced.
+fn flying() -> Bench<Master> {
+    let mut master = powered(&STANDARD);
+    master.transmitted(NOMINAL, frame(0x701, &[5]));
+    master.receive(NOMINAL, 0x702, &[5]);
+    master.receive(NOMINAL, 0x582, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+    master.clear();
+    master
+}
+
+fn command(master: &mut Bench<Master>) -> Result<(), Refusal> {
+    master.touch(|master, now| mission::command(master, node(2), &Message::of(7, [1, 2]), now))
+}
+
+/// Until then, with the heartbeats of slave 2.
+fn with_slave(master: &mut Bench<Master>, until: u64) {
+    while master.now < ms(until) {
+        master.run_until((master.now + span(50)).min(ms(until)));
+        master.receive(NOMINAL, 0x702, &[5]);
+    }
+}
+
+/// COB-IDs of the frames sent since the last clear.
+fn ids(master: &Bench<Master>) -> Vec<u16> {
+    master.frames().iter().map(|(_, frame)| frame.id().raw()).collect()
+}
+
+fn own(command: Command) -> MasterRequest {
+    MasterRequest::Nmt(NmtMessage { command, target: Target::Node(NodeId::MASTER) })
+}
+
+/// Verifies: ECSS 7.2.2a, 7.2.2d
+#[test]
+fn the_spacecraft_time_is_its_first_transmit_pdo() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(read(&mut master, 0x1800, 1), 0x4000_0181);
+    assert_eq!(read(&mut master, 0x1800, 5), 1_000, "ms");
+    assert_eq!(read(&mut master, 0x1A00, 0), 2);
+    assert_eq!([1, 2].map(|sub| read(&mut master, 0x1A00, sub)), [0x2011_0218, 0x2011_0120]);
+    // Another period, from now on: 1 ms.
+    assert_eq!(write(&mut master, 0x1800, 5, 300, 2), Ok(()));
+    master.transmitted(NOMINAL, frame(0x701, &[5]));
+    master.clear();
+    master.run_until(ms(700));
+    assert_eq!(master.times(NOMINAL, 0x181), [301, 601]);
+}
+
+/// While a new bus is not announced nothing may be sent there. The time waits, and is that of its departure.
+#[test]
+fn a_time_that_was_due_before_the_announcement_follows_it() {
+    let mut master = flying();
+    master.run_until(ms(990));
+    master.request(MasterRequest::SwitchBus(NOMINAL.other()));
+    let heartbeat = frame(0x701, &[5]);
+    master.clear();
+    master.run_until(ms(1_250));
+    assert!(!ids(&master).contains(&0x181));
+    master.transmitted(NOMINAL.other(), heartbeat);
+    let time = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x181).expect("the time");
+    assert_eq!(time.at, ms(1_250));
+    // 1.25 s: a quarter of 2^24.
+    assert_eq!(Scet::decode(time.frame.data()), Scet::new(1, 0x40_0000));
+    assert_eq!(time.expires, ms(1_255));
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_slave_with_other_cob_ids_is_commanded_and_heard_there() {
+    let mut master = flying();
+    let (tpdo, rpdo) = (0x1800 + TELECOMMAND, 0x1400 + TELEMETRY);
+    assert_eq!(read(&mut master, tpdo, 1), 0x4000_0302);
+    assert_eq!(read(&mut master, rpdo, 1) & 0x7FF, 0x382);
+    for (index, id) in [(tpdo, 0x4000_0342), (rpdo, 0x4000_04C2)] {
+        let present = read(&mut master, index, 1);
+        assert_eq!(write(&mut master, index, 1, present | 1 << 31, 4), Ok(()));
+        assert_eq!(write(&mut master, index, 1, id, 4), Ok(()));
+    }
+    // All nodes of that function code pass now.
+    let filter = Filter::function(CobId::new(0x4C2).unwrap());
+    let admitted = |(_, command): &(_, BusCommand)| *command == BusCommand::Filter { number: 9, filter };
+    assert!(master.controls.iter().any(admitted), "{:?}", master.controls);
+    master.clear();
+    assert_eq!(command(&mut master), Ok(()));
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x342, &[7, 0, 1, 2, 0, 0, 0, 0]))]);
+    master.receive(NOMINAL, 0x382, &[1, 0, 0, 0, 0, 0, 0, 0]);
+    assert_eq!(master.events, []);
+    master.receive(NOMINAL, 0x4C2, &[3, 0, 9, 0, 0, 0, 0, 0]);
+    let data = [3, 0, 9, 0, 0, 0, 0, 0];
+    assert_eq!(master.events, [MasterEvent::Pdo { bus: NOMINAL, number: TELEMETRY, data }]);
+    assert_eq!(mission::told(TELEMETRY, data), Some((node(2), Told::Telemetry(Message::of(3, [9])))));
+    assert_eq!(master.node.objects().application.device.telemetry[0].code, 3);
+}
+
+/// Its own SYNC is the one that its synchronous PDOs follow.
+///
+/// Verifies: ECSS 6.9b, 6.9e
+#[test]
+fn synchronous_pdos_follow_its_own_sync() {
+    let mut master = flying();
+    for (index, id) in [(0x1800 + TELECOMMAND, 0x4000_0302), (0x1400 + TELEMETRY, 0x4000_0382)] {
+        assert_eq!(write(&mut master, index, 1, 1 << 31 | id, 4), Ok(()));
+        assert_eq!(write(&mut master, index, 2, 2, 1), Ok(()));
+        assert_eq!(write(&mut master, index, 1, id, 4), Ok(()));
+    }
+    master.clear();
+    master.receive(NOMINAL, 0x382, &[3, 0, 9, 0, 0, 0, 0, 0]);
+    assert_eq!((master.events.as_slice(), ids(&master)), (&[][..], vec![]));
+    let telemetry = |master: &Bench<Master>| master.node.objects().application.device.telemetry[0].code;
+    assert_eq!(telemetry(&master), 0);
+    master.transmitted(NOMINAL, frame(0x080, &[]));
+    assert!(master.events.contains(&MasterEvent::Synchronised { number: TELEMETRY }));
+    assert_eq!((telemetry(&master), ids(&master)), (3, vec![]));
+    // Every second one.
+    master.transmitted(NOMINAL, frame(0x080, &[]));
+    assert_eq!(ids(&master), [0x302]);
+}
+
+/// Verifies: ECSS 6.5.2b
+#[test]
+fn it_consumes_the_heartbeat_of_every_slave_of_the_mission() {
+    for profile in [&STANDARD, &mission::LIBRECUBE] {
+        let mut master = powered(profile);
+        assert_eq!(read(&mut master, 0x1016, 0), 14);
+        let time = profile.consumer.as_millis() as u32;
+        for sub in 1..=14 {
+            assert_eq!(read(&mut master, 0x1016, sub), (u32::from(sub) + 1) << 16 | time);
+        }
+    }
+}
+
+/// Verifies: ECSS 6.5.4a
+#[test]
+fn its_own_state_is_commanded_and_told_like_that_of_a_slave() {
+    let mut master = flying();
+    assert_eq!(read(&mut master, 0x1F82, 1), 5);
+    // Pre-operational: SYNC goes on, PDOs do not.
+    assert_eq!(write(&mut master, 0x1F82, 1, 127, 1), Ok(()));
+    assert_eq!(read(&mut master, 0x1F82, 1), 127);
+    assert_eq!(command(&mut master), Err(Refusal::NotValid));
+    master.clear();
+    with_slave(&mut master, 1_150);
+    let beats = master.frames().iter().filter(|(_, beat)| *beat == frame(0x701, &[0x7F])).count();
+    assert_eq!((beats, master.times(NOMINAL, 0x080).len()), (11, 11));
+    assert_eq!(master.times(NOMINAL, 0x181), []);
+    // Stopped: heartbeats alone.
+    master.request(own(Command::Stop));
+    master.clear();
+    master.receive(NOMINAL, 0x601, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+    with_slave(&mut master, 1_450);
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x701, &[0x04])); 3]);
+    master.request(own(Command::Start));
+    assert_eq!(master.events.last(), Some(&MasterEvent::State(NmtState::Operational)));
+}
+
+#[test]
+fn a_reset_of_the_chip_is_its_applications_part() {
+    let mut master = flying();
+    assert_eq!(write(&mut master, 0x1F82, 1, 6, 1), Ok(()));
+    assert!(master.events.contains(&MasterEvent::ResetNode));
+    master.clear();
+    master.run_until(ms(150));
+    assert!(ids(&master).contains(&0x701), "it goes on until then");
+}
+
+/// Verifies: ECSS 6.5.4a
+#[test]
+fn reset_communication_brings_its_parameters_back() {
+    let mut master = flying();
+    assert_eq!(write(&mut master, 0x1800, 5, 300, 2), Ok(()));
+    assert_eq!(write(&mut master, 0x1016, 3, 0, 4), Ok(()));
+    master.clear();
+    master.request(own(Command::ResetCommunication));
+    assert_eq!(master.frames()[0], (NOMINAL, frame(0x701, &[0])));
+    assert_eq!(master.events.last(), Some(&MasterEvent::State(NmtState::Operational)));
+    assert_eq!(read(&mut master, 0x1800, 5), 1_000);
+    assert_eq!(read(&mut master, 0x1016, 3), 4 << 16 | 250);
+}
+
+#[test]
+fn what_it_stores_holds_after_the_next_start() {
+    let memory = Memory::default();
+    let start = || {
+        let store: &'static mut Memory = Box::leak(Box::new(memory.clone()));
+        let mut master = Bench::new(mission::master(&STANDARD, Some(store)));
+        master.run_until(ms(1));
+        master.transmitted(NOMINAL, frame(0x701, &[5]));
+        master
+    };
+    let mut master = start();
+    for (index, sub, value, len) in
+        [(0x1016, 1, 2 << 16 | 400, 4), (0x1F81, 9, 0b101, 4), (0x1800, 5, 300, 2), (0x2000, 1, 1, 1)]
+    {
+        assert_eq!(write(&mut master, index, sub, value, len), Ok(()), "{index:04X}h");
+    }
+    assert_eq!(write(&mut master, 0x1010, 1, u32::from_le_bytes(*b"save"), 4), Ok(()));
+    let mut master = Bench::new(mission::master(&STANDARD, Some(Box::leak(Box::new(memory.clone())))));
+    let redundant = NOMINAL.other();
+    assert_eq!(master.frames()[0], (redundant, frame(0x701, &[0])), "the stored Bdefault");
+    assert_eq!(master.node.status(master.now).redundancy.consumer.as_millis(), 400);
+    master.transmitted(redundant, frame(0x701, &[5]));
+    master.clear();
+    master.run_until(ms(650));
+    assert_eq!(master.times(redundant, 0x181), [300, 600]);
+    // Assigned: it is asked as soon as it is heard.
+    master.clear();
+    master.receive(redundant, 0x709, &[0]);
+    assert!(ids(&master).contains(&0x609));
+}
