@@ -74,7 +74,7 @@ impl<N: Node> Seat<N> {
 fn main() {
     let mut now = Instant::ZERO;
     let mut slave = Seat::new(Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Counter::default()));
-    let mut master = Seat::new(Master::new(&Profile::DEFAULT, Plain::default()));
+    let mut master = Seat::new(Master::new(&Profile::DEFAULT, Plain::default(), None));
     let (mut counts, mut is_started) = (Vec::new(), false);
     while now < Instant::from_micros(1_050_000) {
         while let Some(sent) = master.step(now) {
