@@ -2,13 +2,9 @@
 //!
 //!     cargo run -p ecss-can --example slave
 
-use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, Device, Node, Outbox, Slave, SlaveEvent};
-use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
-use ecss_can::profile::Profile;
-use ecss_can::types::{Bus, CobId, Frame, Instant, NodeId};
+use ecss_can::node::{BusCommand, Outbox};
+use ecss_can::prelude::*;
 
 /// A valve.
 #[derive(Debug, Objects)]

@@ -2,13 +2,9 @@
 //!
 //!     cargo run -p ecss-can --example two_nodes
 
-use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::Stamp;
-use ecss_can::node::{BusCommand, Device, LinkEvent, Master, MasterEvent, Node, Outbox, Slave, SlaveEvent};
-use ecss_can::od::Objects;
-use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
-use ecss_can::profile::Profile;
-use ecss_can::types::{Bus, Duration, Frame, Instant, NmtState, NodeId};
+use ecss_can::node::{BusCommand, LinkEvent, Outbox};
+use ecss_can::prelude::*;
 
 /// A clock that counts SYNCs.
 #[derive(Debug, Objects)]
