@@ -1,0 +1,30 @@
+//! The examples stay as short as they promise to be.
+
+use std::fs;
+use std::path::PathBuf;
+
+/// Lines of an example, comments included.
+const MOST: usize = 99;
+
+fn lines(path: &str) -> usize {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned();
+    fs::read_to_string(root.join(path)).unwrap_or_else(|error| panic!("{path}: {error}")).lines().count()
+}
+
+#[test]
+fn examples_of_the_protocol_are_below_a_hundred_lines() {
+    for name in ["slave", "two_nodes"] {
+        let path = format!("shared/examples/{name}.rs");
+        assert!(lines(&path) <= MOST, "{path}: {} lines", lines(&path));
+    }
+}
+
+/// Application and main; objects and formulas are the device's.
+#[test]
+fn example_images_are_below_a_hundred_lines() {
+    for package in ["thermometer", "thermometer-master"] {
+        let files = ["app.rs", "main.rs"].map(|file| format!("firmware/examples/{package}/src/{file}"));
+        let count: usize = files.iter().map(|path| lines(path)).sum();
+        assert!(count <= MOST, "{package}: {count} lines");
+    }
+}
