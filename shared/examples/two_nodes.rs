@@ -23,15 +23,19 @@ impl Device for Counter {
         PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x280)).transmission(1).map(Counter::COUNT)]);
 }
 
-/// A master without objects of its own.
+/// What the master hears of it.
 #[derive(Debug, Objects)]
 #[objects(device)]
-struct Plain {}
+struct Display {
+    /// Last count
+    #[object(0x6000, rww, pdo)]
+    last: u32,
+}
 
-impl Device for Plain {
-    type Pdos = PdoObjects<0, 0>;
+impl Device for Display {
+    type Pdos = PdoObjects<1, 0>;
     type Consumers = HeartbeatConsumers<1>;
-    const PDOS: PdoSet = PdoSet::NONE;
+    const PDOS: PdoSet = PdoSet::new(&[Rpdo::new(1, CobIdOf::fixed(0x283)).map(Display::LAST)], &[]);
 }
 
 /// A node on both buses.
@@ -49,9 +53,7 @@ impl<N: Node> Seat<N> {
 
     /// Does what is due; the next frame that it sends goes out at once.
     fn step(&mut self, now: Instant) -> Option<(Bus, Frame)> {
-        if self.node.deadline().is_some_and(|due| due <= now) {
-            self.node.poll(now, &mut self.out);
-        }
+        self.node.poll(now, &mut self.out);
         while let Some((bus, command)) = self.out.pop_command() {
             if let BusCommand::Send(outgoing) = command {
                 let (frame, stamp) = (outgoing.frame, Stamp::interrupt(now));
@@ -68,31 +70,27 @@ impl<N: Node> Seat<N> {
 }
 
 fn main() {
-    let mut now = Instant::ZERO;
     let mut slave = Seat::new(Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Counter::default()));
-    let mut master = Seat::new(Master::new(&Profile::DEFAULT, Plain::default(), None));
-    let (mut counts, mut is_started) = (Vec::new(), false);
+    let mut master = Seat::new(Master::new(&Profile::DEFAULT, Display::default(), None));
+    let (mut now, mut heard) = (Instant::ZERO, Vec::new());
     while now < Instant::from_micros(1_050_000) {
         while let Some(sent) = master.step(now) {
             slave.receive(sent, now);
         }
-        while let Some((bus, frame)) = slave.step(now) {
-            println!("{now:?} {bus:?} {frame:?}");
-            counts.extend((frame.id().raw() == 0x283).then(|| frame.data()[0]));
-            master.receive((bus, frame), now);
+        while let Some(sent) = slave.step(now) {
+            println!("{now:?} {sent:?}");
+            master.receive(sent, now);
         }
         while let Some(event) = slave.out.pop_event() {
-            if matches!(event, SlaveEvent::Sync { .. }) {
-                slave.node.objects_mut().application.count += 1;
-            }
+            slave.node.objects_mut().application.count += u32::from(matches!(event, SlaveEvent::Sync { .. }));
         }
         while let Some(event) = master.out.pop_event() {
-            is_started |= matches!(event, MasterEvent::SlaveState { state: NmtState::Operational, .. });
+            let last = master.node.objects().application.device.last;
+            heard.extend(matches!(event, MasterEvent::Pdo { .. }).then_some(last));
         }
         now += Duration::from_micros(100);
     }
-    assert!(is_started, "the master has started the slave");
-    assert_eq!(counts[..8], [0, 1, 2, 3, 4, 5, 6, 7], "SYNC comes every 100 ms");
+    assert_eq!(heard[..8], [0, 1, 2, 3, 4, 5, 6, 7], "started by the master, a count with every SYNC");
 }
 
 #[test]

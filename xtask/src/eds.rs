@@ -28,7 +28,7 @@ const MODIFIED: Timestamp = CREATED;
 /// Command line of `eds`.
 #[derive(Args, Debug)]
 pub struct Options {
-    /// A device of your own: the package whose program on the host is `eds::program`
+    /// A device of your own: the package whose program on the host calls `eds::slave_program` or `master_program`
     #[arg(long, value_name = "NAME", conflicts_with = "profile")]
     package: Option<String>,
 
@@ -114,7 +114,7 @@ fn printed(package: &str, manifest: &Path, node: Option<u8>) -> anyhow::Result<(
     let name = name.filter(|name| Path::new(name).file_name().is_some_and(|file| file == *name));
     let name = name.with_context(|| {
         format!(
-            "{package} printed no data sheet: call eds::program in its main, where it is built for the host"
+            "{package} printed no data sheet: call eds::slave_program in its main, where it is built for the host"
         )
     })?;
     Ok((name.to_owned(), text))

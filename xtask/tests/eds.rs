@@ -99,10 +99,13 @@ fn a_package_of_the_user_gets_its_files() {
 
 #[test]
 fn a_package_without_data_sheet_is_refused_with_what_to_do() {
-    let output = eds(&["--package", "thermometer-master"]);
+    let output = eds(&["--package", "slave"]);
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1));
-    assert!(complaint.contains("thermometer-master") && complaint.contains("eds::program"), "{complaint}");
+    assert!(
+        complaint.contains("slave printed no data sheet") && complaint.contains("eds::slave_program"),
+        "{complaint}"
+    );
 }
 
 #[test]

@@ -50,7 +50,7 @@ mod value;
 
 pub use description::Description;
 pub use device::{BIT_RATES, Commissioning, Device, Timestamp};
-pub use program::{program, slave_program};
+pub use program::{master_program, program, slave_program};
 
 #[cfg(doc)]
 use ecss_can::od::Objects;

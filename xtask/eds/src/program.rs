@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::process::ExitCode;
 
-use ecss_can::node::{self, Slave};
+use ecss_can::node::{self, Master, Slave};
 use ecss_can::od::Objects;
 use ecss_can::profile::Profile;
 use ecss_can::types::NodeId;
@@ -16,13 +16,21 @@ use crate::{Commissioning, Description, Device};
 /// `cargo xtask eds --package NAME` runs that program and writes what it prints. The files are named after
 /// [`Device::order_code`], or else after the product. The bit rate is that of the profile where `sheet` has none.
 pub fn slave_program<D: node::Device>(profile: &Profile, sheet: Device) -> ExitCode {
-    let mut sheet = Device { boot_up_slave: true, ..sheet };
-    if sheet.bit_rates.is_empty() {
-        sheet.bit_rates.push((profile.network.bit_rate.get() / 1000) as u16);
-    }
-    program(&sheet, |id| {
+    let sheet = Device { boot_up_slave: true, ..sheet };
+    program(&with_bit_rate(sheet, profile), |id| {
         let mut objects = Slave::new(id, profile, D::default()).into_objects();
         // Boards have a parameter store.
+        (objects.communication.store, objects.communication.restore) = ([1; 4], [1; 4]);
+        objects
+    })
+}
+
+/// As [`slave_program`], for the master `D`.
+pub fn master_program<D: node::Device>(profile: &Profile, sheet: Device) -> ExitCode {
+    let id = NodeId::MASTER.get();
+    let sheet = Device { boot_up_master: true, nodes: id..=id, ..sheet };
+    program(&with_bit_rate(sheet, profile), |_| {
+        let mut objects = Master::new(profile, D::default(), None).into_objects();
         (objects.communication.store, objects.communication.restore) = ([1; 4], [1; 4]);
         objects
     })
@@ -42,6 +50,13 @@ pub fn program<D: Objects>(device: &Device, objects: impl Fn(NodeId) -> D) -> Ex
             ExitCode::from(2)
         }
     }
+}
+
+fn with_bit_rate(mut sheet: Device, profile: &Profile) -> Device {
+    if sheet.bit_rates.is_empty() {
+        sheet.bit_rates.push((profile.network.bit_rate.get() / 1000) as u16);
+    }
+    sheet
 }
 
 /// What is printed for these arguments, or the complaint about them.

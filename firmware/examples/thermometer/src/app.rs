@@ -7,7 +7,7 @@ use embassy_futures::select::{Either, select};
 use embassy_stm32::adc::{Adc, SampleTime};
 use embassy_time::{Duration, Ticker};
 use static_cell::StaticCell;
-use thermometer::{COMMAND, PROFILE, Thermometer, slave};
+use thermometer::{CHANGE, COMMAND, PROFILE, Thermometer, slave};
 
 type Node = Slave<Thermometer>;
 
@@ -34,12 +34,9 @@ async fn main(spawner: Spawner) {
     let mut sensor = adc.enable_temperature();
     let mut ticker = Ticker::every(Duration::from_millis(100));
     loop {
-        match select(events.next(), ticker.next()).await {
-            Either::First(event) => on_event(slave, event),
-            Either::Second(()) => {
-                let code = adc.blocking_read(&mut sensor, SampleTime::CYCLES480);
-                measured(slave, code);
-            }
+        measured(slave, adc.blocking_read(&mut sensor, SampleTime::CYCLES480));
+        while let Either::First(event) = select(events.next(), ticker.next()).await {
+            on_event(slave, event);
         }
     }
 }
@@ -58,9 +55,13 @@ fn measured(slave: Handle<'_, Board, Node>, code: u16) {
 fn on_event(slave: Handle<'_, Board, Node>, event: SlaveEvent) {
     match event {
         SlaveEvent::Pdo { number, .. } if usize::from(number) == COMMAND.slot() => {
-            slave.with(|slave, _| slave.objects_mut().application.obey());
+            let highest = slave.with(|slave, _| slave.objects_mut().application.obey());
+            defmt::info!("commanded; highest temperature: {=i16} tenths of a degree", highest);
         }
-        SlaveEvent::State(state) => defmt::info!("{}", state),
+        // Whoever hears the changes knows from now on.
+        SlaveEvent::State(NmtState::Operational) => {
+            slave.with(|slave, now| slave.send_pdo(CHANGE.slot(), now));
+        }
         SlaveEvent::ResetNode => boards::reset(),
         _ => {}
     }

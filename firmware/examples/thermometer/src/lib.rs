@@ -118,11 +118,12 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Thermometer<S> {
         entry.and_then(|bytes| bytes.try_into().ok()).map_or(0, i16::from_le_bytes)
     }
 
-    /// Obeys the command that a PDO brought.
-    pub fn obey(&mut self) {
+    /// Obeys the command that a PDO brought; the highest temperature from now on.
+    pub fn obey(&mut self) -> i16 {
         if self.command == 1 {
             self.highest = self.temperature;
         }
+        self.highest
     }
 }
 
@@ -145,6 +146,14 @@ mod tests {
             assert_eq!((thermometer.temperature, thermometer.alarm), (temperature, alarm), "{code}");
         }
         assert_eq!(thermometer.highest, 852);
+    }
+
+    #[test]
+    fn only_command_1_forgets_the_highest_temperature() {
+        let mut thermometer = Thermometer::<[u8; 0]> { highest: 900, temperature: 250, ..Default::default() };
+        assert_eq!(thermometer.obey(), 900);
+        thermometer.command = 1;
+        assert_eq!(thermometer.obey(), 250);
     }
 
     #[test]

@@ -122,6 +122,11 @@ impl<D: Device> Master<D> {
         &self.services.dictionary.objects
     }
 
+    /// The object dictionary alone, for a data sheet.
+    pub fn into_objects(self) -> NodeObjects<MasterObjects<D>> {
+        self.services.dictionary.objects
+    }
+
     /// The object dictionary, to be changed.
     pub fn objects_mut(&mut self) -> &mut NodeObjects<MasterObjects<D>> {
         &mut self.services.dictionary.objects

@@ -75,6 +75,18 @@ fn a_warmer_chip_sends_its_change_at_once() {
     assert_eq!(craft.sent(THERMOMETER, Bus::Nominal, CHANGE).count(), changes + 1);
     assert_eq!(last(&craft, CHANGE), (905, 1));
     assert_eq!(last(&craft, CYCLE).0, 905);
+    // The master has received it, into its dictionary.
+    assert!(craft.said(1, "905 tenths of a degree, alarm 1", ms(2_000)).is_some(), "{}", craft.log(1));
+}
+
+/// "Forget the highest temperature" leaves the master as a PDO.
+#[test]
+fn a_command_of_the_master_is_obeyed() {
+    let craft = calibrated();
+    let commands: Vec<&Seen> = craft.sent(1, Bus::Nominal, 0x203).collect();
+    assert_eq!(commands.iter().map(|seen| seen.data()).collect::<Vec<_>>(), [[1]]);
+    let obeyed = craft.said(THERMOMETER, "commanded; highest temperature: 253", commands[0].end);
+    assert!(obeyed.is_some(), "{}", craft.log(THERMOMETER));
 }
 
 /// SYNC comes every 100 ms.

@@ -1,0 +1,78 @@
+//! The master of the thermometer: its objects, its PDOs, and the table that it writes.
+
+#![no_std]
+#![forbid(unsafe_code)]
+
+use ecss_can::prelude::*;
+use ecss_can::sdo::Error;
+use thermometer::Thermometer;
+
+/// The thermometer's Node-ID.
+pub const THERMOMETER: NodeId = NodeId::of::<3>();
+/// "save" there keeps all parameters.
+const SAVE_ALL: Address = Address::new(0x1010, 1);
+
+/// Receive PDO of a change: 283h.
+pub const CHANGE: Rpdo = Rpdo::new(1, CobIdOf::fixed(0x283)).map(Ground::TEMPERATURE).map(Ground::ALARM);
+/// Transmit PDO of commands: 203h.
+pub const COMMAND: Tpdo = Tpdo::new(1, CobIdOf::fixed(0x203)).map(Ground::COMMAND);
+
+/// What the master has beside the objects of every master.
+#[derive(Debug, Objects)]
+#[objects(device)]
+pub struct Ground {
+    /// Temperature of the thermometer
+    ///
+    /// 0.1 °C.
+    #[object(0x6000, rww, pdo)]
+    pub temperature: i16,
+    /// Alarm of the thermometer
+    ///
+    /// 0: within the limits; 1: above; 2: below.
+    #[object(0x6001, rww, pdo)]
+    pub alarm: u8,
+    /// Command to the thermometer
+    ///
+    /// 1: forget the highest temperature.
+    #[object(0x6010, ro, pdo)]
+    pub command: u8,
+}
+
+impl Device for Ground {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<4>;
+
+    const PDOS: PdoSet = PdoSet::new(&[CHANGE], &[COMMAND]);
+
+    fn communication(id: NodeId) -> Communication {
+        Communication { device_name: "Thermometer's master", ..Communication::new(id) }
+    }
+}
+
+/// Writes the table by block transfer; from now on the thermometer corrects by it, also after a reset.
+///
+/// # Errors
+/// See [`Error`].
+pub async fn write_table(client: SdoClient<'_, impl Platform, Ground>) -> Result<(), Error> {
+    let mut bytes = table();
+    let fill = |part: &mut [u8]| part.fill_with(|| bytes.next().unwrap_or(0));
+    client.download_from(THERMOMETER, Thermometer::TABLE.address(), 2048, fill).await?;
+    client.write(THERMOMETER, Thermometer::MODE.address(), &[1]).await?;
+    client.write(THERMOMETER, SAVE_ALL, b"save").await
+}
+
+/// Whether the table is as it was written.
+///
+/// # Errors
+/// See [`Error`].
+pub async fn is_kept(client: SdoClient<'_, impl Platform, Ground>) -> Result<bool, Error> {
+    let (mut bytes, mut same) = (table(), true);
+    let compare = |part: &[u8]| same &= part.iter().all(|byte| bytes.next() == Some(*byte));
+    client.upload_to(THERMOMETER, Thermometer::TABLE.address(), 2048, compare).await?;
+    Ok(same && bytes.next().is_none())
+}
+
+/// 1024 corrections: a tenth of a degree more every 64 entries.
+fn table() -> impl Iterator<Item = u8> {
+    (0_i16..1024).flat_map(|entry| (entry / 64).to_le_bytes())
+}

@@ -1,0 +1,92 @@
+//! A master of one's own without any hardware: it commands a valve and hears how far that is open, both by PDO.
+//!
+//!     cargo run -p ecss-can --example master
+
+use ecss_can::link::Stamp;
+use ecss_can::node::{BusCommand, LinkEvent, Outbox};
+use ecss_can::prelude::*;
+
+const VALVE: NodeId = NodeId::of::<5>();
+
+/// What the master has beside the objects of every master.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Plant {
+    /// Wanted opening of the valve
+    ///
+    /// Percent.
+    #[object(0x6000, rw, pdo, high = 100)]
+    wanted: u8,
+    /// Opening of the valve
+    ///
+    /// Percent.
+    #[object(0x6001, rww, pdo)]
+    opening: u8,
+}
+
+impl Device for Plant {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<4>;
+    /// 205h is what the valve receives, 185h what it sends.
+    const PDOS: PdoSet = PdoSet::new(
+        &[Rpdo::new(1, CobIdOf::fixed(0x185)).map(Plant::OPENING)],
+        &[Tpdo::new(1, CobIdOf::fixed(0x205)).map(Plant::WANTED)],
+    );
+}
+
+/// The master with its outbox, at a desk.
+struct Desk {
+    master: Master<Plant>,
+    out: Outbox<MasterEvent>,
+    now: Instant,
+}
+
+impl Desk {
+    /// Gives the master a frame of the nominal bus; what it sends.
+    fn receive(&mut self, id: u16, data: &[u8]) -> Vec<(u16, Vec<u8>)> {
+        let frame = Frame::new(CobId::new(id).expect("11 bits"), data).expect("8 bytes at most");
+        self.master.on_received(Bus::Nominal, &frame, &Stamp::interrupt(self.now), self.now, &mut self.out);
+        self.sent()
+    }
+
+    /// What the master has sent since it was asked last. All of it is acknowledged.
+    fn sent(&mut self) -> Vec<(u16, Vec<u8>)> {
+        self.master.poll(self.now, &mut self.out);
+        let mut sent = Vec::new();
+        while let Some((bus, command)) = self.out.pop_command() {
+            if let BusCommand::Send(outgoing) = command {
+                let event =
+                    LinkEvent::Transmitted { frame: outgoing.frame, stamp: Stamp::interrupt(self.now) };
+                self.master.on_link(bus, &event, self.now, &mut self.out);
+                sent.push((outgoing.frame.id().raw(), outgoing.frame.data().to_vec()));
+            }
+        }
+        println!("{:?}: {sent:X?}", self.now);
+        sent
+    }
+}
+
+fn main() {
+    let master = Master::new(&Profile::DEFAULT, Plant::default(), None);
+    let mut desk = Desk { master, out: Outbox::new(), now: Instant::ZERO };
+    desk.master.start(desk.now, &mut desk.out);
+    assert_eq!(desk.sent()[0], (0x701, vec![0]), "boot-up");
+
+    let answer = desk.receive(0x705, &[0]);
+    assert!(answer.contains(&(0x000, vec![1, 5])), "the valve has booted: start it");
+    desk.receive(0x705, &[5]);
+
+    desk.master.objects_mut().application.device.wanted = 60;
+    desk.master.send_pdo_to(VALVE, 0, desk.now).expect("the valve is operational");
+    assert_eq!(desk.sent(), [(0x205, vec![60])]);
+
+    desk.receive(0x185, &[60]);
+    assert_eq!(desk.master.objects().application.device.opening, 60);
+    let is_pdo = |event| matches!(event, MasterEvent::Pdo { number: 0, .. });
+    assert!(core::iter::from_fn(|| desk.out.pop_event()).any(is_pdo), "the application knows");
+}
+
+#[test]
+fn it_runs() {
+    main();
+}
