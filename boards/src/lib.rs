@@ -34,6 +34,8 @@ mod clock_tree;
 mod memory;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
+#[cfg(target_os = "none")]
+mod panic;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 mod pyboard_v11;
 #[cfg(target_os = "none")]
@@ -50,7 +52,6 @@ pub use pyboard_v11::{Resources, start};
 mod image {
     use defmt_rtt as _;
     use ecss_can::runner::Telltale;
-    use panic_probe as _;
 
     /// What a debugger or an emulator reads of the running image, by this symbol.
     // SAFETY: no other symbol of an image has this name.

@@ -117,3 +117,44 @@ core::arch::global_asm!(
     "8: bx lr",
     ".size memset, . - memset",
 );
+
+// SAFETY (memmove): as C has it, `r0` and `r1` are areas of `r2` bytes that may overlap. Where writing upwards would overwrite
+// what is still to be read (r1 < r0 < r1 + r2), it goes down from the ends of both; else memcpy reads each byte before it
+// writes there, as it writes below what it reads. Each byte is read and written once and none beyond. r0 is returned.
+core::arch::global_asm!(
+    ".syntax unified",
+    ".section .text.memmove, \"ax\", %progbits",
+    ".global memmove, __aeabi_memmove, __aeabi_memmove4, __aeabi_memmove8",
+    ".type memmove, %function",
+    ".type __aeabi_memmove, %function",
+    ".type __aeabi_memmove4, %function",
+    ".type __aeabi_memmove8, %function",
+    ".thumb_func",
+    "memmove:",
+    ".thumb_func",
+    "__aeabi_memmove:",
+    ".thumb_func",
+    "__aeabi_memmove4:",
+    ".thumb_func",
+    "__aeabi_memmove8:",
+    "subs r3, r0, r1",
+    "cmp r3, r2",
+    "bhs memcpy",
+    "adds r1, r1, r2",
+    "add r12, r0, r2",
+    "subs r2, #4",
+    "blo 2f",
+    "1: ldr r3, [r1, #-4]!",
+    "str r3, [r12, #-4]!",
+    "subs r2, #4",
+    "bhs 1b",
+    // None to three bytes are left; r2 is their number less four.
+    "2: adds r2, #4",
+    "beq 4f",
+    "3: ldrb r3, [r1, #-1]!",
+    "strb r3, [r12, #-1]!",
+    "subs r2, #1",
+    "bne 3b",
+    "4: bx lr",
+    ".size memmove, . - memmove",
+);
