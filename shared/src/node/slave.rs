@@ -2,6 +2,7 @@
 
 mod bus_events;
 mod identity;
+mod marks;
 mod network;
 mod objects;
 mod retained;
@@ -19,6 +20,7 @@ use crate::redundancy::{Access, Parameters, Selector};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
+use marks::Marks;
 
 type Out = Outbox<SlaveEvent>;
 
@@ -47,8 +49,8 @@ pub struct Slave<D: Device> {
     startup: NmtStartup,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
-    /// A bit for each COB-ID that is taken, [`mark`]: frames without are for others.
-    marks: u64,
+    /// COB-IDs that are taken; frames without a mark are for others.
+    marks: Marks,
     /// A bit for each filter that its buses have not been told yet.
     changed_filters: u32,
     /// The bus that the application chose.
@@ -59,6 +61,7 @@ pub struct Slave<D: Device> {
 
 impl<D: Device> Slave<D> {
     /// A slave before power-on. `id` is one of 2..=127.
+    #[inline(never)] // places on a small stack are reached by short instructions
     pub fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
         let mut objects = NodeObjects::new(id, &redundancy, application);
@@ -76,7 +79,7 @@ impl<D: Device> Slave<D> {
             initial: redundancy,
             startup: NmtStartup::of_slave(profile.autostart),
             stamped: profile.stamped,
-            marks: u64::MAX,
+            marks: Marks::ALL,
             changed_filters: 0,
             wanted: None,
             warning: None,
@@ -327,7 +330,7 @@ impl<D: Device> Node for Slave<D> {
         self.services.buses.received(bus);
         if now >= self.services.next {
             self.run(stamp.at.min(now), now, out);
-        } else if self.marks & mark(frame.id()) == 0 {
+        } else if !self.marks.may_have(frame.id()) {
             return self.services.buses.ignored(bus);
         }
         self.on_frame(bus, frame, stamp, now, out);
@@ -350,9 +353,4 @@ impl<D: Device> Node for Slave<D> {
         let is_on_list = bus == self.selector.selected() && self.stamped.contains(&frame.id());
         is_on_list && (frame.id() != self.services.sync_id() || is_sync_length(frame))
     }
-}
-
-/// A bit for a COB-ID; some share one.
-fn mark(id: CobId) -> u64 {
-    1 << ((id.raw() ^ id.raw() >> 5) & 0x3F)
 }

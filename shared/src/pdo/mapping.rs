@@ -79,6 +79,7 @@ impl Slot {
     }
 
     /// Bits of all its values.
+    #[inline(always)]
     const fn bits(self) -> u32 {
         self.run().count.wrapping_mul(self.run().bits())
     }
@@ -161,7 +162,11 @@ impl Layout {
     #[inline(never)]
     fn pack_all<D: Objects>(&self, objects: &D) -> u64 {
         let (mut pdo, mut at) = (0_u64, 0_u32);
-        for slot in self.slots() {
+        // A plain loop: built for size, an iterator that ends early is a call for each slot.
+        for &slot in &self.slots {
+            if slot == Slot::UNUSED {
+                break;
+            }
             pdo |= read(objects, slot).wrapping_shl(at);
             at = at.wrapping_add(slot.bits());
         }
@@ -170,7 +175,7 @@ impl Layout {
 
     /// Writes the values of a PDO. Bits that are not mapped do not matter. Returns whether all values were within their
     /// limits; others are not written.
-    #[inline]
+    #[inline(always)]
     pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
         match self.only() {
             Some(slot) => write(objects, slot, pdo),
@@ -181,11 +186,14 @@ impl Layout {
     #[inline(never)]
     fn unpack_all<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
         let (mut all, mut rest) = (true, pdo);
-        for slot in self.slots() {
+        for &slot in &self.slots {
+            if slot == Slot::UNUSED {
+                break;
+            }
             // What lies above belongs to those behind; a value takes its own bits only.
             all &= write(objects, slot, rest);
             // Nothing is behind one of 64 bits.
-            rest = rest.wrapping_shr(slot.bits());
+            rest = shift_down(rest, slot.bits());
         }
         all
     }
@@ -205,6 +213,18 @@ impl Layout {
     fn slots(&self) -> impl Iterator<Item = Slot> + '_ {
         self.slots.iter().copied().take_while(|slot| *slot != Slot::UNUSED)
     }
+}
+
+/// `bits` without the lowest `by`, `0..=64`. In words: built for size, a shift of 64 bits is a call.
+#[inline]
+fn shift_down(bits: u64, by: u32) -> u64 {
+    let (high, low) = ((bits >> 32) as u32, bits as u32);
+    let (high, low) = if by < 32 {
+        (high >> by, low >> by | high.unbounded_shl(32 - by))
+    } else {
+        (0, high.unbounded_shr(by - 32))
+    };
+    u64::from(high) << 32 | u64::from(low)
 }
 
 /// All that PDOs take from the dictionary: once in an image.

@@ -231,7 +231,7 @@ impl<P: CanPort> Line<P> {
     }
 
     /// Before anything else: what the port has measured does not last.
-    #[inline]
+    #[inline(always)] // few frames need the port
     fn stamp<N: Node>(&mut self, shared: &Shared<N>, frame: &Frame, reported: &Stamp) -> Stamp {
         if shared.node.is_stamped(self.bus, frame) { self.port.stamp(frame, *reported) } else { *reported }
     }

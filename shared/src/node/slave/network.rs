@@ -1,5 +1,6 @@
 //! Module control, heartbeats, and what follows from them: NMT state and bus.
 
+use super::marks::Marks;
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
@@ -49,7 +50,7 @@ impl<D: Device> Slave<D> {
             Reaction::ResetNode => {
                 self.count_reset();
                 self.heartbeat.stop();
-                self.marks = u64::MAX;
+                self.marks = Marks::ALL;
                 self.services.next = Instant::NEVER;
                 out.event(SlaveEvent::ResetNode);
             }

@@ -1,6 +1,6 @@
 //! The dictionary of a slave at work: SDO, SYNC and PDOs, and what a written object means to the node.
 
-use super::{FILTERS_OF_PEERS, Out, SYNC_FILTER, Slave, mark};
+use super::{FILTERS_OF_PEERS, Out, SYNC_FILTER, Slave};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::ConsumerSlots;
 use crate::link::Stamp;
@@ -198,7 +198,7 @@ impl<D: Device> Slave<D> {
         ];
         let peers = (0..self.services.consumers()).filter_map(|entry| self.services.monitored(entry));
         let all = fixed.into_iter().chain(self.services.rpdo_ids().flatten()).chain(peers);
-        self.marks = all.fold(0, |marks, id| marks | mark(id));
+        self.marks = all.collect();
     }
 
     /// Objects 1016h, 1017h and 2000h (ECSS Tables 8-1, 8-2).

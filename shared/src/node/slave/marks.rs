@@ -1,0 +1,53 @@
+//! A sieve for received frames: a set of COB-IDs in two words.
+
+use crate::types::CobId;
+
+/// A bit for each COB-ID; some share one. Words of 32 bits: built for size, a shift of 64 is a call.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Marks([u32; 2]);
+
+impl Marks {
+    pub const ALL: Marks = Marks([u32::MAX; 2]);
+
+    /// Whether the set has this COB-ID, or another one with its bit.
+    #[inline]
+    pub fn may_have(&self, id: CobId) -> bool {
+        let (word, bit) = mark(id);
+        self.0.get(word).is_some_and(|word| word & bit != 0)
+    }
+}
+
+impl FromIterator<CobId> for Marks {
+    fn from_iter<I: IntoIterator<Item = CobId>>(ids: I) -> Marks {
+        let mut marks = Marks([0; 2]);
+        for (word, bit) in ids.into_iter().map(mark) {
+            if let Some(word) = marks.0.get_mut(word) {
+                *word |= bit;
+            }
+        }
+        marks
+    }
+}
+
+/// The word and the bit.
+#[inline]
+fn mark(id: CobId) -> (usize, u32) {
+    let sum = u32::from(id.raw() ^ id.raw() >> 5);
+    ((sum >> 5 & 1) as usize, 1 << (sum & 0x1F))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn set_has_what_it_was_made_of() {
+        for raw in 0..0x800 {
+            let id = CobId::new(raw).unwrap();
+            let marks: Marks = [id].into_iter().collect();
+            assert!(marks.may_have(id) && Marks::ALL.may_have(id));
+            let sharing = (0..0x800).filter(|raw| marks.may_have(CobId::new(*raw).unwrap())).count();
+            assert_eq!(sharing, 0x800 / 64, "{raw:03X}h");
+        }
+    }
+}
