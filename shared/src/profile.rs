@@ -27,10 +27,8 @@ pub struct Profile {
     pub sync: Duration,
     /// Period of the Spacecraft Time PDO.
     pub time: Duration,
-    /// How often the master's application commands each slave.
-    pub command: Duration,
-    /// How often the master's application asks each slave for telemetry.
-    pub telemetry: Duration,
+    /// How long a PDO of an event may wait for its bus.
+    pub event: Duration,
     /// Nodes with selective access; all others have parallel access.
     pub selective: &'static [NodeId],
     /// Share of the slaves whose silence makes the master switch buses at once, percent, `1..=100`.
@@ -72,8 +70,7 @@ impl Profile {
         ntoggle: 50,
         sync: Duration::from_millis(100),
         time: Duration::from_millis(1_000),
-        command: Duration::from_millis(100),
-        telemetry: Duration::from_millis(100),
+        event: Duration::from_millis(100),
         selective: &[],
         silent_share: 50,
         dwell: Duration::from_millis(10_000),

@@ -14,7 +14,7 @@ use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
-use mission::{Command, CommanderObjects, PROFILE, Request, SLAVES, Told, slot};
+use mission::{COMMAND_PERIOD, Command, CommanderObjects, Request, SLAVES, TELEMETRY_PERIOD, Told, slot};
 
 use schedule::{Schedule, Turn};
 
@@ -37,8 +37,8 @@ impl Application {
         events: Events<'static, Board, Node>,
         leds: Leds,
     ) -> Self {
-        let (commands, telemetry) = (Schedule::new(PROFILE.command), Schedule::new(PROFILE.telemetry));
-        let sequences = [Sequence::new(master.now(), PROFILE.command); SLAVES];
+        let (commands, telemetry) = (Schedule::new(COMMAND_PERIOD), Schedule::new(TELEMETRY_PERIOD));
+        let sequences = [Sequence::new(master.now(), COMMAND_PERIOD); SLAVES];
         Application { master, events, leds, commands, telemetry, sequences }
     }
 

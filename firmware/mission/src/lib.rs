@@ -9,6 +9,7 @@
 mod master;
 mod message;
 mod objects;
+mod payload;
 mod profiles;
 mod record;
 
@@ -18,5 +19,6 @@ pub use objects::{
     MissionObjects, Outgoing, REQUEST_RPDO, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand, TelemetryRequest,
     slave,
 };
-pub use profiles::{LIBRECUBE, PROFILE, STANDARD};
+pub use payload::Message;
+pub use profiles::{COMMAND_PERIOD, LIBRECUBE, PROFILE, STANDARD, TELEMETRY_PERIOD};
 pub use record::{Declined, SlaveRecord};

@@ -3,13 +3,13 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Communication, Device, Identity, Master, Refusal, Spacecraft};
 use ecss_can::od::{Objects, Record, U24, U40, U48};
-use ecss_can::pdo::{CobIdOf, Message, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::store::ParameterStore;
 use ecss_can::time::ScetGet;
 use ecss_can::types::{Instant, NodeId, Scet};
 
-use crate::Outgoing;
+use crate::{Message, Outgoing};
 
 /// Slaves of the mission: those that straps can number, 2 to 15.
 pub const SLAVES: usize = 14;

@@ -8,8 +8,9 @@
 
 use ecss_can::link::StampSource;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::pdo::Message;
 use ecss_can::types::Bus;
+
+use crate::Message;
 
 const SET_LED: u16 = 0x0001;
 const SET_VALUE: u16 = 0x0002;

@@ -3,10 +3,12 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Communication, Device, Identity, Slave, Spacecraft};
 use ecss_can::od::{Domain, Objects, Record, U40, U48};
-use ecss_can::pdo::{CobIdOf, Message, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::time::{ScetGet, ScetSet};
 use ecss_can::types::{CobId, NodeId};
+
+use crate::Message;
 
 /// Receive PDO of telecommands, as events number it.
 pub const TELECOMMAND_RPDO: usize = TELECOMMAND.slot();

@@ -4,6 +4,11 @@ use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Duration, NodeId};
 
+/// How often the master commands each slave, and how long a command may be repeated by the bus.
+pub const COMMAND_PERIOD: Duration = Duration::from_millis(100);
+/// How often the master asks each slave for telemetry.
+pub const TELEMETRY_PERIOD: Duration = Duration::from_millis(100);
+
 /// The defaults: 1 Mbit/s, heartbeat and SYNC 100 ms, parallel access everywhere, no slave assigned.
 pub const STANDARD: Profile = Profile { name: "standard", ..Profile::DEFAULT };
 
@@ -17,7 +22,7 @@ pub const PROFILE: &Profile = &LIBRECUBE;
 // Selective slaves that would give up before the master has tried both buses fail the build here.
 const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
 
-/// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s, a command and a telemetry request to each slave every 0.1 s. Slave 4 has
+/// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slave 4 has
 /// selective access, so that both ways to fail over are seen. The master boots slaves 2 to 4, and waits for none of them.
 pub const LIBRECUBE: Profile = Profile {
     name: "librecube",
@@ -27,8 +32,6 @@ pub const LIBRECUBE: Profile = Profile {
     ntoggle: 10,
     sync: Duration::from_millis(5_000),
     time: Duration::from_millis(10_000),
-    command: Duration::from_millis(100),
-    telemetry: Duration::from_millis(100),
     selective: &[NodeId::of::<4>()],
     slaves: &[slave(NodeId::of::<2>()), slave(NodeId::of::<3>()), slave(NodeId::of::<4>())],
     settings: &[

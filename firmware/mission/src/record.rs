@@ -1,10 +1,9 @@
 //! What a slave of the mission keeps beside its node.
 
-use crate::{Command, Request, Telemetry};
+use crate::{COMMAND_PERIOD, Command, Message, Request, Telemetry};
 use ecss_can::link::StampSource;
 use ecss_can::node::Status;
-use ecss_can::pdo::{Message, RepeatFilter};
-use ecss_can::profile::Profile;
+use ecss_can::pdo::RepeatFilter;
 use ecss_can::types::Instant;
 
 /// State that commands change and telemetry reads.
@@ -33,14 +32,20 @@ pub enum Declined {
     Unknown,
 }
 
+impl Default for SlaveRecord {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl SlaveRecord {
     /// At power-on.
-    pub const fn new(profile: &Profile) -> SlaveRecord {
+    pub const fn new() -> SlaveRecord {
         SlaveRecord {
             led: false,
             value: 0,
             executed: 0,
-            commands: RepeatFilter::new(profile.command),
+            commands: RepeatFilter::new(COMMAND_PERIOD),
             stamp_source: None,
         }
     }

@@ -5,11 +5,10 @@
 use boards::{Board, Leds};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{SelfTest, Slave, SlaveEvent};
-use ecss_can::pdo::Message;
 use ecss_can::runner::{Events, Handle};
 use mission::{
-    Command, Declined, MissionObjects, PROFILE, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO,
-    TELEMETRY_TPDO,
+    Command, Declined, Message, MissionObjects, PROFILE, REQUEST_RPDO, Request, SlaveRecord,
+    TELECOMMAND_RPDO, TELEMETRY_TPDO,
 };
 
 /// The slave of this image.
@@ -28,7 +27,7 @@ impl Application {
         events: Events<'static, Board, Node>,
         leds: Leds,
     ) -> Self {
-        Application { slave, events, leds, record: SlaveRecord::new(PROFILE) }
+        Application { slave, events, leds, record: SlaveRecord::new() }
     }
 
     pub async fn run(mut self) -> ! {

@@ -82,7 +82,6 @@
 
 mod cob_id_of;
 mod mapping;
-mod message;
 mod objects;
 mod parameters;
 mod planned;
@@ -94,7 +93,6 @@ mod transmit;
 
 pub use cob_id_of::CobIdOf;
 pub use mapping::{Direction, Layout};
-pub use message::Message;
 pub use objects::{PdoObjects, PdoSlots};
 pub use parameters::{MAPPED, Mapping, PdoMapping, RpdoParameters, StaticMapping, TpdoParameters};
 pub use planned::{Rpdo, Tpdo};

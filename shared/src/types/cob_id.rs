@@ -55,21 +55,6 @@ impl CobId {
         Self::with_node(0x180, node)
     }
 
-    /// Unconfirmed command to a slave: RPDO2, 300h + node.
-    pub const fn telecommand(node: NodeId) -> CobId {
-        Self::with_node(0x300, node)
-    }
-
-    /// Telemetry from a slave: TPDO3, 380h + node.
-    pub const fn telemetry(node: NodeId) -> CobId {
-        Self::with_node(0x380, node)
-    }
-
-    /// Telemetry request to a slave: RPDO3, 400h + node.
-    pub const fn telemetry_request(node: NodeId) -> CobId {
-        Self::with_node(0x400, node)
-    }
-
     /// SDO from the server in a node to its client: 580h + node.
     pub const fn sdo_response(node: NodeId) -> CobId {
         Self::with_node(0x580, node)

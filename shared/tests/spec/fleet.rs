@@ -6,11 +6,10 @@ use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{
     BusCommand, FailCause, Filters, LinkEvent, MasterEvent, MasterRequest, Node, SlaveEvent,
 };
-use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, Frame, Instant, NmtState, NodeId, PerBus};
-use mission::{LIBRECUBE, STANDARD};
+use mission::{LIBRECUBE, Message, STANDARD};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, ms, node, stamp};
 use crate::slave::TestSlave;

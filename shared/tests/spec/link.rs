@@ -14,16 +14,8 @@ fn a_cob_id_has_eleven_bits() {
 #[test]
 fn predefined_cob_ids_of_a_node() {
     let id = node(0x7F);
-    let raw = [
-        CobId::emcy(id),
-        CobId::local_time(id),
-        CobId::telecommand(id),
-        CobId::telemetry(id),
-        CobId::telemetry_request(id),
-        CobId::heartbeat(id),
-    ]
-    .map(CobId::raw);
-    assert_eq!(raw, [0x0FF, 0x1FF, 0x37F, 0x3FF, 0x47F, 0x77F]);
+    let raw = [CobId::emcy(id), CobId::local_time(id), CobId::heartbeat(id)].map(CobId::raw);
+    assert_eq!(raw, [0x0FF, 0x1FF, 0x77F]);
     assert_eq!(CobId::new(0x77F).unwrap().node(), Some(id));
     assert_eq!(CobId::new(0x77F).unwrap().function(), 0x700);
     assert_eq!(CobId::SYNC.node(), None);

@@ -4,11 +4,10 @@ use ecss_can::emcy::{Emergency, ErrorCode, ErrorRegister};
 use ecss_can::link::port::{ErrorState, Filter, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, FailCause, MasterEvent, MasterRequest, Refusal, Status};
-use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, CobId, NmtState, Scet};
-use mission::{STANDARD, Told};
+use mission::{Message, STANDARD, Told};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
 

@@ -3,9 +3,8 @@
 use ecss_can::link::port::Filter;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, MasterEvent, MasterRequest, Refusal};
-use ecss_can::pdo::Message;
 use ecss_can::types::{CobId, NmtState, NodeId, Scet};
-use mission::{STANDARD, Told};
+use mission::{Message, STANDARD, Told};
 
 use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
 use crate::device::fixture::Memory;

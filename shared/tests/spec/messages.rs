@@ -3,17 +3,20 @@
 use ecss_can::link::StampSource;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{Counters, Status};
-use ecss_can::pdo::Message;
-use ecss_can::types::{Bus, CobId, NmtState, PerBus, Scet};
+use ecss_can::pdo::CobIdOf;
+use ecss_can::types::{Bus, NmtState, PerBus, Scet};
 use mission::STANDARD;
-use mission::{Command, Declined, Request, SlaveRecord, Telemetry};
+use mission::{Command, Declined, Message, Request, SlaveRecord, Telemetry};
 
 use crate::bench::{frame, ms, node, span};
 
 #[test]
 fn a_message_is_a_code_and_six_bytes() {
     let message = Message::of(0x1234, [1, 2, 3]);
-    assert_eq!(message.encode(CobId::telecommand(node(2))), frame(0x302, &[0x34, 0x12, 1, 2, 3, 0, 0, 0]));
+    assert_eq!(
+        message.encode(CobIdOf::node(0x300).of(node(2))),
+        frame(0x302, &[0x34, 0x12, 1, 2, 3, 0, 0, 0])
+    );
     assert_eq!(Message::decode(&frame(0x302, &[0x34, 0x12, 1, 2, 3, 0, 0, 0])), Some(message));
     assert_eq!(Message::new(0x1234, [1, 2, 3, 0, 0, 0]), message);
 }
@@ -46,7 +49,7 @@ fn commands_on_the_wire() {
         for sequence in [0, 1, 255] {
             // The sequence is the last byte.
             let data = [data[0], data[1], data[2], data[3], data[4], data[5], data[6], sequence];
-            assert_eq!(command.encode(sequence).encode(CobId::telecommand(node(2))).data(), data);
+            assert_eq!(command.encode(sequence).encode(CobIdOf::node(0x300).of(node(2))).data(), data);
             assert_eq!(Command::decode(&Message::decode(&frame(0x302, &data)).unwrap()), Some(command));
         }
     }
@@ -144,7 +147,7 @@ fn a_slave_answers_with_real_values() {
         counters: PerBus { nominal: Counters::default(), redundant: counters },
         health: PerBus { nominal: Health::default(), redundant: health },
     };
-    let mut record = SlaveRecord::new(&STANDARD);
+    let mut record = SlaveRecord::new();
     let value = Command::SetValue(42).encode(0);
     assert_eq!(record.take(&value, ms(1)), Ok(Command::SetValue(42)));
     assert_eq!(record.take(&Command::SetLed(true).encode(1), ms(2)), Ok(Command::SetLed(true)));

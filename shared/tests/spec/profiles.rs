@@ -16,8 +16,8 @@ fn librecube_has_the_numbers_of_the_prototype() {
         LIBRECUBE.consumer,
         LIBRECUBE.sync,
         LIBRECUBE.time,
-        LIBRECUBE.command,
-        LIBRECUBE.telemetry,
+        mission::COMMAND_PERIOD,
+        mission::TELEMETRY_PERIOD,
     ]
     .map(|period| period.as_millis());
     assert_eq!(millis, [250, 2_500, 5_000, 10_000, 100, 100]);

@@ -2,11 +2,10 @@
 
 use ecss_can::link::port::{ErrorState, Filter, Health};
 use ecss_can::node::{BusCause, BusCommand, FailCause, LinkEvent, Node, Slave, SlaveEvent};
-use ecss_can::pdo::Message;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, Instant, NmtState, PerBus, Scet};
 use mission::STANDARD;
-use mission::{MissionObjects, TELEMETRY_TPDO};
+use mission::{Message, MissionObjects, TELEMETRY_TPDO};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, stamp};
 

@@ -6,14 +6,13 @@ use std::rc::Rc;
 
 use can_wire::time::Time;
 use ecss_can::node::{Master, Slave, SlaveEvent};
-use ecss_can::pdo::{Message, Sequence};
-use ecss_can::profile::Profile;
+use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
 use ecss_can::time::Clock;
 use ecss_can::types::{Duration, Instant, NodeId};
 use mission::{
-    Command, CommanderObjects, Declined, MissionObjects, REQUEST_RPDO, Request, SlaveRecord,
-    TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    COMMAND_PERIOD, Command, CommanderObjects, Declined, Message, MissionObjects, REQUEST_RPDO, Request,
+    SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
 };
 
 use crate::board::Mock;
@@ -78,16 +77,11 @@ pub(crate) async fn master(mut events: Events<'static, Mock, MissionMaster>, dia
 }
 
 /// A command and a telemetry request to each slave, every period of the mission.
-pub(crate) async fn traffic(
-    master: MasterHandle,
-    slaves: Vec<NodeId>,
-    profile: Profile,
-    sequences: Rc<Sequences>,
-) {
+pub(crate) async fn traffic(master: MasterHandle, slaves: Vec<NodeId>, sequences: Rc<Sequences>) {
     let mut round = 0_u32;
     let mut due = Instant::ZERO;
     loop {
-        due += profile.command;
+        due += COMMAND_PERIOD;
         master.wait_until(due).await;
         round += 1;
         for &node in &slaves {
@@ -106,10 +100,9 @@ pub(crate) async fn slave(
     slave: SlaveHandle,
     mut events: Events<'static, Mock, MissionSlave>,
     diary: Diary,
-    profile: Profile,
     reset: Rc<Cell<bool>>,
 ) {
-    let mut record = SlaveRecord::new(&profile);
+    let mut record = SlaveRecord::new();
     loop {
         let event = events.next().await;
         diary.note(Happening::Slave(event));

@@ -11,6 +11,7 @@ use ecss_can::store::RetainedMemory;
 use ecss_can::types::{Bus, NodeId, PerBus};
 use futures_executor::{LocalPool, LocalSpawner};
 use futures_util::task::LocalSpawnExt;
+use mission::COMMAND_PERIOD;
 
 use crate::application::{self, Diary, MasterHandle, Sequences, SlaveHandle};
 use crate::clock::MockClock;
@@ -99,17 +100,17 @@ impl Board {
         if self.id == NodeId::MASTER {
             let (handle, events) = shell.run(mission::master(&self.profile, None));
             shell.spawn(application::master(events, self.diary.clone()));
-            let (slaves, profile) = (self.traffic.clone(), self.profile);
-            let sequences = Rc::new(Sequences::new(clock.clone(), profile.command));
-            shell.spawn(application::traffic(handle, slaves, profile, sequences.clone()));
+            let slaves = self.traffic.clone();
+            let sequences = Rc::new(Sequences::new(clock.clone(), COMMAND_PERIOD));
+            shell.spawn(application::traffic(handle, slaves, sequences.clone()));
             master = Some((handle, sequences));
         } else {
             let node = mission::slave(self.id, &self.profile, vec![0; STORE])
                 .with_retained(Box::leak(Box::new(self.ram.clone())));
             let (handle, events) = shell.run(node);
             slave = Some(handle);
-            let (diary, profile) = (self.diary.clone(), self.profile);
-            shell.spawn(application::slave(handle, events, diary, profile, reset.clone()));
+            let diary = self.diary.clone();
+            shell.spawn(application::slave(handle, events, diary, reset.clone()));
         }
         self.powered = Some(Powered { pool, clock, telltale, master, slave, reset });
     }

@@ -2,14 +2,14 @@
 
 use anyhow::ensure;
 use ecss_can::heartbeat;
-use ecss_can::pdo::{Mapping, PdoMapping};
+use ecss_can::pdo::{CobIdOf, Mapping, PdoMapping};
 use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId};
 
 use crate::harness::Harness;
 use crate::objects::{Application, NODE, PEER, receive_id, transmit_id};
 
 /// Nobody knows it.
-const FOREIGN: CobId = CobId::telemetry(PEER);
+const FOREIGN: CobId = CobIdOf::node(0x380).of(PEER);
 
 /// Segments of a block download.
 const SEGMENTS: u32 = 4_000;

@@ -4,9 +4,8 @@ use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{MasterEvent, Refusal};
-use ecss_can::pdo::Message;
 use ecss_can::types::{NodeId, Scet};
-use mission::Telemetry;
+use mission::{Message, Telemetry};
 
 pub fn event(event: &MasterEvent) {
     match event {

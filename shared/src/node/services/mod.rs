@@ -99,7 +99,7 @@ impl<D: Device> Services<D> {
             lifetimes: Lifetimes {
                 heartbeat: profile.heartbeat,
                 synchronous: profile.sync.min(profile.heartbeat),
-                event: profile.telemetry,
+                event: profile.event,
                 sdo: profile.sdo_timeout,
             },
             brings_time: D::Pdos::receive(false),

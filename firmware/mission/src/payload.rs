@@ -1,9 +1,9 @@
 //! Commands and telemetry in one PDO each: a 2-byte code and 6 bytes of data.
 //!
 //! Telecommand (object 6200h), telemetry request and telemetry (objects 6101h, 6100h) share this layout. The last data
-//! byte of a telecommand is its sequence: see [`RepeatFilter`](super::RepeatFilter).
+//! byte of a telecommand is its sequence: see [`RepeatFilter`](ecss_can::pdo::RepeatFilter).
 
-use crate::types::{CobId, Frame};
+use ecss_can::types::{CobId, Frame};
 
 /// A telecommand, a telemetry request, or telemetry. Aligned to words, so that it moves in words.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
