@@ -20,15 +20,9 @@ static READY: Signal<Raw, ()> = Signal::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
-    let node = || {
-        Resources::new(
-            Master::new(&PROFILE, Ground::default(), board.store),
-            board.ports,
-            board.clock,
-            &TELLTALE,
-        )
-    };
+    let Board { ports, clock, store, .. } =
+        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+    let node = || Resources::new(Master::new(&PROFILE, Ground::default(), store), ports, clock, &TELLTALE);
     let (master, events, runners) = RESOURCES.init_with(node).start();
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));
