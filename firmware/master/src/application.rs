@@ -14,7 +14,7 @@ use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
-use mission::{COMMAND_PERIOD, Command, CommanderObjects, Request, SLAVES, TELEMETRY_PERIOD, Told, slot};
+use mission::{COMMAND_PERIOD, Command, CommanderObjects, Received, Request, SLAVES, TELEMETRY_PERIOD, slot};
 
 use schedule::{Schedule, Turn};
 
@@ -91,12 +91,12 @@ impl Application {
     }
 
     fn on_pdo(&self, number: u16, data: [u8; 8]) {
-        match mission::told(number, data) {
-            Some((node, Told::Telemetry(message))) => {
+        match mission::received(number, data) {
+            Some((node, Received::Telemetry(message))) => {
                 self.master.telltale().telemetry_replies.count();
                 log::telemetry(node, &message);
             }
-            Some((node, Told::LocalTime(scet))) => {
+            Some((node, Received::LocalTime(scet))) => {
                 let reference = self.master.with(|master, _| master.scet_at_sync());
                 log::local_time(node, scet, reference);
             }

@@ -201,24 +201,24 @@ pub fn request(
     master.send_pdo_to(node, REQUESTS + nth, now)
 }
 
-/// What a slave told the master by a PDO.
+/// Content of a receive PDO of the master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Told {
+pub enum Received {
     /// Telemetry.
     Telemetry(Message),
     /// Its time at the last SYNC.
     LocalTime(Scet),
 }
 
-/// Who sent receive PDO `number` with these `data`, and what they are.
-pub fn told(number: u16, data: [u8; 8]) -> Option<(NodeId, Told)> {
+/// Sender and content of receive PDO `number`. `None` for a number that the mission does not use, and for malformed data.
+pub fn received(number: u16, data: [u8; 8]) -> Option<(NodeId, Received)> {
     let number = usize::from(number);
     let nth = number.checked_sub(TELEMETRY).unwrap_or(number);
     let node = NodeId::new(FIRST + u8::try_from(nth).ok().filter(|nth| usize::from(*nth) < SLAVES)?)?;
-    let told = if number < TELEMETRY {
-        Told::LocalTime(Scet::decode(data.get(..7)?)?)
+    let content = if number < TELEMETRY {
+        Received::LocalTime(Scet::decode(data.get(..7)?)?)
     } else {
-        Told::Telemetry(Message::from_payload(&data)?)
+        Received::Telemetry(Message::from_payload(&data)?)
     };
-    Some((node, told))
+    Some((node, content))
 }

@@ -155,7 +155,10 @@ fn a_declaration_knows_one_word_of_its_own() {
     let without = objects::expand(&with(parse_quote!(#[derive(Debug)]))).unwrap().to_string();
     assert!(!without.contains("(self , at , value) ?"));
     for attribute in [parse_quote!(#[objects(verify = check)]), parse_quote!(#[objects(Check = check)])] {
-        assert_eq!(refused(objects::expand(&with(attribute))), "unknown word; known are `check` and `pdos`");
+        assert_eq!(
+            refused(objects::expand(&with(attribute))),
+            "unknown word; known are `check` and `device`"
+        );
     }
     // A function, by its path.
     for attribute in [parse_quote!(#[objects(check)]), parse_quote!(#[objects(check = 1)])] {

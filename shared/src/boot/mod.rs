@@ -13,10 +13,11 @@ mod process;
 mod progress;
 
 pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
-pub use process::BootRequest;
+pub use process::{BootRequest, Identified};
 pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
 
 use crate::boot::process::{Next, Process};
+use crate::boot::progress::Phase;
 use crate::nmt::Target;
 use crate::sdo;
 use crate::types::{Instant, NmtState, NodeId};
@@ -28,6 +29,7 @@ const PLACES: usize = 128;
 #[derive(Clone, Debug)]
 pub struct Boot {
     policy: BootPolicy,
+    objects: Identified,
     settings: &'static [Setting],
     progress: [BootProgress; PLACES],
     /// Sets of slaves, one bit per Node-ID.
@@ -60,24 +62,12 @@ pub struct Boot {
     is_changed: bool,
 }
 
-/// Of the network.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Phase {
-    /// Mandatory slaves are awaited.
-    Configuring,
-    /// SYNC may begin.
-    Released,
-    /// A SYNC went out.
-    Synchronising,
-    /// Everybody followed.
-    Completed,
-}
-
 impl Boot {
     /// Nobody is assigned.
-    pub const fn new(policy: BootPolicy, settings: &'static [Setting]) -> Boot {
+    pub const fn new(policy: BootPolicy, objects: Identified, settings: &'static [Setting]) -> Boot {
         Boot {
             policy,
+            objects,
             settings,
             progress: [BootProgress::Unassigned; PLACES],
             assigned: 0,
@@ -237,7 +227,7 @@ impl Boot {
             let node = first(after).or_else(|| first(self.queued))?;
             self.queued &= !bit(node);
             self.last = node.get();
-            self.process = Some(Process::new(node, expected(node), self.settings));
+            self.process = Some(Process::new(node, self.objects, expected(node), self.settings));
             self.set_progress(node, BootProgress::Checking);
         }
         self.process.as_mut().filter(|process| !process.is_asked).map(Process::request)

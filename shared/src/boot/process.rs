@@ -7,9 +7,16 @@ use crate::types::{AbortCode, Address, NodeId};
 /// A slave that does not answer is asked so many times in all: a frame may have been lost.
 const ATTEMPTS: u8 = 3;
 
-const DEVICE_TYPE: Address = Address::new(0x1000, 0);
-const IDENTITY: u16 = 0x1018;
-const VERIFY_CONFIGURATION: u16 = 0x1020;
+/// Indices of what the process reads of every slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identified {
+    /// Device type.
+    pub device_type: u16,
+    /// Identity object.
+    pub identity: u16,
+    /// Verify configuration.
+    pub configuration: u16,
+}
 
 /// The SDO transfer that is next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,6 +65,7 @@ pub(super) enum Next {
 #[derive(Clone, Debug)]
 pub(super) struct Process {
     pub node: NodeId,
+    objects: Identified,
     expected: Expected,
     settings: &'static [Setting],
     step: Step,
@@ -77,9 +85,15 @@ pub(super) struct Process {
 }
 
 impl Process {
-    pub fn new(node: NodeId, expected: Expected, settings: &'static [Setting]) -> Process {
+    pub fn new(
+        node: NodeId,
+        objects: Identified,
+        expected: Expected,
+        settings: &'static [Setting],
+    ) -> Process {
         Process {
             node,
+            objects,
             is_stamped: expected.stamp != [0; 2],
             expected,
             settings,
@@ -117,7 +131,9 @@ impl Process {
     }
 
     fn setting(&self, number: usize) -> (Address, &'static [u8]) {
-        self.settings.get(number).map_or((DEVICE_TYPE, &[]), |setting| (setting.at, setting.value))
+        self.settings
+            .get(number)
+            .map_or((Address::new(self.objects.device_type, 0), &[]), |setting| (setting.at, setting.value))
     }
 
     fn stamp(&self, sub: u8) -> u32 {
@@ -219,9 +235,9 @@ impl Process {
     /// The object of this step.
     fn object(&self) -> Address {
         match self.step {
-            Step::DeviceType => DEVICE_TYPE,
-            Step::Identity(sub) => Address::new(IDENTITY, sub),
-            Step::Stamp(sub) | Step::WriteStamp(sub) => Address::new(VERIFY_CONFIGURATION, sub),
+            Step::DeviceType => Address::new(self.objects.device_type, 0),
+            Step::Identity(sub) => Address::new(self.objects.identity, sub),
+            Step::Stamp(sub) | Step::WriteStamp(sub) => Address::new(self.objects.configuration, sub),
             Step::Compare(number) | Step::Write(number) => self.setting(number).0,
         }
     }

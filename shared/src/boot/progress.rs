@@ -118,3 +118,16 @@ impl BootError {
         }
     }
 }
+
+/// How far the boot-up of the network is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Phase {
+    /// Mandatory slaves are awaited.
+    Configuring,
+    /// SYNC may begin.
+    Released,
+    /// A SYNC went out.
+    Synchronising,
+    /// Everybody followed.
+    Completed,
+}

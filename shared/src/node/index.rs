@@ -4,6 +4,7 @@
 use super::{Communication, NetworkObjects, Spacecraft};
 use crate::heartbeat::HeartbeatConsumers;
 use crate::pdo::PdoObjects;
+use crate::redundancy::RedundancyObjects;
 
 pub const PRE_DEFINED_ERRORS: u16 = Communication::ERRORS.index();
 pub const SYNC_COB_ID: u16 = Communication::SYNC_COB_ID.index();
@@ -23,7 +24,7 @@ pub const NMT_STARTUP: u16 = Communication::NMT_STARTUP.index();
 pub const ASSIGNMENT: u16 = NetworkObjects::ASSIGNMENT.index();
 pub const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();
 
-pub const REDUNDANCY: u16 = Spacecraft::REDUNDANCY.index();
+pub const REDUNDANCY: u16 = RedundancyObjects::PARAMETERS.index();
 pub const SCET_SET: u16 = Spacecraft::SCET_SET.index();
 pub const SCET_GET: u16 = Spacecraft::SCET_GET.index();
 pub const HEALTH_NOMINAL: u16 = Spacecraft::HEALTH_NOMINAL.index();

@@ -70,7 +70,7 @@ impl<D: Device> NodeObjects<D> {
 
     /// Object 2000h.
     pub(super) fn set_redundancy(&mut self, redundancy: &Parameters) {
-        self.spacecraft.redundancy = Redundancy {
+        self.spacecraft.redundancy.parameters = Redundancy {
             bdefault: redundancy.bdefault.bdefault(),
             ttoggle: redundancy.ttoggle,
             ntoggle: redundancy.ntoggle,

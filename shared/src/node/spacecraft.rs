@@ -3,15 +3,15 @@
 use crate::link::port::Health;
 use crate::node::Counters;
 use crate::od::{Objects, Record};
-use crate::redundancy::Redundancy;
+use crate::redundancy::RedundancyObjects;
 use crate::time::{ScetGet, ScetSet};
 
 /// The objects 2000h to 203Fh of every node.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Spacecraft {
-    /// Redundancy
-    #[object(0x2000, record)]
-    pub redundancy: Redundancy,
+    /// Of the redundancy
+    #[objects]
+    pub redundancy: RedundancyObjects,
     /// Local SCET set
     #[object(0x2010, record)]
     pub scet_set: ScetSet,

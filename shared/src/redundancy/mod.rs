@@ -15,7 +15,7 @@ mod trial;
 
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
-pub use objects::Redundancy;
+pub use objects::{Redundancy, RedundancyObjects};
 pub use peers::{Heard, Peers};
 pub use rivals::Rivals;
 pub use selector::{MasterMessage, Selection, Selector};

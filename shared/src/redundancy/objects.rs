@@ -1,6 +1,14 @@
 //! Object 2000h.
 
-use crate::od::Record;
+use crate::od::{Objects, Record};
+
+/// The object of redundancy.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct RedundancyObjects {
+    /// Redundancy
+    #[object(0x2000, record)]
+    pub parameters: Redundancy,
+}
 
 /// Redundancy parameters (2000h, ECSS 8.3.1).
 ///

@@ -7,13 +7,14 @@
 //! A note holds for the node that wrote it, like a set.
 
 use super::{ParameterStore, StoreError};
+use crate::redundancy::{Redundancy, RedundancyObjects};
 use crate::types::{Address, Bus, NodeId};
 
 /// Notes that a node may write from power-on to power-off: they must not use up the room for sets.
 pub const MOST_NOTES: u8 = 8;
 
 /// The parameter that a note stands for.
-pub(super) const BDEFAULT: Address = Address::new(0x2000, 1);
+pub(super) const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
 
 /// The Bdefault that `node` noted, if no newer set has replaced it.
 pub fn noted_bdefault(store: &dyn ParameterStore, node: NodeId) -> Option<Bus> {

@@ -11,10 +11,10 @@ type Tokens = Peekable<IntoIter>;
 
 /// A file of the crate.
 pub struct Source {
-    name: String,
+    pub name: String,
     /// Module that the file is, from the root of the crate.
     module: Vec<String>,
-    tokens: TokenStream,
+    pub tokens: TokenStream,
 }
 
 impl Source {

@@ -1,10 +1,12 @@
-//! The modules of the crate are layers: each names only those below it.
+//! The modules of the crate are layers: each names only those below it. Each object is declared in one of them.
 
 mod arrows;
+mod indices;
 
 use std::path::Path;
 
 use arrows::{Source, offences};
+use indices::repeated;
 
 /// From the ground floor up.
 const LAYERS: [&str; 17] = [
@@ -18,8 +20,8 @@ const LAYERS: [&str; 17] = [
     "emcy",
     "sdo",
     "pdo",
-    "store",
     "redundancy",
+    "store",
     "boot",
     "profile",
     "node",
@@ -133,4 +135,49 @@ fn arrows_down_and_words_in_comments_and_strings_are_no_offences() {
         mod inner { use super::super::receive::X; use crate::types::Bus; }
     "#;
     assert_eq!(offences(&Source::new("pdo/transmit.rs", text), &LAYERS), [""; 0]);
+}
+
+#[test]
+fn each_index_is_written_once() {
+    let offences = repeated(&sources());
+    assert!(offences.is_empty(), "{}", offences.join("\n"));
+}
+
+/// Given an object and its row, when another file repeats the index in any form that code has, then that is found.
+#[test]
+fn every_form_of_a_repeated_index_is_found() {
+    let home = "struct S { #[object(0x1016, array, rw)] a: [u32; 8], #[object(0x1400.., record)] b: [R; 4] }";
+    let forms = [
+        ("const AT: u16 = 0x1016;", 0x1016),
+        ("const AT: u32 = 0x1016_u32;", 0x1016),
+        ("const AT: Address = Address::new(0x10_16, 3);", 0x1016),
+        ("fn f() { match index { 0x1000..=0x1016 => {} } }", 0x1016),
+        ("fn f() { assert!(index == 0x1016, \"other\") }", 0x1016),
+        ("const WORD: u32 = 0x1016_0120;", 0x1016),
+        ("const RPDO: u16 = 0x1400;", 0x1400),
+        ("struct T { #[object(0x1016, ro)] a: u8 }", 0x1016),
+        ("struct T { #[object(0x6000, rw, default = 0x1016)] a: u16 }", 0x1016),
+        ("macro_rules! m { () => { 0x1016 } }", 0x1016),
+    ];
+    for (form, index) in forms {
+        let sources = [Source::new("heartbeat/objects.rs", home), Source::new("node/rules.rs", form)];
+        let expected = format!("node/rules.rs:1: {index:04X}h has its home in heartbeat/objects.rs:1");
+        assert_eq!(repeated(&sources), [expected], "{form}");
+    }
+}
+
+#[test]
+fn other_numbers_and_words_in_comments_are_no_indices() {
+    let home = Source::new("heartbeat/objects.rs", "struct S { #[object(0x1016, rw)] a: u32 }");
+    let text = r#"
+        //! Object 0x1016.
+        /// Nor here: 0x1016.
+        const FLAG: u32 = 0x1016_0000;
+        const OTHER: [u32; 3] = [0x1017, 0x3016, 4118];
+        fn f(object: u8) { println!("0x1016 {object}") }
+    "#;
+    assert_eq!(repeated(&[home, Source::new("node/rules.rs", text)]), [""; 0]);
+    let home = Source::new("node/objects.rs", "struct S { #[object(0x1000, ro)] a: u32 }");
+    let codes = Source::new("emcy/code.rs", "enum ErrorCode { Generic = 0x1000 }");
+    assert_eq!(repeated(&[home, codes]), [""; 0]);
 }

@@ -2,7 +2,7 @@
 
 use ecss_can::boot::{
     AssignedSlave, Boot, BootCause, BootError, BootFailure, BootPolicy, BootProgress, BootRequest,
-    Difference, Expected, Setting,
+    Difference, Expected, Identified, Setting,
 };
 use ecss_can::nmt::Target;
 use ecss_can::sdo::Error;
@@ -29,9 +29,11 @@ fn expected() -> Expected {
     Expected { device_type: 0x191, identity: [7, 8, 9, 10], stamp: [0; 2] }
 }
 
+const OBJECTS: Identified = Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020 };
+
 /// Slave 2 mandatory, slave 3 optional.
 fn started(policy: BootPolicy) -> Boot {
-    let mut boot = Boot::new(policy, SETTINGS);
+    let mut boot = Boot::new(policy, OBJECTS, SETTINGS);
     for (node, mandatory) in [(TWO, true), (THREE, false)] {
         boot.assign(node, AssignedSlave { node, mandatory, expected: expected() }.assignment());
     }
@@ -421,7 +423,7 @@ fn a_running_slave_that_cannot_be_checked_goes_on() {
 
 #[test]
 fn completion_is_never_told_without_mandatory_slaves() {
-    let mut boot = Boot::new(POLICY, SETTINGS);
+    let mut boot = Boot::new(POLICY, OBJECTS, SETTINGS);
     boot.assign(THREE, AssignedSlave { node: THREE, mandatory: false, expected: expected() }.assignment());
     boot.start(ms(0));
     assert!(!boot.poll(ms(0)) && boot.is_released());
@@ -469,7 +471,7 @@ fn after_the_boot_time_silent_mandatory_slaves_are_told_once() {
 fn without_a_boot_time_nobody_is_told_silent_and_without_slaves_sync_is_free() {
     let boot = started(BootPolicy { time: span(0), ..POLICY });
     assert_eq!(boot.deadline(), None);
-    let mut boot = Boot::new(POLICY, &[]);
+    let mut boot = Boot::new(POLICY, OBJECTS, &[]);
     boot.start(ms(0));
     boot.poll(ms(0));
     assert!(boot.is_released());

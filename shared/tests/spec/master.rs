@@ -7,7 +7,7 @@ use ecss_can::node::{BusCommand, FailCause, MasterEvent, MasterRequest, Refusal,
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, CobId, NmtState, Scet};
-use mission::{Message, STANDARD, Told};
+use mission::{Message, Received, STANDARD};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
 
@@ -170,7 +170,7 @@ fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
             MasterEvent::Pdo { bus: NOMINAL, number: 1, data: [0, 0, 0x80, 0, 0, 0, 0, 0] },
         ]
     );
-    assert_eq!(mission::told(1, [0, 0, 0x80, 0, 0, 0, 0, 0]), Some((node(3), Told::LocalTime(time))));
+    assert_eq!(mission::received(1, [0, 0, 0x80, 0, 0, 0, 0, 0]), Some((node(3), Received::LocalTime(time))));
     assert_eq!(master.node.scet_at_sync(), reference);
     master.clear();
     master.receive(NOMINAL, 0x382, &[1]);

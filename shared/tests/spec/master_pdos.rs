@@ -4,7 +4,7 @@ use ecss_can::link::port::Filter;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, MasterEvent, MasterRequest, Refusal};
 use ecss_can::types::{CobId, NmtState, NodeId, Scet};
-use mission::{Message, STANDARD, Told};
+use mission::{Message, Received, STANDARD};
 
 use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
 use crate::device::fixture::Memory;
@@ -103,7 +103,7 @@ fn a_slave_with_other_cob_ids_is_commanded_and_heard_there() {
     master.receive(NOMINAL, 0x4C2, &[3, 0, 9, 0, 0, 0, 0, 0]);
     let data = [3, 0, 9, 0, 0, 0, 0, 0];
     assert_eq!(master.events, [MasterEvent::Pdo { bus: NOMINAL, number: TELEMETRY, data }]);
-    assert_eq!(mission::told(TELEMETRY, data), Some((node(2), Told::Telemetry(Message::of(3, [9])))));
+    assert_eq!(mission::received(TELEMETRY, data), Some((node(2), Received::Telemetry(Message::of(3, [9])))));
     assert_eq!(master.node.objects().application.device.telemetry[0].code, 3);
 }
 

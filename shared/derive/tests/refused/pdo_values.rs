@@ -1,8 +1,9 @@
 //! PDOs of values that no PDO carries, or none of this direction, and of too many.
 
-use ecss_can::node::{Communication, Spacecraft};
+use ecss_can::node::Communication;
 use ecss_can::od::{DataType, Objects, Record, VisibleString};
 use ecss_can::pdo::{CobIdOf, Rpdo, Tpdo};
+use ecss_can::redundancy::RedundancyObjects;
 
 #[derive(Objects)]
 struct Thermometer {
@@ -59,6 +60,6 @@ const TOO_MANY: Rpdo = Rpdo::new(2, ID)
 const NO_DUMMY: Rpdo = Rpdo::new(1, ID).skip(DataType::Unsigned64);
 const REGISTER: Rpdo = Rpdo::new(1, ID).map(Communication::ERROR_REGISTER);
 const DEVICE_TYPE: Tpdo = Tpdo::new(1, ID).map(Communication::DEVICE_TYPE);
-const BDEFAULT: Rpdo = Rpdo::new(1, ID).map(Spacecraft::REDUNDANCY.sub(1));
+const BDEFAULT: Rpdo = Rpdo::new(1, ID).map(RedundancyObjects::PARAMETERS.sub(1));
 
 fn main() {}

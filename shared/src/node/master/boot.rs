@@ -2,9 +2,9 @@
 
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
-use crate::boot::{Boot, BootRequest};
+use crate::boot::{Boot, BootRequest, Identified};
 use crate::nmt::{Command, NmtMessage, Target};
-use crate::node::Device;
+use crate::node::{Communication, Device};
 use crate::profile::Profile;
 use crate::sdo::Mode;
 use crate::types::{Instant, earliest};
@@ -12,9 +12,16 @@ use crate::types::{Instant, earliest};
 /// Bytes taken from the client at once.
 const CHUNK: usize = 32;
 
+/// Objects of a slave, which has them where every node has.
+const IDENTIFIED: Identified = Identified {
+    device_type: Communication::DEVICE_TYPE.index(),
+    identity: Communication::IDENTITY.index(),
+    configuration: Communication::CONFIGURATION.index(),
+};
+
 /// Before the slaves of the profile are heard.
 pub(super) fn at_power_on(profile: &Profile) -> Boot {
-    let mut boot = Boot::new(profile.boot, profile.settings);
+    let mut boot = Boot::new(profile.boot, IDENTIFIED, profile.settings);
     for slave in profile.slaves {
         boot.assign(slave.node, slave.assignment());
     }

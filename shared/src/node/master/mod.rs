@@ -55,11 +55,11 @@ pub struct Master<D: Device> {
     /// Spacecraft time when the last SYNC was sent.
     at_sync: Option<Scet>,
     /// A spacecraft time was due while the active bus was not announced.
-    owes_time: bool,
+    is_time_pending: bool,
     /// COB-IDs of RPDOs changed: the filters are to follow.
     are_filters_due: bool,
     /// As its buses have them, but for the last.
-    filters_told: [Filter; FUNCTIONS as usize],
+    filters_set: [Filter; FUNCTIONS as usize],
     initial: Initial,
 }
 
@@ -89,9 +89,9 @@ impl<D: Device> Master<D> {
             stamped: profile.stamped,
             held: Deque::new(),
             at_sync: None,
-            owes_time: false,
+            is_time_pending: false,
             are_filters_due: false,
-            filters_told: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
+            filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
             initial,
         }
     }
@@ -121,7 +121,7 @@ impl<D: Device> Master<D> {
     fn set_filters(&mut self, out: &mut Out) -> bool {
         for number in 0..FUNCTIONS {
             let filter = self.filter(number);
-            let Some(told) = self.filters_told.get_mut(usize::from(number)) else { continue };
+            let Some(told) = self.filters_set.get_mut(usize::from(number)) else { continue };
             if *told != filter {
                 if !out.has_room() {
                     return false;
@@ -154,7 +154,7 @@ impl<D: Device> Master<D> {
 
     fn release_held(&mut self, now: Instant, out: &mut Out) {
         let bus = self.manager.active();
-        if self.manager.is_announced() && core::mem::take(&mut self.owes_time) {
+        if self.manager.is_announced() && core::mem::take(&mut self.is_time_pending) {
             self.services.trigger_time(now);
         }
         while self.manager.is_announced() {
@@ -315,7 +315,7 @@ impl<D: Device> Node for Master<D> {
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {
-        self.filters_told = core::array::from_fn(|number| self.filter(number as u16));
+        self.filters_set = core::array::from_fn(|number| self.filter(number as u16));
         if self.services.dictionary.stored.store.is_some() {
             self.services.load(Group::All);
             self.redundancy = objects::written_redundancy(&self.services.dictionary.objects, self.redundancy);

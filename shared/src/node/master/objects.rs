@@ -64,8 +64,8 @@ impl Initial {
         let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
         let (tpdos, mappings) = objects.pdos.tpdos_mut();
         for (tpdo, mapping) in tpdos.iter_mut().zip(mappings) {
-            let tells_time = mapping.objects().iter().any(|object| object >> 16 == u32::from(SCET_GET));
-            if tells_time && tpdo.event_timer == 0 && !rules::is_synchronous(tpdo.transmission) {
+            let carries_time = mapping.objects().iter().any(|object| object >> 16 == u32::from(SCET_GET));
+            if carries_time && tpdo.event_timer == 0 && !rules::is_synchronous(tpdo.transmission) {
                 tpdo.event_timer = period;
             }
         }
@@ -100,7 +100,7 @@ pub(super) fn written_redundancy<D: Device>(
     // The longest: no decision goes before a slave's own time.
     let times = objects.consumers.entries().iter().map(|entry| entry & 0xFFFF);
     let longest = times.max().filter(|time| *time > 0);
-    let written = &objects.spacecraft.redundancy;
+    let written = &objects.spacecraft.redundancy.parameters;
     Parameters {
         consumer: longest.map_or(present.consumer, |time| Duration::from_millis(u64::from(time))),
         producer: Duration::from_millis(u64::from(objects.communication.producer_heartbeat)),
@@ -171,7 +171,7 @@ impl<D: Device> Master<D> {
             self.on_requested_nmt(at.sub, now, out);
         }
         self.follow(at, now);
-        self.services.tell_written(at, now, out);
+        self.services.report_written(at, now, out);
     }
 
     /// An object that the master follows has another value.
@@ -278,13 +278,13 @@ impl<D: Device> Master<D> {
     /// Emergencies and transmit PDOs. What waits for an announcement has a place among those held, but for the time: that is
     /// sampled again when the bus is announced.
     fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        let Self { services, manager, held, owes_time, nmt, .. } = self;
+        let Self { services, manager, held, is_time_pending, nmt, .. } = self;
         let (bus, is_announced, mut lost) = (manager.active(), manager.is_announced(), false);
-        services.poll(until, now, nmt.state(), &mut |frame, expires, tells_time| {
+        services.poll(until, now, nmt.state(), &mut |frame, expires, carries_time| {
             if is_announced {
                 out.send_until(bus, frame, expires);
-            } else if tells_time {
-                *owes_time = true;
+            } else if carries_time {
+                *is_time_pending = true;
             } else {
                 lost |= held.push_back(Outgoing { frame, expires }).is_err();
             }

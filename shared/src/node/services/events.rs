@@ -1,4 +1,4 @@
-//! What masters and slaves tell alike of their objects.
+//! Events that masters and slaves report alike.
 
 use crate::node::{MasterEvent, SlaveEvent};
 use crate::types::{Address, Bus, Scet};

@@ -108,7 +108,7 @@ impl<D: Device> Services<D> {
 
     /// An object was written over the bus: an event for the application, and for the TPDOs that carry it.
     #[inline]
-    pub fn tell_written<E: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<E>) {
+    pub fn report_written<E: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<E>) {
         if at.index >= FIRST_TOLD {
             if self.dictionary.tpdos.has_events() {
                 self.dictionary.on_changed(at, now);

@@ -56,12 +56,12 @@ pub struct Services<D: Device> {
     pub clock: LocalClock,
     pub buses: Buses,
     pub lifetimes: Lifetimes,
-    /// Which receive PDOs carry the spacecraft time.
+    /// Receive PDOs that set the clock (2010h).
     brings_time: <D::Pdos as PdoSlots>::Receive<bool>,
-    /// Which transmit PDOs carry the local time.
-    tells_time: <D::Pdos as PdoSlots>::Transmit<bool>,
-    /// Whether a transmit PDO carries a value of the moment: objects 2011h, 2020h, 2021h.
-    tells_moment: bool,
+    /// Transmit PDOs that carry the local time (2011h).
+    carries_time: <D::Pdos as PdoSlots>::Transmit<bool>,
+    /// Whether a transmit PDO carries a live value: objects 2011h, 2020h, 2021h.
+    carries_live_value: bool,
     /// Nothing is due before. May be early, never late.
     pub next: Instant,
 }
@@ -103,8 +103,8 @@ impl<D: Device> Services<D> {
                 sdo: profile.sdo_timeout,
             },
             brings_time: D::Pdos::receive(false),
-            tells_time: D::Pdos::transmit(false),
-            tells_moment: false,
+            carries_time: D::Pdos::transmit(false),
+            carries_live_value: false,
             next: Instant::ZERO,
         }
     }

@@ -1,4 +1,4 @@
-//! PDOs of a node on their way: what a frame brings, what a SYNC sets off, what is due, and values of the moment.
+//! Process data of a node: received frames, SYNC, events and timers, and values that are sampled when they are sent.
 
 use super::{NodeEvent, Services};
 use crate::link::Stamp;
@@ -7,11 +7,11 @@ use crate::node::{Device, Outbox};
 use crate::pdo::{Mapping, PdoSlots, Taken};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState};
 
-/// A spacecraft time that waited longer on its way out would set clocks late by that much.
+/// Lifetime of a frame with the time: a receiver's clock is late by what it waits.
 const TIME_LIFETIME: Duration = Duration::from_millis(5);
 
-/// Whether an object has a value of the moment: local time, health of the buses.
-fn is_of_the_moment(index: u16) -> bool {
+/// Whether an object is sampled when it is read: local time, health of the buses.
+fn is_live(index: u16) -> bool {
     matches!(index, SCET_GET | HEALTH_NOMINAL | HEALTH_REDUNDANT)
 }
 
@@ -21,29 +21,29 @@ fn has(mapping: &impl Mapping, is_it: impl Fn(u16) -> bool) -> bool {
 }
 
 impl<D: Device> Services<D> {
-    /// The mappings changed: which PDOs bring or tell the time, or tell values of the moment.
+    /// Notes which PDOs carry the time or live values. Call after each change of a mapping.
     pub(super) fn note_mappings(&mut self) {
         let pdos = &self.dictionary.objects.pdos;
         for (brings_time, mapping) in self.brings_time.as_mut().iter_mut().zip(pdos.rpdos().1) {
             *brings_time = has(mapping, |index| index == SCET_SET);
         }
-        for (tells_time, mapping) in self.tells_time.as_mut().iter_mut().zip(pdos.tpdos().1) {
-            *tells_time = has(mapping, |index| index == SCET_GET);
+        for (carries_time, mapping) in self.carries_time.as_mut().iter_mut().zip(pdos.tpdos().1) {
+            *carries_time = has(mapping, |index| index == SCET_GET);
         }
-        self.tells_moment = pdos.tpdos().1.iter().any(|mapping| has(mapping, is_of_the_moment));
+        self.carries_live_value = pdos.tpdos().1.iter().any(|mapping| has(mapping, is_live));
     }
 
-    /// The objects of the moment: 2011h, 2020h and 2021h.
+    /// Samples the live objects: 2011h, 2020h and 2021h.
     #[inline(never)] // few requests ask for them
     pub fn refresh(&mut self, now: Instant) {
         self.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into();
         self.refresh_health();
     }
 
-    /// The same, if an SDO request asks for one.
+    /// Samples the live objects if an SDO request is for one of them.
     #[inline]
     pub fn refresh_for(&mut self, request: &Frame, now: Instant) {
-        if is_of_the_moment((request.bits() >> 8) as u16) {
+        if is_live((request.bits() >> 8) as u16) {
             self.refresh(now);
         }
     }
@@ -58,7 +58,7 @@ impl<D: Device> Services<D> {
         now: Instant,
         out: &mut Outbox<E>,
     ) {
-        if self.tells_moment {
+        if self.carries_live_value {
             // ECSS 7.2.3k: the local time at the end of the SYNC.
             self.refresh(stamp.at);
         }
@@ -160,13 +160,13 @@ impl<D: Device> Services<D> {
         state: NmtState,
         send: &mut impl FnMut(Frame, Instant, bool),
     ) {
-        if self.tells_moment && self.dictionary.tpdos.deadline().is_some_and(|due| due <= until) {
+        if self.carries_live_value && self.dictionary.tpdos.deadline().is_some_and(|due| due <= until) {
             self.refresh(until);
         }
         let expires = now + self.lifetimes.event;
         self.dictionary.poll(until, state, &mut |frame| send(frame, expires, false));
-        let Self { dictionary, tells_time, .. } = self;
-        dictionary.tpdos.poll(until, &dictionary.objects, &mut |number, frame| match tells_time
+        let Self { dictionary, carries_time, .. } = self;
+        dictionary.tpdos.poll(until, &dictionary.objects, &mut |number, frame| match carries_time
             .as_ref()
             .get(number)
         {
@@ -177,8 +177,8 @@ impl<D: Device> Services<D> {
 
     /// An event for the transmit PDOs that tell the time.
     pub fn trigger_time(&mut self, now: Instant) {
-        for (number, tells_time) in self.tells_time.as_ref().iter().enumerate() {
-            if *tells_time {
+        for (number, carries_time) in self.carries_time.as_ref().iter().enumerate() {
+            if *carries_time {
                 self.dictionary.tpdos.trigger(number, now);
             }
         }

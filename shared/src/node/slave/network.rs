@@ -7,14 +7,14 @@ use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, ErrorBehaviour, NmtMessage, Reaction};
 use crate::node::services::{Dictionary, SdoStep};
-use crate::node::{BusCause, Device, SlaveEvent, Spacecraft};
-use crate::redundancy::{MasterMessage, Redundancy, Selection};
+use crate::node::{BusCause, Device, SlaveEvent};
+use crate::redundancy::{MasterMessage, Redundancy, RedundancyObjects, Selection};
 use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus};
 
 /// The bus that a node starts on.
-const BDEFAULT: Address = Spacecraft::REDUNDANCY.field(Redundancy::BDEFAULT).address();
+const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
 /// Toggles of the search.
-const CTOGGLE: Address = Spacecraft::REDUNDANCY.field(Redundancy::CTOGGLE).address();
+const CTOGGLE: Address = RedundancyObjects::PARAMETERS.field(Redundancy::CTOGGLE).address();
 
 /// A slave that is about to change the bus waits so long, at most, for the result of its EMCY.
 const WARNING: Duration = Duration::from_millis(2);
@@ -188,9 +188,9 @@ impl<D: Device> Slave<D> {
     /// Object 2000h; what the node changes itself of it is an event for the TPDOs that carry it.
     fn show_redundancy(&mut self, now: Instant) {
         let Dictionary { objects, .. } = &mut self.services.dictionary;
-        let before = objects.spacecraft.redundancy;
+        let before = objects.spacecraft.redundancy.parameters;
         objects.set_redundancy(self.selector.parameters());
-        let after = objects.spacecraft.redundancy;
+        let after = objects.spacecraft.redundancy.parameters;
         for (at, has_changed) in
             [(BDEFAULT, before.bdefault != after.bdefault), (CTOGGLE, before.ctoggle != after.ctoggle)]
         {

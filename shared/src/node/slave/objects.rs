@@ -157,7 +157,7 @@ impl<D: Device> Slave<D> {
         if at.index <= LAST_OWN {
             self.on_own_written(at, now, out);
         }
-        self.services.tell_written(at, now, out);
+        self.services.report_written(at, now, out);
     }
 
     /// An object was written that the node itself follows.
@@ -213,7 +213,7 @@ impl<D: Device> Slave<D> {
     /// The redundancy parameters as the dictionary has them.
     pub(super) fn written_redundancy(&self) -> Parameters {
         let objects = &self.services.dictionary.objects;
-        let written = &objects.spacecraft.redundancy;
+        let written = &objects.spacecraft.redundancy.parameters;
         let of_master = |entry: &&u32| **entry >> 16 == u32::from(NodeId::MASTER.get());
         let consumer = objects.consumers.entries().iter().find(of_master);
         Parameters {

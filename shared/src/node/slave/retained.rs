@@ -53,7 +53,8 @@ impl<D: Device> Slave<D> {
 
     /// Before power-on: takes what is stored.
     pub(super) fn load_all(&mut self) {
-        self.services.dictionary.objects.spacecraft.redundancy.bdefault = self.initial.bdefault.bdefault();
+        self.services.dictionary.objects.spacecraft.redundancy.parameters.bdefault =
+            self.initial.bdefault.bdefault();
         self.services.load(Group::All);
         self.select_bdefault(self.written_redundancy().bdefault);
     }
@@ -61,7 +62,7 @@ impl<D: Device> Slave<D> {
     /// Before power-on: selects the retained Bdefault, else the stored one (ECSS 8.3.2a).
     fn select_bdefault(&mut self, stored: Bus) {
         if let Some(bus) = self.retained.held.bdefault {
-            self.services.dictionary.objects.spacecraft.redundancy.bdefault = bus.bdefault();
+            self.services.dictionary.objects.spacecraft.redundancy.parameters.bdefault = bus.bdefault();
         }
         self.selector = Selector::new(self.written_redundancy());
         self.selector.set_kept(stored);

@@ -28,10 +28,10 @@ fn change(
 #[test]
 fn the_redundancy_follows_its_parameters() {
     let mut slave = powered();
-    change(&mut slave, (0x2000, 1), |objects| objects.spacecraft.redundancy.bdefault = 1);
+    change(&mut slave, (0x2000, 1), |objects| objects.spacecraft.redundancy.parameters.bdefault = 1);
     assert_eq!(slave.node.status(slave.now).redundancy.bdefault, REDUNDANT);
-    change(&mut slave, (0x2000, 2), |objects| objects.spacecraft.redundancy.ttoggle = 4);
-    change(&mut slave, (0x2000, 3), |objects| objects.spacecraft.redundancy.ntoggle = 1);
+    change(&mut slave, (0x2000, 2), |objects| objects.spacecraft.redundancy.parameters.ttoggle = 4);
+    change(&mut slave, (0x2000, 3), |objects| objects.spacecraft.redundancy.parameters.ntoggle = 1);
     change(&mut slave, (0x1016, 1), |objects| objects.consumers.consumer_heartbeat[0] = 1 << 16 | 100);
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.clear();

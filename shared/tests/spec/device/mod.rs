@@ -122,7 +122,7 @@ fn redundancy_parameters_are_written_and_obeyed() {
     assert_eq!(slave.events, []);
     slave.run_until(ms(400));
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT);
-    assert_eq!(slave.node.objects().spacecraft.redundancy.ctoggle, 1);
+    assert_eq!(slave.node.objects().spacecraft.redundancy.parameters.ctoggle, 1);
     assert_eq!(slave.node.objects().communication.errors.errors[0], 0x0001_8130);
 }
 

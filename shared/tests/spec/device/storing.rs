@@ -24,7 +24,10 @@ fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
     let mut slave = powered_with(&memory);
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT, "Bdefault was stored");
     let objects = slave.node.objects();
-    assert_eq!((objects.communication.producer_heartbeat, objects.spacecraft.redundancy.ntoggle), (50, 50));
+    assert_eq!(
+        (objects.communication.producer_heartbeat, objects.spacecraft.redundancy.parameters.ntoggle),
+        (50, 50)
+    );
     assert_eq!(objects.application.value, 7);
     slave.clear();
     slave.run_until(ms(100));

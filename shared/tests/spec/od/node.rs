@@ -51,7 +51,7 @@ fn the_redundancy_object_has_four_programmable_values() {
         assert_eq!(write(&mut objects, 0x2000, sub, &[sub + 10]), Ok(()), "{sub}");
         assert_eq!(read(&mut objects, 0x2000, sub), Ok(vec![sub + 10]));
     }
-    let redundancy = objects.redundancy;
+    let redundancy = objects.redundancy.parameters;
     assert_eq!(
         [redundancy.bdefault, redundancy.ttoggle, redundancy.ntoggle, redundancy.ctoggle],
         [11, 12, 13, 14]

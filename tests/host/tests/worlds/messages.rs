@@ -7,7 +7,7 @@ use ecss_can::types::{Bus, NmtState, NodeId};
 use host_worlds::log::Happening;
 use host_worlds::world::World;
 use mission::STANDARD;
-use mission::{Command, Request, Telemetry, Told};
+use mission::{Command, Received, Request, Telemetry};
 
 use crate::support::*;
 
@@ -19,8 +19,8 @@ fn ask(world: &mut World, node: NodeId, request: Request) -> Telemetry {
     let answers: Vec<Telemetry> = master_told(world, from)
         .into_iter()
         .filter_map(|event| match event {
-            MasterEvent::Pdo { number, data, .. } => match mission::told(number, data)? {
-                (from, Told::Telemetry(message)) if from == node => Telemetry::decode(&message),
+            MasterEvent::Pdo { number, data, .. } => match mission::received(number, data)? {
+                (from, Received::Telemetry(message)) if from == node => Telemetry::decode(&message),
                 _ => None,
             },
             _ => None,

@@ -4,7 +4,7 @@ use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::types::{Bus, Scet};
 use host_worlds::world::{Sent, World};
-use mission::{STANDARD, Told};
+use mission::{Received, STANDARD};
 
 use crate::support::*;
 
@@ -86,9 +86,9 @@ fn spacecraft_time_reaches_every_slave() {
     let compared: Vec<i64> = master_told(&world, last_sync.end)
         .into_iter()
         .filter_map(|event| match event {
-            MasterEvent::Pdo { number, data, .. } => match mission::told(number, data)?.1 {
-                Told::LocalTime(scet) => Some(scet.micros_since(reference)),
-                Told::Telemetry(_) => None,
+            MasterEvent::Pdo { number, data, .. } => match mission::received(number, data)?.1 {
+                Received::LocalTime(scet) => Some(scet.micros_since(reference)),
+                Received::Telemetry(_) => None,
             },
             _ => None,
         })
