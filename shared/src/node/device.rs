@@ -4,7 +4,7 @@ use super::Communication;
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::pdo::{PdoSet, PdoSlots};
-use crate::types::NodeId;
+use crate::types::{CobId, NodeId};
 
 /// A device, for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs, and what
 /// its communication profile is at power-on.
@@ -46,6 +46,8 @@ pub trait Device: Objects + Default {
 
     /// PDOs at power-on and after reset communication.
     const PDOS: PdoSet;
+    /// COB-IDs whose frames a master hands to its application as they are: for what no PDO covers.
+    const RAW_FRAMES: &'static [CobId] = &[];
 
     /// The communication profile at power-on and after reset communication: names and identity, and whatever else is not as
     /// [`Communication::new`] has it.

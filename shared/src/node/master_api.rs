@@ -6,7 +6,7 @@ use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::NmtMessage;
 use crate::redundancy::SwitchCause;
-use crate::types::{Address, Bus, NmtState, NodeId, Scet};
+use crate::types::{Address, Bus, Frame, NmtState, NodeId, Scet};
 
 /// What a master tells its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,6 +62,13 @@ pub enum MasterEvent {
         number: u16,
         /// Its payload, zero behind its end: the dictionary may hold a newer one already.
         data: [u8; 8],
+    },
+    /// A frame with a COB-ID of [`Device::RAW_FRAMES`](crate::node::Device::RAW_FRAMES) on the active bus.
+    Frame {
+        /// The active bus.
+        bus: Bus,
+        /// The frame.
+        frame: Frame,
     },
     /// A synchronous receive PDO took effect, at a SYNC of this master.
     Synchronised {

@@ -1,8 +1,11 @@
 //! The master as a device of its own: PDOs, NMT state, parameter store.
 
+use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::Filter;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, MasterEvent, MasterRequest, Refusal};
+use ecss_can::node::{BusCommand, Device, MasterEvent, MasterRequest, Refusal};
+use ecss_can::od::Objects;
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet};
 use ecss_can::types::{CobId, NmtState, NodeId, Scet};
 use mission::{Message, Received, STANDARD};
 
@@ -221,4 +224,39 @@ fn what_it_stores_holds_after_the_next_start() {
     master.clear();
     master.receive(redundant, 0x709, &[0]);
     assert!(ids(&master).contains(&0x609));
+}
+
+/// Its slaves send images in frames of their own, 6A0h, which it asks for by 6A1h.
+#[derive(Debug, Objects)]
+struct Viewer {}
+
+const IMAGE: CobId = CobIdOf::fixed(0x6A0).of(NodeId::MASTER);
+
+impl Device for Viewer {
+    type Pdos = PdoObjects<0, 0>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+    const RAW_FRAMES: &'static [CobId] = &[IMAGE];
+}
+
+#[test]
+fn frames_that_no_pdo_covers_pass_both_ways() {
+    let viewer = ecss_can::node::Master::new(&STANDARD, Viewer::default(), None);
+    assert!(viewer.filters().contains(&Filter::function(IMAGE)));
+    let mut master = Bench::new(viewer);
+    let send = |master: &mut Bench<ecss_can::node::Master<Viewer>>, frame| {
+        master.touch(|master, now| master.send_frame(frame, now))
+    };
+    master.clear();
+    assert_eq!(send(&mut master, frame(0x6A1, &[1])), Ok(()));
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x6A1, &[1]))]);
+    assert_eq!(master.sent[0].expires, ms(100));
+    assert_eq!(send(&mut master, frame(0x000, &[1, 0])), Err(Refusal::NotValid), "restricted");
+    let image = frame(0x6A0, &[1, 2, 3]);
+    master.clear();
+    master.receive(NOMINAL, 0x6A0, &[1, 2, 3]);
+    master.receive(NOMINAL, 0x6A2, &[1, 2, 3]);
+    master.receive(NOMINAL.other(), 0x6A0, &[1, 2, 3]);
+    assert_eq!(master.events, [MasterEvent::Frame { bus: NOMINAL, frame: image }]);
 }

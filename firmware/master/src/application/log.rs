@@ -68,6 +68,7 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
         MasterEvent::Pdo { .. }
+        | MasterEvent::Frame { .. }
         | MasterEvent::Synchronised { .. }
         | MasterEvent::Time(_)
         | MasterEvent::SyncSent { .. } => {}

@@ -2,10 +2,12 @@
 
 mod boot;
 mod declared;
+mod filters;
 mod identify;
 mod network;
 mod objects;
 mod reception;
+mod sending;
 mod transfers;
 
 use heapless::Deque;
@@ -17,7 +19,7 @@ use self::objects::Initial;
 use self::transfers::Transfers;
 use super::buses::BusNews;
 use super::services::Services;
-use super::{Device, MasterEvent, MasterRequest, Refusal, Status};
+use super::{Device, MasterEvent, MasterRequest, Status};
 use crate::boot::Boot;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
@@ -27,7 +29,7 @@ use crate::profile::Profile;
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
 use crate::store::{Group, ParameterStore};
 use crate::sync;
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, Scet, earliest};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId, Scet, earliest};
 
 type Out = Outbox<MasterEvent>;
 
@@ -96,44 +98,6 @@ impl<D: Device> Master<D> {
         }
     }
 
-    /// What it receives, by function codes: heartbeats, SDO responses, EMCY and foreign SYNCs, PDOs; and requests to its own
-    /// SDO server.
-    pub fn filters(&self) -> Filters {
-        (0..=FUNCTIONS).map(|number| self.filter(number)).collect()
-    }
-
-    /// What a filter admits: all of one function code, once more heartbeats where nothing of it is wanted, or the requests to
-    /// this server.
-    fn filter(&self, number: u16) -> Filter {
-        let is_of = |id: CobId| id.raw() >> 7 == number;
-        let node = NodeId::MASTER;
-        let own = [CobId::heartbeat(node), CobId::sdo_response(node), CobId::SYNC];
-        let mut wanted = own.into_iter().chain(self.services.rpdo_ids().flatten()).filter(|id| is_of(*id));
-        match wanted.next() {
-            _ if number == FUNCTIONS => Filter::exact(CobId::sdo_request(node)),
-            Some(id) => Filter::function(id),
-            None => Filter::function(CobId::heartbeat(node)),
-        }
-    }
-
-    /// COB-IDs of PDOs changed: both buses are told of the filters that are others now, as many as there is room for beside
-    /// the frames. Whether that is all.
-    fn set_filters(&mut self, out: &mut Out) -> bool {
-        for number in 0..FUNCTIONS {
-            let filter = self.filter(number);
-            let Some(told) = self.filters_set.get_mut(usize::from(number)) else { continue };
-            if *told != filter {
-                if !out.has_room() {
-                    return false;
-                }
-                *told = filter;
-                let command = BusCommand::Filter { number: number as u8, filter };
-                Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
-            }
-        }
-        true
-    }
-
     fn send_nmt(&mut self, message: NmtMessage, now: Instant, out: &mut Out) -> bool {
         self.send(message.encode(), now, self.services.lifetimes.heartbeat, out)
     }
@@ -173,40 +137,6 @@ impl<D: Device> Master<D> {
         self.services.refresh_health();
         self.services.next = Instant::ZERO;
         out.event(MasterEvent::Health { bus, health });
-    }
-
-    /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it.
-    ///
-    /// # Errors
-    /// [`Refusal::NotValid`], counted on the active bus.
-    pub fn send_pdo(&mut self, number: usize, now: Instant) -> Result<(), Refusal> {
-        self.send_pdo_if(true, number, now)
-    }
-
-    /// The same for one that a slave consumes, which has to be Operational.
-    ///
-    /// # Errors
-    /// [`Refusal`], counted on the active bus.
-    pub fn send_pdo_to(&mut self, node: NodeId, number: usize, now: Instant) -> Result<(), Refusal> {
-        let is_operational = self.manager.peers().state(node) == Some(NmtState::Operational);
-        self.send_pdo_if(is_operational, number, now)
-    }
-
-    fn send_pdo_if(&mut self, is_operational: bool, number: usize, now: Instant) -> Result<(), Refusal> {
-        let tpdos = &mut self.services.dictionary.tpdos;
-        let refusal = if !is_operational {
-            Refusal::NotOperational
-        } else if !(tpdos.is_valid(number) && self.nmt.state().allows_pdo()) {
-            Refusal::NotValid
-        } else if !self.manager.is_announced() && self.held.is_full() {
-            Refusal::Busy
-        } else {
-            tpdos.trigger(number, now);
-            self.services.next = now;
-            return Ok(());
-        };
-        self.services.buses.refused(self.manager.active());
-        Err(refusal)
     }
 
     fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {

@@ -26,6 +26,9 @@ impl<D: Device> Master<D> {
         if bus == active && self.nmt.state().allows_pdo() && self.services.is_pdo(id) {
             return self.on_pdo(bus, frame, &stamp, now, out);
         }
+        if bus == active && D::RAW_FRAMES.contains(&id) {
+            return out.event(MasterEvent::Frame { bus, frame: *frame });
+        }
         let Some(node) = node.filter(|node| *node != NodeId::MASTER) else {
             return self.services.buses.ignored(bus);
         };

@@ -1,0 +1,48 @@
+//! Acceptance filters of the master.
+
+use super::{FUNCTIONS, Master, Out};
+use crate::link::port::Filter;
+use crate::node::{BusCommand, Device, Filters};
+use crate::types::{Bus, CobId, NodeId};
+
+impl<D: Device> Master<D> {
+    /// What it receives, by function codes: heartbeats, SDO responses, EMCY and foreign SYNCs, PDOs; and requests to its own
+    /// SDO server.
+    pub fn filters(&self) -> Filters {
+        (0..=FUNCTIONS).map(|number| self.filter(number)).collect()
+    }
+
+    /// What a filter admits: all of one function code, once more heartbeats where nothing of it is wanted, or the requests to
+    /// this server.
+    pub(super) fn filter(&self, number: u16) -> Filter {
+        let is_of = |id: CobId| id.raw() >> 7 == number;
+        let node = NodeId::MASTER;
+        let raw = D::RAW_FRAMES.iter().copied();
+        let own = [CobId::heartbeat(node), CobId::sdo_response(node), CobId::SYNC];
+        let mut wanted =
+            own.into_iter().chain(self.services.rpdo_ids().flatten()).chain(raw).filter(|id| is_of(*id));
+        match wanted.next() {
+            _ if number == FUNCTIONS => Filter::exact(CobId::sdo_request(node)),
+            Some(id) => Filter::function(id),
+            None => Filter::function(CobId::heartbeat(node)),
+        }
+    }
+
+    /// COB-IDs of PDOs changed: both buses are told of the filters that are others now, as many as there is room for beside
+    /// the frames. Whether that is all.
+    pub(super) fn set_filters(&mut self, out: &mut Out) -> bool {
+        for number in 0..FUNCTIONS {
+            let filter = self.filter(number);
+            let Some(told) = self.filters_set.get_mut(usize::from(number)) else { continue };
+            if *told != filter {
+                if !out.has_room() {
+                    return false;
+                }
+                *told = filter;
+                let command = BusCommand::Filter { number: number as u8, filter };
+                Bus::ALL.into_iter().for_each(|bus| out.command(bus, command));
+            }
+        }
+        true
+    }
+}
