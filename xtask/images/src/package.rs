@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 
 use crate::environment::clean;
-use crate::{Error, Job, LOG, command_line, configuration, workspace};
+use crate::{Error, Job, LOG, TARGET, command_line, configuration, workspace};
 
 /// A package with firmware of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -85,7 +85,33 @@ impl Package {
         if !is_ours {
             what.extend(profile()?.into_iter().flat_map(|setting| ["--config".to_owned(), setting]));
         }
-        job.run(&["build"], &what, &[], |cargo| run(cargo, home))
+        let target_dir = job.target_dir();
+        job.run(&["build"], &what, &[], |cargo| {
+            self.forget_namesake(&target_dir, home)?;
+            run(cargo, home)
+        })
+    }
+
+    /// Makes cargo build this package anew when it has built one of the same name in another folder before: it takes them for
+    /// one, because both are the root of their workspace.
+    fn forget_namesake(&self, target_dir: &Path, home: &Path) -> Result<(), Error> {
+        let unusable = |error| Error::Directory(target_dir.to_owned(), error);
+        let note = target_dir.join(format!("{}.home", self.name));
+        let home = home.display().to_string();
+        if fs::read_to_string(&note).is_ok_and(|before| before == home) {
+            return Ok(());
+        }
+        // The package itself, and its build script on the host.
+        for folder in [target_dir.join(TARGET).join("firmware"), target_dir.join("firmware")] {
+            let Ok(built) = fs::read_dir(folder.join(".fingerprint")) else { continue };
+            for entry in built {
+                let entry = entry.map_err(unusable)?;
+                if entry.file_name().to_string_lossy().starts_with(&format!("{}-", self.name)) {
+                    fs::remove_dir_all(entry.path()).map_err(unusable)?;
+                }
+            }
+        }
+        fs::write(&note, home).map_err(unusable)
     }
 }
 
