@@ -504,3 +504,20 @@ fn changes_of_progress_are_told_once_each() {
     assert!(boot.is_due() && boot.is_busy());
     assert_eq!(boot.take_change(), Some((THREE, BootProgress::Queued)));
 }
+
+/// The pre-defined connection set, unless a setting moves a TPDO of a slave.
+#[test]
+fn pdo_of_a_slave_is_known_by_its_configured_cob_id() {
+    let cob_id =
+        |index, sub| Setting { node: TWO, at: Address::new(index, sub), value: &[0xC3, 0x04, 0, 0x40] };
+    let producer = |settings: &'static [Setting], raw| {
+        Boot::new(POLICY, OBJECTS, settings).producer(ecss_can::types::CobId::new(raw).unwrap())
+    };
+    assert_eq!(producer(SETTINGS, 0x4C3), NodeId::new(0x43));
+    let moved: &[Setting] = Box::leak(Box::new([cob_id(0x1802, 1)]));
+    assert_eq!(producer(moved, 0x4C3), Some(TWO));
+    assert_eq!(producer(moved, 0x383), Some(THREE));
+    for other in [cob_id(0x1802, 2), cob_id(0x1402, 1), cob_id(0x1A00, 1)] {
+        assert_eq!(producer(Box::leak(Box::new([other])), 0x4C3), NodeId::new(0x43));
+    }
+}

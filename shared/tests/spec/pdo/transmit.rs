@@ -370,3 +370,22 @@ fn a_configuration_that_cannot_work_changes_nothing() {
     assert_eq!(sent, [(0, frame(0x185, &[0x11, 0x11, 0x22, 0x22, 0x33, 0x33, 0x44, 0x44]))]);
     assert!(!node.tpdos.trigger(4, ms(1)));
 }
+
+/// Nine that are due together: the queue of the node takes eight, the ninth goes in the next turn, in the order of numbers.
+#[test]
+fn a_burst_of_events_goes_out_in_turns() {
+    let (mut tpdos, device) = (Tpdos::<PdoObjects<9, 9>>::new(), Device::default());
+    for number in 0..9 {
+        let own = parameters(0x181 + number as u32, 254);
+        assert_eq!(tpdos.configure::<Device>(number, &own, &WORDS, ms(0)), Ok(()));
+    }
+    tpdos.start(ms(0));
+    assert!((0..9).all(|number| tpdos.trigger(number, ms(1))));
+    let mut turn = |now| {
+        let mut sent = vec![];
+        tpdos.poll(now, &device, &mut |number, _| sent.push(number));
+        (sent, tpdos.deadline())
+    };
+    assert_eq!(turn(ms(1)), ((0..8).collect(), Some(ms(1))));
+    assert_eq!(turn(ms(1)), (vec![8], None));
+}
