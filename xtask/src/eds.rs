@@ -208,6 +208,6 @@ fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObje
 fn slave(node: NodeId, profile: &profile::Profile) -> NodeObjects<MissionObjects<Vec<u8>>> {
     let mut objects = mission::slave(node, profile, Vec::new()).objects().clone();
     // Boards have a parameter store.
-    (objects.communication.store, objects.communication.restore) = ([1; 4], [1; 4]);
+    (objects.communication.storage.store, objects.communication.storage.restore) = ([1; 4], [1; 4]);
     objects
 }

@@ -1,12 +1,12 @@
 //! The master of the demonstration mission: a telecommand, a telemetry request, telemetry and local time for each slave.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, Refusal, Spacecraft};
+use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
 use ecss_can::od::{Objects, Record, U24, U40, U48};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
 use ecss_can::store::ParameterStore;
-use ecss_can::time::ScetGet;
+use ecss_can::time::{LocalScet, ScetGet};
 use ecss_can::types::{Instant, NodeId, Scet};
 
 use crate::{Message, Outgoing};
@@ -32,8 +32,8 @@ const TELEMETRY: usize = LOCAL_TIMES + SLAVES;
 
 /// The spacecraft time, 181h. Its period is that of the profile.
 const SPACECRAFT_TIME: Tpdo = Tpdo::new(1, CobIdOf::fixed(0x181))
-    .map(Spacecraft::SCET_GET.field(ScetGet::FINE))
-    .map(Spacecraft::SCET_GET.field(ScetGet::COARSE));
+    .map(LocalScet::SCET_GET.field(ScetGet::FINE))
+    .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
 
 /// 300h + node and 400h + node.
 const TPDOS: [Tpdo; REQUESTS + SLAVES] = {

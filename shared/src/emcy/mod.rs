@@ -10,6 +10,6 @@ mod register;
 pub use code::ErrorCode;
 pub use history::History;
 pub use message::Emergency;
-pub use objects::ErrorField;
+pub use objects::{EmcyObjects, ErrorField};
 pub use producer::{Config, Producer};
 pub use register::ErrorRegister;

@@ -1,6 +1,27 @@
-//! Object 1003h.
+//! Objects 1001h, 1003h, 1014h and 1015h, and what may be written to them.
 
-use crate::od::Record;
+use super::{Config, Producer};
+use crate::od::{CobIdEntry, EntryUse, INVALID, Objects, Record};
+use crate::types::{AbortCode, Address, CobId, NodeId};
+
+/// Objects of emergencies (CiA 301 7.5.2).
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct EmcyObjects {
+    /// Error register
+    #[object(0x1001, ro, pdo)]
+    pub register: u8,
+    /// Pre-defined error field
+    #[object(0x1003, record, array)]
+    pub errors: ErrorField,
+    /// COB-ID EMCY
+    #[object(0x1014, rw, default = INVALID)]
+    pub cob_id: u32,
+    /// Inhibit time EMCY
+    ///
+    /// Multiples of 100 us. Ten a second: an error that comes and goes must not fill the bus.
+    #[object(0x1015, rw, default = 1_000)]
+    pub inhibit: u16,
+}
 
 /// Pre-defined error field (1003h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
@@ -13,4 +34,47 @@ pub struct ErrorField {
     /// The newest first: error code in the low half, information of the manufacturer in the high one.
     #[sub(1.., ro)]
     pub errors: [u32; 8],
+}
+
+pub(super) const ERRORS: u16 = EmcyObjects::ERRORS.index();
+pub(super) const COB_ID: u16 = EmcyObjects::COB_ID.index();
+pub(super) const INHIBIT: u16 = EmcyObjects::INHIBIT.index();
+
+impl EmcyObjects {
+    /// The defaults of a node.
+    pub fn new(node: NodeId) -> Self {
+        Self { cob_id: u32::from(CobId::emcy(node).raw()), ..Self::default() }
+    }
+
+    /// How emergencies are sent.
+    pub const fn config(&self) -> Config {
+        Config::new(self.cob_id, self.inhibit)
+    }
+
+    /// Whether there is an error to read there: sub-indices of 1003h beyond the last error have none.
+    pub fn has_data(&self, at: Address) -> bool {
+        at.index != ERRORS || at.sub <= self.errors.count
+    }
+
+    /// Whether a client may write `value` there. Zero to 1003h forgets the errors. Other objects are not refused.
+    ///
+    /// # Errors
+    /// As [`CobIdEntry::written`]; [`AbortCode::ValueRange`] for another value than zero to 1003h.
+    pub fn may_write(&self, at: Address, value: u32) -> Result<(), AbortCode> {
+        match (at.index, at.sub) {
+            (ERRORS, 0) if value != 0 => Err(AbortCode::ValueRange),
+            (COB_ID, _) => CobIdEntry::from_raw(self.cob_id).written(value, EntryUse::Emcy).map(drop),
+            _ => Ok(()),
+        }
+    }
+
+    /// Shows register and history of the producer.
+    pub fn show(&mut self, producer: &Producer) {
+        let history = producer.history();
+        self.register = producer.register().bits();
+        self.errors.count = history.len();
+        for (slot, sub) in self.errors.errors.iter_mut().zip(1..) {
+            *slot = history.read(sub).unwrap_or(0);
+        }
+    }
 }

@@ -7,9 +7,10 @@
 
 use heapless::Deque;
 
-use super::{Emergency, ErrorCode, ErrorRegister, History};
+use super::objects::{COB_ID, ERRORS, INHIBIT};
+use super::{EmcyObjects, Emergency, ErrorCode, ErrorRegister, History};
 use crate::od::CobIdEntry;
-use crate::types::{CobId, Duration, Frame, Instant, NmtState};
+use crate::types::{Address, CobId, Duration, Frame, Instant, NmtState};
 
 /// Errors that are remembered (object 1003h).
 const HISTORY: usize = 8;
@@ -76,6 +77,18 @@ impl Producer {
             if let Some(place) = self.place(key(dropped.code, source)) {
                 *place &= !TOLD;
             }
+        }
+    }
+
+    /// Follows its objects when one of them was written.
+    pub fn follow(&mut self, at: Address, objects: &mut EmcyObjects) {
+        match at.index {
+            ERRORS => {
+                let _ = self.history.write_len(0);
+                objects.show(self);
+            }
+            COB_ID | INHIBIT => self.configure(objects.config()),
+            _ => {}
         }
     }
 

@@ -7,7 +7,7 @@ mod producer;
 
 pub use consumer::Consumer;
 pub use monitor::{Heard, Missed, Monitor, check_entry};
-pub use objects::{ConsumerSlots, HeartbeatConsumers};
+pub use objects::{ConsumerSlots, HeartbeatConsumers, HeartbeatProducer};
 pub use producer::Producer;
 
 use crate::types::{CobId, Frame, NmtState, NodeId};

@@ -1,7 +1,8 @@
 //! Consumers of many nodes' heartbeats (object 1016h).
 
 use super::ConsumerSlots;
-use crate::types::{AbortCode, Duration, Instant, NmtState, NodeId};
+use super::objects::CONSUMERS;
+use crate::types::{AbortCode, Address, Duration, Instant, NmtState, NodeId};
 
 /// One consumer for each entry of 1016h.
 ///
@@ -100,6 +101,20 @@ impl<S: ConsumerSlots> Monitor<S> {
         let entry = self.entries.as_mut().get_mut(place)?;
         let before = core::mem::replace(entry, Entry::new(value));
         NodeId::new(before.node).filter(|_| before.is_missed())
+    }
+
+    /// Follows its objects when one of them was written. Returns a node as [`Monitor::set`] does.
+    pub fn follow(&mut self, at: Address, objects: &S) -> Option<NodeId> {
+        let entry = usize::from(at.sub).wrapping_sub(1);
+        let value = objects.entries().get(entry).copied().unwrap_or(0);
+        if at.index == CONSUMERS { self.set(at.sub, value) } else { None }
+    }
+
+    /// Takes all entries anew. `missed`: gets each node as [`Monitor::set`] returns it.
+    pub fn configure(&mut self, objects: &S, missed: &mut dyn FnMut(NodeId)) {
+        for (value, sub) in objects.entries().iter().zip(1..) {
+            self.set(sub, *value).into_iter().for_each(&mut *missed);
+        }
     }
 
     /// A heartbeat or boot-up message of `node` ended at `at`; `None` when it is not monitored.

@@ -1,8 +1,20 @@
-//! Object 1016h: whose heartbeats a node consumes.
+//! Objects 1016h and 1017h: whose heartbeats a node consumes, and how often it sends its own.
 
 use core::fmt::Debug;
 
+use super::check_entry;
 use crate::od::Objects;
+use crate::types::{AbortCode, Address};
+
+/// Object 1017h.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct HeartbeatProducer {
+    /// Producer heartbeat time
+    ///
+    /// Milliseconds.
+    #[object(0x1017, rw)]
+    pub time: u16,
+}
 
 /// Object 1016h with `N` entries, at most 127.
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -13,6 +25,8 @@ pub struct HeartbeatConsumers<const N: usize = 8> {
     #[object(0x1016, array, rw)]
     pub consumer_heartbeat: [u32; N],
 }
+
+pub(super) const CONSUMERS: u16 = <HeartbeatConsumers>::CONSUMER_HEARTBEAT.index();
 
 /// Room for the heartbeats that a device consumes: [`HeartbeatConsumers`] of any size.
 pub trait ConsumerSlots: Objects + Default + Clone + Debug {
@@ -27,6 +41,14 @@ pub trait ConsumerSlots: Objects + Default + Clone + Debug {
 
     /// The entries, to be changed.
     fn entries_mut(&mut self) -> &mut [u32];
+
+    /// Whether a client may write `value` there. Other objects are not refused.
+    ///
+    /// # Errors
+    /// As [`check_entry`].
+    fn may_write(&self, at: Address, value: u32) -> Result<(), AbortCode> {
+        if at.index == CONSUMERS { check_entry(self.entries(), at.sub, value) } else { Ok(()) }
+    }
 }
 
 impl<const N: usize> ConsumerSlots for HeartbeatConsumers<N> {

@@ -4,6 +4,7 @@
 mod command;
 mod error_behaviour;
 mod identity;
+mod objects;
 mod reset_guard;
 mod slave;
 mod startup;
@@ -11,6 +12,7 @@ mod startup;
 pub use command::{Command, NmtMessage, Target};
 pub use error_behaviour::ErrorBehaviour;
 pub use identity::{Clash, Identity};
+pub use objects::NmtObjects;
 pub use reset_guard::{ResetGuard, ResetVerdict};
 pub use slave::{NmtSlave, Reaction};
 pub use startup::NmtStartup;

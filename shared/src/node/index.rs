@@ -2,31 +2,29 @@
 //! ECSS-E-ST-50-15C give them.
 
 use super::{Communication, NetworkObjects, Spacecraft};
-use crate::heartbeat::HeartbeatConsumers;
+use crate::emcy::EmcyObjects;
+use crate::heartbeat::{HeartbeatConsumers, HeartbeatProducer};
 use crate::pdo::PdoObjects;
 use crate::redundancy::RedundancyObjects;
+use crate::store::StoreObjects;
+use crate::sync::SyncObjects;
+use crate::time::LocalScet;
 
-pub const PRE_DEFINED_ERRORS: u16 = Communication::ERRORS.index();
-pub const SYNC_COB_ID: u16 = Communication::SYNC_COB_ID.index();
-pub const CYCLE_PERIOD: u16 = Communication::CYCLE_PERIOD.index();
-pub const SYNCHRONOUS_WINDOW: u16 = Communication::SYNCHRONOUS_WINDOW.index();
-pub const STORE: u16 = Communication::STORE.index();
-pub const RESTORE: u16 = Communication::RESTORE.index();
-pub const EMCY_COB_ID: u16 = Communication::EMCY_COB_ID.index();
-pub const EMCY_INHIBIT: u16 = Communication::EMCY_INHIBIT.index();
+pub const PRE_DEFINED_ERRORS: u16 = EmcyObjects::ERRORS.index();
+pub const SYNC_COB_ID: u16 = SyncObjects::COB_ID.index();
+pub const STORE: u16 = StoreObjects::STORE.index();
+pub const RESTORE: u16 = StoreObjects::RESTORE.index();
+pub const EMCY_COB_ID: u16 = EmcyObjects::COB_ID.index();
 pub const CONSUMER_HEARTBEAT: u16 = <HeartbeatConsumers>::CONSUMER_HEARTBEAT.index();
-pub const PRODUCER_HEARTBEAT: u16 = Communication::PRODUCER_HEARTBEAT.index();
-pub const SYNC_OVERFLOW: u16 = Communication::SYNC_OVERFLOW.index();
+pub const PRODUCER_HEARTBEAT: u16 = HeartbeatProducer::TIME.index();
 pub const CONFIGURATION: u16 = Communication::CONFIGURATION.index();
-pub const ERROR_BEHAVIOUR: u16 = Communication::ERROR_BEHAVIOUR.index();
-pub const NMT_STARTUP: u16 = Communication::NMT_STARTUP.index();
 
 pub const ASSIGNMENT: u16 = NetworkObjects::ASSIGNMENT.index();
 pub const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();
 
 pub const REDUNDANCY: u16 = RedundancyObjects::PARAMETERS.index();
-pub const SCET_SET: u16 = Spacecraft::SCET_SET.index();
-pub const SCET_GET: u16 = Spacecraft::SCET_GET.index();
+pub const SCET_SET: u16 = LocalScet::SCET_SET.index();
+pub const SCET_GET: u16 = LocalScet::SCET_GET.index();
 pub const HEALTH_NOMINAL: u16 = Spacecraft::HEALTH_NOMINAL.index();
 pub const HEALTH_REDUNDANT: u16 = Spacecraft::HEALTH_REDUNDANT.index();
 pub const SELF_TEST_START: u16 = Spacecraft::SELF_TEST_START.index();

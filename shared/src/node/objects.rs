@@ -3,7 +3,7 @@
 use super::{Communication, Device, Spacecraft};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
-use crate::redundancy::{Parameters, Redundancy};
+use crate::redundancy::Parameters;
 use crate::sdo::{SdoParameters, SdoServerObjects};
 use crate::types::{CobId, NodeId};
 
@@ -65,17 +65,12 @@ impl<D: Device> NodeObjects<D> {
         if let Some(first) = self.consumers.entries_mut().first_mut() {
             *first = u32::from(NodeId::MASTER.get()) << 16 | time;
         }
-        self.communication.producer_heartbeat = redundancy.producer.as_millis() as u16;
+        self.communication.heartbeat.time = redundancy.producer.as_millis() as u16;
     }
 
     /// Object 2000h.
     pub(super) fn set_redundancy(&mut self, redundancy: &Parameters) {
-        self.spacecraft.redundancy.parameters = Redundancy {
-            bdefault: redundancy.bdefault.bdefault(),
-            ttoggle: redundancy.ttoggle,
-            ntoggle: redundancy.ntoggle,
-            ctoggle: redundancy.ctoggle,
-        };
+        self.spacecraft.redundancy.parameters = redundancy.into();
     }
 }
 

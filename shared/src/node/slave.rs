@@ -65,7 +65,7 @@ impl<D: Device> Slave<D> {
     pub fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
         let mut objects = NodeObjects::new(id, &redundancy, application);
-        objects.communication.nmt_startup = NmtStartup::of_slave(profile.autostart).raw();
+        objects.communication.nmt.startup = NmtStartup::of_slave(profile.autostart).raw();
         Slave {
             id,
             nmt: NmtSlave::new(profile.autostart),

@@ -4,7 +4,7 @@ use crate::link::port::Health;
 use crate::node::Counters;
 use crate::od::{Objects, Record};
 use crate::redundancy::RedundancyObjects;
-use crate::time::{ScetGet, ScetSet};
+use crate::time::LocalScet;
 
 /// The objects 2000h to 203Fh of every node.
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -12,12 +12,9 @@ pub struct Spacecraft {
     /// Of the redundancy
     #[objects]
     pub redundancy: RedundancyObjects,
-    /// Local SCET set
-    #[object(0x2010, record)]
-    pub scet_set: ScetSet,
-    /// Local SCET get
-    #[object(0x2011, record)]
-    pub scet_get: ScetGet,
+    /// Of the time
+    #[objects]
+    pub time: LocalScet,
     /// Health of the nominal bus
     #[object(0x2020, record)]
     pub health_nominal: BusHealth,

@@ -7,11 +7,12 @@
 //! checks the set of the device against its objects.
 //!
 //! ```
+//! use ecss_can::emcy::EmcyObjects;
 //! use ecss_can::heartbeat::HeartbeatConsumers;
-//! use ecss_can::node::{Communication, Device, Spacecraft};
+//! use ecss_can::node::Device;
 //! use ecss_can::od::{Objects, Record};
 //! use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
-//! use ecss_can::time::ScetSet;
+//! use ecss_can::time::{LocalScet, ScetSet};
 //! use ecss_can::types::NodeId;
 //!
 //! /// A thermometer.
@@ -46,8 +47,8 @@
 //!     &[
 //!         // The spacecraft time of the master.
 //!         Rpdo::new(1, CobIdOf::fixed(0x181))
-//!             .map(Spacecraft::SCET_SET.field(ScetSet::FINE))
-//!             .map(Spacecraft::SCET_SET.field(ScetSet::COARSE)),
+//!             .map(LocalScet::SCET_SET.field(ScetSet::FINE))
+//!             .map(LocalScet::SCET_SET.field(ScetSet::COARSE)),
 //!         Rpdo::new(2, CobIdOf::node(0x300))
 //!             .map(Thermometer::MODE.field(Mode::RATE))
 //!             .map(Thermometer::MODE.field(Mode::RANGE)),
@@ -56,7 +57,7 @@
 //!     &[Tpdo::new(2, CobIdOf::node(0x280))
 //!         .transmission(1)
 //!         .map(Thermometer::TEMPERATURE)
-//!         .map(Communication::ERROR_REGISTER)],
+//!         .map(EmcyObjects::REGISTER)],
 //! );
 //!
 //! let objects = Thermometer::pdos(NodeId::of::<5>());

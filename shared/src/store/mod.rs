@@ -13,11 +13,13 @@
 
 mod limit;
 mod note;
+mod objects;
 mod retained;
 mod set;
 
 pub use limit::SaveLimit;
 pub use note::{MOST_NOTES, note_bdefault, noted_bdefault};
+pub use objects::{StoreObjects, StoreRequest};
 pub use retained::{Retained, RetainedMemory};
 pub use set::{Apply, Content, Loaded, MAX_VALUE, Value, Values, load, restore_defaults, save};
 

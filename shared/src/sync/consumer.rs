@@ -1,6 +1,7 @@
 //! Consumer of SYNC (objects 1007h, 1019h).
 
-use crate::types::{Duration, Frame, Instant};
+use super::objects::{COB_ID, OVERFLOW, SyncObjects, WINDOW};
+use crate::types::{Address, Duration, Frame, Instant};
 
 /// A SYNC whose data length is not what 1019h says: it is ignored, and EMCY 8240h tells of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -37,6 +38,15 @@ impl Consumer {
         let window_end = if window == 0 { Instant::NEVER } else { self.window_end };
         let (wrong, new) = (self.wrong, Self::new(overflow, window));
         *self = Consumer { window_end, wrong, plain: new.plain && !wrong, ..new };
+    }
+
+    /// Follows its objects when one that it depends on was written. Returns whether it was.
+    pub fn follow(&mut self, at: Address, objects: &SyncObjects) -> bool {
+        let is_own = matches!(at.index, COB_ID | WINDOW | OVERFLOW);
+        if is_own {
+            self.configure(objects.overflow, objects.window);
+        }
+        is_own
     }
 
     /// Open until the next SYNC.

@@ -1,9 +1,11 @@
 //! SYNC object: producer, consumer, messages (CiA 301 7.2.5, ECSS 6.3, 6.9).
 
 mod consumer;
+mod objects;
 mod producer;
 
 pub use consumer::{Consumer, UnexpectedLength};
+pub use objects::SyncObjects;
 pub use producer::{Config, Producer};
 
 use crate::types::{AbortCode, Frame};

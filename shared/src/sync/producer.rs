@@ -1,7 +1,8 @@
 //! Producer of SYNC (objects 1005h, 1006h, 1019h).
 
+use super::objects::{COB_ID, CYCLE_PERIOD, OVERFLOW, SyncObjects};
 use crate::od::CobIdEntry;
-use crate::types::{CobId, Duration, Frame, Instant, Periodic};
+use crate::types::{Address, CobId, Duration, Frame, Instant, Periodic};
 
 /// How SYNC is produced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -63,6 +64,13 @@ impl Producer {
         self.timer = Periodic::new(period);
         if self.running {
             self.timer.restart(now);
+        }
+    }
+
+    /// Follows its objects when one that it depends on was written.
+    pub fn follow(&mut self, at: Address, objects: &SyncObjects, now: Instant) {
+        if matches!(at.index, COB_ID | CYCLE_PERIOD | OVERFLOW) {
+            self.configure(objects.config(), now);
         }
     }
 

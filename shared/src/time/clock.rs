@@ -1,6 +1,7 @@
 //! The local SCET clock: spacecraft time at an instant of this node.
 
-use crate::types::{Instant, Scet};
+use super::objects::{LocalScet, SCET_SET};
+use crate::types::{Address, Instant, Scet};
 
 /// Maps instants to SCET by an offset. Starts at zero at power-on.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
@@ -14,6 +15,15 @@ impl LocalClock {
     /// It was `scet` at the instant `at` (Local SCET Set, object 2010h).
     pub fn set(&mut self, scet: Scet, at: Instant) {
         (self.set_at, self.value) = (at, scet);
+    }
+
+    /// Follows its objects when the time was written. Returns whether it was.
+    pub fn follow(&mut self, at: Address, objects: &LocalScet, now: Instant) -> bool {
+        let is_set = at.index == SCET_SET;
+        if is_set {
+            self.set(objects.scet_set.into(), now);
+        }
+        is_set
     }
 
     /// The time at an instant before or after the clock was set (Local SCET Get, object 2011h).

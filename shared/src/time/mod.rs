@@ -4,7 +4,7 @@ mod clock;
 mod objects;
 
 pub use clock::LocalClock;
-pub use objects::{LocalUtc, NoTime, ScetGet, ScetSet, UtcGet, UtcSet};
+pub use objects::{LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, UtcGet, UtcSet};
 
 use crate::types::Instant;
 

@@ -3,6 +3,19 @@
 use crate::od::{Objects, Record, U24};
 use crate::types::{Scet, Utc};
 
+/// The time objects of every node (ECSS 7.1.2).
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct LocalScet {
+    /// Local SCET set
+    #[object(0x2010, record)]
+    pub scet_set: ScetSet,
+    /// Local SCET get
+    #[object(0x2011, record)]
+    pub scet_get: ScetGet,
+}
+
+pub(super) const SCET_SET: u16 = LocalScet::SCET_SET.index();
+
 /// Spacecraft elapsed time as it is set (0040h, ECSS 7.1.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x40)]

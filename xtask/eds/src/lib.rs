@@ -21,7 +21,7 @@
 //!
 //! let node = NodeId::of::<3>();
 //! let mut configured = Communication::new(node);
-//! configured.producer_heartbeat = 100;
+//! configured.heartbeat.time = 100;
 //! let dcf = description.dcf("tracker-3.dcf", "tracker.eds", &Commissioning::new(node), &mut configured)?;
 //! assert!(dcf.contains("ParameterValue=0x0064"));
 //! # Ok::<(), eds::Error>(())

@@ -1,6 +1,7 @@
 //! What the refused sets should have been.
 #![deny(warnings)]
 
+use ecss_can::emcy::EmcyObjects;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{BusHealth, Communication, Device, Spacecraft};
 use ecss_can::od::{DataType, INVALID, NO_REMOTE, Objects};
@@ -40,7 +41,7 @@ const PDOS: PdoSet = PdoSet::new(
             .transmission(1)
             .sync_start(240)
             .map(Thermometer::TEMPERATURE)
-            .map(Communication::ERROR_REGISTER)
+            .map(EmcyObjects::REGISTER)
             .map(Communication::STATUS_REGISTER)
             .map(Spacecraft::HEALTH_NOMINAL.field(BusHealth::STATE)),
         Tpdo::new(1, CobIdOf::node(0x180)).inhibit(100).event_timer(250).map(Thermometer::FLAGS.sub(1)),

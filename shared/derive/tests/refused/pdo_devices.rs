@@ -1,7 +1,8 @@
 //! Devices with PDOs of objects that they do not have, or beyond their slots.
 
+use ecss_can::emcy::EmcyObjects;
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device};
+use ecss_can::node::Device;
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 
@@ -85,7 +86,7 @@ impl Device for WithoutRoom {
     type Pdos = PdoObjects<8, 4>;
     type Consumers = HeartbeatConsumers;
 
-    const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(5, CobIdOf::node(0x180)).map(Communication::ERROR_REGISTER)]);
+    const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(5, CobIdOf::node(0x180)).map(EmcyObjects::REGISTER)]);
 }
 
 #[derive(Objects)]

@@ -1,6 +1,6 @@
 //! PDOs that do not go together.
 
-use ecss_can::node::Communication;
+use ecss_can::emcy::EmcyObjects;
 use ecss_can::pdo::{CobIdOf, PdoSet, Rpdo, Tpdo};
 
 const fn receive(number: u16) -> Rpdo {
@@ -8,7 +8,7 @@ const fn receive(number: u16) -> Rpdo {
 }
 
 const fn transmit(number: u16, cob_id: CobIdOf) -> Tpdo {
-    Tpdo::new(number, cob_id).map(Communication::ERROR_REGISTER)
+    Tpdo::new(number, cob_id).map(EmcyObjects::REGISTER)
 }
 
 const EMPTY: PdoSet = PdoSet::new(&[Rpdo::new(1, CobIdOf::node(0x200))], &[]);

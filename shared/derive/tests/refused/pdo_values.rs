@@ -1,5 +1,6 @@
 //! PDOs of values that no PDO carries, or none of this direction, and of too many.
 
+use ecss_can::emcy::EmcyObjects;
 use ecss_can::node::Communication;
 use ecss_can::od::{DataType, Objects, Record, VisibleString};
 use ecss_can::pdo::{CobIdOf, Rpdo, Tpdo};
@@ -58,7 +59,7 @@ const TOO_MANY: Rpdo = Rpdo::new(2, ID)
     .map(Thermometer::FLAGS.sub(8))
     .map(Thermometer::FLAGS.sub(9));
 const NO_DUMMY: Rpdo = Rpdo::new(1, ID).skip(DataType::Unsigned64);
-const REGISTER: Rpdo = Rpdo::new(1, ID).map(Communication::ERROR_REGISTER);
+const REGISTER: Rpdo = Rpdo::new(1, ID).map(EmcyObjects::REGISTER);
 const DEVICE_TYPE: Tpdo = Tpdo::new(1, ID).map(Communication::DEVICE_TYPE);
 const BDEFAULT: Rpdo = Rpdo::new(1, ID).map(RedundancyObjects::PARAMETERS.sub(1));
 

@@ -5,7 +5,7 @@ use crate::nmt::NmtStartup;
 use crate::node::{Communication, Device};
 use crate::od::{INVALID, Objects, Record};
 use crate::pdo::PdoSet;
-use crate::types::{CobId, NodeId};
+use crate::types::{AbortCode, Address, CobId, NodeId};
 
 /// Slaves that an array has entries for: sub-index is Node-ID.
 const NODES: usize = 127;
@@ -32,9 +32,9 @@ impl<D: Device> Device for MasterObjects<D> {
     /// It produces SYNC (ECSS 6.9d). Nobody consumes its emergencies: 1003h has them.
     fn communication(id: NodeId) -> Communication {
         let mut communication = D::communication(id);
-        communication.sync_cob_id |= PRODUCES;
-        communication.nmt_startup = NmtStartup::MASTER.raw();
-        communication.emcy_cob_id |= INVALID;
+        communication.sync.cob_id |= PRODUCES;
+        communication.nmt.startup = NmtStartup::MASTER.raw();
+        communication.emcy.cob_id |= INVALID;
         communication
     }
 
@@ -144,7 +144,18 @@ pub(super) fn entry<T>(array: &mut [T], node: NodeId) -> Option<&mut T> {
     array.get_mut(usize::from(node.get()).wrapping_sub(1))
 }
 
+const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();
+
 impl NetworkObjects {
+    /// Whether a client may write `value` there. Other objects are not refused.
+    ///
+    /// # Errors
+    /// [`AbortCode::ValueRange`] for a request that is none.
+    pub(in crate::node) fn may_write(at: Address, value: u32) -> Result<(), AbortCode> {
+        let is_none = at.index == REQUEST_NMT && !matches!(value, 4..=7 | 127);
+        if is_none { Err(AbortCode::ValueRange) } else { Ok(()) }
+    }
+
     /// What a slave should be: 1F26h, 1F27h, 1F84h to 1F88h.
     pub(super) fn expected(&self, node: NodeId) -> Expected {
         let nth = usize::from(node.get()).wrapping_sub(1);

@@ -77,7 +77,7 @@ impl<D: Device> Master<D> {
         let redundancy = profile.redundancy();
         let initial = Initial::new(profile);
         let objects = objects::at_power_on(profile, &initial, device);
-        let sync = objects::sync_config(&objects.communication);
+        let sync = objects.communication.sync.config();
         Master {
             redundancy,
             services: Services::with_store(NodeId::MASTER, objects, profile, store),

@@ -8,15 +8,13 @@ use crate::heartbeat::ConsumerSlots;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{
-    ASSIGNMENT, CONSUMER_HEARTBEAT, CYCLE_PERIOD, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT,
-    RPDO, SCET_GET, SYNC_COB_ID, SYNC_OVERFLOW,
+    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO, SCET_GET,
 };
 use crate::node::services::SdoStep;
-use crate::node::{Communication, Device, NodeObjects};
+use crate::node::{Device, NodeObjects};
 use crate::pdo::{Mapping, PdoSlots, rules};
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
-use crate::sync;
 use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
 /// Until there may be room for more filters.
@@ -53,7 +51,7 @@ impl Initial {
     /// has another; the spacecraft time goes out with the period of the profile.
     pub fn apply<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
         objects.restore_communication(NodeId::MASTER, &self.redundancy);
-        objects.communication.cycle_period = self.sync.as_micros() as u32;
+        objects.communication.sync.cycle_period = self.sync.as_micros() as u32;
         let consumer = self.redundancy.consumer.as_millis() as u32 & 0xFFFF;
         objects.consumers = D::consumers(NodeId::MASTER);
         for entry in objects.consumers.entries_mut() {
@@ -100,20 +98,9 @@ pub(super) fn written_redundancy<D: Device>(
     // The longest: no decision goes before a slave's own time.
     let times = objects.consumers.entries().iter().map(|entry| entry & 0xFFFF);
     let longest = times.max().filter(|time| *time > 0);
-    let written = &objects.spacecraft.redundancy.parameters;
-    Parameters {
-        consumer: longest.map_or(present.consumer, |time| Duration::from_millis(u64::from(time))),
-        producer: Duration::from_millis(u64::from(objects.communication.producer_heartbeat)),
-        bdefault: Bus::from_bdefault(written.bdefault).unwrap_or(Bus::Nominal),
-        ttoggle: written.ttoggle,
-        ntoggle: written.ntoggle,
-        ctoggle: written.ctoggle,
-    }
-}
-
-/// SYNC as 1005h, 1006h and 1019h have it.
-pub(super) fn sync_config(objects: &Communication) -> sync::Config {
-    sync::Config::new(objects.sync_cob_id, objects.cycle_period, objects.sync_overflow)
+    let consumer = longest.map_or(present.consumer, |time| Duration::from_millis(u64::from(time)));
+    let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
+    objects.spacecraft.redundancy.parameters.parameters(consumer, producer)
 }
 
 impl<D: Device> Master<D> {
@@ -177,10 +164,8 @@ impl<D: Device> Master<D> {
     /// An object that the master follows has another value.
     fn follow(&mut self, at: Address, now: Instant) {
         let objects = &self.services.dictionary.objects;
+        self.sync.follow(at, &objects.communication.sync, now);
         match at.index {
-            SYNC_COB_ID | CYCLE_PERIOD | SYNC_OVERFLOW => {
-                self.sync.configure(sync_config(&objects.communication), now);
-            }
             CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY => {
                 self.redundancy = written_redundancy(objects, self.redundancy);
                 self.manager.peers_mut().set_times(objects.consumers.entries());

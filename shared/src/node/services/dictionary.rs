@@ -1,15 +1,15 @@
 //! The dictionary at work: declared checks, rules of the objects, the services that follow a write, and a note of it.
 
+use super::rules;
 use super::stored::Stored;
-use super::{rules, show};
 use crate::emcy;
 use crate::emcy::ErrorCode;
-use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RESTORE, RPDO, STORE};
+use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
 use crate::node::{Device, NodeObjects};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked};
 use crate::pdo::{Rpdos, Tpdos};
-use crate::store::{Group, LOAD, Loaded, ParameterStore, SAVE, StoreError};
+use crate::store::{Group, Loaded, ParameterStore, StoreError, StoreRequest};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
 /// Sub-index of all parameters.
@@ -39,7 +39,7 @@ impl<D: Device> Dictionary<D> {
         store: Option<&'static mut (dyn ParameterStore + Send)>,
     ) -> Self {
         // What is found at power-on is told after boot-up.
-        let emcy = emcy::Config::new(objects.communication.emcy_cob_id, objects.communication.emcy_inhibit);
+        let emcy = objects.communication.emcy.config();
         Dictionary {
             objects,
             rpdos: Rpdos::new(),
@@ -63,7 +63,7 @@ impl<D: Device> Dictionary<D> {
 
     fn clear(&mut self, code: ErrorCode) {
         if self.emcy.clear(code, 0) {
-            show(&self.emcy, &mut self.objects.communication);
+            self.objects.communication.emcy.show(&self.emcy);
         }
     }
 
@@ -101,7 +101,7 @@ impl<D: Device> Dictionary<D> {
 
 impl<D: Device> ObjectAccess for Dictionary<D> {
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
-        if at.index == PRE_DEFINED_ERRORS && at.sub > self.objects.communication.errors.count {
+        if !self.objects.communication.emcy.has_data(at) {
             self.find(at)?;
             return Err(AbortCode::NoData);
         }
@@ -149,24 +149,23 @@ impl<D: Device> ObjectAccess for Dictionary<D> {
 
     fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
         let number = value.iter().take(4).rev().fold(0, |bits, byte| bits << 8 | u32::from(*byte));
-        match at.index {
-            // The signature is no value: what is read back is what the device can do.
-            STORE if number != SAVE => return Err(AbortCode::CannotTransfer),
-            RESTORE if number != LOAD => return Err(AbortCode::CannotTransfer),
-            STORE => {
+        let request = StoreRequest::of(at.index);
+        request.map_or(Ok(()), |request| request.check(number))?;
+        match request {
+            Some(StoreRequest::Save) => {
                 self.stored.save(self.id, at.sub, &mut self.objects, self.now)?;
                 self.clear(ErrorCode::DATA_SET);
             }
-            RESTORE => {
+            Some(StoreRequest::Restore) => {
                 self.stored.restore(self.id, at.sub, self.now)?;
                 if at.sub == ALL {
                     self.clear(ErrorCode::DATA_SET);
                 }
             }
-            index => {
-                if index <= rules::LAST {
+            None => {
+                if at.index <= rules::LAST {
                     self.find(at)?.download(Some(value.len()))?;
-                    match index {
+                    match at.index {
                         RPDO..=LAST_TPDO_MAPPING => {
                             // Before the service takes it.
                             self.objects.check(at, value)?;

@@ -17,14 +17,14 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat::{ConsumerSlots, Monitor};
 use crate::link::port::{ErrorState, Health};
 
-use crate::node::{BusHealth, Communication, index};
+use crate::node::{BusHealth, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::profile::Profile;
 use crate::store::ParameterStore;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
-use crate::{emcy, sdo, sync};
+use crate::{sdo, sync};
 pub use dictionary::Dictionary;
 pub use events::NodeEvent;
 use pdos::tell;
@@ -137,22 +137,28 @@ impl<D: Device> Services<D> {
 
     /// COB-ID of SYNC as it was just written.
     pub fn written_sync_id(&self) -> CobId {
-        CobIdEntry::from_raw(self.dictionary.objects.communication.sync_cob_id).id()
+        self.dictionary.objects.communication.sync.id()
     }
 
     /// An error appeared or is gone: history and register in the dictionary follow.
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
         if emcy.raise(code, info) {
-            show(emcy, &mut objects.communication);
+            objects.communication.emcy.show(emcy);
         }
     }
 
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
         if emcy.clear(code, source) {
-            show(emcy, &mut objects.communication);
+            objects.communication.emcy.show(emcy);
         }
+    }
+
+    /// Register and history in the dictionary follow.
+    fn show_errors(&mut self) {
+        let Dictionary { objects, emcy, .. } = &mut self.dictionary;
+        objects.communication.emcy.show(emcy);
     }
 
     /// The error state of a controller changed, or its counters moved.
@@ -292,7 +298,7 @@ impl<D: Device> Services<D> {
         let window_end = self.sync.window_end();
         let taken = rpdos.on_frame(number, frame, at, window_end, objects, &mut |objects, number, event| {
             is_told = true;
-            tell(emcy, &mut objects.communication, number, event);
+            tell(emcy, &mut objects.communication.emcy, number, event);
         });
         (taken, is_told)
     }
@@ -315,15 +321,5 @@ impl<D: Device> Services<D> {
         let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
         let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];
         earliest(&all)
-    }
-}
-
-/// Objects 1001h and 1003h follow.
-fn show(emcy: &emcy::Producer, objects: &mut Communication) {
-    let history = emcy.history();
-    objects.error_register = emcy.register().bits();
-    objects.errors.count = history.len();
-    for (slot, sub) in objects.errors.errors.iter_mut().zip(1..) {
-        *slot = history.read(sub).unwrap_or(0);
     }
 }

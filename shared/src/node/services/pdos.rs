@@ -1,10 +1,10 @@
 //! PDOs as the dictionary has them: what a client writes, what defaults and the application want, and what of it can be.
 
-use super::{Dictionary, rules, show};
+use super::{Dictionary, rules};
 use crate::emcy;
-use crate::emcy::ErrorCode;
+use crate::emcy::{EmcyObjects, ErrorCode};
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
-use crate::node::{Communication, Device, NodeObjects};
+use crate::node::{Device, NodeObjects};
 use crate::od::INVALID;
 use crate::pdo::{Direction, Mapping, PdoSlots, RpdoEvent, RpdoParameters, TpdoParameters, rules as pdo};
 use crate::types::{AbortCode, Address, Frame, Instant, NmtState};
@@ -25,7 +25,7 @@ impl<D: Device> Dictionary<D> {
         let Dictionary { objects, emcy, rpdos, tpdos, .. } = self;
         let NodeObjects { communication, pdos, .. } = objects;
         let mut tell = |number, event| note(emcy, number, event);
-        let (sync, emergency) = (communication.sync_cob_id, communication.emcy_cob_id);
+        let (sync, emergency) = (communication.sync.cob_id, communication.emcy.cob_id);
         let (parameters, mappings) = pdos.rpdos();
         let receives = parameters.get(number).zip(mappings.get(number));
         let received = receives.map(|(pdo, mapping)| {
@@ -49,14 +49,14 @@ impl<D: Device> Dictionary<D> {
     /// A client configured a PDO: what its defaults or its application had wrong is past.
     fn pdo_is_possible(&mut self, direction: Direction, number: usize) {
         self.emcy.clear(ErrorCode::DATA_SET, source_of(direction, number));
-        show(&self.emcy, &mut self.objects.communication);
+        self.objects.communication.emcy.show(&self.emcy);
     }
 
     /// A write to the parameters of a PDO: the service takes them over, or refuses them.
     pub(super) fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
         let number = usize::from(at.index & 0x1FF);
         let NodeObjects { communication, pdos, .. } = &mut self.objects;
-        let (sync, emergency) = (communication.sync_cob_id, communication.emcy_cob_id);
+        let (sync, emergency) = (communication.sync.cob_id, communication.emcy.cob_id);
         if at.index <= LAST_RPDO_MAPPING {
             let direction = Direction::Receive;
             let (parameters, mappings) = pdos.rpdos_mut();
@@ -95,7 +95,7 @@ impl<D: Device> Dictionary<D> {
         let mut is_told = false;
         rpdos.on_sync(objects, ended, &mut |objects, number, event| {
             is_told = true;
-            tell(emcy, &mut objects.communication, number, event);
+            tell(emcy, &mut objects.communication.emcy, number, event);
         });
         is_told
     }
@@ -103,7 +103,7 @@ impl<D: Device> Dictionary<D> {
     /// Receive PDOs that are overdue, and emergencies.
     pub(super) fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame)) {
         let Dictionary { objects, emcy, rpdos, .. } = self;
-        rpdos.poll(now, &mut |number, event| tell(emcy, &mut objects.communication, number, event));
+        rpdos.poll(now, &mut |number, event| tell(emcy, &mut objects.communication.emcy, number, event));
         while let Some(frame) = emcy.poll(now, state) {
             send(frame);
         }
@@ -142,9 +142,9 @@ fn report(
 }
 
 /// An error of an RPDO appeared or is gone; it is known by the number of its PDO.
-pub fn tell(emcy: &mut emcy::Producer, objects: &mut Communication, number: usize, event: RpdoEvent) {
+pub fn tell(emcy: &mut emcy::Producer, objects: &mut EmcyObjects, number: usize, event: RpdoEvent) {
     note(emcy, number, event);
-    show(emcy, objects);
+    objects.show(emcy);
 }
 
 /// As [`tell`], without the objects.

@@ -36,7 +36,7 @@ impl<D: Device> Services<D> {
     /// Samples the live objects: 2011h, 2020h and 2021h.
     #[inline(never)] // few requests ask for them
     pub fn refresh(&mut self, now: Instant) {
-        self.dictionary.objects.spacecraft.scet_get = self.clock.at(now).into();
+        self.dictionary.objects.spacecraft.time.scet_get = self.clock.at(now).into();
         self.refresh_health();
     }
 
@@ -90,7 +90,7 @@ impl<D: Device> Services<D> {
 
     /// The time that a PDO brought holds from the end of the frame on that put it into the dictionary.
     fn take_time<E: NodeEvent>(&mut self, stamp: &Stamp, out: &mut Outbox<E>) {
-        let scet = self.dictionary.objects.spacecraft.scet_set.into();
+        let scet = self.dictionary.objects.spacecraft.time.scet_set.into();
         self.clock.set(scet, stamp.at);
         out.event(E::time(scet));
     }

@@ -5,7 +5,7 @@ use super::{Out, Slave};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
 use crate::link::Stamp;
-use crate::nmt::{Command, ErrorBehaviour, NmtMessage, Reaction};
+use crate::nmt::{Command, NmtMessage, Reaction};
 use crate::node::services::{Dictionary, SdoStep};
 use crate::node::{BusCause, Device, SlaveEvent};
 use crate::redundancy::{MasterMessage, Redundancy, RedundancyObjects, Selection};
@@ -224,8 +224,7 @@ impl<D: Device> Slave<D> {
     pub(super) fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
         self.services.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
         out.event(SlaveEvent::PeerMissed { node });
-        let [behaviour] = self.services.dictionary.objects.communication.error_behaviour;
-        let behaviour = ErrorBehaviour::from_byte(behaviour).unwrap_or_default();
+        let behaviour = self.services.dictionary.objects.communication.nmt.error_behaviour();
         if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
             self.entered(state, now, out);
         }

@@ -4,7 +4,6 @@ use super::{FILTERS_OF_PEERS, Out, SYNC_FILTER, Slave};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::ConsumerSlots;
 use crate::link::Stamp;
-use crate::nmt::NmtStartup;
 use crate::node::index::{
     CONSUMER_HEARTBEAT, LAST_RPDO_MAPPING, PRODUCER_HEARTBEAT, REDUNDANCY, RESTORE, RPDO, SELF_TEST_START,
     STORE, SYNC_COB_ID,
@@ -76,11 +75,10 @@ impl<D: Device> Slave<D> {
         let before = self.filters();
         let objects = &mut self.services.dictionary.objects;
         objects.restore_communication(self.id, &self.initial);
-        objects.communication.nmt_startup = self.startup.raw();
+        objects.communication.nmt.startup = self.startup.raw();
         self.services.load(Group::Communication);
         self.services.configure(now);
-        let startup = NmtStartup::from_raw(self.services.dictionary.objects.communication.nmt_startup);
-        self.nmt.set_autostart(startup.autostart());
+        self.nmt.set_autostart(self.services.dictionary.objects.communication.nmt.startup().autostart());
         let parameters = self.written_redundancy();
         self.selector.configure(parameters);
         self.heartbeat.set_period(parameters.producer, now);
@@ -213,18 +211,12 @@ impl<D: Device> Slave<D> {
     /// The redundancy parameters as the dictionary has them.
     pub(super) fn written_redundancy(&self) -> Parameters {
         let objects = &self.services.dictionary.objects;
-        let written = &objects.spacecraft.redundancy.parameters;
         let of_master = |entry: &&u32| **entry >> 16 == u32::from(NodeId::MASTER.get());
         let consumer = objects.consumers.entries().iter().find(of_master);
-        Parameters {
-            consumer: consumer
-                .map_or(Duration::ZERO, |entry| Duration::from_millis(u64::from(entry & 0xFFFF))),
-            producer: Duration::from_millis(u64::from(objects.communication.producer_heartbeat)),
-            bdefault: Bus::from_bdefault(written.bdefault).unwrap_or(Bus::Nominal),
-            ttoggle: written.ttoggle,
-            ntoggle: written.ntoggle,
-            ctoggle: written.ctoggle,
-        }
+        let time = consumer.map_or(0, |entry| entry & 0xFFFF);
+        let producer = Duration::from_millis(u64::from(objects.communication.heartbeat.time));
+        let consumer = Duration::from_millis(u64::from(time));
+        objects.spacecraft.redundancy.parameters.parameters(consumer, producer)
     }
 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {

@@ -50,7 +50,7 @@ fn the_redundancy_follows_its_parameters() {
 #[test]
 fn the_heartbeat_follows_its_period() {
     let mut slave = powered();
-    change(&mut slave, (0x1017, 0), |objects| objects.communication.producer_heartbeat = 50);
+    change(&mut slave, (0x1017, 0), |objects| objects.communication.heartbeat.time = 50);
     slave.clear();
     slave.run_until(ms(200));
     assert_eq!(slave.times(NOMINAL, 0x705), [50, 100, 150, 200]);
@@ -76,7 +76,7 @@ fn other_heartbeats_are_consumed_and_pass_the_filters() {
 #[test]
 fn sync_and_emergency_follow_their_objects() {
     let mut slave = operational();
-    change(&mut slave, (0x1005, 0), |objects| objects.communication.sync_cob_id = 0x82);
+    change(&mut slave, (0x1005, 0), |objects| objects.communication.sync.cob_id = 0x82);
     let filter = Filter::exact(CobId::new(0x082).unwrap());
     assert!(slave.controls.contains(&(REDUNDANT, BusCommand::Filter { number: 1, filter })));
     slave.clear();
@@ -84,12 +84,12 @@ fn sync_and_emergency_follow_their_objects() {
     assert_eq!(slave.frames(), []);
     slave.receive(NOMINAL, 0x082, &[]);
     assert_eq!(payloads(&slave, 0x185).len(), 1);
-    change(&mut slave, (0x1019, 0), |objects| objects.communication.sync_overflow = 5);
-    change(&mut slave, (0x1014, 0), |objects| objects.communication.emcy_cob_id = 0x86);
+    change(&mut slave, (0x1019, 0), |objects| objects.communication.sync.overflow = 5);
+    change(&mut slave, (0x1014, 0), |objects| objects.communication.emcy.cob_id = 0x86);
     slave.clear();
     slave.receive(NOMINAL, 0x082, &[]);
     assert_eq!((payloads(&slave, 0x085).len(), payloads(&slave, 0x086).len()), (0, 1));
-    change(&mut slave, (0x1014, 0), |objects| objects.communication.emcy_cob_id |= INVALID);
+    change(&mut slave, (0x1014, 0), |objects| objects.communication.emcy.cob_id |= INVALID);
     slave.clear();
     slave.receive(NOMINAL, 0x082, &[1]);
     assert_eq!(slave.sent.len(), 1, "the Local Time PDO alone");
@@ -98,7 +98,7 @@ fn sync_and_emergency_follow_their_objects() {
 #[test]
 fn the_clock_is_set() {
     let mut slave = powered();
-    change(&mut slave, (0x2010, 1), |objects| objects.spacecraft.scet_set.coarse = 77);
+    change(&mut slave, (0x2010, 1), |objects| objects.spacecraft.time.scet_set.coarse = 77);
     assert_eq!(slave.node.scet(slave.now), Scet::new(77, 0).unwrap());
 }
 

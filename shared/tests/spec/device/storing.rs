@@ -25,7 +25,7 @@ fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
     assert_eq!(slave.node.status(slave.now).active, REDUNDANT, "Bdefault was stored");
     let objects = slave.node.objects();
     assert_eq!(
-        (objects.communication.producer_heartbeat, objects.spacecraft.redundancy.parameters.ntoggle),
+        (objects.communication.heartbeat.time, objects.spacecraft.redundancy.parameters.ntoggle),
         (50, 50)
     );
     assert_eq!(objects.application.value, 7);
@@ -35,9 +35,9 @@ fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
     // Defaults of the communication profile only, from the next reset on.
     slave.receive(REDUNDANT, 0x605, &[0x23, 0x11, 0x10, 2, b'l', b'o', b'a', b'd']);
     assert!(slave.frames().contains(&(REDUNDANT, frame(0x585, &done(0x1011, 2)))));
-    assert_eq!(slave.node.objects().communication.producer_heartbeat, 50);
+    assert_eq!(slave.node.objects().communication.heartbeat.time, 50);
     let slave = powered_with(&memory);
-    assert_eq!(slave.node.objects().communication.producer_heartbeat, 100);
+    assert_eq!(slave.node.objects().communication.heartbeat.time, 100);
     assert_eq!(slave.node.objects().application.value, 7);
 }
 
@@ -51,7 +51,7 @@ fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() 
     write(&mut slave, 0x6210, 0, &[9, 0, 0, 0]);
     slave.receive(NOMINAL, 0x000, &[0x82, 5]);
     let objects = slave.node.objects();
-    assert_eq!((objects.communication.producer_heartbeat, objects.application.value), (50, 9));
+    assert_eq!((objects.communication.heartbeat.time, objects.application.value), (50, 9));
     assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
 }
 

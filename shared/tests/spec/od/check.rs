@@ -268,5 +268,5 @@ fn a_stored_value_that_is_refused_is_not_applied_and_an_emergency_tells_of_it() 
     assert_eq!(camera.lens.label.name.as_bytes(), b"Wide");
     assert_eq!(camera.shutter.blades, [9, 3], "each by itself");
     assert_eq!(errors(&mut new), (1, 1));
-    assert_eq!(new.node.objects().communication.errors.errors[0], 0x6300);
+    assert_eq!(new.node.objects().communication.emcy.errors.errors[0], 0x6300);
 }

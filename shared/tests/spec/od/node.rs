@@ -13,7 +13,7 @@ use super::{read, write};
 #[test]
 fn a_node_has_the_cob_ids_of_the_pre_defined_connection_set_until_it_is_told_otherwise() {
     let objects = <PdoObjects<6, 5>>::at_power_on(NodeId::of::<5>(), &PdoSet::NONE);
-    assert_eq!(Communication::new(NodeId::of::<5>()).emcy_cob_id, 0x85);
+    assert_eq!(Communication::new(NodeId::of::<5>()).emcy.cob_id, 0x85);
     let ids = |cob_ids: &[u32]| cob_ids.iter().map(|raw| raw & !(INVALID | NO_REMOTE)).collect::<Vec<_>>();
     let received = objects.rpdos.map(|pdo| pdo.cob_id);
     let sent = objects.tpdos.map(|pdo| pdo.cob_id);
@@ -66,10 +66,10 @@ fn spacecraft_time_is_set_and_got_in_the_format_of_the_figure() {
     let frame = [0x56, 0x34, 0x12, 0xEF, 0xCD, 0xAB, 0x89, 0];
     let set = Layout::new::<Spacecraft>(Direction::Receive, &[0x2010_0218, 0x2010_0120]).unwrap();
     assert!(set.unpack(&mut objects, u64::from_le_bytes(frame)));
-    assert_eq!(objects.scet_set, ScetSet { coarse: 0x89AB_CDEF, fine: U24::new(0x12_3456) });
-    let scet = Scet::from(objects.scet_set);
+    assert_eq!(objects.time.scet_set, ScetSet { coarse: 0x89AB_CDEF, fine: U24::new(0x12_3456) });
+    let scet = Scet::from(objects.time.scet_set);
     assert_eq!((scet.coarse(), scet.fine()), (0x89AB_CDEF, 0x12_3456));
-    objects.scet_get = ScetGet::from(scet);
+    objects.time.scet_get = ScetGet::from(scet);
     let get = Layout::new::<Spacecraft>(Direction::Transmit, &[0x2011_0218, 0x2011_0120]).unwrap();
     assert_eq!((get.bytes(), get.pack(&objects).to_le_bytes()), (7, frame));
     assert_eq!(read(&mut objects, 0x2011, 1), Ok(frame[3..7].to_vec()));

@@ -45,7 +45,7 @@ impl Bench {
             if let BusCommand::Send(outgoing) = command {
                 if outgoing.is_expired(self.now) {
                     // A synchronous PDO after its window: its bus counts it as expired.
-                    assert!(self.slave.objects().communication.synchronous_window > 0, "stale at once");
+                    assert!(self.slave.objects().communication.sync.window > 0, "stale at once");
                 } else {
                     self.sent.push((bus, outgoing.frame));
                 }

@@ -58,7 +58,7 @@ pub fn is_equal(one: &Dictionary, other: &Dictionary) -> bool {
     let spacecraft = (&one.spacecraft, &other.spacecraft);
     let is_same = one.application == other.application
         && spacecraft.0.redundancy == spacecraft.1.redundancy
-        && spacecraft.0.scet_set == spacecraft.1.scet_set
+        && spacecraft.0.time.scet_set == spacecraft.1.time.scet_set
         && spacecraft.0.self_test == spacecraft.1.self_test;
     // No number equals NaN; its bytes do.
     is_same || snapshot(&mut one.clone()) == snapshot(&mut other.clone())

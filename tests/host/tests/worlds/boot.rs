@@ -65,7 +65,7 @@ fn completed(world: &World, from: Time) -> usize {
 }
 
 fn error_behaviour(world: &World, node: NodeId) -> u8 {
-    world.slave(node, |slave| slave.objects().communication.error_behaviour[0])
+    world.slave(node, |slave| slave.objects().communication.nmt.error_behaviour[0])
 }
 
 fn stamp(world: &World, node: NodeId) -> [u32; 2] {
@@ -200,7 +200,7 @@ fn what_a_slave_has_by_its_stamp_is_not_written_again() {
     // Given somebody changes a setting of it: the stamp is gone, and that one is written.
     let from = world.now();
     world.slave(TWO, |slave| {
-        slave.objects_mut().communication.error_behaviour = [0];
+        slave.objects_mut().communication.nmt.error_behaviour = [0];
         slave.objects_mut().communication.configuration = [0; 2];
     });
     world.request(MasterRequest::Boot(TWO));

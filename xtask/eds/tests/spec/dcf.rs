@@ -41,12 +41,12 @@ fn a_device_as_it_was_made_differs_only_where_the_eds_cannot_tell() {
 #[test]
 fn a_configured_device_tells_what_differs() {
     let mut configured = fixture(NODE);
-    configured.communication.producer_heartbeat = 100;
+    configured.communication.heartbeat.time = 100;
     configured.pdos.tpdos[1].cob_id = 0x4000_0183;
     configured.consumers.consumer_heartbeat[0] = 0x0001_00FA;
     configured.types.visible_string = VisibleString::empty();
     // The default of another node is a difference, too.
-    configured.communication.emcy_cob_id = 0x84;
+    configured.communication.emcy.cob_id = 0x84;
     configured.nodes.shifted = 0;
     let told = parameters(&dcf(&mut configured));
     assert_eq!(

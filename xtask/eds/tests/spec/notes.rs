@@ -23,7 +23,7 @@ fn capacities_of_writable_strings_are_comments() {
 fn what_save_does_not_keep_is_a_comment() {
     let saving = Description::new(&device(), |node| {
         let mut objects: Fixture = fixture(node);
-        objects.communication.store = [1; 4];
+        objects.communication.storage.store = [1; 4];
         objects
     });
     // Ctoggle; time, self-test; for receive PDOs, write-only, a DOMAIN.
@@ -44,7 +44,7 @@ fn errors_of_the_past_have_no_default() {
 fn errors_of_the_past_are_no_parameters_of_a_dcf() {
     let node = ecss_can::types::NodeId::of::<3>();
     let mut configured = fixture(node);
-    configured.communication.errors.errors = [0x8130; 8];
+    configured.communication.emcy.errors.errors = [0x8130; 8];
     let commissioning = eds::Commissioning::new(node);
     let dcf = description().dcf("fixture.dcf", "fixture.eds", &commissioning, &mut configured).unwrap();
     let dcf = Ini::parse(&dcf);
