@@ -129,32 +129,6 @@ fn implementation(
                 groups: &[#(<#types as ::ecss_can::od::Objects>::DECLARED),*],
             };
 
-            #[allow(unused_variables, unused_mut, unused_assignments)]
-            fn object(
-                index: u16,
-            ) -> ::core::option::Option<(&'static ::ecss_can::od::Object, u16, u16)> {
-                if let ::core::option::Option::Some(found) = ::ecss_can::od::among(Self::DECLARED.objects, index) {
-                    return ::core::option::Option::Some(found);
-                }
-                let mut before: u16 = #own;
-                #(
-                    if let ::core::option::Option::Some((object, number, instance)) =
-                        <#types as ::ecss_can::od::Objects>::object(index)
-                    {
-                        return ::core::option::Option::Some((object, before + number, instance));
-                    }
-                    before += <#types as ::ecss_can::od::Objects>::COUNT;
-                )*
-                ::core::option::Option::None
-            }
-
-            fn each_object(visit: &mut dyn FnMut(&'static ::ecss_can::od::Object)) {
-                for object in Self::DECLARED.objects {
-                    visit(object);
-                }
-                #(<#types as ::ecss_can::od::Objects>::each_object(visit);)*
-            }
-
             fn describe(
                 visit: &mut dyn FnMut(&'static ::ecss_can::od::Object, &'static ::ecss_can::od::Names),
             ) {

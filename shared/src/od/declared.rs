@@ -47,6 +47,26 @@ impl Declared {
         None
     }
 
+    /// The object with this index, its number beyond `before`, and which it is of several in a row. One function for all
+    /// dictionaries: what each has of its own is data.
+    pub(super) fn object(&'static self, index: u16, before: &mut u16) -> Option<(&'static Object, u16, u16)> {
+        let after = self.objects.partition_point(|object| object.index <= index);
+        if let Some(number) = after.checked_sub(1)
+            && let Some(object) = self.objects.get(number)
+            && index.wrapping_sub(object.index) < object.count
+        {
+            return Some((object, before.wrapping_add(number as u16), index.wrapping_sub(object.index)));
+        }
+        *before = before.wrapping_add(self.objects.len() as u16);
+        self.groups.iter().find_map(|group| group.object(index, before))
+    }
+
+    /// Every object, groups included.
+    pub(super) fn each_object(&'static self, visit: &mut dyn FnMut(&'static Object)) {
+        self.objects.iter().for_each(&mut *visit);
+        self.groups.iter().for_each(|group| group.each_object(visit));
+    }
+
     /// Stops the build when two objects have one index, or when an index is beyond FFFFh.
     ///
     /// # Panics

@@ -46,10 +46,14 @@ pub trait Objects {
     const DECLARED: &'static Declared;
 
     /// The object with this index, its number, and which it is of several in a row.
-    fn object(index: u16) -> Option<(&'static Object, u16, u16)>;
+    fn object(index: u16) -> Option<(&'static Object, u16, u16)> {
+        Self::DECLARED.object(index, &mut 0)
+    }
 
     /// Every object, in no particular order.
-    fn each_object(visit: &mut dyn FnMut(&'static Object));
+    fn each_object(visit: &mut dyn FnMut(&'static Object)) {
+        Self::DECLARED.each_object(visit);
+    }
 
     /// Every object with its names, in no particular order.
     fn describe(visit: &mut dyn FnMut(&'static Object, &'static Names));
@@ -85,13 +89,4 @@ pub trait Objects {
         let entry = object.entries.iter().find(covers).ok_or(AbortCode::NoSubIndex)?;
         Ok((Place { object: number, instance, sub: at.sub }, entry))
     }
-}
-
-/// The object with this index among some in rising order, its number there, and which it is of several in a row.
-pub fn among(objects: &'static [Object], index: u16) -> Option<(&'static Object, u16, u16)> {
-    let after = objects.partition_point(|object| object.index <= index);
-    let number = after.checked_sub(1)?;
-    let object = objects.get(number)?;
-    let instance = index.wrapping_sub(object.index);
-    (instance < object.count).then_some((object, number as u16, instance))
 }

@@ -85,7 +85,7 @@ pub use access::{ObjectAccess, Transfer, WHOLE};
 pub use cob_id_entry::{CobIdEntry, EntryUse, INVALID, NO_REMOTE};
 pub use data_type::DataType;
 pub use declared::{Declared, assert_entries};
-pub use dictionary::{Objects, Place, Record, among};
+pub use dictionary::{Objects, Place, Record};
 pub use domain::Domain;
 pub use ecss_can_derive::{Objects, Record};
 pub use field::{Field, Fields, SubIndex};
