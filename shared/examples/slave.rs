@@ -51,9 +51,7 @@ impl Desk {
     fn sent(&mut self) -> Vec<(u16, Vec<u8>)> {
         while let Some(event) = self.out.pop_event() {
             if let SlaveEvent::Pdo { .. } = event {
-                let valve = &mut self.slave.objects_mut().application;
-                valve.opening = valve.wanted;
-                self.slave.changed(Valve::OPENING.address(), self.now);
+                self.slave.change(self.now, |valve| valve.opening = valve.wanted);
             }
         }
         self.slave.poll(self.now, &mut self.out);

@@ -82,7 +82,9 @@ fn main() {
             master.receive(sent, now);
         }
         while let Some(event) = slave.out.pop_event() {
-            slave.node.objects_mut().application.count += u32::from(matches!(event, SlaveEvent::Sync { .. }));
+            if matches!(event, SlaveEvent::Sync { .. }) {
+                slave.node.change(now, |counter| counter.count += 1);
+            }
         }
         while let Some(event) = master.out.pop_event() {
             let last = master.node.objects().application.device.last;

@@ -64,10 +64,7 @@
 //!     bus: Bus::Nominal,
 //!     cause: BusCause::PowerOn,
 //! }));
-//! slave.with(|slave, now| {
-//!     slave.objects_mut().application.temperature = 215;
-//!     slave.changed(Thermometer::TEMPERATURE.address(), now);
-//! });
+//! slave.change(|thermometer| thermometer.temperature = 215);
 //! tasks.iter_mut().for_each(|task| assert!(task.as_mut().poll(context).is_pending()));
 //! assert_eq!(nominal.sent(), [(0x283, 215_i16.to_le_bytes().to_vec())]);
 //!

@@ -111,7 +111,7 @@ impl Application {
             let bad = |health: Health| u32::from(health.state != ErrorState::Active);
             let failures = bad(health.nominal) | bad(health.redundant) << 1;
             let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
-            master.objects_mut().spacecraft.self_test = SelfTest { progress, failures };
+            master.report_self_test(SelfTest { progress, failures }, now);
         });
     }
 

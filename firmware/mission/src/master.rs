@@ -1,7 +1,7 @@
 //! The master of the demonstration mission: a telecommand, a telemetry request, telemetry and local time for each slave.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
+use ecss_can::node::{Communication, Device, DeviceNode, Identity, Master, Refusal};
 use ecss_can::od::{Objects, Record, U24, U40, U48};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -176,12 +176,17 @@ pub fn command(
     now: Instant,
 ) -> Result<(), Refusal> {
     let nth = slot(node).ok_or(Refusal::NotOperational)?;
+    // Sent as it is when this step ends.
+    master.send_pdo_to(node, TELECOMMANDS + nth, now)?;
     let [a, b, c, d, e, sequence] = message.data();
-    if let Some(object) = master.objects_mut().application.device.telecommands.get_mut(nth) {
-        let data = U40::new(u64::from_le_bytes([a, b, c, d, e, 0, 0, 0]));
-        *object = Telecommanding { code: message.code(), data, sequence };
-    }
-    master.send_pdo_to(node, TELECOMMANDS + nth, now)
+    let data = U40::new(u64::from_le_bytes([a, b, c, d, e, 0, 0, 0]));
+    let command = Telecommanding { code: message.code(), data, sequence };
+    master.change(now, |objects| {
+        if let Some(object) = objects.telecommands.get_mut(nth) {
+            *object = command;
+        }
+    });
+    Ok(())
 }
 
 /// Requests telemetry.
@@ -195,10 +200,14 @@ pub fn request(
     now: Instant,
 ) -> Result<(), Refusal> {
     let nth = slot(node).ok_or(Refusal::NotOperational)?;
-    if let Some(object) = master.objects_mut().application.device.requests.get_mut(nth) {
-        *object = (*message).into();
-    }
-    master.send_pdo_to(node, REQUESTS + nth, now)
+    // Sent as it is when this step ends.
+    master.send_pdo_to(node, REQUESTS + nth, now)?;
+    master.change(now, |objects| {
+        if let Some(object) = objects.requests.get_mut(nth) {
+            *object = (*message).into();
+        }
+    });
+    Ok(())
 }
 
 /// Content of a receive PDO of the master.

@@ -4,7 +4,7 @@
 
 use boards::{Board, Leds};
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{SelfTest, Slave, SlaveEvent};
+use ecss_can::node::{DeviceNode, SelfTest, Slave, SlaveEvent};
 use ecss_can::runner::{Events, Handle};
 use mission::{
     Command, Declined, Message, MissionObjects, PROFILE, REQUEST_RPDO, Request, SlaveRecord,
@@ -71,10 +71,7 @@ impl Application {
         match command {
             Command::SetLed(on) => self.leds.state.set_level(on.into()),
             Command::SetValue(value) => {
-                self.slave.with(|slave, now| {
-                    slave.objects_mut().application.value = value;
-                    slave.changed(MissionObjects::VALUE.address(), now);
-                });
+                self.slave.change(|objects| objects.value = value);
             }
             Command::ResetCounters => self.slave.with(|slave, _| slave.reset_counters()),
             Command::SelectBus(bus) => {
@@ -92,7 +89,7 @@ impl Application {
         };
         self.slave.with(|slave, now| {
             let telemetry = self.record.answer(request, &slave.status(now)).encode();
-            slave.objects_mut().application.telemetry = telemetry.into();
+            slave.change(now, |objects| objects.telemetry = telemetry.into());
             slave.send_pdo(TELEMETRY_TPDO, now);
         });
         self.slave.telltale().telemetry_requests.count();
@@ -105,7 +102,7 @@ impl Application {
             let bad = |health: Health| u32::from(health.state != ErrorState::Active);
             let failures = bad(health.nominal) | bad(health.redundant) << 1;
             let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
-            slave.objects_mut().spacecraft.self_test = SelfTest { progress, failures };
+            slave.report_self_test(SelfTest { progress, failures }, now);
         });
     }
 }

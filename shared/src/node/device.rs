@@ -1,10 +1,10 @@
 //! What the maker of a device declares: its objects, its PDOs, its names.
 
-use super::Communication;
+use super::{Communication, Node, Outbox, SelfTest};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::pdo::{PdoSet, PdoSlots};
-use crate::types::{CobId, NodeId};
+use crate::types::{AbortCode, Address, CobId, Instant, NodeId};
 
 /// A device, for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs, and what
 /// its communication profile is at power-on.
@@ -64,4 +64,30 @@ pub trait Device: Objects + Default {
     fn pdos(id: NodeId) -> Self::Pdos {
         Self::Pdos::at_power_on(id, &Self::PDOS)
     }
+}
+
+/// A node with the objects of a device: what its application does with them.
+pub trait DeviceNode: Node {
+    /// The device.
+    type Device: Device;
+
+    /// Changes objects of the application. Each PDO that is sent on events goes out when it carries something else
+    /// afterwards, as its transmission type and its inhibit time have it.
+    fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut Self::Device) -> R) -> R;
+
+    /// Writes an object, of a service or of the application, as a client of the SDO server does: with the same checks, and
+    /// what depends on it follows.
+    ///
+    /// # Errors
+    /// The abort code that a client would be answered; nothing has changed.
+    fn write(
+        &mut self,
+        at: Address,
+        value: &[u8],
+        now: Instant,
+        out: &mut Outbox<Self::Event>,
+    ) -> Result<(), AbortCode>;
+
+    /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
+    fn report_self_test(&mut self, result: SelfTest, now: Instant);
 }

@@ -18,7 +18,7 @@ pub use communication::{Communication, Identity};
 pub use contract::{
     APP_DEPTH, BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
 };
-pub use device::Device;
+pub use device::{Device, DeviceNode};
 pub use master::{Master, MasterObjects, NetworkObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use objects::{NodeObjects, assert_device};

@@ -46,6 +46,8 @@ struct Configured {
     inhibit_end: Instant,
     /// When it is sent without a SYNC: at an event, or when the event timer runs out.
     due: Instant,
+    /// What it carried before the application changed its objects.
+    before: u64,
 }
 
 /// PDOs sent in one go without a SYNC: whoever takes the frames has room for as many.
@@ -67,6 +69,7 @@ impl Configured {
         event_timer: 0,
         inhibit_end: Instant::ZERO,
         due: Instant::NEVER,
+        before: 0,
     };
 
     /// In Operational from now on.
@@ -245,6 +248,28 @@ impl<S: PdoSlots> Tpdos<S> {
         }
         for pdo in self.pdos.as_mut() {
             if pdo.is_by_event() && pdo.layout.carries(place) {
+                pdo.trigger(now);
+                self.next = self.next.min(pdo.due);
+            }
+        }
+    }
+
+    /// The application is about to change its objects: remembers what those carry that are sent on events.
+    #[inline(never)] // an application need not have it twice
+    pub fn remember<D: Objects>(&mut self, objects: &D) {
+        for pdo in self.pdos.as_mut().iter_mut().filter(|pdo| pdo.is_by_event()) {
+            pdo.before = pdo.layout.pack(objects);
+        }
+    }
+
+    /// The application has changed its objects: an event for all that carry something else than they did.
+    #[inline(never)] // an application need not have it twice
+    pub fn tell_changes<D: Objects>(&mut self, objects: &D, now: Instant) {
+        if !self.operational {
+            return;
+        }
+        for pdo in self.pdos.as_mut().iter_mut().filter(|pdo| pdo.is_by_event()) {
+            if pdo.layout.pack(objects) != pdo.before {
                 pdo.trigger(now);
                 self.next = self.next.min(pdo.due);
             }

@@ -6,9 +6,9 @@ use core::task::Poll;
 use super::resources::{Core, Platform};
 use super::shared::{register, wake};
 use super::{SdoClient, Telltale};
-use crate::node::{Device, Master, Node};
+use crate::node::{Device, DeviceNode, Master, Node};
 use crate::time::Clock;
-use crate::types::Instant;
+use crate::types::{AbortCode, Address, Instant};
 
 /// Access to a node between two steps of the protocol.
 pub struct Handle<'a, B: Platform, N: Node> {
@@ -45,7 +45,34 @@ impl<'a, B: Platform, N: Node> Handle<'a, B, N> {
     /// # Panics
     /// When called from within [`Handle::with`].
     pub fn request(&self, request: N::Request) {
-        self.core.lock(|shared| shared.request(request, self.core.clock.now()));
+        let now = self.core.clock.now();
+        self.core.lock(|shared| shared.step(now, |node, out| node.on_request(request, now, out)));
+    }
+
+    /// Changes objects of the application. PDOs that are sent on events and carry something else now go out.
+    ///
+    /// # Panics
+    /// When called from within [`Handle::with`] or itself.
+    pub fn change<R>(&self, change: impl FnOnce(&mut N::Device) -> R) -> R
+    where
+        N: DeviceNode,
+    {
+        self.with(|node, now| node.change(now, change))
+    }
+
+    /// Writes an object as a client of the SDO server does: with the same checks, and what depends on it follows.
+    ///
+    /// # Errors
+    /// The abort code that a client would be answered; nothing has changed.
+    ///
+    /// # Panics
+    /// When called from within [`Handle::with`].
+    pub fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode>
+    where
+        N: DeviceNode,
+    {
+        let now = self.core.clock.now();
+        self.core.lock(|shared| shared.step(now, |node, out| node.write(at, value, now, out)))
     }
 
     /// The present.

@@ -46,11 +46,12 @@ impl<N: Node> Shared<N> {
         self.node.start(now, &mut self.out);
     }
 
-    /// The application asks for something.
-    pub fn request(&mut self, request: N::Request, now: Instant) {
-        self.node.on_request(request, now, &mut self.out);
+    /// A step that the application makes.
+    pub fn step<R>(&mut self, now: Instant, step: impl FnOnce(&mut N, &mut Outbox<N::Event>) -> R) -> R {
+        let result = step(&mut self.node, &mut self.out);
         self.deliver(None, now);
         self.end_step();
+        result
     }
 
     /// Whether there is something to send on a bus, or to deliver.

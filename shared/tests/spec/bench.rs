@@ -2,8 +2,8 @@
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::Health;
-use ecss_can::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
-use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
+use ecss_can::node::{BusCommand, DeviceNode, FailCause, LinkEvent, Node, Outbox};
+use ecss_can::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
 /// The master of the mission.
 pub type Master = ecss_can::node::Master<mission::CommanderObjects>;
@@ -68,6 +68,16 @@ impl<N: Node> Bench<N> {
         let result = touch(&mut self.node, self.now);
         self.with(|node, now, out| node.poll(now, out));
         result
+    }
+
+    /// The application writes an object.
+    pub fn write(&mut self, at: (u16, u8), value: &[u8]) -> Result<(), AbortCode>
+    where
+        N: DeviceNode,
+    {
+        let mut written = Ok(());
+        self.with(|node, now, out| written = node.write(Address::new(at.0, at.1), value, now, out));
+        written
     }
 
     fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event>)) {

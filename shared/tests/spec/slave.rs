@@ -1,7 +1,7 @@
 //! A slave node on the bench, profile `standard`: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2.
 
 use ecss_can::link::port::{ErrorState, Filter, Health};
-use ecss_can::node::{BusCause, BusCommand, FailCause, LinkEvent, Node, Slave, SlaveEvent};
+use ecss_can::node::{BusCause, BusCommand, DeviceNode, FailCause, LinkEvent, Node, Slave, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, Instant, NmtState, PerBus, Scet};
 use mission::STANDARD;
@@ -274,7 +274,7 @@ fn telemetry_goes_out_for_one_period_on_the_active_bus() {
         (20, NmtState::Operational, NOMINAL)
     );
     let tell = |slave: &mut TestSlave, now| {
-        slave.objects_mut().application.telemetry = Message::of(0x0102, [1, 2, 3, 4]).into();
+        slave.change(now, |objects| objects.telemetry = Message::of(0x0102, [1, 2, 3, 4]).into());
         slave.send_pdo(TELEMETRY_TPDO, now);
     };
     slave.touch(tell);

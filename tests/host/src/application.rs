@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::node::{Master, Slave, SlaveEvent};
+use ecss_can::node::{DeviceNode, Master, Slave, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
 use ecss_can::time::Clock;
@@ -143,7 +143,7 @@ fn answer(slave: SlaveHandle, diary: &Diary, record: &SlaveRecord, message: Mess
     };
     slave.with(|slave, now| {
         let telemetry = record.answer(request, &slave.status(now)).encode();
-        slave.objects_mut().application.telemetry = telemetry.into();
+        slave.change(now, |objects| objects.telemetry = telemetry.into());
         slave.send_pdo(TELEMETRY_TPDO, now);
     });
 }

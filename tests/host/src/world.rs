@@ -13,7 +13,7 @@ use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
 use ecss_can::node::{MasterEvent, MasterRequest, Refusal, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::runner::Telltale;
-use ecss_can::types::{Bus, NmtState, NodeId, PerBus};
+use ecss_can::types::{Address, Bus, NmtState, NodeId, PerBus};
 use mission::{Command, Request};
 
 use crate::application::{MasterHandle, MissionMaster, MissionSlave};
@@ -326,6 +326,20 @@ impl World {
     /// When it is off: a mistake in a test.
     pub fn slave<R>(&self, node: NodeId, look: impl FnOnce(&mut MissionSlave) -> R) -> R {
         self.board(node).slave().expect("the slave has power").with(|slave, _| look(slave))
+    }
+
+    /// The application of a node writes an object.
+    ///
+    /// # Panics
+    /// When the node is off, or refuses the value: a mistake in a test.
+    pub fn write(&self, node: NodeId, at: Address, value: &[u8]) {
+        let board = self.board(node);
+        let written = match (board.master(), board.slave()) {
+            (Some(master), _) => master.write(at, value),
+            (_, Some(slave)) => slave.write(at, value),
+            _ => panic!("{node:?} has no power"),
+        };
+        written.expect("the value is allowed");
     }
 
     /// What happened so far.

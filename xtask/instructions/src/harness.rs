@@ -6,7 +6,7 @@ use anyhow::ensure;
 use ecss_can::heartbeat;
 use ecss_can::link::Stamp;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, Node, Outbox, Slave, SlaveEvent, Status};
+use ecss_can::node::{BusCommand, DeviceNode, Node, Outbox, Slave, SlaveEvent, Status};
 use ecss_can::od::Domain;
 use ecss_can::pdo::{Mapping, PdoMapping};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId};
@@ -54,6 +54,11 @@ impl<M: Mapping, const SCATTERED: bool> Harness<M, SCATTERED> {
     /// The slave as it is now.
     pub fn status(&self) -> Status {
         self.slave.status(self.now)
+    }
+
+    /// The application changes its objects.
+    pub fn change(&mut self, change: impl FnOnce(&mut Application<M, SCATTERED>)) {
+        self.slave.change(self.now, change);
     }
 
     /// A frame comes in; with it, ten times a second, a heartbeat of the master.

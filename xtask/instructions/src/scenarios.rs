@@ -46,7 +46,7 @@ pub fn rpdo_scattered(repetitions: u32) -> anyhow::Result<()> {
 pub fn sync_scattered(repetitions: u32) -> anyhow::Result<()> {
     let mut harness = Harness::<PdoMapping, true>::new(transmit_id())?;
     for n in 0..repetitions {
-        harness.slave.objects_mut().application.two = n as u16;
+        harness.change(|objects| objects.two = n as u16);
         harness.receive(Frame::of(CobId::SYNC, []));
     }
     check_sent(&harness, repetitions)
@@ -56,7 +56,7 @@ pub fn sync_scattered(repetitions: u32) -> anyhow::Result<()> {
 pub fn sync<M: Mapping>(repetitions: u32) -> anyhow::Result<()> {
     let mut harness = Harness::<M>::new(transmit_id())?;
     for n in 0..repetitions {
-        harness.slave.objects_mut().application.sent[2] = n as u16;
+        harness.change(|objects| objects.sent[2] = n as u16);
         harness.receive(Frame::of(CobId::SYNC, []));
     }
     check_sent(&harness, repetitions)
@@ -74,7 +74,7 @@ fn check_sent<M: Mapping, const S: bool>(harness: &Harness<M, S>, repetitions: u
 /// SDO upload of a u32: request in, response out.
 pub fn upload(repetitions: u32) -> anyhow::Result<()> {
     let mut harness = Harness::<PdoMapping>::new(CobId::sdo_response(NODE))?;
-    harness.slave.objects_mut().application.number = 0x1234_5678;
+    harness.change(|objects| objects.number = 0x1234_5678);
     let [low, high] = Application::NUMBER.address().index.to_le_bytes();
     for _ in 0..repetitions {
         harness.receive(Frame::of(CobId::sdo_request(NODE), [0x40, low, high, 0, 0, 0, 0, 0]));

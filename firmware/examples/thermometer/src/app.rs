@@ -34,28 +34,18 @@ async fn main(spawner: Spawner) {
     let mut sensor = adc.enable_temperature();
     let mut ticker = Ticker::every(Duration::from_millis(100));
     loop {
-        measured(slave, adc.blocking_read(&mut sensor, SampleTime::CYCLES480));
+        let code = adc.blocking_read(&mut sensor, SampleTime::CYCLES480);
+        slave.change(|thermometer| thermometer.measured(code));
         while let Either::First(event) = select(events.next(), ticker.next()).await {
             on_event(slave, event);
         }
     }
 }
 
-fn measured(slave: Handle<'_, Board, Node>, code: u16) {
-    slave.with(|slave, now| {
-        let objects = &mut slave.objects_mut().application;
-        let before = (objects.temperature, objects.alarm);
-        objects.measured(code);
-        if (objects.temperature, objects.alarm) != before {
-            slave.changed(Thermometer::TEMPERATURE.address(), now);
-        }
-    });
-}
-
 fn on_event(slave: Handle<'_, Board, Node>, event: SlaveEvent) {
     match event {
         SlaveEvent::Pdo { number, .. } if usize::from(number) == COMMAND.slot() => {
-            let highest = slave.with(|slave, _| slave.objects_mut().application.obey());
+            let highest = slave.change(Thermometer::obey);
             defmt::info!("commanded; highest temperature: {=i16} tenths of a degree", highest);
         }
         // Whoever hears the changes knows from now on.

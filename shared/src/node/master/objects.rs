@@ -11,11 +11,11 @@ use crate::node::index::{
     ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO, SCET_GET,
 };
 use crate::node::services::SdoStep;
-use crate::node::{Device, NodeObjects};
+use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
 use crate::pdo::{Mapping, PdoSlots, rules};
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
-use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
+use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
 /// Until there may be room for more filters.
 const FILTER_PAUSE: Duration = Duration::from_millis(1);
@@ -112,20 +112,6 @@ impl<D: Device> Master<D> {
     /// The object dictionary alone, for a data sheet.
     pub fn into_objects(self) -> NodeObjects<MasterObjects<D>> {
         self.services.dictionary.objects
-    }
-
-    /// The object dictionary, to be changed.
-    pub fn objects_mut(&mut self) -> &mut NodeObjects<MasterObjects<D>> {
-        &mut self.services.dictionary.objects
-    }
-
-    /// The application changed a value: an event for all event-driven transmit PDOs that carry it. What the node itself owns
-    /// takes effect as if it had been written over the bus; its rules are for clients, not for the application.
-    pub fn changed(&mut self, at: Address, now: Instant) {
-        self.services.follow(at, now);
-        self.follow(at, now);
-        self.services.dictionary.on_changed(at, now);
-        self.services.next = now;
     }
 
     /// A request to the SDO server.
@@ -283,5 +269,25 @@ impl<D: Device> Master<D> {
     #[inline(never)] // of three callers
     pub(super) fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
         self.services.serve(step, now, &mut |frame| send(frame))
+    }
+}
+
+impl<D: Device> DeviceNode for Master<D> {
+    type Device = D;
+
+    fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
+        self.services.change(now, |objects| change(&mut objects.application.device))
+    }
+
+    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
+        if let Some(at) = self.services.write(at, value, now)? {
+            self.on_written(at, now, out);
+        }
+        self.run(now, now, out);
+        Ok(())
+    }
+
+    fn report_self_test(&mut self, result: SelfTest, now: Instant) {
+        self.services.change(now, |objects| objects.spacecraft.self_test = result);
     }
 }

@@ -6,10 +6,11 @@ use crate::node::index::{
     CONFIGURATION, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE, RPDO, SCET_SET,
     SELF_TEST_START, STORE,
 };
-use crate::node::{Device, Outbox, SelfTest};
+use crate::node::{Device, NodeObjects, Outbox, SelfTest};
+use crate::od::{ObjectAccess, Transfer};
 use crate::pdo::PdoSlots;
 use crate::store::{Group, Loaded};
-use crate::types::{Address, Instant, NodeId};
+use crate::types::{AbortCode, Address, Instant, NodeId};
 
 impl<D: Device> Services<D> {
     /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
@@ -35,19 +36,39 @@ impl<D: Device> Services<D> {
         self.show_errors();
     }
 
-    /// Takes an object of its services as the application has changed it.
-    pub fn follow(&mut self, at: Address, now: Instant) {
-        self.clock.follow(at, &self.dictionary.objects.spacecraft.time, now);
-        if at.index >= FIRST_TOLD && at.index != REDUNDANCY {
-            return;
+    /// The application changes objects. PDOs that are sent on events go out when they carry something else now.
+    #[inline]
+    pub fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut NodeObjects<D>) -> R) -> R {
+        let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
+        let has_events = tpdos.has_events();
+        if has_events {
+            tpdos.remember(objects);
         }
-        if matches!(at.index, RPDO..=LAST_TPDO_MAPPING) {
-            let number = usize::from(at.index & 0x1FF);
-            self.dictionary.unset_pdos(number, now);
-            self.dictionary.set_pdos(number, now);
-            self.show_errors();
+        let result = change(objects);
+        if has_events {
+            tpdos.tell_changes(objects, now);
+            let due = tpdos.deadline();
+            self.wake(due);
         }
-        self.on_written(at);
+        result
+    }
+
+    /// The application writes an object as a client of the SDO server does, all checks included. The object, if it is to
+    /// be followed.
+    ///
+    /// # Errors
+    /// The abort code that a client would be answered.
+    pub fn write(&mut self, at: Address, value: &[u8], now: Instant) -> Result<Option<Address>, AbortCode> {
+        let dictionary = &mut self.dictionary;
+        dictionary.now = now;
+        match dictionary.download(at, Some(value.len()))? {
+            Transfer::Whole(_) => dictionary.write(at, value)?,
+            Transfer::Stream(_) => {
+                dictionary.write_part(at, 0, value)?;
+                dictionary.finish(at, value.len())?;
+            }
+        }
+        Ok(self.take_written())
     }
 
     /// Applies what is stored of a group; the services take it with [`Services::configure`].

@@ -9,10 +9,10 @@ use crate::node::index::{
     STORE, SYNC_COB_ID,
 };
 use crate::node::services::SdoStep;
-use crate::node::{Device, NodeObjects, SlaveEvent};
+use crate::node::{Device, DeviceNode, NodeObjects, SelfTest, SlaveEvent};
 use crate::redundancy::Parameters;
 use crate::store::Group;
-use crate::types::{Address, Bus, CobId, Duration, Frame, Instant, NodeId};
+use crate::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
 /// The last object that a node follows.
 const LAST_OWN: u16 = SELF_TEST_START;
@@ -28,11 +28,6 @@ impl<D: Device> Slave<D> {
         self.services.dictionary.objects
     }
 
-    /// The object dictionary, to be changed; tell by [`Slave::changed`] what was.
-    pub fn objects_mut(&mut self) -> &mut NodeObjects<D> {
-        &mut self.services.dictionary.objects
-    }
-
     /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and
     /// counted on the active bus, unless Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
@@ -42,20 +37,6 @@ impl<D: Device> Slave<D> {
         } else {
             self.services.buses.refused(self.selector.selected());
         }
-    }
-
-    /// The application changed a value: an event for all event-driven transmit PDOs that carry it. What the node itself
-    /// follows (services, redundancy, clock) takes effect as if it had been written over the bus; its rules are for
-    /// clients, not for the application. But a PDO that cannot be gets bit 31 of its COB-ID set (not valid) and an emergency
-    /// (6300h); mend it, clear the bit, and report that change.
-    pub fn changed(&mut self, at: Address, now: Instant) {
-        if at.index <= LAST_OWN {
-            self.follow(at, now);
-        }
-        self.services.follow(at, now);
-        self.set_marks();
-        self.services.dictionary.on_changed(at, now);
-        self.services.next = now;
     }
 
     /// An error of the device appeared: tells it, with five bytes of which the first is its source (ECSS 6.4).
@@ -226,5 +207,25 @@ impl<D: Device> Slave<D> {
         if self.services.is_sdo_busy() {
             self.serve(SdoStep::Poll, bus, until, out);
         }
+    }
+}
+
+impl<D: Device> DeviceNode for Slave<D> {
+    type Device = D;
+
+    fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
+        self.services.change(now, |objects| change(&mut objects.application))
+    }
+
+    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
+        if let Some(at) = self.services.write(at, value, now)? {
+            self.on_written(at, now, out);
+        }
+        self.run(now, now, out);
+        Ok(())
+    }
+
+    fn report_self_test(&mut self, result: SelfTest, now: Instant) {
+        self.services.change(now, |objects| objects.spacecraft.self_test = result);
     }
 }

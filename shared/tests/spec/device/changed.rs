@@ -1,11 +1,9 @@
 //! What the application of a slave changes itself takes effect as if it had been written over the bus.
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, SlaveEvent};
+use ecss_can::node::{BusCommand, DeviceNode, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE};
-use ecss_can::pdo::Mapping;
-use ecss_can::types::{Address, Bus, CobId, NmtState, Scet};
-use mission::MissionObjects;
+use ecss_can::types::{AbortCode, Bus, CobId, NmtState, Scet};
 
 use super::fixture::{operational, payloads, powered};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, ms, node};
@@ -13,26 +11,24 @@ use crate::slave::TestSlave;
 
 const VALUE: u32 = 0x6210_0020;
 
-/// Changes an object of the slave and tells it.
-fn change(
-    slave: &mut Bench<TestSlave>,
-    at: (u16, u8),
-    change: impl FnOnce(&mut ecss_can::node::NodeObjects<mission::MissionObjects<Vec<u8>>>),
-) {
-    slave.touch(|slave, now| {
-        change(slave.objects_mut());
-        slave.changed(Address::new(at.0, at.1), now);
-    });
+/// The application of the slave writes objects.
+fn write_all(slave: &mut Bench<TestSlave>, values: &[((u16, u8), &[u8])]) {
+    for (at, value) in values {
+        assert_eq!(slave.write(*at, value), Ok(()), "{at:X?}");
+    }
+}
+
+/// The same, a COB-ID or an entry of four bytes.
+fn write(slave: &mut Bench<TestSlave>, at: (u16, u8), value: u32) -> Result<(), AbortCode> {
+    slave.write(at, &value.to_le_bytes())
 }
 
 #[test]
 fn the_redundancy_follows_its_parameters() {
     let mut slave = powered();
-    change(&mut slave, (0x2000, 1), |objects| objects.spacecraft.redundancy.parameters.bdefault = 1);
+    write_all(&mut slave, &[((0x2000, 1), &[1])]);
     assert_eq!(slave.node.status(slave.now).redundancy.bdefault, REDUNDANT);
-    change(&mut slave, (0x2000, 2), |objects| objects.spacecraft.redundancy.parameters.ttoggle = 4);
-    change(&mut slave, (0x2000, 3), |objects| objects.spacecraft.redundancy.parameters.ntoggle = 1);
-    change(&mut slave, (0x1016, 1), |objects| objects.consumers.consumer_heartbeat[0] = 1 << 16 | 100);
+    write_all(&mut slave, &[((0x2000, 2), &[4]), ((0x2000, 3), &[1]), ((0x1016, 1), &[100, 0, 1, 0])]);
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.clear();
     slave.run_until(ms(99));
@@ -50,7 +46,7 @@ fn the_redundancy_follows_its_parameters() {
 #[test]
 fn the_heartbeat_follows_its_period() {
     let mut slave = powered();
-    change(&mut slave, (0x1017, 0), |objects| objects.communication.heartbeat.time = 50);
+    write_all(&mut slave, &[((0x1017, 0), &[50, 0])]);
     slave.clear();
     slave.run_until(ms(200));
     assert_eq!(slave.times(NOMINAL, 0x705), [50, 100, 150, 200]);
@@ -61,7 +57,7 @@ fn other_heartbeats_are_consumed_and_pass_the_filters() {
     let mut slave = powered();
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.clear();
-    change(&mut slave, (0x1016, 2), |objects| objects.consumers.consumer_heartbeat[1] = 7 << 16 | 100);
+    write_all(&mut slave, &[((0x1016, 2), &[100, 0, 7, 0])]);
     let filter = Filter::exact(CobId::new(0x707).unwrap());
     let told = Bus::ALL.map(|bus| (bus, BusCommand::Filter { number: 5, filter }));
     assert_eq!(slave.controls, told);
@@ -76,7 +72,7 @@ fn other_heartbeats_are_consumed_and_pass_the_filters() {
 #[test]
 fn sync_and_emergency_follow_their_objects() {
     let mut slave = operational();
-    change(&mut slave, (0x1005, 0), |objects| objects.communication.sync.cob_id = 0x82);
+    write(&mut slave, (0x1005, 0), 0x82).unwrap();
     let filter = Filter::exact(CobId::new(0x082).unwrap());
     assert!(slave.controls.contains(&(REDUNDANT, BusCommand::Filter { number: 1, filter })));
     slave.clear();
@@ -84,12 +80,13 @@ fn sync_and_emergency_follow_their_objects() {
     assert_eq!(slave.frames(), []);
     slave.receive(NOMINAL, 0x082, &[]);
     assert_eq!(payloads(&slave, 0x185).len(), 1);
-    change(&mut slave, (0x1019, 0), |objects| objects.communication.sync.overflow = 5);
-    change(&mut slave, (0x1014, 0), |objects| objects.communication.emcy.cob_id = 0x86);
+    write_all(&mut slave, &[((0x1019, 0), &[5])]);
+    write(&mut slave, (0x1014, 0), INVALID | 0x85).unwrap();
+    write(&mut slave, (0x1014, 0), 0x86).unwrap();
     slave.clear();
     slave.receive(NOMINAL, 0x082, &[]);
     assert_eq!((payloads(&slave, 0x085).len(), payloads(&slave, 0x086).len()), (0, 1));
-    change(&mut slave, (0x1014, 0), |objects| objects.communication.emcy.cob_id |= INVALID);
+    write(&mut slave, (0x1014, 0), INVALID | 0x86).unwrap();
     slave.clear();
     slave.receive(NOMINAL, 0x082, &[1]);
     assert_eq!(slave.sent.len(), 1, "the Local Time PDO alone");
@@ -98,40 +95,65 @@ fn sync_and_emergency_follow_their_objects() {
 #[test]
 fn the_clock_is_set() {
     let mut slave = powered();
-    change(&mut slave, (0x2010, 1), |objects| objects.spacecraft.time.scet_set.coarse = 77);
+    write(&mut slave, (0x2010, 1), 77).unwrap();
     assert_eq!(slave.node.scet(slave.now), Scet::new(77, 0).unwrap());
 }
 
 #[test]
 fn pdos_come_and_go_as_they_are_configured() {
     let mut slave = operational();
-    change(&mut slave, (0x1601, 0), |objects| {
-        objects.pdos.rpdo_mappings[1].map(&[VALUE]);
-    });
-    change(&mut slave, (0x1401, 1), |objects| objects.pdos.rpdos[1].cob_id = NO_REMOTE | 0x345);
-    change(&mut slave, (0x1801, 1), |objects| {
-        objects.pdos.tpdos[1].cob_id = NO_REMOTE | 0x285;
-        objects.pdos.tpdos[1].transmission = 254;
-    });
+    write(&mut slave, (0x1401, 1), INVALID | NO_REMOTE | 0x305).unwrap();
+    write_all(&mut slave, &[((0x1601, 0), &[0]), ((0x1601, 1), &VALUE.to_le_bytes()), ((0x1601, 0), &[1])]);
+    write(&mut slave, (0x1401, 1), NO_REMOTE | 0x345).unwrap();
+    write_all(&mut slave, &[((0x1801, 2), &[254])]);
     // It carries nothing yet.
+    let refused = write(&mut slave, (0x1801, 1), NO_REMOTE | 0x285);
+    assert_eq!(refused, Err(AbortCode::ParameterIncompatible));
     slave.clear();
     slave.touch(|slave, now| slave.send_pdo(1, now));
     assert_eq!(slave.frames(), []);
-    change(&mut slave, (0x1A01, 0), |objects| {
-        objects.pdos.tpdo_mappings[1].map(&[VALUE]);
-    });
-    change(&mut slave, (0x1801, 1), |objects| objects.pdos.tpdos[1].cob_id = NO_REMOTE | 0x285);
+    write_all(&mut slave, &[((0x1A01, 0), &[0]), ((0x1A01, 1), &VALUE.to_le_bytes()), ((0x1A01, 0), &[1])]);
+    write(&mut slave, (0x1801, 1), NO_REMOTE | 0x285).unwrap();
     slave.clear();
     slave.receive(NOMINAL, 0x305, &[9; 8]);
     slave.receive(NOMINAL, 0x345, &[7, 0, 0, 0]);
     assert_eq!(slave.events, [SlaveEvent::Pdo { bus: NOMINAL, number: 1, data: [7, 0, 0, 0, 0, 0, 0, 0] }]);
     assert_eq!(slave.node.objects().application.value, 7);
-    change(&mut slave, (MissionObjects::VALUE.address().index, 0), |objects| objects.application.value = 8);
+    slave.touch(|slave, now| slave.change(now, |objects| objects.value = 8));
     assert_eq!(payloads(&slave, 0x285), [[8, 0, 0, 0]]);
 }
 
+/// Given an operational slave with an event-driven PDO of 6210h, when its application changes objects, then the PDO goes out
+/// if and only if what it carries is another value than before.
 #[test]
-fn a_pdo_that_cannot_be_is_not_valid_and_others_go_on() {
+fn a_pdo_goes_out_when_its_content_has_changed() {
+    let mut slave = operational();
+    write_all(&mut slave, &[((0x1801, 2), &[254]), ((0x1A01, 1), &VALUE.to_le_bytes()), ((0x1A01, 0), &[1])]);
+    write(&mut slave, (0x1801, 1), NO_REMOTE | 0x285).unwrap();
+    let sent = |slave: &mut Bench<TestSlave>, values: &[u32]| {
+        slave.clear();
+        slave.touch(|slave, now| {
+            slave.change(now, |objects| values.iter().for_each(|value| objects.value = *value));
+        });
+        payloads(slave, 0x285)
+    };
+    assert_eq!(sent(&mut slave, &[5]), [[5, 0, 0, 0]]);
+    assert_eq!(sent(&mut slave, &[5]), [[0_u8; 4]; 0], "the same value");
+    assert_eq!(sent(&mut slave, &[6, 5]), [[0_u8; 4]; 0], "there and back");
+    assert_eq!(sent(&mut slave, &[6, 7]), [[7, 0, 0, 0]], "once");
+    // What a client wrote is not what the application changed.
+    write(&mut slave, (0x6210, 0), 9).unwrap();
+    assert_eq!(sent(&mut slave, &[]), [[0_u8; 4]; 0]);
+    // Not in Pre-operational, and not later for what happened there.
+    slave.receive(NOMINAL, 0x000, &[0x80, 5]);
+    assert_eq!(sent(&mut slave, &[10]), [[0_u8; 4]; 0]);
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    assert_eq!(payloads(&slave, 0x285), [[0_u8; 4]; 0]);
+}
+
+/// The rules for clients hold for the application: what cannot be is refused, and all PDOs go on as they are.
+#[test]
+fn a_pdo_that_cannot_be_is_refused_and_others_go_on() {
     let telemetry_goes = |slave: &mut Bench<TestSlave>| {
         slave.clear();
         slave.touch(|slave, now| slave.send_pdo(2, now));
@@ -139,27 +161,24 @@ fn a_pdo_that_cannot_be_is_not_valid_and_others_go_on() {
     };
     // The COB-ID of another one.
     let mut slave = operational();
-    change(&mut slave, (0x1801, 1), |objects| {
-        objects.pdos.tpdo_mappings[1].map(&[VALUE]);
-        objects.pdos.tpdos[1].cob_id = NO_REMOTE | 0x385;
-        objects.pdos.tpdos[1].transmission = 254;
-    });
+    write_all(&mut slave, &[((0x1801, 2), &[254]), ((0x1A01, 1), &VALUE.to_le_bytes()), ((0x1A01, 0), &[1])]);
+    let refused = write(&mut slave, (0x1801, 1), NO_REMOTE | 0x385);
+    assert_eq!(refused, Err(AbortCode::ParameterIncompatible));
     slave.clear();
     slave.touch(|slave, now| slave.send_pdo(1, now));
     assert_eq!(slave.frames(), []);
     assert!(telemetry_goes(&mut slave));
-    // A transmission type that there is not, on one that was valid; and an object that there is not.
-    change(&mut slave, (0x1802, 2), |objects| objects.pdos.tpdos[2].transmission = 245);
-    assert!(!telemetry_goes(&mut slave));
-    change(&mut slave, (0x1802, 2), |objects| objects.pdos.tpdos[2].transmission = 254);
-    assert!(!telemetry_goes(&mut slave), "it reads not valid");
-    change(&mut slave, (0x1802, 1), |objects| objects.pdos.tpdos[2].cob_id &= !INVALID);
+    // A transmission type that there is not, on one that is valid; a mapping while it is; an object that there is not.
+    assert_eq!(slave.write((0x1802, 2), &[245]), Err(AbortCode::ValueRange));
+    assert_eq!(slave.write((0x1A02, 0), &[0]), Err(AbortCode::UnsupportedAccess));
+    assert_eq!(slave.write((0x1601, 0), &[0]), Err(AbortCode::UnsupportedAccess));
     assert!(telemetry_goes(&mut slave));
-    change(&mut slave, (0x1A02, 0), |objects| objects.pdos.tpdo_mappings[2].map(&[0x6000_0020]));
-    assert!(!telemetry_goes(&mut slave));
-    change(&mut slave, (0x1601, 0), |objects| objects.pdos.rpdo_mappings[1].map(&[0x6000_0020]));
+    write(&mut slave, (0x1401, 1), INVALID | NO_REMOTE | 0x305).unwrap();
+    write_all(&mut slave, &[((0x1601, 0), &[0])]);
+    assert_eq!(write(&mut slave, (0x1601, 1), 0x6000_0020), Err(AbortCode::NoObject));
     slave.clear();
     slave.receive(NOMINAL, 0x305, &[9; 8]);
     assert_eq!(slave.events, []);
     assert_ne!(slave.node.objects().application.telecommand.code, 0x0909);
+    assert_eq!(payloads(&slave, 0x085), [[0_u8; 8]; 0]);
 }

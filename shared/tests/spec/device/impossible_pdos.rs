@@ -8,7 +8,7 @@ use ecss_can::node::{BusCommand, Device, Slave, SlaveEvent};
 use ecss_can::od::{INVALID, NO_REMOTE, Objects};
 use ecss_can::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
 use ecss_can::profile::Profile;
-use ecss_can::types::{Address, Bus, CobId, NodeId};
+use ecss_can::types::{AbortCode, Bus, CobId, NodeId};
 use mission::STANDARD;
 
 use super::fixture::{NO_INHIBIT, done, errors, payloads, read, refused, write, write_all};
@@ -151,35 +151,35 @@ fn a_default_that_cannot_be_is_told_once() {
     assert_eq!(errors(&mut slave), (1, 1));
 }
 
-/// Verifies: ECSS 6.2a, 6.4a.1
+/// The rules for clients hold for the application: it hears what is wrong, and what was valid goes on.
+///
+/// Verifies: ECSS 6.2a
 #[test]
-fn a_pdo_that_the_application_makes_impossible_is_reported() {
+fn a_pdo_that_the_application_makes_impossible_is_refused() {
     let mut slave = started(|id| mapped(id, &[0x6001_0008], &[0x6002_0008]));
-    write_all(&mut slave, &[NO_INHIBIT]);
-    let change = |slave: &mut TestDevice, index: u16, change: fn(&mut PdoObjects)| {
-        slave.touch(|slave, now| {
-            change(&mut slave.objects_mut().pdos);
-            slave.changed(Address::new(index, 0), now);
-        });
-    };
+    let unmappable = 0x6000_0008_u32.to_le_bytes();
     slave.clear();
-    change(&mut slave, 0x1A01, |objects| objects.tpdo_mappings[1].map(&[0x6000_0008]));
-    assert_eq!(payloads(&slave, 0x085), [emergency(130, 0x1801, 0x0041)]);
-    assert_eq!(slave.node.objects().pdos.tpdos[1].cob_id, INVALID | NO_REMOTE | 0x285);
-    // What is not valid can be mapped: that ends the error. It is valid when the application makes it so.
-    slave.clear();
-    change(&mut slave, 0x1A01, |objects| objects.tpdo_mappings[1].map(&[0x6001_0008]));
-    assert_eq!(payloads(&slave, 0x085), [[0, 0, 0, 0x00, 0x63, 130, 0, 0]]);
-    change(&mut slave, 0x1801, |objects| objects.tpdos[1].cob_id &= !INVALID);
+    assert_eq!(slave.write((0x1A01, 1), &unmappable), Err(AbortCode::UnsupportedAccess));
+    let (invalid, valid) = ((INVALID | NO_REMOTE | 0x285).to_le_bytes(), (NO_REMOTE | 0x285).to_le_bytes());
+    for (at, value) in [((0x1801, 1), &invalid[..]), ((0x1A01, 0), &[0])] {
+        assert_eq!(slave.write(at, value), Ok(()));
+    }
+    assert_eq!(slave.write((0x1A01, 1), &unmappable), Err(AbortCode::NotMappable));
+    assert_eq!(slave.write((0x1801, 1), &valid), Err(AbortCode::ParameterIncompatible), "nothing is mapped");
+    assert_eq!(payloads(&slave, 0x085), [[0; 8]; 0]);
+    for (at, value) in [((0x1A01, 1), &[8, 0, 1, 0x60][..]), ((0x1A01, 0), &[1]), ((0x1801, 1), &valid)] {
+        assert_eq!(slave.write(at, value), Ok(()));
+    }
     slave.clear();
     slave.touch(|slave, now| slave.send_pdo(1, now));
     assert_eq!(payloads(&slave, 0x285), [[0]]);
     // Its frames do not come through to a receive PDO that is not valid.
     slave.clear();
-    change(&mut slave, 0x1602, |objects| objects.rpdo_mappings[2].map(&[0x6001_0008]));
-    assert_eq!(payloads(&slave, 0x085), [emergency(3, 0x1402, 0x0041)]);
+    assert_eq!(slave.write((0x1402, 1), &(INVALID | NO_REMOTE | 0x405).to_le_bytes()), Ok(()));
     let nothing = Filter::exact(CobId::NMT);
     assert_eq!(slave.controls, Bus::ALL.map(|bus| (bus, BusCommand::Filter { number: 14, filter: nothing })));
+    slave.receive(NOMINAL, 0x405, &[12]);
+    assert_eq!(slave.events, []);
 }
 
 fn refused_so_far(slave: &TestDevice) -> u16 {

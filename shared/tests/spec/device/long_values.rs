@@ -1,7 +1,7 @@
 //! Strings and blocks that do not fit into one buffer: saved, restored, read.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Device, Slave};
+use ecss_can::node::{Device, DeviceNode, Slave};
 use ecss_can::od::{Domain, Objects, OctetString, VisibleString};
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::store::ParameterStore;
@@ -69,13 +69,19 @@ fn upload(slave: &mut TestDevice, index: u16) -> Vec<u8> {
     }
 }
 
+fn calibrate(slave: &mut TestDevice) {
+    slave.touch(|slave, now| {
+        slave.change(now, |objects| objects.calibration = OctetString::new(&calibration()).unwrap());
+    });
+}
+
 /// Verifies: ECSS 6.8a
 #[test]
 fn long_strings_are_saved_and_restored() {
     let memory = Memory::default();
     let mut slave = powered(&memory);
     assert_eq!(download(&mut slave, 0x2100, 0, b"Spectrometer 7")[0], 0x30);
-    slave.node.objects_mut().application.calibration = OctetString::new(&calibration()).unwrap();
+    calibrate(&mut slave);
     assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
     let mut again = powered(&memory);
     assert_eq!(again.node.objects().application.name.as_bytes(), b"Spectrometer 7");
@@ -122,7 +128,7 @@ fn a_volatile_value_has_its_default_after_power_on() {
 #[test]
 fn a_string_longer_than_the_buffer_is_read_in_segments() {
     let mut slave = powered(&Memory::default());
-    slave.node.objects_mut().application.calibration = OctetString::new(&calibration()).unwrap();
+    calibrate(&mut slave);
     assert_eq!(upload(&mut slave, 0x2101), calibration());
 }
 
@@ -134,7 +140,7 @@ fn a_set_without_room_is_refused_whole() {
     assert_eq!(download(&mut slave, 0x2100, 0, b"Spectrometer")[0], 0x30);
     assert_eq!(write(&mut slave, 0x1010, 4, b"save"), done(0x1010, 4));
     let before = memory.stored_len();
-    slave.node.objects_mut().application.calibration = OctetString::new(&calibration()).unwrap();
+    calibrate(&mut slave);
     assert_eq!(write(&mut slave, 0x1010, 4, b"save"), refused(0x1010, 4, 0x0800_0020));
     assert_eq!(memory.stored_len(), before);
     assert_eq!(powered(&memory).node.objects().application.name.as_bytes(), b"Spectrometer");
@@ -157,7 +163,7 @@ fn a_long_value_that_does_not_fit_any_more_leaves_the_default() {
     }
     let memory = Memory::default();
     let mut slave = powered(&memory);
-    slave.node.objects_mut().application.calibration = OctetString::new(&calibration()).unwrap();
+    calibrate(&mut slave);
     assert_eq!(write(&mut slave, 0x1010, 4, b"save"), done(0x1010, 4));
     let smaller = Slave::new(node(5), &STANDARD, Smaller::default());
     let mut smaller = Bench::new(smaller.with_store(Box::leak(Box::new(memory.clone()))));

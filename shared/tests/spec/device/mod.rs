@@ -13,7 +13,7 @@ mod sync;
 mod transfers;
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::{BusCommand, SelfTest, SlaveEvent};
+use ecss_can::node::{BusCommand, DeviceNode, SelfTest, SlaveEvent};
 use ecss_can::types::{Bus, CobId, NmtState};
 
 use self::fixture::{ask, done, powered, read, refused, write};
@@ -134,8 +134,8 @@ fn the_self_test_is_started_and_its_result_read() {
     assert_eq!(write(&mut slave, 0x2030, 0, &[1]), done(0x2030, 0));
     assert!(slave.events.contains(&SlaveEvent::SelfTest));
     assert_eq!(read(&mut slave, 0x2031, 1), [1, 0, 0, 0]);
-    slave.touch(|slave, _| {
-        slave.objects_mut().spacecraft.self_test = SelfTest { progress: SelfTest::PASSED, failures: 0 }
+    slave.touch(|slave, now| {
+        slave.report_self_test(SelfTest { progress: SelfTest::PASSED, failures: 0 }, now);
     });
     assert_eq!(read(&mut slave, 0x2031, 1), [2, 0, 0, 0]);
 }

@@ -3,8 +3,9 @@
 use ecss_can::emcy::ErrorCode;
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{ErrorState, Health, LastError};
-use ecss_can::node::{FailCause, LinkEvent, Node};
-use ecss_can::types::{Address, Duration, Frame, Instant, NmtState};
+use ecss_can::node::{DeviceNode, FailCause, LinkEvent, Node};
+use ecss_can::pdo::Message;
+use ecss_can::types::{Duration, Frame, Instant, NmtState};
 
 use super::node::{Bench, bus, frame, profile};
 use crate::{Input, Signature};
@@ -121,7 +122,9 @@ fn act(bench: &mut Bench, flying: &mut Vec<Frame>, input: &mut Input, signature:
             let (now, slave) = (bench.now, &mut bench.slave);
             match which % 4 {
                 0 => slave.send_pdo(usize::from(how % 9), now),
-                1 => slave.changed(Address::new(0x6100, how % 4), now),
+                1 => {
+                    slave.change(now, |objects| objects.telemetry = Message::of(how.into(), [how; 6]).into())
+                }
                 2 => slave.raise(CODES[usize::from(how % 4)], [how; 5]),
                 _ => slave.clear(CODES[usize::from(how % 4)], how),
             }

@@ -137,7 +137,7 @@ fn a_slave_with_another_product_code_is_not_started_and_sync_waits_for_it() {
     assert_eq!(shown, (8, b'M', 6));
 
     // Given the right one is expected and the slave boots up again
-    world.master(|master| master.objects_mut().application.network.product[2] = 0x5015);
+    world.write(MASTER, Address::new(0x1F86, 3), &0x5015_u32.to_le_bytes());
     world.reset(THREE);
     world.run_for(ms(500));
     assert!(world.all_operational());
@@ -199,10 +199,7 @@ fn what_a_slave_has_by_its_stamp_is_not_written_again() {
     );
     // Given somebody changes a setting of it: the stamp is gone, and that one is written.
     let from = world.now();
-    world.slave(TWO, |slave| {
-        slave.objects_mut().communication.nmt.error_behaviour = [0];
-        slave.objects_mut().communication.configuration = [0; 2];
-    });
+    world.write(TWO, Address::new(0x1029, 1), &[0]);
     world.request(MasterRequest::Boot(TWO));
     world.run_for(ms(200));
     assert_eq!((error_behaviour(&world, TWO), stamp(&world, TWO)), (1, [100, 200]));
