@@ -44,13 +44,13 @@
 //! let (clock, ports) = (Clock::default(), PerBus::from_fn(|_| Port::default()));
 //! let (time, nominal) = (clock.clone(), ports.nominal.clone());
 //!
-//! // The user owns the storage: on a board a `StaticCell`, here a variable.
-//! let slave = Slave::new(NodeId::of::<3>(), &MISSION, Thermometer::default());
-//! let mut resources: Resources<Mock, Slave<Thermometer>> = Resources::new(slave, ports, clock, &TELLTALE);
-//! let (slave, mut events, runners) = resources.start();
+//! // The user owns the storage. The node is made where it stays.
+//! static RESOURCES: Resources<Mock, Slave<Thermometer>> = Resources::new();
+//! let slave = || Slave::new(NodeId::of::<3>(), &MISSION, Thermometer::default());
+//! let (slave, mut events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
 //!
 //! // On a board each runner is the argument of a task of one line. A task is a future.
-//! let mut tasks: [Pin<Box<dyn Future<Output = ()> + '_>>; 3] = [
+//! let mut tasks: [Pin<Box<dyn Future<Output = ()>>>; 3] = [
 //!     Box::pin(async { runners.nominal.run().await }),
 //!     Box::pin(async { runners.redundant.run().await }),
 //!     Box::pin(async { runners.due.run().await }),

@@ -4,11 +4,10 @@ use boards::{Board, TELLTALE};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
-use static_cell::StaticCell;
 
 use crate::application::{Application, Node};
 
-static RESOURCES: StaticCell<Resources<Board, Node>> = StaticCell::new();
+static RESOURCES: Resources<Board, Node> = Resources::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -16,10 +15,8 @@ async fn main(spawner: Spawner) {
     let Board { ports, clock, leds, store, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     defmt::info!("master starts, profile {=str}", PROFILE.name);
-    // Made where it stays: each copy of a master is 20 kB of this stack.
-    let resources =
-        RESOURCES.init_with(|| Resources::new(mission::master(PROFILE, store), ports, clock, &TELLTALE));
-    let (master, events, runners) = resources.start();
+    let master = || mission::master(PROFILE, store);
+    let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));
     spawner.spawn(due(runners.due).expect("spawned once"));
@@ -27,11 +24,11 @@ async fn main(spawner: Spawner) {
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn bus(runner: BusRunner<'static, Board, Node>) -> ! {
+async fn bus(runner: BusRunner<Board, Node>) -> ! {
     runner.run().await
 }
 
 #[embassy_executor::task]
-async fn due(runner: DueRunner<'static, Board, Node>) -> ! {
+async fn due(runner: DueRunner<Board, Node>) -> ! {
     runner.run().await
 }

@@ -9,7 +9,7 @@ use core::future::pending;
 
 use boards::{Board, Leds};
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{Master, MasterEvent, SelfTest};
+use ecss_can::node::{DeviceNode, Master, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
@@ -22,8 +22,8 @@ use schedule::{Schedule, Turn};
 pub type Node = Master<CommanderObjects>;
 
 pub struct Application {
-    master: Handle<'static, Board, Node>,
-    events: Events<'static, Board, Node>,
+    master: Handle<Board, Node>,
+    events: Events<Board, Node>,
     leds: Leds,
     commands: Schedule,
     telemetry: Schedule,
@@ -32,11 +32,7 @@ pub struct Application {
 }
 
 impl Application {
-    pub fn new(
-        master: Handle<'static, Board, Node>,
-        events: Events<'static, Board, Node>,
-        leds: Leds,
-    ) -> Self {
+    pub fn new(master: Handle<Board, Node>, events: Events<Board, Node>, leds: Leds) -> Self {
         let (commands, telemetry) = (Schedule::new(COMMAND_PERIOD), Schedule::new(TELEMETRY_PERIOD));
         let sequences = [Sequence::new(master.now(), COMMAND_PERIOD); SLAVES];
         Application { master, events, leds, commands, telemetry, sequences }
@@ -150,7 +146,7 @@ impl Application {
 }
 
 /// Waits until then, for ever without.
-async fn wait(master: Handle<'static, Board, Node>, until: Option<Instant>) {
+async fn wait(master: Handle<Board, Node>, until: Option<Instant>) {
     match until {
         Some(at) => master.wait_until(at).await,
         None => pending().await,

@@ -46,7 +46,7 @@ const PDOS: PdoSet = PdoSet::new(&[SPACECRAFT_TIME, TELECOMMAND, REQUEST], &[LOC
 /// What a slave of the mission has beside the objects of every node. `S` is where its data store lies.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
-pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
+pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'static mut [u8]> {
     /// Telemetry
     #[object(0x6100, record)]
     pub telemetry: Outgoing,
@@ -66,7 +66,7 @@ pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut 
     pub store: Domain<S>,
 }
 
-impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Device for MissionObjects<S> {
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Device for MissionObjects<S> {
     type Pdos = PdoObjects<8, 8>;
     type Consumers = HeartbeatConsumers<8>;
 
@@ -132,7 +132,7 @@ impl From<Message> for Outgoing {
 }
 
 /// A slave of the mission; `memory` is its data store.
-pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default>(
+pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
     id: NodeId,
     profile: &Profile,
     memory: S,

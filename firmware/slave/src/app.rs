@@ -4,11 +4,10 @@ use boards::{Board, TELLTALE};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
-use static_cell::StaticCell;
 
 use crate::application::{Application, Node};
 
-static RESOURCES: StaticCell<Resources<Board, Node>> = StaticCell::new();
+static RESOURCES: Resources<Board, Node> = Resources::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -18,12 +17,11 @@ async fn main(spawner: Spawner) {
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
-    let mut slave = mission::slave(id, PROFILE, memory).with_retained(retained);
-    if let Some(store) = store {
-        slave = slave.with_store(store);
-    }
-    let resources = RESOURCES.init_with(|| Resources::new(slave, ports, clock, &TELLTALE));
-    let (slave, events, runners) = resources.start();
+    let slave = || {
+        let slave = mission::slave(id, PROFILE, memory).with_retained(retained);
+        if let Some(store) = store { slave.with_store(store) } else { slave }
+    };
+    let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));
     spawner.spawn(due(runners.due).expect("spawned once"));
@@ -31,11 +29,11 @@ async fn main(spawner: Spawner) {
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn bus(runner: BusRunner<'static, Board, Node>) -> ! {
+async fn bus(runner: BusRunner<Board, Node>) -> ! {
     runner.run().await
 }
 
 #[embassy_executor::task]
-async fn due(runner: DueRunner<'static, Board, Node>) -> ! {
+async fn due(runner: DueRunner<Board, Node>) -> ! {
     runner.run().await
 }

@@ -15,18 +15,14 @@ use mission::{
 pub type Node = Slave<MissionObjects>;
 
 pub struct Application {
-    slave: Handle<'static, Board, Node>,
-    events: Events<'static, Board, Node>,
+    slave: Handle<Board, Node>,
+    events: Events<Board, Node>,
     leds: Leds,
     record: SlaveRecord,
 }
 
 impl Application {
-    pub fn new(
-        slave: Handle<'static, Board, Node>,
-        events: Events<'static, Board, Node>,
-        leds: Leds,
-    ) -> Self {
+    pub fn new(slave: Handle<Board, Node>, events: Events<Board, Node>, leds: Leds) -> Self {
         Application { slave, events, leds, record: SlaveRecord::new() }
     }
 

@@ -102,7 +102,7 @@ pub enum BusCommand {
 }
 
 /// A protocol node: master or slave, sans-IO.
-pub trait Node {
+pub trait Node: 'static {
     /// Events for its application.
     type Event;
     /// Requests of its application.

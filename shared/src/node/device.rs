@@ -38,7 +38,7 @@ use crate::types::{AbortCode, Address, CobId, Instant, NodeId};
 ///     }
 /// }
 /// ```
-pub trait Device: Objects + Default {
+pub trait Device: Objects + Default + 'static {
     /// Its PDO slots, those that only clients configure included.
     type Pdos: PdoSlots;
     /// Its entries of 1016h. In a slave the first one is for the master.

@@ -81,7 +81,7 @@ pub struct StaticMapping {
 }
 
 /// The mapping parameters of a PDO, variable or static.
-pub trait Mapping: Record + Default + Clone + core::fmt::Debug {
+pub trait Mapping: 'static + Record + Default + Clone + core::fmt::Debug {
     /// The objects mapped.
     fn objects(&self) -> &[u32];
 

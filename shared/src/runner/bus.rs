@@ -24,14 +24,14 @@ const LOOK: Duration = Duration::from_millis(100);
 const CLOSE_LOOK: Duration = Duration::from_millis(2);
 
 /// Runs the controller of one bus. For a task of its own.
-pub struct BusRunner<'a, B: Platform, N: Node> {
-    core: &'a Core<B, N>,
+pub struct BusRunner<B: Platform, N: Node> {
+    core: &'static Core<B, N>,
     // In the storage: the future of a task would hold a port twice, as an argument and in this future.
-    line: &'a mut Line<B::Port>,
+    line: &'static mut Line<B::Port>,
 }
 
-impl<'a, B: Platform, N: Node> BusRunner<'a, B, N> {
-    pub(super) const fn new(core: &'a Core<B, N>, line: &'a mut Line<B::Port>) -> Self {
+impl<B: Platform, N: Node> BusRunner<B, N> {
+    pub(super) const fn new(core: &'static Core<B, N>, line: &'static mut Line<B::Port>) -> Self {
         BusRunner { core, line }
     }
 

@@ -13,12 +13,12 @@ use crate::time::Clock;
 use crate::types::Instant;
 
 /// Runs what is due by time. For a task of its own.
-pub struct DueRunner<'a, B: Platform, N: Node> {
-    core: &'a Core<B, N>,
+pub struct DueRunner<B: Platform, N: Node> {
+    core: &'static Core<B, N>,
 }
 
-impl<'a, B: Platform, N: Node> DueRunner<'a, B, N> {
-    pub(super) const fn new(core: &'a Core<B, N>) -> Self {
+impl<B: Platform, N: Node> DueRunner<B, N> {
+    pub(super) const fn new(core: &'static Core<B, N>) -> Self {
         DueRunner { core }
     }
 

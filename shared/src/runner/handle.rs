@@ -11,20 +11,20 @@ use crate::time::Clock;
 use crate::types::{AbortCode, Address, Instant};
 
 /// Access to a node between two steps of the protocol.
-pub struct Handle<'a, B: Platform, N: Node> {
-    core: &'a Core<B, N>,
+pub struct Handle<B: Platform, N: Node> {
+    core: &'static Core<B, N>,
 }
 
-impl<B: Platform, N: Node> Clone for Handle<'_, B, N> {
+impl<B: Platform, N: Node> Clone for Handle<B, N> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<B: Platform, N: Node> Copy for Handle<'_, B, N> {}
+impl<B: Platform, N: Node> Copy for Handle<B, N> {}
 
-impl<'a, B: Platform, N: Node> Handle<'a, B, N> {
-    pub(super) const fn new(core: &'a Core<B, N>) -> Self {
+impl<B: Platform, N: Node> Handle<B, N> {
+    pub(super) const fn new(core: &'static Core<B, N>) -> Self {
         Handle { core }
     }
 
@@ -34,7 +34,7 @@ impl<'a, B: Platform, N: Node> Handle<'a, B, N> {
     /// When called from within itself.
     pub fn with<R>(&self, f: impl FnOnce(&mut N, Instant) -> R) -> R {
         self.core.lock(|shared| {
-            let result = f(&mut shared.node, self.core.clock.now());
+            let result = f(shared.node, self.core.clock.now());
             wake(&shared.timekeeper);
             result
         })
@@ -91,20 +91,20 @@ impl<'a, B: Platform, N: Node> Handle<'a, B, N> {
     }
 }
 
-impl<'a, B: Platform, D: Device> Handle<'a, B, Master<D>> {
+impl<B: Platform, D: Device> Handle<B, Master<D>> {
     /// The SDO client, shared with the boot-up process.
-    pub const fn sdo(&self) -> SdoClient<'a, B, D> {
+    pub const fn sdo(&self) -> SdoClient<B, D> {
         SdoClient::new(self.core)
     }
 }
 
 /// Events of a node, for its application. One that is slow loses events (counted in [`Telltale`]); the node never waits.
-pub struct Events<'a, B: Platform, N: Node> {
-    core: &'a Core<B, N>,
+pub struct Events<B: Platform, N: Node> {
+    core: &'static Core<B, N>,
 }
 
-impl<'a, B: Platform, N: Node> Events<'a, B, N> {
-    pub(super) const fn new(core: &'a Core<B, N>) -> Self {
+impl<B: Platform, N: Node> Events<B, N> {
+    pub(super) const fn new(core: &'static Core<B, N>) -> Self {
         Events { core }
     }
 

@@ -1,6 +1,10 @@
 //! Storage of a node, and how it is powered on.
 
 use core::cell::RefCell;
+use core::hint::black_box;
+use core::mem::MaybeUninit;
+
+use static_cell::StaticCell;
 
 use super::bus::Line;
 use super::shared::Shared;
@@ -11,17 +15,22 @@ use crate::time::Clock;
 use crate::types::{Bus, PerBus};
 
 /// A board, by the types that the protocol needs of it.
-pub trait Platform {
+pub trait Platform: 'static {
     /// Its CAN controllers.
     type Port: CanPort;
     /// Its time.
     type Clock: Clock;
 }
 
-/// Everything that lives as long as a node: the node, its queues, both ports and the clock.
-///
-/// The user decides where: in a `static` (`StaticCell`) on a board.
+/// Everything that lives as long as a node: the node, its queues, both ports and the clock. The user owns it, in a `static`.
 pub struct Resources<B: Platform, N: Node> {
+    // Apart: a node is large, and is made where it stays.
+    node: StaticCell<N>,
+    around: StaticCell<Around<B, N>>,
+}
+
+/// What a node works with.
+struct Around<B: Platform, N: Node> {
     core: Core<B, N>,
     lines: PerBus<Line<B::Port>>,
 }
@@ -42,46 +51,69 @@ impl<B: Platform, N: Node> Core<B, N> {
 }
 
 impl<B: Platform, N: Node> Resources<B, N> {
-    /// A node before power-on. The ports come off their buses.
-    #[inline] // made where it stays: each copy of a master is 15 kB of a stack
-    pub fn new(node: N, ports: PerBus<B::Port>, clock: B::Clock, telltale: &'static Telltale) -> Self {
-        Resources {
-            core: Core { shared: RefCell::new(Shared::new(node, telltale)), clock, telltale },
-            lines: PerBus {
-                nominal: Line::new(Bus::Nominal, ports.nominal),
-                redundant: Line::new(Bus::Redundant, ports.redundant),
-            },
-        }
+    /// Room for a node.
+    pub const fn new() -> Self {
+        Resources { node: StaticCell::new(), around: StaticCell::new() }
     }
 
-    /// Powers the node on: sets the filters of both ports by its dictionary, and starts it.
+    /// Makes the node and powers it on: sets the filters of both ports by its dictionary, and starts it. The ports come off
+    /// their buses.
     ///
     /// It takes part in its buses as soon as each of the runners has a task.
     ///
     /// # Panics
     /// When called twice.
-    pub fn start(&mut self) -> (Handle<'_, B, N>, Events<'_, B, N>, Runners<'_, B, N>) {
-        let shared = self.core.shared.get_mut();
+    #[inline(never)] // the stack on which a node is made is free again when its tasks run
+    pub fn start(
+        &'static self,
+        node: impl FnOnce() -> N,
+        ports: PerBus<B::Port>,
+        clock: B::Clock,
+        telltale: &'static Telltale,
+    ) -> (Handle<B, N>, Events<B, N>, Runners<B, N>) {
+        let node = make(black_box(self.node.uninit()), node);
+        let around = || Around {
+            core: Core { shared: RefCell::new(Shared::new(node, telltale)), clock, telltale },
+            lines: PerBus {
+                nominal: Line::new(Bus::Nominal, ports.nominal),
+                redundant: Line::new(Bus::Redundant, ports.redundant),
+            },
+        };
+        let Around { core, lines } = make(black_box(self.around.uninit()), around);
+        let shared = core.shared.get_mut();
         let filters = shared.node.filters();
-        self.lines.nominal.set_filters(&filters);
-        self.lines.redundant.set_filters(&filters);
-        shared.power_on(self.core.clock.now());
-        let core = &self.core;
+        lines.nominal.set_filters(&filters);
+        lines.redundant.set_filters(&filters);
+        shared.power_on(core.clock.now());
+        let core = &*core;
         let runners = Runners {
-            nominal: BusRunner::new(core, &mut self.lines.nominal),
-            redundant: BusRunner::new(core, &mut self.lines.redundant),
+            nominal: BusRunner::new(core, &mut lines.nominal),
+            redundant: BusRunner::new(core, &mut lines.redundant),
             due: DueRunner::new(core),
         };
         (Handle::new(core), Events::new(core), runners)
     }
 }
 
+/// Makes a value in its place. The compiler leaves out the copy on the stack only where it knows nothing of the place but
+/// that nobody else has it: hence a function of its own, and the black boxes.
+#[inline(never)]
+fn make<T>(place: &mut MaybeUninit<T>, value: impl FnOnce() -> T) -> &mut T {
+    place.write(value())
+}
+
+impl<B: Platform, N: Node> Default for Resources<B, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 /// What the tasks of a node run.
-pub struct Runners<'a, B: Platform, N: Node> {
+pub struct Runners<B: Platform, N: Node> {
     /// For the task of the nominal bus.
-    pub nominal: BusRunner<'a, B, N>,
+    pub nominal: BusRunner<B, N>,
     /// For the task of the redundant bus.
-    pub redundant: BusRunner<'a, B, N>,
+    pub redundant: BusRunner<B, N>,
     /// For the task of what is due by time.
-    pub due: DueRunner<'a, B, N>,
+    pub due: DueRunner<B, N>,
 }

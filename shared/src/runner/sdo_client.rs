@@ -17,22 +17,22 @@ const CHUNK: usize = 112;
 /// A transfer waits for the one before it, of whichever task, and for the boot-up process: that lets a transfer end, and
 /// goes before the next. What stands still for the SDO timeout of the profile ends with [`Error::Timeout`], a switch of
 /// the active bus with [`Error::BusChanged`]. A future that is dropped aborts its transfer.
-pub struct SdoClient<'a, B: Platform, D: Device> {
-    core: &'a Core<B, Master<D>>,
+pub struct SdoClient<B: Platform, D: Device> {
+    core: &'static Core<B, Master<D>>,
     mode: Mode,
 }
 
-impl<B: Platform, D: Device> Clone for SdoClient<'_, B, D> {
+impl<B: Platform, D: Device> Clone for SdoClient<B, D> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<B: Platform, D: Device> Copy for SdoClient<'_, B, D> {}
+impl<B: Platform, D: Device> Copy for SdoClient<B, D> {}
 
-impl<'a, B: Platform, D: Device> SdoClient<'a, B, D> {
+impl<B: Platform, D: Device> SdoClient<B, D> {
     /// Values of more than 28 bytes move in blocks, if the server knows them.
-    pub(super) const fn new(core: &'a Core<B, Master<D>>) -> Self {
+    pub(super) const fn new(core: &'static Core<B, Master<D>>) -> Self {
         SdoClient { core, mode: Mode::Auto }
     }
 
@@ -113,7 +113,7 @@ impl<'a, B: Platform, D: Device> SdoClient<'a, B, D> {
     }
 
     /// Waits for its turn and starts a transfer.
-    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<'a, B, D> {
+    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<B, D> {
         poll_fn(|cx| {
             let started =
                 self.core.lock(|shared| shared.node.claim_sdo(node, cx.waker()).map(&start).is_some());
@@ -124,11 +124,11 @@ impl<'a, B: Platform, D: Device> SdoClient<'a, B, D> {
 }
 
 /// The client belongs to one transfer as long as this lives.
-struct Turn<'a, B: Platform, D: Device> {
-    core: &'a Core<B, Master<D>>,
+struct Turn<B: Platform, D: Device> {
+    core: &'static Core<B, Master<D>>,
 }
 
-impl<B: Platform, D: Device> Turn<'_, B, D> {
+impl<B: Platform, D: Device> Turn<B, D> {
     /// Moves bytes until the transfer is over.
     async fn run(&mut self, mut step: impl FnMut(&mut Client)) -> Result<usize, Error> {
         poll_fn(|cx| self.poll(cx, &mut step)).await
@@ -145,7 +145,7 @@ impl<B: Platform, D: Device> Turn<'_, B, D> {
     }
 }
 
-impl<B: Platform, D: Device> Drop for Turn<'_, B, D> {
+impl<B: Platform, D: Device> Drop for Turn<B, D> {
     fn drop(&mut self) {
         self.core.lock(|shared| {
             shared.node.release_sdo();

@@ -9,7 +9,7 @@ use crate::types::{Bus, Instant, PerBus};
 
 /// A node and what it wants sent.
 pub(super) struct Shared<N: Node> {
-    pub node: N,
+    pub node: &'static mut N,
     pub out: Outbox<N::Event>,
     pub queues: PerBus<TxQueue<QUEUE_DEPTH>>,
     /// The tasks of both buses.
@@ -21,12 +21,11 @@ pub(super) struct Shared<N: Node> {
     /// The task of the application, while it waits for events.
     pub listener: Option<Waker>,
     pub telltale: &'static Telltale,
-    is_on: bool,
 }
 
 impl<N: Node> Shared<N> {
     #[inline]
-    pub const fn new(node: N, telltale: &'static Telltale) -> Self {
+    pub const fn new(node: &'static mut N, telltale: &'static Telltale) -> Self {
         Shared {
             node,
             out: Outbox::new(),
@@ -36,19 +35,17 @@ impl<N: Node> Shared<N> {
             armed: Instant::NEVER,
             listener: None,
             telltale,
-            is_on: false,
         }
     }
 
     /// Starts the node. What it wants done waits for the tasks.
     pub fn power_on(&mut self, now: Instant) {
-        assert!(!core::mem::replace(&mut self.is_on, true), "a node is started once");
         self.node.start(now, &mut self.out);
     }
 
     /// A step that the application makes.
     pub fn step<R>(&mut self, now: Instant, step: impl FnOnce(&mut N, &mut Outbox<N::Event>) -> R) -> R {
-        let result = step(&mut self.node, &mut self.out);
+        let result = step(self.node, &mut self.out);
         self.deliver(None, now);
         self.end_step();
         result

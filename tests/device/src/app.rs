@@ -4,12 +4,11 @@ use boards::{Board, TELLTALE};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
-use static_cell::StaticCell;
 use test_device::TestObjects;
 
 type Node = Slave<TestObjects>;
 
-static RESOURCES: StaticCell<Resources<Board, Node>> = StaticCell::new();
+static RESOURCES: Resources<Board, Node> = Resources::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -17,12 +16,11 @@ async fn main(spawner: Spawner) {
     let Board { ports, clock, node_id, store, retained, memory, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     let Ok(id) = node_id else { return };
-    let mut device = test_device::device(id, PROFILE, memory).with_retained(retained);
-    if let Some(store) = store {
-        device = device.with_store(store);
-    }
-    let resources = RESOURCES.init_with(|| Resources::new(device, ports, clock, &TELLTALE));
-    let (_, mut events, runners) = resources.start();
+    let device = || {
+        let device = test_device::device(id, PROFILE, memory).with_retained(retained);
+        if let Some(store) = store { device.with_store(store) } else { device }
+    };
+    let (_, mut events, runners) = RESOURCES.start(device, ports, clock, &TELLTALE);
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));
     spawner.spawn(due(runners.due).expect("spawned once"));
@@ -35,11 +33,11 @@ async fn main(spawner: Spawner) {
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn bus(runner: BusRunner<'static, Board, Node>) -> ! {
+async fn bus(runner: BusRunner<Board, Node>) -> ! {
     runner.run().await
 }
 
 #[embassy_executor::task]
-async fn due(runner: DueRunner<'static, Board, Node>) -> ! {
+async fn due(runner: DueRunner<Board, Node>) -> ! {
     runner.run().await
 }

@@ -24,7 +24,7 @@ const PRODUCT: u32 = 0x5015;
 /// Objects of the mission's slaves, and samples. `S` is the memory of the data store.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
-pub struct TestObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
+pub struct TestObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'static mut [u8]> {
     /// Of the mission
     #[objects]
     pub mission: MissionObjects<S>,
@@ -35,7 +35,7 @@ pub struct TestObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8
     pub samples: Samples,
 }
 
-impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Device for TestObjects<S> {
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Device for TestObjects<S> {
     type Pdos = PdoObjects;
     type Consumers = HeartbeatConsumers;
 
@@ -133,7 +133,7 @@ pub struct Samples {
 }
 
 /// A test device; `memory` is its data store.
-pub fn device<S: AsRef<[u8]> + AsMut<[u8]> + Default>(
+pub fn device<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
     id: NodeId,
     profile: &Profile,
     memory: S,

@@ -25,9 +25,9 @@ pub type MissionMaster = Master<CommanderObjects>;
 /// The slave of the mission, its data in memory of its own.
 pub type MissionSlave = Slave<MissionObjects<Vec<u8>>>;
 /// The master, for its application.
-pub type MasterHandle = Handle<'static, Mock, MissionMaster>;
+pub type MasterHandle = Handle<Mock, MissionMaster>;
 /// A slave, for its application.
-pub type SlaveHandle = Handle<'static, Mock, MissionSlave>;
+pub type SlaveHandle = Handle<Mock, MissionSlave>;
 
 /// Where a node writes what happens to it.
 #[derive(Clone)]
@@ -70,7 +70,7 @@ impl Sequences {
 }
 
 /// Listens to the master.
-pub(crate) async fn master(mut events: Events<'static, Mock, MissionMaster>, diary: Diary) {
+pub(crate) async fn master(mut events: Events<Mock, MissionMaster>, diary: Diary) {
     loop {
         diary.note(Happening::Master(events.next().await));
     }
@@ -98,7 +98,7 @@ pub(crate) async fn traffic(master: MasterHandle, slaves: Vec<NodeId>, sequences
 /// Executes commands and answers telemetry requests; sets `reset` when the chip is to be reset.
 pub(crate) async fn slave(
     slave: SlaveHandle,
-    mut events: Events<'static, Mock, MissionSlave>,
+    mut events: Events<Mock, MissionSlave>,
     diary: Diary,
     reset: Rc<Cell<bool>>,
 ) {

@@ -183,9 +183,10 @@ struct Shell<'a> {
 
 impl Shell<'_> {
     /// A power-on needs new memory: handles to the old node may still be in use.
-    fn run<N: Node + 'static>(&self, node: N) -> (Handle<'static, Mock, N>, Events<'static, Mock, N>) {
-        let resources = Resources::new(node, self.ports.clone(), self.clock.clone(), self.telltale);
-        let (handle, events, runners) = Box::leak(Box::new(resources)).start();
+    fn run<N: Node + 'static>(&self, node: N) -> (Handle<Mock, N>, Events<Mock, N>) {
+        let resources: &Resources<Mock, N> = Box::leak(Box::default());
+        let (ports, clock) = (self.ports.clone(), self.clock.clone());
+        let (handle, events, runners) = resources.start(|| node, ports, clock, self.telltale);
         let Runners { nominal, redundant, due } = runners;
         self.spawn(async { nominal.run().await });
         self.spawn(async { redundant.run().await });

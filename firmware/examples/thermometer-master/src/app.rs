@@ -7,13 +7,12 @@ use embassy_executor::Spawner;
 use embassy_futures::join::join;
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;
 use embassy_sync::signal::Signal;
-use static_cell::StaticCell;
 use thermometer::PROFILE;
 use thermometer_master::{CHANGE, COMMAND, Ground, THERMOMETER, is_kept, write_table};
 
 type Node = Master<Ground>;
 
-static RESOURCES: StaticCell<Resources<Board, Node>> = StaticCell::new();
+static RESOURCES: Resources<Board, Node> = Resources::new();
 /// The thermometer is operational.
 static READY: Signal<Raw, ()> = Signal::new();
 
@@ -22,15 +21,15 @@ async fn main(spawner: Spawner) {
     let p = boards::start();
     let Board { ports, clock, store, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
-    let node = || Resources::new(Master::new(&PROFILE, Ground::default(), store), ports, clock, &TELLTALE);
-    let (master, events, runners) = RESOURCES.init_with(node).start();
+    let master = || Master::new(&PROFILE, Ground::default(), store);
+    let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));
     spawner.spawn(due(runners.due).expect("spawned once"));
     join(listen(master, events), calibrate(master)).await;
 }
 
-async fn listen(master: Handle<'_, Board, Node>, mut events: Events<'_, Board, Node>) {
+async fn listen(master: Handle<Board, Node>, mut events: Events<Board, Node>) {
     loop {
         match events.next().await {
             MasterEvent::SlaveState { node: THERMOMETER, state: NmtState::Operational, .. } => {
@@ -48,7 +47,7 @@ async fn listen(master: Handle<'_, Board, Node>, mut events: Events<'_, Board, N
     }
 }
 
-async fn calibrate(master: Handle<'_, Board, Node>) {
+async fn calibrate(master: Handle<Board, Node>) {
     READY.wait().await;
     if let Err(error) = write_table(master.sdo()).await {
         return defmt::error!("no table: {}", error);
@@ -63,19 +62,20 @@ async fn calibrate(master: Handle<'_, Board, Node>) {
         Ok(false) => defmt::error!("the table is not what was written"),
         Err(error) => defmt::error!("no answer: {}", error),
     }
-    master.with(|master, now| {
-        master.objects_mut().application.device.command = 1;
-        let sent = master.send_pdo_to(THERMOMETER, COMMAND.slot(), now);
-        sent.unwrap_or_else(|refusal| defmt::warn!("no command: {}", refusal));
+    let sent = master.with(|master, now| {
+        master.send_pdo_to(THERMOMETER, COMMAND.slot(), now)?;
+        master.change(now, |ground| ground.command = 1);
+        Ok::<_, Refusal>(())
     });
+    sent.unwrap_or_else(|refusal| defmt::warn!("no command: {}", refusal));
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn bus(runner: BusRunner<'static, Board, Node>) -> ! {
+async fn bus(runner: BusRunner<Board, Node>) -> ! {
     runner.run().await
 }
 
 #[embassy_executor::task]
-async fn due(runner: DueRunner<'static, Board, Node>) -> ! {
+async fn due(runner: DueRunner<Board, Node>) -> ! {
     runner.run().await
 }

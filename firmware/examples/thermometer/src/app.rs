@@ -6,12 +6,11 @@ use embassy_executor::Spawner;
 use embassy_futures::select::{Either, select};
 use embassy_stm32::adc::{Adc, SampleTime};
 use embassy_time::{Duration, Ticker};
-use static_cell::StaticCell;
 use thermometer::{CHANGE, COMMAND, PROFILE, Thermometer, slave};
 
 type Node = Slave<Thermometer>;
 
-static RESOURCES: StaticCell<Resources<Board, Node>> = StaticCell::new();
+static RESOURCES: Resources<Board, Node> = Resources::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
@@ -19,12 +18,11 @@ async fn main(spawner: Spawner) {
     let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
     let (table, _) = board.memory.split_at_mut(2048);
-    let mut slave = slave(id, table).with_retained(board.retained);
-    if let Some(store) = board.store {
-        slave = slave.with_store(store);
-    }
-    let resources = RESOURCES.init_with(|| Resources::new(slave, board.ports, board.clock, &TELLTALE));
-    let (slave, mut events, runners) = resources.start();
+    let slave = || {
+        let slave = slave(id, table).with_retained(board.retained);
+        if let Some(store) = board.store { slave.with_store(store) } else { slave }
+    };
+    let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
     spawner.spawn(bus(runners.nominal).expect("spawned once"));
     spawner.spawn(bus(runners.redundant).expect("spawned once"));
     spawner.spawn(due(runners.due).expect("spawned once"));
@@ -42,7 +40,7 @@ async fn main(spawner: Spawner) {
     }
 }
 
-fn on_event(slave: Handle<'_, Board, Node>, event: SlaveEvent) {
+fn on_event(slave: Handle<Board, Node>, event: SlaveEvent) {
     match event {
         SlaveEvent::Pdo { number, .. } if usize::from(number) == COMMAND.slot() => {
             let highest = slave.change(Thermometer::obey);
@@ -58,11 +56,11 @@ fn on_event(slave: Handle<'_, Board, Node>, event: SlaveEvent) {
 }
 
 #[embassy_executor::task(pool_size = 2)]
-async fn bus(runner: BusRunner<'static, Board, Node>) -> ! {
+async fn bus(runner: BusRunner<Board, Node>) -> ! {
     runner.run().await
 }
 
 #[embassy_executor::task]
-async fn due(runner: DueRunner<'static, Board, Node>) -> ! {
+async fn due(runner: DueRunner<Board, Node>) -> ! {
     runner.run().await
 }

@@ -22,7 +22,7 @@ pub const CYCLE: Tpdo = Tpdo::new(4, CobIdOf::node(0x480))
 /// What it has beside the objects of every node. `S` is where its table lies.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device, check = Thermometer::check_limits)]
-pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8]> {
+pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'static mut [u8]> {
     /// Temperature
     ///
     /// 0.1 °C.
@@ -65,7 +65,7 @@ pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default = &'static mut [u8
     pub table: Domain<S>,
 }
 
-impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Device for Thermometer<S> {
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Device for Thermometer<S> {
     type Pdos = PdoObjects<4, 4>;
     type Consumers = HeartbeatConsumers<1>;
 
@@ -80,7 +80,7 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Device for Thermometer<S> {
     }
 }
 
-impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Thermometer<S> {
+impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
     /// Within the limits.
     pub const WITHIN: u8 = 0;
     /// Above the upper limit.
@@ -128,7 +128,10 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default> Thermometer<S> {
 }
 
 /// A thermometer before power-on; `memory` holds its table.
-pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default>(id: NodeId, memory: S) -> Slave<Thermometer<S>> {
+pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
+    id: NodeId,
+    memory: S,
+) -> Slave<Thermometer<S>> {
     let application = Thermometer { table: Domain::new(memory), ..Default::default() };
     Slave::new(id, &PROFILE, application)
 }

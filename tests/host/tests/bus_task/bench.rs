@@ -70,8 +70,8 @@ pub struct Bench {
     pub pool: LocalPool,
     pub timeline: Rc<Timeline>,
     pub wire: MockPort,
-    pub node: Handle<'static, Mock, Probe>,
-    runners: Option<Runners<'static, Mock, Probe>>,
+    pub node: Handle<Mock, Probe>,
+    runners: Option<Runners<Mock, Probe>>,
     pub probe: Probe,
 }
 
@@ -83,8 +83,8 @@ impl Bench {
         let wire = ports.nominal.clone();
         let probe = Probe { replies, ..Probe::default() };
         let telltale: &Telltale = Box::leak(Box::default());
-        let resources = Box::leak(Box::new(Resources::new(probe.clone(), ports, clock, telltale)));
-        let (node, _, runners) = resources.start();
+        let resources: &Resources<Mock, Probe> = Box::leak(Box::default());
+        let (node, _, runners) = resources.start(|| probe.clone(), ports, clock, telltale);
         Bench { pool: LocalPool::new(), timeline, wire, node, runners: Some(runners), probe }
     }
 
