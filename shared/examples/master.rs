@@ -76,7 +76,7 @@ fn main() {
     assert!(answer.contains(&(0x000, vec![1, 5])), "the valve has booted: start it");
     desk.receive(0x705, &[5]);
 
-    desk.master.objects_mut().application.device.wanted = 60;
+    desk.master.change(desk.now, |plant| plant.wanted = 60);
     desk.master.send_pdo_to(VALVE, 0, desk.now).expect("the valve is operational");
     assert_eq!(desk.sent(), [(0x205, vec![60])]);
 

@@ -3,8 +3,8 @@
 pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::nmt::{NmtMessage, Target};
 pub use crate::node::{
-    Communication, Device, DeviceNode, Identity, Master, MasterEvent, MasterRequest, Node, SelfTest, Slave,
-    SlaveEvent,
+    Communication, Device, DeviceNode, Identity, Master, MasterEvent, MasterRequest, Node, Refusal, SelfTest,
+    Slave, SlaveEvent,
 };
 pub use crate::od::{Domain, Objects, Record};
 pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};

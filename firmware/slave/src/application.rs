@@ -7,8 +7,8 @@ use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{DeviceNode, SelfTest, Slave, SlaveEvent};
 use ecss_can::runner::{Events, Handle};
 use mission::{
-    Command, Declined, Message, MissionObjects, PROFILE, REQUEST_RPDO, Request, SlaveRecord,
-    TELECOMMAND_RPDO, TELEMETRY_TPDO,
+    Command, Declined, Message, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO,
+    TELEMETRY_TPDO,
 };
 
 /// The slave of this image.

@@ -53,7 +53,7 @@ impl Device for Ground {
 ///
 /// # Errors
 /// See [`Error`].
-pub async fn write_table(client: SdoClient<'_, impl Platform, Ground>) -> Result<(), Error> {
+pub async fn write_table(client: SdoClient<impl Platform, Ground>) -> Result<(), Error> {
     let mut bytes = table();
     let fill = |part: &mut [u8]| part.fill_with(|| bytes.next().unwrap_or(0));
     client.download_from(THERMOMETER, Thermometer::TABLE.address(), 2048, fill).await?;
@@ -65,7 +65,7 @@ pub async fn write_table(client: SdoClient<'_, impl Platform, Ground>) -> Result
 ///
 /// # Errors
 /// See [`Error`].
-pub async fn is_kept(client: SdoClient<'_, impl Platform, Ground>) -> Result<bool, Error> {
+pub async fn is_kept(client: SdoClient<impl Platform, Ground>) -> Result<bool, Error> {
     let (mut bytes, mut same) = (table(), true);
     let compare = |part: &[u8]| same &= part.iter().all(|byte| bytes.next() == Some(*byte));
     client.upload_to(THERMOMETER, Thermometer::TABLE.address(), 2048, compare).await?;

@@ -4,8 +4,8 @@ use ecss_can::emcy::ErrorCode;
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{DeviceNode, FailCause, LinkEvent, Node};
-use ecss_can::pdo::Message;
 use ecss_can::types::{Duration, Frame, Instant, NmtState};
+use mission::Message;
 
 use super::node::{Bench, bus, frame, profile};
 use crate::{Input, Signature};
