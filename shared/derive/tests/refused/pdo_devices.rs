@@ -33,7 +33,7 @@ struct WithAnother {
 
 #[derive(Objects)]
 #[objects(device)]
-struct WithParameter<G: Objects + Default = WithoutPower> {
+struct WithParameter<G: Objects + Default + 'static = WithoutPower> {
     #[objects]
     group: G,
 }
@@ -63,7 +63,7 @@ impl Device for WithAnother {
     const PDOS: PdoSet = PDOS;
 }
 
-impl<G: Objects + Default> Device for WithParameter<G> {
+impl<G: Objects + Default + 'static> Device for WithParameter<G> {
     type Pdos = PdoObjects;
     type Consumers = HeartbeatConsumers;
 

@@ -16,7 +16,7 @@ const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(P
 
 #[derive(Objects)]
 #[objects(device)]
-struct Box<G: Objects + Default> {
+struct Box<G: Objects + Default + 'static> {
     #[objects]
     group: G,
 }
@@ -28,7 +28,7 @@ struct Mode {
     mode: u8,
 }
 
-impl<G: Objects + Default> Device for Box<G> {
+impl<G: Objects + Default + 'static> Device for Box<G> {
     type Pdos = PdoObjects;
     type Consumers = HeartbeatConsumers;
 
