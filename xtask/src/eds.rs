@@ -201,7 +201,10 @@ fn device(profile: Profile) -> Device {
 
 /// The objects of the master at power-on.
 fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObjects>> {
-    mission::master(profile, None).objects().clone()
+    let mut objects = mission::master(profile, None).objects().clone();
+    // Boards have a parameter store.
+    (objects.communication.storage.store, objects.communication.storage.restore) = ([1; 4], [1; 4]);
+    objects
 }
 
 /// The objects of a slave at power-on.

@@ -21,7 +21,7 @@ use ecss_can::store::{ParameterStore, StoreError};
 use embedded_storage::nor_flash::NorFlash;
 
 /// The longest set, bytes. [`ParameterLog::open`] leaves room for one.
-pub const MAX_SET: usize = 8192;
+pub const MAX_SET: usize = 16 * 1024;
 
 const WORD: u32 = 4;
 const MAGIC: u32 = u32::from_le_bytes(*b"ECPS");

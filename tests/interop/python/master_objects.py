@@ -5,7 +5,7 @@ import unittest
 import canopen
 
 from objects import INVALID_VALUE, PRODUCER, Walk
-from spacecraft import MASTER_EDS, OPERATIONAL, PATIENCE, Test
+from spacecraft import MASTER_EDS, OPERATIONAL, PATIENCE, PRE_OPERATIONAL, Test
 
 SLAVES = (2, 3, 4)
 STARTUP, ASSIGNMENT, REQUEST = 0x1F80, 0x1F81, 0x1F82
@@ -13,6 +13,10 @@ STARTUP, ASSIGNMENT, REQUEST = 0x1F80, 0x1F81, 0x1F82
 MANDATORY = 1 << 3
 #: Request: node 0.
 ALL = 128
+#: PDOs: one way a time and a telemetry of each slave, the other the time, a command and a request to each.
+RPDOS, TPDOS = 28, 29
+#: Codes, as mappings have them: of the telemetry of the first slave, and of the command to it.
+TELEMETRY, TELECOMMAND = 0x6280_0110, 0x6200_0110
 
 
 class MasterObjects(Test):
@@ -30,7 +34,7 @@ class MasterObjects(Test):
         walk.refuse_all()
 
         walk.errors()
-        walk.signatures(is_stored=False)
+        walk.signatures(is_stored=True)
         walk.emergency()
         walk.counter()
         walk.self_test()
@@ -45,11 +49,18 @@ class MasterObjects(Test):
         # What is read there is a state, what is written a command: slaves that run are started, others are not there.
         for node in range(1, ALL + 1):
             state = walk.number(REQUEST, node)
-            self.assertEqual(state, OPERATIONAL if node in SLAVES else 0, node)
+            self.assertEqual(state, OPERATIONAL if node in (1, *SLAVES) else 0, node)
             walk.refuses_write(INVALID_VALUE, REQUEST, node, 0)
             walk.write(REQUEST, node, OPERATIONAL)
             self.assertEqual(walk.number(REQUEST, node), state, node)
+        # Its PDOs stop, so that no telemetry comes between a write and its check.
+        walk.write(REQUEST, 1, PRE_OPERATIONAL)
+        for first, count, mappable in ((0x1400, RPDOS, TELEMETRY), (0x1800, TPDOS, TELECOMMAND)):
+            for parameters in range(first, first + count):
+                with self.subTest(pdo=f"{parameters:04X}h"):
+                    walk.pdo(parameters, parameters + 0x200, mappable)
         walk.exchange_rest()
+        walk.write(REQUEST, 1, OPERATIONAL)
         walk.finish()
         for slave in slaves:
             slave.becomes(OPERATIONAL, times=2)

@@ -185,14 +185,14 @@ class Walk:
         self.refuses_write(TOO_HIGH, 0x2030, 0, 2)
         self.write(0x2030, 0, 1)
 
-    def pdo(self, parameters: int, mapping: int) -> None:
+    def pdo(self, parameters: int, mapping: int, mappable: int = MAPPABLE) -> None:
         """A PDO is made invalid, then changed, then made valid (CiA 301 7.5.2.35 to 7.5.2.38)."""
         subs = [sub for index, sub in self._values if index == parameters and sub > 1]
         objects = range(1, 9)
         own, count = self.number(parameters, 1), self.number(mapping, 0)
         mapped = [self.number(mapping, sub) for sub in objects]
         if not own & INVALID:
-            for other in (own ^ 4, own ^ 4 | INVALID):
+            for other in (own ^ 0x20, own ^ 0x20 | INVALID):
                 self.refuses_write(UNSUPPORTED, parameters, 1, other)
             for sub in {INHIBIT, SYNC_START}.intersection(subs):
                 self.refuses_write(UNSUPPORTED, parameters, sub, self.number(parameters, sub))
@@ -207,8 +207,8 @@ class Walk:
         self.write(mapping, 0, 0)
         self.refuses_write(INCOMPATIBLE, parameters, 1, NO_REMOTE | (own & 0x7FF or FREE))
         for sub in objects:
-            self.exchange(mapping, sub, MAPPABLE)
-        self.write(mapping, 1, MAPPABLE)
+            self.exchange(mapping, sub, mappable)
+        self.write(mapping, 1, mappable)
         self.exchange(mapping, 0, 1)
         # What SYNC has is no PDO's.
         self.write(mapping, 0, 1)

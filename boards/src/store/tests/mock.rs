@@ -2,7 +2,7 @@
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash};
 
-pub const PAGE: usize = 32 << 10;
+pub const PAGE: usize = 40 * 1024;
 
 /// What the word or page holds in whose operation power failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
