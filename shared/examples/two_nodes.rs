@@ -1,6 +1,5 @@
 //! A master and a slave on a mock bus, in virtual time: no executor, no hardware.
-//!
-//!     cargo run -p ecss-can --example two_nodes
+//! Run it: `cargo run -p ecss-can --example two_nodes`
 
 use ecss_can::link::Stamp;
 use ecss_can::node::{BusCommand, LinkEvent, Outbox};
@@ -23,7 +22,7 @@ impl Device for Counter {
         PdoSet::new(&[], &[Tpdo::new(1, CobIdOf::node(0x280)).transmission(1).map(Counter::COUNT)]);
 }
 
-/// What the master hears of it.
+/// Its reader.
 #[derive(Debug, Objects)]
 #[objects(device)]
 struct Display {
@@ -63,7 +62,6 @@ impl<N: Node> Seat<N> {
         }
         None
     }
-
     fn receive(&mut self, (bus, frame): (Bus, Frame), now: Instant) {
         self.node.on_received(bus, &frame, &Stamp::interrupt(now), now, &mut self.out);
     }
@@ -72,13 +70,12 @@ impl<N: Node> Seat<N> {
 fn main() {
     let mut slave = Seat::new(Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Counter::default()));
     let mut master = Seat::new(Master::new(&Profile::DEFAULT, Display::default(), None));
-    let (mut now, mut heard) = (Instant::ZERO, Vec::new());
+    let (mut now, mut heard) = (Instant::ZERO, vec![]);
     while now < Instant::from_micros(1_050_000) {
         while let Some(sent) = master.step(now) {
             slave.receive(sent, now);
         }
         while let Some(sent) = slave.step(now) {
-            println!("{now:?} {sent:?}");
             master.receive(sent, now);
         }
         while let Some(event) = slave.out.pop_event() {
@@ -87,8 +84,9 @@ fn main() {
             }
         }
         while let Some(event) = master.out.pop_event() {
-            let last = master.node.objects().application.device.last;
-            heard.extend(matches!(event, MasterEvent::Pdo { .. }).then_some(last));
+            if let MasterEvent::Pdo { data, .. } = event {
+                heard.push(data[0]);
+            }
         }
         now += Duration::from_micros(100);
     }

@@ -12,7 +12,7 @@ use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 /// Commands in an outbox, and frames in the priority queue of a bus.
 pub const QUEUE_DEPTH: usize = 32;
 /// Events that may wait for the application.
-pub const APP_DEPTH: usize = 16;
+pub const APP_DEPTH: usize = 32;
 /// Acceptance filters of a port.
 pub const MAX_FILTERS: usize = 28;
 

@@ -32,4 +32,4 @@ pub use sdo_client::SdoClient;
 pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 
 /// Events that a bus handles before other tasks have their turn.
-const TURN: usize = 8;
+const TURN: usize = 4;
