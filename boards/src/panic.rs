@@ -1,7 +1,7 @@
 //! A panic: its place goes to the log, then the core stops.
 //!
 //! The message is not read, so that the compiler drops all messages and the code that formats them, 2.5 kB of flash. The
-//! place tells which check failed.
+//! place shows which check failed.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};

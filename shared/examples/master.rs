@@ -76,8 +76,8 @@ fn main() {
     assert!(answer.contains(&(0x000, vec![1, 5])), "the valve has booted: start it");
     desk.receive(0x705, &[5]);
 
-    desk.master.change(desk.now, |plant| plant.wanted = 60);
-    desk.master.send_pdo_to(VALVE, 0, desk.now).expect("the valve is operational");
+    let sent = desk.master.send_pdo_to(VALVE, 0, desk.now, |plant| plant.wanted = 60);
+    sent.expect("the valve is operational");
     assert_eq!(desk.sent(), [(0x205, vec![60])]);
 
     desk.receive(0x185, &[60]);

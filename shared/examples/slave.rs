@@ -25,7 +25,7 @@ struct Valve {
 impl Device for Valve {
     type Pdos = PdoObjects<1, 1>;
     type Consumers = HeartbeatConsumers<1>;
-    /// 205h brings what is wanted, 185h tells what is.
+    /// Receives the wanted value (205h), sends the present one (185h).
     const PDOS: PdoSet = PdoSet::new(
         &[Rpdo::new(1, CobIdOf::node(0x200)).map(Valve::WANTED)],
         &[Tpdo::new(1, CobIdOf::node(0x180)).map(Valve::OPENING)],

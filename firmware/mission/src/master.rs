@@ -1,7 +1,7 @@
 //! The master of the demonstration mission: a telecommand, a telemetry request, telemetry and local time for each slave.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, DeviceNode, Identity, Master, Refusal};
+use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
 use ecss_can::od::{Objects, Record, U24, U40, U48};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -35,44 +35,56 @@ const SPACECRAFT_TIME: Tpdo = Tpdo::new(1, CobIdOf::fixed(0x181))
     .map(LocalScet::SCET_GET.field(ScetGet::FINE))
     .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
 
-/// 300h + node and 400h + node.
+/// Telecommand to a slave: 300h + node.
+const fn telecommand(nth: u16) -> Tpdo {
+    let object = CommanderObjects::TELECOMMANDS.nth(nth);
+    Tpdo::new(TELECOMMANDS as u16 + nth + 1, CobIdOf::fixed(0x300 + FIRST as u16 + nth))
+        .map(object.field(Telecommanding::CODE))
+        .map(object.field(Telecommanding::DATA))
+        .map(object.field(Telecommanding::SEQUENCE))
+}
+
+/// Telemetry request to a slave: 400h + node.
+const fn telemetry_request(nth: u16) -> Tpdo {
+    let object = CommanderObjects::REQUESTS.nth(nth);
+    Tpdo::new(REQUESTS as u16 + nth + 1, CobIdOf::fixed(0x400 + FIRST as u16 + nth))
+        .map(object.field(Outgoing::CODE))
+        .map(object.field(Outgoing::DATA))
+}
+
+/// Local time of a slave: 180h + node.
+const fn local_time(nth: u16) -> Rpdo {
+    let object = CommanderObjects::LOCAL_TIMES.nth(nth);
+    Rpdo::new(LOCAL_TIMES as u16 + nth + 1, CobIdOf::fixed(0x180 + FIRST as u16 + nth))
+        .map(object.field(LocalTime::FINE))
+        .map(object.field(LocalTime::COARSE))
+}
+
+/// Telemetry of a slave: 380h + node.
+const fn telemetry(nth: u16) -> Rpdo {
+    let object = CommanderObjects::TELEMETRY.nth(nth);
+    Rpdo::new(TELEMETRY as u16 + nth + 1, CobIdOf::fixed(0x380 + FIRST as u16 + nth))
+        .map(object.field(Incoming::CODE))
+        .map(object.field(Incoming::DATA))
+}
+
 const TPDOS: [Tpdo; REQUESTS + SLAVES] = {
     let mut all = [SPACECRAFT_TIME; REQUESTS + SLAVES];
     let mut nth = 0;
-    while nth < SLAVES as u16 {
-        let node = FIRST as u16 + nth;
-        let (command, request) = (TELECOMMANDS as u16 + nth, REQUESTS as u16 + nth);
-        let object = CommanderObjects::TELECOMMANDS.nth(nth);
-        all[command as usize] = Tpdo::new(command + 1, CobIdOf::fixed(0x300 + node))
-            .map(object.field(Telecommanding::CODE))
-            .map(object.field(Telecommanding::DATA))
-            .map(object.field(Telecommanding::SEQUENCE));
-        let object = CommanderObjects::REQUESTS.nth(nth);
-        all[request as usize] = Tpdo::new(request + 1, CobIdOf::fixed(0x400 + node))
-            .map(object.field(Outgoing::CODE))
-            .map(object.field(Outgoing::DATA));
+    while nth < SLAVES {
+        all[TELECOMMANDS + nth] = telecommand(nth as u16);
+        all[REQUESTS + nth] = telemetry_request(nth as u16);
         nth += 1;
     }
     all
 };
 
-/// 180h + node and 380h + node.
 const RPDOS: [Rpdo; TELEMETRY + SLAVES] = {
-    let object = CommanderObjects::LOCAL_TIMES.nth(0);
-    let mut all =
-        [Rpdo::new(1, CobIdOf::fixed(0x182)).map(object.field(LocalTime::FINE)); TELEMETRY + SLAVES];
+    let mut all = [local_time(0); TELEMETRY + SLAVES];
     let mut nth = 0;
-    while nth < SLAVES as u16 {
-        let node = FIRST as u16 + nth;
-        let (time, telemetry) = (LOCAL_TIMES as u16 + nth, TELEMETRY as u16 + nth);
-        let object = CommanderObjects::LOCAL_TIMES.nth(nth);
-        all[time as usize] = Rpdo::new(time + 1, CobIdOf::fixed(0x180 + node))
-            .map(object.field(LocalTime::FINE))
-            .map(object.field(LocalTime::COARSE));
-        let object = CommanderObjects::TELEMETRY.nth(nth);
-        all[telemetry as usize] = Rpdo::new(telemetry + 1, CobIdOf::fixed(0x380 + node))
-            .map(object.field(Incoming::CODE))
-            .map(object.field(Incoming::DATA));
+    while nth < SLAVES {
+        all[LOCAL_TIMES + nth] = local_time(nth as u16);
+        all[TELEMETRY + nth] = telemetry(nth as u16);
         nth += 1;
     }
     all
@@ -176,17 +188,14 @@ pub fn command(
     now: Instant,
 ) -> Result<(), Refusal> {
     let nth = slot(node).ok_or(Refusal::NotOperational)?;
-    // Sent as it is when this step ends.
-    master.send_pdo_to(node, TELECOMMANDS + nth, now)?;
     let [a, b, c, d, e, sequence] = message.data();
     let data = U40::new(u64::from_le_bytes([a, b, c, d, e, 0, 0, 0]));
     let command = Telecommanding { code: message.code(), data, sequence };
-    master.change(now, |objects| {
+    master.send_pdo_to(node, TELECOMMANDS + nth, now, |objects| {
         if let Some(object) = objects.telecommands.get_mut(nth) {
             *object = command;
         }
-    });
-    Ok(())
+    })
 }
 
 /// Requests telemetry.
@@ -200,14 +209,11 @@ pub fn request(
     now: Instant,
 ) -> Result<(), Refusal> {
     let nth = slot(node).ok_or(Refusal::NotOperational)?;
-    // Sent as it is when this step ends.
-    master.send_pdo_to(node, REQUESTS + nth, now)?;
-    master.change(now, |objects| {
+    master.send_pdo_to(node, REQUESTS + nth, now, |objects| {
         if let Some(object) = objects.requests.get_mut(nth) {
             *object = (*message).into();
         }
-    });
-    Ok(())
+    })
 }
 
 /// Content of a receive PDO of the master.

@@ -75,7 +75,7 @@ impl<D: Device> Slave<D> {
             heartbeat: heartbeat::Producer::new(id, redundancy.producer),
             identity: Identity::new(),
             control_frames: PerBus::default(),
-            services: Services::new(id, objects, profile),
+            services: Services::new(id, objects, profile, None),
             initial: redundancy,
             startup: NmtStartup::of_slave(profile.autostart),
             stamped: profile.stamped,

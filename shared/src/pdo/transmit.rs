@@ -264,7 +264,7 @@ impl<S: PdoSlots> Tpdos<S> {
 
     /// The application has changed its objects: an event for all that carry something else than they did.
     #[inline(never)] // an application need not have it twice
-    pub fn tell_changes<D: Objects>(&mut self, objects: &D, now: Instant) {
+    pub fn trigger_changed<D: Objects>(&mut self, objects: &D, now: Instant) {
         if !self.operational {
             return;
         }

@@ -110,6 +110,26 @@ fn a_slave_with_other_cob_ids_is_commanded_and_heard_there() {
     assert_eq!(master.node.objects().application.device.telemetry[0].code, 3);
 }
 
+/// The same content twice is two frames, also to a slave that is not there. A PDO that is not valid is refused and counted.
+#[test]
+fn a_pdo_goes_out_whenever_the_application_sends_it() {
+    let mut master = flying();
+    let send = |master: &mut Bench<Master>, number| master.touch(|master, now| master.send_pdo(number, now));
+    let to_nine = TELECOMMAND as usize + 7;
+    assert_eq!([send(&mut master, to_nine), send(&mut master, to_nine)], [Ok(()), Ok(())]);
+    assert_eq!(ids(&master), [0x309, 0x309]);
+    assert_eq!(send(&mut master, 29), Err(Refusal::NotValid));
+    assert_eq!(master.node.status(master.now).counters.nominal.refused, 1);
+}
+
+/// What is refused leaves the objects as they are.
+#[test]
+fn a_refused_command_fills_nothing() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(command(&mut master), Err(Refusal::NotOperational));
+    assert_eq!(master.node.objects().application.device.telecommands[0].code, 0);
+}
+
 /// Its own SYNC is the one that its synchronous PDOs follow.
 ///
 /// Verifies: ECSS 6.9b, 6.9e

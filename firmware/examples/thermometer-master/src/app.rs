@@ -63,9 +63,7 @@ async fn calibrate(master: Handle<Board, Node>) {
         Err(error) => defmt::error!("no answer: {}", error),
     }
     let sent = master.with(|master, now| {
-        master.send_pdo_to(THERMOMETER, COMMAND.slot(), now)?;
-        master.change(now, |ground| ground.command = 1);
-        Ok::<_, Refusal>(())
+        master.send_pdo_to(THERMOMETER, COMMAND.slot(), now, |ground| ground.command = 1)
     });
     sent.unwrap_or_else(|refusal| defmt::warn!("no command: {}", refusal));
 }

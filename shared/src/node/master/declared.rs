@@ -29,7 +29,7 @@ impl<D: Device> Device for MasterObjects<D> {
 
     const PDOS: PdoSet = D::PDOS;
 
-    /// It produces SYNC (ECSS 6.9d). Nobody consumes its emergencies: 1003h has them.
+    /// Produces SYNC (ECSS 6.9d). Sends no emergencies, as no node consumes them: 1003h lists its errors.
     fn communication(id: NodeId) -> Communication {
         let mut communication = D::communication(id);
         communication.sync.cob_id |= PRODUCES;

@@ -28,8 +28,8 @@ impl<D: Device> Master<D> {
         }
     }
 
-    /// COB-IDs of PDOs changed: both buses are told of the filters that are others now, as many as there is room for beside
-    /// the frames. Whether that is all.
+    /// Sends both buses the filters that have changed, as many as fit into the outbox beside frames. Returns whether that is
+    /// all.
     pub(super) fn set_filters(&mut self, out: &mut Out) -> bool {
         for number in 0..FUNCTIONS {
             let filter = self.filter(number);

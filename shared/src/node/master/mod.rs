@@ -80,7 +80,7 @@ impl<D: Device> Master<D> {
         let sync = objects.communication.sync.config();
         Master {
             redundancy,
-            services: Services::with_store(NodeId::MASTER, objects, profile, store),
+            services: Services::new(NodeId::MASTER, objects, profile, store),
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
             nmt: NmtSlave::new(true),

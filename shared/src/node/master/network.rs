@@ -8,7 +8,7 @@ use crate::store::Group;
 use crate::types::{Instant, NmtState, NodeId};
 
 impl<D: Device> Master<D> {
-    /// Boot-up message, then Operational: a master waits for nobody.
+    /// Sends the boot-up message and enters Operational without a command (CiA 301 7.3.2.2.1).
     pub(super) fn boot_up(&mut self, now: Instant, out: &mut Out) {
         let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
         out.send_for(self.manager.active(), boot_up, now, self.services.lifetimes.heartbeat);
@@ -37,7 +37,7 @@ impl<D: Device> Master<D> {
             Reaction::Unchanged | Reaction::ResetNode => {}
             Reaction::Entered(state) => self.entered(state, now, out),
             Reaction::ResetCommunication => {
-                self.initial.apply(&mut self.services.dictionary.objects);
+                self.initial.restore(&mut self.services.dictionary.objects);
                 self.services.load(Group::Communication);
                 let objects = &self.services.dictionary.objects;
                 self.redundancy = objects::written_redundancy(objects, self.redundancy);

@@ -47,10 +47,15 @@ impl Initial {
         }
     }
 
-    /// The communication profile as at power-on. 1016h names the slaves, whose time is that of the profile unless the device
-    /// has another; the spacecraft time goes out with the period of the profile.
-    pub fn apply<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
+    /// Restores the communication profile of power-on.
+    pub fn restore<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
         objects.restore_communication(NodeId::MASTER, &self.redundancy);
+        self.apply(objects);
+    }
+
+    /// Puts the numbers of the profile into fresh objects. Entries of 1016h and time PDOs take those of the profile where the
+    /// device declares none.
+    fn apply<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
         objects.communication.sync.cycle_period = self.sync.as_micros() as u32;
         let consumer = self.redundancy.consumer.as_millis() as u32 & 0xFFFF;
         objects.consumers = D::consumers(NodeId::MASTER);

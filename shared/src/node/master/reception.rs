@@ -23,8 +23,15 @@ impl<D: Device> Master<D> {
         if id == CobId::heartbeat(NodeId::MASTER) {
             return self.on_rival(bus, stamp.at, out);
         }
-        if bus == active && self.nmt.state().allows_pdo() && self.services.is_pdo(id) {
-            return self.on_pdo(bus, frame, &stamp, now, out);
+        if bus == active
+            && self.nmt.state().allows_pdo()
+            && self.services.on_pdo(bus, frame, &stamp, now, out)
+        {
+            // Only an Operational node sends PDOs.
+            if let Some(node) = producer {
+                self.boot.on_synchronous(node);
+            }
+            return;
         }
         if bus == active && D::RAW_FRAMES.contains(&id) {
             return out.event(MasterEvent::Frame { bus, frame: *frame });
@@ -48,14 +55,6 @@ impl<D: Device> Master<D> {
         } else {
             self.services.buses.ignored(bus);
         }
-    }
-
-    /// A frame of a PDO on the active bus: whoever sends one is Operational.
-    fn on_pdo(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        if let Some(node) = self.boot.producer(frame.id()).filter(|node| *node != NodeId::MASTER) {
-            self.boot.on_synchronous(node);
-        }
-        self.services.on_pdo(bus, frame, stamp, now, out);
     }
 
     fn on_heartbeat(

@@ -6,28 +6,13 @@ use crate::node::{Device, Refusal};
 use crate::types::{Frame, Instant, NmtState, NodeId};
 
 impl<D: Device> Master<D> {
-    /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it.
+    /// Sends a transmit PDO (0 is the first) as its transmission type has it, whether its content has changed or not.
     ///
     /// # Errors
-    /// [`Refusal::NotValid`], counted on the active bus.
+    /// [`Refusal::NotValid`], [`Refusal::Busy`]; both are counted on the active bus.
     pub fn send_pdo(&mut self, number: usize, now: Instant) -> Result<(), Refusal> {
-        self.send_pdo_if(true, number, now)
-    }
-
-    /// The same for one that a slave consumes, which has to be Operational.
-    ///
-    /// # Errors
-    /// [`Refusal`], counted on the active bus.
-    pub fn send_pdo_to(&mut self, node: NodeId, number: usize, now: Instant) -> Result<(), Refusal> {
-        let is_operational = self.manager.peers().state(node) == Some(NmtState::Operational);
-        self.send_pdo_if(is_operational, number, now)
-    }
-
-    fn send_pdo_if(&mut self, is_operational: bool, number: usize, now: Instant) -> Result<(), Refusal> {
         let tpdos = &mut self.services.dictionary.tpdos;
-        let refusal = if !is_operational {
-            Refusal::NotOperational
-        } else if !(tpdos.is_valid(number) && self.nmt.state().allows_pdo()) {
+        let refusal = if !(tpdos.is_valid(number) && self.nmt.state().allows_pdo()) {
             Refusal::NotValid
         } else if !self.manager.is_announced() && self.held.is_full() {
             Refusal::Busy
@@ -38,6 +23,28 @@ impl<D: Device> Master<D> {
         };
         self.services.buses.refused(self.manager.active());
         Err(refusal)
+    }
+
+    /// Fills the objects of a transmit PDO that one slave consumes, and sends it. Other PDOs are not compared: `fill` changes
+    /// objects of this one only.
+    ///
+    /// # Errors
+    /// [`Refusal`], counted on the active bus; nothing is filled. [`Refusal::NotOperational`] is about the slave.
+    pub fn send_pdo_to(
+        &mut self,
+        node: NodeId,
+        number: usize,
+        now: Instant,
+        fill: impl FnOnce(&mut D),
+    ) -> Result<(), Refusal> {
+        if self.manager.peers().state(node) != Some(NmtState::Operational) {
+            self.services.buses.refused(self.manager.active());
+            return Err(Refusal::NotOperational);
+        }
+        self.send_pdo(number, now)?;
+        // The frame is packed when this step ends.
+        fill(&mut self.services.dictionary.objects.application.device);
+        Ok(())
     }
 
     /// Sends a frame that no PDO covers, within the lifetime of PDOs of events.

@@ -46,7 +46,7 @@ impl<D: Device> Services<D> {
         }
         let result = change(objects);
         if has_events {
-            tpdos.tell_changes(objects, now);
+            tpdos.trigger_changed(objects, now);
             let due = tpdos.deadline();
             self.wake(due);
         }

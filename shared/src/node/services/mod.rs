@@ -27,7 +27,7 @@ use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earli
 use crate::{sdo, sync};
 pub use dictionary::Dictionary;
 pub use events::NodeEvent;
-use pdos::tell;
+use pdos::report_rpdo;
 
 /// The first object whose changes an application is told; those below are the services'.
 pub const FIRST_TOLD: u16 = index::REDUNDANCY;
@@ -76,11 +76,7 @@ pub struct Lifetimes {
 }
 
 impl<D: Device> Services<D> {
-    pub fn new(id: NodeId, objects: NodeObjects<D>, profile: &Profile) -> Self {
-        Self::with_store(id, objects, profile, None)
-    }
-
-    pub fn with_store(
+    pub fn new(
         id: NodeId,
         objects: NodeObjects<D>,
         profile: &Profile,
@@ -247,7 +243,7 @@ impl<D: Device> Services<D> {
         }
     }
 
-    /// SYNC: its counter, zero when it has none, and whether emergencies tell of it.
+    /// SYNC: its counter, zero when it has none, and whether an emergency reports it.
     #[inline(always)] // called from one place
     pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> (Result<u8, sync::UnexpectedLength>, bool) {
         if self.sync.is_plain(frame) { (Ok(0), false) } else { self.on_special_sync(frame, at) }
@@ -290,7 +286,7 @@ impl<D: Device> Services<D> {
         rpdos.on_plain_frame(number, frame, objects)
     }
 
-    /// A frame of an RPDO, in Operational. What becomes of it, and whether emergencies tell of it.
+    /// A frame of an RPDO, in Operational. What becomes of it, and whether an emergency reports it.
     #[inline(always)] // called from one place
     fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant) -> (Taken, bool) {
         let Dictionary { objects, emcy, rpdos, .. } = &mut self.dictionary;
@@ -298,7 +294,7 @@ impl<D: Device> Services<D> {
         let window_end = self.sync.window_end();
         let taken = rpdos.on_frame(number, frame, at, window_end, objects, &mut |objects, number, event| {
             is_told = true;
-            tell(emcy, &mut objects.communication.emcy, number, event);
+            report_rpdo(emcy, &mut objects.communication.emcy, number, event);
         });
         (taken, is_told)
     }

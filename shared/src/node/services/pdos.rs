@@ -13,9 +13,9 @@ impl<D: Device> Dictionary<D> {
     /// The PDOs of this number are not valid.
     pub fn unset_pdos(&mut self, number: usize, now: Instant) {
         let Dictionary { emcy, rpdos, tpdos, .. } = self;
-        let mut tell = |number, event| note(emcy, number, event);
+        let mut report_event = |number, event| note(emcy, number, event);
         let none = &RpdoParameters::default();
-        let _ = rpdos.configure::<NodeObjects<D>>(number, none, &[], &mut tell);
+        let _ = rpdos.configure::<NodeObjects<D>>(number, none, &[], &mut report_event);
         let _ = tpdos.configure::<NodeObjects<D>>(number, &TpdoParameters::default(), &[], now);
     }
 
@@ -24,13 +24,13 @@ impl<D: Device> Dictionary<D> {
     pub fn set_pdos(&mut self, number: usize, now: Instant) {
         let Dictionary { objects, emcy, rpdos, tpdos, .. } = self;
         let NodeObjects { communication, pdos, .. } = objects;
-        let mut tell = |number, event| note(emcy, number, event);
+        let mut report_event = |number, event| note(emcy, number, event);
         let (sync, emergency) = (communication.sync.cob_id, communication.emcy.cob_id);
         let (parameters, mappings) = pdos.rpdos();
         let receives = parameters.get(number).zip(mappings.get(number));
         let received = receives.map(|(pdo, mapping)| {
             rules::check_pdo(Direction::Receive, sync, emergency, pdo.cob_id)?;
-            rpdos.configure::<NodeObjects<D>>(number, pdo, mapping.objects(), &mut tell)
+            rpdos.configure::<NodeObjects<D>>(number, pdo, mapping.objects(), &mut report_event)
         });
         let (parameters, mappings) = pdos.tpdos();
         let sends = parameters.get(number).zip(mappings.get(number));
@@ -68,8 +68,8 @@ impl<D: Device> Dictionary<D> {
             let new = pdo::rpdo(present, at.sub, value)?;
             rules::check_pdo(direction, sync, emergency, new.cob_id)?;
             let (emcy, mapping) = (&mut self.emcy, mapping.objects());
-            let mut tell = |number, event| note(emcy, number, event);
-            self.rpdos.configure::<NodeObjects<D>>(number, &new, mapping, &mut tell)?;
+            let mut report_event = |number, event| note(emcy, number, event);
+            self.rpdos.configure::<NodeObjects<D>>(number, &new, mapping, &mut report_event)?;
             self.pdo_is_possible(direction, number);
         } else {
             let direction = Direction::Transmit;
@@ -95,7 +95,7 @@ impl<D: Device> Dictionary<D> {
         let mut is_told = false;
         rpdos.on_sync(objects, ended, &mut |objects, number, event| {
             is_told = true;
-            tell(emcy, &mut objects.communication.emcy, number, event);
+            report_rpdo(emcy, &mut objects.communication.emcy, number, event);
         });
         is_told
     }
@@ -103,7 +103,9 @@ impl<D: Device> Dictionary<D> {
     /// Receive PDOs that are overdue, and emergencies.
     pub(super) fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame)) {
         let Dictionary { objects, emcy, rpdos, .. } = self;
-        rpdos.poll(now, &mut |number, event| tell(emcy, &mut objects.communication.emcy, number, event));
+        rpdos.poll(now, &mut |number, event| {
+            report_rpdo(emcy, &mut objects.communication.emcy, number, event)
+        });
         while let Some(frame) = emcy.poll(now, state) {
             send(frame);
         }
@@ -141,13 +143,13 @@ fn report(
     }
 }
 
-/// An error of an RPDO appeared or is gone; it is known by the number of its PDO.
-pub fn tell(emcy: &mut emcy::Producer, objects: &mut EmcyObjects, number: usize, event: RpdoEvent) {
+/// Raises or clears the error of an RPDO, and shows it in the dictionary. Its source is the number of the PDO.
+pub fn report_rpdo(emcy: &mut emcy::Producer, objects: &mut EmcyObjects, number: usize, event: RpdoEvent) {
     note(emcy, number, event);
     objects.show(emcy);
 }
 
-/// As [`tell`], without the objects.
+/// Raises or clears the error of an RPDO; the dictionary does not show it yet.
 fn note(emcy: &mut emcy::Producer, number: usize, event: RpdoEvent) {
     // One byte; those that are too many share the last one.
     let source = number.min(usize::from(u8::MAX)) as u8;

@@ -5,7 +5,7 @@ use crate::link::Stamp;
 use crate::node::index::{HEALTH_NOMINAL, HEALTH_REDUNDANT, SCET_GET, SCET_SET};
 use crate::node::{Device, Outbox};
 use crate::pdo::{Mapping, PdoSlots, Taken};
-use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState};
+use crate::types::{Bus, Duration, Frame, Instant, NmtState};
 
 /// Lifetime of a frame with the time: a receiver's clock is late by what it waits.
 const TIME_LIFETIME: Duration = Duration::from_millis(5);
@@ -95,11 +95,6 @@ impl<D: Device> Services<D> {
         out.event(E::time(scet));
     }
 
-    /// Whether a COB-ID is that of a valid RPDO.
-    pub fn is_pdo(&self, id: CobId) -> bool {
-        self.dictionary.rpdos.first(id).is_some()
-    }
-
     /// A frame on the active bus, in Operational. Whether it was one of RPDOs.
     #[inline(always)] // called from one place
     pub fn on_pdo<E: NodeEvent>(
@@ -151,8 +146,8 @@ impl<D: Device> Services<D> {
         self.wake(self.dictionary.rpdos.deadline());
     }
 
-    /// What is due but for the SDO server: each frame, the end of its lifetime, and whether it tells the time. Emergencies go
-    /// first: their COB-ID wins.
+    /// Sends what is due, SDO responses apart: each frame with the end of its lifetime, and whether it carries the time.
+    /// Emergencies go first: their COB-ID wins.
     pub fn poll(
         &mut self,
         until: Instant,
@@ -175,7 +170,7 @@ impl<D: Device> Services<D> {
         });
     }
 
-    /// An event for the transmit PDOs that tell the time.
+    /// Triggers the transmit PDOs that carry the time.
     pub fn trigger_time(&mut self, now: Instant) {
         for (number, carries_time) in self.carries_time.as_ref().iter().enumerate() {
             if *carries_time {

@@ -11,7 +11,7 @@ use clap::ValueEnum;
 use super::Area;
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
-use crate::share::{self, PARTS, PROTOCOL};
+use crate::share::{self, PROTOCOL};
 use demo::flight::BoardCount;
 use demo::record::MASTER;
 use support::board::Board;
@@ -55,7 +55,7 @@ fn parts(facts: &Facts) -> Vec<(&'static str, u64)> {
         let symbols = facts.symbols.iter().filter(|symbol| symbol.memory == Memory::Flash);
         symbols.filter(|symbol| share::part(&symbol.name) == part).map(|symbol| symbol.bytes).sum()
     };
-    let mut parts: Vec<_> = PARTS.into_iter().map(|part| (part, of(part))).collect();
+    let mut parts: Vec<_> = share::parts().map(|part| (part, of(part))).collect();
     let named: u64 = parts.iter().map(|(_, bytes)| bytes).sum();
     // What has no symbol: padding, texts, the initial values of variables.
     if let Some((_, others)) = parts.last_mut() {
