@@ -1,65 +1,60 @@
-//! One node with its power switch: two mock ports, a clock, and the tasks of the boards' firmware.
+//! One node with its power switch: two mock ports, a clock, memory, and the tasks of the boards' firmware.
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
-use std::sync::{Arc, Mutex};
 
-use ecss_can::node::Node;
-use ecss_can::profile::Profile;
-use ecss_can::runner::{Events, Handle, Platform, Resources, Runners, Telltale};
-use ecss_can::store::RetainedMemory;
+use ecss_can::runner::{Platform, Resources, Runners, Telltale};
+use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{Bus, NodeId, PerBus};
 use futures_executor::{LocalPool, LocalSpawner};
 use futures_util::task::LocalSpawnExt;
-use mission::COMMAND_PERIOD;
 
-use crate::application::{self, Diary, MasterHandle, Sequences, SlaveHandle};
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
+use crate::member::{Diary, Events, Handle, Member, Running};
+use crate::memory::{Flash, Ram};
 use crate::port::MockPort;
 use crate::timeline::Timeline;
 
-/// A board of the host: controllers on simulated wires, and a clock of its own.
-pub struct Mock;
+/// A board of a world, as `boards::Board` is one of metal: what its node is made with.
+pub struct Board {
+    /// Its straps.
+    pub node_id: NodeId,
+    /// Two words of RAM that outlive a reset.
+    pub retained: &'static mut (dyn RetainedMemory + Send),
+    /// Flash for parameters, which outlives a loss of power. It has room for sets of any length.
+    pub store: &'static mut (dyn ParameterStore + Send),
+}
 
-impl Platform for Mock {
+impl Platform for Board {
     type Port = MockPort;
     type Clock = MockClock;
 }
 
-/// Bytes of a slave's data store.
-const STORE: usize = 24 * 1024;
+/// What `main` of an image does, once per power-on: makes the node, spawns its application.
+pub(crate) type Firmware = Rc<dyn Fn(Board, &Shell<'_>) -> Box<dyn Running>>;
 
-/// RAM that outlives a reset, and holds anything after power-on.
-#[derive(Clone)]
-struct Ram(Arc<Mutex<[u32; 2]>>);
-
-impl Ram {
-    fn of_power_on() -> Ram {
-        Ram(Arc::new(Mutex::new([0x5A5A_0F0F, 0x0FF0_1234])))
-    }
+/// Firmware of a node and its application.
+pub(crate) fn firmware<N: Member, A: Future<Output = ()> + 'static>(
+    node: impl Fn(Board) -> N + 'static,
+    application: impl Fn(Handle<N>, Events<N>) -> A + 'static,
+) -> Firmware {
+    Rc::new(move |board, shell| {
+        let (handle, events) = shell.run(|| node(board));
+        shell.spawn(application(handle, events));
+        Box::new(handle)
+    })
 }
 
-impl RetainedMemory for Ram {
-    fn read(&self) -> [u32; 2] {
-        *self.0.lock().expect("one thread")
-    }
-
-    fn write(&mut self, words: [u32; 2]) {
-        *self.0.lock().expect("one thread") = words;
-    }
-}
-
-/// What a node is, with or without power.
-pub(crate) struct Board {
+/// A node, with or without power.
+pub(crate) struct Unit {
     pub id: NodeId,
+    firmware: Firmware,
     drift_ppm: i32,
-    profile: Profile,
-    /// Slaves that the master's application keeps busy.
-    traffic: Vec<NodeId>,
     diary: Diary,
     ports: PerBus<MockPort>,
     ram: Ram,
+    flash: Flash,
     powered: Option<Powered>,
 }
 
@@ -68,24 +63,23 @@ struct Powered {
     pool: LocalPool,
     clock: MockClock,
     telltale: &'static Telltale,
-    master: Option<(MasterHandle, Rc<Sequences>)>,
-    slave: Option<SlaveHandle>,
+    node: Box<dyn Running>,
     reset: Rc<Cell<bool>>,
 }
 
-impl Board {
+impl Unit {
     pub fn new(
         id: NodeId,
+        firmware: Firmware,
         drift_ppm: i32,
-        profile: Profile,
-        traffic: Vec<NodeId>,
         timeline: Rc<Timeline>,
         entries: Rc<RefCell<Vec<Entry>>>,
     ) -> Self {
         let diary = Diary { node: id, timeline, entries };
         let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
         let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
-        Board { id, drift_ppm, profile, traffic, diary, ports, ram: Ram::of_power_on(), powered: None }
+        let (ram, flash) = (Ram::of_power_on(), Flash::default());
+        Unit { id, firmware, drift_ppm, diary, ports, ram, flash, powered: None }
     }
 
     pub fn power_on(&mut self) {
@@ -95,24 +89,21 @@ impl Board {
         Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(clock.clone()));
         let telltale = Box::leak(Box::default());
         let reset = Rc::new(Cell::new(false));
-        let shell = Shell { spawner: pool.spawner(), clock: &clock, ports: &self.ports, telltale };
-        let (mut master, mut slave) = (None, None);
-        if self.id == NodeId::MASTER {
-            let (handle, events) = shell.run(mission::master(&self.profile, None));
-            shell.spawn(application::master(events, self.diary.clone()));
-            let slaves = self.traffic.clone();
-            let sequences = Rc::new(Sequences::new(clock.clone(), COMMAND_PERIOD));
-            shell.spawn(application::traffic(handle, slaves, sequences.clone()));
-            master = Some((handle, sequences));
-        } else {
-            let node = mission::slave(self.id, &self.profile, vec![0; STORE])
-                .with_retained(Box::leak(Box::new(self.ram.clone())));
-            let (handle, events) = shell.run(node);
-            slave = Some(handle);
-            let diary = self.diary.clone();
-            shell.spawn(application::slave(handle, events, diary, reset.clone()));
-        }
-        self.powered = Some(Powered { pool, clock, telltale, master, slave, reset });
+        let shell = Shell {
+            spawner: pool.spawner(),
+            clock: &clock,
+            ports: &self.ports,
+            telltale,
+            diary: &self.diary,
+            reset: &reset,
+        };
+        let board = Board {
+            node_id: self.id,
+            retained: Box::leak(Box::new(self.ram.clone())),
+            store: Box::leak(Box::new(self.flash.clone())),
+        };
+        let node = (self.firmware)(board, &shell);
+        self.powered = Some(Powered { pool, clock, telltale, node, reset });
     }
 
     pub fn power_off(&mut self) {
@@ -151,50 +142,45 @@ impl Board {
         Some(self.powered.as_ref()?.telltale)
     }
 
-    /// The node of a master that has power.
-    pub fn master(&self) -> Option<MasterHandle> {
-        Some(self.powered.as_ref()?.master.as_ref()?.0)
-    }
-
-    /// The numbers of the commands of a master that has power.
-    pub fn sequences(&self) -> Option<Rc<Sequences>> {
-        Some(self.powered.as_ref()?.master.as_ref()?.1.clone())
-    }
-
-    /// The node of a slave that has power.
-    pub fn slave(&self) -> Option<SlaveHandle> {
-        self.powered.as_ref()?.slave
+    /// The node, while it has power.
+    pub fn node(&self) -> Option<&dyn Running> {
+        Some(self.powered.as_ref()?.node.as_ref())
     }
 
     /// A task more, until it ends or the node loses its power.
+    ///
+    /// # Panics
+    /// Without power.
     pub fn spawn(&self, task: impl Future<Output = ()> + 'static) {
-        let powered = self.powered.as_ref().expect("it has power");
-        powered.pool.spawner().spawn_local(task).expect("the pool of this board lives");
+        let powered = self.powered.as_ref().unwrap_or_else(|| panic!("{:?} has no power", self.id));
+        powered.pool.spawner().spawn_local(task).expect("the pool of this node lives");
     }
 }
 
-/// Spawns what `main` of an image spawns.
-struct Shell<'a> {
+/// What firmware finds at power-on.
+pub(crate) struct Shell<'a> {
     spawner: LocalSpawner,
     clock: &'a MockClock,
     ports: &'a PerBus<MockPort>,
     telltale: &'static Telltale,
+    diary: &'a Diary,
+    reset: &'a Rc<Cell<bool>>,
 }
 
 impl Shell<'_> {
     /// A power-on needs new memory: handles to the old node may still be in use.
-    fn run<N: Node + 'static>(&self, node: N) -> (Handle<Mock, N>, Events<Mock, N>) {
-        let resources: &Resources<Mock, N> = Box::leak(Box::default());
+    fn run<N: Member>(&self, node: impl FnOnce() -> N) -> (Handle<N>, Events<N>) {
+        let resources: &Resources<Board, N> = Box::leak(Box::default());
         let (ports, clock) = (self.ports.clone(), self.clock.clone());
-        let (handle, events, runners) = resources.start(|| node, ports, clock, self.telltale);
+        let (handle, events, runners) = resources.start(node, ports, clock, self.telltale);
         let Runners { nominal, redundant, due } = runners;
         self.spawn(async { nominal.run().await });
         self.spawn(async { redundant.run().await });
         self.spawn(async { due.run().await });
-        (handle, events)
+        (handle, Events::new(events, self.diary.clone(), self.reset.clone()))
     }
 
     fn spawn(&self, task: impl Future<Output = ()> + 'static) {
-        self.spawner.spawn_local(task).expect("the pool of this board lives");
+        self.spawner.spawn_local(task).expect("the pool of this node lives");
     }
 }

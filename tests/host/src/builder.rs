@@ -1,65 +1,107 @@
 //! What a world is made of.
 
 use can_wire::time::Time;
-use ecss_can::profile::Profile;
+use ecss_can::node::{Device, Master, Slave};
 use ecss_can::types::NodeId;
 
+use crate::board::{Board, Firmware, firmware};
+use crate::member::{Events, Handle, Member};
 use crate::world::World;
 
-/// Nodes before their world begins. Unless told otherwise clocks are exact, all nodes get power at time zero, and the
-/// application of the master is silent.
-#[derive(Clone, Debug)]
+/// Nodes before their world begins. Clocks are exact and all nodes get power at time zero, unless a call here says
+/// otherwise.
+#[derive(Default)]
 pub struct Builder {
-    profile: Profile,
-    /// Node, drift in ppm, power-on.
-    boards: Vec<(NodeId, i32, Time)>,
-    traffic: bool,
+    nodes: Vec<Planned>,
+}
+
+/// A node to be.
+pub(crate) struct Planned {
+    pub id: NodeId,
+    pub firmware: Firmware,
+    pub drift_ppm: i32,
+    pub power_on: Time,
 }
 
 impl Builder {
-    pub(crate) fn new(profile: Profile, slaves: u8) -> Self {
-        let ids = (1..=slaves + 1).map(|raw| NodeId::new(raw).expect("at most 126 slaves"));
-        Builder { profile, boards: ids.map(|id| (id, 0, Time::ZERO)).collect(), traffic: false }
+    /// Adds a master. At each power-on and each reset `node` makes it, and `application` runs beside it.
+    ///
+    /// # Panics
+    /// When there is one.
+    #[must_use]
+    pub fn master<D: Device, A: Future<Output = ()> + 'static>(
+        self,
+        node: impl Fn(Board) -> Master<D> + 'static,
+        application: impl Fn(Handle<Master<D>>, Events<Master<D>>) -> A + 'static,
+    ) -> Self {
+        self.node(NodeId::MASTER, node, application)
+    }
+
+    /// Adds a slave. At each power-on and each reset `node` makes it, and `application` runs beside it.
+    ///
+    /// # Panics
+    /// When there is a node with this Node-ID, or it is the master's.
+    #[must_use]
+    pub fn slave<D: Device, A: Future<Output = ()> + 'static>(
+        self,
+        id: NodeId,
+        node: impl Fn(Board) -> Slave<D> + 'static,
+        application: impl Fn(Handle<Slave<D>>, Events<Slave<D>>) -> A + 'static,
+    ) -> Self {
+        assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
+        self.node(id, node, application)
+    }
+
+    fn node<N: Member, A: Future<Output = ()> + 'static>(
+        mut self,
+        id: NodeId,
+        node: impl Fn(Board) -> N + 'static,
+        application: impl Fn(Handle<N>, Events<N>) -> A + 'static,
+    ) -> Self {
+        assert!(self.nodes.iter().all(|other| other.id != id), "two nodes with {id:?}");
+        let firmware = firmware(node, application);
+        self.nodes.push(Planned { id, firmware, drift_ppm: 0, power_on: Time::ZERO });
+        self
     }
 
     /// The clock of a node is fast by so many millionths.
+    ///
+    /// # Panics
+    /// When there is no such node.
     #[must_use]
     pub fn drift(mut self, node: NodeId, ppm: i32) -> Self {
-        self.board(node).1 = ppm;
+        self.planned(node).drift_ppm = ppm;
         self
     }
 
     /// A node gets power then.
+    ///
+    /// # Panics
+    /// When there is no such node.
     #[must_use]
     pub fn powered_at(mut self, node: NodeId, at: Time) -> Self {
-        self.board(node).2 = at;
+        self.planned(node).power_on = at;
         self
     }
 
-    /// The application of the master commands and asks every slave once per period of the mission.
-    #[must_use]
-    pub fn traffic(mut self) -> Self {
-        self.traffic = true;
-        self
-    }
-
-    /// Drifts within 100 ppm and power-on within the first 50 ms, drawn from a seed.
+    /// Gives every node a drift within 100 ppm and power within the first 50 ms, drawn from a seed.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Self {
         let mut random = fastrand::Rng::with_seed(seed);
-        for (_, ppm, power_on) in &mut self.boards {
-            *ppm = random.i32(-100..=100);
-            *power_on = Time::from_us(random.u64(0..50_000));
+        for node in &mut self.nodes {
+            node.drift_ppm = random.i32(-100..=100);
+            node.power_on = Time::from_us(random.u64(0..50_000));
         }
         self
     }
 
     /// The world at time zero.
     pub fn build(self) -> World {
-        World::new(self.profile, self.boards, self.traffic)
+        World::new(self.nodes)
     }
 
-    fn board(&mut self, node: NodeId) -> &mut (NodeId, i32, Time) {
-        self.boards.iter_mut().find(|(id, ..)| *id == node).expect("a node of this world")
+    fn planned(&mut self, node: NodeId) -> &mut Planned {
+        let found = self.nodes.iter_mut().find(|planned| planned.id == node);
+        found.unwrap_or_else(|| panic!("{node:?} is no node of this world"))
     }
 }

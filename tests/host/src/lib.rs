@@ -4,23 +4,108 @@
 //! single-threaded executor per node, no sleeping, and time that jumps from event to event. Equal worlds give equal
 //! traces.
 //!
+//! # Your own device
+//!
+//! A world takes masters and slaves of any device. A node is made at each power-on, as `main` of an image makes it, and its
+//! application runs beside it. The test has its hands on power, clocks, cables and objects, and sees every frame. Here a
+//! heater gets its setpoint while its clock drifts, and goes on when a bus is cut:
+//!
+//! ```
+//! use ecss_can::prelude::*;
+//! use host_worlds::{Board, Events, Handle, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master};
+//!
+//! const PROFILE: Profile = Profile { name: "heater", ..Profile::DEFAULT };
+//! const HEATER: NodeId = NodeId::of::<5>();
+//!
+//! #[derive(Objects)]
+//! #[objects(device)]
+//! struct Heater {
+//!     /// Setpoint
+//!     #[object(0x6000, rw, high = 850)]
+//!     setpoint: i16,
+//!     /// Power
+//!     #[object(0x6001, ro, pdo)]
+//!     power: u8,
+//! }
+//!
+//! impl Device for Heater {
+//!     type Pdos = PdoObjects<4, 4>;
+//!     type Consumers = HeartbeatConsumers<1>;
+//!     /// 285h, on every change.
+//!     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Heater::POWER)]);
+//! }
+//!
+//! fn heater(board: Board) -> Slave<Heater> {
+//!     let heater = Slave::new(board.node_id, &PROFILE, Heater::default());
+//!     heater.with_retained(board.retained).with_store(board.store)
+//! }
+//!
+//! async fn application(heater: Handle<Slave<Heater>>, mut events: Events<Slave<Heater>>) {
+//!     loop {
+//!         match events.next().await {
+//!             SlaveEvent::Written(at) if at == Heater::SETPOINT.address() => {
+//!                 heater.change(|heater| heater.power = if heater.setpoint > 250 { 100 } else { 0 });
+//!             }
+//!             SlaveEvent::ResetNode => events.reset(),
+//!             _ => {}
+//!         }
+//!     }
+//! }
+//!
+//! let mut world = World::builder()
+//!     .master(|_| plain_master(&PROFILE), idle)
+//!     .slave(HEATER, heater, application)
+//!     .drift(HEATER, 80) // its clock is 80 ppm fast
+//!     .build();
+//! world.run_for(Time::from_ms(1_000));
+//! assert!(world.all_operational());
+//!
+//! // The master writes the setpoint by SDO.
+//! let master: Handle<Master<Plain>> = world.master();
+//! let setpoint = Heater::SETPOINT.address();
+//! let work = async move { master.sdo().write(HEATER, setpoint, &400_i16.to_le_bytes()).await };
+//! let written = world.spawn(NodeId::MASTER, work);
+//! world.run_for(Time::from_ms(10));
+//! assert_eq!(written.take().map(|(_, result)| result), Some(Ok(())));
+//! let pdos: Vec<_> = world.frames(Bus::Nominal).iter().filter(|sent| sent.id() == Some(0x285)).collect();
+//! assert_eq!(pdos.last().unwrap().frame.payload(), [100]);
+//!
+//! // All nodes go to the other bus, and the heater heats.
+//! world.cut(Bus::Nominal, NEXT_TO_MASTER_M);
+//! world.run_for(Time::from_ms(1_000));
+//! assert!(world.all_operational());
+//! assert_eq!(world.active(HEATER), Some(Bus::Redundant));
+//! let power = world.slave(HEATER).with(|heater: &mut Slave<Heater>, _| heater.objects().application.power);
+//! assert_eq!(power, 100);
+//! ```
+//!
+//! `tests/thermometer.rs` flies the thermometer of `firmware/examples` with its master, `tests/worlds` the demonstration
+//! mission. The buses run at 1 Mbit/s whatever the profile says. Flash takes no time here, and interrupts have none: those are
+//! the part of the emulated board.
+//!
 //! [`CanPort`]: ecss_can::link::port::CanPort
 //! [`Clock`]: ecss_can::time::Clock
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
-mod application;
 mod board;
 mod builder;
 pub mod clock;
 pub mod log;
+mod member;
+mod memory;
+mod plain;
 pub mod port;
 mod rogue;
 pub mod task;
 pub mod timeline;
 pub mod world;
 
-pub use application::{MasterHandle, MissionMaster, MissionSlave, SlaveHandle};
-pub use board::Mock;
+pub use board::Board;
 pub use builder::Builder;
+pub use can_wire;
+pub use can_wire::time::Time;
+pub use member::{Events, Handle, Member, idle};
+pub use plain::{Plain, plain_master};
+pub use world::{NEXT_TO_MASTER_M, World};

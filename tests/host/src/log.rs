@@ -3,7 +3,6 @@
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::types::NodeId;
-use mission::Command;
 
 /// One entry, in the order of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,14 +22,8 @@ pub enum Happening {
     PowerOn,
     /// Power went.
     PowerOff,
-    /// The master told its application.
+    /// The application of the master took an event.
     Master(MasterEvent),
-    /// A slave told its application.
+    /// The application of a slave took an event.
     Slave(SlaveEvent),
-    /// A slave's application executed a command.
-    Executed(Command),
-    /// A slave's application dropped a command with this code that repeats the last one.
-    Repeated(u16),
-    /// A slave's application got a message that is none of this mission.
-    Unknown(u16),
 }

@@ -10,17 +10,15 @@ use can_wire::record::{Counters, Destruction, Record};
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
-use ecss_can::node::{MasterEvent, MasterRequest, Refusal, SlaveEvent};
-use ecss_can::profile::Profile;
+use ecss_can::node::{Device, Master, MasterRequest, Slave, SlaveEvent, Status};
 use ecss_can::runner::Telltale;
 use ecss_can::types::{Address, Bus, NmtState, NodeId, PerBus};
-use mission::{Command, Request};
 
-use crate::application::{MasterHandle, MissionMaster, MissionSlave};
-use crate::board::Board;
-use crate::builder::Builder;
+use crate::board::Unit;
+use crate::builder::{Builder, Planned};
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
+use crate::member::{Handle, Member, Running};
 use crate::port::MockPort;
 use crate::rogue::Rogue;
 use crate::task::Task;
@@ -35,9 +33,8 @@ const MAX_STEPS_PER_INSTANT: u32 = 10_000;
 
 /// A spacecraft's nodes and buses in virtual time.
 pub struct World {
-    profile: Profile,
     timeline: Rc<Timeline>,
-    boards: Vec<Board>,
+    units: Vec<Unit>,
     cables: PerBus<Cable>,
     /// Power switched at given times, the next one last.
     switches: Vec<(Time, NodeId)>,
@@ -92,12 +89,12 @@ impl Controllers for Plugs {
 }
 
 impl Cable {
-    fn advance(&mut self, now: Time, boards: &[Board]) {
+    fn advance(&mut self, now: Time, units: &[Unit]) {
         self.wire.advance(now, &mut self.plugs);
         let sent = |trace: &Trace| Sent {
             start: trace.start,
             end: trace.end,
-            node: boards.get(trace.transmitter).map(|board| board.id),
+            node: units.get(trace.transmitter).map(|unit| unit.id),
             frame: trace.frame,
         };
         for record in self.wire.take_records() {
@@ -112,31 +109,30 @@ impl Cable {
 }
 
 impl World {
-    /// A world to be: the master and slaves 2, 3, .., `slaves` of them.
-    pub fn builder(profile: Profile, slaves: u8) -> Builder {
-        Builder::new(profile, slaves)
+    /// A world without nodes yet.
+    pub fn builder() -> Builder {
+        Builder::default()
     }
 
-    pub(crate) fn new(profile: Profile, boards: Vec<(NodeId, i32, Time)>, traffic: bool) -> World {
+    pub(crate) fn new(planned: Vec<Planned>) -> World {
         let timeline = Timeline::new();
         let entries = Rc::default();
-        let slaves = boards.iter().map(|(id, ..)| *id).filter(|id| traffic && *id != NodeId::MASTER);
-        let traffic: Vec<NodeId> = slaves.collect();
-        let mut switches: Vec<_> = boards.iter().map(|(id, _, on)| (*on, *id)).collect();
+        let mut switches: Vec<_> = planned.iter().map(|node| (node.power_on, node.id)).collect();
         switches.sort_by_key(|switch| std::cmp::Reverse(*switch));
-        let boards: Vec<Board> = boards
+        let units: Vec<Unit> = planned
             .into_iter()
-            .map(|(id, ppm, _)| {
-                Board::new(id, ppm, profile, traffic.clone(), timeline.clone(), Rc::clone(&entries))
+            .map(|node| {
+                Unit::new(node.id, node.firmware, node.drift_ppm, timeline.clone(), Rc::clone(&entries))
             })
             .collect();
+        let end = units.iter().map(|unit| unit.id.get()).max().unwrap_or(0);
         let cables = PerBus::from_fn(|bus| {
             let mut wire = Wire::new(WireConfig::default());
-            for board in &boards {
-                wire.attach(f64::from(board.id.get()) * SPACING_M);
+            for unit in &units {
+                wire.attach(f64::from(unit.id.get()) * SPACING_M);
             }
-            wire.attach((boards.len() + 1) as f64 * SPACING_M);
-            let ports = boards.iter().map(|board| board.port(bus).clone()).collect();
+            wire.attach((f64::from(end) + 1.0) * SPACING_M);
+            let ports = units.iter().map(|unit| unit.port(bus).clone()).collect();
             Cable {
                 wire,
                 plugs: Plugs { ports, rogue: Rogue::default() },
@@ -145,7 +141,7 @@ impl World {
                 misread: 0,
             }
         });
-        World { profile, timeline, boards, cables, switches, entries }
+        World { timeline, units, cables, switches, entries }
     }
 
     /// The present.
@@ -190,7 +186,7 @@ impl World {
     /// Lets boards and wires talk until neither has anything to say at this instant.
     fn settle(&mut self) {
         loop {
-            self.boards.iter_mut().for_each(Board::run);
+            self.units.iter_mut().for_each(Unit::run);
             let before = self.timeline.interrupts();
             self.advance_wires();
             if self.timeline.interrupts() == before {
@@ -201,7 +197,7 @@ impl World {
 
     fn advance_wires(&mut self) {
         for bus in Bus::ALL {
-            self.cables[bus].advance(self.timeline.now(), &self.boards);
+            self.cables[bus].advance(self.timeline.now(), &self.units);
         }
     }
 
@@ -226,7 +222,7 @@ impl World {
 
     /// Index of a node on both wires, for [`World::strike`].
     pub fn index(&self, node: NodeId) -> NodeIndex {
-        self.boards.iter().position(|board| board.id == node).expect("a node of this world")
+        self.units.iter().position(|unit| unit.id == node).expect("a node of this world")
     }
 
     /// Totals of a wire.
@@ -236,15 +232,15 @@ impl World {
 
     /// Switches a node on; nothing happens when it is.
     pub fn power_on(&mut self, node: NodeId) {
-        let board = self.board_mut(node);
-        if !board.is_powered() {
-            board.power_on();
+        let unit = self.unit_mut(node);
+        if !unit.is_powered() {
+            unit.power_on();
         }
     }
 
     /// Switches a node off.
     pub fn power_off(&mut self, node: NodeId) {
-        self.board_mut(node).power_off();
+        self.unit_mut(node).power_off();
     }
 
     /// Off and on again.
@@ -255,7 +251,7 @@ impl World {
 
     /// Whether a node has power.
     pub fn is_powered(&self, node: NodeId) -> bool {
-        self.board(node).is_powered()
+        self.unit(node).is_powered()
     }
 
     /// A stranger at the end of the cable sends a frame as soon as the bus lets it.
@@ -264,82 +260,65 @@ impl World {
         self.cables[bus].plugs.rogue.send(now, frame);
     }
 
-    /// The application of the master asks for something.
+    /// Makes a request to the master, as its application does.
     ///
     /// # Panics
     /// When the master is off: a mistake in a test.
-    pub fn request(&mut self, request: MasterRequest) {
-        self.board(NodeId::MASTER).master().expect("the master has power").request(request);
-    }
-
-    /// Sends a telecommand.
-    ///
-    /// # Panics
-    /// When the master is off, or on for less than a command's lifetime: a mistake in a test.
-    pub fn command(&mut self, node: NodeId, command: Command) -> Result<(), Refusal> {
-        let sequences = self.board(NodeId::MASTER).sequences().expect("the master has power");
-        let message = sequences.encode(node, command).expect("the master is on for long enough");
-        let master = self.board(NodeId::MASTER).master().expect("the master has power");
-        master.with(|master, now| mission::command(master, node, &message, now))
-    }
-
-    /// Asks for telemetry.
-    ///
-    /// # Panics
-    /// When the master is off: a mistake in a test.
-    pub fn ask(&mut self, node: NodeId, request: Request) -> Result<(), Refusal> {
-        let master = self.board(NodeId::MASTER).master().expect("the master has power");
-        master.with(|master, now| mission::request(master, node, &request.encode(), now))
+    pub fn request(&self, request: MasterRequest) {
+        let taken = self.running(NodeId::MASTER).request(request);
+        assert!(taken, "the node with the master's Node-ID is a slave");
     }
 
     /// Commands the NMT state of a slave.
-    pub fn nmt(&mut self, command: NmtCommand, target: Target) {
+    pub fn nmt(&self, command: NmtCommand, target: Target) {
         self.request(MasterRequest::Nmt(NmtMessage { command, target }));
     }
 
-    /// The application of the master begins to do something with its node.
+    /// Lets the application of a node do something more, until it is done or the node loses its power.
     ///
     /// # Panics
-    /// When the master is off: a mistake in a test.
-    pub fn on_master<T: 'static, F: Future<Output = T> + 'static>(
-        &self,
-        work: impl FnOnce(MasterHandle) -> F,
-    ) -> Task<T> {
-        let board = self.board(NodeId::MASTER);
-        let master = board.master().expect("the master has power");
-        let (task, future) = Task::new(work(master), self.timeline.clone());
-        board.spawn(future);
+    /// When the node is off: a mistake in a test.
+    pub fn spawn<T: 'static>(&self, node: NodeId, work: impl Future<Output = T> + 'static) -> Task<T> {
+        let (task, future) = Task::new(work, self.timeline.clone());
+        self.unit(node).spawn(future);
         task
     }
 
-    /// Looks at the master.
+    /// The master, until it is reset or loses its power.
     ///
     /// # Panics
-    /// When it is off: a mistake in a test.
-    pub fn master<R>(&self, look: impl FnOnce(&mut MissionMaster) -> R) -> R {
-        self.board(NodeId::MASTER).master().expect("the master has power").with(|master, _| look(master))
+    /// When it is off, or of another device: a mistake in a test.
+    pub fn master<D: Device>(&self) -> Handle<Master<D>> {
+        self.handle(NodeId::MASTER)
     }
 
-    /// Looks at a slave.
+    /// A slave, until it is reset or loses its power.
     ///
     /// # Panics
-    /// When it is off: a mistake in a test.
-    pub fn slave<R>(&self, node: NodeId, look: impl FnOnce(&mut MissionSlave) -> R) -> R {
-        self.board(node).slave().expect("the slave has power").with(|slave, _| look(slave))
+    /// When it is off, or of another device: a mistake in a test.
+    pub fn slave<D: Device>(&self, node: NodeId) -> Handle<Slave<D>> {
+        self.handle(node)
     }
 
-    /// The application of a node writes an object.
+    fn handle<N: Member>(&self, node: NodeId) -> Handle<N> {
+        let handle = self.running(node).handle().downcast_ref();
+        *handle.unwrap_or_else(|| panic!("{node:?} is no {}", std::any::type_name::<N>()))
+    }
+
+    /// Writes an object of a node, as its application does.
     ///
     /// # Panics
     /// When the node is off, or refuses the value: a mistake in a test.
     pub fn write(&self, node: NodeId, at: Address, value: &[u8]) {
-        let board = self.board(node);
-        let written = match (board.master(), board.slave()) {
-            (Some(master), _) => master.write(at, value),
-            (_, Some(slave)) => slave.write(at, value),
-            _ => panic!("{node:?} has no power"),
-        };
-        written.expect("the value is allowed");
+        self.running(node).write(at, value).expect("the value is allowed");
+    }
+
+    /// A node as it is now.
+    ///
+    /// # Panics
+    /// When it is off: a mistake in a test.
+    pub fn status(&self, node: NodeId) -> Status {
+        self.running(node).status()
     }
 
     /// What happened so far.
@@ -384,24 +363,23 @@ impl World {
     }
 
     /// The bus of the master.
+    ///
+    /// # Panics
+    /// When it is off: a mistake in a test.
     pub fn master_bus(&self) -> Bus {
-        let log = self.log();
-        let life = log.iter().rev().filter(|entry| entry.node == NodeId::MASTER);
-        let switched =
-            life.take_while(|entry| entry.what != Happening::PowerOn).find_map(|entry| match entry.what {
-                Happening::Master(MasterEvent::BusSwitched { to, .. }) => Some(to),
-                _ => None,
-            });
-        switched.unwrap_or(self.profile.bdefault)
+        self.status(NodeId::MASTER).active
     }
 
     /// All slaves, powered or not.
     pub fn slaves(&self) -> Vec<NodeId> {
-        self.boards.iter().map(|board| board.id).filter(|id| *id != NodeId::MASTER).collect()
+        self.units.iter().map(|unit| unit.id).filter(|id| *id != NodeId::MASTER).collect()
     }
 
-    /// Whether every slave is Operational on the bus of the master.
+    /// Whether every slave is Operational on the bus of the master. `false` without power for the master.
     pub fn all_operational(&self) -> bool {
+        if !self.is_powered(NodeId::MASTER) {
+            return false;
+        }
         let bus = Some(self.master_bus());
         let here = |id: NodeId| self.state(id) == Some(NmtState::Operational) && self.active(id) == bus;
         self.slaves().into_iter().all(here)
@@ -409,17 +387,17 @@ impl World {
 
     /// The clock of a node, while it has power.
     pub fn clock(&self, node: NodeId) -> Option<MockClock> {
-        self.board(node).clock().cloned()
+        self.unit(node).clock().cloned()
     }
 
     /// The counters of a node, while it has power.
     pub fn telltale(&self, node: NodeId) -> Option<&'static Telltale> {
-        self.board(node).telltale()
+        self.unit(node).telltale()
     }
 
     /// The controller of a node on a bus.
     pub fn port(&self, node: NodeId, bus: Bus) -> &MockPort {
-        self.board(node).port(bus)
+        self.unit(node).port(bus)
     }
 
     fn last<T>(&self, node: NodeId, pick: impl Fn(&SlaveEvent) -> Option<T>) -> Option<T> {
@@ -434,11 +412,15 @@ impl World {
         })
     }
 
-    fn board(&self, node: NodeId) -> &Board {
-        self.boards.iter().find(|board| board.id == node).expect("a node of this world")
+    fn running(&self, node: NodeId) -> &dyn Running {
+        self.unit(node).node().unwrap_or_else(|| panic!("{node:?} has no power"))
     }
 
-    fn board_mut(&mut self, node: NodeId) -> &mut Board {
-        self.boards.iter_mut().find(|board| board.id == node).expect("a node of this world")
+    fn unit(&self, node: NodeId) -> &Unit {
+        self.units.iter().find(|unit| unit.id == node).expect("a node of this world")
+    }
+
+    fn unit_mut(&mut self, node: NodeId) -> &mut Unit {
+        self.units.iter_mut().find(|unit| unit.id == node).expect("a node of this world")
     }
 }

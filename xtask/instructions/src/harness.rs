@@ -9,8 +9,8 @@ use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, DeviceNode, Node, Outbox, Slave, SlaveEvent, Status};
 use ecss_can::od::Domain;
 use ecss_can::pdo::{Mapping, PdoMapping};
+use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId};
-use mission::STANDARD;
 
 use crate::objects::{Application, BLOCK, NODE};
 
@@ -36,7 +36,7 @@ impl<M: Mapping, const SCATTERED: bool> Harness<M, SCATTERED> {
     pub fn new(awaited: CobId) -> anyhow::Result<Self> {
         let application = Application { block: Domain::new(vec![0; BLOCK]), ..Application::default() };
         let mut harness = Harness {
-            slave: Slave::new(NODE, &STANDARD, application),
+            slave: Slave::new(NODE, &Profile::DEFAULT, application),
             out: Outbox::new(),
             now: Instant::ZERO,
             beat: Instant::ZERO,
@@ -73,7 +73,7 @@ impl<M: Mapping, const SCATTERED: bool> Harness<M, SCATTERED> {
 
     #[inline(never)]
     fn beat(&mut self) {
-        self.beat = self.now + STANDARD.heartbeat;
+        self.beat = self.now + Profile::DEFAULT.heartbeat;
         self.handle(heartbeat::encode(NodeId::MASTER, NmtState::Operational));
     }
 

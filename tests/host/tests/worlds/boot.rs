@@ -64,11 +64,11 @@ fn completed(world: &World, from: Time) -> usize {
     master_told(world, from).iter().filter(|event| **event == MasterEvent::BootCompleted).count()
 }
 
-fn error_behaviour(world: &World, node: NodeId) -> u8 {
+fn error_behaviour(world: &Craft, node: NodeId) -> u8 {
     world.slave(node, |slave| slave.objects().communication.nmt.error_behaviour[0])
 }
 
-fn stamp(world: &World, node: NodeId) -> [u32; 2] {
+fn stamp(world: &Craft, node: NodeId) -> [u32; 2] {
     world.slave(node, |slave| slave.objects().communication.configuration)
 }
 
@@ -81,7 +81,7 @@ fn requests(world: &World, bus: Bus, node: NodeId, from: Time) -> Vec<[u8; 8]> {
 /// Verifies: ECSS 6.1a, 6.5.1a.1
 #[test]
 fn three_mandatory_slaves_are_checked_configured_and_started_before_sync_begins() {
-    let mut world = World::builder(THREE_MANDATORY, 3).build();
+    let mut world = Craft::new(THREE_MANDATORY, 3);
     world.run_until(ms(1_000));
     use BootProgress::{Awaited, Booted, Checking, Comparing, Configuring, Queued, Started};
     assert_eq!(
@@ -104,7 +104,7 @@ fn three_mandatory_slaves_are_checked_configured_and_started_before_sync_begins(
 #[test]
 fn with_all_slaves_there_sync_begins_when_it_did_without_the_process() {
     let mut worlds = [LIBRECUBE, Profile { slaves: &[], settings: &[], ..LIBRECUBE }].map(|profile| {
-        let mut world = World::builder(profile, 3).build();
+        let mut world = Craft::new(profile, 3);
         world.run_until(ms(6_000));
         world
     });
@@ -123,7 +123,7 @@ fn a_slave_with_another_product_code_is_not_started_and_sync_waits_for_it() {
     let mut other = mandatory(THREE);
     other.expected.identity[1] = 0x5016;
     let slaves: &'static [AssignedSlave] = Box::leak(Box::new([mandatory(TWO), other]));
-    let mut world = World::builder(Profile { slaves, ..THREE_MANDATORY }, 2).build();
+    let mut world = Craft::new(Profile { slaves, ..THREE_MANDATORY }, 2);
     world.run_until(ms(3_000));
     assert_eq!(world.state(TWO), Some(NmtState::Operational));
     assert_eq!(world.state(THREE), Some(NmtState::PreOperational));
@@ -147,7 +147,7 @@ fn a_slave_with_another_product_code_is_not_started_and_sync_waits_for_it() {
 
 #[test]
 fn a_mandatory_slave_that_is_missing_is_told_after_the_boot_time_and_awaited() {
-    let mut world = World::builder(THREE_MANDATORY, 3).powered_at(FOUR, ms(2_000)).build();
+    let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(FOUR, ms(2_000)));
     world.run_until(ms(1_900));
     assert_eq!(failures(&world, Time::ZERO), [(FOUR, BootError::Silent, 0)]);
     assert!(since(&world, Bus::Nominal, 0x080, Time::ZERO).is_empty());
@@ -161,7 +161,7 @@ fn a_mandatory_slave_that_is_missing_is_told_after_the_boot_time_and_awaited() {
 fn by_policy_the_network_goes_on_without_a_missing_slave_and_takes_it_up_later() {
     let boot = BootPolicy { goes_on: true, ..THREE_MANDATORY.boot };
     let mut world =
-        World::builder(Profile { boot, ..THREE_MANDATORY }, 3).powered_at(FOUR, ms(2_000)).build();
+        Craft::of(Profile { boot, ..THREE_MANDATORY }, 3, |world| world.powered_at(FOUR, ms(2_000)));
     world.run_until(ms(1_900));
     assert_eq!(failures(&world, Time::ZERO), [(FOUR, BootError::Silent, 0)]);
     let first_sync = since(&world, Bus::Nominal, 0x080, Time::ZERO)[0].start;
@@ -270,7 +270,7 @@ fn a_slave_reset_unheard_on_the_bus_left_is_configured() {
 
 #[test]
 fn a_bus_cut_in_the_middle_of_the_process_begins_it_anew_on_the_other_bus() {
-    let mut world = World::builder(THREE_MANDATORY, 3).powered_at(TWO, ms(1_000)).build();
+    let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
     world.run_until(ms(999));
     assert_eq!(world.state(THREE), Some(NmtState::Operational));
     // The boot-up message of slave 2 has ended, its device type is being read.
@@ -285,7 +285,7 @@ fn a_bus_cut_in_the_middle_of_the_process_begins_it_anew_on_the_other_bus() {
 
 #[test]
 fn a_slave_that_loses_power_in_the_middle_is_told_and_booted_when_it_is_back() {
-    let mut world = World::builder(THREE_MANDATORY, 3).powered_at(TWO, ms(1_000)).build();
+    let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
     world.run_until(Time::from_us(1_000_400));
     let from = world.now();
     world.power_off(TWO);

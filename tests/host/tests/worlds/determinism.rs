@@ -3,20 +3,22 @@
 use std::fmt::Write;
 
 use ecss_can::types::Bus;
-use host_worlds::world::World;
 use mission::LIBRECUBE;
 
 use crate::support::*;
 
 /// Everything that can be seen of a world with traffic and a fail-over.
 fn history(seed: u64) -> String {
-    let mut world = World::builder(LIBRECUBE, 3).seed(seed).traffic().build();
+    let mut world = Craft::busy(LIBRECUBE, 3, |world| world.seed(seed));
     world.run_until(ms(3_000));
     cut_next_to_master(&mut world, Bus::Nominal);
     world.run_until(ms(6_000));
     let mut history = String::new();
     for entry in world.log().iter() {
         writeln!(history, "{entry:?}").expect("a string takes everything");
+    }
+    for node in world.slaves() {
+        writeln!(history, "{node:?} {:?}", world.deeds(node)).expect("a string takes everything");
     }
     for bus in Bus::ALL {
         for sent in world.frames(bus) {

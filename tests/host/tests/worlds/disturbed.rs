@@ -15,8 +15,8 @@ use mission::STANDARD;
 use crate::support::*;
 
 /// With commands and telemetry all the time.
-fn busy(profile: Profile, slaves: u8) -> World {
-    let mut world = World::builder(profile, slaves).traffic().build();
+fn busy(profile: Profile, slaves: u8) -> Craft {
+    let mut world = Craft::busy(profile, slaves, |world| world);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     world
@@ -37,13 +37,14 @@ fn causes(world: &World, from: Time) -> Vec<SwitchCause> {
 }
 
 /// Values that a slave was commanded, in the order of execution.
-fn executed(world: &World, node: NodeId) -> Vec<u32> {
-    let log = world.log_of(node).into_iter();
-    log.filter_map(|(_, what)| match what {
-        Happening::Executed(Command::SetValue(value)) => Some(value),
-        _ => None,
-    })
-    .collect()
+fn executed(world: &Craft, node: NodeId) -> Vec<u32> {
+    let deeds = world.deeds(node).into_iter();
+    deeds
+        .filter_map(|(_, deed)| match deed {
+            Deed::Executed(Command::SetValue(value)) => Some(value),
+            _ => None,
+        })
+        .collect()
 }
 
 /// Verifies: ECSS 5.6.1a, 5.6.2a
@@ -210,7 +211,7 @@ fn a_driver_stuck_dominant_costs_one_bus() {
 /// Verifies: ECSS 5.6.2a, 5.6.2b
 #[test]
 fn a_lone_master_becomes_error_passive_and_never_bus_off() {
-    let mut world = World::builder(STANDARD, 0).build();
+    let mut world = Craft::new(STANDARD, 0);
     world.run_until(ms(3_000));
     let port = world.port(MASTER, Bus::Nominal);
     let passive = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };

@@ -67,8 +67,8 @@ fn commands_flow_again_within_10_ms_of_the_detection() {
     let (switched, _) = switched_at(&world, cut);
     assert_eq!(world.command(THREE, Command::SetLed(true)), Ok(()));
     world.run_for(ms(10));
-    let log = world.log_of(THREE);
-    let executed = log.iter().find(|(_, what)| *what == Happening::Executed(Command::SetLed(true)));
+    let deeds = world.deeds(THREE);
+    let executed = deeds.iter().find(|(_, deed)| *deed == Deed::Executed(Command::SetLed(true)));
     assert!(executed.is_some_and(|(at, _)| at.since(switched) <= ms(10)));
     let sent = since(&world, Bus::Redundant, 0x303, cut);
     assert_eq!(sent.len(), 1);
@@ -142,7 +142,7 @@ fn on_command_the_heartbeat_stops_on_one_bus_and_starts_on_the_other() {
 #[test]
 fn drifting_clocks_fail_over_in_time() {
     for drift in [-100, 100] {
-        let mut world = World::builder(MIXED, 3).drift(FOUR, drift).drift(MASTER, -drift).build();
+        let mut world = Craft::of(MIXED, 3, |world| world.drift(FOUR, drift).drift(MASTER, -drift));
         world.run_until(ms(30_000));
         let cut = world.now();
         assert_eq!(switches(&world, Time::ZERO), 0);
@@ -161,7 +161,7 @@ fn drifting_clocks_fail_over_in_time() {
 fn fourteen_slaves_fail_over_under_traffic() {
     const SELECTIVE: Profile =
         Profile { selective: &[FOUR, NodeId::of::<9>(), NodeId::of::<15>()], ..STANDARD };
-    let mut world = World::builder(SELECTIVE, 14).seed(3).traffic().build();
+    let mut world = Craft::busy(SELECTIVE, 14, |world| world.seed(3));
     world.run_until(ms(2_000));
     cut_next_to_master(&mut world, Bus::Nominal);
     world.run_until(ms(4_000));

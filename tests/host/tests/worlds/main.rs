@@ -1,6 +1,7 @@
 //! Masters and slaves on two simulated buses: what the standard wants, seen from outside.
 
 mod boot;
+mod craft;
 mod determinism;
 mod disturbed;
 mod failover;

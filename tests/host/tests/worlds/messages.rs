@@ -4,15 +4,13 @@ use can_wire::frame::{WireFrame, WireId};
 use ecss_can::nmt::{Command as NmtCommand, Target};
 use ecss_can::node::{MasterEvent, Refusal};
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::log::Happening;
-use host_worlds::world::World;
 use mission::STANDARD;
 use mission::{Command, Received, Request, Telemetry};
 
 use crate::support::*;
 
 /// Asks and waits for the answer.
-fn ask(world: &mut World, node: NodeId, request: Request) -> Telemetry {
+fn ask(world: &mut Craft, node: NodeId, request: Request) -> Telemetry {
     let from = world.now();
     assert_eq!(world.ask(node, request), Ok(()));
     world.run_for(ms(20));
@@ -30,7 +28,7 @@ fn ask(world: &mut World, node: NodeId, request: Request) -> Telemetry {
     answers[0]
 }
 
-fn malformed(world: &mut World, node: NodeId) -> u16 {
+fn malformed(world: &mut Craft, node: NodeId) -> u16 {
     match ask(world, node, Request::Losses(Bus::Nominal)) {
         Telemetry::Losses { malformed, .. } => malformed,
         other => panic!("asked for losses, got {other:?}"),
@@ -50,8 +48,8 @@ fn a_command_is_executed_and_telemetry_reads_it_back() {
     assert_eq!(ask(&mut world, THREE, Request::Value), Telemetry::Value(0xDEAD_BEEF));
     assert_eq!(ask(&mut world, TWO, Request::Value), Telemetry::Value(0));
     let executed = |node| {
-        let log = world.log_of(node).into_iter();
-        log.filter(|(_, what)| matches!(what, Happening::Executed(_))).count()
+        let deeds = world.deeds(node).into_iter();
+        deeds.filter(|(_, deed)| matches!(deed, Deed::Executed(_))).count()
     };
     assert_eq!((executed(TWO), executed(THREE)), (0, 1));
     let asked = since(&world, Bus::Nominal, 0x403, from);
@@ -138,6 +136,6 @@ fn a_long_dlc_means_eight_bytes() {
     let command = standard(0x302, &[0x34, 0x12, 1, 2, 3, 4, 5, 6]);
     world.inject(Bus::Nominal, WireFrame { dlc: 15, ..command });
     world.run_for(ms(10));
-    let log = world.log_of(TWO);
-    assert!(log.iter().any(|(_, what)| *what == Happening::Unknown(0x1234)));
+    let deeds = world.deeds(TWO);
+    assert!(deeds.iter().any(|(_, deed)| *deed == Deed::Unknown(0x1234)));
 }

@@ -66,7 +66,7 @@ fn a_master_reset_on_the_redundant_bus_comes_back_on_the_default_bus() {
 #[test]
 fn a_cut_healed_while_frames_were_pending_lets_nothing_stale_out() {
     for healed_after in [ms(120), ms(200), ms(777), ms(2_000)] {
-        let mut world = World::builder(MIXED, 3).traffic().build();
+        let mut world = Craft::busy(MIXED, 3, |world| world);
         world.run_until(ms(2_030));
         let cut = world.now();
         cut_next_to_master(&mut world, Bus::Nominal);
@@ -103,7 +103,7 @@ fn a_command_pending_on_a_cut_bus_dies_with_it() {
     world.run_for(ms(1_000));
     let sent = PerBus::from_fn(|bus| since(&world, bus, 0x302, cut).len());
     assert_eq!(sent, PerBus { nominal: 0, redundant: 0 });
-    assert!(!world.log_of(TWO).iter().any(|(_, what)| matches!(what, Happening::Executed(_))));
+    assert!(!world.deeds(TWO).iter().any(|(_, deed)| matches!(deed, Deed::Executed(_))));
 }
 
 #[test]

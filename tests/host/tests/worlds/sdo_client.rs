@@ -7,7 +7,6 @@ use can_wire::time::Time;
 use ecss_can::node::MasterRequest;
 use ecss_can::sdo::{Error, Mode};
 use ecss_can::types::{AbortCode, Address, Bus};
-use host_worlds::world::World;
 use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;
@@ -22,7 +21,7 @@ fn seeded(seed: u64) -> Vec<u8> {
     (0..20_000).map(|_| random.u8(..)).collect()
 }
 
-fn stored(world: &World) -> Vec<u8> {
+fn stored(world: &Craft) -> Vec<u8> {
     world.slave(TWO, |slave| slave.objects().application.store.as_bytes().to_vec())
 }
 
@@ -221,7 +220,7 @@ fn two_tasks_take_turns() {
 
 #[test]
 fn the_boot_up_process_goes_before_the_application() {
-    let mut world = World::builder(LIBRECUBE, 3).build();
+    let mut world = Craft::new(LIBRECUBE, 3);
     world.run_until(Time::from_us(300));
     let task = world.on_master(|master| async move {
         let mut stamp = [0; 4];

@@ -5,7 +5,6 @@ use ecss_can::nmt::{Command, Target};
 use ecss_can::node::BusCause;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState, NodeId};
-use host_worlds::world::World;
 use mission::{LIBRECUBE, STANDARD};
 
 use crate::support::*;
@@ -14,7 +13,7 @@ use crate::support::*;
 #[test]
 fn every_slave_boots_on_the_default_bus_and_is_started() {
     for profile in [STANDARD, LIBRECUBE] {
-        let mut world = World::builder(profile, 3).build();
+        let mut world = Craft::new(profile, 3);
         world.run_until(ms(1_000));
         for node in [TWO, THREE, FOUR] {
             let heartbeats = since(&world, Bus::Nominal, 0x700 + u16::from(node.get()), Time::ZERO);
@@ -36,7 +35,7 @@ fn every_slave_boots_on_the_default_bus_and_is_started() {
 /// Verifies: ECSS 8.3.2a
 #[test]
 fn a_default_of_redundant_is_where_everybody_starts() {
-    let mut world = World::builder(Profile { bdefault: Bus::Redundant, ..STANDARD }, 2).build();
+    let mut world = Craft::new(Profile { bdefault: Bus::Redundant, ..STANDARD }, 2);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Redundant);
@@ -111,7 +110,7 @@ fn heartbeat_like(event: &ecss_can::node::SlaveEvent) -> bool {
 #[test]
 fn a_slave_started_before_the_master_toggles_and_is_found() {
     // 2 x 250 ms on each bus: at 3.2 s every slave listens on the nominal bus.
-    let mut world = World::builder(MIXED, 3).powered_at(MASTER, ms(3_200)).build();
+    let mut world = Craft::of(MIXED, 3, |world| world.powered_at(MASTER, ms(3_200)));
     world.run_until(ms(3_000));
     for node in [TWO, THREE, FOUR] {
         assert_eq!(world.state(node), Some(NmtState::PreOperational));
@@ -125,7 +124,7 @@ fn a_slave_started_before_the_master_toggles_and_is_found() {
 #[test]
 fn a_master_started_before_its_slaves_does_not_switch_buses() {
     let late = |builder: host_worlds::Builder, node: NodeId| builder.powered_at(node, ms(5_000));
-    let mut world = [TWO, THREE, FOUR].into_iter().fold(World::builder(MIXED, 3), late).build();
+    let mut world = Craft::of(MIXED, 3, |world| [TWO, THREE, FOUR].into_iter().fold(world, late));
     world.run_until(ms(6_500));
     assert!(world.all_operational());
     assert_eq!((world.master_bus(), switches(&world, Time::ZERO)), (Bus::Nominal, 0));
@@ -134,7 +133,7 @@ fn a_master_started_before_its_slaves_does_not_switch_buses() {
 
 #[test]
 fn fourteen_slaves_run_with_traffic_and_lose_nothing() {
-    let mut world = World::builder(STANDARD, 14).seed(14).traffic().build();
+    let mut world = Craft::busy(STANDARD, 14, |world| world.seed(14));
     world.run_until(ms(5_000));
     assert!(world.all_operational());
     for node in world.slaves() {

@@ -10,6 +10,8 @@ use host_worlds::log::Happening;
 use host_worlds::world::{NEXT_TO_MASTER_M, Sent, World};
 use mission::STANDARD;
 
+pub use crate::craft::{Craft, Deed};
+
 pub const MASTER: NodeId = NodeId::MASTER;
 pub const TWO: NodeId = NodeId::of::<2>();
 pub const THREE: NodeId = NodeId::of::<3>();
@@ -23,8 +25,8 @@ pub fn ms(ms: u64) -> Time {
 }
 
 /// A running system: everybody operational on the nominal bus.
-pub fn running(profile: Profile, slaves: u8) -> World {
-    let mut world = World::builder(profile, slaves).build();
+pub fn running(profile: Profile, slaves: u8) -> Craft {
+    let mut world = Craft::new(profile, slaves);
     world.run_until(ms(1_000));
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Nominal);

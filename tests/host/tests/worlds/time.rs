@@ -40,7 +40,7 @@ fn sync_comes_every_period_from_the_master_alone() {
 #[test]
 fn local_time_is_the_slaves_time_at_the_end_of_the_sync() {
     // Nobody sets the clocks in the first second; they began at zero with the power.
-    let mut world = World::builder(STANDARD, 2).powered_at(TWO, ms(7)).powered_at(THREE, ms(13)).build();
+    let mut world = Craft::of(STANDARD, 2, |world| world.powered_at(TWO, ms(7)).powered_at(THREE, ms(13)));
     world.run_until(ms(900));
     let syncs = between(&world, Bus::Nominal, 0x080, ms(400), ms(850));
     assert!(syncs.len() >= 4);
@@ -99,7 +99,7 @@ fn spacecraft_time_reaches_every_slave() {
 
 #[test]
 fn clocks_100_ppm_apart_are_told_apart_and_set_again() {
-    let mut world = World::builder(STANDARD, 2).drift(TWO, 100).drift(THREE, -100).build();
+    let mut world = Craft::of(STANDARD, 2, |world| world.drift(TWO, 100).drift(THREE, -100));
     world.run_until(ms(10_500));
     assert!(world.all_operational());
     let time = since(&world, Bus::Nominal, 0x181, ms(9_500)).remove(0);
@@ -115,7 +115,7 @@ fn clocks_100_ppm_apart_are_told_apart_and_set_again() {
 
 #[test]
 fn a_master_100_ppm_off_makes_its_periods_so_much_longer() {
-    let mut world = World::builder(STANDARD, 2).drift(MASTER, -100).build();
+    let mut world = Craft::of(STANDARD, 2, |world| world.drift(MASTER, -100));
     world.run_until(ms(101_000));
     assert!(world.all_operational());
     let syncs = between(&world, Bus::Nominal, 0x080, Time::ZERO, Time::NEVER);

@@ -4,13 +4,12 @@ use can_wire::time::Time;
 use ecss_can::node::{BusCause, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, NmtState};
-use host_worlds::world::World;
 
 use crate::support::*;
 
 /// Two slaves that wait for a master that comes at `master`.
-fn waiting(profile: Profile, slaves: u8, master: Time) -> World {
-    World::builder(profile, slaves).powered_at(MASTER, master).build()
+fn waiting(profile: Profile, slaves: u8, master: Time) -> Craft {
+    Craft::of(profile, slaves, |world| world.powered_at(MASTER, master))
 }
 
 fn gave_up(event: &SlaveEvent) -> bool {

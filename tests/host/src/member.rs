@@ -1,0 +1,148 @@
+//! A node of any device: what its application has, and what a world needs of it.
+
+use std::any::Any;
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use can_wire::time::Time;
+use ecss_can::node::{Device, DeviceNode, Master, MasterEvent, MasterRequest, Slave, SlaveEvent, Status};
+use ecss_can::runner;
+use ecss_can::types::{AbortCode, Address, Instant, NodeId};
+
+use crate::board::Board;
+use crate::log::{Entry, Happening};
+use crate::timeline::Timeline;
+
+/// A node, for its application and for a test.
+pub type Handle<N> = runner::Handle<Board, N>;
+
+/// A master or a slave, of any device.
+pub trait Member: DeviceNode + Sized {
+    /// An event, as the log of a world has it.
+    fn happening(event: &Self::Event) -> Happening;
+
+    /// Whether an event asks for a reset of the chip.
+    fn is_reset(event: &Self::Event) -> bool;
+
+    /// A request to a master; `None` for a slave.
+    fn request(request: MasterRequest) -> Option<Self::Request>;
+
+    /// The node as it is at `now`.
+    fn status(&self, now: Instant) -> Status;
+}
+
+impl<D: Device> Member for Master<D> {
+    fn happening(event: &MasterEvent) -> Happening {
+        Happening::Master(*event)
+    }
+
+    fn is_reset(_: &MasterEvent) -> bool {
+        false
+    }
+
+    fn request(request: MasterRequest) -> Option<MasterRequest> {
+        Some(request)
+    }
+
+    fn status(&self, now: Instant) -> Status {
+        self.status(now)
+    }
+}
+
+impl<D: Device> Member for Slave<D> {
+    fn happening(event: &SlaveEvent) -> Happening {
+        Happening::Slave(*event)
+    }
+
+    fn is_reset(event: &SlaveEvent) -> bool {
+        *event == SlaveEvent::ResetNode
+    }
+
+    fn request(_: MasterRequest) -> Option<Self::Request> {
+        None
+    }
+
+    fn status(&self, now: Instant) -> Status {
+        self.status(now)
+    }
+}
+
+/// Events of a node, for its application. Each that it takes is in the log of the world.
+pub struct Events<N: Member> {
+    events: runner::Events<Board, N>,
+    diary: Diary,
+    reset: Rc<Cell<bool>>,
+}
+
+impl<N: Member> Events<N> {
+    pub(crate) fn new(events: runner::Events<Board, N>, diary: Diary, reset: Rc<Cell<bool>>) -> Self {
+        Events { events, diary, reset }
+    }
+
+    /// Waits for the next event. Cancel-safe: a dropped future loses no event.
+    pub async fn next(&mut self) -> N::Event {
+        let event = self.events.next().await;
+        self.diary.note(N::happening(&event));
+        event
+    }
+
+    /// Resets the chip, as `boards::reset` does, once all its tasks wait.
+    pub fn reset(&self) {
+        self.reset.set(true);
+    }
+
+    /// The present of the world, which no node knows.
+    pub fn world_time(&self) -> Time {
+        self.diary.timeline.now()
+    }
+}
+
+/// An application that takes all events and obeys a reset, and does nothing else.
+pub async fn idle<N: Member>(_: Handle<N>, mut events: Events<N>) {
+    loop {
+        if N::is_reset(&events.next().await) {
+            events.reset();
+        }
+    }
+}
+
+/// Where a node writes what happens to it.
+#[derive(Clone)]
+pub(crate) struct Diary {
+    pub node: NodeId,
+    pub timeline: Rc<Timeline>,
+    pub entries: Rc<RefCell<Vec<Entry>>>,
+}
+
+impl Diary {
+    pub fn note(&self, what: Happening) {
+        self.entries.borrow_mut().push(Entry { at: self.timeline.now(), node: self.node, what });
+    }
+}
+
+/// A node with power, whatever its device.
+pub(crate) trait Running {
+    fn status(&self) -> Status;
+    fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode>;
+    /// `false` for a slave, which takes no requests.
+    fn request(&self, request: MasterRequest) -> bool;
+    fn handle(&self) -> &dyn Any;
+}
+
+impl<N: Member> Running for Handle<N> {
+    fn status(&self) -> Status {
+        self.with(|node, now| Member::status(node, now))
+    }
+
+    fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+        Handle::write(self, at, value)
+    }
+
+    fn request(&self, request: MasterRequest) -> bool {
+        N::request(request).map(|request| Handle::request(self, request)).is_some()
+    }
+
+    fn handle(&self) -> &dyn Any {
+        self
+    }
+}
