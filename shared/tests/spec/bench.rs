@@ -5,8 +5,8 @@ use ecss_can::link::port::Health;
 use ecss_can::node::{BusCommand, DeviceNode, FailCause, LinkEvent, Node, Outbox};
 use ecss_can::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
-/// The master of the mission.
-pub type Master = ecss_can::node::Master<mission::CommanderObjects>;
+/// The master of these tests.
+pub type Master = ecss_can::node::Master<crate::console::Console>;
 
 pub const NOMINAL: Bus = Bus::Nominal;
 pub const REDUNDANT: Bus = Bus::Redundant;

@@ -118,7 +118,7 @@ fn the_error_says_what_fails_and_by_how_much() {
 /// As a failed build shows it.
 const MESSAGE: Message = match BitTiming::new(
     Hertz(42_000_000),
-    &Network { bit_rate: BitRate::new(800_000).unwrap(), ..mission::STANDARD.network },
+    &Network { bit_rate: BitRate::new(800_000).unwrap(), ..crate::instrument::STANDARD.network },
 ) {
     Err(error) => error.message(),
     Ok(_) => panic!("there are no 52.5 clocks to a bit"),

@@ -2,11 +2,11 @@
 //!
 //! Heartbeat 40 ms, consumer time 100 ms, Ttoggle 3, dwell 1000 ms.
 
+use crate::instrument::{SLOW, STANDARD};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Action, Manager, Parameters, SwitchCause};
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Bus, NmtState};
-use mission::{LIBRECUBE, STANDARD};
 
 use crate::bench::{NOMINAL, REDUNDANT, ms, node, span};
 use crate::manager::{ALONE, PARAMETERS, decisions, hear, started, switched, unassigned};
@@ -149,16 +149,16 @@ fn a_slave_heard_on_the_other_bus_holds_the_dwell_too() {
 fn a_dwell_covers_the_search_of_a_slave() {
     // Twice Ttoggle consumer times and two heartbeat periods, and no less than asked for.
     assert_eq!(PARAMETERS.dwell(span(0)), span(2 * 300 + 2 * 40));
-    assert_eq!(LIBRECUBE.redundancy().dwell(LIBRECUBE.dwell), span(25_500));
+    assert_eq!(SLOW.redundancy().dwell(SLOW.dwell), span(25_500));
     assert_eq!(STANDARD.redundancy().dwell(STANDARD.dwell), span(10_000));
     assert_eq!(STANDARD.redundancy().search_time(), span(25_500));
-    assert_eq!(LIBRECUBE.redundancy().search_time(), span(137_500));
+    assert_eq!(SLOW.redundancy().search_time(), span(137_500));
 }
 
 #[test]
 fn a_selective_slave_must_search_for_two_dwells() {
-    assert!(STANDARD.is_search_long_enough() && LIBRECUBE.is_search_long_enough());
-    let selective = Profile { selective: LIBRECUBE.selective, ..STANDARD };
+    assert!(STANDARD.is_search_long_enough() && SLOW.is_search_long_enough());
+    let selective = Profile { selective: SLOW.selective, ..STANDARD };
     assert!(selective.is_search_long_enough());
     // 2 x 250 ms x 40 = 20 s: two dwells. One toggle less is too short, for selective slaves alone.
     assert!(Profile { ntoggle: 39, ..selective }.is_search_long_enough());

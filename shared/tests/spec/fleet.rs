@@ -9,9 +9,10 @@ use ecss_can::node::{
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, Frame, Instant, NmtState, NodeId, PerBus};
-use mission::{LIBRECUBE, Message, STANDARD};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, ms, node, stamp};
+use crate::console;
+use crate::instrument::{self, SLOW, STANDARD};
 use crate::slave::TestSlave;
 
 /// Slaves 2 and 3 with parallel access, slave 4 with selective access.
@@ -121,7 +122,7 @@ impl Fleet {
         let mut fleet = Fleet { now: 0, master: None, slaves: vec![], log: vec![] };
         fleet.power_master(profile);
         for raw in slaves {
-            let slave = mission::slave(node(raw), profile, vec![]);
+            let slave = instrument::slave(node(raw), profile, vec![]);
             let filters = slave.filters();
             fleet.slaves.push((node(raw), Station::new(0, slave, filters)));
         }
@@ -130,7 +131,7 @@ impl Fleet {
 
     /// A master, or the master again after a reset.
     fn power_master(&mut self, profile: &Profile) {
-        let master = mission::master(profile, None);
+        let master = console::master(profile, None);
         let filters = master.filters();
         let mut station = Station::new(self.now, master, filters);
         if let Some(old) = &self.master {
@@ -198,18 +199,18 @@ impl Fleet {
         let ids: Vec<NodeId> = self.slaves.iter().map(|(id, _)| *id).collect();
         self.slaves.iter_mut().for_each(|(_, slave)| slave.bench.clear_events());
         for id in &ids {
-            let message = Message::of(1, [id.get()]);
+            let message = [1, 0, id.get(), 0, 0, 0, 0, 0];
             // Those that are not Operational are not commanded.
-            let _ = self.master().bench.touch(|master, now| mission::command(master, *id, &message, now));
+            let _ = self.master().bench.touch(|master, now| console::command(master, *id, message, now));
         }
         self.run_until(self.now + 2);
         let got = |slave: &Station<TestSlave>, id: &NodeId| {
-            let message = Message::of(1, [id.get()]);
+            let message = [1, 0, id.get(), 0, 0, 0, 0, 0];
             slave
                 .bench
                 .events
                 .iter()
-                .any(|event| matches!(event, SlaveEvent::Pdo { number: 1, data, .. } if Message::from_payload(data) == Some(message)))
+                .any(|event| matches!(event, SlaveEvent::Pdo { number: 1, data, .. } if data == &message))
         };
         self.slaves.iter().filter(|(id, slave)| got(slave, id)).map(|(id, _)| id.get()).collect()
     }
@@ -236,7 +237,7 @@ fn everybody_is_operational_and_commanded_within_a_heartbeat_period() {
 
 #[test]
 fn a_near_cut_parallel_slaves_follow_within_milliseconds_a_selective_one_after_its_toggling_time() {
-    let mut fleet = Fleet::new(&LIBRECUBE, 2..=4);
+    let mut fleet = Fleet::new(&SLOW, 2..=4);
     fleet.run_until(20_000);
     fleet.master().connected.nominal = false;
     fleet.run_until(20_260);
@@ -283,10 +284,10 @@ fn nothing_stale_goes_out_after_a_cut_heals() {
 
 #[test]
 fn a_master_long_before_its_slaves_does_not_switch() {
-    let mut fleet = Fleet::new(&LIBRECUBE, []);
+    let mut fleet = Fleet::new(&SLOW, []);
     fleet.run_until(5_000);
     for raw in 2..=4 {
-        let slave = mission::slave(node(raw), &LIBRECUBE, vec![]);
+        let slave = instrument::slave(node(raw), &SLOW, vec![]);
         let filters = slave.filters();
         fleet.slaves.push((node(raw), Station::new(5_000, slave, filters)));
     }

@@ -2,11 +2,11 @@
 //!
 //! Profile `standard`: SDO timeout 500 ms, Ttoggle consumer times 500 ms.
 
+use crate::instrument::STANDARD;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
-use mission::STANDARD;
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::master_device::{BOOTS_TWO, powered, read};

@@ -1,11 +1,11 @@
 //! Two nodes with one Node-ID: who goes on and who is silent.
 
+use crate::instrument::STANDARD;
 use ecss_can::link::port::Health;
 use ecss_can::nmt::{Clash, Identity};
 use ecss_can::node::SlaveEvent;
 use ecss_can::types::Duration;
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
-use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, span};
 use crate::slave::{TestSlave, powered};

@@ -7,12 +7,13 @@ use ecss_can::node::{BusCommand, FailCause, MasterEvent, MasterRequest, Refusal,
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, CobId, NmtState, Scet};
-use mission::{Message, Received, STANDARD};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span, stamp};
+use crate::console;
+use crate::instrument::STANDARD;
 
 fn powered(profile: &Profile) -> Bench<Master> {
-    Bench::new(mission::master(profile, None))
+    Bench::new(console::master(profile, None))
 }
 
 /// The question who a node is: its device type, 1000h.
@@ -41,7 +42,7 @@ fn status(master: &mut Bench<Master>) -> Status {
 }
 
 fn command(master: &mut Bench<Master>, raw: u8) -> Result<(), Refusal> {
-    master.touch(|master, now| mission::command(master, node(raw), &Message::of(1, []), now))
+    master.touch(|master, now| console::command(master, node(raw), [1, 0, 0, 0, 0, 0, 0, 0], now))
 }
 
 /// Verifies: ECSS 8.3.2a, 8.3.3a
@@ -61,7 +62,7 @@ fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
     let id = |raw| CobId::new(raw).unwrap();
     let mut expected = [0x701, 0x381, 0x181, 0x581, 0x080].map(|raw| Filter::function(id(raw))).to_vec();
     expected.push(Filter::exact(id(0x601)));
-    let filters: Vec<Filter> = mission::master(&STANDARD, None).filters().into_iter().collect();
+    let filters: Vec<Filter> = console::master(&STANDARD, None).filters().into_iter().collect();
     assert!(filters.iter().all(|filter| expected.contains(filter)), "{filters:?}");
     assert!(expected.iter().all(|filter| filters.contains(filter)), "{filters:?}");
 }
@@ -134,7 +135,7 @@ fn commands_and_requests_go_to_operational_slaves_only() {
     master.receive(NOMINAL, 0x703, &[0x04]);
     master.clear();
     assert_eq!(command(&mut master, 2), Ok(()));
-    let request = |master: &mut Master, now| mission::request(master, node(2), &Message::of(1, []), now);
+    let request = |master: &mut Master, now| console::request(master, node(2), [1, 0, 0, 0, 0, 0, 0, 0], now);
     assert_eq!(master.touch(request), Ok(()));
     assert_eq!(
         master.frames(),
@@ -170,7 +171,7 @@ fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
             MasterEvent::Pdo { bus: NOMINAL, number: 1, data: [0, 0, 0x80, 0, 0, 0, 0, 0] },
         ]
     );
-    assert_eq!(mission::received(1, [0, 0, 0x80, 0, 0, 0, 0, 0]), Some((node(3), Received::LocalTime(time))));
+    assert_eq!(master.node.objects().application.device.local_times[1].get(), 0x80_0000);
     assert_eq!(master.node.scet_at_sync(), reference);
     master.clear();
     master.receive(NOMINAL, 0x382, &[1]);

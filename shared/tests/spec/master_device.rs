@@ -1,12 +1,13 @@
 //! The master as a CANopen device: its dictionary over SDO, and the objects of boot-up.
 
+use crate::instrument::STANDARD;
 use ecss_can::boot::{AssignedSlave, BootCause, BootError, BootFailure, BootProgress, Expected};
 use ecss_can::node::{MasterEvent, SelfTest};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, NmtState, NodeId};
-use mission::STANDARD;
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::console;
 
 pub(crate) const TWO: NodeId = NodeId::of::<2>();
 
@@ -20,7 +21,7 @@ pub(crate) const BOOTS_TWO: Profile = Profile {
 };
 
 pub(crate) fn powered(profile: &Profile) -> Bench<Master> {
-    let mut master = Bench::new(mission::master(profile, None));
+    let mut master = Bench::new(console::master(profile, None));
     master.run_until(ms(1));
     master.clear();
     master

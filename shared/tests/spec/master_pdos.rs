@@ -7,15 +7,16 @@ use ecss_can::node::{BusCommand, Device, MasterEvent, MasterRequest, Refusal};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet};
 use ecss_can::types::{CobId, NmtState, NodeId, Scet};
-use mission::{Message, Received, STANDARD};
 
 use crate::bench::{Bench, Master, NOMINAL, frame, ms, node, span};
+use crate::console;
 use crate::device::fixture::Memory;
+use crate::instrument::{SLOW, STANDARD};
 use crate::master_device::{powered, read, write};
 
 /// PDOs of slave 2: telecommand, and telemetry.
-const TELECOMMAND: u16 = 1;
-const TELEMETRY: u16 = 14;
+const TELECOMMAND: u16 = console::COMMANDS as u16;
+const TELEMETRY: u16 = console::TELEMETRY as u16;
 
 /// Slave 2 is operational, the master announced.
 fn flying() -> Bench<Master> {
@@ -28,7 +29,7 @@ fn flying() -> Bench<Master> {
 }
 
 fn command(master: &mut Bench<Master>) -> Result<(), Refusal> {
-    master.touch(|master, now| mission::command(master, node(2), &Message::of(7, [1, 2]), now))
+    master.touch(|master, now| console::command(master, node(2), [7, 0, 1, 2, 0, 0, 0, 0], now))
 }
 
 /// Until then, with the heartbeats of slave 2.
@@ -106,8 +107,7 @@ fn a_slave_with_other_cob_ids_is_commanded_and_heard_there() {
     master.receive(NOMINAL, 0x4C2, &[3, 0, 9, 0, 0, 0, 0, 0]);
     let data = [3, 0, 9, 0, 0, 0, 0, 0];
     assert_eq!(master.events, [MasterEvent::Pdo { bus: NOMINAL, number: TELEMETRY, data }]);
-    assert_eq!(mission::received(TELEMETRY, data), Some((node(2), Received::Telemetry(Message::of(3, [9])))));
-    assert_eq!(master.node.objects().application.device.telemetry[0].code, 3);
+    assert_eq!(master.node.objects().application.device.telemetry[0], u64::from_le_bytes(data));
 }
 
 /// The same content twice is two frames, also to a slave that is not there. A PDO that is not valid is refused and counted.
@@ -127,7 +127,7 @@ fn a_pdo_goes_out_whenever_the_application_sends_it() {
 fn a_refused_command_fills_nothing() {
     let mut master = powered(&STANDARD);
     assert_eq!(command(&mut master), Err(Refusal::NotOperational));
-    assert_eq!(master.node.objects().application.device.telecommands[0].code, 0);
+    assert_eq!(master.node.objects().application.device.commands[0], 0);
 }
 
 /// Its own SYNC is the one that its synchronous PDOs follow.
@@ -144,7 +144,7 @@ fn synchronous_pdos_follow_its_own_sync() {
     master.clear();
     master.receive(NOMINAL, 0x382, &[3, 0, 9, 0, 0, 0, 0, 0]);
     assert_eq!((master.events.as_slice(), ids(&master)), (&[][..], vec![]));
-    let telemetry = |master: &Bench<Master>| master.node.objects().application.device.telemetry[0].code;
+    let telemetry = |master: &Bench<Master>| master.node.objects().application.device.telemetry[0] as u16;
     assert_eq!(telemetry(&master), 0);
     master.transmitted(NOMINAL, frame(0x080, &[]));
     assert!(master.events.contains(&MasterEvent::Synchronised { number: TELEMETRY }));
@@ -156,12 +156,12 @@ fn synchronous_pdos_follow_its_own_sync() {
 
 /// Verifies: ECSS 6.5.2b
 #[test]
-fn it_consumes_the_heartbeat_of_every_slave_of_the_mission() {
-    for profile in [&STANDARD, &mission::LIBRECUBE] {
+fn it_consumes_the_heartbeat_of_every_slave_of_its_dictionary() {
+    for profile in [&STANDARD, &SLOW] {
         let mut master = powered(profile);
-        assert_eq!(read(&mut master, 0x1016, 0), 14);
+        assert_eq!(read(&mut master, 0x1016, 0), 8);
         let time = profile.consumer.as_millis() as u32;
-        for sub in 1..=14 {
+        for sub in 1..=8 {
             assert_eq!(read(&mut master, 0x1016, sub), (u32::from(sub) + 1) << 16 | time);
         }
     }
@@ -220,7 +220,7 @@ fn what_it_stores_holds_after_the_next_start() {
     let memory = Memory::default();
     let start = || {
         let store: &'static mut Memory = Box::leak(Box::new(memory.clone()));
-        let mut master = Bench::new(mission::master(&STANDARD, Some(store)));
+        let mut master = Bench::new(console::master(&STANDARD, Some(store)));
         master.run_until(ms(1));
         master.transmitted(NOMINAL, frame(0x701, &[5]));
         master
@@ -232,7 +232,7 @@ fn what_it_stores_holds_after_the_next_start() {
         assert_eq!(write(&mut master, index, sub, value, len), Ok(()), "{index:04X}h");
     }
     assert_eq!(write(&mut master, 0x1010, 1, u32::from_le_bytes(*b"save"), 4), Ok(()));
-    let mut master = Bench::new(mission::master(&STANDARD, Some(Box::leak(Box::new(memory.clone())))));
+    let mut master = Bench::new(console::master(&STANDARD, Some(Box::leak(Box::new(memory.clone())))));
     let redundant = NOMINAL.other();
     assert_eq!(master.frames()[0], (redundant, frame(0x701, &[0])), "the stored Bdefault");
     assert_eq!(master.node.status(master.now).redundancy.consumer.as_millis(), 400);

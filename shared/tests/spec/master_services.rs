@@ -2,13 +2,13 @@
 
 use std::task::Waker;
 
+use crate::instrument::STANDARD;
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{LinkEvent, MasterEvent};
 use ecss_can::profile::Profile;
 use ecss_can::sdo::Mode;
 use ecss_can::types::{Address, Bus, NodeId};
-use mission::STANDARD;
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, ms, node, span};
 use crate::master_device::{TWO, powered, read, requests, write};

@@ -2,12 +2,12 @@
 
 use std::sync::{Arc, Mutex};
 
+use crate::instrument::{self, STANDARD};
 use ecss_can::nmt::Command;
 use ecss_can::node::SlaveEvent;
 use ecss_can::profile::Profile;
 use ecss_can::store::{Retained, RetainedMemory};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
-use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 use crate::device::fixture::{Memory, done, refused, write_on};
@@ -51,7 +51,7 @@ impl Board {
 
     /// The slave starts, after a reset or with power: what is in RAM is up to the test.
     fn start(&self) -> Bench<TestSlave> {
-        let mut slave = mission::slave(node(5), &self.profile, vec![]);
+        let mut slave = instrument::slave(node(5), &self.profile, vec![]);
         if let Some(store) = &self.store {
             slave = slave.with_store(Box::leak(Box::new(store.clone())));
         }

@@ -1,20 +1,20 @@
 //! A slave node on the bench, profile `standard`: heartbeat 100 ms, consumer time 250 ms, Ttoggle 2.
 
+use crate::instrument::{self, Instrument, Outgoing, STANDARD, TELEMETRY_TPDO};
 use ecss_can::link::port::{ErrorState, Filter, Health};
 use ecss_can::node::{BusCause, BusCommand, DeviceNode, FailCause, LinkEvent, Node, Slave, SlaveEvent};
+use ecss_can::od::U48;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, Instant, NmtState, PerBus, Scet};
-use mission::STANDARD;
-use mission::{Message, MissionObjects, TELEMETRY_TPDO};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, stamp};
 
 const SELECTIVE: Profile = Profile { selective: &[ecss_can::types::NodeId::of::<5>()], ..STANDARD };
 
-pub type TestSlave = Slave<MissionObjects<Vec<u8>>>;
+pub type TestSlave = Slave<Instrument>;
 
 pub fn powered(profile: &Profile) -> Bench<TestSlave> {
-    Bench::new(mission::slave(node(5), profile, vec![0; 1024]))
+    Bench::new(instrument::slave(node(5), profile, vec![0; 1024]))
 }
 
 /// Operational on the nominal bus at 10 ms, the master heard at 10 ms.
@@ -59,7 +59,7 @@ fn with_selective_access_it_joins_the_default_bus_only() {
 
 #[test]
 fn its_filters_are_exact() {
-    let slave = mission::slave(node(5), &STANDARD, vec![]);
+    let slave = instrument::slave(node(5), &STANDARD, vec![]);
     // PDOs that are not valid repeat what is admitted anyhow.
     let mut expected = vec![0x000, 0x080, 0x605, 0x701];
     // What 1016h monitors: the master, so far.
@@ -274,7 +274,9 @@ fn telemetry_goes_out_for_one_period_on_the_active_bus() {
         (20, NmtState::Operational, NOMINAL)
     );
     let tell = |slave: &mut TestSlave, now| {
-        slave.change(now, |objects| objects.telemetry = Message::of(0x0102, [1, 2, 3, 4]).into());
+        slave.change(now, |objects| {
+            objects.telemetry = Outgoing { code: 0x0102, data: U48::new(0x0403_0201) }
+        });
         slave.send_pdo(TELEMETRY_TPDO, now);
     };
     slave.touch(tell);

@@ -1,9 +1,9 @@
 //! How a slave leaves a bus: the EMCY that goes before, and the choice of its application.
 
+use crate::instrument::STANDARD;
 use ecss_can::node::{BusCause, BusCommand, FailCause, ParallelAccess, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, NmtState, NodeId};
-use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms};
 use crate::slave::{TestSlave, powered};

@@ -2,11 +2,11 @@
 
 use std::sync::{Arc, Mutex};
 
+use crate::instrument::{self, STANDARD};
 use ecss_can::node::{Device, Slave};
 use ecss_can::profile::Profile;
 use ecss_can::store::{ParameterStore, StoreError};
 use ecss_can::types::{Bus, Instant};
-use mission::STANDARD;
 
 use crate::bench::{Bench, NOMINAL, node, span};
 use crate::slave::TestSlave;
@@ -79,11 +79,11 @@ impl ParameterStore for Memory {
 }
 
 pub(crate) fn powered() -> Bench<TestSlave> {
-    Bench::new(mission::slave(node(5), &STANDARD, vec![0; 1024]))
+    Bench::new(instrument::slave(node(5), &STANDARD, vec![0; 1024]))
 }
 
 pub(crate) fn powered_with(memory: &Memory) -> Bench<TestSlave> {
-    let slave = mission::slave(node(5), &STANDARD, vec![]);
+    let slave = instrument::slave(node(5), &STANDARD, vec![]);
     Bench::new(slave.with_store(Box::leak(Box::new(memory.clone()))))
 }
 
@@ -149,7 +149,7 @@ pub(crate) fn operational() -> Bench<TestSlave> {
 
 /// One that goes to Operational by itself.
 pub(crate) fn autostarted() -> Bench<TestSlave> {
-    Bench::new(mission::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]))
+    Bench::new(instrument::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]))
 }
 
 /// Several writes, all of which are taken.

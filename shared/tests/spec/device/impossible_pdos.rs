@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 
+use crate::instrument::STANDARD;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::Filter;
 use ecss_can::node::{BusCommand, Device, Slave, SlaveEvent};
@@ -9,7 +10,6 @@ use ecss_can::od::{INVALID, NO_REMOTE, Objects};
 use ecss_can::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
 use ecss_can::profile::Profile;
 use ecss_can::types::{AbortCode, Bus, CobId, NodeId};
-use mission::STANDARD;
 
 use super::fixture::{NO_INHIBIT, done, errors, payloads, read, refused, write, write_all};
 use crate::bench::{Bench, NOMINAL, node};

@@ -1,11 +1,11 @@
 //! Strings and blocks that do not fit into one buffer: saved, restored, read.
 
+use crate::instrument::STANDARD;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, DeviceNode, Slave};
 use ecss_can::od::{Domain, Objects, OctetString, VisibleString};
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::store::ParameterStore;
-use mission::STANDARD;
 
 use super::fixture::{Memory, ask, done, download, errors, refused, write};
 use crate::bench::{Bench, node};

@@ -1,12 +1,12 @@
 //! PDOs that are configured over the bus, and what they carry.
 
+use crate::instrument::STANDARD;
+use crate::instrument::{self, Instrument};
 use ecss_can::link::port::{Filter, Health};
 use ecss_can::node::{BusCommand, NodeObjects, SlaveEvent};
 use ecss_can::od::Objects;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, CobId, Duration, Scet};
-use mission::MissionObjects;
-use mission::STANDARD;
 
 use super::fixture::{
     done, operational, payloads, powered, read, run_with_master, write, write_all, write_on,
@@ -72,7 +72,7 @@ fn a_pdo_is_mapped_anew_and_sent() {
 #[test]
 fn what_a_service_has_to_follow_does_not_come_by_pdo() {
     let mut by_pdo = Vec::new();
-    NodeObjects::<MissionObjects<Vec<u8>>>::each_object(&mut |object| {
+    NodeObjects::<Instrument>::each_object(&mut |object| {
         if object.entries.iter().any(|entry| entry.is_mappable() && entry.access.is_for_rpdo()) {
             by_pdo.push(object.index);
         }
@@ -140,7 +140,7 @@ fn a_synchronous_time_pdo_sets_the_clock_at_the_sync() {
 /// Verifies: ECSS 6.9e
 #[test]
 fn a_synchronous_pdo_that_has_not_left_at_the_end_of_the_window_is_stale() {
-    let mut slave = Bench::new(mission::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
+    let mut slave = Bench::new(instrument::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
     let expires = |slave: &mut Bench<TestSlave>| {
         slave.clear();
         slave.receive(NOMINAL, 0x080, &[]);
@@ -159,7 +159,7 @@ fn a_synchronous_pdo_that_has_not_left_at_the_end_of_the_window_is_stale() {
 /// Verifies: ECSS 6.9e
 #[test]
 fn a_synchronous_rpdo_is_taken_again_after_operational_was_left() {
-    let mut slave = Bench::new(mission::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
+    let mut slave = Bench::new(instrument::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
     write(&mut slave, 0x1007, 0, &2_000_u32.to_le_bytes());
     slave.receive(NOMINAL, 0x080, &[]);
     // RPDO 5 takes a synchronous word, long after the window of the only SYNC.

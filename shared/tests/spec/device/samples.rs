@@ -1,13 +1,43 @@
-//! Values of other types than the mission's objects have, in the test device.
+//! Values of other types than the instrument's objects have.
 
-use mission::STANDARD;
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Device, Slave};
+use ecss_can::od::{Objects, Record};
+use ecss_can::pdo::{PdoObjects, PdoSet};
+
+use crate::instrument::STANDARD;
 
 use super::fixture::{done, read, refused, write, write_all};
 use crate::bench::{Bench, node};
 
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Sampler {
+    /// Samples
+    #[object(0x6400, record)]
+    samples: Samples,
+}
+
+#[derive(Clone, Debug, Record)]
+struct Samples {
+    /// Boolean
+    #[sub(1, rw)]
+    boolean: bool,
+    /// Limited
+    #[sub(28, rw, low = -100, high = 100)]
+    limited: i16,
+}
+
+impl Device for Sampler {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+}
+
 #[test]
 fn value_outside_its_limits_or_no_boolean_is_refused() {
-    let mut device = Bench::new(test_device::device(node(5), &STANDARD, vec![]));
+    let mut device = Bench::new(Slave::new(node(5), &STANDARD, Sampler::default()));
     for (sub, value, code) in [
         (28, &[101, 0][..], 0x0609_0031), // above its limit
         (28, &[0x9B, 0xFF], 0x0609_0032), // -101: below
@@ -24,7 +54,7 @@ fn value_outside_its_limits_or_no_boolean_is_refused() {
 
 #[test]
 fn changed_sample_is_a_changed_configuration() {
-    let mut device = Bench::new(test_device::device(node(5), &STANDARD, vec![]));
+    let mut device = Bench::new(Slave::new(node(5), &STANDARD, Sampler::default()));
     write_all(&mut device, &[(0x1020, 1, &[7, 0, 0, 0]), (0x1020, 2, &[8, 0, 0, 0]), (0x6400, 1, &[1])]);
     assert_eq!(device.node.objects().communication.configuration, [0, 0]);
 }

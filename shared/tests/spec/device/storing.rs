@@ -1,9 +1,9 @@
 //! Parameters that outlive a reset, and the configuration that was verified.
 
+use crate::instrument::{self, STANDARD};
 use ecss_can::profile::Profile;
 use ecss_can::store::ParameterStore;
 use ecss_can::types::NmtState;
-use mission::STANDARD;
 
 use super::fixture::{
     Memory, NO_INHIBIT, done, errors, operational, payloads, powered, powered_with, read, refused, write,
@@ -92,7 +92,7 @@ fn saves_in_a_loop_are_limited() {
 fn stored_by_another() -> Memory {
     let memory = Memory::default();
     let mut other = Bench::new(
-        mission::slave(node(6), &STANDARD, vec![]).with_store(Box::leak(Box::new(memory.clone()))),
+        instrument::slave(node(6), &STANDARD, vec![]).with_store(Box::leak(Box::new(memory.clone()))),
     );
     other.receive(NOMINAL, 0x606, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
     assert_ne!(memory.stored_len(), 0);
@@ -198,7 +198,7 @@ fn startup_is_chosen_by_1f80h_from_the_next_reset_on_and_stored() {
 #[test]
 fn startup_is_as_its_profile_has_it_until_then() {
     let profile = Profile { autostart: true, ..STANDARD };
-    let mut slave = Bench::new(mission::slave(node(5), &profile, vec![]));
+    let mut slave = Bench::new(instrument::slave(node(5), &profile, vec![]));
     assert_eq!(read(&mut slave, 0x1F80, 0), [0; 4]);
     assert_eq!(slave.node.status(slave.now).state, NmtState::Operational);
     write_all(&mut slave, &[(0x1F80, 0, &[4, 0, 0, 0])]);

@@ -2,13 +2,13 @@
 
 use std::cell::RefCell;
 
+use crate::instrument::STANDARD;
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::node::{Device, Slave, SlaveEvent};
 use ecss_can::od::{Objects, VisibleString, checked};
 use ecss_can::pdo::{Mapping, PdoObjects, PdoSet, PdoSlots};
 use ecss_can::types::AbortCode::{ParameterIncompatible, ReadOnly, TooLong, ValueRange, ValueTooHigh};
 use ecss_can::types::{AbortCode, Address, NodeId};
-use mission::STANDARD;
 
 use super::{at, read};
 use crate::bench::{Bench, NOMINAL, frame, node};

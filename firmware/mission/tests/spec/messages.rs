@@ -1,14 +1,13 @@
-//! Commands and telemetry: the message layout and the codes of the demonstration mission.
+//! Commands and telemetry: the message layout and the codes.
 
 use ecss_can::link::StampSource;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{Counters, Status};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::types::{Bus, NmtState, PerBus, Scet};
-use mission::STANDARD;
-use mission::{Command, Declined, Message, Request, SlaveRecord, Telemetry};
+use mission::{Command, Declined, Message, Request, STANDARD, SlaveRecord, Telemetry};
 
-use crate::bench::{frame, ms, node, span};
+use crate::{frame, ms, node, span};
 
 #[test]
 fn a_message_is_a_code_and_six_bytes() {

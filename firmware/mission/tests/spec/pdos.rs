@@ -1,0 +1,161 @@
+//! Objects and PDOs: what the master sends a slave hears, and the other way round.
+
+use ecss_can::link::Stamp;
+use ecss_can::node::{BusCommand, DeviceNode, Master, MasterEvent, Node, NodeObjects, Outbox, Refusal};
+use ecss_can::node::{Slave, SlaveEvent};
+use ecss_can::od::Objects;
+use ecss_can::types::{Bus, Frame, Instant, Scet};
+use mission::{
+    Command, CommanderObjects, LIBRECUBE, Message, MissionObjects, REQUEST_RPDO, Received, Request, SLAVES,
+    STANDARD, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telemetry, command, master, received, request, slave, slot,
+};
+
+use crate::{frame, ms, node};
+
+type Commander = Master<CommanderObjects>;
+type Obeyer = Slave<MissionObjects<Vec<u8>>>;
+
+/// A node at a desk: frames of the nominal bus in and out.
+struct Desk<N: Node> {
+    node: N,
+    out: Outbox<N::Event>,
+}
+
+impl<N: Node> Desk<N> {
+    fn new(node: N) -> Self {
+        let mut desk = Desk { node, out: Outbox::new() };
+        desk.node.start(Instant::ZERO, &mut desk.out);
+        desk
+    }
+
+    fn hear(&mut self, frame: Frame) {
+        self.node.on_received(Bus::Nominal, &frame, &Stamp::interrupt(ms(1)), ms(1), &mut self.out);
+    }
+
+    /// Frames sent since the last time, those that are due included.
+    fn sent(&mut self) -> Vec<Frame> {
+        self.node.poll(ms(1), &mut self.out);
+        let commands = std::iter::from_fn(|| self.out.pop_command());
+        let frames = commands.filter_map(|(_, command)| match command {
+            BusCommand::Send(outgoing) => Some(outgoing.frame),
+            _ => None,
+        });
+        frames.collect()
+    }
+
+    fn events(&mut self) -> Vec<N::Event> {
+        std::iter::from_fn(|| self.out.pop_event()).collect()
+    }
+}
+
+/// A master whose heartbeat was acknowledged, and that has heard slave 3 in Operational.
+fn flying() -> Desk<Commander> {
+    let mut desk = Desk::new(master(&STANDARD, None));
+    let event = ecss_can::node::LinkEvent::Transmitted {
+        frame: frame(0x701, &[5]),
+        stamp: Stamp::interrupt(Instant::ZERO),
+    };
+    desk.node.on_link(Bus::Nominal, &event, Instant::ZERO, &mut desk.out);
+    desk.hear(frame(0x703, &[5]));
+    desk.sent();
+    desk.events();
+    desk
+}
+
+fn operational() -> Desk<Obeyer> {
+    let mut desk = Desk::new(slave(node(3), &STANDARD, vec![]));
+    desk.hear(frame(0x701, &[5]));
+    desk.hear(frame(0x000, &[1, 3]));
+    desk.sent();
+    desk.events();
+    desk
+}
+
+#[test]
+fn slaves_2_to_15_have_a_slot_and_no_others() {
+    assert_eq!([1, 2, 15, 16, 127].map(|raw| slot(node(raw))), [None, Some(0), Some(13), None, None]);
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn a_command_of_the_master_is_a_pdo_of_the_slave() {
+    let (mut master, mut slave) = (flying(), operational());
+    let message = Command::SetValue(0xDEAD_BEEF).encode(7);
+    assert_eq!(command(&mut master.node, node(3), &message, ms(1)), Ok(()));
+    let sent = master.sent();
+    let data = [2, 0, 0xEF, 0xBE, 0xAD, 0xDE, 0, 7];
+    assert_eq!(sent, [frame(0x303, &data)]);
+    slave.hear(sent[0]);
+    let event = SlaveEvent::Pdo { bus: Bus::Nominal, number: TELECOMMAND_RPDO as u16, data };
+    assert_eq!(slave.events(), [event]);
+    let telecommand = slave.node.objects().application.telecommand;
+    assert_eq!((telecommand.code, telecommand.data.get(), telecommand.sequence), (2, 0xDEAD_BEEF, 7));
+}
+
+/// Verifies: ECSS 6.2a
+#[test]
+fn telemetry_answers_a_request() {
+    let (mut master, mut slave) = (flying(), operational());
+    assert_eq!(request(&mut master.node, node(3), &Request::Value.encode(), ms(1)), Ok(()));
+    let sent = master.sent();
+    assert_eq!(sent, [frame(0x403, &[2, 1, 0, 0, 0, 0, 0, 0])]);
+    slave.hear(sent[0]);
+    let [SlaveEvent::Pdo { number, .. }] = slave.events()[..] else { panic!("one PDO") };
+    assert_eq!(usize::from(number), REQUEST_RPDO);
+    // Figure 9-2: a request may leave out its data.
+    slave.hear(frame(0x403, &[2, 1]));
+    assert_eq!(slave.events().len(), 1);
+
+    slave.node.change(ms(1), |objects| objects.telemetry = Telemetry::Value(42).encode().into());
+    slave.node.send_pdo(TELEMETRY_TPDO, ms(1));
+    let sent = slave.sent();
+    assert_eq!(sent, [frame(0x383, &[2, 1, 42, 0, 0, 0, 0, 0])]);
+    master.hear(sent[0]);
+    let [MasterEvent::Pdo { number, data, .. }] = master.events()[..] else { panic!("one PDO") };
+    let message = Message::new(0x102, [42, 0, 0, 0, 0, 0]);
+    assert_eq!(received(number, data), Some((node(3), Received::Telemetry(message))));
+    assert_eq!(master.node.objects().application.device.telemetry[1].code, 0x102);
+}
+
+#[test]
+fn a_receive_pdo_of_the_master_names_its_sender() {
+    let time = Scet::new(0, 0x80_0000).unwrap();
+    assert_eq!(received(1, [0, 0, 0x80, 0, 0, 0, 0, 0]), Some((node(3), Received::LocalTime(time))));
+    let last = SLAVES as u16 * 2 - 1;
+    let message = Message::of(3, [9]);
+    assert_eq!(received(last, [3, 0, 9, 0, 0, 0, 0, 0]), Some((node(15), Received::Telemetry(message))));
+    assert_eq!(received(last + 1, [0; 8]), None);
+}
+
+#[test]
+fn a_node_that_is_none_of_the_missions_is_not_commanded() {
+    let mut master = flying();
+    let message = Message::of(1, []);
+    assert_eq!(command(&mut master.node, node(16), &message, ms(1)), Err(Refusal::NotOperational));
+    assert_eq!(request(&mut master.node, node(16), &message, ms(1)), Err(Refusal::NotOperational));
+}
+
+/// Verifies: ECSS 6.5.2b
+#[test]
+fn the_master_consumes_the_heartbeat_of_every_slave() {
+    for profile in [&STANDARD, &LIBRECUBE] {
+        let entries = master(profile, None).objects().consumers.consumer_heartbeat;
+        let time = profile.consumer.as_millis() as u32;
+        let expected: [u32; SLAVES] = core::array::from_fn(|nth| (nth as u32 + 2) << 16 | time);
+        assert_eq!(entries, expected);
+    }
+}
+
+/// A receive PDO changes a value; that a service has to follow, the node learns from an SDO. Objects that may come by PDO
+/// are the application's, which hears of each, and the time, which sets the clock.
+#[test]
+fn what_a_service_has_to_follow_does_not_come_by_pdo() {
+    let mut by_pdo = Vec::new();
+    NodeObjects::<MissionObjects<Vec<u8>>>::each_object(&mut |object| {
+        if object.entries.iter().any(|entry| entry.is_mappable() && entry.access.is_for_rpdo()) {
+            by_pdo.push(object.index);
+        }
+    });
+    by_pdo.sort_unstable();
+    assert_eq!(by_pdo, [0x2010, 0x6101, 0x6200, 0x6210]);
+}
