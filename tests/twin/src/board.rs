@@ -137,6 +137,8 @@ pub struct Board {
     log: Vec<Line>,
     panicked: bool,
     counters: Counters,
+    /// Frames admitted before the last reset.
+    admitted_before: u64,
 }
 
 impl fmt::Debug for Board {
@@ -196,6 +198,7 @@ impl Board {
             log: Vec::new(),
             panicked: false,
             counters: Counters::default(),
+            admitted_before: 0,
             config,
         }
     }
@@ -292,6 +295,15 @@ impl Board {
         self.link.peripherals().can().stats(side)
     }
 
+    /// Frames that passed the filters of both controllers since the last reset, lost ones included.
+    pub fn admitted(&self) -> u64 {
+        self.admitted_in_all() - self.admitted_before
+    }
+
+    fn admitted_in_all(&self) -> u64 {
+        [Side::Can1, Side::Can2].iter().map(|side| self.can_stats(*side).admitted()).sum()
+    }
+
     /// Changes of output pins since the last call.
     pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
         self.link.peripherals().take_pin_changes()
@@ -344,6 +356,7 @@ impl Board {
         self.rtt.reset(&mut *self.cpu);
         self.cpu.reset();
         self.link.peripherals().reset(cause);
+        self.admitted_before = self.admitted_in_all();
         self.link.accelerator().reset();
         self.lines = [0; 3];
         self.asleep = false;

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, ensure};
 use twin::board::Board;
-use twin::bxcan::Side;
+use twin::image::Image;
 
 /// The variable's name in the image.
 const SYMBOL: &str = "TELLTALE";
@@ -53,6 +53,11 @@ pub struct Stamps {
 }
 
 impl Telltale {
+    /// Whether an image exports the counters.
+    pub fn is_in(image: &Image) -> bool {
+        image.symbol(SYMBOL).is_some()
+    }
+
     /// Of a board; all zero while it has not come so far as to initialise its memory.
     ///
     /// # Errors
@@ -65,14 +70,9 @@ impl Telltale {
         decode(&bytes)
     }
 
-    /// Frames that passed the filters of `board` in this life of its program and that its node never dealt with.
+    /// Frames that passed the filters of `board` since its last reset and that its node never handled.
     pub fn lost_frames(&self, board: &Board) -> u64 {
-        let admitted: u64 = [Side::Can1, Side::Can2]
-            .map(|side| board.can_stats(side))
-            .iter()
-            .map(|stats| stats.stored.iter().sum::<u64>() + stats.overruns.len() as u64 - stats.discarded)
-            .sum();
-        admitted.saturating_sub(self.frames())
+        board.admitted().saturating_sub(self.frames())
     }
 
     /// Frames the node dealt with, both buses.

@@ -132,6 +132,13 @@ pub struct Stats {
     pub last_ignored_write: Option<(Time, u32)>,
 }
 
+impl Stats {
+    /// Frames that passed the filters and that no reset threw away, lost ones included.
+    pub fn admitted(&self) -> u64 {
+        self.stored.iter().sum::<u64>() + self.overruns.len() as u64 - self.discarded
+    }
+}
+
 /// CAN1 and CAN2 with the filter block that they share.
 #[derive(Clone, Debug)]
 pub struct BxcanPair {

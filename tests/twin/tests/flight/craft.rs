@@ -8,7 +8,6 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Record;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings, State};
-use twin::bxcan::Side;
 use twin::image::Image;
 use twin::model::{Model, Part};
 use twin::peripherals::Pin;
@@ -309,15 +308,9 @@ impl Craft {
         panic!("nothing like that happened until {} us", self.end.as_us())
     }
 
-    /// Frames that passed the filters of `node` since its last reset and that its node never handled. Both counts must
-    /// be of one life of the program: boards that were reset have discarded what they had.
-    fn lost_frames(&self, node: u8) -> u64 {
-        let board = self.twin.board(self.board(node));
-        let admitted: u64 = [Side::Can1, Side::Can2]
-            .map(|side| board.can_stats(side))
-            .iter()
-            .map(|stats| stats.stored.iter().sum::<u64>() + stats.overruns.len() as u64 - stats.discarded)
-            .sum();
+    /// Frames that passed the filters of `node` since its last reset and that its node never handled.
+    pub fn lost_frames(&self, node: u8) -> u64 {
+        let admitted = self.twin.board(self.board(node)).admitted();
         let [nominal, redundant] = self.telltale(node, 1);
         admitted - u64::from(nominal) - u64::from(redundant)
     }

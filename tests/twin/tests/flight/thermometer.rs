@@ -51,6 +51,7 @@ fn the_table_survives_a_reset_of_the_thermometer() {
         .unwrap_or_else(|| panic!("{}", craft.log(1)));
     let board = craft.twin.board(craft.board(THERMOMETER));
     assert_eq!(board.counters().system_resets, 1);
+    assert_eq!(craft.lost_frames(THERMOMETER), 0, "frames before the reset are not of this life");
     let boots = craft.heartbeats(THERMOMETER, Bus::Nominal);
     let booted = boots.iter().filter(|(_, state)| *state == BOOT_UP).map(|(at, _)| *at).next_back().unwrap();
     assert!(saved < booted && booted < kept);
