@@ -26,8 +26,11 @@ fn help_explains_every_option_with_default_and_range() {
     let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
     for part in [
         "--slaves <N>",
-        "[1..14]",
+        "[0..14]",
         "[default: 3]",
+        "--master <FILE>",
+        "--slave <N=FILE>",
+        "--profile <PROFILE>",
         "--seconds <S>",
         "[1..3600]",
         "[default: 40]",
@@ -84,13 +87,32 @@ fn wrong_values_of_the_twin_are_refused() {
 
 #[test]
 fn images_of_the_user_are_checked_before_anything_is_built() {
-    refuses(&["twin", "--slave", "3"], &["--slave", "a Node-ID and a file"]);
-    refuses(&["twin", "--slave", "16=x.elf"], &["--slave", "Node-IDs 2 to 15"]);
-    refuses(&["twin", "--slave", "3=nowhere.elf"], &["nowhere.elf", "Usage: cargo xtask twin"]);
-    refuses(&["twin", "--master", "Cargo.toml"], &["Cargo.toml is no image", "Usage: cargo xtask twin"]);
-    refuses(&["twin", "--slave", "3=a", "--slave", "3=b"], &["two images for node 3"]);
+    for command in ["twin", "demo"] {
+        let usage = format!("Usage: cargo xtask {command}");
+        refuses(&[command, "--slave", "3"], &["--slave", "a Node-ID and a file"]);
+        refuses(&[command, "--slave", "16=x.elf"], &["--slave", "Node-IDs 2 to 15"]);
+        refuses(&[command, "--slave", "3=nowhere.elf"], &["nowhere.elf", &usage]);
+        refuses(&[command, "--master", "Cargo.toml"], &["Cargo.toml is no image", &usage]);
+        refuses(&[command, "--slave", "3=a", "--slave", "3=b"], &["two images for node 3", &usage]);
+    }
     refuses(&["twin", "--master", "a", "--no-master"], &["--master", "--no-master"]);
     refuses(&["twin", "--slaves", "0", "--no-master"], &["no board is left"]);
+}
+
+/// Given an image that runs but exports no counters, when the demo is to fly it, then it is refused before the flight.
+#[test]
+fn an_image_without_counters_is_refused_by_the_demo() {
+    let shipped = firmware_images::build("pyboard-v11", "librecube").expect("images");
+    let mut elf = std::fs::read(shipped.slave).expect("an image");
+    // Names of symbols and of debug information.
+    while let Some(name) = elf.windows(9).position(|bytes| bytes == b"TELLTALE\0") {
+        elf[name] = b'X';
+    }
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let image = here.path().join("own");
+    std::fs::write(&image, elf).expect("a file");
+    let own = format!("3={}", image.display());
+    refuses(&["demo", "--slaves", "0", "--slave", &own], &["node 3", "TELLTALE", "cargo twin"]);
 }
 
 #[test]
@@ -102,10 +124,11 @@ fn the_subcommands_are_listed() {
 
 #[test]
 fn the_number_of_slaves_is_checked() {
-    refuses(&["demo", "--slaves", "0"], &["--slaves", "1..=14"]);
-    refuses(&["demo", "--slaves", "15"], &["--slaves", "1..=14"]);
+    refuses(&["demo", "--slaves", "0"], &["--slaves", "1 to 14, or 0 with --slave N=FILE"]);
+    refuses(&["demo", "--slaves", "0", "--master", "a"], &["--slaves", "1 to 14, or 0 with --slave N=FILE"]);
+    refuses(&["demo", "--slaves", "15"], &["--slaves", "0..=14"]);
     refuses(&["demo", "--slaves", "three"], &["--slaves", "three"]);
-    refuses(&["demo", "--slaves", "-3"], &["--slaves", "1..=14"]);
+    refuses(&["demo", "--slaves", "-3"], &["--slaves", "0..=14"]);
 }
 
 #[test]

@@ -1,7 +1,10 @@
 //! Short flights through the command line: what they write, and that a seed decides everything.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+use firmware_images::Package;
+use serde_json::Value;
 
 fn fly(out: &Path, arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_xtask"))
@@ -22,8 +25,7 @@ fn a_seed_decides_every_byte_of_the_logs() {
         let here = tempfile::tempdir().expect("a temporary directory");
         let output = fly(here.path(), &["--slaves", "1", "--seconds", "2", "--cut-at", "1", "--seed", seed]);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        let summary: serde_json::Value =
-            serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+        let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
         assert_eq!(summary["slaves_operational_at_end"], 1);
         assert_eq!(summary["lost_frames"], 0);
         assert!(summary["tc_due"].as_u64() > Some(0));
@@ -43,8 +45,7 @@ fn the_other_board_flies_as_well() {
     let arguments = ["--board", "nucleo-f446re", "--slaves", "1", "--seconds", "2", "--cut-at", "1"];
     let output = fly(here.path(), &arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let summary: serde_json::Value =
-        serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
     assert_eq!(summary["board"], "nucleo-f446re");
     assert_eq!(summary["slaves_operational_at_end"], 1);
     assert_eq!(summary["lost_frames"], 0);
@@ -59,4 +60,55 @@ fn a_flight_too_short_for_the_selective_slave_fails_and_says_why() {
     assert!(stderr.contains("node 4 is pre-operational on the nominal bus at the end"), "{stderr}");
     let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
     assert!(report.contains("node 4 is pre-operational"), "the report must tell as well");
+}
+
+fn example(package: &str) -> PathBuf {
+    let built = Package::of_workspace(package).build("pyboard-v11").unwrap_or_else(|error| panic!("{error}"));
+    built[0].clone()
+}
+
+/// Given the thermometer and its master, when the nominal bus is cut, then the flight is judged by heartbeats and states. Of the
+/// one reset the master commanded one. Commands and telemetry are left out, and everything that is written says so.
+#[test]
+fn own_images_are_judged_by_the_protocol_alone() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let master = example("thermometer-master");
+    let slave = format!("3={}", example("thermometer").display());
+    let output = fly(
+        here.path(),
+        &[
+            &["--master", master.to_str().expect("UTF-8"), "--slaves", "0", "--slave", &slave][..],
+            &["--slave", &slave.replacen('3', "4", 1), "--seconds", "4", "--cut-at", "3"],
+        ]
+        .concat(),
+    );
+    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{stdout}{stderr}");
+    assert!(stdout.starts_with("images of your own"), "{stdout}");
+    assert!(stdout.contains("node 3: reset") || stdout.contains("NMT reset node: node 3"), "{stdout}");
+    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    assert_eq!(summary["verdict"], "passed", "{summary}");
+    assert_eq!(summary["own_images"]["1"], "thermometer-master");
+    assert_eq!(
+        (&summary["own_images"]["3"], &summary["own_images"]["4"]),
+        (&"thermometer".into(), &"thermometer".into())
+    );
+    assert_eq!(summary["slaves_operational_at_end"], 2);
+    assert_eq!(summary["bus_changes"], 1);
+    // Heartbeats every 100 ms; the master gives its bus up after one that nobody acknowledged.
+    for slave in ["3", "4"] {
+        assert!(summary["failover_ms"][slave].as_f64().is_some_and(|took| took < 500.0), "{summary}");
+    }
+    assert!(summary["heartbeats"]["1"].as_u64() >= Some(30), "{summary}");
+    assert!(summary["bus_load_percent"]["nominal"].as_f64() > Some(0.0), "{summary}");
+    assert_eq!(summary.get("tc_due"), None);
+    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
+    assert!(
+        report.contains("neither read nor judged (master: thermometer-master, node 3: thermometer"),
+        "{report}"
+    );
+    assert!(!report.contains("TM reply"));
+    let log = String::from_utf8(read(here.path(), "bus-redundant.log")).expect("UTF-8");
+    // The master and the temperature with every SYNC.
+    assert!(log.contains(" redundant 701#05") && log.contains(" redundant 483#"), "{log}");
 }

@@ -8,9 +8,9 @@ use firmware_images::Images;
 
 use demo::flight::Flight;
 use demo::mission;
-use demo::plan::{PROFILE, Plan};
-use support::board::Board;
-use support::board::Profile;
+use demo::plan::Plan;
+use support::board::{Board, Profile};
+use support::craft;
 
 /// The board that flies on the twin.
 pub const FLOWN: Board = Board::PyboardV11;
@@ -54,7 +54,8 @@ impl Context {
     /// # Errors
     /// When the images cannot be built or flown.
     pub fn fly(&self, plan: Plan) -> anyhow::Result<Flight> {
-        let images = self.images(plan.board, PROFILE)?;
+        let built = self.images(plan.board, plan.profile)?;
+        let images = craft::shipped(&built, plan.boards.iter().map(|board| board.node))?;
         mission::fly(plan, &images, |_, _| ControlFlow::Continue(()))
     }
 }

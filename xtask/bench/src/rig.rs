@@ -10,8 +10,8 @@ use twin::board::{Board, BoardConfig, Fittings, FlashTiming};
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 
 use super::context::{Context, FLOWN};
-use demo::mission;
 use support::board::Profile;
+use support::craft;
 use support::telltale::Telltale;
 
 /// NMT start of all nodes (CiA 301 7.2.8.3.1.1).
@@ -72,7 +72,7 @@ impl Rig {
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         let slave = spacecraft.add_board(BoardConfig {
             name: format!("node {node}"),
-            image: mission::image(&images.slave)?,
+            image: craft::image(&images.slave)?,
             model: FLOWN.model(),
             straps: FLOWN.straps(node),
             ppm: 0.0,

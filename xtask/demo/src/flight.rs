@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use can_wire::time::Time;
 
+use super::message::Message;
 use super::narrator::Line;
 use super::observer::Observer;
 use super::plan::Plan;
@@ -32,6 +33,17 @@ pub struct Flight {
     pub boards: Vec<BoardCount>,
     /// Stamps of SYNC against the truth.
     pub stamp_errors: StampErrors,
+    /// Time that frames and error frames took on each bus, nominal first.
+    pub busy: [Time; 2],
+}
+
+/// Heartbeats of a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Heartbeats {
+    /// How many completed.
+    pub count: u64,
+    /// Longest time between two of them; `None` with fewer than two.
+    pub longest_gap: Option<Time>,
 }
 
 /// Why a flight ended before its planned end.
@@ -75,6 +87,31 @@ impl Flight {
             Happening::Frame(seen) => Some((record.at, seen)),
             _ => None,
         })
+    }
+
+    /// Load of a bus over the whole flight, 0 to 1.
+    pub fn load(&self, bus: Bus) -> f64 {
+        self.busy[bus.index()].as_secs_f64() / self.end.as_secs_f64().max(f64::MIN_POSITIVE)
+    }
+
+    /// The heartbeats of a node on both buses.
+    pub fn heartbeats(&self, node: Node) -> Heartbeats {
+        let is_own =
+            |seen: &Seen| matches!(seen.message, Some(Message::Heartbeat { node: of, .. }) if of == node);
+        let (mut heartbeats, mut last) = (Heartbeats::default(), None::<Time>);
+        for (at, _) in self.frames().filter(|(_, seen)| is_own(seen)) {
+            let gap = last.map(|last| at.since(last));
+            heartbeats =
+                Heartbeats { count: heartbeats.count + 1, longest_gap: heartbeats.longest_gap.max(gap) };
+            last = Some(at);
+        }
+        heartbeats
+    }
+
+    /// How often the master changed the bus.
+    pub fn bus_changes(&self) -> usize {
+        let spans = &self.observer.nodes()[&MASTER].spans;
+        spans.windows(2).filter(|pair| pair[0].bus != pair[1].bus).count()
     }
 
     /// When the cut was made, and on which bus.

@@ -1,4 +1,4 @@
-//! `cargo demo`: one flight of the spacecraft, told, recorded and judged.
+//! `cargo demo`: one flight of the spacecraft, narrated, recorded and judged.
 
 #![forbid(unsafe_code)]
 
@@ -27,24 +27,39 @@ use can_wire::time::Time;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use flight::Interruption;
+use message::Scope;
+use narrator::name;
 pub use options::Options;
-use plan::{PROFILE, Plan};
+use plan::Plan;
 use summary::Summary;
+use support::craft::Node;
+use support::misuse::Misuse;
 use support::output::{self, Silently};
 use support::project;
 use support::stop::Stop;
+use support::telltale::Telltale;
+use twin::image::Image;
 use verdict::Outcome;
 
-/// Flies, tells, writes and judges.
+/// Flies, narrates, records and judges.
 ///
 /// # Errors
-/// When an image cannot be built, a file cannot be written, or the flight was not a good one.
+/// When an image cannot be read or built, a file cannot be written, or the flight was not a good one.
 pub fn run(options: &Options) -> anyhow::Result<()> {
+    options.check()?;
     let plan = Plan::new(options)?;
+    let nodes = options.nodes();
+    let mut images = options.craft.own_images("demo", &nodes)?;
+    for (node, image) in &images {
+        has_counters(*node, image)?;
+    }
     options.prepare_out()?;
     // Whatever comes now, nobody takes the results of an earlier flight for those of this one.
     files::remove(&options.out)?;
-    let images = firmware_images::build(options.board.name(), PROFILE.name())?;
+    options.craft.add_shipped(&nodes, &mut images)?;
+    if plan.scope() == Scope::Protocol {
+        output::line(outcome::UNKNOWN_IMAGES)?;
+    }
 
     let stop = Stop::at_ctrl_c()?;
     let progress = progress(plan.end);
@@ -81,6 +96,21 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
             Err(Silently::INTERRUPTED.into())
         }
     }
+}
+
+/// Checks an image of the user's before a flight that ends with reading its counters.
+fn has_counters(node: Node, image: &Image) -> Result<(), Misuse> {
+    if Telltale::is_in(image) {
+        return Ok(());
+    }
+    let name = name(node);
+    Err(Misuse::of(
+        "demo",
+        format!(
+            "the image of {name} has no symbol TELLTALE, its counters: start its node with the one of the crate `boards`, or \
+             fly the image by `cargo twin`"
+        ),
+    ))
 }
 
 /// A bar on a terminal, nothing elsewhere.

@@ -7,7 +7,19 @@ use std::fmt;
 
 use can_wire::frame::{WireFrame, WireId};
 
-use super::record::{MASTER, Node};
+use support::craft::{MASTER, Node};
+
+/// Spacecraft Time PDO of the master (ECSS 7.2.2).
+const SPACECRAFT_TIME: u16 = 0x181;
+
+/// How much of the traffic has a meaning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// All of it: the images are the shipped ones, so commands and telemetry are known.
+    Mission,
+    /// What CANopen and ECSS-E-ST-50-15C define; PDOs are counted, not read.
+    Protocol,
+}
 
 /// A frame's meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +40,8 @@ pub enum Message {
     TelemetryRequest { node: Node, code: u16 },
     /// Telemetry of a slave (ECSS 9.4.3).
     Telemetry { node: Node, code: u16, value: u64 },
+    /// A PDO of an image that is not known.
+    Pdo,
     /// SDO, either way, with the server in a node (CiA 301 7.2.4).
     Sdo { node: Node },
     /// Boot-up (CiA 301 7.2.8.3.3).
@@ -65,13 +79,19 @@ pub struct Scet {
 
 impl Message {
     /// The meaning of a frame, `None` when it has none on this spacecraft: foreign or malformed.
-    pub fn decode(frame: &WireFrame) -> Option<Message> {
+    pub fn decode(frame: &WireFrame, scope: Scope) -> Option<Message> {
         let WireId::Standard(id) = frame.id else { return None };
         if frame.remote {
             return None;
         }
         let data = frame.payload();
         let node = (id & 0x7F) as Node;
+        if scope == Scope::Protocol && is_free(id) {
+            return Some(match Scet::decode(data) {
+                Some(scet) if id == SPACECRAFT_TIME => Message::SpacecraftTime(scet),
+                _ => Message::Pdo,
+            });
+        }
         match (id & 0x780, node) {
             (0x000, 0) => {
                 let &[command, node] = data else { return None };
@@ -120,6 +140,11 @@ impl Message {
             _ => None,
         }
     }
+}
+
+/// Whether a mission may give the identifier to a PDO: not restricted (CiA 301 7.3.5), not of SYNC, TIME or EMCY.
+fn is_free(id: u16) -> bool {
+    matches!(id, 0x181..=0x580 | 0x600 | 0x680..=0x6DF | 0x700)
 }
 
 impl NmtCommand {
@@ -186,7 +211,7 @@ mod tests {
     use super::*;
 
     fn decode(id: u16, data: &[u8]) -> Option<Message> {
-        Message::decode(&WireFrame::standard(id, data))
+        Message::decode(&WireFrame::standard(id, data), Scope::Mission)
     }
 
     #[test]
@@ -231,6 +256,24 @@ mod tests {
         assert_eq!(scet.to_string(), "7.500000 s");
     }
 
+    /// Given frames of an unknown mission, then only what the standards fix has a meaning beyond "PDO".
+    #[test]
+    fn frames_of_an_unknown_mission_are_pdos() {
+        let decode = |id, data: &[u8]| Message::decode(&WireFrame::standard(id, data), Scope::Protocol);
+        for id in [0x182, 0x200, 0x302, 0x382, 0x402, 0x4FF, 0x57F, 0x6A0] {
+            assert_eq!(decode(id, &[1]), Some(Message::Pdo), "{id:03X}h");
+        }
+        let scet = Scet { coarse: 7, fine: 1 << 23 };
+        assert_eq!(decode(0x181, &[0, 0, 0x80, 7, 0, 0, 0]), Some(Message::SpacecraftTime(scet)));
+        assert_eq!(decode(0x181, &[1, 2]), Some(Message::Pdo));
+        assert_eq!(decode(0x603, &[0; 8]), Some(Message::Sdo { node: 3 }));
+        assert_eq!(decode(0x703, &[0]), Some(Message::BootUp { node: 3 }));
+        assert_eq!(decode(0x083, &[0; 8]), Some(Message::Emergency { node: 3, code: 0 }));
+        for id in [0x100, 0x180, 0x6E0, 0x7E5] {
+            assert_eq!(decode(id, &[0; 8]), None, "{id:03X}h");
+        }
+    }
+
     #[test]
     fn malformed_frames_have_no_meaning() {
         for (id, data) in [
@@ -245,6 +288,6 @@ mod tests {
             assert_eq!(decode(id, data), None, "{id:03X}h {data:02X?}");
         }
         let remote = WireFrame { remote: true, ..WireFrame::standard(0x702, &[]) };
-        assert_eq!(Message::decode(&remote), None);
+        assert_eq!(Message::decode(&remote, Scope::Mission), None);
     }
 }

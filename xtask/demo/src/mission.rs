@@ -1,17 +1,13 @@
 //! The flight itself: the real images on the twin, watched from outside.
 
 use std::ops::ControlFlow;
-use std::path::Path;
-use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Context;
 use can_wire::record::Record as WireRecord;
 use can_wire::time::Time;
-use firmware_images::Images;
-use twin::board::{Board, BoardConfig, Fittings, State};
+use twin::board::{Board, State};
 use twin::bxcan::Side;
-use twin::image::Image;
 use twin::rtt;
 use twin::spacecraft::{Bus as TwinBus, LogRecord, Spacecraft, SpacecraftConfig};
 
@@ -19,8 +15,9 @@ use super::flight::{BoardCount, Flight, Interruption};
 use super::narrator::{Line, Narrator};
 use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
-use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
+use super::record::{Bus, Happening, Level, Node, Record, Seen};
 use super::stamps::StampWatch;
+use support::craft::Images;
 use support::stack;
 use support::telltale::Telltale;
 
@@ -34,11 +31,11 @@ const QUIET: Time = Time::from_ms(1);
 /// When the buses are never silent the flight ends all the same.
 const PATIENCE: Time = Time::from_ms(1000);
 
-/// Flies a plan. `watch` gets the time and what happened, a moment after it happened; it can break the flight off. Frames
+/// Flies a plan with an image for each of its boards. `watch` gets the time and what happened, a moment after it happened; it can break the flight off. Frames
 /// that are under way then are still dealt with, so that the counters fit together.
 ///
 /// # Errors
-/// When an image cannot be read, is not one of ours, or reaches for hardware that the twin does not have.
+/// When an image is missing, or does not export its counters.
 pub fn fly(plan: Plan, images: &Images, mut watch: impl Watch) -> anyhow::Result<Flight> {
     let began = Instant::now();
     let mut mission = Mission::prepare(plan, images)?;
@@ -80,26 +77,17 @@ struct Mission {
 
 impl Mission {
     fn prepare(plan: Plan, images: &Images) -> anyhow::Result<Mission> {
-        let (master, slave) = (image(&images.master)?, image(&images.slave)?);
         let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
         for board in &plan.boards {
-            let image = if board.node == MASTER { &master } else { &slave };
-            spacecraft.add_board(BoardConfig {
-                name: super::narrator::name(board.node),
-                model: plan.board.model(),
-                image: image.clone(),
-                straps: plan.board.straps(board.node),
-                ppm: board.crystal_ppm,
-                position_m: board.position_m,
-                power_on_at: board.power_on,
-                fittings: Fittings::default(),
-            });
+            let name = super::narrator::name(board.node);
+            let image = images.get(&board.node).with_context(|| format!("no image for {name}"))?;
+            spacecraft.add_board(board.config(plan.board, name, image.clone()));
         }
         Ok(Mission {
-            observer: Observer::new(plan.slaves()),
+            observer: Observer::new(&plan),
+            narrator: Narrator::new(plan.scope()),
             plan,
             spacecraft,
-            narrator: Narrator::new(),
             records: Vec::new(),
             story: Vec::new(),
             last_frame: Time::ZERO,
@@ -128,8 +116,9 @@ impl Mission {
         let frames = self.spacecraft.take_frames();
         frames.iter().for_each(|wire| self.stamps.on(wire));
         self.stamps.look(&self.spacecraft);
-        records.extend(frames.into_iter().filter_map(|wire| frame(wire.bus, wire.record)));
-        records.extend(self.spacecraft.take_logs().into_iter().filter_map(log));
+        records.extend(frames.into_iter().filter_map(|wire| self.frame(wire.bus, wire.record)));
+        let logs = self.spacecraft.take_logs().into_iter();
+        records.extend(logs.filter_map(|log| self.log(log)));
         records.sort_by_key(|record| record.at);
         self.take(records, watch)
     }
@@ -178,53 +167,41 @@ impl Mission {
             observer: self.observer,
             boards,
             stamp_errors: self.stamps.errors(),
+            busy: TwinBus::ALL.map(|bus| self.spacecraft.wire(bus).counters().busy),
         })
     }
-}
 
-/// The image at `path`, for boards of the twin.
-///
-/// # Errors
-/// When it cannot be read or is not one.
-pub fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
-    let elf = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    let image = Image::parse(&elf).with_context(|| format!("{} is no image", path.display()))?;
-    Ok(Arc::new(image))
+    fn frame(&self, bus: TwinBus, record: WireRecord) -> Option<Record> {
+        let WireRecord::Completed { trace, receivers, .. } = record else { return None };
+        let reached = receivers.iter().map(|(index, _)| self.node(*index)).collect();
+        let bus = match bus {
+            TwinBus::Nominal => Bus::Nominal,
+            TwinBus::Redundant => Bus::Redundant,
+        };
+        let from = self.node(trace.transmitter);
+        let seen = Seen::new(bus, trace.frame, self.plan.scope(), from, reached);
+        Some(Record { at: trace.end, what: Happening::Frame(seen) })
+    }
+
+    fn log(&self, log: LogRecord) -> Option<Record> {
+        let level = match log.level {
+            Some(rtt::Level::Trace | rtt::Level::Debug) => return None,
+            Some(rtt::Level::Info) | None => Level::Info,
+            Some(rtt::Level::Warn) => Level::Warn,
+            Some(rtt::Level::Error) => Level::Error,
+        };
+        let what = Happening::Log { node: self.node(log.board.0), level, text: log.text };
+        Some(Record { at: log.at, what })
+    }
+
+    /// Boards are attached in the order of the plan.
+    fn node(&self, index: usize) -> Node {
+        self.plan.boards[index].node
+    }
 }
 
 fn power_on(board: &BoardPlan) -> Record {
     Record { at: board.power_on, what: Happening::PowerOn(board.node) }
-}
-
-fn frame(bus: TwinBus, record: WireRecord) -> Option<Record> {
-    let WireRecord::Completed { trace, receivers, .. } = record else { return None };
-    let reached = receivers.iter().map(|(index, _)| node(*index)).collect();
-    let what = Happening::Frame(Seen {
-        bus: match bus {
-            TwinBus::Nominal => Bus::Nominal,
-            TwinBus::Redundant => Bus::Redundant,
-        },
-        frame: trace.frame,
-        from: node(trace.transmitter),
-        reached,
-    });
-    Some(Record { at: trace.end, what })
-}
-
-fn log(log: LogRecord) -> Option<Record> {
-    let level = match log.level {
-        Some(rtt::Level::Trace | rtt::Level::Debug) => return None,
-        Some(rtt::Level::Info) | None => Level::Info,
-        Some(rtt::Level::Warn) => Level::Warn,
-        Some(rtt::Level::Error) => Level::Error,
-    };
-    let what = Happening::Log { node: node(log.board.0), level, text: log.text };
-    Some(Record { at: log.at, what })
-}
-
-/// Boards are attached in the order of their Node-IDs, the master first.
-fn node(index: usize) -> Node {
-    MASTER + index as Node
 }
 
 fn twin_bus(bus: Bus) -> TwinBus {

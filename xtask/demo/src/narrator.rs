@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use can_wire::time::Time;
 use console::{Style, style};
 
-use super::message::{Message, NmtState};
+use super::message::{Message, NmtState, Scope};
 use super::observer::{Change, Phase};
 use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
 use super::telemetry;
@@ -49,13 +49,17 @@ struct Traffic {
     commands: u32,
     requests: u32,
     replies: u32,
+    pdos: u32,
+    sdos: u32,
+    heartbeats: u32,
     /// The latest reply to each request.
     latest: BTreeMap<u16, (Node, u64)>,
 }
 
 /// Turns records and the observer's changes into lines.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Narrator {
+    scope: Scope,
     traffic: Traffic,
     next_summary: Time,
     summaries: usize,
@@ -70,8 +74,15 @@ pub fn name(node: Node) -> String {
 
 impl Narrator {
     /// At the start of a flight.
-    pub fn new() -> Self {
-        Narrator { next_summary: SUMMARY_EVERY, ..Narrator::default() }
+    pub fn new(scope: Scope) -> Self {
+        Narrator {
+            scope,
+            traffic: Traffic::default(),
+            next_summary: SUMMARY_EVERY,
+            summaries: 0,
+            master_bus: None,
+            cut: None,
+        }
     }
 
     /// The lines for one record and what the observer made of it.
@@ -102,13 +113,14 @@ impl Narrator {
             }
             Happening::Frame(seen) => self.on_frame(record.at, seen, &mut lines),
         }
-        lines.extend(changes.iter().filter_map(|change| on_change(record.at, change)));
+        lines.extend(changes.iter().filter_map(|change| self.on_change(record.at, change)));
         lines
     }
 
     fn on_frame(&mut self, at: Time, seen: &Seen, lines: &mut Vec<Line>) {
         let mut say = |node, text: String, tone| lines.push(line(at, Some(seen.bus), node, text, tone));
-        match Message::decode(&seen.frame) {
+        self.traffic.count(seen.message);
+        match seen.message {
             Some(Message::BootUp { node }) => say(node, "boot-up".into(), Tone::Plain),
             Some(Message::Nmt { command, node }) => {
                 let whom = if node == 0 { "all nodes".into() } else { name(node) };
@@ -137,17 +149,18 @@ impl Narrator {
                     say(MASTER, text, if before.is_none() { Tone::Plain } else { Tone::Warning });
                 }
             }
-            Some(Message::Telecommand { .. }) => self.traffic.commands += 1,
-            Some(Message::TelemetryRequest { .. }) => self.traffic.requests += 1,
-            Some(Message::Telemetry { node, code, value }) => {
-                self.traffic.replies += 1;
-                self.traffic.latest.insert(code, (node, value));
-            }
             Some(
-                Message::Sync | Message::LocalTime { .. } | Message::Heartbeat { .. } | Message::Sdo { .. },
+                Message::Sync
+                | Message::LocalTime { .. }
+                | Message::Heartbeat { .. }
+                | Message::Telecommand { .. }
+                | Message::TelemetryRequest { .. }
+                | Message::Telemetry { .. }
+                | Message::Pdo
+                | Message::Sdo { .. },
             ) => {}
             None => {
-                let text = format!("frame that nobody here understands: {:?}", seen.frame);
+                let text = format!("frame without a known meaning: {:?}", seen.frame);
                 say(seen.from, text, Tone::Warning);
             }
         }
@@ -156,41 +169,71 @@ impl Narrator {
     fn sum_up(&mut self) -> Option<Line> {
         let at = self.next_summary;
         self.next_summary = at + SUMMARY_EVERY;
-        let Traffic { commands, requests, replies, latest } = std::mem::take(&mut self.traffic);
-        // Another request each time, so that everything is heard of.
-        let (&code, &(node, value)) = latest.iter().nth(self.summaries % latest.len().max(1))?;
-        self.summaries += 1;
+        let traffic = std::mem::take(&mut self.traffic);
+        let counts = match self.scope {
+            Scope::Mission => {
+                let Traffic { commands, requests, replies, latest, .. } = traffic;
+                // Another request each time, so that every kind of telemetry appears.
+                let (&code, &(node, value)) = latest.iter().nth(self.summaries % latest.len().max(1))?;
+                self.summaries += 1;
+                format!(
+                    "{commands} TC, {requests} TM requests, {replies} TM replies; {}: {}",
+                    name(node),
+                    telemetry::text(code, value)
+                )
+            }
+            Scope::Protocol => {
+                let Traffic { pdos, sdos, heartbeats, .. } = traffic;
+                format!("{heartbeats} heartbeats, {pdos} PDOs, {sdos} frames of SDOs")
+            }
+        };
         Some(Line {
             at,
             bus: None,
             who: String::new(),
-            text: format!(
-                "in the last {} s: {commands} TC, {requests} TM requests, {replies} TM replies; {}: {}",
-                SUMMARY_EVERY.as_us() / 1_000_000,
-                name(node),
-                telemetry::text(code, value)
-            ),
+            text: format!("in the last {} s: {counts}", SUMMARY_EVERY.as_us() / 1_000_000),
             tone: Tone::Quiet,
         })
     }
+
+    fn on_change(&self, now: Time, change: &Change) -> Option<Line> {
+        match *change {
+            Change::Now(_, span) if matches!(span.phase, Phase::Off | Phase::Starting) => None,
+            // The master's own state and bus show in its messages.
+            Change::Now(MASTER, _) => None,
+            Change::Now(node, span) => {
+                let tone = match span.phase {
+                    Phase::Nmt(NmtState::Operational) => Tone::Good,
+                    _ => Tone::Plain,
+                };
+                let text = format!("{} on the {} bus", span.phase.name(), span.bus.name());
+                Some(line(span.from, Some(span.bus), node, text, tone))
+            }
+            Change::Recovered(node, took) => {
+                let what = match self.scope {
+                    Scope::Mission => "commands and telemetry flow again",
+                    Scope::Protocol => "operational on the other bus",
+                };
+                let text = format!("{what}, {} after the cut", milliseconds(took));
+                Some(line(now, None, node, text, Tone::Good))
+            }
+        }
+    }
 }
 
-fn on_change(now: Time, change: &Change) -> Option<Line> {
-    match *change {
-        Change::Now(_, span) if matches!(span.phase, Phase::Off | Phase::Starting) => None,
-        // The master's own state and bus are told by its messages.
-        Change::Now(MASTER, _) => None,
-        Change::Now(node, span) => {
-            let tone = match span.phase {
-                Phase::Nmt(NmtState::Operational) => Tone::Good,
-                _ => Tone::Plain,
-            };
-            let text = format!("{} on the {} bus", span.phase.name(), span.bus.name());
-            Some(line(span.from, Some(span.bus), node, text, tone))
-        }
-        Change::Recovered(node, took) => {
-            let text = format!("commands and telemetry flow again, {} after the cut", milliseconds(took));
-            Some(line(now, None, node, text, Tone::Good))
+impl Traffic {
+    fn count(&mut self, message: Option<Message>) {
+        match message {
+            Some(Message::Telecommand { .. }) => self.commands += 1,
+            Some(Message::TelemetryRequest { .. }) => self.requests += 1,
+            Some(Message::Telemetry { node, code, value }) => {
+                self.replies += 1;
+                self.latest.insert(code, (node, value));
+            }
+            Some(Message::Pdo) => self.pdos += 1,
+            Some(Message::Sdo { .. }) => self.sdos += 1,
+            Some(Message::Heartbeat { .. }) => self.heartbeats += 1,
+            _ => {}
         }
     }
 }
@@ -234,8 +277,11 @@ mod tests {
 
     fn frame(ms: u64, bus: Bus, id: u16, data: &[u8]) -> Record {
         let frame = WireFrame::standard(id, data);
-        let what = Happening::Frame(Seen { bus, frame, from: 1, reached: Nodes::default() });
-        Record { at: Time::from_ms(ms), what }
+        record(ms, Seen::new(bus, frame, Scope::Mission, 1, Nodes::default()))
+    }
+
+    fn record(ms: u64, seen: Seen) -> Record {
+        Record { at: Time::from_ms(ms), what: Happening::Frame(seen) }
     }
 
     fn texts(narrator: &mut Narrator, record: &Record) -> Vec<String> {
@@ -244,7 +290,7 @@ mod tests {
 
     #[test]
     fn the_switch_is_told_once_with_its_delay() {
-        let mut narrator = Narrator::new();
+        let mut narrator = Narrator::new(Scope::Mission);
         let beat = |ms, bus| frame(ms, bus, 0x701, &[0x05]);
         let first = texts(&mut narrator, &beat(100, Bus::Nominal));
         assert_eq!(first, ["master: heartbeat on the nominal bus: it is the active one"]);
@@ -259,7 +305,7 @@ mod tests {
 
     #[test]
     fn traffic_is_summed_up_every_five_seconds() {
-        let mut narrator = Narrator::new();
+        let mut narrator = Narrator::new(Scope::Mission);
         assert!(texts(&mut narrator, &frame(10, Bus::Nominal, 0x302, &[1, 0])).is_empty());
         assert!(texts(&mut narrator, &frame(20, Bus::Nominal, 0x402, &[3, 1])).is_empty());
         assert!(texts(&mut narrator, &frame(21, Bus::Nominal, 0x382, &[3, 1, 99])).is_empty());
@@ -270,8 +316,25 @@ mod tests {
     }
 
     #[test]
+    fn traffic_of_unknown_images_is_counted_not_read() {
+        let mut narrator = Narrator::new(Scope::Protocol);
+        let mut on = |ms, id, data: &[u8]| {
+            let frame = WireFrame::standard(id, data);
+            let seen = Seen::new(Bus::Nominal, frame, Scope::Protocol, 1, Nodes::default());
+            texts(&mut narrator, &record(ms, seen))
+        };
+        for id in [0x302, 0x382, 0x283] {
+            assert_eq!(on(10, id, &[1, 0, 0]), [""; 0]);
+        }
+        assert_eq!(on(20, 0x603, &[0; 8]), [""; 0]);
+        assert_eq!(on(30, 0x703, &[5]), [""; 0]);
+        let expected = [": in the last 5 s: 1 heartbeats, 3 PDOs, 1 frames of SDOs"];
+        assert_eq!(on(5001, 0x080, &[]), expected);
+    }
+
+    #[test]
     fn network_management_is_told_in_words() {
-        let mut narrator = Narrator::new();
+        let mut narrator = Narrator::new(Scope::Mission);
         assert_eq!(
             texts(&mut narrator, &frame(1, Bus::Redundant, 0x000, &[0x80, 3])),
             ["master: NMT enter pre-operational: node 3"]

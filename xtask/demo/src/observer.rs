@@ -1,7 +1,7 @@
 //! What the slaves must be doing, judged from the wires alone.
 //!
-//! A model per slave follows the frames that reached its controllers and the heartbeats it sent. It decides which
-//! commands were due (`tc_due`) without asking the firmware; the firmware's own count must then agree.
+//! A model per slave follows the frames that reached its controllers and the heartbeats it sent. In a flight of the shipped
+//! images it decides which commands were due (`tc_due`) without asking the firmware; the firmware's own count must then agree.
 //!
 //! - NMT start received on a bus: operational on it. Other NMT commands: not operational.
 //! - Its own heartbeat shows state and bus. Within `SETTLING` of a message from the master that changed either, it does not
@@ -9,16 +9,15 @@
 //! - Parallel access: any message of the master (NMT, heartbeat, boot-up) on the other bus moves it there
 //!   (ECSS 8.3.3g). Selective access: it hears one bus and says itself when it has changed.
 //! - The master silent for the consumer time, a boot-up, no power: not operational.
+//! - An image of the user's: neither its access nor its consumer time is known, so its own heartbeats alone show its bus.
 
 use std::collections::BTreeMap;
 
 use can_wire::time::Time;
 
-use super::message::{Message, NmtCommand, NmtState};
+use super::message::{Message, NmtCommand, NmtState, Scope};
+use super::plan::Plan;
 use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
-
-/// Heartbeat consumer time of the slaves in the profile `librecube`.
-const CONSUMER_TIME: Time = Time::from_ms(2500);
 
 /// How long a heartbeat can have waited for the bus: more than all frames that may be ahead of it.
 const SETTLING: Time = Time::from_ms(5);
@@ -30,14 +29,17 @@ pub enum Access {
     Parallel,
     /// One bus at a time.
     Selective,
+    /// An image of the user's decides.
+    Unknown,
 }
 
 impl Access {
-    /// The word of the standard.
+    /// The word of the standard, if it is known.
     pub fn name(self) -> &'static str {
         match self {
             Access::Parallel => "parallel",
             Access::Selective => "selective",
+            Access::Unknown => "",
         }
     }
 }
@@ -87,7 +89,8 @@ pub struct Span {
 pub enum Change {
     /// A node changed phase or bus.
     Now(Node, Span),
-    /// First command due or telemetry seen from a slave on the other bus, so long after the cut.
+    /// The first proof after the cut that a slave works on the other bus, and the time since the cut. In a flight of the
+    /// shipped images a command due or telemetry, else a heartbeat as operational.
     Recovered(Node, Time),
 }
 
@@ -100,7 +103,9 @@ pub struct Track {
     pub spans: Vec<Span>,
     /// Commands that it had to execute.
     pub tc_due: u64,
-    /// From the cut until commands or telemetry flowed again.
+    /// Resets of the node that the master commanded.
+    pub resets_due: u64,
+    /// From the cut until it worked on the other bus, see [`Change::Recovered`].
     pub failover: Option<Time>,
     master_heard: Option<Time>,
     settled: Time,
@@ -111,12 +116,22 @@ pub struct Track {
 pub struct Observer {
     nodes: BTreeMap<Node, Track>,
     cut: Option<(Bus, Time)>,
+    consumer_time: Time,
+    scope: Scope,
 }
 
 impl Track {
     fn new(access: Option<Access>) -> Self {
         let off = Span { from: Time::ZERO, phase: Phase::Off, bus: Bus::Nominal };
-        Track { access, spans: vec![off], tc_due: 0, failover: None, master_heard: None, settled: Time::ZERO }
+        Track {
+            access,
+            spans: vec![off],
+            tc_due: 0,
+            resets_due: 0,
+            failover: None,
+            master_heard: None,
+            settled: Time::ZERO,
+        }
     }
 
     /// What it is doing now.
@@ -132,12 +147,12 @@ impl Track {
 }
 
 impl Observer {
-    /// For a master and these slaves, all without power.
-    pub fn new(slaves: impl IntoIterator<Item = (Node, Access)>) -> Self {
+    /// For the boards of a plan, all without power.
+    pub fn new(plan: &Plan) -> Self {
         let mut nodes: BTreeMap<_, _> =
-            slaves.into_iter().map(|(node, access)| (node, Track::new(Some(access)))).collect();
+            plan.slaves().map(|(node, access)| (node, Track::new(Some(access)))).collect();
         nodes.insert(MASTER, Track::new(None));
-        Observer { nodes, cut: None }
+        Observer { nodes, cut: None, consumer_time: plan.consumer_time(), scope: plan.scope() }
     }
 
     /// All nodes, the master first.
@@ -174,7 +189,8 @@ impl Observer {
 
     fn expire(&mut self, now: Time, changes: &mut Vec<Change>) {
         for (&node, track) in &mut self.nodes {
-            let Some(deadline) = track.master_heard.map(|heard| heard + CONSUMER_TIME) else { continue };
+            let Some(heard) = track.master_heard else { continue };
+            let deadline = heard + self.consumer_time;
             let current = track.now();
             if deadline < now && current.phase == Phase::Nmt(NmtState::Operational) {
                 let phase = Phase::Nmt(NmtState::PreOperational);
@@ -184,7 +200,7 @@ impl Observer {
     }
 
     fn on_frame(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
-        let Some(message) = Message::decode(&seen.frame) else { return };
+        let Some(message) = seen.message else { return };
         match message {
             Message::Nmt { command, node } => {
                 self.on_master(at, seen, changes);
@@ -213,6 +229,10 @@ impl Observer {
                 if self.nodes.get(&node).is_some_and(|track| at >= track.settled) {
                     self.enter(node, at, Phase::Nmt(state), seen.bus, changes);
                 }
+                let is_slave = node != MASTER && state == NmtState::Operational;
+                if self.scope == Scope::Protocol && is_slave {
+                    self.recovered(node, at, seen.bus, changes);
+                }
             }
             Message::Telecommand { node, .. } => {
                 let Some(track) = self.nodes.get_mut(&node) else { return };
@@ -226,6 +246,7 @@ impl Observer {
             | Message::Emergency { .. }
             | Message::SpacecraftTime(_)
             | Message::LocalTime { .. }
+            | Message::Pdo
             | Message::Sdo { .. }
             | Message::TelemetryRequest { .. } => {}
         }
@@ -234,7 +255,7 @@ impl Observer {
     /// A message that makes its bus the active one (ECSS 8.3.3g) for every slave whose controller received it.
     fn on_master(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
         for (&slave, track) in &mut self.nodes {
-            let Some(access) = track.access else { continue };
+            let Some(access) = track.access.filter(|access| *access != Access::Unknown) else { continue };
             if !seen.reached.contains(slave) {
                 continue;
             }
@@ -276,6 +297,7 @@ impl Track {
     }
 
     fn obey(&mut self, node: Node, at: Time, command: NmtCommand, changes: &mut Vec<Change>) {
+        self.resets_due += u64::from(command == NmtCommand::ResetNode);
         let phase = match command {
             NmtCommand::Start => Phase::Nmt(NmtState::Operational),
             NmtCommand::Stop => Phase::Nmt(NmtState::Stopped),
@@ -294,11 +316,13 @@ mod tests {
 
     use super::*;
     use crate::record::Nodes;
+    use crate::sample;
 
     const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0]);
     const COMMAND_2: (u16, &[u8]) = (0x302, &[1, 0]);
     const COMMAND_4: (u16, &[u8]) = (0x304, &[1, 0]);
     const MASTER_BEATS: (u16, &[u8]) = (0x701, &[0x05]);
+    const OPERATIONAL: Phase = Phase::Nmt(NmtState::Operational);
 
     /// Slave 2 with parallel, slave 4 with selective access, both booted on the nominal bus at 0.
     struct World {
@@ -307,8 +331,11 @@ mod tests {
 
     impl World {
         fn new() -> Self {
-            let mut world =
-                World { observer: Observer::new([(2, Access::Parallel), (4, Access::Selective)]) };
+            World::of(&sample::plan())
+        }
+
+        fn of(plan: &Plan) -> Self {
+            let mut world = World { observer: Observer::new(plan) };
             for node in [2, 4] {
                 world.observer.on(&Record { at: Time::ZERO, what: Happening::PowerOn(node) });
                 world.sees(0, Bus::Nominal, (0x700 + u16::from(node), &[0x00]), &[1]);
@@ -319,7 +346,7 @@ mod tests {
         fn sees(&mut self, ms: u64, bus: Bus, (id, data): (u16, &[u8]), reached: &[Node]) -> Vec<Change> {
             let frame = WireFrame::standard(id, data);
             let reached: Nodes = reached.iter().copied().collect();
-            let what = Happening::Frame(Seen { bus, frame, from: 0, reached });
+            let what = Happening::Frame(Seen::new(bus, frame, self.observer.scope, 0, reached));
             self.observer.on(&Record { at: Time::from_ms(ms), what })
         }
 
@@ -427,6 +454,36 @@ mod tests {
         world.sees(270, Bus::Nominal, (0x702, &[0x7F]), &[1, 4]);
         world.sees(271, Bus::Nominal, COMMAND_2, &[2]);
         assert_eq!(world.due(2), 1, "the next one is believed");
+    }
+
+    /// Given slave 2 with an image of the user's, then only its own frames show its bus, no silence of the master ends its
+    /// operation, and its heartbeat as operational on the other bus is its recovery.
+    #[test]
+    fn an_unknown_image_is_where_its_heartbeats_are() {
+        let mut plan = sample::plan();
+        plan.boards[1].own_image = Some("own".into());
+        let mut world = World::of(&plan);
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        world.cut(100);
+        let changes = world.sees(200, Bus::Redundant, MASTER_BEATS, &[2]);
+        assert!(changes.iter().all(|change| matches!(change, Change::Now(MASTER, _))), "{changes:?}");
+        assert_eq!(world.sees(201, Bus::Redundant, COMMAND_2, &[2]), []);
+        let moved = Span { from: Time::from_ms(260), phase: OPERATIONAL, bus: Bus::Redundant };
+        let expected = [Change::Now(2, moved), Change::Recovered(2, Time::from_ms(160))];
+        assert_eq!(world.sees(260, Bus::Redundant, (0x702, &[0x05]), &[1]), expected);
+        assert_eq!(world.due(2), 0);
+        world.sees(9_000, Bus::Redundant, (0x080, &[]), &[2]);
+        assert_eq!(world.observer.nodes()[&2].now(), moved);
+    }
+
+    #[test]
+    fn commanded_resets_are_counted_where_they_arrive() {
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, (0x000, &[0x81, 2]), &[2, 4]);
+        world.sees(30, Bus::Nominal, (0x000, &[0x81, 0]), &[4]);
+        world.sees(40, Bus::Nominal, (0x000, &[0x82, 4]), &[4]);
+        let resets = [2, 4].map(|node| world.observer.nodes()[&node].resets_due);
+        assert_eq!(resets, [1, 1]);
     }
 
     #[test]

@@ -1,26 +1,31 @@
-//! The command line of the demo: defaults, ranges and what a wrong value is told.
+//! The command line of the demo: defaults, ranges and the complaints about wrong values.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use support::board::Board;
+use support::craft::{Craft, MASTER, Node};
 use support::misuse::Misuse;
 use support::project;
+
+use super::plan::SEED;
 
 const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
 
 /// Fly one master and some slaves on two CAN buses, cut the nominal bus, and report.
 #[derive(Args, Debug)]
 #[command(after_help = "Every run with the same options gives byte-identical logs: all times are virtual.\n\
+    With an image of your own (--master, --slave) the flight is judged and reported by what the standards define: NMT\n\
+    states, heartbeats, changes of bus, bus load. Commands and telemetry of the shipped mission are left out.\n\
     Exit code 0: all slaves were operational at the end, no frame was lost, no board locked up or panicked;\n\
     1: one of these failed, the reason is printed; 2: wrong command line; 130: stopped by Ctrl-C or SIGTERM, what was\n\
     flown is written all the same; 141: the reader of its output has left, likewise.")]
 pub struct Options {
-    /// Number of slave boards: nodes 2, 3, 4, ... (node 4 uses selective bus access) [1..14]
-    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(1..=14))]
-    pub slaves: u8,
+    /// Boards and images.
+    #[command(flatten)]
+    pub craft: Craft,
 
     /// Length of the flight in virtual seconds [1..3600]
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
@@ -32,12 +37,8 @@ pub struct Options {
     pub cut_at: Option<CutAt>,
 
     /// Chooses crystal errors, places on the bus and power-on times [0..18446744073709551615]
-    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", default_value_t = SEED, allow_negative_numbers = true)]
     pub seed: u64,
-
-    /// Board whose images are built and flown
-    #[arg(long, value_name = "BOARD", value_enum, default_value_t = Board::PyboardV11)]
-    pub board: Board,
 
     /// Directory for logs, pcapng, report and summary, as seen from the current one; created when missing. The files of an
     /// earlier flight there are removed first [default: target/demo] of the project
@@ -84,6 +85,24 @@ impl Default for Options {
 }
 
 impl Options {
+    /// Checks what the parser cannot see of boards and images.
+    ///
+    /// # Errors
+    /// When no slave is left, or two images are given for one node.
+    pub fn check(&self) -> Result<(), Misuse> {
+        self.craft.check("demo")?;
+        if self.craft.slaves().is_empty() {
+            let text = "invalid value '0' for '--slaves <N>': no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";
+            return Err(Misuse::of("demo", text));
+        }
+        Ok(())
+    }
+
+    /// Node-IDs of all boards, the master first.
+    pub fn nodes(&self) -> BTreeSet<Node> {
+        std::iter::once(MASTER).chain(self.craft.slaves()).collect()
+    }
+
     /// Second of the cut, `None` for a flight without one.
     ///
     /// # Errors

@@ -1,46 +1,32 @@
 //! The table at the end of a flight, for the terminal.
 
-use super::flight::Flight;
+use can_wire::time::Time;
+
+use super::flight::{Flight, Heartbeats};
 use super::narrator::name;
-use super::summary::Summary;
+use super::observer::Track;
+use super::record::Bus;
+use super::summary::{MissionCounts, Summary};
 
 /// All boards in a table, the totals below.
 pub fn text(flight: &Flight, summary: &Summary) -> String {
-    let head = ["board", "access", "at the end", "fail-over", "TC due", "executed", "lost", "aborted"]
-        .map(String::from);
-    let rows = flight.boards.iter().map(|board| {
-        let track = &flight.observer.nodes()[&board.node];
-        let now = track.now();
-        let of_slave = |text: String| track.access.map_or(String::new(), |_| text);
-        [
-            name(board.node),
-            track.access.map_or("", |access| access.name()).into(),
-            format!("{}, {} bus", now.phase.name(), now.bus.name()),
-            track.failover.map_or(of_slave("-".into()), |took| format!("{:.1} ms", took.as_secs_f64() * 1e3)),
-            of_slave(track.tc_due.to_string()),
-            of_slave(board.telltale.commands.to_string()),
-            board.lost_frames.to_string(),
-            board.aborted_frames.to_string(),
-        ]
-    });
-    let table = aligned(&std::iter::once(head).chain(rows).collect::<Vec<_>>(), 3);
+    let (table, traffic) = match &summary.mission {
+        Some(mission) => (mission_table(flight), mission_totals(mission)),
+        None => (protocol_table(flight), UNKNOWN_IMAGES.to_owned() + "\n"),
+    };
     let frames: u64 = summary.frames.values().sum();
+    let [nominal, redundant] = Bus::BOTH.map(|bus| summary.bus_load_percent[bus.name()]);
     format!(
         "{table}\n\
-         {} of {} slaves operational; TC: {} on the wire, {} due, {} executed, {} repeats dropped;\n\
-         TM: {} requested, {} received\n\
+         {} of {} slaves operational; changes of bus: {}; load: nominal {nominal} %, redundant {redundant} %\n\
+         {traffic}\
          {frames} frames completed, {} lost, {} aborted; {} lock-ups, {} panics\n\
          stamps of SYNC: {}\n\
          {} s of virtual time in {} s on this computer ({} million emulated instructions per second; cycle counts \
          are model cycles,\nflash wait states included)\n",
         summary.slaves_operational_at_end,
         summary.boards - 1,
-        summary.tc_sent,
-        summary.tc_due,
-        summary.tc_executed,
-        summary.tc_repeats,
-        summary.tm_requested,
-        summary.tm_received,
+        summary.bus_changes,
         summary.lost_frames,
         summary.aborted_frames,
         summary.lockups,
@@ -50,6 +36,75 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         summary.wall_seconds,
         summary.emulated_mips,
     )
+}
+
+/// What a flight with images of the user's leaves out.
+pub const UNKNOWN_IMAGES: &str =
+    "images of your own: their commands and telemetry are recorded, but neither read nor judged";
+
+fn mission_totals(mission: &MissionCounts) -> String {
+    format!(
+        "TC: {} on the wire, {} due, {} executed, {} repeats dropped; TM: {} requested, {} received\n",
+        mission.tc_sent,
+        mission.tc_due,
+        mission.tc_executed,
+        mission.tc_repeats,
+        mission.tm_requested,
+        mission.tm_received,
+    )
+}
+
+fn mission_table(flight: &Flight) -> String {
+    let head = ["board", "access", "at the end", "fail-over", "TC due", "executed", "lost", "aborted"];
+    let rows = flight.boards.iter().map(|board| {
+        let track = &flight.observer.nodes()[&board.node];
+        let of_slave = |text: String| track.access.map_or(String::new(), |_| text);
+        [
+            name(board.node),
+            track.access.map_or("", |access| access.name()).into(),
+            at_the_end(track),
+            fail_over(track),
+            of_slave(track.tc_due.to_string()),
+            of_slave(board.telltale.commands.to_string()),
+            board.lost_frames.to_string(),
+            board.aborted_frames.to_string(),
+        ]
+    });
+    aligned(&std::iter::once(head.map(String::from)).chain(rows).collect::<Vec<_>>(), 3)
+}
+
+fn protocol_table(flight: &Flight) -> String {
+    let head = ["board", "image", "at the end", "fail-over", "heartbeats", "longest gap", "lost", "aborted"];
+    let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, board)| {
+        let track = &flight.observer.nodes()[&board.node];
+        let Heartbeats { count, longest_gap } = flight.heartbeats(board.node);
+        [
+            name(board.node),
+            plan.image().into(),
+            at_the_end(track),
+            fail_over(track),
+            count.to_string(),
+            longest_gap.map_or("-".into(), milliseconds),
+            board.lost_frames.to_string(),
+            board.aborted_frames.to_string(),
+        ]
+    });
+    aligned(&std::iter::once(head.map(String::from)).chain(rows).collect::<Vec<_>>(), 3)
+}
+
+fn at_the_end(track: &Track) -> String {
+    let now = track.now();
+    format!("{}, {} bus", now.phase.name(), now.bus.name())
+}
+
+/// Empty for the master.
+fn fail_over(track: &Track) -> String {
+    let unknown = if track.access.is_some() { "-" } else { "" };
+    track.failover.map_or(unknown.into(), milliseconds)
+}
+
+fn milliseconds(time: Time) -> String {
+    format!("{:.1} ms", time.as_secs_f64() * 1e3)
 }
 
 fn stamps(flight: &Flight, summary: &Summary) -> String {
@@ -102,9 +157,22 @@ mod tests {
         for expected in [
             "master               operational, redundant bus",
             "node 4   selective   operational, redundant bus   12406.0 ms      271        271",
-            "2 of 2 slaves operational; TC: 778 on the wire, 660 due, 660 executed, 0 repeats dropped",
+            "2 of 2 slaves operational; changes of bus: 1; load: nominal 2.25 %, redundant 1.5 %",
+            "TC: 778 on the wire, 660 due, 660 executed, 0 repeats dropped",
         ] {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");
         }
+    }
+
+    #[test]
+    fn unknown_images_are_named_and_their_commands_left_out() {
+        let mut flight = sample::flight();
+        flight.plan.boards[1].own_image = Some("heater".into());
+        let text = text(&flight, &Summary::of(&flight));
+        for expected in ["node 2   heater ", "node 4   shipped", UNKNOWN_IMAGES, "800.0 ms      0         3"]
+        {
+            assert!(text.contains(expected), "no {expected:?} in\n{text}");
+        }
+        assert!(!text.contains("TC"), "{text}");
     }
 }

@@ -1,18 +1,24 @@
-//! What a seed decides before a flight: crystals, places on the bus, power-on times.
+//! What is decided before a flight: its boards and images; by the seed their crystals, places on the bus and power-on times.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use can_wire::time::Time;
+use twin::board::{BoardConfig, Fittings};
+use twin::image::Image;
 
+use super::message::Scope;
 use super::observer::Access;
 use super::options::Options;
-use super::record::{Bus, MASTER, Node};
-use support::board::Board;
-use support::board::Profile;
+use super::record::Bus;
+use support::board::{Board, Profile};
+use support::craft::{MASTER, Node};
 use support::misuse::Misuse;
 
-/// The mission profile that both images are built with.
-pub const PROFILE: Profile = Profile::Librecube;
+/// The usual seed.
+pub const SEED: u64 = 1;
 
-/// The slave with selective access in that profile.
+/// The slave with selective access in the profile `librecube`.
 const SELECTIVE: Node = 4;
 
 /// Worst crystal in either direction, parts per million.
@@ -32,6 +38,8 @@ const POWER_ON_WITHIN_US: u64 = 300_000;
 pub struct BoardPlan {
     /// Node-ID; 1 is the master.
     pub node: Node,
+    /// File name of the image of the user's that it flies; `None`: the shipped one.
+    pub own_image: Option<String>,
     /// Error of its crystal, parts per million.
     pub crystal_ppm: f64,
     /// Place on both buses, metres from the master's end.
@@ -40,11 +48,34 @@ pub struct BoardPlan {
     pub power_on: Time,
 }
 
+impl BoardPlan {
+    /// Its image, for people.
+    pub fn image(&self) -> &str {
+        self.own_image.as_deref().unwrap_or("shipped")
+    }
+
+    /// This board on the twin.
+    pub fn config(&self, board: Board, name: String, image: Arc<Image>) -> BoardConfig {
+        BoardConfig {
+            name,
+            model: board.model(),
+            image,
+            straps: board.straps(self.node),
+            ppm: self.crystal_ppm,
+            position_m: self.position_m,
+            power_on_at: self.power_on,
+            fittings: Fittings::default(),
+        }
+    }
+}
+
 /// A flight to be flown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Model of all boards.
     pub board: Board,
+    /// Mission profile of the shipped images.
+    pub profile: Profile,
     /// Where the numbers below come from.
     pub seed: u64,
     /// Master first, then the slaves by Node-ID.
@@ -79,33 +110,65 @@ impl Plan {
     /// # Errors
     /// When the cut lies after the end.
     pub fn new(options: &Options) -> Result<Plan, Misuse> {
-        let mut random = fastrand::Rng::with_seed(options.seed);
-        let boards = (MASTER..=MASTER + options.slaves)
-            .map(|node| BoardPlan {
-                node,
-                crystal_ppm: (2.0 * random.f64() - 1.0) * CRYSTAL_PPM,
-                position_m: match node {
-                    MASTER => 0.0,
-                    _ => PLACES_M.start + random.f64() * (PLACES_M.end - PLACES_M.start),
-                },
-                power_on: Time::from_us(random.u64(..POWER_ON_WITHIN_US)),
-            })
-            .collect();
+        let mut boards = boards(options.seed, &options.nodes());
+        for board in &mut boards {
+            let file = options.craft.own_image(board.node).and_then(|path| path.file_name());
+            board.own_image = file.map(|name| name.to_string_lossy().into_owned());
+        }
         let cut = options.cut_second()?.map(|second| CutPlan {
             bus: Bus::Nominal,
             at: from_seconds(second),
             position_m: CUT_AT_M,
         });
-        Ok(Plan { board: options.board, seed: options.seed, boards, end: from_seconds(options.seconds), cut })
+        let Options { craft, seed, seconds, .. } = options;
+        let (board, profile) = (craft.board, craft.profile);
+        Ok(Plan { board, profile, seed: *seed, boards, end: from_seconds(*seconds), cut })
+    }
+
+    /// How much of the traffic has a meaning.
+    pub fn scope(&self) -> Scope {
+        let is_shipped = self.boards.iter().all(|board| board.own_image.is_none());
+        if is_shipped { Scope::Mission } else { Scope::Protocol }
     }
 
     /// The slaves and how they use the buses.
     pub fn slaves(&self) -> impl Iterator<Item = (Node, Access)> + '_ {
         self.boards.iter().filter(|board| board.node != MASTER).map(|board| {
-            let access = if board.node == SELECTIVE { Access::Selective } else { Access::Parallel };
+            let access = match (board.own_image.is_some(), self.profile, board.node) {
+                (true, ..) => Access::Unknown,
+                (false, Profile::Librecube, SELECTIVE) => Access::Selective,
+                (false, ..) => Access::Parallel,
+            };
             (board.node, access)
         })
     }
+
+    /// Heartbeat consumer time of the shipped slaves.
+    pub fn consumer_time(&self) -> Time {
+        match self.profile {
+            Profile::Librecube => Time::from_ms(2500),
+            Profile::Standard => Time::from_ms(250),
+        }
+    }
+}
+
+/// Boards with crystals, places and power-on times by the seed. A node has the same ones whoever else is there.
+pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
+    let mut random = fastrand::Rng::with_seed(seed);
+    let last = nodes.last().copied().unwrap_or(MASTER);
+    (MASTER..=last)
+        .map(|node| BoardPlan {
+            node,
+            own_image: None,
+            crystal_ppm: (2.0 * random.f64() - 1.0) * CRYSTAL_PPM,
+            position_m: match node {
+                MASTER => 0.0,
+                _ => PLACES_M.start + random.f64() * (PLACES_M.end - PLACES_M.start),
+            },
+            power_on: Time::from_us(random.u64(..POWER_ON_WITHIN_US)),
+        })
+        .filter(|board| nodes.contains(&board.node))
+        .collect()
 }
 
 fn from_seconds(seconds: f64) -> Time {

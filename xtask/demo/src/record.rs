@@ -5,11 +5,8 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
-/// Node-ID of a board, `1..=127`; 1 is the master.
-pub type Node = u8;
-
-/// The master's Node-ID.
-pub const MASTER: Node = 1;
+use super::message::{Message, Scope};
+pub use support::craft::{MASTER, Node};
 
 /// One of the two buses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -77,10 +74,19 @@ pub struct Seen {
     pub bus: Bus,
     /// The frame.
     pub frame: WireFrame,
-    /// Who sent it.
+    /// Its meaning, if it has one.
+    pub message: Option<Message>,
+    /// Node that sent it.
     pub from: Node,
     /// Whose controllers received it: live, on the same side of a cut.
     pub reached: Nodes,
+}
+
+impl Seen {
+    /// A frame whose meaning is looked up in `scope`.
+    pub fn new(bus: Bus, frame: WireFrame, scope: Scope, from: Node, reached: Nodes) -> Seen {
+        Seen { bus, message: Message::decode(&frame, scope), frame, from, reached }
+    }
 }
 
 /// Severity of a firmware's log line.

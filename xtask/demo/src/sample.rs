@@ -8,13 +8,13 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use super::flight::{BoardCount, Flight};
-use super::message::{Message, NmtState};
+use super::message::{Message, NmtState, Scope};
 use super::narrator::Narrator;
-use super::observer::{Access, Observer, Phase};
+use super::observer::{Observer, Phase};
 use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Record, Seen};
 use super::stamps::StampErrors;
-use support::board::Board;
+use support::board::{Board, Profile};
 use support::telltale::{Stamps, Telltale};
 
 const CUT_MS: u64 = 20_000;
@@ -39,7 +39,8 @@ fn at(ms: u64, what: Happening) -> Record {
 
 fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) -> Record {
     let reached: Nodes = reached.iter().copied().collect();
-    at(ms, Happening::Frame(Seen { bus, frame: WireFrame::standard(id, data), from, reached }))
+    let frame = WireFrame::standard(id, data);
+    at(ms, Happening::Frame(Seen::new(bus, frame, Scope::Mission, from, reached)))
 }
 
 /// Where the master sends at `ms`, `None` while nobody acknowledges.
@@ -117,29 +118,36 @@ fn records() -> Vec<Record> {
     records
 }
 
-/// The flight.
-pub fn flight() -> Flight {
+/// What was to be flown.
+pub fn plan() -> Plan {
     let board = |node, crystal_ppm, position_m, power_on| BoardPlan {
         node,
+        own_image: None,
         crystal_ppm,
         position_m,
         power_on: Time::from_ms(power_on),
     };
-    let plan = Plan {
+    Plan {
         board: Board::PyboardV11,
+        profile: Profile::Librecube,
         seed: 1,
         boards: vec![board(1, 12.0, 0.0, 20), board(2, -31.5, 4.2, 110), board(4, 48.0, 17.0, 230)],
         end: Time::from_ms(40_000),
         cut: Some(CutPlan { bus: Bus::Nominal, at: Time::from_ms(CUT_MS), position_m: 0.5 }),
-    };
-    let mut observer = Observer::new([(2, Access::Parallel), (4, Access::Selective)]);
-    let mut narrator = Narrator::new();
+    }
+}
+
+/// The flight.
+pub fn flight() -> Flight {
+    let plan = plan();
+    let mut observer = Observer::new(&plan);
+    let mut narrator = Narrator::new(Scope::Mission);
     let records = records();
     let story = records.iter().flat_map(|record| narrator.tell(record, &observer.on(record))).collect();
     observer.conclude(plan.end);
     let replies = records.iter().filter(|record| {
         let Happening::Frame(seen) = &record.what else { return false };
-        matches!(Message::decode(&seen.frame), Some(Message::Telemetry { .. }))
+        matches!(seen.message, Some(Message::Telemetry { .. }))
     });
     let count = |node, commands, telemetry_replies| BoardCount {
         node,
@@ -170,5 +178,6 @@ pub fn flight() -> Flight {
         observer,
         boards,
         stamp_errors,
+        busy: [Time::from_ms(900), Time::from_ms(600)],
     }
 }

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use can_wire::time::Time;
 use serde::Serialize;
 
 use super::flight::Flight;
-use super::message::Message;
-use super::plan::PROFILE;
+use super::message::{Message, Scope};
+use super::plan::BoardPlan;
 use super::record::{Bus, MASTER, Node};
 use super::verdict::Verdict;
 
@@ -20,8 +21,10 @@ pub struct Summary {
     pub boards: usize,
     /// Model of the boards.
     pub board: &'static str,
-    /// Mission profile of both images.
+    /// Mission profile of the shipped images.
     pub profile: &'static str,
+    /// File names of the images of the user's, by node; empty when all are the shipped ones.
+    pub own_images: BTreeMap<Node, String>,
     /// Seed of crystals, places and power-on times.
     pub seed: u64,
     /// Length of the flight in virtual time, as asked for.
@@ -41,19 +44,19 @@ pub struct Summary {
     pub stamp_worst_error_ns: Option<f64>,
     /// Frames that completed, per bus.
     pub frames: BTreeMap<&'static str, u64>,
-    /// TC frames that completed on a wire.
-    pub tc_sent: u64,
-    /// TC frames that completed while the addressee was operational on that bus and in reach.
-    pub tc_due: u64,
-    /// TCs executed, by the slaves' own count.
-    pub tc_executed: u64,
-    /// TCs that arrived again and that slaves dropped: CAN delivers at least once.
-    pub tc_repeats: u64,
-    /// TM request frames that completed on a wire.
-    pub tm_requested: u64,
-    /// TM replies received, by the master's own count.
-    pub tm_received: u64,
-    /// Per slave, from the cut to the first TC due or TM on the other bus; `null` when that never came.
+    /// Load of each bus over the whole flight, percent.
+    pub bus_load_percent: BTreeMap<&'static str, f64>,
+    /// How often the master changed the bus.
+    pub bus_changes: usize,
+    /// Heartbeats of each node that completed.
+    pub heartbeats: BTreeMap<Node, u64>,
+    /// Longest time between two heartbeats of a node; `null` with fewer than two.
+    pub heartbeat_longest_gap_ms: BTreeMap<Node, Option<f64>>,
+    /// Commands and telemetry; only of flights with shipped images alone.
+    #[serde(flatten)]
+    pub mission: Option<MissionCounts>,
+    /// Per slave, from the cut to the first TC due or TM on the other bus; with an image of the user's in the flight, to the
+    /// first heartbeat as operational there. `null` when that never came.
     pub failover_ms: BTreeMap<Node, Option<f64>>,
     /// Slaves that are operational on some bus at the end.
     pub slaves_operational_at_end: usize,
@@ -69,20 +72,36 @@ pub struct Summary {
     pub panics: u64,
 }
 
+/// What only the shipped mission has.
+#[derive(Clone, Debug, Serialize)]
+pub struct MissionCounts {
+    /// TC frames that completed on a wire.
+    pub tc_sent: u64,
+    /// TC frames that completed while the addressee was operational on that bus and in reach.
+    pub tc_due: u64,
+    /// TCs executed, by the slaves' own count.
+    pub tc_executed: u64,
+    /// TCs that arrived again and that slaves dropped: CAN delivers at least once.
+    pub tc_repeats: u64,
+    /// TM request frames that completed on a wire.
+    pub tm_requested: u64,
+    /// TM replies received, by the master's own count.
+    pub tm_received: u64,
+}
+
 impl Summary {
     /// Of a finished flight.
     pub fn of(flight: &Flight) -> Summary {
         let wall_seconds = flight.wall.as_secs_f64();
         let instructions: u64 = flight.boards.iter().map(|board| board.instructions).sum();
-        let messages = || flight.frames().filter_map(|(_, seen)| Message::decode(&seen.frame));
-        let slave_counts = || flight.boards.iter().filter(|board| board.node != MASTER);
-        let master_counts = || flight.boards.iter().filter(|board| board.node == MASTER);
-        let count = |predicate: fn(&Message) -> bool| messages().filter(predicate).count() as u64;
+        let heartbeats = || flight.boards.iter().map(|board| (board.node, flight.heartbeats(board.node)));
+        let own = |board: &BoardPlan| Some((board.node, board.own_image.clone()?));
         Summary {
             verdict: Verdict::of(flight),
             boards: flight.boards.len(),
             board: flight.plan.board.name(),
-            profile: PROFILE.name(),
+            profile: flight.plan.profile.name(),
+            own_images: flight.plan.boards.iter().filter_map(own).collect(),
             seed: flight.plan.seed,
             planned_seconds: rounded(flight.plan.end.as_secs_f64(), 6),
             virtual_seconds: rounded(flight.end.as_secs_f64(), 6),
@@ -95,16 +114,17 @@ impl Summary {
             frames: Bus::BOTH
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
-            tc_sent: count(|message| matches!(message, Message::Telecommand { .. })),
-            tc_due: flight.observer.slaves().map(|(_, track)| track.tc_due).sum(),
-            tc_executed: slave_counts().map(|board| u64::from(board.telltale.commands)).sum(),
-            tc_repeats: slave_counts().map(|board| u64::from(board.telltale.repeats)).sum(),
-            tm_requested: count(|message| matches!(message, Message::TelemetryRequest { .. })),
-            tm_received: master_counts().map(|board| u64::from(board.telltale.telemetry_replies)).sum(),
+            bus_load_percent: Bus::BOTH.map(|bus| (bus.name(), rounded(flight.load(bus) * 100.0, 2))).into(),
+            bus_changes: flight.bus_changes(),
+            heartbeats: heartbeats().map(|(node, heartbeats)| (node, heartbeats.count)).collect(),
+            heartbeat_longest_gap_ms: heartbeats()
+                .map(|(node, heartbeats)| (node, heartbeats.longest_gap.map(milliseconds)))
+                .collect(),
+            mission: (flight.plan.scope() == Scope::Mission).then(|| MissionCounts::of(flight)),
             failover_ms: flight
                 .observer
                 .slaves()
-                .map(|(node, track)| (node, track.failover.map(|took| rounded(took.as_secs_f64() * 1e3, 3))))
+                .map(|(node, track)| (node, track.failover.map(milliseconds)))
                 .collect(),
             slaves_operational_at_end: flight
                 .observer
@@ -118,6 +138,27 @@ impl Summary {
             panics: flight.boards.iter().map(|board| board.panics).sum(),
         }
     }
+}
+
+impl MissionCounts {
+    fn of(flight: &Flight) -> MissionCounts {
+        let messages = || flight.frames().filter_map(|(_, seen)| seen.message);
+        let slave_counts = || flight.boards.iter().filter(|board| board.node != MASTER);
+        let master_counts = || flight.boards.iter().filter(|board| board.node == MASTER);
+        let count = |predicate: fn(&Message) -> bool| messages().filter(predicate).count() as u64;
+        MissionCounts {
+            tc_sent: count(|message| matches!(message, Message::Telecommand { .. })),
+            tc_due: flight.observer.slaves().map(|(_, track)| track.tc_due).sum(),
+            tc_executed: slave_counts().map(|board| u64::from(board.telltale.commands)).sum(),
+            tc_repeats: slave_counts().map(|board| u64::from(board.telltale.repeats)).sum(),
+            tm_requested: count(|message| matches!(message, Message::TelemetryRequest { .. })),
+            tm_received: master_counts().map(|board| u64::from(board.telltale.telemetry_replies)).sum(),
+        }
+    }
+}
+
+fn milliseconds(time: Time) -> f64 {
+    rounded(time.as_secs_f64() * 1e3, 3)
 }
 
 fn stamp_source(flight: &Flight) -> &'static str {
@@ -148,9 +189,10 @@ mod tests {
         let flight = sample::flight();
         let summary = Summary::of(&flight);
         assert_eq!(summary.boards, 3);
-        assert_eq!(summary.tc_sent, sample::COMMANDS_ON_THE_WIRE);
-        assert_eq!(summary.tc_due, sample::COMMANDS_DUE);
-        assert_eq!(summary.tc_executed, sample::COMMANDS_DUE);
+        let mission = summary.mission.expect("the images are the shipped ones");
+        assert_eq!(mission.tc_sent, sample::COMMANDS_ON_THE_WIRE);
+        assert_eq!(mission.tc_due, sample::COMMANDS_DUE);
+        assert_eq!(mission.tc_executed, sample::COMMANDS_DUE);
         assert_eq!(summary.slaves_operational_at_end, 2);
         assert_eq!(summary.failover_ms[&2], Some(sample::PARALLEL_FAILOVER_MS));
         assert_eq!(summary.failover_ms[&4], Some(sample::SELECTIVE_FAILOVER_MS));
@@ -181,12 +223,33 @@ mod tests {
         flight.boards[2].lost_frames = 3;
         flight.boards[2].telltale.repeats = 4;
         let summary = Summary::of(&flight);
-        assert_eq!(summary.tc_repeats, 4, "told, and no fault");
+        assert_eq!(summary.mission.map(|mission| mission.tc_repeats), Some(4), "reported, and no fault");
         assert_eq!((summary.lockups, summary.panics, summary.lost_frames), (1, 1, 3));
         let faults = faults(&flight);
         assert_eq!(faults.len(), 4, "{faults:?}");
         assert_eq!(faults[0], "master locked up");
         assert_eq!(faults[3], "node 4 lost 3 frames");
+    }
+
+    /// Loads are of 40 s. A master's heartbeat every 250 ms but between 19.8 s and 20.6 s, where no node acknowledged.
+    #[test]
+    fn buses_and_heartbeats_have_their_numbers() {
+        let summary = Summary::of(&sample::flight());
+        assert_eq!(summary.bus_load_percent, BTreeMap::from([("nominal", 2.25), ("redundant", 1.5)]));
+        assert_eq!(summary.bus_changes, 1);
+        assert_eq!(summary.heartbeats[&1], 80 + 78);
+        assert_eq!(summary.heartbeat_longest_gap_ms[&1], Some(800.0));
+        assert_eq!(summary.heartbeat_longest_gap_ms[&2], Some(250.0));
+    }
+
+    #[test]
+    fn unknown_images_have_their_names_and_no_commands() {
+        let mut flight = sample::flight();
+        flight.plan.boards[2].own_image = Some("own.elf".into());
+        let json = serde_json::to_value(Summary::of(&flight)).unwrap();
+        assert_eq!(json["own_images"]["4"], "own.elf");
+        assert_eq!(json.get("tc_due").or(json.get("tm_received")), None);
+        assert!(json.get("failover_ms").is_some());
     }
 
     #[test]

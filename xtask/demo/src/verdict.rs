@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::flight::{Flight, Interruption};
+use super::message::Scope;
 use super::narrator::name;
 use super::observer::Access;
 
@@ -88,13 +89,15 @@ fn damage(flight: &Flight) -> Vec<String> {
         if board.panics > 0 {
             faults.push(format!("{who} panicked"));
         }
-        if board.resets > 0 {
-            faults.push(format!("{who} reset itself"));
-        }
         if board.lost_frames > 0 {
             faults.push(format!("{who} lost {} frames", board.lost_frames));
         }
-        if let Some(track) = flight.observer.nodes().get(&board.node)
+        let Some(track) = flight.observer.nodes().get(&board.node) else { continue };
+        if board.resets > track.resets_due {
+            let due = track.resets_due;
+            faults.push(format!("{who} reset itself {} times, {due} of them commanded", board.resets));
+        }
+        if flight.plan.scope() == Scope::Mission
             && track.access.is_some()
             && track.tc_due != u64::from(board.telltale.commands)
         {
@@ -109,7 +112,10 @@ fn damage(flight: &Flight) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
+    use can_wire::frame::WireFrame;
+
     use super::*;
+    use crate::record::{Bus, Happening, Nodes, Record, Seen};
     use crate::sample;
 
     #[test]
@@ -126,12 +132,33 @@ mod tests {
         assert_eq!(verdict, Verdict { outcome: Outcome::Failed, reasons: vec!["master locked up".into()] });
     }
 
+    #[test]
+    fn only_resets_that_nobody_commanded_are_faults() {
+        let mut flight = sample::flight();
+        flight.boards[1].resets = 1;
+        assert_eq!(faults(&flight), ["node 2 reset itself 1 times, 0 of them commanded"]);
+        let reset = (Bus::Nominal, WireFrame::standard(0x000, &[0x81, 2]));
+        let seen = Seen::new(reset.0, reset.1, Scope::Mission, 1, Nodes::from_iter([2]));
+        flight.observer.on(&Record { at: flight.end, what: Happening::Frame(seen) });
+        assert!(!faults(&flight).iter().any(|fault| fault.contains("reset itself")), "{:?}", faults(&flight));
+    }
+
+    /// Given images of the user's, then their commands are not judged: nobody knows how many were due.
+    #[test]
+    fn commands_of_unknown_images_are_not_judged() {
+        let mut flight = sample::flight();
+        flight.boards[1].telltale.commands = 0;
+        assert_eq!(Verdict::of(&flight).outcome, Outcome::Failed);
+        flight.plan.boards[0].own_image = Some("own".into());
+        assert_eq!(Verdict::of(&flight).outcome, Outcome::Passed);
+    }
+
     /// Given a flight stopped before its slaves were operational, Then only the stop and real damage are reasons.
     #[test]
     fn an_early_end_excuses_slaves_but_no_damage() {
         let mut flight = sample::flight();
         flight.interrupted = Some(Interruption::Asked);
-        flight.observer = crate::observer::Observer::new(flight.plan.slaves());
+        flight.observer = crate::observer::Observer::new(&flight.plan);
         flight.boards.iter_mut().for_each(|board| board.telltale.commands = 0);
         flight.boards[1].panics = 1;
         let Verdict { outcome, reasons } = Verdict::of(&flight);

@@ -35,15 +35,16 @@ const STEP: Time = Time::from_us(500);
 /// When an image cannot be built, a port is taken, or a board had to be stopped, panicked or locked up.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     options.check()?;
-    let mut images = craft::own_images(options)?;
+    let nodes = options.nodes();
+    let mut images = options.craft.own_images("twin", &nodes)?;
     // A port that is taken is reported before a build of a minute. It is closed again: a client that came now would hear
     // nothing for so long, or never, and could not tell.
     Bus::ALL.into_iter().try_for_each(|bus| port::listen(bus, options.address(bus)).map(drop))?;
     if !options.listen.is_loopback() {
         warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
     }
-    craft::add_shipped(options, &mut images)?;
-    let mut spacecraft = craft::assemble(options, &images)?;
+    options.craft.add_shipped(&nodes, &mut images)?;
+    let mut spacecraft = craft::assemble(options, &images);
     let stop = Stop::at_ctrl_c()?;
     let mut ports = Vec::new();
     for bus in Bus::ALL {

@@ -1,8 +1,9 @@
-//! What the commands share: boards and profiles, images as files, output and endings, counters of a flown image.
+//! What the commands share: boards with their images, images as files, output and endings, counters of a flown image.
 
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod craft;
 pub mod elf;
 pub mod misuse;
 pub mod output;

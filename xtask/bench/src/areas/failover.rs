@@ -91,7 +91,7 @@ fn fail_over(flight: &Flight) -> Option<FailOver> {
     let by_master = |(at, seen): &(Time, &Seen)| *at > cut && seen.bus == bus.other() && seen.from == MASTER;
     let (detection, _) = flight.frames().find(by_master)?;
     let (command, _) = flight.frames().find(|(at, seen)| {
-        by_master(&(*at, seen)) && matches!(Message::decode(&seen.frame), Some(Message::Telecommand { .. }))
+        by_master(&(*at, seen)) && matches!(seen.message, Some(Message::Telecommand { .. }))
     })?;
     Some(FailOver {
         detection: milliseconds(detection.since(cut)),
@@ -104,8 +104,7 @@ fn fail_over(flight: &Flight) -> Option<FailOver> {
 fn selective(flight: &Flight) -> Option<f64> {
     let (cut, bus) = flight.cut()?;
     let heartbeats = flight.frames().filter(|(_, seen)| {
-        let message = Message::decode(&seen.frame);
-        let heartbeat = matches!(message, Some(Message::Heartbeat { node: MASTER, .. }));
+        let heartbeat = matches!(seen.message, Some(Message::Heartbeat { node: MASTER, .. }));
         heartbeat && seen.bus == bus && seen.reached.contains(SELECTIVE)
     });
     let (last, _) = heartbeats.last()?;

@@ -12,8 +12,8 @@ use twin::stamps::{Counts, Disturbance, Outcome, Trial};
 use super::Area;
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
-use demo::mission;
 use support::board::Profile;
+use support::craft;
 use support::telltale::Telltale;
 
 pub const AREA: Area =
@@ -56,7 +56,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
 
 fn fly(context: &Context, load: f64) -> anyhow::Result<Outcome> {
     let images = context.images(FLOWN, Profile::Standard)?;
-    let (master, slave) = (mission::image(&images.master)?, mission::image(&images.slave)?);
+    let (master, slave) = (craft::image(&images.master)?, craft::image(&images.slave)?);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for (node, position_m, ppm) in SEATS {
         spacecraft.add_board(BoardConfig {

@@ -8,6 +8,10 @@ mod tables;
 mod timeline;
 
 use crate::flight::Flight;
+use crate::message::Scope;
+use crate::narrator::name;
+use crate::observer::Access;
+use crate::outcome::UNKNOWN_IMAGES;
 use crate::record::Bus;
 use crate::summary::Summary;
 use crate::verdict::{Outcome, Verdict};
@@ -24,6 +28,7 @@ pub fn timeline(flight: &Flight) -> String {
 
 /// The whole page.
 pub fn page(flight: &Flight, summary: &Summary) -> String {
+    let scope = flight.plan.scope();
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -47,12 +52,12 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                         (states_key())
                     }))
                     .columns {
-                        (section("Fail-over", FAILOVER_HELP, &tables::failover(flight)))
-                        (section("Frames", "Completed frames per bus.", &tables::frames(flight)))
+                        (section("Fail-over", failover_help(scope), &tables::failover(flight)))
+                        (section("Frames", "Completed frames per bus, and the share of the flight in which the bus was busy.", &tables::frames(flight)))
                     }
-                    (section("Boards", BOARDS_HELP, &tables::boards(flight)))
+                    (section("Boards", boards_help(scope), &tables::boards(flight)))
                     (story(flight))
-                    (section("How to read this", "", &how_to_read()))
+                    (section("How to read this", "", &how_to_read(flight)))
                     footer { (footer(summary)) }
                 }
             }
@@ -70,12 +75,29 @@ const CUT_HELP: &str = "The same, stretched. After the cut, no node acknowledges
 const NODES_HELP: &str = "Taken from the wires: heartbeats and commands that reached the node, not its own memory. The thin \
     line below a bar is the bus on which the node works. Point at a bar for its times.";
 
-const FAILOVER_HELP: &str = "From the cut until the slave was commanded, or answered, on the other bus.";
+fn failover_help(scope: Scope) -> &'static str {
+    match scope {
+        Scope::Mission => "From the cut until the slave was commanded, or answered, on the other bus.",
+        Scope::Protocol => "From the cut to the slave's first heartbeat as operational on the other bus.",
+    }
+}
 
-const BOARDS_HELP: &str = "Crystal, place and power-on time come from the seed. Due are the commands that completed \
-    while the slave was operational on that bus, by the observer's model; executed is the slave's own count.";
+fn boards_help(scope: Scope) -> &'static str {
+    match scope {
+        Scope::Mission => {
+            "Crystal, place and power-on time come from the seed. Due are the commands that completed while the slave was \
+             operational on that bus, by the observer's model; executed is the slave's own count."
+        }
+        Scope::Protocol => {
+            "Crystal, place and power-on time come from the seed. The gap is the longest time between two heartbeats of the \
+             node, on whichever bus."
+        }
+    }
+}
 
-fn how_to_read() -> Markup {
+fn how_to_read(flight: &Flight) -> Markup {
+    let is_selective = |(_, access)| access == Access::Selective;
+    let has_selective = flight.plan.slaves().any(is_selective);
     html! {
         p {
             "All times are virtual: the boards are emulated, the same seed gives the same flight. Each board runs the real \
@@ -83,10 +105,12 @@ fn how_to_read() -> Markup {
         }
         p {
             b { "Parallel access" } ": both controllers of the slave are live, it follows the master's first message on \
-             the other bus and stays operational. " b { "Selective access" } ": the slave hears one bus at a time; it \
-             misses the master's heartbeat for one consumer time (2.5 s), becomes pre-operational, and changes to the \
-             other bus after Ttoggle = 5 consumer times (12.5 s after the last heartbeat). The master then starts it \
-             unasked."
+             the other bus and stays operational. "
+            @if has_selective {
+                b { "Selective access" } ": the slave hears one bus at a time; it misses the master's heartbeat for one \
+                 consumer time (2.5 s), becomes pre-operational, and changes to the other bus after Ttoggle = 5 consumer \
+                 times (12.5 s after the last heartbeat). The master then starts it unasked."
+            }
         }
         p {
             "The logs beside this file hold every frame: " code { "bus-nominal.log" } " and " code { "bus-redundant.log" }
@@ -105,15 +129,19 @@ fn header(flight: &Flight, summary: &Summary) -> Markup {
     let cut = flight.cut().map_or("No bus was cut.".into(), |(at, bus)| {
         format!("At {} s the {} bus was cut next to the master.", at.as_secs_f64(), bus.name())
     });
-    let Summary { boards, board, profile, seed, virtual_seconds, .. } = summary;
+    let Summary { boards, board, profile, seed, virtual_seconds, own_images, .. } = summary;
+    let profile = if own_images.len() < *boards { format!(", profile {profile}") } else { String::new() };
     html! {
         header {
             h1 { "A flight on two CAN buses" }
             span.verdict.(class) { (verdict) }
         }
         p.lead {
-            "One master and " (boards - 1) " slaves (" (board) ", profile " (profile) ", seed " (seed) ") flew "
+            "One master and " (boards - 1) " slaves (" (board) (profile) ", seed " (seed) ") flew "
             (format!("{virtual_seconds:.0}")) " s of virtual time. " (cut)
+        }
+        @if flight.plan.scope() == Scope::Protocol {
+            p.lead { (notice(flight)) }
         }
         @if !reasons.is_empty() {
             ul.faults { @for reason in reasons { li { (reason) } } }
@@ -121,18 +149,32 @@ fn header(flight: &Flight, summary: &Summary) -> Markup {
     }
 }
 
+/// The images of the user's, and what the report leaves out for them.
+fn notice(flight: &Flight) -> String {
+    let boards = flight.plan.boards.iter();
+    let own = boards.filter_map(|board| Some(format!("{}: {}", name(board.node), board.own_image.as_ref()?)));
+    let own = own.collect::<Vec<_>>().join(", ");
+    let mut left_out = UNKNOWN_IMAGES.to_owned();
+    left_out[..1].make_ascii_uppercase();
+    format!("{left_out} ({own}). The verdict is about NMT states, lost frames, lock-ups, panics and resets.")
+}
+
 fn tiles(summary: &Summary) -> Markup {
     let slaves = summary.boards - 1;
     let fastest = summary.failover_ms.values().flatten().copied().reduce(f64::min);
     let slowest = summary.failover_ms.values().flatten().copied().reduce(f64::max);
-    let mut tiles = vec![
-        (
-            format!("{} of {slaves}", summary.slaves_operational_at_end),
-            "slaves operational at the end".into(),
-        ),
-        (summary.tc_executed.to_string(), format!("commands executed, {} due", summary.tc_due)),
-        (summary.tm_received.to_string(), "telemetry replies received".into()),
-    ];
+    let mut tiles = vec![(
+        format!("{} of {slaves}", summary.slaves_operational_at_end),
+        "slaves operational at the end".into(),
+    )];
+    if let Some(mission) = &summary.mission {
+        tiles.push((mission.tc_executed.to_string(), format!("commands executed, {} due", mission.tc_due)));
+        tiles.push((mission.tm_received.to_string(), "telemetry replies received".into()));
+    } else {
+        tiles.push((summary.bus_changes.to_string(), "changes of bus by the master".into()));
+        let highest = summary.bus_load_percent.values().copied().fold(0.0, f64::max);
+        tiles.push((format!("{highest} %"), "load of the busier bus".into()));
+    }
     if let (Some(fastest), Some(slowest)) = (fastest, slowest) {
         tiles.push((duration(fastest), "fastest fail-over".into()));
         tiles.push((duration(slowest), "slowest fail-over".into()));
@@ -236,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn the_page_tells_the_flight() {
+    fn the_page_reports_the_flight() {
         let page = rendered(&sample::flight());
         for expected in [
             "flew as it should",
@@ -249,6 +291,26 @@ mod tests {
             "heartbeat moved to the redundant bus",
         ] {
             assert!(page.contains(expected), "{expected}");
+        }
+    }
+
+    #[test]
+    fn a_page_of_unknown_images_has_no_commands() {
+        let mut flight = sample::flight();
+        flight.plan.boards[1].own_image = Some("heater".into());
+        let page = rendered(&flight);
+        for expected in [
+            "(node 2: heater)",
+            "neither read nor judged",
+            "PDOs, slaves",
+            "800.0 ms",
+            "2.25 %",
+            "profile librecube",
+        ] {
+            assert!(page.contains(expected), "{expected}");
+        }
+        for forbidden in ["commands executed", "telemetry replies", "TM reply", "TC due"] {
+            assert!(!page.contains(forbidden), "{forbidden}");
         }
     }
 

@@ -4,8 +4,10 @@ use super::duration;
 use super::timeline::Kind;
 use maud::{Markup, html};
 
-use crate::flight::Flight;
+use crate::flight::{BoardCount, Flight, Heartbeats};
+use crate::message::Scope;
 use crate::narrator::name;
+use crate::plan::BoardPlan;
 use crate::record::Bus;
 
 /// Fail-over time of every slave.
@@ -13,66 +15,77 @@ pub fn failover(flight: &Flight) -> Markup {
     let rows = flight.observer.slaves().map(|(node, track)| {
         let took = track.failover.map_or("\u{2013}".into(), |took| duration(took.as_secs_f64() * 1e3));
         let now = track.now();
-        vec![
-            text(name(node)),
-            text(track.access.map_or("", |access| access.name())),
-            text(took),
-            html! { (now.phase.name()) ", " (bus(now.bus)) },
-        ]
+        let access = track.access.map_or("", |access| access.name());
+        let second = if access.is_empty() { "\u{2013}" } else { access };
+        vec![text(name(node)), text(second), text(took), html! { (now.phase.name()) ", " (bus(now.bus)) }]
     });
     table(&["slave", "access", "fail-over", "at the end"].map(text), rows)
 }
 
-/// Completed frames by kind and bus.
+/// Completed frames by kind and bus, and the load of the buses.
 pub fn frames(flight: &Flight) -> Markup {
     let count =
         |bus, kind| flight.frames().filter(|(_, seen)| seen.bus == bus && Kind::of(seen) == kind).count();
-    let mut rows: Vec<Vec<Markup>> = Kind::ROWS
+    let scope = flight.plan.scope();
+    let counts = |kind: Kind| (kind.name(), Bus::BOTH.map(|bus| count(bus, kind)));
+    let others = Kind::others(scope).iter().map(|kind| counts(*kind)).filter(|(_, counts)| *counts != [0, 0]);
+    let mut rows: Vec<Vec<Markup>> = Kind::rows(scope)
         .into_iter()
-        .chain([Kind::Other])
-        .map(|kind| (kind.name(), Bus::BOTH.map(|bus| count(bus, kind))))
-        .filter(|(name, counts)| *name != Kind::Other.name() || counts.iter().any(|count| *count > 0))
+        .map(counts)
+        .chain(others)
         .map(|(name, [nominal, redundant])| vec![text(name), html! { (nominal) }, html! { (redundant) }])
         .collect();
     let all = Bus::BOTH.map(|bus| flight.frames().filter(|(_, seen)| seen.bus == bus).count());
     rows.push(vec![html! { b { "all" } }, html! { b { (all[0]) } }, html! { b { (all[1]) } }]);
+    let [nominal, redundant] = Bus::BOTH.map(|bus| format!("{:.1} %", flight.load(bus) * 100.0));
+    rows.push(vec![text("bus load"), text(nominal), text(redundant)]);
     table(&[text("kind"), bus(Bus::Nominal), bus(Bus::Redundant)], rows)
 }
 
 /// The boards, what the seed made of them and what they counted.
 pub fn boards(flight: &Flight) -> Markup {
+    let scope = flight.plan.scope();
+    let traffic: &[&str] = match scope {
+        Scope::Mission => &["TC due", "TC executed"],
+        Scope::Protocol => &["heartbeats", "longest gap"],
+    };
+    let second = if scope == Scope::Mission { "access" } else { "image" };
+    let head = [
+        &["board", second, "crystal", "place", "power on", "instructions"],
+        traffic,
+        &["frames lost", "aborted"],
+    ];
     let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, count)| {
-        let track = &flight.observer.nodes()[&plan.node];
-        let (due, executed) = match track.access {
-            Some(_) => (track.tc_due.to_string(), count.telltale.commands.to_string()),
-            None => ("".into(), "".into()),
-        };
+        let [third, fourth] = traffic_of(flight, plan, count);
+        let access = flight.observer.nodes()[&plan.node].access.map_or("", |access| access.name());
         vec![
             name(plan.node),
-            track.access.map_or("", |access| access.name()).to_owned(),
+            (if scope == Scope::Mission { access } else { plan.image() }).to_owned(),
             format!("{:+.1} ppm", plan.crystal_ppm),
             format!("{:.1} m", plan.position_m),
             format!("{:.0} ms", plan.power_on.as_secs_f64() * 1e3),
             format!("{:.1} M", count.instructions as f64 / 1e6),
-            due,
-            executed,
+            third,
+            fourth,
             count.lost_frames.to_string(),
             count.aborted_frames.to_string(),
         ]
     });
-    let head = [
-        "board",
-        "access",
-        "crystal",
-        "place",
-        "power on",
-        "instructions",
-        "TC due",
-        "TC executed",
-        "frames lost",
-        "aborted",
-    ];
-    cards(&head, rows)
+    cards(&head.concat(), rows)
+}
+
+/// Commands due and executed; of a flight with images of the user's heartbeats and their longest gap.
+fn traffic_of(flight: &Flight, plan: &BoardPlan, count: &BoardCount) -> [String; 2] {
+    let track = &flight.observer.nodes()[&plan.node];
+    match (flight.plan.scope(), track.access) {
+        (Scope::Mission, Some(_)) => [track.tc_due.to_string(), count.telltale.commands.to_string()],
+        (Scope::Mission, None) => [String::new(), String::new()],
+        (Scope::Protocol, _) => {
+            let Heartbeats { count, longest_gap } = flight.heartbeats(plan.node);
+            let gap = longest_gap.map_or("\u{2013}".into(), |gap| duration(gap.as_secs_f64() * 1e3));
+            [count.to_string(), gap]
+        }
+    }
 }
 
 fn bus(bus: Bus) -> Markup {

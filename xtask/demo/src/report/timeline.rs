@@ -7,7 +7,7 @@ use can_wire::time::Time;
 use super::axis::{Axis, Layout};
 use super::svg::Svg;
 use crate::flight::Flight;
-use crate::message::Message;
+use crate::message::{Message, Scope};
 use crate::record::{Bus, MASTER, Seen};
 
 /// Kinds of frames, in the order of their rows.
@@ -20,23 +20,37 @@ pub enum Kind {
     Command,
     Request,
     Reply,
+    Sdo,
+    MasterPdo,
+    SlavePdo,
     Other,
 }
 
 impl Kind {
-    /// Those that our nodes send; foreign frames share the first row.
-    pub const ROWS: [Kind; 7] =
-        [Kind::Network, Kind::Master, Kind::Slave, Kind::Time, Kind::Command, Kind::Request, Kind::Reply];
+    /// Those with a row of their own in the pictures; the others share the first row.
+    pub fn rows(scope: Scope) -> [Kind; ROWS] {
+        let [network, master, slave, time] = [Kind::Network, Kind::Master, Kind::Slave, Kind::Time];
+        match scope {
+            Scope::Mission => [network, master, slave, time, Kind::Command, Kind::Request, Kind::Reply],
+            Scope::Protocol => [network, master, slave, time, Kind::Sdo, Kind::MasterPdo, Kind::SlavePdo],
+        }
+    }
+
+    /// Those without.
+    pub fn others(scope: Scope) -> &'static [Kind] {
+        match scope {
+            Scope::Mission => &[Kind::Sdo, Kind::Other],
+            Scope::Protocol => &[Kind::Other],
+        }
+    }
 
     /// The kind of a frame.
     pub fn of(seen: &Seen) -> Kind {
-        match Message::decode(&seen.frame) {
-            Some(
-                Message::Nmt { .. }
-                | Message::BootUp { .. }
-                | Message::Emergency { .. }
-                | Message::Sdo { .. },
-            ) => Kind::Network,
+        match seen.message {
+            Some(Message::Nmt { .. } | Message::BootUp { .. } | Message::Emergency { .. }) => Kind::Network,
+            Some(Message::Sdo { .. }) => Kind::Sdo,
+            Some(Message::Pdo) if seen.from == MASTER => Kind::MasterPdo,
+            Some(Message::Pdo) => Kind::SlavePdo,
             Some(Message::Heartbeat { node: MASTER, .. }) => Kind::Master,
             Some(Message::Heartbeat { .. }) => Kind::Slave,
             Some(Message::Sync | Message::SpacecraftTime(_) | Message::LocalTime { .. }) => Kind::Time,
@@ -57,6 +71,9 @@ impl Kind {
             Kind::Command => "TC",
             Kind::Request => "TM request",
             Kind::Reply => "TM reply",
+            Kind::Sdo => "SDO",
+            Kind::MasterPdo => "PDOs, master",
+            Kind::SlavePdo => "PDOs, slaves",
             Kind::Other => "other",
         }
     }
@@ -68,6 +85,8 @@ impl Kind {
             Kind::Master => "HB master",
             Kind::Slave => "HB slaves",
             Kind::Time => "SYNC, time",
+            Kind::MasterPdo => "PDO master",
+            Kind::SlavePdo => "PDO slaves",
             _ => self.name(),
         }
     }
@@ -79,20 +98,18 @@ impl Kind {
             Kind::Master => "master",
             Kind::Slave => "slave",
             Kind::Time => "time",
-            Kind::Command => "command",
-            Kind::Request => "request",
-            Kind::Reply => "reply",
+            Kind::Command | Kind::MasterPdo => "command",
+            Kind::Request | Kind::Sdo => "request",
+            Kind::Reply | Kind::SlavePdo => "reply",
             Kind::Other => "other",
         }
     }
-
-    fn row(self) -> usize {
-        Kind::ROWS.iter().position(|kind| *kind == self).unwrap_or(0)
-    }
 }
 
+const ROWS: usize = 7;
+
 const ROW: f64 = 16.0;
-const LANE: f64 = Kind::ROWS.len() as f64 * ROW + 6.0;
+const LANE: f64 = ROWS as f64 * ROW + 6.0;
 const TITLE: f64 = 32.0;
 const AXIS: f64 = 26.0;
 const HEIGHT: f64 = 2.0 * (TITLE + LANE) + AXIS;
@@ -123,7 +140,7 @@ pub fn close_up(flight: &Flight, layout: Layout) -> Option<Svg> {
 }
 
 fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
-    let layout = axis.layout();
+    let (layout, scope) = (axis.layout(), flight.plan.scope());
     let mut svg = Svg::new(layout.width, HEIGHT, title);
     let (left, right) = axis.ends();
     svg.rect("paper", 0.0, 0.0, layout.width, HEIGHT);
@@ -137,26 +154,27 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
         // Wider than the names of the rows where there is little room, so it begins at the border.
         let (anchor, x) = if layout.brief { ("", 0.0) } else { (" end", left - 12.0) };
         svg.text(&format!("bus-{}{anchor}", bus.name()), x, top(bus) - 9.0, &lane);
-        for kind in Kind::ROWS {
-            let y = row_top(bus, kind);
+        for (row, kind) in Kind::rows(scope).into_iter().enumerate() {
+            let y = row_top(bus, row);
             let name = if layout.brief { kind.brief() } else { kind.name() };
             svg.text("soft end", left - 12.0, y + 11.0, name);
         }
-        for kind in Kind::ROWS.into_iter().chain([Kind::Other]) {
+        let others = Kind::others(scope).iter().map(|kind| (0, *kind));
+        for (row, kind) in Kind::rows(scope).into_iter().enumerate().chain(others) {
             let places: BTreeSet<i64> = flight
                 .frames()
                 .filter(|(at, seen)| seen.bus == bus && axis.shows(*at) && Kind::of(seen) == kind)
                 .map(|(at, _)| (axis.x(at) * 5.0).round() as i64 * 2)
                 .collect();
-            svg.ticks(&format!("{}{tick_class}", kind.class()), places, row_top(bus, kind), ROW - 4.0);
+            svg.ticks(&format!("{}{tick_class}", kind.class()), places, row_top(bus, row), ROW - 4.0);
         }
     }
     annotate(flight, &axis, &mut svg);
     svg
 }
 
-fn row_top(bus: Bus, kind: Kind) -> f64 {
-    top(bus) + 5.0 + kind.row() as f64 * ROW
+fn row_top(bus: Bus, row: usize) -> f64 {
+    top(bus) + 5.0 + row as f64 * ROW
 }
 
 /// The bus on which the master's heartbeat runs has another ground.

@@ -1,0 +1,173 @@
+//! The boards of a spacecraft and their images: what `cargo demo` and `cargo twin` have in common.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+use std::sync::Arc;
+
+use anyhow::Context;
+use clap::Args;
+use twin::image::Image;
+
+use crate::board::{Board, Profile};
+use crate::misuse::Misuse;
+
+/// Node-ID of a board: 1 is the master, 2 to 15 are slaves.
+pub type Node = u8;
+
+/// The master's Node-ID.
+pub const MASTER: Node = 1;
+
+/// Node-IDs that the straps of a slave can say.
+const FIRST: Node = 2;
+const LAST: Node = 15;
+
+/// An image for each node.
+pub type Images = BTreeMap<Node, Arc<Image>>;
+
+/// Options that choose boards and images.
+#[derive(Args, Clone, Debug)]
+pub struct Craft {
+    /// Number of shipped slave boards: nodes 2, 3, 4, ... (in profile librecube node 4 uses selective bus access) [0..14]
+    #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=14))]
+    pub slaves: u8,
+
+    /// ELF file of a master of your own, flown as node 1
+    #[arg(long, value_name = "FILE")]
+    pub master: Option<PathBuf>,
+
+    /// ELF file of a slave of your own, flown with the straps of Node-ID N [2..15]: in place of the shipped slave N, or
+    /// beside the others; may be given several times
+    #[arg(long = "slave", value_name = "N=FILE")]
+    pub own_slaves: Vec<OwnSlave>,
+
+    /// Board that all images are for
+    #[arg(long, value_name = "BOARD", value_enum, default_value_t = Board::PyboardV11)]
+    pub board: Board,
+
+    /// Mission profile to build the shipped images with
+    #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
+    pub profile: Profile,
+}
+
+/// The value of `--slave`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct OwnSlave {
+    /// Node-ID, 2 to 15.
+    pub node: Node,
+    /// The ELF file.
+    pub image: PathBuf,
+}
+
+impl FromStr for OwnSlave {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (node, image) =
+            text.split_once('=').ok_or("give a Node-ID and a file, for example 3=target/slave.elf")?;
+        match node.parse() {
+            Ok(node @ FIRST..=LAST) if !image.is_empty() => Ok(OwnSlave { node, image: image.into() }),
+            Ok(FIRST..=LAST) => Err("the file is missing behind '='".into()),
+            _ => Err(format!("allowed are Node-IDs {FIRST} to {LAST}")),
+        }
+    }
+}
+
+impl Craft {
+    /// Checks what the parser cannot see; `command` is the subcommand with these options.
+    ///
+    /// # Errors
+    /// When two images are given for one node.
+    pub fn check(&self, command: &'static str) -> Result<(), Misuse> {
+        let mut seen = BTreeSet::new();
+        match self.own_slaves.iter().find(|slave| !seen.insert(slave.node)) {
+            Some(OwnSlave { node, .. }) => {
+                Err(Misuse::of(command, format!("two images for node {node}: give --slave {node}=FILE once")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Node-IDs of all slaves, from the lowest.
+    pub fn slaves(&self) -> BTreeSet<Node> {
+        (FIRST..FIRST + self.slaves).chain(self.own_slaves.iter().map(|slave| slave.node)).collect()
+    }
+
+    /// The image given for a node; `None`: the shipped one.
+    pub fn own_image(&self, node: Node) -> Option<&Path> {
+        match node {
+            MASTER => self.master.as_deref(),
+            _ => Some(&self.own_slaves.iter().find(|slave| slave.node == node)?.image),
+        }
+    }
+
+    /// Reads the images of the user for these nodes; `command` is the subcommand with these options.
+    ///
+    /// # Errors
+    /// When one cannot be read or is no image.
+    pub fn own_images(&self, command: &'static str, nodes: &BTreeSet<Node>) -> Result<Images, Misuse> {
+        let read = |path: &Path| image(path).map_err(|error| Misuse::of(command, format!("{error:#}")));
+        let own = nodes.iter().filter_map(|&node| Some((node, self.own_image(node)?)));
+        own.map(|(node, path)| Ok((node, read(path)?))).collect()
+    }
+
+    /// Builds what the user has not given. Builds nothing when no board needs it.
+    ///
+    /// # Errors
+    /// When an image cannot be built or read.
+    pub fn add_shipped(&self, nodes: &BTreeSet<Node>, images: &mut Images) -> anyhow::Result<()> {
+        let missing: BTreeSet<Node> =
+            nodes.iter().copied().filter(|node| !images.contains_key(node)).collect();
+        if !missing.is_empty() {
+            let built = firmware_images::build(self.board.name(), self.profile.name())?;
+            images.extend(shipped(&built, missing)?);
+        }
+        Ok(())
+    }
+}
+
+/// The shipped images for these nodes.
+///
+/// # Errors
+/// When one cannot be read.
+pub fn shipped(
+    built: &firmware_images::Images,
+    nodes: impl IntoIterator<Item = Node>,
+) -> anyhow::Result<Images> {
+    let (master, slave) = (image(&built.master)?, image(&built.slave)?);
+    let of = |node| if node == MASTER { &master } else { &slave }.clone();
+    Ok(nodes.into_iter().map(|node| (node, of(node))).collect())
+}
+
+/// The image at `path`, for boards of the twin.
+///
+/// # Errors
+/// When it cannot be read or is not one.
+pub fn image(path: &Path) -> anyhow::Result<Arc<Image>> {
+    let elf = std::fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let image = Image::parse(&elf).with_context(|| format!("{} is no image", path.display()))?;
+    Ok(Arc::new(image))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(text: &str) -> Result<OwnSlave, String> {
+        text.parse()
+    }
+
+    #[test]
+    fn own_slave_is_a_node_and_a_file() {
+        assert_eq!(parsed("3=a=b.elf"), Ok(OwnSlave { node: 3, image: "a=b.elf".into() }));
+        for (wrong, said) in [
+            ("3", "for example"),
+            ("1=x", "2 to 15"),
+            ("16=x", "2 to 15"),
+            ("x=y", "2 to 15"),
+            ("3=", "file"),
+        ] {
+            assert!(parsed(wrong).is_err_and(|error| error.contains(said)), "{wrong}");
+        }
+    }
+}
