@@ -3,14 +3,15 @@
 pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::nmt::{NmtMessage, Target};
 pub use crate::node::{
-    Communication, Device, DeviceNode, Identity, Master, MasterEvent, MasterRequest, Node, Refusal, SelfTest,
-    Slave, SlaveEvent,
+    CanopenSlave, Communication, Device, DeviceNode, Identity, Master, MasterEvent, MasterRequest, Node,
+    Refusal, SelfTest, Slave, SlaveEvent,
 };
 pub use crate::od::{Domain, Objects, Record};
 pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 pub use crate::profile::Profile;
 pub use crate::runner::{
-    BusRunner, DueRunner, Events, Handle, Platform, Resources, Runners, SdoClient, Telltale,
+    BusRunner, DueRunner, Events, Handle, Platform, Resources, Runners, SdoClient, Single, SingleRunners,
+    Telltale,
 };
 pub use crate::types::{
     AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet,

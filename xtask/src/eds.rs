@@ -203,7 +203,7 @@ fn device(profile: Profile) -> Device {
 fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObjects>> {
     let mut objects = mission::master(profile, None).objects().clone();
     // Boards have a parameter store.
-    (objects.communication.storage.store, objects.communication.storage.restore) = ([1; 4], [1; 4]);
+    (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
     objects
 }
 
@@ -211,6 +211,6 @@ fn master(profile: &profile::Profile) -> NodeObjects<MasterObjects<CommanderObje
 fn slave(node: NodeId, profile: &profile::Profile) -> NodeObjects<MissionObjects<Vec<u8>>> {
     let mut objects = mission::slave(node, profile, Vec::new()).objects().clone();
     // Boards have a parameter store.
-    (objects.communication.storage.store, objects.communication.storage.restore) = ([1; 4], [1; 4]);
+    (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
     objects
 }

@@ -1,6 +1,6 @@
 //! What every node does with its two buses: counting, health, recovery, joining and leaving.
 
-use crate::link::port::Health;
+use crate::link::port::{ErrorState, Health};
 use crate::node::{BusCommand, FailCause, LinkEvent, Outbox};
 use crate::redundancy::{Access, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
 use crate::types::{Bus, Duration, Instant, NmtState, PerBus, Scet, earliest};
@@ -69,6 +69,8 @@ pub(super) struct Buses {
     pub counters: PerBus<Counters>,
     pub health: PerBus<Health>,
     recovery: PerBus<BusOffRecovery>,
+    /// The error state that was told last.
+    told: PerBus<ErrorState>,
     /// It was told to go on this bus, and not to leave it since.
     joined: PerBus<bool>,
 }
@@ -91,6 +93,7 @@ impl Buses {
             counters: PerBus::default(),
             health: PerBus::default(),
             recovery: PerBus::from_fn(|_| BusOffRecovery::new(policy)),
+            told: PerBus::default(),
             joined: PerBus::default(),
         }
     }
@@ -110,6 +113,12 @@ impl Buses {
         }
     }
 
+    /// Go on the only bus, at power-on.
+    pub fn join_one<E>(&mut self, bus: Bus, out: &mut Outbox<E>) {
+        self.joined[bus] = true;
+        out.command(bus, BusCommand::Join);
+    }
+
     /// The active bus changed: nothing that was meant for the old one may go out there later.
     pub fn change<E>(&mut self, from: Bus, to: Bus, out: &mut Outbox<E>) {
         match self.access {
@@ -118,7 +127,7 @@ impl Buses {
                 (self.joined[from], self.joined[to]) = (false, true);
                 self.recovery[from].leave();
                 // What the bus was like when it was left says nothing about it now.
-                self.health[to] = Health::default();
+                (self.health[to], self.told[to]) = (Health::default(), ErrorState::Active);
                 out.command(from, BusCommand::Leave);
                 out.command(to, BusCommand::Join);
             }
@@ -161,6 +170,12 @@ impl Buses {
             }
         }
         None
+    }
+
+    /// Takes the error state of a controller. Returns whether it was bus-off and is no more.
+    pub fn has_recovered(&mut self, bus: Bus, state: ErrorState) -> bool {
+        let was_off = core::mem::replace(&mut self.told[bus], state) == ErrorState::BusOff;
+        was_off && state != ErrorState::BusOff
     }
 
     /// A received frame.

@@ -4,7 +4,6 @@ use crate::emcy::EmcyObjects;
 use crate::heartbeat::HeartbeatProducer;
 use crate::nmt::NmtObjects;
 use crate::od::{Objects, Record};
-use crate::store::StoreObjects;
 use crate::sync::SyncObjects;
 use crate::types::NodeId;
 
@@ -41,9 +40,6 @@ pub struct Communication {
     /// Emergencies
     #[objects]
     pub emcy: EmcyObjects,
-    /// Parameter store
-    #[objects]
-    pub storage: StoreObjects,
     /// Heartbeat of the node
     #[objects]
     pub heartbeat: HeartbeatProducer,

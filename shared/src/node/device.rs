@@ -1,6 +1,6 @@
 //! What the maker of a device declares: its objects, its PDOs, its names.
 
-use super::{Communication, Node, Outbox, SelfTest};
+use super::{Communication, Node, Outbox};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::pdo::{PdoSet, PdoSlots};
@@ -87,7 +87,4 @@ pub trait DeviceNode: Node {
         now: Instant,
         out: &mut Outbox<Self::Event>,
     ) -> Result<(), AbortCode>;
-
-    /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
-    fn report_self_test(&mut self, result: SelfTest, now: Instant);
 }

@@ -1,9 +1,12 @@
 //! The services put together: a master and a slave, both sans-IO [`crate::node::Node`]s.
 
 mod buses;
+mod canopen;
+mod canopen_slave;
 mod communication;
 mod contract;
 mod device;
+mod extension;
 mod index;
 mod master;
 mod master_api;
@@ -14,11 +17,13 @@ mod slave_api;
 mod spacecraft;
 
 pub use buses::{Counters, Status};
+pub use canopen_slave::CanopenSlave;
 pub use communication::{Communication, Identity};
 pub use contract::{
     APP_DEPTH, BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
 };
 pub use device::{Device, DeviceNode};
+pub use extension::{Extension, Nothing};
 pub use master::{Master, MasterObjects, NetworkObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use objects::{NodeObjects, assert_device};

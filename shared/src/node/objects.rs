@@ -1,21 +1,21 @@
 //! The object dictionary of a node, master or slave.
 
-use super::{Communication, Device, Spacecraft};
+use super::{Communication, Device, Extension, Spacecraft};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::redundancy::Parameters;
 use crate::sdo::{SdoParameters, SdoServerObjects};
 use crate::types::{CobId, NodeId};
 
-/// Everything a node holds.
+/// Everything a node holds. `E` is what it has beyond CANopen.
 #[derive(Clone, Debug, PartialEq, Objects)]
-pub struct NodeObjects<D: Device> {
+pub struct NodeObjects<D: Device, E: Extension = Spacecraft> {
     /// Of the application
     #[objects]
     pub application: D,
     /// Of ECSS-E-ST-50-15C
     #[objects]
-    pub spacecraft: Spacecraft,
+    pub spacecraft: E,
     /// Of the communication profile
     #[objects]
     pub communication: Communication,
@@ -30,9 +30,9 @@ pub struct NodeObjects<D: Device> {
     pub sdo: SdoServerObjects,
 }
 
-impl<D: Device> NodeObjects<D> {
+impl<D: Device, E: Extension> NodeObjects<D, E> {
     /// The objects at power-on. An application whose indices are those of the node does not compile.
-    pub fn new(id: NodeId, redundancy: &Parameters, application: D) -> Self {
+    pub(super) fn at_power_on(id: NodeId, redundancy: &Parameters, application: D) -> Self {
         const { assert_device::<D>() };
         let channel = SdoParameters {
             request: u32::from(CobId::sdo_request(id).raw()),
@@ -40,13 +40,12 @@ impl<D: Device> NodeObjects<D> {
         };
         let mut objects = NodeObjects {
             application,
-            spacecraft: Spacecraft::default(),
+            spacecraft: E::default(),
             communication: D::communication(id),
             consumers: D::consumers(id),
             pdos: D::pdos(id),
             sdo: SdoServerObjects { sdo_server: channel },
         };
-        objects.set_redundancy(redundancy);
         objects.set_heartbeats(redundancy);
         objects
     }
@@ -66,6 +65,15 @@ impl<D: Device> NodeObjects<D> {
             *first = u32::from(NodeId::MASTER.get()) << 16 | time;
         }
         self.communication.heartbeat.time = redundancy.producer.as_millis() as u16;
+    }
+}
+
+impl<D: Device> NodeObjects<D> {
+    /// The objects of a node of a spacecraft at power-on. An application whose indices are those of the node does not compile.
+    pub fn new(id: NodeId, redundancy: &Parameters, application: D) -> Self {
+        let mut objects = Self::at_power_on(id, redundancy, application);
+        objects.set_redundancy(redundancy);
+        objects
     }
 
     /// Object 2000h.

@@ -1,12 +1,14 @@
-//! Objects that ECSS-E-ST-50-15C adds to CANopen: redundancy, time, health of both buses, self-test.
+//! Objects that a node of a spacecraft has beside those of CANopen: redundancy, time, health of both buses, self-test,
+//! parameter store.
 
 use crate::link::port::Health;
 use crate::node::Counters;
 use crate::od::{Objects, Record};
 use crate::redundancy::RedundancyObjects;
+use crate::store::StoreObjects;
 use crate::time::LocalScet;
 
-/// The objects 2000h to 203Fh of every node.
+/// The objects 2000h to 203Fh, 1010h and 1011h.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Spacecraft {
     /// Of the redundancy
@@ -15,6 +17,9 @@ pub struct Spacecraft {
     /// Of the time
     #[objects]
     pub time: LocalScet,
+    /// Parameter store
+    #[objects]
+    pub storage: StoreObjects,
     /// Health of the nominal bus
     #[object(0x2020, record)]
     pub health_nominal: BusHealth,

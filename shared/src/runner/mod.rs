@@ -22,6 +22,7 @@ mod handle;
 mod resources;
 mod sdo_client;
 mod shared;
+mod single;
 mod telltale;
 
 pub use bus::BusRunner;
@@ -29,6 +30,7 @@ pub use due::DueRunner;
 pub use handle::{Events, Handle};
 pub use resources::{Platform, Resources, Runners};
 pub use sdo_client::SdoClient;
+pub use single::{Single, SingleRunners};
 pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 
 /// Events that a bus handles before other tasks have their turn.

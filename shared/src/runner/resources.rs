@@ -26,13 +26,13 @@ pub trait Platform: 'static {
 pub struct Resources<B: Platform, N: Node> {
     // Apart: a node is large, and is made where it stays.
     node: StaticCell<N>,
-    around: StaticCell<Around<B, N>>,
+    around: StaticCell<Around<B, N, PerBus<Line<B::Port>>>>,
 }
 
-/// What a node works with.
-struct Around<B: Platform, N: Node> {
-    core: Core<B, N>,
-    lines: PerBus<Line<B::Port>>,
+/// What a node works with. `L`: the lines of its buses.
+pub(super) struct Around<B: Platform, N: Node, L> {
+    pub core: Core<B, N>,
+    pub lines: L,
 }
 
 /// What all tasks of a node share.
@@ -98,7 +98,7 @@ impl<B: Platform, N: Node> Resources<B, N> {
 /// Makes a value in its place. The compiler leaves out the copy on the stack only where it knows nothing of the place but
 /// that nobody else has it: hence a function of its own, and the black boxes.
 #[inline(never)]
-fn make<T>(place: &mut MaybeUninit<T>, value: impl FnOnce() -> T) -> &mut T {
+pub(super) fn make<T>(place: &mut MaybeUninit<T>, value: impl FnOnce() -> T) -> &mut T {
     place.write(value())
 }
 

@@ -20,7 +20,7 @@ pub fn slave_program<D: node::Device>(profile: &Profile, sheet: Device) -> ExitC
     program(&with_bit_rate(sheet, profile), |id| {
         let mut objects = Slave::new(id, profile, D::default()).into_objects();
         // Boards have a parameter store.
-        (objects.communication.storage.store, objects.communication.storage.restore) = ([1; 4], [1; 4]);
+        (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
         objects
     })
 }
@@ -31,7 +31,7 @@ pub fn master_program<D: node::Device>(profile: &Profile, sheet: Device) -> Exit
     let sheet = Device { boot_up_master: true, nodes: id..=id, ..sheet };
     program(&with_bit_rate(sheet, profile), |_| {
         let mut objects = Master::new(profile, D::default(), None).into_objects();
-        (objects.communication.storage.store, objects.communication.storage.restore) = ([1; 4], [1; 4]);
+        (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
         objects
     })
 }

@@ -275,6 +275,11 @@ impl<D: Device> Master<D> {
     pub(super) fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
         self.services.serve(step, now, &mut |frame| send(frame))
     }
+
+    /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
+    pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
+        self.services.change(now, |objects| objects.spacecraft.self_test = result);
+    }
 }
 
 impl<D: Device> DeviceNode for Master<D> {
@@ -290,9 +295,5 @@ impl<D: Device> DeviceNode for Master<D> {
         }
         self.run(now, now, out);
         Ok(())
-    }
-
-    fn report_self_test(&mut self, result: SelfTest, now: Instant) {
-        self.services.change(now, |objects| objects.spacecraft.self_test = result);
     }
 }

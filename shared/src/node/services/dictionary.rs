@@ -1,11 +1,11 @@
 //! The dictionary at work: declared checks, rules of the objects, the services that follow a write, and a note of it.
 
+use super::Storage;
 use super::rules;
-use super::stored::Stored;
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
-use crate::node::{Device, NodeObjects};
+use crate::node::{Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked};
 use crate::pdo::{Rpdos, Tpdos};
@@ -17,12 +17,12 @@ const ALL: u8 = 1;
 
 /// The objects, and what a write to them reaches at once.
 #[derive(Debug)]
-pub struct Dictionary<D: Device> {
-    pub objects: NodeObjects<D>,
+pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
+    pub objects: NodeObjects<D, E>,
     pub rpdos: Rpdos<D::Pdos>,
     pub tpdos: Tpdos<D::Pdos>,
     pub emcy: emcy::Producer,
-    pub stored: Stored,
+    pub stored: E::Storage,
     /// What was written last over the bus, and the node has not looked at yet.
     pub written: Option<Address>,
     /// Where the value is that was asked for last over the bus.
@@ -32,10 +32,10 @@ pub struct Dictionary<D: Device> {
     pub now: Instant,
 }
 
-impl<D: Device> Dictionary<D> {
+impl<D: Device, E: Extension> Dictionary<D, E> {
     pub fn new(
         id: NodeId,
-        objects: NodeObjects<D>,
+        objects: NodeObjects<D, E>,
         store: Option<&'static mut (dyn ParameterStore + Send)>,
     ) -> Self {
         // What is found at power-on is told after boot-up.
@@ -45,7 +45,7 @@ impl<D: Device> Dictionary<D> {
             rpdos: Rpdos::new(),
             tpdos: Tpdos::new(),
             emcy: emcy::Producer::new(emcy),
-            stored: Stored::new(store),
+            stored: E::Storage::new(store),
             written: None,
             found: None,
             id,
@@ -84,7 +84,7 @@ impl<D: Device> Dictionary<D> {
 
     #[inline(never)]
     fn look_up(&mut self, at: Address) -> Result<(Place, &'static Entry), AbortCode> {
-        let (place, entry) = NodeObjects::<D>::find(at)?;
+        let (place, entry) = NodeObjects::<D, E>::find(at)?;
         self.found = Some((at, place, entry));
         Ok((place, entry))
     }
@@ -99,7 +99,7 @@ impl<D: Device> Dictionary<D> {
     }
 }
 
-impl<D: Device> ObjectAccess for Dictionary<D> {
+impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
         if !self.objects.communication.emcy.has_data(at) {
             self.find(at)?;

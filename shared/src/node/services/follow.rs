@@ -1,18 +1,18 @@
 //! Objects of the services: what is stored of them, and what a service does when one has changed.
 
-use super::{Dictionary, FIRST_TOLD, NodeEvent, Services};
+use super::{Dictionary, FIRST_TOLD, NodeEvent, Services, Storage};
 use crate::emcy::ErrorCode;
 use crate::node::index::{
     CONFIGURATION, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE, RPDO, SCET_SET,
     SELF_TEST_START, STORE,
 };
-use crate::node::{Device, NodeObjects, Outbox, SelfTest};
+use crate::node::{Device, Extension, NodeObjects, Outbox, SelfTest};
 use crate::od::{ObjectAccess, Transfer};
 use crate::pdo::PdoSlots;
 use crate::store::{Group, Loaded};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
-impl<D: Device> Services<D> {
+impl<D: Device, E: Extension> Services<D, E> {
     /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
     pub fn configure(&mut self, now: Instant) {
         let Self { dictionary, server, .. } = self;
@@ -38,7 +38,7 @@ impl<D: Device> Services<D> {
 
     /// The application changes objects. PDOs that are sent on events go out when they carry something else now.
     #[inline]
-    pub fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut NodeObjects<D>) -> R) -> R {
+    pub fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut NodeObjects<D, E>) -> R) -> R {
         let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
         let has_events = tpdos.has_events();
         if has_events {
@@ -74,8 +74,10 @@ impl<D: Device> Services<D> {
     /// Applies what is stored of a group; the services take it with [`Services::configure`].
     #[inline(never)] // of two callers, neither in a hurry
     pub fn load(&mut self, group: Group) {
-        let has_store = self.dictionary.stored.store.is_some();
-        self.dictionary.objects.communication.storage.show(has_store);
+        let Dictionary { objects, stored, .. } = &mut self.dictionary;
+        if let Some(objects) = objects.spacecraft.spacecraft() {
+            objects.storage.show(stored.is_there());
+        }
         match self.dictionary.load(group) {
             Ok(None | Some(Loaded::Nothing | Loaded::Set { skipped: 0, .. })) => {}
             // Defaults hold where nothing was applied: until parameters are saved anew.
@@ -102,13 +104,14 @@ impl<D: Device> Services<D> {
     }
 
     /// An object that is not the application's was written over the bus: services and clock follow.
-    pub fn on_own_written<E: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<E>) {
-        let objects = &mut self.dictionary.objects.spacecraft;
-        if self.clock.follow(at, &objects.time, now) {
-            out.event(E::time(self.clock.at(now)));
-        } else if at.index == SELF_TEST_START {
-            objects.self_test = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
-            out.event(E::self_test());
+    pub fn on_own_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
+        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
+            if self.clock.follow(at, &objects.time, now) {
+                out.event(V::time(self.clock.at(now)));
+            } else if at.index == SELF_TEST_START {
+                objects.self_test = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
+                out.event(V::self_test());
+            }
         }
         if at.index < FIRST_TOLD || at.index == REDUNDANCY {
             self.on_written(at);
@@ -118,13 +121,13 @@ impl<D: Device> Services<D> {
 
     /// An object was written over the bus: an event for the application, and for the TPDOs that carry it.
     #[inline]
-    pub fn report_written<E: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<E>) {
+    pub fn report_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
         if at.index >= FIRST_TOLD {
             if self.dictionary.tpdos.has_events() {
                 self.dictionary.on_changed(at, now);
                 self.wake(self.dictionary.tpdos.deadline());
             }
-            out.event(E::written(at));
+            out.event(V::written(at));
         }
     }
 

@@ -12,7 +12,7 @@ mod rules;
 mod stored;
 
 use super::buses::Buses;
-use super::{Device, NodeObjects};
+use super::{Device, Extension, NodeObjects, Spacecraft};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{ConsumerSlots, Monitor};
 use crate::link::port::{ErrorState, Health};
@@ -28,6 +28,7 @@ use crate::{sdo, sync};
 pub use dictionary::Dictionary;
 pub use events::NodeEvent;
 use pdos::report_rpdo;
+pub use stored::{NoStore, Storage, Stored};
 
 /// The first object whose changes an application is told; those below are the services'.
 pub const FIRST_TOLD: u16 = index::REDUNDANCY;
@@ -42,11 +43,11 @@ pub enum SdoStep<'a> {
     Poll,
 }
 
-/// Dictionary and services.
+/// Dictionary and services. `E` is what the node has beyond CANopen.
 #[derive(Debug)]
-pub struct Services<D: Device> {
+pub struct Services<D: Device, E: Extension = Spacecraft> {
     id: NodeId,
-    pub dictionary: Dictionary<D>,
+    pub dictionary: Dictionary<D, E>,
     pub monitor: Monitor<D::Consumers>,
     sync: sync::Consumer,
     sync_id: CobId,
@@ -75,10 +76,10 @@ pub struct Lifetimes {
     pub sdo: Duration,
 }
 
-impl<D: Device> Services<D> {
+impl<D: Device, E: Extension> Services<D, E> {
     pub fn new(
         id: NodeId,
-        objects: NodeObjects<D>,
+        objects: NodeObjects<D, E>,
         profile: &Profile,
         store: Option<&'static mut (dyn ParameterStore + Send)>,
     ) -> Self {
@@ -160,17 +161,12 @@ impl<D: Device> Services<D> {
     /// The error state of a controller changed, or its counters moved.
     pub fn on_health(&mut self, bus: Bus, health: &Health) {
         let source = bus.bdefault();
-        let objects = &self.dictionary.objects.spacecraft;
-        let told = match bus {
-            Bus::Nominal => objects.health_nominal.state,
-            Bus::Redundant => objects.health_redundant.state,
-        };
         match health.state {
             ErrorState::Active => self.clear(ErrorCode::CAN_PASSIVE, source),
             ErrorState::Passive => self.raise(ErrorCode::CAN_PASSIVE, [source, 0, 0, 0, 0]),
             ErrorState::BusOff => {}
         }
-        if told == ErrorState::BusOff as u8 && health.state != ErrorState::BusOff {
+        if self.buses.has_recovered(bus, health.state) {
             self.occurred(ErrorCode::BUS_OFF_RECOVERED, bus);
         }
     }
@@ -189,8 +185,9 @@ impl<D: Device> Services<D> {
     pub fn refresh_health(&mut self) {
         let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
         let health = (of(Bus::Nominal), of(Bus::Redundant));
-        let objects = &mut self.dictionary.objects.spacecraft;
-        (objects.health_nominal, objects.health_redundant) = health;
+        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
+            (objects.health_nominal, objects.health_redundant) = health;
+        }
     }
 
     /// A segment of a block download that needs no object. Whether it was one.

@@ -4,19 +4,19 @@ use super::{Dictionary, rules};
 use crate::emcy;
 use crate::emcy::{EmcyObjects, ErrorCode};
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
-use crate::node::{Device, NodeObjects};
+use crate::node::{Device, Extension, NodeObjects};
 use crate::od::INVALID;
 use crate::pdo::{Direction, Mapping, PdoSlots, RpdoEvent, RpdoParameters, TpdoParameters, rules as pdo};
 use crate::types::{AbortCode, Address, Frame, Instant, NmtState};
 
-impl<D: Device> Dictionary<D> {
+impl<D: Device, E: Extension> Dictionary<D, E> {
     /// The PDOs of this number are not valid.
     pub fn unset_pdos(&mut self, number: usize, now: Instant) {
         let Dictionary { emcy, rpdos, tpdos, .. } = self;
         let mut report_event = |number, event| note(emcy, number, event);
         let none = &RpdoParameters::default();
-        let _ = rpdos.configure::<NodeObjects<D>>(number, none, &[], &mut report_event);
-        let _ = tpdos.configure::<NodeObjects<D>>(number, &TpdoParameters::default(), &[], now);
+        let _ = rpdos.configure::<NodeObjects<D, E>>(number, none, &[], &mut report_event);
+        let _ = tpdos.configure::<NodeObjects<D, E>>(number, &TpdoParameters::default(), &[], now);
     }
 
     /// The PDOs of this number, which are not valid, as the objects have them. What cannot be reads so (bit 31 of its COB-ID)
@@ -30,13 +30,13 @@ impl<D: Device> Dictionary<D> {
         let receives = parameters.get(number).zip(mappings.get(number));
         let received = receives.map(|(pdo, mapping)| {
             rules::check_pdo(Direction::Receive, sync, emergency, pdo.cob_id)?;
-            rpdos.configure::<NodeObjects<D>>(number, pdo, mapping.objects(), &mut report_event)
+            rpdos.configure::<NodeObjects<D, E>>(number, pdo, mapping.objects(), &mut report_event)
         });
         let (parameters, mappings) = pdos.tpdos();
         let sends = parameters.get(number).zip(mappings.get(number));
         let sent = sends.map(|(pdo, mapping)| {
             rules::check_pdo(Direction::Transmit, sync, emergency, pdo.cob_id)?;
-            tpdos.configure::<NodeObjects<D>>(number, pdo, mapping.objects(), now)
+            tpdos.configure::<NodeObjects<D, E>>(number, pdo, mapping.objects(), now)
         });
         if let Some((outcome, pdo)) = received.zip(pdos.rpdos_mut().0.get_mut(number)) {
             report(emcy, Direction::Receive, number, outcome, &mut pdo.cob_id);
@@ -63,13 +63,13 @@ impl<D: Device> Dictionary<D> {
             let pdo = parameters.get(number).zip(mappings.get_mut(number));
             let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
             if at.index > LAST_RPDO {
-                return pdo::mapping::<NodeObjects<D>>(direction, present.cob_id, mapping, at.sub, value);
+                return pdo::mapping::<NodeObjects<D, E>>(direction, present.cob_id, mapping, at.sub, value);
             }
             let new = pdo::rpdo(present, at.sub, value)?;
             rules::check_pdo(direction, sync, emergency, new.cob_id)?;
             let (emcy, mapping) = (&mut self.emcy, mapping.objects());
             let mut report_event = |number, event| note(emcy, number, event);
-            self.rpdos.configure::<NodeObjects<D>>(number, &new, mapping, &mut report_event)?;
+            self.rpdos.configure::<NodeObjects<D, E>>(number, &new, mapping, &mut report_event)?;
             self.pdo_is_possible(direction, number);
         } else {
             let direction = Direction::Transmit;
@@ -77,11 +77,11 @@ impl<D: Device> Dictionary<D> {
             let pdo = parameters.get(number).zip(mappings.get_mut(number));
             let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
             if at.index > LAST_TPDO {
-                return pdo::mapping::<NodeObjects<D>>(direction, present.cob_id, mapping, at.sub, value);
+                return pdo::mapping::<NodeObjects<D, E>>(direction, present.cob_id, mapping, at.sub, value);
             }
             let new = pdo::tpdo(present, at.sub, value)?;
             rules::check_pdo(direction, sync, emergency, new.cob_id)?;
-            self.tpdos.configure::<NodeObjects<D>>(number, &new, mapping.objects(), self.now)?;
+            self.tpdos.configure::<NodeObjects<D, E>>(number, &new, mapping.objects(), self.now)?;
             self.pdo_is_possible(direction, number);
         }
         Ok(())

@@ -3,7 +3,7 @@
 use super::{NodeEvent, Services};
 use crate::link::Stamp;
 use crate::node::index::{HEALTH_NOMINAL, HEALTH_REDUNDANT, SCET_GET, SCET_SET};
-use crate::node::{Device, Outbox};
+use crate::node::{Device, Extension, NodeObjects, Outbox};
 use crate::pdo::{Mapping, PdoSlots, Taken};
 use crate::types::{Bus, Duration, Frame, Instant, NmtState};
 
@@ -20,10 +20,13 @@ fn has(mapping: &impl Mapping, is_it: impl Fn(u16) -> bool) -> bool {
     mapping.objects().iter().any(|object| is_it((object >> 16) as u16))
 }
 
-impl<D: Device> Services<D> {
+impl<D: Device, E: Extension> Services<D, E> {
     /// Notes which PDOs carry the time or live values. Call after each change of a mapping.
     pub(super) fn note_mappings(&mut self) {
-        let pdos = &self.dictionary.objects.pdos;
+        let NodeObjects { pdos, spacecraft, .. } = &mut self.dictionary.objects;
+        if spacecraft.spacecraft().is_none() {
+            return;
+        }
         for (brings_time, mapping) in self.brings_time.as_mut().iter_mut().zip(pdos.rpdos().1) {
             *brings_time = has(mapping, |index| index == SCET_SET);
         }
@@ -36,27 +39,30 @@ impl<D: Device> Services<D> {
     /// Samples the live objects: 2011h, 2020h and 2021h.
     #[inline(never)] // few requests ask for them
     pub fn refresh(&mut self, now: Instant) {
-        self.dictionary.objects.spacecraft.time.scet_get = self.clock.at(now).into();
-        self.refresh_health();
+        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
+            objects.time.scet_get = self.clock.at(now).into();
+            self.refresh_health();
+        }
     }
 
     /// Samples the live objects if an SDO request is for one of them.
     #[inline]
     pub fn refresh_for(&mut self, request: &Frame, now: Instant) {
-        if is_live((request.bits() >> 8) as u16) {
+        if self.dictionary.objects.spacecraft.spacecraft().is_some() && is_live((request.bits() >> 8) as u16)
+        {
             self.refresh(now);
         }
     }
 
     /// SYNC with this counter, in Operational: synchronous PDOs, sampled before RPDOs take effect.
     #[inline(always)] // called from one place
-    pub fn exchange<E: NodeEvent>(
+    pub fn exchange<V: NodeEvent>(
         &mut self,
         bus: Bus,
         counter: u8,
         stamp: &Stamp,
         now: Instant,
-        out: &mut Outbox<E>,
+        out: &mut Outbox<V>,
     ) {
         if self.carries_live_value {
             // ECSS 7.2.3k: the local time at the end of the SYNC.
@@ -72,13 +78,13 @@ impl<D: Device> Services<D> {
 
     /// Receive PDOs that waited for the SYNC.
     #[inline(never)] // few SYNCs find any
-    fn end_sync<E: NodeEvent>(&mut self, bus: Bus, stamp: &Stamp, now: Instant, out: &mut Outbox<E>) {
+    fn end_sync<V: NodeEvent>(&mut self, bus: Bus, stamp: &Stamp, now: Instant, out: &mut Outbox<V>) {
         let Self { dictionary, brings_time, buses, .. } = self;
         let mut brought = false;
         let ended = &mut |number, all: bool| match brings_time.as_ref().get(number) {
             _ if !all => buses.malformed(bus),
             Some(true) => brought = true,
-            _ => out.event(E::synchronised(number as u16)),
+            _ => out.event(V::synchronised(number as u16)),
         };
         if dictionary.actuate(ended) {
             self.next = now;
@@ -89,26 +95,27 @@ impl<D: Device> Services<D> {
     }
 
     /// The time that a PDO brought holds from the end of the frame on that put it into the dictionary.
-    fn take_time<E: NodeEvent>(&mut self, stamp: &Stamp, out: &mut Outbox<E>) {
-        let scet = self.dictionary.objects.spacecraft.time.scet_set.into();
+    fn take_time<V: NodeEvent>(&mut self, stamp: &Stamp, out: &mut Outbox<V>) {
+        let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() else { return };
+        let scet = objects.time.scet_set.into();
         self.clock.set(scet, stamp.at);
-        out.event(E::time(scet));
+        out.event(V::time(scet));
     }
 
     /// A frame on the active bus, in Operational. Whether it was one of RPDOs.
     #[inline(always)] // called from one place
-    pub fn on_pdo<E: NodeEvent>(
+    pub fn on_pdo<V: NodeEvent>(
         &mut self,
         bus: Bus,
         frame: &Frame,
         stamp: &Stamp,
         now: Instant,
-        out: &mut Outbox<E>,
+        out: &mut Outbox<V>,
     ) -> bool {
         let Some(mut number) = self.dictionary.rpdos.first(frame.id()) else { return false };
         loop {
             if self.on_plain_rpdo(number, frame) && self.brings_time.as_ref().get(number) == Some(&false) {
-                out.event(E::pdo(bus, number as u16, frame.padded()));
+                out.event(V::pdo(bus, number as u16, frame.padded()));
             } else {
                 self.on_special_pdo(number, bus, frame, stamp, now, out);
             }
@@ -121,21 +128,21 @@ impl<D: Device> Services<D> {
 
     /// A frame of an RPDO that is synchronous, has a deadline, brings the time, or is not as it should be.
     #[inline(never)]
-    fn on_special_pdo<E: NodeEvent>(
+    fn on_special_pdo<V: NodeEvent>(
         &mut self,
         number: usize,
         bus: Bus,
         frame: &Frame,
         stamp: &Stamp,
         now: Instant,
-        out: &mut Outbox<E>,
+        out: &mut Outbox<V>,
     ) {
         let (taken, is_told) = self.on_rpdo(number, frame, stamp.at);
         match taken {
             Taken::Applied if self.brings_time.as_ref().get(number) == Some(&true) => {
                 self.take_time(stamp, out);
             }
-            Taken::Applied => out.event(E::pdo(bus, number as u16, frame.padded())),
+            Taken::Applied => out.event(V::pdo(bus, number as u16, frame.padded())),
             Taken::Held => {}
             Taken::OutsideWindow => self.buses.ignored(bus),
             Taken::Rejected | Taken::Refused => self.buses.malformed(bus),

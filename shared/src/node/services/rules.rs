@@ -2,9 +2,10 @@
 //! those that concern several are here.
 
 use crate::heartbeat::ConsumerSlots;
-use crate::node::{Communication, Device, NetworkObjects, NodeObjects, index};
+use crate::node::{Communication, Device, Extension, NetworkObjects, NodeObjects, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{Direction, PdoSlots};
+use crate::redundancy::RedundancyObjects;
 use crate::types::{AbortCode, Address, NodeId};
 
 /// Objects above have no rules here.
@@ -14,9 +15,9 @@ pub const LAST: u16 = index::REDUNDANCY;
 ///
 /// # Errors
 /// The abort code to answer.
-pub fn check<D: Device>(
+pub fn check<D: Device, E: Extension>(
     id: NodeId,
-    objects: &NodeObjects<D>,
+    objects: &NodeObjects<D, E>,
     at: Address,
     value: u32,
 ) -> Result<(), AbortCode> {
@@ -25,7 +26,7 @@ pub fn check<D: Device>(
     emcy.may_write(at, value)?;
     nmt.may_write(at, value)?;
     objects.consumers.may_write(at, value)?;
-    objects.spacecraft.redundancy.may_write(at, value)?;
+    RedundancyObjects::may_write(at, value)?;
     NetworkObjects::may_write(at, value)?;
     match at.index {
         index::SYNC_COB_ID => {
@@ -61,6 +62,6 @@ fn has(one: u32, other: u32) -> bool {
 }
 
 /// Whether a valid TPDO has this COB-ID.
-fn is_sent<D: Device>(objects: &NodeObjects<D>, cob_id: u32) -> bool {
+fn is_sent<D: Device, E: Extension>(objects: &NodeObjects<D, E>, cob_id: u32) -> bool {
     objects.pdos.tpdos().0.iter().any(|pdo| has(pdo.cob_id, cob_id))
 }

@@ -6,6 +6,70 @@ use crate::store;
 use crate::store::{Content, Group, Loaded, ParameterStore, SaveLimit, StoreError};
 use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
 
+/// Where parameters are kept.
+pub trait Storage: core::fmt::Debug {
+    /// With the store of the board, if there is one.
+    fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self;
+
+    /// Whether there is one.
+    fn is_there(&self) -> bool;
+
+    /// Applies what is stored of a group. `Ok(None)` without a store.
+    ///
+    /// # Errors
+    /// [`StoreError::Hardware`]; what was applied before stays.
+    fn load<D: Objects>(
+        &mut self,
+        id: NodeId,
+        group: Group,
+        objects: &mut D,
+    ) -> Result<Option<Loaded>, StoreError>;
+
+    /// Saves a group, as sub-index `sub` of 1010h names it.
+    ///
+    /// # Errors
+    /// The abort code to answer; what was stored before holds.
+    fn save<D: Objects>(
+        &mut self,
+        id: NodeId,
+        sub: u8,
+        objects: &mut D,
+        now: Instant,
+    ) -> Result<(), AbortCode>;
+
+    /// Restores the defaults of a group, as sub-index `sub` of 1011h names it, at the next reset.
+    ///
+    /// # Errors
+    /// The abort code to answer; what was stored before holds.
+    fn restore(&mut self, id: NodeId, sub: u8, now: Instant) -> Result<(), AbortCode>;
+}
+
+/// A device that keeps none.
+#[derive(Debug)]
+pub struct NoStore;
+
+impl Storage for NoStore {
+    fn new(_store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
+        NoStore
+    }
+
+    fn is_there(&self) -> bool {
+        false
+    }
+
+    fn load<D: Objects>(&mut self, _: NodeId, _: Group, _: &mut D) -> Result<Option<Loaded>, StoreError> {
+        Ok(None)
+    }
+
+    fn save<D: Objects>(&mut self, _: NodeId, _: u8, _: &mut D, _: Instant) -> Result<(), AbortCode> {
+        Err(AbortCode::NoObject)
+    }
+
+    fn restore(&mut self, _: NodeId, _: u8, _: Instant) -> Result<(), AbortCode> {
+        Err(AbortCode::NoObject)
+    }
+}
+
 /// A parameter store, if the device has one.
 pub struct Stored {
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
@@ -18,16 +82,16 @@ impl core::fmt::Debug for Stored {
     }
 }
 
-impl Stored {
-    pub fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
+impl Storage for Stored {
+    fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
         Stored { store, limit: SaveLimit::default() }
     }
 
-    /// Applies what is stored of a group. `Ok(None)` without a store.
-    ///
-    /// # Errors
-    /// [`StoreError::Hardware`]; what was applied before stays.
-    pub fn load<D: Objects>(
+    fn is_there(&self) -> bool {
+        self.store.is_some()
+    }
+
+    fn load<D: Objects>(
         &mut self,
         id: NodeId,
         group: Group,
@@ -44,11 +108,7 @@ impl Stored {
         store::load(&mut **store, id, apply).map(Some)
     }
 
-    /// Saves a group, as sub-index `sub` of 1010h names it.
-    ///
-    /// # Errors
-    /// The abort code to answer; what was stored before holds.
-    pub fn save<D: Objects>(
+    fn save<D: Objects>(
         &mut self,
         id: NodeId,
         sub: u8,
@@ -68,15 +128,13 @@ impl Stored {
         store::save(store, id, group, values).map_err(StoreError::abort_code)
     }
 
-    /// Restores the defaults of a group, as sub-index `sub` of 1011h names it, at the next reset.
-    ///
-    /// # Errors
-    /// The abort code to answer; what was stored before holds.
-    pub fn restore(&mut self, id: NodeId, sub: u8, now: Instant) -> Result<(), AbortCode> {
+    fn restore(&mut self, id: NodeId, sub: u8, now: Instant) -> Result<(), AbortCode> {
         let (store, group) = self.open(sub, now)?;
         store::restore_defaults(store, id, group).map_err(StoreError::abort_code)
     }
+}
 
+impl Stored {
     /// Notes Bdefault. `None` without a store.
     pub fn note_bdefault(&mut self, id: NodeId, bus: Bus) -> Option<Result<(), StoreError>> {
         Some(store::note_bdefault(&mut **self.store.as_mut()?, id, bus))

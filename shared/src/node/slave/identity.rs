@@ -19,34 +19,34 @@ impl<D: Device> Slave<D> {
         now: Instant,
         out: &mut Out,
     ) {
-        let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
+        let Some(state) = heartbeat::decode(frame) else { return self.canopen.services.buses.malformed(bus) };
         let Parameters { consumer, producer, .. } = *self.selector.parameters();
         let probation = consumer.max(producer.times(2));
         let clash = self.identity.on_heartbeat(state, stamp.at, probation);
-        self.services.next = now;
+        self.canopen.services.next = now;
         if clash == Clash::Known {
             return;
         }
         let yields = clash == Clash::Newcomer;
         out.event(SlaveEvent::Clash { bus, yields });
-        self.services.raise(ErrorCode::CAN_ID_COLLISION, [self.id.get(), 0, 0, 0, 0]);
+        self.canopen.services.raise(ErrorCode::CAN_ID_COLLISION, [self.canopen.id.get(), 0, 0, 0, 0]);
         if yields {
             // Stopped forbids the message, which goes out now.
-            self.run_device(now, now, out);
-            if let Reaction::Entered(state) = self.nmt.on_command(Command::Stop) {
-                self.entered(state, now, out);
+            self.canopen.run_device(self.selector.selected(), now, now, out);
+            if let Reaction::Entered(state) = self.canopen.nmt.on_command(Command::Stop) {
+                self.canopen.entered(state, now, out);
             }
-            self.heartbeat.stop();
+            self.canopen.heartbeat.stop();
         }
     }
 
     /// The other node was silent long enough.
     pub(super) fn on_clash_over(&mut self, now: Instant, out: &mut Out) {
-        self.services.clear(ErrorCode::CAN_ID_COLLISION, self.id.get());
+        self.canopen.services.clear(ErrorCode::CAN_ID_COLLISION, self.canopen.id.get());
         out.event(SlaveEvent::ClashOver);
         if self.identity.restore() {
             self.enter_pre_operational(now, out);
-            self.heartbeat.announce(now);
+            self.canopen.heartbeat.announce(now);
         }
     }
 }

@@ -1,6 +1,5 @@
 //! Module control, heartbeats, and what follows from them: NMT state and bus.
 
-use super::marks::Marks;
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
 use crate::heartbeat;
@@ -9,7 +8,7 @@ use crate::nmt::{Command, NmtMessage, Reaction};
 use crate::node::services::{Dictionary, SdoStep};
 use crate::node::{BusCause, Device, SlaveEvent};
 use crate::redundancy::{MasterMessage, Redundancy, RedundancyObjects, Selection};
-use crate::types::{Address, Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus};
+use crate::types::{Address, Bus, Duration, Frame, Instant, NodeId, PerBus};
 
 /// The bus that a node starts on.
 const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
@@ -21,7 +20,9 @@ const WARNING: Duration = Duration::from_millis(2);
 
 impl<D: Device> Slave<D> {
     pub(super) fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let Some(message) = NmtMessage::decode(frame) else { return self.services.buses.malformed(bus) };
+        let Some(message) = NmtMessage::decode(frame) else {
+            return self.canopen.services.buses.malformed(bus);
+        };
         // Not of the master, as far as this node can know: it does not end a search either.
         if self.is_refused(bus, &message, now, out) {
             return;
@@ -29,42 +30,27 @@ impl<D: Device> Slave<D> {
         // ECSS 8.3.3g before the command itself: it decides where the answer goes.
         self.on_master(bus, MasterMessage::Command, stamp.at, now, out);
         if bus != self.selector.selected() {
-            return self.services.buses.ignored(bus);
+            return self.canopen.services.buses.ignored(bus);
         }
-        if !message.target.includes(self.id) {
+        if !message.target.includes(self.canopen.id) {
             return;
         }
         if self.identity.has_yielded()
             && matches!(message.command, Command::Start | Command::EnterPreOperational)
         {
-            return self.services.buses.ignored(bus);
+            return self.canopen.services.buses.ignored(bus);
         }
-        match self.nmt.on_command(message.command) {
-            Reaction::Unchanged => {}
-            Reaction::Entered(state) => {
-                self.entered(state, now, out);
-                // The master learns of it now, not a period later.
-                self.heartbeat.announce(now);
-                self.services.next = now;
-            }
+        match self.canopen.on_command(message.command, now, out) {
+            Reaction::Unchanged | Reaction::Entered(_) => {}
             Reaction::ResetNode => {
                 self.count_reset();
-                self.heartbeat.stop();
-                self.marks = Marks::ALL;
-                self.services.next = Instant::NEVER;
-                out.event(SlaveEvent::ResetNode);
+                self.canopen.wait_for_reset(out);
             }
             Reaction::ResetCommunication => {
                 self.count_reset();
                 self.boot(now, out);
             }
         }
-    }
-
-    pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
-        self.services.entered(state, now);
-        self.services.next = now;
-        out.event(SlaveEvent::State(state));
     }
 
     pub(super) fn on_master_heartbeat(
@@ -76,7 +62,7 @@ impl<D: Device> Slave<D> {
         out: &mut Out,
     ) {
         if heartbeat::decode(frame).is_none() {
-            return self.services.buses.malformed(bus);
+            return self.canopen.services.buses.malformed(bus);
         }
         if self.guard.is_counting() {
             self.trust_resets();
@@ -87,45 +73,27 @@ impl<D: Device> Slave<D> {
         if bus == self.selector.selected() {
             out.event(SlaveEvent::Heartbeat { bus });
         } else {
-            self.services.buses.ignored(bus);
+            self.canopen.services.buses.ignored(bus);
         }
     }
 
     #[inline(never)] // the heartbeats of a bus that is followed need not pay for it
     fn on_master(&mut self, bus: Bus, message: MasterMessage, at: Instant, now: Instant, out: &mut Out) {
-        let (all, control) = (&self.services.buses.counters, &self.control_frames);
+        let (all, control) = (&self.canopen.services.buses.counters, &self.control_frames);
         self.selector.on_work(PerBus::from_fn(|bus| all[bus].received.wrapping_sub(control[bus])));
         if let Some(selection) = self.selector.on_master(bus, message, at) {
             self.apply(selection, now, out);
         }
-        self.services.wake(self.selector.deadline());
-    }
-
-    /// A heartbeat of another slave that 1016h names.
-    pub(super) fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
-        let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
-            return self.services.buses.malformed(bus);
-        };
-        let Some(heard) = self.services.monitor.on_heartbeat(node, state, stamp.at) else {
-            return self.services.buses.ignored(bus);
-        };
-        if heard.resolved {
-            self.services.clear(ErrorCode::HEARTBEAT, node.get());
-            self.services.next = stamp.at;
-        }
-        if heard.before != Some(state) {
-            out.event(SlaveEvent::PeerState { node, state });
-        }
-        self.services.wake(self.services.monitor.deadline());
+        self.canopen.services.wake(self.selector.deadline());
     }
 
     pub(super) fn apply(&mut self, selection: Selection, now: Instant, out: &mut Out) {
-        self.services.next = now;
+        self.canopen.services.next = now;
         match selection {
             Selection::Missed { bus } => {
                 out.event(SlaveEvent::MasterMissed { bus });
                 // ECSS 8.3.3e, note 2.
-                self.services.raise(ErrorCode::HEARTBEAT, [NodeId::MASTER.get(), 0, 0, 0, 0]);
+                self.canopen.services.raise(ErrorCode::HEARTBEAT, [NodeId::MASTER.get(), 0, 0, 0, 0]);
                 self.warning = Some(now + WARNING);
                 self.enter_pre_operational(now, out);
             }
@@ -148,13 +116,15 @@ impl<D: Device> Slave<D> {
                 self.retain_bdefault();
             }
             Selection::Contradicted { bus, moved } => {
-                self.services.raise(ErrorCode::CAN_ID_COLLISION, [NodeId::MASTER.get(), 0, 0, 0, 0]);
+                self.canopen.services.raise(ErrorCode::CAN_ID_COLLISION, [NodeId::MASTER.get(), 0, 0, 0, 0]);
                 if moved {
                     self.move_to(bus, BusCause::TakenBack, now, out);
                     self.retain_bdefault();
                 }
             }
-            Selection::Undisputed => self.services.clear(ErrorCode::CAN_ID_COLLISION, NodeId::MASTER.get()),
+            Selection::Undisputed => {
+                self.canopen.services.clear(ErrorCode::CAN_ID_COLLISION, NodeId::MASTER.get())
+            }
             Selection::KeepBdefault { bus } => self.keep_bdefault(bus, out),
         }
         self.show_redundancy(now);
@@ -165,7 +135,7 @@ impl<D: Device> Slave<D> {
         self.warning = None;
         if self.selector.is_confirmed() {
             self.retain_bdefault();
-            self.services.clear(ErrorCode::HEARTBEAT, NodeId::MASTER.get());
+            self.canopen.services.clear(ErrorCode::HEARTBEAT, NodeId::MASTER.get());
         }
     }
 
@@ -187,7 +157,7 @@ impl<D: Device> Slave<D> {
 
     /// Object 2000h; what the node changes itself of it is an event for the TPDOs that carry it.
     fn show_redundancy(&mut self, now: Instant) {
-        let Dictionary { objects, .. } = &mut self.services.dictionary;
+        let Dictionary { objects, .. } = &mut self.canopen.services.dictionary;
         let before = objects.spacecraft.redundancy.parameters;
         objects.set_redundancy(self.selector.parameters());
         let after = objects.spacecraft.redundancy.parameters;
@@ -195,7 +165,7 @@ impl<D: Device> Slave<D> {
             [(BDEFAULT, before.bdefault != after.bdefault), (CTOGGLE, before.ctoggle != after.ctoggle)]
         {
             if has_changed {
-                self.services.dictionary.on_changed(at, now);
+                self.canopen.services.dictionary.on_changed(at, now);
             }
         }
     }
@@ -204,29 +174,20 @@ impl<D: Device> Slave<D> {
         if self.identity.has_yielded() {
             return;
         }
-        if let Reaction::Entered(state) = self.nmt.on_master_missed() {
-            self.entered(state, now, out);
+        if let Reaction::Entered(state) = self.canopen.nmt.on_master_missed() {
+            self.canopen.entered(state, now, out);
         }
     }
 
     /// The heartbeat goes on on the new bus at once (ECSS 8.3.3d, h).
     fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
-        self.services.buses.change(bus.other(), bus, out);
+        self.canopen.services.buses.change(bus.other(), bus, out);
         // What was on its way is lost, and the client is told so where it is now.
-        self.serve(SdoStep::BusChanged, bus, now, out);
+        self.canopen.serve(SdoStep::BusChanged, bus, now, out);
         if !self.identity.has_yielded() {
-            self.heartbeat.announce(now);
+            self.canopen.heartbeat.announce(now);
         }
-        self.services.next = now;
+        self.canopen.services.next = now;
         out.event(SlaveEvent::ActiveBus { bus, cause });
-    }
-
-    pub(super) fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
-        self.services.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
-        out.event(SlaveEvent::PeerMissed { node });
-        let behaviour = self.services.dictionary.objects.communication.nmt.error_behaviour();
-        if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
-            self.entered(state, now, out);
-        }
     }
 }

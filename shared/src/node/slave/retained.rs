@@ -53,16 +53,17 @@ impl<D: Device> Slave<D> {
 
     /// Before power-on: takes what is stored.
     pub(super) fn load_all(&mut self) {
-        self.services.dictionary.objects.spacecraft.redundancy.parameters.bdefault =
+        self.canopen.services.dictionary.objects.spacecraft.redundancy.parameters.bdefault =
             self.initial.bdefault.bdefault();
-        self.services.load(Group::All);
+        self.canopen.services.load(Group::All);
         self.select_bdefault(self.written_redundancy().bdefault);
     }
 
     /// Before power-on: selects the retained Bdefault, else the stored one (ECSS 8.3.2a).
     fn select_bdefault(&mut self, stored: Bus) {
         if let Some(bus) = self.retained.held.bdefault {
-            self.services.dictionary.objects.spacecraft.redundancy.parameters.bdefault = bus.bdefault();
+            self.canopen.services.dictionary.objects.spacecraft.redundancy.parameters.bdefault =
+                bus.bdefault();
         }
         self.selector = Selector::new(self.written_redundancy());
         self.selector.set_kept(stored);
@@ -78,7 +79,7 @@ impl<D: Device> Slave<D> {
     pub(super) fn keep_bdefault(&mut self, bus: Bus, out: &mut Out) {
         let held = self.retained.held;
         let is_kept = held.notes < MOST_NOTES
-            && match self.services.dictionary.stored.note_bdefault(self.id, bus) {
+            && match self.canopen.services.dictionary.stored.note_bdefault(self.canopen.id, bus) {
                 Some(outcome) => outcome.is_ok(),
                 None => return,
             };
@@ -99,16 +100,18 @@ impl<D: Device> Slave<D> {
     /// Whether a command is a reset of this node that the guard does not let pass.
     pub(super) fn is_refused(&mut self, bus: Bus, message: &NmtMessage, now: Instant, out: &mut Out) -> bool {
         let NmtMessage { command, target } = *message;
-        if !matches!(command, Command::ResetNode | Command::ResetCommunication) || !target.includes(self.id) {
+        if !matches!(command, Command::ResetNode | Command::ResetCommunication)
+            || !target.includes(self.canopen.id)
+        {
             return false;
         }
         self.open_guard(now);
         let ResetVerdict::Ignore { is_first } = self.guard.on_reset(now) else { return false };
-        self.services.wake(self.guard.deadline(self.pause()));
-        self.services.buses.ignored(bus);
+        self.canopen.services.wake(self.guard.deadline(self.pause()));
+        self.canopen.services.buses.ignored(bus);
         if is_first {
-            self.services.raise(ErrorCode::COMMUNICATION, [command as u8, 0, 0, 0, 0]);
-            self.services.next = now;
+            self.canopen.services.raise(ErrorCode::COMMUNICATION, [command as u8, 0, 0, 0, 0]);
+            self.canopen.services.next = now;
             out.event(SlaveEvent::ResetIgnored { bus, command });
         }
         true
@@ -135,9 +138,9 @@ impl<D: Device> Slave<D> {
     fn trusted(&mut self, were_ignored: bool) {
         if were_ignored {
             for command in [Command::ResetNode, Command::ResetCommunication] {
-                self.services.clear(ErrorCode::COMMUNICATION, command as u8);
+                self.canopen.services.clear(ErrorCode::COMMUNICATION, command as u8);
             }
-            self.services.next = Instant::ZERO;
+            self.canopen.services.next = Instant::ZERO;
         }
         self.retain_resets();
     }

@@ -1,7 +1,7 @@
 //! Reset communication takes back what was configured over the bus.
 
 use ecss_can::link::port::Filter;
-use ecss_can::node::BusCommand;
+use ecss_can::node::{BusCommand, Node};
 use ecss_can::types::{Bus, CobId};
 
 use super::fixture::{done, operational, payloads, powered, read, write, write_all};

@@ -23,7 +23,7 @@ fn capacities_of_writable_strings_are_comments() {
 fn what_save_does_not_keep_is_a_comment() {
     let saving = Description::new(&device(), |node| {
         let mut objects: Fixture = fixture(node);
-        objects.communication.storage.store = [1; 4];
+        objects.spacecraft.storage.store = [1; 4];
         objects
     });
     // Ctoggle; time, self-test; for receive PDOs, write-only, a DOMAIN.

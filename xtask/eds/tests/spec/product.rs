@@ -16,7 +16,7 @@ type Objects = NodeObjects<MissionObjects<Vec<u8>>>;
 fn fresh(node: NodeId) -> Objects {
     let mut objects = slave(node, &LIBRECUBE, Vec::new()).objects().clone();
     // Boards have a parameter store.
-    (objects.communication.storage.store, objects.communication.storage.restore) = ([1; 4], [1; 4]);
+    (objects.spacecraft.storage.store, objects.spacecraft.storage.restore) = ([1; 4], [1; 4]);
     objects
 }
 

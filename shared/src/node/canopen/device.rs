@@ -1,0 +1,66 @@
+//! The dictionary of a slave at work: SDO, SYNC and PDOs.
+
+use super::{Canopen, FILTERS_OF_PEERS, Out, SYNC_FILTER};
+use crate::link::Stamp;
+use crate::node::index::{CONSUMER_HEARTBEAT, LAST_RPDO_MAPPING, PRODUCER_HEARTBEAT, RPDO, SYNC_COB_ID};
+use crate::node::services::SdoStep;
+use crate::node::{Device, Extension, SlaveEvent};
+use crate::types::{Address, Bus, Frame, Instant};
+
+impl<D: Device, E: Extension> Canopen<D, E> {
+    /// An SDO request. Returns the object that it has written.
+    pub fn on_request(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) -> Option<Address> {
+        self.services.refresh_for(frame, now);
+        if !self.serve(SdoStep::Request(frame), bus, now, out) {
+            self.services.buses.malformed(bus);
+        }
+        self.services.wake(self.services.sdo_deadline());
+        self.services.take_written()
+    }
+
+    /// The SDO server runs; what it sends goes to `bus`.
+    #[inline(never)] // of three callers
+    pub fn serve(&mut self, step: SdoStep, bus: Bus, now: Instant, out: &mut Out) -> bool {
+        let expires = now + self.services.lifetimes.sdo;
+        self.services.serve(step, now, &mut move |frame| out.send_until(bus, frame, expires))
+    }
+
+    /// A SYNC.
+    #[inline]
+    pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        let (counter, is_told) = self.services.on_sync(frame, stamp.at);
+        if is_told {
+            self.services.next = now;
+        }
+        if let Ok(counter) = counter {
+            if self.nmt.state().allows_pdo() {
+                self.services.exchange(bus, counter, stamp, now, out);
+            }
+            out.event(SlaveEvent::Sync { bus, stamp: *stamp });
+        } else {
+            self.services.buses.malformed(bus);
+        }
+    }
+
+    /// An object of CANopen was written: services and filters follow.
+    pub fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
+        self.services.on_own_written(at, now, out);
+        match at.index {
+            SYNC_COB_ID => self.admit(SYNC_FILTER),
+            CONSUMER_HEARTBEAT => self.admit(FILTERS_OF_PEERS + usize::from(at.sub.saturating_sub(1))),
+            PRODUCER_HEARTBEAT => self.follow_heartbeat(now),
+            RPDO..=LAST_RPDO_MAPPING => self.admit(self.filters_of_rpdos() + usize::from(at.index & 0x1FF)),
+            _ => {}
+        }
+        self.set_marks();
+    }
+
+    /// What the services have to send.
+    pub fn run_device(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
+        let send = &mut |frame, expires, _| out.send_until(bus, frame, expires);
+        self.services.poll(until, now, self.nmt.state(), send);
+        if self.services.is_sdo_busy() {
+            self.serve(SdoStep::Poll, bus, until, out);
+        }
+    }
+}

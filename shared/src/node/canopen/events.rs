@@ -1,0 +1,57 @@
+//! What the controllers of a slave report beside received frames.
+
+use super::{Canopen, Out};
+use crate::emcy::ErrorCode;
+use crate::link::port::Health;
+use crate::node::buses::BusNews;
+use crate::node::{Device, Extension, LinkEvent, SlaveEvent};
+use crate::types::{Bus, CobId, Frame, Instant};
+
+impl<D: Device, E: Extension> Canopen<D, E> {
+    /// Counts, follows the error state, and passes the ends of transmissions to the SDO server.
+    pub fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+        match self.services.buses.on_link(bus, event, now) {
+            Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
+            Some(BusNews::Failed(health)) => {
+                self.on_health(bus, health, now, out);
+                out.event(SlaveEvent::BusFailed { bus });
+            }
+            Some(BusNews::Stalled) => out.event(SlaveEvent::BusStalled { bus }),
+            None => {}
+        }
+        match event {
+            LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. } => {
+                self.on_sent(frame, now);
+            }
+            LinkEvent::Overrun { .. } => self.lost(bus, now),
+            LinkEvent::Unsent { frames } => {
+                // Some may have been segments that the SDO server waits for.
+                (0..*frames).for_each(|_| self.services.on_sdo_sent());
+                self.lost(bus, now);
+            }
+            LinkEvent::Counters(_) => self.services.refresh_health(),
+            _ => {}
+        }
+        // Recoveries begin and end here.
+        self.services.wake(self.services.buses.deadline());
+    }
+
+    fn lost(&mut self, bus: Bus, now: Instant) {
+        self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
+        self.services.next = now;
+    }
+
+    fn on_sent(&mut self, frame: &Frame, now: Instant) {
+        if frame.id() == CobId::sdo_response(self.id) {
+            self.services.on_sdo_sent();
+            self.services.next = now;
+        }
+    }
+
+    fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
+        self.services.on_health(bus, &health);
+        self.services.refresh_health();
+        self.services.next = now;
+        out.event(SlaveEvent::Health { bus, health });
+    }
+}

@@ -1,0 +1,96 @@
+//! Which frames a slave takes: the filters of its controllers, and its marks.
+
+use super::{Canopen, Out};
+use crate::link::port::Filter;
+use crate::node::{BusCommand, Device, Extension, Filters, MAX_FILTERS};
+use crate::pdo::PdoSlots;
+use crate::types::{Bus, CobId, Duration, Instant, NodeId};
+
+/// Until there may be room for more filters.
+const FILTER_PAUSE: Duration = Duration::from_millis(1);
+
+/// Behind NMT. SDO and heartbeat of the master follow it.
+pub const SYNC_FILTER: usize = 1;
+/// The first of those that 1016h monitors.
+pub const FILTERS_OF_PEERS: usize = 4;
+
+impl<D: Device, E: Extension> Canopen<D, E> {
+    /// What it receives: exact COB-IDs only. A filter for each entry of 1016h and for each RPDO, valid or not, then one for
+    /// heartbeats of another node with this Node-ID, as long as there are filters.
+    pub fn filters(&self) -> Filters {
+        let last = self.filters_of_rpdos() + D::Pdos::RECEIVE;
+        let mut filters: Filters = (0..=last).take(MAX_FILTERS - 1).map(|n| self.filter(n)).collect();
+        if last >= MAX_FILTERS - 1 {
+            // More than the controllers can tell apart.
+            let _ = filters.push(Filter { id: CobId::NMT, mask: 0 });
+        }
+        filters
+    }
+
+    /// The first filter of the RPDOs.
+    pub fn filters_of_rpdos(&self) -> usize {
+        FILTERS_OF_PEERS + self.services.consumers()
+    }
+
+    /// What a filter admits, by the dictionary; NMT again where there is nothing.
+    pub fn filter(&self, number: usize) -> Filter {
+        let id = match number {
+            SYNC_FILTER => Some(self.services.written_sync_id()),
+            2 => Some(self.services.sdo_id()),
+            3 => Some(CobId::heartbeat(NodeId::MASTER)),
+            0..FILTERS_OF_PEERS => None,
+            _ => match number.checked_sub(self.filters_of_rpdos()) {
+                None => self.services.monitored(number - FILTERS_OF_PEERS),
+                // Behind the RPDOs: another node with this Node-ID.
+                Some(pdo) if pdo == D::Pdos::RECEIVE => Some(CobId::heartbeat(self.id)),
+                Some(pdo) => self.services.rpdo_ids().nth(pdo).flatten(),
+            },
+        };
+        Filter::exact(id.unwrap_or(CobId::NMT))
+    }
+
+    /// A filter changed: the buses are told when the node runs next.
+    pub fn admit(&mut self, number: usize) {
+        if number < MAX_FILTERS - 1 {
+            self.changed_filters |= 1 << number;
+            self.services.next = Instant::ZERO;
+        }
+    }
+
+    /// Sends the filters that have changed to `buses`, as many as there is room for beside the frames.
+    #[inline]
+    pub fn set_filters(&mut self, buses: &[Bus], out: &mut Out) {
+        while self.changed_filters != 0 && out.has_room() {
+            let number = self.changed_filters.trailing_zeros();
+            self.changed_filters &= !(1 << number);
+            let command = BusCommand::Filter { number: number as u8, filter: self.filter(number as usize) };
+            buses.iter().for_each(|bus| out.command(*bus, command));
+        }
+    }
+
+    /// Notes when something is due next. Filters that found no room have to wait a little.
+    pub fn rest(&mut self, due: Option<Instant>, now: Instant) {
+        let due = due.unwrap_or(Instant::NEVER);
+        self.services.next = if self.changed_filters == 0 { due } else { due.min(now + FILTER_PAUSE) };
+    }
+
+    /// Whether a frame may be for this node.
+    #[inline]
+    pub fn may_take(&self, id: CobId) -> bool {
+        self.marks.may_have(id)
+    }
+
+    /// Notes which frames are taken.
+    pub fn set_marks(&mut self) {
+        let fixed = [
+            CobId::NMT,
+            self.services.sync_id(),
+            CobId::sdo_request(self.id),
+            CobId::heartbeat(NodeId::MASTER),
+            CobId::heartbeat(self.id),
+        ];
+        let peers = (0..self.services.consumers()).filter_map(|entry| self.services.monitored(entry));
+        let all = fixed.into_iter().chain(self.services.rpdo_ids().flatten()).chain(peers);
+        self.marks = all.collect();
+    }
+}

@@ -1,0 +1,186 @@
+//! What a slave is by CiA 301 alone: NMT slave, heartbeat, its services, and which frames they take.
+//!
+//! It knows one bus at a time, that of each call. Redundancy, where a node has it, is built around it.
+
+mod device;
+mod events;
+mod filters;
+mod marks;
+
+use super::services::Services;
+use super::{Device, Extension, NodeObjects, Outbox, SlaveEvent, Spacecraft};
+use crate::emcy::ErrorCode;
+use crate::heartbeat;
+use crate::link::Stamp;
+use crate::nmt::{Command, NmtSlave, NmtStartup, Reaction};
+use crate::profile::Profile;
+use crate::redundancy::Parameters;
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
+pub use filters::{FILTERS_OF_PEERS, SYNC_FILTER};
+use marks::Marks;
+
+pub type Out = Outbox<SlaveEvent>;
+
+/// NMT slave, SYNC consumer, CANopen device. `E` is what the node has beyond CANopen.
+#[derive(Debug)]
+pub struct Canopen<D: Device, E: Extension = Spacecraft> {
+    pub id: NodeId,
+    pub nmt: NmtSlave,
+    pub heartbeat: heartbeat::Producer,
+    pub services: Services<D, E>,
+    startup: NmtStartup,
+    /// COB-IDs that are taken; frames without a mark are for others.
+    marks: Marks,
+    /// A bit for each filter that its buses have not been told yet.
+    changed_filters: u32,
+}
+
+impl<D: Device, E: Extension> Canopen<D, E> {
+    pub fn new(id: NodeId, profile: &Profile, mut objects: NodeObjects<D, E>) -> Self {
+        let startup = NmtStartup::of_slave(profile.autostart);
+        objects.communication.nmt.startup = startup.raw();
+        Canopen {
+            id,
+            nmt: NmtSlave::new(profile.autostart),
+            heartbeat: heartbeat::Producer::new(id, profile.heartbeat),
+            services: Services::new(id, objects, profile, None),
+            startup,
+            marks: Marks::ALL,
+            changed_filters: 0,
+        }
+    }
+
+    /// Boot-up on `bus`, then Pre-operational (ECSS 8.3.2). The communication profile is as at power-on before.
+    pub fn boot(&mut self, bus: Bus, now: Instant, out: &mut Out) {
+        let frame = heartbeat::encode(self.id, NmtState::Initialising);
+        out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+        let state = self.nmt.boot();
+        self.entered(state, now, out);
+        self.heartbeat.restart(now);
+        self.set_marks();
+    }
+
+    /// Another NMT state.
+    pub fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
+        self.services.entered(state, now);
+        self.services.next = now;
+        out.event(SlaveEvent::State(state));
+    }
+
+    /// A command for this node but for resets, which are left to it.
+    pub fn on_command(&mut self, command: Command, now: Instant, out: &mut Out) -> Reaction {
+        let reaction = self.nmt.on_command(command);
+        if let Reaction::Entered(state) = reaction {
+            self.entered(state, now, out);
+            // The master learns of it now, not a period later.
+            self.heartbeat.announce(now);
+        }
+        reaction
+    }
+
+    /// Silent until the chip is reset.
+    pub fn wait_for_reset(&mut self, out: &mut Out) {
+        self.heartbeat.stop();
+        self.marks = Marks::ALL;
+        self.services.next = Instant::NEVER;
+        out.event(SlaveEvent::ResetNode);
+    }
+
+    /// A heartbeat of another node that 1016h may name.
+    pub fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
+        let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
+            return self.services.buses.malformed(bus);
+        };
+        let Some(heard) = self.services.monitor.on_heartbeat(node, state, stamp.at) else {
+            return self.services.buses.ignored(bus);
+        };
+        if heard.resolved {
+            self.services.clear(ErrorCode::HEARTBEAT, node.get());
+            self.services.next = stamp.at;
+        }
+        if heard.before != Some(state) {
+            out.event(SlaveEvent::PeerState { node, state });
+        }
+        self.services.wake(self.services.monitor.deadline());
+    }
+
+    fn on_peer_missed(&mut self, node: NodeId, now: Instant, out: &mut Out) {
+        self.services.raise(ErrorCode::HEARTBEAT, [node.get(), 0, 0, 0, 0]);
+        out.event(SlaveEvent::PeerMissed { node });
+        let behaviour = self.services.dictionary.objects.communication.nmt.error_behaviour();
+        if let Reaction::Entered(state) = self.nmt.on_communication_error(behaviour) {
+            self.entered(state, now, out);
+        }
+    }
+
+    /// Does what was due at `until`, which may be before `now`; it goes out on `bus`.
+    pub fn poll(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
+        while let Some(missed) = self.services.monitor.poll(until) {
+            self.on_peer_missed(missed.node, now, out);
+        }
+        if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
+            out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+        }
+        while let Some(bus) = self.services.buses.poll(until, out) {
+            out.event(SlaveEvent::BusFailed { bus });
+        }
+        self.run_device(bus, until, now, out);
+    }
+
+    /// When to poll next, at the latest; filters apart.
+    pub fn due(&self) -> Option<Instant> {
+        let own = [
+            self.heartbeat.deadline(),
+            self.services.buses.deadline(),
+            self.services.monitor.deadline(),
+            self.services.deadline(self.nmt.state()),
+        ];
+        earliest(&own)
+    }
+
+    /// Whether it waits for its reset, or nothing will ever be due.
+    pub fn deadline(&self) -> Option<Instant> {
+        let silent = self.nmt.state() == NmtState::Initialising || self.services.next == Instant::NEVER;
+        if silent { None } else { Some(self.services.next) }
+    }
+
+    /// The communication profile as at power-on; stored parameters apply.
+    pub fn restore_communication(&mut self, initial: &Parameters, now: Instant) {
+        let before = self.filters();
+        let objects = &mut self.services.dictionary.objects;
+        objects.restore_communication(self.id, initial);
+        objects.communication.nmt.startup = self.startup.raw();
+        self.services.load(crate::store::Group::Communication);
+        self.services.configure(now);
+        let communication = &self.services.dictionary.objects.communication;
+        self.nmt.set_autostart(communication.nmt.startup().autostart());
+        self.follow_heartbeat(now);
+        for (number, filter) in before.into_iter().enumerate() {
+            if self.filter(number) != filter {
+                self.admit(number);
+            }
+        }
+    }
+
+    /// Object 1017h.
+    pub fn follow_heartbeat(&mut self, now: Instant) {
+        let time = self.services.dictionary.objects.communication.heartbeat.time;
+        self.heartbeat.set_period(Duration::from_millis(u64::from(time)), now);
+    }
+
+    /// Sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and counted on `bus`, unless Operational
+    /// and the PDO is valid.
+    pub fn send_pdo(&mut self, bus: Bus, number: usize, now: Instant) {
+        if self.nmt.state().allows_pdo() && self.services.dictionary.tpdos.is_valid(number) {
+            self.services.dictionary.tpdos.trigger(number, now);
+            self.services.next = now;
+        } else {
+            self.services.buses.refused(bus);
+        }
+    }
+}
+
+/// COB-IDs of heartbeats have its function code.
+pub fn is_heartbeat(id: CobId) -> bool {
+    id.function() == CobId::heartbeat(NodeId::MASTER).function()
+}

@@ -1,0 +1,191 @@
+//! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C: for a board of the test bench, or a bus inside of a unit.
+
+use super::canopen::{Canopen, Out, is_heartbeat};
+use super::extension::Nothing;
+use super::{Counters, Device, DeviceNode, Filters, LinkEvent, Node, NodeObjects, SlaveEvent};
+use crate::emcy::ErrorCode;
+use crate::link::Stamp;
+use crate::nmt::{NmtMessage, Reaction};
+use crate::profile::Profile;
+use crate::redundancy::Parameters;
+use crate::types::{AbortCode, Address, Bus, CobId, Frame, Instant, NmtState, NodeId};
+
+/// Its only bus.
+const BUS: Bus = Bus::Nominal;
+
+/// NMT slave, heartbeat, EMCY, SYNC, PDOs, SDO server: what CiA 301 gives a slave. It has no redundancy, no time, no parameter
+/// store, and obeys every reset.
+///
+/// Runs on the port of [`Single`](crate::runner::Single).
+#[derive(Debug)]
+pub struct CanopenSlave<D: Device> {
+    canopen: Canopen<D, Nothing>,
+    initial: Parameters,
+}
+
+impl<D: Device> CanopenSlave<D> {
+    /// A slave before power-on. `id` is one of 2..=127. Of the profile it takes heartbeat, lifetimes, time-out of SDO, recovery
+    /// from bus-off and autostart.
+    #[inline(never)]
+    pub fn new(id: NodeId, profile: &Profile, device: D) -> Self {
+        let initial = profile.redundancy();
+        let objects = NodeObjects::at_power_on(id, &initial, device);
+        CanopenSlave { canopen: Canopen::new(id, profile, objects), initial }
+    }
+
+    /// The object dictionary.
+    pub fn objects(&self) -> &NodeObjects<D, Nothing> {
+        &self.canopen.services.dictionary.objects
+    }
+
+    /// NMT state.
+    pub fn state(&self) -> NmtState {
+        self.canopen.nmt.state()
+    }
+
+    /// Frames of the bus.
+    pub fn counters(&self) -> &Counters {
+        &self.canopen.services.buses.counters[BUS]
+    }
+
+    /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and
+    /// counted, unless Operational and the PDO is valid.
+    pub fn send_pdo(&mut self, number: usize, now: Instant) {
+        self.canopen.send_pdo(BUS, number, now);
+    }
+
+    /// An error of the device appeared: reports it, with five bytes of which the first is its source.
+    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
+        self.canopen.services.raise(code, info);
+        self.canopen.services.next = Instant::ZERO;
+    }
+
+    /// An error of the device is gone.
+    pub fn clear(&mut self, code: ErrorCode, source: u8) {
+        self.canopen.services.clear(code, source);
+        self.canopen.services.next = Instant::ZERO;
+    }
+
+    fn boot(&mut self, now: Instant, out: &mut Out) {
+        self.canopen.restore_communication(&self.initial, now);
+        self.canopen.boot(BUS, now, out);
+    }
+
+    /// A frame that may be for this node.
+    #[inline(never)] // what is for others need not pay for it
+    fn on_frame(&mut self, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        let (id, state) = (frame.id(), self.canopen.nmt.state());
+        let services = &mut self.canopen.services;
+        if id == services.sync_id() && state.allows_sync() {
+            self.canopen.on_sync(BUS, frame, stamp, now, out);
+        } else if id == services.sdo_id() && state.allows_sdo() {
+            if !services.on_plain_segment(frame, now)
+                && let Some(at) = self.canopen.on_request(BUS, frame, now, out)
+            {
+                self.on_written(at, now, out);
+            }
+        } else if state.allows_pdo() && services.on_pdo(BUS, frame, stamp, now, out) {
+        } else if id == CobId::NMT {
+            self.on_nmt(frame, now, out);
+        } else if is_heartbeat(id) && state != NmtState::Initialising {
+            self.canopen.on_peer_heartbeat(BUS, frame, stamp, out);
+        } else {
+            services.buses.ignored(BUS);
+        }
+        self.run(now, now, out);
+    }
+
+    fn on_nmt(&mut self, frame: &Frame, now: Instant, out: &mut Out) {
+        let Some(message) = NmtMessage::decode(frame) else {
+            return self.canopen.services.buses.malformed(BUS);
+        };
+        if !message.target.includes(self.canopen.id) || self.state() == NmtState::Initialising {
+            return;
+        }
+        match self.canopen.on_command(message.command, now, out) {
+            Reaction::Unchanged | Reaction::Entered(_) => {}
+            Reaction::ResetNode => self.canopen.wait_for_reset(out),
+            Reaction::ResetCommunication => self.boot(now, out),
+        }
+    }
+
+    fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
+        self.canopen.on_own_written(at, now, out);
+        self.canopen.services.report_written(at, now, out);
+    }
+
+    /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        if until >= self.canopen.services.next && self.state() != NmtState::Initialising {
+            self.canopen.set_filters(&[BUS], out);
+            self.canopen.poll(BUS, until, now, out);
+            self.canopen.rest(self.canopen.due(), now);
+        }
+    }
+}
+
+impl<D: Device> Node for CanopenSlave<D> {
+    type Event = SlaveEvent;
+    type Request = core::convert::Infallible;
+
+    fn filters(&self) -> Filters {
+        self.canopen.filters()
+    }
+
+    fn start(&mut self, now: Instant, out: &mut Out) {
+        self.canopen.services.buses.join_one(BUS, out);
+        self.boot(now, out);
+        self.run(now, now, out);
+    }
+
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+        if let LinkEvent::Received { frame, stamp } = event {
+            return self.on_received(bus, frame, stamp, now, out);
+        }
+        self.canopen.on_bus_event(bus, event, now, out);
+        self.run(now, now, out);
+    }
+
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        self.canopen.services.buses.received(bus);
+        self.run(stamp.at.min(now), now, out);
+        if self.canopen.may_take(frame.id()) {
+            self.on_frame(frame, stamp, now, out);
+        } else {
+            self.canopen.services.buses.ignored(bus);
+        }
+    }
+
+    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
+        match request {}
+    }
+
+    fn poll(&mut self, now: Instant, out: &mut Out) {
+        self.run(now, now, out);
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.canopen.deadline()
+    }
+
+    /// Without a clock no frame is worth a stamp.
+    fn is_stamped(&self, _bus: Bus, _frame: &Frame) -> bool {
+        false
+    }
+}
+
+impl<D: Device> DeviceNode for CanopenSlave<D> {
+    type Device = D;
+
+    fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {
+        self.canopen.services.change(now, |objects| change(&mut objects.application))
+    }
+
+    fn write(&mut self, at: Address, value: &[u8], now: Instant, out: &mut Out) -> Result<(), AbortCode> {
+        if let Some(at) = self.canopen.services.write(at, value, now)? {
+            self.on_written(at, now, out);
+        }
+        self.run(now, now, out);
+        Ok(())
+    }
+}

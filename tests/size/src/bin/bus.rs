@@ -1,0 +1,71 @@
+//! The task of a bus without a node: what the size of [CANopen](../canopen.rs) is counted from.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+#[cfg(target_os = "none")]
+mod app {
+    use core::convert::Infallible;
+
+    use boards::{Board, TELLTALE};
+    use ecss_can::node::{Filters, LinkEvent, Outbox};
+    use ecss_can::prelude::*;
+    use embassy_executor::Spawner;
+
+    /// Joins its bus and lets all frames pass.
+    struct NoNode;
+
+    impl Node for NoNode {
+        type Event = SlaveEvent;
+        type Request = Infallible;
+
+        fn filters(&self) -> Filters {
+            Filters::new()
+        }
+
+        fn start(&mut self, _: Instant, _: &mut Outbox<SlaveEvent>) {}
+
+        fn on_link(&mut self, _: Bus, _: &LinkEvent, _: Instant, _: &mut Outbox<SlaveEvent>) {}
+
+        fn on_request(&mut self, request: Infallible, _: Instant, _: &mut Outbox<SlaveEvent>) {
+            match request {}
+        }
+
+        fn poll(&mut self, _: Instant, _: &mut Outbox<SlaveEvent>) {}
+
+        fn deadline(&self) -> Option<Instant> {
+            None
+        }
+
+        fn is_stamped(&self, _: Bus, _: &Frame) -> bool {
+            false
+        }
+    }
+
+    static NODE: Single<Board, NoNode> = Single::new();
+
+    #[embassy_executor::main]
+    async fn main(spawner: Spawner) {
+        let p = boards::start();
+        let Board { ports, clock, node_id, .. } =
+            Board::new(boards::take!(p), const { boards::bit_timing(&Profile::DEFAULT.network) });
+        let Ok(_) = node_id else { return };
+        let (_, mut events, runners) = NODE.start(|| NoNode, ports.nominal, clock, &TELLTALE);
+        spawner.spawn(bus(runners.bus).expect("spawned once"));
+        loop {
+            if let SlaveEvent::ResetNode = events.next().await {
+                boards::reset()
+            }
+        }
+    }
+
+    #[embassy_executor::task]
+    async fn bus(runner: BusRunner<Board, NoNode>) -> ! {
+        runner.run().await
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This is firmware whose size is measured:  cargo xtask bench --only size");
+}

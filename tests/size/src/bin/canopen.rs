@@ -1,0 +1,79 @@
+//! A CANopen slave on one bus with 4 + 4 PDOs: what a CANopen stack of others has, and no more.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+#[cfg(target_os = "none")]
+mod app {
+    use boards::{Board, TELLTALE};
+    use ecss_can::prelude::*;
+    use embassy_executor::Spawner;
+
+    type Node = CanopenSlave<Channels>;
+
+    /// Four channels in, four out.
+    #[derive(Debug, Objects)]
+    #[objects(device)]
+    struct Channels {
+        /// Inputs
+        #[object(0x6000, array, ro, pdo)]
+        inputs: [u16; 4],
+        /// Outputs
+        #[object(0x6200, array, rww, pdo)]
+        outputs: [u16; 4],
+    }
+
+    impl Device for Channels {
+        type Pdos = PdoObjects<4, 4>;
+        type Consumers = HeartbeatConsumers<1>;
+
+        const PDOS: PdoSet = PdoSet::new(
+            &[
+                Rpdo::new(1, CobIdOf::node(0x200)).map(Channels::OUTPUTS.sub(1)),
+                Rpdo::new(2, CobIdOf::node(0x300)).map(Channels::OUTPUTS.sub(2)),
+                Rpdo::new(3, CobIdOf::node(0x400)).map(Channels::OUTPUTS.sub(3)),
+                Rpdo::new(4, CobIdOf::node(0x500)).map(Channels::OUTPUTS.sub(4)),
+            ],
+            &[
+                Tpdo::new(1, CobIdOf::node(0x180)).map(Channels::INPUTS.sub(1)),
+                Tpdo::new(2, CobIdOf::node(0x280)).map(Channels::INPUTS.sub(2)),
+                Tpdo::new(3, CobIdOf::node(0x380)).map(Channels::INPUTS.sub(3)),
+                Tpdo::new(4, CobIdOf::node(0x480)).map(Channels::INPUTS.sub(4)),
+            ],
+        );
+    }
+
+    static NODE: Single<Board, Node> = Single::new();
+
+    #[embassy_executor::main]
+    async fn main(spawner: Spawner) {
+        let p = boards::start();
+        let Board { ports, clock, node_id, .. } =
+            Board::new(boards::take!(p), const { boards::bit_timing(&Profile::DEFAULT.network) });
+        let Ok(id) = node_id else { return };
+        let device = || CanopenSlave::new(id, &Profile::DEFAULT, Channels::default());
+        let (_, mut events, runners) = NODE.start(device, ports.nominal, clock, &TELLTALE);
+        spawner.spawn(bus(runners.bus).expect("spawned once"));
+        spawner.spawn(due(runners.due).expect("spawned once"));
+        loop {
+            if let SlaveEvent::ResetNode = events.next().await {
+                boards::reset()
+            }
+        }
+    }
+
+    #[embassy_executor::task]
+    async fn bus(runner: BusRunner<Board, Node>) -> ! {
+        runner.run().await
+    }
+
+    #[embassy_executor::task]
+    async fn due(runner: DueRunner<Board, Node>) -> ! {
+        runner.run().await
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This is firmware whose size is measured:  cargo xtask bench --only size");
+}
