@@ -3,7 +3,7 @@
 //! * Types 0 to 240 take effect at the next SYNC, the newest frame of each PDO; 254 and 255 at once.
 //! * A frame with fewer bytes than are mapped is not processed. One with more is, as far as it is mapped. A value outside
 //!   of its limits is not written, the others of its frame are, and the frame does not count as applied. All three are
-//!   errors of their PDO, reported when they appear and when they are gone.
+//!   errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is gone.
 //! * A frame may end before a value that the device declares optional: what is left out reads as zero.
 //! * The event timer is a deadline. It runs from each good frame to the next, the first time from the first one in
 //!   Operational, or after it was configured.
@@ -37,7 +37,7 @@ impl RpdoError {
         1 << self as u8
     }
 
-    /// The emergency that tells of it.
+    /// The emergency that reports it.
     pub const fn code(self) -> ErrorCode {
         match self {
             RpdoError::TooShort => ErrorCode::PDO_LENGTH,
@@ -98,6 +98,8 @@ pub struct Rpdos<S: PdoSlots> {
     pdos: S::Receive<Configured>,
     /// Whether any frame waits for SYNC.
     waiting: bool,
+    /// Whether an error appeared or is gone, and was not taken yet.
+    has_events: bool,
     /// No deadline is before it.
     next: Instant,
 }
@@ -114,6 +116,8 @@ struct Configured {
     waiting: bool,
     /// A bit for each that is there.
     errors: u8,
+    /// As they were taken last.
+    taken: u8,
     /// Bytes of a frame that need only be unpacked; [`NOT_PLAIN`] if there is more to do.
     plain: u8,
 }
@@ -130,6 +134,7 @@ impl Configured {
         synchronous: false,
         waiting: false,
         errors: 0,
+        taken: 0,
         plain: NOT_PLAIN,
     };
 }
@@ -149,8 +154,19 @@ impl<S: PdoSlots> Rpdos<S> {
             is_shared: false,
             pdos: S::receive(Configured::INVALID),
             waiting: false,
+            has_events: false,
             next: Instant::NEVER,
         }
+    }
+
+    /// None is valid any more.
+    pub fn clear(&mut self) {
+        for (id, pdo) in self.ids.as_mut().iter_mut().zip(self.pdos.as_mut()) {
+            *id = NONE;
+            *pdo = Configured { taken: pdo.taken, ..Configured::INVALID };
+            self.has_events |= pdo.taken != 0;
+        }
+        self.index();
     }
 
     /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, its errors are resolved, the
@@ -163,7 +179,6 @@ impl<S: PdoSlots> Rpdos<S> {
         number: usize,
         parameters: &RpdoParameters,
         mapping: &[u32],
-        tell: &mut impl FnMut(usize, RpdoEvent),
     ) -> Result<(), AbortCode> {
         let (Some(id), Some(pdo)) = (self.ids.as_mut().get_mut(number), self.pdos.as_mut().get_mut(number))
         else {
@@ -183,10 +198,8 @@ impl<S: PdoSlots> Rpdos<S> {
                 (id.raw(), pdo.with_plain())
             }
         };
-        for error in RpdoError::ALL {
-            pdo.set(error, false, &mut |event| tell(number, event));
-        }
-        (*id, *pdo) = (new_id, new);
+        self.has_events |= pdo.taken != 0;
+        (*id, *pdo) = (new_id, Configured { taken: pdo.taken, ..new });
         self.index();
         Ok(())
     }
@@ -252,20 +265,22 @@ impl<S: PdoSlots> Rpdos<S> {
         at: Instant,
         window_end: Instant,
         objects: &mut D,
-        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) -> Taken {
         let Some(pdo) = self.pdos.as_mut().get_mut(number) else { return Taken::Rejected };
-        if (frame.dlc() != pdo.layout.bytes() || pdo.errors != 0)
-            && !pdo.accepts(frame.dlc(), &mut |event| tell(objects, number, event))
-        {
-            return Taken::Rejected;
+        if frame.dlc() != pdo.layout.bytes() || pdo.errors != 0 {
+            let is_accepted = pdo.accepts(frame.dlc());
+            self.has_events |= pdo.has_events();
+            if !is_accepted {
+                return Taken::Rejected;
+            }
         }
         if pdo.timeout != 0 {
             pdo.deadline = at + Duration::from_millis(u64::from(pdo.timeout));
             self.next = self.next.min(pdo.deadline);
         }
         if !pdo.synchronous {
-            let all = pdo.apply(frame.bits(), objects, &mut |objects, event| tell(objects, number, event));
+            let all = pdo.apply(frame.bits(), objects);
+            self.has_events |= pdo.has_events();
             if all { Taken::Applied } else { Taken::Refused }
         } else if at <= window_end {
             (pdo.held, pdo.waiting, self.waiting) = (frame.bits(), true, true);
@@ -286,30 +301,51 @@ impl<S: PdoSlots> Rpdos<S> {
         &mut self,
         objects: &mut D,
         ended: &mut impl FnMut(usize, bool),
-        tell: &mut impl FnMut(&mut D, usize, RpdoEvent),
     ) {
         self.waiting = false;
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
             if core::mem::take(&mut pdo.waiting) {
-                let all = pdo.apply(pdo.held, objects, &mut |objects, event| tell(objects, number, event));
+                let all = pdo.apply(pdo.held, objects);
+                self.has_events |= pdo.has_events();
                 ended(number, all);
             }
         }
     }
 
-    /// Tells of those that are overdue at `now`, once until their next frame.
-    pub fn poll(&mut self, now: Instant, tell: &mut impl FnMut(usize, RpdoEvent)) {
+    /// Finds those that are overdue at `now`, once until their next frame.
+    pub fn poll(&mut self, now: Instant) {
         if now < self.next {
             return;
         }
         self.next = Instant::NEVER;
-        for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
+        for pdo in self.pdos.as_mut() {
             if pdo.deadline <= now {
                 pdo.deadline = Instant::NEVER;
-                pdo.set(RpdoError::Overdue, true, &mut |event| tell(number, event));
+                pdo.set(RpdoError::Overdue, true);
+                self.has_events |= pdo.has_events();
             }
             self.next = self.next.min(pdo.deadline);
         }
+    }
+
+    /// Whether an error appeared or is gone, and was not taken yet.
+    #[inline]
+    pub fn has_events(&self) -> bool {
+        self.has_events
+    }
+
+    /// The next error that appeared or is gone, and the number of its PDO.
+    pub fn take_event(&mut self) -> Option<(usize, RpdoEvent)> {
+        for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
+            let changed = pdo.errors ^ pdo.taken;
+            if let Some(error) = RpdoError::ALL.into_iter().find(|error| changed & error.bit() != 0) {
+                pdo.taken ^= error.bit();
+                let is_there = pdo.errors & error.bit() != 0;
+                return Some((number, if is_there { RpdoEvent::Error(error) } else { RpdoEvent::Resolved(error) }));
+            }
+        }
+        self.has_events = false;
+        None
     }
 
     /// When to poll next.
@@ -327,43 +363,35 @@ impl Configured {
     /// Whether a frame of this length is processed. Errors appear and go with it.
     #[cold]
     #[inline(never)]
-    fn accepts(&mut self, dlc: u8, tell: &mut impl FnMut(RpdoEvent)) -> bool {
+    fn accepts(&mut self, dlc: u8) -> bool {
         let is_enough = dlc >= self.layout.least();
-        self.set(RpdoError::TooShort, !is_enough, tell);
-        self.set(RpdoError::TooLong, dlc > self.layout.bytes(), tell);
+        self.set(RpdoError::TooShort, !is_enough);
+        self.set(RpdoError::TooLong, dlc > self.layout.bytes());
         if is_enough {
-            self.set(RpdoError::Overdue, false, tell);
+            self.set(RpdoError::Overdue, false);
         }
         is_enough
     }
 
     /// The values of a frame take effect. Returns whether all were within their limits.
     #[inline(always)]
-    fn apply<D: Objects>(
-        &mut self,
-        data: u64,
-        objects: &mut D,
-        tell: &mut impl FnMut(&mut D, RpdoEvent),
-    ) -> bool {
+    fn apply<D: Objects>(&mut self, data: u64, objects: &mut D) -> bool {
         let all = self.layout.unpack(objects, data);
         if !all || self.errors != 0 {
-            self.set_out_of_range(!all, &mut |event| tell(objects, event));
+            self.set(RpdoError::OutOfRange, !all);
         }
         all
     }
 
-    #[cold]
-    #[inline(never)]
-    fn set_out_of_range(&mut self, is_there: bool, tell: &mut impl FnMut(RpdoEvent)) {
-        self.set(RpdoError::OutOfRange, is_there, tell);
+    fn has_events(&self) -> bool {
+        self.errors != self.taken
     }
 
-    /// Tells of an error that appears or goes.
-    fn set(&mut self, error: RpdoError, is_there: bool, tell: &mut impl FnMut(RpdoEvent)) {
-        if is_there != (self.errors & error.bit() != 0) {
-            self.errors ^= error.bit();
-            *self = self.with_plain();
-            tell(if is_there { RpdoEvent::Error(error) } else { RpdoEvent::Resolved(error) });
-        }
+    /// Notes an error that appears or goes.
+    #[cold]
+    #[inline(never)]
+    fn set(&mut self, error: RpdoError, is_there: bool) {
+        self.errors = if is_there { self.errors | error.bit() } else { self.errors & !error.bit() };
+        *self = self.with_plain();
     }
 }

@@ -151,6 +151,12 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
+    /// None is valid any more.
+    pub fn clear(&mut self) {
+        self.pdos.as_mut().fill(Configured::INVALID);
+        self.index();
+    }
+
     /// New values of objects 1800h + `number` and 1A00h + `number`. It starts as if Operational had just been entered; an
     /// event that waits for the inhibit time is still sent.
     ///

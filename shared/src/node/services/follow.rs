@@ -8,7 +8,6 @@ use crate::node::index::{
 };
 use crate::node::{Device, Extension, NodeObjects, Outbox, SelfTest};
 use crate::od::{ObjectAccess, Transfer};
-use crate::pdo::PdoSlots;
 use crate::store::{Group, Loaded};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
@@ -27,10 +26,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         let emcy = &mut dictionary.emcy;
         let clear = &mut |missed: NodeId| _ = emcy.clear(ErrorCode::HEARTBEAT, missed.get());
         self.monitor.configure(&dictionary.objects.consumers, clear);
-        // All become invalid first: an old one must not be in the way of a new one.
-        let most = D::Pdos::RECEIVE.max(D::Pdos::TRANSMIT);
-        (0..most).for_each(|number| self.dictionary.unset_pdos(number, now));
-        (0..most).for_each(|number| self.dictionary.set_pdos(number, now));
+        self.dictionary.set_pdos(now);
         self.note_mappings();
         self.dictionary.emcy.restart();
         self.show_errors();

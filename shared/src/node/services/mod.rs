@@ -27,7 +27,6 @@ use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earli
 use crate::{sdo, sync};
 pub use dictionary::Dictionary;
 pub use events::NodeEvent;
-use pdos::report_rpdo;
 pub use stored::{NoStore, Storage, Stored};
 
 /// The first object whose changes an application is told; those below are the services'.
@@ -286,13 +285,12 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// A frame of an RPDO, in Operational. What becomes of it, and whether an emergency reports it.
     #[inline(always)] // called from one place
     fn on_rpdo(&mut self, number: usize, frame: &Frame, at: Instant) -> (Taken, bool) {
-        let Dictionary { objects, emcy, rpdos, .. } = &mut self.dictionary;
-        let mut is_told = false;
-        let window_end = self.sync.window_end();
-        let taken = rpdos.on_frame(number, frame, at, window_end, objects, &mut |objects, number, event| {
-            is_told = true;
-            report_rpdo(emcy, &mut objects.communication.emcy, number, event);
-        });
+        let Dictionary { objects, rpdos, .. } = &mut self.dictionary;
+        let taken = rpdos.on_frame(number, frame, at, self.sync.window_end(), objects);
+        let is_told = rpdos.has_events();
+        if is_told {
+            self.dictionary.report_rpdos();
+        }
         (taken, is_told)
     }
 

@@ -2,7 +2,7 @@
 
 use super::{Dictionary, rules};
 use crate::emcy;
-use crate::emcy::{EmcyObjects, ErrorCode};
+use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
 use crate::node::{Device, Extension, NodeObjects};
 use crate::od::INVALID;
@@ -10,40 +10,47 @@ use crate::pdo::{Direction, Mapping, PdoSlots, RpdoEvent, RpdoParameters, TpdoPa
 use crate::types::{AbortCode, Address, Frame, Instant, NmtState};
 
 impl<D: Device, E: Extension> Dictionary<D, E> {
-    /// The PDOs of this number are not valid.
-    pub fn unset_pdos(&mut self, number: usize, now: Instant) {
-        let Dictionary { emcy, rpdos, tpdos, .. } = self;
-        let mut report_event = |number, event| note(emcy, number, event);
-        let none = &RpdoParameters::default();
-        let _ = rpdos.configure::<NodeObjects<D, E>>(number, none, &[], &mut report_event);
-        let _ = tpdos.configure::<NodeObjects<D, E>>(number, &TpdoParameters::default(), &[], now);
+    /// Takes all PDOs from the objects. Those that cannot be read so (bit 31 of their COB-ID), which is an error until they can,
+    /// or are not to be.
+    pub fn set_pdos(&mut self, now: Instant) {
+        // First of all none is valid: an old one must not be in the way of a new one.
+        self.rpdos.clear();
+        self.tpdos.clear();
+        while let Some((number, event)) = self.rpdos.take_event() {
+            note(&mut self.emcy, number, event);
+        }
+        for number in 0..D::Pdos::RECEIVE {
+            if let Some(pdo) = self.objects.pdos.rpdos().0.get(number).copied() {
+                let outcome = self.take_rpdo(number, &pdo);
+                let pdo = self.objects.pdos.rpdos_mut().0.get_mut(number);
+                report(&mut self.emcy, Direction::Receive, number, outcome, pdo.map(|pdo| &mut pdo.cob_id));
+            }
+        }
+        for number in 0..D::Pdos::TRANSMIT {
+            if let Some(pdo) = self.objects.pdos.tpdos().0.get(number).copied() {
+                let outcome = self.take_tpdo(number, &pdo, now);
+                let pdo = self.objects.pdos.tpdos_mut().0.get_mut(number);
+                report(&mut self.emcy, Direction::Transmit, number, outcome, pdo.map(|pdo| &mut pdo.cob_id));
+            }
+        }
     }
 
-    /// The PDOs of this number, which are not valid, as the objects have them. What cannot be reads so (bit 31 of its COB-ID)
-    /// and is an error until it can, or is not to be.
-    pub fn set_pdos(&mut self, number: usize, now: Instant) {
-        let Dictionary { objects, emcy, rpdos, tpdos, .. } = self;
-        let NodeObjects { communication, pdos, .. } = objects;
-        let mut report_event = |number, event| note(emcy, number, event);
-        let (sync, emergency) = (communication.sync.cob_id, communication.emcy.cob_id);
-        let (parameters, mappings) = pdos.rpdos();
-        let receives = parameters.get(number).zip(mappings.get(number));
-        let received = receives.map(|(pdo, mapping)| {
-            rules::check_pdo(Direction::Receive, sync, emergency, pdo.cob_id)?;
-            rpdos.configure::<NodeObjects<D, E>>(number, pdo, mapping.objects(), &mut report_event)
-        });
-        let (parameters, mappings) = pdos.tpdos();
-        let sends = parameters.get(number).zip(mappings.get(number));
-        let sent = sends.map(|(pdo, mapping)| {
-            rules::check_pdo(Direction::Transmit, sync, emergency, pdo.cob_id)?;
-            tpdos.configure::<NodeObjects<D, E>>(number, pdo, mapping.objects(), now)
-        });
-        if let Some((outcome, pdo)) = received.zip(pdos.rpdos_mut().0.get_mut(number)) {
-            report(emcy, Direction::Receive, number, outcome, &mut pdo.cob_id);
-        }
-        if let Some((outcome, pdo)) = sent.zip(pdos.tpdos_mut().0.get_mut(number)) {
-            report(emcy, Direction::Transmit, number, outcome, &mut pdo.cob_id);
-        }
+    /// A receive PDO has these parameters from now on; what is mapped is as the objects have it.
+    #[inline(never)] // of two callers, neither in a hurry
+    fn take_rpdo(&mut self, number: usize, pdo: &RpdoParameters) -> Result<(), AbortCode> {
+        let NodeObjects { communication, pdos, .. } = &self.objects;
+        rules::check_pdo(Direction::Receive, communication, pdo.cob_id)?;
+        let mapping = pdos.rpdos().1.get(number).ok_or(AbortCode::NoObject)?;
+        self.rpdos.configure::<NodeObjects<D, E>>(number, pdo, mapping.objects())
+    }
+
+    /// The same for a transmit PDO.
+    #[inline(never)] // of two callers, neither in a hurry
+    fn take_tpdo(&mut self, number: usize, pdo: &TpdoParameters, now: Instant) -> Result<(), AbortCode> {
+        let NodeObjects { communication, pdos, .. } = &self.objects;
+        rules::check_pdo(Direction::Transmit, communication, pdo.cob_id)?;
+        let mapping = pdos.tpdos().1.get(number).ok_or(AbortCode::NoObject)?;
+        self.tpdos.configure::<NodeObjects<D, E>>(number, pdo, mapping.objects(), now)
     }
 
     /// A client configured a PDO: what its defaults or its application had wrong is past.
@@ -55,10 +62,9 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     /// A write to the parameters of a PDO: the service takes them over, or refuses them.
     pub(super) fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
         let number = usize::from(at.index & 0x1FF);
-        let NodeObjects { communication, pdos, .. } = &mut self.objects;
-        let (sync, emergency) = (communication.sync.cob_id, communication.emcy.cob_id);
-        if at.index <= LAST_RPDO_MAPPING {
-            let direction = Direction::Receive;
+        let pdos = &mut self.objects.pdos;
+        let direction = if at.index <= LAST_RPDO_MAPPING { Direction::Receive } else { Direction::Transmit };
+        if direction == Direction::Receive {
             let (parameters, mappings) = pdos.rpdos_mut();
             let pdo = parameters.get(number).zip(mappings.get_mut(number));
             let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
@@ -66,13 +72,9 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
                 return pdo::mapping::<NodeObjects<D, E>>(direction, present.cob_id, mapping, at.sub, value);
             }
             let new = pdo::rpdo(present, at.sub, value)?;
-            rules::check_pdo(direction, sync, emergency, new.cob_id)?;
-            let (emcy, mapping) = (&mut self.emcy, mapping.objects());
-            let mut report_event = |number, event| note(emcy, number, event);
-            self.rpdos.configure::<NodeObjects<D, E>>(number, &new, mapping, &mut report_event)?;
-            self.pdo_is_possible(direction, number);
+            self.take_rpdo(number, &new)?;
+            self.report_rpdos();
         } else {
-            let direction = Direction::Transmit;
             let (parameters, mappings) = pdos.tpdos_mut();
             let pdo = parameters.get(number).zip(mappings.get_mut(number));
             let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
@@ -80,33 +82,29 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
                 return pdo::mapping::<NodeObjects<D, E>>(direction, present.cob_id, mapping, at.sub, value);
             }
             let new = pdo::tpdo(present, at.sub, value)?;
-            rules::check_pdo(direction, sync, emergency, new.cob_id)?;
-            self.tpdos.configure::<NodeObjects<D, E>>(number, &new, mapping.objects(), self.now)?;
-            self.pdo_is_possible(direction, number);
+            self.take_tpdo(number, &new, self.now)?;
         }
+        self.pdo_is_possible(direction, number);
         Ok(())
     }
 
-    /// Synchronous RPDOs at a SYNC: the number of each, and whether all its values were taken. Returns whether emergencies
-    /// report any.
-    #[inline(always)] // called from one place
-    pub(super) fn actuate(&mut self, ended: &mut impl FnMut(usize, bool)) -> bool {
-        let Dictionary { objects, emcy, rpdos, .. } = self;
-        let mut is_told = false;
-        rpdos.on_sync(objects, ended, &mut |objects, number, event| {
-            is_told = true;
-            report_rpdo(emcy, &mut objects.communication.emcy, number, event);
-        });
-        is_told
+    /// Raises and clears the errors of receive PDOs, and shows them in the dictionary.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn report_rpdos(&mut self) {
+        while let Some((number, event)) = self.rpdos.take_event() {
+            note(&mut self.emcy, number, event);
+            self.objects.communication.emcy.show(&self.emcy);
+        }
     }
 
     /// Receive PDOs that are overdue, and emergencies.
     pub(super) fn poll(&mut self, now: Instant, state: NmtState, send: &mut impl FnMut(Frame)) {
-        let Dictionary { objects, emcy, rpdos, .. } = self;
-        rpdos.poll(now, &mut |number, event| {
-            report_rpdo(emcy, &mut objects.communication.emcy, number, event)
-        });
-        while let Some(frame) = emcy.poll(now, state) {
+        self.rpdos.poll(now);
+        if self.rpdos.has_events() {
+            self.report_rpdos();
+        }
+        while let Some(frame) = self.emcy.poll(now, state) {
             send(frame);
         }
     }
@@ -128,7 +126,7 @@ fn report(
     direction: Direction,
     number: usize,
     outcome: Result<(), AbortCode>,
-    cob_id: &mut u32,
+    cob_id: Option<&mut u32>,
 ) {
     let source = source_of(direction, number);
     let first = if direction == Direction::Receive { RPDO } else { TPDO };
@@ -136,20 +134,16 @@ fn report(
     match outcome {
         Ok(()) => _ = emcy.clear(ErrorCode::DATA_SET, source),
         Err(code) => {
-            *cob_id |= INVALID;
+            if let Some(cob_id) = cob_id {
+                *cob_id |= INVALID;
+            }
             let [code_low, code_high, ..] = code.code().to_le_bytes();
             emcy.raise(ErrorCode::DATA_SET, [source, low, high, code_low, code_high]);
         }
     }
 }
 
-/// Raises or clears the error of an RPDO, and shows it in the dictionary. Its source is the number of the PDO.
-pub fn report_rpdo(emcy: &mut emcy::Producer, objects: &mut EmcyObjects, number: usize, event: RpdoEvent) {
-    note(emcy, number, event);
-    objects.show(emcy);
-}
-
-/// Raises or clears the error of an RPDO; the dictionary does not show it yet.
+/// Raises or clears the error of an RPDO; its source is the number of the PDO. The dictionary does not show it yet.
 fn note(emcy: &mut emcy::Producer, number: usize, event: RpdoEvent) {
     // One byte; those that are too many share the last one.
     let source = number.min(usize::from(u8::MAX)) as u8;

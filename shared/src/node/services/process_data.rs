@@ -1,6 +1,6 @@
 //! Process data of a node: received frames, SYNC, events and timers, and values that are sampled when they are sent.
 
-use super::{NodeEvent, Services};
+use super::{Dictionary, NodeEvent, Services};
 use crate::link::Stamp;
 use crate::node::index::{HEALTH_NOMINAL, HEALTH_REDUNDANT, SCET_GET, SCET_SET};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
@@ -86,7 +86,10 @@ impl<D: Device, E: Extension> Services<D, E> {
             Some(true) => brought = true,
             _ => out.event(V::synchronised(number as u16)),
         };
-        if dictionary.actuate(ended) {
+        let Dictionary { objects, rpdos, .. } = dictionary;
+        rpdos.on_sync(objects, ended);
+        if rpdos.has_events() {
+            dictionary.report_rpdos();
             self.next = now;
         }
         if brought {

@@ -43,9 +43,10 @@ pub fn check<D: Device, E: Extension>(
 ///
 /// # Errors
 /// [`AbortCode::ParameterIncompatible`].
-pub fn check_pdo(direction: Direction, sync: u32, emcy: u32, cob_id: u32) -> Result<(), AbortCode> {
-    let is_emergency = direction == Direction::Transmit && has(emcy, cob_id);
-    free(!(has(SYNC_IS_USED & sync, cob_id) || is_emergency))
+pub fn check_pdo(direction: Direction, communication: &Communication, cob_id: u32) -> Result<(), AbortCode> {
+    let Communication { sync, emcy, .. } = communication;
+    let is_emergency = direction == Direction::Transmit && has(emcy.cob_id, cob_id);
+    free(!(has(SYNC_IS_USED & sync.cob_id, cob_id) || is_emergency))
 }
 
 /// 1005h is an identifier in use whatever its bit 31.

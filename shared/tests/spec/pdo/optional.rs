@@ -37,15 +37,16 @@ const DUMMY: u32 = 0x0006_0010;
 fn taken(mapping: &[u32], lengths: &[usize]) -> (Device, Vec<Taken>, Vec<RpdoEvent>) {
     let (mut rpdos, mut device, mut told) = (Rpdos::<PdoObjects<1, 1>>::new(), Device::default(), Vec::new());
     let parameters = RpdoParameters { cob_id: 0x205, transmission: 254, ..RpdoParameters::default() };
-    rpdos.configure::<Device>(0, &parameters, mapping, &mut |_, event| told.push(event)).unwrap();
+    rpdos.configure::<Device>(0, &parameters, mapping).unwrap();
     (device.request, device.switch) = (Request { code: 0xAAAA, data: 0xBBBB_BBBB }, 0xCC);
     let all = lengths.iter().map(|length| {
         let frame = frame(0x205, &[1, 2, 3, 4, 5, 6, 7, 8][..*length]);
         if rpdos.on_plain_frame(0, &frame, &mut device) {
             return Taken::Applied;
         }
-        let tell = &mut |_: &mut Device, _, event| told.push(event);
-        rpdos.on_frame(0, &frame, ms(1), Instant::NEVER, &mut device, tell)
+        let taken = rpdos.on_frame(0, &frame, ms(1), Instant::NEVER, &mut device);
+        told.extend(std::iter::from_fn(|| rpdos.take_event()).map(|(_, event)| event));
+        taken
     });
     let all = all.collect();
     (device, all, told)

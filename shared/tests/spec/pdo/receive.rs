@@ -32,6 +32,13 @@ impl From<RpdoEvent> for Told {
     }
 }
 
+fn take_events(rpdos: &mut Rpdos<PdoObjects<4, 4>>, told: &mut Vec<(usize, Told)>) {
+    let has_events = rpdos.has_events();
+    let events: Vec<_> = std::iter::from_fn(|| rpdos.take_event()).collect();
+    assert!(has_events || events.is_empty(), "{events:?} without notice");
+    told.extend(events.into_iter().map(|(number, event)| (number, event.into())));
+}
+
 /// Four RPDOs of a device, and everything they told.
 struct Node {
     rpdos: Rpdos<PdoObjects<4, 4>>,
@@ -61,9 +68,9 @@ impl Node {
         parameters: RpdoParameters,
         mapping: &[u32],
     ) -> Result<(), AbortCode> {
-        let told = &mut self.told;
-        let tell = &mut |number, event: RpdoEvent| told.push((number, event.into()));
-        self.rpdos.configure::<Device>(number, &parameters, mapping, tell)
+        let outcome = self.rpdos.configure::<Device>(number, &parameters, mapping);
+        take_events(&mut self.rpdos, &mut self.told);
+        outcome
     }
 
     fn receive(&mut self, id: u16, data: &[u8], at: Instant) -> bool {
@@ -75,8 +82,9 @@ impl Node {
             if rpdos.on_plain_frame(found, &frame, device) {
                 told.push((found, Applied));
             } else {
-                let tell = &mut |_: &mut Device, number, event: RpdoEvent| told.push((number, event.into()));
-                match rpdos.on_frame(found, &frame, at, *window_end, device, tell) {
+                let taken = rpdos.on_frame(found, &frame, at, *window_end, device);
+                take_events(rpdos, told);
+                match taken {
                     Taken::Applied => told.push((found, Applied)),
                     Taken::Refused => told.push((found, Refused)),
                     Taken::Held => {}
@@ -94,15 +102,14 @@ impl Node {
         self.window_end = window_end;
         let mut applied = vec![];
         let ended = &mut |number, all| applied.push((number, if all { Applied } else { Refused }));
-        rpdos.on_sync(device, ended, &mut |_, number, event| {
-            told.push((number, event.into()));
-        });
+        rpdos.on_sync(device, ended);
+        take_events(rpdos, told);
         self.told.extend(applied);
     }
 
     fn poll(&mut self, now: Instant) {
-        let told = &mut self.told;
-        self.rpdos.poll(now, &mut |number, event| told.push((number, event.into())));
+        self.rpdos.poll(now);
+        take_events(&mut self.rpdos, &mut self.told);
     }
 
     fn told(&mut self) -> Vec<(usize, Told)> {

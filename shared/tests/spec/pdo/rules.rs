@@ -268,7 +268,7 @@ fn there_may_be_512_each_way() {
     let mut tpdos = Box::new(Tpdos::<PdoObjects<512, 512>>::new());
     let receive = RpdoParameters { cob_id: 0x4000_0205, ..Default::default() };
     let transmit = TpdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
-    assert_eq!(rpdos.configure::<Device>(511, &receive, &WORDS, &mut |_, _| {}), Ok(()));
+    assert_eq!(rpdos.configure::<Device>(511, &receive, &WORDS), Ok(()));
     assert_eq!(tpdos.configure::<Device>(511, &transmit, &WORDS, ms(0)), Ok(()));
     let mut device = Device::default();
     let data = [1, 0, 2, 0, 3, 0, 4, 0];
