@@ -297,11 +297,7 @@ impl<S: PdoSlots> Rpdos<S> {
 
     /// SYNC: what is held takes effect (ECSS 6.9e). `ended` is given the number of each PDO, and whether all its values were
     /// within their limits.
-    pub fn on_sync<D: Objects>(
-        &mut self,
-        objects: &mut D,
-        ended: &mut impl FnMut(usize, bool),
-    ) {
+    pub fn on_sync<D: Objects>(&mut self, objects: &mut D, ended: &mut impl FnMut(usize, bool)) {
         self.waiting = false;
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
             if core::mem::take(&mut pdo.waiting) {
@@ -341,7 +337,10 @@ impl<S: PdoSlots> Rpdos<S> {
             if let Some(error) = RpdoError::ALL.into_iter().find(|error| changed & error.bit() != 0) {
                 pdo.taken ^= error.bit();
                 let is_there = pdo.errors & error.bit() != 0;
-                return Some((number, if is_there { RpdoEvent::Error(error) } else { RpdoEvent::Resolved(error) }));
+                return Some((
+                    number,
+                    if is_there { RpdoEvent::Error(error) } else { RpdoEvent::Resolved(error) },
+                ));
             }
         }
         self.has_events = false;
