@@ -8,6 +8,7 @@
 mod eds;
 mod firmware;
 mod flash;
+mod licences;
 mod pictures;
 
 use std::process::ExitCode;
@@ -42,6 +43,8 @@ enum Command {
     Pictures,
     /// Write EDS and DCF of the devices from their dictionaries: docs/eds
     Eds(eds::Options),
+    /// Check licences, versions and sources of all packages with cargo-deny
+    Licences(licences::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware::Options),
 }
@@ -68,6 +71,7 @@ fn main() -> ExitCode {
         Command::Sizes(options) => bench::sizes(&options),
         Command::Pictures => pictures::run(),
         Command::Eds(options) => eds::run(&options),
+        Command::Licences(options) => licences::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
     };
     match outcome {

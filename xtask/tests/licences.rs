@@ -1,82 +1,74 @@
-//! The licences of everything that is linked or run are among those that `deny.toml` allows.
+//! `cargo xtask licences` with a cargo-deny that only writes down how it was called.
+#![cfg(unix)]
 
-use std::collections::BTreeSet;
-use std::path::PathBuf;
-use std::process::Command;
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::Path;
+use std::process::{Command, Output};
 
-use serde_json::Value;
-use spdx::{Expression, Licensee, ParseMode};
-
-fn root() -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned()
-}
-
-/// What `deny.toml` allows.
-fn allowed() -> Vec<Licensee> {
-    let text = std::fs::read_to_string(root().join("deny.toml")).expect("deny.toml is there");
-    let table: toml::Table = text.parse().expect("deny.toml is TOML");
-    let names = table["licenses"]["allow"].as_array().expect("a list");
-    names.iter().map(|name| Licensee::parse(name.as_str().expect("a name")).expect("an SPDX name")).collect()
-}
-
-/// Whether a choice that the expression leaves is allowed. Older packages write "/" for OR.
-fn is_covered(expression: &str, allowed: &[Licensee]) -> bool {
-    let Ok(expression) = Expression::parse_mode(expression, ParseMode::LAX) else { return false };
-    expression.evaluate(|asked| allowed.iter().any(|licensee| licensee.satisfies(asked)))
-}
-
-/// Name, version and licence of each package, for every target, whether it is built here or not.
-fn packages() -> Vec<(String, Option<String>)> {
-    let output = Command::new(env!("CARGO"))
-        .args(["metadata", "--format-version", "1", "--locked", "--all-features"])
-        .current_dir(root())
+/// PATH has `first` and no other cargo-deny.
+fn run(first: &Path, arguments: &[&str]) -> Output {
+    let all = std::env::var_os("PATH").expect("PATH");
+    let others = std::env::split_paths(&all).filter(|folder| !folder.join("cargo-deny").exists());
+    let path = std::env::join_paths(std::iter::once(first.to_owned()).chain(others)).expect("folders");
+    Command::new(env!("CARGO_BIN_EXE_xtask"))
+        .arg("licences")
+        .args(arguments)
+        .env("PATH", path)
         .output()
-        .expect("cargo starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    let of = |package: &Value, key: &str| package[key].as_str().map(str::to_owned);
-    let packages = metadata["packages"].as_array().expect("a list").iter();
-    packages
-        .map(|package| {
-            let [name, version] = ["name", "version"].map(|key| of(package, key).expect("a text"));
-            (format!("{name} {version}"), of(package, "license"))
-        })
-        .collect()
+        .expect("xtask starts")
+}
+
+/// A program that writes arguments to a file beside it and ends with this code; asked for its version it ends well.
+fn fake(folder: &Path, name: &str, code: i32) {
+    let (program, arguments) = (folder.join(name), folder.join("arguments"));
+    let script = format!(
+        "#!/bin/sh\n[ \"$1\" = --version ] && exit 0\necho \"$@\" > {}\nexit {code}\n",
+        arguments.display()
+    );
+    fs::create_dir_all(folder).expect("a folder");
+    fs::write(&program, script).expect("a file");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
+}
+
+fn arguments(folder: &Path) -> String {
+    fs::read_to_string(folder.join("arguments")).expect("it was called")
 }
 
 #[test]
-fn the_licence_of_every_package_is_allowed() {
-    let (allowed, packages) = (allowed(), packages());
-    assert!(packages.iter().any(|(name, _)| name.starts_with("ecss-can ")), "the workspace is among them");
-    let refused: Vec<_> = packages
-        .iter()
-        .filter(|(_, licence)| !licence.as_deref().is_some_and(|licence| is_covered(licence, &allowed)))
-        .collect();
-    assert!(refused.is_empty(), "not covered by deny.toml: {refused:#?}");
-}
-
-#[test]
-fn nothing_is_allowed_that_no_package_needs() {
-    let (allowed, packages) = (allowed(), packages());
-    let licences: BTreeSet<&str> = packages.iter().filter_map(|(_, licence)| licence.as_deref()).collect();
-    for (place, licensee) in allowed.iter().enumerate() {
-        let mut others = allowed.clone();
-        others.remove(place);
-        let is_needed = licences.iter().any(|licence| !is_covered(licence, &others));
-        assert!(is_needed, "no package needs {licensee}");
+fn a_refusal_of_a_package_fails_the_check() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    for (code, expected) in [(0, Some(0)), (4, Some(1))] {
+        fake(here.path(), "cargo-deny", code);
+        let output = run(here.path(), &[]);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), expected, "{stderr}");
+        assert_eq!(stderr.contains("deny.toml says what is allowed"), code != 0, "{stderr}");
+        let called = arguments(here.path());
+        assert!(called.starts_with("--locked check ") && called.contains("licenses"), "{called}");
     }
 }
 
 #[test]
-fn one_of_alternatives_and_all_of_a_conjunction_must_be_allowed() {
-    let allowed = ["MIT", "BSD-3-Clause"].map(|name| Licensee::parse(name).unwrap());
-    let covered = ["MIT", "GPL-3.0-only OR MIT", "GPL-2.0-only/MIT", "Apache-2.0 / MIT"];
-    let covered = covered.into_iter().chain(["(Apache-2.0 OR MIT) AND BSD-3-Clause"]);
-    for expression in covered {
-        assert!(is_covered(expression, &allowed), "{expression}");
+fn missing_program_is_reported_with_two_ways_to_install_it() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let output = run(here.path(), &["--root", "nowhere"]);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    for part in ["nowhere", "cargo xtask licences --install", "cargo install cargo-deny --locked"] {
+        assert!(stderr.contains(part), "no {part:?} in\n{stderr}");
     }
-    let refused = ["GPL-3.0-only", "MIT AND GPL-3.0-only", "Apache-2.0 OR ISC", "(MIT OR ISC) AND Zlib"];
-    for expression in refused.into_iter().chain(["", "Free for all", "Apache-2.0 WITH LLVM-exception"]) {
-        assert!(!is_covered(expression, &allowed), "{expression}");
-    }
+}
+
+/// Given a machine without cargo-deny, then its version is pinned, and only `--install` builds it.
+#[test]
+fn installed_version_is_pinned() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let root = here.path().join("tools");
+    fake(here.path(), "cargo", 0);
+    let output = run(here.path(), &["--install", "--root", root.to_str().expect("UTF-8")]);
+    assert_eq!(output.status.code(), Some(1), "nothing was installed by the program that only writes");
+    let called = arguments(here.path());
+    assert!(called.starts_with("install cargo-deny --version 0.") && called.contains("--locked"), "{called}");
+    assert!(called.contains(&format!("--root {}", root.display())), "{called}");
 }
