@@ -89,10 +89,12 @@ macro_rules! take {
 /// # Panics
 /// When called twice.
 pub fn start() -> Peripherals {
-    match clock_tree::start(OSCILLATOR, PllPreDiv::DIV4) {
-        Ok(p) => p,
-        Err(p) => clock_tree::without_oscillator(Leds::new(p.PA5, p.PA6)),
+    if !clock_tree::oscillates(OSCILLATOR) {
+        // SAFETY: `Peripherals` were not handed out, and never are from here on.
+        let (activity, state) = unsafe { (PA5::steal(), PA6::steal()) };
+        clock_tree::without_oscillator(activity, state)
     }
+    clock_tree::start(OSCILLATOR, PllPreDiv::DIV4)
 }
 
 impl Board {

@@ -89,10 +89,12 @@ macro_rules! take {
 /// # Panics
 /// When called twice.
 pub fn start() -> Peripherals {
-    match clock_tree::start(OSCILLATOR, PllPreDiv::DIV6) {
-        Ok(p) => p,
-        Err(p) => clock_tree::without_oscillator(Leds::new(p.PB4, p.PA15)),
+    if !clock_tree::oscillates(OSCILLATOR) {
+        // SAFETY: `Peripherals` were not handed out, and never are from here on.
+        let (activity, state) = unsafe { (PB4::steal(), PA15::steal()) };
+        clock_tree::without_oscillator(activity, state)
     }
+    clock_tree::start(OSCILLATOR, PllPreDiv::DIV6)
 }
 
 impl Board {
