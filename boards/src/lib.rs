@@ -31,6 +31,8 @@ mod clock;
 #[cfg(target_os = "none")]
 mod clock_tree;
 #[cfg(target_os = "none")]
+mod division;
+#[cfg(target_os = "none")]
 mod memory;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
