@@ -36,12 +36,6 @@ impl Ticks {
     pub const fn instant(self) -> Instant {
         Instant::from_micros(self.0 / Self::PER_MICRO as u64)
     }
-
-    /// The instant nearest to this one at which the low word is `low`.
-    const fn nearest(self, low: u32) -> Ticks {
-        let apart = low.wrapping_sub(self.low()) as i32;
-        Ticks(self.0.saturating_add_signed(apart as i64))
-    }
 }
 
 impl From<Instant> for Ticks {
@@ -88,10 +82,13 @@ impl Stamp {
         Stamp { at, beyond: 0, source: StampSource::Interrupt }
     }
 
-    fn capture(ticks: Ticks) -> Stamp {
-        let at = ticks.instant();
-        let beyond = ticks.low().wrapping_sub(Ticks::from(at).low()) as u8;
-        Stamp { at, beyond, source: StampSource::Capture }
+    /// When the low word was `low`: the time nearest to that of the interrupt. 32 bits are divided, not 64.
+    fn capture(reported: Stamp, low: u32) -> Stamp {
+        let per_micro = Ticks::PER_MICRO as i32;
+        let apart = later(low, reported.ticks().low()) + i32::from(reported.beyond);
+        let at = reported.at.as_micros().saturating_add_signed(i64::from(apart.div_euclid(per_micro)));
+        let beyond = apart.rem_euclid(per_micro) as u8;
+        Stamp { at: Instant::from_micros(at), beyond, source: StampSource::Capture }
     }
 
     /// In full.
@@ -111,7 +108,7 @@ pub enum Miss {
     Mismatch,
     /// The interrupt came a frame late: an earlier frame may have these edges.
     Late,
-    /// Found more than once since the last time, or another frame like it was reported meanwhile.
+    /// Found more than once, or another frame like it was reported meanwhile.
     Ambiguous,
 }
 
@@ -124,6 +121,10 @@ pub struct Captured {
     /// after the report.
     pub alone_until: u32,
 }
+
+/// How far back a frame is searched, in lengths of it. A report that is later than the FIFO of a receiver is deep (three
+/// frames) finds no edges.
+const SEARCHED: u32 = 4;
 
 /// Edges in a ring: at least 512 bits of any traffic.
 pub const EDGES: usize = 256;
@@ -164,8 +165,14 @@ impl EdgeRing {
         let latest = if later(reported_by, alone_until) < 0 { reported_by } else { alone_until };
         let before = |at: u32| latest.wrapping_sub(at);
 
-        let (mut found, mut more) = (None, false);
+        let length = u32::from(pattern.length) * bit;
+        let (mut found, mut more, mut heard) = (None, false, false);
         for back in 0..EDGES.saturating_sub(pattern.edges.len()) {
+            let age = later(latest, search.edge(back));
+            if age >= (SEARCHED * length) as i32 {
+                break;
+            }
+            heard |= age >= 0 && age < 2 * length as i32;
             if let Some(end) = search.end_of_match(back)
                 && later(latest, end) >= 0
             {
@@ -173,13 +180,12 @@ impl EdgeRing {
                 more |= found.replace(end).is_some();
             }
         }
-        let length = u32::from(pattern.length) * bit;
         match found {
             Some(_) if more => Err(Miss::Ambiguous),
             // Two equal frames end at least their length apart: no earlier one ended here.
-            Some(end) if before(end) < length => Ok(Stamp::capture(reported.ticks().nearest(end))),
+            Some(end) if before(end) < length => Ok(Stamp::capture(reported, end)),
             Some(_) => Err(Miss::Late),
-            None if (0..EDGES).any(|back| before(search.edge(back)) < 2 * length) => Err(Miss::Mismatch),
+            None if heard => Err(Miss::Mismatch),
             None => Err(Miss::Silent),
         }
     }
