@@ -14,6 +14,7 @@ use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
+use mission::counters::COUNTERS;
 use mission::{COMMAND_PERIOD, Command, CommanderObjects, Received, Request, SLAVES, TELEMETRY_PERIOD, slot};
 
 use schedule::{Schedule, Turn};
@@ -89,7 +90,7 @@ impl Application {
     fn on_pdo(&self, number: u16, data: [u8; 8]) {
         match mission::received(number, data) {
             Some((node, Received::Telemetry(message))) => {
-                self.master.telltale().telemetry_replies.count();
+                COUNTERS.replies.count();
                 log::telemetry(node, &message);
             }
             Some((node, Received::LocalTime(scet))) => {
@@ -120,27 +121,27 @@ impl Application {
     fn command(&mut self, turn: Turn) {
         let now = self.master.now();
         let missed = self.commands.taken(turn, now);
-        self.master.telltale().skipped_turns.add(missed as u32);
+        COUNTERS.skipped_turns.add(missed as u32);
         let Turn { node, count, .. } = turn;
         let sequence = slot(node).and_then(|slot| self.sequences.get_mut(slot)?.step(now));
-        let Some(sequence) = sequence else { return self.master.telltale().skipped_turns.count() };
+        let Some(sequence) = sequence else { return COUNTERS.skipped_turns.count() };
         let command = if count % 2 == 0 { Command::SetLed(count % 4 == 0) } else { Command::SetValue(count) };
         let message = command.encode(sequence);
         let sent = self.master.with(|master, now| mission::command(master, node, &message, now));
         log::refused(node, sent);
-        self.master.telltale().commands.count();
+        COUNTERS.commands.count();
     }
 
     /// Every request in turn.
     fn request(&mut self, turn: Turn) {
         let missed = self.telemetry.taken(turn, self.master.now());
-        self.master.telltale().skipped_turns.add(missed as u32);
+        COUNTERS.skipped_turns.add(missed as u32);
         let Turn { node, count, .. } = turn;
         if let Some(request) = Request::ALL.get(count as usize % Request::ALL.len()) {
             let message = request.encode();
             let sent = self.master.with(|master, now| mission::request(master, node, &message, now));
             log::refused(node, sent);
-            self.master.telltale().telemetry_requests.count();
+            COUNTERS.requests.count();
         }
     }
 }

@@ -6,6 +6,7 @@ use boards::{Board, Leds};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{DeviceNode, SelfTest, Slave, SlaveEvent};
 use ecss_can::runner::{Events, Handle};
+use mission::counters::COUNTERS;
 use mission::{
     Command, Declined, Message, MissionObjects, REQUEST_RPDO, Request, SlaveRecord, TELECOMMAND_RPDO,
     TELEMETRY_TPDO,
@@ -57,13 +58,13 @@ impl Application {
     fn execute(&mut self, message: &Message) {
         let command = match self.record.take(message, self.slave.now()) {
             Ok(command) => command,
-            Err(Declined::Repeat) => return self.slave.telltale().repeats.count(),
+            Err(Declined::Repeat) => return COUNTERS.repeats.count(),
             Err(Declined::Unknown) => {
                 defmt::warn!("unknown command {=u16:04X}h", message.code());
                 return;
             }
         };
-        self.slave.telltale().commands.count();
+        COUNTERS.commands.count();
         match command {
             Command::SetLed(on) => self.leds.state.set_level(on.into()),
             Command::SetValue(value) => {
@@ -88,7 +89,7 @@ impl Application {
             slave.change(now, |objects| objects.telemetry = telemetry.into());
             slave.send_pdo(TELEMETRY_TPDO, now);
         });
-        self.slave.telltale().telemetry_requests.count();
+        COUNTERS.requests.count();
     }
 
     /// Both controllers must be error active: bit 0 nominal, bit 1 redundant.

@@ -7,7 +7,7 @@ use crate::types::Bus;
 
 /// A block of counters at a fixed, documented layout: 32-bit words in the order below, little-endian.
 ///
-/// An image exports one as the symbol `TELLTALE`.
+/// An image exports one as the symbol `TELLTALE`. What an application counts is its own part, in a `static` of [`Tally`]s.
 #[repr(C)]
 #[derive(Debug)]
 pub struct Telltale {
@@ -16,20 +16,10 @@ pub struct Telltale {
     handled_redundant: Tally,
     overruns: Tally,
     app_overflows: Tally,
-    /// Commands the application sent (master) or executed (slave).
-    pub commands: Tally,
-    /// Telemetry the application asked for (master) or answered (slave).
-    pub telemetry_requests: Tally,
-    /// Telemetry replies the application received (master).
-    pub telemetry_replies: Tally,
-    /// Turns of slaves that the application let pass because it was late (master).
-    pub skipped_turns: Tally,
     /// Interrupts of both controllers.
     pub interrupts: Interrupts,
     /// Stamps that were to be measured in hardware.
     pub stamps: Stamps,
-    /// Commands that the application dropped because they repeat the last one (slave).
-    pub repeats: Tally,
 }
 
 /// Interrupts by their kind: how often a controller called.
@@ -86,11 +76,12 @@ impl Stamps {
 
 /// A counter that only rises; it wraps at 2^32.
 #[repr(transparent)]
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Tally(AtomicU32);
 
 impl Tally {
-    const fn new() -> Self {
+    /// Zero.
+    pub const fn new() -> Self {
         Tally(AtomicU32::new(0))
     }
 
@@ -122,13 +113,8 @@ impl Telltale {
             handled_redundant: Tally::new(),
             overruns: Tally::new(),
             app_overflows: Tally::new(),
-            commands: Tally::new(),
-            telemetry_requests: Tally::new(),
-            telemetry_replies: Tally::new(),
-            skipped_turns: Tally::new(),
             interrupts: Interrupts { transmit: Tally::new(), receive: Tally::new(), error: Tally::new() },
             stamps: Stamps::new(),
-            repeats: Tally::new(),
         }
     }
 

@@ -86,7 +86,7 @@ impl Image {
             .filter_map(|symbol| {
                 let name = symbol.name().ok().filter(|name| !name.is_empty())?;
                 let place = Symbol { address: symbol.address() as u32, size: symbol.size() as u32 };
-                Some((name.to_owned(), place))
+                Some((format!("{:#}", rustc_demangle::demangle(name)), place))
             })
             .collect();
         let log_table = Table::parse(elf).map_err(|error| ImageError::LogTable(error.to_string()))?;
@@ -103,7 +103,8 @@ impl Image {
         &self.flash
     }
 
-    /// A variable or function by its name in the ELF file.
+    /// A variable or function by its name: that of the ELF file, or its path in Rust. Of several instances of a generic
+    /// function it is one.
     pub fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(name).copied()
     }

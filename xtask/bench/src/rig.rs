@@ -11,6 +11,7 @@ use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 
 use super::context::{Context, FLOWN};
 use support::board::Profile;
+use support::counters::Counters;
 use support::craft;
 use support::telltale::Telltale;
 
@@ -107,12 +108,15 @@ impl Rig {
         Ok(())
     }
 
-    /// Follows the next frame through the board, an instruction at a time. `done` sees what the image has counted and the
-    /// cycles awake since the board entered the receive interrupt of CAN1, until it returns something.
+    /// Follows the next frame through the board, an instruction at a time. `done` sees the board and the cycles
+    /// awake since it entered the receive interrupt of CAN1, until it returns something.
     ///
     /// # Errors
-    /// When that takes longer than [`PATIENCE`].
-    pub fn follow<T>(&mut self, mut done: impl FnMut(&Telltale, u64) -> Option<T>) -> anyhow::Result<T> {
+    /// When that takes longer than [`PATIENCE`], and those of `done`.
+    pub fn follow<T>(
+        &mut self,
+        mut done: impl FnMut(&Rig, u64) -> anyhow::Result<Option<T>>,
+    ) -> anyhow::Result<T> {
         let end = self.spacecraft.now() + PATIENCE;
         let mut entered = None;
         while self.spacecraft.now() < end {
@@ -122,7 +126,7 @@ impl Rig {
                 entered = Some(awake);
             }
             let Some(start) = entered else { continue };
-            if let Some(found) = done(&self.telltale()?, self.board().counters().cycles_awake - start) {
+            if let Some(found) = done(self, self.board().counters().cycles_awake - start)? {
                 return Ok(found);
             }
         }
@@ -140,5 +144,13 @@ impl Rig {
     /// When the image exports no counters.
     pub fn telltale(&self) -> anyhow::Result<Telltale> {
         Telltale::read(self.board())
+    }
+
+    /// Commands that the slave's application executed.
+    ///
+    /// # Errors
+    /// When the image counts none.
+    pub fn commands(&self) -> anyhow::Result<u32> {
+        Ok(Counters::read(self.board())?.context("the image is none of the mission's")?.commands)
     }
 }

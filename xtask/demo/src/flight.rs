@@ -10,6 +10,7 @@ use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
 use super::stamps::StampErrors;
+use support::counters::Counters;
 use support::telltale::Telltale;
 
 /// A finished flight.
@@ -78,6 +79,15 @@ pub struct BoardCount {
     pub stack: u32,
     /// What the firmware itself counted.
     pub telltale: Telltale,
+    /// What its application counted; `None` for one that is none of the mission's.
+    pub counters: Option<Counters>,
+}
+
+impl BoardCount {
+    /// What the application counted, as text; a dash for one that does not count.
+    pub fn counted(&self, which: impl Fn(&Counters) -> u32) -> String {
+        self.counters.as_ref().map_or("-".into(), |counters| which(counters).to_string())
+    }
 }
 
 impl Flight {

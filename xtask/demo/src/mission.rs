@@ -17,6 +17,7 @@ use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Record, Seen};
 use super::stamps::StampWatch;
+use support::counters::Counters;
 use support::craft::Images;
 use support::stack;
 use support::telltale::Telltale;
@@ -229,6 +230,7 @@ fn count(node: Node, board: &Board) -> anyhow::Result<BoardCount> {
         },
         stack: stack::deepest(board)?,
         telltale,
+        counters: Counters::read(board)?,
     })
 }
 

@@ -65,7 +65,7 @@ fn mission_table(flight: &Flight) -> String {
             at_the_end(track),
             fail_over(track),
             of_slave(track.tc_due.to_string()),
-            of_slave(board.telltale.commands.to_string()),
+            of_slave(board.counted(|counters| counters.commands)),
             board.lost_frames.to_string(),
             board.aborted_frames.to_string(),
         ]

@@ -15,6 +15,7 @@ use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Record, Seen};
 use super::stamps::StampErrors;
 use support::board::{Board, Profile};
+use support::counters::Counters;
 use support::telltale::{Stamps, Telltale};
 
 const CUT_MS: u64 = 20_000;
@@ -145,23 +146,19 @@ pub fn flight() -> Flight {
     let records = records();
     let story = records.iter().flat_map(|record| narrator.tell(record, &observer.on(record))).collect();
     observer.conclude(plan.end);
-    let replies = records.iter().filter(|record| {
+    let answers = records.iter().filter(|record| {
         let Happening::Frame(seen) = &record.what else { return false };
         matches!(seen.message, Some(Message::Telemetry { .. }))
     });
-    let count = |node, commands, telemetry_replies| BoardCount {
+    let count = |node, commands, replies| BoardCount {
         node,
         instructions: 30_000_000,
-        telltale: Telltale {
-            commands,
-            telemetry_replies,
-            stamps: Stamps { captured: 1, ..Stamps::default() },
-            ..Telltale::default()
-        },
+        telltale: Telltale { stamps: Stamps { captured: 1, ..Stamps::default() }, ..Telltale::default() },
+        counters: Some(Counters { commands, replies, ..Counters::default() }),
         ..BoardCount::default()
     };
     let boards = vec![
-        BoardCount { aborted_frames: 3, ..count(1, 780, replies.count() as u32) },
+        BoardCount { aborted_frames: 3, ..count(1, 780, answers.count() as u32) },
         count(2, 195 + 194, 0),
         count(4, 195 + 76, 0),
     ];

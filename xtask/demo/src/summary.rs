@@ -143,16 +143,18 @@ impl Summary {
 impl MissionCounts {
     fn of(flight: &Flight) -> MissionCounts {
         let messages = || flight.frames().filter_map(|(_, seen)| seen.message);
-        let slave_counts = || flight.boards.iter().filter(|board| board.node != MASTER);
-        let master_counts = || flight.boards.iter().filter(|board| board.node == MASTER);
+        let counts = |of_master| {
+            let boards = flight.boards.iter().filter(move |board| (board.node == MASTER) == of_master);
+            boards.filter_map(|board| board.counters.as_ref())
+        };
         let count = |predicate: fn(&Message) -> bool| messages().filter(predicate).count() as u64;
         MissionCounts {
             tc_sent: count(|message| matches!(message, Message::Telecommand { .. })),
             tc_due: flight.observer.slaves().map(|(_, track)| track.tc_due).sum(),
-            tc_executed: slave_counts().map(|board| u64::from(board.telltale.commands)).sum(),
-            tc_repeats: slave_counts().map(|board| u64::from(board.telltale.repeats)).sum(),
+            tc_executed: counts(false).map(|counters| u64::from(counters.commands)).sum(),
+            tc_repeats: counts(false).map(|counters| u64::from(counters.repeats)).sum(),
             tm_requested: count(|message| matches!(message, Message::TelemetryRequest { .. })),
-            tm_received: master_counts().map(|board| u64::from(board.telltale.telemetry_replies)).sum(),
+            tm_received: counts(true).map(|counters| u64::from(counters.replies)).sum(),
         }
     }
 }
@@ -219,9 +221,9 @@ mod tests {
         let mut flight = sample::flight();
         flight.boards[0].lockups = 1;
         flight.boards[1].panics = 1;
-        flight.boards[1].telltale.commands -= 1;
+        flight.boards[1].counters.as_mut().unwrap().commands -= 1;
         flight.boards[2].lost_frames = 3;
-        flight.boards[2].telltale.repeats = 4;
+        flight.boards[2].counters.as_mut().unwrap().repeats = 4;
         let summary = Summary::of(&flight);
         assert_eq!(summary.mission.map(|mission| mission.tc_repeats), Some(4), "reported, and no fault");
         assert_eq!((summary.lockups, summary.panics, summary.lost_frames), (1, 1, 3));

@@ -99,12 +99,10 @@ fn damage(flight: &Flight) -> Vec<String> {
         }
         if flight.plan.scope() == Scope::Mission
             && track.access.is_some()
-            && track.tc_due != u64::from(board.telltale.commands)
+            && let executed = board.counters.map_or(0, |counters| counters.commands)
+            && track.tc_due != u64::from(executed)
         {
-            faults.push(format!(
-                "{who} executed {} commands, {} were due",
-                board.telltale.commands, track.tc_due
-            ));
+            faults.push(format!("{who} executed {executed} commands, {} were due", track.tc_due));
         }
     }
     faults
@@ -113,6 +111,7 @@ fn damage(flight: &Flight) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use can_wire::frame::WireFrame;
+    use support::counters::Counters;
 
     use super::*;
     use crate::record::{Bus, Happening, Nodes, Record, Seen};
@@ -147,7 +146,7 @@ mod tests {
     #[test]
     fn commands_of_unknown_images_are_not_judged() {
         let mut flight = sample::flight();
-        flight.boards[1].telltale.commands = 0;
+        flight.boards[1].counters = None;
         assert_eq!(Verdict::of(&flight).outcome, Outcome::Failed);
         flight.plan.boards[0].own_image = Some("own".into());
         assert_eq!(Verdict::of(&flight).outcome, Outcome::Passed);
@@ -159,7 +158,7 @@ mod tests {
         let mut flight = sample::flight();
         flight.interrupted = Some(Interruption::Asked);
         flight.observer = crate::observer::Observer::new(&flight.plan);
-        flight.boards.iter_mut().for_each(|board| board.telltale.commands = 0);
+        flight.boards.iter_mut().for_each(|board| board.counters = Some(Counters::default()));
         flight.boards[1].panics = 1;
         let Verdict { outcome, reasons } = Verdict::of(&flight);
         assert_eq!(outcome, Outcome::Interrupted);

@@ -3,6 +3,7 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod counters;
 pub mod craft;
 pub mod elf;
 pub mod misuse;

@@ -14,7 +14,7 @@ const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 pub(crate) const RAM_AT_POWER_ON: u8 = 0xA5;
 
 /// 32-bit words, little-endian: magic, then the fields below in their order.
-const WORDS: usize = 19;
+const WORDS: usize = 14;
 
 /// What the firmware itself counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -25,20 +25,10 @@ pub struct Telltale {
     pub overruns: u32,
     /// Events the application was too slow to take.
     pub app_overflows: u32,
-    /// Commands sent (master) or executed (slave).
-    pub commands: u32,
-    /// Telemetry asked for (master) or answered (slave).
-    pub telemetry_requests: u32,
-    /// Telemetry replies received (master).
-    pub telemetry_replies: u32,
-    /// Turns of slaves that the application let pass because it was late (master).
-    pub skipped_turns: u32,
     /// Interrupts of both controllers: results of transmissions, received frames, changes of the error state.
     pub interrupts: [u32; 3],
     /// What became of stamps that were to be measured in hardware.
     pub stamps: Stamps,
-    /// Commands dropped because they repeat the last one (slave).
-    pub repeats: u32,
 }
 
 /// Stamps of a board, both buses.
@@ -92,17 +82,8 @@ fn decode(bytes: &[u8]) -> anyhow::Result<Telltale> {
         handled: [word(1), word(2)],
         overruns: word(3),
         app_overflows: word(4),
-        commands: word(5),
-        telemetry_requests: word(6),
-        telemetry_replies: word(7),
-        skipped_turns: word(8),
-        interrupts: [word(9), word(10), word(11)],
-        stamps: Stamps {
-            captured: word(12),
-            missed: [word(13), word(14), word(15), word(16)],
-            last: word(17),
-        },
-        repeats: word(18),
+        interrupts: [word(5), word(6), word(7)],
+        stamps: Stamps { captured: word(8), missed: [word(9), word(10), word(11), word(12)], last: word(13) },
     })
 }
 
@@ -112,19 +93,14 @@ mod tests {
 
     #[test]
     fn words_stand_in_their_order() {
-        let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18];
+        let words = [MAGIC, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13];
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         let expected = Telltale {
             handled: [1, 2],
             overruns: 3,
             app_overflows: 4,
-            commands: 5,
-            telemetry_requests: 6,
-            telemetry_replies: 7,
-            skipped_turns: 8,
-            interrupts: [9, 10, 11],
-            stamps: Stamps { captured: 12, missed: [13, 14, 15, 16], last: 17 },
-            repeats: 18,
+            interrupts: [5, 6, 7],
+            stamps: Stamps { captured: 8, missed: [9, 10, 11, 12], last: 13 },
         };
         assert_eq!(decode(&bytes).unwrap(), expected);
     }

@@ -317,31 +317,37 @@ impl Craft {
 
     /// Interrupts of both controllers of `node` since its last reset: results, received frames, changes of error state.
     pub fn interrupts(&self, node: u8) -> [u32; 3] {
-        self.telltale(node, 9)
+        self.telltale(node, 5)
     }
 
     /// Commands that `node` executed since its last reset, or that the application of the master sent.
     pub fn executed(&self, node: u8) -> u32 {
-        let [commands] = self.telltale(node, 5);
-        commands
+        self.application(node)[0]
     }
 
     /// Commands that slave `node` dropped as repeats since its last reset.
     pub fn repeats(&self, node: u8) -> u32 {
-        let [repeats] = self.telltale(node, 18);
-        repeats
+        self.application(node)[4]
     }
 
     /// Words of the counters that the image of `node` exports, from the `first` on.
     fn telltale<const N: usize>(&self, node: u8, first: usize) -> [u32; N] {
+        let [magic] = self.words(node, "TELLTALE", 0);
+        assert_eq!(magic, u32::from_le_bytes(*b"ECAN"));
+        self.words(node, "TELLTALE", first)
+    }
+
+    /// What the application of `node` counts: commands, requests, replies, skipped turns, repeats.
+    fn application(&self, node: u8) -> [u32; 5] {
+        self.words(node, "mission::counters::COUNTERS", 0)
+    }
+
+    /// Words of a variable, from the `first` on.
+    fn words<const N: usize>(&self, node: u8, variable: &str, first: usize) -> [u32; N] {
         let board = self.twin.board(self.board(node));
-        let symbol = board.symbol("TELLTALE").unwrap();
-        let bytes = board.read_memory(symbol.address, 4 * (first + N)).unwrap();
-        assert_eq!(&bytes[..4], b"ECAN");
-        std::array::from_fn(|n| {
-            let at = 4 * (first + n);
-            u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap())
-        })
+        let symbol = board.symbol(variable).unwrap();
+        let bytes = board.read_memory(symbol.address + 4 * first as u32, 4 * N).unwrap();
+        std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
     }
 
     /// No board panicked, locked up, stands still, or was reset by its program.

@@ -31,9 +31,9 @@ fn flown(load: f64, error_rate: f64, syncs: u64, read: impl Fn(&Board) -> Counts
 
 /// The counters of stamps that an image exports.
 fn counts(board: &Board) -> Counts {
-    let bytes = board.read_memory(board.symbol("TELLTALE").unwrap().address, 4 * 18).unwrap();
+    let bytes = board.read_memory(board.symbol("TELLTALE").unwrap().address, 4 * 14).unwrap();
     let word = |n: usize| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap());
-    Counts { captured: word(12), missed: [word(13), word(14), word(15), word(16)], last: word(17) }
+    Counts { captured: word(8), missed: [word(9), word(10), word(11), word(12)], last: word(13) }
 }
 
 /// All boards, each with its own crystal, stamp the frames that reached them within 100 ns of their ends; none takes

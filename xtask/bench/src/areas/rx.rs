@@ -90,13 +90,13 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
 
 /// Follows the next frame through the board.
 fn follow(rig: &mut Rig) -> anyhow::Result<Latency> {
-    let before = rig.telltale()?;
-    let mut node = None;
-    rig.follow(|now, cycles| {
-        if now.frames() > before.frames() {
-            node.get_or_insert(cycles);
+    let (frames, commands) = (rig.telltale()?.frames(), rig.commands()?);
+    let mut handled = None;
+    rig.follow(|rig, cycles| {
+        if handled.is_none() && rig.telltale()?.frames() > frames {
+            handled = Some(cycles);
         }
-        let node = node.filter(|_| now.commands > before.commands)?;
-        Some(Latency { node, application: cycles })
+        let Some(node) = handled else { return Ok(None) };
+        Ok((rig.commands()? > commands).then_some(Latency { node, application: cycles }))
     })
 }

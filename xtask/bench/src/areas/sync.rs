@@ -45,7 +45,9 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
         rig.send(Bus::Nominal, at, SYNC);
         rig.run_until(at + ON_THE_WIRE)?;
         let before = rig.telltale()?.stamps.captured;
-        cycles.push(rig.follow(|now, cycles| (now.stamps.captured > before).then_some(cycles))?);
+        cycles.push(
+            rig.follow(|rig, cycles| Ok((rig.telltale()?.stamps.captured > before).then_some(cycles)))?,
+        );
     }
     cycles.sort_unstable();
     let row = |name: &str, cycles: u64| Row::lower(name, cycles, "model_cycles");

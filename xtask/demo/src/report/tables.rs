@@ -78,7 +78,7 @@ pub fn boards(flight: &Flight) -> Markup {
 fn traffic_of(flight: &Flight, plan: &BoardPlan, count: &BoardCount) -> [String; 2] {
     let track = &flight.observer.nodes()[&plan.node];
     match (flight.plan.scope(), track.access) {
-        (Scope::Mission, Some(_)) => [track.tc_due.to_string(), count.telltale.commands.to_string()],
+        (Scope::Mission, Some(_)) => [track.tc_due.to_string(), count.counted(|counters| counters.commands)],
         (Scope::Mission, None) => [String::new(), String::new()],
         (Scope::Protocol, _) => {
             let Heartbeats { count, longest_gap } = flight.heartbeats(plan.node);
