@@ -2,7 +2,6 @@
 //!
 //! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
 
-use ecss_can::link::bit_timing::{BitTiming, Hertz, Network};
 use ecss_can::runner::Platform;
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{NodeId, PerBus};
@@ -23,21 +22,6 @@ bind_interrupts!(pub(crate) struct Irqs {
     CAN2_RX0 => ReceiveHandler<peripherals::CAN2>;
     CAN2_SCE => StatusHandler<peripherals::CAN2>;
 });
-
-/// Clock of the CAN controllers: APB1 as in [`clock_tree`](crate::clock_tree).
-const PCLK1: Hertz = Hertz(42_000_000);
-
-/// The setting of both CAN controllers for a network. Evaluated as a constant, a network without bit timing fails the
-/// build with the reason.
-///
-/// # Panics
-/// When there is no bit timing.
-pub const fn bit_timing(network: &Network) -> BitTiming {
-    match BitTiming::new(PCLK1, network) {
-        Ok(timing) => timing,
-        Err(error) => panic!("{}", error.message().as_str()),
-    }
-}
 
 /// Everything an image needs of the board.
 pub struct Board {

@@ -21,6 +21,9 @@
 mod bxcan;
 pub mod store;
 pub mod straps;
+mod timing;
+
+pub use timing::{LIMITS, PCLK1, bit_timing};
 
 #[cfg(target_os = "none")]
 mod board;
@@ -68,7 +71,7 @@ mod image {
 
 #[cfg(target_os = "none")]
 pub use {
-    board::{Board, Leds, bit_timing},
+    board::{Board, Leds},
     bxcan::Port,
     clock::Uptime,
     clock_tree::accelerate,

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use anyhow::Context;
+use boards::{LIMITS, PCLK1};
 use clap::Args;
-use ecss_can::link::bit_timing::{BitRate, BitTiming, Hertz, Network};
+use ecss_can::link::bit_timing::{BitRate, BitTiming, Network};
 use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::profile;
 use ecss_can::types::NodeId;
@@ -19,8 +20,6 @@ use support::project::manifest;
 
 /// Node-IDs of slaves.
 const SLAVES: RangeInclusive<u8> = 2..=127;
-/// Clock of the CAN controllers of every board.
-const PCLK1: Hertz = Hertz(42_000_000);
 /// When the files were first made, and when what they say changed last.
 const CREATED: Timestamp = Timestamp { year: 2026, month: 11, day: 21, hour: 12, minute: 0 };
 const MODIFIED: Timestamp = CREATED;
@@ -184,7 +183,8 @@ fn device(profile: Profile) -> Device {
     let network = numbers(profile).network;
     let is_possible = |rate: &u16| {
         let bit_rate = BitRate::new(u32::from(*rate) * 1000);
-        bit_rate.is_some_and(|bit_rate| BitTiming::new(PCLK1, &Network { bit_rate, ..network }).is_ok())
+        bit_rate
+            .is_some_and(|bit_rate| BitTiming::new(&LIMITS, PCLK1, &Network { bit_rate, ..network }).is_ok())
     };
     Device {
         vendor: "The ecss-can authors".into(),

@@ -1,4 +1,4 @@
-//! Bit timing of bxCAN, computed where it can still fail the build.
+//! Bit timing of a controller, computed where it can still fail the build.
 //!
 //! ```text
 //! | SYNC | PROP_SEG           | PHASE_SEG1 | PHASE_SEG2 |
@@ -13,7 +13,7 @@
 //! * have PHASE_SEG2 = max(PHASE_SEG1, information processing time of 2 tq) (ISO 11898-1),
 //! * have SJW = min(4, PHASE_SEG1) (ECSS 5.4.3d),
 //! * sample where CiA 301 wants it for this bit rate,
-//! * fit the registers: TS1 1 to 16, TS2 1 to 8, BRP 1 to 1024 (RM0090 32.7.7).
+//! * fit the registers of the controller, its [`Limits`].
 //!
 //! With N time quanta to a bit, oscillators may be off by `df` in either direction, where
 //!
@@ -109,20 +109,70 @@ impl Network {
     }
 }
 
-/// Most clocks to a time quantum.
-const PRESCALERS: u32 = 1024;
-/// Fewest and most time quanta to a bit.
+/// First and last value that a field of a register can be set to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Range {
+    /// The least.
+    pub first: u16,
+    /// The most.
+    pub last: u16,
+}
+
+impl Range {
+    /// From `first` to `last`, both included.
+    pub const fn new(first: u16, last: u16) -> Range {
+        Range { first, last }
+    }
+
+    const fn contains(self, value: u16) -> bool {
+        self.first <= value && value <= self.last
+    }
+
+    /// By how much a value is outside.
+    const fn distance(self, value: u16) -> u16 {
+        if value < self.first { self.first - value } else { value.saturating_sub(self.last) }
+    }
+}
+
+/// What the registers of a controller can be set to. Those of FDCAN, for example:
+///
+/// ```
+/// use ecss_can::link::bit_timing::{BitTiming, Hertz, Limits, Range};
+/// use ecss_can::profile::Profile;
+///
+/// const FDCAN: Limits = Limits {
+///     prescaler: Range::new(1, 512),
+///     segment1: Range::new(2, 256),
+///     segment2: Range::new(2, 128),
+///     jump_width: 128,
+/// };
+/// let timing = BitTiming::new(&FDCAN, Hertz(80_000_000), &Profile::DEFAULT.network).unwrap();
+/// assert_eq!((timing.prescaler(), timing.quanta()), (4, 20));
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Limits {
+    /// Clocks to a time quantum.
+    pub prescaler: Range,
+    /// Time quanta from the synchronisation segment to the sample point.
+    pub segment1: Range,
+    /// Time quanta after the sample point.
+    pub segment2: Range,
+    /// Most time quanta that one resynchronisation moves.
+    pub jump_width: u16,
+}
+
+/// Fewest and most time quanta to a bit (ISO 11898-1).
 const QUANTA: (u8, u8) = (8, 25);
-/// Time quanta that a controller may need between sample point and next bit.
+/// Time quanta that a controller may need between sample point and next bit (ISO 11898-1).
 const INFORMATION_PROCESSING: u8 = 2;
-/// Longest PHASE_SEG1, and longest TS2.
+/// Longest PHASE_SEG1 (ISO 11898-1).
 const PHASE: u8 = 8;
-/// Longest TS1.
-const SEGMENT1: u8 = 16;
-/// Longest SJW.
+/// Longest SJW (ECSS 5.4.3d).
 const JUMP_WIDTH: u8 = 4;
 
-/// A setting of a bxCAN controller.
+/// A setting of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BitTiming {
@@ -130,24 +180,25 @@ pub struct BitTiming {
     propagation: u8,
     phase1: u8,
     phase2: u8,
+    jump_width: u8,
     bit_rate: BitRate,
 }
 
 impl BitTiming {
     /// The option with the longest propagation segment that meets the oscillator tolerance (ECSS 5.4.3c); of equals the
-    /// one with more tolerance. `clock` drives the controller: PCLK1.
+    /// one with more tolerance. `clock` drives the controller.
     ///
     /// # Errors
     /// [`BitTimingError`]: the first constraint that no option meets.
-    pub const fn new(clock: Hertz, network: &Network) -> Result<BitTiming, BitTimingError> {
+    pub const fn new(limits: &Limits, clock: Hertz, network: &Network) -> Result<BitTiming, BitTimingError> {
         let bit_rate = network.bit_rate;
-        let mut outcome = Err(BitTimingError::Prescaler { clock, bit_rate });
+        let mut outcome = Err(BitTimingError::Prescaler { clock, bit_rate, allowed: limits.prescaler });
         let mut quanta = QUANTA.0;
         while quanta <= QUANTA.1 {
-            if let Some(prescaler) = prescaler(clock, bit_rate, quanta) {
+            if let Some(prescaler) = prescaler(clock, bit_rate, quanta, limits.prescaler) {
                 let mut phase1 = 1;
-                while let Some(option) = Self::option(bit_rate, prescaler, quanta, phase1) {
-                    outcome = better(outcome, option.meets(network));
+                while let Some(option) = Self::option(bit_rate, prescaler, quanta, phase1, limits) {
+                    outcome = better(outcome, option.meets(network, limits.segment1));
                     phase1 += 1;
                 }
             }
@@ -156,25 +207,38 @@ impl BitTiming {
         outcome
     }
 
-    /// `None` when the phase segments leave no propagation segment.
-    const fn option(bit_rate: BitRate, prescaler: u16, quanta: u8, phase1: u8) -> Option<BitTiming> {
+    /// `None` when the phase segments are too long for the controller or leave no propagation segment.
+    const fn option(
+        bit_rate: BitRate,
+        prescaler: u16,
+        quanta: u8,
+        phase1: u8,
+        limits: &Limits,
+    ) -> Option<BitTiming> {
         let phase2 = if phase1 > INFORMATION_PROCESSING { phase1 } else { INFORMATION_PROCESSING };
-        if phase1 > PHASE || quanta < 2 + phase1 + phase2 {
+        // A controller whose segment 2 cannot be as short needs that time.
+        let least = limits.segment2.first;
+        let phase2 = if least > phase2 as u16 && least <= QUANTA.1 as u16 { least as u8 } else { phase2 };
+        if phase1 > PHASE || !limits.segment2.contains(phase2 as u16) || quanta < 2 + phase1 + phase2 {
             return None;
         }
-        Some(BitTiming { prescaler, propagation: quanta - 1 - phase1 - phase2, phase1, phase2, bit_rate })
+        let longest =
+            if limits.jump_width < JUMP_WIDTH as u16 { limits.jump_width as u8 } else { JUMP_WIDTH };
+        let jump_width = if phase1 < longest { phase1 } else { longest };
+        let propagation = quanta - 1 - phase1 - phase2;
+        Some(BitTiming { prescaler, propagation, phase1, phase2, jump_width, bit_rate })
     }
 
     /// The option, unless it breaks a constraint; the errors are in the order of [`BitTimingError`].
-    const fn meets(self, network: &Network) -> Result<BitTiming, BitTimingError> {
+    const fn meets(self, network: &Network, segment1: Range) -> Result<BitTiming, BitTimingError> {
         let (first, last) = self.bit_rate.sample_points();
         let thousandths = (self.quanta() - self.phase2) as u16 * 1000;
         let quanta = self.quanta() as u16;
         if thousandths < first.0 * quanta || thousandths > last.0 * quanta {
             return Err(BitTimingError::SamplePoint { place: self.sample_point(), first, last });
         }
-        if self.segment1() > SEGMENT1 {
-            return Err(BitTimingError::Segment1 { needed: self.segment1(), longest: SEGMENT1 });
+        if !segment1.contains(self.segment1() as u16) {
+            return Err(BitTimingError::Segment1 { needed: self.segment1(), allowed: segment1 });
         }
         let (needed, available) = (network.propagation(), self.propagation());
         if available.0 < needed.0 {
@@ -187,24 +251,24 @@ impl BitTiming {
         Ok(self)
     }
 
-    /// BRP: clocks to a time quantum, `1..=1024`.
+    /// Clocks to a time quantum.
     pub const fn prescaler(&self) -> u16 {
         self.prescaler
     }
 
-    /// TS1: time quanta from the synchronisation segment to the sample point, `1..=16`.
+    /// Time quanta from the synchronisation segment to the sample point.
     pub const fn segment1(&self) -> u8 {
         self.propagation + self.phase1
     }
 
-    /// TS2: time quanta after the sample point, `2..=8`.
+    /// Time quanta after the sample point.
     pub const fn segment2(&self) -> u8 {
         self.phase2
     }
 
     /// SJW: most time quanta that one resynchronisation moves, `1..=4`.
     pub const fn jump_width(&self) -> u8 {
-        if self.phase1 < JUMP_WIDTH { self.phase1 } else { JUMP_WIDTH }
+        self.jump_width
     }
 
     /// Time quanta to a bit, `8..=25`.
@@ -242,10 +306,12 @@ impl BitTiming {
 }
 
 /// Clocks to a time quantum, if a whole number of them gives the bit rate exactly.
-const fn prescaler(clock: Hertz, bit_rate: BitRate, quanta: u8) -> Option<u16> {
+const fn prescaler(clock: Hertz, bit_rate: BitRate, quanta: u8, allowed: Range) -> Option<u16> {
     let quanta_per_second = bit_rate.0 * quanta as u32;
     match clock.0 / quanta_per_second {
-        prescaler @ 1..=PRESCALERS if clock.0.is_multiple_of(quanta_per_second) => Some(prescaler as u16),
+        prescaler @ 1..=0xFFFF if clock.0.is_multiple_of(quanta_per_second) => {
+            if allowed.contains(prescaler as u16) { Some(prescaler as u16) } else { None }
+        }
         _ => None,
     }
 }

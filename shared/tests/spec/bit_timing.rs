@@ -1,14 +1,38 @@
 //! Bit timing: published settings, and every setting that there is.
 
 use ecss_can::link::bit_timing::{
-    BitRate, BitTiming, BitTimingError, Hertz, Message, Metres, Nanoseconds, Network, PartsPerMillion,
-    Permille,
+    BitRate, BitTiming, BitTimingError, Hertz, Limits, Message, Metres, Nanoseconds, Network,
+    PartsPerMillion, Permille, Range,
 };
 use proptest::prelude::*;
 
 use crate::random::cases;
 
 const MHZ: u32 = 1_000_000;
+
+/// RM0090 32.9.2.
+const BXCAN: Limits = Limits {
+    prescaler: Range::new(1, 1024),
+    segment1: Range::new(1, 16),
+    segment2: Range::new(1, 8),
+    jump_width: 4,
+};
+
+/// NBTP of FDCAN (RM0440 44.4.7).
+const FDCAN: Limits = Limits {
+    prescaler: Range::new(1, 512),
+    segment1: Range::new(2, 256),
+    segment2: Range::new(2, 128),
+    jump_width: 128,
+};
+
+/// One with less of everything.
+const NARROW: Limits = Limits {
+    prescaler: Range::new(2, 64),
+    segment1: Range::new(7, 11),
+    segment2: Range::new(3, 4),
+    jump_width: 2,
+};
 
 fn rate(bits_per_second: u32) -> BitRate {
     BitRate::new(bits_per_second).unwrap()
@@ -26,7 +50,7 @@ fn desk(bits_per_second: u32) -> Network {
 
 /// Time quanta, TS1, TS2, SJW.
 fn segments(clock: u32, network: &Network) -> [u8; 4] {
-    let timing = BitTiming::new(Hertz(clock), network).unwrap();
+    let timing = BitTiming::new(&BXCAN, Hertz(clock), network).unwrap();
     [timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()]
 }
 
@@ -48,7 +72,7 @@ fn the_rates_of_cia_get_the_settings_of_cia() {
 fn the_example_of_bosch_at_1_mbit() {
     let network = Network { length: Metres(44), node_delay: Nanoseconds(80), ..desk(1_000_000) };
     assert_eq!(network.propagation(), Nanoseconds(600));
-    let timing = BitTiming::new(Hertz(10 * MHZ), &network).unwrap();
+    let timing = BitTiming::new(&BXCAN, Hertz(10 * MHZ), &network).unwrap();
     assert_eq!([timing.segment1(), timing.segment2(), timing.jump_width()], [7, 2, 1]);
     assert_eq!(timing.prescaler(), 1);
     assert_eq!(timing.propagation(), Nanoseconds(600));
@@ -64,13 +88,20 @@ fn the_settings_at_42_mhz() {
         (250_000, (12, 11, 2, 857)),
         (125_000, (21, 13, 2, 875)),
     ] {
-        let timing = BitTiming::new(Hertz(42 * MHZ), &desk(bits_per_second)).unwrap();
+        let timing = BitTiming::new(&BXCAN, Hertz(42 * MHZ), &desk(bits_per_second)).unwrap();
         let found = (timing.prescaler(), timing.segment1(), timing.segment2(), timing.sample_point().0);
         assert_eq!(found, expected, "{bits_per_second} bit/s");
     }
     // 52.5 clocks to a bit.
-    let error = BitTiming::new(Hertz(42 * MHZ), &desk(800_000)).unwrap_err();
-    assert_eq!(error, BitTimingError::Prescaler { clock: Hertz(42 * MHZ), bit_rate: rate(800_000) });
+    let error = BitTiming::new(&BXCAN, Hertz(42 * MHZ), &desk(800_000)).unwrap_err();
+    assert_eq!(
+        error,
+        BitTimingError::Prescaler {
+            clock: Hertz(42 * MHZ),
+            bit_rate: rate(800_000),
+            allowed: BXCAN.prescaler
+        }
+    );
 }
 
 /// Verifies: ECSS 5.4.3c
@@ -80,7 +111,7 @@ fn the_settings_at_42_mhz() {
 #[test]
 fn more_propagation_wins_over_finer_quanta() {
     let network = Network { length: Metres(40), node_delay: Network::NODE_DELAY, ..desk(1_000_000) };
-    let timing = BitTiming::new(Hertz(42 * MHZ), &network).unwrap();
+    let timing = BitTiming::new(&BXCAN, Hertz(42 * MHZ), &network).unwrap();
     assert_eq!(timing.quanta(), 14);
     assert_eq!(timing.propagation(), Nanoseconds(714));
     // Worse oscillators need longer phase segments, and get them as long as the line allows.
@@ -90,16 +121,41 @@ fn more_propagation_wins_over_finer_quanta() {
     assert_eq!(segments(42 * MHZ, &looser), [21, 16, 4, 4]);
 }
 
+/// 25 time quanta of 12.5 MHz are what segment 1 of bxCAN is too short for: 22 before the sample point are 88 %, 23 are
+/// more than 90 %.
+#[test]
+fn another_controller_has_the_settings_of_its_registers() {
+    let timing = BitTiming::new(&FDCAN, Hertz(80 * MHZ), &desk(1_000_000)).unwrap();
+    assert_eq!([timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()], [20, 17, 2, 1]);
+    let timing = BitTiming::new(&FDCAN, Hertz(12_500_000), &desk(500_000)).unwrap();
+    assert_eq!([timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()], [25, 21, 3, 3]);
+    // The least segment 2 is 3, the most SJW 2.
+    let timing = BitTiming::new(&NARROW, Hertz(48 * MHZ), &desk(1_000_000)).unwrap();
+    assert_eq!([timing.quanta(), timing.segment1(), timing.segment2()], [12, 8, 3]);
+    let loose = Network { oscillator_tolerance: PartsPerMillion(4_000), ..desk(1_000_000) };
+    let timing = BitTiming::new(&NARROW, Hertz(48 * MHZ), &loose).unwrap();
+    assert_eq!(timing.jump_width(), 2);
+    let error = BitTiming::new(&NARROW, Hertz(8 * MHZ), &desk(1_000_000)).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "no bit timing: no prescaler of 2 to 64 makes 8 to 25 time quanta per bit, clock 8000000 Hz, bit rate \
+         1000000 bit/s"
+    );
+}
+
 #[test]
 fn the_error_says_what_fails_and_by_how_much() {
-    let error = |clock: u32, network: Network| BitTiming::new(Hertz(clock), &network).unwrap_err();
+    let error = |clock: u32, network: Network| BitTiming::new(&BXCAN, Hertz(clock), &network).unwrap_err();
     // 4 MHz makes 8 time quanta of 500 kbit/s, the last two after the sample point: 75 %.
     assert_eq!(
         error(4 * MHZ, desk(500_000)),
         BitTimingError::SamplePoint { place: Permille(750), first: Permille(850), last: Permille(900) }
     );
     // 12.5 MHz makes 25, of which 85 % or more lie before the sample point: at least 1 + 21.
-    assert_eq!(error(12_500_000, desk(500_000)), BitTimingError::Segment1 { needed: 21, longest: 16 });
+    assert_eq!(
+        error(12_500_000, desk(500_000)),
+        BitTimingError::Segment1 { needed: 21, allowed: BXCAN.segment1 }
+    );
     // 100 m there and back take 1000 ns.
     assert_eq!(
         error(42 * MHZ, Network { length: Metres(100), ..desk(1_000_000) }),
@@ -117,6 +173,7 @@ fn the_error_says_what_fails_and_by_how_much() {
 
 /// As a failed build shows it.
 const MESSAGE: Message = match BitTiming::new(
+    &BXCAN,
     Hertz(42_000_000),
     &Network { bit_rate: BitRate::new(800_000).unwrap(), ..crate::instrument::STANDARD.network },
 ) {
@@ -128,7 +185,7 @@ const MESSAGE: Message = match BitTiming::new(
 fn the_message_is_made_while_compiling() {
     assert_eq!(
         MESSAGE.as_str(),
-        "no bit timing: no prescaler of 1 to 1024 makes 8 to 25 time quanta per bit, PCLK1 42000000 Hz, \
+        "no bit timing: no prescaler of 1 to 1024 makes 8 to 25 time quanta per bit, clock 42000000 Hz, \
          bit rate 800000 bit/s"
     );
     let error = BitTimingError::Tolerance { needed: PartsPerMillion(10), available: PartsPerMillion(9) };
@@ -180,18 +237,22 @@ impl Setting {
     }
 }
 
-/// Every way to set prescaler, segments and SJW that gives the bit rate exactly; TS1 as long as it likes.
-fn settings(clock: u64, bits_per_second: u64) -> Vec<Setting> {
+/// Every way to set prescaler, segments and SJW that gives the bit rate exactly; segment 1 as long as it likes.
+fn settings(limits: &Limits, clock: u64, bits_per_second: u64) -> Vec<Setting> {
     let mut found = Vec::new();
-    for prescaler in 1..=1024 {
+    let Range { first, last } = limits.prescaler;
+    for prescaler in u64::from(first)..=u64::from(last) {
         for quanta in 8..=25 {
             if clock != bits_per_second * prescaler * quanta {
                 continue;
             }
             for phase1 in 1..=8 {
-                let phase2 = phase1.max(2);
+                let phase2 = phase1.max(2).max(limits.segment2.first.into());
+                if phase2 > limits.segment2.last.into() {
+                    continue;
+                }
                 for propagation in 1..quanta {
-                    for jump_width in 1..=phase1.min(4) {
+                    for jump_width in 1..=phase1.min(4).min(limits.jump_width.into()) {
                         let setting = Setting { bits_per_second, propagation, phase1, phase2, jump_width };
                         found.extend((setting.quanta() == quanta).then_some(setting));
                     }
@@ -245,25 +306,30 @@ proptest! {
 
     /// Verifies: ECSS 5.4.3b, 5.4.3c, 5.4.3d
     #[test]
-    fn brute_force_finds_nothing_better((clock, network) in networks()) {
+    fn brute_force_finds_nothing_better(
+        (clock, network) in networks(),
+        limits in prop::sample::select(vec![BXCAN, FDCAN, NARROW]),
+    ) {
         let bits_per_second = u64::from(network.bit_rate.get());
         let needed = 2 * (u64::from(network.length.0) * 5 + u64::from(network.node_delay.0));
         let ppm = u64::from(network.oscillator_tolerance.0);
         // One constraint after the other.
-        let exact = settings(u64::from(clock), bits_per_second);
+        let exact = settings(&limits, u64::from(clock), bits_per_second);
         let sampled: Vec<_> = exact.iter().filter(|setting| setting.samples_in_range()).collect();
-        let fitting: Vec<_> =
-            sampled.iter().filter(|setting| setting.propagation + setting.phase1 <= 16).collect();
+        let [shortest, longest] = [limits.segment1.first, limits.segment1.last].map(u64::from);
+        let segment1 = |setting: &Setting| setting.propagation + setting.phase1;
+        let fits = |setting: &Setting| (shortest..=longest).contains(&segment1(setting));
+        let fitting: Vec<_> = sampled.iter().filter(|setting| fits(setting)).collect();
         let long: Vec<_> = fitting.iter().filter(|setting| setting.holds(needed)).collect();
         let good: Vec<_> = long.iter().filter(|setting| setting.tolerates(ppm)).collect();
 
-        match BitTiming::new(Hertz(clock), &network) {
+        match BitTiming::new(&limits, Hertz(clock), &network) {
             Ok(timing) => {
                 let chosen = good.iter().find(|setting| {
                     setting.propagation + setting.phase1 == u64::from(timing.segment1())
                         && setting.phase2 == u64::from(timing.segment2())
                         && setting.jump_width == u64::from(timing.jump_width())
-                        && setting.jump_width == setting.phase1.min(4)
+                        && setting.jump_width == setting.phase1.min(4).min(limits.jump_width.into())
                 });
                 prop_assert!(chosen.is_some(), "{timing:?} is not among {good:?}");
                 let quanta = u64::from(timing.quanta());
@@ -280,8 +346,9 @@ proptest! {
                     BitTimingError::SamplePoint { .. } => prop_assert!(!exact.is_empty() && sampled.is_empty()),
                     BitTimingError::Segment1 { needed, .. } => {
                         prop_assert!(fitting.is_empty());
-                        let shortest = sampled.iter().map(|setting| setting.propagation + setting.phase1).min();
-                        prop_assert_eq!(shortest, Some(needed.into()));
+                        let outside = |length: u64| shortest.saturating_sub(length) + length.saturating_sub(longest);
+                        let nearest = sampled.iter().map(|setting| outside(segment1(setting))).min();
+                        prop_assert_eq!(nearest, Some(outside(needed.into())));
                     }
                     BitTimingError::Propagation { available, .. } => {
                         prop_assert!(long.is_empty());

@@ -2,21 +2,23 @@
 
 use core::fmt;
 
-use super::{BitRate, Hertz, Nanoseconds, PartsPerMillion, Permille};
+use super::{BitRate, Hertz, Nanoseconds, PartsPerMillion, Permille, Range};
 
 /// Why a network has no bit timing: the first constraint, in this order, that no option meets. Its figures are those of
 /// the option that comes closest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BitTimingError {
-    /// No prescaler of 1 to 1024 divides the clock into 8 to 25 time quanta per bit: take another PCLK1.
+    /// No prescaler divides the clock into 8 to 25 time quanta per bit: take another clock.
     Prescaler {
-        /// PCLK1.
+        /// That of the controller.
         clock: Hertz,
         /// As asked for.
         bit_rate: BitRate,
+        /// Prescalers of the controller.
+        allowed: Range,
     },
-    /// The sample point lies too early or too late: take another PCLK1.
+    /// The sample point lies too early or too late: take another clock.
     SamplePoint {
         /// The nearest that can be had.
         place: Permille,
@@ -25,12 +27,12 @@ pub enum BitTimingError {
         /// Latest place for the bit rate.
         last: Permille,
     },
-    /// The sample point needs more of TS1 than the register has: take another PCLK1.
+    /// The segment before the sample point cannot be as long, or as short, as is needed: take another clock.
     Segment1 {
         /// Time quanta needed.
         needed: u8,
-        /// Time quanta that the register has.
-        longest: u8,
+        /// Time quanta that the controller can be set to.
+        allowed: Range,
     },
     /// The propagation segment is too short: take a shorter bus, faster transceivers, a lower bit rate.
     Propagation {
@@ -54,9 +56,12 @@ impl BitTimingError {
         use BitTimingError::{Propagation, SamplePoint, Segment1, Tolerance};
         match (self, other) {
             (SamplePoint { place, first, last }, SamplePoint { place: other, .. }) => {
-                distance(*place, *first, *last) < distance(*other, *first, *last)
+                let allowed = Range::new(first.0, last.0);
+                allowed.distance(place.0) < allowed.distance(other.0)
             }
-            (Segment1 { needed, .. }, Segment1 { needed: other, .. }) => *needed < *other,
+            (Segment1 { needed, allowed }, Segment1 { needed: other, .. }) => {
+                allowed.distance(*needed as u16) < allowed.distance(*other as u16)
+            }
             (Propagation { available, .. }, Propagation { available: other, .. }) => available.0 > other.0,
             (Tolerance { available, .. }, Tolerance { available: other, .. }) => available.0 > other.0,
             _ => self.constraint() > other.constraint(),
@@ -77,8 +82,10 @@ impl BitTimingError {
     pub const fn message(&self) -> Message {
         let text = Message::new("no bit timing: ");
         match *self {
-            BitTimingError::Prescaler { clock, bit_rate } => text
-                .text("no prescaler of 1 to 1024 makes 8 to 25 time quanta per bit, PCLK1 ")
+            BitTimingError::Prescaler { clock, bit_rate, allowed } => text
+                .text("no prescaler of ")
+                .range(allowed)
+                .text(" makes 8 to 25 time quanta per bit, clock ")
                 .number(clock.0)
                 .text(" Hz, bit rate ")
                 .number(bit_rate.get())
@@ -87,14 +94,12 @@ impl BitTimingError {
                 .text("sample point at ")
                 .number(place.0 as u32)
                 .text(" per mille of the bit, allowed ")
-                .number(first.0 as u32)
-                .text(" to ")
-                .number(last.0 as u32),
-            BitTimingError::Segment1 { needed, longest } => text
-                .text("TS1 of ")
+                .range(Range::new(first.0, last.0)),
+            BitTimingError::Segment1 { needed, allowed } => text
+                .text("segment 1 of ")
                 .number(needed as u32)
-                .text(" time quanta needed, the register has ")
-                .number(longest as u32),
+                .text(" time quanta needed, allowed ")
+                .range(allowed),
             BitTimingError::Propagation { needed, available } => text
                 .text("propagation segment of ")
                 .number(needed.0)
@@ -119,10 +124,6 @@ impl fmt::Display for BitTimingError {
 
 impl core::error::Error for BitTimingError {}
 
-const fn distance(place: Permille, first: Permille, last: Permille) -> u16 {
-    if place.0 < first.0 { first.0 - place.0 } else { place.0.saturating_sub(last.0) }
-}
-
 /// Longest message.
 const LENGTH: usize = 128;
 
@@ -146,6 +147,10 @@ impl Message {
             n += 1;
         }
         self
+    }
+
+    const fn range(self, range: Range) -> Message {
+        self.number(range.first as u32).text(" to ").number(range.last as u32)
     }
 
     const fn number(mut self, number: u32) -> Message {
