@@ -9,7 +9,7 @@ use core::future::pending;
 
 use boards::{Board, Leds};
 use ecss_can::link::port::{ErrorState, Health};
-use ecss_can::node::{DeviceNode, Master, MasterEvent, SelfTest};
+use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
 use ecss_can::types::{Bus, Instant, NmtState, NodeId};

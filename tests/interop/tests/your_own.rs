@@ -1,17 +1,14 @@
 //! `docs/your-own.md`, followed to the letter in a fresh folder outside the repository.
 //!
-//! Three things differ: the repository is where it is and not at `../ecss-can`, `cargo xtask` runs the program that other tests
-//! have built (no `--release`), and the twin takes free ports.
+//! Two things differ: the repository is where it is and not at `../ecss-can`, and the twin takes free ports.
 
 use std::fs;
-use std::path::Path;
 
 use interop::page::{Folder, Step, steps};
 use interop::program::Twin;
 use interop::tools;
 
 const REPOSITORY: &str = "../ecss-can";
-const RELEASE: &str = "--release ";
 const FREE_PORTS: &str = " --slcan-nominal 0 --slcan-redundant 0";
 const NOMINAL: &str = "socket://127.0.0.1:29501";
 
@@ -38,10 +35,6 @@ fn follow(steps: &[Step], folder: &mut Folder) -> anyhow::Result<()> {
                 let twin = twin.as_ref().expect("the spacecraft flies before its client is written");
                 assert!(text.contains(NOMINAL), "{text}");
                 folder.write(path, &text.replace(NOMINAL, &twin.nominal))?;
-            }
-            Step::File(path, text) if path == Path::new("heater/.cargo/config.toml") => {
-                assert!(text.contains(RELEASE), "{text}");
-                folder.write(path, &text.replace(RELEASE, ""))?;
             }
             Step::File(path, text) => folder.write(path, text)?,
             Step::Run(commands) => said = folder.run(commands)?,

@@ -63,6 +63,9 @@ const TEST_DEVICE: &str = "test-device";
 /// What images log, a filter of defmt. The same stands in `.cargo/config.toml`.
 pub const LOG: &str = "info";
 
+/// How long a build takes when nothing has been built before.
+const FIRST_TIME: &str = "about two minutes on two cores: core, HAL and protocol";
+
 /// Builds master and slave for a board (`pyboard-v11`) and a mission profile (`librecube`, or `standard`).
 ///
 /// # Errors
@@ -76,8 +79,8 @@ pub fn build(board: &str, profile: &str) -> Result<Images, Error> {
 /// # Errors
 /// See [`Error`]; each says what to do.
 pub fn build_logging(board: &str, profile: &str, log: &str) -> Result<Images, Error> {
-    let directory = cargo(&["build"], board, profile, log, &packages(&PACKAGES, board, profile), &[])?;
-    Ok(Images { master: directory.join("master"), slave: directory.join("slave") })
+    let [master, slave] = programs(board, profile, log, &packages(&PACKAGES, board, profile), PACKAGES)?;
+    Ok(Images { master, slave })
 }
 
 /// Builds an example of the crate `boards`, a program that needs no bus; returns its ELF file.
@@ -87,9 +90,8 @@ pub fn build_logging(board: &str, profile: &str, log: &str) -> Result<Images, Er
 pub fn build_example(board: &str, example: &str) -> Result<PathBuf, Error> {
     let what = ["--package", "boards", "--example", example, "--features"].map(str::to_owned);
     let what = [&what[..], &[format!("boards/{board}")]].concat();
-    // Beside the images whose dependencies it shares.
-    let directory = cargo(&["build"], board, "librecube", LOG, &what, &[])?;
-    Ok(directory.join("examples").join(example))
+    let [image] = programs(board, "librecube", LOG, &what, [&format!("examples/{example}")])?;
+    Ok(image)
 }
 
 /// Builds the slave with a value of every data type (`tests/device`); returns its ELF file.
@@ -97,8 +99,9 @@ pub fn build_example(board: &str, example: &str) -> Result<PathBuf, Error> {
 /// # Errors
 /// See [`Error`]; each says what to do.
 pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
-    let directory = cargo(&["build"], board, profile, LOG, &packages(&[TEST_DEVICE], board, profile), &[])?;
-    Ok(directory.join(TEST_DEVICE))
+    let what = packages(&[TEST_DEVICE], board, profile);
+    let [image] = programs(board, profile, LOG, &what, [TEST_DEVICE])?;
+    Ok(image)
 }
 
 /// Lints boards and firmware as they are compiled for a board; warnings are errors.
@@ -106,19 +109,12 @@ pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
 /// # Errors
 /// See [`Error`].
 pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
-    cargo(
-        &["clippy", "--package", "ecss-can", "--package", "boards"],
-        board,
-        profile,
-        LOG,
-        &[
-            packages(&["master", "slave", TEST_DEVICE], board, profile),
-            packages(&EXAMPLES, board, "standard"),
-        ]
-        .concat(),
-        &["--", "-D", "warnings"],
-    )
-    .map(drop)
+    let root = workspace();
+    let job = Job { home: &root, task: task("lint", board, profile), log: LOG, is_locked: true };
+    let what =
+        [packages(&["master", "slave", TEST_DEVICE], board, profile), packages(&EXAMPLES, board, "standard")];
+    let command = ["clippy", "--package", "ecss-can", "--package", "boards"];
+    job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)
 }
 
 /// Arguments that name packages of firmware.
@@ -134,25 +130,31 @@ fn packages(packages: &[&str], board: &str, profile: &str) -> Vec<String> {
     what
 }
 
-/// Runs cargo for `what` under the lock; returns the directory of the ELF files.
-fn cargo(
-    command: &[&str],
+/// What a job does with the shipped firmware, for people.
+fn task(verb: &str, board: &str, profile: &str) -> String {
+    format!("{verb} firmware for {board}, profile {profile}")
+}
+
+/// Builds `what`; returns a copy of each program, named by its place among what cargo has built.
+fn programs<const N: usize>(
     board: &str,
     profile: &str,
     log: &str,
     what: &[String],
-    rest: &[&str],
-) -> Result<PathBuf, Error> {
+    names: [&str; N],
+) -> Result<[PathBuf; N], Error> {
     let root = workspace();
-    let job = Job {
-        home: &root,
-        task: format!("{} firmware for {board}, profile {profile}", command[0]),
-        configuration: configuration(board, profile, log),
-        log,
-        is_locked: true,
-    };
-    job.run(command, what, rest, run)?;
-    Ok(job.target_dir().join(TARGET).join("firmware"))
+    let job = Job { home: &root, task: task("build", board, profile), log, is_locked: true };
+    let to = root.join("target/firmware").join(configuration(board, profile, log));
+    let from = job.target_dir().join(TARGET).join("firmware");
+    job.run(&["build"], what, &[], |cargo| {
+        run(cargo)?;
+        for name in names {
+            keep(&from.join(name), &to)?;
+        }
+        let kept = |name: &str| to.join(Path::new(name).file_name().unwrap_or_default());
+        Ok(names.map(kept))
+    })
 }
 
 /// One run of cargo for the target.
@@ -161,8 +163,6 @@ struct Job<'a> {
     home: &'a Path,
     /// What it does, for people.
     task: String,
-    /// Name of the directory that it builds in.
-    configuration: String,
     /// Filter of the log.
     log: &'a str,
     /// `Cargo.lock` stays as it is.
@@ -170,8 +170,10 @@ struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Where cargo builds. All boards and profiles share what they have in common. An unusual filter of the log has a directory
+    /// of its own: defmt reads the filter in all crates that log.
     fn target_dir(&self) -> PathBuf {
-        workspace().join("target/firmware").join(&self.configuration)
+        workspace().join("target/firmware").join(if self.log == LOG { "build" } else { "build-log" })
     }
 
     /// Takes the lock and lets `run` run cargo.
@@ -190,29 +192,50 @@ impl Job<'_> {
         take(&lock).map_err(unusable)?;
 
         let toolchain = toolchain::find(command[0] == "clippy")?;
+        let task = format!("{}: {toolchain}", self.task);
         let is_first = !target_dir.join(TARGET).exists();
-        let patience =
-            if is_first { "; the first time about two minutes: core, HAL and protocol" } else { "" };
-        let progress = spinner(&format!("{}: {toolchain}{patience}", self.task));
+        // The first time cargo shows its own progress, crate by crate.
+        let progress = if is_first {
+            note(&format!("{task}; the first time {FIRST_TIME}"));
+            None
+        } else {
+            Some(spinner(&task))
+        };
         let mut cargo = toolchain.cargo();
         // As said here and nowhere else, so that images are the same whoever builds them.
         cargo.env("DEFMT_LOG", self.log);
         cargo.current_dir(self.home).args(command).args(toolchain.arguments());
-        cargo.args(["--quiet", "--profile", "firmware", "--target", TARGET]);
+        cargo.args((!is_first).then_some("--quiet"));
+        cargo.args(["--profile", "firmware", "--target", TARGET]);
         cargo.args(self.is_locked.then_some("--locked"));
         cargo.arg("--target-dir").arg(&target_dir);
         cargo.args(what).args(rest);
         let outcome = run(&mut cargo);
-        progress.finish_and_clear();
+        progress.iter().for_each(ProgressBar::finish_and_clear);
         outcome
     }
 }
 
-/// Name of the directory for a configuration: images of two of them never overwrite each other. All filters of the log but
-/// the usual one share a directory, nobody flies those.
+/// Name of the directory with the images of a configuration: those of two configurations never overwrite each other. All
+/// filters of the log but the usual one share a directory, because no test flies those images.
 fn configuration(board: &str, profile: &str, log: &str) -> String {
     let suffix = if log == LOG { "" } else { "-log" };
     format!("{board}-{profile}{suffix}")
+}
+
+/// Copies a file, unless it is there: the next build, of another configuration or for another user, overwrites what cargo has built.
+fn keep(elf: &Path, to: &Path) -> Result<PathBuf, Error> {
+    let copy = to.join(elf.file_name().unwrap_or_default());
+    let unusable = |error| Error::Directory(copy.clone(), error);
+    let image = fs::read(elf).map_err(unusable)?;
+    if fs::read(&copy).is_ok_and(|there| there == image) {
+        return Ok(copy);
+    }
+    fs::create_dir_all(to).map_err(unusable)?;
+    // Whole or not at all: another process may be reading it.
+    let new = copy.with_extension("new");
+    fs::write(&new, image).and_then(|()| fs::rename(&new, &copy)).map_err(unusable)?;
+    Ok(copy)
 }
 
 /// Locks the file. Who has to wait for it is told so.

@@ -7,7 +7,7 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 
 use crate::environment::clean;
-use crate::{Error, Job, LOG, TARGET, command_line, configuration, workspace};
+use crate::{Error, Job, LOG, TARGET, command_line, keep, workspace};
 
 /// A package with firmware of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,13 +72,8 @@ impl Package {
         let root = workspace();
         let is_ours = root.canonicalize().is_ok_and(|root| manifest.starts_with(root));
         let home = if is_ours { &root } else { manifest.parent().unwrap_or(Path::new("/")) };
-        let job = Job {
-            home,
-            task: format!("build {} for {board}", self.name),
-            configuration: configuration(board, "librecube", LOG),
-            log: LOG,
-            is_locked: is_ours,
-        };
+        let job =
+            Job { home, task: format!("build {} for {board}", self.name), log: LOG, is_locked: is_ours };
         let mut what = vec!["--package".to_owned(), self.name.clone(), "--features".to_owned()];
         what.push(if is_ours { format!("{}/{board}", self.name) } else { board.to_owned() });
         what.push(format!("--message-format={format}"));
@@ -125,21 +120,6 @@ fn output(cargo: &mut Command) -> Result<(String, Output), Error> {
 /// Messages of cargo, one a line.
 fn messages(output: &Output) -> impl Iterator<Item = Value> {
     output.stdout.split(|byte| *byte == b'\n').filter_map(|line| serde_json::from_slice(line).ok())
-}
-
-/// Copies a file, unless it is there: the next build for another user may overwrite what cargo has built.
-fn keep(elf: &Path, to: &Path) -> Result<PathBuf, Error> {
-    let copy = to.join(elf.file_name().unwrap_or_default());
-    let unusable = |error| Error::Directory(copy.clone(), error);
-    let image = fs::read(elf).map_err(unusable)?;
-    if fs::read(&copy).is_ok_and(|there| there == image) {
-        return Ok(copy);
-    }
-    fs::create_dir_all(to).map_err(unusable)?;
-    // Whole or not at all: another process may be reading it.
-    let new = copy.with_extension("new");
-    fs::write(&new, image).and_then(|()| fs::rename(&new, &copy)).map_err(unusable)?;
-    Ok(copy)
 }
 
 /// The profile `firmware` of this workspace as settings for `cargo --config`: another workspace has none.
