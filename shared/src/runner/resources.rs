@@ -35,6 +35,18 @@ pub(super) struct Around<B: Platform, N: Node, L> {
     pub lines: L,
 }
 
+impl<B: Platform, N: Node> Around<B, N, PerBus<Line<B::Port>>> {
+    #[inline(never)] // its stack is not that on which a node is made
+    fn power_on(&mut self) {
+        let Around { core, lines } = self;
+        let shared = core.shared.get_mut();
+        let filters = shared.node.filters();
+        lines.nominal.set_filters(&filters);
+        lines.redundant.set_filters(&filters);
+        shared.power_on(core.clock.now());
+    }
+}
+
 /// What all tasks of a node share.
 pub(super) struct Core<B: Platform, N: Node> {
     pub shared: RefCell<Shared<N>>,
@@ -79,12 +91,9 @@ impl<B: Platform, N: Node> Resources<B, N> {
                 redundant: Line::new(Bus::Redundant, ports.redundant),
             },
         };
-        let Around { core, lines } = make(black_box(self.around.uninit()), around);
-        let shared = core.shared.get_mut();
-        let filters = shared.node.filters();
-        lines.nominal.set_filters(&filters);
-        lines.redundant.set_filters(&filters);
-        shared.power_on(core.clock.now());
+        let around = make(black_box(self.around.uninit()), around);
+        around.power_on();
+        let Around { core, lines } = around;
         let core = &*core;
         let runners = Runners {
             nominal: BusRunner::new(core, &mut lines.nominal),
