@@ -4,8 +4,8 @@ use core::ptr::addr_of_mut;
 use core::slice;
 use core::sync::atomic::{AtomicBool, Ordering};
 
-/// Left to the stack, at the upper end of RAM: the start of a master takes 75 KiB (`cargo xtask sizes`).
-const STACK: usize = 80 * 1024;
+/// Left to the stack, at the upper end of RAM: the start of a master takes 45 KiB (`cargo xtask sizes`).
+const STACK: usize = 56 * 1024;
 /// Most that is handed out.
 const MOST: usize = 64 * 1024;
 

@@ -4,8 +4,8 @@ use super::{Communication, Device, Extension, Spacecraft};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::redundancy::Parameters;
-use crate::sdo::{SdoParameters, SdoServerObjects};
-use crate::types::{CobId, NodeId};
+use crate::sdo::SdoServerObjects;
+use crate::types::NodeId;
 
 /// Everything a node holds. `E` is what it has beyond CANopen.
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -34,17 +34,13 @@ impl<D: Device, E: Extension> NodeObjects<D, E> {
     /// The objects at power-on. An application whose indices are those of the node does not compile.
     pub(super) fn at_power_on(id: NodeId, redundancy: &Parameters, application: D) -> Self {
         const { assert_device::<D>() };
-        let channel = SdoParameters {
-            request: u32::from(CobId::sdo_request(id).raw()),
-            response: u32::from(CobId::sdo_response(id).raw()),
-        };
         let mut objects = NodeObjects {
             application,
             spacecraft: E::default(),
             communication: D::communication(id),
             consumers: D::consumers(id),
             pdos: D::pdos(id),
-            sdo: SdoServerObjects { sdo_server: channel },
+            sdo: SdoServerObjects::of(id),
         };
         objects.set_heartbeats(redundancy);
         objects

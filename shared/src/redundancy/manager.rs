@@ -91,6 +91,7 @@ pub enum Action {
 impl Manager {
     /// On the default bus (ECSS 8.3.2a). `silent_share` in percent, `1..=100`; `dwell`: shortest time on a bus without a
     /// slave on either. Idle until [`Manager::start`].
+    #[inline(never)] // made in its place
     pub const fn new(parameters: Parameters, silent_share: u8, dwell: Duration) -> Self {
         Manager {
             parameters,
@@ -99,7 +100,6 @@ impl Manager {
             heartbeat: Producer::new(NodeId::MASTER, parameters.producer),
             state: NmtState::Operational,
             announcing: false,
-            peers: Peers::new(),
             heard_here: false,
             guard: Instant::ZERO,
             alone_since: None,
@@ -110,6 +110,8 @@ impl Manager {
             dwell: Dwell::new(dwell),
             trial: Trial::new(),
             report: None,
+            // Last: then the compiler makes them in their place.
+            peers: Peers::new(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! Object 1200h.
 
 use crate::od::{Objects, Record};
+use crate::types::{CobId, NodeId};
 
 /// SDO parameters (0022h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
@@ -20,4 +21,13 @@ pub struct SdoServerObjects {
     /// SDO server parameter
     #[object(0x1200, record)]
     pub sdo_server: SdoParameters,
+}
+
+impl SdoServerObjects {
+    /// The channel of a node.
+    pub fn of(id: NodeId) -> Self {
+        let request = u32::from(CobId::sdo_request(id).raw());
+        let response = u32::from(CobId::sdo_response(id).raw());
+        SdoServerObjects { sdo_server: SdoParameters { request, response } }
+    }
 }

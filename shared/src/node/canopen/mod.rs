@@ -43,7 +43,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             id,
             nmt: NmtSlave::new(profile.autostart),
             heartbeat: heartbeat::Producer::new(id, profile.heartbeat),
-            services: Services::new(id, objects, profile, None),
+            services: Services::new(id, || objects, profile, None),
             startup,
             marks: Marks::ALL,
             changed_filters: 0,

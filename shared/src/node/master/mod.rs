@@ -67,7 +67,7 @@ pub struct Master<D: Device> {
 
 impl<D: Device> Master<D> {
     /// A master before power-on. With a parameter store objects 1010h and 1011h work, and power-on begins with what is stored.
-    // One expression, and apart: each copy of a master is 20 kB of stack.
+    // One expression of calls: each part is made in its place, and a copy of a master is 20 kB of stack.
     #[inline(never)]
     pub fn new(
         profile: &Profile,
@@ -76,18 +76,12 @@ impl<D: Device> Master<D> {
     ) -> Self {
         let redundancy = profile.redundancy();
         let initial = Initial::new(profile);
-        let objects = objects::at_power_on(profile, &initial, device);
-        let sync = objects.communication.sync.config();
         Master {
             redundancy,
-            services: Services::new(NodeId::MASTER, objects, profile, store),
-            boot: boot::at_power_on(profile),
-            transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
             nmt: NmtSlave::new(true),
-            manager: Manager::new(redundancy, profile.silent_share, profile.dwell),
             rivals: Rivals::default(),
             identification: Identification::default(),
-            sync: sync::Producer::with(sync),
+            sync: sync::Producer::with(initial.communication::<D>().sync.config()),
             stamped: profile.stamped,
             held: Deque::new(),
             at_sync: None,
@@ -95,6 +89,11 @@ impl<D: Device> Master<D> {
             are_filters_due: false,
             filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
             initial,
+            // Large ones last: the compiler makes them in their places where no loop follows.
+            boot: boot::at_power_on(profile),
+            transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
+            manager: Manager::new(redundancy, profile.silent_share, profile.dwell),
+            services: Services::new(NodeId::MASTER, || initial.objects(profile, device), profile, store),
         }
     }
 

@@ -11,10 +11,11 @@ use crate::node::index::{
     ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO, SCET_GET,
 };
 use crate::node::services::SdoStep;
-use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
+use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
 use crate::pdo::{Mapping, PdoSlots, rules};
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
+use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
 /// Until there may be room for more filters.
@@ -47,44 +48,78 @@ impl Initial {
         }
     }
 
-    /// Restores the communication profile of power-on.
-    pub fn restore<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
-        objects.restore_communication(NodeId::MASTER, &self.redundancy);
-        self.apply(objects);
+    /// The objects at power-on.
+    #[inline(never)] // made in their place
+    pub fn objects<D: Device>(&self, profile: &Profile, device: D) -> NodeObjects<MasterObjects<D>> {
+        const { assert_device::<MasterObjects<D>>() };
+        NodeObjects {
+            application: application(profile, device),
+            spacecraft: self.spacecraft(),
+            communication: self.communication::<D>(),
+            consumers: self.consumers::<D>(),
+            pdos: self.pdos::<D>(),
+            sdo: SdoServerObjects::of(NodeId::MASTER),
+        }
     }
 
-    /// Puts the numbers of the profile into fresh objects. Entries of 1016h and time PDOs take those of the profile where the
-    /// device declares none.
-    fn apply<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
-        objects.communication.sync.cycle_period = self.sync.as_micros() as u32;
-        let consumer = self.redundancy.consumer.as_millis() as u32 & 0xFFFF;
-        objects.consumers = D::consumers(NodeId::MASTER);
-        for entry in objects.consumers.entries_mut() {
+    /// Restores the communication profile of power-on.
+    pub fn restore<D: Device>(&self, objects: &mut NodeObjects<MasterObjects<D>>) {
+        objects.communication = self.communication::<D>();
+        objects.consumers = self.consumers::<D>();
+        objects.pdos = self.pdos::<D>();
+    }
+
+    fn spacecraft(&self) -> Spacecraft {
+        let mut spacecraft = Spacecraft::default();
+        spacecraft.redundancy.parameters = (&self.redundancy).into();
+        spacecraft
+    }
+
+    /// With the periods of the profile.
+    pub fn communication<D: Device>(&self) -> Communication {
+        let mut communication = MasterObjects::<D>::communication(NodeId::MASTER);
+        communication.heartbeat.time = self.redundancy.producer.as_millis() as u16;
+        communication.sync.cycle_period = self.sync.as_micros() as u32;
+        communication
+    }
+
+    /// 1016h: entries take the time of the profile where the device declares none.
+    fn consumers<D: Device>(&self) -> D::Consumers {
+        let mut consumers = D::consumers(NodeId::MASTER);
+        let time = self.redundancy.consumer.as_millis() as u32 & 0xFFFF;
+        for entry in consumers.entries_mut() {
             if *entry >> 16 != 0 && *entry & 0xFFFF == 0 {
-                *entry |= consumer;
+                *entry |= time;
             }
         }
+        consumers
+    }
+
+    /// PDOs of the time take the period of the profile where the device declares none.
+    #[inline(never)] // made in their place
+    fn pdos<D: Device>(&self) -> D::Pdos {
+        let mut pdos = D::pdos(NodeId::MASTER);
         let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
-        let (tpdos, mappings) = objects.pdos.tpdos_mut();
+        let (tpdos, mappings) = pdos.tpdos_mut();
         for (tpdo, mapping) in tpdos.iter_mut().zip(mappings) {
             let carries_time = mapping.objects().iter().any(|object| object >> 16 == u32::from(SCET_GET));
             if carries_time && tpdo.event_timer == 0 && !rules::is_synchronous(tpdo.transmission) {
                 tpdo.event_timer = period;
             }
         }
+        pdos
     }
 }
 
-/// The objects at power-on.
-pub(super) fn at_power_on<D: Device>(
-    profile: &Profile,
-    initial: &Initial,
-    device: D,
-) -> NodeObjects<MasterObjects<D>> {
-    let application = MasterObjects { device, network: NetworkObjects::default() };
-    let mut objects = NodeObjects::new(NodeId::MASTER, &initial.redundancy, application);
-    initial.apply(&mut objects);
-    let network = &mut objects.application.network;
+#[inline(never)] // made in their place
+fn application<D: Device>(profile: &Profile, device: D) -> MasterObjects<D> {
+    MasterObjects { device, network: network(profile) }
+}
+
+/// The slaves of the profile.
+#[inline(never)] // made in its place
+fn network(profile: &Profile) -> NetworkObjects {
+    let mut network = NetworkObjects::default();
     network.boot_time = profile.boot.time.as_millis() as u32;
     for slave in profile.slaves {
         if let Some(assignment) = entry(&mut network.assignment, slave.node) {
@@ -92,7 +127,7 @@ pub(super) fn at_power_on<D: Device>(
         }
         network.expect(slave.node, &slave.expected);
     }
-    objects
+    network
 }
 
 /// The redundancy parameters as the dictionary has them (1016h, 1017h, 2000h).

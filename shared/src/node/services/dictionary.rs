@@ -33,15 +33,15 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
 }
 
 impl<D: Device, E: Extension> Dictionary<D, E> {
+    #[inline(never)] // made in its place
     pub fn new(
         id: NodeId,
-        objects: NodeObjects<D, E>,
+        objects: impl FnOnce() -> NodeObjects<D, E>,
         store: Option<&'static mut (dyn ParameterStore + Send)>,
     ) -> Self {
         // What is found at power-on is told after boot-up.
-        let emcy = objects.communication.emcy.config();
+        let emcy = D::communication(id).emcy.config();
         Dictionary {
-            objects,
             rpdos: Rpdos::new(),
             tpdos: Tpdos::new(),
             emcy: emcy::Producer::new(emcy),
@@ -50,6 +50,8 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             found: None,
             id,
             now: Instant::ZERO,
+            // Last: then the compiler makes it in its place.
+            objects: objects(),
         }
     }
 

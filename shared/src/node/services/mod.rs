@@ -76,15 +76,16 @@ pub struct Lifetimes {
 }
 
 impl<D: Device, E: Extension> Services<D, E> {
+    /// `objects` makes the dictionary in its place.
+    #[inline(never)] // made in their place
     pub fn new(
         id: NodeId,
-        objects: NodeObjects<D, E>,
+        objects: impl FnOnce() -> NodeObjects<D, E>,
         profile: &Profile,
         store: Option<&'static mut (dyn ParameterStore + Send)>,
     ) -> Self {
         Services {
             id,
-            dictionary: Dictionary::new(id, objects, store),
             monitor: Monitor::new(),
             sync: sync::Consumer::new(0, 0),
             sync_id: CobId::SYNC,
@@ -102,6 +103,8 @@ impl<D: Device, E: Extension> Services<D, E> {
             carries_time: D::Pdos::transmit(false),
             carries_live_value: false,
             next: Instant::ZERO,
+            // Last: then the compiler makes it in its place.
+            dictionary: Dictionary::new(id, objects, store),
         }
     }
 
