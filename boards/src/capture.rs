@@ -32,11 +32,16 @@ use crate::{TELLTALE, Uptime};
 const STREAMS: PerBus<usize> = PerBus { nominal: 2, redundant: 4 };
 const STREAM_CHANNEL: u8 = 6;
 
-static RINGS: PerBus<EdgeRing> = PerBus { nominal: EdgeRing::new(), redundant: EdgeRing::new() };
+/// Ticks of TIM5 in a microsecond: timers of APB1 run at twice its 42 MHz.
+const PER_MICRO: u32 = 84;
+
+static RINGS: PerBus<Ring> = PerBus { nominal: EdgeRing::new(), redundant: EdgeRing::new() };
+
+type Ring = EdgeRing<PER_MICRO>;
 
 /// The edges of one line.
 pub struct Edges {
-    ring: &'static EdgeRing,
+    ring: &'static Ring,
     stream: St,
     /// Dropping it would cut the timer off its pin.
     _pin: Flex<'static>,
@@ -76,7 +81,7 @@ pub fn start(
 
 /// Each request moves the capture register into the next cell of the ring, for ever, without interrupts. The cells are
 /// atomics of a static: they may change at any time, and are there for ever.
-fn go_round(stream: St, capture: *const u32, ring: &'static EdgeRing) {
+fn go_round(stream: St, capture: *const u32, ring: &'static Ring) {
     stream.par().write_value(capture as u32);
     stream.m0ar().write_value(ring.cells().as_ptr() as u32);
     stream.ndtr().write(|w| w.set_ndt(EDGES as u16));
@@ -95,7 +100,7 @@ fn go_round(stream: St, capture: *const u32, ring: &'static EdgeRing) {
 }
 
 /// The beginning of a microsecond of the uptime, when it is there. An uptime that stands still is taken as it is.
-fn next_microsecond() -> Ticks {
+fn next_microsecond() -> Ticks<PER_MICRO> {
     /// Ten times as many as a microsecond has cycles.
     const POLLS: usize = 1_680;
     let now = Uptime.now();
@@ -113,8 +118,8 @@ impl Edges {
     pub fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
         // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too. The time of
         // its interrupt is a microsecond that has begun.
-        let end = reported.ticks().low().wrapping_add(bit + Ticks::PER_MICRO);
-        let longest = 2 * (bit + Ticks::PER_MICRO);
+        let end = reported.ticks::<PER_MICRO>().low().wrapping_add(bit + PER_MICRO);
+        let longest = 2 * (bit + PER_MICRO);
         // Bounded by reads, not by time: the loop ends although the timer stands still.
         for _ in 0..longest {
             if !(1..=longest).contains(&end.wrapping_sub(TIM5.cnt().read())) {
@@ -130,7 +135,7 @@ impl Edges {
         } else {
             Err(Miss::Ambiguous)
         };
-        TELLTALE.stamps.note(&result);
+        TELLTALE.stamps.note(result.map(|stamp| stamp.ticks::<PER_MICRO>().low()));
         result.unwrap_or(reported)
     }
 }

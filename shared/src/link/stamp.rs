@@ -8,17 +8,16 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use super::pattern::Pattern;
 use crate::types::{Frame, Instant};
 
-/// Since the node's power-on, in ticks of 1/84 µs (11.9 ns): [`Instant`] with more resolution.
+/// Since the node's power-on, in ticks of a capture timer that makes `PER_MICRO` in a microsecond, 1 to 256: [`Instant`] with
+/// more resolution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Ticks(u64);
+pub struct Ticks<const PER_MICRO: u32>(u64);
 
-impl Ticks {
-    /// Ticks in a microsecond.
-    pub const PER_MICRO: u32 = 84;
-
+impl<const PER_MICRO: u32> Ticks<PER_MICRO> {
     /// From ticks since power-on.
-    pub const fn new(ticks: u64) -> Ticks {
+    pub const fn new(ticks: u64) -> Self {
+        const { assert!(1 <= PER_MICRO && PER_MICRO <= 256, "a capture timer of 1 to 256 MHz") };
         Ticks(ticks)
     }
 
@@ -34,13 +33,13 @@ impl Ticks {
 
     /// Rounded down to a microsecond.
     pub const fn instant(self) -> Instant {
-        Instant::from_micros(self.0 / Self::PER_MICRO as u64)
+        Instant::from_micros(self.0 / PER_MICRO as u64)
     }
 }
 
-impl From<Instant> for Ticks {
-    fn from(instant: Instant) -> Ticks {
-        Ticks(instant.as_micros().saturating_mul(u64::from(Self::PER_MICRO)))
+impl<const PER_MICRO: u32> From<Instant> for Ticks<PER_MICRO> {
+    fn from(instant: Instant) -> Self {
+        Ticks::new(instant.as_micros().saturating_mul(u64::from(PER_MICRO)))
     }
 }
 
@@ -51,7 +50,7 @@ impl From<Instant> for Ticks {
 pub struct Stamp {
     /// Rounded down to a microsecond, for protocol timers.
     pub at: Instant,
-    /// Ticks beyond that, `0..84`.
+    /// Ticks of the port's capture timer beyond that; zero without one.
     beyond: u8,
     /// How it was measured.
     pub source: StampSource,
@@ -61,19 +60,13 @@ pub struct Stamp {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StampSource {
-    /// A captured edge of the frame and the known rest of it: off by at most [`StampSource::CAPTURE_ERROR`], plus the
+    /// A captured edge of the frame and the known rest of it: off by at most [`EdgeRing::ERROR`], plus the
     /// constant delay of the timer's input. A disturbance that moves this edge moves the stamp by as much, at most by a
     /// quarter of a bit: beyond that the others do not fit.
     Capture,
     /// Read in the interrupt at the end of the frame: late by the interrupt latency, some microseconds, which has no
     /// bound of its own; early by at most one bit, as a receiver has a frame one bit before its end.
     Interrupt,
-}
-
-impl StampSource {
-    /// Most that a captured stamp is off at 1 Mbit/s, ticks (48 ns): one for the phase of the edge against the timer, one
-    /// for its rounding, two for 200 ppm between the clocks over the longest frame.
-    pub const CAPTURE_ERROR: u32 = 4;
 }
 
 impl Stamp {
@@ -83,18 +76,18 @@ impl Stamp {
     }
 
     /// When the low word was `low`: the time nearest to that of the interrupt. 32 bits are divided, not 64.
-    fn capture(reported: Stamp, low: u32) -> Stamp {
-        let per_micro = Ticks::PER_MICRO as i32;
-        let apart = later(low, reported.ticks().low()) + i32::from(reported.beyond);
+    fn capture<const PER_MICRO: u32>(reported: Stamp, low: u32) -> Stamp {
+        let per_micro = PER_MICRO as i32;
+        let apart = later(low, reported.ticks::<PER_MICRO>().low()) + i32::from(reported.beyond);
         let at = reported.at.as_micros().saturating_add_signed(i64::from(apart.div_euclid(per_micro)));
         let beyond = apart.rem_euclid(per_micro) as u8;
         Stamp { at: Instant::from_micros(at), beyond, source: StampSource::Capture }
     }
 
-    /// In full.
-    pub fn ticks(&self) -> Ticks {
-        let Ticks(whole) = self.at.into();
-        Ticks(whole.saturating_add(u64::from(self.beyond)))
+    /// In full. `PER_MICRO` is that of the port.
+    pub fn ticks<const PER_MICRO: u32>(&self) -> Ticks<PER_MICRO> {
+        let whole: Ticks<PER_MICRO> = self.at.into();
+        Ticks::new(whole.get().saturating_add(u64::from(self.beyond)))
     }
 }
 
@@ -132,11 +125,20 @@ pub const EDGES: usize = 256;
 /// Falling edges of one CAN_RX line, written round and round by a DMA: low words of [`Ticks`].
 ///
 /// No count of laps is kept: an edge that took the place of another does not fit the pattern of its neighbours.
-pub struct EdgeRing {
+pub struct EdgeRing<const PER_MICRO: u32> {
     cells: [AtomicU32; EDGES],
 }
 
-impl EdgeRing {
+/// Bits of the longest frame from the edge that its stamp is taken from to its end.
+const LONGEST: u32 = 119;
+/// Most that two clocks are apart, parts per million.
+const APART: u32 = 200;
+
+impl<const PER_MICRO: u32> EdgeRing<PER_MICRO> {
+    /// Most that a captured stamp is off at 1 Mbit/s, ticks: one for the phase of the edge against the timer, one for its
+    /// rounding, the others for 200 ppm between the clocks over the longest frame. 48 ns at 84 MHz.
+    pub const ERROR: u32 = 2 + (PER_MICRO * LONGEST * APART).div_ceil(1_000_000);
+
     /// Without edges.
     pub const fn new() -> Self {
         EdgeRing { cells: [const { AtomicU32::new(0) }; EDGES] }
@@ -156,10 +158,10 @@ impl EdgeRing {
     /// A [`Miss`] rather than a doubt.
     pub fn stamp(&self, line: Captured, frame: &Frame, reported: Stamp, bit: u32) -> Result<Stamp, Miss> {
         let pattern = Pattern::of(frame);
-        let search = Search { ring: self, next: line.next, bit, pattern: &pattern };
+        let search = Search { cells: &self.cells, next: line.next, bit, pattern: &pattern };
         // A receiver has a frame one bit before its end, by a bit grid 0.3 early to 0.7 bit late; the clock of the
         // interrupt is rounded to a microsecond and up to another one off the timer.
-        let reported_by = reported.ticks().low().wrapping_add(2 * bit + 2 * Ticks::PER_MICRO);
+        let reported_by = reported.ticks::<PER_MICRO>().low().wrapping_add(2 * bit + 2 * PER_MICRO);
         // The same bit and its grid for the next frame like it, which was not there until then.
         let alone_until = line.alone_until.wrapping_add(search.percent(30) as u32);
         let latest = if later(reported_by, alone_until) < 0 { reported_by } else { alone_until };
@@ -183,7 +185,7 @@ impl EdgeRing {
         match found {
             Some(_) if more => Err(Miss::Ambiguous),
             // Two equal frames end at least their length apart: no earlier one ended here.
-            Some(end) if before(end) < length => Ok(Stamp::capture(reported, end)),
+            Some(end) if before(end) < length => Ok(Stamp::capture::<PER_MICRO>(reported, end)),
             Some(_) => Err(Miss::Late),
             None if heard => Err(Miss::Mismatch),
             None => Err(Miss::Silent),
@@ -191,7 +193,7 @@ impl EdgeRing {
     }
 }
 
-impl Default for EdgeRing {
+impl<const PER_MICRO: u32> Default for EdgeRing<PER_MICRO> {
     fn default() -> Self {
         Self::new()
     }
@@ -212,7 +214,7 @@ const QUIET_BEFORE_SOF: u32 = 1_030;
 
 /// The search for one pattern, from the newest edge back.
 struct Search<'a> {
-    ring: &'a EdgeRing,
+    cells: &'a [AtomicU32; EDGES],
     next: usize,
     bit: u32,
     pattern: &'a Pattern,
@@ -221,8 +223,8 @@ struct Search<'a> {
 impl Search<'_> {
     /// The cell `back` places before the newest edge.
     fn cell(&self, back: usize) -> &AtomicU32 {
-        let [first, ..] = &self.ring.cells;
-        self.ring.cells.get((self.next + 2 * EDGES - 1 - back) % EDGES).unwrap_or(first)
+        let [first, ..] = self.cells;
+        self.cells.get((self.next + 2 * EDGES - 1 - back) % EDGES).unwrap_or(first)
     }
 
     fn edge(&self, back: usize) -> u32 {

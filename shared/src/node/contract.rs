@@ -13,7 +13,7 @@ use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 pub const QUEUE_DEPTH: usize = 32;
 /// Events that may wait for the application.
 pub const APP_DEPTH: usize = 32;
-/// Acceptance filters of a port.
+/// Most acceptance filters that a node asks a port for.
 pub const MAX_FILTERS: usize = 28;
 
 /// Acceptance filters of a node.

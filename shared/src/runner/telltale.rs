@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
-use crate::link::{Miss, Stamp};
+use crate::link::Miss;
 use crate::types::Bus;
 
 /// A block of counters at a fixed, documented layout: 32-bit words in the order below, little-endian.
@@ -58,12 +58,12 @@ impl Stamps {
         }
     }
 
-    /// Counts a stamp, or why there is none, and keeps the low word of its [`Ticks`](crate::link::Ticks).
-    pub fn note(&self, result: &Result<Stamp, Miss>) {
+    /// Counts a stamp, by the low word of its [`Ticks`](crate::link::Ticks), or why there is none.
+    pub fn note(&self, result: Result<u32, Miss>) {
         match result {
-            Ok(stamp) => {
+            Ok(low) => {
                 // Whoever sees the count sees the stamp.
-                self.last.store(stamp.ticks().low(), Ordering::Relaxed);
+                self.last.store(low, Ordering::Relaxed);
                 self.captured.count();
             }
             Err(Miss::Silent) => self.silent.count(),

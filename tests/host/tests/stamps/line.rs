@@ -7,6 +7,8 @@ use can_wire::frame::WireFrame;
 use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource, Ticks};
 use ecss_can::types::{CobId, Frame, Instant};
 
+/// Ticks of the node's timer in a microsecond.
+pub const PER_MICRO: u32 = 84;
 /// Length of a bit at 1 Mbit/s, and of a microsecond.
 pub const BIT: f64 = 84.0;
 /// ACK delimiter and EOF.
@@ -93,7 +95,7 @@ impl Line {
 
 /// A node with an edge ring.
 pub struct Node {
-    ring: EdgeRing,
+    ring: EdgeRing<PER_MICRO>,
     next: usize,
     fed: usize,
 }
@@ -137,7 +139,8 @@ fn id(frame: &WireFrame) -> u16 {
 /// How far a captured stamp is from the end of its frame, ticks.
 pub fn error(stamp: &Stamp, complete: &Complete) -> f64 {
     assert_eq!(stamp.source, StampSource::Capture);
-    assert_eq!(stamp.at, stamp.ticks().instant());
-    assert_eq!(Ticks::from(stamp.at).get() / u64::from(Ticks::PER_MICRO), stamp.at.as_micros());
-    stamp.ticks().get() as f64 - complete.end
+    let ticks: Ticks<PER_MICRO> = stamp.ticks();
+    assert_eq!(stamp.at, ticks.instant());
+    assert_eq!(Ticks::<PER_MICRO>::from(stamp.at).get() / 84, stamp.at.as_micros());
+    ticks.get() as f64 - complete.end
 }

@@ -1,14 +1,15 @@
 //! Frames whose edges are all there.
 
 use can_wire::frame::WireFrame;
-use ecss_can::link::{EDGES, Miss, StampSource};
+use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp};
+use ecss_can::types::{CobId, Frame, Instant};
 use proptest::prelude::*;
 
-use crate::line::{BIT, Line, Node, Sent, error};
+use crate::line::{BIT, Line, Node, PER_MICRO, Sent, error};
 use crate::random::cases;
 
 /// Of a stamp of edges that are all there, ticks.
-pub const LIMIT: f64 = StampSource::CAPTURE_ERROR as f64;
+pub const LIMIT: f64 = EdgeRing::<PER_MICRO>::ERROR as f64;
 
 pub fn sync() -> WireFrame {
     WireFrame::standard(0x080, &[])
@@ -34,7 +35,31 @@ fn a_sync_is_stamped_by_the_edge_of_dlc_bit_3() {
     let mut node = Node::new(0);
     node.follow(&line, complete.end);
     let stamp = node.stamp(&sync(), complete.end, complete.end).unwrap();
-    assert_eq!(stamp.ticks().get() as f64, complete.end + 11.0);
+    assert_eq!(stamp.ticks::<PER_MICRO>().get() as f64, complete.end + 11.0);
+}
+
+/// How far a SYNC's stamp is off on a timer of another rate, ticks.
+fn error_at<const RATE: u32>() -> f64 {
+    let mut line = Line::new(1_000.0 * BIT);
+    let end = line.frame(&sync(), Sent::default()).end * f64::from(RATE) / BIT;
+    let ring = EdgeRing::<RATE>::new();
+    for (cell, fall) in ring.cells().iter().zip(&line.falls) {
+        let at = fall * f64::from(RATE) / BIT;
+        cell.store(at as u32, std::sync::atomic::Ordering::Relaxed);
+    }
+    let line = Captured { next: line.falls.len(), alone_until: end as u32 + RATE };
+    let reported = Stamp::interrupt(Instant::from_micros(end as u64 / u64::from(RATE)));
+    let stamp = ring.stamp(line, &Frame::of(CobId::SYNC, []), reported, RATE).unwrap();
+    (stamp.ticks::<RATE>().get() as f64 - end).abs()
+}
+
+#[test]
+fn timers_of_other_rates_stamp_frames_as_well() {
+    let limits =
+        [EdgeRing::<72>::ERROR, EdgeRing::<84>::ERROR, EdgeRing::<120>::ERROR, EdgeRing::<240>::ERROR];
+    assert_eq!(limits, [4, 4, 5, 8]);
+    let errors = [error_at::<72>(), error_at::<84>(), error_at::<120>(), error_at::<240>()];
+    assert!(errors.iter().all(|ticks| *ticks < 1.0), "{errors:?}");
 }
 
 #[test]

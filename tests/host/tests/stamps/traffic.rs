@@ -2,11 +2,11 @@
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
-use ecss_can::link::{EDGES, Miss, StampSource};
+use ecss_can::link::{EDGES, Miss};
 use fastrand::Rng;
 
 use crate::line::{BIT, Complete, Line, Node, Sent, error};
-use crate::sound::sync;
+use crate::sound::{LIMIT, sync};
 
 const SYNCS: usize = 100_000;
 /// The capture of a transmitter's edges jitters by as many ticks either way.
@@ -150,7 +150,7 @@ fn no_stamp_of_a_wrong_frame_in_a_hundred_thousand() {
     }
     println!("{stamped} stamped, worst {worst} ticks, misses {misses:?}");
     // A wrong frame is 51 bits away.
-    assert!(worst <= f64::from(StampSource::CAPTURE_ERROR) + JITTER, "off by {worst} ticks");
+    assert!(worst <= LIMIT + JITTER, "off by {worst} ticks");
     // One in 20 is repeated, one in 20 of the tasks and one in 50 of the interrupts is late, one frame in 100 has an edge
     // lost or too many. Most of these do harm.
     assert!(stamped > SYNCS * 90 / 100, "only {stamped} of {SYNCS} were stamped");
