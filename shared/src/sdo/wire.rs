@@ -86,7 +86,7 @@ pub(super) const LAST_OF_BLOCKS: u8 = 0x80;
 pub(super) const ABORT: u8 = 0x80;
 
 impl Request {
-    #[inline]
+    #[inline(never)] // of two callers
     pub fn parse(payload: &Payload) -> Request {
         let [command, one, two, _, four, five, _, _] = *payload;
         match command >> 5 {

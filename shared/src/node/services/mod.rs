@@ -211,7 +211,7 @@ impl<D: Device, E: Extension> Services<D, E> {
                 Some(payload) => return server.on_request(payload, now, dictionary, &mut send),
                 None => return false,
             },
-            SdoStep::BusChanged => server.on_bus_changed(dictionary, &mut send),
+            SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut send),
             SdoStep::Poll => server.poll(now, dictionary, &mut send),
         }
         true

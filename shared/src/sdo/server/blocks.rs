@@ -1,6 +1,6 @@
 //! Sub-blocks of block downloads and block uploads.
 
-use super::{BLOCK_SIZE, Server, State};
+use super::{BLOCK_SIZE, Server, State, Turn};
 use crate::od::ObjectAccess;
 use crate::sdo::block::{Ack, Heard, unused};
 use crate::sdo::crc::Crc;
@@ -47,16 +47,14 @@ impl Server {
     pub(super) fn on_sub_block(
         &mut self,
         payload: &Payload,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> bool {
         let [command, data @ ..] = payload;
-        let deadline = now + self.pause();
+        let deadline = turn.now + self.pause();
         let State::BlockDownload { receiver, refused } = &mut self.state else { return false };
         let heard = receiver.on_segment(*command);
         if *command == wire::ABORT {
-            self.value.close(objects);
+            self.value.close(turn.objects);
             self.state = State::Idle;
             return true;
         }
@@ -65,15 +63,15 @@ impl Server {
         }
         let pushed = match heard {
             _ if refused.is_some() => Ok(()),
-            Heard::TakenLast => self.value.push_last(data, objects),
-            Heard::Taken | Heard::TakenAtEnd => self.value.push(data, data.len(), objects),
+            Heard::TakenLast => self.value.push_last(data, turn.objects),
+            Heard::Taken | Heard::TakenAtEnd => self.value.push(data, data.len(), turn.objects),
             Heard::Ends | Heard::Ignored => Ok(()),
         };
         if let Err(code) = pushed {
-            self.refuse(code, objects);
+            self.refuse(code, turn.objects);
         }
         if matches!(heard, Heard::TakenLast | Heard::TakenAtEnd | Heard::Ends) {
-            self.end_sub_block(heard == Heard::TakenLast, now, objects, send);
+            self.end_sub_block(heard == Heard::TakenLast, turn);
         }
         !matches!(heard, Heard::Ends | Heard::Ignored)
     }
@@ -94,40 +92,36 @@ impl Server {
     pub(super) fn end_sub_block(
         &mut self,
         is_complete: bool,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) {
         let State::BlockDownload { receiver, refused } = &mut self.state else { return };
         match refused.map_or_else(|| receiver.acknowledge(BLOCK_SIZE), Err) {
-            Ok(ackseq) => send(wire::block_ack(ackseq, BLOCK_SIZE)),
+            Ok(ackseq) => turn.send(wire::block_ack(ackseq, BLOCK_SIZE)),
             Err(code) => {
                 // Nothing of the sub-block is left on the way.
                 self.state = State::Idle;
-                self.value.close(objects);
-                send(wire::abort(self.value.at, code.code()));
+                self.value.close(turn.objects);
+                turn.send(wire::abort(self.value.at, code.code()));
                 return;
             }
         }
         if is_complete {
             self.state = State::BlockDownloadEnd(receiver.clone());
         }
-        self.deadline = now + self.timeout;
+        self.deadline = turn.now + self.timeout;
     }
 
     /// Sends what the bus has room for of a sub-block of an upload.
     pub(super) fn send_sub_block(
         &mut self,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
         let State::BlockUpload(sender) = &mut self.state else { return Ok(()) };
         while let Some(next) = sender.next(self.value.size()) {
-            let (data, _) = self.value.segment(next.offset, objects)?;
+            let (data, _) = self.value.segment(next.offset, turn.objects)?;
             sender.on_send();
-            send(wire::sub_block_segment(next.seqno, next.last, data));
-            self.deadline = now + self.timeout;
+            turn.send(wire::sub_block_segment(next.seqno, next.last, data));
+            self.deadline = turn.now + self.timeout;
         }
         Ok(())
     }
@@ -137,18 +131,16 @@ impl Server {
         &mut self,
         ackseq: u8,
         block_size: u8,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<bool, AbortCode> {
         let State::BlockUpload(sender) = &mut self.state else { return Ok(false) };
         match sender.on_ack(ackseq, block_size, self.value.size())? {
             Ack::Repeat => return Ok(false),
-            Ack::More(_) => self.send_sub_block(now, objects, send)?,
+            Ack::More(_) => self.send_sub_block(turn)?,
             Ack::Complete => {
                 self.state = State::BlockUploadEnd;
                 let crc = self.value.crc.map_or(0, Crc::value);
-                send(wire::block_end(unused(self.value.size()), crc));
+                turn.send(wire::block_end(unused(self.value.size()), crc));
             }
         }
         Ok(true)

@@ -1,6 +1,6 @@
 //! Requests that begin a transfer; expedited ones complete it at once.
 
-use super::{BLOCK_SIZE, Server, State};
+use super::{BLOCK_SIZE, Server, State, Turn};
 use crate::od::{ObjectAccess, Transfer};
 use crate::sdo::block::{Receiver, Sender, check_size};
 use crate::sdo::wire;
@@ -16,14 +16,12 @@ impl Server {
     pub(super) fn initiate(
         &mut self,
         payload: &Payload,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> bool {
-        match number(payload, objects) {
-            Ok(Some(response)) => send(response),
-            Ok(None) => return self.initiate_other(payload, now, objects, send),
-            Err(code) => send(wire::abort(wire::address(payload), code.code())),
+        match number(payload, turn.objects) {
+            Ok(Some(response)) => (turn.send)(response),
+            Ok(None) => return self.initiate_other(payload, turn),
+            Err(code) => turn.send(wire::abort(wire::address(payload), code.code())),
         }
         true
     }
@@ -32,25 +30,21 @@ impl Server {
     fn initiate_other(
         &mut self,
         payload: &Payload,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> bool {
         let (at, begun) = match Request::parse(payload) {
-            Request::Download(at, content) => (at, self.download(at, content, now, objects, send)),
-            Request::Upload(at) => (at, self.upload(at, now, objects, send)),
-            Request::BlockDownload { at, crc, size } => {
-                (at, self.block_download(at, crc, size, now, objects, send))
-            }
+            Request::Download(at, content) => (at, self.download(at, content, turn)),
+            Request::Upload(at) => (at, self.upload(at, turn)),
+            Request::BlockDownload { at, crc, size } => (at, self.block_download(at, crc, size, turn)),
             Request::BlockUpload { at, crc, block_size, threshold } => {
-                (at, self.block_upload(at, crc, block_size, threshold, now, objects, send))
+                (at, self.block_upload(at, crc, block_size, threshold, turn))
             }
             Request::Abort => return false,
             _ => (Address::new(0, 0), Err(AbortCode::CommandSpecifier)),
         };
         if let Err(code) = begun {
-            self.value.close(objects);
-            send(wire::abort(at, code.code()));
+            self.value.close(turn.objects);
+            turn.send(wire::abort(at, code.code()));
         }
         true
     }
@@ -59,49 +53,45 @@ impl Server {
         &mut self,
         at: Address,
         content: Content,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
         let (data, told) = match content {
             Content::Expedited(data, len) => (data, Some(usize::from(len))),
             Content::Unsized(data) => (data, None),
             Content::Segmented(size) => {
-                self.value.open_download(at, size, false, objects)?;
-                self.begin(State::Download { toggle: false }, now);
-                send(wire::download_response(at));
+                self.value.open_download(at, size, false, turn.objects)?;
+                self.begin(State::Download { toggle: false }, turn.now);
+                turn.send(wire::download_response(at));
                 return Ok(());
             }
         };
-        let transfer = objects.download(at, told)?;
+        let transfer = turn.objects.download(at, told)?;
         let (Transfer::Whole(most) | Transfer::Stream(most)) = transfer;
         let value = data.get(..told.unwrap_or(most)).unwrap_or(&data);
         let is_too_long = value.len() > most;
         match transfer {
             Transfer::Whole(_) if is_too_long => return Err(AbortCode::TooLong),
-            Transfer::Whole(_) => objects.write(at, value)?,
+            Transfer::Whole(_) => turn.objects.write(at, value)?,
             Transfer::Stream(_) if is_too_long => {
-                objects.cancel(at);
+                turn.objects.cancel(at);
                 return Err(AbortCode::TooLong);
             }
             Transfer::Stream(_) => {
-                objects.write_part(at, 0, value)?;
-                objects.finish(at, value.len())?;
+                turn.objects.write_part(at, 0, value)?;
+                turn.objects.finish(at, value.len())?;
             }
         }
-        send(wire::download_response(at));
+        turn.send(wire::download_response(at));
         Ok(())
     }
 
     fn upload(
         &mut self,
         at: Address,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
-        let transfer = objects.upload(at)?;
-        self.answer_upload(at, transfer, now, objects, send)
+        let transfer = turn.objects.upload(at)?;
+        self.answer_upload(at, transfer, turn)
     }
 
     #[inline(never)]
@@ -109,23 +99,21 @@ impl Server {
         &mut self,
         at: Address,
         transfer: Transfer,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
         let (Transfer::Whole(size) | Transfer::Stream(size)) = transfer;
         let mut data = [0; EXPEDITED];
         match data.get_mut(..size) {
             Some(value) if size > 0 => {
-                if objects.read(at, 0, value)? != size {
+                if turn.objects.read(at, 0, value)? != size {
                     return Err(AbortCode::CannotTransfer);
                 }
-                send(wire::upload_expedited_response(at, data, size as u8));
+                turn.send(wire::upload_expedited_response(at, data, size as u8));
             }
             _ => {
-                self.value.open_upload(at, transfer, false, objects)?;
-                self.begin(State::Upload { toggle: false, offset: 0 }, now);
-                send(wire::upload_response(at, self.value.size()));
+                self.value.open_upload(at, transfer, false, turn.objects)?;
+                self.begin(State::Upload { toggle: false, offset: 0 }, turn.now);
+                turn.send(wire::upload_response(at, self.value.size()));
             }
         }
         Ok(())
@@ -137,17 +125,14 @@ impl Server {
         at: Address,
         crc: bool,
         size: Option<u32>,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
-        self.value.open_download(at, size, crc, objects)?;
-        self.begin(State::BlockDownload { receiver: Receiver::new(BLOCK_SIZE), refused: None }, now);
-        send(wire::block_download_response(at, crc, BLOCK_SIZE));
+        self.value.open_download(at, size, crc, turn.objects)?;
+        self.begin(State::BlockDownload { receiver: Receiver::new(BLOCK_SIZE), refused: None }, turn.now);
+        turn.send(wire::block_download_response(at, crc, BLOCK_SIZE));
         Ok(())
     }
 
-    #[expect(clippy::too_many_arguments)]
     #[inline(never)]
     fn block_upload(
         &mut self,
@@ -155,19 +140,17 @@ impl Server {
         crc: bool,
         block_size: u8,
         threshold: u8,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
         check_size(block_size)?;
-        let transfer = objects.upload(at)?;
+        let transfer = turn.objects.upload(at)?;
         let (Transfer::Whole(size) | Transfer::Stream(size)) = transfer;
         if size <= usize::from(threshold) && threshold > 0 {
-            return self.answer_upload(at, transfer, now, objects, send);
+            return self.answer_upload(at, transfer, turn);
         }
-        self.value.open_upload(at, transfer, crc, objects)?;
-        self.begin(State::BlockUploadStart(Sender::new(block_size)), now);
-        send(wire::block_upload_response(at, crc, self.value.size()));
+        self.value.open_upload(at, transfer, crc, turn.objects)?;
+        self.begin(State::BlockUploadStart(Sender::new(block_size)), turn.now);
+        turn.send(wire::block_upload_response(at, crc, self.value.size()));
         Ok(())
     }
 

@@ -58,6 +58,20 @@ enum State {
     BlockUploadEnd,
 }
 
+/// One call of the server: the time, the dictionary, and where its responses go.
+struct Turn<'a, O, S> {
+    now: Instant,
+    objects: &'a mut O,
+    send: &'a mut S,
+}
+
+impl<O, S: FnMut(Payload)> Turn<'_, O, S> {
+    #[inline(never)] // from many places
+    fn send(&mut self, payload: Payload) {
+        (self.send)(payload);
+    }
+}
+
 impl Server {
     /// Without a transfer. One that stands still for `timeout` is aborted.
     pub const fn new(timeout: Duration) -> Server {
@@ -74,16 +88,17 @@ impl Server {
         objects: &mut impl ObjectAccess,
         send: &mut impl FnMut(Payload),
     ) -> bool {
+        let turn = &mut Turn { now, objects, send };
         match &mut self.state {
             State::Idle => {}
-            State::BlockDownload { .. } => return self.on_sub_block(payload, now, objects, send),
+            State::BlockDownload { .. } => return self.on_sub_block(payload, turn),
             _ => {
-                if let Some(was_used) = self.go_on(payload, now, objects, send) {
+                if let Some(was_used) = self.go_on(payload, turn) {
                     return was_used;
                 }
             }
         }
-        self.initiate(payload, now, objects, send)
+        self.initiate(payload, turn)
     }
 
     /// A request while a transfer runs. `None`: it is over, the request may begin another one.
@@ -91,14 +106,12 @@ impl Server {
     fn go_on(
         &mut self,
         payload: &Payload,
-        now: Instant,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Option<bool> {
         let [command, data @ ..] = payload;
         match &mut self.state {
             State::Drain(strays) => {
-                if strays.claim(*command, now) {
+                if strays.claim(*command, turn.now) {
                     return Some(false);
                 }
                 self.state = State::Idle;
@@ -115,38 +128,34 @@ impl Server {
         }
         let request = Request::parse(payload);
         if request.is_initiate() {
-            self.reset(objects);
+            self.reset(turn.objects);
             return None;
         }
         let served = match (&mut self.state, request) {
             (_, Request::Abort) => {
-                self.reset(objects);
+                self.reset(turn.objects);
                 return Some(true);
             }
             (State::Download { toggle }, Request::DownloadSegment(segment)) => {
                 let toggle = *toggle;
-                self.on_download_segment(toggle, &segment, objects, send)
+                self.on_download_segment(toggle, &segment, turn)
             }
             (State::Upload { toggle, offset }, Request::UploadSegment { toggle: asked }) => {
                 let (toggle, offset) = (*toggle, *offset);
-                if asked == toggle {
-                    self.send_segment(toggle, offset, objects, send)
-                } else {
-                    Err(AbortCode::Toggle)
-                }
+                if asked == toggle { self.send_segment(toggle, offset, turn) } else { Err(AbortCode::Toggle) }
             }
             (State::BlockDownloadEnd(_), Request::BlockDownloadEnd { unused, crc }) => {
-                self.value.finish_blocks(unused, crc, objects).map(|()| {
+                self.value.finish_blocks(unused, crc, turn.objects).map(|()| {
                     self.state = State::Idle;
-                    send(wire::block_end_answer());
+                    turn.send(wire::block_end_answer());
                 })
             }
             (State::BlockUploadStart(sender), Request::BlockUploadStart) => {
                 self.state = State::BlockUpload(sender.clone());
-                self.send_sub_block(now, objects, send)
+                self.send_sub_block(turn)
             }
             (State::BlockUpload(_), Request::BlockUploadAck { ackseq, block_size }) => {
-                match self.on_ack(ackseq, block_size, now, objects, send) {
+                match self.on_ack(ackseq, block_size, turn) {
                     Ok(true) => Ok(()),
                     Ok(false) => return Some(false),
                     Err(code) => Err(code),
@@ -162,9 +171,9 @@ impl Server {
             (State::BlockUploadEnd, Request::BlockUploadAck { .. }) => return Some(false),
             _ => Err(AbortCode::CommandSpecifier),
         };
-        self.deadline = now + self.timeout;
+        self.deadline = turn.now + self.timeout;
         if let Err(code) = served {
-            self.abort(code, objects, send);
+            self.abort(code, turn);
         }
         Some(true)
     }
@@ -173,8 +182,7 @@ impl Server {
         &mut self,
         toggle: bool,
         segment: &Segment,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
         if segment.toggle != toggle {
             return Err(AbortCode::Toggle);
@@ -182,14 +190,14 @@ impl Server {
         if segment.is_vain() {
             return Err(AbortCode::TooShort);
         }
-        self.value.push(&segment.data, usize::from(segment.len), objects)?;
+        self.value.push(&segment.data, usize::from(segment.len), turn.objects)?;
         self.state = if segment.last {
-            self.value.finish(objects)?;
+            self.value.finish(turn.objects)?;
             State::Idle
         } else {
             State::Download { toggle: !toggle }
         };
-        send(wire::download_segment_response(toggle));
+        turn.send(wire::download_segment_response(toggle));
         Ok(())
     }
 
@@ -197,31 +205,31 @@ impl Server {
         &mut self,
         toggle: bool,
         offset: u32,
-        objects: &mut impl ObjectAccess,
-        send: &mut impl FnMut(Payload),
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Result<(), AbortCode> {
-        let (data, len) = self.value.segment(offset, objects)?;
+        let (data, len) = self.value.segment(offset, turn.objects)?;
         let offset = offset.saturating_add(len as u32);
         let last = offset >= self.value.size();
         self.state = if last { State::Idle } else { State::Upload { toggle: !toggle, offset } };
-        send(Segment { toggle, last, len: len as u8, data }.payload());
+        turn.send(Segment { toggle, last, len: len as u8, data }.payload());
         Ok(())
     }
 
     /// The time is `now`: what is due is sent or given up.
     pub fn poll(&mut self, now: Instant, objects: &mut impl ObjectAccess, send: &mut impl FnMut(Payload)) {
+        let turn = &mut Turn { now, objects, send };
         if self.is_busy() && self.deadline <= now {
             if self.is_sub_block_heard() {
-                self.end_sub_block(false, now, objects, send);
+                self.end_sub_block(false, turn);
             } else {
                 // Time for what is on its way.
                 self.deadline = now + self.pause();
-                self.abort(AbortCode::Timeout, objects, send);
+                self.abort(AbortCode::Timeout, turn);
             }
         } else if matches!(self.state, State::BlockUpload(_))
-            && let Err(code) = self.send_sub_block(now, objects, send)
+            && let Err(code) = self.send_sub_block(turn)
         {
-            self.abort(code, objects, send);
+            self.abort(code, turn);
         }
     }
 
@@ -253,16 +261,21 @@ impl Server {
 
     /// The bus that the client was heard on was left: ends a transfer and tells the client why, where it is now. Nothing of
     /// the transfer is on its way there.
-    pub fn on_bus_changed(&mut self, objects: &mut impl ObjectAccess, send: &mut impl FnMut(Payload)) {
-        self.abort(AbortCode::DeviceState, objects, send);
+    pub fn on_bus_changed(
+        &mut self,
+        now: Instant,
+        objects: &mut impl ObjectAccess,
+        send: &mut impl FnMut(Payload),
+    ) {
+        self.abort(AbortCode::DeviceState, &mut Turn { now, objects, send });
         self.state = State::Idle;
     }
 
     /// Ends a transfer and tells the client why.
-    fn abort(&mut self, code: AbortCode, objects: &mut impl ObjectAccess, send: &mut impl FnMut(Payload)) {
+    fn abort(&mut self, code: AbortCode, turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>) {
         if self.is_busy() {
-            send(wire::abort(self.value.at, code.code()));
-            self.reset(objects);
+            turn.send(wire::abort(self.value.at, code.code()));
+            self.reset(turn.objects);
         }
     }
 

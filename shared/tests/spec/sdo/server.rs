@@ -388,10 +388,10 @@ fn a_reset_ends_a_transfer_without_a_word() {
 fn a_change_of_bus_is_told_to_the_client() {
     let mut bench = Bench::new();
     let mut sent = vec![];
-    bench.server.on_bus_changed(&mut bench.objects, &mut |payload| sent.push(payload));
+    bench.server.on_bus_changed(Instant::ZERO, &mut bench.objects, &mut |payload| sent.push(payload));
     assert!(sent.is_empty(), "there is nothing to abort");
     bench.exchange(&[("21 08 20 00 09", "60 08 20 00")]);
-    bench.server.on_bus_changed(&mut bench.objects, &mut |payload| sent.push(payload));
+    bench.server.on_bus_changed(Instant::ZERO, &mut bench.objects, &mut |payload| sent.push(payload));
     assert_eq!(hex(&sent), hex(&[frame("80 08 20 00 22 00 00 08")]));
     assert_eq!(bench.objects.cancelled, 1);
 }
@@ -403,7 +403,7 @@ fn a_request_after_a_change_of_bus_is_no_segment_of_before() {
     for seqno in 1..=62 {
         assert!(bench.ask([seqno, 9, 9, 9, 9, 9, 9, 9]).is_empty());
     }
-    bench.server.on_bus_changed(&mut bench.objects, &mut |_| {});
+    bench.server.on_bus_changed(Instant::ZERO, &mut bench.objects, &mut |_| {});
     // 40h could be the 64th segment.
     bench.exchange(&[("40 00 20 00", "43 00 20 00 78 56 34 12")]);
 }
