@@ -40,9 +40,11 @@ impl Periodic {
     pub fn take(&mut self, now: Instant) -> Option<u64> {
         let next = self.next.filter(|next| *next <= now)?;
         let period = self.period.as_micros();
-        let skipped = now.since(next).as_micros().checked_div(period).unwrap_or(0);
-        self.next = Some(next + Duration::from_micros(skipped.saturating_add(1).saturating_mul(period)));
-        Some(skipped)
+        // In 32 bits: whoever was not polled for an hour skips the rest the next time.
+        let late = now.since(next).as_micros().min(u64::from(u32::MAX)) as u32;
+        let skipped = late.checked_div(period.min(u64::from(u32::MAX)) as u32).unwrap_or(0);
+        self.next = Some(next + self.period + self.period.times(skipped));
+        Some(u64::from(skipped))
     }
 
     /// When it is due next.
