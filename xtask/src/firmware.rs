@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use firmware_images::Package;
 
-use support::board::{Board, Profile};
+use support::board::{BoardName, Profile};
 use support::elf::{Facts, Size};
 use support::output;
 use support::project::manifest;
@@ -14,8 +14,8 @@ use support::project::manifest;
 #[derive(Args, Debug)]
 pub struct Options {
     /// Board to build for
-    #[arg(long, value_name = "BOARD", value_enum, default_value_t = Board::PyboardV11)]
-    board: Board,
+    #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
+    board: BoardName,
 
     /// Mission profile to build with
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]

@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
-use support::board::Board;
+use support::board::BoardName;
 use support::board::Profile;
 use support::misuse::Misuse;
 
@@ -30,7 +30,7 @@ pub struct Options {
 
     /// Board to build for [default: pyboard-v11]
     #[arg(long, value_name = "BOARD", value_enum)]
-    board: Option<Board>,
+    board: Option<BoardName>,
 
     /// Mission profile to build with [default: librecube]
     #[arg(long, value_name = "PROFILE", value_enum, conflicts_with = "features")]
@@ -66,25 +66,25 @@ enum Feature {
 }
 
 impl Feature {
-    fn board(self) -> Option<Board> {
+    fn board(self) -> Option<BoardName> {
         match self {
-            Feature::PyboardV11 => Some(Board::PyboardV11),
-            Feature::NucleoF446re => Some(Board::NucleoF446re),
+            Feature::PyboardV11 => Some(BoardName::PyboardV11),
+            Feature::NucleoF446re => Some(BoardName::NucleoF446re),
             Feature::Librecube => None,
         }
     }
 }
 
 impl Options {
-    fn board(&self) -> Result<Board, Misuse> {
+    fn board(&self) -> Result<BoardName, Misuse> {
         let named = self.board.into_iter().chain(self.features.iter().filter_map(|feature| feature.board()));
-        let named: Vec<Board> = named.collect();
+        let named: Vec<BoardName> = named.collect();
         match named.iter().find(|board| **board != named[0]) {
             Some(other) => Err(Misuse::of(
                 "flash",
                 format!("two boards: {} and {}; an image is for one of them", named[0].name(), other.name()),
             )),
-            None => Ok(named.first().copied().unwrap_or(Board::PyboardV11)),
+            None => Ok(named.first().copied().unwrap_or(BoardName::PyboardV11)),
         }
     }
 

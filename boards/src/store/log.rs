@@ -46,13 +46,13 @@ pub struct Opened {
 
 /// A set in the page in use.
 #[derive(Clone, Copy, Debug)]
-struct Record {
+struct StoredSet {
     /// Where its length stands.
     at: u32,
     len: u32,
 }
 
-impl Record {
+impl StoredSet {
     const fn data(self) -> u32 {
         self.at + WORD
     }
@@ -68,7 +68,7 @@ impl Record {
 
 /// The set that is being written.
 struct Writing {
-    record: Record,
+    record: StoredSet,
     /// Bytes taken.
     taken: u32,
     /// Bytes that do not fill a word yet.
@@ -84,7 +84,7 @@ pub struct ParameterLog<F> {
     page_end: u32,
     /// Where the next set goes.
     free: u32,
-    stored: Option<Record>,
+    stored: Option<StoredSet>,
     note: Option<u16>,
     writing: Option<Writing>,
 }
@@ -124,7 +124,7 @@ impl<F: NorFlash> ParameterLog<F> {
         log.enter(pages[newest]);
         log.find_stored(&mut opened)?;
         log.find_note()?;
-        let room = Record { at: log.free, len: MAX_SET as u32 };
+        let room = StoredSet { at: log.free, len: MAX_SET as u32 };
         if room.end() > log.page_end || log.free >= log.notes_end() {
             log.clear(pages[1 - newest], &mut opened)?;
             log.change_page(pages[1 - newest], epochs[newest].unwrap_or(0).saturating_add(1))?;
@@ -195,7 +195,7 @@ impl<F: NorFlash> ParameterLog<F> {
     }
 
     /// The last set before `before` that has a CRC; on the way, where the page is free.
-    fn last_committed(&mut self, before: u32) -> Result<Option<Record>, StoreError> {
+    fn last_committed(&mut self, before: u32) -> Result<Option<StoredSet>, StoreError> {
         let mut last = None;
         let mut at = self.page + PAGE_HEADER;
         while at + WORD <= before {
@@ -217,25 +217,25 @@ impl<F: NorFlash> ParameterLog<F> {
     }
 
     /// The set whose length stands at `at`. A note has nothing after it, and neither has a length that was cut short.
-    fn record(&self, at: u32, length: u32) -> Option<Record> {
+    fn record(&self, at: u32, length: u32) -> Option<StoredSet> {
         let len = doubled(length).filter(|len| len & NOTE == 0)?;
-        Some(Record { at, len: u32::from(len) }).filter(|record| record.end() <= self.page_end)
+        Some(StoredSet { at, len: u32::from(len) }).filter(|record| record.end() <= self.page_end)
     }
 
     /// The last note behind the stored set. Sets that stand between them are not stored.
     fn find_note(&mut self) -> Result<(), StoreError> {
-        let mut at = self.stored.map_or(self.page + PAGE_HEADER, Record::end);
+        let mut at = self.stored.map_or(self.page + PAGE_HEADER, StoredSet::end);
         while at < self.free {
             let word = self.word(at)?;
             if let Some(note) = doubled(word).filter(|note| note & NOTE != 0) {
                 self.note = Some(note & !NOTE);
             }
-            at = self.record(at, word).map_or(at + WORD, Record::end);
+            at = self.record(at, word).map_or(at + WORD, StoredSet::end);
         }
         Ok(())
     }
 
-    fn crc_of(&mut self, record: Record) -> Result<u32, StoreError> {
+    fn crc_of(&mut self, record: StoredSet) -> Result<u32, StoreError> {
         let mut crc = CRC.digest();
         let mut at = record.data();
         let end = at + record.len;
@@ -300,7 +300,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
         if len > MAX_SET {
             return Err(StoreError::Size);
         }
-        let record = Record { at: self.free, len: len as u32 };
+        let record = StoredSet { at: self.free, len: len as u32 };
         if record.end() > self.page_end {
             return Err(StoreError::Full);
         }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use can_wire::controller::{Controller, NodeIndex, Trace};
 use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::{Counters, Destruction, Record};
+use can_wire::record::{Counters, Destruction, Observation};
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
@@ -99,10 +99,10 @@ impl Cable {
         };
         for record in self.wire.take_records() {
             match record {
-                Record::Completed { trace, .. } => self.seen.push(Rc::new(sent(&trace))),
-                Record::Destroyed { cause: Destruction::TransmitterLeft, .. } => self.torn += 1,
-                Record::Misread { .. } => self.misread += 1,
-                Record::Destroyed { .. } | Record::Error { .. } | Record::Fault { .. } => {}
+                Observation::Completed { trace, .. } => self.seen.push(Rc::new(sent(&trace))),
+                Observation::Destroyed { cause: Destruction::TransmitterLeft, .. } => self.torn += 1,
+                Observation::Misread { .. } => self.misread += 1,
+                Observation::Destroyed { .. } | Observation::Error { .. } | Observation::Fault { .. } => {}
             }
         }
     }

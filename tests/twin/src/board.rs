@@ -14,7 +14,7 @@ use flash::FlashCare;
 pub use flash::Remains;
 
 pub use crate::accelerator::FlashTiming;
-use crate::bxcan::{Heard, Side, Stats};
+use crate::bxcan::{Activity, Side, Stats};
 use crate::clock::BoardClock;
 use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
 use crate::image::{Image, Symbol};
@@ -117,7 +117,7 @@ pub struct Counters {
 }
 
 /// One board.
-pub struct Board {
+pub struct EmulatedBoard {
     config: BoardConfig,
     link: Arc<Link>,
     cpu: Box<dyn Cpu>,
@@ -141,9 +141,9 @@ pub struct Board {
     admitted_before: u64,
 }
 
-impl fmt::Debug for Board {
+impl fmt::Debug for EmulatedBoard {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Board")
+        f.debug_struct("EmulatedBoard")
             .field("name", &self.config.name)
             .field("state", &self.state)
             .field("now", &self.clock.now())
@@ -152,7 +152,7 @@ impl fmt::Debug for Board {
     }
 }
 
-impl Board {
+impl EmulatedBoard {
     /// A board without power. `serial` goes into its unique ID.
     ///
     /// # Panics
@@ -182,7 +182,7 @@ impl Board {
         for &(pin, level) in &config.straps {
             link.peripherals().drive(pin, Some(level));
         }
-        Board {
+        EmulatedBoard {
             cpu: cpu::stm32f4(config.model.part, config.image.flash(), link.clone()),
             link,
             clock: BoardClock::new((config.ppm * 1000.0).round() as i32),
@@ -576,9 +576,9 @@ impl Board {
         let mut peripherals = link.peripherals();
         for (side, idle) in [Side::Can1, Side::Can2].into_iter().zip(idle) {
             let heard = match peripherals.can_line(side) {
-                None => Heard::Nothing,
-                Some(_) if idle => Heard::Idle,
-                Some(_) => Heard::Busy,
+                None => Activity::Nothing,
+                Some(_) if idle => Activity::Idle,
+                Some(_) => Activity::Busy,
             };
             peripherals.can().hear(side, heard);
         }

@@ -22,9 +22,9 @@ pub enum Presence {
     Present,
 }
 
-/// What a guest's controller tells.
+/// What a guest's controller reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum GuestEvent {
     /// A frame of another node is valid.
     Received(WireFrame),
     /// The frame that waited longest was acknowledged and completed.
@@ -37,7 +37,7 @@ pub(crate) struct Guest {
     presence: Presence,
     /// What waits and from when on, in the order of sending.
     waiting: VecDeque<(Time, WireFrame)>,
-    heard: Vec<(Time, Heard)>,
+    heard: Vec<(Time, GuestEvent)>,
 }
 
 impl Guest {
@@ -55,7 +55,7 @@ impl Guest {
     }
 
     /// What was heard since the last call, in the order of time.
-    pub(crate) fn take_heard(&mut self) -> Vec<(Time, Heard)> {
+    pub(crate) fn take_heard(&mut self) -> Vec<(Time, GuestEvent)> {
         std::mem::take(&mut self.heard)
     }
 }
@@ -80,8 +80,8 @@ impl Controller for Guest {
 
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
         let heard = match event {
-            WireEvent::Transmitted => self.waiting.pop_front().map(|(_, frame)| Heard::Sent(frame)),
-            WireEvent::Received(frame) => Some(Heard::Received(*frame)),
+            WireEvent::Transmitted => self.waiting.pop_front().map(|(_, frame)| GuestEvent::Sent(frame)),
+            WireEvent::Received(frame) => Some(GuestEvent::Received(*frame)),
             _ => None,
         };
         self.heard.extend(heard.map(|heard| (at, heard)));

@@ -1,7 +1,7 @@
 //! The twin: emulated STM32F4 boards on two CAN buses, in virtual time.
 //!
 //! It flies the very ELF files that are flashed on boards: [`image::Image`] is the program,
-//! [`spacecraft::Spacecraft`] joins any number of [`board::Board`]s by two wires. Everything is a function of what was
+//! [`spacecraft::Spacecraft`] joins any number of [`board::EmulatedBoard`]s by two wires. Everything is a function of what was
 //! configured: the same flight gives the same records, to the tick.
 //!
 //! # What is modelled
@@ -14,7 +14,7 @@
 //!   erase. [`board::Fittings::flash_timing`] gives ideal memory instead, or wait states without the accelerator; how
 //!   close the model is stands in `accelerator`.
 //! * Flash that programs and erases, takes its typical time for it, lets the core wait, and keeps its content without power;
-//!   power may fail in any of its operations ([`board::Board::cut_power_at`]).
+//!   power may fail in any of its operations ([`board::EmulatedBoard::cut_power_at`]).
 //! * TIM2 and TIM5, upwards: compare, input capture, their DMA requests. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
 //!   two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
 //! * DMA1 from peripheral to memory in direct mode, single or circular buffers. A transfer takes no time.
@@ -22,7 +22,7 @@
 //!   temperature sensor or the internal reference.
 //! * One crystal per board with its own error, from which the core, the timers and the bit timing follow; it may be broken.
 //! * A debug probe per board that reads the defmt log, and neither halts the core nor slows it, until it is pulled
-//!   ([`board::Board::pull_probe`]).
+//!   ([`board::EmulatedBoard::pull_probe`]).
 //!
 //! # What is not
 //!

@@ -11,16 +11,16 @@ use crate::link::Link;
 
 /// One controller of one board behind its pins. Without power, clock or pins nobody is there.
 #[derive(Debug)]
-pub(crate) struct Port {
+pub(crate) struct BoardPort {
     link: Arc<Link>,
     side: Side,
     /// Level changes at the receive pin since they were taken.
     changes: Vec<(Time, bool)>,
 }
 
-impl Port {
+impl BoardPort {
     pub(crate) fn new(link: Arc<Link>, side: Side) -> Self {
-        Port { link, side, changes: Vec::new() }
+        BoardPort { link, side, changes: Vec::new() }
     }
 
     /// Hands the level changes since the last call to `edge`.
@@ -29,7 +29,7 @@ impl Port {
     }
 }
 
-impl Controller for Port {
+impl Controller for BoardPort {
     fn attachment(&self) -> Option<Attachment> {
         self.link.peripherals().can_line(self.side)?.attachment()
     }

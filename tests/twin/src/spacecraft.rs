@@ -11,15 +11,15 @@ use std::fmt;
 
 use can_wire::controller::{Controller, NodeIndex};
 use can_wire::frame::WireFrame;
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 
-use crate::board::{AccessError, Board, BoardConfig};
+use crate::board::{AccessError, BoardConfig, EmulatedBoard};
 use crate::bxcan::Side;
-use crate::guest::{Guest, Heard, Presence};
+use crate::guest::{Guest, GuestEvent, Presence};
 use crate::peripherals::Pin;
-use crate::port::Port;
+use crate::port::BoardPort;
 use crate::rtt::Level;
 
 /// One of the two buses.
@@ -32,8 +32,24 @@ pub enum Bus {
 }
 
 impl Bus {
-    /// Both.
+    /// Both, nominal first.
     pub const ALL: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
+
+    /// Its name in logs, pictures and on the screen; a valid interface name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Bus::Nominal => "nominal",
+            Bus::Redundant => "redundant",
+        }
+    }
+
+    /// The other one.
+    pub const fn other(self) -> Bus {
+        match self {
+            Bus::Nominal => Bus::Redundant,
+            Bus::Redundant => Bus::Nominal,
+        }
+    }
 
     const fn side(self) -> Side {
         match self {
@@ -45,10 +61,7 @@ impl Bus {
 
 impl fmt::Display for Bus {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Bus::Nominal => "nominal",
-            Bus::Redundant => "redundant",
-        })
+        f.pad(self.name())
     }
 }
 
@@ -112,7 +125,7 @@ pub struct WireRecord {
     /// Where.
     pub bus: Bus,
     /// What.
-    pub record: Record,
+    pub record: Observation,
 }
 
 /// Boards on two wires.
@@ -120,9 +133,9 @@ pub struct WireRecord {
 pub struct Spacecraft {
     now: Time,
     quantum: Time,
-    boards: Vec<Board>,
+    boards: Vec<EmulatedBoard>,
     wires: [Wire; 2],
-    ports: [Vec<Port>; 2],
+    ports: [Vec<BoardPort>; 2],
     /// After the ports on their wire.
     guests: [Vec<Guest>; 2],
     /// What is scheduled, the earliest last.
@@ -131,7 +144,7 @@ pub struct Spacecraft {
 }
 
 struct OnWire<'a> {
-    ports: &'a mut [Port],
+    ports: &'a mut [BoardPort],
     guests: &'a mut [Guest],
 }
 
@@ -169,9 +182,9 @@ impl Spacecraft {
     pub fn add_board(&mut self, config: BoardConfig) -> BoardId {
         let id = BoardId(self.boards.len());
         let (power_on_at, position_m) = (config.power_on_at, config.position_m);
-        let board = Board::new(config, id.0 as u32 + 1);
+        let board = EmulatedBoard::new(config, id.0 as u32 + 1);
         for bus in Bus::ALL {
-            self.ports[bus as usize].push(Port::new(board.link().clone(), bus.side()));
+            self.ports[bus as usize].push(BoardPort::new(board.link().clone(), bus.side()));
             let node = self.wires[bus as usize].attach(position_m);
             assert_eq!(node, id.0, "boards come before guests");
         }
@@ -208,7 +221,7 @@ impl Spacecraft {
     ///
     /// # Panics
     /// When there is no such guest.
-    pub fn take_heard(&mut self, guest: GuestId) -> Vec<(Time, Heard)> {
+    pub fn take_heard(&mut self, guest: GuestId) -> Vec<(Time, GuestEvent)> {
         self.guest_mut(guest).take_heard()
     }
 
@@ -222,17 +235,17 @@ impl Spacecraft {
     }
 
     /// All boards, in the order of their ids.
-    pub fn boards(&self) -> impl Iterator<Item = (BoardId, &Board)> {
+    pub fn boards(&self) -> impl Iterator<Item = (BoardId, &EmulatedBoard)> {
         self.boards.iter().enumerate().map(|(n, board)| (BoardId(n), board))
     }
 
     /// A board.
-    pub fn board(&self, id: BoardId) -> &Board {
+    pub fn board(&self, id: BoardId) -> &EmulatedBoard {
         &self.boards[id.0]
     }
 
     /// A board, to take its pin changes.
-    pub fn board_mut(&mut self, id: BoardId) -> &mut Board {
+    pub fn board_mut(&mut self, id: BoardId) -> &mut EmulatedBoard {
         &mut self.boards[id.0]
     }
 

@@ -7,10 +7,10 @@
 use can_wire::encode::encode;
 use can_wire::fault::{Fault, FaultError};
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 
-use crate::board::{AccessError, Board};
+use crate::board::{AccessError, EmulatedBoard};
 use crate::spacecraft::{BoardId, Bus, GuestId, Spacecraft, WireRecord};
 
 /// Counts per second of the capture timer, Hz.
@@ -148,7 +148,7 @@ impl Trial {
         mut self,
         frames: u64,
         period: Time,
-        read: impl Fn(&Board) -> Result<Counts, E>,
+        read: impl Fn(&EmulatedBoard) -> Result<Counts, E>,
     ) -> Result<Outcome, E> {
         self.fly(self.disturbance.from, &read)?;
         self.outcome = Outcome::default();
@@ -175,7 +175,7 @@ impl Trial {
     fn fly<E: From<AccessError>>(
         &mut self,
         until: Time,
-        read: &impl Fn(&Board) -> Result<Counts, E>,
+        read: &impl Fn(&EmulatedBoard) -> Result<Counts, E>,
     ) -> Result<(), E> {
         self.hand_over(until + AHEAD);
         self.spacecraft.run_until(until)?;
@@ -211,7 +211,7 @@ impl Trial {
     fn note_ends(&mut self, record: &WireRecord) {
         let stamped = WireId::Standard(self.id);
         match &record.record {
-            Record::Completed { trace, receivers, .. }
+            Observation::Completed { trace, receivers, .. }
                 if record.bus == Bus::Nominal && trace.frame.id == stamped =>
             {
                 let boards = self.boards.len();
@@ -224,7 +224,7 @@ impl Trial {
                 }
             }
             // Destroyed in its last bit, when receivers had it already.
-            Record::Destroyed { frame, transmitter, start, receivers, .. }
+            Observation::Destroyed { frame, transmitter, start, receivers, .. }
                 if record.bus == Bus::Nominal && frame.id == stamped =>
             {
                 let end = *start + Time::from_us(encode(frame).bits().len() as u64);

@@ -6,7 +6,7 @@
 use std::sync::{Arc, OnceLock};
 
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig, Fittings, Remains, State};
+use twin::board::{BoardConfig, EmulatedBoard, Fittings, Remains, State};
 use twin::image::Image;
 use twin::model::{FLASH_BASE, Model};
 use twin::peripherals::Pin;
@@ -24,7 +24,7 @@ fn image(model: Model) -> Arc<Image> {
     IMAGES[slot].get_or_init(build).clone()
 }
 
-fn board(model: Model) -> Board {
+fn board(model: Model) -> EmulatedBoard {
     let config = BoardConfig {
         name: "storing".to_owned(),
         model,
@@ -35,16 +35,16 @@ fn board(model: Model) -> Board {
         power_on_at: Time::ZERO,
         fittings: Fittings::default(),
     };
-    Board::new(config, 0)
+    EmulatedBoard::new(config, 0)
 }
 
 /// The whole flash.
-fn flash(board: &Board) -> Vec<u8> {
+fn flash(board: &EmulatedBoard) -> Vec<u8> {
     board.read_memory(FLASH_BASE, board.config().model.part.flash_bytes() as usize).unwrap()
 }
 
 /// Another board with the same flash.
-fn copy(board: &Board) -> Board {
+fn copy(board: &EmulatedBoard) -> EmulatedBoard {
     let mut copy = self::board(board.config().model);
     copy.write_flash(FLASH_BASE, &flash(board)).unwrap();
     copy
@@ -60,14 +60,14 @@ struct Report {
     mixed: u32,
 }
 
-fn report(board: &Board) -> Report {
+fn report(board: &EmulatedBoard) -> Report {
     let bytes = board.read_memory(board.symbol("REPORT").unwrap().address, 20).unwrap();
     let word = |n: usize| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap());
     Report { state: word(0), found: word(1), saved: word(2), damaged: word(3), mixed: word(4) }
 }
 
 /// Runs until the program has nothing more to do, or power fails.
-fn run(board: &mut Board) {
+fn run(board: &mut EmulatedBoard) {
     board.power(true);
     let end = board.now() + Time::from_ms(3000);
     while board.now() < end && *board.state() == State::Running && report(board).state != 2 {
@@ -78,7 +78,7 @@ fn run(board: &mut Board) {
 }
 
 /// A start from power-on until it is done.
-fn start(board: &mut Board) -> Report {
+fn start(board: &mut EmulatedBoard) -> Report {
     board.power(false);
     run(board);
     let report = report(board);
@@ -88,7 +88,7 @@ fn start(board: &mut Board) -> Report {
 
 /// Starts once for each operation of a start and each kind of remains, with power failing there; `check` gets what the
 /// start after that says.
-fn cut_at_each_operation(board: &Board, mixtures: u64, check: impl Fn(u64, Remains, Report)) -> u64 {
+fn cut_at_each_operation(board: &EmulatedBoard, mixtures: u64, check: impl Fn(u64, Remains, Report)) -> u64 {
     let mut whole = copy(board);
     start(&mut whole);
     let operations = whole.counters().flash_programs + whole.counters().flash_erases;
@@ -106,7 +106,7 @@ fn cut_at_each_operation(board: &Board, mixtures: u64, check: impl Fn(u64, Remai
 }
 
 /// A board whose page the next start leaves, for another one that holds something; and the short set it holds.
-fn full_page() -> (Board, u32) {
+fn full_page() -> (EmulatedBoard, u32) {
     static FLASH: OnceLock<Vec<u8>> = OnceLock::new();
     const STARTS: u32 = 25;
     let mut full = board(Model::PYBOARD_V11);

@@ -7,7 +7,7 @@ use crate::time::Time;
 
 /// One thing that happened, in the order of time.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Record {
+pub enum Observation {
     /// A frame was acknowledged and completed.
     Completed {
         /// The frame.

@@ -9,7 +9,7 @@ use crate::fine::Fine;
 use crate::frame::WireFrame;
 use crate::mac::Transmission;
 use crate::node::Node;
-use crate::record::{Counters, Destruction, Record};
+use crate::record::{Counters, Destruction, Observation};
 use crate::time::Time;
 use crate::waveform::Recorder;
 use crate::wire::Controllers;
@@ -17,7 +17,7 @@ use crate::wire::Controllers;
 /// What observers are told.
 #[derive(Debug, Default)]
 pub(crate) struct Observed {
-    pub(crate) records: Vec<Record>,
+    pub(crate) records: Vec<Observation>,
     /// Without their busy time.
     pub(crate) counters: Counters,
     pub(crate) busy: Fine,
@@ -89,7 +89,7 @@ impl Ledger {
         for (node, at, frame) in self.deliveries.drain(..) {
             // Without any record the transmitter is elsewhere by now: on the other side of a cut.
             if !self.recorded.is_empty() && !self.recorded.iter().any(|&(_, sent)| sent == frame) {
-                observed.records.push(Record::Misread { at, node, frame });
+                observed.records.push(Observation::Misread { at, node, frame });
             }
         }
     }
@@ -153,7 +153,7 @@ impl Stage<'_> {
     }
 
     fn error(&mut self, at: Time, node: NodeIndex, kind: ErrorKind, transmitting: bool) {
-        self.observed.records.push(Record::Error { at, node, kind, transmitting });
+        self.observed.records.push(Observation::Error { at, node, kind, transmitting });
     }
 
     fn completed(&mut self, ledger: &mut Ledger, node: NodeIndex, transmission: Option<&Transmission>) {
@@ -173,7 +173,7 @@ impl Stage<'_> {
         self.observed.counters.completed += 1;
         self.observed.busy = self.observed.busy + bit.times(bits + INTERMISSION_BITS);
         let receivers = take_deliveries(ledger, own.frame);
-        self.observed.records.push(Record::Completed { trace, receivers, segment: self.segment });
+        self.observed.records.push(Observation::Completed { trace, receivers, segment: self.segment });
     }
 
     /// A transmission ended without success.
@@ -197,7 +197,7 @@ impl Stage<'_> {
             self.observed.counters.destroyed += 1;
         }
         let receivers = take_deliveries(ledger, own.frame);
-        self.observed.records.push(Record::Destroyed {
+        self.observed.records.push(Observation::Destroyed {
             frame: own.frame,
             transmitter: node,
             start: own.start.floor(),

@@ -16,7 +16,7 @@ use crate::errors::BitErrors;
 use crate::fault::{Fault, FaultError, Flip};
 use crate::fine::Fine;
 use crate::node::{Drivers, MOST_NODES, Node};
-use crate::record::{Counters, Destruction, Record};
+use crate::record::{Counters, Destruction, Observation};
 use crate::segment::{Mode, Segment};
 use crate::stage::{Observed, Stage};
 use crate::time::Time;
@@ -185,7 +185,7 @@ impl Wire {
                 Planned::Record(to) => self.begin_record(to, controllers),
                 Planned::EndOfRecord => self.waveform = self.recorder.take().map(Recorder::finish),
                 Planned::Fault(fault) => {
-                    self.observed.records.push(Record::Fault { at: self.now, fault });
+                    self.observed.records.push(Observation::Fault { at: self.now, fault });
                     self.apply(fault, controllers);
                 }
             }
@@ -244,9 +244,9 @@ impl Wire {
     }
 
     /// What happened since the last call, in the order of time. Without calls the records pile up.
-    pub fn take_records(&mut self) -> Vec<Record> {
+    pub fn take_records(&mut self) -> Vec<Observation> {
         let mut records = std::mem::take(&mut self.observed.records);
-        records.sort_by_key(Record::at);
+        records.sort_by_key(Observation::at);
         records
     }
 
@@ -557,15 +557,15 @@ impl Wire {
     }
 }
 
-impl Record {
+impl Observation {
     /// When it was over.
     pub fn at(&self) -> Time {
         match self {
-            Record::Completed { trace, .. } => trace.end,
-            Record::Destroyed { at, .. }
-            | Record::Misread { at, .. }
-            | Record::Error { at, .. }
-            | Record::Fault { at, .. } => *at,
+            Observation::Completed { trace, .. } => trace.end,
+            Observation::Destroyed { at, .. }
+            | Observation::Misread { at, .. }
+            | Observation::Error { at, .. }
+            | Observation::Fault { at, .. } => *at,
         }
     }
 }

@@ -9,7 +9,7 @@ use can_wire::encode::encode;
 use can_wire::fault::Fault;
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
-use can_wire::record::{Destruction, Record};
+use can_wire::record::{Destruction, Observation};
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use common::*;
@@ -283,7 +283,7 @@ fn a_dominant_last_bit_of_eof_doubles_the_frame() {
     assert_eq!(sent(&bench, 0), [us(again + 48)]);
     let records = bench.wire.take_records();
     let destroyed = records.iter().find_map(|record| match record {
-        Record::Destroyed { cause, receivers, .. } => Some((*cause, receivers.len())),
+        Observation::Destroyed { cause, receivers, .. } => Some((*cause, receivers.len())),
         _ => None,
     });
     assert_eq!(destroyed, Some((Destruction::Error(ErrorKind::BitRecessive), 2)));
@@ -347,7 +347,7 @@ fn two_wrong_bits_may_pass_the_crc() {
     assert_eq!(wrong.len(), 1);
     assert_ne!(wrong[0].1, payload);
     assert_eq!((errors(&bench, 0), errors(&bench, 1)), (vec![], vec![]));
-    let misread = Record::Misread { at: wrong[0].0, node: 1, frame: wrong[0].1 };
+    let misread = Observation::Misread { at: wrong[0].0, node: 1, frame: wrong[0].1 };
     assert!(bench.wire.take_records().contains(&misread));
 }
 

@@ -7,7 +7,7 @@ use can_wire::encode::encode;
 use can_wire::fault::{Effect, Fault, FaultError, Flip, Nodes, Place};
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
-use can_wire::record::{Destruction, Record};
+use can_wire::record::{Destruction, Observation};
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::wire::WireConfig;
@@ -116,7 +116,7 @@ fn what_cannot_be_is_refused_with_the_reason() {
     // Nothing of all that happened.
     bench.leap(us(100));
     assert_eq!(received(&bench, 1).len(), 1);
-    assert!(!bench.wire.take_records().iter().any(|record| matches!(record, Record::Fault { .. })));
+    assert!(!bench.wire.take_records().iter().any(|record| matches!(record, Observation::Fault { .. })));
 }
 
 #[test]
@@ -127,7 +127,7 @@ fn each_piece_of_a_cut_cable_is_a_bus_of_its_own() {
     assert_eq!((frames(&bench, 1), frames(&bench, 3)), (vec![sync()], vec![frame(0x100)]));
     let records = bench.wire.take_records();
     let pieces = records.iter().filter_map(|record| match record {
-        Record::Completed { trace, receivers, segment } => {
+        Observation::Completed { trace, receivers, segment } => {
             Some((trace.frame, *segment, receivers.iter().map(|&(node, _)| node).collect::<Vec<_>>()))
         }
         _ => None,
@@ -171,7 +171,7 @@ fn a_cut_within_a_frame_leaves_it_to_its_own_side() {
         let (at, event) = errors(&bench, node)[0];
         assert_eq!((event, at.as_us()), (receive_error(ErrorKind::Stuff), SOF + 21), "node {node}");
     }
-    let cut = Record::Fault { at: us(SOF + 15), fault: Fault::Cut { position_m: 6.0 } };
+    let cut = Observation::Fault { at: us(SOF + 15), fault: Fault::Cut { position_m: 6.0 } };
     assert!(bench.wire.take_records().contains(&cut));
 }
 
@@ -446,7 +446,7 @@ fn a_transmitter_that_loses_power_takes_its_frame_along() {
     schedule(&mut bench, SOF + 10, Fault::PowerOff(0));
     bench.leap(us(200));
     let left = bench.wire.take_records().into_iter().find_map(|record| match record {
-        Record::Destroyed { cause, at, .. } => Some((cause, at)),
+        Observation::Destroyed { cause, at, .. } => Some((cause, at)),
         _ => None,
     });
     assert_eq!(left, Some((Destruction::TransmitterLeft, us(SOF + 10))));
@@ -502,7 +502,7 @@ proptest! {
         }
         prop_assert_eq!(bench.wire.counters().completed, 4);
         prop_assert_eq!(bench.wire.next_event(), None);
-        let times: Vec<Time> = bench.wire.take_records().iter().map(Record::at).collect();
+        let times: Vec<Time> = bench.wire.take_records().iter().map(Observation::at).collect();
         prop_assert!(times.is_sorted());
     }
 }
@@ -589,9 +589,9 @@ fn two_frames_that_acknowledge_each_other_are_both_on_record() {
     bench.leap(us(4000));
     let records = bench.wire.take_records();
     let completed = records.iter().filter_map(|record| match record {
-        Record::Completed { trace, receivers, .. } => Some((trace.transmitter, receivers.len())),
+        Observation::Completed { trace, receivers, .. } => Some((trace.transmitter, receivers.len())),
         _ => None,
     });
     assert_eq!(completed.collect::<Vec<_>>(), [(0, 2), (1, 2), (3, 0), (2, 2)]);
-    assert!(!records.iter().any(|record| matches!(record, Record::Misread { .. })));
+    assert!(!records.iter().any(|record| matches!(record, Observation::Misread { .. })));
 }

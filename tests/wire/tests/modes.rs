@@ -6,7 +6,7 @@ use can_wire::controller::{ErrorKind, WireEvent};
 use can_wire::fault::Fault;
 use can_wire::field::Field;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::{Destruction, Record};
+use can_wire::record::{Destruction, Observation};
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::wire::WireConfig;
@@ -23,7 +23,7 @@ fn silent() -> Station {
 fn completed(bench: &mut Bench) -> Vec<(Time, Time, WireFrame)> {
     let records = bench.wire.take_records();
     let traces = records.iter().filter_map(|record| match record {
-        Record::Completed { trace, .. } => Some((trace.start, trace.end, trace.frame)),
+        Observation::Completed { trace, .. } => Some((trace.start, trace.end, trace.frame)),
         _ => None,
     });
     traces.collect()
@@ -134,7 +134,7 @@ fn a_transmitter_that_leaves_takes_its_frame_along() {
     assert_eq!((sent(&bench, 0), received(&bench, 1)), (vec![], vec![]));
     // Bits 11 to 14 are dominant, then the line is recessive: the sixth such bit is bit 20.
     assert_eq!(errors(&bench, 1)[0], (end_of(SOF, 20), receive_error(ErrorKind::Stuff)));
-    let left = |record: &Record| matches!(record, Record::Destroyed { cause: Destruction::TransmitterLeft, at, transmitter: 0, .. } if *at == us(SOF + 15));
+    let left = |record: &Observation| matches!(record, Observation::Destroyed { cause: Destruction::TransmitterLeft, at, transmitter: 0, .. } if *at == us(SOF + 15));
     assert!(bench.wire.take_records().iter().any(left));
     // Alone now: flag, delimiter, intermission, and nobody acknowledges. 0 11100000 (1) 000 0 0 0 0000 ...: up to the
     // ACK slot, the bits of the frame but for ACK delimiter and EOF.

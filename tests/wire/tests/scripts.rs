@@ -13,7 +13,7 @@ use can_wire::encode::encode;
 use can_wire::fault::{Effect, Fault, Flip, Nodes, Place};
 use can_wire::field::Field;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
@@ -285,8 +285,12 @@ impl Judge<'_> {
 
 fn judge(script: &Script) -> (Vec<(Disagreement, bool)>, usize, usize) {
     let mut bench = script.run();
-    let misread =
-        bench.wire.take_records().iter().filter(|record| matches!(record, Record::Misread { .. })).count();
+    let misread = bench
+        .wire
+        .take_records()
+        .iter()
+        .filter(|record| matches!(record, Observation::Misread { .. }))
+        .count();
     let judge = Judge { script, bench: &bench, topologies: topologies(script) };
     let (disagreements, agreements) = judge.judge();
     let explained = |it: Disagreement| {

@@ -9,16 +9,16 @@ use firmware_images::Images;
 use demo::flight::Flight;
 use demo::mission;
 use demo::plan::Plan;
-use support::board::{Board, Profile};
+use support::board::{BoardName, Profile};
 use support::craft;
 
 /// The board that flies on the twin.
-pub const FLOWN: Board = Board::PyboardV11;
+pub const FLOWN: BoardName = BoardName::PyboardV11;
 
 /// Handed to every area.
 #[derive(Default)]
 pub struct Context {
-    images: RefCell<Vec<(Board, Profile, Images)>>,
+    images: RefCell<Vec<(BoardName, Profile, Images)>>,
     demo: OnceCell<Flight>,
 }
 
@@ -27,7 +27,7 @@ impl Context {
     ///
     /// # Errors
     /// When they cannot be built.
-    pub fn images(&self, board: Board, profile: Profile) -> anyhow::Result<Images> {
+    pub fn images(&self, board: BoardName, profile: Profile) -> anyhow::Result<Images> {
         let known = self.images.borrow().iter().find(|it| (it.0, it.1) == (board, profile)).cloned();
         if let Some((.., images)) = known {
             return Ok(images);

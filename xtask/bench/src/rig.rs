@@ -6,7 +6,7 @@
 use anyhow::Context as _;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig, Fittings, FlashTiming};
+use twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 
 use super::context::{Context, FLOWN};
@@ -134,7 +134,7 @@ impl Rig {
     }
 
     /// The slave's board.
-    pub fn board(&self) -> &Board {
+    pub fn board(&self) -> &EmulatedBoard {
         self.spacecraft.board(self.slave)
     }
 

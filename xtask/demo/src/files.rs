@@ -39,7 +39,7 @@ pub fn write(out: &Path, flight: &Flight, summary: &Summary) -> anyhow::Result<(
         let path = out.join(name);
         std::fs::write(&path, content).with_context(|| format!("cannot write {}", path.display()))
     };
-    for bus in Bus::BOTH {
+    for bus in Bus::ALL {
         put(&format!("bus-{}.log", bus.name()), &candump(flight, bus)?)?;
     }
     put("spacecraft.pcapng", &pcapng(flight)?)?;
@@ -57,9 +57,9 @@ fn candump(flight: &Flight, bus: Bus) -> anyhow::Result<Vec<u8>> {
 }
 
 fn pcapng(flight: &Flight) -> anyhow::Result<Vec<u8>> {
-    let mut capture = PcapngWriter::new(Vec::new(), &Bus::BOTH.map(Bus::name))?;
+    let mut capture = PcapngWriter::new(Vec::new(), &Bus::ALL.map(Bus::name))?;
     for (at, seen) in flight.frames() {
-        capture.write(seen.bus.index(), at, &seen.frame)?;
+        capture.write(seen.bus as usize, at, &seen.frame)?;
     }
     Ok(capture.finish()?)
 }

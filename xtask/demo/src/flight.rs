@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use can_wire::time::Time;
 
-use super::message::Message;
+use super::meaning::Meaning;
 use super::narrator::Line;
 use super::observer::Observer;
 use super::plan::Plan;
-use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
+use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen};
 use super::stamps::StampErrors;
 use support::counters::Counters;
 use support::telltale::Telltale;
@@ -25,8 +25,8 @@ pub struct Flight {
     /// How long the flight took on the computer, without building images.
     pub wall: Duration,
     /// Everything that happened, in order of time.
-    pub records: Vec<Record>,
-    /// The story as it was told.
+    pub records: Vec<Occurrence>,
+    /// The lines of the narrator.
     pub story: Vec<Line>,
     /// The observer, concluded.
     pub observer: Observer,
@@ -101,13 +101,13 @@ impl Flight {
 
     /// Load of a bus over the whole flight, 0 to 1.
     pub fn load(&self, bus: Bus) -> f64 {
-        self.busy[bus.index()].as_secs_f64() / self.end.as_secs_f64().max(f64::MIN_POSITIVE)
+        self.busy[bus as usize].as_secs_f64() / self.end.as_secs_f64().max(f64::MIN_POSITIVE)
     }
 
     /// The heartbeats of a node on both buses.
     pub fn heartbeats(&self, node: Node) -> Heartbeats {
         let is_own =
-            |seen: &Seen| matches!(seen.message, Some(Message::Heartbeat { node: of, .. }) if of == node);
+            |seen: &Seen| matches!(seen.meaning, Some(Meaning::Heartbeat { node: of, .. }) if of == node);
         let (mut heartbeats, mut last) = (Heartbeats::default(), None::<Time>);
         for (at, _) in self.frames().filter(|(_, seen)| is_own(seen)) {
             let gap = last.map(|last| at.since(last));

@@ -4,7 +4,7 @@
 
 mod files;
 pub mod flight;
-pub mod message;
+pub mod meaning;
 pub mod mission;
 mod narrator;
 pub mod observer;
@@ -27,7 +27,7 @@ use can_wire::time::Time;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use flight::Interruption;
-use message::Scope;
+use meaning::Scope;
 use narrator::name;
 pub use options::Options;
 use plan::Plan;

@@ -4,18 +4,18 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use anyhow::Context;
-use can_wire::record::Record as WireRecord;
+use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::board::{Board, State};
+use twin::board::{EmulatedBoard, State};
 use twin::bxcan::Side;
 use twin::rtt;
-use twin::spacecraft::{Bus as TwinBus, LogRecord, Spacecraft, SpacecraftConfig};
+use twin::spacecraft::{LogRecord, Spacecraft, SpacecraftConfig};
 
 use super::flight::{BoardCount, Flight, Interruption};
 use super::narrator::{Line, Narrator};
 use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
-use super::record::{Bus, Happening, Level, Node, Record, Seen};
+use super::record::{Bus, Happening, Level, Node, Occurrence, Seen};
 use super::stamps::StampWatch;
 use support::counters::Counters;
 use support::craft::Images;
@@ -70,7 +70,7 @@ struct Mission {
     spacecraft: Spacecraft,
     observer: Observer,
     narrator: Narrator,
-    records: Vec<Record>,
+    records: Vec<Occurrence>,
     story: Vec<Line>,
     last_frame: Time,
     stamps: StampWatch,
@@ -101,8 +101,8 @@ impl Mission {
         for stop in stops(self.plan.end, cut.map(|cut| cut.at)) {
             self.advance(stop, watch)?;
             if let Some(cut) = cut.filter(|cut| cut.at == stop) {
-                self.spacecraft.wire_mut(twin_bus(cut.bus)).cut(cut.position_m);
-                self.take(vec![Record { at: stop, what: Happening::Cut(cut.bus) }], watch)?;
+                self.spacecraft.wire_mut(cut.bus).cut(cut.position_m);
+                self.take(vec![Occurrence { at: stop, what: Happening::Cut(cut.bus) }], watch)?;
             }
         }
         ControlFlow::Continue(())
@@ -113,7 +113,7 @@ impl Mission {
         let from = self.spacecraft.now();
         while self.spacecraft.run_until(until).is_err() {}
         let powered = self.plan.boards.iter().filter(|board| (from..until).contains(&board.power_on));
-        let mut records: Vec<Record> = powered.map(power_on).collect();
+        let mut records: Vec<Occurrence> = powered.map(power_on).collect();
         let frames = self.spacecraft.take_frames();
         frames.iter().for_each(|wire| self.stamps.on(wire));
         self.stamps.look(&self.spacecraft);
@@ -125,17 +125,17 @@ impl Mission {
     }
 
     /// Shows records to everybody who watches.
-    fn take(&mut self, records: Vec<Record>, watch: &mut impl Watch) -> ControlFlow<Interruption> {
-        let told = self.story.len();
+    fn take(&mut self, records: Vec<Occurrence>, watch: &mut impl Watch) -> ControlFlow<Interruption> {
+        let before = self.story.len();
         for record in records {
             let changes = self.observer.on(&record);
-            self.story.extend(self.narrator.tell(&record, &changes));
+            self.story.extend(self.narrator.narrate(&record, &changes));
             if matches!(record.what, Happening::Frame(_)) {
                 self.last_frame = record.at;
             }
             self.records.push(record);
         }
-        watch(self.spacecraft.now(), &self.story[told..])
+        watch(self.spacecraft.now(), &self.story[before..])
     }
 
     /// Goes on until the buses are quiet, whatever `watch` says.
@@ -168,23 +168,19 @@ impl Mission {
             observer: self.observer,
             boards,
             stamp_errors: self.stamps.errors(),
-            busy: TwinBus::ALL.map(|bus| self.spacecraft.wire(bus).counters().busy),
+            busy: Bus::ALL.map(|bus| self.spacecraft.wire(bus).counters().busy),
         })
     }
 
-    fn frame(&self, bus: TwinBus, record: WireRecord) -> Option<Record> {
-        let WireRecord::Completed { trace, receivers, .. } = record else { return None };
+    fn frame(&self, bus: Bus, record: Observation) -> Option<Occurrence> {
+        let Observation::Completed { trace, receivers, .. } = record else { return None };
         let reached = receivers.iter().map(|(index, _)| self.node(*index)).collect();
-        let bus = match bus {
-            TwinBus::Nominal => Bus::Nominal,
-            TwinBus::Redundant => Bus::Redundant,
-        };
         let from = self.node(trace.transmitter);
         let seen = Seen::new(bus, trace.frame, self.plan.scope(), from, reached);
-        Some(Record { at: trace.end, what: Happening::Frame(seen) })
+        Some(Occurrence { at: trace.end, what: Happening::Frame(seen) })
     }
 
-    fn log(&self, log: LogRecord) -> Option<Record> {
+    fn log(&self, log: LogRecord) -> Option<Occurrence> {
         let level = match log.level {
             Some(rtt::Level::Trace | rtt::Level::Debug) => return None,
             Some(rtt::Level::Info) | None => Level::Info,
@@ -192,7 +188,7 @@ impl Mission {
             Some(rtt::Level::Error) => Level::Error,
         };
         let what = Happening::Log { node: self.node(log.board.0), level, text: log.text };
-        Some(Record { at: log.at, what })
+        Some(Occurrence { at: log.at, what })
     }
 
     /// Boards are attached in the order of the plan.
@@ -201,18 +197,11 @@ impl Mission {
     }
 }
 
-fn power_on(board: &BoardPlan) -> Record {
-    Record { at: board.power_on, what: Happening::PowerOn(board.node) }
+fn power_on(board: &BoardPlan) -> Occurrence {
+    Occurrence { at: board.power_on, what: Happening::PowerOn(board.node) }
 }
 
-fn twin_bus(bus: Bus) -> TwinBus {
-    match bus {
-        Bus::Nominal => TwinBus::Nominal,
-        Bus::Redundant => TwinBus::Redundant,
-    }
-}
-
-fn count(node: Node, board: &Board) -> anyhow::Result<BoardCount> {
+fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
     let telltale = Telltale::read(board).with_context(|| format!("{}: cannot count", board.config().name))?;
     let counters = board.counters();
     let controllers = [Side::Can1, Side::Can2].map(|side| board.can_stats(side));

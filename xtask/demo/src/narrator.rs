@@ -1,13 +1,13 @@
-//! Tells a flight to people, line by line: what changed, not every frame.
+//! Narrates a flight for people, line by line: what changed, not every frame.
 
 use std::collections::BTreeMap;
 
 use can_wire::time::Time;
 use console::{Style, style};
 
-use super::message::{Message, NmtState, Scope};
+use super::meaning::{Meaning, NmtState, Scope};
 use super::observer::{Change, Phase};
-use super::record::{Bus, Happening, Level, MASTER, Node, Record, Seen};
+use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, Seen};
 use super::telemetry;
 
 /// How often the traffic in between is summed up.
@@ -86,7 +86,7 @@ impl Narrator {
     }
 
     /// The lines for one record and what the observer made of it.
-    pub fn tell(&mut self, record: &Record, changes: &[Change]) -> Vec<Line> {
+    pub fn narrate(&mut self, record: &Occurrence, changes: &[Change]) -> Vec<Line> {
         let mut lines = Vec::new();
         if record.at >= self.next_summary {
             lines.extend(self.sum_up());
@@ -119,20 +119,20 @@ impl Narrator {
 
     fn on_frame(&mut self, at: Time, seen: &Seen, lines: &mut Vec<Line>) {
         let mut say = |node, text: String, tone| lines.push(line(at, Some(seen.bus), node, text, tone));
-        self.traffic.count(seen.message);
-        match seen.message {
-            Some(Message::BootUp { node }) => say(node, "boot-up".into(), Tone::Plain),
-            Some(Message::Nmt { command, node }) => {
+        self.traffic.count(seen.meaning);
+        match seen.meaning {
+            Some(Meaning::BootUp { node }) => say(node, "boot-up".into(), Tone::Plain),
+            Some(Meaning::Nmt { command, node }) => {
                 let whom = if node == 0 { "all nodes".into() } else { name(node) };
                 say(MASTER, format!("NMT {command}: {whom}"), Tone::Plain);
             }
-            Some(Message::Emergency { node, code }) => {
+            Some(Meaning::Emergency { node, code }) => {
                 say(node, format!("emergency {code:04X}h"), Tone::Warning)
             }
-            Some(Message::SpacecraftTime(scet)) => {
+            Some(Meaning::SpacecraftTime(scet)) => {
                 say(MASTER, format!("distributes spacecraft time {scet}"), Tone::Quiet);
             }
-            Some(Message::Heartbeat { node: MASTER, .. }) => {
+            Some(Meaning::Heartbeat { node: MASTER, .. }) => {
                 let before = self.master_bus.replace(seen.bus);
                 if before != Some(seen.bus) {
                     let text = match (before, self.cut) {
@@ -150,14 +150,14 @@ impl Narrator {
                 }
             }
             Some(
-                Message::Sync
-                | Message::LocalTime { .. }
-                | Message::Heartbeat { .. }
-                | Message::Telecommand { .. }
-                | Message::TelemetryRequest { .. }
-                | Message::Telemetry { .. }
-                | Message::Pdo
-                | Message::Sdo { .. },
+                Meaning::Sync
+                | Meaning::LocalTime { .. }
+                | Meaning::Heartbeat { .. }
+                | Meaning::Telecommand { .. }
+                | Meaning::TelemetryRequest { .. }
+                | Meaning::Telemetry { .. }
+                | Meaning::Pdo
+                | Meaning::Sdo { .. },
             ) => {}
             None => {
                 let text = format!("frame without a known meaning: {:?}", seen.frame);
@@ -222,17 +222,17 @@ impl Narrator {
 }
 
 impl Traffic {
-    fn count(&mut self, message: Option<Message>) {
+    fn count(&mut self, message: Option<Meaning>) {
         match message {
-            Some(Message::Telecommand { .. }) => self.commands += 1,
-            Some(Message::TelemetryRequest { .. }) => self.requests += 1,
-            Some(Message::Telemetry { node, code, value }) => {
+            Some(Meaning::Telecommand { .. }) => self.commands += 1,
+            Some(Meaning::TelemetryRequest { .. }) => self.requests += 1,
+            Some(Meaning::Telemetry { node, code, value }) => {
                 self.replies += 1;
                 self.latest.insert(code, (node, value));
             }
-            Some(Message::Pdo) => self.pdos += 1,
-            Some(Message::Sdo { .. }) => self.sdos += 1,
-            Some(Message::Heartbeat { .. }) => self.heartbeats += 1,
+            Some(Meaning::Pdo) => self.pdos += 1,
+            Some(Meaning::Sdo { .. }) => self.sdos += 1,
+            Some(Meaning::Heartbeat { .. }) => self.heartbeats += 1,
             _ => {}
         }
     }
@@ -275,17 +275,17 @@ mod tests {
     use super::*;
     use crate::record::Nodes;
 
-    fn frame(ms: u64, bus: Bus, id: u16, data: &[u8]) -> Record {
+    fn frame(ms: u64, bus: Bus, id: u16, data: &[u8]) -> Occurrence {
         let frame = WireFrame::standard(id, data);
         record(ms, Seen::new(bus, frame, Scope::Mission, 1, Nodes::default()))
     }
 
-    fn record(ms: u64, seen: Seen) -> Record {
-        Record { at: Time::from_ms(ms), what: Happening::Frame(seen) }
+    fn record(ms: u64, seen: Seen) -> Occurrence {
+        Occurrence { at: Time::from_ms(ms), what: Happening::Frame(seen) }
     }
 
-    fn texts(narrator: &mut Narrator, record: &Record) -> Vec<String> {
-        narrator.tell(record, &[]).into_iter().map(|line| format!("{}: {}", line.who, line.text)).collect()
+    fn texts(narrator: &mut Narrator, record: &Occurrence) -> Vec<String> {
+        narrator.narrate(record, &[]).into_iter().map(|line| format!("{}: {}", line.who, line.text)).collect()
     }
 
     #[test]
@@ -295,7 +295,7 @@ mod tests {
         let first = texts(&mut narrator, &beat(100, Bus::Nominal));
         assert_eq!(first, ["master: heartbeat on the nominal bus: it is the active one"]);
         assert!(texts(&mut narrator, &beat(350, Bus::Nominal)).is_empty());
-        narrator.tell(&Record { at: Time::from_ms(500), what: Happening::Cut(Bus::Nominal) }, &[]);
+        narrator.narrate(&Occurrence { at: Time::from_ms(500), what: Happening::Cut(Bus::Nominal) }, &[]);
         assert_eq!(
             texts(&mut narrator, &beat(612, Bus::Redundant)),
             ["master: heartbeat moved to the redundant bus, 112.0 ms after the cut"]

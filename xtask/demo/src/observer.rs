@@ -15,16 +15,16 @@ use std::collections::BTreeMap;
 
 use can_wire::time::Time;
 
-use super::message::{Message, NmtCommand, NmtState, Scope};
+use super::meaning::{Meaning, NmtCommand, NmtState, Scope};
 use super::plan::Plan;
-use super::record::{Bus, Happening, MASTER, Node, Record, Seen};
+use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen};
 
 /// How long a heartbeat can have waited for the bus: more than all frames that may be ahead of it.
 const SETTLING: Time = Time::from_ms(5);
 
 /// How a slave uses the two buses (ECSS 4.8.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
+pub enum BusAccess {
     /// Both controllers live.
     Parallel,
     /// One bus at a time.
@@ -33,18 +33,18 @@ pub enum Access {
     Unknown,
 }
 
-impl Access {
+impl BusAccess {
     /// The word of the standard, if it is known.
     pub fn name(self) -> &'static str {
         match self {
-            Access::Parallel => "parallel",
-            Access::Selective => "selective",
-            Access::Unknown => "",
+            BusAccess::Parallel => "parallel",
+            BusAccess::Selective => "selective",
+            BusAccess::Unknown => "",
         }
     }
 }
 
-/// What a node is doing, as an onlooker can tell.
+/// What a node is doing, as far as the wires show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Phase {
     /// No power.
@@ -98,7 +98,7 @@ pub enum Change {
 #[derive(Clone, Debug)]
 pub struct Track {
     /// Bus access; `None` for the master.
-    pub access: Option<Access>,
+    pub access: Option<BusAccess>,
     /// Everything it did, oldest first, never empty.
     pub spans: Vec<Span>,
     /// Commands that it had to execute.
@@ -121,7 +121,7 @@ pub struct Observer {
 }
 
 impl Track {
-    fn new(access: Option<Access>) -> Self {
+    fn new(access: Option<BusAccess>) -> Self {
         let off = Span { from: Time::ZERO, phase: Phase::Off, bus: Bus::Nominal };
         Track {
             access,
@@ -166,7 +166,7 @@ impl Observer {
     }
 
     /// Takes the next record; records come in order of time.
-    pub fn on(&mut self, record: &Record) -> Vec<Change> {
+    pub fn on(&mut self, record: &Occurrence) -> Vec<Change> {
         let mut changes = Vec::new();
         self.expire(record.at, &mut changes);
         match &record.what {
@@ -200,9 +200,9 @@ impl Observer {
     }
 
     fn on_frame(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
-        let Some(message) = seen.message else { return };
+        let Some(message) = seen.meaning else { return };
         match message {
-            Message::Nmt { command, node } => {
+            Meaning::Nmt { command, node } => {
                 self.on_master(at, seen, changes);
                 for (&slave, track) in &mut self.nodes {
                     if track.access.is_some() && (node == 0 || node == slave) && seen.reached.contains(slave)
@@ -211,7 +211,7 @@ impl Observer {
                     }
                 }
             }
-            Message::BootUp { node } => {
+            Meaning::BootUp { node } => {
                 if node == MASTER {
                     self.on_master(at, seen, changes);
                 }
@@ -222,7 +222,7 @@ impl Observer {
                     track.settled = at;
                 }
             }
-            Message::Heartbeat { node, state } => {
+            Meaning::Heartbeat { node, state } => {
                 if node == MASTER {
                     self.on_master(at, seen, changes);
                 }
@@ -234,34 +234,34 @@ impl Observer {
                     self.recovered(node, at, seen.bus, changes);
                 }
             }
-            Message::Telecommand { node, .. } => {
+            Meaning::Telecommand { node, .. } => {
                 let Some(track) = self.nodes.get_mut(&node) else { return };
                 if seen.reached.contains(node) && track.operational_on() == Some(seen.bus) {
                     track.tc_due += 1;
                     self.recovered(node, at, seen.bus, changes);
                 }
             }
-            Message::Telemetry { node, .. } => self.recovered(node, at, seen.bus, changes),
-            Message::Sync
-            | Message::Emergency { .. }
-            | Message::SpacecraftTime(_)
-            | Message::LocalTime { .. }
-            | Message::Pdo
-            | Message::Sdo { .. }
-            | Message::TelemetryRequest { .. } => {}
+            Meaning::Telemetry { node, .. } => self.recovered(node, at, seen.bus, changes),
+            Meaning::Sync
+            | Meaning::Emergency { .. }
+            | Meaning::SpacecraftTime(_)
+            | Meaning::LocalTime { .. }
+            | Meaning::Pdo
+            | Meaning::Sdo { .. }
+            | Meaning::TelemetryRequest { .. } => {}
         }
     }
 
     /// A message that makes its bus the active one (ECSS 8.3.3g) for every slave whose controller received it.
     fn on_master(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
         for (&slave, track) in &mut self.nodes {
-            let Some(access) = track.access.filter(|access| *access != Access::Unknown) else { continue };
+            let Some(access) = track.access.filter(|access| *access != BusAccess::Unknown) else { continue };
             if !seen.reached.contains(slave) {
                 continue;
             }
             let current = track.now();
             if current.bus != seen.bus {
-                if access == Access::Selective && track.operational_on().is_some() {
+                if access == BusAccess::Selective && track.operational_on().is_some() {
                     continue;
                 }
                 track.settled = at + SETTLING;
@@ -337,7 +337,7 @@ mod tests {
         fn of(plan: &Plan) -> Self {
             let mut world = World { observer: Observer::new(plan) };
             for node in [2, 4] {
-                world.observer.on(&Record { at: Time::ZERO, what: Happening::PowerOn(node) });
+                world.observer.on(&Occurrence { at: Time::ZERO, what: Happening::PowerOn(node) });
                 world.sees(0, Bus::Nominal, (0x700 + u16::from(node), &[0x00]), &[1]);
             }
             world
@@ -347,7 +347,7 @@ mod tests {
             let frame = WireFrame::standard(id, data);
             let reached: Nodes = reached.iter().copied().collect();
             let what = Happening::Frame(Seen::new(bus, frame, self.observer.scope, 0, reached));
-            self.observer.on(&Record { at: Time::from_ms(ms), what })
+            self.observer.on(&Occurrence { at: Time::from_ms(ms), what })
         }
 
         fn due(&self, node: Node) -> u64 {
@@ -355,7 +355,7 @@ mod tests {
         }
 
         fn cut(&mut self, ms: u64) {
-            self.observer.on(&Record { at: Time::from_ms(ms), what: Happening::Cut(Bus::Nominal) });
+            self.observer.on(&Occurrence { at: Time::from_ms(ms), what: Happening::Cut(Bus::Nominal) });
         }
     }
 

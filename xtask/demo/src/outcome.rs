@@ -15,7 +15,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         None => (protocol_table(flight), UNKNOWN_IMAGES.to_owned() + "\n"),
     };
     let frames: u64 = summary.frames.values().sum();
-    let [nominal, redundant] = Bus::BOTH.map(|bus| summary.bus_load_percent[bus.name()]);
+    let [nominal, redundant] = Bus::ALL.map(|bus| summary.bus_load_percent[bus.name()]);
     format!(
         "{table}\n\
          {} of {} slaves operational; changes of bus: {}; load: nominal {nominal} %, redundant {redundant} %\n\

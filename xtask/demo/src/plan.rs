@@ -7,11 +7,11 @@ use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings};
 use twin::image::Image;
 
-use super::message::Scope;
-use super::observer::Access;
+use super::meaning::Scope;
+use super::observer::BusAccess;
 use super::options::Options;
 use super::record::Bus;
-use support::board::{Board, Profile};
+use support::board::{BoardName, Profile};
 use support::craft::{MASTER, Node};
 use support::misuse::Misuse;
 
@@ -55,7 +55,7 @@ impl BoardPlan {
     }
 
     /// This board on the twin.
-    pub fn config(&self, board: Board, name: String, image: Arc<Image>) -> BoardConfig {
+    pub fn config(&self, board: BoardName, name: String, image: Arc<Image>) -> BoardConfig {
         BoardConfig {
             name,
             model: board.model(),
@@ -73,7 +73,7 @@ impl BoardPlan {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Model of all boards.
-    pub board: Board,
+    pub board: BoardName,
     /// Mission profile of the shipped images.
     pub profile: Profile,
     /// Where the numbers below come from.
@@ -132,12 +132,12 @@ impl Plan {
     }
 
     /// The slaves and how they use the buses.
-    pub fn slaves(&self) -> impl Iterator<Item = (Node, Access)> + '_ {
+    pub fn slaves(&self) -> impl Iterator<Item = (Node, BusAccess)> + '_ {
         self.boards.iter().filter(|board| board.node != MASTER).map(|board| {
             let access = match (board.own_image.is_some(), self.profile, board.node) {
-                (true, ..) => Access::Unknown,
-                (false, Profile::Librecube, SELECTIVE) => Access::Selective,
-                (false, ..) => Access::Parallel,
+                (true, ..) => BusAccess::Unknown,
+                (false, Profile::Librecube, SELECTIVE) => BusAccess::Selective,
+                (false, ..) => BusAccess::Parallel,
             };
             (board.node, access)
         })

@@ -5,43 +5,9 @@
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
-use super::message::{Message, Scope};
+use super::meaning::{Meaning, Scope};
 pub use support::craft::{MASTER, Node};
-
-/// One of the two buses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Bus {
-    /// The bus in use after power-on.
-    Nominal,
-    /// The other one.
-    Redundant,
-}
-
-impl Bus {
-    /// Both, nominal first.
-    pub const BOTH: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
-
-    /// The name in logs, pictures and on the screen; a valid interface name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Bus::Nominal => "nominal",
-            Bus::Redundant => "redundant",
-        }
-    }
-
-    /// The alternate bus.
-    pub fn other(self) -> Bus {
-        match self {
-            Bus::Nominal => Bus::Redundant,
-            Bus::Redundant => Bus::Nominal,
-        }
-    }
-
-    /// 0 for nominal, 1 for redundant.
-    pub fn index(self) -> usize {
-        self as usize
-    }
-}
+pub use twin::spacecraft::Bus;
 
 /// A set of Node-IDs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -75,7 +41,7 @@ pub struct Seen {
     /// The frame.
     pub frame: WireFrame,
     /// Its meaning, if it has one.
-    pub message: Option<Message>,
+    pub meaning: Option<Meaning>,
     /// Node that sent it.
     pub from: Node,
     /// Whose controllers received it: live, on the same side of a cut.
@@ -85,14 +51,14 @@ pub struct Seen {
 impl Seen {
     /// A frame whose meaning is looked up in `scope`.
     pub fn new(bus: Bus, frame: WireFrame, scope: Scope, from: Node, reached: Nodes) -> Seen {
-        Seen { bus, message: Message::decode(&frame, scope), frame, from, reached }
+        Seen { bus, meaning: Meaning::decode(&frame, scope), frame, from, reached }
     }
 }
 
 /// Severity of a firmware's log line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// Worth telling.
+    /// Information.
     Info,
     /// Suspicious.
     Warn,
@@ -122,7 +88,7 @@ pub enum Happening {
 
 /// Something that happened, and when.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Record {
+pub struct Occurrence {
     /// Virtual time; for a frame the end of its last bit.
     pub at: Time,
     /// What.

@@ -8,13 +8,13 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use super::flight::{BoardCount, Flight};
-use super::message::{Message, NmtState, Scope};
+use super::meaning::{Meaning, NmtState, Scope};
 use super::narrator::Narrator;
 use super::observer::{Observer, Phase};
 use super::plan::{BoardPlan, CutPlan, Plan};
-use super::record::{Bus, Happening, Level, Node, Nodes, Record, Seen};
+use super::record::{Bus, Happening, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
-use support::board::{Board, Profile};
+use support::board::{BoardName, Profile};
 use support::counters::Counters;
 use support::telltale::{Stamps, Telltale};
 
@@ -34,11 +34,11 @@ pub const PARALLEL_FAILOVER_MS: f64 = 605.0;
 /// First TC after the start at 32.36 s.
 pub const SELECTIVE_FAILOVER_MS: f64 = 12_406.0;
 
-fn at(ms: u64, what: Happening) -> Record {
-    Record { at: Time::from_ms(ms), what }
+fn at(ms: u64, what: Happening) -> Occurrence {
+    Occurrence { at: Time::from_ms(ms), what }
 }
 
-fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) -> Record {
+fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) -> Occurrence {
     let reached: Nodes = reached.iter().copied().collect();
     let frame = WireFrame::standard(id, data);
     at(ms, Happening::Frame(Seen::new(bus, frame, Scope::Mission, from, reached)))
@@ -53,7 +53,7 @@ fn master_bus(ms: u64) -> Option<Bus> {
     }
 }
 
-fn records() -> Vec<Record> {
+fn records() -> Vec<Occurrence> {
     let mut records = vec![
         at(20, Happening::PowerOn(1)),
         at(110, Happening::PowerOn(2)),
@@ -129,7 +129,7 @@ pub fn plan() -> Plan {
         power_on: Time::from_ms(power_on),
     };
     Plan {
-        board: Board::PyboardV11,
+        board: BoardName::PyboardV11,
         profile: Profile::Librecube,
         seed: 1,
         boards: vec![board(1, 12.0, 0.0, 20), board(2, -31.5, 4.2, 110), board(4, 48.0, 17.0, 230)],
@@ -144,11 +144,11 @@ pub fn flight() -> Flight {
     let mut observer = Observer::new(&plan);
     let mut narrator = Narrator::new(Scope::Mission);
     let records = records();
-    let story = records.iter().flat_map(|record| narrator.tell(record, &observer.on(record))).collect();
+    let story = records.iter().flat_map(|record| narrator.narrate(record, &observer.on(record))).collect();
     observer.conclude(plan.end);
     let answers = records.iter().filter(|record| {
         let Happening::Frame(seen) = &record.what else { return false };
-        matches!(seen.message, Some(Message::Telemetry { .. }))
+        matches!(seen.meaning, Some(Meaning::Telemetry { .. }))
     });
     let count = |node, commands, replies| BoardCount {
         node,

@@ -4,9 +4,9 @@
 //! own capture timer counts it. A board keeps its last stamp only, and SYNCs are far apart: one look after each is enough.
 
 use can_wire::frame::WireId;
-use can_wire::record::Record as WireRecord;
+use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::spacecraft::{BoardId, Bus as TwinBus, Spacecraft, WireRecord as OnBus};
+use twin::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
 
 use support::telltale::Telltale;
 
@@ -31,7 +31,7 @@ pub struct StampErrors {
 #[derive(Debug, Default)]
 pub struct StampWatch {
     /// SYNCs not compared yet: bus, end at the transmitter, who sent it and who received it.
-    pending: Vec<(TwinBus, Time, usize, Vec<usize>)>,
+    pending: Vec<(Bus, Time, usize, Vec<usize>)>,
     /// Stamps that each board had captured when it was looked at last.
     captured: Vec<u32>,
     errors: StampErrors,
@@ -39,8 +39,8 @@ pub struct StampWatch {
 
 impl StampWatch {
     /// A frame completed.
-    pub fn on(&mut self, wire: &OnBus) {
-        if let WireRecord::Completed { trace, receivers, .. } = &wire.record
+    pub fn on(&mut self, wire: &WireRecord) {
+        if let Observation::Completed { trace, receivers, .. } = &wire.record
             && trace.frame.id == SYNC
         {
             let receivers = receivers.iter().map(|&(node, _)| node).collect();
@@ -51,7 +51,7 @@ impl StampWatch {
     /// Looks at the boards, some time after a SYNC.
     pub fn look(&mut self, spacecraft: &Spacecraft) {
         let due =
-            |&mut (_, end, ..): &mut (TwinBus, Time, usize, Vec<usize>)| end + DEALT_WITH <= spacecraft.now();
+            |&mut (_, end, ..): &mut (Bus, Time, usize, Vec<usize>)| end + DEALT_WITH <= spacecraft.now();
         let synced: Vec<_> = self.pending.extract_if(.., due).collect();
         let boards = spacecraft.boards().count();
         self.captured.resize(boards, 0);

@@ -6,7 +6,7 @@ use can_wire::time::Time;
 use serde::Serialize;
 
 use super::flight::Flight;
-use super::message::{Message, Scope};
+use super::meaning::{Meaning, Scope};
 use super::plan::BoardPlan;
 use super::record::{Bus, MASTER, Node};
 use super::verdict::Verdict;
@@ -111,10 +111,10 @@ impl Summary {
             stamp_source: stamp_source(flight),
             stamp_worst_error_ns: (flight.stamp_errors.compared > 0)
                 .then(|| rounded(flight.stamp_errors.worst_ns, 1)),
-            frames: Bus::BOTH
+            frames: Bus::ALL
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
-            bus_load_percent: Bus::BOTH.map(|bus| (bus.name(), rounded(flight.load(bus) * 100.0, 2))).into(),
+            bus_load_percent: Bus::ALL.map(|bus| (bus.name(), rounded(flight.load(bus) * 100.0, 2))).into(),
             bus_changes: flight.bus_changes(),
             heartbeats: heartbeats().map(|(node, heartbeats)| (node, heartbeats.count)).collect(),
             heartbeat_longest_gap_ms: heartbeats()
@@ -142,18 +142,18 @@ impl Summary {
 
 impl MissionCounts {
     fn of(flight: &Flight) -> MissionCounts {
-        let messages = || flight.frames().filter_map(|(_, seen)| seen.message);
+        let messages = || flight.frames().filter_map(|(_, seen)| seen.meaning);
         let counts = |of_master| {
             let boards = flight.boards.iter().filter(move |board| (board.node == MASTER) == of_master);
             boards.filter_map(|board| board.counters.as_ref())
         };
-        let count = |predicate: fn(&Message) -> bool| messages().filter(predicate).count() as u64;
+        let count = |predicate: fn(&Meaning) -> bool| messages().filter(predicate).count() as u64;
         MissionCounts {
-            tc_sent: count(|message| matches!(message, Message::Telecommand { .. })),
+            tc_sent: count(|message| matches!(message, Meaning::Telecommand { .. })),
             tc_due: flight.observer.slaves().map(|(_, track)| track.tc_due).sum(),
             tc_executed: counts(false).map(|counters| u64::from(counters.commands)).sum(),
             tc_repeats: counts(false).map(|counters| u64::from(counters.repeats)).sum(),
-            tm_requested: count(|message| matches!(message, Message::TelemetryRequest { .. })),
+            tm_requested: count(|message| matches!(message, Meaning::TelemetryRequest { .. })),
             tm_received: counts(true).map(|counters| u64::from(counters.replies)).sum(),
         }
     }

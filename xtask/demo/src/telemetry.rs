@@ -1,6 +1,6 @@
 //! Telemetry of the demonstration mission in words: what the two-byte codes and their values mean.
 
-/// Code of the telemetry that tells how a slave stamps frames.
+/// Telemetry code: how a slave stamps frames.
 const STAMP_SOURCE: u16 = 0x0104;
 
 /// A reply for people; `value` is what follows the code, little-endian.

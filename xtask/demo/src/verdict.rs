@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::flight::{Flight, Interruption};
-use super::message::Scope;
+use super::meaning::Scope;
 use super::narrator::name;
-use super::observer::Access;
+use super::observer::BusAccess;
 
 /// How a flight ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -63,7 +63,7 @@ fn not_operational(flight: &Flight) -> Vec<String> {
             let now = track.now();
             let mut fault =
                 format!("{} is {} on the {} bus at the end", name(node), now.phase.name(), now.bus.name());
-            if let (Some(Access::Selective), Some((cut, _))) = (track.access, flight.cut()) {
+            if let (Some(BusAccess::Selective), Some((cut, _))) = (track.access, flight.cut()) {
                 fault += &format!(
                     " (selective access: it searches 12.5 s after the master's last heartbeat, the flight ended \
                      {:.1} s after the cut)",
@@ -114,7 +114,7 @@ mod tests {
     use support::counters::Counters;
 
     use super::*;
-    use crate::record::{Bus, Happening, Nodes, Record, Seen};
+    use crate::record::{Bus, Happening, Nodes, Occurrence, Seen};
     use crate::sample;
 
     #[test]
@@ -138,7 +138,7 @@ mod tests {
         assert_eq!(faults(&flight), ["node 2 reset itself 1 times, 0 of them commanded"]);
         let reset = (Bus::Nominal, WireFrame::standard(0x000, &[0x81, 2]));
         let seen = Seen::new(reset.0, reset.1, Scope::Mission, 1, Nodes::from_iter([2]));
-        flight.observer.on(&Record { at: flight.end, what: Happening::Frame(seen) });
+        flight.observer.on(&Occurrence { at: flight.end, what: Happening::Frame(seen) });
         assert!(!faults(&flight).iter().any(|fault| fault.contains("reset itself")), "{:?}", faults(&flight));
     }
 

@@ -22,7 +22,7 @@ use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
 pub use options::Options;
 use pace::{LagReporter, Pace};
-use port::Port;
+use port::OfferedBus;
 use support::output::{complain, warn};
 use support::stop::Stop;
 
@@ -49,7 +49,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let mut ports = Vec::new();
     for bus in Bus::ALL {
         let listener = port::listen(bus, options.address(bus))?;
-        ports.push(Port::new(&mut spacecraft, bus, listener));
+        ports.push(OfferedBus::new(&mut spacecraft, bus, listener));
     }
     for port in &ports {
         say(format_args!("{} bus: slcan socket://{}", port.bus(), port.address()?));
@@ -66,7 +66,7 @@ fn say(line: impl std::fmt::Display) {
 
 struct Run {
     spacecraft: Spacecraft,
-    ports: Vec<Port>,
+    ports: Vec<OfferedBus>,
     faults: Vec<String>,
     lag: LagReporter,
 }
@@ -111,7 +111,7 @@ impl Run {
 
     fn tell_notes(&mut self) {
         let now = self.spacecraft.now().as_secs_f64();
-        for note in self.ports.iter_mut().flat_map(Port::take_notes) {
+        for note in self.ports.iter_mut().flat_map(OfferedBus::take_notes) {
             say(format_args!("{now:10.3} s  {note}"));
         }
     }

@@ -10,7 +10,7 @@ use std::net::{SocketAddr, TcpListener, TcpStream};
 
 use anyhow::anyhow;
 use can_wire::time::Time;
-use twin::guest::{Heard, Presence};
+use twin::guest::{GuestEvent, Presence};
 use twin::spacecraft::{Bus, GuestId, Spacecraft};
 
 use super::channel::{Effect, Mode};
@@ -36,7 +36,7 @@ struct Seat {
 }
 
 /// A bus that is offered.
-pub struct Port {
+pub struct OfferedBus {
     bus: Bus,
     listener: TcpListener,
     guest: GuestId,
@@ -81,12 +81,12 @@ pub fn listen(bus: Bus, address: SocketAddr) -> anyhow::Result<TcpListener> {
     Ok(listener)
 }
 
-impl Port {
+impl OfferedBus {
     /// Hangs a node on the bus, which is away until a client comes to `listener`. All boards are there.
-    pub fn new(spacecraft: &mut Spacecraft, bus: Bus, listener: TcpListener) -> Port {
+    pub fn new(spacecraft: &mut Spacecraft, bus: Bus, listener: TcpListener) -> OfferedBus {
         let guest = spacecraft.add_guest(bus, POSITION_M);
         spacecraft.set_presence(guest, Presence::Away);
-        Port {
+        OfferedBus {
             bus,
             listener,
             guest,
@@ -119,7 +119,7 @@ impl Port {
         Totals { lost: self.totals.lost + lost, ..self.totals }
     }
 
-    /// What is worth telling people since the last call.
+    /// Lines for people since the last call.
     pub fn take_notes(&mut self) -> Vec<String> {
         std::mem::take(&mut self.notes)
     }
@@ -166,10 +166,10 @@ impl Port {
         }
     }
 
-    fn forward(&mut self, at: Time, heard: Heard) {
+    fn forward(&mut self, at: Time, heard: GuestEvent) {
         let (sender, frame) = match heard {
-            Heard::Received(frame) => (None, frame),
-            Heard::Sent(frame) => {
+            GuestEvent::Received(frame) => (None, frame),
+            GuestEvent::Sent(frame) => {
                 self.totals.sent += 1;
                 self.last_use = at;
                 (self.senders.pop_front(), frame)

@@ -6,7 +6,7 @@ use twin::peripherals::Pin;
 
 /// A supported board; its name on the command line is that of the firmware's cargo feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Board {
+pub enum BoardName {
     /// pyboard v1.1: STM32F405RG at 168 MHz, two bxCAN controllers
     #[value(name = "pyboard-v11")]
     PyboardV11,
@@ -15,28 +15,28 @@ pub enum Board {
     NucleoF446re,
 }
 
-impl Board {
+impl BoardName {
     /// Its name: cargo feature, command line, summary.
     pub fn name(self) -> &'static str {
         match self {
-            Board::PyboardV11 => "pyboard-v11",
-            Board::NucleoF446re => "nucleo-f446re",
+            BoardName::PyboardV11 => "pyboard-v11",
+            BoardName::NucleoF446re => "nucleo-f446re",
         }
     }
 
     /// Its chip, as probe-rs knows it.
     pub fn chip(self) -> &'static str {
         match self {
-            Board::PyboardV11 => "STM32F405RG",
-            Board::NucleoF446re => "STM32F446RETx",
+            BoardName::PyboardV11 => "STM32F405RG",
+            BoardName::NucleoF446re => "STM32F446RETx",
         }
     }
 
     /// Its emulation.
     pub fn model(self) -> Model {
         match self {
-            Board::PyboardV11 => Model::PYBOARD_V11,
-            Board::NucleoF446re => Model::NUCLEO_F446RE,
+            BoardName::PyboardV11 => Model::PYBOARD_V11,
+            BoardName::NucleoF446re => Model::NUCLEO_F446RE,
         }
     }
 
@@ -47,8 +47,8 @@ impl Board {
             return Vec::new();
         }
         let pins = match self {
-            Board::PyboardV11 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
-            Board::NucleoF446re => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
+            BoardName::PyboardV11 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
+            BoardName::NucleoF446re => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
         };
         let parity = node.count_ones().is_multiple_of(2).then_some(4);
         let closed = (0..4).filter(|bit| node >> bit & 1 == 1).chain(parity);
@@ -80,13 +80,13 @@ mod tests {
     use super::*;
 
     fn tied(node: u8) -> Vec<(Pin, bool)> {
-        Board::PyboardV11.straps(node)
+        BoardName::PyboardV11.straps(node)
     }
 
     #[test]
     fn each_board_has_its_own_pins() {
         let pins = [('C', 0), ('C', 1), ('B', 0)].map(|(port, number)| (Pin::new(port, number), false));
-        assert_eq!(Board::NucleoF446re.straps(3), pins);
+        assert_eq!(BoardName::NucleoF446re.straps(3), pins);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What the application of a mission image has counted, read from a board's memory.
 
 use anyhow::anyhow;
-use twin::board::Board;
+use twin::board::EmulatedBoard;
 
 use crate::telltale::RAM_AT_POWER_ON;
 
@@ -32,7 +32,7 @@ impl Counters {
     ///
     /// # Errors
     /// When the counters are not in memory.
-    pub fn read(board: &Board) -> anyhow::Result<Option<Counters>> {
+    pub fn read(board: &EmulatedBoard) -> anyhow::Result<Option<Counters>> {
         let Some(symbol) = board.symbol(SYMBOL) else { return Ok(None) };
         let bytes = board
             .read_memory(symbol.address, 4 * WORDS)

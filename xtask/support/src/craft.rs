@@ -9,7 +9,7 @@ use anyhow::Context;
 use clap::Args;
 use twin::image::Image;
 
-use crate::board::{Board, Profile};
+use crate::board::{BoardName, Profile};
 use crate::misuse::Misuse;
 
 /// Node-ID of a board: 1 is the master, 2 to 15 are slaves.
@@ -42,8 +42,8 @@ pub struct Craft {
     pub own_slaves: Vec<OwnSlave>,
 
     /// Board that all images are for
-    #[arg(long, value_name = "BOARD", value_enum, default_value_t = Board::PyboardV11)]
-    pub board: Board,
+    #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
+    pub board: BoardName,
 
     /// Mission profile to build the shipped images with
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]

@@ -49,7 +49,7 @@ impl Memory {
     }
 }
 
-/// What an ELF file tells of an image.
+/// What an ELF file contains of an image.
 #[derive(Clone, Debug)]
 pub struct Facts {
     /// The whole image.

@@ -1,7 +1,7 @@
 //! The deepest stack of a board on the twin, from what its program left in RAM.
 
 use anyhow::Context;
-use twin::board::Board;
+use twin::board::EmulatedBoard;
 
 /// Every byte of RAM that the program has not written since power-on.
 use crate::telltale::RAM_AT_POWER_ON as UNTOUCHED;
@@ -17,7 +17,7 @@ const END: &str = "__sheap";
 ///
 /// # Errors
 /// When the image does not say where its stack is.
-pub fn deepest(board: &Board) -> anyhow::Result<u32> {
+pub fn deepest(board: &EmulatedBoard) -> anyhow::Result<u32> {
     let symbol = |name| board.symbol(name).with_context(|| format!("the image has no symbol {name}"));
     let start = symbol(START)?.address;
     let end = symbol(END)?.address.max(start.saturating_sub(MOST));

@@ -1,7 +1,7 @@
 //! The counters that every image exports, read from a board's memory.
 
 use anyhow::{Context, ensure};
-use twin::board::Board;
+use twin::board::EmulatedBoard;
 use twin::image::Image;
 
 /// The variable's name in the image.
@@ -52,7 +52,7 @@ impl Telltale {
     ///
     /// # Errors
     /// When the image does not export the counters.
-    pub fn read(board: &Board) -> anyhow::Result<Telltale> {
+    pub fn read(board: &EmulatedBoard) -> anyhow::Result<Telltale> {
         let symbol = board.symbol(SYMBOL).with_context(|| format!("the image has no symbol {SYMBOL}"))?;
         let bytes = board
             .read_memory(symbol.address, 4 * WORDS)
@@ -61,7 +61,7 @@ impl Telltale {
     }
 
     /// Frames that passed the filters of `board` since its last reset and that its node never handled.
-    pub fn lost_frames(&self, board: &Board) -> u64 {
+    pub fn lost_frames(&self, board: &EmulatedBoard) -> u64 {
         board.admitted().saturating_sub(self.frames())
     }
 

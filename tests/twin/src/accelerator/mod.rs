@@ -54,7 +54,7 @@ pub enum FlashTiming {
 
 /// What the core reads for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Access {
+pub(crate) enum Purpose {
     /// An instruction.
     Fetch,
     /// A literal or constant.
@@ -97,7 +97,7 @@ impl Accelerator {
     #[inline]
     pub fn read(
         &self,
-        access: Access,
+        access: Purpose,
         offset: u32,
         cycle: impl FnOnce() -> u64,
     ) -> Option<[u8; LINE as usize]> {
@@ -105,23 +105,23 @@ impl Accelerator {
             return None;
         }
         let line = offset / LINE;
-        if access != Access::Fetch || self.current.load(Ordering::Relaxed) != line {
+        if access != Purpose::Fetch || self.current.load(Ordering::Relaxed) != line {
             self.count(access, line, cycle());
         }
         if self.stale.load(Ordering::Relaxed) { self.lines().stale(access, line) } else { None }
     }
 
-    fn count(&self, access: Access, line: u32, cycle: u64) {
+    fn count(&self, access: Purpose, line: u32, cycle: u64) {
         let so_far = self.waits.load(Ordering::Relaxed);
         let now = cycle + u64::from(so_far);
         let mut lines = self.lines();
         let waited = match access {
-            Access::Fetch => lines.fetch(now, line),
-            Access::Vector => {
+            Purpose::Fetch => lines.fetch(now, line),
+            Purpose::Vector => {
                 lines.fetch(now, line);
                 0
             }
-            Access::Load => lines.load(now, line),
+            Purpose::Load => lines.load(now, line),
         };
         self.current.store(lines.current, Ordering::Relaxed);
         self.waits.store(so_far + waited, Ordering::Relaxed);
@@ -258,10 +258,10 @@ impl Lines {
         ready
     }
 
-    fn stale(&self, access: Access, line: u32) -> Option<[u8; LINE as usize]> {
+    fn stale(&self, access: Purpose, line: u32) -> Option<[u8; LINE as usize]> {
         match access {
-            Access::Load if self.is_on(DCEN) => self.data.stale(line),
-            Access::Fetch | Access::Vector if self.is_on(ICEN) => self.instructions.stale(line),
+            Purpose::Load if self.is_on(DCEN) => self.data.stale(line),
+            Purpose::Fetch | Purpose::Vector if self.is_on(ICEN) => self.instructions.stale(line),
             _ => None,
         }
     }

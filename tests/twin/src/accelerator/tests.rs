@@ -15,7 +15,7 @@ fn accelerator(acr: u32) -> Accelerator {
 /// Runs instructions of one cycle each at these offsets, from `cycle` on: the cycle after the last.
 fn run(accelerator: &Accelerator, mut cycle: u64, offsets: impl IntoIterator<Item = u32>) -> u64 {
     for offset in offsets {
-        accelerator.read(Access::Fetch, offset, || cycle);
+        accelerator.read(Purpose::Fetch, offset, || cycle);
         cycle += 1 + u64::from(accelerator.take_waits());
     }
     cycle
@@ -27,7 +27,7 @@ fn wide(lines: Range<u32>) -> impl Iterator<Item = u32> {
 }
 
 fn load(accelerator: &Accelerator, cycle: u64, line: u32) -> u32 {
-    accelerator.read(Access::Load, line * LINE, || cycle);
+    accelerator.read(Purpose::Load, line * LINE, || cycle);
     accelerator.take_waits()
 }
 
@@ -121,7 +121,7 @@ fn a_load_waits_for_a_read_that_is_under_way() {
 #[test]
 fn a_vector_costs_nothing_and_uses_a_line() {
     let accelerator = accelerator(WS5 | ICEN);
-    accelerator.read(Access::Vector, 0x40, || 0);
+    accelerator.read(Purpose::Vector, 0x40, || 0);
     assert_eq!(accelerator.take_waits(), 0);
     assert_eq!(run(&accelerator, 100, [0x1000]), 100 + 6);
     assert_eq!(run(&accelerator, 200, [0x40]), 201, "in the cache");
@@ -156,7 +156,7 @@ fn erased(acr: u32) -> Accelerator {
     accelerator
 }
 
-fn shows(accelerator: &Accelerator, access: Access, line: u32) -> Option<u8> {
+fn shows(accelerator: &Accelerator, access: Purpose, line: u32) -> Option<u8> {
     accelerator.read(access, line * LINE, || 0).map(|bytes| bytes[0])
 }
 
@@ -164,23 +164,23 @@ fn shows(accelerator: &Accelerator, access: Access, line: u32) -> Option<u8> {
 fn an_erase_leaves_stale_lines_until_the_cache_is_reset() {
     const CACHES: u32 = ICEN | DCEN;
     let accelerator = erased(CACHES);
-    for access in [Access::Load, Access::Fetch] {
+    for access in [Purpose::Load, Purpose::Fetch] {
         assert_eq!(shows(&accelerator, access, 1), None, "not in a cache");
         assert_eq!(shows(&accelerator, access, 2), Some(0x11));
     }
     accelerator.set(ICEN);
-    assert_eq!(shows(&accelerator, Access::Load, 2), None, "the data cache is off");
+    assert_eq!(shows(&accelerator, Purpose::Load, 2), None, "the data cache is off");
     accelerator.set(CACHES);
-    assert_eq!(shows(&accelerator, Access::Load, 2), Some(0x11), "and on again, and was not reset");
+    assert_eq!(shows(&accelerator, Purpose::Load, 2), Some(0x11), "and on again, and was not reset");
     accelerator.set(ICEN | DCRST);
     accelerator.set(CACHES);
     assert_eq!(
-        [Access::Load, Access::Fetch].map(|access| shows(&accelerator, access, 2)),
+        [Purpose::Load, Purpose::Fetch].map(|access| shows(&accelerator, access, 2)),
         [None, Some(0x11)]
     );
     accelerator.set(DCEN | ICRST);
     accelerator.set(CACHES);
-    assert_eq!(shows(&accelerator, Access::Fetch, 2), None);
+    assert_eq!(shows(&accelerator, Purpose::Fetch, 2), None);
 }
 
 #[test]
@@ -188,7 +188,7 @@ fn a_reset_of_the_chip_empties_the_caches() {
     let accelerator = erased(ICEN | DCEN);
     accelerator.reset();
     accelerator.set(ICEN | DCEN);
-    assert_eq!([Access::Load, Access::Fetch].map(|access| shows(&accelerator, access, 2)), [None; 2]);
+    assert_eq!([Purpose::Load, Purpose::Fetch].map(|access| shows(&accelerator, access, 2)), [None; 2]);
 }
 
 /// Given a line that is stale since an erase, when a word of it is programmed, then the data cache shows that word.
@@ -200,7 +200,7 @@ fn programming_writes_through_the_data_cache_alone() {
     accelerator.change(0..64, &NEW, &programmed, false);
     let line = |access| accelerator.read(access, 2 * LINE, || 0).expect("stale");
     let mut expected = [0x11; 16];
-    assert_eq!(line(Access::Fetch), expected);
+    assert_eq!(line(Purpose::Fetch), expected);
     expected[4..8].fill(0x22);
-    assert_eq!(line(Access::Load), expected);
+    assert_eq!(line(Purpose::Load), expected);
 }

@@ -5,7 +5,7 @@
 
 use can_wire::time::Time;
 
-use super::Board;
+use super::EmulatedBoard;
 use crate::accelerator::LINE;
 use crate::cpu::NotMemory;
 use crate::model::FLASH_BASE;
@@ -47,7 +47,7 @@ impl FlashCare {
     }
 }
 
-impl Board {
+impl EmulatedBoard {
     /// Lets power fail in the middle of a flash operation from now on, the next one being 1. It stays off until
     /// somebody switches it on.
     pub fn cut_power_at(&mut self, operation: u64, remains: Remains) {

@@ -11,7 +11,7 @@ use super::fifo::{Fifo, Storing, rir};
 use super::filter::{FilterBlock, FilterKey};
 use super::mailbox::{Attempt, Mailboxes};
 use super::regs::*;
-use super::{Heard, IrqLines, Overrun, Side, Stats};
+use super::{Activity, IrqLines, Overrun, Side, Stats};
 
 /// Recessive bits that synchronise a controller with the bus, 32.4.2.
 const SEQUENCE: u64 = 11;
@@ -60,7 +60,7 @@ pub struct Registers {
     pub(super) on_bus_since: Time,
     /// End of the current loopback frame.
     pub(super) loopback_end: Option<Time>,
-    heard: Heard,
+    heard: Activity,
     /// The line became dominant in Sleep mode since the last poll.
     dominant_seen: bool,
     /// Resets so far: each starts the error counters anew.
@@ -91,7 +91,7 @@ impl Registers {
             leaving: None,
             on_bus_since: Time::ZERO,
             loopback_end: None,
-            heard: Heard::Nothing,
+            heard: Activity::Nothing,
             dominant_seen: false,
             resets: 0,
             stats: Stats::default(),
@@ -246,7 +246,7 @@ impl Registers {
         self.mcr(MCR_ABOM) || self.recovery_asked
     }
 
-    pub fn hear(&mut self, heard: Heard) {
+    pub fn hear(&mut self, heard: Activity) {
         self.heard = heard;
     }
 
@@ -272,7 +272,7 @@ impl Registers {
         }
         self.mailboxes.settle(now);
         self.fifos.iter_mut().for_each(Fifo::settle);
-        let inactive = self.errors.bus_off() || self.is_alone() || self.heard == Heard::Idle;
+        let inactive = self.errors.bus_off() || self.is_alone() || self.heard == Activity::Idle;
         if self.leaving.is_some() && !self.mailboxes.transmitting() && inactive {
             self.leave(now);
         }
@@ -280,7 +280,7 @@ impl Registers {
 
     /// Hears no wire but its own recessive level: off its pins, or in loopback ("the pin is disregarded", 32.5.2).
     fn is_alone(&self) -> bool {
-        self.loopback() || self.heard == Heard::Nothing
+        self.loopback() || self.heard == Activity::Nothing
     }
 
     /// Without a wire every bit is recessive.
@@ -373,7 +373,7 @@ impl Registers {
             Mode::Sleep => MSR_SLAK,
             Mode::Initialisation => MSR_INAK,
             Mode::Normal if self.mailboxes.transmitting() => MSR_TXM,
-            Mode::Normal if self.heard == Heard::Busy && !self.loopback() => MSR_RXM,
+            Mode::Normal if self.heard == Activity::Busy && !self.loopback() => MSR_RXM,
             Mode::Normal => 0,
         };
         mode | self.msr_flags | MSR_RECESSIVE

@@ -20,7 +20,7 @@ pub enum Storing {
 
 /// One message as the output mailbox shows it.
 #[derive(Clone, Copy, Debug)]
-struct Message {
+struct Stored {
     frame: WireFrame,
     filter: u8,
 }
@@ -28,7 +28,7 @@ struct Message {
 /// RFxR and the messages behind it.
 #[derive(Clone, Debug, Default)]
 pub struct Fifo {
-    messages: VecDeque<Message>,
+    messages: VecDeque<Stored>,
     full: bool,
     overrun: bool,
     /// Releases since the last [`Fifo::settle`]: the CPU ran ahead of the wire, so a frame may still arrive that was
@@ -49,7 +49,7 @@ impl Fifo {
         value
     }
 
-    /// Writes RFxR; tells whether a message was released.
+    /// Writes RFxR; returns whether a message was released.
     pub fn write_rfr(&mut self, value: u32, now: Time) -> bool {
         if value & RFR_FULL != 0 {
             self.full = false;
@@ -69,7 +69,7 @@ impl Fifo {
     ///
     /// TIME stays zero: the block's time stamps cannot be used (TTCM, errata). The DLC of a remote frame reads zero.
     pub fn output(&self, word: usize) -> u32 {
-        let Some(Message { frame, filter }) = self.messages.front() else { return 0 };
+        let Some(Stored { frame, filter }) = self.messages.front() else { return 0 };
         match word {
             0 => rir(frame),
             1 => u32::from(*filter) << 8 | if frame.remote { 0 } else { u32::from(frame.dlc & 0xF) },
@@ -81,7 +81,7 @@ impl Fifo {
     /// A frame that passed filter number `filter` became valid at `at`; `locked` is RFLM.
     pub fn store(&mut self, at: Time, frame: WireFrame, filter: u8, locked: bool) -> Storing {
         let released_later = self.released.iter().filter(|&&released| released > at).count();
-        let message = Message { frame, filter };
+        let message = Stored { frame, filter };
         if self.messages.len() + released_later < DEPTH {
             self.messages.push_back(message);
             // A release after `at` has cleared FULL again.

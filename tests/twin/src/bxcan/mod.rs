@@ -90,7 +90,7 @@ pub struct IrqLines {
 
 /// What a controller hears of its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Heard {
+pub enum Activity {
     /// It is connected to nothing: every bit is recessive.
     Nothing,
     /// Its bus, and it could leave it unnoticed.
@@ -212,8 +212,8 @@ impl BxcanPair {
         Line { registers: &mut self.controllers[side as usize], filters: &self.filters }
     }
 
-    /// What the controller hears of its bus by now; [`Heard::Nothing`] before the first call.
-    pub fn hear(&mut self, side: Side, heard: Heard) {
+    /// What the controller hears of its bus by now; [`Activity::Nothing`] before the first call.
+    pub fn hear(&mut self, side: Side, heard: Activity) {
         self.controllers[side as usize].hear(heard);
     }
 

@@ -12,7 +12,7 @@ use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config, xpsr};
 
 use super::{Cpu, NotMemory, Registers, Step};
-use crate::accelerator::{Access, LINE};
+use crate::accelerator::{LINE, Purpose};
 use crate::link::Link;
 use crate::mmio::Width;
 use crate::model::{FLASH_BASE, Part};
@@ -82,9 +82,9 @@ struct FlashMemory {
 impl MemOps for FlashMemory {
     fn read(&self, offset: u64, dst: &mut [u8], attrs: MemAttrs) -> MemResult {
         let access = match offset {
-            _ if attrs.purpose.is_fetch() => Access::Fetch,
-            0..VECTORS_LEN => Access::Vector,
-            _ => Access::Load,
+            _ if attrs.purpose.is_fetch() => Purpose::Fetch,
+            0..VECTORS_LEN => Purpose::Vector,
+            _ => Purpose::Load,
         };
         let stale = self.link.accelerator().read(access, offset as u32, || self.link.now().cycle);
         if let Some(line) = stale {

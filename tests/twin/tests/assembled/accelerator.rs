@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::programs::*;
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig, Fittings, FlashTiming};
+use twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
 use twin::image::Image;
 use twin::mmio::Refusal;
 
@@ -22,13 +22,13 @@ const ICEN: u32 = 1 << 9;
 const DCEN: u32 = 1 << 10;
 const DCRST: u32 = 1 << 12;
 
-fn on(image: Arc<Image>, fittings: Fittings) -> Board {
-    let mut board = Board::new(BoardConfig { fittings, ..board("accelerated", image) }, 0);
+fn on(image: Arc<Image>, fittings: Fittings) -> EmulatedBoard {
+    let mut board = EmulatedBoard::new(BoardConfig { fittings, ..board("accelerated", image) }, 0);
     board.power(true);
     board
 }
 
-fn word(board: &Board, address: u32) -> u32 {
+fn word(board: &EmulatedBoard, address: u32) -> u32 {
     u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
 }
 

@@ -2,18 +2,18 @@
 
 use crate::programs::*;
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig, State};
+use twin::board::{BoardConfig, EmulatedBoard, State};
 use twin::mmio::Refusal;
 use twin::peripherals::{Pin, PinChange};
 
-fn flown(config: BoardConfig, until: Time) -> Board {
-    let mut board = Board::new(config, 0);
+fn flown(config: BoardConfig, until: Time) -> EmulatedBoard {
+    let mut board = EmulatedBoard::new(config, 0);
     board.power(true);
     board.run_until(until).unwrap();
     board
 }
 
-fn word(board: &Board, address: u32) -> u32 {
+fn word(board: &EmulatedBoard, address: u32) -> u32 {
     u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
 }
 
@@ -83,7 +83,7 @@ fn sleep_costs_no_instructions() {
 fn the_same_flight_gives_the_same_instants_whatever_the_stride() {
     let reference = toggles(12.5, Time::from_ms(50));
     for stride_us in [1, 7, 333] {
-        let mut board = Board::new(BoardConfig { ppm: 12.5, ..board("blinker", blinker()) }, 0);
+        let mut board = EmulatedBoard::new(BoardConfig { ppm: 12.5, ..board("blinker", blinker()) }, 0);
         board.power(true);
         let mut now = Time::ZERO;
         while now < Time::from_ms(50) {
@@ -108,7 +108,7 @@ fn straps_are_read_as_the_harness_ties_them() {
 #[test]
 fn an_access_to_an_unmodelled_address_names_board_pc_and_address() {
     let program = [store(0x4000_4400, 1), STOP.to_vec()].concat();
-    let mut board = Board::new(board("lost", image(&program, &STOP)), 0);
+    let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
     board.power(true);
     let error = board.run_until(Time::from_us(50)).unwrap_err();
     assert_eq!((error.address, error.write, error.refusal), (0x4000_4400, true, Refusal::Unmodelled));
@@ -126,7 +126,7 @@ fn an_access_to_an_unmodelled_address_names_board_pc_and_address() {
 
 #[test]
 fn memory_that_the_part_lacks_is_refused_too() {
-    let mut board = Board::new(board("lost", image(&copy(0x6000_0000, RAM), &STOP)), 0);
+    let mut board = EmulatedBoard::new(board("lost", image(&copy(0x6000_0000, RAM), &STOP)), 0);
     board.power(true);
     let error = board.run_until(Time::from_us(50)).unwrap_err();
     assert_eq!((error.address, error.pc), (0x6000_0000, 0x0800_0208));
@@ -134,7 +134,7 @@ fn memory_that_the_part_lacks_is_refused_too() {
 
 #[test]
 fn a_peripheral_without_clock_is_refused() {
-    let mut board = Board::new(board("hasty", image(&store(GPIOB, 0), &STOP)), 0);
+    let mut board = EmulatedBoard::new(board("hasty", image(&store(GPIOB, 0), &STOP)), 0);
     board.power(true);
     let error = board.run_until(Time::from_us(50)).unwrap_err();
     assert_eq!((error.address, error.refusal), (GPIOB, Refusal::ClockOff));

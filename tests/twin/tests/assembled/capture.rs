@@ -2,7 +2,7 @@
 
 use crate::programs::*;
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig, Fittings, State};
+use twin::board::{BoardConfig, EmulatedBoard, Fittings, State};
 use twin::bxcan::Side;
 use twin::mmio::Refusal;
 
@@ -58,20 +58,20 @@ fn witness(rings: [u32; 2]) -> BoardConfig {
     board("witness", image(&capture_both_lines(rings), &handler))
 }
 
-fn asleep(config: BoardConfig) -> Board {
-    let mut board = Board::new(config, 0);
+fn asleep(config: BoardConfig) -> EmulatedBoard {
+    let mut board = EmulatedBoard::new(config, 0);
     board.power(true);
     board.run_until(Time::from_ms(5)).unwrap();
     board
 }
 
-fn words<const N: usize>(board: &Board, address: u32) -> [u32; N] {
+fn words<const N: usize>(board: &EmulatedBoard, address: u32) -> [u32; N] {
     let bytes = board.read_memory(address, 4 * N).unwrap();
     std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
 }
 
 /// Runs in quanta of 20 us and hands each one's edges over after it, as a spacecraft does.
-fn fly(board: &mut Board, edges: &[(Side, Time, bool)], until: Time) {
+fn fly(board: &mut EmulatedBoard, edges: &[(Side, Time, bool)], until: Time) {
     let mut left = edges.iter().peekable();
     let mut now = board.now();
     while now < until {
@@ -169,7 +169,7 @@ fn a_ring_in_ccm_is_a_transfer_error() {
 fn a_stream_that_is_not_modelled_is_refused() {
     // Memory to peripheral.
     let program = [store(RCC + 0x30, 1 << 21), store(STREAM2, 1 << 6 | 1)].concat();
-    let mut board = Board::new(board("lost", image(&program, &STOP)), 0);
+    let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
     board.power(true);
     let error = board.run_until(Time::from_us(50)).unwrap_err();
     assert_eq!((error.address, error.refusal), (STREAM2, Refusal::Unmodelled));
@@ -195,7 +195,7 @@ fn an_unfed_watchdog_resets_a_core_in_any_state() {
     // Spinning, asleep, in an endless fault handler, locked up.
     for (rest, handler) in [(&STOP[..], 0xE7FE), (&SLEEP, 0xE7FE), (&[0xDE00], 0xE7FE), (&[0xDE00], 0xDE00)] {
         let config = board("guarded", image(&guarded(rest), &[handler]));
-        let mut board = Board::new(config, 0);
+        let mut board = EmulatedBoard::new(config, 0);
         board.power(true);
         board.run_until(Time::from_us(990)).unwrap();
         assert_eq!((board.counters().watchdog_resets, words::<1>(&board, RAM)), (0, [0x0E00_0000]));
@@ -213,7 +213,7 @@ fn an_unfed_watchdog_resets_a_core_in_any_state() {
 fn a_fed_watchdog_lets_the_program_live() {
     let feed = [&store(IWDG, 0xAAAA)[..], &[0xE7F5]].concat(); // B to its beginning
     let config = board("fed", image(&guarded(&feed), &STOP));
-    let mut board = Board::new(config, 0);
+    let mut board = EmulatedBoard::new(config, 0);
     board.power(true);
     board.run_until(Time::from_ms(50)).unwrap();
     assert_eq!((board.counters().watchdog_resets, board.state()), (0, &State::Running));
@@ -223,7 +223,7 @@ fn a_fed_watchdog_lets_the_program_live() {
 fn a_slow_lsi_resets_late() {
     let fittings = Fittings { lsi_hz: 17_000, ..Fittings::default() };
     let config = BoardConfig { fittings, ..board("guarded", image(&guarded(&STOP), &STOP)) };
-    let mut board = Board::new(config, 0);
+    let mut board = EmulatedBoard::new(config, 0);
     board.power(true);
     // 4 * 8 cycles at 17 kHz: 1882 us.
     board.run_until(Time::from_us(1_870)).unwrap();

@@ -3,9 +3,9 @@
 use std::sync::Arc;
 
 use crate::programs::*;
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig, Remains, State};
+use twin::board::{BoardConfig, EmulatedBoard, Remains, State};
 use twin::bxcan::Side;
 use twin::image::Image;
 use twin::mmio::Refusal;
@@ -50,13 +50,13 @@ fn eraser() -> Arc<Image> {
     image(&[unlock(), erase(), store(RAM, 1), STOP.to_vec()].concat(), &STOP)
 }
 
-fn on(name: &str, image: Arc<Image>) -> Board {
-    let mut board = Board::new(board(name, image), 0);
+fn on(name: &str, image: Arc<Image>) -> EmulatedBoard {
+    let mut board = EmulatedBoard::new(board(name, image), 0);
     board.power(true);
     board
 }
 
-fn word(board: &Board, address: u32) -> u32 {
+fn word(board: &EmulatedBoard, address: u32) -> u32 {
     u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
 }
 
@@ -64,7 +64,8 @@ fn word(board: &Board, address: u32) -> u32 {
 fn words_are_programmed_and_stay_through_resets_and_without_power() {
     let mut board = on("writer", writer());
     board.run_until(Time::from_us(200)).unwrap();
-    let words = |board: &Board| [word(board, SECTOR), word(board, SECTOR + 4), word(board, SECTOR + 8)];
+    let words =
+        |board: &EmulatedBoard| [word(board, SECTOR), word(board, SECTOR + 4), word(board, SECTOR + 8)];
     let expected = [0x1234_5678, 0x9ABC_DEF0, u32::MAX];
     assert_eq!((words(&board), word(&board, RAM)), (expected, 1));
     assert_eq!((board.counters().flash_programs, board.counters().flash_erases), (2, 0));
@@ -243,7 +244,8 @@ fn a_controller_goes_on_acknowledging_while_its_core_waits_for_an_erase() {
     spacecraft.add_board(board("listener", image(&listener, &STOP)));
     spacecraft.add_board(late);
     spacecraft.run_until(Time::from_ms(900)).unwrap();
-    let completed = spacecraft.take_frames().iter().any(|r| matches!(r.record, Record::Completed { .. }));
+    let completed =
+        spacecraft.take_frames().iter().any(|r| matches!(r.record, Observation::Completed { .. }));
     assert!(completed, "somebody acknowledged");
     let listener = |spacecraft: &Spacecraft| {
         let board = spacecraft.board(BoardId(0));
@@ -272,7 +274,7 @@ fn power_that_fails_takes_a_board_off_its_bus_in_the_middle_of_a_frame() {
     spacecraft.run_until(Time::from_ms(10)).unwrap();
     assert_eq!(*spacecraft.board(sender).state(), State::Off);
     let completed = |spacecraft: &mut Spacecraft| {
-        spacecraft.take_frames().iter().filter(|r| matches!(r.record, Record::Completed { .. })).count()
+        spacecraft.take_frames().iter().filter(|r| matches!(r.record, Observation::Completed { .. })).count()
     };
     assert_eq!(completed(&mut spacecraft), 0);
     assert_eq!(spacecraft.wire(Bus::Nominal).counters().destroyed, 1);

@@ -2,7 +2,7 @@
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use twin::guest::{Heard, Presence};
+use twin::guest::{GuestEvent, Presence};
 use twin::spacecraft::{Bus, GuestId, Spacecraft, SpacecraftConfig};
 
 /// Two guests on the nominal bus, no board.
@@ -16,7 +16,7 @@ fn fly(spacecraft: &mut Spacecraft, ms: u64) {
     spacecraft.run_until(Time::from_ms(ms)).unwrap();
 }
 
-fn heard(spacecraft: &mut Spacecraft, guest: GuestId) -> Vec<Heard> {
+fn heard(spacecraft: &mut Spacecraft, guest: GuestId) -> Vec<GuestEvent> {
     spacecraft.take_heard(guest).into_iter().map(|(_, heard)| heard).collect()
 }
 
@@ -30,9 +30,9 @@ fn a_guest_hears_others_and_is_told_what_it_sent() {
     let at_one = spacecraft.take_heard(one);
     assert_eq!(
         at_one.iter().map(|(_, heard)| *heard).collect::<Vec<_>>(),
-        [Heard::Received(low), Heard::Sent(high)]
+        [GuestEvent::Received(low), GuestEvent::Sent(high)]
     );
-    assert_eq!(heard(&mut spacecraft, other), [Heard::Sent(low), Heard::Received(high)]);
+    assert_eq!(heard(&mut spacecraft, other), [GuestEvent::Sent(low), GuestEvent::Received(high)]);
     // 52 bits without and some with stuffing: a frame with one byte, told when it is valid.
     let first = at_one[0].0.since(Time::from_ms(1));
     assert!(first > Time::from_us(50) && first < Time::from_us(70), "{first:?}");
@@ -51,8 +51,8 @@ fn a_guest_that_is_away_hears_nothing_and_acknowledges_nothing() {
     assert!(spacecraft.wire(Bus::Nominal).counters().ack_errors > 0);
     spacecraft.set_presence(other, Presence::Present);
     fly(&mut spacecraft, 5);
-    assert_eq!(heard(&mut spacecraft, one), [Heard::Sent(frame)]);
-    assert_eq!(heard(&mut spacecraft, other), [Heard::Received(frame)]);
+    assert_eq!(heard(&mut spacecraft, one), [GuestEvent::Sent(frame)]);
+    assert_eq!(heard(&mut spacecraft, other), [GuestEvent::Received(frame)]);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn a_guest_that_listens_hears_without_acknowledging() {
     assert_eq!(heard(&mut spacecraft, one), [], "nobody acknowledges");
     spacecraft.set_presence(other, Presence::Present);
     fly(&mut spacecraft, 5);
-    assert_eq!(heard(&mut spacecraft, one), [Heard::Sent(frame)]);
+    assert_eq!(heard(&mut spacecraft, one), [GuestEvent::Sent(frame)]);
 }
 
 #[test]
@@ -82,5 +82,5 @@ fn a_guest_that_leaves_drops_what_it_has_not_sent() {
     let next = WireFrame::standard(0x321, &[]);
     spacecraft.inject(one, Time::from_ms(4), next);
     fly(&mut spacecraft, 5);
-    assert_eq!(heard(&mut spacecraft, one), [Heard::Sent(next)]);
+    assert_eq!(heard(&mut spacecraft, one), [GuestEvent::Sent(next)]);
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::programs::*;
 use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, State};
 use twin::bxcan::Side;
@@ -72,7 +72,7 @@ fn completed(records: &[WireRecord]) -> Vec<(Bus, WireFrame, usize)> {
     records
         .iter()
         .filter_map(|record| match &record.record {
-            Record::Completed { trace, .. } => Some((record.bus, trace.frame, trace.transmitter)),
+            Observation::Completed { trace, .. } => Some((record.bus, trace.frame, trace.transmitter)),
             _ => None,
         })
         .collect()
@@ -121,8 +121,10 @@ fn the_record_does_not_depend_on_the_run() {
 #[test]
 fn frames_last_their_stuffed_length_by_the_senders_crystal() {
     let (records, _) = conversation(Time::from_us(20));
-    let Some(Record::Completed { trace, .. }) =
-        records.iter().map(|record| &record.record).find(|record| matches!(record, Record::Completed { .. }))
+    let Some(Observation::Completed { trace, .. }) = records
+        .iter()
+        .map(|record| &record.record)
+        .find(|record| matches!(record, Observation::Completed { .. }))
     else {
         panic!("no frame")
     };
@@ -161,7 +163,7 @@ fn the_interrupt_follows_the_frame_by_its_entry_and_nothing_else() {
     let valid = records
         .iter()
         .find_map(|record| match &record.record {
-            Record::Completed { receivers, .. } => receivers.first().map(|&(_, at)| at),
+            Observation::Completed { receivers, .. } => receivers.first().map(|&(_, at)| at),
             _ => None,
         })
         .unwrap();

@@ -10,7 +10,7 @@ use can_wire::frame::WireFrame;
 use can_wire::station::Station;
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
-use twin::bxcan::{BxcanPair, Heard, IrqLines, PclkTick, Side, Stats};
+use twin::bxcan::{Activity, BxcanPair, IrqLines, PclkTick, Side, Stats};
 
 pub const MCR: u32 = 0x000;
 pub const MSR: u32 = 0x004;
@@ -259,7 +259,7 @@ impl Bench {
         self.wire.advance(self.now, &mut self.nodes);
         let mut pair = self.pair.borrow_mut();
         for (side, node) in [(Side::Can1, CAN1), (Side::Can2, CAN2)] {
-            pair.hear(side, if self.wire.is_idle(node) { Heard::Idle } else { Heard::Busy });
+            pair.hear(side, if self.wire.is_idle(node) { Activity::Idle } else { Activity::Busy });
         }
         pair.poll(self.now);
     }

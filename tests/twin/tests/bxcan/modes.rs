@@ -4,7 +4,7 @@ use can_wire::controller::{Controller, ErrorCounters, WireEvent};
 use can_wire::fault::Fault;
 use can_wire::station::Station;
 use can_wire::time::Time;
-use twin::bxcan::{BadAccess, BxcanPair, Heard, Side};
+use twin::bxcan::{Activity, BadAccess, BxcanPair, Side};
 
 use crate::bench::*;
 
@@ -91,12 +91,12 @@ fn a_controller_that_loses_its_bus_in_mid_frame_goes_on() {
     const TXM: u32 = 1 << 8;
     const TME0: u32 = 1 << 26;
     let mut pair = alone(0);
-    pair.hear(Side::Can1, Heard::Idle);
+    pair.hear(Side::Can1, Activity::Idle);
     pair.poll(bits(120));
     pair.write(TIR0, 1, bits(120)).expect("a register");
     pair.line(Side::Can1).on_wire(bits(121), &WireEvent::Started);
     assert_eq!(pair.read(MSR).expect("a register") & TXM, TXM);
-    pair.hear(Side::Can1, Heard::Nothing);
+    pair.hear(Side::Can1, Activity::Nothing);
     pair.poll(bits(130));
     assert_eq!(pair.read(MSR).expect("a register") & TXM, 0);
     assert_eq!(pair.read(TSR).expect("a register") & TME0, 0, "it waits");

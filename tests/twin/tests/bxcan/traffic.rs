@@ -2,7 +2,7 @@
 
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::station::Station;
 use can_wire::time::Time;
 use can_wire::timing::{BitTiming, Quantum};
@@ -11,8 +11,8 @@ use crate::bench::*;
 
 /// Bit times of the frames completed so far.
 fn bit_times(bench: &mut Bench) -> Vec<Time> {
-    let completed = |record: &Record| match record {
-        Record::Completed { trace, .. } => Some(trace.bit_time),
+    let completed = |record: &Observation| match record {
+        Observation::Completed { trace, .. } => Some(trace.bit_time),
         _ => None,
     };
     bench.wire.take_records().iter().filter_map(completed).collect()

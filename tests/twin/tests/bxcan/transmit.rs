@@ -285,7 +285,7 @@ fn only_what_was_requested_by_then_contends() {
         .take_records()
         .iter()
         .filter_map(|record| match record {
-            can_wire::record::Record::Completed { trace, .. } => Some(trace.start),
+            can_wire::record::Observation::Completed { trace, .. } => Some(trace.start),
             _ => None,
         })
         .collect();

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings, State};
 use twin::image::Image;
@@ -186,7 +186,7 @@ impl Recording {
         let sender = self.board(node).0;
         self.records.iter().filter(move |record| record.bus == bus).filter_map(move |record| {
             match record.record {
-                Record::Destroyed { transmitter, at, .. } if transmitter == sender => Some(at),
+                Observation::Destroyed { transmitter, at, .. } if transmitter == sender => Some(at),
                 _ => None,
             }
         })
@@ -272,7 +272,7 @@ impl Craft {
         self.seen.end = until;
         self.seen.logs.extend(self.twin.take_logs());
         for wire in self.twin.take_frames() {
-            if let Record::Completed { trace, receivers, .. } = &wire.record {
+            if let Observation::Completed { trace, receivers, .. } = &wire.record {
                 let mut reached: Vec<u8> = receivers
                     .iter()
                     .filter_map(|(index, _)| self.seats.get(*index))

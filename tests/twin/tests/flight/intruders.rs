@@ -1,7 +1,7 @@
 //! Nodes that speak as the master does, and two boards with one Node-ID.
 
 use can_wire::frame::WireFrame;
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::model::Model;
 use twin::spacecraft::{Bus, GuestId};
@@ -229,7 +229,7 @@ fn second_board_with_a_node_id_yields() {
         let late = craft.on(Bus::Nominal).filter(|seen| seen.sender == newcomer && seen.end > ms(2000));
         assert_eq!(late.count(), 0, "powered at {second_ms} ms");
         let destroyed = craft.records.iter().filter(
-            |record| matches!(record.record, Record::Destroyed { transmitter, .. } if transmitter >= 2),
+            |record| matches!(record.record, Observation::Destroyed { transmitter, .. } if transmitter >= 2),
         );
         let destroyed = destroyed.count();
         assert!(destroyed < 20, "{destroyed} destroyed, powered at {second_ms} ms");

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::spacecraft::Bus;
 
@@ -223,7 +223,7 @@ fn no_slave_sees_an_error_or_loses_a_frame() {
     let destroyed = FLIGHT
         .records
         .iter()
-        .filter(|wire| matches!(wire.record, Record::Destroyed { .. }) && wire.at > ms(72));
+        .filter(|wire| matches!(wire.record, Observation::Destroyed { .. }) && wire.at > ms(72));
     assert_eq!(destroyed.count(), 0, "with two nodes on the bus every frame is acknowledged");
 }
 

@@ -6,7 +6,7 @@
 use can_wire::fault::{Fault, Flip, Nodes, Place};
 use can_wire::field::Field;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::spacecraft::{BoardId, Bus};
 
@@ -23,8 +23,8 @@ fn disturb_end(craft: &mut Craft, bus: Bus, sender: usize, at: Time) {
 /// Commands to slave 2 that the master repeated after slave 2 had received them.
 fn repeated(craft: &Craft) -> usize {
     let two = craft.board(2).0;
-    let was_received = |record: &Record| match record {
-        Record::Destroyed { frame, receivers, .. } => {
+    let was_received = |record: &Observation| match record {
+        Observation::Destroyed { frame, receivers, .. } => {
             frame.id == WireId::Standard(COMMAND_TO_TWO) && receivers.iter().any(|(node, _)| *node == two)
         }
         _ => false,

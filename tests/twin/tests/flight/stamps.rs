@@ -3,7 +3,7 @@
 //! Profile `standard`: a SYNC every 100 ms. A thousand of them at each load are flown by `cargo xtask bench --only stamp`.
 
 use can_wire::time::Time;
-use twin::board::{AccessError, Board};
+use twin::board::{AccessError, EmulatedBoard};
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use twin::stamps::{Counts, Disturbance, Outcome, Trial};
 
@@ -18,7 +18,7 @@ const BIT_ERRORS: f64 = 1e-5;
 const PROMISED_NS: f64 = 60.0;
 
 /// A flight of `syncs` SYNCs; `read` reads the stamps of a board.
-fn flown(load: f64, error_rate: f64, syncs: u64, read: impl Fn(&Board) -> Counts) -> Outcome {
+fn flown(load: f64, error_rate: f64, syncs: u64, read: impl Fn(&EmulatedBoard) -> Counts) -> Outcome {
     let images = build("pyboard-v11", "standard");
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for seat in MASTER_AND_THREE {
@@ -30,7 +30,7 @@ fn flown(load: f64, error_rate: f64, syncs: u64, read: impl Fn(&Board) -> Counts
 }
 
 /// The counters of stamps that an image exports.
-fn counts(board: &Board) -> Counts {
+fn counts(board: &EmulatedBoard) -> Counts {
     let bytes = board.read_memory(board.symbol("TELLTALE").unwrap().address, 4 * 14).unwrap();
     let word = |n: usize| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap());
     Counts { captured: word(8), missed: [word(9), word(10), word(11), word(12)], last: word(13) }
@@ -66,7 +66,7 @@ fn stamps_are_true_at_90_percent_load() {
 /// The trial itself can tell: of a program whose stamps are a bit off none is true.
 #[test]
 fn a_stamp_one_bit_off_is_that_of_another_frame() {
-    let late = |board: &Board| {
+    let late = |board: &EmulatedBoard| {
         let counts = counts(board);
         Counts { last: counts.last.wrapping_add(84), ..counts }
     };

@@ -15,7 +15,7 @@ use super::Area;
 use crate::context::{Context, milliseconds};
 use crate::row::Row;
 use demo::flight::Flight;
-use demo::message::Message;
+use demo::meaning::Meaning;
 use demo::plan::Plan;
 use demo::record::{MASTER, Node, Seen};
 
@@ -91,7 +91,7 @@ fn fail_over(flight: &Flight) -> Option<FailOver> {
     let by_master = |(at, seen): &(Time, &Seen)| *at > cut && seen.bus == bus.other() && seen.from == MASTER;
     let (detection, _) = flight.frames().find(by_master)?;
     let (command, _) = flight.frames().find(|(at, seen)| {
-        by_master(&(*at, seen)) && matches!(seen.message, Some(Message::Telecommand { .. }))
+        by_master(&(*at, seen)) && matches!(seen.meaning, Some(Meaning::Telecommand { .. }))
     })?;
     Some(FailOver {
         detection: milliseconds(detection.since(cut)),
@@ -104,7 +104,7 @@ fn fail_over(flight: &Flight) -> Option<FailOver> {
 fn selective(flight: &Flight) -> Option<f64> {
     let (cut, bus) = flight.cut()?;
     let heartbeats = flight.frames().filter(|(_, seen)| {
-        let heartbeat = matches!(seen.message, Some(Message::Heartbeat { node: MASTER, .. }));
+        let heartbeat = matches!(seen.meaning, Some(Meaning::Heartbeat { node: MASTER, .. }));
         heartbeat && seen.bus == bus && seen.reached.contains(SELECTIVE)
     });
     let (last, _) = heartbeats.last()?;

@@ -10,11 +10,11 @@
 use anyhow::{Context as _, bail, ensure};
 use can_wire::encode::encode;
 use can_wire::frame::{WireFrame, WireId};
-use can_wire::record::Record;
+use can_wire::record::Observation;
 use can_wire::time::Time;
 use ecss_can::sdo::{Client, Mode, Payload};
 use ecss_can::types::{Address, Duration, Instant};
-use twin::guest::Heard;
+use twin::guest::GuestEvent;
 use twin::spacecraft::Bus;
 
 use super::Area;
@@ -106,12 +106,12 @@ impl Link {
             self.run(STEP)?;
             for (at, heard) in self.rig.spacecraft.take_heard(self.rig.client) {
                 match heard {
-                    Heard::Sent(_) => client.on_sent(),
-                    Heard::Received(frame) if frame.id == WireId::Standard(RESPONSES) => {
+                    GuestEvent::Sent(_) => client.on_sent(),
+                    GuestEvent::Received(frame) if frame.id == WireId::Standard(RESPONSES) => {
                         client.on_response(&frame.data, instant(at), &mut |payload| self.send(&payload));
                         pull(client, read);
                     }
-                    Heard::Received(_) => {}
+                    GuestEvent::Received(_) => {}
                 }
             }
         }
@@ -133,7 +133,7 @@ impl Link {
     fn took(&mut self) -> anyhow::Result<Time> {
         let frames = self.rig.spacecraft.take_frames();
         let traces = frames.into_iter().filter_map(|record| match record.record {
-            Record::Completed { trace, .. } if record.bus == Bus::Nominal => Some(trace),
+            Observation::Completed { trace, .. } if record.bus == Bus::Nominal => Some(trace),
             _ => None,
         });
         let of_transfer = [REQUESTS, RESPONSES].map(WireId::Standard);

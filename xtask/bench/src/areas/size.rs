@@ -14,7 +14,7 @@ use crate::row::Row;
 use crate::share::{self, PROTOCOL};
 use demo::flight::BoardCount;
 use demo::record::MASTER;
-use support::board::Board;
+use support::board::BoardName;
 use support::board::Profile;
 use support::elf::{Facts, Memory, Symbol};
 
@@ -93,9 +93,9 @@ pub fn biggest_symbols(context: &Context, count: usize) -> anyhow::Result<String
     Ok(text)
 }
 
-fn images(context: &Context) -> anyhow::Result<Vec<(Board, &'static str, PathBuf)>> {
+fn images(context: &Context) -> anyhow::Result<Vec<(BoardName, &'static str, PathBuf)>> {
     let mut images = Vec::new();
-    for &board in Board::value_variants() {
+    for &board in BoardName::value_variants() {
         let built = context.images(board, Profile::Standard)?;
         images.extend([(board, "master", built.master), (board, "slave", built.slave)]);
     }

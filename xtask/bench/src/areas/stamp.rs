@@ -5,7 +5,7 @@
 //! source of stamps, here is how good they are.
 
 use can_wire::time::Time;
-use twin::board::{Board, BoardConfig, Fittings};
+use twin::board::{BoardConfig, EmulatedBoard, Fittings};
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use twin::stamps::{Counts, Disturbance, Outcome, Trial};
 
@@ -74,7 +74,7 @@ fn fly(context: &Context, load: f64) -> anyhow::Result<Outcome> {
     Trial::new(spacecraft, SYNC, disturbance)?.run(SYNCS, PERIOD, counts)
 }
 
-fn counts(board: &Board) -> anyhow::Result<Counts> {
+fn counts(board: &EmulatedBoard) -> anyhow::Result<Counts> {
     let stamps = Telltale::read(board)?.stamps;
     Ok(Counts { captured: stamps.captured, missed: stamps.missed, last: stamps.last })
 }

@@ -8,9 +8,9 @@ mod tables;
 mod timeline;
 
 use crate::flight::Flight;
-use crate::message::Scope;
+use crate::meaning::Scope;
 use crate::narrator::name;
-use crate::observer::Access;
+use crate::observer::BusAccess;
 use crate::outcome::UNKNOWN_IMAGES;
 use crate::record::Bus;
 use crate::summary::Summary;
@@ -96,7 +96,7 @@ fn boards_help(scope: Scope) -> &'static str {
 }
 
 fn how_to_read(flight: &Flight) -> Markup {
-    let is_selective = |(_, access)| access == Access::Selective;
+    let is_selective = |(_, access)| access == BusAccess::Selective;
     let has_selective = flight.plan.slaves().any(is_selective);
     html! {
         p {

@@ -37,7 +37,7 @@ impl Svg {
         self.add(class, rectangle([x, y, width, height]));
     }
 
-    /// A rectangle that tells more when pointed at.
+    /// A rectangle with a text that appears when pointed at.
     pub fn rect_with_hint(&mut self, class: &str, place: [f64; 4], hint: &str) {
         self.add(class, rectangle(place).add(Title::new(hint)));
     }

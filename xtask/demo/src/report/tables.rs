@@ -5,7 +5,7 @@ use super::timeline::Kind;
 use maud::{Markup, html};
 
 use crate::flight::{BoardCount, Flight, Heartbeats};
-use crate::message::Scope;
+use crate::meaning::Scope;
 use crate::narrator::name;
 use crate::plan::BoardPlan;
 use crate::record::Bus;
@@ -27,7 +27,7 @@ pub fn frames(flight: &Flight) -> Markup {
     let count =
         |bus, kind| flight.frames().filter(|(_, seen)| seen.bus == bus && Kind::of(seen) == kind).count();
     let scope = flight.plan.scope();
-    let counts = |kind: Kind| (kind.name(), Bus::BOTH.map(|bus| count(bus, kind)));
+    let counts = |kind: Kind| (kind.name(), Bus::ALL.map(|bus| count(bus, kind)));
     let others = Kind::others(scope).iter().map(|kind| counts(*kind)).filter(|(_, counts)| *counts != [0, 0]);
     let mut rows: Vec<Vec<Markup>> = Kind::rows(scope)
         .into_iter()
@@ -35,9 +35,9 @@ pub fn frames(flight: &Flight) -> Markup {
         .chain(others)
         .map(|(name, [nominal, redundant])| vec![text(name), html! { (nominal) }, html! { (redundant) }])
         .collect();
-    let all = Bus::BOTH.map(|bus| flight.frames().filter(|(_, seen)| seen.bus == bus).count());
+    let all = Bus::ALL.map(|bus| flight.frames().filter(|(_, seen)| seen.bus == bus).count());
     rows.push(vec![html! { b { "all" } }, html! { b { (all[0]) } }, html! { b { (all[1]) } }]);
-    let [nominal, redundant] = Bus::BOTH.map(|bus| format!("{:.1} %", flight.load(bus) * 100.0));
+    let [nominal, redundant] = Bus::ALL.map(|bus| format!("{:.1} %", flight.load(bus) * 100.0));
     rows.push(vec![text("bus load"), text(nominal), text(redundant)]);
     table(&[text("kind"), bus(Bus::Nominal), bus(Bus::Redundant)], rows)
 }

@@ -7,7 +7,7 @@ use can_wire::time::Time;
 use super::axis::{Axis, Layout};
 use super::svg::Svg;
 use crate::flight::Flight;
-use crate::message::{Message, Scope};
+use crate::meaning::{Meaning, Scope};
 use crate::record::{Bus, MASTER, Seen};
 
 /// Kinds of frames, in the order of their rows.
@@ -46,17 +46,17 @@ impl Kind {
 
     /// The kind of a frame.
     pub fn of(seen: &Seen) -> Kind {
-        match seen.message {
-            Some(Message::Nmt { .. } | Message::BootUp { .. } | Message::Emergency { .. }) => Kind::Network,
-            Some(Message::Sdo { .. }) => Kind::Sdo,
-            Some(Message::Pdo) if seen.from == MASTER => Kind::MasterPdo,
-            Some(Message::Pdo) => Kind::SlavePdo,
-            Some(Message::Heartbeat { node: MASTER, .. }) => Kind::Master,
-            Some(Message::Heartbeat { .. }) => Kind::Slave,
-            Some(Message::Sync | Message::SpacecraftTime(_) | Message::LocalTime { .. }) => Kind::Time,
-            Some(Message::Telecommand { .. }) => Kind::Command,
-            Some(Message::TelemetryRequest { .. }) => Kind::Request,
-            Some(Message::Telemetry { .. }) => Kind::Reply,
+        match seen.meaning {
+            Some(Meaning::Nmt { .. } | Meaning::BootUp { .. } | Meaning::Emergency { .. }) => Kind::Network,
+            Some(Meaning::Sdo { .. }) => Kind::Sdo,
+            Some(Meaning::Pdo) if seen.from == MASTER => Kind::MasterPdo,
+            Some(Meaning::Pdo) => Kind::SlavePdo,
+            Some(Meaning::Heartbeat { node: MASTER, .. }) => Kind::Master,
+            Some(Meaning::Heartbeat { .. }) => Kind::Slave,
+            Some(Meaning::Sync | Meaning::SpacecraftTime(_) | Meaning::LocalTime { .. }) => Kind::Time,
+            Some(Meaning::Telecommand { .. }) => Kind::Command,
+            Some(Meaning::TelemetryRequest { .. }) => Kind::Request,
+            Some(Meaning::Telemetry { .. }) => Kind::Reply,
             None => Kind::Other,
         }
     }
@@ -115,7 +115,7 @@ const AXIS: f64 = 26.0;
 const HEIGHT: f64 = 2.0 * (TITLE + LANE) + AXIS;
 
 fn top(bus: Bus) -> f64 {
-    TITLE + bus.index() as f64 * (LANE + TITLE)
+    TITLE + bus as usize as f64 * (LANE + TITLE)
 }
 
 /// The whole flight.
@@ -144,12 +144,12 @@ fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
     let mut svg = Svg::new(layout.width, HEIGHT, title);
     let (left, right) = axis.ends();
     svg.rect("paper", 0.0, 0.0, layout.width, HEIGHT);
-    for bus in Bus::BOTH {
+    for bus in Bus::ALL {
         svg.rect("lane", left, top(bus), right - left, LANE);
     }
     shade_active(flight, &axis, &mut svg);
     axis.draw(&mut svg, top(Bus::Nominal), top(Bus::Redundant) + LANE);
-    for bus in Bus::BOTH {
+    for bus in Bus::ALL {
         let lane = format!("{} bus", capital(bus.name()));
         // Wider than the names of the rows where there is little room, so it begins at the border.
         let (anchor, x) = if layout.brief { ("", 0.0) } else { (" end", left - 12.0) };

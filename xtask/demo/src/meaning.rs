@@ -23,7 +23,7 @@ pub enum Scope {
 
 /// A frame's meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Message {
+pub enum Meaning {
     /// NMT module control (CiA 301 7.2.8.3.1); node 0 means all.
     Nmt { command: NmtCommand, node: Node },
     /// SYNC (CiA 301 7.2.5).
@@ -60,7 +60,7 @@ pub enum NmtCommand {
     ResetCommunication,
 }
 
-/// States as a heartbeat tells them.
+/// NMT states in heartbeats.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NmtState {
     Stopped,
@@ -77,9 +77,9 @@ pub struct Scet {
     pub fine: u32,
 }
 
-impl Message {
+impl Meaning {
     /// The meaning of a frame, `None` when it has none on this spacecraft: foreign or malformed.
-    pub fn decode(frame: &WireFrame, scope: Scope) -> Option<Message> {
+    pub fn decode(frame: &WireFrame, scope: Scope) -> Option<Meaning> {
         let WireId::Standard(id) = frame.id else { return None };
         if frame.remote {
             return None;
@@ -88,30 +88,30 @@ impl Message {
         let node = (id & 0x7F) as Node;
         if scope == Scope::Protocol && is_free(id) {
             return Some(match Scet::decode(data) {
-                Some(scet) if id == SPACECRAFT_TIME => Message::SpacecraftTime(scet),
-                _ => Message::Pdo,
+                Some(scet) if id == SPACECRAFT_TIME => Meaning::SpacecraftTime(scet),
+                _ => Meaning::Pdo,
             });
         }
         match (id & 0x780, node) {
             (0x000, 0) => {
                 let &[command, node] = data else { return None };
-                Some(Message::Nmt { command: NmtCommand::from_byte(command)?, node })
+                Some(Meaning::Nmt { command: NmtCommand::from_byte(command)?, node })
             }
-            (0x080, 0) => (data.len() <= 1).then_some(Message::Sync),
+            (0x080, 0) => (data.len() <= 1).then_some(Meaning::Sync),
             (_, 0) => None,
             (0x080, _) => {
-                (data.len() == 8).then(|| Message::Emergency { node, code: little_endian(&data[..2]) as u16 })
+                (data.len() == 8).then(|| Meaning::Emergency { node, code: little_endian(&data[..2]) as u16 })
             }
             (0x180, _) => {
                 let scet = Scet::decode(data)?;
                 Some(match node {
-                    MASTER => Message::SpacecraftTime(scet),
-                    _ => Message::LocalTime { node, scet },
+                    MASTER => Meaning::SpacecraftTime(scet),
+                    _ => Meaning::LocalTime { node, scet },
                 })
             }
             (0x300, _) => {
                 let (code, rest) = code_and_value(data)?;
-                Some(Message::Telecommand {
+                Some(Meaning::Telecommand {
                     node,
                     code,
                     value: rest & 0xFF_FFFF_FFFF,
@@ -120,20 +120,20 @@ impl Message {
             }
             (0x380, _) => {
                 let (code, value) = code_and_value(data)?;
-                Some(Message::Telemetry { node, code, value })
+                Some(Meaning::Telemetry { node, code, value })
             }
             (0x400, _) => {
                 let (code, _) = code_and_value(data)?;
-                Some(Message::TelemetryRequest { node, code })
+                Some(Meaning::TelemetryRequest { node, code })
             }
-            (0x580 | 0x600, _) => (data.len() == 8).then_some(Message::Sdo { node }),
+            (0x580 | 0x600, _) => (data.len() == 8).then_some(Meaning::Sdo { node }),
             (0x700, _) => {
                 let &[state] = data else { return None };
                 match state {
-                    0x00 => Some(Message::BootUp { node }),
-                    0x04 => Some(Message::Heartbeat { node, state: NmtState::Stopped }),
-                    0x05 => Some(Message::Heartbeat { node, state: NmtState::Operational }),
-                    0x7F => Some(Message::Heartbeat { node, state: NmtState::PreOperational }),
+                    0x00 => Some(Meaning::BootUp { node }),
+                    0x04 => Some(Meaning::Heartbeat { node, state: NmtState::Stopped }),
+                    0x05 => Some(Meaning::Heartbeat { node, state: NmtState::Operational }),
+                    0x7F => Some(Meaning::Heartbeat { node, state: NmtState::PreOperational }),
                     _ => None,
                 }
             }
@@ -210,65 +210,65 @@ impl fmt::Display for Scet {
 mod tests {
     use super::*;
 
-    fn decode(id: u16, data: &[u8]) -> Option<Message> {
-        Message::decode(&WireFrame::standard(id, data), Scope::Mission)
+    fn decode(id: u16, data: &[u8]) -> Option<Meaning> {
+        Meaning::decode(&WireFrame::standard(id, data), Scope::Mission)
     }
 
     #[test]
     fn network_management_is_decoded() {
-        assert_eq!(decode(0x000, &[0x01, 0]), Some(Message::Nmt { command: NmtCommand::Start, node: 0 }));
+        assert_eq!(decode(0x000, &[0x01, 0]), Some(Meaning::Nmt { command: NmtCommand::Start, node: 0 }));
         assert_eq!(
             decode(0x000, &[0x82, 4]),
-            Some(Message::Nmt { command: NmtCommand::ResetCommunication, node: 4 })
+            Some(Meaning::Nmt { command: NmtCommand::ResetCommunication, node: 4 })
         );
-        assert_eq!(decode(0x703, &[0x00]), Some(Message::BootUp { node: 3 }));
+        assert_eq!(decode(0x703, &[0x00]), Some(Meaning::BootUp { node: 3 }));
         assert_eq!(
             decode(0x701, &[0x05]),
-            Some(Message::Heartbeat { node: 1, state: NmtState::Operational })
+            Some(Meaning::Heartbeat { node: 1, state: NmtState::Operational })
         );
     }
 
     #[test]
     fn process_data_is_decoded() {
-        assert_eq!(decode(0x080, &[]), Some(Message::Sync));
+        assert_eq!(decode(0x080, &[]), Some(Meaning::Sync));
         assert_eq!(
             decode(0x302, &[0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 0, 9]),
-            Some(Message::Telecommand { node: 2, code: 0x1234, value: 0xDEAD_BEEF, sequence: 9 })
+            Some(Meaning::Telecommand { node: 2, code: 0x1234, value: 0xDEAD_BEEF, sequence: 9 })
         );
-        assert_eq!(decode(0x402, &[0x01, 0x00]), Some(Message::TelemetryRequest { node: 2, code: 1 }));
+        assert_eq!(decode(0x402, &[0x01, 0x00]), Some(Meaning::TelemetryRequest { node: 2, code: 1 }));
         assert_eq!(
             decode(0x382, &[0x01, 0x00, 0x2A]),
-            Some(Message::Telemetry { node: 2, code: 1, value: 42 })
+            Some(Meaning::Telemetry { node: 2, code: 1, value: 42 })
         );
         assert_eq!(
             decode(0x082, &[0x10, 0x81, 0x11, 0, 0, 0, 0, 0]),
-            Some(Message::Emergency { node: 2, code: 0x8110 })
+            Some(Meaning::Emergency { node: 2, code: 0x8110 })
         );
-        assert_eq!(decode(0x602, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0]), Some(Message::Sdo { node: 2 }));
-        assert_eq!(decode(0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]), Some(Message::Sdo { node: 2 }));
+        assert_eq!(decode(0x602, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0]), Some(Meaning::Sdo { node: 2 }));
+        assert_eq!(decode(0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]), Some(Meaning::Sdo { node: 2 }));
     }
 
     #[test]
     fn spacecraft_time_is_decoded_fine_part_first() {
         let half_past_seven = decode(0x181, &[0x00, 0x00, 0x80, 7, 0, 0, 0]);
-        assert_eq!(half_past_seven, Some(Message::SpacecraftTime(Scet { coarse: 7, fine: 1 << 23 })));
-        let Some(Message::SpacecraftTime(scet)) = half_past_seven else { unreachable!() };
+        assert_eq!(half_past_seven, Some(Meaning::SpacecraftTime(Scet { coarse: 7, fine: 1 << 23 })));
+        let Some(Meaning::SpacecraftTime(scet)) = half_past_seven else { unreachable!() };
         assert_eq!(scet.to_string(), "7.500000 s");
     }
 
     /// Given frames of an unknown mission, then only what the standards fix has a meaning beyond "PDO".
     #[test]
     fn frames_of_an_unknown_mission_are_pdos() {
-        let decode = |id, data: &[u8]| Message::decode(&WireFrame::standard(id, data), Scope::Protocol);
+        let decode = |id, data: &[u8]| Meaning::decode(&WireFrame::standard(id, data), Scope::Protocol);
         for id in [0x182, 0x200, 0x302, 0x382, 0x402, 0x4FF, 0x57F, 0x6A0] {
-            assert_eq!(decode(id, &[1]), Some(Message::Pdo), "{id:03X}h");
+            assert_eq!(decode(id, &[1]), Some(Meaning::Pdo), "{id:03X}h");
         }
         let scet = Scet { coarse: 7, fine: 1 << 23 };
-        assert_eq!(decode(0x181, &[0, 0, 0x80, 7, 0, 0, 0]), Some(Message::SpacecraftTime(scet)));
-        assert_eq!(decode(0x181, &[1, 2]), Some(Message::Pdo));
-        assert_eq!(decode(0x603, &[0; 8]), Some(Message::Sdo { node: 3 }));
-        assert_eq!(decode(0x703, &[0]), Some(Message::BootUp { node: 3 }));
-        assert_eq!(decode(0x083, &[0; 8]), Some(Message::Emergency { node: 3, code: 0 }));
+        assert_eq!(decode(0x181, &[0, 0, 0x80, 7, 0, 0, 0]), Some(Meaning::SpacecraftTime(scet)));
+        assert_eq!(decode(0x181, &[1, 2]), Some(Meaning::Pdo));
+        assert_eq!(decode(0x603, &[0; 8]), Some(Meaning::Sdo { node: 3 }));
+        assert_eq!(decode(0x703, &[0]), Some(Meaning::BootUp { node: 3 }));
+        assert_eq!(decode(0x083, &[0; 8]), Some(Meaning::Emergency { node: 3, code: 0 }));
         for id in [0x100, 0x180, 0x6E0, 0x7E5] {
             assert_eq!(decode(id, &[0; 8]), None, "{id:03X}h");
         }
@@ -288,6 +288,6 @@ mod tests {
             assert_eq!(decode(id, data), None, "{id:03X}h {data:02X?}");
         }
         let remote = WireFrame { remote: true, ..WireFrame::standard(0x702, &[]) };
-        assert_eq!(Message::decode(&remote, Scope::Mission), None);
+        assert_eq!(Meaning::decode(&remote, Scope::Mission), None);
     }
 }
