@@ -2,7 +2,7 @@
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
-use crate::redundancy::{Access, BusOffPolicy, Parameters};
+use crate::redundancy::{BusAccess, BusOffPolicy, Parameters};
 use crate::types::{Bus, CobId, Duration, NodeId};
 
 /// The numbers of a mission.
@@ -94,8 +94,8 @@ impl Profile {
         `dwell` and 2 x ttoggle x consumer + 2 x heartbeat";
 
     /// How a node reaches its buses.
-    pub fn access(&self, node: NodeId) -> Access {
-        if self.selective.contains(&node) { Access::Selective } else { Access::Parallel }
+    pub fn access(&self, node: NodeId) -> BusAccess {
+        if self.selective.contains(&node) { BusAccess::Selective } else { BusAccess::Parallel }
     }
 
     /// Whether slaves with selective access search for as long as a master may take to try both buses. A slave that gives

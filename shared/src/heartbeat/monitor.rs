@@ -25,7 +25,7 @@ struct Entry {
     time: u32,
     /// Zero when not in use.
     node: u8,
-    /// The last one told.
+    /// NMT state of the last heartbeat.
     state: Option<NmtState>,
     phase: Phase,
 }
@@ -37,15 +37,15 @@ enum Phase {
     Armed,
     /// Heard in time.
     Monitoring,
-    /// Missed, and told so.
+    /// Missed, and reported.
     Missed,
 }
 
-/// What a heartbeat or boot-up message told.
+/// What a heartbeat or boot-up message of a monitored node means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Heard {
-    /// The state told before; `None` for the first word of this node since its entry was written. Initialising after
+    /// The state before; `None` until the first heartbeat after the entry was written. Initialising after
     /// another state: the node started over.
     pub before: Option<NmtState>,
     /// It had been missed, and is no more.

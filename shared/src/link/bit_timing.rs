@@ -26,7 +26,7 @@
 
 mod error;
 
-pub use error::{BitTimingError, Message};
+pub use error::{BitTimingError, ErrorText};
 
 /// A frequency in Hz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

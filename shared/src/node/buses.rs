@@ -2,7 +2,7 @@
 
 use crate::link::port::{ErrorState, Health};
 use crate::node::{BusCommand, FailCause, LinkEvent, Outbox};
-use crate::redundancy::{Access, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
+use crate::redundancy::{BusAccess, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
 use crate::types::{Bus, Duration, Instant, NmtState, PerBus, Scet, earliest};
 
 /// Frames of one bus. The first two wrap, all others stay at their maximum.
@@ -65,17 +65,17 @@ pub struct Status {
 /// Both buses of a node.
 #[derive(Clone, Debug)]
 pub(super) struct Buses {
-    access: Access,
+    access: BusAccess,
     pub counters: PerBus<Counters>,
     pub health: PerBus<Health>,
     recovery: PerBus<BusOffRecovery>,
-    /// The error state that was told last.
-    told: PerBus<ErrorState>,
-    /// It was told to go on this bus, and not to leave it since.
+    /// The error state that was reported last.
+    reported: PerBus<ErrorState>,
+    /// The node commanded it to go on this bus, and not to leave it since.
     joined: PerBus<bool>,
 }
 
-/// What a node has to tell of a bus.
+/// What a node has to report of a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BusNews {
     /// The error state changed.
@@ -87,19 +87,19 @@ pub(super) enum BusNews {
 }
 
 impl Buses {
-    pub fn new(access: Access, policy: BusOffPolicy) -> Self {
+    pub fn new(access: BusAccess, policy: BusOffPolicy) -> Self {
         Buses {
             access,
             counters: PerBus::default(),
             health: PerBus::default(),
             recovery: PerBus::from_fn(|_| BusOffRecovery::new(policy)),
-            told: PerBus::default(),
+            reported: PerBus::default(),
             joined: PerBus::default(),
         }
     }
 
     /// How the node reaches its buses.
-    pub const fn access(&self) -> Access {
+    pub const fn access(&self) -> BusAccess {
         self.access
     }
 
@@ -122,12 +122,12 @@ impl Buses {
     /// The active bus changed: nothing that was meant for the old one may go out there later.
     pub fn change<E>(&mut self, from: Bus, to: Bus, out: &mut Outbox<E>) {
         match self.access {
-            Access::Parallel => out.command(from, BusCommand::Abandon),
-            Access::Selective => {
+            BusAccess::Parallel => out.command(from, BusCommand::Abandon),
+            BusAccess::Selective => {
                 (self.joined[from], self.joined[to]) = (false, true);
                 self.recovery[from].leave();
                 // What the bus was like when it was left says nothing about it now.
-                (self.health[to], self.told[to]) = (Health::default(), ErrorState::Active);
+                (self.health[to], self.reported[to]) = (Health::default(), ErrorState::Active);
                 out.command(from, BusCommand::Leave);
                 out.command(to, BusCommand::Join);
             }
@@ -136,7 +136,7 @@ impl Buses {
 
     /// Whether the node takes part in `bus`: what a left one still reports is of the past.
     pub fn is_joined(&self, bus: Bus, active: Bus) -> bool {
-        self.access == Access::Parallel || bus == active
+        self.access == BusAccess::Parallel || bus == active
     }
 
     /// Counts an event and follows the error state.
@@ -174,7 +174,7 @@ impl Buses {
 
     /// Takes the error state of a controller. Returns whether it was bus-off and is no more.
     pub fn has_recovered(&mut self, bus: Bus, state: ErrorState) -> bool {
-        let was_off = core::mem::replace(&mut self.told[bus], state) == ErrorState::BusOff;
+        let was_off = core::mem::replace(&mut self.reported[bus], state) == ErrorState::BusOff;
         was_off && state != ErrorState::BusOff
     }
 

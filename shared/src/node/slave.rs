@@ -1,7 +1,7 @@
 //! A slave node.
 
 mod bus_events;
-mod identity;
+mod clash;
 mod network;
 mod objects;
 mod retained;
@@ -9,10 +9,10 @@ mod retained;
 use super::canopen::{Canopen, Out, is_heartbeat};
 use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
-use crate::nmt::{Identity, ResetGuard};
+use crate::nmt::{ClashWatch, ResetGuard};
 use crate::node::{Filters, LinkEvent, Node};
 use crate::profile::Profile;
-use crate::redundancy::{Access, Parameters, Selector};
+use crate::redundancy::{BusAccess, Parameters, Selector};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
@@ -24,7 +24,7 @@ pub struct Slave<D: Device> {
     guard: ResetGuard,
     retained: retained::Memory,
     selector: Selector,
-    identity: Identity,
+    clashes: ClashWatch,
     /// Module control and heartbeats received; wraps.
     control_frames: PerBus<u32>,
     initial: Parameters,
@@ -46,7 +46,7 @@ impl<D: Device> Slave<D> {
             guard: ResetGuard::default(),
             retained: retained::Memory::default(),
             selector: Selector::new(redundancy),
-            identity: Identity::new(),
+            clashes: ClashWatch::new(),
             control_frames: PerBus::default(),
             initial: redundancy,
             stamped: profile.stamped,
@@ -69,7 +69,7 @@ impl<D: Device> Slave<D> {
         self.selector.configure(self.written_redundancy());
         self.canopen.boot(self.selector.selected(), now, out);
         self.selector.start(now);
-        self.identity.boot(now);
+        self.clashes.boot(now);
         self.guard.on_boot(now);
         self.canopen.services.next = now;
     }
@@ -143,7 +143,7 @@ impl<D: Device> Slave<D> {
         {
             self.apply(selection, now, out);
         }
-        if self.identity.poll(until, self.selector.parameters().hold_off_time()) {
+        if self.clashes.poll(until, self.selector.parameters().hold_off_time()) {
             self.on_clash_over(now, out);
         }
         self.open_guard(until);
@@ -154,7 +154,7 @@ impl<D: Device> Slave<D> {
     fn due(&self) -> Option<Instant> {
         let own = [
             self.warning.or_else(|| self.selector.deadline()),
-            self.identity.deadline(self.selector.parameters().hold_off_time()),
+            self.clashes.deadline(self.selector.parameters().hold_off_time()),
             self.guard.deadline(self.pause()),
             self.canopen.due(),
         ];
@@ -180,7 +180,7 @@ impl<D: Device> Slave<D> {
     /// # Errors
     /// [`ParallelAccess`]: the master chooses the bus of a node with parallel access.
     pub fn select_bus(&mut self, bus: Bus) -> Result<(), ParallelAccess> {
-        if self.canopen.services.buses.access() == Access::Parallel {
+        if self.canopen.services.buses.access() == BusAccess::Parallel {
             return Err(ParallelAccess);
         }
         (self.wanted, self.canopen.services.next) = (Some(bus), Instant::ZERO);

@@ -2,7 +2,7 @@
 
 use super::dwell::Dwell;
 use super::trial::Trial;
-use super::{Heard, Parameters, Peers};
+use super::{Parameters, PeerHeartbeat, Peers};
 use crate::heartbeat::Producer;
 use crate::link::port::{ErrorState, Health, LastError};
 use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
@@ -167,7 +167,7 @@ impl Manager {
     }
 
     /// A heartbeat or boot-up message of another node.
-    pub fn on_heartbeat(&mut self, bus: Bus, node: NodeId, state: NmtState, at: Instant) -> Heard {
+    pub fn on_heartbeat(&mut self, bus: Bus, node: NodeId, state: NmtState, at: Instant) -> PeerHeartbeat {
         self.peers.on_heartbeat(node, state, bus == self.active, at, &self.parameters)
     }
 

@@ -16,7 +16,7 @@ mod trial;
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
 pub use objects::{Redundancy, RedundancyObjects};
-pub use peers::{Heard, Peers};
+pub use peers::{PeerHeartbeat, Peers};
 pub use rivals::Rivals;
 pub use selector::{MasterMessage, Selection, Selector};
 
@@ -25,7 +25,7 @@ use crate::types::{Bus, Duration};
 /// How a node reaches its two buses (ECSS 8.2).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Access {
+pub enum BusAccess {
     /// Two controllers, both on their bus all the time.
     #[default]
     Parallel,

@@ -72,7 +72,7 @@ impl Peer {
 /// What a heartbeat says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Heard {
+pub struct PeerHeartbeat {
     /// The first heartbeat of this node, or another state than before.
     pub changed: bool,
     /// It had been lost.
@@ -145,10 +145,12 @@ impl Peers {
         active: bool,
         at: Instant,
         parameters: &Parameters,
-    ) -> Heard {
+    ) -> PeerHeartbeat {
         let (bit, consumer) = (node_bit(node), parameters.consumer);
         let own = self.time(node, consumer);
-        let Some(place) = self.places.get_mut(usize::from(node.get())) else { return Heard::default() };
+        let Some(place) = self.places.get_mut(usize::from(node.get())) else {
+            return PeerHeartbeat::default();
+        };
         let known = place.is_some();
         let peer = place.get_or_insert(Peer {
             state,
@@ -180,7 +182,7 @@ impl Peers {
         if active && state.allows_sdo() {
             self.ready |= self.unasked & bit;
         }
-        Heard { changed, returned, start: active && waiting && self.held & bit == 0 }
+        PeerHeartbeat { changed, returned, start: active && waiting && self.held & bit == 0 }
     }
 
     /// The next stranger whose device type (1000h) is to be read, once per new Node-ID and boot-up message.

@@ -16,7 +16,7 @@ pub(super) const SEGMENT: u8 = 7;
 /// How many segments of a sub-block are given to the bus before the first of them has left.
 pub const WINDOW: u8 = 8;
 
-/// How many segments may have been acknowledged before their controller tells that they left: as many as it has mailboxes.
+/// How many segments may be acknowledged before their controller reports that they left: as many as it has mailboxes.
 const LAG: u8 = 3;
 
 /// How many sub-blocks in a row may bring nothing. If there are more, the peer has begun something else, which is not
@@ -59,7 +59,7 @@ pub(super) struct Receiver {
 
 /// What a segment means.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Heard {
+pub(super) enum SegmentOutcome {
     /// Its data count.
     Taken,
     /// Its data count, and it ends the sub-block: an acknowledgement is due.
@@ -78,14 +78,14 @@ impl Receiver {
     }
 
     #[inline]
-    pub fn on_segment(&mut self, command: u8) -> Heard {
+    pub fn on_segment(&mut self, command: u8) -> SegmentOutcome {
         // First what nearly all are.
         if command != self.next || command >= self.size {
             return self.on_special(command);
         }
         self.open = self.size;
         self.take_plain();
-        Heard::Taken
+        SegmentOutcome::Taken
     }
 
     /// Whether it is the segment that counts next, and neither begins nor ends its sub-block.
@@ -101,22 +101,22 @@ impl Receiver {
         self.ended_by = 0;
     }
 
-    fn on_special(&mut self, command: u8) -> Heard {
+    fn on_special(&mut self, command: u8) -> SegmentOutcome {
         let seqno = command & !LAST_OF_BLOCKS;
         let is_last = command & LAST_OF_BLOCKS != 0;
         let is_taken = seqno == self.next;
         if !is_taken && self.is_repeat(command) {
-            return Heard::Ignored;
+            return SegmentOutcome::Ignored;
         }
         // After a lost segment fewer follow than the sub-block has; a peer that sends more brings nothing, for ever.
         self.astray = self.astray.saturating_add(u8::from(!is_taken));
         let ends = is_last || seqno >= self.size || self.astray >= self.size;
         (self.open, self.ended_by) = (self.size, if ends { command } else { 0 });
         if !is_taken {
-            return if ends { Heard::Ends } else { Heard::Ignored };
+            return if ends { SegmentOutcome::Ends } else { SegmentOutcome::Ignored };
         }
         self.next += 1;
-        if is_last { Heard::TakenLast } else { Heard::TakenAtEnd }
+        if is_last { SegmentOutcome::TakenLast } else { SegmentOutcome::TakenAtEnd }
     }
 
     /// Whether it may be the segment that ended the last sub-block, received twice: a frame is valid for its receivers a
@@ -182,7 +182,7 @@ pub(super) struct Sender {
     sent: u8,
     /// Most segments of it.
     size: u8,
-    /// Segments that the bus has not told of.
+    /// Segments whose transmission the bus has not reported.
     in_flight: u8,
     /// The number acknowledged last.
     acked: u8,

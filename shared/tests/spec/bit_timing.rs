@@ -1,7 +1,7 @@
 //! Bit timing: published settings, and every setting that there is.
 
 use ecss_can::link::bit_timing::{
-    BitRate, BitTiming, BitTimingError, Hertz, Limits, Message, Metres, Nanoseconds, Network,
+    BitRate, BitTiming, BitTimingError, ErrorText, Hertz, Limits, Metres, Nanoseconds, Network,
     PartsPerMillion, Permille, Range,
 };
 use proptest::prelude::*;
@@ -172,7 +172,7 @@ fn the_error_says_what_fails_and_by_how_much() {
 }
 
 /// As a failed build shows it.
-const MESSAGE: Message = match BitTiming::new(
+const MESSAGE: ErrorText = match BitTiming::new(
     &BXCAN,
     Hertz(42_000_000),
     &Network { bit_rate: BitRate::new(800_000).unwrap(), ..crate::instrument::STANDARD.network },

@@ -5,7 +5,7 @@
 
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::Target;
-use ecss_can::redundancy::{Action, Heard, Manager, Parameters, SwitchCause};
+use ecss_can::redundancy::{Action, Manager, Parameters, PeerHeartbeat, SwitchCause};
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational};
 use ecss_can::types::{Bus, Duration, Frame};
 
@@ -62,7 +62,7 @@ pub(crate) fn decisions(manager: &mut Manager, until: u64) -> Vec<(u64, Action)>
     all
 }
 
-pub(crate) fn hear(manager: &mut Manager, bus: Bus, raw: u8, at: u64) -> Heard {
+pub(crate) fn hear(manager: &mut Manager, bus: Bus, raw: u8, at: u64) -> PeerHeartbeat {
     manager.on_frame(bus, Some(node(raw)), ms(at));
     manager.on_heartbeat(bus, node(raw), Operational, ms(at))
 }
@@ -217,7 +217,7 @@ fn a_slave_is_lost_once_and_returns_once() {
     assert_eq!(decisions(&mut manager, 200), [(110, Action::Lost(node(2)))]);
     assert_eq!(manager.peers().state(node(2)), None);
     let heard = hear(&mut manager, NOMINAL, 2, 201);
-    assert_eq!(heard, Heard { changed: false, returned: true, start: false });
+    assert_eq!(heard, PeerHeartbeat { changed: false, returned: true, start: false });
     assert!(!hear(&mut manager, NOMINAL, 2, 202).returned);
     assert_eq!(manager.peers().state(node(2)), Some(Operational));
 }

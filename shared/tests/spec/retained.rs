@@ -38,15 +38,15 @@ impl RetainedMemory for Ram {
 }
 
 /// The memories of slave 5.
-struct Board {
+struct Memories {
     profile: Profile,
     store: Option<Memory>,
     ram: Ram,
 }
 
-impl Board {
-    fn new() -> Board {
-        Board { profile: STANDARD, store: Some(Memory::default()), ram: Ram::of_power_on() }
+impl Memories {
+    fn new() -> Memories {
+        Memories { profile: STANDARD, store: Some(Memory::default()), ram: Ram::of_power_on() }
     }
 
     /// The slave starts, after a reset or with power: what is in RAM is up to the test.
@@ -94,7 +94,7 @@ fn notes(slave: &Bench<TestSlave>) -> Vec<(Bus, bool)> {
 /// Verifies: ECSS 8.3.2a, 8.3.3k
 #[test]
 fn a_reset_starts_on_the_bus_found_last() {
-    let board = Board::new();
+    let board = Memories::new();
     let mut slave = board.start();
     assert_eq!(board.starts_on(), NOMINAL);
     hear(&mut slave, REDUNDANT, 0);
@@ -108,7 +108,7 @@ fn a_reset_starts_on_the_bus_found_last() {
 /// Verifies: ECSS 8.3.2a
 #[test]
 fn without_power_a_bus_found_just_now_is_forgotten() {
-    let mut board = Board::new();
+    let mut board = Memories::new();
     let mut slave = board.start();
     hear(&mut slave, REDUNDANT, 200);
     assert_eq!(notes(&slave), []);
@@ -119,7 +119,7 @@ fn without_power_a_bus_found_just_now_is_forgotten() {
 /// Verifies: ECSS 8.3.2a, 8.3.3k
 #[test]
 fn a_bus_found_a_consumer_time_ago_outlives_power() {
-    let mut board = Board::new();
+    let mut board = Memories::new();
     let mut slave = board.start();
     hear(&mut slave, REDUNDANT, 300);
     assert_eq!(notes(&slave), [(REDUNDANT, true)]);
@@ -134,7 +134,7 @@ fn a_bus_found_a_consumer_time_ago_outlives_power() {
 
 #[test]
 fn a_bus_that_is_stored_already_is_not_noted_again() {
-    let mut board = Board::new();
+    let mut board = Memories::new();
     let mut slave = board.start();
     hear(&mut slave, NOMINAL, 500);
     assert_eq!(notes(&slave), [], "it is the default");
@@ -158,7 +158,7 @@ fn a_bus_that_is_stored_already_is_not_noted_again() {
 
 #[test]
 fn eight_notes_are_written_from_power_on_to_power_off() {
-    let mut board = Board::new();
+    let mut board = Memories::new();
     let mut all = Vec::new();
     let mut buses = [REDUNDANT, NOMINAL].into_iter().cycle();
     // A reset gives no new ones.
@@ -182,7 +182,7 @@ fn eight_notes_are_written_from_power_on_to_power_off() {
 
 #[test]
 fn a_store_without_room_says_that_bdefault_is_not_kept() {
-    let mut board = Board { store: Some(Memory::full()), ..Board::new() };
+    let mut board = Memories { store: Some(Memory::full()), ..Memories::new() };
     let mut slave = board.start();
     hear(&mut slave, REDUNDANT, 500);
     assert_eq!(notes(&slave), [(REDUNDANT, false)]);
@@ -193,7 +193,7 @@ fn a_store_without_room_says_that_bdefault_is_not_kept() {
 
 #[test]
 fn without_a_store_bdefault_outlives_a_reset_only() {
-    let mut board = Board { store: None, ..Board::new() };
+    let mut board = Memories { store: None, ..Memories::new() };
     let mut slave = board.start();
     hear(&mut slave, REDUNDANT, 500);
     assert_eq!(notes(&slave), []);
@@ -204,7 +204,7 @@ fn without_a_store_bdefault_outlives_a_reset_only() {
 
 #[test]
 fn a_bdefault_written_lasts_until_the_next_find_or_reset() {
-    let board = Board::new();
+    let board = Memories::new();
     let mut slave = board.start();
     hear(&mut slave, NOMINAL, 300);
     write(&mut slave, 0x2000, 1, &[1]);
@@ -221,7 +221,7 @@ fn a_bdefault_written_lasts_until_the_next_find_or_reset() {
 /// It is not what the master was found on, so it is neither retained nor noted.
 #[test]
 fn a_bdefault_written_soon_after_a_find_is_not_kept() {
-    let mut board = Board::new();
+    let mut board = Memories::new();
     let mut slave = board.start();
     hear(&mut slave, REDUNDANT, 100);
     write(&mut slave, 0x2000, 1, &[0]);
@@ -234,7 +234,7 @@ fn a_bdefault_written_soon_after_a_find_is_not_kept() {
 #[test]
 fn save_keeps_the_bdefault_of_the_dictionary() {
     for sub in [1, 4] {
-        let mut board = Board::new();
+        let mut board = Memories::new();
         let mut slave = board.start();
         hear(&mut slave, REDUNDANT, 500);
         write(&mut slave, 0x2000, 1, &[0]);
@@ -253,7 +253,7 @@ fn save_keeps_the_bdefault_of_the_dictionary() {
 fn load_clears_the_kept_bdefault_from_the_next_reset_on() {
     for sub in [1, 4] {
         for saved in [false, true] {
-            let mut board = Board::new();
+            let mut board = Memories::new();
             let mut slave = board.start();
             hear(&mut slave, REDUNDANT, 500);
             if saved {
@@ -272,7 +272,7 @@ fn load_clears_the_kept_bdefault_from_the_next_reset_on() {
 #[test]
 fn save_and_load_end_the_wait_for_a_note() {
     for (index, signature, expected) in [(0x1010, b"save", REDUNDANT), (0x1011, b"load", NOMINAL)] {
-        let mut board = Board::new();
+        let mut board = Memories::new();
         let mut slave = board.start();
         hear(&mut slave, REDUNDANT, 100);
         write(&mut slave, index, 1, signature);
@@ -288,7 +288,7 @@ fn save_and_load_end_the_wait_for_a_note() {
 fn saves_and_loads_of_other_parameters_leave_the_kept_bdefault() {
     for (index, signature) in [(0x1010, b"save"), (0x1011, b"load")] {
         for sub in [2, 3] {
-            let mut board = Board::new();
+            let mut board = Memories::new();
             let mut slave = board.start();
             hear(&mut slave, REDUNDANT, 500);
             write(&mut slave, index, sub, signature);
@@ -301,7 +301,7 @@ fn saves_and_loads_of_other_parameters_leave_the_kept_bdefault() {
 
 #[test]
 fn a_save_that_fails_leaves_the_retained_bdefault() {
-    let board = Board { store: Some(Memory::full()), ..Board::new() };
+    let board = Memories { store: Some(Memory::full()), ..Memories::new() };
     let mut slave = board.start();
     hear(&mut slave, REDUNDANT, 500);
     let answer = write_on(&mut slave, REDUNDANT, 0x1010, 1, b"save");
@@ -314,7 +314,7 @@ fn a_save_that_fails_leaves_the_retained_bdefault() {
 /// Verifies: ECSS 8.3.3k
 #[test]
 fn a_bus_found_by_a_command_is_retained_when_a_heartbeat_confirms_it() {
-    let board = Board::new();
+    let board = Memories::new();
     let mut slave = board.start();
     slave.run_until(ms(50));
     slave.receive(REDUNDANT, 0x000, &[0x01, 0x05]);
@@ -326,7 +326,7 @@ fn a_bus_found_by_a_command_is_retained_when_a_heartbeat_confirms_it() {
 
 /// A slave that nothing was heard on since it booted at zero; resets of the chip start it again.
 struct Flight {
-    board: Board,
+    board: Memories,
     slave: Bench<TestSlave>,
     boots: usize,
     ignored: Vec<SlaveEvent>,
@@ -334,7 +334,7 @@ struct Flight {
 
 impl Flight {
     fn new() -> Flight {
-        let board = Board::new();
+        let board = Memories::new();
         let slave = board.start();
         Flight { board, slave, boots: 0, ignored: vec![] }
     }

@@ -1,6 +1,6 @@
 //! The numbers of the two profiles.
 
-use ecss_can::redundancy::Access;
+use ecss_can::redundancy::BusAccess;
 use mission::{COMMAND_PERIOD, LIBRECUBE, STANDARD, TELEMETRY_PERIOD};
 
 use crate::{node, span};
@@ -18,8 +18,8 @@ fn librecube_has_the_numbers_of_the_prototype() {
     .map(|period| period.as_millis());
     assert_eq!(millis, [250, 2_500, 5_000, 10_000, 100, 100]);
     assert_eq!((LIBRECUBE.ttoggle, LIBRECUBE.ntoggle), (5, 10));
-    assert_eq!(LIBRECUBE.access(node(4)), Access::Selective);
-    assert_eq!(LIBRECUBE.access(node(3)), Access::Parallel);
+    assert_eq!(LIBRECUBE.access(node(4)), BusAccess::Selective);
+    assert_eq!(LIBRECUBE.access(node(3)), BusAccess::Parallel);
     assert_eq!(LIBRECUBE.redundancy().toggling_time(), span(12_500));
 }
 

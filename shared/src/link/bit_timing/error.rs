@@ -79,8 +79,8 @@ impl BitTimingError {
     }
 
     /// The error in words, also for a build that fails with it.
-    pub const fn message(&self) -> Message {
-        let text = Message::new("no bit timing: ");
+    pub const fn message(&self) -> ErrorText {
+        let text = ErrorText::new("no bit timing: ");
         match *self {
             BitTimingError::Prescaler { clock, bit_rate, allowed } => text
                 .text("no prescaler of ")
@@ -129,17 +129,17 @@ const LENGTH: usize = 128;
 
 /// A line of text that is put together while compiling, where `core::fmt` is out of reach.
 #[derive(Clone, Copy, Debug)]
-pub struct Message {
+pub struct ErrorText {
     bytes: [u8; LENGTH],
     len: usize,
 }
 
-impl Message {
-    const fn new(text: &str) -> Message {
-        Message { bytes: [0; LENGTH], len: 0 }.text(text)
+impl ErrorText {
+    const fn new(text: &str) -> ErrorText {
+        ErrorText { bytes: [0; LENGTH], len: 0 }.text(text)
     }
 
-    const fn text(mut self, text: &str) -> Message {
+    const fn text(mut self, text: &str) -> ErrorText {
         let mut n = 0;
         while n < text.len() && self.len < LENGTH {
             self.bytes[self.len] = text.as_bytes()[n];
@@ -149,11 +149,11 @@ impl Message {
         self
     }
 
-    const fn range(self, range: Range) -> Message {
+    const fn range(self, range: Range) -> ErrorText {
         self.number(range.first as u32).text(" to ").number(range.last as u32)
     }
 
-    const fn number(mut self, number: u32) -> Message {
+    const fn number(mut self, number: u32) -> ErrorText {
         if number > 9 {
             self = self.number(number / 10);
         }

@@ -10,7 +10,7 @@ impl<D: Device> Slave<D> {
         self.canopen.on_bus_event(bus, event, now, out);
         match event {
             LinkEvent::Transmitted { frame, stamp } if frame.id() == CobId::heartbeat(self.canopen.id) => {
-                self.identity.on_sent(stamp.at);
+                self.clashes.on_sent(stamp.at);
             }
             LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. }
                 if self.warning.is_some()

@@ -35,7 +35,7 @@ impl<D: Device> Slave<D> {
         if !message.target.includes(self.canopen.id) {
             return;
         }
-        if self.identity.has_yielded()
+        if self.clashes.has_yielded()
             && matches!(message.command, Command::Start | Command::EnterPreOperational)
         {
             return self.canopen.services.buses.ignored(bus);
@@ -171,7 +171,7 @@ impl<D: Device> Slave<D> {
     }
 
     pub(super) fn enter_pre_operational(&mut self, now: Instant, out: &mut Out) {
-        if self.identity.has_yielded() {
+        if self.clashes.has_yielded() {
             return;
         }
         if let Reaction::Entered(state) = self.canopen.nmt.on_master_missed() {
@@ -182,9 +182,9 @@ impl<D: Device> Slave<D> {
     /// The heartbeat goes on on the new bus at once (ECSS 8.3.3d, h).
     fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
         self.canopen.services.buses.change(bus.other(), bus, out);
-        // What was on its way is lost, and the client is told so where it is now.
+        // Aborts the running transfer and reports it on the new bus.
         self.canopen.serve(SdoStep::BusChanged, bus, now, out);
-        if !self.identity.has_yielded() {
+        if !self.clashes.has_yielded() {
             self.canopen.heartbeat.announce(now);
         }
         self.canopen.services.next = now;

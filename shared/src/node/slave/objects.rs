@@ -32,7 +32,7 @@ impl<D: Device> Slave<D> {
         self.canopen.send_pdo(self.selector.selected(), number, now);
     }
 
-    /// An error of the device appeared: tells it, with five bytes of which the first is its source (ECSS 6.4).
+    /// An error of the device appeared: sends an EMCY with five bytes of which the first is its source (ECSS 6.4).
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
         self.canopen.services.raise(code, info);
         self.canopen.services.next = Instant::ZERO;

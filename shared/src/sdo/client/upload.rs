@@ -2,7 +2,7 @@
 
 use super::staging::Staging;
 use super::{Client, Error, State};
-use crate::sdo::block::{Heard, MOST, Receiver};
+use crate::sdo::block::{MOST, Receiver, SegmentOutcome};
 use crate::sdo::wire::{Content, Payload, Segment};
 use crate::sdo::{block, wire};
 use crate::types::{AbortCode, Address, Instant};
@@ -110,7 +110,7 @@ impl Client {
             return Ok(false);
         }
         let heard = receiver.on_segment(command);
-        *due = matches!(heard, Heard::TakenAtEnd | Heard::Ends);
+        *due = matches!(heard, SegmentOutcome::TakenAtEnd | SegmentOutcome::Ends);
         if *due {
             // The acknowledgement waits for room, as long as the application takes anything.
             self.deadline = now + self.timeout;
@@ -118,14 +118,14 @@ impl Client {
             self.deadline = now + pause;
         }
         match heard {
-            Heard::Taken | Heard::TakenAtEnd => {
+            SegmentOutcome::Taken | SegmentOutcome::TakenAtEnd => {
                 if *crc {
                     self.crc.update(data);
                 }
                 self.staging.push(data);
                 self.on_bytes(data.len(), false)?;
             }
-            Heard::TakenLast => {
+            SegmentOutcome::TakenLast => {
                 // Nothing more is to come, so that room does not matter.
                 let ackseq = receiver.acknowledge(MOST).map_err(Error::Protocol)?;
                 send(wire::block_ack(ackseq, MOST));
@@ -133,7 +133,7 @@ impl Client {
                 self.staging.push(data);
                 self.deadline = now + self.timeout;
             }
-            Heard::Ends | Heard::Ignored => return Ok(false),
+            SegmentOutcome::Ends | SegmentOutcome::Ignored => return Ok(false),
         }
         Ok(true)
     }

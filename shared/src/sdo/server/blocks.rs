@@ -2,7 +2,7 @@
 
 use super::{BLOCK_SIZE, Server, State, Turn};
 use crate::od::ObjectAccess;
-use crate::sdo::block::{Ack, Heard, unused};
+use crate::sdo::block::{Ack, SegmentOutcome, unused};
 use crate::sdo::crc::Crc;
 use crate::sdo::wire;
 use crate::sdo::wire::Payload;
@@ -63,17 +63,19 @@ impl Server {
         }
         let pushed = match heard {
             _ if refused.is_some() => Ok(()),
-            Heard::TakenLast => self.value.push_last(data, turn.objects),
-            Heard::Taken | Heard::TakenAtEnd => self.value.push(data, data.len(), turn.objects),
-            Heard::Ends | Heard::Ignored => Ok(()),
+            SegmentOutcome::TakenLast => self.value.push_last(data, turn.objects),
+            SegmentOutcome::Taken | SegmentOutcome::TakenAtEnd => {
+                self.value.push(data, data.len(), turn.objects)
+            }
+            SegmentOutcome::Ends | SegmentOutcome::Ignored => Ok(()),
         };
         if let Err(code) = pushed {
             self.refuse(code, turn.objects);
         }
-        if matches!(heard, Heard::TakenLast | Heard::TakenAtEnd | Heard::Ends) {
-            self.end_sub_block(heard == Heard::TakenLast, turn);
+        if matches!(heard, SegmentOutcome::TakenLast | SegmentOutcome::TakenAtEnd | SegmentOutcome::Ends) {
+            self.end_sub_block(heard == SegmentOutcome::TakenLast, turn);
         }
-        !matches!(heard, Heard::Ends | Heard::Ignored)
+        !matches!(heard, SegmentOutcome::Ends | SegmentOutcome::Ignored)
     }
 
     /// The download fails, which is told at the end of the sub-block.

@@ -10,10 +10,10 @@ use crate::types::{Duration, Instant, NmtState};
 /// other one yields. Both would otherwise.
 const CROSSING: Duration = Duration::from_millis(1);
 
-/// Whether this node is the only one with its Node-ID.
+/// Watches for another node with the Node-ID of this one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Identity {
+pub struct ClashWatch {
     booted: Option<Instant>,
     /// End of the last boot-up message or heartbeat of this node since its boot-up.
     sent: Option<Instant>,
@@ -34,10 +34,10 @@ pub enum Clash {
     Newcomer,
 }
 
-impl Identity {
+impl ClashWatch {
     /// Alone, before boot-up.
     pub const fn new() -> Self {
-        Identity { booted: None, sent: None, heard: None, has_yielded: false }
+        ClashWatch { booted: None, sent: None, heard: None, has_yielded: false }
     }
 
     /// The node queues its boot-up message.

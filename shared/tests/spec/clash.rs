@@ -2,7 +2,7 @@
 
 use crate::instrument::STANDARD;
 use ecss_can::link::port::Health;
-use ecss_can::nmt::{Clash, Identity};
+use ecss_can::nmt::{Clash, ClashWatch};
 use ecss_can::node::SlaveEvent;
 use ecss_can::types::Duration;
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
@@ -11,8 +11,8 @@ use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, span};
 use crate::slave::{TestSlave, powered};
 
 /// A node that booted at 0 ms and whose boot-up message went out.
-fn booted() -> Identity {
-    let mut identity = Identity::new();
+fn booted() -> ClashWatch {
+    let mut identity = ClashWatch::new();
     identity.boot(ms(0));
     identity.on_sent(ms(0));
     identity
@@ -40,7 +40,7 @@ fn heartbeat_heard_late_leaves_the_elder_running() {
 #[test]
 fn of_two_boot_up_messages_the_second_is_the_newcomers() {
     let mut first = booted();
-    let mut second = Identity::new();
+    let mut second = ClashWatch::new();
     second.boot(ms(0));
     assert_eq!(second.on_heartbeat(Initialising, ms(1), span(100)), Clash::Newcomer);
     // It was on its way already.

@@ -22,7 +22,7 @@ impl<D: Device> Slave<D> {
         let Some(state) = heartbeat::decode(frame) else { return self.canopen.services.buses.malformed(bus) };
         let Parameters { consumer, producer, .. } = *self.selector.parameters();
         let probation = consumer.max(producer.times(2));
-        let clash = self.identity.on_heartbeat(state, stamp.at, probation);
+        let clash = self.clashes.on_heartbeat(state, stamp.at, probation);
         self.canopen.services.next = now;
         if clash == Clash::Known {
             return;
@@ -44,7 +44,7 @@ impl<D: Device> Slave<D> {
     pub(super) fn on_clash_over(&mut self, now: Instant, out: &mut Out) {
         self.canopen.services.clear(ErrorCode::CAN_ID_COLLISION, self.canopen.id.get());
         out.event(SlaveEvent::ClashOver);
-        if self.identity.restore() {
+        if self.clashes.restore() {
             self.enter_pre_operational(now, out);
             self.canopen.heartbeat.announce(now);
         }
