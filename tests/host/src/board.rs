@@ -16,8 +16,8 @@ use crate::memory::{Flash, Ram};
 use crate::port::MockPort;
 use crate::timeline::Timeline;
 
-/// A board of a world, as `boards::Board` is one of metal: what its node is made with.
-pub struct Board {
+/// The board of a node in a world, as `boards::Board` is one of metal: what its node is made with.
+pub struct MockBoard {
     /// Its straps.
     pub node_id: NodeId,
     /// Two words of RAM that outlive a reset.
@@ -26,17 +26,17 @@ pub struct Board {
     pub store: &'static mut (dyn ParameterStore + Send),
 }
 
-impl Platform for Board {
+impl Platform for MockBoard {
     type Port = MockPort;
     type Clock = MockClock;
 }
 
 /// What `main` of an image does, once per power-on: makes the node, spawns its application.
-pub(crate) type Firmware = Rc<dyn Fn(Board, &Shell<'_>) -> Box<dyn Running>>;
+pub(crate) type Firmware = Rc<dyn Fn(MockBoard, &Shell<'_>) -> Box<dyn Running>>;
 
 /// Firmware of a node and its application.
 pub(crate) fn firmware<N: Member, A: Future<Output = ()> + 'static>(
-    node: impl Fn(Board) -> N + 'static,
+    node: impl Fn(MockBoard) -> N + 'static,
     application: impl Fn(Handle<N>, Events<N>) -> A + 'static,
 ) -> Firmware {
     Rc::new(move |board, shell| {
@@ -97,7 +97,7 @@ impl Unit {
             diary: &self.diary,
             reset: &reset,
         };
-        let board = Board {
+        let board = MockBoard {
             node_id: self.id,
             retained: Box::leak(Box::new(self.ram.clone())),
             store: Box::leak(Box::new(self.flash.clone())),
@@ -170,7 +170,7 @@ pub(crate) struct Shell<'a> {
 impl Shell<'_> {
     /// A power-on needs new memory: handles to the old node may still be in use.
     fn run<N: Member>(&self, node: impl FnOnce() -> N) -> (Handle<N>, Events<N>) {
-        let resources: &Resources<Board, N> = Box::leak(Box::default());
+        let resources: &Resources<MockBoard, N> = Box::leak(Box::default());
         let (ports, clock) = (self.ports.clone(), self.clock.clone());
         let (handle, events, runners) = resources.start(node, ports, clock, self.telltale);
         let Runners { nominal, redundant, due } = runners;

@@ -4,7 +4,7 @@ use can_wire::time::Time;
 use ecss_can::node::{Device, Master, Slave};
 use ecss_can::types::NodeId;
 
-use crate::board::{Board, Firmware, firmware};
+use crate::board::{Firmware, MockBoard, firmware};
 use crate::member::{Events, Handle, Member};
 use crate::world::World;
 
@@ -31,7 +31,7 @@ impl Builder {
     #[must_use]
     pub fn master<D: Device, A: Future<Output = ()> + 'static>(
         self,
-        node: impl Fn(Board) -> Master<D> + 'static,
+        node: impl Fn(MockBoard) -> Master<D> + 'static,
         application: impl Fn(Handle<Master<D>>, Events<Master<D>>) -> A + 'static,
     ) -> Self {
         self.node(NodeId::MASTER, node, application)
@@ -45,7 +45,7 @@ impl Builder {
     pub fn slave<D: Device, A: Future<Output = ()> + 'static>(
         self,
         id: NodeId,
-        node: impl Fn(Board) -> Slave<D> + 'static,
+        node: impl Fn(MockBoard) -> Slave<D> + 'static,
         application: impl Fn(Handle<Slave<D>>, Events<Slave<D>>) -> A + 'static,
     ) -> Self {
         assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
@@ -55,7 +55,7 @@ impl Builder {
     fn node<N: Member, A: Future<Output = ()> + 'static>(
         mut self,
         id: NodeId,
-        node: impl Fn(Board) -> N + 'static,
+        node: impl Fn(MockBoard) -> N + 'static,
         application: impl Fn(Handle<N>, Events<N>) -> A + 'static,
     ) -> Self {
         assert!(self.nodes.iter().all(|other| other.id != id), "two nodes with {id:?}");

@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use ecss_can::prelude::*;
-//! use host_worlds::{Board, Events, Handle, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master};
+//! use host_worlds::{MockBoard, Events, Handle, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master};
 //!
 //! const PROFILE: Profile = Profile { name: "heater", ..Profile::DEFAULT };
 //! const HEATER: NodeId = NodeId::of::<5>();
@@ -35,7 +35,7 @@
 //!     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Heater::POWER)]);
 //! }
 //!
-//! fn heater(board: Board) -> Slave<Heater> {
+//! fn heater(board: MockBoard) -> Slave<Heater> {
 //!     let heater = Slave::new(board.node_id, &PROFILE, Heater::default());
 //!     heater.with_retained(board.retained).with_store(board.store)
 //! }
@@ -102,7 +102,7 @@ pub mod task;
 pub mod timeline;
 pub mod world;
 
-pub use board::Board;
+pub use board::MockBoard;
 pub use builder::Builder;
 pub use can_wire;
 pub use can_wire::time::Time;

@@ -9,12 +9,12 @@ use ecss_can::node::{Device, DeviceNode, Master, MasterEvent, MasterRequest, Sla
 use ecss_can::runner;
 use ecss_can::types::{AbortCode, Address, Instant, NodeId};
 
-use crate::board::Board;
+use crate::board::MockBoard;
 use crate::log::{Entry, Happening};
 use crate::timeline::Timeline;
 
 /// A node, for its application and for a test.
-pub type Handle<N> = runner::Handle<Board, N>;
+pub type Handle<N> = runner::Handle<MockBoard, N>;
 
 /// A master or a slave, of any device.
 pub trait Member: DeviceNode + Sized {
@@ -69,13 +69,13 @@ impl<D: Device> Member for Slave<D> {
 
 /// Events of a node, for its application. Each that it takes is in the log of the world.
 pub struct Events<N: Member> {
-    events: runner::Events<Board, N>,
+    events: runner::Events<MockBoard, N>,
     diary: Diary,
     reset: Rc<Cell<bool>>,
 }
 
 impl<N: Member> Events<N> {
-    pub(crate) fn new(events: runner::Events<Board, N>, diary: Diary, reset: Rc<Cell<bool>>) -> Self {
+    pub(crate) fn new(events: runner::Events<MockBoard, N>, diary: Diary, reset: Rc<Cell<bool>>) -> Self {
         Events { events, diary, reset }
     }
 

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use ecss_can::prelude::*;
 use host_worlds::can_wire::fault::Fault;
-use host_worlds::{Board, Events, Handle, NEXT_TO_MASTER_M, Time, World, idle};
+use host_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, Time, World, idle};
 use thermometer::{CHANGE, PROFILE, Thermometer};
 use thermometer_master::{Ground, THERMOMETER, is_kept, write_table};
 
@@ -18,7 +18,7 @@ const CODE_OF_25_DEGREES: u16 = 943;
 /// Code of the converter, which the test sets.
 type Sensor = Rc<Cell<u16>>;
 
-fn slave(board: Board) -> Node {
+fn slave(board: MockBoard) -> Node {
     thermometer::slave(board.node_id, vec![0; 2048]).with_retained(board.retained).with_store(board.store)
 }
 

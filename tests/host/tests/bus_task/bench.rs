@@ -13,7 +13,7 @@ use ecss_can::runner::{Handle, Resources, Runners, Telltale};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
-use host_worlds::Board;
+use host_worlds::MockBoard;
 use host_worlds::clock::MockClock;
 use host_worlds::port::{BIT, MockPort};
 use host_worlds::timeline::Timeline;
@@ -70,8 +70,8 @@ pub struct Bench {
     pub pool: LocalPool,
     pub timeline: Rc<Timeline>,
     pub wire: MockPort,
-    pub node: Handle<Board, Probe>,
-    runners: Option<Runners<Board, Probe>>,
+    pub node: Handle<MockBoard, Probe>,
+    runners: Option<Runners<MockBoard, Probe>>,
     pub probe: Probe,
 }
 
@@ -83,7 +83,7 @@ impl Bench {
         let wire = ports.nominal.clone();
         let probe = Probe { replies, ..Probe::default() };
         let telltale: &Telltale = Box::leak(Box::default());
-        let resources: &Resources<Board, Probe> = Box::leak(Box::default());
+        let resources: &Resources<MockBoard, Probe> = Box::leak(Box::default());
         let (node, _, runners) = resources.start(|| probe.clone(), ports, clock, telltale);
         Bench { pool: LocalPool::new(), timeline, wire, node, runners: Some(runners), probe }
     }

@@ -19,13 +19,13 @@ struct Report {
     task: f64,
 }
 
-struct Bus {
+struct DisturbedBus {
     rng: Rng,
     line: Line,
     reports: Vec<Report>,
 }
 
-impl Bus {
+impl DisturbedBus {
     fn chance(&mut self, of: u32) -> bool {
         self.rng.u32(0..of) == 0
     }
@@ -117,7 +117,7 @@ impl Bus {
 fn no_stamp_of_a_wrong_frame_in_a_hundred_thousand() {
     // The timer comes round in the middle.
     let line = Line::new(4_294_967_296.0 - 1e9);
-    let mut bus = Bus { rng: Rng::with_seed(15), line, reports: Vec::new() };
+    let mut bus = DisturbedBus { rng: Rng::with_seed(15), line, reports: Vec::new() };
     while bus.reports.len() < SYNCS {
         let from = bus.line.falls.len();
         bus.traffic();
