@@ -3,7 +3,7 @@
 use crate::types::{AbortCode, Address};
 
 /// Most bytes of a value that moves [whole](Transfer::Whole): one buffer of this size serves SDO server and store.
-pub const WHOLE: usize = 64;
+pub const WHOLE: usize = 256;
 
 /// How a value is moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,8 +11,8 @@ pub const WHOLE: usize = 64;
 pub enum Transfer {
     /// All bytes at once. Upload: the size; download: the most that is taken.
     Whole(usize),
-    /// In parts (a DOMAIN; an upload of more than [`WHOLE`] bytes), so that nobody needs the value in memory twice. Upload: the size; download: the most that is
-    /// taken.
+    /// In parts (a DOMAIN; an upload of more than [`WHOLE`] bytes), so that nobody needs the value in memory twice. Upload:
+    /// the size; download: the most that is taken.
     Stream(usize),
 }
 

@@ -70,7 +70,7 @@ pub trait Objects {
 
     /// Whether a value may be written by SDO, or come from the parameter store, beyond what its declaration says: asked
     /// with a whole value that keeps type and limits. `#[objects(check = function)]` on a declaration gives one. What moves in
-    /// parts is not asked about: a DOMAIN, and a stored string of more than 64 bytes, which only the application itself makes.
+    /// parts is not asked about: a DOMAIN, and a stored string of more than 256 bytes, which only the application itself makes.
     ///
     /// # Errors
     /// The abort code to answer; the value stays as it is.

@@ -1,6 +1,6 @@
 //! Strings: VISIBLE_STRING, OCTET_STRING, UNICODE_STRING.
 //!
-//! The declaration is their capacity. A client reads a string of any length and writes at most 64 bytes of it
+//! The declaration is their capacity. A client reads a string of any length and writes at most 256 bytes
 //! ([`WHOLE`](super::WHOLE)), because its owner's check sees whole values; a DOMAIN takes more. "Save" keeps strings of any
 //! length, the application's own as well.
 

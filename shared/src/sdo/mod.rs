@@ -2,7 +2,7 @@
 //!
 //! Both speak every protocol of CiA 301: expedited, segmented, and block with sub-blocks that are repeated where frames
 //! were lost. They are given payloads and the time and hand out payloads: COB-IDs, buses and lifetimes are the node's.
-//! Neither keeps more of a value than it must: a [`Server`] 64 bytes, a [`Client`] one sub-block, because that is what it
+//! Neither keeps more of a value than it must: a [`Server`] 256 bytes, a [`Client`] one sub-block, because that is what it
 //! may have to repeat.
 //!
 //! Where CiA 301 leaves room:

@@ -3,8 +3,8 @@
 //! ```text
 //! 'E' 'P' version node-ID | index (u16) sub length value... | index ...
 //! ```
-//! Numbers are little-endian. A length of FFh is followed by the length itself, a u16. Values pass through a buffer of 64
-//! bytes, so that a long one needs no memory. Integrity is the store's.
+//! Numbers are little-endian. A length of FFh is followed by the length itself, a u16. Values pass through a small
+//! buffer, so that a long one needs no memory. Integrity is the store's.
 
 use super::note::{BDEFAULT, noted_bdefault};
 use super::{Group, ParameterStore, StoreError};
@@ -21,6 +21,8 @@ const VERSION: u8 = 1;
 const HEADER: usize = 4;
 /// A length of 255 bytes and more follows in two bytes.
 const LONG: u8 = u8::MAX;
+/// Bytes of a value that are copied at once into a new set.
+const PART: usize = 64;
 
 /// A parameter's present value.
 pub trait Value {
@@ -63,7 +65,7 @@ pub type Values<'a> = dyn FnMut(&mut dyn FnMut(Address, &dyn Value)) + 'a;
 /// Puts a stored parameter into the dictionary, with all its checks. After an error the rest of a long value is not given.
 pub type Apply<'a> = dyn FnMut(Address, Content<'_>) -> Result<(), AbortCode> + 'a;
 
-/// What is stored of a parameter: up to 64 bytes whole, more in parts.
+/// What is stored of a parameter: up to [`WHOLE`] bytes whole, more in parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content<'a> {
     /// The whole value.
@@ -118,9 +120,9 @@ impl Parameter {
         &self,
         store: &mut dyn ParameterStore,
         offset: usize,
-        buffer: &'a mut [u8; WHOLE],
+        buffer: &'a mut [u8],
     ) -> Result<&'a [u8], StoreError> {
-        let rest = self.len.saturating_sub(offset).min(WHOLE);
+        let rest = self.len.saturating_sub(offset).min(buffer.len());
         let into = buffer.get_mut(..rest).unwrap_or_default();
         store.read(self.start.saturating_add(offset), into)?;
         Ok(into)
@@ -260,7 +262,7 @@ pub fn save(
     store.append(&[e, p, VERSION, node.get()])?;
     kept(store, node, &is_kept, &mut |store, found| {
         append_header(store, found.at, found.len)?;
-        let (mut buffer, mut offset) = ([0; WHOLE], 0);
+        let (mut buffer, mut offset) = ([0; PART], 0);
         while offset < found.len {
             let part = found.part(store, offset, &mut buffer)?;
             store.append(part)?;
@@ -310,7 +312,7 @@ fn append_header(store: &mut dyn ParameterStore, at: Address, len: usize) -> Res
 
 fn append(store: &mut dyn ParameterStore, at: Address, value: &dyn Value) -> Result<(), StoreError> {
     append_header(store, at, value.len())?;
-    let (mut buffer, mut offset) = ([0; WHOLE], 0_usize);
+    let (mut buffer, mut offset) = ([0; PART], 0_usize);
     while offset < value.len() {
         let read = value.read(offset, &mut buffer);
         let part = buffer.get(..read).filter(|part| !part.is_empty()).ok_or(StoreError::Size)?;

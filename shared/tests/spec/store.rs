@@ -291,7 +291,7 @@ fn a_long_value_has_the_documented_format() {
 #[test]
 fn a_long_value_that_is_refused_is_skipped_where_it_is_refused() {
     let mut store = Memory::default();
-    let values = Dictionary::from([((0x2001, 0), vec![1; 200]), ((0x2002, 0), vec![2])]);
+    let values = Dictionary::from([((0x2001, 0), vec![1; 800]), ((0x2002, 0), vec![2])]);
     saved(&mut store, NODE, Group::All, &values).unwrap();
     for (refused_at, expected) in [(0, 1), (1, 2), (3, 4), (5, 6)] {
         let mut calls = 0;

@@ -157,7 +157,7 @@ impl Stored {
 }
 
 /// Takes a stored value into the dictionary. A long one comes in parts, of which its owner's check is not asked: only the
-/// application itself makes strings of more than 64 bytes.
+/// application itself makes strings of more than 256 bytes.
 fn apply<D: Objects>(objects: &mut D, at: Address, content: Content<'_>) -> Result<(), AbortCode> {
     if let Content::Whole(value) = content {
         return checked::write(objects, at, value);

@@ -6,12 +6,14 @@ use ecss_can::node::{Device, DeviceNode, Slave};
 use ecss_can::od::{Domain, Objects, OctetString, VisibleString};
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::store::ParameterStore;
+use ecss_can::types::{AbortCode, Address};
 
 use super::fixture::{Memory, ask, done, download, errors, refused, write};
-use crate::bench::{Bench, node};
+use crate::bench::{Bench, NOMINAL, node};
 
 /// An instrument with a name and a calibration.
 #[derive(Debug, Objects)]
+#[objects(check = Instrument::has_an_end)]
 struct Instrument {
     /// Name
     #[object(0x2100, rw, default = VisibleString::new(b"none").unwrap_or_default())]
@@ -31,6 +33,16 @@ struct Instrument {
     /// Exposures
     #[object(0x2105, rw, volatile, default = 7)]
     exposures: u16,
+    /// Remark
+    #[object(0x2106, rw, default = VisibleString::new(b"None.").unwrap_or_default())]
+    remark: VisibleString<200>,
+}
+
+impl Instrument {
+    /// A remark ends with a full stop.
+    fn has_an_end(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+        if at.index == 0x2106 && !value.ends_with(b".") { Err(AbortCode::ValueRange) } else { Ok(()) }
+    }
 }
 
 impl Device for Instrument {
@@ -95,6 +107,65 @@ fn long_strings_are_saved_and_restored() {
     let objects = &powered(&memory).node;
     assert_eq!(objects.objects().application.name.as_bytes(), b"none");
     assert_eq!(objects.objects().application.calibration.as_bytes(), b"");
+}
+
+/// 200 characters, the last one as given.
+fn remark(last: char) -> Vec<u8> {
+    (b' '..=b'~').cycle().take(199).chain([last as u8]).collect()
+}
+
+/// Writes a value in one block; the last answer.
+fn download_block(slave: &mut TestDevice, index: u16, value: &[u8]) -> [u8; 8] {
+    let ([low, high], [a, b, ..]) = (index.to_le_bytes(), value.len().to_le_bytes());
+    assert_eq!(ask(slave, [0xC2, low, high, 0, a, b, 0, 0])[0], 0xA0);
+    let segments = value.chunks(7).count();
+    for (n, part) in (1..).zip(value.chunks(7)) {
+        let mut segment = [0; 8];
+        segment[0] = if n == segments { 0x80 | n as u8 } else { n as u8 };
+        segment[1..][..part.len()].copy_from_slice(part);
+        slave.receive(NOMINAL, 0x605, &segment);
+    }
+    let unused = (segments * 7 - value.len()) as u8;
+    ask(slave, [0xC1 | unused << 2, 0, 0, 0, 0, 0, 0, 0])
+}
+
+/// A client writes it in segments or in a block, its owner is asked, "save" keeps it.
+///
+/// Verifies: ECSS 6.1a, 6.8a
+#[test]
+fn a_string_of_200_bytes_is_written_checked_and_kept() {
+    for is_block in [false, true] {
+        let memory = Memory::default();
+        let mut slave = powered(&memory);
+        let write_it = |slave: &mut TestDevice, value: &[u8]| match is_block {
+            true => download_block(slave, 0x2106, value),
+            false => download(slave, 0x2106, 0, value),
+        };
+        assert_eq!(write_it(&mut slave, &remark('!')), refused(0x2106, 0, 0x0609_0030), "{is_block}");
+        assert_eq!(slave.node.objects().application.remark.as_bytes(), b"None.");
+        assert_eq!(write_it(&mut slave, &remark('.'))[0] & !0x10, if is_block { 0xA1 } else { 0x20 });
+        assert_eq!(upload(&mut slave, 0x2106), remark('.'));
+        assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+        let mut again = powered(&memory);
+        assert_eq!(again.node.objects().application.remark.as_bytes(), remark('.'));
+        assert_eq!(errors(&mut again), (0, 0));
+    }
+}
+
+/// What was stored by firmware without the check.
+///
+/// Verifies: ECSS 6.8a
+#[test]
+fn a_stored_string_of_200_bytes_that_is_refused_leaves_the_default() {
+    let memory = Memory::default();
+    let mut slave = powered(&memory);
+    slave.touch(|slave, now| {
+        slave.change(now, |objects| objects.remark = VisibleString::new(&remark('!')).unwrap());
+    });
+    assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+    let mut again = powered(&memory);
+    assert_eq!(again.node.objects().application.remark.as_bytes(), b"None.");
+    assert_eq!(errors(&mut again), (1, 1));
 }
 
 /// Verifies: ECSS 6.8a

@@ -65,7 +65,7 @@ impl Objects {
             (TEXT, Kind::Text(64), b"ECSS-E-ST-50-15C".to_vec()),
             (CONST, Kind::ReadOnly, vec![1, 0, 0, 0]),
             (WRITE_ONLY, Kind::WriteOnly, vec![0; 4]),
-            (Address::new(0x2007, 0), Kind::Text(100), vec![7; 65]),
+            (Address::new(0x2007, 0), Kind::Text(300), vec![7; 257]),
             (DOMAIN, Kind::Domain(DOMAIN_MOST), pattern(100)),
             (Address::new(0x2009, 0), Kind::Limited, vec![5]),
             (Address::new(0x200A, 0), Kind::Broken, vec![]),

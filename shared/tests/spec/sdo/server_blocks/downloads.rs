@@ -202,7 +202,7 @@ fn every_bad_block_download_has_its_abort_code() {
 fn a_block_download_that_is_refused_at_its_initiate() {
     for (request, answer) in [
         ("C6 08 20 00 89 13", "80 08 20 00 12 00 07 06"),
-        ("C6 07 20 00 41", "80 07 20 00 05 00 04 05"),
+        ("C6 07 20 00 01 01", "80 07 20 00 05 00 04 05"),
         ("C6 00 20 00 05", "80 00 20 00 12 00 07 06"),
     ] {
         let mut bench = Bench::new();
