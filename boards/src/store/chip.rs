@@ -1,15 +1,23 @@
 //! The chip's flash under the log.
+//!
+//! Programmed by registers: the HAL's driver knows every sector of every part, and takes three times the memory.
 
-use core::ptr::addr_of;
+use core::ptr::{self, addr_of};
 
 use ecss_can::store::StoreError;
-use embassy_stm32::flash::{Blocking, Error, FLASH_BASE, Flash};
 use embassy_stm32::pac::FLASH;
+use embassy_stm32::pac::flash::regs::Cr;
 use embassy_stm32::pac::flash::vals::Psize;
 use embassy_stm32::{Peri, peripherals};
-use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
 use super::{Opened, ParameterLog};
+
+/// Where the flash of all parts begins.
+const BASE: u32 = 0x0800_0000;
+/// Sectors of the store.
+const SECTOR: u32 = 128 * 1024;
+const SECTORS: u32 = 2;
 
 /// Opens the parameter store. Before the controllers join their buses: where it has to erase, the chip stands still for
 /// one second, two at most, and so does whoever would feed a watchdog.
@@ -19,54 +27,107 @@ use super::{Opened, ParameterLog};
 pub fn open(
     flash: Peri<'static, peripherals::FLASH>,
 ) -> Result<(ParameterLog<ChipFlash>, Opened), StoreError> {
-    // The memory map of the chip (`memory/*.x`) says where the two sectors are.
+    ParameterLog::open(ChipFlash(flash), start())
+}
+
+/// The first sector of the store, by the memory map of the chip (`memory/*.x`); an offset from the start of flash, like all
+/// addresses here.
+fn start() -> u32 {
     unsafe extern "C" {
         static __store_start: u8;
     }
-    let start = addr_of!(__store_start) as u32;
-    ParameterLog::open(ChipFlash(Flash::new_blocking(flash)), start - FLASH_BASE as u32)
+    addr_of!(__store_start) as u32 - BASE
 }
 
-/// The HAL's driver, erasing as fast as 3.3 V allow; addresses are offsets from the start of flash.
-pub struct ChipFlash(Flash<'static, Blocking>);
+/// Flash of words and of sectors with 128 KiB.
+pub struct ChipFlash(#[allow(dead_code, reason = "nobody else has it")] Peri<'static, peripherals::FLASH>);
 
 impl ErrorType for ChipFlash {
-    type Error = Error;
+    type Error = NorFlashErrorKind;
 }
 
 impl ReadNorFlash for ChipFlash {
-    const READ_SIZE: usize = <Flash<'static, Blocking> as ReadNorFlash>::READ_SIZE;
+    const READ_SIZE: usize = 1;
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
-        self.0.blocking_read(offset, bytes)
+    #[inline(never)]
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+        check(offset, bytes.len())?;
+        // SAFETY: the area is flash of the store, which is always readable, and nothing programs it meanwhile.
+        unsafe { ptr::copy_nonoverlapping((BASE + offset) as *const u8, bytes.as_mut_ptr(), bytes.len()) };
+        Ok(())
     }
 
     fn capacity(&self) -> usize {
-        self.0.capacity()
+        (start() + SECTORS * SECTOR) as usize
     }
 }
 
 impl NorFlash for ChipFlash {
-    const WRITE_SIZE: usize = <Flash<'static, Blocking> as NorFlash>::WRITE_SIZE;
-    const ERASE_SIZE: usize = <Flash<'static, Blocking> as NorFlash>::ERASE_SIZE;
+    const WRITE_SIZE: usize = 4;
+    const ERASE_SIZE: usize = SECTOR as usize;
 
-    fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
-        // The driver leaves PSIZE as it finds it, which is x8 and takes twice as long (DS8626, flash programming).
-        FLASH.keyr().write_value(0x4567_0123);
-        FLASH.keyr().write_value(0xCDEF_89AB);
-        FLASH.cr().modify(|w| w.set_psize(Psize::PSIZE32));
-        let outcome = self.0.blocking_erase(from, to);
-        // What the data cache holds of the sector is past (RM0090 3.5.4); it is reset while it is off.
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+        check(from, to.saturating_sub(from) as usize)?;
+        for at in (from..to).step_by(SECTOR as usize) {
+            // Sectors before the sixth are smaller: four of 16 KiB and one of 64.
+            let number = (at / SECTOR + 4) as u8;
+            let set = |w: &mut Cr| {
+                w.set_ser(true);
+                w.set_snb(number);
+            };
+            obey(set, || FLASH.cr().modify(|w| w.set_strt(true)))?;
+        }
+        // What the data cache holds of a sector is past (RM0090 3.5.4); it is reset while it is off.
         if FLASH.acr().read().dcen() {
             FLASH.acr().modify(|w| w.set_dcen(false));
             FLASH.acr().modify(|w| w.set_dcrst(true));
             FLASH.acr().modify(|w| w.set_dcrst(false));
             FLASH.acr().modify(|w| w.set_dcen(true));
         }
-        outcome
+        Ok(())
     }
 
-    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
-        self.0.blocking_write(offset, bytes)
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        check(offset, bytes.len())?;
+        let (words, rest) = bytes.as_chunks();
+        if offset % 4 != 0 || !rest.is_empty() {
+            return Err(NorFlashErrorKind::NotAligned);
+        }
+        for (at, word) in (BASE + offset..).step_by(4).zip(words) {
+            // SAFETY: the word is flash of the store, at an address that is a multiple of four; it takes writes while PG is set.
+            obey(
+                |w| w.set_pg(true),
+                || unsafe { (at as *mut u32).write_volatile(u32::from_le_bytes(*word)) },
+            )?;
+        }
+        Ok(())
     }
+}
+
+/// Whether an area is in the store.
+fn check(offset: u32, len: usize) -> Result<(), NorFlashErrorKind> {
+    let before = offset.checked_sub(start()).ok_or(NorFlashErrorKind::OutOfBounds)?;
+    let room = (SECTORS * SECTOR).checked_sub(before).ok_or(NorFlashErrorKind::OutOfBounds)?;
+    if len <= room as usize { Ok(()) } else { Err(NorFlashErrorKind::OutOfBounds) }
+}
+
+/// Unlocks the flash, sets it to an operation, starts that and waits for its end (RM0090 3.6). Words of 32 bits: as fast as 3.3 V
+/// allow.
+#[inline(never)]
+fn obey(set: impl FnOnce(&mut Cr), start: impl FnOnce()) -> Result<(), NorFlashErrorKind> {
+    FLASH.keyr().write_value(0x4567_0123);
+    FLASH.keyr().write_value(0xCDEF_89AB);
+    FLASH.cr().write(|w| {
+        w.set_psize(Psize::PSIZE32);
+        set(w);
+    });
+    start();
+    cortex_m::asm::dsb();
+    while FLASH.sr().read().bsy() {}
+    FLASH.cr().write(|w| w.set_lock(true));
+    // Flags are cleared by what was read of them.
+    let status = FLASH.sr().read();
+    FLASH.sr().write_value(status);
+    let failed = status.pgserr() || status.pgperr() || status.pgaerr() || status.wrperr();
+    if failed { Err(NorFlashErrorKind::Other) } else { Ok(()) }
 }

@@ -269,6 +269,7 @@ impl<F: NorFlash> ParameterLog<F> {
         self.stamp(epoch)
     }
 
+    #[inline(never)] // looked at everywhere
     fn word(&mut self, at: u32) -> Result<u32, StoreError> {
         let mut bytes = [0; WORD as usize];
         self.flash.read(at, &mut bytes).map_err(failed)?;
