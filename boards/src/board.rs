@@ -81,7 +81,7 @@ pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn Par
 
 /// Reads the straps: bits 0 to 3, then parity.
 pub(crate) fn node_id(straps: [Input<'static>; 5]) -> Result<NodeId, StrapError> {
-    // Time for the pull-ups (40 kΩ) to charge a wire of some 100 pF.
-    embassy_time::block_for(embassy_time::Duration::from_micros(50));
+    // Time for the pull-ups (40 kΩ) to charge a wire of some 100 pF: 50 µs.
+    cortex_m::asm::delay(50 * 168);
     straps::node_id(straps.each_ref().map(Input::is_low))
 }

@@ -43,8 +43,6 @@ type Ring = EdgeRing<PER_MICRO>;
 pub struct Edges {
     ring: &'static Ring,
     stream: St,
-    /// Dropping it would cut the timer off its pin.
-    _pin: Flex<'static>,
 }
 
 /// Captures both lines from now on.
@@ -75,8 +73,9 @@ pub fn start(
         TIM5.cnt().write_value(next_microsecond().low());
         TIM5.cr1().modify(|w| w.set_cen(true));
     });
-    let PerBus { nominal, redundant } = pins;
-    PerBus { nominal: Edges::new(Bus::Nominal, nominal), redundant: Edges::new(Bus::Redundant, redundant) }
+    // Dropping them would cut the timer off.
+    core::mem::forget(pins);
+    PerBus { nominal: Edges::new(Bus::Nominal), redundant: Edges::new(Bus::Redundant) }
 }
 
 /// Each request moves the capture register into the next cell of the ring, for ever, without interrupts. The cells are
@@ -109,8 +108,8 @@ fn next_microsecond() -> Ticks<PER_MICRO> {
 }
 
 impl Edges {
-    fn new(bus: Bus, pin: Flex<'static>) -> Edges {
-        Edges { ring: &RINGS[bus], stream: pac::DMA1.st(STREAMS[bus]), _pin: pin }
+    fn new(bus: Bus) -> Edges {
+        Edges { ring: &RINGS[bus], stream: pac::DMA1.st(STREAMS[bus]) }
     }
 
     /// The stamp of a frame, measured if possible, else `reported`, that of its interrupt; counted either way. `bit` is

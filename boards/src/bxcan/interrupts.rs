@@ -72,7 +72,7 @@ fn transmitted(registers: Can, events: &EventQueue) {
 
 /// Requests the transmission of a frame that waits in its mailbox.
 pub(super) fn request(registers: Can, mailbox: Mailbox) {
-    registers.tx(usize::from(mailbox.0)).tir().modify(|w| w.set_txrq(true));
+    registers.tx(usize::from(mailbox.0).min(MAILBOXES - 1)).tir().modify(|w| w.set_txrq(true));
 }
 
 #[inline(never)] // once for both controllers

@@ -61,8 +61,6 @@ pub struct Port {
     is_quiet: bool,
     /// Until the next look at what raises no interrupt.
     look: Option<Timer>,
-    /// RX and TX. Dropping them would cut the controller off its pins.
-    pins: [Flex<'static>; 2],
 }
 
 impl Port {
@@ -83,7 +81,7 @@ impl Port {
         enable::<T::TXInterrupt>();
         enable::<T::RX0Interrupt>();
         enable::<T::SCEInterrupt>();
-        let functions = [rx.af_num(), tx.af_num()];
+        let pins = [(rx.af_num(), Flex::new(rx)), (tx.af_num(), Flex::new(tx))];
         Port {
             registers: T::REGISTERS,
             first_bank: T::FIRST_BANK,
@@ -96,20 +94,21 @@ impl Port {
             recovering: false,
             is_quiet: false,
             look: None,
-            pins: [Flex::new(rx), Flex::new(tx)],
         }
-        .started(functions)
+        .started(pins)
     }
 
     /// In Init mode, on its pins.
     #[inline(never)] // once for both controllers
-    fn started(mut self, [rx, tx]: [u8; 2]) -> Port {
+    fn started(mut self, [(rx, mut rx_pin), (tx, mut tx_pin)]: [(u8, Flex<'static>); 2]) -> Port {
         // Everything that is not named is off: TTCM, ABOM, AWUM, NART, RFLM, TXFP, SLEEP, DBF.
         self.registers.mcr().write(|w| w.set_inrq(true));
         enable_sources(self.registers, Enables::ALL);
         // Recessive in Init mode, so the pins come last. The pull-up keeps a port without transceiver recessive.
-        self.pins[0].set_as_af_unchecked(rx, AfType::input(Pull::Up));
-        self.pins[1].set_as_af_unchecked(tx, AfType::output(OutputType::PushPull, Speed::VeryHigh));
+        rx_pin.set_as_af_unchecked(rx, AfType::input(Pull::Up));
+        tx_pin.set_as_af_unchecked(tx, AfType::output(OutputType::PushPull, Speed::VeryHigh));
+        // Dropping them would cut the controller off.
+        core::mem::forget([rx_pin, tx_pin]);
         for _ in 0..INIT_POLLS {
             self.advance();
             if self.mode.is_settled() {
@@ -226,11 +225,11 @@ impl CanPort for Port {
 
     fn set_filter(&mut self, number: u8, filter: Filter) {
         let number = usize::from(number);
-        if number >= self.filters.min(2 * BANKS) {
+        let (block, bank) = (pac::CAN1, self.first_bank + number / 2);
+        if number >= self.filters || bank >= 2 * BANKS {
             return;
         }
         // A bank that is not active may be written while the others work (RM0090 32.7.4).
-        let (block, bank) = (pac::CAN1, self.first_bank + number / 2);
         let half = half_bank(filter);
         block.fa1r().modify(|w| w.set_fact(bank, false));
         if number % 2 == 0 {
@@ -260,7 +259,7 @@ impl CanPort for Port {
         }
         let (number, behind) = self.mailboxes.claim(frame.id(), || self.events.holds_frame()).ok_or(Busy)?;
         let waits = behind.contains(&true);
-        let mailbox = self.registers.tx(usize::from(number.0));
+        let mailbox = self.registers.tx(usize::from(number.0).min(MAILBOXES - 1));
         let [a, b, c, d, e, f, g, h] = frame.padded();
         mailbox.tdtr().write(|w| w.set_dlc(frame.dlc()));
         mailbox.tdlr().write(|w| w.0 = u32::from_le_bytes([a, b, c, d]));
