@@ -1,6 +1,6 @@
 //! Between the interrupts of a controller and its port: events, bounded, nothing lost unseen, and the frame that waits.
 
-use core::cell::{Cell, RefCell};
+use core::cell::Cell;
 use core::task::{Context, Poll, Waker};
 
 use ecss_can::link::port::{Mailbox, PortEvent};
@@ -12,7 +12,7 @@ use super::waiting::Waiting;
 
 /// What happened on a controller and was not taken yet, who takes it, and what its transmit interrupt has to request.
 pub struct EventQueue {
-    queue: Mutex<CriticalSectionRawMutex, RefCell<Queue>>,
+    queue: Mutex<CriticalSectionRawMutex, Queue>,
     held: Mutex<CriticalSectionRawMutex, Cell<Held>>,
 }
 
@@ -24,7 +24,7 @@ struct Queue {
 impl EventQueue {
     pub(super) const fn new() -> Self {
         EventQueue {
-            queue: Mutex::new(RefCell::new(Queue { waiting: Waiting::new(), task: None })),
+            queue: Mutex::new(Queue { waiting: Waiting::new(), task: None }),
             held: Mutex::new(Cell::new(Held::NOTHING)),
         }
     }
@@ -98,6 +98,8 @@ impl EventQueue {
 
     #[inline]
     fn with<R>(&self, what: impl FnOnce(&mut Queue) -> R) -> R {
-        self.queue.lock(|queue| what(&mut queue.borrow_mut()))
+        // SAFETY: no function of this type calls another that takes the queue from within, nor lets a caller do so: what they
+        // are given sees the queue's parts only. A waker only marks its task.
+        unsafe { self.queue.lock_mut(what) }
     }
 }

@@ -18,6 +18,10 @@ use super::status::{Enables, Status};
 use super::waiting::Waiting;
 use crate::{TELLTALE, Uptime};
 
+/// Bits of TSR, the same in a byte for each mailbox: its request has completed, with success.
+const RQCP: u32 = 1 << 0;
+const TXOK: u32 = 1 << 1;
+
 /// Handler of the transmit interrupt.
 pub struct TransmitHandler<T>(PhantomData<T>);
 
@@ -51,16 +55,17 @@ fn transmitted(registers: Can, events: &EventQueue) {
     let stamp = Stamp::interrupt(Uptime.now());
     events.update(|waiting| {
         let status = registers.tsr().read();
+        let ended = |n: usize| status.0 >> (8 * n) & RQCP != 0;
         // First of all, so that it goes out right after the intermission.
-        if let Some(next) = events.ended(|n| status.rqcp(n)) {
+        if let Some(next) = events.ended(ended) {
             request(registers, next);
         }
         // Clearing RQCP clears the result bits of that mailbox too; those of a mailbox that ended since are kept.
-        registers.tsr().write(|w| (0..MAILBOXES).for_each(|n| w.set_rqcp(n, status.rqcp(n))));
-        for n in (0..MAILBOXES).filter(|n| status.rqcp(*n)) {
+        registers.tsr().write(|w| w.0 = status.0 & (RQCP | RQCP << 8 | RQCP << 16));
+        for n in (0..MAILBOXES).filter(|n| ended(*n)) {
             let mailbox = Mailbox(n as u8);
             // With automatic retransmission a request ends by success or abort; ALST and TERR report the last attempt.
-            waiting.finished(if status.txok(n) {
+            waiting.finished(if status.0 >> (8 * n) & TXOK != 0 {
                 PortEvent::Transmitted { mailbox, stamp }
             } else {
                 PortEvent::Failed { mailbox }
