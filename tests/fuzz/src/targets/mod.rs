@@ -1,5 +1,6 @@
 //! What is tried.
 
+mod device;
 pub mod nmt;
 mod node;
 pub mod pdo_mapping;

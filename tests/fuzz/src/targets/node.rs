@@ -4,18 +4,18 @@ use ecss_can::link::Stamp;
 use ecss_can::node::{BusCommand, LinkEvent, Node, Outbox, Slave, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
-use mission::MissionObjects;
-use mission::STANDARD;
+
+use super::device::{self, Instrument};
 
 /// The node.
 pub const ID: NodeId = NodeId::of::<5>();
 
-pub type TestSlave = Slave<MissionObjects<Vec<u8>>>;
+pub type TestSlave = Slave<Instrument>;
 
 /// The profile that a byte chooses: whether the slave starts by itself, and its access to the buses.
 pub fn profile(options: u8) -> Profile {
     let selective: &[_] = if options & 2 != 0 { &[ID] } else { &[] };
-    Profile { autostart: options & 1 != 0, selective, ..STANDARD }
+    Profile { autostart: options & 1 != 0, selective, ..Profile::DEFAULT }
 }
 
 /// The slave, the time, and what it did in the last step.
@@ -29,7 +29,7 @@ pub struct Bench {
 impl Bench {
     /// Powered on.
     pub fn new(profile: &Profile) -> Bench {
-        let slave = mission::slave(ID, profile, vec![0; 64]);
+        let slave = device::slave(ID, profile);
         let mut bench = Bench { slave, now: Instant::from_micros(1_000), sent: vec![], events: vec![] };
         bench.step(|slave, now, out| slave.start(now, out));
         bench

@@ -4,7 +4,6 @@ use ecss_can::node::Node;
 use ecss_can::pdo::Mapping;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, Duration, NmtState};
-use mission::STANDARD;
 
 use super::node::{Bench, frame};
 use super::pdo_reference::{Dictionary, VALUES, bytes, is_equal, is_valid, least_bytes, pack, unpack};
@@ -29,7 +28,7 @@ struct World<'a> {
 /// An operation is a byte that tells which, and what it needs.
 pub fn run(mut input: Input, signature: &mut Signature) {
     // Nobody is missed: it is about PDOs.
-    let profile = Profile { consumer: Duration::ZERO, ..STANDARD };
+    let profile = Profile { consumer: Duration::ZERO, ..Profile::DEFAULT };
     let mut world = World { bench: Bench::new(&profile), held: [None; 8], signature };
     world.bench.receive(BUS, frame(0x701, 1, [5; 8]));
     world.command(1);

@@ -5,9 +5,10 @@ use std::sync::LazyLock;
 use ecss_can::node::NodeObjects;
 use ecss_can::od::{Access, Objects, checked};
 use ecss_can::types::Address;
-use mission::MissionObjects;
 
-pub type Dictionary = NodeObjects<MissionObjects<Vec<u8>>>;
+use super::device::Instrument;
+
+pub type Dictionary = NodeObjects<Instrument>;
 
 /// Something that a PDO may carry.
 #[derive(Clone, Copy)]

@@ -4,9 +4,10 @@ use ecss_can::emcy::ErrorCode;
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{DeviceNode, FailCause, LinkEvent, Node};
+use ecss_can::od::U48;
 use ecss_can::types::{Duration, Frame, Instant, NmtState};
-use mission::Message;
 
+use super::device::Telemetry;
 use super::node::{Bench, bus, frame, profile};
 use crate::{Input, Signature};
 
@@ -123,7 +124,8 @@ fn act(bench: &mut Bench, flying: &mut Vec<Frame>, input: &mut Input, signature:
             match which % 4 {
                 0 => slave.send_pdo(usize::from(how % 9), now),
                 1 => {
-                    slave.change(now, |objects| objects.telemetry = Message::of(how.into(), [how; 6]).into())
+                    let data = U48::new(u64::from_le_bytes([how; 8]));
+                    slave.change(now, |objects| objects.telemetry = Telemetry { code: how.into(), data });
                 }
                 2 => slave.raise(CODES[usize::from(how % 4)], [how; 5]),
                 _ => slave.clear(CODES[usize::from(how % 4)], how),

@@ -1,0 +1,101 @@
+//! The slave of these targets: records with values of several widths, one of them optional, a number and a block.
+
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Communication, Device, Slave};
+use ecss_can::od::{Domain, Objects, Record, U40, U48};
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::profile::Profile;
+use ecss_can::time::{LocalScet, ScetGet, ScetSet};
+use ecss_can::types::NodeId;
+
+const TIME: Rpdo = Rpdo::new(1, CobIdOf::fixed(0x181))
+    .map(LocalScet::SCET_SET.field(ScetSet::FINE))
+    .map(LocalScet::SCET_SET.field(ScetSet::COARSE));
+const COMMAND: Rpdo = Rpdo::new(2, CobIdOf::node(0x300))
+    .map(Instrument::TELECOMMAND.field(Telecommand::CODE))
+    .map(Instrument::TELECOMMAND.field(Telecommand::DATA))
+    .map(Instrument::TELECOMMAND.field(Telecommand::SEQUENCE));
+const REQUEST: Rpdo = Rpdo::new(3, CobIdOf::node(0x400))
+    .map(Instrument::REQUEST.field(Request::CODE))
+    .map(Instrument::REQUEST.field(Request::DATA));
+const LOCAL_TIME: Tpdo = Tpdo::new(1, CobIdOf::node(0x180))
+    .transmission(1)
+    .map(LocalScet::SCET_GET.field(ScetGet::FINE))
+    .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
+const TELEMETRY: Tpdo = Tpdo::new(3, CobIdOf::node(0x380))
+    .map(Instrument::TELEMETRY.field(Telemetry::CODE))
+    .map(Instrument::TELEMETRY.field(Telemetry::DATA));
+
+/// What the slave has beside the objects of every node.
+#[derive(Clone, Debug, PartialEq, Objects)]
+#[objects(device)]
+pub struct Instrument {
+    /// Telemetry
+    #[object(0x6100, record)]
+    pub telemetry: Telemetry,
+    /// Telemetry request
+    #[object(0x6101, record)]
+    pub request: Request,
+    /// Telecommand
+    #[object(0x6200, record)]
+    pub telecommand: Telecommand,
+    /// Number
+    #[object(0x6210, rw, pdo)]
+    pub number: u32,
+    /// Block
+    #[object(0x6300, rw)]
+    pub block: Domain<Vec<u8>>,
+}
+
+impl Device for Instrument {
+    type Pdos = PdoObjects<8, 8>;
+    type Consumers = HeartbeatConsumers<8>;
+
+    const PDOS: PdoSet = PdoSet::new(&[TIME, COMMAND, REQUEST], &[LOCAL_TIME, TELEMETRY]);
+
+    fn communication(id: NodeId) -> Communication {
+        Communication { device_name: "Instrument", ..Communication::new(id) }
+    }
+}
+
+/// What goes out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Telemetry {
+    /// Code
+    #[sub(1, ro, pdo)]
+    pub code: u16,
+    /// Data
+    #[sub(2, ro, pdo)]
+    pub data: U48,
+}
+
+/// What is asked for; its data may be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Request {
+    /// Code
+    #[sub(1, rww, pdo)]
+    pub code: u16,
+    /// Data
+    #[sub(2, rww, pdo, optional)]
+    pub data: U48,
+}
+
+/// What is commanded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Telecommand {
+    /// Code
+    #[sub(1, rww, pdo)]
+    pub code: u16,
+    /// Data
+    #[sub(2, rww, pdo)]
+    pub data: U40,
+    /// Sequence
+    #[sub(3, rww, pdo)]
+    pub sequence: u8,
+}
+
+/// The slave before power-on.
+pub fn slave(id: NodeId, profile: &Profile) -> Slave<Instrument> {
+    let application = Instrument { block: Domain::new(vec![0; 64]), ..Instrument::default() };
+    Slave::new(id, profile, application)
+}
