@@ -11,7 +11,7 @@ use std::time::Duration;
 use anyhow::{Context, anyhow, ensure};
 use serde_json::Value;
 
-use crate::tools::workspace;
+use crate::tools::{self, workspace};
 
 /// Longest run of a spacecraft that nobody ends, in seconds.
 const SECONDS: &str = "600";
@@ -30,6 +30,7 @@ pub fn xtask() -> anyhow::Result<&'static Path> {
 }
 
 fn build() -> anyhow::Result<PathBuf> {
+    tools::note("building the program of cargo demo and cargo twin; the first time about a minute");
     let cargo = std::env::var_os("CARGO").unwrap_or("cargo".into());
     let output = Command::new(cargo)
         .args(["build", "--quiet", "--package", "xtask", "--message-format", "json-render-diagnostics"])

@@ -5,6 +5,7 @@
 //! root. Otherwise the error says what to run.
 
 use std::fs::{self, File};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -69,7 +70,10 @@ pub fn python() -> anyhow::Result<PathBuf> {
         if !can_make_environments() {
             install(&[PYTHON.package, VENV])?;
         }
-        eprintln!("installing python-can, canopen and durand into {}", environment.display());
+        note(format_args!(
+            "installing python-can, canopen and durand into {}, about half a minute",
+            environment.display()
+        ));
         run(Command::new(PYTHON.program).args(["-m", "venv", "--clear"]).arg(&environment))?;
         run(Command::new(&python)
             .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--requirement"])
@@ -115,11 +119,16 @@ fn install(packages: &[&str]) -> anyhow::Result<()> {
     if !root || !Path::new("/usr/bin/apt-get").exists() {
         bail!("missing: {packages}; on Debian, run as root\n    {command}");
     }
-    eprintln!("missing: {packages}; installing: {command}");
+    note(format_args!("missing: {packages}; installing, about a minute: {command}"));
     run(Command::new("sh")
         .args(["-c", &command])
         .env("DEBIAN_FRONTEND", "noninteractive")
         .stdin(Stdio::null()))
+}
+
+/// Prints a line on stderr past the test harness, which shows its own capture of stderr only after a failure.
+pub(crate) fn note(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 /// Runs a command to its end, its output on our stderr.
