@@ -12,7 +12,7 @@
 //!
 //! ```
 //! use ecss_can::prelude::*;
-//! use host_worlds::{MockBoard, Events, Handle, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master};
+//! use host_worlds::{Events, Handle, MockBoard, NEXT_TO_MASTER_M, Plain, Time, World, idle, plain_master};
 //!
 //! const PROFILE: Profile = Profile { name: "heater", ..Profile::DEFAULT };
 //! const HEATER: NodeId = NodeId::of::<5>();
