@@ -26,8 +26,11 @@ pub trait Platform: 'static {
 pub struct Resources<B: Platform, N: Node> {
     // Apart: a node is large, and is made where it stays.
     node: StaticCell<N>,
-    around: StaticCell<Around<B, N, PerBus<Line<B::Port>>>>,
+    around: StaticCell<Around<B, N, Lines<B>>>,
 }
+
+/// Those of both buses.
+type Lines<B> = PerBus<Line<<B as Platform>::Port>>;
 
 /// What a node works with. `L`: the lines of its buses.
 pub(super) struct Around<B: Platform, N: Node, L> {
@@ -35,7 +38,7 @@ pub(super) struct Around<B: Platform, N: Node, L> {
     pub lines: L,
 }
 
-impl<B: Platform, N: Node> Around<B, N, PerBus<Line<B::Port>>> {
+impl<B: Platform, N: Node> Around<B, N, Lines<B>> {
     #[inline(never)] // its stack is not that on which a node is made
     fn power_on(&mut self) {
         let Around { core, lines } = self;

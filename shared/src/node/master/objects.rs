@@ -119,8 +119,8 @@ fn application<D: Device>(profile: &Profile, device: D) -> MasterObjects<D> {
 /// The slaves of the profile.
 #[inline(never)] // made in its place
 fn network(profile: &Profile) -> NetworkObjects {
-    let mut network = NetworkObjects::default();
-    network.boot_time = profile.boot.time.as_millis() as u32;
+    let boot_time = profile.boot.time.as_millis() as u32;
+    let mut network = NetworkObjects { boot_time, ..NetworkObjects::default() };
     for slave in profile.slaves {
         if let Some(assignment) = entry(&mut network.assignment, slave.node) {
             *assignment = slave.assignment().raw();
