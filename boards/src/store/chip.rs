@@ -90,15 +90,15 @@ impl NorFlash for ChipFlash {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         check(offset, bytes.len())?;
         let (words, rest) = bytes.as_chunks();
-        if offset % 4 != 0 || !rest.is_empty() {
+        if !offset.is_multiple_of(4) || !rest.is_empty() {
             return Err(NorFlashErrorKind::NotAligned);
         }
         for (at, word) in (BASE + offset..).step_by(4).zip(words) {
-            // SAFETY: the word is flash of the store, at an address that is a multiple of four; it takes writes while PG is set.
-            obey(
-                |w| w.set_pg(true),
-                || unsafe { (at as *mut u32).write_volatile(u32::from_le_bytes(*word)) },
-            )?;
+            let program = || {
+                // SAFETY: flash of the store, at an address that is a multiple of four; it takes writes while PG is set.
+                unsafe { (at as *mut u32).write_volatile(u32::from_le_bytes(*word)) }
+            };
+            obey(|w| w.set_pg(true), program)?;
         }
         Ok(())
     }
