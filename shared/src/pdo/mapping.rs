@@ -175,23 +175,15 @@ impl Layout {
 
     /// Writes the values of a PDO. Bits that are not mapped do not matter. Returns whether all values were within their
     /// limits; others are not written.
-    #[inline(always)]
+    #[inline(never)] // once in an image
     pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
-        match self.only() {
-            Some(slot) => write(objects, slot, pdo),
-            None => self.unpack_all(objects, pdo),
-        }
-    }
-
-    #[inline(never)]
-    fn unpack_all<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
         let (mut all, mut rest) = (true, pdo);
         for &slot in &self.slots {
             if slot == Slot::UNUSED {
                 break;
             }
             // What lies above belongs to those behind; a value takes its own bits only.
-            all &= write(objects, slot, rest);
+            all &= objects.set_bits(slot.place(), slot.run(), rest).is_some() || slot.is_dummy();
             // Nothing is behind one of 64 bits.
             rest = shift_down(rest, slot.bits());
         }
@@ -231,12 +223,6 @@ fn shift_down(bits: u64, by: u32) -> u64 {
 #[inline(never)]
 fn read<D: Objects>(objects: &D, slot: Slot) -> u64 {
     objects.bits(slot.place(), slot.run()).unwrap_or(0)
-}
-
-/// All that the dictionary takes from PDOs: once in an image. Whether the values were within their limits.
-#[inline(never)]
-fn write<D: Objects>(objects: &mut D, slot: Slot, bits: u64) -> bool {
-    objects.set_bits(slot.place(), slot.run(), bits).is_some() || slot.is_dummy()
 }
 
 /// The value of an entry, the first sub-index of those alike in a row, and whether a frame may leave it out.

@@ -234,7 +234,7 @@ impl<S: PdoSlots> Rpdos<S> {
     }
 
     /// The next one behind `number` with this COB-ID.
-    #[inline]
+    #[inline(always)]
     pub fn next(&self, id: CobId, number: usize) -> Option<usize> {
         if self.is_shared { self.search(id, number) } else { None }
     }

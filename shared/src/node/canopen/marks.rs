@@ -30,7 +30,7 @@ impl FromIterator<CobId> for Marks {
 }
 
 /// The word and the bit.
-#[inline]
+#[inline(always)]
 fn mark(id: CobId) -> (usize, u32) {
     let sum = u32::from(id.raw() ^ id.raw() >> 5);
     ((sum >> 5 & 1) as usize, 1 << (sum & 0x1F))
