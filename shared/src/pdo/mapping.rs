@@ -175,15 +175,23 @@ impl Layout {
 
     /// Writes the values of a PDO. Bits that are not mapped do not matter. Returns whether all values were within their
     /// limits; others are not written.
-    #[inline(never)] // once in an image
+    #[inline(always)]
     pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
+        match self.only() {
+            Some(slot) => write(objects, slot, pdo),
+            None => self.unpack_all(objects, pdo),
+        }
+    }
+
+    #[inline(never)]
+    fn unpack_all<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
         let (mut all, mut rest) = (true, pdo);
         for &slot in &self.slots {
             if slot == Slot::UNUSED {
                 break;
             }
             // What lies above belongs to those behind; a value takes its own bits only.
-            all &= objects.set_bits(slot.place(), slot.run(), rest).is_some() || slot.is_dummy();
+            all &= take(objects, slot, rest);
             // Nothing is behind one of 64 bits.
             rest = shift_down(rest, slot.bits());
         }
@@ -223,6 +231,18 @@ fn shift_down(bits: u64, by: u32) -> u64 {
 #[inline(never)]
 fn read<D: Objects>(objects: &D, slot: Slot) -> u64 {
     objects.bits(slot.place(), slot.run()).unwrap_or(0)
+}
+
+/// What the dictionary takes from a PDO with one value, apart from those with several: each is as short as can be.
+#[inline(never)]
+fn write<D: Objects>(objects: &mut D, slot: Slot, bits: u64) -> bool {
+    take(objects, slot, bits)
+}
+
+/// Writes the value of a slot. Returns whether it was within its limits.
+#[inline(always)]
+fn take<D: Objects>(objects: &mut D, slot: Slot, bits: u64) -> bool {
+    objects.set_bits(slot.place(), slot.run(), bits).is_some() || slot.is_dummy()
 }
 
 /// The value of an entry, the first sub-index of those alike in a row, and whether a frame may leave it out.

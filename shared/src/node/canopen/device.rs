@@ -9,6 +9,7 @@ use crate::types::{Address, Bus, Frame, Instant};
 
 impl<D: Device, E: Extension> Canopen<D, E> {
     /// An SDO request. Returns the object that it has written.
+    #[inline(always)] // called from one place
     pub fn on_request(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) -> Option<Address> {
         self.services.refresh_for(frame, now);
         if !self.serve(SdoStep::Request(frame), bus, now, out) {

@@ -87,6 +87,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// A heartbeat of another node that 1016h may name.
+    #[inline(always)] // called from one place
     pub fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
         let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
             return self.services.buses.malformed(bus);

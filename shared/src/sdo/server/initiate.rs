@@ -11,23 +11,8 @@ use crate::types::{AbortCode, Address, Instant};
 const EXPEDITED: usize = 4;
 
 impl Server {
-    /// A request without a transfer. First what nearly all are.
-    #[inline]
+    /// A request without a transfer.
     pub(super) fn initiate(
-        &mut self,
-        payload: &Payload,
-        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
-    ) -> bool {
-        match number(payload, turn.objects) {
-            Ok(Some(response)) => (turn.send)(response),
-            Ok(None) => return self.initiate_other(payload, turn),
-            Err(code) => turn.send(wire::abort(wire::address(payload), code.code())),
-        }
-        true
-    }
-
-    #[inline(never)]
-    fn initiate_other(
         &mut self,
         payload: &Payload,
         turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
@@ -162,7 +147,10 @@ impl Server {
 
 /// The response to an expedited transfer of a number. `None` for all other requests, and for what is no number.
 #[inline(always)] // called from one place
-fn number(payload: &Payload, objects: &mut impl ObjectAccess) -> Result<Option<Payload>, AbortCode> {
+pub(super) fn number(
+    payload: &Payload,
+    objects: &mut impl ObjectAccess,
+) -> Result<Option<Payload>, AbortCode> {
     let at = wire::address(payload);
     if wire::is_upload(payload) {
         let value = objects.fetch(at)?;

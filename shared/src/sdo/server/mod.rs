@@ -88,21 +88,39 @@ impl Server {
         objects: &mut impl ObjectAccess,
         send: &mut impl FnMut(Payload),
     ) -> bool {
-        let turn = &mut Turn { now, objects, send };
-        match &mut self.state {
-            State::Idle => {}
-            State::BlockDownload { .. } => return self.on_sub_block(payload, turn),
-            _ => {
-                if let Some(was_used) = self.go_on(payload, turn) {
-                    return was_used;
+        // First what nearly all are.
+        if matches!(self.state, State::Idle) {
+            match initiate::number(payload, objects) {
+                Ok(None) => {}
+                Ok(Some(response)) => {
+                    send(response);
+                    return true;
+                }
+                Err(code) => {
+                    send(wire::abort(wire::address(payload), code.code()));
+                    return true;
                 }
             }
         }
-        self.initiate(payload, turn)
+        self.on_other(payload, &mut Turn { now, objects, send })
+    }
+
+    /// All but numbers without a transfer.
+    #[inline(never)]
+    fn on_other(
+        &mut self,
+        payload: &Payload,
+        turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
+    ) -> bool {
+        let went_on = match self.state {
+            State::Idle => None,
+            State::BlockDownload { .. } => Some(self.on_sub_block(payload, turn)),
+            _ => self.go_on(payload, turn),
+        };
+        went_on.unwrap_or_else(|| self.initiate(payload, turn))
     }
 
     /// A request while a transfer runs. `None`: it is over, the request may begin another one.
-    #[inline(never)]
     fn go_on(
         &mut self,
         payload: &Payload,
