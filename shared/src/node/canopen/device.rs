@@ -29,11 +29,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// A SYNC.
     #[inline]
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        let (counter, is_told) = self.services.on_sync(frame, stamp.at);
-        if is_told {
-            self.services.next = now;
-        }
-        if let Ok(counter) = counter {
+        if let Ok(counter) = self.services.on_sync(frame, stamp.at) {
             if self.nmt.state().allows_pdo() {
                 self.services.exchange(bus, counter, stamp, now, out);
             }

@@ -121,7 +121,7 @@ impl<D: Device> Master<D> {
             self.boot.on_sync_sent();
             self.at_sync = Some(self.services.clock.at(stamp.at));
             // What it produces itself is as it should be.
-            if let (Ok(counter), _) = self.services.on_sync(frame, stamp.at)
+            if let Ok(counter) = self.services.on_sync(frame, stamp.at)
                 && self.nmt.state().allows_pdo()
             {
                 self.services.exchange(bus, counter, &stamp, now, out);

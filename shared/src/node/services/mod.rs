@@ -242,14 +242,14 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// SYNC: its counter, zero when it has none, and whether an emergency reports it.
+    /// SYNC: its counter, zero when it has none.
     #[inline(always)] // called from one place
-    pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> (Result<u8, sync::UnexpectedLength>, bool) {
-        if self.sync.is_plain(frame) { (Ok(0), false) } else { self.on_special_sync(frame, at) }
+    pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
+        if self.sync.is_plain(frame) { Ok(0) } else { self.on_special_sync(frame, at) }
     }
 
     #[inline(never)]
-    fn on_special_sync(&mut self, frame: &Frame, at: Instant) -> (Result<u8, sync::UnexpectedLength>, bool) {
+    fn on_special_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
         let was_wrong = self.sync.is_wrong();
         let counter = self.sync.on_sync(frame, at);
         if counter.is_err() {
@@ -257,7 +257,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         } else if was_wrong {
             self.clear(ErrorCode::SYNC_LENGTH, 0);
         }
-        (counter, was_wrong || counter.is_err())
+        if was_wrong || counter.is_err() {
+            // An emergency is to go.
+            self.next = Instant::ZERO;
+        }
+        counter
     }
 
     /// Synchronous TPDOs at a SYNC, sampled before RPDOs take effect.
