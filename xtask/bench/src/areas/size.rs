@@ -6,7 +6,9 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use anyhow::Context as _;
 use clap::ValueEnum;
+use firmware_images::Package;
 
 use super::Area;
 use crate::context::{Context, FLOWN};
@@ -25,6 +27,9 @@ pub const AREA: Area =
 const SLAVE_FLASH: u64 = 64 << 10;
 const SLAVE_RAM: u64 = 13 << 10;
 const SLAVE_PROTOCOL: u64 = 24 << 10;
+
+/// What CANopenNode takes for the same services, and a little more.
+const CANOPEN: u64 = 26 << 10;
 
 /// Longest name of a symbol in a table; generic ones can be endless.
 const NAME: usize = 100;
@@ -45,8 +50,20 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
         let row = |(part, bytes)| Row::lower(format!("{}.{role}.flash.{part}", board.name()), bytes, "bytes");
         rows.extend(parts.into_iter().map(row));
     }
+    rows.push(canopen_only()?);
     rows.extend(stacks(context)?);
     Ok(rows)
+}
+
+/// Flash of what CiA 301 alone gives a slave with 4 + 4 PDOs: its image without that of the same board without a node.
+fn canopen_only() -> anyhow::Result<Row> {
+    let images = Package::of_workspace("size-images").build(FLOWN.name())?;
+    let flash = |name: &str| -> anyhow::Result<u64> {
+        let image = images.iter().find(|image| image.file_name().is_some_and(|file| file == name));
+        Ok(Facts::read(image.with_context(|| format!("cargo has built no {name}"))?)?.size.flash)
+    };
+    let bytes = flash("size-canopen")?.saturating_sub(flash("size-bus")?);
+    Ok(Row::lower("canopen_only", bytes, "bytes").within(CANOPEN))
 }
 
 /// Bytes of flash of each part that has any. They add up to the image.
