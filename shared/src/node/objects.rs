@@ -33,7 +33,7 @@ pub struct NodeObjects<D: Device, E: Extension = Spacecraft> {
 impl<D: Device, E: Extension> NodeObjects<D, E> {
     /// The objects at power-on. An application whose indices are those of the node does not compile.
     pub(super) fn at_power_on(id: NodeId, redundancy: &Parameters, application: D) -> Self {
-        const { assert_device::<D>() };
+        const { assert_objects::<D, E>() };
         let mut objects = NodeObjects {
             application,
             spacecraft: E::default(),
@@ -85,7 +85,12 @@ impl<D: Device> NodeObjects<D> {
 /// When called at run time, for the same reasons.
 #[track_caller]
 pub const fn assert_device<D: Device>() {
-    let declared = NodeObjects::<D>::DECLARED;
+    assert_objects::<D, Spacecraft>();
+}
+
+#[track_caller]
+const fn assert_objects<D: Device, E: Extension>() {
+    let declared = NodeObjects::<D, E>::DECLARED;
     declared.assert_distinct();
     D::PDOS.assert_within::<D::Pdos>(declared);
 }

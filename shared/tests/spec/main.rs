@@ -6,6 +6,7 @@ mod bench;
 mod bit_timing;
 mod boot;
 mod bus_off;
+mod canopen_slave;
 mod clash;
 mod clock;
 mod cob_id;

@@ -1,0 +1,120 @@
+//! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C.
+
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{BusCommand, CanopenSlave, Device, SlaveEvent};
+use ecss_can::od::Objects;
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
+use ecss_can::profile::Profile;
+use ecss_can::types::NmtState;
+
+use crate::bench::{Bench, NOMINAL, frame, ms, node};
+
+/// An input and an output.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Channel {
+    /// Input
+    #[object(0x6000, ro, pdo)]
+    input: u16,
+    /// Output
+    #[object(0x6200, rww, pdo)]
+    output: u16,
+}
+
+impl Device for Channel {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PdoSet::new(
+        &[Rpdo::new(1, CobIdOf::node(0x200)).map(Channel::OUTPUT)],
+        &[Tpdo::new(1, CobIdOf::node(0x180)).map(Channel::INPUT)],
+    );
+}
+
+fn powered() -> Bench<CanopenSlave<Channel>> {
+    Bench::new(CanopenSlave::new(node(5), &Profile::DEFAULT, Channel::default()))
+}
+
+/// Started by the master, what it sent before forgotten.
+fn operational() -> Bench<CanopenSlave<Channel>> {
+    let mut slave = powered();
+    slave.receive(NOMINAL, 0x000, &[1, 5]);
+    assert_eq!(slave.node.state(), NmtState::Operational);
+    slave.clear();
+    slave
+}
+
+fn sent(slave: &Bench<CanopenSlave<Channel>>) -> Vec<(u16, Vec<u8>)> {
+    slave.frames().into_iter().map(|(_, frame)| (frame.id().raw(), frame.data().to_vec())).collect()
+}
+
+#[test]
+fn boots_on_its_only_bus() {
+    let mut slave = powered();
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join)]);
+    assert_eq!(sent(&slave), [(0x705, vec![0x00])]);
+    assert_eq!(slave.node.state(), NmtState::PreOperational);
+    slave.run_until(ms(250));
+    let beats = slave.times(NOMINAL, 0x705);
+    assert_eq!(beats.len(), 3, "boot-up, then every 100 ms: {beats:?}");
+}
+
+#[test]
+fn obeys_every_command_without_a_heartbeat_of_the_master() {
+    let mut slave = operational();
+    slave.receive(NOMINAL, 0x000, &[0x02, 0]);
+    assert_eq!(slave.node.state(), NmtState::Stopped);
+    slave.clear();
+    for _ in 0..10 {
+        slave.receive(NOMINAL, 0x000, &[0x82, 5]);
+    }
+    assert_eq!(sent(&slave), vec![(0x705, vec![0x00]); 10], "resets are not counted");
+    slave.clear();
+    slave.receive(NOMINAL, 0x000, &[0x81, 5]);
+    assert_eq!(slave.events, [SlaveEvent::ResetNode]);
+    slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x60, 0, 0, 0, 0, 0]);
+    slave.run_until(ms(5_000));
+    assert_eq!(sent(&slave), [], "silent until the chip is reset");
+}
+
+#[test]
+fn exchanges_pdos_and_sdos() {
+    let mut slave = operational();
+    slave.receive(NOMINAL, 0x205, &[0x34, 0x12]);
+    assert_eq!(slave.node.objects().application.output, 0x1234);
+    slave.touch(|slave, now| slave.send_pdo(0, now));
+    assert_eq!(sent(&slave), [(0x185, vec![0, 0])]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x62, 0, 0, 0, 0, 0]);
+    assert_eq!(sent(&slave), [(0x585, vec![0x4B, 0x00, 0x62, 0, 0x34, 0x12, 0, 0])]);
+    slave.clear();
+    // 1800h sub 2: with every SYNC.
+    slave.receive(NOMINAL, 0x605, &[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]);
+    slave.clear();
+    slave.receive(NOMINAL, 0x080, &[]);
+    assert_eq!(sent(&slave), [(0x185, vec![0, 0])]);
+}
+
+#[test]
+fn has_no_object_beyond_canopen() {
+    let mut slave = operational();
+    // 1010h: parameter store. 2000h: redundancy. 2010h: time. 2020h: health.
+    for index in [0x1010_u16, 0x1011, 0x2000, 0x2010, 0x2011, 0x2020, 0x2030] {
+        slave.clear();
+        let [low, high] = index.to_le_bytes();
+        slave.receive(NOMINAL, 0x605, &[0x40, low, high, 1, 0, 0, 0, 0]);
+        assert_eq!(sent(&slave), [(0x585, vec![0x80, low, high, 1, 0, 0, 0x02, 0x06])], "{index:04X}h");
+    }
+}
+
+#[test]
+fn misses_the_heartbeat_that_1016h_names() {
+    let mut slave = operational();
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.run_until(ms(249));
+    assert_eq!(slave.times(NOMINAL, 0x085), []);
+    slave.run_until(ms(251));
+    assert_eq!(slave.node.state(), NmtState::PreOperational, "1029h");
+    let emergency = slave.frames().into_iter().find(|(_, frame)| frame.id().raw() == 0x085);
+    assert_eq!(emergency, Some((NOMINAL, frame(0x085, &[0x30, 0x81, 0x11, 1, 0, 0, 0, 0]))));
+}
