@@ -34,4 +34,4 @@ pub use single::{Single, SingleRunners};
 pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 
 /// Events that a bus handles before other tasks have their turn.
-const TURN: usize = 4;
+const TURN: usize = 2;
