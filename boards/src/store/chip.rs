@@ -40,7 +40,10 @@ fn start() -> u32 {
 }
 
 /// Flash of words and of sectors with 128 KiB.
-pub struct ChipFlash(#[allow(dead_code, reason = "nobody else has it")] Peri<'static, peripherals::FLASH>);
+pub struct ChipFlash(
+    #[allow(dead_code, reason = "held so that no other driver takes the flash")]
+    Peri<'static, peripherals::FLASH>,
+);
 
 impl ErrorType for ChipFlash {
     type Error = NorFlashErrorKind;

@@ -64,7 +64,7 @@ impl Builder {
         self
     }
 
-    /// The clock of a node is fast by so many millionths.
+    /// Makes the clock of a node fast, by so many parts per million.
     ///
     /// # Panics
     /// When there is no such node.

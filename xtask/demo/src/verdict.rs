@@ -142,7 +142,7 @@ mod tests {
         assert!(!faults(&flight).iter().any(|fault| fault.contains("reset itself")), "{:?}", faults(&flight));
     }
 
-    /// Given images of the user's, then their commands are not judged: nobody knows how many were due.
+    /// Commands of a user's images are not judged, as the demo does not know how many were due.
     #[test]
     fn commands_of_unknown_images_are_not_judged() {
         let mut flight = sample::flight();

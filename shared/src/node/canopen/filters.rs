@@ -21,7 +21,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let last = self.filters_of_rpdos() + D::Pdos::RECEIVE;
         let mut filters: Filters = (0..=last).take(MAX_FILTERS - 1).map(|n| self.filter(n)).collect();
         if last >= MAX_FILTERS - 1 {
-            // More than the controllers can tell apart.
+            // A controller has too few filters for all: the last one admits every frame.
             let _ = filters.push(Filter { id: CobId::NMT, mask: 0 });
         }
         filters
@@ -49,7 +49,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         Filter::exact(id.unwrap_or(CobId::NMT))
     }
 
-    /// A filter changed: the buses are told when the node runs next.
+    /// Notes that a filter has changed. The node sends it to its buses when it runs next.
     pub fn admit(&mut self, number: usize) {
         if number < MAX_FILTERS - 1 {
             self.changed_filters |= 1 << number;

@@ -31,7 +31,7 @@ pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     startup: NmtStartup,
     /// COB-IDs that are taken; frames without a mark are for others.
     marks: Marks,
-    /// A bit for each filter that its buses have not been told yet.
+    /// A bit for each filter that is to be sent to its buses.
     changed_filters: u32,
 }
 
@@ -67,7 +67,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         out.event(SlaveEvent::State(state));
     }
 
-    /// A command for this node but for resets, which are left to it.
+    /// Obeys a command for this node. A reset is left to the caller.
     pub fn on_command(&mut self, command: Command, now: Instant, out: &mut Out) -> Reaction {
         let reaction = self.nmt.on_command(command);
         if let Reaction::Entered(state) = reaction {
@@ -139,7 +139,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         earliest(&own)
     }
 
-    /// Whether it waits for its reset, or nothing will ever be due.
+    /// When to poll next, `None`: it waits for its reset, or nothing will be due.
     pub fn deadline(&self) -> Option<Instant> {
         let silent = self.nmt.state() == NmtState::Initialising || self.services.next == Instant::NEVER;
         if silent { None } else { Some(self.services.next) }
@@ -181,7 +181,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 }
 
-/// COB-IDs of heartbeats have its function code.
+/// Whether this COB-ID has the function code of heartbeats.
 pub fn is_heartbeat(id: CobId) -> bool {
     id.function() == CobId::heartbeat(NodeId::MASTER).function()
 }

@@ -1,4 +1,4 @@
-//! A CANopen slave on one bus with 4 + 4 PDOs: what a CANopen stack of others has, and no more.
+//! A CANopen slave on one bus with 4 + 4 PDOs: the services that CANopenNode has, and no more.
 
 #![cfg_attr(target_os = "none", no_std, no_main)]
 #![forbid(unsafe_code)]
