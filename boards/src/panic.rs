@@ -22,3 +22,10 @@ fn panic(info: &PanicInfo) -> ! {
     // An undefined instruction is a fault, at which a debugger stops.
     cortex_m::asm::udf()
 }
+
+/// A panic of `defmt`, whose message is in the log already. Its own handler would log a place in `defmt` behind it.
+#[defmt::panic_handler]
+fn logged() -> ! {
+    cortex_m::interrupt::disable();
+    cortex_m::asm::udf()
+}
