@@ -1,6 +1,6 @@
 //! DOMAIN: a block of bytes that is moved in parts.
 
-use super::variable::copy_from;
+use super::variable::{copy, copy_from};
 use super::{DataType, Typed, Variable};
 use crate::types::AbortCode;
 
@@ -47,7 +47,7 @@ impl<S: AsRef<[u8]> + AsMut<[u8]>> Variable for Domain<S> {
         self.len = 0;
         let rest = self.storage.as_mut().get_mut(offset..).ok_or(AbortCode::OutOfMemory)?;
         let place = rest.get_mut(..part.len()).ok_or(AbortCode::OutOfMemory)?;
-        place.copy_from_slice(part);
+        copy(part, place);
         Ok(())
     }
 

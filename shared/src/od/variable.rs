@@ -70,11 +70,13 @@ pub trait Typed: Variable {
 /// Copies from the middle of a value; returns how many bytes.
 pub(super) fn copy_from(bytes: &[u8], offset: usize, into: &mut [u8]) -> usize {
     let rest = bytes.get(offset..).unwrap_or(&[]);
-    let count = rest.len().min(into.len());
-    if let (Some(to), Some(from)) = (into.get_mut(..count), rest.get(..count)) {
-        to.copy_from_slice(from);
-    }
-    count
+    copy(rest, into);
+    rest.len().min(into.len())
+}
+
+/// Copies as much as both have. `copy_from_slice` panics where lengths differ, and the compiler keeps the text of that.
+pub(super) fn copy(from: &[u8], to: &mut [u8]) {
+    to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
 /// Copies from the middle of the low `size` bytes of a number; returns how many bytes.

@@ -86,7 +86,7 @@ impl<B: Platform, N: Node> Resources<B, N> {
         clock: B::Clock,
         telltale: &'static Telltale,
     ) -> (Handle<B, N>, Events<B, N>, Runners<B, N>) {
-        let node = make(black_box(self.node.uninit()), node);
+        let node = make(black_box(self.node.try_uninit().unwrap()), node);
         let around = || Around {
             core: Core { shared: RefCell::new(Shared::new(node, telltale)), clock, telltale },
             lines: PerBus {
@@ -94,7 +94,7 @@ impl<B: Platform, N: Node> Resources<B, N> {
                 redundant: Line::new(Bus::Redundant, ports.redundant),
             },
         };
-        let around = make(black_box(self.around.uninit()), around);
+        let around = make(black_box(self.around.try_uninit().unwrap()), around);
         around.power_on();
         let Around { core, lines } = around;
         let core = &*core;
