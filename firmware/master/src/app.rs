@@ -17,9 +17,9 @@ async fn main(spawner: Spawner) {
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     let master = || mission::master(PROFILE, store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
-    spawner.spawn(bus(runners.nominal).expect("spawned once"));
-    spawner.spawn(bus(runners.redundant).expect("spawned once"));
-    spawner.spawn(due(runners.due).expect("spawned once"));
+    spawner.spawn(bus(runners.nominal).unwrap());
+    spawner.spawn(bus(runners.redundant).unwrap());
+    spawner.spawn(due(runners.due).unwrap());
     Application::new(master, events, leds).run().await
 }
 

@@ -22,9 +22,9 @@ async fn main(spawner: Spawner) {
         if let Some(store) = store { slave.with_store(store) } else { slave }
     };
     let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
-    spawner.spawn(bus(runners.nominal).expect("spawned once"));
-    spawner.spawn(bus(runners.redundant).expect("spawned once"));
-    spawner.spawn(due(runners.due).expect("spawned once"));
+    spawner.spawn(bus(runners.nominal).unwrap());
+    spawner.spawn(bus(runners.redundant).unwrap());
+    spawner.spawn(due(runners.due).unwrap());
     Application::new(slave, events, leds).run().await
 }
 

@@ -21,9 +21,9 @@ async fn main(spawner: Spawner) {
         if let Some(store) = store { device.with_store(store) } else { device }
     };
     let (_, mut events, runners) = RESOURCES.start(device, ports, clock, &TELLTALE);
-    spawner.spawn(bus(runners.nominal).expect("spawned once"));
-    spawner.spawn(bus(runners.redundant).expect("spawned once"));
-    spawner.spawn(due(runners.due).expect("spawned once"));
+    spawner.spawn(bus(runners.nominal).unwrap());
+    spawner.spawn(bus(runners.redundant).unwrap());
+    spawner.spawn(due(runners.due).unwrap());
     // Nothing follows an event but the reset that the master asks for.
     loop {
         if let SlaveEvent::ResetNode = events.next().await {

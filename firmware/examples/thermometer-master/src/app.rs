@@ -23,9 +23,9 @@ async fn main(spawner: Spawner) {
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     let master = || Master::new(&PROFILE, Ground::default(), store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
-    spawner.spawn(bus(runners.nominal).expect("spawned once"));
-    spawner.spawn(bus(runners.redundant).expect("spawned once"));
-    spawner.spawn(due(runners.due).expect("spawned once"));
+    spawner.spawn(bus(runners.nominal).unwrap());
+    spawner.spawn(bus(runners.redundant).unwrap());
+    spawner.spawn(due(runners.due).unwrap());
     join(listen(master, events), calibrate(master)).await;
 }
 

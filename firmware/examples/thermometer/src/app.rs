@@ -23,9 +23,9 @@ async fn main(spawner: Spawner) {
         if let Some(store) = board.store { slave.with_store(store) } else { slave }
     };
     let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
-    spawner.spawn(bus(runners.nominal).expect("spawned once"));
-    spawner.spawn(bus(runners.redundant).expect("spawned once"));
-    spawner.spawn(due(runners.due).expect("spawned once"));
+    spawner.spawn(bus(runners.nominal).unwrap());
+    spawner.spawn(bus(runners.redundant).unwrap());
+    spawner.spawn(due(runners.due).unwrap());
 
     // The board has not taken the converter.
     let mut adc = Adc::new(p.ADC1);

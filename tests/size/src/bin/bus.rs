@@ -51,7 +51,7 @@ mod app {
             Board::new(boards::take!(p), const { boards::bit_timing(&Profile::DEFAULT.network) });
         let Ok(_) = node_id else { return };
         let (_, mut events, runners) = NODE.start(|| NoNode, ports.nominal, clock, &TELLTALE);
-        spawner.spawn(bus(runners.bus).expect("spawned once"));
+        spawner.spawn(bus(runners.bus).unwrap());
         loop {
             if let SlaveEvent::ResetNode = events.next().await {
                 boards::reset()

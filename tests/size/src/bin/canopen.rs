@@ -53,8 +53,8 @@ mod app {
         let Ok(id) = node_id else { return };
         let device = || CanopenSlave::new(id, &Profile::DEFAULT, Channels::default());
         let (_, mut events, runners) = NODE.start(device, ports.nominal, clock, &TELLTALE);
-        spawner.spawn(bus(runners.bus).expect("spawned once"));
-        spawner.spawn(due(runners.due).expect("spawned once"));
+        spawner.spawn(bus(runners.bus).unwrap());
+        spawner.spawn(due(runners.due).unwrap());
         loop {
             if let SlaveEvent::ResetNode = events.next().await {
                 boards::reset()
