@@ -125,7 +125,19 @@ impl Request {
     }
 
     fn from_code(code: u16) -> Option<Request> {
-        Self::ALL.into_iter().find(|request| request.code() == code)
+        let bus = if code & 1 == 0 { Bus::Nominal } else { Bus::Redundant };
+        Some(match code {
+            UPTIME => Request::Uptime,
+            VALUE => Request::Value,
+            EXECUTED => Request::Executed,
+            STAMP_SOURCE => Request::StampSource,
+            _ => match code & !1 {
+                TRAFFIC => Request::Traffic(bus),
+                LOSSES => Request::Losses(bus),
+                ERRORS => Request::Errors(bus),
+                _ => return None,
+            },
+        })
     }
 }
 
@@ -191,38 +203,25 @@ impl Telemetry {
 
     /// The message on the bus.
     pub fn encode(self) -> Message {
-        let code = self.request().code();
-        match self {
-            Telemetry::Uptime(ms) => {
-                let [a, b, c, d, e, f, ..] = ms.to_le_bytes();
-                Message::of(code, [a, b, c, d, e, f])
-            }
-            Telemetry::Value(value) => Message::of(code, value.to_le_bytes()),
-            Telemetry::Executed { count, repeats } => {
-                let ([a, b, c, d], [e, f]) = (count.to_le_bytes(), repeats.to_le_bytes());
-                Message::of(code, [a, b, c, d, e, f])
-            }
-            Telemetry::StampSource(source) => Message::of(
-                code,
-                [match source {
-                    None => 0,
-                    Some(StampSource::Interrupt) => 1,
-                    Some(StampSource::Capture) => 2,
-                }],
-            ),
+        let data = match self {
+            Telemetry::Uptime(ms) => ms,
+            Telemetry::Value(value) => value.into(),
+            Telemetry::Executed { count, repeats } => u64::from(count) | u64::from(repeats) << 32,
+            Telemetry::StampSource(None) => 0,
+            Telemetry::StampSource(Some(StampSource::Interrupt)) => 1,
+            Telemetry::StampSource(Some(StampSource::Capture)) => 2,
             Telemetry::Traffic { received, sent, .. } => {
-                let ([a, b, c, _], [d, e, f, _]) = (received.to_le_bytes(), sent.to_le_bytes());
-                Message::of(code, [a, b, c, d, e, f])
+                u64::from(received & 0xFF_FFFF) | u64::from(sent) << 24
             }
             Telemetry::Losses { lost, malformed, failed, .. } => {
-                let ([a, b], [c, d], [e, f]) =
-                    (lost.to_le_bytes(), malformed.to_le_bytes(), failed.to_le_bytes());
-                Message::of(code, [a, b, c, d, e, f])
+                u64::from(lost) | u64::from(malformed) << 16 | u64::from(failed) << 32
             }
-            Telemetry::Errors { health, .. } => {
-                Message::of(code, [health.state as u8, health.tec, health.rec, health.last_error as u8])
+            Telemetry::Errors { health: Health { state, tec, rec, last_error }, .. } => {
+                u32::from_le_bytes([state as u8, tec, rec, last_error as u8]).into()
             }
-        }
+        };
+        let [a, b, c, d, e, f, ..] = data.to_le_bytes();
+        Message::new(self.request().code(), [a, b, c, d, e, f])
     }
 
     /// `None` for an unknown code, data it does not have or a value that is never sent.
