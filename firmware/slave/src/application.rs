@@ -29,20 +29,26 @@ impl Application {
 
     pub async fn run(mut self) -> ! {
         loop {
-            match self.events.next().await {
-                SlaveEvent::Pdo { number, data, .. } => self.on_pdo(usize::from(number), data),
-                SlaveEvent::Heartbeat { .. } | SlaveEvent::Time(_) => self.leds.activity.toggle(),
-                SlaveEvent::Sync { stamp, .. } => {
-                    self.record.stamp_source = Some(stamp.source);
-                    self.leds.activity.toggle();
-                }
-                SlaveEvent::SelfTest => self.test(),
-                SlaveEvent::ResetNode => {
-                    defmt::info!("reset by the master");
-                    boards::reset()
-                }
-                event => log(&event),
+            let event = self.events.next().await;
+            self.on_event(&event);
+        }
+    }
+
+    #[inline(never)] // a small stack frame of its own, reached by short instructions
+    fn on_event(&mut self, event: &SlaveEvent) {
+        match *event {
+            SlaveEvent::Pdo { number, data, .. } => self.on_pdo(usize::from(number), data),
+            SlaveEvent::Heartbeat { .. } | SlaveEvent::Time(_) => self.leds.activity.toggle(),
+            SlaveEvent::Sync { stamp, .. } => {
+                self.record.stamp_source = Some(stamp.source);
+                self.leds.activity.toggle();
             }
+            SlaveEvent::SelfTest => self.test(),
+            SlaveEvent::ResetNode => {
+                defmt::info!("reset by the master");
+                boards::reset()
+            }
+            _ => log(event),
         }
     }
 
