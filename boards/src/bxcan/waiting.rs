@@ -2,8 +2,7 @@
 
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Mailbox, PortEvent};
-use ecss_can::types::Frame;
-use heapless::Deque;
+use ecss_can::types::{CobId, Frame, Instant};
 
 use super::MAILBOXES;
 use super::status::ErrorLog;
@@ -11,24 +10,45 @@ use super::status::ErrorLog;
 /// Received frames that may wait for the task: 1.5 ms of the shortest frames, 3.5 ms of those with 8 bytes.
 const FRAMES: usize = 32;
 
+/// Frames and one result per mailbox always find a place.
+const PLACES: usize = FRAMES + MAILBOXES;
+
+/// An empty place. Zero, so that the statics of the events stay in `.bss`.
+const EMPTY: PortEvent = PortEvent::Received {
+    frame: Frame::from_dlc(CobId::NMT, 0, [0; 8]),
+    stamp: Stamp::interrupt(Instant::ZERO),
+};
+
 /// What happened on a controller and was not taken yet.
 pub(super) struct Waiting {
-    /// In the order of time. Frames and one result per mailbox always find a place.
-    events: Deque<PortEvent, { FRAMES + MAILBOXES }>,
+    /// `len` events in the order of time, from `first` on round and round.
+    events: [PortEvent; PLACES],
+    first: usize,
+    len: usize,
     lost: u16,
     pub errors: ErrorLog,
 }
 
 impl Waiting {
     pub const fn new() -> Self {
-        Waiting { events: Deque::new(), lost: 0, errors: ErrorLog::new() }
+        Waiting { events: [EMPTY; PLACES], first: 0, len: 0, lost: 0, errors: ErrorLog::new() }
     }
 
     /// A frame was received; when there are too many it is counted as lost.
+    #[inline]
     pub fn received(&mut self, frame: Frame, stamp: Stamp) {
-        if self.events.len() >= FRAMES || self.events.push_back(PortEvent::Received { frame, stamp }).is_err()
-        {
-            self.lose();
+        if self.len >= FRAMES {
+            return self.lose();
+        }
+        self.put(PortEvent::Received { frame, stamp });
+    }
+
+    /// Adds an event; there is a place.
+    #[inline(always)] // the receive interrupt makes the event in its place
+    fn put(&mut self, event: PortEvent) {
+        if let Some(place) = self.events.get_mut(place(self.first + self.len)) {
+            *place = event;
+            self.len += 1;
         }
     }
 
@@ -40,26 +60,24 @@ impl Waiting {
     /// The result of a mailbox. It is used again only after its result was taken; should it end once more before, the
     /// later result takes the place of the earlier one, which is counted.
     pub fn finished(&mut self, result: PortEvent) {
-        let same = self.events.iter_mut().find(|event| mailbox(event) == mailbox(&result));
-        match same {
-            Some(earlier) => {
+        for n in 0..self.len {
+            if let Some(earlier) = self.events.get_mut(place(self.first + n))
+                && mailbox(earlier) == mailbox(&result)
+            {
                 *earlier = result;
-                self.lose();
-            }
-            None => {
-                if self.events.push_back(result).is_err() {
-                    self.lose();
-                }
+                return self.lose();
             }
         }
+        if self.len < PLACES { self.put(result) } else { self.lose() }
     }
 
     /// Whether such an event waits.
     pub fn holds(&self, such: impl Fn(&PortEvent) -> bool) -> bool {
-        self.events.iter().any(such)
+        (0..self.len).filter_map(|n| self.events.get(place(self.first + n))).any(such)
     }
 
     /// The next event.
+    #[inline]
     pub fn take(&mut self) -> Option<PortEvent> {
         if let Some(health) = self.errors.take() {
             return Some(PortEvent::Health(health));
@@ -67,8 +85,19 @@ impl Waiting {
         if self.lost > 0 {
             return Some(PortEvent::Overrun { lost: core::mem::take(&mut self.lost) });
         }
-        self.events.pop_front()
+        if self.len == 0 {
+            return None;
+        }
+        let event = self.events.get(self.first).copied();
+        self.len -= 1;
+        self.first = place(self.first + 1);
+        event
     }
+}
+
+/// The place with this number, counted round.
+fn place(number: usize) -> usize {
+    if number < PLACES { number } else { number - PLACES }
 }
 
 /// Mailbox of a result.
@@ -105,6 +134,24 @@ mod tests {
         let events = taken(&mut waiting);
         assert_eq!(events[0], PortEvent::Overrun { lost: 2 });
         assert_eq!(events[1 + FRAMES..], [failed(0), failed(1), failed(2)]);
+    }
+
+    #[test]
+    fn events_keep_their_order_round_and_round() {
+        let mut waiting = Waiting::new();
+        (0..FRAMES / 2).for_each(|_| receive(&mut waiting));
+        for round in 0..3 * PLACES {
+            let frame = Frame::from_dlc(CobId::SYNC, 1, [round as u8; 8]);
+            waiting.received(frame, Stamp::interrupt(Instant::from_micros(2)));
+            let result = failed((round % MAILBOXES) as u8);
+            waiting.finished(result);
+            assert!(waiting.holds(|event| *event == result));
+            let events = taken(&mut waiting);
+            let last_two = &events[events.len() - 2..];
+            assert!(matches!(last_two[0], PortEvent::Received { frame, .. } if frame.data() == [round as u8]));
+            assert_eq!(last_two[1], result);
+            assert_eq!(events.len(), if round == 0 { FRAMES / 2 + 2 } else { 2 });
+        }
     }
 
     #[test]

@@ -60,13 +60,13 @@ pub struct Stamp {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StampSource {
+    /// Read in the interrupt at the end of the frame: late by the interrupt latency, some microseconds, which has no
+    /// bound of its own; early by at most one bit, as a receiver has a frame one bit before its end.
+    Interrupt,
     /// A captured edge of the frame and the known rest of it: off by at most [`EdgeRing::ERROR`], plus the
     /// constant delay of the timer's input. A disturbance that moves this edge moves the stamp by as much, at most by a
     /// quarter of a bit: beyond that the others do not fit.
     Capture,
-    /// Read in the interrupt at the end of the frame: late by the interrupt latency, some microseconds, which has no
-    /// bound of its own; early by at most one bit, as a receiver has a frame one bit before its end.
-    Interrupt,
 }
 
 impl Stamp {

@@ -46,12 +46,12 @@ impl Frame {
     }
 
     /// From a controller's registers: DLC 9..15 mean 8 data bytes (ISO 11898-1 8.4.2.4).
-    pub fn from_dlc(id: CobId, dlc: u8, mut data: [u8; 8]) -> Frame {
-        let len = dlc.min(8);
-        for byte in data.iter_mut().skip(usize::from(len)) {
-            *byte = 0;
+    pub const fn from_dlc(id: CobId, dlc: u8, data: [u8; 8]) -> Frame {
+        if dlc >= 8 {
+            return Frame { id, len: 8, data };
         }
-        Frame { id, len, data }
+        let known = (1 << (8 * dlc)) - 1;
+        Frame::of_bits(id, dlc, u64::from_le_bytes(data) & known)
     }
 
     /// From the bits of a PDO, which has none above its length.

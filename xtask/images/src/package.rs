@@ -168,10 +168,7 @@ mod tests {
     fn the_profile_becomes_settings_for_another_workspace() {
         let settings = profile().unwrap();
         assert!(settings.contains(&"profile.firmware.inherits=\"release\"".to_owned()), "{settings:?}");
-        assert!(
-            settings.contains(&"profile.firmware.package.boards.opt-level=\"s\"".to_owned()),
-            "{settings:?}"
-        );
+        assert!(settings.contains(&"profile.firmware.opt-level=\"z\"".to_owned()), "{settings:?}");
         assert!(!settings.iter().any(|setting| setting.contains("package.master")), "{settings:?}");
     }
 }
