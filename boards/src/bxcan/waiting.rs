@@ -148,7 +148,9 @@ mod tests {
             assert!(waiting.holds(|event| *event == result));
             let events = taken(&mut waiting);
             let last_two = &events[events.len() - 2..];
-            assert!(matches!(last_two[0], PortEvent::Received { frame, .. } if frame.data() == [round as u8]));
+            assert!(
+                matches!(last_two[0], PortEvent::Received { frame, .. } if frame.data() == [round as u8])
+            );
             assert_eq!(last_two[1], result);
             assert_eq!(events.len(), if round == 0 { FRAMES / 2 + 2 } else { 2 });
         }
