@@ -9,12 +9,31 @@ mod server;
 mod server_blocks;
 
 use ecss_can::sdo::Crc;
+use proptest::prelude::*;
 
 #[test]
 fn the_checksum_of_the_standard_text_is_that_of_the_standard() {
     let mut crc = Crc::new();
     crc.update(b"123456789");
     assert_eq!(crc.value(), 0x31C3);
+}
+
+/// Bit by bit, as the polynomial says.
+fn bitwise(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0, |crc, byte| {
+        (0..8).fold(crc ^ u16::from(*byte) << 8, |crc, _| crc << 1 ^ if crc & 0x8000 == 0 { 0 } else { 0x1021 })
+    })
+}
+
+proptest! {
+    #[test]
+    fn the_checksum_is_that_of_the_polynomial(bytes in proptest::collection::vec(any::<u8>(), 0..40), at in 0_usize..40) {
+        let (one, other) = bytes.split_at(at.min(bytes.len()));
+        let mut crc = Crc::new();
+        crc.update(one);
+        crc.update(other);
+        prop_assert_eq!(crc.value(), bitwise(&bytes));
+    }
 }
 
 #[test]
