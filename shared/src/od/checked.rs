@@ -1,6 +1,7 @@
 //! Reads and writes with all that the declaration says: existence, access right, length, limits.
 
-use super::{Entry, Objects, Place, Transfer, Variable, WHOLE};
+use super::variable::{copy_from, number};
+use super::{Bytes, DataType, Entry, Objects, Place, Transfer, Variable, WHOLE};
 use crate::types::{AbortCode, Address};
 
 /// A value that was found.
@@ -49,11 +50,16 @@ impl<'a> Found<'a> {
         Ok(Found { place, entry, variable })
     }
 
+    /// The value, where it is no number.
+    pub fn bytes(&mut self) -> Option<&mut dyn Bytes> {
+        self.variable.as_mut()?.bytes()
+    }
+
     /// Whether, and how, an SDO may read it.
     ///
     /// # Errors
     /// [`AbortCode::WriteOnly`].
-    pub fn upload(&self) -> Result<Transfer, AbortCode> {
+    pub fn upload(&mut self) -> Result<Transfer, AbortCode> {
         if !self.entry.access.is_readable() {
             return Err(AbortCode::WriteOnly);
         }
@@ -62,34 +68,36 @@ impl<'a> Found<'a> {
     }
 
     /// Bytes that an upload gives now.
-    pub fn len(&self) -> usize {
-        self.variable.as_ref().map_or(1, |variable| variable.len())
+    pub fn len(&mut self) -> usize {
+        let size = self.entry.size.into();
+        self.bytes().map_or(size, |bytes| bytes.len())
     }
 
     /// Whether an upload gives nothing.
-    pub fn is_empty(&self) -> bool {
+    pub fn is_empty(&mut self) -> bool {
         self.len() == 0
     }
 
     /// Copies bytes from `offset` on; returns how many.
-    pub fn read(&self, offset: usize, into: &mut [u8]) -> usize {
-        match (&self.variable, self.entry.fixed) {
-            (Some(variable), _) => variable.read(offset, into),
-            (None, Some(value)) => value.read(offset, into),
-            (None, None) => 0,
+    pub fn read(&mut self, offset: usize, into: &mut [u8]) -> usize {
+        if let Some(bytes) = self.bytes() {
+            return bytes.read(offset, into);
         }
+        let fixed = u64::from(self.entry.fixed.unwrap_or(0));
+        let bits = self.variable.as_ref().map_or(fixed, |variable| variable.bits()).to_le_bytes();
+        copy_from(bits.get(..self.entry.size.into()).unwrap_or(&bits), offset, into)
     }
 
     /// Whether, and how, an SDO may write it.
     ///
     /// # Errors
     /// [`AbortCode::ReadOnly`], [`AbortCode::TooLong`], [`AbortCode::TooShort`], [`AbortCode::OutOfMemory`].
-    pub fn download(&self, size: Option<usize>) -> Result<Transfer, AbortCode> {
-        let Some(variable) = self.variable.as_ref().filter(|_| self.entry.access.is_writable()) else {
+    pub fn download(&mut self, size: Option<usize>) -> Result<Transfer, AbortCode> {
+        if self.variable.is_none() || !self.entry.access.is_writable() {
             return Err(AbortCode::ReadOnly);
-        };
+        }
         if self.entry.size == 0 {
-            let capacity = variable.capacity();
+            let capacity = self.bytes().map_or(0, |bytes| bytes.capacity());
             let fits = size.is_none_or(|size| size <= capacity);
             return if fits { Ok(Transfer::Stream(capacity)) } else { Err(AbortCode::OutOfMemory) };
         }
@@ -109,19 +117,25 @@ impl<'a> Found<'a> {
     /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`], [`AbortCode::ValueRange`].
     pub fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
         self.accepts(value)?;
-        self.variable.as_mut().ok_or(AbortCode::ReadOnly)?.write(value)
+        let variable = self.variable.as_mut().ok_or(AbortCode::ReadOnly)?;
+        if let Some(bytes) = variable.bytes() {
+            return bytes.write(value);
+        }
+        variable.set_bits(number(value));
+        Ok(())
     }
 
     /// Whether a whole value has the right length and keeps its limits.
     ///
     /// # Errors
     /// As [`Found::write`].
-    pub fn accepts(&self, value: &[u8]) -> Result<(), AbortCode> {
+    pub fn accepts(&mut self, value: &[u8]) -> Result<(), AbortCode> {
         self.download(Some(value.len()))?;
-        if let Some(limits) = self.entry.limits {
-            let bits = value.iter().rev().fold(0, |bits, byte| bits << 8 | u64::from(*byte));
-            limits.check(self.entry.data_type, bits)?;
+        let bits = number(value);
+        // One byte over SDO, of which CiA 301 7.1.4.4 knows two values.
+        if self.entry.data_type == DataType::Boolean && bits > 1 {
+            return Err(AbortCode::ValueRange);
         }
-        Ok(())
+        self.entry.limits.map_or(Ok(()), |limits| limits.check(self.entry.data_type, bits))
     }
 }

@@ -1,7 +1,7 @@
 //! DOMAIN: a block of bytes that is moved in parts.
 
 use super::variable::{copy, copy_from};
-use super::{DataType, Typed, Variable};
+use super::{Bytes, DataType, Typed, Variable};
 use crate::types::AbortCode;
 
 /// A block in memory that somebody lends, such as `[u8; 512]` or `&'static mut [u8]`.
@@ -26,6 +26,12 @@ impl<S: AsRef<[u8]> + AsMut<[u8]>> Domain<S> {
 }
 
 impl<S: AsRef<[u8]> + AsMut<[u8]>> Variable for Domain<S> {
+    fn bytes(&mut self) -> Option<&mut dyn Bytes> {
+        Some(self)
+    }
+}
+
+impl<S: AsRef<[u8]> + AsMut<[u8]>> Bytes for Domain<S> {
     fn len(&self) -> usize {
         self.len
     }

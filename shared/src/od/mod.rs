@@ -95,4 +95,5 @@ pub(crate) use reason::Reason;
 pub use run::Run;
 pub use texts::{OctetString, UnicodeString, VisibleString};
 pub use times::{TimeDifference, TimeOfDay};
-pub use variable::{Typed, Variable};
+pub(crate) use variable::number;
+pub use variable::{Bytes, Typed, Variable};

@@ -1,8 +1,6 @@
 //! Numbers of every width the dictionary has: 8 to 64 bits, REAL, BOOLEAN.
 
-use super::variable::{copy_bits, exactly};
 use super::{DataType, Typed, Variable};
-use crate::types::AbortCode;
 
 /// An unsigned number of 24, 40, 48 or 56 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -59,19 +57,6 @@ impl<const BITS: u32> Signed<BITS> {
 macro_rules! number {
     ($type:ty, $data_type:ident, $size:expr, $value:ident => $to:expr, $bits:ident => $from:expr) => {
         impl Variable for $type {
-            fn len(&self) -> usize {
-                $size
-            }
-
-            fn read(&self, offset: usize, into: &mut [u8]) -> usize {
-                copy_bits(self.bits(), $size, offset, into)
-            }
-
-            fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
-                self.set_bits(exactly(value, $size)?);
-                Ok(())
-            }
-
             #[inline]
             fn bits(&self) -> u64 {
                 let $value = *self;
@@ -92,23 +77,6 @@ macro_rules! number {
 }
 
 impl Variable for bool {
-    fn len(&self) -> usize {
-        1
-    }
-
-    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
-        copy_bits(self.bits(), 1, offset, into)
-    }
-
-    /// One byte over SDO, of which CiA 301 7.1.4.4 knows two values.
-    fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
-        match exactly(value, 1)? {
-            bits @ (0 | 1) => self.set_bits(bits),
-            _ => return Err(AbortCode::ValueRange),
-        }
-        Ok(())
-    }
-
     #[inline]
     fn bits(&self) -> u64 {
         u64::from(*self)

@@ -5,11 +5,17 @@
 //! length, the application's own as well.
 
 use super::variable::copy_from;
-use super::{DataType, Typed, Variable};
+use super::{Bytes, DataType, Typed, Variable};
 use crate::types::AbortCode;
 
 /// A text that never changes.
 impl Variable for &'static str {
+    fn bytes(&mut self) -> Option<&mut dyn Bytes> {
+        Some(self)
+    }
+}
+
+impl Bytes for &'static str {
     fn len(&self) -> usize {
         str::len(self)
     }
@@ -31,15 +37,15 @@ impl Typed for &'static str {
 /// At most `N` bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-struct Bytes<const N: usize> {
+struct Buffer<const N: usize> {
     len: u16,
     /// Zero at and above `len`, so that equal strings compare equal.
     bytes: [u8; N],
 }
 
-impl<const N: usize> Bytes<N> {
+impl<const N: usize> Buffer<N> {
     const fn empty() -> Self {
-        Bytes { len: 0, bytes: [0; N] }
+        Buffer { len: 0, bytes: [0; N] }
     }
 
     fn get(&self) -> &[u8] {
@@ -50,7 +56,7 @@ impl<const N: usize> Bytes<N> {
         if value.len() > N {
             return Err(AbortCode::TooLong);
         }
-        *self = Bytes::empty();
+        *self = Buffer::empty();
         self.len = value.len() as u16;
         for (slot, byte) in self.bytes.iter_mut().zip(value) {
             *slot = *byte;
@@ -60,10 +66,10 @@ impl<const N: usize> Bytes<N> {
 }
 
 /// In parts: empty from the first one until the last is in.
-impl<const N: usize> Bytes<N> {
+impl<const N: usize> Buffer<N> {
     fn set_part(&mut self, offset: usize, part: &[u8]) -> Result<(), AbortCode> {
         if offset == 0 {
-            *self = Bytes::empty();
+            *self = Buffer::empty();
         }
         let rest = self.bytes.get_mut(offset..).ok_or(AbortCode::TooLong)?;
         rest.get_mut(..part.len()).ok_or(AbortCode::TooLong)?.copy_from_slice(part);
@@ -77,12 +83,12 @@ macro_rules! string {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-        pub struct $name<const N: usize>(Bytes<N>);
+        pub struct $name<const N: usize>(Buffer<N>);
 
         impl<const N: usize> $name<N> {
             /// An empty string.
             pub const fn empty() -> Self {
-                $name(Bytes::empty())
+                $name(Buffer::empty())
             }
 
             /// A string of these bytes; `None` when they are too many or not allowed in this type.
@@ -105,6 +111,12 @@ macro_rules! string {
         }
 
         impl<const N: usize> Variable for $name<N> {
+            fn bytes(&mut self) -> Option<&mut dyn Bytes> {
+                Some(self)
+            }
+        }
+
+        impl<const N: usize> Bytes for $name<N> {
             fn len(&self) -> usize {
                 self.0.get().len()
             }

@@ -1,8 +1,6 @@
 //! TIME_OF_DAY and TIME_DIFFERENCE (CiA 301 7.1.6.5, 7.1.6.6).
 
-use super::variable::{copy_bits, exactly};
 use super::{DataType, Typed, Variable};
-use crate::types::AbortCode;
 
 /// Bits of the milliseconds; four reserved bits follow.
 const MS: u64 = (1 << 28) - 1;
@@ -21,19 +19,6 @@ macro_rules! time {
         }
 
         impl Variable for $name {
-            fn len(&self) -> usize {
-                Self::SIZE
-            }
-
-            fn read(&self, offset: usize, into: &mut [u8]) -> usize {
-                copy_bits(self.bits(), Self::SIZE, offset, into)
-            }
-
-            fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
-                self.set_bits(exactly(value, Self::SIZE)?);
-                Ok(())
-            }
-
             fn bits(&self) -> u64 {
                 u64::from(self.days) << 32 | u64::from(self.ms) & MS
             }

@@ -3,16 +3,29 @@
 use super::DataType;
 use crate::types::AbortCode;
 
-/// A value of the object dictionary, little-endian at its surface.
+/// A value of the object dictionary: a number, which is its bits, or [`Bytes`].
 pub trait Variable {
+    /// The number, in the low bits; those above are zero. Zero for [`Bytes`].
+    fn bits(&self) -> u64 {
+        0
+    }
+
+    /// Takes a number, the low bits. Nothing happens to [`Bytes`].
+    fn set_bits(&mut self, _bits: u64) {}
+
+    /// The value, where it is no number.
+    fn bytes(&mut self) -> Option<&mut dyn Bytes> {
+        None
+    }
+}
+
+/// A string or a block: a value whose size is its own business.
+pub trait Bytes {
     /// Bytes that an upload gives now.
     fn len(&self) -> usize;
 
     /// Whether an upload gives nothing.
-    fn is_empty(&self) -> bool
-    where
-        Self: Sized,
-    {
+    fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
@@ -22,27 +35,19 @@ pub trait Variable {
     /// Takes a whole value.
     ///
     /// # Errors
-    /// [`AbortCode::TooLong`], [`AbortCode::TooShort`], or what its type forbids; nothing was changed.
+    /// [`AbortCode::TooLong`], or what its type forbids; nothing was changed.
     fn write(&mut self, value: &[u8]) -> Result<(), AbortCode>;
 
-    /// The value in a PDO, in the low bits; those above are zero. Zero for types without fixed size.
-    fn bits(&self) -> u64 {
-        0
-    }
-
-    /// Takes the value of a PDO, the low bits. Nothing happens to types without fixed size.
-    fn set_bits(&mut self, _bits: u64) {}
-
-    /// Most bytes that a DOMAIN takes; zero for all other types.
+    /// Most bytes that a DOMAIN takes; zero for strings.
     fn capacity(&self) -> usize {
         0
     }
 
-    /// Takes a part of a DOMAIN or of a string, from `offset` on; the parts come in order.
+    /// Takes a part, from `offset` on; the parts come in order.
     ///
     /// # Errors
-    /// [`AbortCode::UnsupportedAccess`] for all other types; beyond its capacity [`AbortCode::OutOfMemory`] from a DOMAIN,
-    /// [`AbortCode::TooLong`] from a string.
+    /// [`AbortCode::UnsupportedAccess`] where no parts are taken; beyond its capacity [`AbortCode::OutOfMemory`] from a
+    /// DOMAIN, [`AbortCode::TooLong`] from a string.
     fn write_part(&mut self, _offset: usize, _part: &[u8]) -> Result<(), AbortCode> {
         Err(AbortCode::UnsupportedAccess)
     }
@@ -50,7 +55,7 @@ pub trait Variable {
     /// All parts were written, `size` bytes.
     ///
     /// # Errors
-    /// [`AbortCode::UnsupportedAccess`] for types that take no parts, or what is wrong with the value.
+    /// [`AbortCode::UnsupportedAccess`] where no parts are taken, or what is wrong with the value.
     fn finish(&mut self, _size: usize) -> Result<(), AbortCode> {
         Err(AbortCode::UnsupportedAccess)
     }
@@ -63,7 +68,7 @@ pub trait Variable {
 pub trait Typed: Variable {
     /// Type in the dictionary.
     const TYPE: DataType;
-    /// Most bytes of a value.
+    /// Bytes of a number, most bytes of a string, zero for a DOMAIN.
     const SIZE: usize;
 }
 
@@ -79,28 +84,8 @@ pub(super) fn copy(from: &[u8], to: &mut [u8]) {
     to.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
 }
 
-/// Copies from the middle of the low `size` bytes of a number; returns how many bytes.
+/// The number of these bytes, little-endian; above eight of them the first are lost.
 #[inline(never)] // once for the numbers of every type
-pub(super) fn copy_bits(bits: u64, size: usize, offset: usize, into: &mut [u8]) -> usize {
-    let count = size.saturating_sub(offset).min(into.len());
-    let bytes = bits.to_le_bytes();
-    for (to, from) in into.iter_mut().zip(bytes.iter().skip(offset)).take(count) {
-        *to = *from;
-    }
-    count
-}
-
-/// The low `N` bytes of a number from exactly `N` bytes.
-///
-/// # Errors
-/// [`AbortCode::TooLong`], [`AbortCode::TooShort`].
-#[inline(never)] // once for the numbers of every type
-pub(super) fn exactly(value: &[u8], size: usize) -> Result<u64, AbortCode> {
-    match value.len().cmp(&size) {
-        core::cmp::Ordering::Less => Err(AbortCode::TooShort),
-        core::cmp::Ordering::Greater => Err(AbortCode::TooLong),
-        core::cmp::Ordering::Equal => {
-            Ok(value.iter().rev().fold(0, |bits, byte| bits << 8 | u64::from(*byte)))
-        }
-    }
+pub(crate) fn number(value: &[u8]) -> u64 {
+    value.iter().rev().fold(0, |bits, byte| bits << 8 | u64::from(*byte))
 }

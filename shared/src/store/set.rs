@@ -27,40 +27,40 @@ const PART: usize = 64;
 /// A parameter's present value.
 pub trait Value {
     /// Its length in bytes.
-    fn len(&self) -> usize;
+    fn len(&mut self) -> usize;
 
     /// Whether it has no bytes.
-    fn is_empty(&self) -> bool {
+    fn is_empty(&mut self) -> bool {
         self.len() == 0
     }
 
     /// Copies bytes from `offset` on; returns how many, fewer than `into` holds at the end of the value.
-    fn read(&self, offset: usize, into: &mut [u8]) -> usize;
+    fn read(&mut self, offset: usize, into: &mut [u8]) -> usize;
 }
 
 impl Value for &[u8] {
-    fn len(&self) -> usize {
+    fn len(&mut self) -> usize {
         <[u8]>::len(self)
     }
 
-    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+    fn read(&mut self, offset: usize, into: &mut [u8]) -> usize {
         let rest = self.get(offset..).unwrap_or_default();
         into.iter_mut().zip(rest).map(|(to, from)| *to = *from).count()
     }
 }
 
 impl Value for Found<'_> {
-    fn len(&self) -> usize {
+    fn len(&mut self) -> usize {
         Found::len(self)
     }
 
-    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+    fn read(&mut self, offset: usize, into: &mut [u8]) -> usize {
         Found::read(self, offset, into)
     }
 }
 
 /// Shows every parameter that may be stored, with its present value; called twice for each set, with the same values.
-pub type Values<'a> = dyn FnMut(&mut dyn FnMut(Address, &dyn Value)) + 'a;
+pub type Values<'a> = dyn FnMut(&mut dyn FnMut(Address, &mut dyn Value)) + 'a;
 
 /// Puts a stored parameter into the dictionary, with all its checks. After an error the rest of a long value is not given.
 pub type Apply<'a> = dyn FnMut(Address, Content<'_>) -> Result<(), AbortCode> + 'a;
@@ -271,7 +271,7 @@ pub fn save(
         Ok(())
     })?;
     if let Some(bus) = noted {
-        append(store, BDEFAULT, &&[bus.bdefault()][..])?;
+        append(store, BDEFAULT, &mut &[bus.bdefault()][..])?;
     }
     let mut result = Ok(());
     values(&mut |at, value| {
@@ -310,7 +310,7 @@ fn append_header(store: &mut dyn ParameterStore, at: Address, len: usize) -> Res
     }
 }
 
-fn append(store: &mut dyn ParameterStore, at: Address, value: &dyn Value) -> Result<(), StoreError> {
+fn append(store: &mut dyn ParameterStore, at: Address, value: &mut dyn Value) -> Result<(), StoreError> {
     append_header(store, at, value.len())?;
     let (mut buffer, mut offset) = ([0; PART], 0_usize);
     while offset < value.len() {

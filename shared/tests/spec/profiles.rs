@@ -25,7 +25,7 @@ fn a_slave_holds_the_objects_of_table_8_1() {
         (0x2000, 4, &[3]),
     ];
     for (index, sub, value) in values {
-        let found = find(&mut objects, Address::new(index, sub)).expect("it is there");
+        let mut found = find(&mut objects, Address::new(index, sub)).expect("it is there");
         let mut read = [0; 8];
         let len = found.read(0, &mut read);
         assert_eq!(&read[..len], value, "{index:04X} sub {sub}");

@@ -75,7 +75,9 @@ fn dictionary() -> Dictionary {
 
 fn saved(store: &mut Memory, node: NodeId, group: Group, values: &Dictionary) -> Result<(), StoreError> {
     save(store, node, group, &mut |show| {
-        values.iter().for_each(|(&(index, sub), value)| show(Address::new(index, sub), &value.as_slice()));
+        values
+            .iter()
+            .for_each(|(&(index, sub), value)| show(Address::new(index, sub), &mut value.as_slice()));
     })
 }
 

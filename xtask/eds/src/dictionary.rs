@@ -84,7 +84,7 @@ pub fn has_text(index: u16, sub: u8, entry: &Entry) -> bool {
 /// The bytes of a value.
 pub fn read<D: Objects>(objects: &mut D, index: u16, sub: u8) -> Result<Vec<u8>, Error> {
     let missing = |code| Error::Missing { index, sub, code };
-    let found = find(objects, Address::new(index, sub)).map_err(missing)?;
+    let mut found = find(objects, Address::new(index, sub)).map_err(missing)?;
     let mut bytes = vec![0; usize::from(found.entry.size)];
     let len = found.read(0, &mut bytes);
     bytes.truncate(len);

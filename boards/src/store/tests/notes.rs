@@ -223,7 +223,7 @@ fn a_noted_bdefault_follows_saves_and_restores() {
     store::note_bdefault(&mut log, node, ecss_can::types::Bus::Redundant).unwrap();
     assert_eq!(loaded(&mut log), Some(1));
     store::save(&mut log, node, Group::Communication, &mut |show| {
-        show(Address::new(0x1017, 0), &&[1, 0][..])
+        show(Address::new(0x1017, 0), &mut &[1, 0][..])
     })
     .unwrap();
     let (mut log, _) = open(log.into_flash());

@@ -159,8 +159,8 @@ fn parameters_of_a_dictionary_are_saved_loaded_and_restored() {
     for number in 0..=255 {
         let (mut log, _) = open(flash);
         store::save(&mut log, node, Group::All, &mut |show| {
-            show(Address::new(0x1017, 0), &[number, 0].as_slice());
-            show(Address::new(0x2000, 1), &[0; 60].as_slice());
+            show(Address::new(0x1017, 0), &mut &[number, 0][..]);
+            show(Address::new(0x2000, 1), &mut &[0; 60][..]);
         })
         .unwrap();
         store::restore_defaults(&mut log, node, Group::Manufacturer).unwrap();

@@ -7,7 +7,7 @@ use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
 use crate::node::{Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
-use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked};
+use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked, number};
 use crate::pdo::{Rpdos, Tpdos};
 use crate::store::{Group, Loaded, ParameterStore, StoreError, StoreRequest};
 use crate::types::{AbortCode, Address, Instant, NodeId};
@@ -150,7 +150,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
     }
 
     fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
-        let number = value.iter().take(4).rev().fold(0, |bits, byte| bits << 8 | u32::from(*byte));
+        let number = number(value) as u32;
         let request = StoreRequest::of(at.index);
         request.map_or(Ok(()), |request| request.check(number))?;
         match request {
@@ -184,21 +184,20 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
     }
 
     fn write_part(&mut self, at: Address, offset: usize, part: &[u8]) -> Result<(), AbortCode> {
-        let variable = self.find(at)?.variable.ok_or(AbortCode::ReadOnly)?;
-        variable.write_part(offset, part)
+        self.find(at)?.bytes().ok_or(AbortCode::UnsupportedAccess)?.write_part(offset, part)
     }
 
     fn finish(&mut self, at: Address, size: usize) -> Result<(), AbortCode> {
-        self.find(at)?.variable.ok_or(AbortCode::ReadOnly)?.finish(size)?;
+        self.find(at)?.bytes().ok_or(AbortCode::UnsupportedAccess)?.finish(size)?;
         self.written = Some(at);
         Ok(())
     }
 
     fn cancel(&mut self, at: Address) {
-        if let Ok(found) = self.find(at)
-            && let Some(variable) = found.variable
+        if let Ok(mut found) = self.find(at)
+            && let Some(bytes) = found.bytes()
         {
-            variable.cancel();
+            bytes.cancel();
         }
     }
 }

@@ -116,11 +116,11 @@ impl Storage for Stored {
         now: Instant,
     ) -> Result<(), AbortCode> {
         let (store, group) = self.open(sub, now)?;
-        let values = &mut |visit: &mut dyn FnMut(Address, &dyn store::Value)| {
+        let values = &mut |visit: &mut dyn FnMut(Address, &mut dyn store::Value)| {
             D::each_object(&mut |object| {
                 each_parameter(object, &mut |at| {
-                    if let Ok(found) = find(objects, at) {
-                        visit(at, &found);
+                    if let Ok(mut found) = find(objects, at) {
+                        visit(at, &mut found);
                     }
                 });
             });
@@ -162,18 +162,18 @@ fn apply<D: Objects>(objects: &mut D, at: Address, content: Content<'_>) -> Resu
     if let Content::Whole(value) = content {
         return checked::write(objects, at, value);
     }
-    let found = find(objects, at)?;
+    let mut found = find(objects, at)?;
     if let Content::Begin(len) = content {
         return found.download(Some(len)).map(drop);
     }
-    let variable = found.variable.ok_or(AbortCode::ReadOnly)?;
+    let value = found.bytes().ok_or(AbortCode::UnsupportedAccess)?;
     let taken = match content {
-        Content::Part(offset, bytes) => variable.write_part(offset, bytes),
-        Content::End(len) => variable.finish(len),
+        Content::Part(offset, bytes) => value.write_part(offset, bytes),
+        Content::End(len) => value.finish(len),
         Content::Whole(_) | Content::Begin(_) => Ok(()),
     };
     if taken.is_err() {
-        variable.cancel();
+        value.cancel();
     }
     taken
 }

@@ -128,7 +128,7 @@ fn at(index: u16, sub: u8) -> Address {
 }
 
 fn read<D: Objects>(device: &mut D, index: u16, sub: u8) -> Result<Vec<u8>, AbortCode> {
-    let found = checked::find(device, at(index, sub))?;
+    let mut found = checked::find(device, at(index, sub))?;
     let (Transfer::Whole(len) | Transfer::Stream(len)) = found.upload()?;
     let mut bytes = [0xEE; 32];
     let count = found.read(0, &mut bytes);

@@ -1,24 +1,31 @@
 //! Values of every type: their bytes, their bits, what they refuse.
 
+use ecss_can::od::checked::Found;
 use ecss_can::od::{
-    DataType, I24, I40, I48, I56, OctetString, TimeDifference, TimeOfDay, Transfer, Typed, U24, U40, U48,
-    U56, UnicodeString, VisibleString, checked,
+    Access, Bytes, DataType, Entry, I24, I40, I48, I56, OctetString, Place, TimeDifference, TimeOfDay,
+    Transfer, Typed, U24, U40, U48, U56, UnicodeString, Variable, VisibleString, checked,
 };
 use ecss_can::types::AbortCode;
 use ecss_can::types::AbortCode::{Length, OutOfMemory, TooLong, TooShort, ValueRange};
 
 use super::{Device, at, read, write};
 
+/// A value and its declaration, as if a dictionary had found it.
+fn found<'a, T: Variable>(variable: &'a mut T, entry: &'static Entry) -> Found<'a> {
+    Found { place: Place { object: 0, instance: 0, sub: 0 }, entry, variable: Some(variable) }
+}
+
 /// A value of this type: takes `bytes` and is `value` then, gives them back whole and in parts, refuses other lengths.
 fn round_trip<T: Typed + Default + PartialEq + std::fmt::Debug>(data_type: DataType, bytes: &[u8], value: T) {
     assert_eq!(T::TYPE, data_type);
+    let entry: &'static Entry = Box::leak(Box::new(Entry::of::<T>(0, 1, Access::Rw)));
     let mut variable = T::default();
-    variable.write(bytes).unwrap();
+    found(&mut variable, entry).write(bytes).unwrap();
     assert_eq!(variable, value);
-    assert_eq!((variable.len(), T::SIZE), (bytes.len(), bytes.len()));
+    assert_eq!((found(&mut variable, entry).len(), T::SIZE), (bytes.len(), bytes.len()));
     for offset in 0..=bytes.len() + 1 {
         let mut part = [0; 3];
-        let count = variable.read(offset, &mut part);
+        let count = found(&mut variable, entry).read(offset, &mut part);
         let rest = bytes.get(offset..).unwrap_or(&[]);
         assert_eq!(part[..count], rest[..rest.len().min(3)], "{data_type:?} from {offset}");
     }
@@ -33,8 +40,8 @@ fn round_trip<T: Typed + Default + PartialEq + std::fmt::Debug>(data_type: DataT
     assert_eq!(variable, value);
 
     let longer = [bytes, &[0]].concat();
-    assert_eq!(variable.write(&longer), Err(TooLong));
-    assert_eq!(variable.write(&bytes[1..]), Err(TooShort));
+    assert_eq!(found(&mut variable, entry).write(&longer), Err(TooLong));
+    assert_eq!(found(&mut variable, entry).write(&bytes[1..]), Err(TooShort));
     assert_eq!(variable, value);
 }
 
@@ -76,7 +83,7 @@ fn numbers_of_odd_widths_are_cut_off_and_extended() {
 #[test]
 fn the_reserved_bits_of_a_time_are_not_kept() {
     let mut time = TimeOfDay::default();
-    ecss_can::od::Variable::write(&mut time, &[0xFF, 0xFF, 0xFF, 0xFF, 1, 0]).unwrap();
+    ecss_can::od::Variable::set_bits(&mut time, 0x0001_FFFF_FFFF);
     assert_eq!(time, TimeOfDay { days: 1, ms: 0x0FFF_FFFF });
 }
 
@@ -113,10 +120,10 @@ fn strings_have_the_length_they_were_given() {
     assert_eq!(OctetString::<3>::new(&[0; 4]), None);
     assert_eq!(UnicodeString::<4>::new(&[0x41, 0, 0x42, 0]).unwrap().as_bytes(), [0x41, 0, 0x42, 0]);
     let mut text = UnicodeString::<4>::empty();
-    assert_eq!(ecss_can::od::Variable::write(&mut text, &[0x41]), Err(Length));
+    assert_eq!(ecss_can::od::Bytes::write(&mut text, &[0x41]), Err(Length));
     // Equal whatever stood there before.
     let mut again = VisibleString::<8>::new(b"long").unwrap();
-    ecss_can::od::Variable::write(&mut again, b"x").unwrap();
+    ecss_can::od::Bytes::write(&mut again, b"x").unwrap();
     assert_eq!(Some(again), VisibleString::new(b"x"));
 }
 
@@ -128,14 +135,15 @@ fn a_domain_is_empty_until_it_is_whole() {
     assert_eq!(found.download(Some(16)), Ok(Transfer::Stream(16)));
     assert_eq!(found.download(None), Ok(Transfer::Stream(16)));
     assert_eq!(found.download(Some(17)), Err(OutOfMemory));
-    let blob = found.variable.as_mut().unwrap();
+    let blob = found.bytes().unwrap();
     blob.write_part(0, b"first ").unwrap();
     blob.write_part(6, b"second").unwrap();
     assert_eq!(blob.len(), 0);
     blob.finish(12).unwrap();
     assert_eq!(found.upload(), Ok(Transfer::Stream(12)));
     assert_eq!(device.blob.as_bytes(), b"first second");
-    let blob = checked::find(&mut device, at(0x2009, 0)).unwrap().variable.unwrap();
+    let mut found = checked::find(&mut device, at(0x2009, 0)).unwrap();
+    let blob = found.bytes().unwrap();
     assert_eq!(blob.write_part(10, b"1234567"), Err(OutOfMemory));
     blob.cancel();
     assert_eq!(device.blob.as_bytes(), b"");
@@ -144,10 +152,11 @@ fn a_domain_is_empty_until_it_is_whole() {
 }
 
 #[test]
-fn a_value_that_is_no_domain_takes_no_parts() {
+fn a_number_and_a_text_that_never_changes_take_no_parts() {
     let mut device = Device::default();
-    let value = checked::find(&mut device, at(0x2004, 0)).unwrap().variable.unwrap();
-    assert_eq!(value.write_part(0, &[1]), Err(AbortCode::UnsupportedAccess));
-    assert_eq!(value.finish(1), Err(AbortCode::UnsupportedAccess));
-    assert_eq!(value.capacity(), 0);
+    assert!(checked::find(&mut device, at(0x2004, 0)).unwrap().bytes().is_none());
+    let text: &mut dyn Bytes = &mut "constant";
+    assert_eq!(text.write_part(0, &[1]), Err(AbortCode::UnsupportedAccess));
+    assert_eq!(text.finish(1), Err(AbortCode::UnsupportedAccess));
+    assert_eq!(text.capacity(), 0);
 }

@@ -21,7 +21,8 @@ fn the_checksum_of_the_standard_text_is_that_of_the_standard() {
 /// Bit by bit, as the polynomial says.
 fn bitwise(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |crc, byte| {
-        (0..8).fold(crc ^ u16::from(*byte) << 8, |crc, _| crc << 1 ^ if crc & 0x8000 == 0 { 0 } else { 0x1021 })
+        (0..8)
+            .fold(crc ^ u16::from(*byte) << 8, |crc, _| crc << 1 ^ if crc & 0x8000 == 0 { 0 } else { 0x1021 })
     })
 }
 

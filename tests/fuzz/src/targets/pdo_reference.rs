@@ -70,7 +70,7 @@ fn snapshot(objects: &mut Dictionary) -> Vec<u8> {
     let mut all = vec![];
     for at in WATCHED.iter() {
         let mut bytes = [0; 64];
-        let len = checked::find(objects, *at).map_or(0, |found| found.read(0, &mut bytes));
+        let len = checked::find(objects, *at).map_or(0, |mut found| found.read(0, &mut bytes));
         all.extend(&bytes[..len]);
     }
     all
