@@ -7,15 +7,15 @@ pub struct Crc(u16);
 
 /// The remainder of `bits` times x16: what up to four bytes, added to the checksum before them, make of it.
 ///
-/// Without a table, which would have 512 bytes, and as quick. The quotient is `bits` times the power series of 1 / P, where
-/// P is the polynomial divided by x16: 1 + x^-4 + x^-11 + x^-16. Squared thrice it is 1 + x^-32 and more, and of 32 bits
-/// nothing is left when they move down by 32. So 1 / P is P to the 7th here: P times its square times the square of that.
+/// Without a table, which would have 512 bytes. The quotient is `bits` divided by P, the polynomial over x16:
+/// P = 1 + x^-4 + x^-11 + x^-16. Squared thrice P is 1 + x^-32 and more, and of 32 bits nothing is left when they move down
+/// by 32; so 1 / P is P to the 7th here. P times its 4th power is 1 + (x^-4 + x^-11) (1 + x^-16), its square 1 + x^-8 + x^-22.
 #[inline]
 fn remainder(bits: u32) -> u32 {
-    let fourth = bits ^ bits >> 16;
-    let sixth = fourth ^ fourth >> 8 ^ fourth >> 22;
-    let quotient = sixth ^ sixth >> 4 ^ sixth >> 11 ^ sixth >> 16;
-    (quotient << 12 ^ quotient << 5 ^ quotient) & 0xFFFF
+    let moved = (bits ^ bits >> 7) >> 4;
+    let fifth = bits ^ moved ^ moved >> 16;
+    let quotient = fifth ^ (fifth ^ fifth >> 14) >> 8;
+    ((quotient ^ quotient << 7) << 5 ^ quotient) & 0xFFFF
 }
 
 impl Crc {

@@ -8,11 +8,8 @@ use crate::types::{AbortCode, Address};
 /// Bytes of a segment.
 const STEP: usize = SEGMENT as usize;
 
-/// A whole value, and the last segment of a block download with what is unused of it.
+/// A whole value or a part of a stream, and the last segment of a block download with what is unused of it.
 const BUFFER: usize = WHOLE + 8;
-
-/// What of the buffer the part of a stream has.
-const PART: usize = 64 + 8;
 
 /// Bytes of a value, and what must hold for all of it.
 ///
@@ -95,8 +92,7 @@ impl Value {
     /// Reads at least `least` bytes from `offset` on, if there are as many.
     fn fill(&mut self, offset: u32, least: usize, objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
         let rest = self.size.saturating_sub(offset) as usize;
-        let most = rest.min(self.most());
-        let into = self.buffer.get_mut(..most).unwrap_or_default();
+        let into = self.buffer.get_mut(..rest.min(BUFFER)).unwrap_or_default();
         let filled = objects.read(self.at, offset as usize, into)?;
         (self.offset, self.filled) = (offset, filled.min(BUFFER));
         if self.filled < least { Err(AbortCode::CannotTransfer) } else { Ok(()) }
@@ -150,12 +146,7 @@ impl Value {
     }
 
     fn set_room(&mut self, room: u32) {
-        (self.room, self.end) = (room, self.most().min(room as usize));
-    }
-
-    /// Most bytes that are in the buffer at once.
-    const fn most(&self) -> usize {
-        if self.is_stream { PART } else { BUFFER }
+        (self.room, self.end) = (room, BUFFER.min(room as usize));
     }
 
     /// An error if so many bytes in the buffer are too much.
@@ -219,7 +210,7 @@ impl Value {
         len: usize,
         objects: &mut impl ObjectAccess,
     ) -> Result<(), AbortCode> {
-        if self.filled + STEP > self.most() {
+        if self.filled + STEP > BUFFER {
             self.flush(objects)?;
         }
         self.place(data, len);

@@ -19,7 +19,7 @@ fn a_download_of_several_sub_blocks_passes_in_parts() {
     assert!(bench.objects.changes.is_empty());
     answers(&mut bench, end(2, checksum(&value)), "A1");
     assert_eq!(bench.objects.changes, [(DOMAIN, value)]);
-    assert!(bench.objects.largest_part <= 72);
+    assert!(bench.objects.largest_part <= 264);
 }
 
 /// Verifies: ECSS 6.1a
