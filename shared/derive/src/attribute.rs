@@ -72,7 +72,7 @@ impl Attribute {
             return quote!(::core::option::Option::None);
         }
         let (low, high) = (bound(&self.low), bound(&self.high));
-        quote!(::core::option::Option::Some(&::ecss_can::od::Limits { low: #low, high: #high }))
+        quote!(::core::option::Option::Some(const { &::ecss_can::od::Limits::new(#low, #high) }))
     }
 
     /// The access right of a value, as an expression.

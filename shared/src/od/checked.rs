@@ -44,7 +44,7 @@ impl<'a> Found<'a> {
         entry: &'static Entry,
     ) -> Result<Self, AbortCode> {
         let variable = objects.variable(place);
-        if variable.is_none() && entry.fixed.is_none() {
+        if variable.is_none() && entry.fixed().is_none() {
             return Err(AbortCode::NoSubIndex);
         }
         Ok(Found { place, entry, variable })
@@ -83,7 +83,7 @@ impl<'a> Found<'a> {
         if let Some(bytes) = self.bytes() {
             return bytes.read(offset, into);
         }
-        let fixed = u64::from(self.entry.fixed.unwrap_or(0));
+        let fixed = u64::from(self.entry.fixed().unwrap_or(0));
         let bits = self.variable.as_ref().map_or(fixed, |variable| variable.bits()).to_le_bytes();
         copy_from(bits.get(..self.entry.size.into()).unwrap_or(&bits), offset, into)
     }

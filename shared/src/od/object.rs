@@ -75,32 +75,49 @@ impl Access {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limits {
-    /// Least value.
-    pub low: Option<i64>,
-    /// Greatest value.
-    pub high: Option<i64>,
+    /// `i64::MIN` for none.
+    low: i64,
+    /// `i64::MAX` for none.
+    high: i64,
 }
 
 impl Limits {
+    /// From the least to the greatest value; `None` where the type alone limits it.
+    pub const fn new(low: Option<i64>, high: Option<i64>) -> Limits {
+        let low = if let Some(low) = low { low } else { i64::MIN };
+        Limits { low, high: if let Some(high) = high { high } else { i64::MAX } }
+    }
+
+    /// Least value, if there is one.
+    pub fn low(&self) -> Option<i64> {
+        (self.low != i64::MIN).then_some(self.low)
+    }
+
+    /// Greatest value, if there is one.
+    pub fn high(&self) -> Option<i64> {
+        (self.high != i64::MAX).then_some(self.high)
+    }
+
     /// Whether the low bits of `bits`, as many as the type has, are a number that keeps them.
     ///
     /// # Errors
     /// [`AbortCode::ValueTooHigh`], [`AbortCode::ValueTooLow`].
     pub fn check(&self, data_type: DataType, bits: u64) -> Result<(), AbortCode> {
-        let unused = u64::BITS.saturating_sub(u32::from(data_type.bits().unwrap_or(64)));
-        let above = bits.wrapping_shl(unused);
+        // The uppermost bit of the type: one shift of 64 bits, which is a call on a chip of 32, is enough.
+        let top = 1_u64.wrapping_shl(u32::from(data_type.bits().unwrap_or(64)).wrapping_sub(1));
+        let number = bits & top.wrapping_mul(2).wrapping_sub(1);
         let number = if data_type.is_signed() {
-            above.cast_signed().wrapping_shr(unused)
+            (number ^ top).wrapping_sub(top).cast_signed()
         } else {
-            i64::try_from(above.wrapping_shr(unused)).unwrap_or(i64::MAX)
+            number.min(i64::MAX as u64).cast_signed()
         };
-        if self.high.is_some_and(|high| number > high) {
-            return Err(AbortCode::ValueTooHigh);
+        if number > self.high {
+            Err(AbortCode::ValueTooHigh)
+        } else if number < self.low {
+            Err(AbortCode::ValueTooLow)
+        } else {
+            Ok(())
         }
-        if self.low.is_some_and(|low| number < low) {
-            return Err(AbortCode::ValueTooLow);
-        }
-        Ok(())
     }
 }
 
@@ -129,56 +146,100 @@ pub struct Entry {
     pub data_type: DataType,
     /// Access right.
     pub access: Access,
-    /// Whether PDOs may carry it.
-    pub pdo: PdoUse,
     /// Most bytes of a value; zero for a DOMAIN.
     pub size: u16,
-    /// Whether it is a number of at most four bytes that an SDO may read.
-    pub fetched: bool,
-    /// Whether it is a number of at most four bytes that an SDO may write. A BOOLEAN is none: not every byte is one.
-    pub stored: bool,
-    /// Whether "save" (1010h) keeps it: what a client may write (`rw`, `rwr`) without `volatile`, and a DOMAIN with `keep`.
-    /// What receive PDOs write (`rww`) is not kept.
-    pub kept: bool,
     /// Limits, for numbers.
     pub limits: Option<&'static Limits>,
-    /// The value itself where it follows from the declaration: sub-index 0 of arrays and records.
-    pub fixed: Option<u8>,
+    marks: u8,
+    /// With [`FIXED`].
+    value: u8,
+}
+
+/// Marks of an entry, together in a byte: an image has a hundred entries.
+const FETCHED: u8 = 1;
+const STORED: u8 = 1 << 1;
+const KEPT: u8 = 1 << 2;
+const FIXED: u8 = 1 << 3;
+const MAPPABLE: u8 = 1 << 4;
+const OPTIONAL: u8 = 1 << 5;
+
+/// A mark that is set if this holds.
+const fn mark(mark: u8, holds: bool) -> u8 {
+    if holds { mark } else { 0 }
 }
 
 impl Entry {
     /// An entry for values of type `T`.
     pub const fn of<T: Typed>(sub: u8, count: u8, access: Access) -> Entry {
         let is_short = T::SIZE <= 4 && T::TYPE.bits().is_some();
+        let is_stored = access.is_writable() && !matches!(T::TYPE, DataType::Boolean);
+        let is_kept = matches!(access, Access::Rw | Access::Rwr) && !matches!(T::TYPE, DataType::Domain);
         Entry {
             sub,
             count,
             data_type: T::TYPE,
             access,
-            pdo: PdoUse::No,
             size: T::SIZE as u16,
-            fetched: is_short && access.is_readable(),
-            stored: is_short && access.is_writable() && !matches!(T::TYPE, DataType::Boolean),
-            kept: matches!(access, Access::Rw | Access::Rwr) && !matches!(T::TYPE, DataType::Domain),
             limits: None,
-            fixed: None,
+            marks: mark(FETCHED, is_short && access.is_readable())
+                | mark(STORED, is_short && is_stored)
+                | mark(KEPT, is_kept),
+            value: 0,
         }
     }
 
     /// Sub-index 0: the highest one supported.
     pub const fn highest(sub: u8) -> Entry {
-        Entry { fixed: Some(sub), ..Entry::of::<u8>(0, 1, Access::Const) }
+        Entry { value: sub, ..Entry::of::<u8>(0, 1, Access::Const) }.with(FIXED)
+    }
+
+    const fn with(self, marks: u8) -> Entry {
+        Entry { marks: self.marks | marks, ..self }
+    }
+
+    const fn has(&self, mark: u8) -> bool {
+        self.marks & mark != 0
+    }
+
+    /// Whether it is a number of at most four bytes that an SDO may read.
+    pub const fn is_fetched(&self) -> bool {
+        self.has(FETCHED)
+    }
+
+    /// Whether it is a number of at most four bytes that an SDO may write. A BOOLEAN is none: not every byte is one.
+    pub const fn is_stored(&self) -> bool {
+        self.has(STORED)
+    }
+
+    /// Whether "save" (1010h) keeps it: what a client may write (`rw`, `rwr`) without `volatile`, and a DOMAIN with `keep`.
+    /// What receive PDOs write (`rww`) is not kept.
+    pub const fn is_kept(&self) -> bool {
+        self.has(KEPT)
+    }
+
+    /// The value itself where it follows from the declaration: sub-index 0 of arrays and records.
+    pub const fn fixed(&self) -> Option<u8> {
+        if self.has(FIXED) { Some(self.value) } else { None }
     }
 
     /// The same with this use in PDOs.
     #[must_use]
     pub const fn for_pdo(self, pdo: PdoUse) -> Entry {
-        Entry { pdo, ..self }
+        match pdo {
+            PdoUse::No => self,
+            PdoUse::Required => self.with(MAPPABLE),
+            PdoUse::Optional => self.with(MAPPABLE | OPTIONAL),
+        }
     }
 
     /// Whether PDOs may carry it.
     pub const fn is_mappable(&self) -> bool {
-        !matches!(self.pdo, PdoUse::No)
+        self.has(MAPPABLE)
+    }
+
+    /// Whether a frame of a receive PDO may end before it: [`PdoUse::Optional`].
+    pub const fn is_optional(&self) -> bool {
+        self.has(OPTIONAL)
     }
 
     /// The same, a DOMAIN that "save" keeps. What is none, or what a client may not read and write, does not compile:
@@ -195,7 +256,7 @@ impl Entry {
             matches!(self.data_type, DataType::Domain) && is_for_clients,
             "`keep` is for a DOMAIN with `rw`: every other value with `rw` or `rwr` is kept without it"
         );
-        Entry { kept: true, ..self }
+        self.with(KEPT)
     }
 
     /// The same, a value that "save" does not keep although a client may write it: a command, a counter. What is not kept
@@ -209,10 +270,10 @@ impl Entry {
     #[track_caller]
     pub const fn volatile(self) -> Entry {
         assert!(
-            self.kept,
+            self.is_kept(),
             "`volatile` is for `rw` and `rwr`: other values, and a DOMAIN, are not kept without it"
         );
-        Entry { kept: false, ..self }
+        Entry { marks: self.marks & !KEPT, ..self }
     }
 
     /// The same within limits; those of a type that is no integer do not compile.

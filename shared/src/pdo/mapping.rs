@@ -2,7 +2,7 @@
 //!
 //! A mapping is resolved once, when its PDO becomes valid. From then on its values are reached without searching.
 
-use crate::od::{DataType, Objects, PdoUse, Place, Run};
+use crate::od::{DataType, Objects, Place, Run};
 use crate::pdo::MAPPED;
 use crate::types::{AbortCode, Address};
 
@@ -262,5 +262,5 @@ fn resolve<D: Objects>(direction: Direction, entry: u32) -> Result<(Slot, u8, bo
         return Err(AbortCode::NotMappable);
     }
     let slot = Slot::new(place, bits).ok_or(AbortCode::NotMappable)?;
-    Ok((slot, declared.sub, declared.pdo == PdoUse::Optional))
+    Ok((slot, declared.sub, declared.is_optional()))
 }

@@ -41,7 +41,7 @@ fn saves(store: &Described) -> bool {
 fn not_kept(dictionary: &Dictionary) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for (&index, object) in dictionary.iter().filter(|(index, _)| !COMMANDS.contains(index)) {
-        let is_lost = |value: &&Value| !value.entry.kept;
+        let is_lost = |value: &&Value| !value.entry.is_kept();
         let lost: Vec<&Value> = writable(object).filter(is_lost).collect();
         let sections: Vec<String> = match lost.len() {
             0 => continue,

@@ -113,7 +113,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
     #[inline(always)] // called from one place
     fn fetch(&mut self, at: Address) -> Result<Option<([u8; 4], u8)>, AbortCode> {
         let (place, entry) = self.place(at)?;
-        if !entry.fetched || at.index == PRE_DEFINED_ERRORS {
+        if !entry.is_fetched() || at.index == PRE_DEFINED_ERRORS {
             return Ok(None);
         }
         let value = self.objects.variable(place).map(|variable| variable.bits() as u32);
@@ -127,7 +127,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         }
         let (place, entry) = self.place(at)?;
         let is_whole = count.is_none_or(|count| u16::from(count) == entry.size);
-        if !entry.stored || !is_whole {
+        if !entry.is_stored() || !is_whole {
             return Ok(false);
         }
         let bits = u64::from(u32::from_le_bytes(bytes));

@@ -103,7 +103,7 @@ impl Storage for Stored {
                 return Ok(());
             }
             let (_, entry) = D::find(at)?;
-            if entry.kept { apply(objects, at, content) } else { Err(AbortCode::NoObject) }
+            if entry.is_kept() { apply(objects, at, content) } else { Err(AbortCode::NoObject) }
         };
         store::load(&mut **store, id, apply).map(Some)
     }
@@ -180,7 +180,7 @@ fn apply<D: Objects>(objects: &mut D, at: Address, content: Content<'_>) -> Resu
 
 fn each_parameter(object: &'static Object, visit: &mut dyn FnMut(Address)) {
     for index in (0..object.count).map(|nth| object.index.wrapping_add(nth)) {
-        for entry in object.entries.iter().filter(|entry| entry.kept) {
+        for entry in object.entries.iter().filter(|entry| entry.is_kept()) {
             for sub in (entry.sub..).take(usize::from(entry.count)) {
                 visit(Address::new(index, sub));
             }

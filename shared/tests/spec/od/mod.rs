@@ -273,7 +273,7 @@ fn every_place_is_found_once() {
                 assert!(!places.contains(&place), "{index:04X} {sub}");
                 places.push(place);
                 let is_there = Device::default().variable(place).is_some();
-                assert_eq!(is_there, entry.fixed.is_none(), "{index:04X} {sub}");
+                assert_eq!(is_there, entry.fixed().is_none(), "{index:04X} {sub}");
             }
         }
     }

@@ -100,7 +100,7 @@ pub fn compare_fresh<D: Objects>(eds: &Ini, make: impl Fn(NodeId) -> D) -> Vec<u
         let mut device = make(NodeId::new(node).unwrap());
         without.clear();
         for ((index, sub), section) in eds.values() {
-            let found = find(&mut device, Address::new(index, sub)).unwrap();
+            let mut found = find(&mut device, Address::new(index, sub)).unwrap();
             let data_type = found.entry.data_type;
             assert_eq!(section.number("DataType"), data_type.index().into());
             let mut bytes = [0; 300];
