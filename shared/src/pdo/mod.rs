@@ -95,7 +95,7 @@ mod transmit;
 pub use cob_id_of::CobIdOf;
 pub use mapping::{Direction, Layout};
 pub use objects::{PdoObjects, PdoSlots};
-pub use parameters::{MAPPED, Mapping, PdoMapping, RpdoParameters, StaticMapping, TpdoParameters};
+pub use parameters::{MAPPED, Mapping, PdoMapping, PdoParameters, RpdoParameters, StaticMapping};
 pub use planned::{Rpdo, Tpdo};
 pub use receive::{RpdoError, RpdoEvent, Rpdos, Taken};
 pub use sequence::{RepeatFilter, Sequence};

@@ -1,8 +1,9 @@
 //! Objects of PDOs: 1400h, 1600h, 1800h, 1A00h and those in a row with them.
 
 use core::fmt::Debug;
+use core::ops::{Deref, DerefMut};
 
-use super::{CobIdOf, Mapping, PdoMapping, PdoSet, Rpdo, RpdoParameters, Tpdo, TpdoParameters};
+use super::{Direction, Mapping, PdoMapping, PdoParameters, PdoSet, RpdoParameters};
 use crate::od::{INVALID, NO_REMOTE, Objects};
 use crate::types::NodeId;
 
@@ -18,7 +19,7 @@ pub struct PdoObjects<const R: usize = 8, const T: usize = 8, M: Mapping = PdoMa
     pub rpdo_mappings: [M; R],
     /// Transmit PDO communication parameter
     #[object(0x1800.., record)]
-    pub tpdos: [TpdoParameters; T],
+    pub tpdos: [PdoParameters; T],
     /// Transmit PDO mapping parameter
     #[object(0x1A00.., record)]
     pub tpdo_mappings: [M; T],
@@ -48,39 +49,67 @@ pub trait PdoSlots: Objects + Default + Clone + Debug {
     /// The same, to be changed.
     fn rpdos_mut(&mut self) -> (&mut [RpdoParameters], &mut [Self::Mapping]);
     /// Parameters of transmit PDOs, and what these carry.
-    fn tpdos(&self) -> (&[TpdoParameters], &[Self::Mapping]);
+    fn tpdos(&self) -> (&[PdoParameters], &[Self::Mapping]);
     /// The same, to be changed.
-    fn tpdos_mut(&mut self) -> (&mut [TpdoParameters], &mut [Self::Mapping]);
+    fn tpdos_mut(&mut self) -> (&mut [PdoParameters], &mut [Self::Mapping]);
+
+    /// One of them, counted from zero.
+    fn pdo(&self, direction: Direction, number: usize) -> Option<(&PdoParameters, &Self::Mapping)> {
+        match direction {
+            Direction::Receive => {
+                let (parameters, mappings) = self.rpdos();
+                parameters.get(number).map(Deref::deref).zip(mappings.get(number))
+            }
+            Direction::Transmit => {
+                let (parameters, mappings) = self.tpdos();
+                parameters.get(number).zip(mappings.get(number))
+            }
+        }
+    }
+
+    /// One of them, to be changed.
+    fn pdo_mut(
+        &mut self,
+        direction: Direction,
+        number: usize,
+    ) -> Option<(&mut PdoParameters, &mut Self::Mapping)> {
+        match direction {
+            Direction::Receive => {
+                let (parameters, mappings) = self.rpdos_mut();
+                parameters.get_mut(number).map(DerefMut::deref_mut).zip(mappings.get_mut(number))
+            }
+            Direction::Transmit => {
+                let (parameters, mappings) = self.tpdos_mut();
+                parameters.get_mut(number).zip(mappings.get_mut(number))
+            }
+        }
+    }
 
     /// The PDOs of `node` at power-on. Those that are not in the set are not valid and carry nothing; the first four of
     /// each kind then have the COB-IDs of the generic pre-defined connection set (CiA 301 7.3.3).
     fn at_power_on(node: NodeId, set: &PdoSet) -> Self {
         let mut all = Self::default();
-        let bases = [0x200_u32, 0x300, 0x400, 0x500];
-        let (rpdos, rpdo_mappings) = all.rpdos_mut();
-        for (pdo, base) in rpdos.iter_mut().zip(bases) {
-            pdo.cob_id = INVALID | NO_REMOTE | (base + u32::from(node.get()));
-        }
-        let cob_id = |id: CobIdOf| NO_REMOTE | u32::from(id.of(node).raw());
-        for pdo in set.rpdos().iter().map(Rpdo::pdo) {
-            let slot = pdo.slot();
-            if let (Some(to), Some(mapping)) = (rpdos.get_mut(slot), rpdo_mappings.get_mut(slot)) {
-                (to.cob_id, to.transmission) = (cob_id(pdo.cob_id), pdo.transmission);
-                to.event_timer = pdo.event_timer;
-                mapping.map(pdo.mapping());
+        for (direction, first) in [(Direction::Receive, 0x200), (Direction::Transmit, 0x180)] {
+            let mut cob_id = INVALID | NO_REMOTE | (first + u32::from(node.get()));
+            for number in 0..4 {
+                if let Some((to, _)) = all.pdo_mut(direction, number) {
+                    to.cob_id = cob_id;
+                }
+                cob_id = cob_id.wrapping_add(0x100);
             }
-        }
-        let (tpdos, tpdo_mappings) = all.tpdos_mut();
-        for (pdo, base) in tpdos.iter_mut().zip(bases) {
-            pdo.cob_id = INVALID | NO_REMOTE | (base - 0x80 + u32::from(node.get()));
-        }
-        for pdo in set.tpdos().iter().map(Tpdo::pdo) {
-            let slot = pdo.slot();
-            if let (Some(to), Some(mapping)) = (tpdos.get_mut(slot), tpdo_mappings.get_mut(slot)) {
-                (to.cob_id, to.transmission) = (cob_id(pdo.cob_id), pdo.transmission);
-                (to.inhibit, to.event_timer) = (pdo.inhibit, pdo.event_timer);
-                to.sync_start = pdo.sync_start;
-                mapping.map(pdo.mapping());
+            let mut nth = 0;
+            while let Some(pdo) = set.nth(direction, nth) {
+                nth = nth.wrapping_add(1);
+                if let Some((to, mapping)) = all.pdo_mut(direction, pdo.slot()) {
+                    *to = PdoParameters {
+                        cob_id: NO_REMOTE | u32::from(pdo.cob_id.of(node).raw()),
+                        transmission: pdo.transmission,
+                        inhibit: pdo.inhibit,
+                        event_timer: pdo.event_timer,
+                        sync_start: pdo.sync_start,
+                    };
+                    mapping.map(pdo.mapping());
+                }
             }
         }
         all
@@ -116,12 +145,12 @@ impl<const R: usize, const T: usize, M: Mapping> PdoSlots for PdoObjects<R, T, M
     }
 
     #[inline]
-    fn tpdos(&self) -> (&[TpdoParameters], &[M]) {
+    fn tpdos(&self) -> (&[PdoParameters], &[M]) {
         (&self.tpdos, &self.tpdo_mappings)
     }
 
     #[inline]
-    fn tpdos_mut(&mut self) -> (&mut [TpdoParameters], &mut [M]) {
+    fn tpdos_mut(&mut self) -> (&mut [PdoParameters], &mut [M]) {
         (&mut self.tpdos, &mut self.tpdo_mappings)
     }
 }

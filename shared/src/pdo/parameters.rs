@@ -1,14 +1,16 @@
 //! Structures of the communication profile (CiA 301 7.4.8).
 
-use crate::od::{INVALID, NO_REMOTE, Record};
+use core::ops::{Deref, DerefMut};
+
+use crate::od::{Entry, INVALID, NO_REMOTE, Record, Variable};
 
 /// Entries of a PDO mapping.
 pub const MAPPED: usize = 8;
 
-/// Communication parameters of a receive PDO (0020h).
+/// Communication parameters of a PDO (0020h), all of them: a transmit PDO has them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x20)]
-pub struct RpdoParameters {
+pub struct PdoParameters {
     /// COB-ID used by PDO
     #[sub(1, rw, default = INVALID | NO_REMOTE)]
     pub cob_id: u32,
@@ -17,39 +19,53 @@ pub struct RpdoParameters {
     pub transmission: u8,
     /// Inhibit time
     ///
-    /// Not used.
+    /// Multiples of 100 us. A receive PDO does not use it.
     #[sub(3, rw)]
     pub inhibit: u16,
     /// Event timer
     ///
-    /// The deadline of the PDO, milliseconds; zero for none.
-    #[sub(5, rw)]
-    pub event_timer: u16,
-}
-
-/// Communication parameters of a transmit PDO (0020h).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
-#[record(0x20)]
-pub struct TpdoParameters {
-    /// COB-ID used by PDO
-    #[sub(1, rw, default = INVALID | NO_REMOTE)]
-    pub cob_id: u32,
-    /// Transmission type
-    #[sub(2, rw, default = 254)]
-    pub transmission: u8,
-    /// Inhibit time
-    ///
-    /// Multiples of 100 us.
-    #[sub(3, rw)]
-    pub inhibit: u16,
-    /// Event timer
-    ///
-    /// Milliseconds; zero for none.
+    /// Milliseconds; zero for none. Of a receive PDO it is the deadline.
     #[sub(5, rw)]
     pub event_timer: u16,
     /// SYNC start value
     #[sub(6, rw, high = 240)]
     pub sync_start: u8,
+}
+
+/// Communication parameters of a receive PDO: the same without SYNC start value.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RpdoParameters(PdoParameters);
+
+impl Deref for RpdoParameters {
+    type Target = PdoParameters;
+
+    fn deref(&self) -> &PdoParameters {
+        &self.0
+    }
+}
+
+impl DerefMut for RpdoParameters {
+    fn deref_mut(&mut self) -> &mut PdoParameters {
+        &mut self.0
+    }
+}
+
+impl Record for RpdoParameters {
+    const ENTRIES: &'static [Entry] = {
+        let [_, cob_id, transmission, inhibit, event_timer, _] = PdoParameters::ENTRIES else {
+            panic!("six entries")
+        };
+        &[Entry::highest(5), *cob_id, *transmission, *inhibit, *event_timer]
+    };
+    const NAMES: &'static [&'static str] = {
+        let Some((_, names)) = PdoParameters::NAMES.split_last() else { panic!("six names") };
+        names
+    };
+    const STRUCTURE: u16 = PdoParameters::STRUCTURE;
+
+    fn variable(&mut self, sub: u8) -> Option<&mut dyn Variable> {
+        if sub < 6 { self.0.variable(sub) } else { None }
+    }
 }
 
 /// What a PDO carries (0021h), variable: written by SDO.

@@ -9,10 +9,10 @@
 //!   Operational, or after it was configured.
 //! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
 
-use super::{Direction, Layout, PdoSlots, rules};
+use super::{Layout, PdoSlots, rules};
 use crate::emcy::ErrorCode;
 use crate::od::Objects;
-use crate::pdo::RpdoParameters;
+use crate::pdo::PdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
 /// What is wrong with an RPDO.
@@ -169,25 +169,24 @@ impl<S: PdoSlots> Rpdos<S> {
         self.index();
     }
 
-    /// New values of objects 1400h + `number` and 1600h + `number`. What was held is gone, its errors are resolved, the
-    /// deadline waits for the next frame.
+    /// New values of objects 1400h + `number` and 1600h + `number`, and what [`rules::resolve`] makes of them. What was held is
+    /// gone, its errors are resolved, the deadline waits for the next frame.
     ///
     /// # Errors
-    /// As [`rules::identifier`] and [`rules::activate`], [`AbortCode::NoObject`] for a `number` without a slot. Nothing was changed.
-    pub fn configure<D: Objects>(
+    /// [`AbortCode::NoObject`] for a `number` without a slot. Nothing was changed.
+    pub fn configure(
         &mut self,
         number: usize,
-        parameters: &RpdoParameters,
-        mapping: &[u32],
+        parameters: &PdoParameters,
+        resolved: Option<(CobId, Layout)>,
     ) -> Result<(), AbortCode> {
         let (Some(id), Some(pdo)) = (self.ids.as_mut().get_mut(number), self.pdos.as_mut().get_mut(number))
         else {
             return Err(AbortCode::NoObject);
         };
-        let (new_id, new) = match rules::identifier(parameters.cob_id)? {
+        let (new_id, new) = match resolved {
             None => (NONE, Configured::INVALID),
-            Some(id) => {
-                let layout = rules::activate::<D>(Direction::Receive, parameters.transmission, mapping)?;
+            Some((id, layout)) => {
                 let synchronous = rules::is_synchronous(parameters.transmission);
                 let pdo = Configured {
                     layout,

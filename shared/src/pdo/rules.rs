@@ -17,7 +17,7 @@
 
 use super::{Direction, Layout};
 use crate::od::{CobIdEntry, EntryUse, INVALID, NO_REMOTE, Objects};
-use crate::pdo::{MAPPED, Mapping, RpdoParameters, TpdoParameters};
+use crate::pdo::{MAPPED, Mapping, PdoParameters};
 use crate::types::{AbortCode, CobId};
 
 /// Whether a transmission type depends on SYNC.
@@ -25,36 +25,24 @@ pub const fn is_synchronous(transmission: u8) -> bool {
     transmission <= 240
 }
 
-/// The parameters of an RPDO after a write.
+/// The parameters of a PDO after a write.
 ///
 /// # Errors
 /// See the table above; [`AbortCode::ValueTooHigh`] for what does not fit, [`AbortCode::NoSubIndex`].
-pub fn rpdo(old: &RpdoParameters, sub: u8, value: u32) -> Result<RpdoParameters, AbortCode> {
+pub fn parameters(
+    direction: Direction,
+    old: &PdoParameters,
+    sub: u8,
+    value: u32,
+) -> Result<PdoParameters, AbortCode> {
     let mut new = *old;
-    check(Direction::Receive, old.cob_id, sub, value)?;
-    match sub {
-        1 => new.cob_id = value,
-        2 => new.transmission = value as u8,
-        3 => new.inhibit = value as u16,
-        5 => new.event_timer = value as u16,
-        _ => return Err(AbortCode::NoSubIndex),
-    }
-    Ok(new)
-}
-
-/// The parameters of a TPDO after a write.
-///
-/// # Errors
-/// See the table above; [`AbortCode::ValueTooHigh`] for what does not fit, [`AbortCode::NoSubIndex`].
-pub fn tpdo(old: &TpdoParameters, sub: u8, value: u32) -> Result<TpdoParameters, AbortCode> {
-    let mut new = *old;
-    check(Direction::Transmit, old.cob_id, sub, value)?;
-    match sub {
-        1 => new.cob_id = value,
-        2 => new.transmission = value as u8,
-        3 => new.inhibit = value as u16,
-        5 => new.event_timer = value as u16,
-        6 => new.sync_start = value as u8,
+    check(direction, old.cob_id, sub, value)?;
+    match (sub, direction) {
+        (1, _) => new.cob_id = value,
+        (2, _) => new.transmission = value as u8,
+        (3, _) => new.inhibit = value as u16,
+        (5, _) => new.event_timer = value as u16,
+        (6, Direction::Transmit) => new.sync_start = value as u8,
         _ => return Err(AbortCode::NoSubIndex),
     }
     Ok(new)
@@ -118,30 +106,25 @@ pub fn mapping<D: Objects>(
     }
 }
 
-/// The identifier of a PDO that becomes valid; `None` for one that does not.
+/// What a PDO with these parameters and this mapping is: `None` when it is not valid.
 ///
 /// # Errors
-/// [`AbortCode::ValueRange`] for a restricted identifier or that of an extended frame.
-pub fn identifier(cob_id: u32) -> Result<Option<CobId>, AbortCode> {
-    if cob_id & INVALID != 0 {
+/// [`AbortCode::ValueRange`] for a restricted identifier, that of an extended frame and a reserved transmission type,
+/// [`AbortCode::ParameterIncompatible`] when nothing is mapped; as [`Layout::new`].
+#[inline(never)] // once for both directions
+pub fn resolve<D: Objects>(
+    direction: Direction,
+    parameters: &PdoParameters,
+    mapping: &[u32],
+) -> Result<Option<(CobId, Layout)>, AbortCode> {
+    if parameters.cob_id & INVALID != 0 {
         return Ok(None);
     }
-    CobIdEntry::from_raw(INVALID).written(cob_id, EntryUse::Pdo).map(CobIdEntry::cob_id)
-}
-
-/// The mapping of a PDO that becomes valid.
-///
-/// # Errors
-/// [`AbortCode::ParameterIncompatible`] when nothing is mapped, [`AbortCode::ValueRange`] for a reserved transmission type;
-/// as [`Layout::new`].
-pub fn activate<D: Objects>(
-    direction: Direction,
-    transmission: u8,
-    mapping: &[u32],
-) -> Result<Layout, AbortCode> {
-    check_transmission(u32::from(transmission))?;
+    let entry = CobIdEntry::from_raw(INVALID).written(parameters.cob_id, EntryUse::Pdo)?;
+    check_transmission(u32::from(parameters.transmission))?;
     if mapping.is_empty() {
         return Err(AbortCode::ParameterIncompatible);
     }
-    Layout::new::<D>(direction, mapping)
+    let layout = Layout::new::<D>(direction, mapping)?;
+    Ok(entry.cob_id().map(|id| (id, layout)))
 }

@@ -76,6 +76,13 @@ impl PdoSet {
         }
     }
 
+    pub(super) fn nth(&self, direction: Direction, nth: usize) -> Option<&'static Pdo> {
+        match direction {
+            Direction::Receive => self.rpdos.get(nth).map(Rpdo::pdo),
+            Direction::Transmit => self.tpdos.get(nth).map(Tpdo::pdo),
+        }
+    }
+
     /// Receive PDOs.
     pub const fn rpdos(&self) -> &'static [Rpdo] {
         self.rpdos

@@ -12,9 +12,9 @@
 //! A SYNC samples before it actuates: give it to the TPDOs first and to the RPDOs after, so that a node reports what
 //! was so at the SYNC, and what a receive PDO sets off goes with the next one.
 
-use super::{Direction, Layout, PdoSlots, rules};
+use super::{Layout, PdoSlots, rules};
 use crate::od::{Objects, Place};
-use crate::pdo::TpdoParameters;
+use crate::pdo::PdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
 /// All TPDOs of a node.
@@ -157,35 +157,34 @@ impl<S: PdoSlots> Tpdos<S> {
         self.index();
     }
 
-    /// New values of objects 1800h + `number` and 1A00h + `number`. It starts as if Operational had just been entered; an
-    /// event that waits for the inhibit time is still sent.
+    /// New values of objects 1800h + `number` and 1A00h + `number`, and what [`rules::resolve`] makes of them. It starts as if
+    /// Operational had just been entered; an event that waits for the inhibit time is still sent.
     ///
     /// # Errors
-    /// As [`rules::identifier`] and [`rules::activate`], [`AbortCode::NoObject`] for a `number` without a slot,
-    /// [`AbortCode::ParameterIncompatible`] for the COB-ID of another valid TPDO: no two may send the same. Nothing was
-    /// changed.
-    pub fn configure<D: Objects>(
+    /// [`AbortCode::NoObject`] for a `number` without a slot, [`AbortCode::ParameterIncompatible`] for the COB-ID of another
+    /// valid TPDO: no two may send the same. Nothing was changed.
+    pub fn configure(
         &mut self,
         number: usize,
-        parameters: &TpdoParameters,
-        mapping: &[u32],
+        parameters: &PdoParameters,
+        resolved: Option<(CobId, Layout)>,
         now: Instant,
     ) -> Result<(), AbortCode> {
-        let id = rules::identifier(parameters.cob_id)?;
+        let id = resolved.map(|(id, _)| id);
         let mut others = self.pdos.as_ref().iter().enumerate().filter(|(other, _)| *other != number);
         if id.is_some() && others.any(|(_, other)| other.id == id) {
             return Err(AbortCode::ParameterIncompatible);
         }
         let pdo = self.pdos.as_mut().get_mut(number).ok_or(AbortCode::NoObject)?;
         let old = *pdo;
-        if id.is_none() {
+        let Some((_, layout)) = resolved else {
             *pdo = Configured::INVALID;
             self.index();
             return Ok(());
-        }
+        };
         *pdo = Configured {
             id,
-            layout: rules::activate::<D>(Direction::Transmit, parameters.transmission, mapping)?,
+            layout,
             transmission: parameters.transmission,
             sync_start: parameters.sync_start,
             inhibit: parameters.inhibit,

@@ -6,7 +6,7 @@ use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
 use crate::node::{Device, Extension, NodeObjects};
 use crate::od::INVALID;
-use crate::pdo::{Direction, Mapping, PdoSlots, RpdoEvent, RpdoParameters, TpdoParameters, rules as pdo};
+use crate::pdo::{Direction, Mapping, PdoParameters, PdoSlots, RpdoEvent, rules as pdo};
 use crate::types::{AbortCode, Address, Frame, Instant, NmtState};
 
 impl<D: Device, E: Extension> Dictionary<D, E> {
@@ -19,38 +19,35 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         while let Some((number, event)) = self.rpdos.take_event() {
             note(&mut self.emcy, number, event);
         }
-        for number in 0..D::Pdos::RECEIVE {
-            if let Some(pdo) = self.objects.pdos.rpdos().0.get(number).copied() {
-                let outcome = self.take_rpdo(number, &pdo);
-                let pdo = self.objects.pdos.rpdos_mut().0.get_mut(number);
-                report(&mut self.emcy, Direction::Receive, number, outcome, pdo.map(|pdo| &mut pdo.cob_id));
-            }
-        }
-        for number in 0..D::Pdos::TRANSMIT {
-            if let Some(pdo) = self.objects.pdos.tpdos().0.get(number).copied() {
-                let outcome = self.take_tpdo(number, &pdo, now);
-                let pdo = self.objects.pdos.tpdos_mut().0.get_mut(number);
-                report(&mut self.emcy, Direction::Transmit, number, outcome, pdo.map(|pdo| &mut pdo.cob_id));
+        for (direction, count) in
+            [(Direction::Receive, D::Pdos::RECEIVE), (Direction::Transmit, D::Pdos::TRANSMIT)]
+        {
+            for number in 0..count {
+                let pdo = self.objects.pdos.pdo(direction, number).map(|(parameters, _)| *parameters);
+                let outcome = pdo.map_or(Ok(()), |pdo| self.take_pdo(direction, number, &pdo, now));
+                let pdo = self.objects.pdos.pdo_mut(direction, number);
+                report(&mut self.emcy, direction, number, outcome, pdo.map(|(pdo, _)| &mut pdo.cob_id));
             }
         }
     }
 
-    /// A receive PDO has these parameters from now on; what is mapped is as the objects have it.
+    /// A PDO has these parameters from now on; what is mapped is as the objects have it.
     #[inline(never)] // of two callers, neither in a hurry
-    fn take_rpdo(&mut self, number: usize, pdo: &RpdoParameters) -> Result<(), AbortCode> {
+    fn take_pdo(
+        &mut self,
+        direction: Direction,
+        number: usize,
+        pdo: &PdoParameters,
+        now: Instant,
+    ) -> Result<(), AbortCode> {
         let NodeObjects { communication, pdos, .. } = &self.objects;
-        rules::check_pdo(Direction::Receive, communication, pdo.cob_id)?;
-        let mapping = pdos.rpdos().1.get(number).ok_or(AbortCode::NoObject)?;
-        self.rpdos.configure::<NodeObjects<D, E>>(number, pdo, mapping.objects())
-    }
-
-    /// The same for a transmit PDO.
-    #[inline(never)] // of two callers, neither in a hurry
-    fn take_tpdo(&mut self, number: usize, pdo: &TpdoParameters, now: Instant) -> Result<(), AbortCode> {
-        let NodeObjects { communication, pdos, .. } = &self.objects;
-        rules::check_pdo(Direction::Transmit, communication, pdo.cob_id)?;
-        let mapping = pdos.tpdos().1.get(number).ok_or(AbortCode::NoObject)?;
-        self.tpdos.configure::<NodeObjects<D, E>>(number, pdo, mapping.objects(), now)
+        rules::check_pdo(direction, communication, pdo.cob_id)?;
+        let (_, mapping) = pdos.pdo(direction, number).ok_or(AbortCode::NoObject)?;
+        let resolved = pdo::resolve::<NodeObjects<D, E>>(direction, pdo, mapping.objects())?;
+        match direction {
+            Direction::Receive => self.rpdos.configure(number, pdo, resolved),
+            Direction::Transmit => self.tpdos.configure(number, pdo, resolved, now),
+        }
     }
 
     /// A client configured a PDO: what its defaults or its application had wrong is past.
@@ -62,28 +59,16 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     /// A write to the parameters of a PDO: the service takes them over, or refuses them.
     pub(super) fn configure_pdo(&mut self, at: Address, value: u32) -> Result<(), AbortCode> {
         let number = usize::from(at.index & 0x1FF);
-        let pdos = &mut self.objects.pdos;
-        let direction = if at.index <= LAST_RPDO_MAPPING { Direction::Receive } else { Direction::Transmit };
-        if direction == Direction::Receive {
-            let (parameters, mappings) = pdos.rpdos_mut();
-            let pdo = parameters.get(number).zip(mappings.get_mut(number));
-            let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
-            if at.index > LAST_RPDO {
-                return pdo::mapping::<NodeObjects<D, E>>(direction, present.cob_id, mapping, at.sub, value);
-            }
-            let new = pdo::rpdo(present, at.sub, value)?;
-            self.take_rpdo(number, &new)?;
-            self.report_rpdos();
-        } else {
-            let (parameters, mappings) = pdos.tpdos_mut();
-            let pdo = parameters.get(number).zip(mappings.get_mut(number));
-            let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
-            if at.index > LAST_TPDO {
-                return pdo::mapping::<NodeObjects<D, E>>(direction, present.cob_id, mapping, at.sub, value);
-            }
-            let new = pdo::tpdo(present, at.sub, value)?;
-            self.take_tpdo(number, &new, self.now)?;
+        let is_received = at.index <= LAST_RPDO_MAPPING;
+        let direction = if is_received { Direction::Receive } else { Direction::Transmit };
+        let pdo = self.objects.pdos.pdo_mut(direction, number);
+        let (present, mapping) = pdo.ok_or(AbortCode::NoObject)?;
+        if at.index > if is_received { LAST_RPDO } else { LAST_TPDO } {
+            return pdo::mapping::<NodeObjects<D, E>>(direction, present.cob_id, mapping, at.sub, value);
         }
+        let new = pdo::parameters(direction, present, at.sub, value)?;
+        self.take_pdo(direction, number, &new, self.now)?;
+        self.report_rpdos();
         self.pdo_is_possible(direction, number);
         Ok(())
     }

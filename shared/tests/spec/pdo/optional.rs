@@ -1,7 +1,7 @@
 //! Values that a frame may leave out; for all others the length rule of CiA 301 holds.
 
 use ecss_can::od::{Objects, Record};
-use ecss_can::pdo::{PdoObjects, RpdoError, RpdoEvent, RpdoParameters, Rpdos, Taken};
+use ecss_can::pdo::{Direction, PdoObjects, PdoParameters, RpdoError, RpdoEvent, Rpdos, Taken, rules};
 use ecss_can::types::Instant;
 
 use crate::bench::{frame, ms};
@@ -36,8 +36,14 @@ const DUMMY: u32 = 0x0006_0010;
 /// What becomes of a frame of so many bytes, and which errors appear or go.
 fn taken(mapping: &[u32], lengths: &[usize]) -> (Device, Vec<Taken>, Vec<RpdoEvent>) {
     let (mut rpdos, mut device, mut told) = (Rpdos::<PdoObjects<1, 1>>::new(), Device::default(), Vec::new());
-    let parameters = RpdoParameters { cob_id: 0x205, transmission: 254, ..RpdoParameters::default() };
-    rpdos.configure::<Device>(0, &parameters, mapping).unwrap();
+    let parameters = PdoParameters { cob_id: 0x205, transmission: 254, ..PdoParameters::default() };
+    rpdos
+        .configure(
+            0,
+            &parameters,
+            rules::resolve::<Device>(Direction::Receive, &parameters, mapping).unwrap(),
+        )
+        .unwrap();
     (device.request, device.switch) = (Request { code: 0xAAAA, data: 0xBBBB_BBBB }, 0xCC);
     let all = lengths.iter().map(|length| {
         let frame = frame(0x205, &[1, 2, 3, 4, 5, 6, 7, 8][..*length]);

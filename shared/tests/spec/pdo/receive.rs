@@ -3,7 +3,7 @@
 use ecss_can::emcy::ErrorCode;
 use ecss_can::od::{INVALID, NO_REMOTE};
 use ecss_can::pdo::RpdoError::{OutOfRange, Overdue, TooLong, TooShort};
-use ecss_can::pdo::{PdoObjects, RpdoError, RpdoEvent, RpdoParameters, Rpdos, Taken};
+use ecss_can::pdo::{Direction, PdoObjects, PdoParameters, RpdoError, RpdoEvent, Rpdos, Taken, rules};
 use ecss_can::types::{AbortCode, Instant};
 use proptest::prelude::*;
 
@@ -47,8 +47,8 @@ struct Node {
     told: Vec<(usize, Told)>,
 }
 
-fn parameters(cob_id: u32, transmission: u8, event_timer: u16) -> RpdoParameters {
-    RpdoParameters { cob_id, transmission, event_timer, ..RpdoParameters::default() }
+fn parameters(cob_id: u32, transmission: u8, event_timer: u16) -> PdoParameters {
+    PdoParameters { cob_id, transmission, event_timer, ..PdoParameters::default() }
 }
 
 impl Node {
@@ -56,7 +56,7 @@ impl Node {
         Node { rpdos: Rpdos::new(), device: Device::default(), window_end: Instant::NEVER, told: vec![] }
     }
 
-    fn with(number: usize, parameters: RpdoParameters, mapping: &[u32]) -> Node {
+    fn with(number: usize, parameters: PdoParameters, mapping: &[u32]) -> Node {
         let mut node = Node::new();
         assert_eq!(node.configure(number, parameters, mapping), Ok(()));
         node
@@ -65,10 +65,14 @@ impl Node {
     fn configure(
         &mut self,
         number: usize,
-        parameters: RpdoParameters,
+        parameters: PdoParameters,
         mapping: &[u32],
     ) -> Result<(), AbortCode> {
-        let outcome = self.rpdos.configure::<Device>(number, &parameters, mapping);
+        let outcome = self.rpdos.configure(
+            number,
+            &parameters,
+            rules::resolve::<Device>(Direction::Receive, &parameters, mapping)?,
+        );
         take_events(&mut self.rpdos, &mut self.told);
         outcome
     }

@@ -2,8 +2,7 @@
 
 use ecss_can::od::Record;
 use ecss_can::pdo::{
-    Direction, Mapping, PdoMapping, PdoObjects, RpdoParameters, Rpdos, StaticMapping, TpdoParameters, Tpdos,
-    rules,
+    Direction, Mapping, PdoMapping, PdoObjects, PdoParameters, Rpdos, StaticMapping, Tpdos, rules,
 };
 use ecss_can::types::AbortCode;
 use ecss_can::types::AbortCode::{
@@ -17,12 +16,12 @@ use crate::bench::ms;
 const VALID: u32 = 0x4000_0185;
 const INVALID: u32 = 0xC000_0185;
 
-fn rpdo(cob_id: u32, sub: u8, value: u32) -> Result<RpdoParameters, AbortCode> {
-    rules::rpdo(&RpdoParameters { cob_id, ..Default::default() }, sub, value)
+fn rpdo(cob_id: u32, sub: u8, value: u32) -> Result<PdoParameters, AbortCode> {
+    rules::parameters(Direction::Receive, &PdoParameters { cob_id, ..Default::default() }, sub, value)
 }
 
-fn tpdo(cob_id: u32, sub: u8, value: u32) -> Result<TpdoParameters, AbortCode> {
-    rules::tpdo(&TpdoParameters { cob_id, ..Default::default() }, sub, value)
+fn tpdo(cob_id: u32, sub: u8, value: u32) -> Result<PdoParameters, AbortCode> {
+    rules::parameters(Direction::Transmit, &PdoParameters { cob_id, ..Default::default() }, sub, value)
 }
 
 /// What both kinds answer.
@@ -35,17 +34,41 @@ fn both(cob_id: u32, sub: u8, value: u32) -> Result<(), AbortCode> {
 /// Verifies: ECSS 6.2a, 6.10a
 #[test]
 fn what_is_written_is_what_is_there() {
-    let old = RpdoParameters { cob_id: INVALID, ..Default::default() };
-    assert_eq!(rules::rpdo(&old, 1, 0x4000_0205), Ok(RpdoParameters { cob_id: 0x4000_0205, ..old }));
-    assert_eq!(rules::rpdo(&old, 2, 240), Ok(RpdoParameters { transmission: 240, ..old }));
-    assert_eq!(rules::rpdo(&old, 3, 0xFFFF), Ok(RpdoParameters { inhibit: 0xFFFF, ..old }));
-    assert_eq!(rules::rpdo(&old, 5, 0x1234), Ok(RpdoParameters { event_timer: 0x1234, ..old }));
-    let old = TpdoParameters { cob_id: INVALID, ..Default::default() };
-    assert_eq!(rules::tpdo(&old, 1, 0x4000_0385), Ok(TpdoParameters { cob_id: 0x4000_0385, ..old }));
-    assert_eq!(rules::tpdo(&old, 2, 255), Ok(TpdoParameters { transmission: 255, ..old }));
-    assert_eq!(rules::tpdo(&old, 3, 10), Ok(TpdoParameters { inhibit: 10, ..old }));
-    assert_eq!(rules::tpdo(&old, 5, 0xFFFF), Ok(TpdoParameters { event_timer: 0xFFFF, ..old }));
-    assert_eq!(rules::tpdo(&old, 6, 240), Ok(TpdoParameters { sync_start: 240, ..old }));
+    let old = PdoParameters { cob_id: INVALID, ..Default::default() };
+    assert_eq!(
+        rules::parameters(Direction::Receive, &old, 1, 0x4000_0205),
+        Ok(PdoParameters { cob_id: 0x4000_0205, ..old })
+    );
+    assert_eq!(
+        rules::parameters(Direction::Receive, &old, 2, 240),
+        Ok(PdoParameters { transmission: 240, ..old })
+    );
+    assert_eq!(
+        rules::parameters(Direction::Receive, &old, 3, 0xFFFF),
+        Ok(PdoParameters { inhibit: 0xFFFF, ..old })
+    );
+    assert_eq!(
+        rules::parameters(Direction::Receive, &old, 5, 0x1234),
+        Ok(PdoParameters { event_timer: 0x1234, ..old })
+    );
+    let old = PdoParameters { cob_id: INVALID, ..Default::default() };
+    assert_eq!(
+        rules::parameters(Direction::Transmit, &old, 1, 0x4000_0385),
+        Ok(PdoParameters { cob_id: 0x4000_0385, ..old })
+    );
+    assert_eq!(
+        rules::parameters(Direction::Transmit, &old, 2, 255),
+        Ok(PdoParameters { transmission: 255, ..old })
+    );
+    assert_eq!(rules::parameters(Direction::Transmit, &old, 3, 10), Ok(PdoParameters { inhibit: 10, ..old }));
+    assert_eq!(
+        rules::parameters(Direction::Transmit, &old, 5, 0xFFFF),
+        Ok(PdoParameters { event_timer: 0xFFFF, ..old })
+    );
+    assert_eq!(
+        rules::parameters(Direction::Transmit, &old, 6, 240),
+        Ok(PdoParameters { sync_start: 240, ..old })
+    );
 }
 
 /// Verifies: ECSS 6.2a, 6.10a
@@ -229,12 +252,17 @@ fn the_direction_matters() {
 /// Verifies: ECSS 6.2a, 6.10a
 #[test]
 fn a_pdo_is_remapped_step_by_step() {
-    let mut parameters = TpdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
+    let mut parameters = PdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
     let mut mapping = mapping(&WORDS, 4);
     let mut tpdos = Tpdos::<PdoObjects<1, 1>>::new();
-    let mut step = |parameters: &mut TpdoParameters, mapping: &PdoMapping, sub, value| {
-        let new = rules::tpdo(parameters, sub, value)?;
-        tpdos.configure::<Device>(0, &new, mapping.objects(), ms(0))?;
+    let mut step = |parameters: &mut PdoParameters, mapping: &PdoMapping, sub, value| {
+        let new = rules::parameters(Direction::Transmit, parameters, sub, value)?;
+        tpdos.configure(
+            0,
+            &new,
+            rules::resolve::<Device>(Direction::Transmit, &new, mapping.objects())?,
+            ms(0),
+        )?;
         *parameters = new;
         Ok::<(), AbortCode>(())
     };
@@ -266,10 +294,25 @@ fn a_pdo_is_remapped_step_by_step() {
 fn there_may_be_512_each_way() {
     let mut rpdos = Box::new(Rpdos::<PdoObjects<512, 512>>::new());
     let mut tpdos = Box::new(Tpdos::<PdoObjects<512, 512>>::new());
-    let receive = RpdoParameters { cob_id: 0x4000_0205, ..Default::default() };
-    let transmit = TpdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
-    assert_eq!(rpdos.configure::<Device>(511, &receive, &WORDS), Ok(()));
-    assert_eq!(tpdos.configure::<Device>(511, &transmit, &WORDS, ms(0)), Ok(()));
+    let receive = PdoParameters { cob_id: 0x4000_0205, ..Default::default() };
+    let transmit = PdoParameters { cob_id: VALID, transmission: 1, ..Default::default() };
+    assert_eq!(
+        rpdos.configure(
+            511,
+            &receive,
+            rules::resolve::<Device>(Direction::Receive, &receive, &WORDS).unwrap()
+        ),
+        Ok(())
+    );
+    assert_eq!(
+        tpdos.configure(
+            511,
+            &transmit,
+            rules::resolve::<Device>(Direction::Transmit, &transmit, &WORDS).unwrap(),
+            ms(0)
+        ),
+        Ok(())
+    );
     let mut device = Device::default();
     let data = [1, 0, 2, 0, 3, 0, 4, 0];
     let received = crate::bench::frame(0x205, &data);

@@ -6,7 +6,7 @@ use std::panic::{UnwindSafe, catch_unwind};
 
 use ecss_can::node::NodeObjects;
 use ecss_can::od::{Field, Fields, NO_REMOTE, Object, Objects};
-use ecss_can::pdo::{CobIdOf, Direction, Layout, Rpdo, RpdoParameters, Tpdo, TpdoParameters, rules};
+use ecss_can::pdo::{CobIdOf, Direction, Layout, PdoParameters, Rpdo, Tpdo, rules};
 use ecss_can::types::{Address, CobId, NodeId};
 
 use super::device::{Device, entry};
@@ -56,12 +56,14 @@ fn a_constant_maps_what_a_client_may_map() {
 #[test]
 fn a_transmission_type_compiles_when_a_client_may_write_it() {
     for value in 0..=u8::MAX {
-        let (rpdo, tpdo) = (RpdoParameters::default(), TpdoParameters::default());
-        let receive = rules::rpdo(&rpdo, 2, value.into()).is_ok();
-        let transmit = rules::tpdo(&tpdo, 2, value.into()).is_ok();
+        let written = |direction, sub| {
+            rules::parameters(direction, &PdoParameters::default(), sub, value.into()).is_ok()
+        };
+        let receive = written(Direction::Receive, 2);
+        let transmit = written(Direction::Transmit, 2);
         assert_eq!(compiles(|| Rpdo::new(1, ID).transmission(value)), receive, "{value}");
         assert_eq!(compiles(|| Tpdo::new(1, ID).transmission(value)), transmit, "{value}");
-        let start = rules::tpdo(&tpdo, 6, value.into()).is_ok();
+        let start = written(Direction::Transmit, 6);
         assert_eq!(compiles(|| Tpdo::new(1, ID).sync_start(value)), start, "{value}");
     }
 }
@@ -69,9 +71,11 @@ fn a_transmission_type_compiles_when_a_client_may_write_it() {
 /// Verifies: ECSS 6.10b
 #[test]
 fn a_cob_id_compiles_when_a_client_may_write_it() {
+    let is_written =
+        |cob_id| rules::parameters(Direction::Transmit, &PdoParameters::default(), 1, cob_id).is_ok();
     for raw in 0..=0x7FF_u16 {
         // SYNC is refused where a PDO becomes valid.
-        let allowed = rules::identifier(NO_REMOTE | u32::from(raw)).is_ok() && raw != 0x080;
+        let allowed = is_written(NO_REMOTE | u32::from(raw)) && raw != 0x080;
         assert_eq!(compiles(|| CobIdOf::fixed(raw)), allowed, "{raw:03X}");
     }
     assert!(!compiles(|| CobIdOf::fixed(0x800)));

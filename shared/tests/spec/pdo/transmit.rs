@@ -1,7 +1,7 @@
 //! Transmit PDOs.
 
 use ecss_can::od::{INVALID, NO_REMOTE, Objects};
-use ecss_can::pdo::{PdoObjects, TpdoParameters, Tpdos};
+use ecss_can::pdo::{Direction, PdoObjects, PdoParameters, Tpdos, rules};
 use ecss_can::types::{AbortCode, Address, Frame, Instant};
 
 use super::device::{Device, WORDS, entry};
@@ -14,21 +14,21 @@ struct Node {
     sent: Vec<(usize, Frame)>,
 }
 
-fn parameters(cob_id: u32, transmission: u8) -> TpdoParameters {
-    TpdoParameters { cob_id: NO_REMOTE | cob_id, transmission, ..TpdoParameters::default() }
+fn parameters(cob_id: u32, transmission: u8) -> PdoParameters {
+    PdoParameters { cob_id: NO_REMOTE | cob_id, transmission, ..PdoParameters::default() }
 }
 
-fn synchronous(cycle: u8, sync_start: u8) -> TpdoParameters {
-    TpdoParameters { sync_start, ..parameters(0x185, cycle) }
+fn synchronous(cycle: u8, sync_start: u8) -> PdoParameters {
+    PdoParameters { sync_start, ..parameters(0x185, cycle) }
 }
 
-fn event_driven(inhibit: u16, event_timer: u16) -> TpdoParameters {
-    TpdoParameters { inhibit, event_timer, ..parameters(0x185, 254) }
+fn event_driven(inhibit: u16, event_timer: u16) -> PdoParameters {
+    PdoParameters { inhibit, event_timer, ..parameters(0x185, 254) }
 }
 
 impl Node {
     /// With one TPDO of four words; Operational from zero on.
-    fn with(parameters: TpdoParameters) -> Node {
+    fn with(parameters: PdoParameters) -> Node {
         let mut node = Node { tpdos: Tpdos::new(), device: Device::default(), sent: vec![] };
         node.device.words = [0x1111, 0x2222, 0x3333, 0x4444, 0x5555];
         assert_eq!(node.configure(0, parameters, &WORDS, ms(0)), Ok(()));
@@ -39,11 +39,16 @@ impl Node {
     fn configure(
         &mut self,
         number: usize,
-        parameters: TpdoParameters,
+        parameters: PdoParameters,
         mapping: &[u32],
         now: Instant,
     ) -> Result<(), AbortCode> {
-        self.tpdos.configure::<Device>(number, &parameters, mapping, now)
+        self.tpdos.configure(
+            number,
+            &parameters,
+            rules::resolve::<Device>(Direction::Transmit, &parameters, mapping)?,
+            now,
+        )
     }
 
     /// Which ones a SYNC sends.
@@ -334,7 +339,7 @@ fn what_is_due_is_sent_though_its_parameters_change_before() {
     // One that waits for SYNC, and its end.
     let mut node = Node::with(synchronous(0, 0));
     node.trigger(ms(5));
-    node.configure(0, TpdoParameters { event_timer: 500, ..synchronous(0, 0) }, &WORDS, ms(6)).unwrap();
+    node.configure(0, PdoParameters { event_timer: 500, ..synchronous(0, 0) }, &WORDS, ms(6)).unwrap();
     assert_eq!(syncs_with(&mut node, 3), [1]);
     node.configure(0, synchronous(0, 0), &WORDS, ms(7)).unwrap();
     assert_eq!(syncs_with(&mut node, 3), []);
@@ -377,7 +382,15 @@ fn a_burst_of_events_goes_out_in_turns() {
     let (mut tpdos, device) = (Tpdos::<PdoObjects<9, 9>>::new(), Device::default());
     for number in 0..9 {
         let own = parameters(0x181 + number as u32, 254);
-        assert_eq!(tpdos.configure::<Device>(number, &own, &WORDS, ms(0)), Ok(()));
+        assert_eq!(
+            tpdos.configure(
+                number,
+                &own,
+                rules::resolve::<Device>(Direction::Transmit, &own, &WORDS).unwrap(),
+                ms(0)
+            ),
+            Ok(())
+        );
     }
     tpdos.start(ms(0));
     assert!((0..9).all(|number| tpdos.trigger(number, ms(1))));
