@@ -23,21 +23,24 @@ impl Mailboxes {
     /// Takes a mailbox into use for a frame with this identifier. Returns it, and the mailboxes that must end before it is
     /// requested. `None` when there is none at present; `holds_one`: a frame waits already, and only one can.
     pub fn claim(&mut self, id: CobId, holds_one: impl FnOnce() -> bool) -> Option<(Mailbox, Flags)> {
-        let is_free = |slot: &Option<CobId>| slot.is_none();
+        let mut same = NONE;
+        let (mut free, mut lowest, mut higher) = (0, None, None);
+        for ((number, slot), is_same) in self.in_use.iter().enumerate().zip(&mut same) {
+            if slot.is_none() {
+                free += 1;
+                lowest = lowest.or(Some(number));
+                higher = higher.or(Some(number));
+            } else if *slot == Some(id) {
+                (*is_same, higher) = (true, None);
+            }
+        }
         let kept_free = if is_urgent(id) { 0 } else { 1 };
-        if self.in_use.iter().filter(|slot| is_free(slot)).count() <= kept_free {
+        if free <= kept_free || same != NONE && holds_one() {
             return None;
         }
-        let same = self.in_use.map(|slot| slot == Some(id));
-        let last = same.iter().rposition(|is_same| *is_same);
-        if last.is_some() && holds_one() {
-            return None;
-        }
-        let after = last.map_or(0, |last| last + 1);
-        let higher = self.in_use.iter().skip(after).position(is_free).map(|place| after + place);
         let (number, before) = match higher {
             Some(number) => (number, NONE),
-            None => (self.in_use.iter().position(is_free)?, same),
+            None => (lowest?, same),
         };
         *self.in_use.get_mut(number)? = Some(id);
         Some((Mailbox(number as u8), before))

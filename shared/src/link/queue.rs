@@ -60,7 +60,7 @@ impl<const N: usize> TxQueue<N> {
         } else {
             None
         };
-        self.insert(outgoing, |queued| queued > id)?;
+        self.insert(outgoing, id.raw() + 1)?;
         Ok(displaced)
     }
 
@@ -69,18 +69,17 @@ impl<const N: usize> TxQueue<N> {
     /// # Errors
     /// [`Full`]; nothing is displaced.
     pub fn put_back(&mut self, outgoing: Outgoing) -> Result<(), Full> {
-        let id = outgoing.frame.id();
-        self.insert(outgoing, |queued| queued >= id)
+        self.insert(outgoing, outgoing.frame.id().raw())
     }
 
-    /// Inserts a frame behind all that are to go after it.
+    /// Inserts a frame so that identifiers from `later` on go after it.
     #[inline(never)] // from two places
-    fn insert(&mut self, outgoing: Outgoing, goes_later: impl Fn(CobId) -> bool) -> Result<(), Full> {
+    fn insert(&mut self, outgoing: Outgoing, later: u16) -> Result<(), Full> {
         let mut carried = outgoing;
         if self.frames.is_full() {
             return Err(Full);
         }
-        for queued in self.frames.iter_mut().skip_while(|queued| goes_later(queued.frame.id())) {
+        for queued in self.frames.iter_mut().skip_while(|queued| queued.frame.id().raw() >= later) {
             core::mem::swap(queued, &mut carried);
         }
         self.frames.push(carried).map_err(|_| Full)

@@ -352,14 +352,13 @@ impl<P: CanPort> Line<P> {
     }
 
     fn update_due<N: Node>(&mut self, shared: &Shared<N>) {
-        let mailboxes = self.mailboxes.as_ref().iter().flatten();
-        let in_mailboxes = mailboxes.filter(|pending| pending.aborting.is_none());
-        let expiry = in_mailboxes
-            .map(|pending| pending.outgoing.expires)
-            .chain(shared.queues[self.bus].next_expiry())
-            .min();
-        let look = self.next_look();
-        self.due = expiry.map_or(look, |expiry| expiry.min(look));
+        let mut due = self.next_look();
+        for pending in self.mailboxes.as_ref().iter().flatten() {
+            if pending.aborting.is_none() {
+                due = due.min(pending.outgoing.expires);
+            }
+        }
+        self.due = shared.queues[self.bus].next_expiry().map_or(due, |expiry| due.min(expiry));
     }
 }
 
