@@ -117,7 +117,7 @@ impl Edges {
     pub fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
         // A receiver has a frame one bit before its end, and at low bit rates its task may come before it too. The time of
         // its interrupt is a microsecond that has begun.
-        let end = reported.ticks::<PER_MICRO>().low().wrapping_add(bit + PER_MICRO);
+        let end = reported.low::<PER_MICRO>().wrapping_add(bit + PER_MICRO);
         let longest = 2 * (bit + PER_MICRO);
         // Bounded by reads, not by time: the loop ends although the timer stands still.
         for _ in 0..longest {
@@ -134,7 +134,7 @@ impl Edges {
         } else {
             Err(Miss::Ambiguous)
         };
-        TELLTALE.stamps.note(result.map(|stamp| stamp.ticks::<PER_MICRO>().low()));
+        TELLTALE.stamps.note(result.map(|stamp| stamp.low::<PER_MICRO>()));
         result.unwrap_or(reported)
     }
 }

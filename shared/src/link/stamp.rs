@@ -78,7 +78,7 @@ impl Stamp {
     /// When the low word was `low`: the time nearest to that of the interrupt. 32 bits are divided, not 64.
     fn capture<const PER_MICRO: u32>(reported: Stamp, low: u32) -> Stamp {
         let per_micro = PER_MICRO as i32;
-        let apart = later(low, reported.ticks::<PER_MICRO>().low()) + i32::from(reported.beyond);
+        let apart = later(low, reported.low::<PER_MICRO>()) + i32::from(reported.beyond);
         let at = reported.at.as_micros().saturating_add_signed(i64::from(apart.div_euclid(per_micro)));
         let beyond = apart.rem_euclid(per_micro) as u8;
         Stamp { at: Instant::from_micros(at), beyond, source: StampSource::Capture }
@@ -88,6 +88,11 @@ impl Stamp {
     pub fn ticks<const PER_MICRO: u32>(&self) -> Ticks<PER_MICRO> {
         let whole: Ticks<PER_MICRO> = self.at.into();
         Ticks::new(whole.get().saturating_add(u64::from(self.beyond)))
+    }
+
+    /// The low word of [`Stamp::ticks`], which takes one multiplication.
+    pub const fn low<const PER_MICRO: u32>(&self) -> u32 {
+        (self.at.as_micros() as u32).wrapping_mul(PER_MICRO).wrapping_add(self.beyond as u32)
     }
 }
 
@@ -161,7 +166,7 @@ impl<const PER_MICRO: u32> EdgeRing<PER_MICRO> {
         let search = Search { cells: &self.cells, next: line.next, bit, pattern: &pattern };
         // A receiver has a frame one bit before its end, by a bit grid 0.3 early to 0.7 bit late; the clock of the
         // interrupt is rounded to a microsecond and up to another one off the timer.
-        let reported_by = reported.ticks::<PER_MICRO>().low().wrapping_add(2 * bit + 2 * PER_MICRO);
+        let reported_by = reported.low::<PER_MICRO>().wrapping_add(2 * bit + 2 * PER_MICRO);
         // The same bit and its grid for the next frame like it, which was not there until then.
         let alone_until = line.alone_until.wrapping_add(search.percent(30) as u32);
         let latest = if later(reported_by, alone_until) < 0 { reported_by } else { alone_until };

@@ -259,10 +259,7 @@ impl<P: CanPort> Line<P> {
     /// Aborts what has outlived its lifetime and looks at the controller.
     #[inline(never)] // ten times a second
     fn on_time<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
-        self.abort_where(|outgoing| outgoing.is_expired(now), FailCause::Expired);
-        while let Some(lost) = shared.queues[self.bus].pop_expired(now) {
-            self.lose(shared, &lost, FailCause::Expired, now);
-        }
+        self.give_up(shared, now, FailCause::Expired, now);
         if self.next_look() <= now {
             self.look(shared, now);
         }
@@ -282,26 +279,28 @@ impl<P: CanPort> Line<P> {
 
     /// ECSS 8.3.3b: nothing meant for a bus that was left may go out on it later.
     fn abandon<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
-        self.abort_where(|_| true, FailCause::BusLeft);
-        while let Some(lost) = shared.queues[self.bus].pop() {
-            self.lose(shared, &lost, FailCause::BusLeft, now);
-        }
+        self.give_up(shared, Instant::NEVER, FailCause::BusLeft, now);
     }
 
-    fn lose<N: Node>(&self, shared: &mut Shared<N>, lost: &Outgoing, cause: FailCause, now: Instant) {
-        self.tell(shared, &LinkEvent::Failed { frame: lost.frame, cause }, now);
-    }
-
-    fn abort_where(&mut self, which: impl Fn(&Outgoing) -> bool, cause: FailCause) {
+    /// Aborts all frames that would expire by `end`, and drops those that wait.
+    #[inline(never)] // from two places
+    fn give_up<N: Node>(&mut self, shared: &mut Shared<N>, end: Instant, cause: FailCause, now: Instant) {
         for (number, slot) in self.mailboxes.as_mut().iter_mut().enumerate() {
             if let Some(pending) = slot
                 && !matches!(pending.aborting, Some(Abort::Lost(_)))
-                && which(&pending.outgoing)
+                && pending.outgoing.is_expired(end)
                 && pending.aborting.replace(Abort::Lost(cause)).is_none()
             {
                 self.port.abort(Mailbox(number as u8));
             }
         }
+        while let Some(lost) = shared.queues[self.bus].pop_expired(end) {
+            self.lose(shared, &lost, cause, now);
+        }
+    }
+
+    fn lose<N: Node>(&self, shared: &mut Shared<N>, lost: &Outgoing, cause: FailCause, now: Instant) {
+        self.tell(shared, &LinkEvent::Failed { frame: lost.frame, cause }, now);
     }
 
     /// Whether the node was told of frames whose lifetime has ended.
