@@ -74,11 +74,12 @@ impl NorFlash for ChipFlash {
         for at in (from..to).step_by(SECTOR as usize) {
             // Sectors before the sixth are smaller: four of 16 KiB and one of 64.
             let number = (at / SECTOR + 4) as u8;
-            let set = |w: &mut Cr| {
+            unlock(|w| {
                 w.set_ser(true);
                 w.set_snb(number);
-            };
-            obey(set, || FLASH.cr().modify(|w| w.set_strt(true)))?;
+            });
+            FLASH.cr().modify(|w| w.set_strt(true));
+            finish()?;
         }
         // What the data cache holds of a sector is past (RM0090 3.5.4); it is reset while it is off.
         if FLASH.acr().read().dcen() {
@@ -96,12 +97,13 @@ impl NorFlash for ChipFlash {
         if !offset.is_multiple_of(4) || !rest.is_empty() {
             return Err(NorFlashErrorKind::NotAligned);
         }
-        for (at, word) in (BASE + offset..).step_by(4).zip(words) {
-            let program = || {
-                // SAFETY: flash of the store, at an address that is a multiple of four; it takes writes while PG is set.
-                unsafe { (at as *mut u32).write_volatile(u32::from_le_bytes(*word)) }
-            };
-            obey(|w| w.set_pg(true), program)?;
+        let mut at = (BASE + offset) as *mut u32;
+        for word in words {
+            unlock(|w| w.set_pg(true));
+            // SAFETY: flash of the store, at an address that is a multiple of four; it takes writes while PG is set.
+            unsafe { at.write_volatile(u32::from_le_bytes(*word)) };
+            finish()?;
+            at = at.wrapping_add(1);
         }
         Ok(())
     }
@@ -114,17 +116,19 @@ fn check(offset: u32, len: usize) -> Result<(), NorFlashErrorKind> {
     if len <= room as usize { Ok(()) } else { Err(NorFlashErrorKind::OutOfBounds) }
 }
 
-/// Unlocks the flash, sets it to an operation, starts that and waits for its end (RM0090 3.6). Words of 32 bits: as fast as 3.3 V
-/// allow.
-#[inline(never)]
-fn obey(set: impl FnOnce(&mut Cr), start: impl FnOnce()) -> Result<(), NorFlashErrorKind> {
+/// Unlocks the flash and sets it to an operation (RM0090 3.6). Words of 32 bits: as fast as 3.3 V allow.
+fn unlock(operation: impl FnOnce(&mut Cr)) {
     FLASH.keyr().write_value(0x4567_0123);
     FLASH.keyr().write_value(0xCDEF_89AB);
     FLASH.cr().write(|w| {
         w.set_psize(Psize::PSIZE32);
-        set(w);
+        operation(w);
     });
-    start();
+}
+
+/// Waits for the end of an operation that was started, and locks the flash.
+#[inline(never)] // from two places
+fn finish() -> Result<(), NorFlashErrorKind> {
     cortex_m::asm::dsb();
     while FLASH.sr().read().bsy() {}
     FLASH.cr().write(|w| w.set_lock(true));

@@ -16,7 +16,6 @@
 //!   set and note, write the epoch. Until the epoch stands there the old page holds; afterwards it is not read.
 //! * A word that does not read back as it was written fails the set.
 
-use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 use ecss_can::store::{ParameterStore, StoreError};
 use embedded_storage::nor_flash::NorFlash;
 
@@ -30,8 +29,6 @@ const PAGE_HEADER: u32 = 2 * WORD;
 const ERASED: u32 = u32::MAX;
 /// In the first half of a word: a note follows in the other bits, and no length.
 const NOTE: u16 = 0x8000;
-/// Bit by bit: sets are short and a table is a KiB.
-static CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// What was found and done at start-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,7 +70,7 @@ struct Writing {
     taken: u32,
     /// Bytes that do not fill a word yet.
     word: [u8; WORD as usize],
-    crc: Digest<'static, u32, NoTable>,
+    crc: Crc,
 }
 
 /// The store over two pages of `F`. It never erases once it is open.
@@ -123,7 +120,6 @@ impl<F: NorFlash> ParameterLog<F> {
         };
         log.enter(pages[newest]);
         log.find_stored(&mut opened)?;
-        log.find_note()?;
         let room = StoredSet { at: log.free, len: MAX_SET as u32 };
         if room.end() > log.page_end || log.free >= log.notes_end() {
             log.clear(pages[1 - newest], &mut opened)?;
@@ -168,18 +164,20 @@ impl<F: NorFlash> ParameterLog<F> {
     /// Erases a page unless it is erased.
     fn clear(&mut self, page: u32, opened: &mut Opened) -> Result<(), StoreError> {
         let mut bytes = [0; 512];
-        for at in (page..page + Self::PAGE).step_by(bytes.len()) {
+        let mut at = page;
+        while at < page + Self::PAGE {
             self.flash.read(at, &mut bytes).map_err(failed)?;
             let (words, _) = bytes.as_chunks();
             if words.iter().any(|&word| u32::from_le_bytes(word) != ERASED) {
                 opened.erased += 1;
                 return self.flash.erase(page, page + Self::PAGE).map_err(failed);
             }
+            at += bytes.len() as u32;
         }
         Ok(())
     }
 
-    /// Walks the page in use: where it is free, and which set is the last that is whole.
+    /// Finds the last set that is whole, and the note behind it.
     fn find_stored(&mut self, opened: &mut Opened) -> Result<(), StoreError> {
         // The CRCs are looked at from the last on, which mostly is the one; each further one costs a walk.
         let mut before = self.page_end;
@@ -194,25 +192,30 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(())
     }
 
-    /// The last set before `before` that has a CRC; on the way, where the page is free.
+    /// Walks the page in use: the last set before `before` that has a CRC, the last note behind it, and where the page is
+    /// free. Sets between that set and that note are not stored.
     fn last_committed(&mut self, before: u32) -> Result<Option<StoredSet>, StoreError> {
         let mut last = None;
-        let mut at = self.page + PAGE_HEADER;
-        while at + WORD <= before {
-            let length = self.word(at)?;
-            if length == ERASED {
+        self.free = self.page + PAGE_HEADER;
+        self.note = None;
+        while self.free < self.page_end {
+            let word = self.word(self.free)?;
+            if word == ERASED {
                 break;
             }
-            let Some(record) = self.record(at, length) else {
-                at += WORD;
+            let Some(record) = self.record(self.free, word) else {
+                self.free += WORD;
+                if let Some(note) = doubled(word).filter(|note| note & NOTE != 0) {
+                    self.note = Some(note & !NOTE);
+                }
                 continue;
             };
-            if record.len <= MAX_SET as u32 && self.word(record.crc())? != ERASED {
-                last = Some(record);
+            let is_candidate = record.at < before && record.len <= MAX_SET as u32;
+            if is_candidate && self.word(record.crc())? != ERASED {
+                (last, self.note) = (Some(record), None);
             }
-            at = record.end();
+            self.free = record.end();
         }
-        self.free = self.free.max(at);
         Ok(last)
     }
 
@@ -222,21 +225,8 @@ impl<F: NorFlash> ParameterLog<F> {
         Some(StoredSet { at, len: u32::from(len) }).filter(|record| record.end() <= self.page_end)
     }
 
-    /// The last note behind the stored set. Sets that stand between them are not stored.
-    fn find_note(&mut self) -> Result<(), StoreError> {
-        let mut at = self.stored.map_or(self.page + PAGE_HEADER, StoredSet::end);
-        while at < self.free {
-            let word = self.word(at)?;
-            if let Some(note) = doubled(word).filter(|note| note & NOTE != 0) {
-                self.note = Some(note & !NOTE);
-            }
-            at = self.record(at, word).map_or(at + WORD, StoredSet::end);
-        }
-        Ok(())
-    }
-
     fn crc_of(&mut self, record: StoredSet) -> Result<u32, StoreError> {
-        let mut crc = CRC.digest();
+        let mut crc = Crc::new();
         let mut at = record.data();
         let end = at + record.len;
         let mut bytes = [0; 64];
@@ -246,7 +236,7 @@ impl<F: NorFlash> ParameterLog<F> {
             crc.update(part);
             at += part.len() as u32;
         }
-        Ok(end_crc(crc))
+        Ok(crc.end())
     }
 
     /// Takes the stored set and the note over to a page that is erased.
@@ -309,7 +299,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
         self.free += WORD;
         self.program(record.at, double(len as u16))?;
         self.free = record.end();
-        self.writing = Some(Writing { record, taken: 0, word: [0xFF; 4], crc: CRC.digest() });
+        self.writing = Some(Writing { record, taken: 0, word: [0xFF; 4], crc: Crc::new() });
         Ok(())
     }
 
@@ -341,7 +331,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
         if !record.len.is_multiple_of(WORD) {
             self.program(record.crc() - WORD, u32::from_le_bytes(take_word(&mut writing.word)))?;
         }
-        self.program(record.crc(), end_crc(writing.crc))?;
+        self.program(record.crc(), writing.crc.end())?;
         (self.stored, self.note) = (Some(record), None);
         Ok(())
     }
@@ -387,10 +377,27 @@ fn doubled(word: u32) -> Option<u16> {
     (word == double(number)).then_some(number)
 }
 
-/// The CRC, never the erased word.
-fn end_crc(crc: Digest<'static, u32, NoTable>) -> u32 {
-    match crc.finalize() {
-        ERASED => 0,
-        crc => crc,
+/// CRC-32 of ISO HDLC, bit by bit: sets are short and a table is a KiB.
+struct Crc(u32);
+
+impl Crc {
+    fn new() -> Crc {
+        Crc(u32::MAX)
+    }
+
+    #[inline(never)] // from two places
+    fn update(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 ^= u32::from(*byte);
+            for _ in 0..8 {
+                let feedback = if self.0 & 1 == 1 { 0xEDB8_8320 } else { 0 };
+                self.0 = self.0 >> 1 ^ feedback;
+            }
+        }
+    }
+
+    /// Never the erased word.
+    fn end(self) -> u32 {
+        if !self.0 == ERASED { 0 } else { !self.0 }
     }
 }

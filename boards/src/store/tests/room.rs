@@ -127,6 +127,18 @@ fn a_set_whose_crc_looks_erased_comes_back() {
     assert_eq!(after_restart(log.into_flash()), (vec![0xFF; 4], Opened::default()));
 }
 
+/// Compared with another implementation of the CRC. Page header and length are 12 bytes.
+#[test]
+fn a_set_ends_with_the_crc_of_iso_hdlc() {
+    for len in [1, 4, 7, 64, 65, 300] {
+        let (mut log, _) = open(Flash::erased());
+        save(&mut log, &set(9, len)).unwrap();
+        let at = 12 + len.next_multiple_of(4);
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&set(9, len));
+        assert_eq!(log.flash().bytes[at..at + 4], crc.to_le_bytes(), "{len} bytes");
+    }
+}
+
 #[test]
 fn the_pages_may_lie_anywhere() {
     let mut flash = Flash::erased();
