@@ -83,5 +83,5 @@ pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn Par
 pub(crate) fn node_id(straps: [Input<'static>; 5]) -> Result<NodeId, StrapError> {
     // Time for the pull-ups (40 kΩ) to charge a wire of some 100 pF: 50 µs.
     cortex_m::asm::delay(50 * 168);
-    straps::node_id(straps.each_ref().map(Input::is_low))
+    straps::node_id(straps.map(|strap| strap.is_low()))
 }

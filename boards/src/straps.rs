@@ -20,11 +20,11 @@ pub enum StrapError {
 /// # Errors
 /// [`StrapError`], see there.
 pub fn node_id(closed: [bool; 5]) -> Result<NodeId, StrapError> {
-    if closed.iter().filter(|strap| **strap).count() % 2 == 0 {
+    let bits = closed.into_iter().rev().fold(0u8, |bits, strap| bits << 1 | u8::from(strap));
+    if bits.count_ones() % 2 == 0 {
         return Err(StrapError::Parity);
     }
-    let [bit0, bit1, bit2, bit3, _parity] = closed;
-    let value = [bit3, bit2, bit1, bit0].into_iter().fold(0, |value, bit| value << 1 | u8::from(bit));
+    let value = bits & 0b1111;
     NodeId::new(value).filter(|id| *id != NodeId::MASTER).ok_or(StrapError::NotASlave(value))
 }
 
