@@ -268,10 +268,10 @@ fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> O
         Shape::Var | Shape::Array => attribute.directions(),
     };
     let declaration = quote! {
-        ::ecss_can::od::Object { index: #number, count: #count, code: #code, entries: #entries }
+        ::ecss_can::od::Object { index: #number, count: #count, entries: #entries }
     };
     let names = quote! {
-        ::ecss_can::od::Names { object: #title, entries: #names, structure: #structure }
+        ::ecss_can::od::Names { code: #code, object: #title, entries: #names, structure: #structure }
     };
     let (bits, set_bits) = (read.then_some(bits), written.then_some(set_bits));
     let record = matches!(attribute.shape, Shape::Record { .. }).then_some(value);

@@ -300,15 +300,15 @@ pub struct Object {
     pub index: u16,
     /// How many indices in a row.
     pub count: u16,
-    /// Kind.
-    pub code: ObjectCode,
     /// Sub-indices, in rising order.
     pub entries: &'static [Entry],
 }
 
-/// What an object and its entries are called: for EDS and DCF, not for images.
+/// What kind of object it is, and what it and its entries are called: for EDS and DCF, not for images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Names {
+    /// Kind.
+    pub code: ObjectCode,
     /// The object. With several in a row, their number is told where `{}` stands.
     pub object: &'static str,
     /// Its entries, beside [`Object::entries`].

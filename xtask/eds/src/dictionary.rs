@@ -40,7 +40,7 @@ pub fn describe<D: Objects>(nodes: &mut [(NodeId, D)]) -> Result<Dictionary, Err
             let index = object.index + instance;
             let described = Described {
                 name: numbered(names.object, instance, object.count)?,
-                code: object.code,
+                code: names.code,
                 values: values(nodes, index, object, names)?,
             };
             if dictionary.insert(index, described).is_some() {

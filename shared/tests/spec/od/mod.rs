@@ -342,18 +342,18 @@ fn names_and_kinds_are_those_of_the_declaration() {
     assert_eq!(described.len(), 18);
     let (object, names) = of(0x2001);
     assert_eq!(
-        (object.code, object.count, names.object, names.structure),
+        (names.code, object.count, names.object, names.structure),
         (ObjectCode::Var, 1, "Serial number", 0)
     );
     assert_eq!(of(0x2003).1.object, "Status");
-    assert_eq!(of(0x2009).0.code, ObjectCode::Domain);
-    let (object, names) = of(0x3000);
+    assert_eq!(of(0x2009).1.code, ObjectCode::Domain);
+    let (_, names) = of(0x3000);
     assert_eq!(
-        (object.code, names.entries),
+        (names.code, names.entries),
         (ObjectCode::Array, &["Highest sub-index supported", "Gains"][..])
     );
     let (object, names) = of(0x3100);
-    assert_eq!((object.code, object.count, names.object), (ObjectCode::Record, 4, "Channel {}"));
+    assert_eq!((names.code, object.count, names.object), (ObjectCode::Record, 4, "Channel {}"));
     assert_eq!(
         (names.entries, names.structure),
         (&["Highest sub-index supported", "Enabled", "Value"][..], 0x40)

@@ -54,11 +54,11 @@ fn objects_are_listed_where_they_belong() {
 #[test]
 fn objects_have_their_code_and_every_sub_index_its_section() {
     let eds = eds();
-    Fixture::describe(&mut |object, _| {
+    Fixture::describe(&mut |object, names| {
         for index in (0..object.count).map(|nth| object.index + nth) {
             let section = eds.section(&format!("{index:04X}"));
-            assert_eq!(section.number("ObjectType"), object.code as i128, "{index:04X}");
-            let subs: Vec<u8> = match object.code {
+            assert_eq!(section.number("ObjectType"), names.code as i128, "{index:04X}");
+            let subs: Vec<u8> = match names.code {
                 ObjectCode::Array | ObjectCode::Record => {
                     let range = |entry: &ecss_can::od::Entry| entry.sub..entry.sub + entry.count;
                     object.entries.iter().flat_map(range).collect()
