@@ -155,15 +155,17 @@ impl Manager {
         &mut self.peers
     }
 
-    /// Any frame on `bus`; `node`: its sender, where its COB-ID has one.
-    pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) {
+    /// Any frame on `bus`; `node`: its sender, where its COB-ID has one. Returns whether it is the first of a slave that
+    /// counts since the active bus changed: [`Manager::deadline`] may be earlier than it was. Other frames never make it so.
+    pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) -> bool {
         if bus == self.active {
             self.not_alone(at);
         }
-        if node.is_some_and(|node| self.peers.counts(node)) {
-            self.heard_here |= bus == self.active;
-            self.dwell.restart(at);
+        if !node.is_some_and(|node| self.peers.counts(node)) {
+            return false;
         }
+        self.dwell.restart(at);
+        bus == self.active && !core::mem::replace(&mut self.heard_here, true)
     }
 
     /// A heartbeat or boot-up message of another node.

@@ -108,6 +108,9 @@ impl Peers {
     pub fn assign(&mut self, node: NodeId, is_slave: bool) {
         let bit = node_bit(node);
         let was_slave = self.assigned & bit != 0;
+        if self.place(node).is_some() {
+            self.recheck(Instant::ZERO);
+        }
         if is_slave {
             self.assigned |= bit;
             self.unheard |= if self.place(node).is_none() { bit } else { 0 };
@@ -147,12 +150,12 @@ impl Peers {
         parameters: &Parameters,
     ) -> PeerHeartbeat {
         let (bit, consumer) = (node_bit(node), parameters.consumer);
-        let own = self.time(node, consumer);
+        let (own, counts) = (self.time(node, consumer), self.counted() & bit != 0);
         let Some(place) = self.places.get_mut(usize::from(node.get())) else {
             return PeerHeartbeat::default();
         };
         let known = place.is_some();
-        let peer = place.get_or_insert(Peer {
+        let peer = place.get_or_insert_with(|| Peer {
             state,
             heartbeat: Consumer::Unarmed,
             // What a slave heard on the other bus may take to come to the active one.
@@ -160,6 +163,8 @@ impl Peers {
             first_there: Instant::NEVER,
             last_there: Instant::ZERO,
         });
+        let may_be_elsewhere = counts && !active;
+        let was_elsewhere = may_be_elsewhere && peer.is_elsewhere(at, parameters);
         if active {
             peer.silent_at = at + consumer;
             (peer.first_there, peer.last_there) = (Instant::NEVER, Instant::ZERO);
@@ -170,8 +175,22 @@ impl Peers {
         let changed = !known || peer.state != state;
         peer.state = state;
         let waiting = matches!(state, NmtState::PreOperational | NmtState::Initialising);
-        let next = peer.silent_at.min(at + own).min(peer.elsewhere_at(parameters).max(at));
-        self.check = Some(self.check.map_or(next, |check| check.min(next)));
+        let mut next = peer.heartbeat.deadline(own).unwrap_or(Instant::NEVER);
+        // What was due before this heartbeat was checked then.
+        if counts && peer.silent_at > at {
+            next = next.min(peer.silent_at);
+        }
+        if may_be_elsewhere {
+            let elsewhere_at = peer.elsewhere_at(parameters);
+            if elsewhere_at > at {
+                next = next.min(elsewhere_at);
+            } else if !was_elsewhere {
+                next = at;
+            }
+        }
+        if next < Instant::NEVER {
+            self.check = Some(self.check.map_or(next, |check| check.min(next)));
+        }
         self.unheard &= !bit;
         if state == NmtState::Initialising {
             self.answered &= !bit;
@@ -256,7 +275,7 @@ impl Peers {
     /// The next stranger that was silent for ten consumer times, each once.
     pub fn next_forgotten(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
         let is_over = |peer: &Peer| peer.forgotten_at(consumer).is_some_and(|at| at <= now);
-        let (node, _) = self.each().find(|(node, peer)| !self.counts(*node) && is_over(peer))?;
+        let (node, _) = self.each().find(|(node, peer)| is_over(peer) && !self.counts(*node))?;
         self.forget(node);
         Some(node)
     }
@@ -270,28 +289,42 @@ impl Peers {
 
     /// Slaves that count and are silent on the active bus, and those that are heard there.
     pub(super) fn silent_and_heard(&self, now: Instant) -> (NodeSet, NodeSet) {
-        let set = |is_in: fn(&Peer, Instant) -> bool| self.set(|peer| is_in(peer, now));
-        (set(|peer, now| peer.silent_at <= now), set(|peer, now| peer.silent_at > now))
+        let (mut silent, mut heard) = (0, 0);
+        for (node, peer) in self.each_counted() {
+            let set = if peer.silent_at <= now { &mut silent } else { &mut heard };
+            *set |= node_bit(node);
+        }
+        (silent, heard)
     }
 
     /// Whether a slave that counts is silent on the active bus and heard on the other one for the hold time.
     pub fn is_any_elsewhere(&self, now: Instant, parameters: &Parameters) -> bool {
-        self.set(|peer| peer.is_elsewhere(now, parameters)) != 0
+        self.each_counted().any(|(_, peer)| peer.is_elsewhere(now, parameters))
     }
 
     /// All questions were asked at `now`: finds the next instant with something due.
     pub fn checked(&mut self, now: Instant, parameters: &Parameters) {
-        let (counted, consumer) = (self.counted(), parameters.consumer);
-        let due = self.each().flat_map(|(node, peer)| {
-            let decisions = if counted & node_bit(node) != 0 {
-                [Some(peer.silent_at), Some(peer.elsewhere_at(parameters))]
-            } else {
-                [peer.forgotten_at(consumer), None]
-            };
-            let to_come = decisions.into_iter().flatten().filter(|at| *at > now && *at < Instant::NEVER);
-            to_come.chain(peer.heartbeat.deadline(self.time(node, consumer)))
-        });
-        self.check = due.min();
+        let mut next = Instant::NEVER;
+        let mut add = |due: Instant| {
+            if due > now && due < next {
+                next = due;
+            }
+        };
+        for ((place, time), raw) in self.places.iter().zip(&self.times).zip(0_u8..) {
+            let Some(peer) = place else { continue };
+            if let Some(due) = peer.heartbeat.deadline(own_time(*time, parameters.consumer)) {
+                add(due);
+            } else if let Some(due) = peer.forgotten_at(parameters.consumer)
+                && NodeId::new(raw).is_some_and(|node| !self.counts(node))
+            {
+                add(due);
+            }
+        }
+        for (_, peer) in self.each_counted() {
+            add(peer.silent_at);
+            add(peer.elsewhere_at(parameters));
+        }
+        self.check = (next < Instant::NEVER).then_some(next);
     }
 
     /// When a node may have something due next.
@@ -309,10 +342,15 @@ impl Peers {
         self.assigned | self.answered
     }
 
-    /// Nodes that count and for which `is_in` holds.
-    fn set(&self, is_in: impl Fn(&Peer) -> bool) -> NodeSet {
-        let members = self.each().filter(|(_, peer)| is_in(peer));
-        members.fold(0, |set, (node, _)| set | node_bit(node)) & self.counted()
+    /// Those that count and were heard.
+    fn each_counted(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
+        let mut rest = self.counted();
+        let counted = core::iter::from_fn(move || {
+            let node = first(rest)?;
+            rest &= !node_bit(node);
+            Some(node)
+        });
+        counted.filter_map(|node| Some((node, self.place(node)?)))
     }
 
     fn forget(&mut self, node: NodeId) {

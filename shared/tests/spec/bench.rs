@@ -116,6 +116,19 @@ impl<N: Node> Bench<N> {
 
     pub fn link(&mut self, bus: Bus, event: LinkEvent) {
         self.with(|node, now, out| node.on_link(bus, &event, now, out));
+        self.check_deadline();
+    }
+
+    /// A node does at once what an event makes due: before its deadline it has nothing to do.
+    fn check_deadline(&mut self) {
+        let due = self.node.deadline().unwrap_or(Instant::NEVER);
+        if due <= self.now {
+            return;
+        }
+        let mut out = Outbox::new();
+        self.node.poll(self.now, &mut out);
+        assert!(out.pop_command().is_none() && out.pop_event().is_none(), "done before the deadline");
+        assert!(self.node.deadline().is_none_or(|next| next >= due), "the deadline was too late");
     }
 
     /// A frame ends now.

@@ -172,3 +172,25 @@ fn without_monitoring_the_master_stays() {
     manager.start(ms(0));
     assert_eq!(decisions(&mut manager, 60_000), []);
 }
+
+/// Given a node that does not count and has become silent on the active bus, When it is heard on the other bus, Then this
+/// alone makes nothing due.
+#[test]
+fn a_stranger_heard_on_the_other_bus_makes_nothing_due() {
+    let mut manager = unassigned();
+    for at in (10..=990).step_by(20) {
+        decisions(&mut manager, at);
+        word(&mut manager, REDUNDANT, 5, Operational, at);
+        assert!(manager.deadline().is_some_and(|due| due > ms(at)), "{at} ms");
+    }
+}
+
+/// Given a stranger that is known, When it is assigned, Then its silence counts at once.
+#[test]
+fn a_stranger_that_is_assigned_is_judged_at_once() {
+    let mut manager = unassigned();
+    word(&mut manager, REDUNDANT, 5, Operational, 10);
+    decisions(&mut manager, 20);
+    manager.peers_mut().assign(node(5), true);
+    assert!(manager.deadline().is_some_and(|due| due <= ms(20)));
+}

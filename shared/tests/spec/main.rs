@@ -22,6 +22,7 @@ mod instrument;
 mod link;
 mod manager;
 mod master;
+mod master_deadline;
 mod master_device;
 mod master_pdos;
 mod master_services;

@@ -21,6 +21,7 @@ use super::buses::BusNews;
 use super::services::Services;
 use super::{Device, MasterEvent, MasterRequest, Status};
 use crate::boot::Boot;
+use crate::link::Stamp;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, NmtSlave, Target};
@@ -190,7 +191,16 @@ impl<D: Device> Master<D> {
     }
 
     /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    #[inline]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        if until >= self.services.next {
+            self.run_all(until, now, out);
+        }
+    }
+
+    /// Looks at everything, whether it is due or not.
+    #[inline(never)] // most frames find nothing due
+    fn run_all(&mut self, until: Instant, now: Instant, out: &mut Out) {
         while let Some(bus) = self.services.buses.poll(until, out) {
             self.manager.on_health(bus, self.services.buses.health[bus], true, now);
             out.event(MasterEvent::BusFailed { bus });
@@ -210,6 +220,22 @@ impl<D: Device> Master<D> {
                 out.send_for(bus, frame, now, self.services.lifetimes.synchronous);
             }
         }
+        self.services.wake(self.due());
+    }
+
+    fn due(&self) -> Option<Instant> {
+        let is_sync_sent = self.manager.is_announced() && self.produces_sync();
+        let all = [
+            self.manager.deadline(),
+            self.services.buses.deadline(),
+            self.boot.deadline(),
+            self.transfers.deadline(),
+            self.identification_deadline(),
+            self.rivals.deadline(self.redundancy.quiet_time()),
+            self.device_deadline(),
+            self.sync.deadline().filter(|_| is_sync_sent),
+        ];
+        earliest(&all)
     }
 
     fn produces_sync(&self) -> bool {
@@ -256,10 +282,13 @@ impl<D: Device> Node for Master<D> {
         self.manager.start(now);
         self.boot_up(now, out);
         self.boot.start(now);
-        self.run(now, now, out);
+        self.run_all(now, now, out);
     }
 
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+        if let LinkEvent::Received { frame, stamp } = event {
+            return self.on_received(bus, frame, stamp, now, out);
+        }
         match self.services.buses.on_link(bus, event, now) {
             Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
             Some(BusNews::Failed(health)) => {
@@ -270,10 +299,6 @@ impl<D: Device> Node for Master<D> {
             None => {}
         }
         match event {
-            LinkEvent::Received { frame, stamp } => {
-                self.run(stamp.at.min(now), now, out);
-                self.on_received(bus, frame, *stamp, now, out);
-            }
             LinkEvent::Transmitted { frame, stamp } => {
                 self.on_transmitted(bus, frame, *stamp, now, out);
                 self.on_sdo_sent(bus, frame);
@@ -285,8 +310,15 @@ impl<D: Device> Node for Master<D> {
             LinkEvent::Unsent { frames } => self.on_unsent(bus, *frames),
             LinkEvent::Overrun { .. } => self.lost(bus),
             LinkEvent::Counters(_) => self.services.refresh_health(),
-            LinkEvent::Health(_) | LinkEvent::Stalled => {}
+            LinkEvent::Received { .. } | LinkEvent::Health(_) | LinkEvent::Stalled => {}
         }
+        self.run_all(now, now, out);
+    }
+
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        self.services.buses.received(bus);
+        self.run(stamp.at.min(now), now, out);
+        self.on_frame(bus, frame, stamp, now, out);
         self.run(now, now, out);
     }
 
@@ -297,27 +329,15 @@ impl<D: Device> Node for Master<D> {
             MasterRequest::Boot(node) => self.boot.queue(node),
             MasterRequest::SetTime(scet) => self.services.clock.set(scet, now),
         }
-        self.run(now, now, out);
+        self.run_all(now, now, out);
     }
 
     fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run(now, now, out);
+        self.run_all(now, now, out);
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let is_sync_sent = self.manager.is_announced() && self.produces_sync();
-        let all = [
-            self.manager.deadline(),
-            self.services.buses.deadline(),
-            self.boot.deadline(),
-            self.transfers.deadline(),
-            self.identification_deadline(),
-            self.rivals.deadline(self.redundancy.quiet_time()),
-            self.device_deadline(),
-            self.sync.deadline().filter(|_| is_sync_sent),
-            (self.services.next < Instant::NEVER).then_some(self.services.next),
-        ];
-        earliest(&all)
+        (self.services.next < Instant::NEVER).then_some(self.services.next)
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {

@@ -257,6 +257,7 @@ impl<D: Device> Master<D> {
             self.services.clear(ErrorCode::HEARTBEAT, node.get());
             self.services.next = Instant::ZERO;
         }
+        self.services.wake(self.services.monitor.deadline());
     }
 
     pub(super) fn device_deadline(&self) -> Option<Instant> {
@@ -265,10 +266,6 @@ impl<D: Device> Master<D> {
     }
 
     pub(super) fn run_device(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        let is_overdue = self.device_deadline().is_some_and(|deadline| deadline <= until);
-        if !(self.services.next <= until || is_overdue) {
-            return;
-        }
         self.services.next = Instant::NEVER;
         if self.are_filters_due {
             self.are_filters_due = !self.set_filters(out);
@@ -328,7 +325,7 @@ impl<D: Device> DeviceNode for Master<D> {
         if let Some(at) = self.services.write(at, value, now)? {
             self.on_written(at, now, out);
         }
-        self.run(now, now, out);
+        self.run_all(now, now, out);
         Ok(())
     }
 }

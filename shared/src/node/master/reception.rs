@@ -9,27 +9,29 @@ use crate::node::{Device, FailCause};
 use crate::types::{Bus, CobId, Frame, Instant, NodeId};
 
 impl<D: Device> Master<D> {
-    pub(super) fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: Stamp, now: Instant, out: &mut Out) {
+    /// A received frame. Makes the next run as early as what it changes needs: most frames change nothing.
+    pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let active = self.manager.active();
         if !self.services.buses.is_joined(bus, active) {
             return self.services.buses.ignored(bus);
         }
         let (id, node) = (frame.id(), frame.id().node());
         let producer = self.boot.producer(id).filter(|node| *node != NodeId::MASTER);
-        self.manager.on_frame(bus, producer, stamp.at);
+        if self.manager.on_frame(bus, producer, stamp.at) {
+            self.services.next = Instant::ZERO;
+        }
         if id == CobId::sdo_request(NodeId::MASTER) && bus == active {
             return self.on_sdo(bus, frame, now, out);
         }
         if id == CobId::heartbeat(NodeId::MASTER) {
             return self.on_rival(bus, stamp.at, out);
         }
-        if bus == active
-            && self.nmt.state().allows_pdo()
-            && self.services.on_pdo(bus, frame, &stamp, now, out)
+        if bus == active && self.nmt.state().allows_pdo() && self.services.on_pdo(bus, frame, stamp, now, out)
         {
             // Only an Operational node sends PDOs.
             if let Some(node) = producer {
                 self.boot.on_synchronous(node);
+                self.wake_boot();
             }
             return;
         }
@@ -40,7 +42,7 @@ impl<D: Device> Master<D> {
             return self.services.buses.ignored(bus);
         };
         if id == CobId::heartbeat(node) {
-            return self.on_heartbeat(bus, node, frame, stamp, now, out);
+            return self.on_heartbeat(bus, node, frame, *stamp, now, out);
         }
         if bus != active {
             return self.services.buses.ignored(bus);
@@ -80,11 +82,21 @@ impl<D: Device> Master<D> {
         if is_here {
             self.on_monitored(node, state, stamp.at);
         }
+        self.wake_boot();
+        self.services.wake(self.manager.peers().deadline());
         if heard.start && may_start {
             // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
             let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
             self.send_nmt(start, now, out);
         }
+    }
+
+    /// The boot-up process may have something to do, or a node that is to be asked who it is.
+    fn wake_boot(&mut self) {
+        if self.boot.is_due() {
+            self.services.next = Instant::ZERO;
+        }
+        self.services.wake(self.identification_deadline());
     }
 
     /// The master's heartbeat COB-ID in a frame of another node.

@@ -143,6 +143,7 @@ impl<D: Device> Master<D> {
         let was_used = is_ours
             && self.with_client(now, out, |client, mut send| client.on_response(payload, now, &mut send));
         self.transfers.is_due = true;
+        self.services.next = Instant::ZERO;
         if !was_used {
             self.services.buses.ignored(bus);
         }

@@ -7,6 +7,7 @@ mod failover;
 mod instructions;
 mod irq;
 mod load;
+mod master;
 mod rx;
 mod sdo;
 mod size;
@@ -35,6 +36,7 @@ pub const ALL: &[Area] = &[
     instructions::AREA,
     rx::AREA,
     load::AREA,
+    master::AREA,
     failover::AREA,
     demo::AREA,
     sdo::AREA,

@@ -1,0 +1,132 @@
+//! What heartbeats cost the master, in cycles.
+//!
+//! A master and slave 2 are on both buses. A foreign controller on the redundant bus sends the heartbeats of 80 nodes that
+//! the master does not know, and one on the nominal bus those of slave 3, whose SDO server has answered: it counts. For each
+//! heartbeat the cycles that the master is awake are counted, from the receive interrupt until it sleeps again; the flash has
+//! no wait states.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::board::{EmulatedBoard, Fittings, FlashTiming};
+use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
+
+use super::Area;
+use crate::context::{Context, FLOWN};
+use crate::row::Row;
+use demo::plan::BoardPlan;
+use support::board::Profile;
+use support::craft;
+
+pub const AREA: Area = Area { name: "master", about: "model cycles of the master per heartbeat", measure };
+
+/// Heartbeats of each kind.
+const HEARTBEATS: usize = 400;
+
+/// Between two heartbeats on one bus: those of 80 nodes take a tenth of a second.
+const SPACING: Time = Time::from_us(1_231);
+
+/// Node-IDs that the master does not know.
+const STRANGERS: std::ops::Range<u16> = 40..120;
+
+/// From the start of a heartbeat until the receiver has it, and a little less.
+const ON_THE_WIRE: Time = Time::from_us(48);
+
+/// A slave, Operational (CiA 301 7.2.8.3.2.2).
+const OPERATIONAL: &[u8] = &[5];
+
+/// Answer of slave 3 to the question for its device type (CiA 301 7.2.4.3.5).
+const DEVICE_TYPE: &[u8] = &[0x43, 0x00, 0x10, 0x00, 0, 0, 0, 0];
+
+/// From power-on until slave 2 has been started and knows its master.
+const BOOT: Time = Time::from_ms(1_500);
+
+/// Until a question has been asked, or its answer has been heard.
+const QUESTION: Time = Time::from_ms(20);
+
+/// Master, slave and foreign controllers.
+struct Network {
+    spacecraft: Spacecraft,
+    master: BoardId,
+    guests: [GuestId; 2],
+}
+
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+    let mut network = Network::new(context)?;
+    network.send(Bus::Nominal, 0x703, OPERATIONAL)?;
+    network.run_for(QUESTION)?;
+    network.send(Bus::Nominal, 0x583, DEVICE_TYPE)?;
+    network.run_for(QUESTION)?;
+    let of_slave = network.heartbeats(Bus::Nominal, 3..4)?;
+    // Once until all are known.
+    network.heartbeats(Bus::Redundant, STRANGERS)?;
+    let of_stranger = network.heartbeats(Bus::Redundant, STRANGERS)?;
+    let row = |name: &str, cycles: &[u64]| {
+        let worst = cycles.last().copied().unwrap_or(0);
+        let median = cycles.get(cycles.len() / 2).copied().unwrap_or(0);
+        let row = |name: String, cycles| Row::lower(name, cycles, "model_cycles");
+        [row(format!("heartbeat_of_{name}"), worst), row(format!("heartbeat_of_{name}_median"), median)]
+    };
+    Ok([row("slave", &of_slave), row("stranger", &of_stranger)].concat())
+}
+
+impl Network {
+    /// Long after power-on.
+    fn new(context: &Context) -> anyhow::Result<Network> {
+        let images = context.images(FLOWN, Profile::Standard)?;
+        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+        let mut board = |node, image| -> anyhow::Result<BoardId> {
+            let plan = BoardPlan {
+                node,
+                own_image: None,
+                crystal_ppm: 0.0,
+                position_m: f64::from(node),
+                power_on: Time::ZERO,
+            };
+            let config = plan.config(FLOWN, format!("node {node}"), craft::image(image)?);
+            let fittings = Fittings { flash_timing: FlashTiming::Ideal, ..Fittings::default() };
+            Ok(spacecraft.add_board(twin::board::BoardConfig { fittings, ..config }))
+        };
+        let master = board(craft::MASTER, &images.master)?;
+        board(2, &images.slave)?;
+        let guests = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 0.0));
+        let mut network = Network { spacecraft, master, guests };
+        network.run_for(BOOT)?;
+        Ok(network)
+    }
+
+    /// Lets time pass.
+    fn run_for(&mut self, time: Time) -> anyhow::Result<()> {
+        self.spacecraft.run_until(self.spacecraft.now() + time)?;
+        self.spacecraft.take_logs();
+        self.spacecraft.take_frames();
+        Ok(())
+    }
+
+    /// Sends a frame and lets it come to the end of the wire.
+    fn send(&mut self, bus: Bus, id: u16, data: &[u8]) -> anyhow::Result<()> {
+        let at = self.spacecraft.now() + Time::from_us(1);
+        self.spacecraft.inject(self.guests[bus as usize], at, WireFrame::standard(id, data));
+        self.run_for(Time::from_us(1) + ON_THE_WIRE)
+    }
+
+    /// Sends the heartbeats of these nodes in turn. Returns the cycles that the master takes for each, in rising order.
+    fn heartbeats(&mut self, bus: Bus, nodes: std::ops::Range<u16>) -> anyhow::Result<Vec<u64>> {
+        let mut cycles = Vec::new();
+        for node in nodes.cycle().take(HEARTBEATS) {
+            let end = self.spacecraft.now() + SPACING;
+            self.send(bus, 0x700 + node, OPERATIONAL)?;
+            let before = self.board().counters().cycles_awake;
+            while self.board().counters().cycles_awake == before || self.board().next_event() == Time::ZERO {
+                self.run_for(Time(1))?;
+            }
+            cycles.push(self.board().counters().cycles_awake - before);
+            self.run_for(end.since(self.spacecraft.now()))?;
+        }
+        cycles.sort_unstable();
+        Ok(cycles)
+    }
+
+    fn board(&self) -> &EmulatedBoard {
+        self.spacecraft.board(self.master)
+    }
+}
