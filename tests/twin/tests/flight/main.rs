@@ -8,6 +8,7 @@ mod babble;
 mod bus_off;
 mod craft;
 mod cuts;
+mod division;
 mod driver;
 mod foreign;
 mod intruders;
