@@ -22,16 +22,16 @@ core::arch::global_asm!(
     "mov r1, r0",
     "movs r0, #0",
     "movs r6, #32",
-    // The numerator moves up into the remainder, r4 and r5; the quotient follows it.
+    // The numerator moves up into the remainder, r4 and r5; the quotient follows it. No bit is lost: before the last round
+    // the remainder has 63.
     "1: adds r0, r0, r0",
     "adcs r1, r1",
     "adcs r4, r4",
     "adcs r5, r5",
-    "bcs 2f",
     "cmp r4, r2",
     "sbcs r12, r5, r3",
     "blo 3f",
-    "2: subs r4, r4, r2",
+    "subs r4, r4, r2",
     "sbc r5, r5, r3",
     "adds r0, #1",
     "3: subs r6, #1",
