@@ -7,7 +7,7 @@ use core::task::{Context, Poll};
 
 use super::TURN;
 use super::alarm::Alarm;
-use super::resources::{Core, Platform};
+use super::resources::{Core, Lines, Platform};
 use super::shared::{Shared, register};
 use crate::link::Stamp;
 use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
@@ -86,6 +86,12 @@ pub(super) struct Line<P: CanPort> {
     due: Instant,
 }
 
+impl<P: CanPort> Lines for Line<P> {
+    fn set_filters(&mut self, filters: &Filters) {
+        self.port.set_filters(filters);
+    }
+}
+
 impl<P: CanPort> Line<P> {
     #[inline]
     pub fn new(bus: Bus, port: P) -> Self {
@@ -97,10 +103,6 @@ impl<P: CanPort> Line<P> {
             looked: Instant::ZERO,
             due: Instant::ZERO,
         }
-    }
-
-    pub fn set_filters(&mut self, filters: &Filters) {
-        self.port.set_filters(filters);
     }
 
     /// As if it had looked at its controller then.

@@ -10,7 +10,7 @@ use super::bus::Line;
 use super::shared::Shared;
 use super::{BusRunner, DueRunner, Events, Handle, Telltale};
 use crate::link::port::CanPort;
-use crate::node::Node;
+use crate::node::{Filters, Node};
 use crate::time::Clock;
 use crate::types::{Bus, PerBus};
 
@@ -24,29 +24,66 @@ pub trait Platform: 'static {
 
 /// Everything that lives as long as a node: the node, its queues, both ports and the clock. The user owns it, in a `static`.
 pub struct Resources<B: Platform, N: Node> {
+    room: Room<B, N, PerBus<Line<B::Port>>>,
+}
+
+/// Storage of a node and of what it works with.
+pub(super) struct Room<B: Platform, N: Node, L> {
     // Apart: a node is large, and is made where it stays.
     node: StaticCell<N>,
-    around: StaticCell<Around<B, N, Lines<B>>>,
+    around: StaticCell<Around<B, N, L>>,
 }
-
-/// Those of both buses.
-type Lines<B> = PerBus<Line<<B as Platform>::Port>>;
 
 /// What a node works with. `L`: the lines of its buses.
-pub(super) struct Around<B: Platform, N: Node, L> {
-    pub core: Core<B, N>,
-    pub lines: L,
+struct Around<B: Platform, N: Node, L> {
+    core: Core<B, N>,
+    lines: L,
 }
 
-impl<B: Platform, N: Node> Around<B, N, Lines<B>> {
+/// One line or two.
+pub(super) trait Lines {
+    fn set_filters(&mut self, filters: &Filters);
+}
+
+impl<P: CanPort> Lines for PerBus<Line<P>> {
+    fn set_filters(&mut self, filters: &Filters) {
+        self.nominal.set_filters(filters);
+        self.redundant.set_filters(filters);
+    }
+}
+
+impl<B: Platform, N: Node, L: Lines> Around<B, N, L> {
     #[inline(never)] // its stack is not that on which a node is made
     fn power_on(&mut self) {
         let Around { core, lines } = self;
         let shared = core.shared.get_mut();
-        let filters = shared.node.filters();
-        lines.nominal.set_filters(&filters);
-        lines.redundant.set_filters(&filters);
+        lines.set_filters(&shared.node.filters());
         shared.power_on(core.clock.now());
+    }
+}
+
+impl<B: Platform, N: Node, L: Lines> Room<B, N, L> {
+    pub const fn new() -> Self {
+        Room { node: StaticCell::new(), around: StaticCell::new() }
+    }
+
+    /// Makes everything and powers the node on.
+    #[inline(always)] // its callers are not inlined
+    pub fn start(
+        &'static self,
+        node: impl FnOnce() -> N,
+        lines: impl FnOnce() -> L,
+        clock: B::Clock,
+        telltale: &'static Telltale,
+    ) -> (&'static Core<B, N>, &'static mut L) {
+        let node = make(black_box(self.node.try_uninit().unwrap()), node);
+        let around = || Around {
+            core: Core { shared: RefCell::new(Shared::new(node, telltale)), clock, telltale },
+            lines: lines(),
+        };
+        let around = make(black_box(self.around.try_uninit().unwrap()), around);
+        around.power_on();
+        (&around.core, &mut around.lines)
     }
 }
 
@@ -68,7 +105,7 @@ impl<B: Platform, N: Node> Core<B, N> {
 impl<B: Platform, N: Node> Resources<B, N> {
     /// Room for a node.
     pub const fn new() -> Self {
-        Resources { node: StaticCell::new(), around: StaticCell::new() }
+        Resources { room: Room::new() }
     }
 
     /// Makes the node and powers it on: sets the filters of both ports by its dictionary, and starts it. The ports come off
@@ -86,18 +123,11 @@ impl<B: Platform, N: Node> Resources<B, N> {
         clock: B::Clock,
         telltale: &'static Telltale,
     ) -> (Handle<B, N>, Events<B, N>, Runners<B, N>) {
-        let node = make(black_box(self.node.try_uninit().unwrap()), node);
-        let around = || Around {
-            core: Core { shared: RefCell::new(Shared::new(node, telltale)), clock, telltale },
-            lines: PerBus {
-                nominal: Line::new(Bus::Nominal, ports.nominal),
-                redundant: Line::new(Bus::Redundant, ports.redundant),
-            },
+        let lines = || PerBus {
+            nominal: Line::new(Bus::Nominal, ports.nominal),
+            redundant: Line::new(Bus::Redundant, ports.redundant),
         };
-        let around = make(black_box(self.around.try_uninit().unwrap()), around);
-        around.power_on();
-        let Around { core, lines } = around;
-        let core = &*core;
+        let (core, lines) = self.room.start(node, lines, clock, telltale);
         let runners = Runners {
             nominal: BusRunner::new(core, &mut lines.nominal),
             redundant: BusRunner::new(core, &mut lines.redundant),
@@ -110,7 +140,7 @@ impl<B: Platform, N: Node> Resources<B, N> {
 /// Makes a value in its place. The compiler leaves out the copy on the stack only where it knows nothing of the place but
 /// that nobody else has it: hence a function of its own, and the black boxes.
 #[inline(never)]
-pub(super) fn make<T>(place: &mut MaybeUninit<T>, value: impl FnOnce() -> T) -> &mut T {
+fn make<T>(place: &mut MaybeUninit<T>, value: impl FnOnce() -> T) -> &mut T {
     place.write(value())
 }
 

@@ -1,28 +1,20 @@
 //! Storage of a node on one bus.
 
-use core::cell::RefCell;
-use core::hint::black_box;
-
-use static_cell::StaticCell;
-
 use super::bus::Line;
-use super::resources::{Around, Core, make};
-use super::shared::Shared;
+use super::resources::Room;
 use super::{BusRunner, DueRunner, Events, Handle, Platform, Telltale};
 use crate::node::Node;
-use crate::time::Clock;
 use crate::types::Bus;
 
 /// As [`Resources`](super::Resources), for a node on one bus, such as a [`CanopenSlave`](crate::node::CanopenSlave).
 pub struct Single<B: Platform, N: Node> {
-    node: StaticCell<N>,
-    around: StaticCell<Around<B, N, Line<B::Port>>>,
+    room: Room<B, N, Line<B::Port>>,
 }
 
 impl<B: Platform, N: Node> Single<B, N> {
     /// Room for a node.
     pub const fn new() -> Self {
-        Single { node: StaticCell::new(), around: StaticCell::new() }
+        Single { room: Room::new() }
     }
 
     /// Makes the node and powers it on: sets the filters of the port by its dictionary, and starts it. The port comes off its
@@ -38,20 +30,12 @@ impl<B: Platform, N: Node> Single<B, N> {
         clock: B::Clock,
         telltale: &'static Telltale,
     ) -> (Handle<B, N>, Events<B, N>, SingleRunners<B, N>) {
-        let node = make(black_box(self.node.uninit()), node);
-        let around = || Around {
-            core: Core { shared: RefCell::new(Shared::new(node, telltale)), clock, telltale },
-            lines: Line::new(Bus::Nominal, port),
-        };
-        let Around { core, lines } = make(black_box(self.around.uninit()), around);
-        let shared = core.shared.get_mut();
-        lines.set_filters(&shared.node.filters());
-        shared.power_on(core.clock.now());
-        let core = &*core;
+        let line = || Line::new(Bus::Nominal, port);
+        let (core, line) = self.room.start(node, line, clock, telltale);
         (
             Handle::new(core),
             Events::new(core),
-            SingleRunners { bus: BusRunner::new(core, lines), due: DueRunner::new(core) },
+            SingleRunners { bus: BusRunner::new(core, line), due: DueRunner::new(core) },
         )
     }
 }
