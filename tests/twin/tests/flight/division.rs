@@ -15,10 +15,11 @@ const RAM: u32 = 0x2000_0000;
 /// Numerators and denominators: edges of words and of signs with each other, and random ones of every length.
 fn cases() -> Vec<[u64; 2]> {
     let near = |power: u32| [(1 << power) - 1, 1 << power, (1 << power) + 1];
-    let edges: Vec<u64> = [0, 1, 2, 3, 10, 84, 1_000, 1_000_000, 0xFFFF_FFFF_0000_0000, u64::MAX - 1, u64::MAX]
-        .into_iter()
-        .chain([16, 31, 32, 33, 62, 63].into_iter().flat_map(near))
-        .collect();
+    let edges: Vec<u64> =
+        [0, 1, 2, 3, 10, 84, 1_000, 1_000_000, 0xFFFF_FFFF_0000_0000, u64::MAX - 1, u64::MAX]
+            .into_iter()
+            .chain([16, 31, 32, 33, 62, 63].into_iter().flat_map(near))
+            .collect();
     let edges = edges.iter().flat_map(|numerator| edges.iter().map(|denominator| [*numerator, *denominator]));
     let mut random = fastrand::Rng::with_seed(11);
     let mut number = || random.u64(..) >> random.u32(..64);
