@@ -335,17 +335,23 @@ impl<P: CanPort> Line<P> {
     /// that is alone with its COB-ID. Other nodes may hold the bus against that one for any time.
     #[inline(never)] // few frames find all mailboxes taken
     fn preempt(&mut self, next: &Frame) {
-        let mailboxes = self.mailboxes.as_ref();
-        let pending =
-            || mailboxes.iter().enumerate().filter_map(|(number, slot)| Some((number, slot.as_ref()?)));
-        let id = |pending: &Pending| pending.outgoing.frame.id();
-        if !is_urgent(next.id()) || pending().any(|(_, pending)| pending.aborting.is_some()) {
+        if !is_urgent(next.id()) {
             return;
         }
-        let is_alone = |one: &Pending| pending().filter(|(_, other)| id(other) == id(one)).count() == 1;
-        let last =
-            pending().filter(|(_, one)| id(one) > next.id() && is_alone(one)).max_by_key(|(_, one)| id(one));
-        let Some((number, _)) = last else { return };
+        let mailboxes = self.mailboxes.as_ref();
+        let (mut last, mut id) = (None, next.id());
+        for (number, slot) in mailboxes.iter().enumerate() {
+            let Some(pending) = slot else { continue };
+            if pending.aborting.is_some() {
+                return;
+            }
+            let own = pending.outgoing.frame.id();
+            let is_same = |other: &&Pending| other.outgoing.frame.id() == own;
+            if own > id && mailboxes.iter().flatten().filter(is_same).count() == 1 {
+                (last, id) = (Some(number), own);
+            }
+        }
+        let Some(number) = last else { return };
         if let Some(Some(pending)) = self.mailboxes.as_mut().get_mut(number) {
             pending.aborting = Some(Abort::Preempted);
             self.port.abort(Mailbox(number as u8));
