@@ -104,6 +104,7 @@
 //! # }
 //! # impl CanPort for Port {
 //! #     type PerMailbox<T: Default> = [T; 3];
+//! #     const FILTERS: usize = 28;
 //! #     fn set_filters(&mut self, _: &[Filter]) {}
 //! #     fn set_filter(&mut self, _: u8, _: Filter) {}
 //! #     fn join(&mut self) {}

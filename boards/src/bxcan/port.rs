@@ -205,6 +205,9 @@ fn enable<I: Interrupt>() {
 impl CanPort for Port {
     type PerMailbox<T: Default> = [T; MAILBOXES];
 
+    /// Two to a bank.
+    const FILTERS: usize = 2 * BANKS;
+
     fn set_filters(&mut self, filters: &[Filter]) {
         let block = pac::CAN1;
         block.fmr().modify(|w| {

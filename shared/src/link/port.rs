@@ -26,7 +26,10 @@ pub trait CanPort {
     /// A value for each transmit mailbox: an array.
     type PerMailbox<T: Default>: AsRef<[T]> + AsMut<[T]> + Default;
 
-    /// Admit only these frames from now on. Called once, off the bus.
+    /// Acceptance filters that it has, 32 at most.
+    const FILTERS: usize;
+
+    /// Admit only these frames from now on, [`CanPort::FILTERS`] filters at most. Called once, off the bus.
     fn set_filters(&mut self, filters: &[Filter]);
 
     /// Admit other frames by one of these filters, on the bus or off it. Nothing happens for a number that was not set.
@@ -64,7 +67,8 @@ pub trait CanPort {
         reported
     }
 
-    /// Hands out the next event. While there is none, the task is woken at the next one.
+    /// Hands out the next event, in the order of time: at most [`LATE_RESULTS`] ends of transmissions come after a frame that
+    /// was received later. While there is none, the task is woken at the next one.
     fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent>;
 
     /// Waits for the next event. Cancel-safe: a dropped future loses no event.
@@ -72,6 +76,11 @@ pub trait CanPort {
         poll_fn(|context| self.poll_event(context)).await
     }
 }
+
+/// Ends of transmissions that a port may hand out after a frame that was received later. An acknowledgement of a sub-block
+/// (CiA 301 7.2.4.3.11) that names more segments than have left, these apart, is an earlier one, received twice. A port with no
+/// more mailboxes keeps that by itself.
+pub const LATE_RESULTS: u8 = 3;
 
 /// Frames that must never wait behind others: NMT, SYNC, EMCY, TIME and the Spacecraft Time PDO (181h).
 pub fn is_urgent(id: CobId) -> bool {
@@ -89,6 +98,9 @@ pub struct Filter {
 }
 
 impl Filter {
+    /// Every frame.
+    pub const ALL: Filter = Filter { id: CobId::NMT, mask: 0 };
+
     /// Exactly this COB-ID.
     pub const fn exact(id: CobId) -> Filter {
         Filter { id, mask: 0x7FF }

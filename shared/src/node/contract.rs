@@ -13,10 +13,10 @@ use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 pub const QUEUE_DEPTH: usize = 32;
 /// Events that may wait for the application.
 pub const APP_DEPTH: usize = 32;
-/// Most acceptance filters that a node asks a port for.
-pub const MAX_FILTERS: usize = 28;
+/// Most acceptance filters that a node asks a port for: it notes those that have changed in the bits of a word.
+pub const MAX_FILTERS: usize = u32::BITS as usize;
 
-/// Acceptance filters of a node.
+/// Acceptance filters of a node. A full list may lack some: then its port admits every frame.
 pub type Filters = heapless::Vec<Filter, MAX_FILTERS>;
 
 /// Report of a bus to its node.
@@ -108,7 +108,8 @@ pub trait Node: 'static {
     /// Requests of its application.
     type Request;
 
-    /// What it receives, by its dictionary. Each bus has these filters before power-on.
+    /// What it receives, by its dictionary. Each bus has these filters before power-on; the last ones become one that admits
+    /// every frame where a port has [too few](crate::link::port::CanPort::FILTERS).
     fn filters(&self) -> Filters;
 
     /// Power-on, at `now`. Called once, before anything else.

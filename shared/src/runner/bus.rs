@@ -10,9 +10,9 @@ use super::alarm::Alarm;
 use super::resources::{Core, Lines, Platform};
 use super::shared::{Shared, register};
 use crate::link::Stamp;
-use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
+use crate::link::port::{CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent, is_urgent};
 use crate::link::queue::{Full, Outgoing};
-use crate::node::{BusCommand, FailCause, Filters, LinkEvent, Node};
+use crate::node::{BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node};
 use crate::time::Clock;
 use crate::types::{Bus, Duration, Frame, Instant};
 
@@ -168,7 +168,11 @@ impl<P: CanPort> Line<P> {
                 self.port.leave();
             }
             BusCommand::Recover => self.port.recover(),
-            BusCommand::Filter { number, filter } => self.port.set_filter(number, filter),
+            // The last one may be that for every frame.
+            BusCommand::Filter { number, filter } if usize::from(number) + 1 < P::FILTERS => {
+                self.port.set_filter(number, filter);
+            }
+            BusCommand::Filter { .. } => {}
         }
     }
 
@@ -366,6 +370,16 @@ impl<P: CanPort> Line<P> {
             }
         }
         self.due = shared.queues[self.bus].next_expiry().map_or(due, |expiry| due.min(expiry));
+    }
+}
+
+/// The filters that a port has. If those of the node are more, the last one admits every frame.
+#[inline]
+pub(super) fn fit<P: CanPort>(filters: &mut Filters) {
+    const { assert!(P::FILTERS > 0 && P::FILTERS <= MAX_FILTERS, "a port has 1 to 32 filters") };
+    if let Some(last) = filters.get_mut(P::FILTERS - 1) {
+        *last = Filter::ALL;
+        filters.truncate(P::FILTERS);
     }
 }
 

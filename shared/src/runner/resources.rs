@@ -6,7 +6,7 @@ use core::mem::MaybeUninit;
 
 use static_cell::StaticCell;
 
-use super::bus::Line;
+use super::bus::{Line, fit};
 use super::shared::Shared;
 use super::{BusRunner, DueRunner, Events, Handle, Telltale};
 use crate::link::port::CanPort;
@@ -57,7 +57,9 @@ impl<B: Platform, N: Node, L: Lines> Around<B, N, L> {
     fn power_on(&mut self) {
         let Around { core, lines } = self;
         let shared = core.shared.get_mut();
-        lines.set_filters(&shared.node.filters());
+        let mut filters = shared.node.filters();
+        fit::<B::Port>(&mut filters);
+        lines.set_filters(&filters);
         shared.power_on(core.clock.now());
     }
 }

@@ -5,6 +5,7 @@
 //! that counted, and the next sub-block begins behind it, numbered from 1.
 
 use super::wire::LAST_OF_BLOCKS;
+use crate::link::port::LATE_RESULTS;
 use crate::types::{AbortCode, Instant};
 
 /// Most segments of a sub-block.
@@ -15,9 +16,6 @@ pub(super) const SEGMENT: u8 = 7;
 
 /// How many segments of a sub-block are given to the bus before the first of them has left.
 pub const WINDOW: u8 = 8;
-
-/// How many segments may be acknowledged before their controller reports that they left: as many as it has mailboxes.
-const LAG: u8 = 3;
 
 /// How many sub-blocks in a row may bring nothing. If there are more, the peer has begun something else, which is not
 /// understood in a sub-block, or does not understand acknowledgements.
@@ -239,7 +237,7 @@ impl Sender {
     /// The receiver ends the sub-block.
     pub fn on_ack(&mut self, ackseq: u8, size: u8, total: u32) -> Result<Ack, AbortCode> {
         let left = self.sent.saturating_sub(self.in_flight);
-        if ackseq == self.acked && ackseq > left.saturating_add(LAG).min(self.sent) {
+        if ackseq == self.acked && ackseq > left.saturating_add(LATE_RESULTS).min(self.sent) {
             return Ok(Ack::Repeat);
         }
         if ackseq > self.sent {

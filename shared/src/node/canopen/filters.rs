@@ -19,12 +19,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// heartbeats of another node with this Node-ID, as long as there are filters.
     pub fn filters(&self) -> Filters {
         let last = self.filters_of_rpdos() + D::Pdos::RECEIVE;
-        let mut filters: Filters = (0..=last).take(MAX_FILTERS - 1).map(|n| self.filter(n)).collect();
-        if last >= MAX_FILTERS - 1 {
-            // A controller has too few filters for all: the last one admits every frame.
-            let _ = filters.push(Filter { id: CobId::NMT, mask: 0 });
-        }
-        filters
+        (0..=last).take(MAX_FILTERS).map(|n| self.filter(n)).collect()
     }
 
     /// The first filter of the RPDOs.
@@ -51,7 +46,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     /// Notes that a filter has changed. The node sends it to its buses when it runs next.
     pub fn admit(&mut self, number: usize) {
-        if number < MAX_FILTERS - 1 {
+        if number < MAX_FILTERS {
             self.changed_filters |= 1 << number;
             self.services.next = Instant::ZERO;
         }

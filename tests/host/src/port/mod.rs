@@ -23,6 +23,8 @@ use mailbox::{MAILBOXES, Mailboxes};
 
 /// Received frames that wait for the task; more are lost and counted.
 pub const RECEIVE_DEPTH: usize = 16;
+/// Acceptance filters, as many as the boards have.
+const FILTERS: usize = 28;
 /// Bit time at 1 Mbit/s.
 pub const BIT: Time = Time(TICKS_PER_US);
 
@@ -169,6 +171,8 @@ impl Chip {
 
 impl CanPort for MockPort {
     type PerMailbox<T: Default> = [T; MAILBOXES];
+
+    const FILTERS: usize = FILTERS;
 
     fn set_filters(&mut self, filters: &[Filter]) {
         self.0.borrow_mut().filters = filters.to_vec();

@@ -24,6 +24,8 @@ pub struct Probe {
     pub told: Rc<RefCell<Vec<LinkEvent>>>,
     /// Frames it sends for every frame it receives.
     pub replies: u8,
+    /// Filters that it has beside that for heartbeats.
+    pub others: Vec<Filter>,
 }
 
 impl Node for Probe {
@@ -31,7 +33,7 @@ impl Node for Probe {
     type Request = BusCommand;
 
     fn filters(&self) -> Filters {
-        [Filter::function(id(0x700))].into_iter().collect()
+        [Filter::function(id(0x700))].into_iter().chain(self.others.iter().copied()).collect()
     }
 
     fn start(&mut self, _: Instant, out: &mut Outbox<()>) {
@@ -77,11 +79,14 @@ pub struct Bench {
 
 impl Bench {
     pub fn new(replies: u8) -> Bench {
+        Bench::with(Probe { replies, ..Probe::default() })
+    }
+
+    pub fn with(probe: Probe) -> Bench {
         let timeline = Timeline::new();
         let clock = MockClock::power_on(timeline.clone(), 0);
         let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
         let wire = ports.nominal.clone();
-        let probe = Probe { replies, ..Probe::default() };
         let telltale: &Telltale = Box::leak(Box::default());
         let resources: &Resources<MockBoard, Probe> = Box::leak(Box::default());
         let (node, _, runners) = resources.start(|| probe.clone(), ports, clock, telltale);

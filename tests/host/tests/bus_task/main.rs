@@ -8,7 +8,7 @@ use can_wire::time::Time;
 use ecss_can::link::port::{CanPort, ErrorState, Filter, Health, LastError, PortEvent};
 use ecss_can::link::queue::Outgoing;
 use ecss_can::node::{BusCommand, FailCause, LinkEvent, QUEUE_DEPTH};
-use ecss_can::types::{Bus, Duration, Instant};
+use ecss_can::types::{Bus, CobId, Duration, Instant};
 use futures_util::FutureExt;
 use host_worlds::clock::MockClock;
 use host_worlds::port::{MockPort, RECEIVE_DEPTH};
@@ -382,4 +382,22 @@ fn foreign_frames_are_filtered_and_long_dlcs_mean_eight_bytes() {
     assert!(
         matches!(&told[..], [LinkEvent::Received { frame, .. }] if frame.data() == [1, 2, 3, 4, 5, 6, 7, 8])
     );
+}
+
+/// Given a node with one filter more or less than its port can have beside one for all, When another frame arrives, Then it is
+/// admitted only if the filters are too few, also after the node changed the last of its own.
+#[test]
+fn too_few_filters_admit_every_frame() {
+    for (filters, is_admitted) in [(27, false), (28, true), (32, true)] {
+        let others = vec![Filter::exact(CobId::SYNC); filters - 1];
+        let mut bench = Bench::with(Probe { others, ..Probe::default() });
+        bench.start();
+        bench.see_eleven_recessive_bits();
+        for number in 27..32 {
+            bench.command(BusCommand::Filter { number, filter: Filter::exact(CobId::SYNC) });
+        }
+        bench.receive(WireFrame::standard(0x18A, &[1, 2]));
+        bench.pool.run_until_stalled();
+        assert_eq!(!bench.probe.told.borrow().is_empty(), is_admitted, "{filters} filters");
+    }
 }
