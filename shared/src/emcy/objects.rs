@@ -47,6 +47,7 @@ impl EmcyObjects {
     }
 
     /// How emergencies are sent.
+    #[inline(never)] // of several callers, neither in a hurry
     pub const fn config(&self) -> Config {
         Config::new(self.cob_id, self.inhibit)
     }

@@ -45,6 +45,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// Notes that a filter has changed. The node sends it to its buses when it runs next.
+    #[inline(never)] // of many callers, neither in a hurry
     pub fn admit(&mut self, number: usize) {
         if number < MAX_FILTERS {
             self.changed_filters |= 1 << number;

@@ -3,7 +3,7 @@
 
 use crate::heartbeat::ConsumerSlots;
 use crate::node::{Communication, Device, Extension, NetworkObjects, NodeObjects, index};
-use crate::od::CobIdEntry;
+use crate::od::{CobIdEntry, Objects};
 use crate::pdo::{Direction, PdoSlots};
 use crate::redundancy::RedundancyObjects;
 use crate::types::{AbortCode, Address, NodeId};
@@ -26,8 +26,13 @@ pub fn check<D: Device, E: Extension>(
     emcy.may_write(at, value)?;
     nmt.may_write(at, value)?;
     objects.consumers.may_write(at, value)?;
-    RedundancyObjects::may_write(at, value)?;
-    NetworkObjects::may_write(at, value)?;
+    // A node does not carry the rules of objects that it has not.
+    if const { has_object::<D, E>(index::REDUNDANCY) } {
+        RedundancyObjects::may_write(at, value)?;
+    }
+    if const { has_object::<D, E>(index::REQUEST_NMT) } {
+        NetworkObjects::may_write(at, value)?;
+    }
     match at.index {
         index::SYNC_COB_ID => {
             let sync = SYNC_IS_USED & value;
@@ -37,6 +42,11 @@ pub fn check<D: Device, E: Extension>(
         index::EMCY_COB_ID => free(!(has(SYNC_IS_USED & sync.cob_id, value) || is_sent(objects, value))),
         _ => Ok(()),
     }
+}
+
+/// Whether the node has the record or the array with this index.
+const fn has_object<D: Device, E: Extension>(index: u16) -> bool {
+    NodeObjects::<D, E>::DECLARED.find(Address::new(index, 1)).is_some()
 }
 
 /// Whether a PDO that becomes valid may have its identifier: SYNC (1005h) is no PDO, and emergencies (1014h) are no TPDO.
