@@ -14,10 +14,10 @@ impl Server {
     /// A request without a transfer.
     pub(super) fn initiate(
         &mut self,
-        payload: &Payload,
+        request: Request,
         turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> bool {
-        let (at, begun) = match Request::parse(payload) {
+        let (at, begun) = match request {
             Request::Download(at, content) => (at, self.download(at, content, turn)),
             Request::Upload(at) => (at, self.upload(at, turn)),
             Request::BlockDownload { at, crc, size } => (at, self.block_download(at, crc, size, turn)),

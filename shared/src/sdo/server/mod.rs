@@ -112,18 +112,23 @@ impl Server {
         payload: &Payload,
         turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> bool {
-        let went_on = match self.state {
-            State::Idle => None,
-            State::BlockDownload { .. } => Some(self.on_sub_block(payload, turn)),
-            _ => self.go_on(payload, turn),
-        };
-        went_on.unwrap_or_else(|| self.initiate(payload, turn))
+        if let State::BlockDownload { .. } = self.state {
+            return self.on_sub_block(payload, turn);
+        }
+        let request = Request::parse(payload);
+        if !matches!(self.state, State::Idle)
+            && let Some(used) = self.go_on(payload, &request, turn)
+        {
+            return used;
+        }
+        self.initiate(request, turn)
     }
 
     /// A request while a transfer runs. `None`: it is over, the request may begin another one.
     fn go_on(
         &mut self,
         payload: &Payload,
+        request: &Request,
         turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> Option<bool> {
         let [command, data @ ..] = payload;
@@ -144,7 +149,6 @@ impl Server {
             }
             _ => {}
         }
-        let request = Request::parse(payload);
         if request.is_initiate() {
             self.reset(turn.objects);
             return None;
@@ -156,14 +160,14 @@ impl Server {
             }
             (State::Download { toggle }, Request::DownloadSegment(segment)) => {
                 let toggle = *toggle;
-                self.on_download_segment(toggle, &segment, turn)
+                self.on_download_segment(toggle, segment, turn)
             }
             (State::Upload { toggle, offset }, Request::UploadSegment { toggle: asked }) => {
                 let (toggle, offset) = (*toggle, *offset);
-                if asked == toggle { self.send_segment(toggle, offset, turn) } else { Err(AbortCode::Toggle) }
+                if *asked == toggle { self.send_segment(toggle, offset, turn) } else { Err(AbortCode::Toggle) }
             }
             (State::BlockDownloadEnd(_), Request::BlockDownloadEnd { unused, crc }) => {
-                self.value.finish_blocks(unused, crc, turn.objects).map(|()| {
+                self.value.finish_blocks(*unused, *crc, turn.objects).map(|()| {
                     self.state = State::Idle;
                     turn.send(wire::block_end_answer());
                 })
@@ -173,7 +177,7 @@ impl Server {
                 self.send_sub_block(turn)
             }
             (State::BlockUpload(_), Request::BlockUploadAck { ackseq, block_size }) => {
-                match self.on_ack(ackseq, block_size, turn) {
+                match self.on_ack(*ackseq, *block_size, turn) {
                     Ok(true) => Ok(()),
                     Ok(false) => return Some(false),
                     Err(code) => Err(code),
