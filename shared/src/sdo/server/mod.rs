@@ -164,7 +164,11 @@ impl Server {
             }
             (State::Upload { toggle, offset }, Request::UploadSegment { toggle: asked }) => {
                 let (toggle, offset) = (*toggle, *offset);
-                if *asked == toggle { self.send_segment(toggle, offset, turn) } else { Err(AbortCode::Toggle) }
+                if *asked == toggle {
+                    self.send_segment(toggle, offset, turn)
+                } else {
+                    Err(AbortCode::Toggle)
+                }
             }
             (State::BlockDownloadEnd(_), Request::BlockDownloadEnd { unused, crc }) => {
                 self.value.finish_blocks(*unused, *crc, turn.objects).map(|()| {
