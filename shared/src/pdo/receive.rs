@@ -139,6 +139,14 @@ impl Configured {
     };
 }
 
+impl Configured {
+    /// What was told of its errors has yet to be taken back.
+    #[inline(never)] // of two callers, neither in a hurry
+    fn invalidate(&mut self) {
+        *self = Configured { taken: self.taken, ..Configured::INVALID };
+    }
+}
+
 impl<S: PdoSlots> Default for Rpdos<S> {
     fn default() -> Self {
         Self::new()
@@ -163,7 +171,7 @@ impl<S: PdoSlots> Rpdos<S> {
     pub fn clear(&mut self) {
         for (id, pdo) in self.ids.as_mut().iter_mut().zip(self.pdos.as_mut()) {
             *id = NONE;
-            *pdo = Configured { taken: pdo.taken, ..Configured::INVALID };
+            pdo.invalidate();
             self.has_events |= pdo.taken != 0;
         }
         self.index();
@@ -184,21 +192,16 @@ impl<S: PdoSlots> Rpdos<S> {
         else {
             return Err(AbortCode::NoObject);
         };
-        let (new_id, new) = match resolved {
-            None => (NONE, Configured::INVALID),
-            Some((id, layout)) => {
-                let synchronous = rules::is_synchronous(parameters.transmission);
-                let pdo = Configured {
-                    layout,
-                    timeout: parameters.event_timer,
-                    synchronous,
-                    ..Configured::INVALID
-                };
-                (id.raw(), pdo.with_plain())
-            }
-        };
+        pdo.invalidate();
+        *id = NONE;
+        if let Some((new_id, layout)) = resolved {
+            *id = new_id.raw();
+            pdo.layout = layout;
+            pdo.timeout = parameters.event_timer;
+            pdo.synchronous = rules::is_synchronous(parameters.transmission);
+            *pdo = pdo.with_plain();
+        }
         self.has_events |= pdo.taken != 0;
-        (*id, *pdo) = (new_id, Configured { taken: pdo.taken, ..new });
         self.index();
         Ok(())
     }

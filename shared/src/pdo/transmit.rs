@@ -177,22 +177,14 @@ impl<S: PdoSlots> Tpdos<S> {
         }
         let pdo = self.pdos.as_mut().get_mut(number).ok_or(AbortCode::NoObject)?;
         let old = *pdo;
-        let Some((_, layout)) = resolved else {
-            *pdo = Configured::INVALID;
-            self.index();
-            return Ok(());
-        };
-        *pdo = Configured {
-            id,
-            layout,
-            transmission: parameters.transmission,
-            sync_start: parameters.sync_start,
-            inhibit: parameters.inhibit,
-            event_timer: parameters.event_timer,
-            inhibit_end: old.inhibit_end,
-            ..Configured::INVALID
-        };
-        if self.operational {
+        *pdo = Configured::INVALID;
+        if let Some((id, layout)) = resolved {
+            (pdo.id, pdo.layout) = (Some(id), layout);
+            (pdo.transmission, pdo.sync_start) = (parameters.transmission, parameters.sync_start);
+            (pdo.inhibit, pdo.event_timer) = (parameters.inhibit, parameters.event_timer);
+            pdo.inhibit_end = old.inhibit_end;
+        }
+        if id.is_some() && self.operational {
             pdo.start(now);
             let waits_for_sync = old.transmission == 0 && old.syncs != IDLE;
             if waits_for_sync || old.due <= old.inhibit_end.max(now) {
