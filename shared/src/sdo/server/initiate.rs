@@ -34,6 +34,7 @@ impl Server {
         true
     }
 
+    #[inline(never)] // smaller than in its callers
     fn download(
         &mut self,
         at: Address,
