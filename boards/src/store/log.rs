@@ -377,7 +377,7 @@ fn doubled(word: u32) -> Option<u16> {
     (word == double(number)).then_some(number)
 }
 
-/// CRC-32 of ISO HDLC, bit by bit: sets are short and a table is a KiB.
+/// CRC-32 of ISO HDLC, bit by bit: sets are short, and a table is a KiB.
 struct Crc(u32);
 
 impl Crc {

@@ -145,7 +145,7 @@ impl Layout {
         self.bytes
     }
 
-    /// Bytes that a frame has at least: up to the last value that is not [optional](PdoUse::Optional).
+    /// Bytes that a frame has at least: up to the last value that is not [optional](crate::od::PdoUse::Optional).
     pub const fn least(&self) -> u8 {
         self.least
     }
