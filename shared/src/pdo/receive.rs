@@ -140,7 +140,7 @@ impl Configured {
 }
 
 impl Configured {
-    /// What was told of its errors has yet to be taken back.
+    /// Not valid any more. Its errors are gone, and the node has yet to report that.
     #[inline(never)] // of two callers, neither in a hurry
     fn invalidate(&mut self) {
         *self = Configured { taken: self.taken, ..Configured::INVALID };
