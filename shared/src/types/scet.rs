@@ -27,6 +27,16 @@ impl Scet {
         Some(Scet { units: (coarse as u64) << FINE_BITS | fine as u64 })
     }
 
+    /// From units of 2^-24 s; what is beyond 2^56 of them wraps.
+    pub const fn from_units(units: u64) -> Scet {
+        Scet { units: units & MASK }
+    }
+
+    /// Units of 2^-24 s, `0..2^56`.
+    pub const fn units(self) -> u64 {
+        self.units
+    }
+
     /// Seconds.
     pub const fn coarse(self) -> u32 {
         (self.units >> FINE_BITS) as u32
