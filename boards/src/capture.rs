@@ -11,11 +11,11 @@
 //! hands edges out in order, once, where a search looks back and needs no count: edges that were overwritten are not
 //! the pattern of a frame any more.
 //!
-//! TIM5 counts the low word of [`Ticks`]; the rest comes with the interrupt's time.
+//! TIM5 runs since power-on, as the uptime does; what its 32 bits cannot hold comes with the interrupt's time.
 
 use core::sync::atomic::{Ordering, fence};
 
-use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp, Ticks};
+use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp};
 use ecss_can::time::Clock;
 use ecss_can::types::{Bus, Frame, PerBus};
 use embassy_stm32::gpio::{AfType, Flex, Pull};
@@ -70,7 +70,7 @@ pub fn start(
     TIM5.arr().write_value(u32::MAX);
     // An interrupt in between would shift the axis of the stamps against the uptime for ever.
     cortex_m::interrupt::free(|_| {
-        TIM5.cnt().write_value(next_microsecond().low());
+        TIM5.cnt().write_value(next_microsecond().low::<PER_MICRO>());
         TIM5.cr1().modify(|w| w.set_cen(true));
     });
     // Dropping them would cut the timer off.
@@ -99,12 +99,12 @@ fn go_round(stream: St, capture: *const u32, ring: &'static Ring) {
 }
 
 /// The beginning of a microsecond of the uptime, when it is there. An uptime that stands still is taken as it is.
-fn next_microsecond() -> Ticks<PER_MICRO> {
+fn next_microsecond() -> Stamp {
     /// Ten times as many as a microsecond has cycles.
     const POLLS: usize = 1_680;
     let now = Uptime.now();
     let next = (0..POLLS).map(|_| Uptime.now()).find(|next| *next > now);
-    next.unwrap_or(now).into()
+    Stamp::interrupt(next.unwrap_or(now))
 }
 
 impl Edges {

@@ -6,4 +6,4 @@ pub mod port;
 pub mod queue;
 mod stamp;
 
-pub use stamp::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource, Ticks};
+pub use stamp::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource};

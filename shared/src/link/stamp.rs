@@ -6,42 +6,7 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use super::pattern::Pattern;
-use crate::types::{Frame, Instant};
-
-/// Since the node's power-on, in ticks of a capture timer that makes `PER_MICRO` in a microsecond, 1 to 256: [`Instant`] with
-/// more resolution.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Ticks<const PER_MICRO: u32>(u64);
-
-impl<const PER_MICRO: u32> Ticks<PER_MICRO> {
-    /// From ticks since power-on.
-    pub const fn new(ticks: u64) -> Self {
-        const { assert!(1 <= PER_MICRO && PER_MICRO <= 256, "a capture timer of 1 to 256 MHz") };
-        Ticks(ticks)
-    }
-
-    /// Ticks since power-on.
-    pub const fn get(self) -> u64 {
-        self.0
-    }
-
-    /// The low word, which a 32-bit timer counts.
-    pub const fn low(self) -> u32 {
-        self.0 as u32
-    }
-
-    /// Rounded down to a microsecond.
-    pub const fn instant(self) -> Instant {
-        Instant::from_micros(self.0 / PER_MICRO as u64)
-    }
-}
-
-impl<const PER_MICRO: u32> From<Instant> for Ticks<PER_MICRO> {
-    fn from(instant: Instant) -> Self {
-        Ticks::new(instant.as_micros().saturating_mul(u64::from(PER_MICRO)))
-    }
-}
+use crate::types::{FineInstant, Frame, Instant};
 
 /// When a frame ended: the last bit of its EOF, as the node's CAN_RX shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,8 +15,8 @@ impl<const PER_MICRO: u32> From<Instant> for Ticks<PER_MICRO> {
 pub struct Stamp {
     /// Rounded down to a microsecond, for protocol timers.
     pub at: Instant,
-    /// Ticks of the port's capture timer beyond that; zero without one.
-    beyond: u8,
+    /// Units of 2^-8 µs beyond that; zero without a capture timer.
+    fraction: u8,
     /// How it was measured.
     pub source: StampSource,
 }
@@ -72,28 +37,44 @@ pub enum StampSource {
 impl Stamp {
     /// Read in the interrupt that the frame raised.
     pub const fn interrupt(at: Instant) -> Stamp {
-        Stamp { at, beyond: 0, source: StampSource::Interrupt }
+        Stamp { at, fraction: 0, source: StampSource::Interrupt }
+    }
+
+    /// Measured by a timer that captures edges: one of a port that has its own way to find the edge of a frame.
+    pub const fn captured(end: FineInstant) -> Stamp {
+        Stamp { at: end.instant(), fraction: end.units() as u8, source: StampSource::Capture }
     }
 
     /// When the low word was `low`: the time nearest to that of the interrupt. 32 bits are divided, not 64.
     fn capture<const PER_MICRO: u32>(reported: Stamp, low: u32) -> Stamp {
+        let apart = later(low, low_word(reported.at, PER_MICRO));
         let per_micro = PER_MICRO as i32;
-        let apart = later(low, reported.low::<PER_MICRO>()) + i32::from(reported.beyond);
         let at = reported.at.as_micros().saturating_add_signed(i64::from(apart.div_euclid(per_micro)));
-        let beyond = apart.rem_euclid(per_micro) as u8;
-        Stamp { at: Instant::from_micros(at), beyond, source: StampSource::Capture }
+        let fraction = fraction_of(apart.rem_euclid(per_micro) as u32, PER_MICRO);
+        Stamp { at: Instant::from_micros(at), fraction, source: StampSource::Capture }
     }
 
-    /// In full. `PER_MICRO` is that of the port.
-    pub fn ticks<const PER_MICRO: u32>(&self) -> Ticks<PER_MICRO> {
-        let whole: Ticks<PER_MICRO> = self.at.into();
-        Ticks::new(whole.get().saturating_add(u64::from(self.beyond)))
+    /// In full.
+    pub fn fine(&self) -> FineInstant {
+        let whole: FineInstant = self.at.into();
+        FineInstant::from_units(whole.units().saturating_add(u64::from(self.fraction)))
     }
 
-    /// The low word of [`Stamp::ticks`], which takes one multiplication.
+    /// The low word of a timer that counts `PER_MICRO` in a microsecond and runs since power-on.
     pub const fn low<const PER_MICRO: u32>(&self) -> u32 {
-        (self.at.as_micros() as u32).wrapping_mul(PER_MICRO).wrapping_add(self.beyond as u32)
+        const UNITS: u32 = FineInstant::PER_MICRO as u32;
+        low_word(self.at, PER_MICRO).wrapping_add((self.fraction as u32 * PER_MICRO + UNITS / 2) / UNITS)
     }
+}
+
+/// The low word of a timer at the beginning of a microsecond.
+const fn low_word(at: Instant, per_micro: u32) -> u32 {
+    (at.as_micros() as u32).wrapping_mul(per_micro)
+}
+
+/// Units of 2^-8 µs in less than a microsecond of a timer, to the nearest.
+const fn fraction_of(ticks: u32, per_micro: u32) -> u8 {
+    ((ticks * FineInstant::PER_MICRO as u32 + per_micro / 2) / per_micro) as u8
 }
 
 /// Why the edges of a frame gave no stamp.
@@ -115,7 +96,7 @@ pub enum Miss {
 pub struct Captured {
     /// The cell that the next edge goes to, `0..EDGES`.
     pub next: usize,
-    /// Until then no later frame like the one in question was received or sent: low word of [`Ticks`], at least a bit
+    /// Until then no later frame like the one in question was received or sent: low word of the timer, at least a bit
     /// after the report.
     pub alone_until: u32,
 }
@@ -127,7 +108,8 @@ const SEARCHED: u32 = 4;
 /// Edges in a ring: at least 512 bits of any traffic.
 pub const EDGES: usize = 256;
 
-/// Falling edges of one CAN_RX line, written round and round by a DMA: low words of [`Ticks`].
+/// Falling edges of one CAN_RX line, written round and round by a DMA: low words of a timer that counts `PER_MICRO` in a
+/// microsecond, 1 to 256, and runs since power-on.
 ///
 /// No count of laps is kept: an edge that took the place of another does not fit the pattern of its neighbours.
 pub struct EdgeRing<const PER_MICRO: u32> {
@@ -146,6 +128,7 @@ impl<const PER_MICRO: u32> EdgeRing<PER_MICRO> {
 
     /// Without edges.
     pub const fn new() -> Self {
+        const { assert!(1 <= PER_MICRO && PER_MICRO <= 256, "a capture timer of 1 to 256 MHz") };
         EdgeRing { cells: [const { AtomicU32::new(0) }; EDGES] }
     }
 

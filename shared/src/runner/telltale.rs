@@ -58,7 +58,7 @@ impl Stamps {
         }
     }
 
-    /// Counts a stamp, by the low word of its [`Ticks`](crate::link::Ticks), or why there is none.
+    /// Counts a stamp, by the low word of its timer, or why there is none.
     pub fn note(&self, result: Result<u32, Miss>) {
         match result {
             Ok(low) => {

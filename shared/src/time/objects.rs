@@ -85,7 +85,7 @@ pub struct UtcSet {
     pub ms: u32,
     /// Submilliseconds of ms
     ///
-    /// Units of 2^-16 ms.
+    /// Microseconds of the millisecond, 0 to 999.
     #[sub(3, rww, pdo)]
     pub submilliseconds: u16,
 }
@@ -104,7 +104,7 @@ pub struct UtcGet {
     pub ms: u32,
     /// Submilliseconds of ms
     ///
-    /// Units of 2^-16 ms.
+    /// Microseconds of the millisecond, 0 to 999.
     #[sub(3, ro, pdo)]
     pub submilliseconds: u16,
 }
@@ -119,7 +119,7 @@ impl TryFrom<UtcSet> for Utc {
 
 impl From<Utc> for UtcGet {
     fn from(time: Utc) -> UtcGet {
-        UtcGet { day: time.day(), ms: time.ms(), submilliseconds: time.submilliseconds() }
+        UtcGet { day: time.day(), ms: time.ms(), submilliseconds: time.micros() }
     }
 }
 

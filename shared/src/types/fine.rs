@@ -22,6 +22,22 @@ impl FineInstant {
         self.0
     }
 
+    /// The nearest one to a count of a timer that makes `per_micro`, above zero, in a microsecond.
+    pub const fn from_ticks(ticks: u64, per_micro: u32) -> Self {
+        FineInstant(scaled(ticks, per_micro, Self::PER_MICRO as u32))
+    }
+
+    /// The nearest count of a timer that makes `per_micro` in a microsecond.
+    pub const fn ticks(self, per_micro: u32) -> u64 {
+        scaled(self.0, Self::PER_MICRO as u32, per_micro)
+    }
+
+    /// Later by this many units, earlier if negative; saturates.
+    #[must_use]
+    pub const fn plus(self, units: i64) -> Self {
+        FineInstant(self.0.saturating_add_signed(units))
+    }
+
     /// Rounded down to a microsecond.
     pub const fn instant(self) -> Instant {
         Instant::from_micros(self.0 / Self::PER_MICRO)
@@ -52,9 +68,15 @@ impl FineScet {
         self.0
     }
 
-    /// What a frame can carry of it: rounded down to 2^-24 s (7.1.2g: what is not carried is zero, not rounded).
+    /// What a frame can carry of it, to the nearest unit of 2^-24 s.
     pub const fn scet(self) -> Scet {
-        Scet::from_units(self.0 >> 8)
+        Scet::from_units(self.0.wrapping_add(0x80) >> 8)
+    }
+
+    /// Later by this many units of 2^-32 s, earlier if negative.
+    #[must_use]
+    pub const fn plus(self, units: i64) -> Self {
+        FineScet(self.0.wrapping_add_signed(units))
     }
 
     /// Units of 2^-32 s from `reference` to this time, negative when this is the earlier one. The shorter way round, so at most
@@ -68,4 +90,11 @@ impl From<Scet> for FineScet {
     fn from(scet: Scet) -> Self {
         FineScet(scet.units() << 8)
     }
+}
+
+/// `count` units, of which `from` are as long as `to` of those asked for, to the nearest; saturates.
+const fn scaled(count: u64, from: u32, to: u32) -> u64 {
+    let (from, to) = (from as u64, to as u64);
+    // In two parts: their product would not fit in 64 bits.
+    (count / from).saturating_mul(to).saturating_add(((count % from) * to + from / 2) / from)
 }

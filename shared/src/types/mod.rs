@@ -26,4 +26,4 @@ pub use nmt_state::NmtState;
 pub use node_id::NodeId;
 pub use periodic::Periodic;
 pub use scet::Scet;
-pub use utc::Utc;
+pub use utc::{Utc, UtcRelation};

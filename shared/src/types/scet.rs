@@ -47,6 +47,21 @@ impl Scet {
         (self.units & FINE_MASK) as u32
     }
 
+    /// With the highest `bits` of fine time, 0 to 24; the others are zero. What a device with less sends, and how it takes what
+    /// it receives (7.1.2g, h).
+    #[must_use]
+    pub const fn truncated(self, bits: u32) -> Scet {
+        let unused = FINE_BITS.saturating_sub(bits);
+        Scet { units: self.units >> unused << unused }
+    }
+
+    /// Whether it is before the other, the shorter way round the counter: it has no first time and no last, so that times have
+    /// no order of their own.
+    pub const fn is_before(self, other: Scet) -> bool {
+        let ahead = other.units.wrapping_sub(self.units) & MASK;
+        ahead != 0 && ahead <= MASK / 2
+    }
+
     /// Later by `span`, rounded to the nearest unit; wraps after 2^32 s.
     #[must_use]
     pub const fn plus(self, span: Duration) -> Scet {

@@ -1,6 +1,6 @@
 //! Spacecraft Elapsed Time.
 
-use ecss_can::types::{Duration, Scet};
+use ecss_can::types::{Duration, FineInstant, FineScet, Instant, Scet};
 
 use crate::bench::span;
 
@@ -30,17 +30,54 @@ fn coarse_has_32_bits_and_fine_24() {
     assert_eq!(Scet::new(0, 0x0100_0000), None);
 }
 
-/// No bit is unused, so that none has to be zero and none may be ignored.
-///
-/// Verifies: ECSS 7.1.2g, 7.1.2h
+/// Verifies: ECSS 7.1.2f
 #[test]
-fn all_24_bits_of_fine_time_are_sent_and_understood() {
+fn all_24_bits_of_fine_time_have_their_places() {
     for bit in 0..24 {
         let mut octets = [0; 7];
         octets[bit / 8] = 1 << (bit % 8);
         assert_eq!(scet(0, 1 << bit).encode(), octets, "bit {bit}");
         assert_eq!(Scet::decode(&octets), Some(scet(0, 1 << bit)), "bit {bit}");
     }
+}
+
+/// Verifies: ECSS 7.1.2g, 7.1.2h
+#[test]
+fn bits_that_a_device_lacks_are_zero_and_nothing_is_rounded_up() {
+    for (bits, fine) in [(24, 0xFF_FFFF), (16, 0xFF_FF00), (8, 0xFF_0000), (1, 0x80_0000), (0, 0)] {
+        assert_eq!(scet(7, 0xFF_FFFF).truncated(bits), scet(7, fine), "{bits} bits");
+    }
+}
+
+#[test]
+fn order_goes_the_shorter_way_round() {
+    assert!(scet(u32::MAX, 0xFF_FFFF).is_before(scet(0, 0)));
+    assert!(scet(5, 1).is_before(scet(5, 2)));
+    assert!(!scet(5, 2).is_before(scet(5, 2)));
+    assert!(!scet(0, 0).is_before(scet(u32::MAX, 0)));
+}
+
+/// A tick of 84 MHz is 256 / 84 = 3.047... units of 2^-8 us.
+#[test]
+fn ticks_of_a_timer_become_the_nearest_unit_and_come_back() {
+    for (ticks, units) in [(0, 0), (1, 3), (2, 6), (10, 30), (11, 34), (83, 253), (84, 256), (84_000_001, 256_000_003)] {
+        let at = FineInstant::from_ticks(ticks, 84);
+        assert_eq!((at.units(), at.ticks(84)), (units, ticks));
+    }
+    // 2^28 s, far beyond any mission: nothing has piled up.
+    let late = FineInstant::from_ticks((1 << 28) * 84_000_000 + 41, 84);
+    assert_eq!(late.units(), (1 << 28) * 256_000_000 + 125);
+    assert_eq!(FineInstant::from_units(255).instant(), Instant::ZERO);
+}
+
+/// Verifies: ECSS 7.1.2e
+#[test]
+fn a_time_of_32_bits_of_fraction_becomes_the_nearest_of_24() {
+    for (units, fine) in [(0x7F, 0), (0x80, 1), (0x017F, 1), (0xFFFF_FF7F, 0xFF_FFFF)] {
+        assert_eq!(FineScet::from_units(units).scet(), scet(0, fine));
+    }
+    assert_eq!(FineScet::from_units(u64::MAX).scet(), scet(0, 0));
+    assert_eq!(FineScet::from(scet(1, 2)).units(), 0x1_0000_0200);
 }
 
 #[test]

@@ -4,7 +4,7 @@
 
 use can_wire::encode::encode;
 use can_wire::frame::WireFrame;
-use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource, Ticks};
+use ecss_can::link::{Captured, EDGES, EdgeRing, Miss, Stamp, StampSource};
 use ecss_can::types::{CobId, Frame, Instant};
 
 /// Ticks of the node's timer in a microsecond.
@@ -139,8 +139,8 @@ fn id(frame: &WireFrame) -> u16 {
 /// How far a captured stamp is from the end of its frame, ticks.
 pub fn error(stamp: &Stamp, complete: &Complete) -> f64 {
     assert_eq!(stamp.source, StampSource::Capture);
-    let ticks: Ticks<PER_MICRO> = stamp.ticks();
-    assert_eq!(stamp.at, ticks.instant());
-    assert_eq!(Ticks::<PER_MICRO>::from(stamp.at).get() / 84, stamp.at.as_micros());
-    ticks.get() as f64 - complete.end
+    assert_eq!(stamp.at, stamp.fine().instant());
+    let ticks = stamp.fine().ticks(PER_MICRO);
+    assert_eq!(stamp.low::<PER_MICRO>(), ticks as u32);
+    ticks as f64 - complete.end
 }

@@ -35,7 +35,7 @@ fn a_sync_is_stamped_by_the_edge_of_dlc_bit_3() {
     let mut node = Node::new(0);
     node.follow(&line, complete.end);
     let stamp = node.stamp(&sync(), complete.end, complete.end).unwrap();
-    assert_eq!(stamp.ticks::<PER_MICRO>().get() as f64, complete.end + 11.0);
+    assert_eq!(stamp.fine().ticks(PER_MICRO) as f64, complete.end + 11.0);
 }
 
 /// How far a SYNC's stamp is off on a timer of another rate, ticks.
@@ -50,7 +50,7 @@ fn error_at<const RATE: u32>() -> f64 {
     let line = Captured { next: line.falls.len(), alone_until: end as u32 + RATE };
     let reported = Stamp::interrupt(Instant::from_micros(end as u64 / u64::from(RATE)));
     let stamp = ring.stamp(line, &Frame::of(CobId::SYNC, []), reported, RATE).unwrap();
-    (stamp.ticks::<RATE>().get() as f64 - end).abs()
+    (stamp.fine().ticks(RATE) as f64 - end).abs()
 }
 
 #[test]
