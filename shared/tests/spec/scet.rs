@@ -60,7 +60,9 @@ fn order_goes_the_shorter_way_round() {
 /// A tick of 84 MHz is 256 / 84 = 3.047... units of 2^-8 us.
 #[test]
 fn ticks_of_a_timer_become_the_nearest_unit_and_come_back() {
-    for (ticks, units) in [(0, 0), (1, 3), (2, 6), (10, 30), (11, 34), (83, 253), (84, 256), (84_000_001, 256_000_003)] {
+    for (ticks, units) in
+        [(0, 0), (1, 3), (2, 6), (10, 30), (11, 34), (83, 253), (84, 256), (84_000_001, 256_000_003)]
+    {
         let at = FineInstant::from_ticks(ticks, 84);
         assert_eq!((at.units(), at.ticks(84)), (units, ticks));
     }
