@@ -1,5 +1,7 @@
 //! One emulated board: a core, its peripherals, a crystal, straps, a debug probe that listens.
 
+mod access;
+mod edge;
 mod fittings;
 mod flash;
 
@@ -9,6 +11,8 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 
+pub use access::AccessError;
+pub use edge::Edge;
 pub use fittings::Fittings;
 use flash::FlashCare;
 pub use flash::Remains;
@@ -49,34 +53,6 @@ pub struct BoardConfig {
     /// Wires and surroundings.
     pub fittings: Fittings,
 }
-
-/// What the program asked for and nobody could give. The board stops there.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AccessError {
-    /// Name of the board.
-    pub board: String,
-    /// When.
-    pub at: Time,
-    /// The instruction.
-    pub pc: u32,
-    /// What it accessed.
-    pub address: u32,
-    /// A store, not a load or fetch.
-    pub write: bool,
-    /// Why it was refused.
-    pub refusal: Refusal,
-}
-
-impl fmt::Display for AccessError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let AccessError { board, at, pc, address, write, refusal } = self;
-        let kind = if *write { "store to" } else { "load from" };
-        let us = at.as_us();
-        write!(f, "{board}: {kind} {address:08X}h by the instruction at {pc:08X}h after {us} us: {refusal}")
-    }
-}
-
-impl std::error::Error for AccessError {}
 
 /// Whether a board's core runs.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -135,6 +111,7 @@ pub struct EmulatedBoard {
     flash: FlashCare,
     rtt: Rtt,
     log: Vec<Line>,
+    edges: Vec<Edge>,
     panicked: bool,
     counters: Counters,
     /// Frames admitted before the last reset.
@@ -196,6 +173,7 @@ impl EmulatedBoard {
             flash: FlashCare::default(),
             rtt: Rtt::new(&config.image),
             log: Vec::new(),
+            edges: Vec::new(),
             panicked: false,
             counters: Counters::default(),
             admitted_before: 0,
@@ -304,7 +282,12 @@ impl EmulatedBoard {
         [Side::Can1, Side::Can2].iter().map(|side| self.can_stats(*side).admitted()).sum()
     }
 
-    /// Changes of output pins since the last call.
+    /// Edges that timers made at pins since the last call, each at its own instant by the board's crystal.
+    pub fn take_edges(&mut self) -> Vec<Edge> {
+        std::mem::take(&mut self.edges)
+    }
+
+    /// Changes of output pins by stores of the program since the last call.
     pub fn take_pin_changes(&mut self) -> Vec<PinChange> {
         self.link.peripherals().take_pin_changes()
     }
@@ -526,6 +509,11 @@ impl EmulatedBoard {
     pub(crate) fn refresh(&mut self) {
         let link = self.link.clone();
         let mut peripherals = link.peripherals();
+        peripherals.run_timers(self.clock.now().cycle);
+        self.edges.extend(peripherals.take_timed_changes().into_iter().map(|change| {
+            let (at, fraction) = self.clock.exact_time_at(change.cycle);
+            Edge { at, fraction, pin: change.pin, high: change.high }
+        }));
         let clocks = peripherals.clocks();
         let clocks_changed = self.clocks != Some(clocks);
         if clocks_changed {

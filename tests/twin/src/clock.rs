@@ -85,6 +85,15 @@ impl BoardClock {
         then.now.time
     }
 
+    /// When the cycle `cycle` begins, which may lie in the past: the tick that has begun, and how much of it has passed.
+    pub fn exact_time_at(&self, cycle: u64) -> (Time, f64) {
+        let denominator = i128::from(self.denominator);
+        let cycles = i128::from(cycle) - i128::from(self.now.cycle);
+        let span = cycles * i128::from(self.numerator) + i128::from(self.remainder);
+        let ticks = i128::from(self.now.time.0) + span.div_euclid(denominator);
+        (Time(ticks.max(0) as u64), span.rem_euclid(denominator) as f64 / self.denominator as f64)
+    }
+
     /// The cycle that runs at `time`, which may lie in the past: then as if its cycles had been as long as those now.
     pub fn cycle_at(&self, time: Time) -> u64 {
         let denominator = i128::from(self.denominator);

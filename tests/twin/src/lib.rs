@@ -15,7 +15,8 @@
 //!   close the model is stands in `accelerator`.
 //! * Flash that programs and erases, takes its typical time for it, lets the core wait, and keeps its content without power;
 //!   power may fail in any of its operations ([`board::EmulatedBoard::cut_power_at`]).
-//! * TIM2 and TIM5, upwards: compare, input capture, their DMA requests. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
+//! * TIM2, TIM3 and TIM5, upwards: compare, input capture, their DMA requests; TIM5 starts TIM3, and both drive pins, at
+//!   instants that [`board::EmulatedBoard::take_edges`] gives to fractions of a tick. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
 //!   two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
 //! * DMA1 from peripheral to memory in direct mode, single or circular buffers. A transfer takes no time.
 //! * The independent watchdog on an LSI of any frequency in the data sheet; ADC1 for one conversion at a time of the

@@ -1,6 +1,7 @@
 //! GPIO ports A to I: modes, pulls, outputs with the times of their changes, alternate functions.
 //!
-//! RM0090 chapter 8. A pin reads what drives it: its own output, the harness, else its pull; nothing at all reads low.
+//! RM0090 chapter 8. A pin reads what drives it: its own output, a timer, the harness, else its pull; nothing at all reads
+//! low.
 //! Open-drain, speed and the configuration lock are stored without effect.
 
 use can_wire::time::Time;
@@ -16,6 +17,9 @@ const AFRH: u32 = 0x24;
 const INPUT: u32 = 0;
 const OUTPUT: u32 = 1;
 const ALTERNATE: u32 = 2;
+
+/// The alternate function of TIM3, TIM4 and TIM5.
+pub(super) const TIMER_AF: u32 = 2;
 
 /// A pin of the package.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -71,6 +75,9 @@ pub struct Gpio {
     /// Pins that the harness drives, and their levels.
     driven: u32,
     levels: u32,
+    /// Pins for which a timer has an output, and its levels.
+    timed: u32,
+    timed_levels: u32,
 }
 
 impl Gpio {
@@ -85,12 +92,13 @@ impl Gpio {
         words[0] = moder;
         words[2] = ospeedr;
         words[3] = pupdr;
-        Gpio { port, words, driven: 0, levels: 0 }
+        Gpio { port, words, driven: 0, levels: 0, timed: 0, timed_levels: 0 }
     }
 
-    /// RCC or a system reset; what the harness drives stays.
+    /// RCC or a system reset; what the harness and timers drive stays.
     pub fn reset(&mut self) {
-        *self = Gpio { driven: self.driven, levels: self.levels, ..Gpio::new(self.port) };
+        let Gpio { port, driven, levels, timed, timed_levels, .. } = *self;
+        *self = Gpio { driven, levels, timed, timed_levels, ..Gpio::new(port) };
     }
 
     fn word(&self, offset: u32) -> u32 {
@@ -118,11 +126,25 @@ impl Gpio {
         (self.driven >> n & 1 == 1).then_some(self.levels >> n & 1 == 1)
     }
 
+    /// A timer drives pin `n` to this level as soon as the pin carries it, or does so no more. Returns whether the pin's
+    /// output changes now.
+    pub fn drive_by_timer(&mut self, n: u32, level: Option<bool>) -> bool {
+        let before = self.outputs();
+        self.timed = self.timed & !(1 << n) | u32::from(level.is_some()) << n;
+        self.timed_levels = self.timed_levels & !(1 << n) | u32::from(level == Some(true)) << n;
+        self.outputs() != before
+    }
+
+    fn is_timed(&self, n: u32) -> bool {
+        self.timed >> n & 1 == 1 && self.alternate_function(n) == Some(TIMER_AF)
+    }
+
     /// Levels of the pins, as IDR shows them.
     pub fn idr(&self) -> u32 {
         (0..16).fold(0, |idr, n| {
             let high = match self.mode(n) {
                 OUTPUT => self.word(ODR) >> n & 1 == 1,
+                ALTERNATE if self.is_timed(n) => self.timed_levels >> n & 1 == 1,
                 INPUT | ALTERNATE if self.driven >> n & 1 == 1 => self.levels >> n & 1 == 1,
                 INPUT | ALTERNATE => self.word(PUPDR) >> (2 * n) & 0b11 == 1,
                 // Analog: the Schmitt trigger is off and reads low.
@@ -132,9 +154,13 @@ impl Gpio {
         })
     }
 
-    /// Outputs that drive high; pins in other modes are 0.
+    /// Outputs that drive high, those of timers included; pins in other modes are 0.
     fn outputs(&self) -> u32 {
-        (0..16).filter(|&n| self.mode(n) == OUTPUT).fold(0, |out, n| out | self.word(ODR) & 1 << n)
+        (0..16).fold(0, |out, n| match self.mode(n) {
+            OUTPUT => out | self.word(ODR) & 1 << n,
+            ALTERNATE if self.is_timed(n) => out | self.timed_levels & 1 << n,
+            _ => out,
+        })
     }
 
     /// A load; `None` for what does not exist.

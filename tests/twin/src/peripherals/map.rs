@@ -8,6 +8,7 @@ pub(super) const AHB1: u32 = 0x00;
 pub(super) const APB1: u32 = 0x10;
 pub(super) const APB2: u32 = 0x14;
 pub(super) const TIM2_BIT: u32 = 0;
+pub(super) const TIM3_BIT: u32 = 1;
 pub(super) const TIM5_BIT: u32 = 3;
 pub(super) const ADC1_BIT: u32 = 8;
 pub(super) const DMA1_BIT: u32 = 21;
@@ -19,6 +20,7 @@ pub(super) const SYSCFG_BIT: u32 = 14;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Block {
     Tim2,
+    Tim3,
     Tim5,
     Iwdg,
     Can,
@@ -39,6 +41,7 @@ impl Block {
     pub(super) fn at(part: Part, address: u32) -> Option<(Block, u32)> {
         let block = match address & !0x3FF {
             0x4000_0000 => Block::Tim2,
+            0x4000_0400 => Block::Tim3,
             0x4000_0C00 => Block::Tim5,
             0x4000_3000 => Block::Iwdg,
             0x4000_6400 | 0x4000_6800 => return Some((Block::Can, 0x4000_6400)),
@@ -60,10 +63,16 @@ impl Block {
         Some((block, address & !0x3FF))
     }
 
+    /// Whether an access meets what TIM3 and TIM5 have done until then.
+    pub(super) fn shows_timers(self) -> bool {
+        matches!(self, Block::Tim3 | Block::Tim5 | Block::Gpio(_) | Block::Rcc)
+    }
+
     /// Its clock gate; some blocks have none.
     pub(super) fn gate(self, offset: u32) -> Option<Gate> {
         let (bus, bit) = match self {
             Block::Tim2 => (APB1, TIM2_BIT),
+            Block::Tim3 => (APB1, TIM3_BIT),
             Block::Tim5 => (APB1, TIM5_BIT),
             Block::Can if offset < 0x400 => (APB1, CAN1_BIT),
             Block::Can => (APB1, CAN2_BIT),

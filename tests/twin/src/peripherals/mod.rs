@@ -27,16 +27,17 @@ use dma::{Dma, Transfer};
 use exti::{Exti, Syscfg};
 pub(crate) use flash::Change;
 use flash::{ACR, Flash};
-use gpio::Gpio;
+use gpio::{Gpio, TIMER_AF};
 pub use gpio::{Pin, PinChange};
 use iwdg::Iwdg;
 use map::{
-    ADC1_BIT, AHB1, APB1, APB2, Block, CAN1_BIT, CAN2_BIT, DMA1_BIT, PWR_BIT, SYSCFG_BIT, TIM2_BIT, TIM5_BIT,
+    ADC1_BIT, AHB1, APB1, APB2, Block, CAN1_BIT, CAN2_BIT, DMA1_BIT, PWR_BIT, SYSCFG_BIT, TIM2_BIT, TIM3_BIT,
+    TIM5_BIT,
 };
 pub use rcc::{Clocks, ResetCause};
 use rcc::{Gate, Rcc};
 use system::{Dbgmcu, Pwr, signature};
-use timer::Timer;
+use timer::{Kind, Timer};
 
 /// Levels of the NVIC inputs 0..=95.
 pub type IrqLevels = [u32; 3];
@@ -44,6 +45,7 @@ pub type IrqLevels = [u32; 3];
 const IDCODE_REVISION_A: u32 = 0x2000_6411;
 const FLASH_IRQ: u16 = 4;
 const TIM2_IRQ: u16 = 28;
+const TIM3_IRQ: u16 = 29;
 const TIM5_IRQ: u16 = 50;
 const ADC_IRQ: u16 = 18;
 /// TX, RX0, RX1, SCE of CAN1 and CAN2.
@@ -53,10 +55,32 @@ const CAN_PINS: [(Side, [u32; 2]); 2] = [(Side::Can1, [8, 9]), (Side::Can2, [12,
 const CAN_AF: u32 = 9;
 const PORT_A: usize = 0;
 const PORT_B: usize = 1;
-/// TIM5_CH1 on PA0 and TIM5_CH2 on PA1, where the wires from CAN_RX end.
-const TIM5_AF: u32 = 2;
+/// Their trigger inputs: ITR2 of TIM3 is TIM5 (RM0090 table 93, RM0390 the same). What TIM2 gives out is not modelled.
+const TIM2: Kind = Kind { bits: 32, trigger: None, drives_pins: false };
+const TIM3: Kind = Kind { bits: 16, trigger: Some(2), drives_pins: true };
+const TIM5: Kind = Kind { bits: 32, trigger: None, drives_pins: true };
+/// Pins of the channels of TIM3 and TIM5 (DS8626 table 9, DS10693 table 11).
+const TIM3_PINS: [&[Pin]; 4] = [
+    &[Pin::new('A', 6), Pin::new('B', 4), Pin::new('C', 6)],
+    &[Pin::new('A', 7), Pin::new('B', 5), Pin::new('C', 7)],
+    &[Pin::new('B', 0), Pin::new('C', 8)],
+    &[Pin::new('B', 1), Pin::new('C', 9)],
+];
+const TIM5_PINS: [&[Pin]; 4] =
+    [&[Pin::new('A', 0)], &[Pin::new('A', 1)], &[Pin::new('A', 2)], &[Pin::new('A', 3)]];
 const LSI_HZ: u32 = 32_000;
 const ROOM_TEMPERATURE_C: f64 = 25.0;
+
+/// A timer changed the level of a pin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TimedChange {
+    /// The HCLK cycle at which it did.
+    pub cycle: u64,
+    /// Which pin.
+    pub pin: Pin,
+    /// The level from then on.
+    pub high: bool,
+}
 
 /// All peripherals of one board.
 #[derive(Debug)]
@@ -71,12 +95,14 @@ pub struct Peripherals {
     exti: Exti,
     syscfg: Syscfg,
     tim2: Timer,
+    tim3: Timer,
     tim5: Timer,
     dma1: Dma,
     iwdg: Iwdg,
     adc: Adc,
     can: BxcanPair,
     pin_changes: Vec<PinChange>,
+    timed_changes: Vec<TimedChange>,
 }
 
 /// PCLK1 until the board says what it is: HSI, exact.
@@ -98,13 +124,15 @@ impl Peripherals {
             gpio: std::array::from_fn(Gpio::new),
             exti: Exti::default(),
             syscfg: Syscfg::default(),
-            tim2: Timer::default(),
-            tim5: Timer::default(),
+            tim2: Timer::new(TIM2, 1),
+            tim3: Timer::new(TIM3, 1),
+            tim5: Timer::new(TIM5, 1),
             dma1: Dma::default(),
             iwdg: Iwdg::new(LSI_HZ),
             adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
             pin_changes: Vec::new(),
+            timed_changes: Vec::new(),
         }
     }
 
@@ -140,6 +168,7 @@ impl Peripherals {
         self.exti = Exti::default();
         self.syscfg = Syscfg::default();
         self.tim2.reset();
+        self.tim3.reset();
         self.tim5.reset();
         self.dma1 = Dma::default();
         self.iwdg.reset();
@@ -158,8 +187,12 @@ impl Peripherals {
     pub fn read(&mut self, now: Now, address: u32, width: Width) -> Result<u32, Refusal> {
         let (block, offset) = self.select(address, width, false)?;
         let word = offset & !3;
+        if block.shows_timers() {
+            self.run_timers(now.cycle);
+        }
         let value = match block {
             Block::Tim2 => Some(self.tim2.read(now.cycle, word)?),
+            Block::Tim3 => Some(self.tim3.read(now.cycle, word)?),
             Block::Tim5 => Some(self.tim5.read(now.cycle, word)?),
             Block::Dma1 => Some(self.dma1.read(word)?),
             Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
@@ -191,14 +224,18 @@ impl Peripherals {
         let value = match self.kept(now, block, word) {
             Some(old) => width.merge(address, old, value),
             // Timers look at the width of the access.
-            None if matches!(block, Block::Tim2 | Block::Tim5) => value,
+            None if matches!(block, Block::Tim2 | Block::Tim3 | Block::Tim5) => value,
             None => width.duplicate(value),
         };
         if matches!((block, word), (Block::Flash, ACR)) && value & PRFTEN != 0 && self.lacks_prefetch() {
             return Err(Refusal::Misuse);
         }
+        if block.shows_timers() {
+            self.run_timers(now.cycle);
+        }
         let done = match block {
             Block::Tim2 => Some(self.tim2.write(now.cycle, word, width, value)?),
+            Block::Tim3 => Some(self.tim3.write(now.cycle, word, width, value)?),
             Block::Tim5 => Some(self.tim5.write(now.cycle, word, width, value)?),
             Block::Dma1 => Some(self.dma1.write(word, value)?),
             Block::Iwdg => Some(self.iwdg.write(now.time, word, value)?),
@@ -254,7 +291,8 @@ impl Peripherals {
                 gpio.reset();
             }
         }
-        for (timer, bit) in [(&mut self.tim2, TIM2_BIT), (&mut self.tim5, TIM5_BIT)] {
+        let timers = [(&mut self.tim2, TIM2_BIT), (&mut self.tim3, TIM3_BIT), (&mut self.tim5, TIM5_BIT)];
+        for (timer, bit) in timers {
             if hit(APB1, bit) {
                 timer.reset();
             }
@@ -286,6 +324,7 @@ impl Peripherals {
     /// Applies a changed clock tree from `cycle` on; `pclk1` is the length of a PCLK1 tick.
     pub fn set_clocks(&mut self, cycle: u64, clocks: Clocks, pclk1: PclkTick) {
         self.tim2.set_divider(cycle, clocks.timer1_divider);
+        self.tim3.set_divider(cycle, clocks.timer1_divider);
         self.tim5.set_divider(cycle, clocks.timer1_divider);
         self.adc.set_divider(clocks.apb2_divider);
         self.can.set_pclk(pclk1);
@@ -308,7 +347,7 @@ impl Peripherals {
             return false;
         }
         gpio.drive(n, Some(level));
-        let captured = gpio.alternate_function(n) == Some(TIM5_AF)
+        let captured = gpio.alternate_function(n) == Some(TIMER_AF)
             && self.rcc.is_clocked(Gate { bus: APB1, bit: TIM5_BIT })
             && self.tim5.edge(n, cycle, level);
         let external = self.syscfg.exti_port(n) == PORT_A;
@@ -368,6 +407,31 @@ impl Peripherals {
         }
     }
 
+    /// Lets TIM5 and TIM3 count until `cycle`: one starts the other, both drive pins.
+    pub fn run_timers(&mut self, cycle: u64) {
+        self.tim5.catch_up(cycle);
+        for rise in self.tim5.take_rises() {
+            if self.rcc.is_clocked(Gate { bus: APB1, bit: TIM3_BIT }) {
+                self.tim3.trigger(rise);
+            }
+        }
+        self.tim3.catch_up(cycle);
+        for (timer, pins) in [(&mut self.tim3, TIM3_PINS), (&mut self.tim5, TIM5_PINS)] {
+            for (cycle, channel, level) in timer.take_changes() {
+                for &pin in pins[channel as usize] {
+                    if self.gpio[pin.port_index()].drive_by_timer(u32::from(pin.number), level) {
+                        self.timed_changes.push(TimedChange { cycle, pin, high: level == Some(true) });
+                    }
+                }
+            }
+        }
+    }
+
+    /// Changes of pins by timers since the last call, in the order of time.
+    pub(crate) fn take_timed_changes(&mut self) -> Vec<TimedChange> {
+        std::mem::take(&mut self.timed_changes)
+    }
+
     /// What TIM5 counts at `cycle`, with the part of the next count that has passed.
     pub fn capture_clock(&self, cycle: u64) -> f64 {
         self.tim5.exact_count(cycle)
@@ -412,12 +476,14 @@ impl Peripherals {
 
     /// Levels of all interrupt lines.
     pub fn irq_levels(&mut self, now: Now) -> IrqLevels {
+        self.run_timers(now.cycle);
         let mut levels = [0; 3];
         let mut set = |irq: u16, level: bool| {
             levels[usize::from(irq) / 32] |= u32::from(level) << (irq % 32);
         };
         set(FLASH_IRQ, self.flash.irq());
         set(TIM2_IRQ, self.tim2.irq(now.cycle));
+        set(TIM3_IRQ, self.tim3.irq(now.cycle));
         set(TIM5_IRQ, self.tim5.irq(now.cycle));
         set(ADC_IRQ, self.adc.irq(now.cycle));
         for (irq, level) in self.dma1.irqs() {
@@ -437,7 +503,7 @@ impl Peripherals {
 
     /// The cycle at which a timer or the ADC next raises its line or asks for DMA.
     pub fn next_timer_event(&self, now: Now) -> Option<u64> {
-        let timers = [self.tim2.next_event(now.cycle), self.tim5.next_event(now.cycle)];
+        let timers = [&self.tim2, &self.tim3, &self.tim5].map(|timer| timer.next_event(now.cycle));
         timers.into_iter().chain([self.adc.next_event()]).flatten().min()
     }
 

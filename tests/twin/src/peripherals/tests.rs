@@ -265,3 +265,87 @@ fn an_edge_is_captured_only_through_pins_in_their_alternate_function() {
     assert!(!captured(2, 1, false), "another alternate function");
     assert!(captured(2, 2, true));
 }
+
+/// TIM3 gives out one pulse of 1000 counts on channel 4 whenever OC3REF of TIM5 rises; TIM5 matches at 5000. `mode` is that
+/// of PB1 in MODER, `function` its alternate function.
+fn with_a_pulse(mode: u32, function: u32) -> Peripherals {
+    const TIM3: u32 = 0x4000_0400;
+    const TIM5: u32 = 0x4000_0C00;
+    let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
+    enable(&mut peripherals, 0x30, 1 << 1);
+    enable(&mut peripherals, 0x40, 1 << 1 | 1 << 3);
+    for (address, value) in [
+        (0x4002_0420, function << 4),
+        (0x4002_0400, 0x280 | mode << 2),
+        (TIM3 + 0x2C, 1000),
+        (TIM3 + 0x40, 1),
+        (TIM3 + 0x1C, 0b111 << 12),
+        (TIM3 + 0x20, 1 << 12),
+        (TIM3 + 0x08, 2 << 4 | 0b110),
+        (TIM3, 1 << 3),
+        (TIM5 + 0x04, 0b110 << 4),
+        (TIM5 + 0x3C, 5000),
+        (TIM5 + 0x1C, 0b001 << 4),
+        (TIM5, 1),
+    ] {
+        peripherals.write(Now::default(), address, Width::Word, value).unwrap();
+    }
+    peripherals
+}
+
+fn timed(pin: Pin, cycle: u64, high: bool) -> TimedChange {
+    TimedChange { cycle, pin, high }
+}
+
+#[test]
+fn tim5_starts_a_pulse_of_tim3_at_its_pin() {
+    let mut peripherals = with_a_pulse(2, 2);
+    let at = |cycle| Now { cycle, time: Time::ZERO };
+    let pin = Pin::new('B', 1);
+    assert_eq!(peripherals.next_timer_event(at(0)), Some(5000));
+    peripherals.irq_levels(at(5000));
+    assert_eq!(peripherals.next_timer_event(at(5000)), Some(5004));
+    peripherals.irq_levels(at(5004));
+    assert_eq!(peripherals.next_timer_event(at(5004)), Some(5005));
+    assert!(!peripherals.pin_level(pin));
+    peripherals.irq_levels(at(5005));
+    assert!(peripherals.pin_level(pin));
+    peripherals.irq_levels(at(100_000));
+    assert_eq!(peripherals.take_timed_changes(), [timed(pin, 5005, true), timed(pin, 6005, false)]);
+    assert_eq!(peripherals.next_timer_event(at(100_000)), None);
+}
+
+#[test]
+fn a_pulse_needs_its_pin_and_both_clocks() {
+    for (mode, function) in [(0, 2), (1, 2), (3, 2), (2, 1)] {
+        let mut peripherals = with_a_pulse(mode, function);
+        peripherals.run_timers(100_000);
+        assert_eq!(peripherals.take_timed_changes(), [], "mode {mode} function {function}");
+        assert!(!peripherals.pin_level(Pin::new('B', 1)));
+    }
+    let mut peripherals = with_a_pulse(2, 2);
+    enable(&mut peripherals, 0x40, 1 << 3);
+    peripherals.run_timers(100_000);
+    assert_eq!(peripherals.take_timed_changes(), [], "TIM3 has no clock");
+}
+
+/// The harness drives a pin that a timer drives, too: the timer wins. Another pin of the channel is untouched.
+#[test]
+fn a_timer_wins_over_the_harness() {
+    let mut peripherals = with_a_pulse(2, 2);
+    peripherals.drive(Pin::new('B', 1), Some(true));
+    assert!(!peripherals.pin_level(Pin::new('B', 1)));
+    peripherals.run_timers(5500);
+    assert!(!peripherals.pin_level(Pin::new('C', 9)));
+}
+
+#[test]
+fn a_reset_ends_a_pulse() {
+    let mut peripherals = with_a_pulse(2, 2);
+    peripherals.run_timers(5500);
+    assert!(peripherals.pin_level(Pin::new('B', 1)));
+    peripherals.reset(ResetCause::Pin);
+    peripherals.run_timers(5600);
+    assert!(!peripherals.pin_level(Pin::new('B', 1)));
+    assert_eq!(peripherals.next_timer_event(Now { cycle: 5600, time: Time::ZERO }), None);
+}

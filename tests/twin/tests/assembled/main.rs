@@ -6,4 +6,5 @@ mod capture;
 mod flash;
 mod guests;
 mod programs;
+mod pulse;
 mod spacecraft;

@@ -20,12 +20,13 @@ pub(super) struct Counter {
 }
 
 impl Counter {
-    pub(super) fn new(divider: u64) -> Self {
+    /// Stopped; `largest` is the largest count, of 16 or 32 bits.
+    pub(super) fn new(divider: u64, largest: u32) -> Self {
         Counter {
             psc: 0,
-            arr: u32::MAX,
+            arr: largest,
             active_psc: 0,
-            active_arr: u32::MAX,
+            active_arr: largest,
             running: false,
             divider,
             anchor_cycle: 0,
@@ -76,7 +77,7 @@ impl Counter {
         if !self.running {
             return None;
         }
-        let value = if value > self.active_arr { 0 } else { u64::from(value) };
+        let value = if self.exceeds(value) { 0 } else { u64::from(value) };
         let counts = self.counts(cycle);
         let count = (u64::from(self.anchor_count) + counts) % self.period();
         let ahead = match (value + self.period() - count) % self.period() {
@@ -84,6 +85,11 @@ impl Counter {
             ahead => ahead,
         };
         Some(self.anchor_cycle + (counts + ahead) * self.count_cycles())
+    }
+
+    /// Whether `value` lies beyond the reload value in effect.
+    pub(super) fn exceeds(&self, value: u32) -> bool {
+        value > self.active_arr
     }
 
     /// Whether a buffered value waits for the update event.

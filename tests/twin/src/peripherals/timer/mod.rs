@@ -1,14 +1,16 @@
-//! TIM2 and TIM5: 32-bit timers that count up, compare and capture.
+//! TIM2, TIM3 and TIM5: timers that count up, compare, capture, drive pins and start each other.
 //!
-//! RM0090 chapter 18. Modelled: prescaler and auto-reload with their buffers, URS, UDIS, UG, update and compare flags,
-//! input capture with polarity, prescaler and overcapture, interrupts, DMA requests of the channels. A capture takes the
-//! count of the edge's own cycle: the two timer clocks of the input synchroniser and the filter (ICxF) are left out,
-//! being the same for every edge. Not modelled, and refused: counting down or centre-aligned, one-pulse, slave modes,
-//! TI1 as XOR, TRC, DMA requests by update and trigger. The preload of compare values (OCxPE) is stored without effect.
+//! RM0090 chapter 18. Modelled: prescaler and auto-reload with their buffers, URS, UDIS, UG, one-pulse mode, update and
+//! compare flags, all output modes, input capture with polarity, prescaler and overcapture, interrupts, DMA requests of the
+//! channels; OCxREF and UG as trigger output, trigger mode as slave mode. A capture takes the count of the edge's own cycle:
+//! the two timer clocks of the input synchroniser and the filter (ICxF) are left out, being the same for every edge. Not
+//! modelled, and refused: counting down or centre-aligned, other slave modes and trigger outputs, TI1 as XOR, TRC, OCxFE
+//! and OCxCE, DMA requests by update and trigger. The preload of compare values (OCxPE) is stored without effect.
 //!
-//! Nothing is stepped: flags and counter follow from the cycle count when somebody looks.
+//! Nothing is stepped: flags, outputs and counter follow from the cycle count when somebody looks.
 
 mod counter;
+mod output;
 #[cfg(test)]
 mod tests;
 
@@ -33,19 +35,45 @@ const CCR4: u32 = 0x40;
 const CEN: u32 = 1 << 0;
 const UDIS: u32 = 1 << 1;
 const URS: u32 = 1 << 2;
+const OPM: u32 = 1 << 3;
 const ARPE: u32 = 1 << 7;
 const UIF: u32 = 1 << 0;
 /// UIF and CC1IF..CC4IF; the enables in DIER and the events in EGR have the same places.
 const FLAGS: u32 = 0x1F;
+/// Trigger flag, in SR.
+const TIF: u32 = 1 << 6;
+/// MMS in CR2.
+const MMS: u32 = 0b111 << 4;
+/// TS and SMS in SMCR; trigger mode.
+const TS: u32 = 0b111 << 4;
+const SMS: u32 = 0b111;
+const TRIGGER_MODE: u32 = 0b110;
+/// Timer clocks from a trigger to the beginning of count 0, after which a compare value of 1 drives its output one clock
+/// later: five in all (RM0090 18.4.7, OC1FE).
+const TRIGGER_CLOCKS: u64 = 4;
 /// CC1DE in DIER and CC1OF in SR.
 const CC1DE: u32 = 9;
 const CC1OF: u32 = 9;
 const CHANNEL_REQUESTS: u32 = 0xF << CC1DE;
 
+/// What differs from timer to timer.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind {
+    /// Bits of the counter.
+    pub bits: u32,
+    /// Trigger input (TS) at which another modelled timer's TRGO arrives.
+    pub trigger: Option<u32>,
+    /// Outputs reach pins.
+    pub drives_pins: bool,
+}
+
 /// A timer with four channels.
 #[derive(Debug)]
 pub struct Timer {
+    kind: Kind,
     cr1: u32,
+    cr2: u32,
+    smcr: u32,
     dier: u32,
     sr: u32,
     ccmr: [u32; 2],
@@ -60,34 +88,45 @@ pub struct Timer {
     edges: [u32; 4],
     /// Cycle of the last change to what an edge does; edges before it are not of this set-up.
     set_up_at: u64,
-}
-
-impl Default for Timer {
-    fn default() -> Self {
-        Timer::new(1)
-    }
+    /// OC1REF to OC4REF.
+    references: u32,
+    /// A trigger has come; the counter starts at this cycle.
+    starts_at: Option<u64>,
+    /// Cycles at which the trigger output rose, until they are taken.
+    rises: Vec<u64>,
+    /// Changes of outputs until they are taken: cycle, channel, level; `None` for an output that is off.
+    changes: Vec<(u64, u32, Option<bool>)>,
 }
 
 impl Timer {
-    fn new(divider: u64) -> Self {
+    /// After a reset, `divider` HCLK cycles per timer clock.
+    pub fn new(kind: Kind, divider: u64) -> Self {
         Timer {
+            kind,
             cr1: 0,
+            cr2: 0,
+            smcr: 0,
             dier: 0,
             sr: 0,
             ccmr: [0; 2],
             ccer: 0,
             ccr: [0; 4],
-            counter: Counter::new(divider),
+            counter: Counter::new(divider, u32::MAX >> (32 - kind.bits)),
             seen: 0,
             requests: 0,
             edges: [0; 4],
             set_up_at: 0,
+            references: 0,
+            starts_at: None,
+            rises: Vec::new(),
+            changes: Vec::new(),
         }
     }
 
     /// RCC or a system reset; the timer's clock stays what it is.
     pub fn reset(&mut self) {
-        *self = Timer::new(self.counter.divider());
+        let lost = (0..4).filter(|n| self.output(*n).is_some()).map(|n| (self.seen, n, None)).collect();
+        *self = Timer { changes: lost, ..Timer::new(self.kind, self.counter.divider()) };
     }
 
     /// CCxS of channel 0..=3: 0 output, 1 its own input, 2 its neighbour's.
@@ -115,8 +154,41 @@ impl Timer {
         bit > 0 && self.dier >> (CC1DE + bit - 1) & 1 == 1
     }
 
-    /// Sets the flags of what happened until `cycle`.
-    fn catch_up(&mut self, cycle: u64) {
+    /// Does what happened until `cycle`.
+    pub fn catch_up(&mut self, cycle: u64) {
+        if let Some(start) = self.starts_at.take_if(|start| *start <= cycle) {
+            self.pass(start);
+            self.counter.run(start, true);
+            self.set_up_at = start;
+        }
+        // One pulse: the update event stops the counter.
+        if self.cr1 & (OPM | UDIS) == OPM
+            && let Some(end) = self.counter.reaches(0, self.seen)
+            && end <= cycle
+        {
+            self.pass(end);
+            self.stop(end);
+        }
+        self.pass(cycle);
+    }
+
+    /// Counts on until `cycle`.
+    fn pass(&mut self, cycle: u64) {
+        // A buffered prescaler or reload takes effect at the update event.
+        while self.counter.is_stale() && self.cr1 & UDIS == 0 {
+            match self.counter.reaches(0, self.seen) {
+                Some(update) if update <= cycle => {
+                    self.set_flags(update);
+                    self.counter.update(update);
+                }
+                _ => break,
+            }
+        }
+        self.set_flags(cycle);
+    }
+
+    /// Sets flags and outputs for what counting made until `cycle`.
+    fn set_flags(&mut self, cycle: u64) {
         if cycle <= self.seen {
             return;
         }
@@ -135,17 +207,15 @@ impl Timer {
         }
         self.sr |= flags;
         self.requests |= requests;
-        // A buffered prescaler or reload takes effect at the update event.
-        while self.counter.is_stale() && self.cr1 & UDIS == 0 {
-            match self.counter.reaches(0, self.seen) {
-                Some(update) if update <= cycle => {
-                    self.counter.update(update);
-                    self.seen = update;
-                }
-                _ => break,
-            }
-        }
+        self.set_outputs(cycle);
         self.seen = cycle;
+    }
+
+    fn stop(&mut self, cycle: u64) {
+        self.counter.run(cycle, false);
+        self.cr1 &= !CEN;
+        self.starts_at = None;
+        self.set_up_at = cycle;
     }
 
     /// The clock tree changed: `divider` HCLK cycles per timer clock from `cycle` on.
@@ -165,14 +235,16 @@ impl Timer {
         self.sr & self.dier & FLAGS != 0
     }
 
-    /// The cycle at which counting next raises the interrupt line or a DMA request.
+    /// The cycle at which counting next raises the interrupt line or a DMA request, or changes an output.
     pub fn next_event(&self, cycle: u64) -> Option<u64> {
+        let output = self.next_change(cycle).map(|(at, ..)| at).into_iter().chain(self.starts_at).min();
         if self.dier & (FLAGS | CHANNEL_REQUESTS) == 0 {
-            return None;
+            return output;
         }
         self.matches()
             .filter(|&(bit, _)| (self.dier & !self.sr) >> bit & 1 == 1 || self.asks_dma(bit))
             .filter_map(|(_, value)| self.counter.reaches(value, cycle))
+            .chain(output)
             .min()
     }
 
@@ -242,7 +314,8 @@ impl Timer {
         self.catch_up(cycle);
         Ok(match offset {
             CR1 => self.cr1,
-            CR2 | SMCR => 0,
+            CR2 => self.cr2,
+            SMCR => self.smcr,
             DIER => self.dier,
             SR => self.sr,
             EGR => 0,
@@ -269,23 +342,35 @@ impl Timer {
     /// [`Refusal::Unmodelled`] for what is not modelled, [`Refusal::Width`] for a byte and for half a 32-bit register
     /// (RM0090 18.4).
     pub fn write(&mut self, cycle: u64, offset: u32, width: Width, value: u32) -> Result<(), Refusal> {
-        let is_long = matches!(offset, CNT | ARR | CCR1..=CCR4);
+        let is_long = matches!(offset, CNT | ARR | CCR1..=CCR4) && self.kind.bits == 32;
         if width == Width::Byte || is_long && width != Width::Word {
             return Err(Refusal::Width);
         }
+        let value = if is_long { value } else { value & 0xFFFF };
         self.catch_up(cycle);
         match offset {
-            // DIR, CMS and OPM change how it counts.
-            CR1 if value & 0x78 != 0 => return Err(Refusal::Unmodelled),
+            // DIR and CMS change how it counts.
+            CR1 if value & 0x70 != 0 => return Err(Refusal::Unmodelled),
             CR1 => {
                 if (self.cr1 ^ value) & CEN != 0 {
                     self.counter.run(cycle, value & CEN != 0);
+                    self.starts_at = None;
                     self.set_up_at = cycle;
                 }
                 self.cr1 = value;
             }
-            CR2 | SMCR if value != 0 => return Err(Refusal::Unmodelled),
-            CR2 | SMCR => {}
+            CR2 => return self.set_trigger_output(cycle, value),
+            SMCR => {
+                let is_connected = self.kind.trigger == Some((value & TS) >> 4);
+                let is_known = match value & SMS {
+                    0 => true,
+                    mode => mode == TRIGGER_MODE && is_connected,
+                };
+                if value & !(TS | SMS) != 0 || !is_known {
+                    return Err(Refusal::Unmodelled);
+                }
+                self.smcr = value;
+            }
             // UDE, COMDE and TDE are other DMA requests, TIE comes from slave modes.
             DIER if value & !(FLAGS | CHANNEL_REQUESTS) != 0 => return Err(Refusal::Unmodelled),
             DIER => {
@@ -300,12 +385,16 @@ impl Timer {
             CNT => {
                 self.counter.set_count(cycle, value);
                 self.set_up_at = cycle;
+                self.follow_modes(cycle);
             }
             PSC => self.counter.psc = value & 0xFFFF,
             ARR => self.counter.set_reload(cycle, value, self.cr1 & ARPE != 0),
             // In input mode a capture register is read-only.
             CCR1..=CCR4 if self.is_input((offset - CCR1) / 4) => {}
-            CCR1..=CCR4 => self.ccr[(offset - CCR1) as usize / 4] = value,
+            CCR1..=CCR4 => {
+                self.ccr[(offset - CCR1) as usize / 4] = value;
+                self.follow_modes(cycle);
+            }
             _ => return Err(Refusal::Unmodelled),
         }
         Ok(())
@@ -319,18 +408,29 @@ impl Timer {
             mask | if enabled { 0b11 << (8 * n) } else { 0 }
         });
         let merged = self.ccmr[pair as usize] & frozen | value & 0xFFFF & !frozen;
-        if (0..2).any(|n| merged >> (8 * n) & 0b11 == 0b11) {
+        // TRC; of an output OCxCE and OCxFE.
+        let is_unknown = |mode: u32| mode & 0b11 == 0b11 || mode & 0b11 == 0 && mode & 0x84 != 0;
+        if (0..2).any(|n| is_unknown(merged >> (8 * n) & 0xFF)) {
             return Err(Refusal::Unmodelled);
         }
+        let before = self.outputs();
         self.ccmr[pair as usize] = merged;
         self.set_up_at = cycle;
+        self.note_outputs(cycle, before);
+        self.follow_modes(cycle);
         Ok(())
     }
 
     fn set_enables(&mut self, cycle: u64, value: u32) -> Result<(), Refusal> {
         const RESERVED: u32 = 0b1001;
+        let on = |channel: u32| value >> (4 * channel) & 1 == 1;
+        if !self.kind.drives_pins && (0..4).any(|channel| on(channel) && !self.is_input(channel)) {
+            return Err(Refusal::Unmodelled);
+        }
+        let before = self.outputs();
         self.ccer = value & 0xBBBB;
         self.set_up_at = cycle;
+        self.note_outputs(cycle, before);
         for channel in 0..4 {
             // The prescaler starts again when the channel goes off (RM0090 18.4.7, ICxPSC).
             if self.polarity(channel) & 1 == 0 {
@@ -350,6 +450,13 @@ impl Timer {
             if self.cr1 & URS == 0 {
                 self.sr |= UIF;
             }
+            if self.cr1 & OPM != 0 {
+                self.stop(cycle);
+            }
+            self.follow_modes(cycle);
+        }
+        if value & UIF != 0 && self.cr2 & MMS == 0 {
+            self.rises.push(cycle);
         }
         for channel in (0..4).filter(|n| value >> (n + 1) & 1 == 1) {
             if self.is_input(channel) {

@@ -2,6 +2,10 @@
 
 use super::*;
 
+fn long() -> Timer {
+    Timer::new(Kind { bits: 32, trigger: None, drives_pins: true }, 1)
+}
+
 /// Stores with the width that the register has.
 fn put(tim: &mut Timer, cycle: u64, offset: u32, value: u32) {
     let width = if matches!(offset, CNT | ARR | CCR1..=CCR4) { Width::Word } else { Width::Half };
@@ -10,7 +14,7 @@ fn put(tim: &mut Timer, cycle: u64, offset: u32, value: u32) {
 
 /// 84 timer clocks per count at two HCLK cycles each: 168 cycles per count, as on the board at 1 MHz.
 fn at_1_mhz() -> Timer {
-    let mut tim = Timer::default();
+    let mut tim = long();
     tim.set_divider(0, 2);
     put(&mut tim, 0, PSC, 83);
     put(&mut tim, 0, ARR, 0xFFFF);
@@ -87,7 +91,7 @@ fn a_compare_value_beyond_the_reload_value_matches_at_the_overflow() {
 /// 84 MHz, one count per two HCLK cycles, free running over 32 bits; channels 1 and 2 capture both edges of their own
 /// inputs.
 fn capturing() -> Timer {
-    let mut tim = Timer::default();
+    let mut tim = long();
     tim.set_divider(0, 2);
     put(&mut tim, 0, CCMR1, 0x0101);
     put(&mut tim, 0, CCER, 0x00BB);
@@ -202,7 +206,7 @@ fn an_edge_in_the_past_has_the_count_of_its_own_instant() {
 
 #[test]
 fn an_edge_before_the_channel_was_set_up_is_not_its_own() {
-    let mut tim = Timer::default();
+    let mut tim = long();
     put(&mut tim, 1000, CCMR1, 0x01);
     put(&mut tim, 1000, CR1, CEN);
     put(&mut tim, 1200, CCER, 0b1011);
@@ -279,7 +283,7 @@ fn the_exact_count_is_that_of_captures_and_a_part() {
 /// RM0090 18.4: 32-bit registers are written by words, the others by half-words or words.
 #[test]
 fn a_store_has_the_width_of_its_register() {
-    let mut tim = Timer::default();
+    let mut tim = long();
     for offset in [CNT, ARR, CCR1, CCR4] {
         assert_eq!(tim.write(0, offset, Width::Half, 1), Err(Refusal::Width));
         assert_eq!(tim.write(0, offset, Width::Word, 0x1_0001), Ok(()));
@@ -291,17 +295,223 @@ fn a_store_has_the_width_of_its_register() {
 
 #[test]
 fn what_is_not_modelled_is_refused() {
-    let mut tim = Timer::default();
-    // OPM, DIR; MMS; SMS; UDE, TIE; TRC on channel 2.
+    let mut tim = long();
+    // DIR; MMS: enable; TI1S; SMS: reset, trigger without a source, MSM; UDE, TIE; TRC on channel 2; OC1FE, OC1CE.
     for (offset, value) in [
-        (CR1, 1 << 3),
         (CR1, 1 << 4),
         (CR2, 1 << 4),
+        (CR2, 1 << 7),
         (SMCR, 4),
+        (SMCR, 2 << 4 | 6),
+        (SMCR, 1 << 7),
         (DIER, 1 << 8),
         (DIER, 1 << 6),
         (CCMR1, 0x0300),
+        (CCMR1, 0x0004),
+        (CCMR1, 0x0080),
     ] {
         assert_eq!(tim.write(0, offset, Width::Half, value), Err(Refusal::Unmodelled), "{offset:X}h");
     }
+}
+
+/// A 16-bit timer that ITR2 can start, at one HCLK cycle per count.
+fn short() -> Timer {
+    Timer::new(Kind { bits: 16, trigger: Some(2), drives_pins: true }, 1)
+}
+
+/// CCMR2 for channel 4 in an output mode.
+fn mode_4(mode: u32) -> u32 {
+    mode << 12
+}
+
+const CC4E: u32 = 1 << 12;
+const CC4P: u32 = 1 << 13;
+
+#[test]
+fn a_16_bit_timer_wraps_at_16_bits_and_takes_half_words() {
+    let mut tim = short();
+    assert_eq!(tim.read(0, ARR), Ok(0xFFFF));
+    assert_eq!(tim.write(0, CCR4, Width::Half, 77), Ok(()));
+    assert_eq!(tim.write(0, CNT, Width::Word, 0xABCD_FFFE), Ok(()));
+    put(&mut tim, 0, CR1, CEN);
+    assert_eq!([0, 1, 2].map(|cycle| tim.read(cycle, CNT)), [Ok(0xFFFE), Ok(0xFFFF), Ok(0)]);
+}
+
+/// RM0090 18.4.7, OC1M: the reference for each mode before, at and after the first match, and after the second.
+#[test]
+fn an_output_follows_its_mode() {
+    let (low, high) = (Some(false), Some(true));
+    for (mode, expected) in [
+        (0b000, [low, low, low, low]),
+        (0b001, [low, high, high, high]),
+        (0b010, [low, low, low, low]),
+        (0b011, [low, high, high, low]),
+        (0b100, [low, low, low, low]),
+        (0b101, [high, high, high, high]),
+        (0b110, [high, low, low, low]),
+        (0b111, [low, high, high, high]),
+    ] {
+        let mut tim = short();
+        put(&mut tim, 0, CCR4, 100);
+        put(&mut tim, 0, CCMR2, mode_4(mode));
+        put(&mut tim, 0, CCER, CC4E);
+        put(&mut tim, 0, CR1, CEN);
+        let levels = [99, 100, 101, 0x1_0000 + 100].map(|cycle| {
+            tim.catch_up(cycle);
+            tim.output(3)
+        });
+        assert_eq!(levels, expected, "mode {mode:03b}");
+    }
+}
+
+#[test]
+fn an_output_that_is_active_becomes_inactive_on_match() {
+    let mut tim = short();
+    put(&mut tim, 0, CCER, CC4E);
+    put(&mut tim, 0, CCMR2, mode_4(0b101));
+    put(&mut tim, 0, CCR4, 100);
+    put(&mut tim, 0, CCMR2, mode_4(0b010));
+    put(&mut tim, 0, CR1, CEN);
+    tim.catch_up(0x1_0000);
+    let changes = [(0, 3, Some(false)), (0, 3, Some(true)), (100, 3, Some(false))];
+    assert_eq!(tim.take_changes(), changes);
+}
+
+/// PWM mode 1: active from the return to zero to the match, every period.
+#[test]
+fn a_pwm_output_changes_twice_a_period() {
+    let mut tim = short();
+    put(&mut tim, 0, ARR, 999);
+    put(&mut tim, 0, CCR4, 400);
+    put(&mut tim, 0, CCMR2, mode_4(0b110));
+    put(&mut tim, 0, CCER, CC4E | CC4P);
+    put(&mut tim, 0, CR1, CEN);
+    assert_eq!(tim.next_event(0), Some(400));
+    tim.catch_up(2000);
+    let cycles: Vec<_> = tim.take_changes().into_iter().map(|(at, _, level)| (at, level)).collect();
+    let (low, high) = (Some(false), Some(true));
+    assert_eq!(cycles, [(0, low), (400, high), (1000, low), (1400, high), (2000, low)], "active low");
+}
+
+#[test]
+fn outputs_that_match_together_change_together() {
+    let mut tim = short();
+    put(&mut tim, 0, CCR4 - 4, 10);
+    put(&mut tim, 0, CCR4, 10);
+    put(&mut tim, 0, CCMR2, 0x3030);
+    put(&mut tim, 0, CCER, CC4E | 1 << 8);
+    tim.take_changes();
+    put(&mut tim, 0, CR1, CEN);
+    tim.catch_up(0x1_0000 + 9);
+    assert_eq!(tim.take_changes(), [(10, 2, Some(true)), (10, 3, Some(true))]);
+}
+
+/// RM0090 18.3.10: the counter stops at the update event.
+#[test]
+fn one_pulse_mode_stops_at_the_reload() {
+    let mut tim = short();
+    put(&mut tim, 0, ARR, 500);
+    put(&mut tim, 0, CR1, OPM | CEN);
+    assert_eq!((tim.read(500, CR1), tim.read(500, CNT)), (Ok(OPM | CEN), Ok(500)));
+    assert_eq!((tim.read(501, CR1), tim.read(501, CNT)), (Ok(OPM), Ok(0)));
+    assert_eq!(tim.read(10_000, CNT), Ok(0));
+    put(&mut tim, 20_000, CR1, OPM | CEN);
+    assert_eq!(tim.read(20_007, CNT), Ok(7));
+}
+
+/// A timer that gives out one pulse from its trigger on.
+fn one_pulse(compare: u32) -> Timer {
+    let mut tim = short();
+    for (offset, value) in [
+        (ARR, 1000),
+        (CCR4, compare),
+        (CCMR2, mode_4(0b111)),
+        (CCER, CC4E),
+        (SMCR, 2 << 4 | TRIGGER_MODE),
+        (CR1, OPM),
+    ] {
+        put(&mut tim, 0, offset, value);
+    }
+    tim.take_changes();
+    tim
+}
+
+/// RM0090 18.4.7, OC1FE: from an edge of the trigger to the output are at least five clocks.
+#[test]
+fn a_trigger_starts_a_pulse_five_clocks_later() {
+    let mut tim = one_pulse(1);
+    assert_eq!(tim.next_event(0), None);
+    tim.trigger(2000);
+    assert_eq!((tim.read(2001, CR1), tim.read(2001, SR).unwrap() & TIF), (Ok(OPM | CEN), TIF));
+    tim.catch_up(9_000);
+    let changes = [(2005, 3, Some(true)), (2000 + 4 + 1001, 3, Some(false))];
+    assert_eq!(tim.take_changes(), changes);
+    assert_eq!(tim.read(9_000, CR1), Ok(OPM), "stopped");
+    // Once more.
+    tim.trigger(10_000);
+    tim.catch_up(10_006);
+    assert_eq!(tim.take_changes(), [(10_005, 3, Some(true))]);
+}
+
+#[test]
+fn a_trigger_has_no_effect_while_the_counter_runs_or_without_trigger_mode() {
+    let mut tim = one_pulse(1);
+    tim.trigger(2000);
+    tim.trigger(2500);
+    tim.catch_up(9_000);
+    assert_eq!(tim.take_changes().len(), 2);
+    put(&mut tim, 9_000, SMCR, 0);
+    tim.trigger(10_000);
+    tim.catch_up(20_000);
+    assert_eq!(tim.take_changes(), []);
+}
+
+#[test]
+fn a_stop_before_the_counter_began_calls_the_pulse_off() {
+    let mut tim = one_pulse(1);
+    tim.trigger(2000);
+    put(&mut tim, 2002, CR1, OPM);
+    tim.catch_up(9_000);
+    assert_eq!(tim.take_changes(), []);
+}
+
+/// MMS 110: OC3REF is the trigger output. It rises at the match, once until it is inactive again.
+#[test]
+fn a_match_raises_the_trigger_output() {
+    let mut tim = at_1_mhz();
+    tim.take_rises();
+    put(&mut tim, 0, CR2, 0b110 << 4);
+    put(&mut tim, 0, CCR1 + 8, 500);
+    put(&mut tim, 0, CCMR2, 0b001 << 4);
+    assert_eq!(tim.next_event(0), Some(168 * 500));
+    tim.catch_up(168 * 200_000);
+    assert_eq!(tim.take_rises(), [168 * 500]);
+    assert_eq!(tim.next_event(168 * 200_000), None, "it is high");
+    put(&mut tim, 168 * 200_000, CCMR2, 0b100 << 4);
+    put(&mut tim, 168 * 200_000, CCMR2, 0b001 << 4);
+    tim.catch_up(168 * 300_000);
+    assert_eq!(tim.take_rises(), [168 * (3 * 65_536 + 500 + 65_536)]);
+}
+
+/// MMS 000: UG is the trigger output.
+#[test]
+fn an_update_by_software_raises_the_trigger_output() {
+    let mut tim = long();
+    put(&mut tim, 70, EGR, UIF);
+    assert_eq!(tim.take_rises(), [70]);
+}
+
+/// MMS selects a reference that is high already.
+#[test]
+fn the_trigger_output_rises_when_it_is_selected() {
+    let mut tim = long();
+    put(&mut tim, 0, CCMR2, 0b101 << 4);
+    put(&mut tim, 50, CR2, 0b110 << 4);
+    assert_eq!(tim.take_rises(), [50]);
+}
+
+#[test]
+fn an_output_without_a_modelled_pin_is_refused() {
+    let mut tim = Timer::new(Kind { bits: 32, trigger: None, drives_pins: false }, 1);
+    assert_eq!(tim.write(0, CCER, Width::Half, 1), Err(Refusal::Unmodelled));
 }
