@@ -11,6 +11,7 @@ use embassy_stm32::{Peri, bind_interrupts, peripherals};
 
 use crate::Uptime;
 use crate::bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler};
+use crate::pulse::Pulse;
 use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
 
@@ -29,6 +30,8 @@ pub struct Board {
     pub ports: PerBus<Port>,
     /// Time since power-on.
     pub clock: Uptime,
+    /// The pulse output, low.
+    pub pulse: Pulse,
     /// The LEDs, dark.
     pub leds: Leds,
     /// Node-ID of a slave from the straps.

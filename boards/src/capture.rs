@@ -33,7 +33,7 @@ const STREAMS: PerBus<usize> = PerBus { nominal: 2, redundant: 4 };
 const STREAM_CHANNEL: u8 = 6;
 
 /// Ticks of TIM5 in a microsecond: timers of APB1 run at twice its 42 MHz.
-const PER_MICRO: u32 = 84;
+pub(crate) const PER_MICRO: u32 = 84;
 
 static RINGS: PerBus<Ring> = PerBus { nominal: EdgeRing::new(), redundant: EdgeRing::new() };
 

@@ -41,6 +41,8 @@ mod memory;
 mod nucleo_f446re;
 #[cfg(target_os = "none")]
 mod panic;
+#[cfg(target_os = "none")]
+mod pulse;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 mod pyboard_v11;
 #[cfg(target_os = "none")]
@@ -77,4 +79,5 @@ pub use {
     clock_tree::accelerate,
     image::TELLTALE,
     image::reset,
+    pulse::{Pulse, TooLate},
 };

@@ -5,6 +5,7 @@
 //! | nominal bus, CAN1 RX and TX | PB8, PB9 | CN10 3, 5 |
 //! | redundant bus, CAN2 RX and TX | PB12, PB13 | CN10 16, 30 |
 //! | capture of CAN_RX, nominal and redundant, by wires from CN10 3 and 16 | PA0, PA1 | CN7 28, 30 |
+//! | pulse at an instant | PB1 | CN10 24 |
 //! | straps: bits 0 to 3, odd parity | PC0, PC1, PC2, PC3, PB0 | CN7 38, 36, 35, 37, 34 |
 //! | LEDs: activity (LD2, green), state (external) | PA5, PA6 | on board, CN10 13 |
 //!
@@ -14,8 +15,8 @@ use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::types::PerBus;
 use embassy_stm32::gpio::{Input, Pull};
 use embassy_stm32::peripherals::{
-    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA5, PA6, PB0, PB8, PB9, PB12, PB13, PC0, PC1, PC2, PC3,
-    TIM5,
+    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA5, PA6, PB0, PB1, PB8, PB9, PB12, PB13, PC0, PC1, PC2,
+    PC3, TIM3, TIM5,
 };
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
@@ -23,6 +24,7 @@ use embassy_stm32::{Peri, Peripherals};
 
 use crate::board::{Board, Irqs, Leds, node_id, store};
 use crate::bxcan::Port;
+use crate::pulse::Pulse;
 use crate::{Uptime, capture, clock_tree, retained, spare};
 
 /// MCO of the ST-LINK, a square wave.
@@ -31,6 +33,7 @@ const OSCILLATOR: Hse = Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass };
 /// What the board uses of the chip, by the names of the HAL. [`take!`](crate::take) fills it.
 #[allow(missing_docs, non_snake_case)] // names of the chip
 pub struct Resources {
+    pub TIM3: Peri<'static, TIM3>,
     pub TIM5: Peri<'static, TIM5>,
     pub DMA1_CH2: Peri<'static, DMA1_CH2>,
     pub DMA1_CH4: Peri<'static, DMA1_CH4>,
@@ -48,6 +51,7 @@ pub struct Resources {
     pub PC2: Peri<'static, PC2>,
     pub PC3: Peri<'static, PC3>,
     pub PB0: Peri<'static, PB0>,
+    pub PB1: Peri<'static, PB1>,
     pub PA5: Peri<'static, PA5>,
     pub PA6: Peri<'static, PA6>,
 }
@@ -58,6 +62,7 @@ pub struct Resources {
 macro_rules! take {
     ($p:ident) => {
         $crate::Resources {
+            TIM3: $p.TIM3,
             TIM5: $p.TIM5,
             DMA1_CH2: $p.DMA1_CH2,
             DMA1_CH4: $p.DMA1_CH4,
@@ -75,6 +80,7 @@ macro_rules! take {
             PC2: $p.PC2,
             PC3: $p.PC3,
             PB0: $p.PB0,
+            PB1: $p.PB1,
             PA5: $p.PA5,
             PA6: $p.PA6,
         }
@@ -116,6 +122,7 @@ impl Board {
         Board {
             ports: PerBus { nominal, redundant },
             clock: Uptime,
+            pulse: Pulse::new(p.TIM3, p.PB1),
             leds: Leds::new(p.PA5, p.PA6),
             node_id,
             store: store(p.FLASH),

@@ -5,6 +5,7 @@
 //! | nominal bus, CAN1 RX and TX | PB8, PB9 | Y3, Y4 |
 //! | redundant bus, CAN2 RX and TX | PB12, PB13 | Y5, Y6 |
 //! | capture of CAN_RX, nominal and redundant, by wires from Y3 and Y5 | PA0, PA1 | X1, X2 |
+//! | pulse at an instant | PB1 | Y12 |
 //! | straps: bits 0 to 3, odd parity | PA2, PA3, PA4, PA5, PA6 | X3, X4, X5, X6, X7 |
 //! | LEDs: activity (blue), state (yellow) | PB4, PA15 | on board |
 //!
@@ -14,8 +15,8 @@ use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::types::PerBus;
 use embassy_stm32::gpio::{Input, Pull};
 use embassy_stm32::peripherals::{
-    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA2, PA3, PA4, PA5, PA6, PA15, PB4, PB8, PB9, PB12,
-    PB13, TIM5,
+    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA2, PA3, PA4, PA5, PA6, PA15, PB1, PB4, PB8, PB9, PB12,
+    PB13, TIM3, TIM5,
 };
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
@@ -23,6 +24,7 @@ use embassy_stm32::{Peri, Peripherals};
 
 use crate::board::{Board, Irqs, Leds, node_id, store};
 use crate::bxcan::Port;
+use crate::pulse::Pulse;
 use crate::{Uptime, capture, clock_tree, retained, spare};
 
 /// A crystal.
@@ -31,6 +33,7 @@ const OSCILLATOR: Hse = Hse { freq: Hertz(12_000_000), mode: HseMode::Oscillator
 /// What the board uses of the chip, by the names of the HAL. [`take!`](crate::take) fills it.
 #[allow(missing_docs, non_snake_case)] // names of the chip
 pub struct Resources {
+    pub TIM3: Peri<'static, TIM3>,
     pub TIM5: Peri<'static, TIM5>,
     pub DMA1_CH2: Peri<'static, DMA1_CH2>,
     pub DMA1_CH4: Peri<'static, DMA1_CH4>,
@@ -48,6 +51,7 @@ pub struct Resources {
     pub PA4: Peri<'static, PA4>,
     pub PA5: Peri<'static, PA5>,
     pub PA6: Peri<'static, PA6>,
+    pub PB1: Peri<'static, PB1>,
     pub PB4: Peri<'static, PB4>,
     pub PA15: Peri<'static, PA15>,
 }
@@ -58,6 +62,7 @@ pub struct Resources {
 macro_rules! take {
     ($p:ident) => {
         $crate::Resources {
+            TIM3: $p.TIM3,
             TIM5: $p.TIM5,
             DMA1_CH2: $p.DMA1_CH2,
             DMA1_CH4: $p.DMA1_CH4,
@@ -75,6 +80,7 @@ macro_rules! take {
             PA4: $p.PA4,
             PA5: $p.PA5,
             PA6: $p.PA6,
+            PB1: $p.PB1,
             PB4: $p.PB4,
             PA15: $p.PA15,
         }
@@ -116,6 +122,7 @@ impl Board {
         Board {
             ports: PerBus { nominal, redundant },
             clock: Uptime,
+            pulse: Pulse::new(p.TIM3, p.PB1),
             leds: Leds::new(p.PB4, p.PA15),
             node_id,
             store: store(p.FLASH),

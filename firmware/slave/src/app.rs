@@ -12,7 +12,7 @@ static RESOURCES: Resources<Board, Node> = Resources::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, leds, node_id, store, retained, memory } =
+    let Board { ports, clock, pulse: _, leds, node_id, store, retained, memory } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
