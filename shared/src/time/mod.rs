@@ -1,10 +1,15 @@
 //! Time: protocol timers, stamps, spacecraft time.
 
 mod clock;
+pub mod disciplined;
+mod estimator;
 mod objects;
+mod quality;
+mod span;
 
 pub use clock::LocalClock;
 pub use objects::{LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, UtcGet, UtcSet};
+pub use quality::{Quality, Step, TimeSource};
 
 use crate::types::Instant;
 

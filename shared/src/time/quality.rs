@@ -1,0 +1,69 @@
+//! Where the time comes from, and how far it can be trusted.
+
+use super::estimator::variance;
+use crate::types::Scet;
+
+/// Where the time came from last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum TimeSource {
+    /// Never set.
+    #[default]
+    None,
+    /// Set by a command: an SDO, or the application.
+    Command,
+    /// A SYNC that the capture unit stamped.
+    Capture,
+    /// A SYNC that was stamped in the interrupt.
+    Interrupt,
+    /// The plain protocol (ECSS 7.2.2): the time of sending, taken at reception.
+    Reception,
+}
+
+impl TimeSource {
+    /// Variance of one pair, without the quantum of what was sent.
+    pub(super) const fn variance(self) -> i64 {
+        match self {
+            TimeSource::Capture => variance(7),
+            TimeSource::Interrupt => variance(500),
+            TimeSource::Reception => variance(100_000),
+            TimeSource::None | TimeSource::Command => variance(1_000_000),
+        }
+    }
+
+    /// What no filter averages out, in nanoseconds: the mean of the quantum at exact periods, delays that were not corrected.
+    pub(super) const fn systematic(self) -> u32 {
+        match self {
+            TimeSource::Capture => 60,
+            TimeSource::Interrupt => 2_000,
+            TimeSource::Reception => 200_000,
+            TimeSource::None | TimeSource::Command => 5_000_000,
+        }
+    }
+}
+
+/// The clock was stepped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Step {
+    /// Time by the clock before the step.
+    pub from: Scet,
+    /// Time at the same instant after it.
+    pub to: Scet,
+}
+
+/// How far the clock can be trusted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Quality {
+    /// Largest error to be expected against the spacecraft time, in nanoseconds; `u32::MAX` when it is larger or unknown.
+    pub bound_ns: u32,
+    /// Where the time came from last.
+    pub source: TimeSource,
+    /// Milliseconds since then, saturating.
+    pub age_ms: u32,
+    /// How much faster spacecraft time runs than the clock of this node, in 10^-9.
+    pub rate_ppb: i32,
+    /// Steps since power-on, wrapping.
+    pub steps: u16,
+}

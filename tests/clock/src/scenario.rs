@@ -1,0 +1,163 @@
+//! One master, one slave, and the pairs that go from one to the other.
+
+use ecss_can::time::TimeSource;
+use ecss_can::time::disciplined::LocalClock;
+use ecss_can::types::{FineInstant, FineScet};
+use fastrand::Rng;
+
+use crate::crystal::{Crystal, Data};
+use crate::follower::Follower;
+
+/// How SYNCs are stamped, on both sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stamps {
+    /// By a timer of 84 MHz.
+    Capture,
+    /// In the interrupt: late by up to a microsecond, and a few times in a hundred by several.
+    Interrupt,
+}
+
+/// What happens.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// Of crystals and latencies.
+    pub seed: u64,
+    /// Crystals of master and slave.
+    pub crystals: [Data; 2],
+    /// Length of the run, seconds.
+    pub seconds: f64,
+    /// Period of the SYNC by the master's clock, nanoseconds.
+    pub period: f64,
+    /// SYNCs in one time PDO.
+    pub divider: u64,
+    /// A SYNC is late by up to this much, nanoseconds, and differently each time.
+    pub jitter: f64,
+    /// How SYNCs are stamped.
+    pub stamps: Stamps,
+    /// Part of the pairs that is lost.
+    pub lost: f64,
+    /// No pair comes after this time, seconds.
+    pub silent_from: f64,
+}
+
+/// One sample of the slave's clock.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    /// True time, seconds.
+    pub time: f64,
+    /// Slave less master, nanoseconds.
+    pub error: f64,
+    /// Bound that the slave reports, nanoseconds.
+    pub bound: f64,
+}
+
+/// Time that the master and slave have run when the slave first hears a SYNC, nanoseconds.
+const BOOT: f64 = 2e9;
+
+impl Scenario {
+    /// Crystals of ±50 ppm that drift by 0.1 ppm/s apart, SYNC each second.
+    pub fn new(seed: u64) -> Self {
+        let mut rng = Rng::with_seed(seed);
+        let drift = if rng.bool() { 0.1 } else { -0.1 };
+        let crystals = [drift, -drift].map(|drift| Data::noisy(rng.f64() * 100.0 - 50.0, drift));
+        Scenario {
+            seed,
+            crystals,
+            seconds: 90.0,
+            period: 1e9,
+            divider: 1,
+            jitter: 20_000.0,
+            stamps: Stamps::Capture,
+            lost: 0.0,
+            silent_from: f64::INFINITY,
+        }
+    }
+
+    /// The error of `slave`, each 10 ms.
+    pub fn run(&self, slave: &mut impl Follower) -> Vec<Sample> {
+        let mut rng = Rng::with_seed(!self.seed);
+        let [a, b] = self.crystals.map(|data| Crystal::run(data, self.seconds + 12.0, &mut rng));
+        let (start, master) = self.master(&mut rng);
+        // The slave was switched on up to 100 s earlier.
+        let slave_start = (rng.f64() * 1e11).floor();
+        let mut pending: Option<(f64, FineInstant, FineScet)> = None;
+        let (mut samples, mut sync) = (Vec::new(), 0_u64);
+        let mut next = self.next_sync(&a, sync, &mut rng);
+        for point in 0..(self.seconds * 100.0) as u64 {
+            let time = BOOT + point as f64 * 1e7;
+            loop {
+                let arrival = pending.map_or(f64::INFINITY, |(arrival, ..)| arrival);
+                if arrival.min(next) > time {
+                    break;
+                }
+                if arrival <= next {
+                    let Some((_, at, scet)) = pending.take() else { break };
+                    let now = local(b.reads(arrival) + slave_start);
+                    slave.pair(at, scet, self.source(), now);
+                } else {
+                    let is_paired = sync.is_multiple_of(self.divider) && rng.f64() >= self.lost;
+                    if is_paired && next < BOOT + self.silent_from * 1e9 {
+                        let of_master = self.stamp(a.reads(next), &mut rng);
+                        let at = self.stamp(b.reads(next) + slave_start, &mut rng);
+                        // The middle of what is cut off.
+                        let scet = FineScet::from(master.at(of_master).scet()).units() + 128;
+                        let delay = 200_000.0 + rng.f64() * 4_800_000.0;
+                        pending = Some((next + delay, at, FineScet::from_units(scet)));
+                    }
+                    sync += 1;
+                    next = self.next_sync(&a, sync, &mut rng);
+                }
+            }
+            let reading = b.reads(time) + slave_start;
+            let at = local(reading);
+            let beside = reading - at.units() as f64 * 3.90625;
+            let shown = slave.at(at).since(start) as f64 * (1e9 / 4_294_967_296.0) + beside;
+            samples.push(Sample {
+                time: (time - BOOT) / 1e9,
+                error: shown - a.reads(time),
+                bound: slave.bound(at),
+            });
+        }
+        samples
+    }
+
+    /// Spacecraft time at the master's instant zero, near the wrap of the counter, and the master's clock.
+    fn master(&self, rng: &mut Rng) -> (FineScet, LocalClock) {
+        let start = FineScet::from_units(rng.u64(0..1 << 38).wrapping_sub(1 << 37));
+        let mut clock = LocalClock::new();
+        clock.set(FineInstant::from_units(0), start);
+        (start, clock)
+    }
+
+    fn next_sync(&self, master: &Crystal, sync: u64, rng: &mut Rng) -> f64 {
+        master.shows(BOOT + (sync + 1) as f64 * self.period) + rng.f64() * self.jitter
+    }
+
+    fn source(&self) -> TimeSource {
+        match self.stamps {
+            Stamps::Capture => TimeSource::Capture,
+            Stamps::Interrupt => TimeSource::Interrupt,
+        }
+    }
+
+    /// Stamp of what happens when the node's clock shows `reading`, nanoseconds.
+    fn stamp(&self, reading: f64, rng: &mut Rng) -> FineInstant {
+        match self.stamps {
+            // Ticks of 84 MHz, to the nearest 2^-8 µs.
+            Stamps::Capture => {
+                let ticks = (reading * 0.084).floor() as u64;
+                FineInstant::from_units((ticks * 64 + 10) / 21)
+            }
+            Stamps::Interrupt => {
+                let outlier = if rng.f64() < 0.03 { rng.f64() * 6_000.0 } else { 0.0 };
+                let late = rng.f64() * 1_000.0 + outlier;
+                FineInstant::from_units(((reading + late) / 1_000.0).floor() as u64 * 256)
+            }
+        }
+    }
+}
+
+/// The instant of the node's clock next to a reading in nanoseconds.
+fn local(reading: f64) -> FineInstant {
+    FineInstant::from_units((reading / 3.90625).round() as u64)
+}
