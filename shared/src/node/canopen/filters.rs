@@ -18,8 +18,12 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// What it receives: exact COB-IDs only. A filter for each entry of 1016h and for each RPDO, valid or not, then one for
     /// heartbeats of another node with this Node-ID, as long as there are filters.
     pub fn filters(&self) -> Filters {
-        let last = self.filters_of_rpdos() + D::Pdos::RECEIVE;
-        (0..=last).take(MAX_FILTERS).map(|n| self.filter(n)).collect()
+        (0..self.wanted_filters().min(MAX_FILTERS)).map(|number| self.filter(number)).collect()
+    }
+
+    /// How many filters it would have if there were as many.
+    fn wanted_filters(&self) -> usize {
+        self.filters_of_rpdos() + D::Pdos::RECEIVE + 1
     }
 
     /// The first filter of the RPDOs.
@@ -29,6 +33,11 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     /// What a filter admits, by the dictionary; NMT again where there is nothing.
     pub fn filter(&self, number: usize) -> Filter {
+        Filter::exact(self.admitted(number))
+    }
+
+    #[inline(never)] // of two callers, neither in a hurry
+    fn admitted(&self, number: usize) -> CobId {
         let id = match number {
             SYNC_FILTER => Some(self.services.written_sync_id()),
             2 => Some(self.services.sdo_id()),
@@ -38,10 +47,10 @@ impl<D: Device, E: Extension> Canopen<D, E> {
                 None => self.services.monitored(number - FILTERS_OF_PEERS),
                 // Behind the RPDOs: another node with this Node-ID.
                 Some(pdo) if pdo == D::Pdos::RECEIVE => Some(CobId::heartbeat(self.id)),
-                Some(pdo) => self.services.rpdo_ids().nth(pdo).flatten(),
+                Some(pdo) => self.services.rpdo_id(pdo),
             },
         };
-        Filter::exact(id.unwrap_or(CobId::NMT))
+        id.unwrap_or(CobId::NMT)
     }
 
     /// Notes that a filter has changed. The node sends it to its buses when it runs next.
@@ -78,15 +87,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     /// Notes which frames are taken.
     pub fn set_marks(&mut self) {
-        let fixed = [
-            CobId::NMT,
-            self.services.sync_id(),
-            CobId::sdo_request(self.id),
-            CobId::heartbeat(NodeId::MASTER),
-            CobId::heartbeat(self.id),
-        ];
-        let peers = (0..self.services.consumers()).filter_map(|entry| self.services.monitored(entry));
-        let all = fixed.into_iter().chain(self.services.rpdo_ids().flatten()).chain(peers);
-        self.marks = all.collect();
+        self.marks = (0..self.wanted_filters()).map(|number| self.admitted(number)).collect();
     }
 }

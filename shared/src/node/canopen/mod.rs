@@ -157,8 +157,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let communication = &self.services.dictionary.objects.communication;
         self.nmt.set_autostart(communication.nmt.startup().autostart());
         self.follow_heartbeat(now);
-        for (number, filter) in before.into_iter().enumerate() {
-            if self.filter(number) != filter {
+        for (number, filter) in before.iter().enumerate() {
+            if self.filter(number) != *filter {
                 self.admit(number);
             }
         }

@@ -10,7 +10,7 @@ use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked, number};
 use crate::pdo::{Rpdos, Tpdos};
 use crate::store::{Group, Loaded, ParameterStore, StoreError, StoreRequest};
-use crate::types::{AbortCode, Address, Instant, NodeId};
+use crate::types::{AbortCode, Address, CobId, Duration, Instant, NodeId};
 
 /// Sub-index of all parameters.
 const ALL: u8 = 1;
@@ -39,8 +39,8 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         objects: impl FnOnce() -> NodeObjects<D, E>,
         store: Option<&'static mut (dyn ParameterStore + Send)>,
     ) -> Self {
-        // What is found at power-on is told after boot-up.
-        let emcy = D::communication(id).emcy.config();
+        // What is found at power-on waits for boot-up, when the objects say how it is sent.
+        let emcy = emcy::Config { id: Some(CobId::emcy(id)), inhibit: Duration::ZERO };
         Dictionary {
             rpdos: Rpdos::new(),
             tpdos: Tpdos::new(),

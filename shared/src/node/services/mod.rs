@@ -108,9 +108,15 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// COB-ID of each RPDO, valid or not.
-    pub fn rpdo_ids(&self) -> impl Iterator<Item = Option<CobId>> {
-        self.dictionary.objects.pdos.rpdos().0.iter().map(|pdo| CobIdEntry::from_raw(pdo.cob_id).cob_id())
+    /// COB-ID of an RPDO, if it is valid.
+    pub fn rpdo_id(&self, number: usize) -> Option<CobId> {
+        let pdo = self.dictionary.objects.pdos.rpdos().0.get(number)?;
+        CobIdEntry::from_raw(pdo.cob_id).cob_id()
+    }
+
+    /// COB-IDs of all valid RPDOs.
+    pub fn rpdo_ids(&self) -> impl Iterator<Item = CobId> {
+        (0..D::Pdos::RECEIVE).filter_map(|number| self.rpdo_id(number))
     }
 
     /// Entries of 1016h.

@@ -16,9 +16,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         // First of all none is valid: an old one must not be in the way of a new one.
         self.rpdos.clear();
         self.tpdos.clear();
-        while let Some((number, event)) = self.rpdos.take_event() {
-            note(&mut self.emcy, number, event);
-        }
+        self.report_rpdos();
         for (direction, count) in
             [(Direction::Receive, D::Pdos::RECEIVE), (Direction::Transmit, D::Pdos::TRANSMIT)]
         {
