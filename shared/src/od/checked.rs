@@ -21,7 +21,7 @@ pub struct Found<'a> {
 pub fn write<D: Objects>(objects: &mut D, at: Address, value: &[u8]) -> Result<(), AbortCode> {
     find(objects, at)?.accepts(value)?;
     objects.check(at, value)?;
-    find(objects, at)?.write(value)
+    find(objects, at)?.take(value)
 }
 
 /// Finds a value.
@@ -117,6 +117,14 @@ impl<'a> Found<'a> {
     /// As [`Found::download`], and [`AbortCode::ValueTooLow`], [`AbortCode::ValueTooHigh`], [`AbortCode::ValueRange`].
     pub fn write(&mut self, value: &[u8]) -> Result<(), AbortCode> {
         self.accepts(value)?;
+        self.take(value)
+    }
+
+    /// Writes a whole value that was [accepted](Found::accepts).
+    ///
+    /// # Errors
+    /// [`AbortCode::ReadOnly`] for what is no variable; what a string does not take.
+    pub fn take(&mut self, value: &[u8]) -> Result<(), AbortCode> {
         let variable = self.variable.as_mut().ok_or(AbortCode::ReadOnly)?;
         if let Some(bytes) = variable.bytes() {
             return bytes.write(value);

@@ -39,8 +39,8 @@ impl Frame {
     pub fn of<const N: usize>(id: CobId, payload: [u8; N]) -> Frame {
         const { assert!(N <= 8, "a CAN frame has at most 8 data bytes") };
         let mut data = [0; 8];
-        for (slot, byte) in data.iter_mut().zip(payload) {
-            *slot = byte;
+        if let Some(head) = data.first_chunk_mut() {
+            *head = payload;
         }
         Frame { id, len: N as u8, data }
     }

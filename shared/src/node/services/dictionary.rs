@@ -7,7 +7,7 @@ use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
 use crate::node::{Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
-use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, checked, number};
+use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
 use crate::pdo::{Rpdos, Tpdos};
 use crate::store::{Group, Loaded, ParameterStore, StoreError, StoreRequest};
 use crate::types::{AbortCode, Address, CobId, Duration, Instant, NodeId};
@@ -176,7 +176,9 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
                         _ => rules::check(self.id, &self.objects, at, number)?,
                     }
                 }
-                checked::write(&mut self.objects, at, value)?;
+                self.find(at)?.accepts(value)?;
+                self.objects.check(at, value)?;
+                self.find(at)?.take(value)?;
             }
         }
         self.written = Some(at);
