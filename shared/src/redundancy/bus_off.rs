@@ -22,22 +22,19 @@ pub struct BusOffPolicy {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusOffRecovery {
-    policy: BusOffPolicy,
+    // The policy, field by field: copied as a whole, it would keep the profile that it comes from in an image.
+    pause: Duration,
+    patience: Duration,
+    attempts: u8,
+    window: Duration,
     off: bool,
     failed: bool,
-    due: Option<Due>,
+    /// The recovery sequence runs.
+    recovering: bool,
+    /// When the recovery sequence begins, or should have ended.
+    due: Instant,
     window_end: Instant,
     used: u8,
-}
-
-/// What comes next while a controller is bus-off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-enum Due {
-    /// The recovery sequence begins.
-    Recovery(Instant),
-    /// It should have ended.
-    End(Instant),
 }
 
 /// What is due.
@@ -53,7 +50,19 @@ pub enum RecoveryStep {
 impl BusOffRecovery {
     /// On the bus.
     pub const fn new(policy: BusOffPolicy) -> Self {
-        BusOffRecovery { policy, off: false, failed: false, due: None, window_end: Instant::ZERO, used: 0 }
+        let BusOffPolicy { pause, patience, attempts, window } = policy;
+        BusOffRecovery {
+            pause,
+            patience,
+            attempts,
+            window,
+            off: false,
+            failed: false,
+            recovering: false,
+            due: Instant::NEVER,
+            window_end: Instant::ZERO,
+            used: 0,
+        }
     }
 
     /// The controller is in this state now.
@@ -67,38 +76,39 @@ impl BusOffRecovery {
     }
 
     fn went_off(&mut self, now: Instant) -> Option<RecoveryStep> {
+        self.recovering = false;
         if now >= self.window_end {
-            (self.window_end, self.used) = (now + self.policy.window, 0);
+            (self.window_end, self.used) = (now + self.window, 0);
         }
-        if self.used < self.policy.attempts {
+        if self.used < self.attempts {
             self.used = self.used.saturating_add(1);
-            self.due = Some(Due::Recovery(now + self.policy.pause));
+            self.due = now + self.pause;
             return None;
         }
-        self.due = Some(Due::Recovery(self.window_end));
+        self.due = self.window_end;
         (!core::mem::replace(&mut self.failed, true)).then_some(RecoveryStep::Failed)
     }
 
     /// The bus was left: nothing to recover any more.
     pub fn leave(&mut self) {
-        (self.off, self.failed, self.due) = (false, false, None);
+        (self.off, self.failed, self.recovering, self.due) = (false, false, false, Instant::NEVER);
     }
 
     /// What is due at `now`.
     pub fn poll(&mut self, now: Instant) -> Option<RecoveryStep> {
-        match self.due? {
-            Due::Recovery(at) if at <= now => {
-                self.due = Some(Due::End(now + self.policy.patience));
-                Some(RecoveryStep::Recover)
-            }
-            Due::End(at) if at <= now => self.went_off(now),
-            _ => None,
+        if now < self.due {
+            return None;
         }
+        if self.recovering {
+            return self.went_off(now);
+        }
+        (self.recovering, self.due) = (true, now + self.patience);
+        Some(RecoveryStep::Recover)
     }
 
     /// When something is due.
     pub fn deadline(&self) -> Option<Instant> {
-        self.due.map(|(Due::Recovery(at) | Due::End(at))| at)
+        (self.due < Instant::NEVER).then_some(self.due)
     }
 
     /// Whether the bus is failed: until the controller is back on it.
