@@ -52,13 +52,14 @@ impl<const N: usize> TxQueue<N> {
     /// [`Full`] when there are `N` frames already, and none to displace.
     pub fn push(&mut self, outgoing: Outgoing) -> Result<Option<Outgoing>, Full> {
         let id = outgoing.frame.id();
-        let displaced = if self.frames.is_full() && is_vital(id) {
-            let last = self.frames.iter().position(|queued| !is_vital(queued.frame.id()));
-            Some(last.and_then(|at| self.take(at)).ok_or(Full)?)
-        } else if self.frames.is_full() {
-            return Err(Full);
-        } else {
+        let displaced = if !self.frames.is_full() {
             None
+        } else if is_vital(id)
+            && let Some(last) = self.frames.iter().position(|queued| !is_vital(queued.frame.id()))
+        {
+            self.take(last)
+        } else {
+            return Err(Full);
         };
         self.insert(outgoing, id.raw() + 1)?;
         Ok(displaced)

@@ -215,18 +215,18 @@ impl Buses {
 
     /// Begins the recoveries that are due. A bus that did not come back in time and is failed now; call until `None`.
     pub fn poll<E>(&mut self, now: Instant, out: &mut Outbox<E>) -> Option<Bus> {
-        Bus::ALL.into_iter().find(|bus| match self.recovery[*bus].poll(now) {
-            Some(RecoveryStep::Recover) => {
-                out.command(*bus, BusCommand::Recover);
-                false
+        for bus in Bus::ALL {
+            match self.recovery[bus].poll(now) {
+                Some(RecoveryStep::Recover) => out.command(bus, BusCommand::Recover),
+                Some(RecoveryStep::Failed) => return Some(bus),
+                None => {}
             }
-            Some(RecoveryStep::Failed) => true,
-            None => false,
-        })
+        }
+        None
     }
 
     pub fn deadline(&self) -> Option<Instant> {
-        earliest(&Bus::ALL.map(|bus| self.recovery[bus].deadline()))
+        earliest(&[self.recovery.nominal.deadline(), self.recovery.redundant.deadline()])
     }
 }
 

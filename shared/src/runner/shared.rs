@@ -3,7 +3,7 @@
 use core::task::{Context, Waker};
 
 use super::Telltale;
-use crate::link::queue::{Outgoing, TxQueue};
+use crate::link::queue::{Full, Outgoing, TxQueue};
 use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, QUEUE_DEPTH};
 use crate::types::{Bus, Instant, PerBus};
 
@@ -126,8 +126,12 @@ impl<N: Node> Shared<N> {
         if (is_next || is_first) && Some(bus) != here {
             wake(&self.buses[bus]);
         }
-        let Some(lost) = queue.push(outgoing).unwrap_or(Some(outgoing)) else { return false };
-        let event = LinkEvent::Failed { frame: lost.frame, cause: FailCause::QueueFull };
+        let frame = match queue.push(outgoing) {
+            Ok(None) => return false,
+            Ok(Some(displaced)) => displaced.frame,
+            Err(Full) => outgoing.frame,
+        };
+        let event = LinkEvent::Failed { frame, cause: FailCause::QueueFull };
         self.node.on_link(bus, &event, now, &mut self.out);
         true
     }

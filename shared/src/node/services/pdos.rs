@@ -17,15 +17,18 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         self.rpdos.clear();
         self.tpdos.clear();
         self.report_rpdos();
-        for (direction, count) in
-            [(Direction::Receive, D::Pdos::RECEIVE), (Direction::Transmit, D::Pdos::TRANSMIT)]
-        {
-            for number in 0..count {
-                let pdo = self.objects.pdos.pdo(direction, number).map(|(parameters, _)| *parameters);
-                let outcome = pdo.map_or(Ok(()), |pdo| self.take_pdo(direction, number, &pdo, now));
-                let pdo = self.objects.pdos.pdo_mut(direction, number);
-                report(&mut self.emcy, direction, number, outcome, pdo.map(|(pdo, _)| &mut pdo.cob_id));
-            }
+        self.set_pdos_of(Direction::Receive, now);
+        self.set_pdos_of(Direction::Transmit, now);
+    }
+
+    #[inline(never)] // once for both directions
+    fn set_pdos_of(&mut self, direction: Direction, now: Instant) {
+        let mut number = 0;
+        while let Some((pdo, _)) = self.objects.pdos.pdo(direction, number) {
+            let outcome = self.take_pdo(direction, number, &{ *pdo }, now);
+            let pdo = self.objects.pdos.pdo_mut(direction, number);
+            report(&mut self.emcy, direction, number, outcome, pdo.map(|(pdo, _)| &mut pdo.cob_id));
+            number += 1;
         }
     }
 
