@@ -28,16 +28,21 @@ impl<const N: usize> History<N> {
 
     /// Keeps the newest entry of each error that is still active.
     pub(super) fn keep(&mut self, is_active: impl Fn(ErrorCode, u8) -> bool) {
-        let old = core::mem::replace(self, Self::new());
-        let entries = old.entries.get(..usize::from(old.len)).unwrap_or(&old.entries);
-        for (nth, entry) in entries.iter().enumerate().rev() {
-            let (code, info) = (ErrorCode::new(*entry as u16), (entry >> 16) as u16);
+        let mut kept = 0;
+        for nth in 0..usize::from(self.len) {
+            let entry = self.entries.get(nth).copied().unwrap_or(0);
+            let (code, source) = (ErrorCode::new(entry as u16), (entry >> 16) as u8);
             // Code and source: without the second byte of the manufacturer.
-            let mut newer = entries.iter().take(nth).map(|other| other ^ entry);
-            if is_active(code, info as u8) && newer.all(|difference| difference & 0x00FF_FFFF != 0) {
-                self.push(code, info);
+            let mut newer = self.entries.iter().take(kept).map(|newer| newer ^ entry);
+            if is_active(code, source)
+                && newer.all(|difference| difference & 0x00FF_FFFF != 0)
+                && let Some(place) = self.entries.get_mut(kept)
+            {
+                *place = entry;
+                kept += 1;
             }
         }
+        self.len = kept as u8;
     }
 
     /// Sub-index 0: how many errors there are.
