@@ -199,7 +199,7 @@ impl<S: PdoSlots> Rpdos<S> {
             pdo.layout = layout;
             pdo.timeout = parameters.event_timer;
             pdo.synchronous = rules::is_synchronous(parameters.transmission);
-            *pdo = pdo.with_plain();
+            pdo.note_plain();
         }
         self.has_events |= pdo.taken != 0;
         self.index();
@@ -356,9 +356,9 @@ impl<S: PdoSlots> Rpdos<S> {
 }
 
 impl Configured {
-    fn with_plain(self) -> Configured {
+    fn note_plain(&mut self) {
         let is_plain = !self.synchronous && self.timeout == 0 && self.errors == 0;
-        Configured { plain: if is_plain { self.layout.bytes() } else { NOT_PLAIN }, ..self }
+        self.plain = if is_plain { self.layout.bytes() } else { NOT_PLAIN };
     }
 
     /// Whether a frame of this length is processed. Errors appear and go with it.
@@ -393,6 +393,6 @@ impl Configured {
     #[inline(never)]
     fn set(&mut self, error: RpdoError, is_there: bool) {
         self.errors = if is_there { self.errors | error.bit() } else { self.errors & !error.bit() };
-        *self = self.with_plain();
+        self.note_plain();
     }
 }

@@ -99,10 +99,8 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
 /// Source of the error that a PDO cannot be: 1 to 127 the first RPDOs, 129 to 255 the first TPDOs. Those beyond share the
 /// last one; the index follows in the message.
 fn source_of(direction: Direction, number: usize) -> u8 {
-    match direction {
-        Direction::Receive => number.saturating_add(1).min(127) as u8,
-        Direction::Transmit => number.saturating_add(129).min(255) as u8,
-    }
+    let nth = number.min(126) as u8;
+    if direction == Direction::Receive { nth + 1 } else { nth + 129 }
 }
 
 /// Whether a PDO of the objects could be: if not, its COB-ID reads "not valid", and an emergency names the PDO, the index of
