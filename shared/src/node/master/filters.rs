@@ -19,8 +19,7 @@ impl<D: Device> Master<D> {
         let node = NodeId::MASTER;
         let raw = D::RAW_FRAMES.iter().copied();
         let own = [CobId::heartbeat(node), CobId::sdo_response(node), CobId::SYNC];
-        let mut wanted =
-            own.into_iter().chain(self.services.rpdo_ids()).chain(raw).filter(|id| is_of(*id));
+        let mut wanted = own.into_iter().chain(self.services.rpdo_ids()).chain(raw).filter(|id| is_of(*id));
         match wanted.next() {
             _ if number == FUNCTIONS => Filter::exact(CobId::sdo_request(node)),
             Some(id) => Filter::function(id),
