@@ -21,6 +21,7 @@ pub use crate::accelerator::FlashTiming;
 use crate::bxcan::{Activity, Side, Stats};
 use crate::clock::BoardClock;
 use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
+use crate::crystal::Crystal;
 use crate::image::{Image, Symbol};
 use crate::link::{Link, RefusedAccess};
 use crate::mmio::Refusal;
@@ -44,8 +45,8 @@ pub struct BoardConfig {
     pub image: Arc<Image>,
     /// Pins that the harness ties to a level; the others float.
     pub straps: Vec<(Pin, bool)>,
-    /// How much the crystal runs fast, parts per million, within ±1000.
-    pub ppm: f64,
+    /// What the clocks of the chip follow.
+    pub crystal: Crystal,
     /// Where it hangs on both wires, metres.
     pub position_m: f64,
     /// When power comes up.
@@ -136,7 +137,8 @@ impl EmulatedBoard {
     /// When the crystal is more than 1000 ppm off, LSI outside its data sheet or the flash too small for the image:
     /// mistakes in a test, not inputs.
     pub fn new(config: BoardConfig, serial: u32) -> Self {
-        assert!(config.ppm.abs() <= 1000.0, "a crystal is not {} ppm off", config.ppm);
+        let ppm = config.crystal.ppm;
+        assert!(ppm.abs() <= 1000.0, "a crystal is not {ppm} ppm off");
         let flash_bytes = config.model.part.flash_bytes() as usize;
         assert!(config.image.flash().len() <= flash_bytes, "{}: the image does not fit", config.name);
         let Fittings { capture_wires, lsi_hz, temperature_c, flash_timing, revision_a, hse_starts } =
@@ -162,7 +164,7 @@ impl EmulatedBoard {
         EmulatedBoard {
             cpu: cpu::stm32f4(config.model.part, config.image.flash(), link.clone()),
             link,
-            clock: BoardClock::new((config.ppm * 1000.0).round() as i32),
+            clock: BoardClock::new(config.crystal),
             clocks: None,
             state: State::Off,
             asleep: false,

@@ -21,7 +21,9 @@
 //! * DMA1 from peripheral to memory in direct mode, single or circular buffers. A transfer takes no time.
 //! * The independent watchdog on an LSI of any frequency in the data sheet; ADC1 for one conversion at a time of the
 //!   temperature sensor or the internal reference.
-//! * One crystal per board with its own error, from which the core, the timers and the bit timing follow; it may be broken.
+//! * One crystal per board with an offset, drift, a change of temperature and noise of its own ([`crystal`]), from which the core
+//!   and the timers follow; the bit timing of CAN keeps the frequency of the moment at which the clock tree was set. It may be
+//!   broken.
 //! * A debug probe per board that reads the defmt log, and neither halts the core nor slows it, until it is pulled
 //!   ([`board::EmulatedBoard::pull_probe`]).
 //!
@@ -32,7 +34,7 @@
 //!   whose clock is off, which the real part would answer with silence.
 //! * Contention on the buses, and the halfwords that the core fetches ahead. SysTick counts core cycles whatever CLKSOURCE
 //!   says. Mass erase, option bytes, programming by double words; wear.
-//! * The HSI oscillator's error (it runs at 16 MHz exactly), temperature and ageing of crystals.
+//! * The HSI oscillator's error (it runs at 16 MHz exactly), ageing of crystals.
 //! * Stop and Standby, the window watchdog, brown-out, DMA2, debug halts (what DBGMCU would freeze then runs on).
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
 //!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.
@@ -46,6 +48,7 @@ pub mod board;
 pub mod bxcan;
 pub mod clock;
 pub mod cpu;
+pub mod crystal;
 pub mod guest;
 pub mod image;
 pub mod link;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings, State};
+use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
 use twin::peripherals::Pin;
@@ -21,7 +22,7 @@ fn the_slave_image_boots_and_logs() {
         image,
         // Node-ID 2 and odd parity: bit 1 closed to ground, nothing else.
         straps: vec![(Pin::new('A', 3), false)],
-        ppm: 0.0,
+        crystal: Crystal::ppm(0.0),
         position_m: 0.0,
         power_on_at: Time::from_ms(10),
         fittings: Fittings::default(),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Edge, EmulatedBoard, Fittings};
+use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
 use twin::peripherals::Pin;
@@ -30,7 +31,7 @@ fn flown(name: &str, model: Model, ppm: f64) -> Flown {
         model,
         image: Arc::new(Image::parse(&std::fs::read(elf).unwrap()).unwrap()),
         straps: Vec::new(),
-        ppm,
+        crystal: Crystal::ppm(ppm),
         position_m: 0.0,
         power_on_at: Time::ZERO,
         fittings: Fittings::default(),

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, Fittings, Remains, State};
+use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::{FLASH_BASE, Model};
 use twin::peripherals::Pin;
@@ -30,7 +31,7 @@ fn board(model: Model) -> EmulatedBoard {
         model,
         image: image(model),
         straps: Vec::new(),
-        ppm: 0.0,
+        crystal: Crystal::ppm(0.0),
         position_m: 0.0,
         power_on_at: Time::ZERO,
         fittings: Fittings::default(),

@@ -7,6 +7,7 @@ use anyhow::Context as _;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, Fittings, FlashTiming};
+use twin::crystal::Crystal;
 use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
 
 use super::context::{Context, FLOWN};
@@ -76,7 +77,7 @@ impl Rig {
             image: craft::image(&images.slave)?,
             model: FLOWN.model(),
             straps: FLOWN.straps(node),
-            ppm: 0.0,
+            crystal: Crystal::ppm(0.0),
             position_m: SLAVE_AT_M,
             power_on_at: Time::ZERO,
             fittings: Fittings { flash_timing, ..Fittings::default() },

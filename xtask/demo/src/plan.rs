@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings};
+use twin::crystal::Crystal;
 use twin::image::Image;
 
 use super::meaning::Scope;
@@ -61,7 +62,7 @@ impl BoardPlan {
             model: board.model(),
             image,
             straps: board.straps(self.node),
-            ppm: self.crystal_ppm,
+            crystal: Crystal::ppm(self.crystal_ppm),
             position_m: self.position_m,
             power_on_at: self.power_on,
             fittings: Fittings::default(),

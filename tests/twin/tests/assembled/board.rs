@@ -3,6 +3,7 @@
 use crate::programs::*;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, State};
+use twin::crystal::Crystal;
 use twin::mmio::Refusal;
 use twin::peripherals::{Pin, PinChange};
 
@@ -42,7 +43,7 @@ fn blinker() -> std::sync::Arc<twin::image::Image> {
 }
 
 fn toggles(ppm: f64, until: Time) -> Vec<PinChange> {
-    flown(BoardConfig { ppm, ..board("blinker", blinker()) }, until).take_pin_changes()
+    flown(BoardConfig { crystal: Crystal::ppm(ppm), ..board("blinker", blinker()) }, until).take_pin_changes()
 }
 
 #[test]
@@ -83,7 +84,8 @@ fn sleep_costs_no_instructions() {
 fn the_same_flight_gives_the_same_instants_whatever_the_stride() {
     let reference = toggles(12.5, Time::from_ms(50));
     for stride_us in [1, 7, 333] {
-        let mut board = EmulatedBoard::new(BoardConfig { ppm: 12.5, ..board("blinker", blinker()) }, 0);
+        let mut board =
+            EmulatedBoard::new(BoardConfig { crystal: Crystal::ppm(12.5), ..board("blinker", blinker()) }, 0);
         board.power(true);
         let mut now = Time::ZERO;
         while now < Time::from_ms(50) {

@@ -4,6 +4,7 @@ use crate::programs::*;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, Fittings, State};
 use twin::bxcan::Side;
+use twin::crystal::Crystal;
 use twin::mmio::Refusal;
 
 const GPIOA: u32 = 0x4002_0000;
@@ -117,7 +118,7 @@ fn a_full_ring_interrupts_and_starts_again() {
 #[test]
 fn captures_do_not_depend_on_the_length_of_the_quantum() {
     let ring = |quantum: Time| {
-        let mut board = asleep(BoardConfig { ppm: 37.5, ..witness([RING1, RING2]) });
+        let mut board = asleep(BoardConfig { crystal: Crystal::ppm(37.5), ..witness([RING1, RING2]) });
         let all = edges(Side::Can1, &[Time(2_016_001), Time(2_016_400), Time(2_020_007)]);
         let (mut now, mut left) = (board.now(), all.iter().peekable());
         while now < Time(2_100_000) {
@@ -137,7 +138,7 @@ fn captures_do_not_depend_on_the_length_of_the_quantum() {
 #[test]
 fn the_crystals_error_shows_in_the_captures() {
     let span = |ppm: f64| {
-        let mut board = asleep(BoardConfig { ppm, ..witness([RING1, RING2]) });
+        let mut board = asleep(BoardConfig { crystal: Crystal::ppm(ppm), ..witness([RING1, RING2]) });
         let instants = [Time::from_ms(6), Time::from_ms(1006)];
         fly(&mut board, &edges(Side::Can1, &instants), Time::from_ms(1010));
         let [a, b] = words::<2>(&board, RING1);

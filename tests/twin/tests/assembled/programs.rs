@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings};
+use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
 
@@ -66,7 +67,7 @@ pub fn board(name: &str, image: Arc<Image>) -> BoardConfig {
         model: Model::PYBOARD_V11,
         image,
         straps: Vec::new(),
-        ppm: 0.0,
+        crystal: Crystal::ppm(0.0),
         position_m: 0.0,
         power_on_at: Time::ZERO,
         fittings: Fittings::default(),

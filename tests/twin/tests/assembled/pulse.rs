@@ -3,6 +3,7 @@
 use crate::programs::*;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Edge, EmulatedBoard};
+use twin::crystal::Crystal;
 use twin::mmio::Refusal;
 use twin::peripherals::Pin;
 
@@ -46,7 +47,7 @@ fn edges(config: BoardConfig, quantum: Time) -> (EmulatedBoard, Vec<Edge>) {
 
 fn flown(ppm: f64, rest: &[u16], quantum: Time) -> (EmulatedBoard, Vec<Edge>) {
     let program = [&pulser()[..], rest].concat();
-    edges(BoardConfig { ppm, ..board("pulser", image(&program, &STOP)) }, quantum)
+    edges(BoardConfig { crystal: Crystal::ppm(ppm), ..board("pulser", image(&program, &STOP)) }, quantum)
 }
 
 /// Given a core that sleeps, runs, or is stopped every microsecond, when TIM5 matches, then the pin rises five counts later.

@@ -9,6 +9,7 @@ use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, State};
 use twin::bxcan::Side;
+use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::spacecraft::{BoardId, Bus, Event, Spacecraft, SpacecraftConfig, WireRecord};
 
@@ -80,9 +81,9 @@ fn completed(records: &[WireRecord]) -> Vec<(Bus, WireFrame, usize)> {
 
 fn conversation(quantum: Time) -> (Vec<WireRecord>, Spacecraft) {
     let mut spacecraft = Spacecraft::new(SpacecraftConfig { quantum, ..SpacecraftConfig::default() });
-    spacecraft.add_board(BoardConfig { ppm: 20.0, ..board("asker", asker()) });
+    spacecraft.add_board(BoardConfig { crystal: Crystal::ppm(20.0), ..board("asker", asker()) });
     spacecraft.add_board(BoardConfig {
-        ppm: -20.0,
+        crystal: Crystal::ppm(-20.0),
         position_m: 10.0,
         power_on_at: Time::from_us(150),
         ..board("answerer", answerer())
@@ -239,7 +240,11 @@ fn a_board_joins_a_bus_without_pauses() {
     let back = 0_u16.wrapping_sub(again.len() as u16 + 2) & 0x07FF; // B to its beginning
     let loops = [&send(CAN1, 0x456, PING)[..], &again, &[0xE000 | back]].concat();
     let jammer = [join_both_buses(), loops].concat();
-    let late = BoardConfig { ppm: -100.0, power_on_at: Time::from_ms(3), ..board("late", asker()) };
+    let late = BoardConfig {
+        crystal: Crystal::ppm(-100.0),
+        power_on_at: Time::from_ms(3),
+        ..board("late", asker())
+    };
     let mut spacecraft =
         spacecraft(vec![board("jammer", image(&jammer, &STOP)), board("bystander", bystander()), late]);
     spacecraft.run_until(Time::from_ms(10)).unwrap();

@@ -8,6 +8,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings, State};
+use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::{Model, Part};
 use twin::peripherals::Pin;
@@ -72,7 +73,7 @@ impl Seat {
             model: self.model,
             image: if self.node == MASTER { master } else { slave }.clone(),
             straps: self.straps(),
-            ppm: self.ppm,
+            crystal: Crystal::ppm(self.ppm),
             position_m: self.position_m,
             power_on_at: ms(self.power_on_ms),
             fittings: Fittings::default(),

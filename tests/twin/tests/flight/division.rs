@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, Fittings};
+use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
 
@@ -54,7 +55,7 @@ fn division_of_the_image_agrees_with_the_hosts() {
         model: Model::PYBOARD_V11,
         image: Arc::new(dividing(&STANDARD[1], &cases)),
         straps: Vec::new(),
-        ppm: 0.0,
+        crystal: Crystal::ppm(0.0),
         position_m: 0.0,
         power_on_at: Time::ZERO,
         fittings: Fittings::default(),

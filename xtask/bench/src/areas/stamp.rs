@@ -6,6 +6,7 @@
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, Fittings};
+use twin::crystal::Crystal;
 use twin::spacecraft::{Spacecraft, SpacecraftConfig};
 use twin::stamps::{Counts, Disturbance, Outcome, Trial};
 
@@ -64,7 +65,7 @@ fn fly(context: &Context, load: f64) -> anyhow::Result<Outcome> {
             model: FLOWN.model(),
             image: if node == 1 { &master } else { &slave }.clone(),
             straps: FLOWN.straps(node),
-            ppm,
+            crystal: Crystal::ppm(ppm),
             position_m,
             power_on_at: Time::from_ms(10 * u64::from(node)),
             fittings: Fittings::default(),
