@@ -141,7 +141,7 @@ impl EmulatedBoard {
         assert!(ppm.abs() <= 1000.0, "a crystal is not {ppm} ppm off");
         let flash_bytes = config.model.part.flash_bytes() as usize;
         assert!(config.image.flash().len() <= flash_bytes, "{}: the image does not fit", config.name);
-        let Fittings { capture_wires, lsi_hz, temperature_c, flash_timing, revision_a, hse_starts } =
+        let Fittings { capture_wires, lsi_hz, temperature_c, flash_timing, revision_a, hse_starts, .. } =
             config.fittings;
         assert!((17_000..=47_000).contains(&lsi_hz), "LSI runs at 17 to 47 kHz, not {lsi_hz} Hz");
         let mut peripherals = Peripherals::new(config.model, serial);

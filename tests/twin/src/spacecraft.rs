@@ -181,11 +181,15 @@ impl Spacecraft {
     /// When its crystal is more than 1000 ppm off, or a guest is there already.
     pub fn add_board(&mut self, config: BoardConfig) -> BoardId {
         let id = BoardId(self.boards.len());
-        let (power_on_at, position_m) = (config.power_on_at, config.position_m);
+        let BoardConfig { power_on_at, position_m, fittings, .. } = config;
         let board = EmulatedBoard::new(config, id.0 as u32 + 1);
         for bus in Bus::ALL {
             self.ports[bus as usize].push(BoardPort::new(board.link().clone(), bus.side()));
-            let node = self.wires[bus as usize].attach(position_m);
+            let wire = &mut self.wires[bus as usize];
+            let node = match fittings.transceiver {
+                Some(transceiver) => wire.attach_through(position_m, transceiver),
+                None => wire.attach(position_m),
+            };
             assert_eq!(node, id.0, "boards come before guests");
         }
         self.boards.push(board);

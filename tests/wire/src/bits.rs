@@ -177,7 +177,7 @@ impl Segment {
             if !changes {
                 continue;
             }
-            let at = self.cursor + stage.nodes[node].distance(&stage.nodes[member]) + stage.loop_delay;
+            let at = self.cursor + stage.nodes[node].path_to(&stage.nodes[member]);
             let (change, opposite) = match dominant {
                 true => (Change::Dominant(node), Change::Recessive(node)),
                 false => (Change::Recessive(node), Change::Dominant(node)),

@@ -13,6 +13,7 @@ use crate::controller::{ErrorKind, NodeIndex, WireEvent};
 use crate::encode::INTERMISSION_BITS;
 use crate::fine::Fine;
 use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
+use crate::node::Node;
 use crate::segment::{Mode, Segment};
 use crate::stage::Stage;
 use crate::timing::{BitClock, Edge};
@@ -238,7 +239,7 @@ impl Segment {
                 participants.push(Participant { node, clock, transmits: true, silent: false });
                 continue;
             }
-            let arrival = own.start + this.distance(&stage.nodes[transmitter]) + stage.loop_delay;
+            let arrival = own.start + stage.nodes[transmitter].path_to(this);
             let silent = this.mac.is_silent();
             let babbles = this.condition.babbles.is_some();
             let clock = match this.mac.state {
@@ -279,7 +280,8 @@ impl Segment {
     ) -> Option<Flight> {
         let sample = plan.clock.sample() - plan.clock.start();
         let disturbed = self.members.iter().any(|&node| !stage.nodes[node].is_undisturbed());
-        if disturbed || !stage.flips.is_empty() || stage.loop_delay > sample {
+        let slow = self.members.iter().any(|&node| stage.nodes[node].path_to(&stage.nodes[node]) > sample);
+        if disturbed || !stage.flips.is_empty() || slow {
             return None;
         }
         let flight = if participants.len() == 1 {
@@ -339,8 +341,8 @@ impl Segment {
                 clock.skip((plan.delimiter() - plan.index) as u64, RECESSIVE);
                 clock
             } else {
-                let distance = stage.nodes[participant.node].distance(&stage.nodes[plan.transmitter]);
-                participant.clock.follow(&plan.edges, distance + stage.loop_delay, rest)?
+                let delay = stage.nodes[plan.transmitter].path_to(&stage.nodes[participant.node]);
+                participant.clock.follow(&plan.edges, delay, rest)?
             };
         }
         let pulses = self.acknowledge(&mut participants, stage)?;
@@ -357,14 +359,14 @@ impl Segment {
         let place = |node: NodeIndex| stage.nodes[node].offset;
         let mut pulses = Pulses::default();
         for participant in &*participants {
-            pulses.begins.push(participant, participant.clock.end(), place(participant.node));
+            pulses.begins.push(participant, participant.clock.end(), &stage.nodes[participant.node]);
         }
         for participant in &mut *participants {
             let edge = pulses.begins.reaching(participant.node, stage, Fine::min)?;
             participant.clock = pass_edge(participant.clock, edge, RECESSIVE, !participant.transmits)?;
         }
         for participant in &*participants {
-            pulses.ends.push(participant, participant.clock.end(), place(participant.node));
+            pulses.ends.push(participant, participant.clock.end(), &stage.nodes[participant.node]);
         }
         let extent = match (self.members.first(), self.members.last()) {
             (Some(&left), Some(&right)) => place(right) - place(left),
@@ -437,7 +439,7 @@ impl Segment {
     ) -> Vec<(NodeIndex, VecDeque<(Fine, bool)>)> {
         let watching = self.members.iter().filter(|&&node| stage.nodes[node].watches);
         let line = |&node: &NodeIndex| {
-            let delay = stage.nodes[node].distance(&stage.nodes[plan.transmitter]) + stage.loop_delay;
+            let delay = stage.nodes[plan.transmitter].path_to(&stage.nodes[node]);
             let mut changes = VecDeque::with_capacity(plan.own.encoded.changes().len());
             if plan.index == 0 {
                 changes.push_back((plan.clock.start() + delay, DOMINANT));
@@ -456,8 +458,8 @@ impl Segment {
         flight.with_sof
             && self.cursor <= flight.own.start + flight.own.bit
             && flight.landings.iter().any(|&Landing { node, .. }| {
-                let reached = flight.own.start + stage.nodes[node].distance(&stage.nodes[flight.transmitter]);
-                let arrival = reached + stage.loop_delay;
+                let delay = stage.nodes[flight.transmitter].path_to(&stage.nodes[node]);
+                let arrival = flight.own.start + delay;
                 node != flight.transmitter
                     && self.cursor <= arrival
                     && !stage.nodes[node].mac.is_silent()
@@ -551,18 +553,19 @@ impl Pulses {
 /// Level changes on their way from several nodes at once.
 #[derive(Default)]
 struct Origins {
-    /// Instant and place.
+    /// When the level is on the line, and where.
     heard_by_all: Vec<(Fine, Fine)>,
     /// Of silent nodes: only they themselves see them.
     silent: Vec<(NodeIndex, Fine)>,
 }
 
 impl Origins {
-    fn push(&mut self, participant: &Participant, at: Fine, place: Fine) {
+    fn push(&mut self, participant: &Participant, at: Fine, from: &Node) {
+        let at = at + from.driver;
         match participant {
             Participant { transmits: true, .. } => {}
             Participant { silent: true, node, .. } => self.silent.push((*node, at)),
-            Participant { .. } => self.heard_by_all.push((at, place)),
+            Participant { .. } => self.heard_by_all.push((at, from.offset)),
         }
     }
 
@@ -572,7 +575,7 @@ impl Origins {
         let heard = self.heard_by_all.iter().map(|&(at, from)| at + Fine(from.0.abs_diff(place.0)));
         let first = heard.reduce(pick)?;
         let own = self.silent.iter().find(|(silent, _)| *silent == node).map_or(first, |&(_, at)| at);
-        Some(pick(first, own) + stage.loop_delay)
+        Some(pick(first, own) + stage.nodes[node].receiver)
     }
 
     fn all(&self) -> impl Iterator<Item = Fine> {

@@ -29,5 +29,6 @@ mod stage;
 pub mod station;
 pub mod time;
 pub mod timing;
+pub mod transceiver;
 pub mod waveform;
 pub mod wire;

@@ -6,6 +6,7 @@ use crate::fine::Fine;
 use crate::frame::WireFrame;
 use crate::mac::{DOMINANT, Mac, RECESSIVE};
 use crate::time::Time;
+use crate::transceiver::Transceiver;
 
 /// Drivers of a wire, one bit each.
 pub(crate) type Drivers = u128;
@@ -19,6 +20,9 @@ pub(crate) struct Node {
     pub(crate) position_m: f64,
     /// Propagation delay from the left end.
     pub(crate) offset: Fine,
+    /// From its output to the line, and from the line to its input.
+    pub(crate) driver: Fine,
+    pub(crate) receiver: Fine,
     /// Dominant drivers that have arrived here.
     pub(crate) seen: Drivers,
     /// The level at its RX pin.
@@ -88,11 +92,14 @@ impl Condition {
 }
 
 impl Node {
-    pub(crate) fn new(position_m: f64, offset: Fine) -> Self {
+    pub(crate) fn new(position_m: f64, offset: Fine, transceiver: Transceiver) -> Self {
+        let [driver, receiver] = transceiver.delays();
         Node {
             mac: Mac::new(),
             position_m,
             offset,
+            driver,
+            receiver,
             seen: 0,
             level: RECESSIVE,
             driving: false,
@@ -128,8 +135,9 @@ impl Node {
         self.short.is_none() && self.glitch == Glitching::default() && !self.condition.stuck_dominant
     }
 
-    pub(crate) fn distance(&self, other: &Node) -> Fine {
-        Fine(self.offset.0.abs_diff(other.offset.0))
+    /// Delay from its output to the input of another node or of itself.
+    pub(crate) fn path_to(&self, other: &Node) -> Fine {
+        self.driver + Fine(self.offset.0.abs_diff(other.offset.0)) + other.receiver
     }
 
     pub(crate) fn record_change(&mut self, at: Fine, level: bool) {

@@ -29,8 +29,6 @@ pub(crate) struct Stage<'a> {
     pub(crate) controllers: &'a mut dyn Controllers,
     pub(crate) observed: &'a mut Observed,
     pub(crate) flips: &'a mut Vec<Flip>,
-    /// Transceiver delay of every path, the one to the own receiver included.
-    pub(crate) loop_delay: Fine,
     /// When the next fault strikes.
     pub(crate) horizon: Fine,
     /// Undisturbed frames may be computed as a whole.

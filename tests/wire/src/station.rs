@@ -6,6 +6,7 @@ use crate::controller::{Attachment, Controller, NodeIndex, WireEvent};
 use crate::frame::WireFrame;
 use crate::time::Time;
 use crate::timing::BitTiming;
+use crate::transceiver::Transceiver;
 use crate::wire::{Controllers, Wire, WireConfig};
 
 /// Sends its queue in order, each frame not before its time, and repeats what failed.
@@ -120,9 +121,16 @@ impl Controllers for OnWire<'_> {
 impl Bench {
     /// Stations at positions in metres.
     pub fn new(config: WireConfig, stations: Vec<(f64, Station)>) -> Self {
+        let transceiver = Transceiver::with_loop(config.transceiver_ns);
+        let stations = stations.into_iter().map(|(position_m, station)| (position_m, transceiver, station));
+        Bench::with_transceivers(config, stations.collect())
+    }
+
+    /// Stations at positions in metres, each behind a transceiver of its own.
+    pub fn with_transceivers(config: WireConfig, stations: Vec<(f64, Transceiver, Station)>) -> Self {
         let mut wire = Wire::new(config);
-        let stations = stations.into_iter().map(|(position_m, station)| {
-            wire.attach(position_m);
+        let stations = stations.into_iter().map(|(position_m, transceiver, station)| {
+            wire.attach_through(position_m, transceiver);
             station
         });
         let stations = stations.collect();

@@ -20,6 +20,7 @@ use crate::record::{Counters, Destruction, Observation};
 use crate::segment::{Mode, Segment};
 use crate::stage::{Observed, Stage};
 use crate::time::Time;
+use crate::transceiver::Transceiver;
 use crate::waveform::{Recorder, Waveform};
 
 /// The controllers of one wire, by index of attachment.
@@ -33,8 +34,8 @@ pub trait Controllers {
 pub struct WireConfig {
     /// Propagation delay, nanoseconds per metre.
     pub ns_per_m: u32,
-    /// Delay of transceivers and isolation, out and in together, nanoseconds. It also lies between a node's output and
-    /// its own input.
+    /// Delay of transceivers and isolation, out and in together, nanoseconds, of nodes that come with none of their own. It also
+    /// lies between a node's output and its own input.
     pub transceiver_ns: u32,
     /// Computes every bit, also those of undisturbed frames.
     pub bit_by_bit: bool,
@@ -99,22 +100,32 @@ impl Wire {
     /// Attaches a controller `position_m` metres from the left end; in any order of positions.
     ///
     /// # Panics
+    /// As [`Wire::attach_through`].
+    pub fn attach(&mut self, position_m: f64) -> NodeIndex {
+        self.attach_through(position_m, Transceiver::with_loop(self.config.transceiver_ns))
+    }
+
+    /// Attaches a controller behind a transceiver of its own.
+    ///
+    /// # Panics
     /// When the position is negative or not finite, after the first [`Wire::advance`], or for a node too many (128): a
     /// mistake in a test, not an input.
-    pub fn attach(&mut self, position_m: f64) -> NodeIndex {
+    pub fn attach_through(&mut self, position_m: f64, transceiver: Transceiver) -> NodeIndex {
         assert!(position_m.is_finite() && position_m >= 0.0, "no place on a cable: {position_m} m");
         assert_eq!(self.now, Time::ZERO, "nodes are attached before time runs");
         assert!(self.nodes.len() < MOST_NODES, "a wire has at most {MOST_NODES} nodes");
         let node = self.nodes.len();
         let delay_ns = position_m * f64::from(self.config.ns_per_m);
-        self.nodes.push(Node::new(position_m, Fine::from_ratio((delay_ns * 336.0).round() as u64, 1000)));
+        let offset = Fine::from_ratio((delay_ns * 336.0).round() as u64, 1000);
+        self.nodes.push(Node::new(position_m, offset, transceiver));
         self.segments = self.pieces().into_iter().map(|members| Segment::new(members, Fine(0))).collect();
         node
     }
 
-    /// Propagation delay between two nodes, whether or not the cable between them is whole.
+    /// Delay from the output of one node to the input of another, or to its own: both transceivers and the cable, whether or not
+    /// that is whole.
     pub fn delay(&self, from: NodeIndex, to: NodeIndex) -> Time {
-        self.nodes[from].distance(&self.nodes[to]).nearest()
+        self.nodes[from].path_to(&self.nodes[to]).nearest()
     }
 
     /// Until when the wire has been advanced.
@@ -334,7 +345,6 @@ impl Wire {
             controllers,
             observed: &mut self.observed,
             flips: &mut self.flips,
-            loop_delay: Fine::from_ratio(u64::from(self.config.transceiver_ns) * 336, 1000),
             horizon: Fine::from_time(planned.min(error)),
             fast: !self.config.bit_by_bit && self.recorder.is_none(),
             recorder: self.recorder.as_mut(),
@@ -509,7 +519,6 @@ impl Wire {
         let old = std::mem::take(&mut self.segments);
         let mut ledgers: Vec<_> = old.into_iter().map(|segment| (segment.members, segment.ledger)).collect();
         let now = Fine::from_time(self.now);
-        let loop_delay = Fine::from_ratio(u64::from(self.config.transceiver_ns) * 336, 1000);
         for (index, members) in pieces.iter().enumerate() {
             let mask: Drivers = members.iter().fold(0, |mask, &node| mask | 1 << node);
             let mut segment = Segment::new(members.clone(), now);
@@ -530,7 +539,7 @@ impl Wire {
                 for &driver in members {
                     let is_new = before[node] >> driver & 1 == 0;
                     if is_new && self.nodes[driver].driving_others {
-                        let at = now + self.nodes[driver].distance(&self.nodes[node]) + loop_delay;
+                        let at = now + self.nodes[driver].path_to(&self.nodes[node]);
                         segment.arrivals().push(Arrival { at, change: Change::Dominant(driver), node });
                     }
                 }

@@ -9,6 +9,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::{Destruction, Observation};
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
+use can_wire::transceiver::Transceiver;
 use can_wire::wire::WireConfig;
 use common::*;
 use proptest::prelude::*;
@@ -184,6 +185,28 @@ fn propagation_delays_the_receiver_by_5_ns_per_metre() {
     assert_eq!(bench.stations[1].line[0], (us(SOF) + Time(67), false));
     assert_eq!(bench.stations[2].line[0], (us(SOF) + Time(16), false));
     assert_eq!((bench.wire.delay(0, 1), bench.wire.delay(1, 0)), (Time(67), Time(67)));
+}
+
+/// Each node's driver delays what it sends and its receiver what it hears, its own bits included; the cable lies between.
+#[test]
+fn transceivers_delay_by_node_and_direction() {
+    let listener = || Station { watches_line: true, ..Station::default() };
+    let transceiver = |driver_ns, receiver_ns| Transceiver { driver_ns, receiver_ns };
+    for bit_by_bit in [false, true] {
+        let stations = vec![
+            (10.0, transceiver(70, 85), listener().sending(us(SOF), sync())),
+            (50.0, transceiver(80, 65), listener()),
+            (10.0, transceiver(0, 0), listener()),
+        ];
+        let config = WireConfig { bit_by_bit, ..WireConfig::default() };
+        let mut bench = Bench::with_transceivers(config, stations);
+        bench.leap(us(100));
+        // 70 + 85 ns; 70 + 200 + 65 ns; 70 ns: 52.08, 112.56 and 23.52 ticks. The line changes in the tick that has begun.
+        let first = |node: usize| bench.stations[node].line[0];
+        assert_eq!([0, 1, 2].map(first), [52, 112, 23].map(|ticks| (us(SOF) + Time(ticks), false)));
+        assert_eq!([(0, 0), (0, 1), (1, 0)].map(|(from, to)| bench.wire.delay(from, to).0), [52, 113, 123]);
+        assert_eq!((sent(&bench, 0).len(), received(&bench, 1).len()), (1, 1));
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::station::{Bench, Station};
 use can_wire::time::Time;
 use can_wire::timing::BitTiming;
+use can_wire::transceiver::Transceiver;
 use can_wire::waveform::Waveform;
 use can_wire::wire::WireConfig;
 use common::cases;
@@ -32,7 +33,8 @@ struct Plan {
     faults: Vec<(u64, Fault)>,
     /// Faults that are scheduled when they happen, in the order of time.
     surprises: Vec<(u64, Surprise)>,
-    transceiver_ns: u32,
+    /// One for each node.
+    transceivers: Vec<Transceiver>,
     quantum_us: u64,
     /// Span of a waveform that is taken on the fast path, us.
     recorded: Option<(u64, u64)>,
@@ -129,27 +131,35 @@ fn plan(most_faults: usize) -> impl Strategy<Value = Plan> {
         let faults = prop::collection::vec((50u64..4_000, fault(count)), 0..=most_faults);
         let surprises = prop::collection::vec((50u64..4_000, surprise(count)), 0..=most_faults);
         let recorded = prop::option::of((0u64..4_000, 1u64..2_000));
-        (nodes, faults, surprises, prop_oneof![Just(0u32), 100u32..250], 1u64..20, recorded).prop_map(
-            |(nodes, faults, mut surprises, transceiver_ns, quantum_us, recorded)| {
+        let each = (0u32..130, 0u32..130)
+            .prop_map(|(driver_ns, receiver_ns)| Transceiver { driver_ns, receiver_ns });
+        let transceivers = prop_oneof![
+            Just(vec![Transceiver::default(); count]),
+            (100u32..250).prop_map(move |loop_ns| vec![Transceiver::with_loop(loop_ns); count]),
+            prop::collection::vec(each, count),
+        ];
+        (nodes, faults, surprises, transceivers, 1u64..20, recorded).prop_map(
+            |(nodes, faults, mut surprises, transceivers, quantum_us, recorded)| {
                 surprises.sort_by_key(|&(at, _)| at);
-                Plan { nodes, faults, surprises, transceiver_ns, quantum_us, recorded }
+                Plan { nodes, faults, surprises, transceivers, quantum_us, recorded }
             },
         )
     })
 }
 
 fn fly(plan: &Plan, bit_by_bit: bool, quantum: Option<Time>) -> Bench {
-    let config = WireConfig { bit_by_bit, transceiver_ns: plan.transceiver_ns, ..WireConfig::default() };
-    let stations = plan.nodes.iter().map(|(position_m, ppb, silent, frames)| {
+    let config = WireConfig { bit_by_bit, ..WireConfig::default() };
+    let nodes = plan.nodes.iter().zip(&plan.transceivers);
+    let stations = nodes.map(|((position_m, ppb, silent, frames), transceiver)| {
         let mut station =
             Station { watches_line: true, ..Station::with_timing(BitTiming::MEGABIT.fast_by(*ppb)) };
         station.attachment.as_mut().unwrap().silent = *silent;
         for (at, frame) in frames {
             station.queue.push_back((Time::from_us(*at), *frame));
         }
-        (*position_m, station)
+        (*position_m, *transceiver, station)
     });
-    let mut bench = Bench::new(config, stations.collect());
+    let mut bench = Bench::with_transceivers(config, stations.collect());
     for (at, fault) in &plan.faults {
         bench.wire.schedule(Time::from_us(*at), *fault).unwrap();
     }
@@ -264,7 +274,7 @@ fn a_driver_stuck_within_a_frame_does_not_change_the_past() {
             nodes: vec![(0.0, 0, false, vec![(50, frame)]), (0.0, 0, false, vec![])],
             faults: vec![],
             surprises: vec![(at, Surprise::Fault(Fault::StuckDominant(0)))],
-            transceiver_ns: 0,
+            transceivers: vec![Transceiver::default(); 2],
             quantum_us: 1,
             recorded: None,
         };
@@ -285,7 +295,7 @@ fn a_transmitter_that_goes_silent_reaches_nobody_on_both_paths() {
             nodes: vec![(0.0, 0, false, vec![(50, first)]), (0.0, 0, false, vec![(50, second)])],
             faults: vec![],
             surprises: vec![(at, Surprise::Silent(0, true))],
-            transceiver_ns: 100,
+            transceivers: vec![Transceiver::with_loop(100); 2],
             quantum_us: 1,
             recorded: None,
         };

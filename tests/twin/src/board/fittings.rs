@@ -1,5 +1,7 @@
 //! What differs from board to board of one model, faults of its hardware included.
 
+use can_wire::transceiver::Transceiver;
+
 use crate::accelerator::FlashTiming;
 
 /// What a board carries and what it feels.
@@ -7,6 +9,8 @@ use crate::accelerator::FlashTiming;
 pub struct Fittings {
     /// The two jumper wires from CAN_RX to the capture inputs: CAN1 to PA0, CAN2 to PA1.
     pub capture_wires: bool,
+    /// Delays of the transceivers of both buses; `None`: those of the wire's own configuration.
+    pub transceiver: Option<Transceiver>,
     /// Frequency of the LSI oscillator, Hz: 32 000 typical, 17 000 to 47 000 by the data sheet (DS8626 table 41).
     pub lsi_hz: u32,
     /// Temperature of the chip at first, °C.
@@ -23,6 +27,7 @@ impl Default for Fittings {
     fn default() -> Self {
         Fittings {
             capture_wires: true,
+            transceiver: None,
             lsi_hz: 32_000,
             temperature_c: 25.0,
             flash_timing: FlashTiming::AsSet,
