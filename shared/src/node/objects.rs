@@ -5,7 +5,7 @@ use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::redundancy::Parameters;
 use crate::sdo::SdoServerObjects;
-use crate::types::NodeId;
+use crate::types::{Duration, NodeId};
 
 /// Everything a node holds. `E` is what it has beyond CANopen.
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -56,11 +56,12 @@ impl<D: Device, E: Extension> NodeObjects<D, E> {
 
     /// Objects 1016h and 1017h: the master is consumed first of all (ECSS 6.5.2b).
     fn set_heartbeats(&mut self, redundancy: &Parameters) {
-        let time = redundancy.consumer.as_millis() as u32 & 0xFFFF;
+        // They hold at most 65 535 ms, whose microseconds fit into 32 bits: no division of 64 for them.
+        let millis = |time: Duration| (time.as_micros() as u32 / 1_000) as u16;
         if let Some(first) = self.consumers.entries_mut().first_mut() {
-            *first = u32::from(NodeId::MASTER.get()) << 16 | time;
+            *first = u32::from(NodeId::MASTER.get()) << 16 | u32::from(millis(redundancy.consumer));
         }
-        self.communication.heartbeat.time = redundancy.producer.as_millis() as u16;
+        self.communication.heartbeat.time = millis(redundancy.producer);
     }
 }
 

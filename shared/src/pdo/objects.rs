@@ -89,7 +89,8 @@ pub trait PdoSlots: Objects + Default + Clone + Debug {
     /// each kind then have the COB-IDs of the generic pre-defined connection set (CiA 301 7.3.3).
     fn at_power_on(node: NodeId, set: &PdoSet) -> Self {
         let mut all = Self::default();
-        for (direction, first) in [(Direction::Receive, 0x200), (Direction::Transmit, 0x180)] {
+        for direction in [Direction::Receive, Direction::Transmit] {
+            let first = if direction == Direction::Receive { 0x200 } else { 0x180 };
             let mut cob_id = INVALID | NO_REMOTE | (first + u32::from(node.get()));
             for number in 0..4 {
                 if let Some((to, _)) = all.pdo_mut(direction, number) {
