@@ -215,7 +215,7 @@ impl Buses {
 
     /// Begins the recoveries that are due. A bus that did not come back in time and is failed now; call until `None`.
     pub fn poll<E>(&mut self, now: Instant, out: &mut Outbox<E>) -> Option<Bus> {
-        for bus in Bus::ALL {
+        for &bus in &Bus::ALL {
             match self.recovery[bus].poll(now) {
                 Some(RecoveryStep::Recover) => out.command(bus, BusCommand::Recover),
                 Some(RecoveryStep::Failed) => return Some(bus),

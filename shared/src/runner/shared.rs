@@ -72,7 +72,7 @@ impl<N: Node> Shared<N> {
         // A loss may make the node send again. What is left then has its turn at the next step.
         for _ in 0..2 {
             self.telltale.app_overflows().add(self.out.take_overflows());
-            for bus in Bus::ALL {
+            for &bus in &Bus::ALL {
                 let frames = self.out.take_unsent(bus);
                 if frames > 0 {
                     self.node.on_link(bus, &LinkEvent::Unsent { frames }, now, &mut self.out);
