@@ -30,8 +30,9 @@ const REQUESTS: usize = TELECOMMANDS + SLAVES;
 const LOCAL_TIMES: usize = 0;
 const TELEMETRY: usize = LOCAL_TIMES + SLAVES;
 
-/// The spacecraft time, 181h. Its period is that of the profile.
+/// The spacecraft time at the last SYNC, 181h (ECSS 7.2.3). Its period is that of the profile.
 const SPACECRAFT_TIME: Tpdo = Tpdo::new(1, CobIdOf::fixed(0x181))
+    .transmission(1)
     .map(LocalScet::SCET_GET.field(ScetGet::FINE))
     .map(LocalScet::SCET_GET.field(ScetGet::COARSE));
 

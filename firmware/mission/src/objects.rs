@@ -17,8 +17,9 @@ pub const REQUEST_RPDO: usize = REQUEST.slot();
 /// Transmit PDO of telemetry, as requests number it.
 pub const TELEMETRY_TPDO: usize = TELEMETRY.slot();
 
-/// Receive PDO of the spacecraft time: TPDO 1 of the master, 181h.
+/// Receive PDO of the spacecraft time: TPDO 1 of the master, 181h, the time at the last SYNC (ECSS 7.2.3).
 const SPACECRAFT_TIME: Rpdo = Rpdo::new(1, CobIdOf::fixed(CobId::local_time(NodeId::MASTER).raw()))
+    .transmission(1)
     .map(LocalScet::SCET_SET.field(ScetSet::FINE))
     .map(LocalScet::SCET_SET.field(ScetSet::COARSE));
 /// Receive PDO of telecommands: 300h + node.

@@ -4,7 +4,8 @@ use super::{Communication, Node, Outbox};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::pdo::{PdoSet, PdoSlots};
-use crate::types::{AbortCode, Address, CobId, Instant, NodeId};
+use crate::time::LocalUtc;
+use crate::types::{AbortCode, Address, CobId, Instant, NodeId, UtcRelation};
 
 /// A device, for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs, and what
 /// its communication profile is at power-on.
@@ -48,6 +49,18 @@ pub trait Device: Objects + Default + 'static {
     const PDOS: PdoSet;
     /// COB-IDs whose frames a master hands to its application as they are: for what no PDO covers.
     const RAW_FRAMES: &'static [CobId] = &[];
+
+    /// Bits of fine time that it keeps, 0 to 24: those below are sent as zero and not looked at (ECSS 7.1.2g, h).
+    const FINE_BITS: u32 = 24;
+    /// What UTC it is by the SCET, for a device that has the objects of [`LocalUtc`].
+    const UTC: Option<UtcRelation> = None;
+    /// Whether it keeps submilliseconds of the UTC (ECSS 7.1.3f, g).
+    const SUBMILLISECONDS: bool = true;
+
+    /// Its objects 2012h and 2013h, if it keeps UTC.
+    fn utc(&mut self) -> Option<&mut LocalUtc> {
+        None
+    }
 
     /// The communication profile at power-on and after reset communication: names and identity, and whatever else is not as
     /// [`Communication::new`] has it.

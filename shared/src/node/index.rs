@@ -8,7 +8,7 @@ use crate::pdo::PdoObjects;
 use crate::redundancy::RedundancyObjects;
 use crate::store::StoreObjects;
 use crate::sync::SyncObjects;
-use crate::time::LocalScet;
+use crate::time::{ClockObjects, LocalScet, LocalUtc};
 
 pub const PRE_DEFINED_ERRORS: u16 = EmcyObjects::ERRORS.index();
 pub const SYNC_COB_ID: u16 = SyncObjects::COB_ID.index();
@@ -25,6 +25,9 @@ pub const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();
 pub const REDUNDANCY: u16 = RedundancyObjects::PARAMETERS.index();
 pub const SCET_SET: u16 = LocalScet::SCET_SET.index();
 pub const SCET_GET: u16 = LocalScet::SCET_GET.index();
+pub const UTC_SET: u16 = LocalUtc::UTC_SET.index();
+pub const UTC_GET: u16 = LocalUtc::UTC_GET.index();
+pub const CLOCK_QUALITY: u16 = ClockObjects::QUALITY.index();
 pub const HEALTH_NOMINAL: u16 = Spacecraft::HEALTH_NOMINAL.index();
 pub const HEALTH_REDUNDANT: u16 = Spacecraft::HEALTH_REDUNDANT.index();
 pub const SELF_TEST_START: u16 = Spacecraft::SELF_TEST_START.index();

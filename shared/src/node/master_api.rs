@@ -6,6 +6,7 @@ use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::NmtMessage;
 use crate::redundancy::SwitchCause;
+use crate::time::Step;
 use crate::types::{Address, Bus, Frame, NmtState, NodeId, Scet};
 
 /// What a master tells its application.
@@ -75,8 +76,10 @@ pub enum MasterEvent {
         /// Which, 0 is the first.
         number: u16,
     },
-    /// The clock was set.
+    /// A spacecraft time arrived, and the clock follows it.
     Time(Scet),
+    /// The clock was set, instead of steered: by command, for the first time, or because it was too far off.
+    Step(Step),
     /// An emergency message (ECSS 6.4).
     Emergency {
         /// Of whom.

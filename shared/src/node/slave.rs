@@ -165,7 +165,7 @@ impl<D: Device> Slave<D> {
     pub fn status(&self, now: Instant) -> Status {
         Status {
             uptime: now.since(Instant::ZERO),
-            scet: self.canopen.services.clock.at(now),
+            scet: self.canopen.services.scet(now),
             state: self.canopen.nmt.state(),
             active: self.selector.selected(),
             redundancy: *self.selector.parameters(),
@@ -194,7 +194,7 @@ impl<D: Device> Slave<D> {
 
     /// Local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
-        self.canopen.services.clock.at(now)
+        self.canopen.services.scet(now)
     }
 }
 

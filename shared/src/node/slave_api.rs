@@ -3,6 +3,7 @@
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::Command;
+use crate::time::Step;
 use crate::types::{Address, Bus, NmtState, NodeId, Scet};
 
 /// What a slave tells its application.
@@ -71,8 +72,10 @@ pub enum SlaveEvent {
         /// Its end.
         stamp: Stamp,
     },
-    /// The clock was set to the spacecraft time.
+    /// A spacecraft time arrived, and the clock follows it.
     Time(Scet),
+    /// The clock was set, instead of steered: by command, for the first time, or because it was too far off.
+    Step(Step),
     /// The error state of a controller changed.
     Health {
         /// Which bus.

@@ -6,7 +6,7 @@ use crate::node::Counters;
 use crate::od::{Objects, Record};
 use crate::redundancy::RedundancyObjects;
 use crate::store::StoreObjects;
-use crate::time::LocalScet;
+use crate::time::{ClockObjects, LocalScet};
 
 /// The objects 2000h to 203Fh, 1010h and 1011h.
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -17,6 +17,9 @@ pub struct Spacecraft {
     /// Of the time
     #[objects]
     pub time: LocalScet,
+    /// Of the clock
+    #[objects]
+    pub clock: ClockObjects,
     /// Parameter store
     #[objects]
     pub storage: StoreObjects,

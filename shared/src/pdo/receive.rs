@@ -1,6 +1,7 @@
 //! Receive PDOs: frames into the dictionary (CiA 301 7.2.2, ECSS 6.2, 6.9).
 //!
-//! * Types 0 to 240 take effect at the next SYNC, the newest frame of each PDO; 254 and 255 at once.
+//! * Types 0 to 240 take effect at the next SYNC, the newest frame of each PDO; 254 and 255 at once. One that brings the time
+//!   takes effect at once whatever its type: with types 0 to 240 it is the time of the last SYNC (ECSS 7.2.3c), not the next.
 //! * A frame with fewer bytes than are mapped is not processed. One with more is, as far as it is mapped. A value outside
 //!   of its limits is not written, the others of its frame are, and the frame does not count as applied. All three are
 //!   errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is gone.
@@ -112,7 +113,10 @@ struct Configured {
     deadline: Instant,
     /// Milliseconds.
     timeout: u16,
+    /// Only taken within the synchronous window.
     synchronous: bool,
+    /// Takes effect at the next SYNC.
+    waits: bool,
     waiting: bool,
     /// A bit for each that is there.
     errors: u8,
@@ -132,6 +136,7 @@ impl Configured {
         deadline: Instant::NEVER,
         timeout: 0,
         synchronous: false,
+        waits: false,
         waiting: false,
         errors: 0,
         taken: 0,
@@ -178,7 +183,7 @@ impl<S: PdoSlots> Rpdos<S> {
     }
 
     /// New values of objects 1400h + `number` and 1600h + `number`, and what [`rules::resolve`] makes of them. What was held is
-    /// gone, its errors are resolved, the deadline waits for the next frame.
+    /// gone, its errors are resolved, the deadline waits for the next frame. `brings_time`: among its objects is a time to set.
     ///
     /// # Errors
     /// [`AbortCode::NoObject`] for a `number` without a slot. Nothing was changed.
@@ -187,6 +192,7 @@ impl<S: PdoSlots> Rpdos<S> {
         number: usize,
         parameters: &PdoParameters,
         resolved: Option<(CobId, Layout)>,
+        brings_time: bool,
     ) -> Result<(), AbortCode> {
         let (Some(id), Some(pdo)) = (self.ids.as_mut().get_mut(number), self.pdos.as_mut().get_mut(number))
         else {
@@ -199,6 +205,7 @@ impl<S: PdoSlots> Rpdos<S> {
             pdo.layout = layout;
             pdo.timeout = parameters.event_timer;
             pdo.synchronous = rules::is_synchronous(parameters.transmission);
+            pdo.waits = pdo.synchronous && !brings_time;
             pdo.note_plain();
         }
         self.has_events |= pdo.taken != 0;
@@ -280,15 +287,15 @@ impl<S: PdoSlots> Rpdos<S> {
             pdo.deadline = at + Duration::from_millis(u64::from(pdo.timeout));
             self.next = self.next.min(pdo.deadline);
         }
-        if !pdo.synchronous {
-            let all = pdo.apply(frame.bits(), objects);
-            self.has_events |= pdo.has_events();
-            if all { Taken::Applied } else { Taken::Refused }
-        } else if at <= window_end {
+        if pdo.synchronous && at > window_end {
+            Taken::OutsideWindow
+        } else if pdo.waits {
             (pdo.held, pdo.waiting, self.waiting) = (frame.bits(), true, true);
             Taken::Held
         } else {
-            Taken::OutsideWindow
+            let all = pdo.apply(frame.bits(), objects);
+            self.has_events |= pdo.has_events();
+            if all { Taken::Applied } else { Taken::Refused }
         }
     }
 

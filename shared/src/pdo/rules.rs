@@ -20,9 +20,12 @@ use crate::od::{CobIdEntry, EntryUse, INVALID, NO_REMOTE, Objects};
 use crate::pdo::{MAPPED, Mapping, PdoParameters};
 use crate::types::{AbortCode, CobId};
 
+/// Transmission type of a PDO of each 240th SYNC: those above do not depend on SYNC.
+pub const LAST_CYCLIC: u8 = 240;
+
 /// Whether a transmission type depends on SYNC.
 pub const fn is_synchronous(transmission: u8) -> bool {
-    transmission <= 240
+    transmission <= LAST_CYCLIC
 }
 
 /// The parameters of a PDO after a write.

@@ -1,15 +1,18 @@
-//! Time: protocol timers, stamps, spacecraft time.
+//! Time: the clock of protocol timers, the local SCET clock, and the service that sets, steers and tells it.
 
-mod clock;
 pub mod disciplined;
 mod estimator;
 mod objects;
 mod quality;
+mod service;
 mod span;
 
-pub use clock::LocalClock;
-pub use objects::{LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, UtcGet, UtcSet};
+pub use disciplined::LocalClock;
+pub use objects::{
+    ClockObjects, ClockQuality, LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, TimeCorrection, UtcGet, UtcSet,
+};
 pub use quality::{Quality, Step, TimeSource};
+pub use service::{Taken, TimeService, mean_of_truncated};
 
 use crate::types::Instant;
 

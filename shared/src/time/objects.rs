@@ -1,5 +1,6 @@
-//! Objects 2010h to 2013h: spacecraft time, set and read.
+//! Objects 2010h to 2015h: spacecraft time, set and read; how a node corrects its stamps; how good its clock is.
 
+use super::{Quality, TimeSource};
 use crate::od::{Objects, Record, U24};
 use crate::types::{Scet, Utc};
 
@@ -7,14 +8,32 @@ use crate::types::{Scet, Utc};
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct LocalScet {
     /// Local SCET set
+    ///
+    /// A write of one sub-index waits for the other, at most 10 s: the clock is set once, when the second one comes.
     #[object(0x2010, record)]
     pub scet_set: ScetSet,
     /// Local SCET get
+    ///
+    /// The sub-index that is read first takes a sample, of which the other one is read within 10 s.
     #[object(0x2011, record)]
     pub scet_get: ScetGet,
 }
 
-pub(super) const SCET_SET: u16 = LocalScet::SCET_SET.index();
+/// How a node corrects its stamps, and how good its clock is.
+#[derive(Clone, Debug, PartialEq, Objects)]
+pub struct ClockObjects {
+    /// Time correction
+    #[object(0x2014, record)]
+    pub correction: TimeCorrection,
+    /// Clock quality
+    #[object(0x2015, record)]
+    pub quality: ClockQuality,
+}
+
+impl LocalScet {
+    /// Sub-indices of each of its records.
+    pub(crate) const PARTS: u8 = 2;
+}
 
 /// Spacecraft elapsed time as it is set (0040h, ECSS 7.1.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
@@ -60,15 +79,98 @@ impl From<Scet> for ScetGet {
     }
 }
 
-/// The time objects of a device that keeps UTC (ECSS 7.1.3): for its own `#[objects]`.
+/// What makes the stamps of a node late, and the spacecraft time that it receives coarse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct TimeCorrection {
+    /// Delay on the nominal bus
+    ///
+    /// How much later than at the connector of the producer of SYNC this node sees it: cable and receiver, nanoseconds. At
+    /// the producer: its receiver.
+    #[sub(1, rw)]
+    pub nominal: i32,
+    /// Delay on the redundant bus
+    ///
+    /// Nanoseconds.
+    #[sub(2, rw)]
+    pub redundant: i32,
+    /// Bits of fine time that the time producer sends
+    #[sub(3, rw, low = 0, high = 24, default = 24)]
+    pub fine_bits: u8,
+}
+
+/// How good the clock of a node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct ClockQuality {
+    /// Bound of the error
+    ///
+    /// Against the spacecraft time, nanoseconds; FFFFFFFFh: none.
+    #[sub(1, ro, pdo)]
+    pub bound: u32,
+    /// Source
+    ///
+    /// 0 never set, 1 command, 2 SYNC stamped in hardware, 3 SYNC stamped in its interrupt, 4 arrival of the time.
+    #[sub(2, ro, pdo)]
+    pub source: u8,
+    /// Age
+    ///
+    /// Since the source told the time last, milliseconds.
+    #[sub(3, ro, pdo)]
+    pub age: u32,
+    /// Rate
+    ///
+    /// Of the node's oscillator against the spacecraft time, parts per billion; a fast one is positive.
+    #[sub(4, ro, pdo)]
+    pub rate: i32,
+    /// Steps
+    ///
+    /// How often the clock was set instead of steered.
+    #[sub(5, ro, pdo)]
+    pub steps: u16,
+    /// Late spacecraft times
+    ///
+    /// Those that came after the next SYNC, and were not used.
+    #[sub(6, ro, pdo)]
+    pub late: u16,
+}
+
+impl ClockQuality {
+    pub(super) fn new(quality: &Quality, late: u16) -> Self {
+        ClockQuality {
+            bound: quality.bound_ns,
+            source: match quality.source {
+                TimeSource::None => 0,
+                TimeSource::Command => 1,
+                TimeSource::Capture => 2,
+                TimeSource::Interrupt => 3,
+                TimeSource::Reception => 4,
+            },
+            age: quality.age_ms,
+            rate: quality.rate_ppb,
+            steps: quality.steps,
+            late,
+        }
+    }
+}
+
+/// The time objects of a device that keeps UTC (ECSS 7.1.3): for its own `#[objects]`, and
+/// [`Device::utc`](crate::node::Device::utc).
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct LocalUtc {
     /// Local UTC set
+    ///
+    /// A write of one sub-index waits for the others, at most 10 s: the clock is set once, when the last one comes.
     #[object(0x2012, record)]
     pub utc_set: UtcSet,
     /// Local UTC get
+    ///
+    /// The sub-index that is read first takes a sample, of which the others are read within 10 s.
     #[object(0x2013, record)]
     pub utc_get: UtcGet,
+}
+
+impl LocalUtc {
+    /// Sub-indices of each of its records.
+    pub(crate) const PARTS: u8 = 3;
 }
 
 /// Spacecraft UTC as it is set (0041h, ECSS 7.1.3).
@@ -81,12 +183,12 @@ pub struct UtcSet {
     #[sub(1, rww, pdo)]
     pub day: u16,
     /// Milliseconds of day
-    #[sub(2, rww, pdo)]
+    #[sub(2, rww, pdo, low = 0, high = 86_400_999)]
     pub ms: u32,
     /// Submilliseconds of ms
     ///
     /// Microseconds of the millisecond, 0 to 999.
-    #[sub(3, rww, pdo)]
+    #[sub(3, rww, pdo, low = 0, high = 999)]
     pub submilliseconds: u16,
 }
 
@@ -123,7 +225,7 @@ impl From<Utc> for UtcGet {
     }
 }
 
-/// More milliseconds than a day has.
+/// More milliseconds than a day has, or more microseconds than a millisecond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NoTime;

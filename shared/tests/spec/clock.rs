@@ -1,7 +1,7 @@
 //! Local clock, timers.
 
-use ecss_can::time::LocalClock;
-use ecss_can::types::{Duration, Instant, Periodic, Scet};
+use ecss_can::time::{LocalClock, Step};
+use ecss_can::types::{Duration, FineInstant, Instant, Periodic, Scet};
 
 use crate::bench::{ms, span};
 
@@ -11,12 +11,14 @@ fn scet(coarse: u32, fine: u32) -> Scet {
 
 #[test]
 fn a_clock_counts_from_power_on_until_it_is_set() {
-    let mut clock = LocalClock::default();
-    assert_eq!(clock.at(ms(2_500)), scet(2, 0x0080_0000));
-    clock.set(scet(1_000, 0), ms(2_500));
-    assert_eq!(clock.at(ms(3_500)), scet(1_001, 0));
+    let mut clock = LocalClock::new();
+    let shows = |clock: &LocalClock, at| clock.at(FineInstant::from(at)).scet();
+    assert_eq!(shows(&clock, ms(2_500)), scet(2, 0x0080_0000));
+    let step = clock.set(ms(2_500).into(), scet(1_000, 0).into());
+    assert_eq!(step, Step { from: scet(2, 0x0080_0000), to: scet(1_000, 0) });
+    assert_eq!(shows(&clock, ms(3_500)), scet(1_001, 0));
     // A stamp may be older than the setting.
-    assert_eq!(clock.at(ms(2_000)), scet(999, 0x0080_0000));
+    assert_eq!(shows(&clock, ms(2_000)), scet(999, 0x0080_0000));
 }
 
 #[test]

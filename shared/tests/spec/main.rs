@@ -41,5 +41,6 @@ mod slave;
 mod slave_bus;
 mod store;
 mod sync;
+mod time;
 mod trial;
 mod utc;

@@ -121,6 +121,7 @@ fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
     master.run_until(ms(61));
     assert_eq!(master.times(NOMINAL, 0x701), [21, 41, 61]);
     assert_eq!(write(&mut master, 0x2010, 1, 1_000, 4), Ok(()));
+    assert_eq!(write(&mut master, 0x2010, 2, 0, 3), Ok(()));
     assert_eq!(read(&mut master, 0x2011, 1), 1_000);
 }
 

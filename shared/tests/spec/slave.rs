@@ -5,6 +5,7 @@ use ecss_can::link::port::{ErrorState, Filter, Health};
 use ecss_can::node::{BusCause, BusCommand, DeviceNode, FailCause, LinkEvent, Node, Slave, SlaveEvent};
 use ecss_can::od::U48;
 use ecss_can::profile::Profile;
+use ecss_can::time::Step;
 use ecss_can::types::{Bus, CobId, Instant, NmtState, PerBus, Scet};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, stamp};
@@ -297,7 +298,8 @@ fn each_sync_is_answered_with_the_local_time_at_its_end_when_operational() {
     // Given the spacecraft time 100 s at 50 ms
     let time = Scet::new(100, 0).unwrap();
     slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x181, &time.encode()), stamp: stamp(ms(50)) });
-    assert_eq!(slave.events, [SlaveEvent::Time(time)]);
+    let step = Step { from: Scet::new(0, 838_861).unwrap(), to: time };
+    assert_eq!(slave.events, [SlaveEvent::Time(time), SlaveEvent::Step(step)]);
     slave.clear();
     // When a SYNC that ended 4.5 s later is handled some microseconds late
     for at in (100..4_550).step_by(50) {

@@ -5,7 +5,8 @@ use crate::nmt::NmtStartup;
 use crate::node::{Communication, Device};
 use crate::od::{INVALID, Objects, Record};
 use crate::pdo::PdoSet;
-use crate::types::{AbortCode, Address, CobId, NodeId};
+use crate::time::LocalUtc;
+use crate::types::{AbortCode, Address, CobId, NodeId, UtcRelation};
 
 /// Slaves that an array has entries for: sub-index is Node-ID.
 const NODES: usize = 127;
@@ -28,6 +29,13 @@ impl<D: Device> Device for MasterObjects<D> {
     type Consumers = D::Consumers;
 
     const PDOS: PdoSet = D::PDOS;
+    const FINE_BITS: u32 = D::FINE_BITS;
+    const UTC: Option<UtcRelation> = D::UTC;
+    const SUBMILLISECONDS: bool = D::SUBMILLISECONDS;
+
+    fn utc(&mut self) -> Option<&mut LocalUtc> {
+        self.device.utc()
+    }
 
     /// Produces SYNC (ECSS 6.9d). Sends no emergencies, as no node consumes them: 1003h lists its errors.
     fn communication(id: NodeId) -> Communication {

@@ -55,8 +55,6 @@ pub struct Master<D: Device> {
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
     held: Deque<Outgoing, HELD>,
-    /// Spacecraft time when the last SYNC was sent.
-    at_sync: Option<Scet>,
     /// A spacecraft time was due while the active bus was not announced.
     is_time_pending: bool,
     /// COB-IDs of RPDOs changed: the filters are to follow.
@@ -85,7 +83,6 @@ impl<D: Device> Master<D> {
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
             stamped: profile.stamped,
             held: Deque::new(),
-            at_sync: None,
             is_time_pending: false,
             are_filters_due: false,
             filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
@@ -243,15 +240,15 @@ impl<D: Device> Master<D> {
     }
 
     /// The spacecraft time when the last SYNC was sent.
-    pub fn scet_at_sync(&self) -> Option<Scet> {
-        self.at_sync
+    pub fn scet_at_sync(&mut self) -> Option<Scet> {
+        self.services.scet_at_sync()
     }
 
     /// The node as it is at `now`.
     pub fn status(&self, now: Instant) -> Status {
         Status {
             uptime: now.since(Instant::ZERO),
-            scet: self.services.clock.at(now),
+            scet: self.services.scet(now),
             state: self.nmt.state(),
             active: self.manager.active(),
             redundancy: self.redundancy,
@@ -327,7 +324,7 @@ impl<D: Device> Node for Master<D> {
             MasterRequest::SwitchBus(bus) => self.manager.request(bus),
             MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
             MasterRequest::Boot(node) => self.boot.queue(node),
-            MasterRequest::SetTime(scet) => self.services.clock.set(scet, now),
+            MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), now, out),
         }
         self.run_all(now, now, out);
     }

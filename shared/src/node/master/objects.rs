@@ -8,11 +8,12 @@ use crate::heartbeat::ConsumerSlots;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{
-    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO, SCET_GET,
+    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO,
 };
-use crate::node::services::SdoStep;
 use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
-use crate::pdo::{Mapping, PdoSlots, rules};
+use crate::node::services::{SdoStep, carries_time};
+use crate::pdo::PdoSlots;
+use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
 use crate::sdo::SdoServerObjects;
@@ -20,6 +21,8 @@ use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, 
 
 /// Until there may be room for more filters.
 const FILTER_PAUSE: Duration = Duration::from_millis(1);
+/// Transmission type of a PDO that goes with each SYNC.
+const EVERY_SYNC: u8 = 1;
 /// 1F82h: never heard, or forgotten.
 pub(super) const UNKNOWN: u8 = 0;
 /// 1F82h: lost.
@@ -95,16 +98,21 @@ impl Initial {
         consumers
     }
 
-    /// PDOs of the time take the period of the profile where the device declares none.
+    /// PDOs of the time take the period of the profile where the device declares none: with SYNCs every n-th one.
     #[inline(never)] // made in their place
     fn pdos<D: Device>(&self) -> D::Pdos {
         let mut pdos = D::pdos(NodeId::MASTER);
         let period = self.time.as_millis().min(u64::from(u16::MAX)) as u16;
+        let syncs = self.time.as_micros() / self.sync.as_micros().max(1);
         let (tpdos, mappings) = pdos.tpdos_mut();
         for (tpdo, mapping) in tpdos.iter_mut().zip(mappings) {
-            let carries_time = mapping.objects().iter().any(|object| object >> 16 == u32::from(SCET_GET));
-            if carries_time && tpdo.event_timer == 0 && !rules::is_synchronous(tpdo.transmission) {
-                tpdo.event_timer = period;
+            if !carries_time(mapping) {
+                continue;
+            }
+            match tpdo.transmission {
+                EVERY_SYNC => tpdo.transmission = syncs.clamp(1, u64::from(LAST_CYCLIC)) as u8,
+                by_event if !is_synchronous(by_event) && tpdo.event_timer == 0 => tpdo.event_timer = period,
+                _ => {}
             }
         }
         pdos

@@ -131,7 +131,6 @@ impl<D: Device> Master<D> {
             self.manager.on_heartbeat_sent(bus, stamp.at);
         } else if frame.id() == self.sync.id() {
             self.boot.on_sync_sent();
-            self.at_sync = Some(self.services.clock.at(stamp.at));
             // What it produces itself is as it should be.
             if let Ok(counter) = self.services.on_sync(frame, stamp.at)
                 && self.nmt.state().allows_pdo()

@@ -1,6 +1,7 @@
 //! Events that masters and slaves report alike.
 
 use crate::node::{MasterEvent, SlaveEvent};
+use crate::time::Step;
 use crate::types::{Address, Bus, Scet};
 
 /// Events of the objects of a node.
@@ -9,8 +10,10 @@ pub trait NodeEvent {
     fn pdo(bus: Bus, number: u16, data: [u8; 8]) -> Self;
     /// A synchronous receive PDO took effect.
     fn synchronised(number: u16) -> Self;
-    /// The clock was set.
+    /// A spacecraft time arrived.
     fn time(scet: Scet) -> Self;
+    /// The clock was set.
+    fn step(step: Step) -> Self;
     /// An object was written by SDO.
     fn written(at: Address) -> Self;
     /// The self-test is to start.
@@ -32,6 +35,10 @@ macro_rules! node_event {
 
             fn time(scet: Scet) -> Self {
                 $event::Time(scet)
+            }
+
+            fn step(step: Step) -> Self {
+                $event::Step(step)
             }
 
             fn written(at: Address) -> Self {

@@ -4,7 +4,7 @@ use super::{Dictionary, FIRST_TOLD, NodeEvent, Services, Storage};
 use crate::emcy::ErrorCode;
 use crate::node::index::{
     CONFIGURATION, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE, RPDO, SCET_SET,
-    SELF_TEST_START, STORE,
+    SELF_TEST_START, STORE, UTC_SET,
 };
 use crate::node::{Device, Extension, NodeObjects, Outbox, SelfTest};
 use crate::od::{ObjectAccess, Transfer};
@@ -91,7 +91,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         // History, signatures, the stamp itself, commands and the time are no parameters.
         let is_parameter = !matches!(
             at.index,
-            PRE_DEFINED_ERRORS | STORE | RESTORE | CONFIGURATION | REQUEST_NMT | SCET_SET | SELF_TEST_START
+            PRE_DEFINED_ERRORS | STORE | RESTORE | CONFIGURATION | REQUEST_NMT
+                | SCET_SET | UTC_SET | SELF_TEST_START
         );
         if is_parameter {
             self.dictionary.objects.communication.configuration = [0; 2];
@@ -102,12 +103,11 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// An object that is not the application's was written over the bus: services and clock follow.
     pub fn on_own_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
-            if self.clock.follow(at, &objects.time, now) {
-                out.event(V::time(self.clock.at(now)));
-            } else if at.index == SELF_TEST_START {
+            if at.index == SELF_TEST_START {
                 objects.self_test = SelfTest { progress: SelfTest::RUNNING, failures: 0 };
                 out.event(V::self_test());
             }
+            self.on_time_written(at, now, out);
         }
         if at.index < FIRST_TOLD || at.index == REDUNDANCY {
             self.on_written(at);

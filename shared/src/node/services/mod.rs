@@ -10,6 +10,7 @@ mod pdos;
 mod process_data;
 mod rules;
 mod stored;
+mod time;
 
 use super::buses::Buses;
 use super::{Device, Extension, NodeObjects, Spacecraft};
@@ -22,12 +23,13 @@ use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::profile::Profile;
 use crate::store::ParameterStore;
-use crate::time::LocalClock;
+use crate::time::TimeService;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
 use crate::{sdo, sync};
 pub use dictionary::Dictionary;
 pub use events::NodeEvent;
 pub use stored::{NoStore, Storage, Stored};
+pub use time::{Brings, carries_time};
 
 /// The first object whose changes an application is told; those below are the services'.
 pub const FIRST_TOLD: u16 = index::REDUNDANCY;
@@ -53,15 +55,21 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     /// What comes for the SDO server.
     sdo_id: CobId,
     server: sdo::Server,
-    pub clock: LocalClock,
+    pub time: TimeService,
     pub buses: Buses,
     pub lifetimes: Lifetimes,
-    /// Receive PDOs that set the clock (2010h).
-    brings_time: <D::Pdos as PdoSlots>::Receive<bool>,
-    /// Transmit PDOs that carry the local time (2011h).
+    /// Receive PDOs that bring the time (2010h, 2012h).
+    brings_time: <D::Pdos as PdoSlots>::Receive<Brings>,
+    /// Whether one of them brings that of the last SYNC.
+    is_time_by_sync: bool,
+    /// Transmit PDOs that carry the local time (2011h, 2013h).
     carries_time: <D::Pdos as PdoSlots>::Transmit<bool>,
-    /// Whether a transmit PDO carries a live value: objects 2011h, 2020h, 2021h.
+    /// Whether a transmit PDO carries a live value: the local time, 2015h, 2020h, 2021h.
     carries_live_value: bool,
+    /// Whether the time of SYNCs is of use: for a live value, or for a time that is brought.
+    notes_syncs: bool,
+    /// How long a synchronous PDO may wait.
+    synchronous_lifetime: Duration,
     /// Nothing is due before. May be early, never late.
     pub next: Instant,
 }
@@ -91,7 +99,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             sync_id: CobId::SYNC,
             sdo_id: CobId::sdo_request(id),
             server: sdo::Server::new(profile.sdo_timeout),
-            clock: LocalClock::default(),
+            time: TimeService::default(),
             buses: Buses::new(profile.access(id), profile.bus_off),
             lifetimes: Lifetimes {
                 heartbeat: profile.heartbeat,
@@ -99,9 +107,12 @@ impl<D: Device, E: Extension> Services<D, E> {
                 event: profile.event,
                 sdo: profile.sdo_timeout,
             },
-            brings_time: D::Pdos::receive(false),
+            brings_time: D::Pdos::receive(Brings::Nothing),
+            is_time_by_sync: false,
             carries_time: D::Pdos::transmit(false),
             carries_live_value: false,
+            notes_syncs: false,
+            synchronous_lifetime: profile.sync.min(profile.heartbeat),
             next: Instant::ZERO,
             // Last: then the compiler makes it in its place.
             dictionary: Dictionary::new(id, objects, store),
@@ -244,6 +255,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         } else {
             self.dictionary.tpdos.stop();
             self.dictionary.rpdos.stop();
+            self.time.stop();
             self.sync.open();
         }
     }

@@ -1,6 +1,6 @@
 //! PDOs as the dictionary has them: what a client writes, what defaults and the application want, and what of it can be.
 
-use super::{Dictionary, rules};
+use super::{Brings, Dictionary, rules};
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_RPDO, LAST_RPDO_MAPPING, LAST_TPDO, RPDO, TPDO};
@@ -46,7 +46,10 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         let (_, mapping) = pdos.pdo(direction, number).ok_or(AbortCode::NoObject)?;
         let resolved = pdo::resolve::<NodeObjects<D, E>>(direction, pdo, mapping.objects())?;
         match direction {
-            Direction::Receive => self.rpdos.configure(number, pdo, resolved),
+            Direction::Receive => {
+                let brings_time = Brings::of(mapping) != Brings::Nothing;
+                self.rpdos.configure(number, pdo, resolved, brings_time)
+            }
             Direction::Transmit => self.tpdos.configure(number, pdo, resolved, now),
         }
     }

@@ -2,17 +2,19 @@
 
 use super::{Dictionary, NodeEvent, Services};
 use crate::link::Stamp;
-use crate::node::index::{HEALTH_NOMINAL, HEALTH_REDUNDANT, SCET_GET, SCET_SET};
+use super::time::{self, Brings, is_local_time};
+use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
+use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots, Taken};
-use crate::types::{Bus, Duration, Frame, Instant, NmtState};
+use crate::types::{Bus, Duration, FineInstant, Frame, Instant, NmtState, NodeId};
 
 /// Lifetime of a frame with the time: a receiver's clock is late by what it waits.
 const TIME_LIFETIME: Duration = Duration::from_millis(5);
 
-/// Whether an object is sampled when it is read: local time, health of the buses.
+/// Whether an object is sampled when it is read: local time, quality of the clock, health of the buses.
 fn is_live(index: u16) -> bool {
-    matches!(index, SCET_GET | HEALTH_NOMINAL | HEALTH_REDUNDANT)
+    is_local_time(index) || matches!(index, CLOCK_QUALITY | HEALTH_NOMINAL | HEALTH_REDUNDANT)
 }
 
 /// Whether a mapping has an object for which `is_it` holds.
@@ -27,22 +29,25 @@ impl<D: Device, E: Extension> Services<D, E> {
         if spacecraft.spacecraft().is_none() {
             return;
         }
-        for (brings_time, mapping) in self.brings_time.as_mut().iter_mut().zip(pdos.rpdos().1) {
-            *brings_time = has(mapping, |index| index == SCET_SET);
+        (self.is_time_by_sync, self.notes_syncs) = (false, self.id == NodeId::MASTER);
+        let (parameters, mappings) = pdos.rpdos();
+        for ((brings_time, pdo), mapping) in self.brings_time.as_mut().iter_mut().zip(parameters).zip(mappings) {
+            *brings_time = Brings::of(mapping);
+            self.is_time_by_sync |= *brings_time != Brings::Nothing && is_synchronous(pdo.transmission);
         }
         for (carries_time, mapping) in self.carries_time.as_mut().iter_mut().zip(pdos.tpdos().1) {
-            *carries_time = has(mapping, |index| index == SCET_GET);
+            *carries_time = time::carries_time(mapping);
         }
         self.carries_live_value = pdos.tpdos().1.iter().any(|mapping| has(mapping, is_live));
+        self.notes_syncs |= self.carries_live_value || self.is_time_by_sync;
+        self.synchronous_lifetime = self.synchronous_lifetime();
     }
 
-    /// Samples the live objects: 2011h, 2020h and 2021h.
-    #[inline(never)] // few requests ask for them
-    pub fn refresh(&mut self, now: Instant) {
-        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
-            objects.time.scet_get = self.clock.at(now).into();
-            self.refresh_health();
-        }
+    /// Samples the live objects for transmit PDOs.
+    pub(super) fn refresh(&mut self, at: FineInstant) {
+        self.refresh_time(at);
+        self.refresh_quality(at.instant());
+        self.refresh_health();
     }
 
     /// Samples the live objects if an SDO request is for one of them.
@@ -50,7 +55,8 @@ impl<D: Device, E: Extension> Services<D, E> {
     pub fn refresh_for(&mut self, request: &Frame, now: Instant) {
         if self.dictionary.objects.spacecraft.spacecraft().is_some() && is_live((request.bits() >> 8) as u16)
         {
-            self.refresh(now);
+            self.refresh_time_for(request, now);
+            self.refresh_health();
         }
     }
 
@@ -64,27 +70,24 @@ impl<D: Device, E: Extension> Services<D, E> {
         now: Instant,
         out: &mut Outbox<V>,
     ) {
-        if self.carries_live_value {
+        if self.notes_syncs {
             // ECSS 7.2.3k: the local time at the end of the SYNC.
-            self.refresh(stamp.at);
+            self.note_sync(bus, stamp);
         }
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
-        let expires = (now + self.lifetimes.synchronous).min(self.window_end());
+        let expires = (now + self.synchronous_lifetime).min(self.window_end());
         self.sample(counter, &mut |frame| out.send_until(bus, frame, expires));
         if self.is_rpdo_waiting() {
-            self.end_sync(bus, stamp, now, out);
+            self.end_sync(bus, now, out);
         }
     }
 
     /// Receive PDOs that waited for the SYNC.
     #[inline(never)] // few SYNCs find any
-    fn end_sync<V: NodeEvent>(&mut self, bus: Bus, stamp: &Stamp, now: Instant, out: &mut Outbox<V>) {
-        let Self { dictionary, brings_time, buses, .. } = self;
-        let mut brought = false;
-        let ended = &mut |number, all: bool| match brings_time.as_ref().get(number) {
-            _ if !all => buses.malformed(bus),
-            Some(true) => brought = true,
-            _ => out.event(V::synchronised(number as u16)),
+    fn end_sync<V: NodeEvent>(&mut self, bus: Bus, now: Instant, out: &mut Outbox<V>) {
+        let Self { dictionary, buses, .. } = self;
+        let ended = &mut |number, all: bool| {
+            if all { out.event(V::synchronised(number as u16)) } else { buses.malformed(bus) }
         };
         let Dictionary { objects, rpdos, .. } = dictionary;
         rpdos.on_sync(objects, ended);
@@ -92,17 +95,6 @@ impl<D: Device, E: Extension> Services<D, E> {
             dictionary.report_rpdos();
             self.next = now;
         }
-        if brought {
-            self.take_time(stamp, out);
-        }
-    }
-
-    /// The time that a PDO brought holds from the end of the frame on that put it into the dictionary.
-    fn take_time<V: NodeEvent>(&mut self, stamp: &Stamp, out: &mut Outbox<V>) {
-        let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() else { return };
-        let scet = objects.time.scet_set.into();
-        self.clock.set(scet, stamp.at);
-        out.event(V::time(scet));
     }
 
     /// A frame on the active bus, in Operational. Whether it was one of RPDOs.
@@ -117,7 +109,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) -> bool {
         let Some(mut number) = self.dictionary.rpdos.first(frame.id()) else { return false };
         loop {
-            if self.on_plain_rpdo(number, frame) && self.brings_time.as_ref().get(number) == Some(&false) {
+            if self.on_plain_rpdo(number, frame) && !self.brings_time(number) {
                 out.event(V::pdo(bus, number as u16, frame.padded()));
             } else {
                 self.on_special_pdo(number, bus, frame, stamp, now, out);
@@ -127,6 +119,10 @@ impl<D: Device, E: Extension> Services<D, E> {
                 None => return true,
             }
         }
+    }
+
+    fn brings_time(&self, number: usize) -> bool {
+        self.brings_time.as_ref().get(number).is_some_and(|brings| *brings != Brings::Nothing)
     }
 
     /// A frame of an RPDO that is synchronous, has a deadline, brings the time, or is not as it should be.
@@ -142,9 +138,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) {
         let (taken, is_told) = self.on_rpdo(number, frame, stamp.at);
         match taken {
-            Taken::Applied if self.brings_time.as_ref().get(number) == Some(&true) => {
-                self.take_time(stamp, out);
-            }
+            Taken::Applied if self.brings_time(number) => self.take_time(number, bus, stamp, out),
             Taken::Applied => out.event(V::pdo(bus, number as u16, frame.padded())),
             Taken::Held => {}
             Taken::OutsideWindow => self.buses.ignored(bus),
@@ -166,7 +160,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         send: &mut impl FnMut(Frame, Instant, bool),
     ) {
         if self.carries_live_value && self.dictionary.tpdos.deadline().is_some_and(|due| due <= until) {
-            self.refresh(until);
+            self.refresh_time_of_events(until);
+            self.refresh_quality(until);
+            self.refresh_health();
         }
         let expires = now + self.lifetimes.event;
         self.dictionary.poll(until, state, &mut |frame| send(frame, expires, false));

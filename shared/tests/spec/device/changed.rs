@@ -96,6 +96,7 @@ fn sync_and_emergency_follow_their_objects() {
 fn the_clock_is_set() {
     let mut slave = powered();
     write(&mut slave, (0x2010, 1), 77).unwrap();
+    slave.write((0x2010, 2), &[0; 3]).unwrap();
     assert_eq!(slave.node.scet(slave.now), Scet::new(77, 0).unwrap());
 }
 

@@ -42,6 +42,7 @@ fn taken(mapping: &[u32], lengths: &[usize]) -> (Device, Vec<Taken>, Vec<RpdoEve
             0,
             &parameters,
             rules::resolve::<Device>(Direction::Receive, &parameters, mapping).unwrap(),
+            false,
         )
         .unwrap();
     (device.request, device.switch) = (Request { code: 0xAAAA, data: 0xBBBB_BBBB }, 0xCC);

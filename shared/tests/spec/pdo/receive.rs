@@ -72,6 +72,7 @@ impl Node {
             number,
             &parameters,
             rules::resolve::<Device>(Direction::Receive, &parameters, mapping)?,
+            false,
         );
         take_events(&mut self.rpdos, &mut self.told);
         outcome

@@ -300,7 +300,8 @@ fn there_may_be_512_each_way() {
         rpdos.configure(
             511,
             &receive,
-            rules::resolve::<Device>(Direction::Receive, &receive, &WORDS).unwrap()
+            rules::resolve::<Device>(Direction::Receive, &receive, &WORDS).unwrap(),
+            false,
         ),
         Ok(())
     );

@@ -1,0 +1,206 @@
+//! The time in a node: what PDOs and clients bring of it and ask for (ECSS 7.1, 7.2).
+
+use super::{NodeEvent, Services};
+use crate::link::Stamp;
+use crate::node::index::{SCET_GET, SCET_SET, UTC_GET, UTC_SET};
+use crate::node::{Device, Extension, NodeObjects, Outbox};
+use crate::pdo::rules::is_synchronous;
+use crate::pdo::{Mapping, PdoSlots};
+use crate::time::{LocalScet, LocalUtc, Taken, mean_of_truncated};
+use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc};
+
+/// What a receive PDO brings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Brings {
+    /// No time.
+    #[default]
+    Nothing,
+    /// 2010h.
+    Scet,
+    /// 2012h.
+    Utc,
+}
+
+/// The mean of what is lost without microseconds, 499.5 of them in units of 2^-32 s.
+const MEAN_OF_MICROS: i64 = 2_145_336;
+
+/// Bits of a command specifier that tell an upload from all else.
+const UPLOADS: u8 = 0xE3;
+/// Initiate upload.
+const UPLOAD: u8 = 0x40;
+/// Initiate block upload.
+const BLOCK_UPLOAD: u8 = 0xA0;
+
+impl Brings {
+    pub fn of(mapping: &impl Mapping) -> Brings {
+        let indices = mapping.objects().iter().map(|object| (object >> 16) as u16);
+        indices.fold(Brings::Nothing, |brings, index| match index {
+            SCET_SET => Brings::Scet,
+            UTC_SET => Brings::Utc,
+            _ => brings,
+        })
+    }
+}
+
+/// Whether a mapping has the local time.
+pub fn carries_time(mapping: &impl Mapping) -> bool {
+    mapping.objects().iter().any(|object| is_local_time((object >> 16) as u16))
+}
+
+/// Whether an object is the local time.
+pub fn is_local_time(index: u16) -> bool {
+    matches!(index, SCET_GET | UTC_GET)
+}
+
+impl<D: Device, E: Extension> Services<D, E> {
+    /// Local spacecraft time.
+    pub fn scet(&self, now: Instant) -> Scet {
+        self.time.clock().at(now.into()).scet()
+    }
+
+    /// The spacecraft time at the last SYNC.
+    pub fn scet_at_sync(&mut self) -> Option<Scet> {
+        let at = self.last_sync()?;
+        Some(self.time.clock().at(at).scet())
+    }
+
+    /// When the last SYNC ended, where it was sent.
+    fn last_sync(&mut self) -> Option<FineInstant> {
+        let objects = self.dictionary.objects.spacecraft.spacecraft()?;
+        self.time.last_sync(&objects.clock.correction)
+    }
+
+    /// Shows the time `scet` in 2011h and 2013h.
+    fn show_time(&mut self, scet: FineScet) {
+        let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
+        let Some(objects) = spacecraft.spacecraft() else { return };
+        // 7.1.2g: what a device lacks is zero, not rounded.
+        objects.time.scet_get = scet.scet().truncated(D::FINE_BITS).into();
+        if let (Some(relation), Some(objects)) = (D::UTC, application.utc()) {
+            let utc = relation.utc(scet);
+            objects.utc_get = if D::SUBMILLISECONDS { utc } else { utc.whole_ms() }.into();
+        }
+    }
+
+    /// Samples the local time for transmit PDOs.
+    pub fn refresh_time(&mut self, at: FineInstant) {
+        self.show_time(self.time.clock().at(at));
+    }
+
+    /// Samples the local time for transmit PDOs that are sent without SYNC: that of the last SYNC where the spacecraft time is
+    /// distributed so (ECSS 7.2.3k), else the present one (7.2.2).
+    pub fn refresh_time_of_events(&mut self, now: Instant) {
+        let of_sync = if self.is_time_by_sync { self.last_sync() } else { None };
+        self.refresh_time(of_sync.unwrap_or_else(|| now.into()));
+    }
+
+    /// Samples the objects of the time that an SDO request may read: one sample for all sub-indices of a record.
+    pub fn refresh_time_for(&mut self, request: &Frame, now: Instant) {
+        let [command, low, high, sub, ..] = request.bits().to_le_bytes();
+        let at = Address::new(u16::from_le_bytes([low, high]), sub);
+        let parts = if at.index == SCET_GET { LocalScet::PARTS } else { LocalUtc::PARTS };
+        if is_local_time(at.index) && matches!(command & UPLOADS, UPLOAD | BLOCK_UPLOAD) {
+            let sample = self.time.read(at, parts, now);
+            self.show_time(sample);
+        }
+        self.refresh_quality(now);
+    }
+
+    /// Object 2015h.
+    pub fn refresh_quality(&mut self, now: Instant) {
+        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
+            objects.clock.quality = self.time.quality(now);
+        }
+    }
+
+    /// SYNC, in Operational: PDOs are sampled for it.
+    #[inline(never)] // of two callers
+    pub fn note_sync(&mut self, bus: Bus, stamp: &Stamp) {
+        self.time.on_sync(bus, stamp);
+        if self.carries_live_value
+            && let Some(at) = self.last_sync()
+        {
+            self.refresh(at);
+        }
+    }
+
+    /// A receive PDO has brought the time.
+    #[inline(never)] // seldom
+    pub fn take_time<V: NodeEvent>(&mut self, number: usize, bus: Bus, stamp: &Stamp, out: &mut Outbox<V>) {
+        let Some(scet) = self.brought_time(number) else { return self.buses.malformed(bus) };
+        let NodeObjects { pdos, spacecraft, .. } = &mut self.dictionary.objects;
+        let Some(objects) = spacecraft.spacecraft() else { return };
+        let correction = &objects.clock.correction;
+        // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
+        let by_sync = pdos.rpdos().0.get(number).is_some_and(|pdo| is_synchronous(pdo.transmission));
+        let taken = if by_sync {
+            self.time.at_last_sync(scet, correction)
+        } else {
+            self.time.at_reception(scet, bus, stamp, correction)
+        };
+        match taken {
+            Taken::Unused => {}
+            Taken::Steered => out.event(V::time(scet.scet())),
+            Taken::Stepped(step) => {
+                out.event(V::time(scet.scet()));
+                out.event(V::step(step));
+            }
+        }
+    }
+
+    /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it. `None`: it is no time.
+    fn brought_time(&mut self, number: usize) -> Option<FineScet> {
+        let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
+        let objects = spacecraft.spacecraft()?;
+        if self.brings_time.as_ref().get(number) == Some(&Brings::Utc) {
+            return brought_utc(application);
+        }
+        let scet: Scet = objects.time.scet_set.into();
+        let bits = D::FINE_BITS.min(u32::from(objects.clock.correction.fine_bits));
+        // 7.1.2h: what a device lacks it does not look at.
+        Some(FineScet::from(scet.truncated(D::FINE_BITS)).plus(mean_of_truncated(bits)))
+    }
+
+    /// Sets the clock by command.
+    pub fn set_time<V: NodeEvent>(&mut self, scet: FineScet, now: Instant, out: &mut Outbox<V>) {
+        out.event(V::step(self.time.set(scet, now.into())));
+    }
+
+    /// A client has written 2010h or 2012h: when the last sub-index of a record comes, the clock is set.
+    pub fn on_time_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
+        let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
+        let Some(objects) = spacecraft.spacecraft() else { return };
+        let scet = match at.index {
+            SCET_SET => {
+                let scet: Scet = objects.time.scet_set.into();
+                Some((LocalScet::PARTS, FineScet::from(scet.truncated(D::FINE_BITS))))
+            }
+            UTC_SET => brought_utc(application).map(|scet| (LocalUtc::PARTS, scet)),
+            _ => None,
+        };
+        if let Some((parts, scet)) = scet
+            && self.time.is_written(at, parts, now)
+        {
+            self.set_time(scet, now, out);
+        }
+    }
+
+    /// How long a synchronous PDO may wait: one that carries the time must not be taken for that of the next SYNC.
+    pub fn synchronous_lifetime(&self) -> Duration {
+        let pdos = &self.dictionary.objects.pdos;
+        let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref());
+        let carries_time = tpdos.any(|(pdo, carries)| *carries && is_synchronous(pdo.transmission));
+        let whole = self.lifetimes.synchronous;
+        if carries_time { Duration::from_micros(whole.as_micros() / 2) } else { whole }
+    }
+}
+
+/// The time in 2012h.
+fn brought_utc<D: Device>(application: &mut D) -> Option<FineScet> {
+    let (relation, objects) = D::UTC.zip(application.utc())?;
+    let utc: Utc = objects.utc_set.try_into().ok()?;
+    if D::SUBMILLISECONDS {
+        return Some(relation.scet(utc).into());
+    }
+    Some(FineScet::from(relation.scet(utc.whole_ms())).plus(MEAN_OF_MICROS))
+}

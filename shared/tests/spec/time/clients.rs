@@ -1,0 +1,151 @@
+//! 2010h, 2011h, 2014h and 2015h by SDO.
+
+use ecss_can::node::SlaveEvent;
+use ecss_can::time::Step;
+
+use super::devices::{Coarse, Keeper, Node, operational};
+use super::{run, scet, sync, sync_at, time, us};
+use crate::bench::ms;
+use crate::device::fixture::{done, read, refused, write};
+
+fn steps(slave: &Node<Keeper>) -> Vec<Step> {
+    let step = |event: &SlaveEvent| match event {
+        SlaveEvent::Step(step) => Some(*step),
+        _ => None,
+    };
+    slave.events.iter().filter_map(step).collect()
+}
+
+/// Fine time at 0.999 s, coarse time 2 ms later: 0.999 s, not 1.999 s.
+///
+/// Verifies: ECSS 7.1.2d
+#[test]
+fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
+    for (first, second) in [(1, 2), (2, 1)] {
+        let mut slave = operational::<Keeper>();
+        run(&mut slave, ms(999));
+        let mut values = [[0; 4]; 2];
+        values[first as usize - 1] = read(&mut slave, 0x2011, first);
+        run(&mut slave, ms(1_001));
+        values[second as usize - 1] = read(&mut slave, 0x2011, second);
+        // 0.999 x 2^24 = 16,760,438.8.
+        assert_eq!(values, [[0; 4], [0x77, 0xBE, 0xFF, 0]], "{first} first");
+        // What was read is a new sample.
+        assert_eq!(read(&mut slave, 0x2011, 1), [1, 0, 0, 0]);
+    }
+}
+
+/// Verifies: ECSS 7.1.2d
+#[test]
+fn a_sample_outlives_a_pdo_in_between_but_not_ten_seconds() {
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(999));
+    assert_eq!(read(&mut slave, 0x2011, 1), [0; 4]);
+    run(&mut slave, ms(1_500));
+    sync(&mut slave);
+    assert_eq!(read(&mut slave, 0x2011, 2), [0x77, 0xBE, 0xFF, 0], "0.999 s");
+    assert_eq!(read(&mut slave, 0x2011, 1), [1, 0, 0, 0]);
+    run(&mut slave, ms(11_500));
+    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x80, 0], "11.5 s");
+}
+
+/// Coarse time, fine time 100 ms later: one step, as of the second write.
+///
+/// Verifies: ECSS 7.1.2c
+#[test]
+fn two_writes_are_one_step() {
+    for (first, second) in [(1, 2), (2, 1)] {
+        let mut slave = operational::<Keeper>();
+        let values: [&[u8]; 2] = [&[100, 0, 0, 0], &[0, 0, 0x80]];
+        run(&mut slave, ms(2_000));
+        slave.clear();
+        assert_eq!(write(&mut slave, 0x2010, first, values[first as usize - 1]), done(0x2010, first));
+        run(&mut slave, ms(2_100));
+        assert_eq!(slave.node.scet(slave.now), scet(2, 1_677_722), "2.1 s: not set yet");
+        assert_eq!(write(&mut slave, 0x2010, second, values[second as usize - 1]), done(0x2010, second));
+        assert_eq!(slave.node.scet(slave.now), scet(100, 0x80_0000));
+        assert_eq!(steps(&slave), [Step { from: scet(2, 1_677_722), to: scet(100, 0x80_0000) }]);
+    }
+}
+
+/// Verifies: ECSS 7.1.2c
+#[test]
+fn a_part_alone_sets_nothing_and_is_forgotten_after_ten_seconds() {
+    let mut slave = operational::<Keeper>();
+    assert_eq!(write(&mut slave, 0x2010, 1, &[100, 0, 0, 0]), done(0x2010, 1));
+    run(&mut slave, ms(10_001));
+    assert_eq!(write(&mut slave, 0x2010, 2, &[0, 0, 0]), done(0x2010, 2));
+    assert_eq!(steps(&slave), []);
+    // It begins another pair.
+    assert_eq!(write(&mut slave, 0x2010, 1, &[7, 0, 0, 0]), done(0x2010, 1));
+    assert_eq!(slave.node.scet(slave.now), scet(7, 0));
+}
+
+/// Verifies: ECSS 7.1.2c
+#[test]
+fn a_time_that_a_pdo_brings_ends_a_pair_that_was_begun() {
+    let mut slave = operational::<Keeper>();
+    assert_eq!(write(&mut slave, 0x2010, 2, &[0, 0, 0]), done(0x2010, 2));
+    sync(&mut slave);
+    time(&mut slave, scet(50, 0));
+    assert_eq!(write(&mut slave, 0x2010, 1, &[7, 0, 0, 0]), done(0x2010, 1));
+    assert_eq!(slave.node.scet(slave.now), scet(50, 0));
+}
+
+/// Verifies: ECSS 7.1.2g, 7.1.2h
+#[test]
+fn a_device_with_8_bits_of_fine_time_sends_and_takes_no_more() {
+    let mut slave = operational::<Coarse>();
+    assert_eq!(write(&mut slave, 0x2010, 2, &[0xFF, 0xFF, 0x81]), done(0x2010, 2));
+    assert_eq!(write(&mut slave, 0x2010, 1, &[9, 0, 0, 0]), done(0x2010, 1));
+    assert_eq!(slave.node.scet(slave.now), scet(9, 0x81_0000));
+    // 3.9 ms later, short of the next of its units: 9 + 81h / 100h + 3.9 ms.
+    run(&mut slave, us(3_900));
+    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x81, 0]);
+    run(&mut slave, us(3_907));
+    assert_eq!(read(&mut slave, 0x2011, 1), [9, 0, 0, 0]);
+    assert_eq!(read(&mut slave, 0x2011, 2), [0, 0, 0x82, 0]);
+}
+
+/// 1 km of cable, and then some.
+#[test]
+fn stamps_are_corrected_by_the_delay_of_their_bus() {
+    let mut slave = operational::<Keeper>();
+    assert_eq!(write(&mut slave, 0x2014, 1, &5_150_i32.to_le_bytes()), done(0x2014, 1));
+    assert_eq!(write(&mut slave, 0x2014, 2, &(-1_000_000_i32).to_le_bytes()), done(0x2014, 2));
+    run(&mut slave, ms(10));
+    // 5.15 us are 1318.4 units of 2^-8 us.
+    sync_at(&mut slave, 10_000 * 256 + 1_318);
+    time(&mut slave, scet(1_000, 0));
+    assert_eq!(slave.node.scet(us(10_000)), scet(1_000, 0));
+    assert_eq!(slave.node.scet(us(11_000)), scet(1_000, 16_777));
+}
+
+/// A producer with 8 bits: on average it cuts off half a unit of 2^-8 s, 1.95 ms, less half of one of 2^-24 s.
+#[test]
+fn the_mean_of_what_the_producer_cuts_off_is_added() {
+    let mut slave = operational::<Keeper>();
+    assert_eq!(write(&mut slave, 0x2014, 3, &[8]), done(0x2014, 3));
+    run(&mut slave, ms(10));
+    sync(&mut slave);
+    time(&mut slave, scet(1_000, 0x12_0000));
+    assert!([0x12_7FFF, 0x12_8000].contains(&slave.node.scet(slave.now).fine()));
+    assert_eq!(write(&mut slave, 0x2014, 3, &[25]), refused(0x2014, 3, 0x0609_0031));
+}
+
+#[test]
+fn the_quality_of_the_clock_is_there_to_read() {
+    let mut slave = operational::<Keeper>();
+    assert_eq!(read(&mut slave, 0x2015, 2), [0; 4], "never set");
+    assert_eq!(read(&mut slave, 0x2015, 1), [0xFF; 4], "no bound");
+    run(&mut slave, ms(10));
+    sync(&mut slave);
+    time(&mut slave, scet(1_000, 0));
+    run(&mut slave, ms(510));
+    assert_eq!(read(&mut slave, 0x2015, 2), [2, 0, 0, 0], "captured");
+    assert_eq!(read(&mut slave, 0x2015, 3), 500_u32.to_le_bytes());
+    assert_eq!(read(&mut slave, 0x2015, 5), [1, 0, 0, 0], "steps");
+    let bound = u32::from_le_bytes(read(&mut slave, 0x2015, 1));
+    assert!(bound < u32::MAX && bound > 10_000, "{bound} ns: the rate of its crystal is not known yet");
+    assert_eq!(write(&mut slave, 0x2015, 2, &[0]), refused(0x2015, 2, 0x0601_0002));
+}

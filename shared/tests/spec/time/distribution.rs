@@ -1,0 +1,186 @@
+//! The Spacecraft Time PDO at a consumer, and its Local Time PDO.
+
+use ecss_can::node::SlaveEvent;
+use ecss_can::time::Step;
+use ecss_can::types::Scet;
+
+use super::devices::{Keeper, Node, operational};
+use super::{run, scet, sync, time, us};
+use crate::bench::{NOMINAL, frame, ms};
+use crate::device::fixture::{read, write};
+
+/// How far the clock is from `scet` at the present, microseconds.
+fn off(slave: &Node<Keeper>, truth: Scet) -> i64 {
+    slave.node.scet(slave.now).micros_since(truth)
+}
+
+fn late(slave: &mut Node<Keeper>) -> [u8; 4] {
+    read(slave, 0x2015, 6)
+}
+
+fn has_stepped(slave: &Node<Keeper>) -> bool {
+    slave.events.iter().any(|event| matches!(event, SlaveEvent::Step(_)))
+}
+
+/// A SYNC every 100 ms up to and with that at `last`, and 300 us later its time: SYNC at 100 ms was 1000.1 s.
+fn follow(slave: &mut Node<Keeper>, last: u64) {
+    let first = slave.now.as_micros() / 100_000 + 1;
+    for nth in first..=last / 100 {
+        run(slave, us(nth * 100_000));
+        sync(slave);
+        run(slave, us(nth * 100_000 + 300));
+        time(slave, at(nth * 100));
+    }
+}
+
+/// The spacecraft time of a local instant, milliseconds.
+fn at(ms: u64) -> Scet {
+    scet(1_000, 0).plus(crate::bench::span(ms))
+}
+
+/// The value holds for the SYNC before it, and takes effect when it arrives: not at the SYNC after it.
+///
+/// Verifies: ECSS 7.2.2c, 7.2.3c, 7.2.3g
+#[test]
+fn a_synchronous_time_is_that_of_the_last_sync() {
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    run(&mut slave, ms(52));
+    time(&mut slave, scet(1_000, 0));
+    // 2 ms x 2^24 = 33,554.4.
+    assert_eq!(slave.node.scet(slave.now), scet(1_000, 33_554));
+    let step = Step { from: scet(0, 838_861), to: scet(1_000, 0) };
+    assert_eq!(slave.events[1..], [SlaveEvent::Time(scet(1_000, 0)), SlaveEvent::Step(step)]);
+}
+
+/// Verifies: ECSS 7.2.3c
+#[test]
+fn a_time_without_a_sync_before_it_is_of_no_use() {
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(50));
+    time(&mut slave, scet(1_000, 0));
+    assert_eq!(slave.node.scet(ms(50)), scet(0, 838_861));
+    assert_eq!(late(&mut slave), [1, 0, 0, 0]);
+    // Nor is a SYNC of a time when PDOs were not allowed.
+    sync(&mut slave);
+    slave.receive(NOMINAL, 0x000, &[0x80, 5]);
+    sync(&mut slave);
+    slave.receive(NOMINAL, 0x000, &[0x01, 5]);
+    time(&mut slave, scet(1_000, 0));
+    assert_eq!(late(&mut slave), [2, 0, 0, 0]);
+}
+
+/// Verifies: ECSS 7.2.3c
+#[test]
+fn a_time_that_comes_after_the_next_sync_is_not_paired_with_it() {
+    let mut slave = operational::<Keeper>();
+    follow(&mut slave, 1_000);
+    slave.clear();
+    run(&mut slave, ms(1_100));
+    sync(&mut slave);
+    run(&mut slave, ms(1_200));
+    sync(&mut slave);
+    time(&mut slave, at(1_100));
+    assert!(off(&slave, at(1_200)).abs() < 50, "{} us", off(&slave, at(1_200)));
+    assert_eq!(late(&mut slave), [1, 0, 0, 0]);
+    assert!(!has_stepped(&slave));
+    // Its own still comes, and is taken.
+    slave.clear();
+    time(&mut slave, at(1_200));
+    assert!(slave.events.contains(&SlaveEvent::Time(at(1_200))));
+}
+
+/// Its time would be paired with the SYNC before.
+///
+/// Verifies: ECSS 7.2.3c
+#[test]
+fn the_time_of_a_sync_that_was_not_heard_moves_nothing() {
+    let mut slave = operational::<Keeper>();
+    follow(&mut slave, 1_000);
+    slave.clear();
+    run(&mut slave, us(1_100_300));
+    time(&mut slave, at(1_100));
+    assert!(off(&slave, at(1_100)).abs() < 400);
+    assert!(!has_stepped(&slave));
+    assert_eq!(late(&mut slave), [1, 0, 0, 0]);
+    follow(&mut slave, 2_000);
+    assert!(!has_stepped(&slave));
+}
+
+#[test]
+fn a_spacecraft_time_that_was_set_anew_is_followed_by_one_step_at_the_second_time() {
+    let mut slave = operational::<Keeper>();
+    follow(&mut slave, 1_000);
+    slave.clear();
+    for (nth, ms) in [(1, 1_100_u64), (2, 1_200), (3, 1_300)] {
+        run(&mut slave, us(ms * 1_000));
+        sync(&mut slave);
+        run(&mut slave, us(ms * 1_000 + 300));
+        time(&mut slave, scet(77_000, 0).plus(crate::bench::span(ms)));
+        assert_eq!(has_stepped(&slave), nth > 1);
+    }
+    let steps = slave.events.iter().filter(|event| matches!(event, SlaveEvent::Step(_)));
+    assert_eq!(steps.count(), 1);
+    assert!(off(&slave, scet(77_001, 0).plus(crate::bench::span(300))).abs() < 400);
+}
+
+/// By exactly a SYNC period: the first three look late.
+#[test]
+fn a_spacecraft_time_set_back_by_a_sync_period_is_followed_at_the_fourth_time() {
+    let mut slave = operational::<Keeper>();
+    follow(&mut slave, 1_000);
+    slave.clear();
+    for (nth, ms) in (1..).zip((1_100_u64..=1_400).step_by(100)) {
+        run(&mut slave, us(ms * 1_000));
+        sync(&mut slave);
+        time(&mut slave, at(ms - 100));
+        assert_eq!(has_stepped(&slave), nth == 4, "{ms} ms");
+    }
+}
+
+/// Verifies: ECSS 7.2.2b, 7.2.2c
+#[test]
+fn a_time_of_type_255_holds_when_it_arrives() {
+    let mut slave = operational::<Keeper>();
+    for (sub, value) in [(1, &[0x81, 1, 0, 0xC0][..]), (2, &[255]), (1, &[0x81, 1, 0, 0x40])] {
+        write(&mut slave, 0x1400, sub, value);
+    }
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    run(&mut slave, ms(90));
+    time(&mut slave, scet(1_000, 0));
+    assert_eq!(slave.node.scet(slave.now), scet(1_000, 0));
+    assert_eq!(read(&mut slave, 0x2015, 2), [4, 0, 0, 0]);
+}
+
+/// Verifies: ECSS 7.2.3h, 7.2.3i, 7.2.3j, 7.2.3k
+#[test]
+fn the_local_time_pdo_has_the_time_at_the_last_sync_by_event_too() {
+    let mut slave = operational::<Keeper>();
+    for (sub, value) in [(1, &[0x85, 1, 0, 0xC0][..]), (2, &[254]), (1, &[0x85, 1, 0, 0x40])] {
+        write(&mut slave, 0x1800, sub, value);
+    }
+    run(&mut slave, ms(1_000));
+    sync(&mut slave);
+    run(&mut slave, ms(1_050));
+    slave.clear();
+    slave.touch(|slave, now| slave.send_pdo(0, now));
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
+}
+
+/// Remote requests are not for PDOs (ECSS Table 11-1).
+///
+/// Verifies: ECSS 7.2.3e
+#[test]
+fn types_252_and_253_are_refused_for_the_time() {
+    let mut slave = operational::<Keeper>();
+    for index in [0x1400, 0x1800] {
+        let id = if index == 0x1400 { 0x181_u32 } else { 0x185 };
+        write(&mut slave, index, 1, &(0xC000_0000 | id).to_le_bytes());
+        for transmission in [252, 253] {
+            let refused = crate::device::fixture::refused(index, 2, 0x0609_0030);
+            assert_eq!(write(&mut slave, index, 2, &[transmission]), refused);
+        }
+    }
+}

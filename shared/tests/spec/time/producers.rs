@@ -1,0 +1,82 @@
+//! The Spacecraft Time PDO at its producer.
+
+use ecss_can::link::Stamp;
+use ecss_can::node::{LinkEvent, MasterRequest};
+use ecss_can::profile::Profile;
+use ecss_can::types::{Duration, FineInstant};
+
+use super::devices::{Producer, operational};
+use super::{run, scet, sync, us};
+use crate::bench::{Bench, Master, NOMINAL, frame, ms};
+use crate::console;
+use crate::instrument::STANDARD;
+use crate::master_device::{read, write};
+
+/// The payload of 181h, and until when it lives.
+fn sent(master: &Bench<Master>) -> Vec<([u8; 8], Duration)> {
+    let of_time = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x181);
+    of_time.map(|sent| (sent.frame.padded(), sent.expires.since(sent.at))).collect()
+}
+
+/// SYNC every 100 ms, its time with every `cycle`-th.
+fn high_resolution(cycle: u8) -> Bench<Master> {
+    let mut master = Bench::new(console::master(&Profile { autostart: true, ..STANDARD }, None));
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
+    for (sub, value, len) in [(1, 0xC000_0181, 4), (2, u32::from(cycle), 1), (1, 0x4000_0181, 4)] {
+        assert_eq!(write(&mut master, 0x1800, sub, value, len), Ok(()));
+    }
+    assert_eq!(read(&mut master, 0x1800, 2), u32::from(cycle));
+    master.clear();
+    master
+}
+
+/// The SYNC left `late` after it was due, and ended at this instant.
+fn sync_sent(master: &mut Bench<Master>, at: FineInstant) {
+    let stamp = Stamp::captured(at);
+    master.link(NOMINAL, LinkEvent::Transmitted { frame: frame(0x080, &[]), stamp });
+}
+
+/// SYNC ended at 1 s and 0.25 us; it is reported 60 us later.
+///
+/// Verifies: ECSS 7.2.2a, 7.2.3a, 7.2.3b, 7.2.3c, 7.2.3e, 7.2.3f
+#[test]
+fn with_a_type_of_1_to_240_the_value_is_the_time_at_the_end_of_the_last_sync() {
+    let mut master = high_resolution(1);
+    master.request(MasterRequest::SetTime(scet(1_000, 0)));
+    master.run_until(us(1_000_060));
+    master.clear();
+    sync_sent(&mut master, FineInstant::from_units(256_000_064));
+    // 1001 s, and 0.25 us are 4.19 units of 2^-24 s.
+    let [(value, lifetime)] = sent(&master)[..] else { panic!("one") };
+    assert_eq!(value, [4, 0, 0, 0xE9, 3, 0, 0, 0]);
+    // It must be gone before the next SYNC: consumers would take it for that one's.
+    assert_eq!(lifetime, Duration::from_millis(50));
+}
+
+/// Verifies: ECSS 7.2.3e
+#[test]
+fn with_type_3_every_third_sync_brings_it() {
+    let mut master = high_resolution(3);
+    let mut counts = vec![];
+    for nth in 1..=9 {
+        master.run_until(ms(100 * nth));
+        master.clear();
+        sync_sent(&mut master, ms(100 * nth).into());
+        counts.push(sent(&master).len());
+    }
+    assert_eq!(counts, [0, 0, 1, 0, 0, 1, 0, 0, 1]);
+}
+
+/// Two slaves of one network: this one hears the SYNC of the master and tells the time.
+///
+/// Verifies: ECSS 7.2.3d
+#[test]
+fn a_node_produces_the_time_of_syncs_that_another_produces() {
+    let mut slave = operational::<Producer>();
+    run(&mut slave, ms(500));
+    sync(&mut slave);
+    run(&mut slave, ms(1_500));
+    slave.clear();
+    sync(&mut slave);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x181, &[0, 0, 0x80, 1, 0, 0, 0]))]);
+}

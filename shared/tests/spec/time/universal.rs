@@ -1,0 +1,87 @@
+//! 2012h and 2013h, with the clock behind them.
+
+use ecss_can::types::Utc;
+
+use super::devices::{Node, Universal, operational};
+use super::{run, scet, sync, us};
+use crate::bench::{NOMINAL, frame, ms};
+use crate::device::fixture::{done, read, refused, write};
+
+fn utc(day: u16, ms: u32, micros: u16) -> Utc {
+    Utc::new(day, ms, micros).unwrap()
+}
+
+fn time<const MICROS: bool>(slave: &mut Node<Universal<MICROS>>, time: Utc) {
+    slave.receive(NOMINAL, 0x181, &time.encode());
+}
+
+/// 3 s after power-on: day 100, 3000 ms.
+///
+/// Verifies: ECSS 7.1.1b, 7.1.1c, 7.1.3a, 7.1.3c
+#[test]
+fn all_sub_indices_are_of_one_sample() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, us(2_999_998));
+    assert_eq!(read(&mut slave, 0x2013, 3), 998_u32.to_le_bytes());
+    run(&mut slave, ms(3_500));
+    assert_eq!(read(&mut slave, 0x2013, 2), 2_999_u32.to_le_bytes());
+    assert_eq!(read(&mut slave, 0x2013, 1), [100, 0, 0, 0]);
+    assert_eq!(read(&mut slave, 0x2013, 2), 3_500_u32.to_le_bytes());
+}
+
+/// Verifies: ECSS 7.1.1d, 7.1.3a, 7.1.3b
+#[test]
+fn three_writes_are_one_step_of_both_clocks() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, ms(1_000));
+    let parts: [(u8, &[u8]); 3] = [(3, &[0xE7, 3]), (1, &[101, 0]), (2, &[0xE8, 3, 0, 0])];
+    for (sub, value) in parts {
+        assert_eq!(slave.node.scet(slave.now), scet(1, 0), "before {sub}");
+        assert_eq!(write(&mut slave, 0x2012, sub, value), done(0x2012, sub));
+    }
+    // A day and 1.000999 s: 0.000999 x 2^24 = 16,760.4.
+    assert_eq!(slave.node.scet(slave.now), scet(86_401, 16_760));
+    assert_eq!(read(&mut slave, 0x2013, 1), [101, 0, 0, 0]);
+}
+
+/// Verifies: ECSS 7.1.1c, 7.1.3d
+#[test]
+fn what_no_day_and_no_millisecond_has_is_refused() {
+    let mut slave = operational::<Universal<true>>();
+    let most = 86_401_000_u32.to_le_bytes();
+    assert_eq!(write(&mut slave, 0x2012, 2, &most), refused(0x2012, 2, 0x0609_0031));
+    assert_eq!(write(&mut slave, 0x2012, 3, &[0xE8, 3]), refused(0x2012, 3, 0x0609_0031));
+}
+
+/// Verifies: ECSS 7.1.3e, 7.2.2c, 7.2.2e, 7.2.3g, 7.2.3h
+#[test]
+fn utc_comes_and_goes_by_pdos() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    run(&mut slave, ms(51));
+    time(&mut slave, utc(110, 5, 250));
+    run(&mut slave, ms(1_050));
+    slave.clear();
+    sync(&mut slave);
+    // A second later: microseconds, milliseconds, days.
+    let expected = utc(110, 1_005, 250).encode();
+    assert_eq!(expected, [250, 0, 0xED, 3, 0, 0, 110, 0]);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &expected))]);
+}
+
+/// Without submilliseconds the mean of what is cut off, 499.5 us, is added to what arrives.
+///
+/// Verifies: ECSS 7.1.3f, 7.1.3g
+#[test]
+fn a_device_without_submilliseconds_sends_zero_and_does_not_look_at_them() {
+    let mut slave = operational::<Universal<false>>();
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    time(&mut slave, utc(100, 1_000, 777));
+    assert_eq!(slave.node.scet(ms(50)), scet(1, 8_380));
+    run(&mut slave, us(1_050_900));
+    slave.clear();
+    sync(&mut slave);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0xD1, 7, 0, 0, 100, 0]))], "2001 ms");
+}
