@@ -4,14 +4,14 @@ pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::nmt::{NmtMessage, Target};
 pub use crate::node::{
     CanopenSlave, Communication, Device, DeviceNode, Identity, Master, MasterEvent, MasterRequest, Node,
-    Refusal, SelfTest, Slave, SlaveEvent,
+    Refusal, SelfTest, Slave, SlaveEvent, TimeKeeper,
 };
 pub use crate::od::{Domain, Objects, Record};
 pub use crate::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 pub use crate::profile::Profile;
 pub use crate::runner::{
     BusRunner, DueRunner, Events, Handle, Platform, Resources, Runners, SdoClient, Single, SingleRunners,
-    Telltale,
+    SpacecraftClock, Telltale,
 };
 pub use crate::types::{
     AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet,

@@ -4,7 +4,7 @@ use super::{Communication, Node, Outbox};
 use crate::heartbeat::ConsumerSlots;
 use crate::od::Objects;
 use crate::pdo::{PdoSet, PdoSlots};
-use crate::time::LocalUtc;
+use crate::time::{LocalClock, LocalUtc};
 use crate::types::{AbortCode, Address, CobId, Instant, NodeId, UtcRelation};
 
 /// A device, for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs, and what
@@ -100,4 +100,10 @@ pub trait DeviceNode: Node {
         now: Instant,
         out: &mut Outbox<Self::Event>,
     ) -> Result<(), AbortCode>;
+}
+
+/// A node that keeps the spacecraft time.
+pub trait TimeKeeper: Node {
+    /// Its clock.
+    fn spacecraft_clock(&self) -> &LocalClock;
 }

@@ -22,7 +22,7 @@ pub use communication::{Communication, Identity};
 pub use contract::{
     APP_DEPTH, BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
 };
-pub use device::{Device, DeviceNode};
+pub use device::{Device, DeviceNode, TimeKeeper};
 pub use extension::{Extension, Nothing};
 pub use master::{Master, MasterObjects, NetworkObjects};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};

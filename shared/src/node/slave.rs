@@ -10,11 +10,12 @@ use super::canopen::{Canopen, Out, is_heartbeat};
 use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
 use crate::nmt::{ClashWatch, ResetGuard};
-use crate::node::{Filters, LinkEvent, Node};
+use crate::node::{Filters, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{BusAccess, Parameters, Selector};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
+use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
 
 /// NMT slave, redundancy slave, SYNC and time consumer, CANopen device.
@@ -247,5 +248,11 @@ impl<D: Device> Node for Slave<D> {
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let is_on_list = bus == self.selector.selected() && self.stamped.contains(&frame.id());
         is_on_list && (frame.id() != self.canopen.services.sync_id() || is_sync_length(frame))
+    }
+}
+
+impl<D: Device> TimeKeeper for Slave<D> {
+    fn spacecraft_clock(&self) -> &LocalClock {
+        self.canopen.services.time.clock()
     }
 }

@@ -5,8 +5,8 @@ use core::task::Poll;
 
 use super::resources::{Core, Platform};
 use super::shared::{register, wake};
-use super::{SdoClient, Telltale};
-use crate::node::{Device, DeviceNode, Master, Node};
+use super::{SdoClient, SpacecraftClock, Telltale};
+use crate::node::{Device, DeviceNode, Master, Node, TimeKeeper};
 use crate::time::Clock;
 use crate::types::{AbortCode, Address, Instant};
 
@@ -88,6 +88,13 @@ impl<B: Platform, N: Node> Handle<B, N> {
     /// Counters that a debugger or an emulator reads.
     pub fn telltale(&self) -> &'static Telltale {
         self.core.telltale
+    }
+}
+
+impl<B: Platform, N: TimeKeeper> Handle<B, N> {
+    /// The spacecraft time.
+    pub const fn clock(&self) -> SpacecraftClock<B, N> {
+        SpacecraftClock::new(self.core)
     }
 }
 

@@ -23,6 +23,7 @@ mod resources;
 mod sdo_client;
 mod shared;
 mod single;
+mod spacecraft_clock;
 mod telltale;
 
 pub use bus::BusRunner;
@@ -31,6 +32,7 @@ pub use handle::{Events, Handle};
 pub use resources::{Platform, Resources, Runners};
 pub use sdo_client::SdoClient;
 pub use single::{Single, SingleRunners};
+pub use spacecraft_clock::SpacecraftClock;
 pub use telltale::{Interrupts, Stamps, Tally, Telltale};
 
 /// Events that a bus handles before other tasks have their turn.

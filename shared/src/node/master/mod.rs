@@ -25,11 +25,12 @@ use crate::link::Stamp;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, NmtSlave, Target};
-use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox};
+use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
 use crate::store::{Group, ParameterStore};
 use crate::sync;
+use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId, Scet, earliest};
 
 type Out = Outbox<MasterEvent>;
@@ -341,5 +342,11 @@ impl<D: Device> Node for Master<D> {
         bus == self.manager.active()
             && self.stamped.contains(&frame.id())
             && (frame.id() != self.sync.id() || sync::is_sync_length(frame))
+    }
+}
+
+impl<D: Device> TimeKeeper for Master<D> {
+    fn spacecraft_clock(&self) -> &LocalClock {
+        self.services.time.clock()
     }
 }
