@@ -13,7 +13,7 @@ mod process;
 mod progress;
 
 pub use expected::{AssignedSlave, Assignment, BootPolicy, Expected, Setting};
-pub use process::{BootRequest, Identified};
+pub use process::{BootRequest, Identified, TimePdo};
 pub use progress::{BootCause, BootError, BootFailure, BootProgress, Difference};
 
 use crate::boot::process::{Next, Process};
@@ -219,15 +219,20 @@ impl Boot {
         self.process.as_ref().is_some_and(|process| process.is_asked)
     }
 
-    /// The next SDO transfer, while none is under way. `expected` is asked what a slave should be.
-    pub fn request(&mut self, expected: impl FnOnce(NodeId) -> Expected) -> Option<BootRequest<'_>> {
+    /// The next SDO transfer, while none is under way. `expected` is asked what a slave should be; `time` is how the master
+    /// sends the spacecraft time, if it does.
+    pub fn request(
+        &mut self,
+        expected: impl FnOnce(NodeId) -> Expected,
+        time: Option<TimePdo>,
+    ) -> Option<BootRequest<'_>> {
         if self.process.is_none() {
             // In turn, so that one that does not answer does not keep others waiting.
             let after = self.queued & (u128::MAX << self.last).wrapping_shl(1);
             let node = first(after).or_else(|| first(self.queued))?;
             self.queued &= !bit(node);
             self.last = node.get();
-            self.process = Some(Process::new(node, self.objects, expected(node), self.settings));
+            self.process = Some(Process::new(node, self.objects, expected(node), self.settings, time));
             self.set_progress(node, BootProgress::Checking);
         }
         self.process.as_mut().filter(|process| !process.is_asked).map(Process::request)

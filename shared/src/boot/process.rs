@@ -2,7 +2,9 @@
 
 use crate::boot::{BootCause, BootError, BootFailure, BootProgress, Difference, Expected, Setting};
 use crate::sdo::Error;
-use crate::types::{AbortCode, Address, NodeId};
+use crate::od::CobIdEntry;
+use crate::pdo::rules;
+use crate::types::{AbortCode, Address, CobId, NodeId};
 
 /// A slave that does not answer is asked so many times in all: a frame may have been lost.
 const ATTEMPTS: u8 = 3;
@@ -16,7 +18,21 @@ pub struct Identified {
     pub identity: u16,
     /// Verify configuration.
     pub configuration: u16,
+    /// Communication parameter of RPDO 1.
+    pub rpdo: u16,
 }
+
+/// The Spacecraft Time PDO: its slaves must take it as it is meant (ECSS 7.2.2d).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TimePdo {
+    /// Its identifier.
+    pub id: CobId,
+    /// Transmission type at the producer.
+    pub transmission: u8,
+}
+
+/// RPDOs of a slave that are looked at for that of the time.
+const RPDOS: u8 = 8;
 
 /// The SDO transfer that is next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,6 +64,10 @@ enum Step {
     Stamp(u8),
     Compare(usize),
     Write(usize),
+    /// COB-ID of an RPDO.
+    TimeId(u8),
+    /// Transmission type of the one that takes the time.
+    TimeType(u8),
     WriteStamp(u8),
 }
 
@@ -68,6 +88,7 @@ pub(super) struct Process {
     objects: Identified,
     expected: Expected,
     settings: &'static [Setting],
+    time: Option<TimePdo>,
     step: Step,
     attempts: u8,
     /// It keeps 1020h.
@@ -90,6 +111,7 @@ impl Process {
         objects: Identified,
         expected: Expected,
         settings: &'static [Setting],
+        time: Option<TimePdo>,
     ) -> Process {
         Process {
             node,
@@ -97,6 +119,7 @@ impl Process {
             is_stamped: expected.stamp != [0; 2],
             expected,
             settings,
+            time,
             step: Step::DeviceType,
             attempts: 1,
             number: [0; 4],
@@ -110,7 +133,7 @@ impl Process {
     pub fn progress(&self) -> BootProgress {
         match self.step {
             Step::DeviceType | Step::Identity(_) => BootProgress::Checking,
-            Step::Stamp(_) | Step::Compare(_) => BootProgress::Comparing,
+            Step::Stamp(_) | Step::Compare(_) | Step::TimeId(_) | Step::TimeType(_) => BootProgress::Comparing,
             Step::Write(_) | Step::WriteStamp(_) => BootProgress::Configuring,
         }
     }
@@ -120,7 +143,9 @@ impl Process {
         (self.is_asked, self.read, self.is_equal) = (true, 0, true);
         let (node, at) = (self.node, self.object());
         match self.step {
-            Step::DeviceType | Step::Identity(_) | Step::Stamp(_) => BootRequest::Read { node, at, most: 4 },
+            Step::DeviceType | Step::Identity(_) | Step::Stamp(_) | Step::TimeId(_) | Step::TimeType(_) => {
+                BootRequest::Read { node, at, most: 4 }
+            }
             Step::Compare(number) => BootRequest::Read { node, at, most: self.setting(number).1.len() },
             Step::Write(number) => BootRequest::Write { node, at, value: self.setting(number).1 },
             Step::WriteStamp(sub) => {
@@ -225,6 +250,21 @@ impl Process {
                 outcome.map_err(failed(BootError::Configuration))?;
                 Ok(self.compare_from(nth.saturating_add(1)))
             }
+            Step::TimeId(nth) => match outcome {
+                Ok(()) if self.is_of_time(found) => Ok(Some(Step::TimeType(nth))),
+                Ok(()) => Ok(self.time_from(nth.saturating_add(1))),
+                // No more RPDOs.
+                Err(Error::Abort(_)) => Ok(self.time_from(RPDOS)),
+                Err(cause) => Err(failed(BootError::Configuration)(cause)),
+            },
+            Step::TimeType(_) => {
+                outcome.map_err(failed(BootError::Configuration))?;
+                let expected = self.time.map_or(0, |time| time.transmission);
+                if rules::is_synchronous(found as u8) != rules::is_synchronous(expected) {
+                    return other(BootError::Configuration, expected.into());
+                }
+                Ok(self.time_from(RPDOS))
+            }
             Step::WriteStamp(sub) => {
                 outcome.map_err(failed(BootError::Configuration))?;
                 Ok((sub == 1).then_some(Step::WriteStamp(2)))
@@ -239,6 +279,8 @@ impl Process {
             Step::Identity(sub) => Address::new(self.objects.identity, sub),
             Step::Stamp(sub) | Step::WriteStamp(sub) => Address::new(self.objects.configuration, sub),
             Step::Compare(number) | Step::Write(number) => self.setting(number).0,
+            Step::TimeId(nth) => Address::new(self.objects.rpdo.wrapping_add(nth.into()), 1),
+            Step::TimeType(nth) => Address::new(self.objects.rpdo.wrapping_add(nth.into()), 2),
         }
     }
 
@@ -272,8 +314,21 @@ impl Process {
         let mine = rest.into_iter().find(|(_, setting)| setting.node == self.node);
         match mine {
             Some((number, _)) => Some(Step::Compare(number)),
-            None => self.is_stamped.then_some(Step::WriteStamp(1)),
+            None => self.time_from(0),
         }
+    }
+
+    /// The look at the RPDOs from this one on.
+    fn time_from(&self, nth: u8) -> Option<Step> {
+        if self.time.is_some() && nth < RPDOS {
+            return Some(Step::TimeId(nth));
+        }
+        self.is_stamped.then_some(Step::WriteStamp(1))
+    }
+
+    /// Whether a COB-ID of an RPDO is valid and that of the time.
+    fn is_of_time(&self, cob_id: u32) -> bool {
+        CobIdEntry::from_raw(cob_id).cob_id().is_some_and(|id| self.time.is_some_and(|time| time.id == id))
     }
 }
 

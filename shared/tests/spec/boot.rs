@@ -29,7 +29,7 @@ fn expected() -> Expected {
     Expected { device_type: 0x191, identity: [7, 8, 9, 10], stamp: [0; 2] }
 }
 
-const OBJECTS: Identified = Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020 };
+const OBJECTS: Identified = Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020, rpdo: 0x1400 };
 
 /// Slave 2 mandatory, slave 3 optional.
 fn started(policy: BootPolicy) -> Boot {
@@ -64,7 +64,7 @@ enum Asked {
 }
 
 fn next(boot: &mut Boot, expected: Expected) -> Option<Asked> {
-    boot.request(|_| expected).map(|request| match request {
+    boot.request(|_| expected, None).map(|request| match request {
         BootRequest::Read { node, at, .. } => Asked::Read(node.get(), at.index, at.sub),
         BootRequest::Write { node, at, value } => Asked::Write(node.get(), at.index, at.sub, value.to_vec()),
     })

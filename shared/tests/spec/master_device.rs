@@ -41,6 +41,9 @@ fn ask(master: &mut Bench<Master>, request: [u8; 8]) -> [u8; 8] {
     answers[0]
 }
 
+/// The answer of a slave that takes no PDO: it has no 1400h.
+pub(crate) const NO_RPDO: [u8; 8] = [0x80, 0x00, 0x14, 1, 0, 0, 0x02, 0x06];
+
 pub(crate) fn read(master: &mut Bench<Master>, index: u16, sub: u8) -> u32 {
     let [low, high] = index.to_le_bytes();
     let [command, _, _, _, a, b, c, d] = ask(master, [0x40, low, high, sub, 0, 0, 0, 0]);
@@ -168,6 +171,7 @@ fn a_slave_is_asked_checked_and_started() {
     master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     assert_eq!(requests(&master)[1], [0x40, 0x18, 0x10, 2, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
+    master.receive(NOMINAL, 0x582, &NO_RPDO);
     assert!(master.frames().contains(&(NOMINAL, frame(0x000, &[1, 2]))));
     assert_eq!(read(&mut master, 0x2040, 2), BootProgress::Started as u32);
     assert_eq!(read(&mut master, 0x1280, 3), 2);
@@ -190,6 +194,7 @@ fn a_failure_stands_in_the_dictionary_until_the_slave_is_started() {
     master.receive(NOMINAL, 0x702, &[0x00]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
+    master.receive(NOMINAL, 0x582, &NO_RPDO);
     assert_eq!((read(&mut master, 0x2041, 2), read(&mut master, 0x2042, 2)), (0, 0));
 }
 
@@ -217,6 +222,7 @@ fn sync_waits_for_the_mandatory_slave() {
     master.receive(NOMINAL, 0x702, &[0x00]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x00, 0x10, 0, 0, 0, 0, 0]);
     master.receive(NOMINAL, 0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]);
+    master.receive(NOMINAL, 0x582, &NO_RPDO);
     master.run_until(ms(650));
     assert_eq!(master.times(NOMINAL, 0x080), [450, 500, 600]);
     master.transmitted(NOMINAL, frame(0x080, &[]));

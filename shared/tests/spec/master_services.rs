@@ -11,7 +11,7 @@ use ecss_can::sdo::Mode;
 use ecss_can::types::{Address, Bus, NodeId};
 
 use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, ms, node, span};
-use crate::master_device::{TWO, powered, read, requests, write};
+use crate::master_device::{NO_RPDO, TWO, powered, read, requests, write};
 
 fn state(state: ErrorState) -> Health {
     Health { state, ..Health::default() }
@@ -142,8 +142,14 @@ fn booted(master: &mut Bench<Master>, stamp: [u32; 2]) -> Vec<(u16, u8, Option<u
     master.clear();
     master.receive(NOMINAL, 0x702, &[0x00]);
     let mut transfers = vec![];
-    while let Some([command, low, high, sub, data @ ..]) = requests(master).get(transfers.len()).copied() {
+    let mut count = 0;
+    while let Some([command, low, high, sub, data @ ..]) = requests(master).get(count).copied() {
+        count += 1;
         let index = u16::from_le_bytes([low, high]);
+        if index == 0x1400 {
+            master.receive(NOMINAL, 0x582, &NO_RPDO);
+            continue;
+        }
         let value = match index {
             0x1020 => stamp[usize::from(sub) - 1],
             _ => 0,

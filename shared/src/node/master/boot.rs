@@ -4,6 +4,7 @@ use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
 use crate::boot::{Boot, BootRequest, Identified};
 use crate::nmt::{Command, NmtMessage, Target};
+use crate::node::index::RPDO;
 use crate::node::{Communication, Device};
 use crate::profile::Profile;
 use crate::sdo::Mode;
@@ -17,6 +18,7 @@ const IDENTIFIED: Identified = Identified {
     device_type: Communication::DEVICE_TYPE.index(),
     identity: Communication::IDENTITY.index(),
     configuration: Communication::CONFIGURATION.index(),
+    rpdo: RPDO,
 };
 
 /// Before the slaves of the profile are heard.
@@ -91,8 +93,9 @@ impl<D: Device> Master<D> {
         if !self.manager.is_announced() {
             return false;
         }
+        let time = self.services.time_pdo();
         let objects = &self.services.dictionary.objects.application.network;
-        match self.boot.request(|node| objects.expected(node)) {
+        match self.boot.request(|node| objects.expected(node), time) {
             Some(BootRequest::Read { node, at, most }) => {
                 self.transfers.take(Owner::Boot, node).start_upload(at, most, Mode::Segmented);
             }

@@ -1,9 +1,11 @@
 //! The time in a node: what PDOs and clients bring of it and ask for (ECSS 7.1, 7.2).
 
 use super::{NodeEvent, Services};
+use crate::boot::TimePdo;
 use crate::link::Stamp;
 use crate::node::index::{SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
+use crate::od::CobIdEntry;
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, Taken, mean_of_truncated};
@@ -183,6 +185,16 @@ impl<D: Device, E: Extension> Services<D, E> {
         {
             self.set_time(scet, now, out);
         }
+    }
+
+    /// The first valid transmit PDO that carries the local time.
+    pub fn time_pdo(&self) -> Option<TimePdo> {
+        let pdos = &self.dictionary.objects.pdos;
+        let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref());
+        tpdos.find_map(|(pdo, carries)| {
+            let id = CobIdEntry::from_raw(pdo.cob_id).cob_id().filter(|_| *carries)?;
+            Some(TimePdo { id, transmission: pdo.transmission })
+        })
     }
 
     /// How long a synchronous PDO may wait: one that carries the time must not be taken for that of the next SYNC.
