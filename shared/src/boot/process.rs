@@ -133,6 +133,7 @@ impl Process {
     pub fn progress(&self) -> BootProgress {
         match self.step {
             Step::DeviceType | Step::Identity(_) => BootProgress::Checking,
+            Step::TimeId(_) | Step::TimeType(_) if self.is_configured() => BootProgress::Configuring,
             Step::Stamp(_) | Step::Compare(_) | Step::TimeId(_) | Step::TimeType(_) => BootProgress::Comparing,
             Step::Write(_) | Step::WriteStamp(_) => BootProgress::Configuring,
         }
@@ -316,6 +317,11 @@ impl Process {
             Some((number, _)) => Some(Step::Compare(number)),
             None => self.time_from(0),
         }
+    }
+
+    /// Whether there is something to write to it.
+    fn is_configured(&self) -> bool {
+        self.is_stamped || self.settings.iter().any(|setting| setting.node == self.node)
     }
 
     /// The look at the RPDOs from this one on.

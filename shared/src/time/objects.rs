@@ -118,7 +118,7 @@ pub struct ClockQuality {
     pub age: u32,
     /// Rate
     ///
-    /// Of the node's oscillator against the spacecraft time, parts per billion; a fast one is positive.
+    /// Of the spacecraft time against the node's oscillator, parts per billion: positive where that one is slow.
     #[sub(4, ro, pdo)]
     pub rate: i32,
     /// Steps

@@ -19,6 +19,8 @@ const LATE_IN_A_ROW: u8 = 3;
 #[derive(Clone, Debug, Default)]
 pub struct TimeService {
     clock: LocalClock,
+    /// It does not count from power-on any more.
+    is_set: bool,
     /// The last SYNC on the active bus, and the one before.
     syncs: [Option<SyncEnd>; 2],
     doubt: Doubt,
@@ -104,12 +106,12 @@ impl TimeService {
 
     /// Set by command: always a step.
     pub fn set(&mut self, scet: FineScet, at: FineInstant) -> Step {
-        (self.doubt, self.written) = Default::default();
+        (self.doubt, self.written, self.is_set) = (Doubt::default(), Parts::default(), true);
         self.clock.set(at, scet)
     }
 
     /// A value of the Spacecraft Time PDO with a type of 0 to 240: the spacecraft time at the last SYNC (ECSS 7.2.3c).
-    pub fn at_last_sync(&mut self, scet: FineScet, correction: &TimeCorrection) -> Taken {
+    pub fn at_last_sync(&mut self, scet: FineScet, correction: &TimeCorrection, now: Instant) -> Taken {
         let [last, before] = self.syncs;
         let Some(last) = last else { return self.unused() };
         let source = match last.source {
@@ -117,21 +119,27 @@ impl TimeService {
             StampSource::Interrupt => TimeSource::Interrupt,
         };
         let before = before.map(|before| before.corrected(correction));
-        self.pair(last.corrected(correction), before, scet, source)
+        self.pair(last.corrected(correction), before, scet, source, now)
     }
 
     /// A value of the Spacecraft Time PDO with type 254 or 255: the spacecraft time when it was sent, applied when it was
     /// received (ECSS 7.2.2).
-    pub fn at_reception(&mut self, scet: FineScet, bus: Bus, stamp: &Stamp, correction: &TimeCorrection) -> Taken {
-        let end = SyncEnd { bus, at: stamp.fine(), source: stamp.source };
-        self.pair(end.corrected(correction), None, scet, TimeSource::Reception)
+    pub fn at_reception(&mut self, scet: FineScet, at: FineInstant, now: Instant) -> Taken {
+        self.pair(at, None, scet, TimeSource::Reception, now)
     }
 
     /// At `at` it was `scet`, unless that is a time of the SYNC `before`.
-    fn pair(&mut self, at: FineInstant, before: Option<FineInstant>, scet: FineScet, source: TimeSource) -> Taken {
+    fn pair(
+        &mut self,
+        at: FineInstant,
+        before: Option<FineInstant>,
+        scet: FineScet,
+        source: TimeSource,
+        now: Instant,
+    ) -> Taken {
         let off = |at| scet.since(self.clock.at(at));
         let error = off(at);
-        if self.clock.is_set() && error.unsigned_abs() > DOUBTFUL {
+        if self.is_set && error.unsigned_abs() > DOUBTFUL {
             let is_late = before.is_some_and(|before| off(before).unsigned_abs() <= DOUBTFUL);
             let is_same = self.doubt.times > 0 && error.wrapping_sub(self.doubt.off).unsigned_abs() <= SAME;
             let times = if is_same { self.doubt.times.saturating_add(1) } else { 1 };
@@ -140,8 +148,8 @@ impl TimeService {
                 return self.unused();
             }
         }
-        (self.doubt, self.written) = Default::default();
-        self.clock.discipline(at, scet, source).map_or(Taken::Steered, Taken::Stepped)
+        (self.doubt, self.written, self.is_set) = (Doubt::default(), Parts::default(), true);
+        self.clock.discipline(at, scet, source, now.into()).map_or(Taken::Steered, Taken::Stepped)
     }
 
     fn unused(&mut self) -> Taken {

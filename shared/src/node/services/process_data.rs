@@ -138,7 +138,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) {
         let (taken, is_told) = self.on_rpdo(number, frame, stamp.at);
         match taken {
-            Taken::Applied if self.brings_time(number) => self.take_time(number, bus, stamp, out),
+            Taken::Applied if self.brings_time(number) => self.take_time(number, bus, stamp, now, out),
             Taken::Applied => out.event(V::pdo(bus, number as u16, frame.padded())),
             Taken::Held => {}
             Taken::OutsideWindow => self.buses.ignored(bus),

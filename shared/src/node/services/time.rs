@@ -128,7 +128,14 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// A receive PDO has brought the time.
     #[inline(never)] // seldom
-    pub fn take_time<V: NodeEvent>(&mut self, number: usize, bus: Bus, stamp: &Stamp, out: &mut Outbox<V>) {
+    pub fn take_time<V: NodeEvent>(
+        &mut self,
+        number: usize,
+        bus: Bus,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<V>,
+    ) {
         let Some(scet) = self.brought_time(number) else { return self.buses.malformed(bus) };
         let NodeObjects { pdos, spacecraft, .. } = &mut self.dictionary.objects;
         let Some(objects) = spacecraft.spacecraft() else { return };
@@ -136,9 +143,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
         let by_sync = pdos.rpdos().0.get(number).is_some_and(|pdo| is_synchronous(pdo.transmission));
         let taken = if by_sync {
-            self.time.at_last_sync(scet, correction)
+            self.time.at_last_sync(scet, correction, now)
         } else {
-            self.time.at_reception(scet, bus, stamp, correction)
+            self.time.at_reception(scet, stamp.fine(), now)
         };
         match taken {
             Taken::Unused => {}

@@ -102,8 +102,8 @@ fn reset_commands_lead_through_boot_up_back_to_operational() {
 }
 
 fn heartbeat_like(event: &ecss_can::node::SlaveEvent) -> bool {
-    use ecss_can::node::SlaveEvent::{Heartbeat, Sync, Time};
-    matches!(event, Heartbeat { .. } | Sync { .. } | Time(_))
+    use ecss_can::node::SlaveEvent::{Heartbeat, Step, Sync, Time};
+    matches!(event, Heartbeat { .. } | Step(_) | Sync { .. } | Time(_))
 }
 
 /// Verifies: ECSS 8.3.2b, 8.3.3g

@@ -1,7 +1,7 @@
 //! SYNC, Local Time and the Spacecraft Time PDO; drifting clocks.
 
 use can_wire::time::Time;
-use ecss_can::node::{MasterEvent, MasterRequest};
+use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::types::{Bus, Scet};
 use host_worlds::world::{Sent, World};
 use mission::{Received, STANDARD};
@@ -61,7 +61,7 @@ fn spacecraft_time_reaches_every_slave() {
     let set_at = world.now();
     world.request(MasterRequest::SetTime(Scet::new(1_000_000, 1 << 23).expect("half a second")));
     world.run_for(ms(3_000));
-    // The value on the bus is the master's time when the frame was queued, a frame before its end.
+    // The value is the master's time at the end of the SYNC before it.
     let distributed = since(&world, Bus::Nominal, 0x181, set_at);
     assert_eq!(distributed.len(), 3, "one per second, from the master");
     for sent in &distributed {
@@ -75,7 +75,7 @@ fn spacecraft_time_reaches_every_slave() {
         for id in [0x182, 0x183, 0x184] {
             let answers = since(&world, Bus::Nominal, id, sync.end);
             let Some(answer) = answers.first() else { continue };
-            // A slave takes the value as the time at the end of the frame: that is the error it keeps.
+            // A slave takes the value as the time at the end of that SYNC.
             let truth = 1_000_000.5 + sync.end.since(set_at).as_secs_f64();
             assert!((seconds_of(answer) - truth).abs() < 0.001, "{id:03X}");
         }
@@ -97,19 +97,27 @@ fn spacecraft_time_reaches_every_slave() {
     assert!(compared.iter().all(|us| us.abs() < 1_000), "{compared:?}");
 }
 
+/// Stamps of the mocks are of whole microseconds, as those of interrupts are.
+///
+/// Verifies: ECSS 7.2.3c, 7.2.3g, 7.2.3i, 7.2.3k
 #[test]
-fn clocks_100_ppm_apart_are_told_apart_and_set_again() {
+fn clocks_100_ppm_apart_are_steered_to_one_time() {
     let mut world = Craft::of(STANDARD, 2, |world| world.drift(TWO, 100).drift(THREE, -100));
-    world.run_until(ms(10_500));
+    world.run_until(ms(30_950));
     assert!(world.all_operational());
-    let time = since(&world, Bus::Nominal, 0x181, ms(9_500)).remove(0);
-    // The last SYNC before the next distribution: some 0.9 s after this one.
-    let sync = between(&world, Bus::Nominal, 0x080, time.end, ms(10_500)).pop().expect("SYNC every 100 ms");
-    let elapsed = sync.end.since(time.end).as_secs_f64();
-    for (id, drift) in [(0x182, 100e-6), (0x183, -100e-6)] {
-        let told = seconds_of(&since(&world, Bus::Nominal, id, sync.end)[0]);
-        let truth = seconds_of(&time) + elapsed * (1.0 + drift);
-        assert!((told - truth).abs() < 4e-6, "{id:03X} says {told}, its clock makes it {truth}");
+    // The last SYNC before the next distribution, 0.9 s after the one before.
+    let sync = between(&world, Bus::Nominal, 0x080, ms(30_500), ms(30_950)).pop().expect("SYNC every 100 ms");
+    let truth = world.master(|master| master.scet_at_sync()).expect("there was a SYNC");
+    for id in [0x182, 0x183] {
+        let told = Scet::decode(since(&world, Bus::Nominal, id, sync.end)[0].frame.payload()).expect("a time");
+        let off = told.micros_since(truth);
+        // Without steering it would be 90 us by now, and 3 ms in all.
+        assert!(off.abs() <= 2, "{id:03X} is off by {off} us");
+    }
+    // And each was set once.
+    for node in [TWO, THREE] {
+        let steps = told(&world, node, ms(0), |event| matches!(event, SlaveEvent::Step(_)));
+        assert_eq!(steps.len(), 1, "{steps:?}");
     }
 }
 
