@@ -9,6 +9,8 @@
 //! the edge pass five clocks (RM0090 18.4.7, OC1FE), which the match is early by. TIM5's own outputs are not free: PA2 and
 //! PA3 are straps on the pyboard and the serial port of the ST-LINK on the Nucleo.
 
+use ecss_can::node::TimeKeeper;
+use ecss_can::runner::SpacecraftClock;
 use ecss_can::time::Clock;
 use ecss_can::types::{Duration, FineInstant};
 use embassy_stm32::gpio::{AfType, Flex, OutputType, Speed};
@@ -17,8 +19,8 @@ use embassy_stm32::pac::{TIM3, TIM5};
 use embassy_stm32::timer::{Ch4, TimerPin};
 use embassy_stm32::{Peri, peripherals, rcc};
 
-use crate::Uptime;
 use crate::capture::PER_MICRO;
+use crate::{Board, Uptime};
 
 /// Clocks of both timers from the match to the edge.
 const LATENCY: u32 = 5;
@@ -28,6 +30,9 @@ const WIDTH: Duration = Duration::from_micros(20);
 /// not too late.
 const EARLIEST: Duration = Duration::from_millis(5);
 const LATEST: Duration = Duration::from_micros(10);
+
+/// The clock is asked when a pulse is to be, so long before it.
+const AHEAD: Duration = Duration::from_micros(500);
 
 /// The pulse output of a board, low.
 pub struct Pulse(());
@@ -81,6 +86,23 @@ impl Pulse {
         })?;
         Uptime.at(instant + WIDTH + LATEST).await;
         Ok(())
+    }
+
+    /// A pulse whenever a second of the spacecraft time begins, or one of so many equal parts of it: `per_second` is asked before
+    /// each. A time that the clock steps over has none.
+    pub async fn run<N: TimeKeeper>(
+        mut self,
+        clock: SpacecraftClock<Board, N>,
+        per_second: impl Fn() -> u16,
+    ) -> ! {
+        loop {
+            let next = clock.now().plus(AHEAD).next_part(per_second());
+            // The clock is asked late: it may be steered until then.
+            clock.at(next.minus(AHEAD)).await;
+            if self.at(clock.when(next)).await.is_err() {
+                defmt::warn!("no pulse at second {=u32}: the clock stepped", next.coarse());
+            }
+        }
     }
 }
 

@@ -5,14 +5,14 @@ use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
 
-use crate::application::{Application, Node};
+use crate::application::{Application, Node, pulses};
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, leds, store, .. } =
+    let Board { ports, clock, pulse, leds, store, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     let master = || mission::master(PROFILE, store);
@@ -20,6 +20,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());
+    spawner.spawn(pulses(pulse, master).unwrap());
     Application::new(master, events, leds).run().await
 }
 

@@ -7,7 +7,7 @@ mod schedule;
 
 use core::future::pending;
 
-use boards::{Board, Leds};
+use boards::{Board, Leds, Pulse};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
@@ -21,6 +21,12 @@ use schedule::{Schedule, Turn};
 
 /// The master of this image.
 pub type Node = Master<CommanderObjects>;
+
+/// Pulses at seconds of the spacecraft time, or parts of them.
+#[embassy_executor::task]
+pub async fn pulses(pulse: Pulse, master: Handle<Board, Node>) -> ! {
+    pulse.run(master.clock(), || master.with(|master, _| master.objects().application.device.pulses)).await
+}
 
 pub struct Application {
     master: Handle<Board, Node>,

@@ -95,6 +95,11 @@ const RPDOS: [Rpdo; TELEMETRY + SLAVES] = {
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
 pub struct CommanderObjects {
+    /// Pulses per second
+    ///
+    /// At the pulse output of the board, at equal parts of a second of the spacecraft time.
+    #[object(0x6310, rw, low = 1, high = 1000, default = 1)]
+    pub pulses: u16,
     /// Telecommand to slave {}
     #[object(0x6200.., record)]
     pub telecommands: [Telecommanding; SLAVES],

@@ -60,6 +60,11 @@ pub struct MissionObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'s
     /// Value set by command
     #[object(0x6210, rw, pdo)]
     pub value: u32,
+    /// Pulses per second
+    ///
+    /// At the pulse output of the board, at equal parts of a second of the spacecraft time.
+    #[object(0x6310, rw, low = 1, high = 1000, default = 1)]
+    pub pulses: u16,
     /// Data store
     ///
     /// A block of memory for software and tables. "save" does not keep it: it is larger than the parameter store.

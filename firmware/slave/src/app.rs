@@ -5,14 +5,14 @@ use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
 
-use crate::application::{Application, Node};
+use crate::application::{Application, Node, pulses};
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, pulse: _, leds, node_id, store, retained, memory } =
+    let Board { ports, clock, pulse, leds, node_id, store, retained, memory } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
@@ -25,6 +25,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());
+    spawner.spawn(pulses(pulse, slave).unwrap());
     Application::new(slave, events, leds).run().await
 }
 

@@ -1,8 +1,8 @@
-//! The slave's application: executes commands, answers telemetry requests, shows life on the LEDs.
+//! The slave's application: executes commands, answers telemetry requests, shows life on the LEDs and its time at a pin.
 //!
 //! Blue toggles with every heartbeat of the master, SYNC and spacecraft time. Yellow is switched by command.
 
-use boards::{Board, Leds};
+use boards::{Board, Leds, Pulse};
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{DeviceNode, SelfTest, Slave, SlaveEvent};
 use ecss_can::runner::{Events, Handle};
@@ -14,6 +14,12 @@ use mission::{
 
 /// The slave of this image.
 pub type Node = Slave<MissionObjects>;
+
+/// Pulses at seconds of the spacecraft time, or parts of them.
+#[embassy_executor::task]
+pub async fn pulses(pulse: Pulse, slave: Handle<Board, Node>) -> ! {
+    pulse.run(slave.clock(), || slave.with(|slave, _| slave.objects().application.pulses)).await
+}
 
 pub struct Application {
     slave: Handle<Board, Node>,
@@ -133,6 +139,9 @@ fn log(event: &SlaveEvent) {
         }
         SlaveEvent::BdefaultNoted { bus, is_kept: true } => defmt::info!("Bdefault {} kept", bus),
         SlaveEvent::BdefaultNoted { bus, is_kept: false } => defmt::warn!("Bdefault {} not kept", bus),
+        SlaveEvent::Step(step) => {
+            defmt::info!("clock set: {=u32} s, was {=u32} s", step.to.coarse(), step.from.coarse());
+        }
         SlaveEvent::Written(at) => defmt::info!("{=u16:04X}h:{=u8} written", at.index, at.sub),
         _ => {}
     }

@@ -1,9 +1,9 @@
 //! The boot-up of one slave: who it is, how it is configured, what it lacks.
 
 use crate::boot::{BootCause, BootError, BootFailure, BootProgress, Difference, Expected, Setting};
-use crate::sdo::Error;
 use crate::od::CobIdEntry;
 use crate::pdo::rules;
+use crate::sdo::Error;
 use crate::types::{AbortCode, Address, CobId, NodeId};
 
 /// A slave that does not answer is asked so many times in all: a frame may have been lost.
@@ -134,7 +134,9 @@ impl Process {
         match self.step {
             Step::DeviceType | Step::Identity(_) => BootProgress::Checking,
             Step::TimeId(_) | Step::TimeType(_) if self.is_configured() => BootProgress::Configuring,
-            Step::Stamp(_) | Step::Compare(_) | Step::TimeId(_) | Step::TimeType(_) => BootProgress::Comparing,
+            Step::Stamp(_) | Step::Compare(_) | Step::TimeId(_) | Step::TimeType(_) => {
+                BootProgress::Comparing
+            }
             Step::Write(_) | Step::WriteStamp(_) => BootProgress::Configuring,
         }
     }

@@ -62,6 +62,15 @@ impl Scet {
         ahead != 0 && ahead <= MASK / 2
     }
 
+    /// The first time after this at which a second, or one of `parts` equal parts of it, begins: rounded up to a unit.
+    #[must_use]
+    pub const fn next_part(self, parts: u16) -> Scet {
+        let parts = if parts == 0 { 1 } else { parts as u64 };
+        let next = ((self.units & FINE_MASK) * parts >> FINE_BITS) + 1;
+        let fine = (next << FINE_BITS).div_ceil(parts);
+        Scet::from_units((self.units & !FINE_MASK) + fine)
+    }
+
     /// Later by `span`, rounded to the nearest unit; wraps after 2^32 s.
     #[must_use]
     pub const fn plus(self, span: Duration) -> Scet {

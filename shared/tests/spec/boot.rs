@@ -29,7 +29,8 @@ fn expected() -> Expected {
     Expected { device_type: 0x191, identity: [7, 8, 9, 10], stamp: [0; 2] }
 }
 
-const OBJECTS: Identified = Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020, rpdo: 0x1400 };
+const OBJECTS: Identified =
+    Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020, rpdo: 0x1400 };
 
 /// Slave 2 mandatory, slave 3 optional.
 fn started(policy: BootPolicy) -> Boot {

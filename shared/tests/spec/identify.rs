@@ -2,8 +2,8 @@
 //!
 //! Profile `standard`: SDO timeout 500 ms, Ttoggle consumer times 500 ms.
 
-use crate::master_device::NO_RPDO;
 use crate::instrument::STANDARD;
+use crate::master_device::NO_RPDO;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{MasterEvent, MasterRequest};
 use ecss_can::profile::Profile;

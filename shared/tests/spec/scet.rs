@@ -49,6 +49,21 @@ fn bits_that_a_device_lacks_are_zero_and_nothing_is_rounded_up() {
     }
 }
 
+/// A third of a second is 5,592,405.33 units.
+#[test]
+fn parts_of_a_second_follow_each_other() {
+    let thirds = [scet(7, 0), scet(7, 5_592_406), scet(7, 11_184_811), scet(8, 0)];
+    for pair in thirds.windows(2) {
+        assert_eq!(pair[0].next_part(3), pair[1]);
+    }
+    assert_eq!(scet(7, 5_592_405).next_part(3), scet(7, 5_592_406));
+    assert_eq!(scet(7, 1).next_part(1), scet(8, 0));
+    assert_eq!(scet(u32::MAX, 1).next_part(0), scet(0, 0));
+    let mut time = scet(9, 0);
+    (0..1_000).for_each(|_| time = time.next_part(1_000));
+    assert_eq!(time, scet(10, 0));
+}
+
 #[test]
 fn order_goes_the_shorter_way_round() {
     assert!(scet(u32::MAX, 0xFF_FFFF).is_before(scet(0, 0)));

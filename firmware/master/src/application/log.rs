@@ -52,6 +52,9 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::Written(at) => {
             defmt::info!("object {=u16:04X}h sub {} written", at.index, at.sub);
         }
+        MasterEvent::Step(step) => {
+            defmt::info!("clock set: {=u32} s, was {=u32} s", step.to.coarse(), step.from.coarse());
+        }
         MasterEvent::SelfTest => defmt::info!("self-test"),
         MasterEvent::BusSwitched { from, to, cause } => {
             defmt::warn!("active bus: {}, no longer {} ({})", to, from, cause);

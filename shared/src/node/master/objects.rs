@@ -10,8 +10,8 @@ use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{
     ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO,
 };
-use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
 use crate::node::services::{SdoStep, carries_time};
+use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
 use crate::pdo::PdoSlots;
 use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;

@@ -91,8 +91,14 @@ impl<D: Device, E: Extension> Services<D, E> {
         // History, signatures, the stamp itself, commands and the time are no parameters.
         let is_parameter = !matches!(
             at.index,
-            PRE_DEFINED_ERRORS | STORE | RESTORE | CONFIGURATION | REQUEST_NMT
-                | SCET_SET | UTC_SET | SELF_TEST_START
+            PRE_DEFINED_ERRORS
+                | STORE
+                | RESTORE
+                | CONFIGURATION
+                | REQUEST_NMT
+                | SCET_SET
+                | UTC_SET
+                | SELF_TEST_START
         );
         if is_parameter {
             self.dictionary.objects.communication.configuration = [0; 2];

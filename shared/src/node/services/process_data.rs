@@ -1,8 +1,8 @@
 //! Process data of a node: received frames, SYNC, events and timers, and values that are sampled when they are sent.
 
+use super::time::{self, Brings, is_local_time};
 use super::{Dictionary, NodeEvent, Services};
 use crate::link::Stamp;
-use super::time::{self, Brings, is_local_time};
 use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
 use crate::pdo::rules::is_synchronous;
@@ -31,7 +31,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
         (self.is_time_by_sync, self.notes_syncs) = (false, self.id == NodeId::MASTER);
         let (parameters, mappings) = pdos.rpdos();
-        for ((brings_time, pdo), mapping) in self.brings_time.as_mut().iter_mut().zip(parameters).zip(mappings) {
+        for ((brings_time, pdo), mapping) in
+            self.brings_time.as_mut().iter_mut().zip(parameters).zip(mappings)
+        {
             *brings_time = Brings::of(mapping);
             self.is_time_by_sync |= *brings_time != Brings::Nothing && is_synchronous(pdo.transmission);
         }

@@ -97,10 +97,8 @@ impl<const MICROS: bool> Device for Universal<MICROS> {
             .map(LocalUtc::UTC_GET.field(UtcGet::MS))
             .map(LocalUtc::UTC_GET.field(UtcGet::DAY))],
     );
-    const UTC: Option<UtcRelation> = Some(UtcRelation {
-        scet: Scet::new(0, 0).unwrap(),
-        utc: Utc::new(100, 0, 0).unwrap(),
-    });
+    const UTC: Option<UtcRelation> =
+        Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
     const SUBMILLISECONDS: bool = MICROS;
 
     fn utc(&mut self) -> Option<&mut LocalUtc> {

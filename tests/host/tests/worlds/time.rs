@@ -109,7 +109,8 @@ fn clocks_100_ppm_apart_are_steered_to_one_time() {
     let sync = between(&world, Bus::Nominal, 0x080, ms(30_500), ms(30_950)).pop().expect("SYNC every 100 ms");
     let truth = world.master(|master| master.scet_at_sync()).expect("there was a SYNC");
     for id in [0x182, 0x183] {
-        let told = Scet::decode(since(&world, Bus::Nominal, id, sync.end)[0].frame.payload()).expect("a time");
+        let told =
+            Scet::decode(since(&world, Bus::Nominal, id, sync.end)[0].frame.payload()).expect("a time");
         let off = told.micros_since(truth);
         // Without steering it would be 90 us by now, and 3 ms in all.
         assert!(off.abs() <= 2, "{id:03X} is off by {off} us");
