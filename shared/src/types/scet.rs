@@ -66,7 +66,7 @@ impl Scet {
     #[must_use]
     pub const fn next_part(self, parts: u16) -> Scet {
         let parts = if parts == 0 { 1 } else { parts as u64 };
-        let next = ((self.units & FINE_MASK) * parts >> FINE_BITS) + 1;
+        let next = (((self.units & FINE_MASK) * parts) >> FINE_BITS) + 1;
         let fine = (next << FINE_BITS).div_ceil(parts);
         Scet::from_units((self.units & !FINE_MASK) + fine)
     }
