@@ -5,15 +5,14 @@
 //! finds is a parabola, the best guess of spacecraft time. The clock itself joins it in a straight line within 31 ms, or
 //! more slowly so that it never runs more than 0.1 % fast or slow for it.
 
-use super::estimator::{Covariance, Gains, MOST, PLACES, scale};
+use super::estimator::{Covariance, Gains, PLACES, advance, scale};
 use super::quality::{Quality, Step, TimeSource};
-use super::span::{PER_SECOND, Span};
 use crate::types::{FineInstant, FineScet};
 
 /// Spacecraft time as a function of the node's own.
 ///
 /// From the instant `base` on it is the parabola of the filter, plus a residue that goes to zero. Before, it is a straight
-/// line: what the clock showed lately.
+/// line of the same slope.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LocalClock {
@@ -29,14 +28,12 @@ pub struct LocalClock {
     residue: i64,
     /// How fast the residue goes. 2^-40, of its sign.
     slew: i32,
-    /// Slope of the clock before `base`, less one. 2^-40.
-    before: i32,
     /// Instant of the last pair or command, to which the covariance belongs.
     heard: FineInstant,
     known: Covariance,
     /// Variance of the quantum of received times.
     quantum: i64,
-    /// What the last pair that was refused differed by, units of 2^-32 s.
+    /// What the last pair differed by when it was refused, else zero, units of 2^-32 s.
     suspect: i64,
     /// Counts to [`CONVINCED`] while pairs are refused.
     doubt: u8,
@@ -51,35 +48,35 @@ pub struct LocalClock {
 const STEP_LIMIT: u64 = 42_949_673;
 
 /// A pair is refused that is off by more than this many standard deviations.
-const GATE: u64 = 5;
+const GATE: i64 = 5;
 
 /// Standard deviations in the reported bound.
-const SURE: u64 = 5;
+const SURE: i64 = 6;
 
-/// Three refused pairs in a row that agree, or seven that do not, show that the clock is wrong.
+/// Four refused pairs in a row on one side, or at most seven on both, show that it is the clock that is wrong.
 const CONVINCED: u8 = 7;
-const AGREES: u8 = 3;
+const AGREES: u8 = 2;
 
 /// Time without a pair after which rate and drift are found anew: 64 s, in units of 2^-32 s.
-const FORGOTTEN: u64 = 64 << 32;
+const FORGOTTEN: i64 = 64 << 32;
 
 /// Time for which the drift is extrapolated, as crystals do not drift on for ever: 128 s, in units of 2^-32 s.
-const HORIZON: u64 = 128 << 32;
+const HORIZON: i64 = 128 << 32;
 
 /// No two crystals differ by more: 200 ppm. 2^-40.
-const RATE_LIMIT: i64 = 219_902_325;
+const RATE_LIMIT: i32 = 219_902_325;
 
 /// No temperature changes two crystals faster: 1 ppm/s. 2^-48.
-const DRIFT_LIMIT: i64 = 281_474_976;
+const DRIFT_LIMIT: i32 = 281_474_976;
 
-/// The covariance represents deviations below this: 0.5 ms, in units of 2^-32 s.
-const REPRESENTED: u32 = 1 << 21;
+/// The covariance represents deviations below this: 8 ms, in units of 2^-32 s.
+const REPRESENTED: u32 = 1 << 25;
 
 /// What rate, drift until the horizon and the crystals themselves can come to is less than 2^-11 (488 ppm).
 const WORST_RATE: u32 = 11;
 
 /// The residue goes no faster than 2^-10. 2^-40.
-const SLEW_LIMIT: i64 = 1 << 30;
+const SLEW_LIMIT: i32 = 1 << 30;
 
 impl Default for LocalClock {
     fn default() -> Self {
@@ -97,7 +94,6 @@ impl LocalClock {
             drift: 0,
             residue: 0,
             slew: 0,
-            before: 0,
             heard: FineInstant::from_units(0),
             known: Covariance::fresh(TimeSource::None.variance()),
             quantum: quantum(24),
@@ -119,14 +115,15 @@ impl LocalClock {
 
     /// It is `scet` at the instant `at`, by command. Always a step. What is known of the rate stays known.
     pub fn set(&mut self, at: FineInstant, scet: FineScet) -> Step {
-        self.known = self.known.after(self.silence(at).min(HORIZON) as i64);
-        self.known.replace_offset(TimeSource::Command.variance());
+        // From one command to the next there is nothing new to be known of the rate.
+        let span = if self.source == TimeSource::Command { 0 } else { elapsed(self.heard, at).min(HORIZON) };
+        self.known.replace_offset(TimeSource::Command.variance(), span);
         self.step(at, scet, TimeSource::Command)
     }
 
     /// A pair: at the instant `at` it was `scet`. Constant delays and the mean of the truncation are corrected in it. `now`
     /// is the present: no later instant was asked for yet. Returns the step when there was one: at the first pair, and
-    /// when the clock was wrong by more than 10 ms. A pair older than the last one is ignored.
+    /// when the clock was wrong by more than 10 ms. Ignored when `at` is not later than the last `now`.
     pub fn discipline(
         &mut self,
         at: FineInstant,
@@ -134,87 +131,97 @@ impl LocalClock {
         source: TimeSource,
         now: FineInstant,
     ) -> Option<Step> {
-        if at < self.heard {
+        if at < self.base {
             return None;
         }
+        let off = scet.since(self.at(at));
+        let is_step = !self.is_synchronised || off.unsigned_abs() > STEP_LIMIT;
+        let error = off.wrapping_add(self.residue_at(at));
+        let silence = elapsed(self.heard, at);
         let noise = source.variance() + self.quantum;
-        if !self.is_synchronised || scet.since(self.at(at)).unsigned_abs() > STEP_LIMIT {
-            self.is_synchronised = true;
-            self.known = Covariance::fresh(noise);
-            return Some(self.step(at, scet, source));
-        }
-        let silence = self.silence(at);
-        let error = scet.since(self.parabola(at));
-        let mut known = self.known.after(silence.min(FORGOTTEN) as i64);
-        let gate = GATE * u64::from(known.deviation(noise));
-        let mut gains = Gains::OFFSET;
-        if silence > FORGOTTEN {
+        let mut known = self.known.after(silence.min(FORGOTTEN));
+        let mut gains = [1 << 32, 0, 0];
+        if is_step || silence > FORGOTTEN {
             known = Covariance::fresh(noise);
-        } else if error.unsigned_abs() <= gate {
-            gains = known.update(noise);
         } else {
-            let agrees = self.doubt > 0 && error.saturating_sub(self.suspect).unsigned_abs() <= gate;
-            (self.suspect, self.refused) = (error, self.refused.wrapping_add(1));
-            self.doubt += if agrees { AGREES } else { 1 };
-            if self.doubt < CONVINCED {
+            if error.abs() <= GATE * i64::from(known.deviation(noise)) {
+                gains = known.update(noise);
+            } else if self.is_convinced(error) {
+                known = Covariance::fresh(noise);
+            } else {
                 return None;
             }
-            known = Covariance::fresh(noise);
         }
         self.known = known;
-        self.correct(at, error, &gains, now.max(at));
+        if is_step {
+            self.is_synchronised = true;
+            return Some(self.step(at, scet, source));
+        }
+        self.correct(at, error, gains, now.max(at));
         self.taken(at, source);
         None
+    }
+
+    /// A pair differs too much. Whether it is the clock that is wrong.
+    fn is_convinced(&mut self, error: i64) -> bool {
+        self.refused = self.refused.wrapping_add(1);
+        self.doubt += if self.doubt > 0 && (error ^ self.suspect) >= 0 { AGREES } else { 1 };
+        self.suspect = error;
+        self.doubt >= CONVINCED
     }
 
     /// Spacecraft time at an instant, also before the last correction, or after the present.
     pub fn at(&self, at: FineInstant) -> FineScet {
         if at < self.base {
-            let shown = plus(self.scet, self.residue);
-            let ago = Span::between(at, self.base);
-            plus(shown, (ago.advance(self.before.into(), 0) as i64).wrapping_neg())
+            let ago = elapsed(at, self.base);
+            self.scet.plus(self.residue - ago - scale(ago >> 8, self.rate.into()))
         } else {
-            let since = Span::between(self.base, at);
-            plus(self.parabola(at), self.residue_after(since))
+            self.parabola(at).0.plus(self.residue_at(at))
         }
     }
 
     /// The first instant at which [`at`](Self::at) gives `scet` or more, the shorter way round the counter. In the past when
     /// that time has passed; power-on when it was before.
     pub fn when(&self, scet: FineScet) -> FineInstant {
-        let mut at = self.base;
+        let mut at = self.base.units();
+        let passed = |at| self.at(FineInstant::from_units(at)).since(scet);
         // Each turn leaves a thousandth of the distance.
         for _ in 0..8 {
-            let passed = self.at(at).since(scet);
-            let back = scale(passed, PER_SECOND as i64);
+            let back = scale(passed(at), UNITS_PER_SECOND);
             if back == 0 {
                 break;
             }
-            at = FineInstant::from_units(at.units().saturating_add_signed(-back));
+            at = at.saturating_add_signed(-back);
         }
-        let before = FineInstant::from_units(at.units().saturating_sub(1));
-        if self.at(before).since(scet) >= 0 { before } else { at }
+        // The clock counts 15 to 18 units in one of its own: it may be the one before or after.
+        at = at.saturating_sub(1);
+        for _ in 0..2 {
+            if passed(at) < 0 {
+                at = at.saturating_add(1);
+            }
+        }
+        FineInstant::from_units(at)
     }
 
     /// How far the clock can be trusted at the instant `now`.
     pub fn quality(&self, now: FineInstant) -> Quality {
-        let silence = self.silence(now);
+        let silence = elapsed(self.heard, now);
         let extrapolated = silence.min(HORIZON);
-        let deviation = self.known.after(extrapolated as i64).deviation(0);
-        let filter = if deviation < REPRESENTED { u64::from(deviation) * SURE } else { u64::MAX };
-        let worst = u64::from(self.known.deviation(0)) * SURE + (extrapolated >> WORST_RATE);
-        let residue = self.residue_after(Span::between(self.base, now.max(self.base)));
-        let units = filter.min(worst) + ((silence - extrapolated) >> WORST_RATE) + residue.unsigned_abs();
-        let bound_ns = match self.source {
-            TimeSource::None => u32::MAX,
-            source => nanoseconds(units).saturating_add(source.systematic()),
+        let deviation = self.known.after(extrapolated).deviation(0);
+        let (deviation, worst) = if deviation < REPRESENTED {
+            (deviation, silence - extrapolated)
+        } else {
+            (self.known.deviation(0), silence)
         };
-        let age_ms = now.units().saturating_sub(self.heard.units()) / (FineInstant::PER_MICRO * 1_000);
+        // While it is not decided who is wrong, it may be the clock.
+        let differs = self.residue_at(now).abs() + self.suspect.abs();
+        let units = SURE * i64::from(deviation) + (worst >> WORST_RATE) + differs;
+        let bound = scale(units, 1_000_000_000) + i64::from(self.source.systematic());
         Quality {
-            bound_ns,
+            bound_ns: if self.source == TimeSource::None { u32::MAX } else { saturated(bound) },
             source: self.source,
-            age_ms: u32::try_from(age_ms).unwrap_or(u32::MAX),
-            rate_ppb: ((self.slope(now) * 1_000_000_000) >> 40) as i32,
+            age_ms: saturated(scale(silence, 1_000)),
+            rate_ppb: scale(self.parabola(now).1, 1_000_000_000 >> 8) as i32,
             steps: self.steps,
         }
     }
@@ -228,70 +235,66 @@ impl LocalClock {
     fn step(&mut self, at: FineInstant, scet: FineScet, source: TimeSource) -> Step {
         let from = self.at(at).scet();
         self.move_base(at);
-        (self.scet, self.residue, self.slew, self.before) = (scet, 0, 0, self.rate);
+        (self.scet, self.residue, self.slew) = (scet, 0, 0);
         self.steps = self.steps.wrapping_add(1);
         self.taken(at, source);
         Step { from, to: scet.scet() }
     }
 
     /// The parabola changes by `gains` of `error` at the instant `at`. What the clock shows does not, at the instant `now`.
-    fn correct(&mut self, at: FineInstant, error: i64, gains: &Gains, now: FineInstant) {
+    fn correct(&mut self, at: FineInstant, error: i64, gains: Gains, now: FineInstant) {
         let shown = self.at(now);
-        let slewing = if self.residue_after(Span::between(self.base, now)) == 0 { 0 } else { self.slew };
-        let before = self.slope(now) - i64::from(slewing);
         self.move_base(at);
-        self.scet = plus(self.scet, scale(error, gains.offset));
-        self.rate = limited(i64::from(self.rate) + scale(error << 8, gains.rate), RATE_LIMIT);
-        self.drift = limited(i64::from(self.drift) + scale(error << 16, gains.drift), DRIFT_LIMIT);
+        let [offset, rate, drift] = gains;
+        self.scet = self.scet.plus(scale(error, offset));
+        self.rate = limited(i64::from(self.rate) + scale(error << 8, rate), RATE_LIMIT);
+        self.drift = limited(i64::from(self.drift) + scale(error << 16, drift), DRIFT_LIMIT);
         self.move_base(now);
-        self.before = limited(before, i32::MAX.into());
         self.residue = shown.since(self.scet);
         self.slew = limited(self.residue << 13, SLEW_LIMIT);
     }
 
     fn taken(&mut self, at: FineInstant, source: TimeSource) {
-        (self.heard, self.source, self.doubt) = (at, source, 0);
+        (self.heard, self.source) = (at, source);
+        (self.doubt, self.suspect) = (0, 0);
     }
 
     /// The same parabola, from another instant on.
     fn move_base(&mut self, to: FineInstant) {
-        (self.scet, self.rate) = (self.parabola(to), limited(self.slope(to), RATE_LIMIT));
-        self.base = to;
+        let (scet, rate) = self.parabola(to);
+        (self.base, self.scet, self.rate) = (to, scet, limited(rate, RATE_LIMIT));
     }
 
-    /// Best guess of spacecraft time.
-    fn parabola(&self, at: FineInstant) -> FineScet {
-        let (rate, drift) = (i64::from(self.rate), i64::from(self.drift));
-        if at < self.base {
-            let ago = Span::between(at, self.base).advance(rate, -drift);
-            plus(self.scet, (ago as i64).wrapping_neg())
-        } else {
-            plus(self.scet, Span::between(self.base, at).advance(rate, drift) as i64)
-        }
-    }
-
-    /// Slope of the parabola, less one. 2^-40.
-    fn slope(&self, at: FineInstant) -> i64 {
-        let drift = self.drift.into();
-        let gained = if at < self.base {
-            -Span::between(at, self.base).gained(drift)
-        } else {
-            Span::between(self.base, at).gained(drift)
-        };
-        i64::from(self.rate) + gained
+    /// Best guess of spacecraft time, and its slope, less one. 2^-40. From the base on.
+    fn parabola(&self, at: FineInstant) -> (FineScet, i64) {
+        let span = elapsed(self.base, at);
+        let drifting = span.min(HORIZON);
+        let mut state = [span, self.rate.into(), self.drift.into()];
+        advance(&mut state, drifting >> 8);
+        let [offset, rate, _] = state;
+        (self.scet.plus(offset + scale((span - drifting) >> 8, rate)), rate)
     }
 
     /// What is left of the residue, units of 2^-32 s.
-    fn residue_after(&self, since: Span) -> i64 {
-        let gone = since.times(self.slew.into());
-        if gone.unsigned_abs() >= self.residue.unsigned_abs() { 0 } else { self.residue - gone }
-    }
-
-    /// Time since the last pair or command, units of 2^-32 s.
-    fn silence(&self, at: FineInstant) -> u64 {
-        Span::between(self.heard, at).units()
+    fn residue_at(&self, at: FineInstant) -> i64 {
+        let left = self.residue - scale(elapsed(self.base, at) >> 8, self.slew.into());
+        // Of the other sign: it has gone to zero.
+        if (left ^ self.residue) < 0 { 0 } else { left }
     }
 }
+
+/// From an instant to a later one, in units of 2^-32 s, rounded down; none when it is the earlier one, 35 years at most.
+#[inline(never)] // 128 bits on a chip of 32
+fn elapsed(from: FineInstant, to: FineInstant) -> i64 {
+    let units = to.units().saturating_sub(from.units()).min(1 << 58) as i64;
+    units * 16 + ((i128::from(units) * i128::from(REST)) >> 63) as i64
+}
+
+/// 2^32 / 256,000,000 less 16, rounded up, 2^-63.
+const REST: i64 = ((((1 << 24) - 16_000_000) << 63) / 1_000_000 + 1_i128) as i64;
+
+/// Units of [`FineInstant`] in a second.
+const UNITS_PER_SECOND: i64 = FineInstant::PER_MICRO as i64 * 1_000_000;
 
 /// Variance of times that were cut to so many binary places: a uniform error, corrected by its mean.
 const fn quantum(bits: u32) -> i64 {
@@ -302,22 +305,17 @@ const fn quantum(bits: u32) -> i64 {
     } else {
         bits
     };
-    let variance = (1_i64 << (64 - 2 * bits)) / 12;
-    if variance > MOST >> PLACES { MOST } else { variance << PLACES }
-}
-
-/// Later by units of 2^-32 s, or earlier.
-const fn plus(scet: FineScet, units: i64) -> FineScet {
-    FineScet::from_units(scet.units().wrapping_add_signed(units))
+    (1_i64 << (64 - 2 * bits)) / 12 << PLACES
 }
 
 /// `value`, at most `limit` either way.
-fn limited(value: i64, limit: i64) -> i32 {
-    value.clamp(-limit, limit) as i32
+#[inline(never)] // three times
+fn limited(value: i64, limit: i32) -> i32 {
+    let limit = i64::from(limit);
+    value.min(limit).max(-limit) as i32
 }
 
-/// Of units of 2^-32 s, saturating.
-fn nanoseconds(units: u64) -> u32 {
-    let ns = (units.min(1 << 35) * 125_000_000) >> 29;
-    u32::try_from(ns).unwrap_or(u32::MAX)
+/// What is too large is `u32::MAX`.
+fn saturated(value: i64) -> u32 {
+    value.min(u32::MAX.into()) as u32
 }

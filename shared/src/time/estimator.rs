@@ -7,34 +7,21 @@
 //! and Related Variances" (IEEE Trans. UFFC, 2005). The full covariance is kept, so that intervals may be irregular, and
 //! the bound of a holdover is that of the filter itself.
 //!
-//! One unit is 2^-32 s (0.23 ns), one of rate a unit per second (0.23 ppb). Variances have 12 binary places.
+//! One unit is 2^-32 s (0.23 ns), one of rate a unit per second (0.23 ppb). Variances have 8 binary places.
 
-/// Variances and covariances of offset (0), rate (1) and drift (2), in squared units and 2^-12 of them.
+/// Offset, rate and drift.
+pub(super) type State = [i64; 3];
+
+/// Variances and covariances of the state, in squared units and 2^-8 of them.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(super) struct Covariance {
-    p00: i64,
-    p01: i64,
-    p02: i64,
-    p11: i64,
-    p12: i64,
-    p22: i64,
-}
+pub(super) struct Covariance([State; 3]);
 
 /// What part of an innovation goes to offset, rate (per second) and drift (per square second). 2^-32.
-pub(super) struct Gains {
-    pub offset: i64,
-    pub rate: i64,
-    pub drift: i64,
-}
-
-impl Gains {
-    /// The whole offset, and nothing of rate and drift.
-    pub const OFFSET: Gains = Gains { offset: 1 << 32, rate: 0, drift: 0 };
-}
+pub(super) type Gains = State;
 
 /// Binary places of variances.
-pub(super) const PLACES: u32 = 12;
+pub(super) const PLACES: u32 = 8;
 
 /// No entry grows beyond this, so that no sum of some of them overflows.
 pub(super) const MOST: i64 = 1 << 59;
@@ -52,10 +39,7 @@ const WALK_OF_OFFSET: i64 = 37 << PLACES;
 const WALK_OF_RATE: i64 = 148 << PLACES;
 
 /// Change of the drift, per second: (0.1 ppb/s)².
-const WALK_OF_DRIFT: i64 = 756;
-
-/// The least variances that rounding may leave of rate and drift.
-const LEAST: i64 = 1 << 6;
+const WALK_OF_DRIFT: i64 = 47;
 
 /// A pair leaves 2^-24 of the variance of the offset at least, so that gains of 32 bits are exact enough.
 const RESOLVED: u32 = 24;
@@ -67,108 +51,97 @@ pub(super) const fn variance(ns: i64) -> i64 {
 }
 
 impl Covariance {
-    /// An offset of the variance `noise`; nothing is known of rate and drift.
+    /// An offset by one pair of the variance `noise`, and 16 times that, as there is none to check it by. Nothing is known of
+    /// rate and drift.
+    #[inline(never)] // more than a call
     pub const fn fresh(noise: i64) -> Self {
-        Covariance { p00: noise, p01: 0, p02: 0, p11: PRIOR_RATE, p12: 0, p22: PRIOR_DRIFT }
+        Covariance([[noise * 16, 0, 0], [0, PRIOR_RATE, 0], [0, 0, PRIOR_DRIFT]])
     }
 
-    /// The offset was replaced by one of the variance `noise`. Rate and drift are known as before.
-    pub fn replace_offset(&mut self, noise: i64) {
-        (self.p00, self.p01, self.p02) = (noise, 0, 0);
+    /// The offset was replaced by one of the variance `noise`, `span` after the last pair.
+    pub fn replace_offset(&mut self, noise: i64, span: i64) {
+        *self = self.after(span);
+        let [[p00, ..], ..] = &mut self.0;
+        *p00 = noise;
     }
 
     /// After `span`, units of time, without a pair.
     #[must_use]
     pub fn after(&self, span: i64) -> Self {
-        let mut p = self.clone();
-        let walk = scale(WALK_OF_RATE / 2, span);
-        p.p11 += walk;
-        p.shear_rate(span / 2);
-        // Long intervals: what comes of the rate is held below the limit, without a change of its correlations.
-        while scale(scale(p.p11, span), span) > MOST / 4 {
-            (p.p11, p.p01, p.p12) = (p.p11 / 4, p.p01 / 2, p.p12 / 2);
-        }
-        p.shear_offset(span);
-        p.shear_rate(span / 2);
-        p.p00 = least(p.p00 + scale(WALK_OF_OFFSET, span));
-        p.p11 = least(p.p11 + walk);
-        p.p22 = least(p.p22 + scale(WALK_OF_DRIFT, span));
-        p
+        let mut this = self.clone();
+        let walk = scale(WALK_OF_RATE / 2, span) + 1;
+        this.0[1][1] += walk;
+        this.advance_rows(span);
+        this.transpose();
+        this.advance_rows(span);
+        this.0[0][0] += scale(WALK_OF_OFFSET, span);
+        this.0[1][1] += walk;
+        this.0[2][2] += scale(WALK_OF_DRIFT, span) + 1;
+        this
     }
 
-    /// Rate grows by `span` times the drift.
-    fn shear_rate(&mut self, span: i64) {
-        let p12 = self.p12 + scale(self.p22, span);
-        self.p11 += scale(self.p12 + p12, span);
-        self.p01 += scale(self.p02, span);
-        self.p12 = p12;
+    fn advance_rows(&mut self, span: i64) {
+        self.0.iter_mut().for_each(|row| advance(row, span));
     }
 
-    /// Offset grows by `span` times the rate.
-    fn shear_offset(&mut self, span: i64) {
-        let p01 = self.p01 + scale(self.p11, span);
-        self.p00 += scale(self.p01 + p01, span);
-        self.p02 += scale(self.p12, span);
-        self.p01 = p01;
+    fn transpose(&mut self) {
+        let Covariance([[p00, p01, p02], [p10, p11, p12], [p20, p21, p22]]) = *self;
+        self.0 = [[p00, p10, p20], [p01, p11, p21], [p02, p12, p22]];
     }
 
     /// Standard deviation of the offset, or of a pair of the variance `noise` against it, in units.
     pub fn deviation(&self, noise: i64) -> u32 {
-        root(((self.p00 + noise) >> PLACES) as u64)
+        root(((self.0[0][0] + noise) >> PLACES) as u64)
     }
 
     /// A pair of the variance `noise` is taken.
     pub fn update(&mut self, noise: i64) -> Gains {
-        let noise = noise.max(self.p00 >> RESOLVED);
-        let innovation = self.p00 + noise;
-        let gains = Gains {
-            offset: ratio(self.p00, innovation),
-            rate: ratio(self.p01, innovation),
-            drift: ratio(self.p02, innovation),
-        };
-        self.p11 = least(self.p11 - scale(self.p01, gains.rate));
-        self.p12 -= scale(self.p02, gains.rate);
-        self.p22 = least(self.p22 - scale(self.p02, gains.drift));
-        // With the variance of the pair, not with the difference from one: that is next to nothing where an offset was not known.
-        self.p00 = scale(noise, gains.offset);
-        self.p01 = scale(noise, gains.rate);
-        self.p02 = scale(noise, gains.drift);
+        let first = self.0[0];
+        let innovation = first[0] + noise.max(first[0] >> RESOLVED);
+        let largest = first.iter().fold(innovation, |largest, p| largest | p.abs());
+        let excess = 33_u32.saturating_sub(largest.leading_zeros());
+        let whole = (innovation >> excess) as u32 | 1;
+        let gains = first.map(|p| ((p >> excess) << 32) / i64::from(whole));
+        let [offset, rate, drift] = gains;
+        let [p0, p1, p2] = &mut self.0;
+        subtract(p0, &first, offset);
+        subtract(p1, &first, rate);
+        subtract(p2, &first, drift);
+        // Rounding leaves no variance below zero, and one matrix that is symmetric.
+        let Covariance([[p00, p01, p02], [_, p11, p12], [_, _, p22]]) = *self;
+        self.0 = [[positive(p00), p01, p02], [p01, positive(p11), p12], [p02, p12, positive(p22)]];
         gains
     }
+}
+
+/// The state `span` later: offset grows by the rate, rate by the drift.
+pub(super) fn advance([offset, rate, drift]: &mut State, span: i64) {
+    let half = scale(*drift, span / 2);
+    *rate += half;
+    *offset += scale(*rate, span);
+    *rate += half;
 }
 
 /// `value` times `factor` / 2^32, rounded down, at most [`MOST`] either way.
 #[inline(never)] // 128 bits on a chip of 32
 pub(super) const fn scale(value: i64, factor: i64) -> i64 {
     let product = (value as i128 * factor as i128) >> 32;
-    if product > MOST as i128 {
-        MOST
-    } else if product < -MOST as i128 {
-        -MOST
-    } else {
-        product as i64
-    }
+    let (low, high) = (product as i64, (product >> 59) as i64);
+    let sign = high >> 63;
+    if high == sign { low } else { MOST ^ sign }
 }
 
-/// `part` / `whole` in units of 2^-32; `whole` is positive, `part` below it by size or up to 2^20 times above.
+/// `part` of `whole` is taken from `row`.
 #[inline(never)] // three times
-const fn ratio(part: i64, whole: i64) -> i64 {
-    let largest =
-        if part.unsigned_abs() > whole.unsigned_abs() { part.unsigned_abs() } else { whole.unsigned_abs() };
-    let excess = 33_u32.saturating_sub(largest.leading_zeros());
-    let whole = whole >> excess;
-    ((part >> excess) << 32) / if whole > 0 { whole } else { 1 }
+fn subtract([p0, p1, p2]: &mut State, [w0, w1, w2]: &State, part: i64) {
+    *p0 -= scale(*w0, part);
+    *p1 -= scale(*w1, part);
+    *p2 -= scale(*w2, part);
 }
 
-/// A variance that stays within what can be reckoned with.
-const fn least(variance: i64) -> i64 {
-    if variance < LEAST {
-        LEAST
-    } else if variance > MOST {
-        MOST
-    } else {
-        variance
-    }
+/// `value`, or zero when it is less.
+const fn positive(value: i64) -> i64 {
+    value & !(value >> 63)
 }
 
 /// Square root, rounded down.

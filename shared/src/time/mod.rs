@@ -5,7 +5,6 @@ mod estimator;
 mod objects;
 mod quality;
 mod service;
-mod span;
 
 pub use disciplined::LocalClock;
 pub use objects::{

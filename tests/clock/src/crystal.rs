@@ -9,6 +9,8 @@ pub struct Data {
     pub offset_ppm: f64,
     /// Change of the frequency, parts per million in a second.
     pub drift_ppm: f64,
+    /// When the drift begins, seconds.
+    pub drift_from: f64,
     /// White frequency noise: Allan deviation at one second, parts per billion.
     pub white_ppb: f64,
     /// Random walk of the frequency, parts per billion per root second.
@@ -16,9 +18,9 @@ pub struct Data {
 }
 
 impl Data {
-    /// The noise of issue figures, with this offset and drift.
+    /// The noise that the requirement names, with this offset and drift.
     pub fn noisy(offset_ppm: f64, drift_ppm: f64) -> Self {
-        Data { offset_ppm, drift_ppm, white_ppb: 1.0, walk_ppb: 2.0 }
+        Data { offset_ppm, drift_ppm, drift_from: 0.0, white_ppb: 1.0, walk_ppb: 2.0 }
     }
 }
 
@@ -41,7 +43,7 @@ impl Crystal {
         for point in 0..points {
             ahead.push(phase);
             let middle = (point as f64 + 0.5) * step;
-            let steady = (data.offset_ppm + data.drift_ppm * middle) * 1_000.0;
+            let steady = (data.offset_ppm + data.drift_ppm * (middle - data.drift_from).max(0.0)) * 1_000.0;
             // The integral of a step of the walk is half of it, on the mean.
             let new_walk = walk + data.walk_ppb * step.sqrt() * normal(rng);
             phase += (steady + (walk + new_walk) / 2.0) * step + data.white_ppb * step.sqrt() * normal(rng);

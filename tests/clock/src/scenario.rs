@@ -26,12 +26,16 @@ pub struct Scenario {
     pub crystals: [Data; 2],
     /// Length of the run, seconds.
     pub seconds: f64,
+    /// Time between two samples of the slave's clock, nanoseconds.
+    pub sampled: f64,
     /// Period of the SYNC by the master's clock, nanoseconds.
     pub period: f64,
     /// SYNCs in one time PDO.
     pub divider: u64,
     /// A SYNC is late by up to this much, nanoseconds, and differently each time.
     pub jitter: f64,
+    /// The producer delays each SYNC by a random number of microseconds below this, on purpose.
+    pub dither: u64,
     /// How SYNCs are stamped.
     pub stamps: Stamps,
     /// Part of the pairs that is lost.
@@ -64,16 +68,18 @@ impl Scenario {
             seed,
             crystals,
             seconds: 90.0,
+            sampled: 1e7,
             period: 1e9,
             divider: 1,
             jitter: 20_000.0,
+            dither: 1,
             stamps: Stamps::Capture,
             lost: 0.0,
             silent_from: f64::INFINITY,
         }
     }
 
-    /// The error of `slave`, each 10 ms.
+    /// The error of `slave` over time.
     pub fn run(&self, slave: &mut impl Follower) -> Vec<Sample> {
         let mut rng = Rng::with_seed(!self.seed);
         let [a, b] = self.crystals.map(|data| Crystal::run(data, self.seconds + 12.0, &mut rng));
@@ -83,8 +89,8 @@ impl Scenario {
         let mut pending: Option<(f64, FineInstant, FineScet)> = None;
         let (mut samples, mut sync) = (Vec::new(), 0_u64);
         let mut next = self.next_sync(&a, sync, &mut rng);
-        for point in 0..(self.seconds * 100.0) as u64 {
-            let time = BOOT + point as f64 * 1e7;
+        for point in 0..(self.seconds * 1e9 / self.sampled) as u64 {
+            let time = BOOT + point as f64 * self.sampled;
             loop {
                 let arrival = pending.map_or(f64::INFINITY, |(arrival, ..)| arrival);
                 if arrival.min(next) > time {
@@ -99,8 +105,8 @@ impl Scenario {
                     if is_paired && next < BOOT + self.silent_from * 1e9 {
                         let of_master = self.stamp(a.reads(next), &mut rng);
                         let at = self.stamp(b.reads(next) + slave_start, &mut rng);
-                        // The middle of what is cut off.
-                        let scet = FineScet::from(master.at(of_master).scet()).units() + 128;
+                        // 24 binary places are sent; the receiver adds the mean of what was cut off.
+                        let scet = (master.at(of_master).units() & !0xFF) + 0x80;
                         let delay = 200_000.0 + rng.f64() * 4_800_000.0;
                         pending = Some((next + delay, at, FineScet::from_units(scet)));
                     }
@@ -130,7 +136,8 @@ impl Scenario {
     }
 
     fn next_sync(&self, master: &Crystal, sync: u64, rng: &mut Rng) -> f64 {
-        master.shows(BOOT + (sync + 1) as f64 * self.period) + rng.f64() * self.jitter
+        let dither = rng.u64(0..self.dither) as f64 * 1_000.0;
+        master.shows(BOOT + (sync + 1) as f64 * self.period + dither) + rng.f64() * self.jitter
     }
 
     fn source(&self) -> TimeSource {
