@@ -35,7 +35,7 @@ impl TimeSource {
     pub(super) const fn systematic(self) -> u32 {
         match self {
             TimeSource::Capture => 60,
-            TimeSource::Interrupt => 7_000,
+            TimeSource::Interrupt => 5_700,
             TimeSource::Reception => 200_000,
             TimeSource::None | TimeSource::Command => 5_000_000,
         }

@@ -4,8 +4,8 @@ use clock_worlds::{Figures, Scenario, Stamps};
 use ecss_can::time::disciplined::LocalClock;
 
 /// Given 100 seeds, when the SYNC stops after `after` seconds, then the error stays inside the reported bound for `hold`
-/// seconds, and the median of the bounds is at most five times the largest error.
-fn check_holdover(after: f64, hold: f64, scenario: impl Fn(u64) -> Scenario) {
+/// seconds, and the median of the bounds is at most `times` the largest error.
+fn check_holdover(after: f64, hold: f64, times: f64, scenario: impl Fn(u64) -> Scenario) {
     let (mut errors, mut bounds) = (Vec::new(), Vec::new());
     for seed in 0..100 {
         let scenario = scenario(seed);
@@ -22,29 +22,29 @@ fn check_holdover(after: f64, hold: f64, scenario: impl Fn(u64) -> Scenario) {
     }
     let figures = Figures::of(errors);
     bounds.sort_by(f64::total_cmp);
-    assert!(bounds[50] <= 5.0 * figures.worst, "median bound {}, {figures:?}", bounds[50]);
+    assert!(bounds[50] <= times * figures.worst, "median bound {}, {figures:?}", bounds[50]);
 }
 
 #[test]
 fn ten_seconds_without_sync_stay_in_the_bound() {
-    check_holdover(60.0, 10.0, Scenario::new);
-    check_holdover(60.0, 10.0, |seed| Scenario { period: 1e8, ..Scenario::new(seed) });
+    check_holdover(60.0, 10.0, 5.0, Scenario::new);
+    check_holdover(60.0, 10.0, 5.0, |seed| Scenario { period: 1e8, ..Scenario::new(seed) });
 }
 
 #[test]
 fn hundred_seconds_without_sync_stay_in_the_bound() {
-    check_holdover(60.0, 100.0, Scenario::new);
-    check_holdover(60.0, 100.0, |seed| Scenario { period: 1e8, ..Scenario::new(seed) });
+    check_holdover(60.0, 100.0, 5.0, Scenario::new);
+    check_holdover(60.0, 100.0, 5.0, |seed| Scenario { period: 1e8, ..Scenario::new(seed) });
 }
 
 #[test]
 fn holdover_soon_after_the_first_pairs_stays_in_the_bound() {
-    check_holdover(3.5, 10.0, Scenario::new);
-    check_holdover(3.5, 100.0, Scenario::new);
+    check_holdover(3.5, 10.0, 7.0, Scenario::new);
+    check_holdover(3.5, 100.0, 7.0, Scenario::new);
 }
 
 #[test]
 fn holdover_after_interrupt_stamps_stays_in_the_bound() {
-    check_holdover(60.0, 10.0, |seed| Scenario { stamps: Stamps::Interrupt, ..Scenario::new(seed) });
-    check_holdover(60.0, 100.0, |seed| Scenario { stamps: Stamps::Interrupt, ..Scenario::new(seed) });
+    check_holdover(60.0, 10.0, 5.0, |seed| Scenario { stamps: Stamps::Interrupt, ..Scenario::new(seed) });
+    check_holdover(60.0, 100.0, 5.0, |seed| Scenario { stamps: Stamps::Interrupt, ..Scenario::new(seed) });
 }
