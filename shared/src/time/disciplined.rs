@@ -305,7 +305,7 @@ const fn quantum(bits: u32) -> i64 {
     } else {
         bits
     };
-    (1_i64 << (64 - 2 * bits)) / 12 << PLACES
+    ((1_i64 << (64 - 2 * bits)) / 12) << PLACES
 }
 
 /// `value`, at most `limit` either way.

@@ -58,7 +58,7 @@ fn long_and_short_intervals_are_followed() {
 
 #[test]
 fn stamps_of_interrupts_give_a_microsecond() {
-    let figures = figures(20, |seed| Scenario { stamps: Stamps::Interrupt, ..Scenario::new(seed) });
+    let figures = figures(100, |seed| Scenario { stamps: Stamps::Interrupt, ..Scenario::new(seed) });
     assert!(figures.rms <= 400.0 && figures.permille <= 2_000.0, "{figures:?}");
 }
 
