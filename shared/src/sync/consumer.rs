@@ -13,8 +13,10 @@ pub struct UnexpectedLength;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Consumer {
     counted: bool,
-    /// Neither counter nor window, and the last SYNC was as expected.
+    /// Neither counter nor window, the last SYNC was as expected, and nobody wants to know of each.
     plain: bool,
+    /// Somebody wants to know of each.
+    watched: bool,
     /// The last SYNC was of unexpected length.
     wrong: bool,
     window: Duration,
@@ -27,6 +29,7 @@ impl Consumer {
         Consumer {
             counted: overflow != 0,
             plain: overflow == 0 && window == 0,
+            watched: false,
             wrong: false,
             window: Duration::from_micros(window as u64),
             window_end: Instant::NEVER,
@@ -36,8 +39,18 @@ impl Consumer {
     /// New values of 1019h and 1007h, for the SYNCs to come. Without a window all is open at once.
     pub fn configure(&mut self, overflow: u8, window: u32) {
         let window_end = if window == 0 { Instant::NEVER } else { self.window_end };
-        let (wrong, new) = (self.wrong, Self::new(overflow, window));
-        *self = Consumer { window_end, wrong, plain: new.plain && !wrong, ..new };
+        *self = Consumer { window_end, wrong: self.wrong, watched: self.watched, ..Self::new(overflow, window) };
+        self.note_plain();
+    }
+
+    /// Whether somebody wants to know of each SYNC: none is plain then.
+    pub fn watch(&mut self, watched: bool) {
+        self.watched = watched;
+        self.note_plain();
+    }
+
+    fn note_plain(&mut self) {
+        self.plain = !(self.wrong || self.counted || self.watched || self.window > Duration::ZERO);
     }
 
     /// Follows its objects when one that it depends on was written. Returns whether it was.
@@ -54,7 +67,8 @@ impl Consumer {
         self.window_end = Instant::NEVER;
     }
 
-    /// Whether it is a SYNC as nearly all are, without counter and window: there is nothing to do, its counter is zero.
+    /// Whether it is a SYNC as most are, without counter and window, and of interest for nobody: there is nothing to do, its
+    /// counter is zero.
     #[inline]
     pub fn is_plain(&self, frame: &Frame) -> bool {
         self.plain && frame.dlc() == 0
@@ -76,9 +90,9 @@ impl Consumer {
             _ => Err(UnexpectedLength),
         };
         self.wrong = counter.is_err();
-        let has_window = self.window > Duration::ZERO;
-        self.plain = !(self.wrong || self.counted || has_window);
+        self.note_plain();
         if !self.wrong {
+            let has_window = self.window > Duration::ZERO;
             self.window_end = if has_window { at + self.window } else { Instant::NEVER };
         }
         counter

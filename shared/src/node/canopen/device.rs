@@ -29,9 +29,9 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     /// A SYNC.
     #[inline]
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
-        if let Ok(counter) = self.services.on_sync(frame, stamp.at) {
+        if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
             if self.nmt.state().allows_pdo() {
-                self.services.exchange(bus, counter, stamp, now, out);
+                self.services.exchange(bus, counter, now, out);
             }
             out.event(SlaveEvent::Sync { bus, stamp: *stamp });
         } else {

@@ -132,10 +132,10 @@ impl<D: Device> Master<D> {
         } else if frame.id() == self.sync.id() {
             self.boot.on_sync_sent();
             // What it produces itself is as it should be.
-            if let Ok(counter) = self.services.on_sync(frame, stamp.at)
+            if let Ok(counter) = self.services.on_sync(bus, frame, &stamp)
                 && self.nmt.state().allows_pdo()
             {
-                self.services.exchange(bus, counter, &stamp, now, out);
+                self.services.exchange(bus, counter, now, out);
             }
             out.event(MasterEvent::SyncSent { stamp });
         }

@@ -16,6 +16,7 @@ use super::buses::Buses;
 use super::{Device, Extension, NodeObjects, Spacecraft};
 use crate::emcy::ErrorCode;
 use crate::heartbeat::{ConsumerSlots, Monitor};
+use crate::link::Stamp;
 use crate::link::port::{ErrorState, Health};
 
 use crate::node::{BusHealth, index};
@@ -262,18 +263,26 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// SYNC: its counter, zero when it has none.
     #[inline(always)] // called from one place
-    pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
-        if self.sync.is_plain(frame) { Ok(0) } else { self.on_special_sync(frame, at) }
+    pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp) -> Result<u8, sync::UnexpectedLength> {
+        if self.sync.is_plain(frame) { Ok(0) } else { self.on_special_sync(bus, frame, stamp) }
     }
 
     #[inline(never)]
-    fn on_special_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, sync::UnexpectedLength> {
+    fn on_special_sync(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+    ) -> Result<u8, sync::UnexpectedLength> {
         let was_wrong = self.sync.is_wrong();
-        let counter = self.sync.on_sync(frame, at);
+        let counter = self.sync.on_sync(frame, stamp.at);
         if counter.is_err() {
             self.raise(ErrorCode::SYNC_LENGTH, [0; 5]);
         } else if was_wrong {
             self.clear(ErrorCode::SYNC_LENGTH, 0);
+        }
+        if counter.is_ok() && self.notes_syncs {
+            self.note_sync(bus, stamp);
         }
         if was_wrong || counter.is_err() {
             // An emergency is to go.

@@ -42,6 +42,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
         self.carries_live_value = pdos.tpdos().1.iter().any(|mapping| has(mapping, is_live));
         self.notes_syncs |= self.carries_live_value || self.is_time_by_sync;
+        self.sync.watch(self.notes_syncs);
         self.synchronous_lifetime = self.synchronous_lifetime();
     }
 
@@ -68,14 +69,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         &mut self,
         bus: Bus,
         counter: u8,
-        stamp: &Stamp,
         now: Instant,
         out: &mut Outbox<V>,
     ) {
-        if self.notes_syncs {
-            // ECSS 7.2.3k: the local time at the end of the SYNC.
-            self.note_sync(bus, stamp);
-        }
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
         let expires = (now + self.synchronous_lifetime).min(self.window_end());
         self.sample(counter, &mut |frame| out.send_until(bus, frame, expires));

@@ -115,8 +115,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// SYNC, in Operational: PDOs are sampled for it.
-    #[inline(never)] // of two callers
+    /// A SYNC on the active bus: its PDOs are sampled (ECSS 7.2.3k: the local time at its end).
     pub fn note_sync(&mut self, bus: Bus, stamp: &Stamp) {
         self.time.on_sync(bus, stamp);
         if self.carries_live_value
