@@ -39,7 +39,8 @@ impl Consumer {
     /// New values of 1019h and 1007h, for the SYNCs to come. Without a window all is open at once.
     pub fn configure(&mut self, overflow: u8, window: u32) {
         let window_end = if window == 0 { Instant::NEVER } else { self.window_end };
-        *self = Consumer { window_end, wrong: self.wrong, watched: self.watched, ..Self::new(overflow, window) };
+        *self =
+            Consumer { window_end, wrong: self.wrong, watched: self.watched, ..Self::new(overflow, window) };
         self.note_plain();
     }
 

@@ -65,13 +65,7 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// SYNC with this counter, in Operational: synchronous PDOs, sampled before RPDOs take effect.
     #[inline(always)] // called from one place
-    pub fn exchange<V: NodeEvent>(
-        &mut self,
-        bus: Bus,
-        counter: u8,
-        now: Instant,
-        out: &mut Outbox<V>,
-    ) {
+    pub fn exchange<V: NodeEvent>(&mut self, bus: Bus, counter: u8, now: Instant, out: &mut Outbox<V>) {
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
         let expires = (now + self.synchronous_lifetime).min(self.window_end());
         self.sample(counter, &mut |frame| out.send_until(bus, frame, expires));
