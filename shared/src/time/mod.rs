@@ -1,6 +1,6 @@
 //! Time: the clock of protocol timers, the local SCET clock, and the service that sets, steers and tells it.
 
-pub mod disciplined;
+mod disciplined;
 mod estimator;
 mod objects;
 mod quality;

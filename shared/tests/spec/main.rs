@@ -14,6 +14,7 @@ mod console;
 mod contradictions;
 mod counted;
 mod device;
+mod discipline;
 mod emcy;
 mod fleet;
 mod heartbeat;

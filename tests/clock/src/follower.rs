@@ -1,7 +1,7 @@
 //! Estimators that can follow a master: the clock of the product, and others to compare it with.
 
+use ecss_can::time::LocalClock;
 use ecss_can::time::TimeSource;
-use ecss_can::time::disciplined::LocalClock;
 use ecss_can::types::{FineInstant, FineScet};
 
 /// A clock that is disciplined by pairs.

@@ -1,7 +1,7 @@
 //! How near the local clock comes to the master's, with the crystals of the requirement.
 
 use clock_worlds::{Crystal, Data, Figures, Scenario, Stamps, Window};
-use ecss_can::time::disciplined::LocalClock;
+use ecss_can::time::LocalClock;
 use fastrand::Rng;
 
 /// The figures of all seeds together, from 30 s on. The error stays in the reported bound, from the first pair on.

@@ -1,7 +1,7 @@
 //! The bound that the clock reports while no SYNC comes.
 
 use clock_worlds::{Figures, Scenario, Stamps};
-use ecss_can::time::disciplined::LocalClock;
+use ecss_can::time::LocalClock;
 
 /// Given 100 seeds, when the SYNC stops after `after` seconds, then the error stays inside the reported bound for `hold`
 /// seconds, and the median of the bounds is at most `times` the largest error.

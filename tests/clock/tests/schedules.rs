@@ -1,7 +1,7 @@
 //! Random schedules: lost SYNCs, jumps of the time, resets of the slave, changes of the producer, commands.
 
+use ecss_can::time::LocalClock;
 use ecss_can::time::TimeSource;
-use ecss_can::time::disciplined::LocalClock;
 use ecss_can::types::{FineInstant, FineScet};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
@@ -195,6 +195,33 @@ proptest! {
             // Up to half a second, and up to 128 s, either way.
             world.check_when(shown.wrapping_add_signed(i64::from(*ahead)));
             world.check_when(shown.wrapping_add_signed(i64::from(*ahead) << 8));
+        }
+    }
+}
+
+fn extreme() -> impl Strategy<Value = u64> {
+    prop_oneof![any::<u64>(), 0..1_u64 << 40, Just(0), Just(u64::MAX), Just(1 << 63)]
+}
+
+proptest! {
+    #![proptest_config(cases(1_000))]
+
+    /// Given any instants and times in any order, nothing overflows.
+    #[test]
+    fn any_instants_and_times_are_taken(
+        calls in prop::collection::vec((0..6_u8, source(), extreme(), extreme(), extreme()), 1..50),
+    ) {
+        let mut clock = LocalClock::new();
+        for (call, source, at, scet, now) in calls {
+            let (at, now) = (FineInstant::from_units(at), FineInstant::from_units(now));
+            let scet = FineScet::from_units(scet);
+            match call {
+                0 => drop(clock.set(at, scet)),
+                1 => drop(clock.at(at)),
+                2 => drop(clock.when(scet)),
+                3 => drop(clock.quality(now)),
+                _ => drop(clock.discipline(at, scet, source, now)),
+            }
         }
     }
 }
