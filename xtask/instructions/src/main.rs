@@ -15,8 +15,8 @@ use anyhow::{Context, bail};
 use ecss_can::pdo::{PdoMapping, StaticMapping};
 
 use crate::scenarios::{
-    block_download, heartbeat, irrelevant, peer_heartbeat, rpdo, rpdo_scattered, sync, sync_scattered,
-    upload, write,
+    block_download, discipline, heartbeat, irrelevant, peer_heartbeat, rpdo, rpdo_scattered, sync,
+    sync_scattered, upload, write,
 };
 
 fn main() -> anyhow::Result<()> {
@@ -38,6 +38,7 @@ fn main() -> anyhow::Result<()> {
         "heartbeat_consumed" => heartbeat(repetitions),
         "peer_heartbeat_consumed" => peer_heartbeat(repetitions),
         "irrelevant_frame" => irrelevant(repetitions),
+        "clock_discipline" => discipline(repetitions),
         other => bail!("there is no scenario {other:?}"),
     }
 }

@@ -1,9 +1,12 @@
 //! The operations, and whether their outcome is right.
 
+use std::hint::black_box;
+
 use anyhow::ensure;
 use ecss_can::heartbeat;
 use ecss_can::pdo::{CobIdOf, Mapping, PdoMapping};
-use ecss_can::types::{Bus, CobId, Frame, NmtState, NodeId};
+use ecss_can::time::{LocalClock, TimeSource};
+use ecss_can::types::{Bus, CobId, FineInstant, FineScet, Frame, NmtState, NodeId};
 
 use crate::harness::Harness;
 use crate::objects::{Application, NODE, PEER, receive_id, transmit_id};
@@ -172,4 +175,24 @@ fn crc(data: &[u8]) -> u16 {
             if crc & 0x8000 == 0 { shifted } else { shifted ^ 0x1021 }
         })
     })
+}
+
+/// The local clock takes the spacecraft time of a SYNC, each second.
+pub fn discipline(repetitions: u32) -> anyhow::Result<()> {
+    const SECOND: u64 = 256_000_000;
+    const LATE: u64 = 512_000;
+    let mut clock = LocalClock::new();
+    let mut at = 0;
+    for n in 0..u64::from(repetitions) {
+        at = n * SECOND;
+        // 10 ppm, and a quantum of 2^-24 s.
+        let scet = (n << 32) + n * 42_950 + (n * 37) % 256;
+        let [at, scet, now] = black_box([at, scet, at + LATE]);
+        let now = FineInstant::from_units(now);
+        clock.discipline(FineInstant::from_units(at), FineScet::from_units(scet), TimeSource::Capture, now);
+    }
+    let rate = clock.quality(FineInstant::from_units(at)).rate_ppb;
+    ensure!(repetitions == 0 || (9_900..10_100).contains(&rate), "rate {rate}");
+    ensure!(clock.refused() == 0, "{} pairs refused", clock.refused());
+    Ok(())
 }

@@ -17,8 +17,8 @@ pub const AREA: Area =
 const REPETITIONS: u64 = 100_000;
 
 /// Scenarios of the program in `xtask/instructions`, and the target of each. Those that are scattered, with values that do
-/// not lie in a row, have none of their own.
-const SCENARIOS: [(&str, Option<u64>); 12] = [
+/// not lie in a row, have none of their own; nor has the local clock.
+const SCENARIOS: [(&str, Option<u64>); 13] = [
     ("rpdo_static", Some(263)),
     ("rpdo_variable", Some(565)),
     ("sync_tpdo_static", Some(301)),
@@ -31,6 +31,7 @@ const SCENARIOS: [(&str, Option<u64>); 12] = [
     ("heartbeat_consumed", Some(209)),
     ("peer_heartbeat_consumed", Some(209)),
     ("irrelevant_frame", Some(67)),
+    ("clock_discipline", None),
 ];
 
 fn measure(_: &Context) -> anyhow::Result<Vec<Row>> {
