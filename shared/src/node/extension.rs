@@ -12,12 +12,17 @@ pub trait Extension: Objects + Debug + Default {
     /// Its parameter store.
     type Storage: Storage;
 
+    /// Whether it has a clock with its objects.
+    const HAS_TIME: bool;
+
     /// The objects of a node of a spacecraft, if it has them.
     fn spacecraft(&mut self) -> Option<&mut Spacecraft>;
 }
 
 impl Extension for Spacecraft {
     type Storage = Stored;
+
+    const HAS_TIME: bool = true;
 
     #[inline(always)]
     fn spacecraft(&mut self) -> Option<&mut Spacecraft> {
@@ -31,6 +36,8 @@ pub struct Nothing {}
 
 impl Extension for Nothing {
     type Storage = NoStore;
+
+    const HAS_TIME: bool = false;
 
     #[inline(always)]
     fn spacecraft(&mut self) -> Option<&mut Spacecraft> {

@@ -256,7 +256,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         } else {
             self.dictionary.tpdos.stop();
             self.dictionary.rpdos.stop();
-            self.time.stop();
+            if E::HAS_TIME {
+                self.time.stop();
+            }
             self.sync.open();
         }
     }
@@ -281,7 +283,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         } else if was_wrong {
             self.clear(ErrorCode::SYNC_LENGTH, 0);
         }
-        if counter.is_ok() && self.notes_syncs {
+        if E::HAS_TIME && counter.is_ok() && self.notes_syncs {
             self.note_sync(bus, stamp);
         }
         if was_wrong || counter.is_err() {

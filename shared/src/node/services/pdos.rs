@@ -47,7 +47,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         let resolved = pdo::resolve::<NodeObjects<D, E>>(direction, pdo, mapping.objects())?;
         match direction {
             Direction::Receive => {
-                let brings_time = Brings::of(mapping) != Brings::Nothing;
+                let brings_time = E::HAS_TIME && Brings::of(mapping) != Brings::Nothing;
                 self.rpdos.configure(number, pdo, resolved, brings_time)
             }
             Direction::Transmit => self.tpdos.configure(number, pdo, resolved, now),

@@ -114,7 +114,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     }
 
     fn brings_time(&self, number: usize) -> bool {
-        self.brings_time.as_ref().get(number).is_some_and(|brings| *brings != Brings::Nothing)
+        E::HAS_TIME && self.brings_time.as_ref().get(number).is_some_and(|brings| *brings != Brings::Nothing)
     }
 
     /// A frame of an RPDO that is synchronous, has a deadline, brings the time, or is not as it should be.
