@@ -5,6 +5,7 @@ use core::fmt::Debug;
 use super::Spacecraft;
 use super::services::{NoStore, Storage, Stored};
 use crate::od::Objects;
+use crate::time::TimeService;
 
 /// Objects beside those of CANopen, and where parameters are kept. What a node does not have costs it nothing: its image holds
 /// no code for it.
@@ -12,21 +13,34 @@ pub trait Extension: Objects + Debug + Default {
     /// Its parameter store.
     type Storage: Storage;
 
+    /// Its clock and what belongs to it.
+    type Time: Debug + Default;
+
     /// Whether it has a clock with its objects.
     const HAS_TIME: bool;
 
     /// The objects of a node of a spacecraft, if it has them.
     fn spacecraft(&mut self) -> Option<&mut Spacecraft>;
+
+    /// The time service, if it has one.
+    fn time(time: &mut Self::Time) -> Option<&mut TimeService>;
 }
 
 impl Extension for Spacecraft {
     type Storage = Stored;
+
+    type Time = TimeService;
 
     const HAS_TIME: bool = true;
 
     #[inline(always)]
     fn spacecraft(&mut self) -> Option<&mut Spacecraft> {
         Some(self)
+    }
+
+    #[inline(always)]
+    fn time(time: &mut TimeService) -> Option<&mut TimeService> {
+        Some(time)
     }
 }
 
@@ -37,10 +51,17 @@ pub struct Nothing {}
 impl Extension for Nothing {
     type Storage = NoStore;
 
+    type Time = ();
+
     const HAS_TIME: bool = false;
 
     #[inline(always)]
     fn spacecraft(&mut self) -> Option<&mut Spacecraft> {
+        None
+    }
+
+    #[inline(always)]
+    fn time((): &mut ()) -> Option<&mut TimeService> {
         None
     }
 }

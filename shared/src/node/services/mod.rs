@@ -24,7 +24,6 @@ use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
 use crate::profile::Profile;
 use crate::store::ParameterStore;
-use crate::time::TimeService;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
 use crate::{sdo, sync};
 pub use dictionary::Dictionary;
@@ -56,7 +55,7 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     /// What comes for the SDO server.
     sdo_id: CobId,
     server: sdo::Server,
-    pub time: TimeService,
+    pub time: E::Time,
     pub buses: Buses,
     pub lifetimes: Lifetimes,
     /// Receive PDOs that bring the time (2010h, 2012h).
@@ -100,7 +99,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             sync_id: CobId::SYNC,
             sdo_id: CobId::sdo_request(id),
             server: sdo::Server::new(profile.sdo_timeout),
-            time: TimeService::default(),
+            time: E::Time::default(),
             buses: Buses::new(profile.access(id), profile.bus_off),
             lifetimes: Lifetimes {
                 heartbeat: profile.heartbeat,
@@ -256,8 +255,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         } else {
             self.dictionary.tpdos.stop();
             self.dictionary.rpdos.stop();
-            if E::HAS_TIME {
-                self.time.stop();
+            if let Some(time) = E::time(&mut self.time) {
+                time.stop();
             }
             self.sync.open();
         }

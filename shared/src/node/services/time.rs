@@ -54,7 +54,7 @@ pub fn is_local_time(index: u16) -> bool {
     matches!(index, SCET_GET | UTC_GET)
 }
 
-impl<D: Device, E: Extension> Services<D, E> {
+impl<D: Device> Services<D> {
     /// Local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
         self.time.clock().at(now.into()).scet()
@@ -65,11 +65,13 @@ impl<D: Device, E: Extension> Services<D, E> {
         let at = self.last_sync()?;
         Some(self.time.clock().at(at).scet())
     }
+}
 
+impl<D: Device, E: Extension> Services<D, E> {
     /// When the last SYNC ended, where it was sent.
     fn last_sync(&mut self) -> Option<FineInstant> {
         let objects = self.dictionary.objects.spacecraft.spacecraft()?;
-        self.time.last_sync(&objects.clock.correction)
+        E::time(&mut self.time)?.last_sync(&objects.clock.correction)
     }
 
     /// Shows the time `scet` in 2011h and 2013h.
@@ -86,7 +88,10 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Samples the local time for transmit PDOs.
     pub fn refresh_time(&mut self, at: FineInstant) {
-        self.show_time(self.time.clock().at(at));
+        if let Some(time) = E::time(&mut self.time) {
+            let scet = time.clock().at(at);
+            self.show_time(scet);
+        }
     }
 
     /// Samples the local time for transmit PDOs that are sent without SYNC: that of the last SYNC where the spacecraft time is
@@ -101,8 +106,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         let [command, low, high, sub, ..] = request.bits().to_le_bytes();
         let at = Address::new(u16::from_le_bytes([low, high]), sub);
         let parts = if at.index == SCET_GET { LocalScet::PARTS } else { LocalUtc::PARTS };
-        if is_local_time(at.index) && matches!(command & UPLOADS, UPLOAD | BLOCK_UPLOAD) {
-            let sample = self.time.read(at, parts, now);
+        if is_local_time(at.index)
+            && matches!(command & UPLOADS, UPLOAD | BLOCK_UPLOAD)
+            && let Some(time) = E::time(&mut self.time)
+        {
+            let sample = time.read(at, parts, now);
             self.show_time(sample);
         }
         self.refresh_quality(now);
@@ -110,14 +118,18 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Object 2015h.
     pub fn refresh_quality(&mut self, now: Instant) {
-        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
-            objects.clock.quality = self.time.quality(now);
+        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft()
+            && let Some(time) = E::time(&mut self.time)
+        {
+            objects.clock.quality = time.quality(now);
         }
     }
 
     /// A SYNC on the active bus: its PDOs are sampled (ECSS 7.2.3k: the local time at its end).
     pub fn note_sync(&mut self, bus: Bus, stamp: &Stamp) {
-        self.time.on_sync(bus, stamp);
+        if let Some(time) = E::time(&mut self.time) {
+            time.on_sync(bus, stamp);
+        }
         if self.carries_live_value
             && let Some(at) = self.last_sync()
         {
@@ -137,14 +149,14 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) {
         let Some(scet) = self.brought_time(number) else { return self.buses.malformed(bus) };
         let NodeObjects { pdos, spacecraft, .. } = &mut self.dictionary.objects;
-        let Some(objects) = spacecraft.spacecraft() else { return };
+        let (Some(objects), Some(time)) = (spacecraft.spacecraft(), E::time(&mut self.time)) else { return };
         let correction = &objects.clock.correction;
         // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
         let by_sync = pdos.rpdos().0.get(number).is_some_and(|pdo| is_synchronous(pdo.transmission));
         let taken = if by_sync {
-            self.time.at_last_sync(scet, correction, now)
+            time.at_last_sync(scet, correction, now)
         } else {
-            self.time.at_reception(scet, stamp.fine(), now)
+            time.at_reception(scet, stamp.fine(), now)
         };
         match taken {
             Taken::Unused => {}
@@ -171,7 +183,9 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// Sets the clock by command.
     pub fn set_time<V: NodeEvent>(&mut self, scet: FineScet, now: Instant, out: &mut Outbox<V>) {
-        out.event(V::step(self.time.set(scet, now.into())));
+        if let Some(time) = E::time(&mut self.time) {
+            out.event(V::step(time.set(scet, now.into())));
+        }
     }
 
     /// A client has written 2010h or 2012h: when the last sub-index of a record comes, the clock is set.
@@ -187,7 +201,8 @@ impl<D: Device, E: Extension> Services<D, E> {
             _ => None,
         };
         if let Some((parts, scet)) = scet
-            && self.time.is_written(at, parts, now)
+            && let Some(time) = E::time(&mut self.time)
+            && time.is_written(at, parts, now)
         {
             self.set_time(scet, now, out);
         }
