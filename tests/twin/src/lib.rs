@@ -56,6 +56,8 @@ pub mod mmio;
 pub mod model;
 pub mod peripherals;
 mod port;
+pub mod pulses;
 pub mod rtt;
 pub mod spacecraft;
 pub mod stamps;
+pub mod traffic;

@@ -6,24 +6,19 @@
 
 use can_wire::encode::encode;
 use can_wire::fault::{Fault, FaultError};
-use can_wire::frame::{WireFrame, WireId};
+use can_wire::frame::WireId;
 use can_wire::record::Observation;
 use can_wire::time::Time;
 
 use crate::board::{AccessError, EmulatedBoard};
-use crate::spacecraft::{BoardId, Bus, GuestId, Spacecraft, WireRecord};
+use crate::spacecraft::{BoardId, Bus, Spacecraft, WireRecord};
+use crate::traffic::Traffic;
 
 /// Counts per second of the capture timer, Hz.
 const RATE: f64 = 84e6;
 
 /// A stamp that is farther off is that of another frame: half a bit.
 const OTHER_FRAME_NS: f64 = 500.0;
-
-/// Mean time that a frame of 8 random bytes and an 11-bit identifier keeps the bus busy, µs.
-const MEAN_FRAME_US: f64 = 117.0;
-
-/// How far ahead traffic is handed to its senders.
-const AHEAD: Time = Time::from_ms(5);
 
 /// Long before and after a stamped frame, and around it, when stamps are read.
 const COARSE: Time = Time::from_ms(1);
@@ -96,10 +91,7 @@ pub struct Trial {
     spacecraft: Spacecraft,
     id: u16,
     disturbance: Disturbance,
-    senders: [GuestId; 2],
-    random: fastrand::Rng,
-    /// Until when traffic has been handed over.
-    loaded: Time,
+    traffic: Traffic,
     boards: Vec<Ledger>,
     outcome: Outcome,
     last_end: Option<Time>,
@@ -122,17 +114,15 @@ impl Trial {
     /// # Errors
     /// [`FaultError`] when the error rate is none.
     pub fn new(mut spacecraft: Spacecraft, id: u16, disturbance: Disturbance) -> Result<Trial, FaultError> {
-        let senders = [2.0, 33.0].map(|position_m| spacecraft.add_guest(Bus::Nominal, position_m));
-        let Disturbance { error_rate: rate, seed, from, .. } = disturbance;
+        let Disturbance { load, error_rate: rate, seed, from } = disturbance;
+        let traffic = Traffic::new(&mut spacecraft, Bus::Nominal, load, seed, from);
         spacecraft.wire_mut(Bus::Nominal).schedule(from, Fault::BitErrors { rate, seed })?;
         let boards = spacecraft.boards().map(|_| Default::default()).collect();
         Ok(Trial {
             spacecraft,
             id,
             disturbance,
-            senders,
-            random: fastrand::Rng::with_seed(seed),
-            loaded: from,
+            traffic,
             boards,
             outcome: Outcome::default(),
             last_end: None,
@@ -177,7 +167,7 @@ impl Trial {
         until: Time,
         read: &impl Fn(&EmulatedBoard) -> Result<Counts, E>,
     ) -> Result<(), E> {
-        self.hand_over(until + AHEAD);
+        self.traffic.hand_over(&mut self.spacecraft, until);
         self.spacecraft.run_until(until)?;
         self.spacecraft.take_logs();
         for record in self.spacecraft.take_frames() {
@@ -187,24 +177,6 @@ impl Trial {
             self.boards[id.0].judge(read(board)?, &mut self.outcome);
         }
         Ok(())
-    }
-
-    /// Traffic up to `until`: random data under random identifiers that no board admits, below and above all of theirs.
-    fn hand_over(&mut self, until: Time) {
-        let gap = MEAN_FRAME_US / self.disturbance.load;
-        while self.loaded < until {
-            let random = &mut self.random;
-            let id = match random.u8(..3) {
-                0 => random.u16(0x001..0x080),
-                1 => random.u16(0x101..0x180),
-                _ => random.u16(0x780..0x7F0),
-            };
-            let frame = WireFrame::standard(id, &random.u64(..).to_le_bytes());
-            let sender = self.senders[random.usize(..self.senders.len())];
-            let ticks = (0.5 + random.f64()) * gap * Time::from_us(1).0 as f64;
-            self.loaded += Time(ticks as u64);
-            self.spacecraft.inject(sender, self.loaded, frame);
-        }
     }
 
     /// Keeps when a frame ended at those who have it.
