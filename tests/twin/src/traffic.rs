@@ -32,6 +32,10 @@ impl Traffic {
     /// Hands over what is sent until `until` and a little longer: random data under random identifiers, below and above all of
     /// the boards'. No load, no frames.
     pub fn hand_over(&mut self, spacecraft: &mut Spacecraft, until: Time) {
+        // What they hear would pile up.
+        for sender in self.senders {
+            spacecraft.take_heard(sender);
+        }
         if self.load <= 0.0 {
             return;
         }

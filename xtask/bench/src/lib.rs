@@ -7,6 +7,7 @@
 
 mod areas;
 mod callgrind;
+mod clocks;
 mod context;
 mod rig;
 mod row;

@@ -15,7 +15,7 @@ pub mod record;
 mod report;
 #[cfg(any(test, feature = "sample"))]
 pub mod sample;
-mod stamps;
+pub mod stamps;
 mod summary;
 mod telemetry;
 mod verdict;

@@ -164,7 +164,7 @@ pub fn flight() -> Flight {
     ];
     let operational = Phase::Nmt(NmtState::Operational);
     assert!(observer.slaves().all(|(_, track)| track.now().phase == operational));
-    let stamp_errors = StampErrors { compared: 24, worst_ns: 11.94 };
+    let stamp_errors = StampErrors { compared: 24, worst_ns: 11.94, squares_ns2: 1140.0 };
     Flight {
         end: plan.end,
         interrupted: None,

@@ -25,6 +25,25 @@ pub struct StampErrors {
     pub compared: u64,
     /// Largest distance from the truth, ns.
     pub worst_ns: f64,
+    /// Sum of the squares of all distances, ns².
+    pub squares_ns2: f64,
+}
+
+impl StampErrors {
+    /// Root of the mean square, ns.
+    pub fn rms_ns(&self) -> f64 {
+        (self.squares_ns2 / self.compared.max(1) as f64).sqrt()
+    }
+
+    /// Those of two flights together.
+    #[must_use]
+    pub fn and(&self, other: &StampErrors) -> StampErrors {
+        StampErrors {
+            compared: self.compared + other.compared,
+            worst_ns: self.worst_ns.max(other.worst_ns),
+            squares_ns2: self.squares_ns2 + other.squares_ns2,
+        }
+    }
 }
 
 /// Compares as the flight goes on.
@@ -68,6 +87,7 @@ impl StampWatch {
                 let error = distance.min(2_f64.powi(32) - distance) / TICKS_PER_NS;
                 self.errors.compared += 1;
                 self.errors.worst_ns = self.errors.worst_ns.max(error);
+                self.errors.squares_ns2 += error * error;
             }
         }
     }

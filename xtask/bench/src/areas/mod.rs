@@ -13,6 +13,7 @@ mod sdo;
 mod size;
 mod stamp;
 mod sync;
+mod time;
 mod wire;
 
 pub use size::biggest_symbols;
@@ -43,5 +44,6 @@ pub const ALL: &[Area] = &[
     irq::AREA,
     stamp::AREA,
     sync::AREA,
+    time::AREA,
     wire::AREA,
 ];

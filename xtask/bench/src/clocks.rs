@@ -1,0 +1,224 @@
+//! A master and three slaves whose clocks are compared by their pulses.
+//!
+//! The spacecraft is that of the requirement: slaves at 1, 10 and 20 m from the master, crystals of up to ±50 ppm that drift by
+//! 0.1 ppm/s, at the master and at two slaves in opposite directions, with noise; transceivers of 150 ns, each ±20 ns off, half
+//! of it in the driver and half in the receiver. A guest configures the boards by SDO, as a user would.
+
+use anyhow::{Context as _, ensure};
+use can_wire::frame::{WireFrame, WireId};
+use can_wire::time::Time;
+use can_wire::transceiver::Transceiver;
+use twin::board::{BoardConfig, Fittings};
+use twin::crystal::Crystal;
+use twin::guest::GuestEvent;
+use twin::peripherals::Pin;
+use twin::pulses::{Errors, Trial};
+use twin::spacecraft::{BoardId, Bus, GuestId, Spacecraft, SpacecraftConfig};
+use twin::traffic::Traffic;
+
+use demo::stamps::{StampErrors, StampWatch};
+use ecss_can::types::Address;
+use firmware_images::Images;
+use support::craft;
+
+use crate::context::FLOWN;
+
+/// Node-ID (1 is the master), metres, parts per million, parts per million per second.
+const SEATS: [(u8, f64, f64, f64); 4] =
+    [(1, 0.0, 50.0, -0.1), (2, 1.0, -50.0, 0.1), (3, 10.0, 17.0, -0.1), (4, 20.0, -38.0, 0.1)];
+
+/// White noise of the frequency at 1 s, and its random walk in 1 s, parts per billion.
+const WHITE_PPB: f64 = 1.0;
+const WALK_PPB: f64 = 2.0;
+
+/// Out and in together, ns, and by how much each may be off.
+const TRANSCEIVER_NS: u32 = 150;
+const TRANSCEIVER_SPREAD_NS: u32 = 20;
+const CABLE_NS_PER_M: f64 = 5.0;
+/// The user's lengths are too long by so much.
+const LENGTH_ERROR: f64 = 0.1;
+
+/// Where boards make their pulses.
+const PULSE: Pin = Pin::new('B', 1);
+/// Of the spacecraft time.
+pub const PULSE_PERIOD: Time = Time::from_ms(10);
+
+/// Objects of the boards.
+const SYNC_PERIOD: Address = Address::new(0x1006, 0);
+const DELAY_NOMINAL: Address = Address::new(0x2014, 1);
+const DELAY_REDUNDANT: Address = Address::new(0x2014, 2);
+const BOUND: Address = Address::new(0x2015, 1);
+const STEPS: Address = Address::new(0x2015, 5);
+const PULSE_PERIOD_MS: Address = Address::new(0x2122, 0);
+
+/// All are operational.
+const UP: Time = Time::from_ms(700);
+/// Configured; traffic begins.
+const CONFIGURED: Time = Time::from_ms(1_000);
+/// How long an answer to a client may take.
+const PATIENCE: Time = Time::from_ms(300);
+
+/// What is varied.
+#[derive(Clone, Copy, Debug)]
+pub struct Scenario {
+    /// Of SYNC and the spacecraft time.
+    pub sync: Time,
+    /// Share of the time for which foreign frames keep the nominal bus busy.
+    pub load: f64,
+    /// The jumper wires to the capture inputs are there.
+    pub wires: bool,
+    /// Delays are configured.
+    pub corrected: bool,
+}
+
+/// A flight.
+pub struct Flight {
+    trial: Trial,
+    client: GuestId,
+    stamps: StampWatch,
+}
+
+impl Flight {
+    /// Flies until everything is configured.
+    ///
+    /// # Errors
+    /// When there is no image, or a board does not do as told.
+    pub fn new(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Flight> {
+        let (master, slave) = (craft::image(&images.master)?, craft::image(&images.slave)?);
+        let mut random = fastrand::Rng::with_seed(seed);
+        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+        for (node, position_m, ppm, drift_ppm_per_s) in SEATS {
+            let spread = TRANSCEIVER_NS - TRANSCEIVER_SPREAD_NS..=TRANSCEIVER_NS + TRANSCEIVER_SPREAD_NS;
+            let transceiver = Some(Transceiver::with_loop(random.u32(spread)));
+            spacecraft.add_board(BoardConfig {
+                name: format!("node {node}"),
+                model: FLOWN.model(),
+                image: if node == 1 { &master } else { &slave }.clone(),
+                straps: FLOWN.straps(node),
+                crystal: Crystal {
+                    drift_ppm_per_s,
+                    white_ppb: WHITE_PPB,
+                    walk_ppb: WALK_PPB,
+                    seed: random.u64(..),
+                    ..Crystal::ppm(ppm)
+                },
+                position_m,
+                power_on_at: Time::from_ms(10 * u64::from(node)),
+                fittings: Fittings { capture_wires: scenario.wires, transceiver, ..Fittings::default() },
+            });
+        }
+        let traffic = Traffic::new(&mut spacecraft, Bus::Nominal, scenario.load, seed, CONFIGURED);
+        let client = spacecraft.add_guest(Bus::Nominal, 0.0);
+        let trial = Trial::new(spacecraft, PULSE, Some(traffic));
+        let mut flight = Flight { trial, client, stamps: StampWatch::default() };
+        flight.run_until(UP)?;
+        flight.set_sync(scenario.sync)?;
+        for (node, position_m, ..) in SEATS {
+            if scenario.corrected {
+                let cable = CABLE_NS_PER_M * (1.0 + LENGTH_ERROR) * position_m;
+                let delay = (cable + f64::from(TRANSCEIVER_NS) / 2.0).round() as u32;
+                flight.write(node, DELAY_NOMINAL, delay, 4)?;
+                flight.write(node, DELAY_REDUNDANT, delay, 4)?;
+            }
+            flight.write(node, PULSE_PERIOD_MS, (PULSE_PERIOD.as_us() / 1000) as u32, 2)?;
+        }
+        flight.run_until(CONFIGURED)?;
+        Ok(flight)
+    }
+
+    /// Lets time pass.
+    ///
+    /// # Errors
+    /// When the twin had to stop a board.
+    pub fn run_until(&mut self, until: Time) -> anyhow::Result<()> {
+        let stamps = &mut self.stamps;
+        self.trial.run_until(until, |spacecraft, records| {
+            records.iter().for_each(|record| stamps.on(record));
+            stamps.look(spacecraft);
+            anyhow::Ok(())
+        })
+    }
+
+    /// The master sends SYNC and the spacecraft time every `period` from now on; zero: never.
+    ///
+    /// # Errors
+    /// When it does not take that.
+    pub fn set_sync(&mut self, period: Time) -> anyhow::Result<()> {
+        self.write(1, SYNC_PERIOD, period.as_us() as u32, 4)
+    }
+
+    /// Cuts the nominal bus beside the master.
+    pub fn cut_beside_master(&mut self) {
+        self.trial.spacecraft().wire_mut(Bus::Nominal).cut(0.5);
+    }
+
+    /// The clock of each slave against that of the master between two instants.
+    pub fn errors(&self, from: Time, to: Time) -> [Errors; 3] {
+        [1, 2, 3].map(|slave| self.trial.errors(BoardId(0), BoardId(slave), PULSE_PERIOD, from, to))
+    }
+
+    /// How far stamps of SYNC were off so far.
+    pub fn stamps(&self) -> StampErrors {
+        self.stamps.errors()
+    }
+
+    /// The bound of its error that each slave reports, ns.
+    ///
+    /// # Errors
+    /// When one does not answer.
+    pub fn bounds(&mut self) -> anyhow::Result<[u32; 3]> {
+        self.read_of_slaves(BOUND)
+    }
+
+    /// How often the clock of each slave was set.
+    ///
+    /// # Errors
+    /// When one does not answer.
+    pub fn steps(&mut self) -> anyhow::Result<[u32; 3]> {
+        self.read_of_slaves(STEPS)
+    }
+
+    fn read_of_slaves(&mut self, address: Address) -> anyhow::Result<[u32; 3]> {
+        Ok([self.read(2, address)?, self.read(3, address)?, self.read(4, address)?])
+    }
+
+    /// An expedited download of `len` bytes (CiA 301 7.2.4.3.3).
+    fn write(&mut self, node: u8, address: Address, value: u32, len: u8) -> anyhow::Result<()> {
+        let response = self.ask(node, address, 0x23 | (4 - len) << 2, value)?;
+        ensure!(response[0] == 0x60, "node {node} refuses {value} in {address:?}: {response:X?}");
+        Ok(())
+    }
+
+    /// An expedited upload (CiA 301 7.2.4.3.5).
+    fn read(&mut self, node: u8, address: Address) -> anyhow::Result<u32> {
+        let [command, _, _, _, a, b, c, d] = self.ask(node, address, 0x40, 0)?;
+        ensure!(command & 0xE3 == 0x43, "node {node} does not give {address:?}: command {command:02X}h");
+        let unused = 8 * u32::from(command >> 2 & 0b11);
+        Ok(u32::from_le_bytes([a, b, c, d]) << unused >> unused)
+    }
+
+    fn ask(&mut self, node: u8, address: Address, command: u8, value: u32) -> anyhow::Result<[u8; 8]> {
+        let ([low, high], [a, b, c, d]) = (address.index.to_le_bytes(), value.to_le_bytes());
+        let request = [command, low, high, address.sub, a, b, c, d];
+        let response = WireId::Standard(0x580 + u16::from(node));
+        let start = self.trial.spacecraft().now();
+        self.trial.spacecraft().take_heard(self.client);
+        let request = WireFrame::standard(0x600 + u16::from(node), &request);
+        self.trial.spacecraft().inject(self.client, start, request);
+        while self.trial.spacecraft().now() < start + PATIENCE {
+            let next = self.trial.spacecraft().now() + Time::from_ms(1);
+            self.run_until(next)?;
+            let heard = self.trial.spacecraft().take_heard(self.client).into_iter();
+            let answer = heard.filter_map(|(_, event)| match event {
+                GuestEvent::Received(frame) if frame.id == response => Some(frame.data),
+                _ => None,
+            });
+            let answer = answer.filter(|data| data[1..4] == request.data[1..4]).last();
+            if let Some(data) = answer {
+                return Ok(data);
+            }
+        }
+        Err(anyhow::anyhow!("no answer within {} us", PATIENCE.as_us()))
+            .with_context(|| format!("node {node} was asked for {address:?}"))
+    }
+}
