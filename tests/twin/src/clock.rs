@@ -23,10 +23,15 @@ struct Stretch {
     /// Where it begins, with `remainder` of the fraction of a tick.
     start: Now,
     remainder: u64,
+    /// Where another one begins.
+    end: Now,
     /// A cycle lasts `numerator / denominator` ticks.
     numerator: u64,
     denominator: u64,
 }
+
+/// Where a stretch ends that lasts for ever.
+const NEVER: Now = Now { cycle: u64::MAX, time: Time::NEVER };
 
 impl Stretch {
     /// The beginning of `cycle`: the tick that has begun, and what has passed of it.
@@ -65,55 +70,45 @@ struct Stretches {
 }
 
 impl Stretches {
-    /// Starts again, from `start` on.
-    fn restart(&mut self, start: Now, hclk: u64) {
+    /// Starts again, from `start` on; the first stretch.
+    fn restart(&mut self, start: Now, hclk: u64) -> Stretch {
         self.all.clear();
         self.hclk = hclk;
-        self.push(start, 0);
+        self.push(start, 0)
     }
 
-    fn push(&mut self, start: Now, remainder: u64) {
+    fn push(&mut self, start: Now, remainder: u64) -> Stretch {
         let step = start.time.0 / Crystal::STEP.0;
         let nominal = (TICKS_PER_US * 1_000_000) as f64 * FINE as f64 / self.hclk as f64;
         let numerator = (nominal / (1.0 + self.frequency.in_step(step as usize))).round() as u64;
-        self.all.push(Stretch { start, remainder, numerator, denominator: FINE });
+        let mut stretch = Stretch { start, remainder, end: Now::default(), numerator, denominator: FINE };
+        // The first cycle that begins in the next step.
+        let cycle = start.cycle + stretch.cycles_to(Time((step + 1) * Crystal::STEP.0));
+        stretch.end = Now { cycle, time: stretch.at(cycle).0 };
+        self.all.push(stretch);
+        stretch
     }
 
-    /// The first cycle after the last stretch: that which begins in the next step.
-    fn end(&self) -> Option<u64> {
-        let last = self.all.last()?;
-        let step = last.start.time.0 / Crystal::STEP.0 + 1;
-        Some(last.start.cycle + last.cycles_to(Time(step * Crystal::STEP.0)))
-    }
-
-    fn extend(&mut self, cycle: u64) {
-        let last = self.all[self.all.len() - 1];
-        let (time, remainder) = last.at(cycle);
-        self.push(Now { cycle, time }, remainder);
-    }
-
-    /// The stretch of `cycle` and the cycle at which it ends.
-    fn of_cycle(&mut self, cycle: u64) -> Option<(Stretch, u64)> {
-        loop {
-            let end = self.end()?;
-            if cycle < end {
-                let n = self.all.partition_point(|stretch| stretch.start.cycle <= cycle).max(1);
-                return Some((self.all[n - 1], self.all.get(n).map_or(end, |next| next.start.cycle)));
-            }
-            self.extend(end);
+    /// Adds stretches as long as `wanted` holds for the end of the last one.
+    fn extend(&mut self, wanted: impl Fn(Now) -> bool) {
+        while let Some(last) = self.all.last().filter(|last| wanted(last.end)) {
+            let (end, (_, remainder)) = (last.end, last.at(last.end.cycle));
+            self.push(end, remainder);
         }
+    }
+
+    /// The stretch of `cycle`.
+    fn of_cycle(&mut self, cycle: u64) -> Option<Stretch> {
+        self.extend(|end| end.cycle <= cycle);
+        let n = self.all.partition_point(|stretch| stretch.start.cycle <= cycle);
+        self.all.get(n.saturating_sub(1)).copied()
     }
 
     /// The stretch that runs at `time`.
     fn of_time(&mut self, time: Time) -> Option<Stretch> {
-        loop {
-            let end = self.end()?;
-            if self.all[self.all.len() - 1].at(end).0 > time {
-                let n = self.all.partition_point(|stretch| stretch.start.time <= time).max(1);
-                return Some(self.all[n - 1]);
-            }
-            self.extend(end);
-        }
+        self.extend(|end| end.time <= time);
+        let n = self.all.partition_point(|stretch| stretch.start.time <= time);
+        self.all.get(n.saturating_sub(1)).copied()
     }
 }
 
@@ -125,8 +120,6 @@ pub struct BoardClock {
     remainder: u64,
     /// Holds the present.
     stretch: Stretch,
-    /// The cycle at which it ends.
-    until: u64,
     stretches: RefCell<Stretches>,
 }
 
@@ -135,10 +128,10 @@ impl BoardClock {
     pub fn new(crystal: Crystal) -> Self {
         let start = Now::default();
         // HSI: 16 MHz, 21 ticks per cycle.
-        let stretch = Stretch { start, remainder: 0, numerator: 21, denominator: 1 };
+        let stretch = Stretch { start, remainder: 0, end: NEVER, numerator: 21, denominator: 1 };
         let frequency = Frequency::new(crystal);
         let stretches = RefCell::new(Stretches { frequency, hclk: 0, all: Vec::new() });
-        BoardClock { now: start, remainder: 0, stretch, until: u64::MAX, stretches }
+        BoardClock { now: start, remainder: 0, stretch, stretches }
     }
 
     /// The present.
@@ -154,8 +147,7 @@ impl BoardClock {
         stretches.all.clear();
         let crystal = stretches.frequency.crystal();
         if clocks.from_crystal && !crystal.is_steady() {
-            stretches.restart(self.now, clocks.hclk);
-            self.go_to(self.now.cycle);
+            self.stretch = stretches.restart(self.now, clocks.hclk);
         } else {
             let ppm = if clocks.from_crystal { crystal.ppm } else { 0.0 };
             let error = (ppm * 1000.0).round() as i64;
@@ -167,8 +159,7 @@ impl BoardClock {
                 u64::try_from(n / common).expect("the clock tree's frequencies share large factors")
             };
             let (numerator, denominator) = (narrow(numerator), narrow(denominator));
-            self.stretch = Stretch { start: self.now, remainder: 0, numerator, denominator };
-            self.until = u64::MAX;
+            self.stretch = Stretch { start: self.now, remainder: 0, end: NEVER, numerator, denominator };
         }
         PclkTick::new(self.stretch.numerator * clocks.apb1_divider, self.stretch.denominator)
     }
@@ -176,7 +167,7 @@ impl BoardClock {
     /// Lets `cycles` pass.
     pub fn advance(&mut self, cycles: u32) {
         let cycle = self.now.cycle + u64::from(cycles);
-        if cycle >= self.until {
+        if cycle >= self.stretch.end.cycle {
             return self.go_to(cycle);
         }
         let total = self.remainder + u64::from(cycles) * self.stretch.numerator;
@@ -187,8 +178,10 @@ impl BoardClock {
 
     /// Lets cycles pass until `time` is reached, not one more.
     pub fn advance_to(&mut self, time: Time) {
-        let stretch = self.stretch_at(time);
-        self.advance_to_cycle(stretch.start.cycle + stretch.cycles_to(time));
+        if time > self.now.time {
+            let stretch = self.stretch_at(time);
+            self.advance_to_cycle(stretch.start.cycle + stretch.cycles_to(time));
+        }
     }
 
     /// Lets cycles pass until the cycle count is `cycle`.
@@ -199,28 +192,40 @@ impl BoardClock {
     }
 
     fn go_to(&mut self, cycle: u64) {
-        (self.stretch, self.until) = self.stretch_of(cycle);
-        let (time, remainder) = self.stretch.at(cycle);
+        let stretch = self.stretch_of(cycle);
+        let (time, remainder) = stretch.at(cycle);
+        if cycle >= self.stretch.end.cycle {
+            self.stretch = stretch;
+        }
         (self.now, self.remainder) = (Now { cycle, time }, remainder);
     }
 
-    /// The stretch of `cycle`, which may lie in the past, and its end.
-    fn stretch_of(&self, cycle: u64) -> (Stretch, u64) {
-        self.stretches.borrow_mut().of_cycle(cycle).unwrap_or((self.stretch, self.until))
+    /// The stretch of `cycle`, which may lie in the past.
+    fn stretch_of(&self, cycle: u64) -> Stretch {
+        let is_present = (self.stretch.start.cycle..self.stretch.end.cycle).contains(&cycle);
+        let other = if is_present { None } else { self.stretches.borrow_mut().of_cycle(cycle) };
+        other.unwrap_or_else(|| self.present())
     }
 
     fn stretch_at(&self, time: Time) -> Stretch {
-        self.stretches.borrow_mut().of_time(time).unwrap_or(self.stretch)
+        let is_present = (self.stretch.start.time..self.stretch.end.time).contains(&time);
+        let other = if is_present { None } else { self.stretches.borrow_mut().of_time(time) };
+        other.unwrap_or_else(|| self.present())
+    }
+
+    /// The present stretch as seen from now: short numbers are divided faster.
+    fn present(&self) -> Stretch {
+        Stretch { start: self.now, remainder: self.remainder, ..self.stretch }
     }
 
     /// The instant at which the cycle count will be `cycle`, or was.
     pub fn time_at(&self, cycle: u64) -> Time {
-        self.stretch_of(cycle).0.at(cycle).0
+        self.stretch_of(cycle).at(cycle).0
     }
 
     /// When the cycle `cycle` begins, which may lie in the past: the tick that has begun, and how much of it has passed.
     pub fn exact_time_at(&self, cycle: u64) -> (Time, f64) {
-        let (stretch, _) = self.stretch_of(cycle);
+        let stretch = self.stretch_of(cycle);
         let (time, remainder) = stretch.at(cycle);
         (time, remainder as f64 / stretch.denominator as f64)
     }
@@ -235,8 +240,7 @@ impl BoardClock {
     pub fn jump_to(&mut self, time: Time) {
         self.now.time = time;
         self.stretches.get_mut().all.clear();
-        self.stretch = Stretch { start: self.now, remainder: self.remainder, ..self.stretch };
-        self.until = u64::MAX;
+        self.stretch = Stretch { end: NEVER, ..self.present() };
     }
 }
 
