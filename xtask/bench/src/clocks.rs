@@ -120,10 +120,14 @@ impl Flight {
                 flight.write(node, DELAY_NOMINAL, delay, 4)?;
                 flight.write(node, DELAY_REDUNDANT, delay, 4)?;
             }
-            flight.write(node, PULSE_PERIOD_MS, (PULSE_PERIOD.as_us() / 1000) as u32, 2)?;
         }
         flight.run_until(CONFIGURED)?;
         Ok(flight)
+    }
+
+    /// The present.
+    pub fn now(&mut self) -> Time {
+        self.trial.spacecraft().now()
     }
 
     /// Lets time pass.
@@ -145,6 +149,15 @@ impl Flight {
     /// When it does not take that.
     pub fn set_sync(&mut self, period: Time) -> anyhow::Result<()> {
         self.write(1, SYNC_PERIOD, period.as_us() as u32, 4)
+    }
+
+    /// Lets all boards make a pulse every [`PULSE_PERIOD`] of their clocks from now on: without being compared they fly faster.
+    ///
+    /// # Errors
+    /// When one does not take that.
+    pub fn begin_pulses(&mut self) -> anyhow::Result<()> {
+        let ms = (PULSE_PERIOD.as_us() / 1000) as u32;
+        SEATS.iter().try_for_each(|&(node, ..)| self.write(node, PULSE_PERIOD_MS, ms, 2))
     }
 
     /// Cuts the nominal bus beside the master.

@@ -21,16 +21,17 @@ pub const AREA: Area =
     Area { name: "time", about: "clocks of three slaves against the master's, five seeds of 60 s", measure };
 
 const SEEDS: u64 = 5;
-const SETTLED: Time = Time::from_ms(30_000);
-const END: Time = Time::from_ms(60_000);
 const SECOND: Time = Time::from_ms(1_000);
 const HOLDOVER: Time = Time::from_ms(10_000);
 
-/// Of [`END`] - [`SETTLED`] in all seeds: one pulse may be missing at either end of each.
-const SAMPLES: u64 = SEEDS * ((END.0 - SETTLED.0) / PULSE_PERIOD.0 - 2);
+/// When pulses are compared, seconds.
+type Span = [u64; 2];
+/// By then the clocks have settled.
+const SETTLED: Span = [30, 60];
+const SOON: Span = [20, 40];
 
-/// The bus is cut here, and the clocks are compared from a second before until three seconds after.
-const CUT: Time = Time::from_ms(10_000);
+/// The bus is cut at this second; the clocks are compared from a second before until three seconds after.
+const CUT: u64 = 12;
 
 /// A capture timer counts at 84 MHz, the spacecraft time has 24 bits of a second: standard deviations of what is rounded, ns.
 const CAPTURE_NS: f64 = 1e3 / 84.0 * UNIFORM;
@@ -38,13 +39,13 @@ const SCET_NS: f64 = 1e9 / 16_777_216.0 * UNIFORM;
 /// Of one unit: one over the root of twelve.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
-/// What is flown, the name of its rows, bounds of the root of the mean square and of 99.9 %, ns.
-const SCENARIOS: [(&str, Scenario, Option<f64>, Option<f64>); 5] = [
-    ("sync_1_load_30", scenario(1_000, 0.30, true, true), Some(100.0), Some(250.0)),
-    ("sync_1_load_90", scenario(1_000, 0.90, true, true), Some(100.0), Some(250.0)),
-    ("sync_10_load_90", scenario(100, 0.90, true, true), Some(40.0), None),
-    ("without_wires_load_90", scenario(1_000, 0.90, false, true), None, Some(5_000.0)),
-    ("uncorrected_load_30", scenario(1_000, 0.30, true, false), None, None),
+/// What is flown, the name of its rows, when pulses are compared, bounds of the root of the mean square and of 99.9 %, ns.
+const SCENARIOS: [(&str, Scenario, Span, Option<f64>, Option<f64>); 5] = [
+    ("sync_1_load_30", scenario(1_000, 0.30, true, true), SETTLED, Some(100.0), Some(250.0)),
+    ("sync_1_load_90", scenario(1_000, 0.90, true, true), SETTLED, Some(100.0), Some(250.0)),
+    ("sync_10_load_90", scenario(100, 0.90, true, true), SOON, Some(40.0), None),
+    ("without_wires_load_90", scenario(1_000, 0.90, false, true), SOON, None, Some(5_000.0)),
+    ("uncorrected_load_30", scenario(1_000, 0.30, true, false), SOON, None, None),
 ];
 
 const fn scenario(sync_ms: u64, load: f64, wires: bool, corrected: bool) -> Scenario {
@@ -54,14 +55,23 @@ const fn scenario(sync_ms: u64, load: f64, wires: bool, corrected: bool) -> Scen
 fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let images = context.images(FLOWN, Profile::Standard)?;
     let mut rows = Vec::new();
-    for (name, scenario, rms, most) in SCENARIOS {
-        let outcome = over_seeds(|seed| settled(&images, scenario, seed))?;
-        rows.extend(outcome.rows(name, rms, most));
+    for (name, scenario, span, rms, most) in SCENARIOS {
+        let outcome = over_seeds(|seed| compared(&images, scenario, span, seed))?;
+        rows.extend(outcome.rows(name, rms, most, samples(span)));
     }
     rows.extend(switched(&images)?);
     rows.extend(held_over(&images)?);
     rows.extend([Row::lower("floor_capture", CAPTURE_NS, "ns"), Row::lower("floor_scet", SCET_NS, "ns")]);
     Ok(rows)
+}
+
+const fn seconds(count: u64) -> Time {
+    Time(count * SECOND.0)
+}
+
+/// Pulses to compare in all flights: one may be missing at either end of each.
+const fn samples([from, to]: Span) -> u64 {
+    SEEDS * ((to - from) * SECOND.0 / PULSE_PERIOD.0 - 2)
 }
 
 /// What was found in one flight, or in all.
@@ -89,7 +99,7 @@ impl Outcome {
         self.slaves.iter().map(figure).fold(0.0, f64::max)
     }
 
-    fn rows(&self, name: &str, rms: Option<f64>, most: Option<f64>) -> Vec<Row> {
+    fn rows(&self, name: &str, rms: Option<f64>, most: Option<f64>, least_samples: u64) -> Vec<Row> {
         let bounded = |row: Row, bound: Option<f64>| match bound {
             Some(bound) => row.within(bound),
             None => row,
@@ -105,7 +115,7 @@ impl Outcome {
             Row::lower(format!("worst_{name}"), self.worst(Errors::worst_ns), "ns"),
             Row::lower(format!("mean_{name}"), self.worst(|errors| errors.mean_ns().abs()), "ns"),
             Row::lower(format!("sync_rms_{name}"), self.stamps.rms_ns(), "ns"),
-            Row::higher(format!("samples_{name}"), samples, "pulses").within(SAMPLES),
+            Row::higher(format!("samples_{name}"), samples, "pulses").within(least_samples),
             Row::lower(format!("unpaired_{name}"), unpaired, "pulses").within(0_u64),
             Row::lower(format!("steps_{name}"), self.steps, "steps").within(0_u64),
         ]
@@ -133,39 +143,49 @@ fn over_seeds(fly: impl Fn(u64) -> anyhow::Result<Outcome> + Sync) -> anyhow::Re
     Ok(outcomes.into_iter().fold(Outcome::default(), |all, (_, outcome)| all.and(outcome)))
 }
 
-fn settled(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Outcome> {
+/// Flies until `span` is over.
+fn compared(images: &Images, scenario: Scenario, span: Span, seed: u64) -> anyhow::Result<Outcome> {
     let mut flight = Flight::new(images, scenario, seed)?;
-    flight.run_until(SETTLED)?;
+    let [from, to] = span.map(seconds);
+    flight.run_until(from - SECOND)?;
+    flight.begin_pulses()?;
     let before: u32 = flight.steps()?.iter().sum();
-    flight.run_until(END)?;
+    flight.run_until(to + Time(SECOND.0 / 10))?;
     let steps = u64::from(flight.steps()?.iter().sum::<u32>() - before);
-    Ok(Outcome { slaves: flight.errors(SETTLED, END), stamps: flight.stamps(), steps })
+    Ok(Outcome { slaves: flight.errors(from, to), stamps: flight.stamps(), steps })
 }
 
 /// The nominal bus is cut beside the master: by how much clocks move, against the mean of the second before.
-fn switched(images: &Images) -> anyhow::Result<[Row; 1]> {
+fn switched(images: &Images) -> anyhow::Result<[Row; 2]> {
     let mut flight = Flight::new(images, scenario(100, 0.30, true, true), 0)?;
-    flight.run_until(CUT)?;
+    flight.begin_pulses()?;
+    flight.run_until(seconds(CUT))?;
     flight.cut_beside_master();
-    let end = CUT + Time(3 * SECOND.0);
-    flight.run_until(end)?;
-    let before = flight.errors(CUT - SECOND, CUT).map(|errors| errors.mean_ns());
-    let after = flight.errors(CUT, end);
+    flight.run_until(seconds(CUT + 4))?;
+    let before = flight.errors(seconds(CUT - 1), seconds(CUT)).map(|errors| errors.mean_ns());
+    let after = flight.errors(seconds(CUT), seconds(CUT + 3));
     let moved = after.iter().zip(before).flat_map(|(errors, before)| {
         errors.samples.iter().map(move |sample| (sample.error_ns - before).abs())
     });
-    Ok([Row::lower("switch_moved", moved.fold(0.0, f64::max), "ns").within(300.0)])
+    let unpaired: u64 = after.iter().map(|errors| errors.unpaired).sum();
+    Ok([
+        Row::lower("switch_moved", moved.fold(0.0, f64::max), "ns").within(300.0),
+        Row::lower("switch_unpaired", unpaired, "pulses").within(0_u64),
+    ])
 }
 
-/// No SYNC any more after a minute: largest error after ten seconds, smallest and largest reported bound over the error.
+/// No SYNC after half a minute: errors and reported bounds ten seconds later.
 fn held_over(images: &Images) -> anyhow::Result<[Row; 3]> {
     let mut flight = Flight::new(images, scenario(1_000, 0.30, true, true), 0)?;
-    flight.run_until(END)?;
+    flight.run_until(seconds(30))?;
     flight.set_sync(Time::ZERO)?;
-    flight.run_until(END + HOLDOVER)?;
-    let now = END + HOLDOVER;
-    let errors = flight.errors(now - SECOND, now).map(|errors| errors.worst_ns());
+    flight.run_until(seconds(30) + HOLDOVER - SECOND)?;
+    flight.begin_pulses()?;
+    flight.run_until(seconds(30) + HOLDOVER)?;
     let bounds = flight.bounds()?.map(f64::from);
+    let now = flight.now();
+    flight.run_until(now + SECOND)?;
+    let errors = flight.errors(now, now + SECOND - PULSE_PERIOD).map(|errors| errors.worst_ns());
     let outside = errors.iter().zip(bounds).filter(|&(error, bound)| *error > bound).count() as u64;
     Ok([
         Row::lower("holdover_10_s", errors.into_iter().fold(0.0, f64::max), "ns"),
