@@ -49,7 +49,14 @@ const DELAY_NOMINAL: Address = Address::new(0x2014, 1);
 const DELAY_REDUNDANT: Address = Address::new(0x2014, 2);
 const BOUND: Address = Address::new(0x2015, 1);
 const STEPS: Address = Address::new(0x2015, 5);
-const PULSE_PERIOD_MS: Address = Address::new(0x2122, 0);
+const PULSES_PER_SECOND: Address = Address::new(0x6310, 0);
+
+/// The spacecraft time goes out after every SYNC: TPDO 1 of the master, invalid while its type is changed.
+const EVERY_SYNC: [(Address, u32, u8); 3] = [
+    (Address::new(0x1800, 1), 0xC000_0181, 4),
+    (Address::new(0x1800, 2), 1, 1),
+    (Address::new(0x1800, 1), 0x4000_0181, 4),
+];
 
 /// All are operational.
 const UP: Time = Time::from_ms(700);
@@ -113,6 +120,9 @@ impl Flight {
         let mut flight = Flight { trial, client, stamps: StampWatch::default() };
         flight.run_until(UP)?;
         flight.set_sync(scenario.sync)?;
+        for (address, value, len) in EVERY_SYNC {
+            flight.write(1, address, value, len)?;
+        }
         for (node, position_m, ..) in SEATS {
             if scenario.corrected {
                 let cable = CABLE_NS_PER_M * (1.0 + LENGTH_ERROR) * position_m;
@@ -151,13 +161,14 @@ impl Flight {
         self.write(1, SYNC_PERIOD, period.as_us() as u32, 4)
     }
 
-    /// Lets all boards make a pulse every [`PULSE_PERIOD`] of their clocks from now on: without being compared they fly faster.
+    /// Lets all boards make a pulse every [`PULSE_PERIOD`] of their clocks, from the next second of these on. Until then they make
+    /// one each second, and fly faster.
     ///
     /// # Errors
     /// When one does not take that.
     pub fn begin_pulses(&mut self) -> anyhow::Result<()> {
-        let ms = (PULSE_PERIOD.as_us() / 1000) as u32;
-        SEATS.iter().try_for_each(|&(node, ..)| self.write(node, PULSE_PERIOD_MS, ms, 2))
+        let count = (1_000_000 / PULSE_PERIOD.as_us()) as u32;
+        SEATS.iter().try_for_each(|&(node, ..)| self.write(node, PULSES_PER_SECOND, count, 2))
     }
 
     /// Cuts the nominal bus beside the master.

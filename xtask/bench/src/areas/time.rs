@@ -22,6 +22,8 @@ pub const AREA: Area =
 
 const SEEDS: u64 = 5;
 const SECOND: Time = Time::from_ms(1_000);
+/// Before pulses are compared, they are asked for.
+const PREPARED: Time = Time::from_ms(2_000);
 const HOLDOVER: Time = Time::from_ms(10_000);
 
 /// When pulses are compared, seconds.
@@ -147,7 +149,7 @@ fn over_seeds(fly: impl Fn(u64) -> anyhow::Result<Outcome> + Sync) -> anyhow::Re
 fn compared(images: &Images, scenario: Scenario, span: Span, seed: u64) -> anyhow::Result<Outcome> {
     let mut flight = Flight::new(images, scenario, seed)?;
     let [from, to] = span.map(seconds);
-    flight.run_until(from - SECOND)?;
+    flight.run_until(from - PREPARED)?;
     flight.begin_pulses()?;
     let before: u32 = flight.steps()?.iter().sum();
     flight.run_until(to + Time(SECOND.0 / 10))?;
@@ -179,7 +181,7 @@ fn held_over(images: &Images) -> anyhow::Result<[Row; 3]> {
     let mut flight = Flight::new(images, scenario(1_000, 0.30, true, true), 0)?;
     flight.run_until(seconds(30))?;
     flight.set_sync(Time::ZERO)?;
-    flight.run_until(seconds(30) + HOLDOVER - SECOND)?;
+    flight.run_until(seconds(30) + HOLDOVER - PREPARED)?;
     flight.begin_pulses()?;
     flight.run_until(seconds(30) + HOLDOVER)?;
     let bounds = flight.bounds()?.map(f64::from);
