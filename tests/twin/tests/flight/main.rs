@@ -6,6 +6,7 @@
 mod acknowledged;
 mod babble;
 mod bus_off;
+mod clocks;
 mod craft;
 mod cuts;
 mod division;
