@@ -233,12 +233,12 @@ impl Flight {
             let next = self.trial.spacecraft().now() + Time::from_ms(1);
             self.run_until(next)?;
             let heard = self.trial.spacecraft().take_heard(self.client).into_iter();
-            let answer = heard.filter_map(|(_, event)| match event {
+            let answers = heard.filter_map(|(_, event)| match event {
                 GuestEvent::Received(frame) if frame.id == response => Some(frame.data),
                 _ => None,
             });
-            let answer = answer.filter(|data| data[1..4] == request.data[1..4]).last();
-            if let Some(data) = answer {
+            let mut answers = answers.filter(|data| data[1..4] == request.data[1..4]);
+            if let Some(data) = answers.next() {
                 return Ok(data);
             }
         }

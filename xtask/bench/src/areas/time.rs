@@ -41,13 +41,53 @@ const SCET_NS: f64 = 1e9 / 16_777_216.0 * UNIFORM;
 /// Of one unit: one over the root of twelve.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
-/// What is flown, the name of its rows, when pulses are compared, bounds of the root of the mean square and of 99.9 %, ns.
-const SCENARIOS: [(&str, Scenario, Span, Option<f64>, Option<f64>); 5] = [
-    ("sync_1_load_30", scenario(1_000, 0.30, true, true), SETTLED, Some(100.0), Some(250.0)),
-    ("sync_1_load_90", scenario(1_000, 0.90, true, true), SETTLED, Some(100.0), Some(250.0)),
-    ("sync_10_load_90", scenario(100, 0.90, true, true), SOON, Some(40.0), None),
-    ("without_wires_load_90", scenario(1_000, 0.90, false, true), SOON, None, Some(5_000.0)),
-    ("uncorrected_load_30", scenario(1_000, 0.30, true, false), SOON, None, None),
+/// What is flown in all seeds.
+struct Case {
+    /// Ends the names of its rows.
+    name: &'static str,
+    scenario: Scenario,
+    span: Span,
+    /// Bounds of the root of the mean square and of 99.9 %, ns.
+    rms: Option<f64>,
+    most: Option<f64>,
+}
+
+const CASES: [Case; 5] = [
+    Case {
+        name: "sync_1_load_30",
+        scenario: scenario(1_000, 0.30, true, true),
+        span: SETTLED,
+        rms: Some(100.0),
+        most: Some(250.0),
+    },
+    Case {
+        name: "sync_1_load_90",
+        scenario: scenario(1_000, 0.90, true, true),
+        span: SETTLED,
+        rms: Some(100.0),
+        most: Some(250.0),
+    },
+    Case {
+        name: "sync_10_load_90",
+        scenario: scenario(100, 0.90, true, true),
+        span: SOON,
+        rms: Some(40.0),
+        most: None,
+    },
+    Case {
+        name: "without_wires_load_90",
+        scenario: scenario(1_000, 0.90, false, true),
+        span: SOON,
+        rms: None,
+        most: Some(5_000.0),
+    },
+    Case {
+        name: "uncorrected_load_30",
+        scenario: scenario(1_000, 0.30, true, false),
+        span: SOON,
+        rms: None,
+        most: None,
+    },
 ];
 
 const fn scenario(sync_ms: u64, load: f64, wires: bool, corrected: bool) -> Scenario {
@@ -57,9 +97,9 @@ const fn scenario(sync_ms: u64, load: f64, wires: bool, corrected: bool) -> Scen
 fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let images = context.images(FLOWN, Profile::Standard)?;
     let mut rows = Vec::new();
-    for (name, scenario, span, rms, most) in SCENARIOS {
-        let outcome = over_seeds(|seed| compared(&images, scenario, span, seed))?;
-        rows.extend(outcome.rows(name, rms, most, samples(span)));
+    for case in &CASES {
+        let outcome = over_seeds(|seed| compared(&images, case.scenario, case.span, seed))?;
+        rows.extend(outcome.rows(case));
     }
     rows.extend(switched(&images)?);
     rows.extend(held_over(&images)?);
@@ -101,23 +141,20 @@ impl Outcome {
         self.slaves.iter().map(figure).fold(0.0, f64::max)
     }
 
-    fn rows(&self, name: &str, rms: Option<f64>, most: Option<f64>, least_samples: u64) -> Vec<Row> {
-        let bounded = |row: Row, bound: Option<f64>| match bound {
-            Some(bound) => row.within(bound),
-            None => row,
+    fn rows(&self, &Case { name, span, rms, most, .. }: &Case) -> Vec<Row> {
+        let bounded = |what: &str, value: f64, bound: Option<f64>| {
+            let row = Row::lower(format!("{what}_{name}"), value, "ns");
+            bound.map_or(row.clone(), |bound| row.within(bound))
         };
-        let samples = self.slaves.iter().map(|errors| errors.samples.len() as u64).min().unwrap_or_default();
+        let found = self.slaves.iter().map(|errors| errors.samples.len() as u64).min().unwrap_or_default();
         let unpaired: u64 = self.slaves.iter().map(|errors| errors.unpaired).sum();
         vec![
-            bounded(Row::lower(format!("rms_{name}"), self.worst(Errors::rms_ns), "ns"), rms),
-            bounded(
-                Row::lower(format!("p999_{name}"), self.worst(|errors| errors.quantile_ns(0.999)), "ns"),
-                most,
-            ),
-            Row::lower(format!("worst_{name}"), self.worst(Errors::worst_ns), "ns"),
-            Row::lower(format!("mean_{name}"), self.worst(|errors| errors.mean_ns().abs()), "ns"),
-            Row::lower(format!("sync_rms_{name}"), self.stamps.rms_ns(), "ns"),
-            Row::higher(format!("samples_{name}"), samples, "pulses").within(least_samples),
+            bounded("rms", self.worst(Errors::rms_ns), rms),
+            bounded("p999", self.worst(|errors| errors.quantile_ns(0.999)), most),
+            bounded("worst", self.worst(Errors::worst_ns), None),
+            bounded("mean", self.worst(|errors| errors.mean_ns().abs()), None),
+            bounded("sync_rms", self.stamps.rms_ns(), None),
+            Row::higher(format!("samples_{name}"), found, "pulses").within(samples(span)),
             Row::lower(format!("unpaired_{name}"), unpaired, "pulses").within(0_u64),
             Row::lower(format!("steps_{name}"), self.steps, "steps").within(0_u64),
         ]
