@@ -101,15 +101,14 @@ impl Covariance {
         let largest = first.iter().fold(innovation, |largest, p| largest | p.abs());
         let excess = 33_u32.saturating_sub(largest.leading_zeros());
         let whole = (innovation >> excess) as u32 | 1;
-        let gains = first.map(|p| ((p >> excess) << 32) / i64::from(whole));
-        let [offset, rate, drift] = gains;
-        let [p0, p1, p2] = &mut self.0;
-        subtract(p0, &first, offset);
-        subtract(p1, &first, rate);
-        subtract(p2, &first, drift);
+        let mut gains = [0; 3];
+        for (row, gain) in self.0.iter_mut().zip(&mut gains) {
+            *gain = ((row[0] >> excess) << 32) / i64::from(whole);
+            subtract(row, &first, *gain);
+        }
         // Rounding leaves no variance below zero, and one matrix that is symmetric.
         let Covariance([[p00, p01, p02], [_, p11, p12], [_, _, p22]]) = *self;
-        self.0 = [[positive(p00), p01, p02], [p01, positive(p11), p12], [p02, p12, positive(p22)]];
+        self.0 = [[p00, p01, p02], [p01, positive(p11), p12], [p02, p12, positive(p22)]];
         gains
     }
 }
@@ -132,7 +131,6 @@ pub(super) const fn scale(value: i64, factor: i64) -> i64 {
 }
 
 /// `part` of `whole` is taken from `row`.
-#[inline(never)] // three times
 fn subtract([p0, p1, p2]: &mut State, [w0, w1, w2]: &State, part: i64) {
     *p0 -= scale(*w0, part);
     *p1 -= scale(*w1, part);
