@@ -152,6 +152,7 @@ pub struct Outbox<E> {
     events: Deque<E, APP_DEPTH>,
     overflows: u32,
     unsent: PerBus<u16>,
+    has_clock_stepped: bool,
 }
 
 impl<E> Outbox<E> {
@@ -162,6 +163,7 @@ impl<E> Outbox<E> {
             events: Deque::new(),
             overflows: 0,
             unsent: PerBus { nominal: 0, redundant: 0 },
+            has_clock_stepped: false,
         }
     }
 
@@ -197,6 +199,17 @@ impl<E> Outbox<E> {
         if self.events.push_back(event).is_err() {
             self.overflows = self.overflows.saturating_add(1);
         }
+    }
+
+    /// Reports an event, which is that the clock was set: who waits for a time looks again.
+    pub fn step(&mut self, event: E) {
+        self.has_clock_stepped = true;
+        self.event(event);
+    }
+
+    /// Whether the clock was set since the last call.
+    pub(crate) fn take_clock_stepped(&mut self) -> bool {
+        core::mem::take(&mut self.has_clock_stepped)
     }
 
     /// The next command, in order.

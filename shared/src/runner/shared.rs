@@ -7,6 +7,9 @@ use crate::link::queue::{Full, Outgoing, TxQueue};
 use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, QUEUE_DEPTH};
 use crate::types::{Bus, Instant, PerBus};
 
+/// As many who wait for a time of the spacecraft are told of a step at once.
+const WAITERS: usize = 4;
+
 /// A node and what it wants sent.
 pub(super) struct Shared<N: Node> {
     pub node: &'static mut N,
@@ -20,6 +23,8 @@ pub(super) struct Shared<N: Node> {
     pub armed: Instant,
     /// The task of the application, while it waits for events.
     pub listener: Option<Waker>,
+    /// Tasks that wait for a time of the spacecraft.
+    pub waiters: [Option<Waker>; WAITERS],
     pub telltale: &'static Telltale,
 }
 
@@ -34,6 +39,7 @@ impl<N: Node> Shared<N> {
             timekeeper: None,
             armed: Instant::NEVER,
             listener: None,
+            waiters: [const { None }; WAITERS],
             telltale,
         }
     }
@@ -147,13 +153,17 @@ impl<N: Node> Shared<N> {
         }
     }
 
-    /// Wakes the application, once until it waits again.
+    /// Wakes the application, once until it waits again, and who waits for a time when the clock was set.
     #[inline]
     pub fn tell_application(&mut self) {
-        if self.out.has_events()
-            && let Some(listener) = self.listener.take()
-        {
+        if !self.out.has_events() {
+            return;
+        }
+        if let Some(listener) = self.listener.take() {
             listener.wake();
+        }
+        if self.out.take_clock_stepped() {
+            self.waiters.iter().for_each(wake);
         }
     }
 }

@@ -1,11 +1,15 @@
 //! The spacecraft time, for an application.
 
+use core::future::poll_fn;
+use core::pin::pin;
+use core::task::{Poll, Waker};
+
 use super::resources::{Core, Platform};
 use crate::node::TimeKeeper;
 use crate::time::{Clock, Quality};
 use crate::types::{Duration, FineInstant, Instant, Scet};
 
-/// While somebody waits for a time, the clock is looked at as often, in case it was set meanwhile.
+/// Who waits and is not told of a step looks as often.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// The clock of a node that keeps the spacecraft time.
@@ -47,11 +51,23 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
         self.core.lock(|shared| shared.node.spacecraft_clock().when(scet.into()))
     }
 
-    /// Waits until it is `scet`; at once when that is past, which the nearer half of the counter is. When the clock is set to
-    /// that time or beyond, that is noticed within 100 ms.
+    /// Waits until it is `scet`, or the clock is set to that time or beyond; no longer when that is past, as the nearer half of
+    /// the counter is. Where more than four wait, those beyond notice a step within 100 ms.
     pub async fn at(&self, scet: Scet) {
+        let seat = Seat::take(self.core);
         while let Err(due) = self.reached(scet) {
-            self.core.clock.at(due).await;
+            let due = if seat.nth.is_some() { due } else { due.min(self.core.clock.now() + LOOK) };
+            let mut timer = pin!(self.core.clock.at(due));
+            let mut is_first = true;
+            // Woken by the timer or by a step: look again.
+            poll_fn(|context| {
+                if !core::mem::take(&mut is_first) {
+                    return Poll::Ready(());
+                }
+                seat.wake_by(context.waker());
+                timer.as_mut().poll(context)
+            })
+            .await;
         }
     }
 
@@ -66,7 +82,43 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
             }
             // The microsecond after: timers count whole ones.
             let due = clock.when(scet.into()).instant() + Duration::from_micros(1);
-            Err(due.max(now + Duration::from_micros(1)).min(now + LOOK))
+            Err(due.max(now + Duration::from_micros(1)))
         })
+    }
+}
+
+/// A place among those who are told of a step, while somebody waits.
+struct Seat<B: Platform, N: TimeKeeper> {
+    core: &'static Core<B, N>,
+    nth: Option<usize>,
+}
+
+impl<B: Platform, N: TimeKeeper> Seat<B, N> {
+    fn take(core: &'static Core<B, N>) -> Self {
+        let nth = core.lock(|shared| {
+            let nth = shared.waiters.iter().position(Option::is_none)?;
+            // Taken, though nobody waits yet.
+            *shared.waiters.get_mut(nth)? = Some(Waker::noop().clone());
+            Some(nth)
+        });
+        Seat { core, nth }
+    }
+
+    fn wake_by(&self, waker: &Waker) {
+        self.set(Some(waker.clone()));
+    }
+
+    fn set(&self, waker: Option<Waker>) {
+        self.core.lock(|shared| {
+            if let Some(seat) = self.nth.and_then(|nth| shared.waiters.get_mut(nth)) {
+                *seat = waker;
+            }
+        });
+    }
+}
+
+impl<B: Platform, N: TimeKeeper> Drop for Seat<B, N> {
+    fn drop(&mut self) {
+        self.set(None);
     }
 }

@@ -163,7 +163,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             Taken::Steered => out.event(V::time(scet.scet())),
             Taken::Stepped(step) => {
                 out.event(V::time(scet.scet()));
-                out.event(V::step(step));
+                out.step(V::step(step));
             }
         }
     }
@@ -184,7 +184,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Sets the clock by command.
     pub fn set_time<V: NodeEvent>(&mut self, scet: FineScet, now: Instant, out: &mut Outbox<V>) {
         if let Some(time) = E::time(&mut self.time) {
-            out.event(V::step(time.set(scet, now.into())));
+            out.step(V::step(time.set(scet, now.into())));
         }
     }
 
