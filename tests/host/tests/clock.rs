@@ -3,15 +3,12 @@
 #[path = "random/mod.rs"]
 mod random;
 
-use ecss_can::nmt::{Command, Target};
-use ecss_can::node::{MasterRequest, SlaveEvent};
+use ecss_can::node::MasterRequest;
 use ecss_can::prelude::*;
 use host_worlds::task::Task;
-use host_worlds::{Events, Handle, NEXT_TO_MASTER_M, Time, World, idle};
+use host_worlds::{NEXT_TO_MASTER_M, Time, World, idle};
 use mission::{MissionObjects, STANDARD};
 use proptest::prelude::*;
-
-type Node = Slave<MissionObjects<Vec<u8>>>;
 
 const TWO: NodeId = NodeId::of::<2>();
 
@@ -55,18 +52,10 @@ fn moved(scet: Scet, ms: i64) -> Scet {
     if ms < 0 { scet.minus(span) } else { scet.plus(span) }
 }
 
-async fn application(_: Handle<Node>, mut events: Events<Node>) {
-    loop {
-        if events.next().await == SlaveEvent::ResetNode {
-            events.reset();
-        }
-    }
-}
-
 fn world() -> World {
     let mut world = World::builder()
         .master(|board| mission::master(&PROFILE, Some(board.store)), idle)
-        .slave(TWO, |board| mission::slave(board.node_id, &PROFILE, vec![]), application)
+        .slave(TWO, |board| mission::slave(board.node_id, &PROFILE, vec![]), idle)
         .drift(TWO, 60)
         .build();
     world.run_until(Time::from_ms(200));
@@ -111,7 +100,7 @@ impl Trial {
                 self.world.cut(bus, NEXT_TO_MASTER_M);
             }
             Happening::Reset => {
-                self.world.nmt(Command::ResetNode, Target::Node(TWO));
+                self.world.reset(TWO);
                 // Who waited there is gone.
                 self.waiters.clear();
             }
