@@ -30,7 +30,7 @@ const HOLDOVER: Time = Time::from_ms(10_000);
 type Span = [u64; 2];
 /// By then the clocks have settled.
 const SETTLED: Span = [30, 60];
-const SOON: Span = [20, 40];
+const SOON: Span = [10, 30];
 
 /// The bus is cut at this second; the clocks are compared from a second before until three seconds after.
 const CUT: u64 = 12;

@@ -92,6 +92,10 @@ impl Counter {
         value > self.active_arr
     }
 
+    pub(super) fn is_running(&self) -> bool {
+        self.running
+    }
+
     /// Whether a buffered value waits for the update event.
     pub(super) fn is_stale(&self) -> bool {
         (self.active_psc, self.active_arr) != (self.psc, self.arr)

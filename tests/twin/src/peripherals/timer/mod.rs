@@ -192,6 +192,10 @@ impl Timer {
         if cycle <= self.seen {
             return;
         }
+        if !self.counter.is_running() {
+            self.seen = cycle;
+            return;
+        }
         let (mut flags, mut requests) = (0, 0);
         for (bit, value) in self.matches() {
             let asks_dma = self.asks_dma(bit);

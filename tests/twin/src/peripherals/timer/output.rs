@@ -23,6 +23,11 @@ impl Timer {
         self.ccmr[channel as usize / 2] >> (8 * (channel % 2) + 4) & 0b111
     }
 
+    /// Whether any channel is an output that counting changes.
+    fn has_outputs(&self) -> bool {
+        (self.ccmr[0] | self.ccmr[1]) & 0x7070 != 0
+    }
+
     fn reference(&self, channel: u32) -> bool {
         self.references >> channel & 1 == 1
     }
@@ -95,6 +100,9 @@ impl Timer {
 
     /// When counting next changes a reference after `cycle`: that cycle, the channel, its new level.
     pub(super) fn next_change(&self, cycle: u64) -> Option<(u64, u32, bool)> {
+        if !self.counter.is_running() || !self.has_outputs() {
+            return None;
+        }
         (0..4).filter_map(|channel| self.next_change_of(channel, cycle)).min_by_key(|(at, ..)| *at)
     }
 
