@@ -38,6 +38,12 @@ const CABLE_NS_PER_M: f64 = 5.0;
 /// The user's lengths are too long by so much.
 const LENGTH_ERROR: f64 = 0.1;
 
+/// The largest constant that a correction may leave, ns: of the farthest slave's length, and of half a loop at either end.
+pub fn most_left_ns() -> f64 {
+    let farthest = SEATS.iter().map(|seat| seat.1).fold(0.0, f64::max);
+    LENGTH_ERROR * CABLE_NS_PER_M * farthest + f64::from(TRANSCEIVER_SPREAD_NS)
+}
+
 /// Where boards make their pulses.
 const PULSE: Pin = Pin::new('B', 1);
 /// Of the spacecraft time.
