@@ -80,8 +80,12 @@ class Walk:
         return LENGTHS.get(value.data_type, (len(value) + 7) // 8)
 
     def exchange(self, index: int, sub: int, other: int | bytes | None = None) -> None:
-        """Another value and its own again; by default the one that differs in bit 0."""
+        """Another value and its own again; by default the one that differs in bit 0, if it is within the limits."""
         own = self.read(index, sub)
+        limits = self._values[index, sub]
+        if other is None and None not in (limits.min, limits.max):
+            number = int.from_bytes(own, "little")
+            other = next(near for near in (number ^ 1, number - 1, number + 1) if limits.min <= near <= limits.max)
         if other is None:
             # Two bytes: a text of any kind.
             other = bytes([own[0] ^ 1]) + own[1:] if own else b"  "

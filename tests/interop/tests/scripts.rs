@@ -58,6 +58,14 @@ fn every_object_of_the_master_is_read_and_written_over_sdo() {
     passes("master_objects.py", &["--profile", "librecube", "--slaves", "3"]);
 }
 
+/// By their bits in the data sheet of a slave: Figure 7-1.
+///
+/// Verifies: ECSS 7.1.2f, 7.2.3b, 7.2.3g, 7.2.3h, 7.2.3i
+#[test]
+fn times_are_decoded_from_their_pdos() {
+    passes("time_pdos.py", &["--profile", "standard", "--slaves", "3"]);
+}
+
 /// PDOs by the names that their mapping has in the data sheet, and a mapping that is changed.
 #[test]
 fn pdos_are_subscribed_and_mapped_anew() {
