@@ -1,12 +1,12 @@
 //! Time: the clock of protocol timers, the local SCET clock, and the service that sets, steers and tells it.
 
-mod disciplined;
+mod clock;
 mod estimator;
 mod objects;
 mod quality;
 mod service;
 
-pub use disciplined::LocalClock;
+pub use clock::LocalClock;
 pub use objects::{
     ClockObjects, ClockQuality, LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, TimeCorrection, UtcGet, UtcSet,
 };

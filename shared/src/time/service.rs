@@ -110,6 +110,11 @@ impl TimeService {
         self.clock.set(at, scet)
     }
 
+    /// Received times have so many binary places of a second from now on.
+    pub fn set_fine_bits(&mut self, bits: u32) {
+        self.clock.set_fine_bits(bits);
+    }
+
     /// A value of the Spacecraft Time PDO with a type of 0 to 240: the spacecraft time at the last SYNC (ECSS 7.2.3c).
     pub fn at_last_sync(&mut self, scet: FineScet, correction: &TimeCorrection, now: Instant) -> Taken {
         let [last, before] = self.syncs;

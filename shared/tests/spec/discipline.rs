@@ -186,7 +186,8 @@ fn the_quality_says_where_the_time_came_from_and_how_good_it_is() {
 /// Given times of 16 binary places, whose last is 15 µs, none is refused for it.
 #[test]
 fn coarse_times_are_not_taken_for_outliers() {
-    let mut clock = LocalClock::new().fine_bits(16);
+    let mut clock = LocalClock::new();
+    clock.set_fine_bits(16);
     for second in 10..60 {
         // Up to 15.2 µs are cut off, 7.6 µs in the mean.
         let cut = (second * 7_919) % 15_259;

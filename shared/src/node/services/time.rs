@@ -23,6 +23,9 @@ pub enum Brings {
     Utc,
 }
 
+/// Binary places of a second that hold a microsecond, and a millisecond.
+const BITS_OF_MICROS: u32 = 20;
+const BITS_OF_MS: u32 = 10;
 /// The mean of what is lost without microseconds, 499.5 of them in units of 2^-32 s.
 const MEAN_OF_MICROS: i64 = 2_145_336;
 
@@ -147,10 +150,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         now: Instant,
         out: &mut Outbox<V>,
     ) {
-        let Some(scet) = self.brought_time(number) else { return self.buses.malformed(bus) };
+        let Some((scet, bits)) = self.brought_time(number) else { return self.buses.malformed(bus) };
         let NodeObjects { pdos, spacecraft, .. } = &mut self.dictionary.objects;
         let (Some(objects), Some(time)) = (spacecraft.spacecraft(), E::time(&mut self.time)) else { return };
         let correction = &objects.clock.correction;
+        time.set_fine_bits(bits);
         // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
         let by_sync = pdos.rpdos().0.get(number).is_some_and(|pdo| is_synchronous(pdo.transmission));
         let taken = if by_sync {
@@ -168,17 +172,19 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it. `None`: it is no time.
-    fn brought_time(&mut self, number: usize) -> Option<FineScet> {
+    /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and how many binary places of a
+    /// second it has. `None`: it is no time.
+    fn brought_time(&mut self, number: usize) -> Option<(FineScet, u32)> {
         let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
         let objects = spacecraft.spacecraft()?;
         if self.brings_time.as_ref().get(number) == Some(&Brings::Utc) {
-            return brought_utc(application);
+            let bits = if D::SUBMILLISECONDS { BITS_OF_MICROS } else { BITS_OF_MS };
+            return brought_utc(application).map(|scet| (scet, bits));
         }
         let scet: Scet = objects.time.scet_set.into();
         let bits = D::FINE_BITS.min(u32::from(objects.clock.correction.fine_bits));
         // 7.1.2h: what a device lacks it does not look at.
-        Some(FineScet::from(scet.truncated(D::FINE_BITS)).plus(mean_of_truncated(bits)))
+        Some((FineScet::from(scet.truncated(D::FINE_BITS)).plus(mean_of_truncated(bits)), bits))
     }
 
     /// Sets the clock by command.

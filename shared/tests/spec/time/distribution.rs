@@ -2,9 +2,9 @@
 
 use ecss_can::node::SlaveEvent;
 use ecss_can::time::Step;
-use ecss_can::types::Scet;
+use ecss_can::types::{Duration, Scet};
 
-use super::devices::{Keeper, Node, operational};
+use super::devices::{Coarse, Keeper, Node, operational};
 use super::{run, scet, sync, time, us};
 use crate::bench::{NOMINAL, frame, ms};
 use crate::device::fixture::{read, write};
@@ -36,6 +36,11 @@ fn follow(slave: &mut Node<Keeper>, last: u64) {
 /// The spacecraft time of a local instant, milliseconds.
 fn at(ms: u64) -> Scet {
     scet(1_000, 0).plus(crate::bench::span(ms))
+}
+
+/// The same in microseconds.
+fn at_us(us: u64) -> Scet {
+    scet(1_000, 0).plus(Duration::from_micros(us))
 }
 
 /// The value holds for the SYNC before it, and takes effect when it arrives: not at the SYNC after it.
@@ -166,6 +171,28 @@ fn the_local_time_pdo_has_the_time_at_the_last_sync_by_event_too() {
     slave.clear();
     slave.touch(|slave, now| slave.send_pdo(0, now));
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
+}
+
+/// A producer and a consumer with 8 bits, 3.9 ms, and the oscillator of the consumer: none of it moves the clock by more.
+///
+/// Verifies: ECSS 7.1.2g, 7.1.2h
+#[test]
+fn a_clock_is_steered_by_times_of_8_bits() {
+    let mut slave = operational::<Coarse>();
+    for nth in 1..=300_u64 {
+        // 97.3 ms apart, so that all places of the unit are met.
+        let end = nth * 97_300;
+        run(&mut slave, us(end));
+        sync(&mut slave);
+        run(&mut slave, us(end + 300));
+        let [_, _, fine, coarse @ ..] = at_us(end).encode();
+        let [a, b, c, d] = coarse;
+        slave.receive(NOMINAL, 0x181, &[0, 0, fine, a, b, c, d]);
+        let off = slave.node.scet(slave.now).micros_since(at_us(end + 300));
+        assert!(off.abs() < if nth < 100 { 4_000 } else { 300 }, "{off} us off at SYNC {nth}");
+    }
+    let steps = slave.events.iter().filter(|event| matches!(event, SlaveEvent::Step(_)));
+    assert_eq!(steps.count(), 1);
 }
 
 /// Remote requests are not for PDOs (ECSS Table 11-1).

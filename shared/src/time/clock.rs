@@ -106,11 +106,10 @@ impl LocalClock {
         }
     }
 
-    /// Received times have this many binary places of a second (7.1.2g): 24 when this was not called; fewer than 8 count as 8.
-    #[must_use]
-    pub const fn fine_bits(mut self, bits: u32) -> Self {
+    /// Times that are received from now on have this many binary places of a second (7.1.2g): 24 when this was not called; fewer
+    /// than 8 count as 8.
+    pub const fn set_fine_bits(&mut self, bits: u32) {
         self.quantum = quantum(bits);
-        self
     }
 
     /// It is `scet` at the instant `at`, by command. Always a step. What is known of the rate stays known.
