@@ -13,8 +13,7 @@ use super::report;
 use super::summary::Summary;
 
 /// The files, for people.
-pub const LIST: &str =
-    "bus-nominal.log, bus-redundant.log, spacecraft.pcapng, report.html, timeline.svg, summary.json";
+pub const LIST: &str = "bus-nominal.log, bus-redundant.log, spacecraft.pcapng, report.html, timeline.svg, clocks.svg, summary.json";
 
 /// Removes those of an earlier flight, and nothing else.
 ///
@@ -45,6 +44,7 @@ pub fn write(out: &Path, flight: &Flight, summary: &Summary) -> anyhow::Result<(
     put("spacecraft.pcapng", &pcapng(flight)?)?;
     put("report.html", report::page(flight, summary).as_bytes())?;
     put("timeline.svg", report::timeline(flight).as_bytes())?;
+    put("clocks.svg", report::clocks(flight).as_bytes())?;
     put("summary.json", (serde_json::to_string_pretty(summary)? + "\n").as_bytes())
 }
 

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use can_wire::time::Time;
 
+use super::clocks::Clock;
 use super::meaning::Meaning;
 use super::narrator::Line;
 use super::observer::Observer;
@@ -34,6 +35,8 @@ pub struct Flight {
     pub boards: Vec<BoardCount>,
     /// Stamps of SYNC against the truth.
     pub stamp_errors: StampErrors,
+    /// Clocks of the slaves against the master's, by Node-ID; without those that were never set.
+    pub clocks: Vec<Clock>,
     /// Time that frames and error frames took on each bus, nominal first.
     pub busy: [Time; 2],
 }

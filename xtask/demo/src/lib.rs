@@ -2,6 +2,7 @@
 
 #![forbid(unsafe_code)]
 
+mod clocks;
 mod files;
 pub mod flight;
 pub mod meaning;

@@ -6,11 +6,12 @@ use std::time::Instant;
 use anyhow::Context;
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use twin::board::{EmulatedBoard, State};
+use twin::board::{BoardConfig, EmulatedBoard, State};
 use twin::bxcan::Side;
 use twin::rtt;
 use twin::spacecraft::{LogRecord, Spacecraft, SpacecraftConfig};
 
+use super::clocks::ClockWatch;
 use super::flight::{BoardCount, Flight, Interruption};
 use super::narrator::{Line, Narrator};
 use super::observer::Observer;
@@ -74,6 +75,7 @@ struct Mission {
     story: Vec<Line>,
     last_frame: Time,
     stamps: StampWatch,
+    clocks: ClockWatch,
 }
 
 impl Mission {
@@ -82,7 +84,8 @@ impl Mission {
         for board in &plan.boards {
             let name = super::narrator::name(board.node);
             let image = images.get(&board.node).with_context(|| format!("no image for {name}"))?;
-            spacecraft.add_board(board.config(plan.board, name, image.clone()));
+            let config = board.config(plan.board, name, image.clone());
+            spacecraft.add_board(BoardConfig { crystal: board.crystal(), ..config });
         }
         Ok(Mission {
             observer: Observer::new(&plan),
@@ -93,6 +96,7 @@ impl Mission {
             story: Vec::new(),
             last_frame: Time::ZERO,
             stamps: StampWatch::default(),
+            clocks: ClockWatch::default(),
         })
     }
 
@@ -117,6 +121,7 @@ impl Mission {
         let frames = self.spacecraft.take_frames();
         frames.iter().for_each(|wire| self.stamps.on(wire));
         self.stamps.look(&self.spacecraft);
+        self.clocks.look(&mut self.spacecraft);
         records.extend(frames.into_iter().filter_map(|wire| self.frame(wire.bus, wire.record)));
         let logs = self.spacecraft.take_logs().into_iter();
         records.extend(logs.filter_map(|log| self.log(log)));
@@ -158,6 +163,8 @@ impl Mission {
             .zip(self.spacecraft.boards())
             .map(|(plan, (_, board))| count(plan.node, board))
             .collect::<anyhow::Result<Vec<_>>>()?;
+        let nodes: Vec<Node> = self.plan.boards.iter().map(|board| board.node).collect();
+        let clocks = self.clocks.clocks(&nodes, &self.observer, &self.records);
         Ok(Flight {
             plan: self.plan,
             end,
@@ -168,6 +175,7 @@ impl Mission {
             observer: self.observer,
             boards,
             stamp_errors: self.stamps.errors(),
+            clocks,
             busy: Bus::ALL.map(|bus| self.spacecraft.wire(bus).counters().busy),
         })
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use can_wire::time::Time;
 use twin::board::{BoardConfig, Fittings};
-use twin::crystal::Crystal;
+use twin::crystal::{Crystal, Ramp};
 use twin::image::Image;
 
 use super::meaning::Scope;
@@ -25,6 +25,16 @@ const SELECTIVE: Node = 4;
 /// Worst crystal in either direction, parts per million.
 const CRYSTAL_PPM: f64 = 50.0;
 
+/// Change of a crystal's frequency while its board warms up, parts per million: up at even Node-IDs, down at odd ones.
+const WARMING_PPM: f64 = 4.0;
+
+/// Until then a board warms up: 0.1 ppm/s.
+const WARM: Time = Time::from_ms(40_000);
+
+/// White noise of the frequency at 1 s, and its random walk in 1 s, parts per billion.
+const WHITE_PPB: f64 = 1.0;
+const WALK_PPB: f64 = 2.0;
+
 /// Where the slaves sit, metres from the master's end of the bus.
 const PLACES_M: std::ops::Range<f64> = 1.0..30.0;
 
@@ -41,7 +51,7 @@ pub struct BoardPlan {
     pub node: Node,
     /// File name of the image of the user's that it flies; `None`: the shipped one.
     pub own_image: Option<String>,
-    /// Error of its crystal, parts per million.
+    /// Error of its crystal at time zero, parts per million.
     pub crystal_ppm: f64,
     /// Place on both buses, metres from the master's end.
     pub position_m: f64,
@@ -55,7 +65,20 @@ impl BoardPlan {
         self.own_image.as_deref().unwrap_or("shipped")
     }
 
-    /// This board on the twin.
+    /// Its crystal, which drifts while the board warms up, and makes noise.
+    pub fn crystal(&self) -> Crystal {
+        let ppm = if self.node.is_multiple_of(2) { WARMING_PPM } else { -WARMING_PPM };
+        Crystal {
+            ramp: Some(Ramp { from: Time::ZERO, to: WARM, ppm }),
+            white_ppb: WHITE_PPB,
+            walk_ppb: WALK_PPB,
+            // Of the flight's seed, and another one for each board.
+            seed: self.crystal_ppm.to_bits(),
+            ..Crystal::ppm(self.crystal_ppm)
+        }
+    }
+
+    /// This board on the twin, with a crystal of one frequency.
     pub fn config(&self, board: BoardName, name: String, image: Arc<Image>) -> BoardConfig {
         BoardConfig {
             name,

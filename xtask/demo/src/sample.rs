@@ -7,6 +7,7 @@ use std::time::Duration;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
+use super::clocks::Clock;
 use super::flight::{BoardCount, Flight};
 use super::meaning::{Meaning, NmtState, Scope};
 use super::narrator::Narrator;
@@ -17,6 +18,7 @@ use super::stamps::StampErrors;
 use support::board::{BoardName, Profile};
 use support::counters::Counters;
 use support::telltale::{Stamps, Telltale};
+use twin::pulses::{Errors, Sample};
 
 const CUT_MS: u64 = 20_000;
 const SWITCH_MS: u64 = 20_600;
@@ -164,6 +166,10 @@ pub fn flight() -> Flight {
     ];
     let operational = Phase::Nmt(NmtState::Operational);
     assert!(observer.slaves().all(|(_, track)| track.now().phase == operational));
+    let samples = [(11.0, 2500.0), (12.0, -120.0), (31.0, 30.0), (32.0, -40.0)];
+    let errors =
+        Errors { samples: samples.map(|(at, error_ns)| Sample { at, error_ns }).into(), unpaired: 0 };
+    let clocks = vec![Clock { node: 2, set: Time::from_ms(10_050), errors }];
     let stamp_errors = StampErrors { compared: 24, worst_ns: 11.94, squares_ns2: 1140.0 };
     Flight {
         end: plan.end,
@@ -175,6 +181,7 @@ pub fn flight() -> Flight {
         observer,
         boards,
         stamp_errors,
+        clocks,
         busy: [Time::from_ms(900), Time::from_ms(600)],
     }
 }

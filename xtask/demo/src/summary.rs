@@ -10,6 +10,7 @@ use super::meaning::{Meaning, Scope};
 use super::plan::BoardPlan;
 use super::record::{Bus, MASTER, Node};
 use super::verdict::Verdict;
+use twin::pulses::Errors;
 
 /// `summary.json`.
 #[derive(Clone, Debug, Serialize)]
@@ -42,6 +43,11 @@ pub struct Summary {
     pub stamp_source: &'static str,
     /// Largest distance between a measured stamp of SYNC and the true end of its frame, ns; `null` without one.
     pub stamp_worst_error_ns: Option<f64>,
+    /// Clock of each slave against the master's, ns: root mean square from 20 s after the first spacecraft time that it received;
+    /// `null` when the flight was too short.
+    pub clock_rms_error_ns: BTreeMap<Node, Option<f64>>,
+    /// Likewise, the largest error.
+    pub clock_worst_error_ns: BTreeMap<Node, Option<f64>>,
     /// Frames that completed, per bus.
     pub frames: BTreeMap<&'static str, u64>,
     /// Load of each bus over the whole flight, percent.
@@ -111,6 +117,8 @@ impl Summary {
             stamp_source: stamp_source(flight),
             stamp_worst_error_ns: (flight.stamp_errors.compared > 0)
                 .then(|| rounded(flight.stamp_errors.worst_ns, 1)),
+            clock_rms_error_ns: clock_errors(flight, Errors::rms_ns),
+            clock_worst_error_ns: clock_errors(flight, Errors::worst_ns),
             frames: Bus::ALL
                 .map(|bus| (bus.name(), flight.frames().filter(|(_, seen)| seen.bus == bus).count() as u64))
                 .into(),
@@ -159,6 +167,13 @@ impl MissionCounts {
     }
 }
 
+/// A figure of each slave's settled clock.
+fn clock_errors(flight: &Flight, figure: fn(&Errors) -> f64) -> BTreeMap<Node, Option<f64>> {
+    let of = |node| flight.clocks.iter().find(|clock| clock.node == node)?.settled();
+    let slaves = flight.observer.slaves();
+    slaves.map(|(node, _)| (node, of(node).map(|settled| rounded(figure(&settled), 1)))).collect()
+}
+
 fn milliseconds(time: Time) -> f64 {
     rounded(time.as_secs_f64() * 1e3, 3)
 }
@@ -200,6 +215,8 @@ mod tests {
         assert_eq!(summary.failover_ms[&4], Some(sample::SELECTIVE_FAILOVER_MS));
         assert_eq!(summary.stamp_source, "capture");
         assert_eq!(summary.stamp_worst_error_ns, Some(11.9));
+        assert_eq!(summary.clock_worst_error_ns, BTreeMap::from([(2, Some(40.0)), (4, None)]));
+        assert_eq!(summary.clock_rms_error_ns[&2], Some(35.4), "the root of (30^2 + 40^2) / 2");
         assert_eq!(summary.wall_seconds, 10.0);
         assert_eq!(summary.emulated_mips, 9.0, "3 boards with 30 million instructions each in 10 s");
         assert_eq!(faults(&flight), Vec::<String>::new());
@@ -279,6 +296,8 @@ mod tests {
             "panics",
             "stamp_source",
             "stamp_worst_error_ns",
+            "clock_rms_error_ns",
+            "clock_worst_error_ns",
             "seed",
             "profile",
         ] {

@@ -1,6 +1,7 @@
 //! The report of a flight: one HTML file that needs nothing else.
 
 mod axis;
+mod clocks;
 mod paint;
 mod states;
 mod svg;
@@ -17,6 +18,7 @@ use crate::summary::Summary;
 use crate::verdict::{Outcome, Verdict};
 use axis::Layout;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use support::board::Profile;
 use svg::Svg;
 
 const PAGE_STYLE: &str = include_str!("page.css");
@@ -24,6 +26,11 @@ const PAGE_STYLE: &str = include_str!("page.css");
 /// The bus timeline as a picture of its own.
 pub fn timeline(flight: &Flight) -> String {
     timeline::overview(flight, Layout::WIDE).standalone()
+}
+
+/// The errors of the clocks as a picture of its own.
+pub fn clocks(flight: &Flight) -> String {
+    clocks::draw(flight, Layout::WIDE).standalone()
 }
 
 /// The whole page.
@@ -51,6 +58,12 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                         (both(|layout| states::draw(flight, layout)))
                         (states_key())
                     }))
+                    @if !flight.clocks.is_empty() {
+                        (section("The clocks of the slaves", &clocks_help(flight), &html! {
+                            (both(|layout| clocks::draw(flight, layout)))
+                            (tables::clocks(flight))
+                        }))
+                    }
                     .columns {
                         (section("Fail-over", failover_help(scope), &tables::failover(flight)))
                         (section("Frames", "Completed frames per bus, and the share of the flight in which the bus was busy.", &tables::frames(flight)))
@@ -74,6 +87,22 @@ const CUT_HELP: &str = "The same, stretched. After the cut, no node acknowledges
 
 const NODES_HELP: &str = "Taken from the wires: heartbeats and commands that reached the node, not its own memory. The thin \
     line below a bar is the bus on which the node works. Point at a bar for its times.";
+
+fn clocks_help(flight: &Flight) -> String {
+    let means = match flight.plan.profile {
+        Profile::Standard => "SYNC goes out every 100 ms, the spacecraft time every second.",
+        Profile::Librecube => {
+            "SYNC goes out every 5 s and the spacecraft time every 10 s: the clocks are much less accurate than in the profile \
+             standard."
+        }
+    };
+    format!(
+        "Each board raises a pin when a second of its spacecraft time begins. The error is the distance of a slave's edge from the \
+         master's edge of the same second, without sign, from the first spacecraft time that reached the slave. The scale is \
+         logarithmic. {means} Crystals drift by 0.1 ppm/s for 40 s and make noise. The delay of the cable, 5 ns per metre, is not corrected. \
+         Settled is what comes 20 s after the first spacecraft time."
+    )
+}
 
 fn failover_help(scope: Scope) -> &'static str {
     match scope {
@@ -378,6 +407,7 @@ mod tests {
             timeline::overview(&flight, Layout::NARROW),
             timeline::close_up(&flight, Layout::NARROW).expect("there was a cut"),
             states::draw(&flight, Layout::NARROW),
+            clocks::draw(&flight, Layout::NARROW),
         ];
         for picture in pictures.map(|picture| picture.inline().into_string()) {
             let width = number(&picture, "width").expect("a width");
@@ -398,7 +428,7 @@ mod tests {
             }
         }
         let page = rendered(&flight);
-        assert_eq!(page.matches("<div class=\"narrow\">").count(), 3);
+        assert_eq!(page.matches("<div class=\"narrow\">").count(), 4);
         assert!(
             !page.contains("min-width: 860px"),
             "nothing may force the pictures to be wider than the page"

@@ -65,6 +65,7 @@ const CLASSES: &[(&str, &[Look])] = &[
     ("reply", &[NoFill, Stroke(Ink("#4c9a2a", "#79c257")), Width("1")]),
     ("other", &[NoFill, Stroke(Ink("#98a2b3", "#667085")), Width("1")]),
     ("close-up", &[Width("2")]),
+    ("dashed", &[Dash("5 3")]),
     ("phase-off", &[Fill(Ink("#eaecf0", "#242b35"))]),
     ("phase-starting", &[Fill(Ink("#c3c9d3", "#475264"))]),
     ("phase-pre-operational", &[Fill(Ink("#f2b84b", "#d99c2b"))]),

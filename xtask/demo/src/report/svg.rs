@@ -64,6 +64,17 @@ impl Svg {
         }
     }
 
+    /// Straight lines from point to point.
+    pub fn path(&mut self, class: &str, points: &[(f64, f64)]) {
+        let mut path = String::new();
+        for (number, (x, y)) in points.iter().enumerate() {
+            let _ = write!(path, "{}{x:.1} {y:.1}", if number == 0 { 'M' } else { 'L' });
+        }
+        if !path.is_empty() {
+            self.add(class, Path::new().set("d", path));
+        }
+    }
+
     fn add(&mut self, class: &str, element: impl Into<Element>) {
         let mut element = element.into();
         for (name, value) in attributes(class) {

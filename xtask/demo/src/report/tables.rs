@@ -3,6 +3,7 @@
 use super::duration;
 use super::timeline::Kind;
 use maud::{Markup, html};
+use twin::pulses::Errors;
 
 use crate::flight::{BoardCount, Flight, Heartbeats};
 use crate::meaning::Scope;
@@ -20,6 +21,20 @@ pub fn failover(flight: &Flight) -> Markup {
         vec![text(name(node)), text(second), text(took), html! { (now.phase.name()) ", " (bus(now.bus)) }]
     });
     table(&["slave", "access", "fail-over", "at the end"].map(text), rows)
+}
+
+/// Errors of the clocks of all slaves that were set.
+pub fn clocks(flight: &Flight) -> Markup {
+    let rows = flight.clocks.iter().map(|clock| {
+        let settled = clock.settled();
+        let cell = |figure: fn(&Errors) -> f64| {
+            let nanoseconds = |errors| format!("{:.0} ns", figure(errors));
+            text(settled.as_ref().map_or("\u{2013}".into(), nanoseconds))
+        };
+        let set = format!("{:.3} s", clock.set.as_secs_f64());
+        vec![text(name(clock.node)), text(set), cell(Errors::rms_ns), cell(Errors::worst_ns)]
+    });
+    table(&["slave", "set at", "settled, rms", "settled, worst"].map(text), rows)
 }
 
 /// Completed frames by kind and bus, and the load of the buses.

@@ -1,0 +1,143 @@
+//! The slaves' clocks against the master's: the edges of their pulses at the seconds of the spacecraft time.
+//!
+//! The truth is the twin's: it records when each edge appears at its pin. A slave is compared from the first spacecraft time that
+//! reaches it, as its clock is not set before.
+
+use can_wire::time::Time;
+use twin::peripherals::Pin;
+use twin::pulses::Errors;
+use twin::spacecraft::{BoardId, Spacecraft};
+
+use super::meaning::{Meaning, NmtState};
+use super::observer::{Observer, Phase};
+use super::record::{Happening, MASTER, Node, Occurrence};
+
+/// Pin of the pulses on both boards.
+const PULSE: Pin = Pin::new('B', 1);
+
+/// Of the shipped images.
+const PERIOD: Time = Time::from_ms(1000);
+
+/// A clock counts as settled this long after it was set.
+const SETTLING: Time = Time::from_ms(20_000);
+
+/// The clock of a slave against that of the master.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clock {
+    /// Whose.
+    pub node: Node,
+    /// First spacecraft time that it received as operational.
+    pub set: Time,
+    /// One for each second from then on.
+    pub errors: Errors,
+}
+
+impl Clock {
+    /// Compares the instants of pulses, ns and ascending.
+    fn between(node: Node, set: Time, master: &[f64], slave: &[f64]) -> Clock {
+        let since = |pulses: &[f64]| {
+            let first = pulses.partition_point(|pulse| pulse * 1e-9 < set.as_secs_f64());
+            pulses[first..].to_vec()
+        };
+        Clock { node, set, errors: Errors::between(&since(master), &since(slave), PERIOD) }
+    }
+
+    /// The settled part; `None` when the flight was too short for it.
+    pub fn settled(&self) -> Option<Errors> {
+        let settled = self.errors.within(self.set + SETTLING, Time(u64::MAX));
+        (!settled.samples.is_empty()).then_some(settled)
+    }
+}
+
+/// Collects pulses as the flight goes on.
+#[derive(Debug, Default)]
+pub struct ClockWatch {
+    /// Rising edges of each board, ns.
+    pulses: Vec<Vec<f64>>,
+}
+
+impl ClockWatch {
+    /// Takes the new edges of all boards.
+    pub fn look(&mut self, spacecraft: &mut Spacecraft) {
+        self.pulses.resize(spacecraft.boards().count(), Vec::new());
+        for (board, pulses) in self.pulses.iter_mut().enumerate() {
+            let edges = spacecraft.board_mut(BoardId(board)).take_edges().into_iter();
+            pulses.extend(edges.filter(|edge| edge.pin == PULSE && edge.high).map(|edge| edge.ns()));
+        }
+    }
+
+    /// The clocks of the slaves that were set; `nodes` are those of the boards.
+    pub fn clocks(&self, nodes: &[Node], observer: &Observer, records: &[Occurrence]) -> Vec<Clock> {
+        let pulses =
+            |node| nodes.iter().zip(&self.pulses).find(|(of, _)| **of == node).map(|(_, pulses)| pulses);
+        let Some(master) = pulses(MASTER) else { return Vec::new() };
+        let slaves = nodes.iter().filter(|node| **node != MASTER);
+        slaves
+            .filter_map(|&node| {
+                let set = first_time(node, observer, records)?;
+                let clock = Clock::between(node, set, master, pulses(node)?);
+                (!clock.errors.samples.is_empty()).then_some(clock)
+            })
+            .collect()
+    }
+}
+
+/// When an operational slave received the spacecraft time first.
+fn first_time(node: Node, observer: &Observer, records: &[Occurrence]) -> Option<Time> {
+    let spans = &observer.nodes().get(&node)?.spans;
+    let is_operational = |at: Time| {
+        let span = spans.iter().rev().find(|span| span.from < at);
+        span.is_some_and(|span| span.phase == Phase::Nmt(NmtState::Operational))
+    };
+    let received = records.iter().filter(|record| match &record.what {
+        Happening::Frame(seen) => {
+            matches!(seen.meaning, Some(Meaning::SpacecraftTime(_))) && seen.reached.contains(node)
+        }
+        _ => false,
+    });
+    received.map(|record| record.at).find(|at| is_operational(*at))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
+
+    /// Given a slave whose pulses are anywhere until its clock is set at 2.5 s, Then they count from the master's pulse at 3 s on.
+    #[test]
+    fn pulses_count_from_the_first_time_received() {
+        let master = [1e9, 2e9, 3e9, 4e9, 5e9];
+        let slave = [1.2e9, 2.2e9, 3e9 + 70.0, 4e9 - 30.0, 5e9 + 10.0];
+        let clock = Clock::between(2, Time::from_ms(2500), &master, &slave);
+        let samples: Vec<(f64, f64)> =
+            clock.errors.samples.iter().map(|sample| (sample.at.round(), sample.error_ns)).collect();
+        assert_eq!(samples, [(3.0, 70.0), (4.0, -30.0), (5.0, 10.0)]);
+        assert_eq!(clock.errors.unpaired, 0);
+    }
+
+    #[test]
+    fn a_missing_pulse_is_no_error() {
+        let clock = Clock::between(2, Time::ZERO, &[1e9, 2e9, 3e9], &[1e9 + 5.0, 3e9 + 6.0]);
+        assert_eq!((clock.errors.samples.len(), clock.errors.worst_ns()), (2, 6.0));
+        assert_eq!(clock.errors.unpaired, 1);
+    }
+
+    /// Set at 0.5 s, it is settled from 20.5 s on: the pulses of 21 s and 22 s are 3 ns and 4 ns off.
+    #[test]
+    fn settled_is_what_comes_20_s_after_the_first_time() {
+        let master: Vec<f64> = (1..23).map(|second| f64::from(second) * 1e9).collect();
+        let mut slave: Vec<f64> = master.iter().map(|pulse| pulse + 1000.0).collect();
+        (slave[20], slave[21]) = (21e9 + 3.0, 22e9 - 4.0);
+        let settled = Clock::between(2, Time::from_ms(500), &master, &slave).settled().unwrap();
+        assert_eq!((settled.samples.len(), settled.worst_ns()), (2, 4.0));
+        assert!((settled.rms_ns() - 12.5_f64.sqrt()).abs() < 1e-9);
+        assert_eq!(Clock::between(2, Time::from_ms(500), &master[..20], &slave[..20]).settled(), None);
+    }
+
+    /// The master sends its time every 10 s from 50 ms on; slaves are operational since 240 ms.
+    #[test]
+    fn a_time_that_a_slave_was_not_ready_for_sets_no_clock() {
+        let flight = sample::flight();
+        assert_eq!(first_time(2, &flight.observer, &flight.records), Some(Time::from_ms(10_050)));
+    }
+}
