@@ -10,54 +10,10 @@
 //!   Operational, or after it was configured.
 //! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
 
-use super::{Layout, PdoSlots, rules};
-use crate::emcy::ErrorCode;
+use super::{Layout, PdoSlots, RpdoError, RpdoEvent, rules};
 use crate::od::Objects;
 use crate::pdo::PdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
-
-/// What is wrong with an RPDO.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum RpdoError {
-    /// The last frame had fewer bytes than are mapped; it was not processed.
-    TooShort,
-    /// The last frame had more bytes than are mapped.
-    TooLong,
-    /// No frame came in time.
-    Overdue,
-    /// A value was outside of its limits; it was not written.
-    OutOfRange,
-}
-
-impl RpdoError {
-    const ALL: [RpdoError; 4] =
-        [RpdoError::TooShort, RpdoError::TooLong, RpdoError::Overdue, RpdoError::OutOfRange];
-
-    const fn bit(self) -> u8 {
-        1 << self as u8
-    }
-
-    /// The emergency that reports it.
-    pub const fn code(self) -> ErrorCode {
-        match self {
-            RpdoError::TooShort => ErrorCode::PDO_LENGTH,
-            RpdoError::TooLong => ErrorCode::PDO_LENGTH_EXCEEDED,
-            RpdoError::Overdue => ErrorCode::RPDO_TIMEOUT,
-            RpdoError::OutOfRange => ErrorCode::PROTOCOL,
-        }
-    }
-}
-
-/// An error of an RPDO came or went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum RpdoEvent {
-    /// An error appeared.
-    Error(RpdoError),
-    /// An error is gone.
-    Resolved(RpdoError),
-}
 
 /// What becomes of the frame of an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -66,6 +66,8 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     carries_time: <D::Pdos as PdoSlots>::Transmit<bool>,
     /// Whether a transmit PDO carries a live value: the local time, 2015h, 2020h, 2021h.
     carries_live_value: bool,
+    /// Whether one carries 2015h, which takes a thousand instructions.
+    carries_quality: bool,
     /// Whether the time of SYNCs is of use: for a live value, or for a time that is brought.
     notes_syncs: bool,
     /// How long a synchronous PDO may wait.
@@ -111,6 +113,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             is_time_by_sync: false,
             carries_time: D::Pdos::transmit(false),
             carries_live_value: false,
+            carries_quality: false,
             notes_syncs: false,
             synchronous_lifetime: profile.sync.min(profile.heartbeat),
             next: Instant::ZERO,

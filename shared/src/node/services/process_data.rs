@@ -40,7 +40,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         for (carries_time, mapping) in self.carries_time.as_mut().iter_mut().zip(pdos.tpdos().1) {
             *carries_time = time::carries_time(mapping);
         }
-        self.carries_live_value = pdos.tpdos().1.iter().any(|mapping| has(mapping, is_live));
+        let mut carried = pdos.tpdos().1.iter();
+        self.carries_live_value = carried.clone().any(|mapping| has(mapping, is_live));
+        self.carries_quality = carried.any(|mapping| has(mapping, |index| index == CLOCK_QUALITY));
         self.notes_syncs |= self.carries_live_value || self.is_time_by_sync;
         self.sync.watch(self.notes_syncs);
         self.synchronous_lifetime = self.synchronous_lifetime();
@@ -49,7 +51,14 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Samples the live objects for transmit PDOs.
     pub(super) fn refresh(&mut self, at: FineInstant) {
         self.refresh_time(at);
-        self.refresh_quality(at.instant());
+        self.refresh_carried(at.instant());
+    }
+
+    /// Those that are no time.
+    fn refresh_carried(&mut self, now: Instant) {
+        if self.carries_quality {
+            self.refresh_quality(now);
+        }
         self.refresh_health();
     }
 
@@ -153,8 +162,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     ) {
         if self.carries_live_value && self.dictionary.tpdos.deadline().is_some_and(|due| due <= until) {
             self.refresh_time_of_events(until);
-            self.refresh_quality(until);
-            self.refresh_health();
+            self.refresh_carried(until);
         }
         let expires = now + self.lifetimes.event;
         self.dictionary.poll(until, state, &mut |frame| send(frame, expires, false));

@@ -3,7 +3,7 @@
 use super::{NodeEvent, Services};
 use crate::boot::TimePdo;
 use crate::link::Stamp;
-use crate::node::index::{SCET_GET, SCET_SET, UTC_GET, UTC_SET};
+use crate::node::index::{CLOCK_QUALITY, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
 use crate::od::CobIdEntry;
 use crate::pdo::rules::is_synchronous;
@@ -116,7 +116,9 @@ impl<D: Device, E: Extension> Services<D, E> {
             let sample = time.read(at, parts, now);
             self.show_time(sample);
         }
-        self.refresh_quality(now);
+        if at.index == CLOCK_QUALITY {
+            self.refresh_quality(now);
+        }
     }
 
     /// Object 2015h.

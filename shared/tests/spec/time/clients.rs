@@ -149,3 +149,26 @@ fn the_quality_of_the_clock_is_there_to_read() {
     assert!(bound < u32::MAX && bound > 10_000, "{bound} ns: the rate of its crystal is not known yet");
     assert_eq!(write(&mut slave, 0x2015, 2, &[0]), refused(0x2015, 2, 0x0601_0002));
 }
+
+#[test]
+fn the_quality_of_the_clock_travels_by_pdo() {
+    let mut slave = operational::<Keeper>();
+    // TPDO 2, 285h, with each SYNC: source and steps.
+    let steps: [(u16, u8, &[u8]); 5] = [
+        (0x1A01, 1, &[8, 2, 0x15, 0x20]),
+        (0x1A01, 2, &[16, 5, 0x15, 0x20]),
+        (0x1A01, 0, &[2]),
+        (0x1801, 2, &[1]),
+        (0x1801, 1, &[0x85, 2, 0, 0x40]),
+    ];
+    for (index, sub, value) in steps {
+        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
+    }
+    sync(&mut slave);
+    time(&mut slave, scet(1_000, 0));
+    slave.clear();
+    run(&mut slave, ms(20));
+    sync(&mut slave);
+    let quality = slave.sent.iter().find(|sent| sent.frame.id().raw() == 0x285).expect("TPDO 2");
+    assert_eq!(quality.frame.data(), [2, 1, 0]);
+}

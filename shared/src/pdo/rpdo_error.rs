@@ -1,0 +1,46 @@
+//! What may be wrong with a receive PDO, and how it is told.
+
+use crate::emcy::ErrorCode;
+
+/// What is wrong with an RPDO.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RpdoError {
+    /// The last frame had fewer bytes than are mapped; it was not processed.
+    TooShort,
+    /// The last frame had more bytes than are mapped.
+    TooLong,
+    /// No frame came in time.
+    Overdue,
+    /// A value was outside of its limits; it was not written.
+    OutOfRange,
+}
+
+impl RpdoError {
+    pub(super) const ALL: [RpdoError; 4] =
+        [RpdoError::TooShort, RpdoError::TooLong, RpdoError::Overdue, RpdoError::OutOfRange];
+
+    pub(super) const fn bit(self) -> u8 {
+        1 << self as u8
+    }
+
+    /// The emergency that reports it.
+    pub const fn code(self) -> ErrorCode {
+        match self {
+            RpdoError::TooShort => ErrorCode::PDO_LENGTH,
+            RpdoError::TooLong => ErrorCode::PDO_LENGTH_EXCEEDED,
+            RpdoError::Overdue => ErrorCode::RPDO_TIMEOUT,
+            RpdoError::OutOfRange => ErrorCode::PROTOCOL,
+        }
+    }
+}
+
+/// An error of an RPDO came or went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RpdoEvent {
+    /// An error appeared.
+    Error(RpdoError),
+    /// An error is gone.
+    Resolved(RpdoError),
+}
