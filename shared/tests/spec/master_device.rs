@@ -116,6 +116,7 @@ fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
     assert_eq!(counters, [[1], [2], [3], [1], [2]]);
 }
 
+/// Verifies: ECSS 7.1.2a, 7.1.2c
 #[test]
 fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {
     let mut master = powered(&STANDARD);

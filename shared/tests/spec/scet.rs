@@ -22,7 +22,7 @@ fn a_longer_pdo_is_used_as_far_as_it_is_mapped_a_shorter_one_is_none() {
     assert_eq!(Scet::decode(&[1, 0, 0, 2, 0, 0]), None);
 }
 
-/// Verifies: ECSS 7.1.2e
+/// Verifies: ECSS 7.1.1a, 7.1.2e
 #[test]
 fn coarse_has_32_bits_and_fine_24() {
     let last = scet(u32::MAX, 0x00FF_FFFF);

@@ -18,7 +18,7 @@ fn steps(slave: &Node<Keeper>) -> Vec<Step> {
 
 /// Fine time at 0.999 s, coarse time 2 ms later: 0.999 s, not 1.999 s.
 ///
-/// Verifies: ECSS 7.1.2d
+/// Verifies: ECSS 7.1.2a, 7.1.2d
 #[test]
 fn both_sub_indices_are_of_one_sample_whichever_is_read_first() {
     for (first, second) in [(1, 2), (2, 1)] {

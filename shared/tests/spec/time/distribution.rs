@@ -143,7 +143,7 @@ fn a_spacecraft_time_set_back_by_a_sync_period_is_followed_at_the_fourth_time() 
     }
 }
 
-/// Verifies: ECSS 7.2.2b, 7.2.2c
+/// Verifies: ECSS 7.2.1a, 7.2.2b, 7.2.2c
 #[test]
 fn a_time_of_type_255_holds_when_it_arrives() {
     let mut slave = operational::<Keeper>();
