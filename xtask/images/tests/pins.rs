@@ -43,14 +43,14 @@ fn refusals(board: &str, statements: &str) -> Vec<String> {
 /// E0382: use of a moved value.
 #[test]
 fn a_pin_that_the_board_has_taken_cannot_be_taken_again() {
-    let twice = "let (_a, _b, _c, _d) = (p.PB12, p.PA0, p.TIM5, p.CAN2);";
-    assert_eq!(refusals("pyboard-v11", &format!("{twice} let _strap = p.PA2;")), ["E0382"; 5]);
-    assert_eq!(refusals("nucleo-f446re", &format!("{twice} let _strap = p.PC0;")), ["E0382"; 5]);
+    let twice = "let (_a, _b, _c, _d, _e) = (p.PB12, p.PA0, p.TIM5, p.TIM3, p.CAN2);";
+    assert_eq!(refusals("pyboard-v11", &format!("{twice} let _strap = p.PA2;")), ["E0382"; 6]);
+    assert_eq!(refusals("nucleo-f446re", &format!("{twice} let _strap = p.PC0;")), ["E0382"; 6]);
 }
 
 #[test]
 fn what_the_board_does_not_use_stays_with_the_application() {
-    let rest = "let _mine = (p.ADC1, p.PC4, p.TIM3, p.USART2, p.DMA2_CH0, p.I2C1);";
+    let rest = "let _mine = (p.ADC1, p.PC4, p.TIM4, p.USART2, p.DMA2_CH0, p.I2C1);";
     for board in ["pyboard-v11", "nucleo-f446re"] {
         assert_eq!(refusals(board, rest), [""; 0], "{board}");
     }
