@@ -7,7 +7,7 @@ use core::task::Poll;
 
 use super::alarm::Alarm;
 use super::resources::{Core, Platform};
-use super::shared::register;
+use super::shared::{Shared, register};
 use crate::node::Node;
 use crate::time::Clock;
 use crate::types::Instant;
@@ -27,35 +27,16 @@ impl<B: Platform, N: Node> DueRunner<B, N> {
         let core = self.core;
         let timer = pin!(None);
         let mut alarm = Alarm::new(timer);
-        let mut step = Step::Poll;
         match poll_fn(|context| {
             let now = core.clock.now();
             core.lock(|shared| {
-                let due = shared.node.deadline().unwrap_or(Instant::NEVER);
-                match step {
-                    Step::Poll if due <= now => {
-                        // First of all: a bus that is woken during this step has its turn before the next one.
-                        context.waker().wake_by_ref();
-                        shared.node.poll(now, &mut shared.out);
-                        step = Step::Deliver;
-                    }
-                    Step::Deliver => {
-                        context.waker().wake_by_ref();
-                        // A bus alone obeys other commands than frames.
-                        shared.deliver(None, now);
-                        shared.tell_application();
-                        step = Step::Arm;
-                    }
-                    Step::Poll | Step::Arm => {
-                        if register(&mut shared.timekeeper, context) {
-                            alarm.arm(due, context, || core.clock.at(due));
-                        } else {
-                            alarm.set(due, now, context, || core.clock.at(due));
-                        }
-                        shared.armed = alarm.at();
-                        step = Step::Poll;
-                    }
+                let due = turn(shared, now);
+                if register(&mut shared.timekeeper, context) {
+                    alarm.arm(due, context, || core.clock.at(due));
+                } else {
+                    alarm.set(due, now, context, || core.clock.at(due));
                 }
+                shared.armed = alarm.at();
             });
             Poll::<Infallible>::Pending
         })
@@ -63,12 +44,11 @@ impl<B: Platform, N: Node> DueRunner<B, N> {
     }
 }
 
-/// What is done in one turn. A frame that is received meanwhile waits for the end of one step, not for all that is due.
-enum Step {
-    /// The node does what is due.
-    Poll,
-    /// Frames go into the queues of their buses, events to the application.
-    Deliver,
-    /// The task is woken when something is due next.
-    Arm,
+/// Does what is due; when to come again.
+fn turn<N: Node>(shared: &mut Shared<N>, now: Instant) -> Instant {
+    shared.node.poll(now, &mut shared.out);
+    // A bus alone obeys other commands than frames.
+    shared.deliver(None, now);
+    shared.tell_application();
+    shared.node.deadline().unwrap_or(Instant::NEVER)
 }
