@@ -196,7 +196,9 @@ impl World<'_> {
                 }
                 self.signature
                     .note(0x1000 | u32::from(pdo.transmission) << 4 | mapping.objects().len() as u32);
-                if pdo.transmission <= 240 {
+                // A time is that of the SYNC before it (ECSS 7.2.3c).
+                let brings_time = mapping.objects().iter().any(|object| object >> 16 == 0x2010);
+                if pdo.transmission <= 240 && !brings_time {
                     self.held[number] = Some(received.padded());
                 } else {
                     unpack(mapping.objects(), received.padded(), &mut expected);
@@ -244,8 +246,9 @@ impl World<'_> {
             let mapping = mapping.objects();
             self.signature.note(0x2000 | number as u32);
             assert_eq!(sent.dlc(), bytes(mapping));
-            // Time and health of the buses are taken at the SYNC, and what becomes of errors is told after it.
-            if mapping.iter().all(|entry| !matches!(entry >> 16, 0x2011 | 0x2020 | 0x2021 | 0x1001)) {
+            // Time, its quality and health of the buses are taken at the SYNC, and what becomes of errors is told after it.
+            if mapping.iter().all(|entry| !matches!(entry >> 16, 0x2011 | 0x2015 | 0x2020 | 0x2021 | 0x1001))
+            {
                 assert_eq!(sent.padded(), pack(mapping, &mut objects), "{mapping:08X?}");
             }
         }

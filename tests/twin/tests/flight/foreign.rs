@@ -171,14 +171,15 @@ fn unknown_commands_are_declined() {
 #[test]
 fn a_data_length_code_above_8_is_8_bytes() {
     let value = WireFrame { dlc: 15, ..WireFrame::standard(0x303, &[2, 0, 1, 2, 3, 4, 5, 6]) };
-    // A spacecraft time in the first 7 of 8 bytes (CiA 301 7.2.2.1): 1000.5 s.
+    // A SYNC, and its spacecraft time in the first 7 of 8 bytes (CiA 301 7.2.2.1): 1000.5 s.
+    let foreign = WireFrame::standard(0x080, &[]);
     let time = WireFrame { dlc: 9, ..WireFrame::standard(0x181, &[0, 0, 0x80, 0xE8, 3, 0, 0, 0]) };
-    let (mut craft, _) = undisturbed(Bus::Nominal, &[value, time]);
+    let (mut craft, _) = undisturbed(Bus::Nominal, &[value, foreign, time]);
     assert!(craft.said(3, "unknown command 0002h", ms(FROM_MS)).is_some(), "{}", craft.log(3));
-    let set = craft.on(Bus::Nominal).find(|seen| seen.frame == time).unwrap().end;
+    let set = craft.on(Bus::Nominal).find(|seen| seen.frame == foreign).unwrap().end;
     craft.fly_to(5100);
     let sync = craft.sent(MASTER, Bus::Nominal, 0x080).next().unwrap().end;
-    let local = craft.sent(3, Bus::Nominal, 0x183).next().unwrap();
+    let local = craft.sent(3, Bus::Nominal, 0x183).find(|seen| seen.end > sync).unwrap();
     let seconds = u32::from_le_bytes(local.data()[3..7].try_into().unwrap());
     let expected = 1000 + (sync.since(set).as_us() + 500_000) / 1_000_000;
     assert_eq!(u64::from(seconds), expected);
