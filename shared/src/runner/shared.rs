@@ -7,7 +7,7 @@ use crate::link::queue::{Full, Outgoing, TxQueue};
 use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, QUEUE_DEPTH};
 use crate::types::{Bus, Instant, PerBus};
 
-/// As many who wait for a time of the spacecraft are told of a step at once.
+/// So many tasks that wait for a spacecraft time are told of a step at once.
 const WAITERS: usize = 4;
 
 /// A node and what it wants sent.

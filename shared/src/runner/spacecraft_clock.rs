@@ -9,7 +9,7 @@ use crate::node::TimeKeeper;
 use crate::time::{Clock, Quality};
 use crate::types::{Duration, FineInstant, Instant, Scet};
 
-/// Who waits and is not told of a step looks as often.
+/// How often a task looks at the clock that waits and is not told of a step.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// The clock of a node that keeps the spacecraft time.

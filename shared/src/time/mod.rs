@@ -11,7 +11,7 @@ pub use objects::{
     ClockObjects, ClockQuality, LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, TimeCorrection, UtcGet, UtcSet,
 };
 pub use quality::{Quality, Step, TimeSource};
-pub use service::{Taken, TimeService, mean_of_truncated};
+pub use service::{PairOutcome, TimeService, mean_of_truncated};
 
 use crate::types::Instant;
 

@@ -72,7 +72,7 @@ impl Parts {
 
 /// What became of a spacecraft time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Taken {
+pub enum PairOutcome {
     /// The clock follows it.
     Steered,
     /// The clock was set to it.
@@ -116,7 +116,7 @@ impl TimeService {
     }
 
     /// A value of the Spacecraft Time PDO with a type of 0 to 240: the spacecraft time at the last SYNC (ECSS 7.2.3c).
-    pub fn at_last_sync(&mut self, scet: FineScet, correction: &TimeCorrection, now: Instant) -> Taken {
+    pub fn at_last_sync(&mut self, scet: FineScet, correction: &TimeCorrection, now: Instant) -> PairOutcome {
         let [last, before] = self.syncs;
         let Some(last) = last else { return self.unused() };
         let source = match last.source {
@@ -129,7 +129,7 @@ impl TimeService {
 
     /// A value of the Spacecraft Time PDO with type 254 or 255: the spacecraft time when it was sent, applied when it was
     /// received (ECSS 7.2.2).
-    pub fn at_reception(&mut self, scet: FineScet, at: FineInstant, now: Instant) -> Taken {
+    pub fn at_reception(&mut self, scet: FineScet, at: FineInstant, now: Instant) -> PairOutcome {
         self.pair(at, None, scet, TimeSource::Reception, now)
     }
 
@@ -141,7 +141,7 @@ impl TimeService {
         scet: FineScet,
         source: TimeSource,
         now: Instant,
-    ) -> Taken {
+    ) -> PairOutcome {
         let off = |at| scet.since(self.clock.at(at));
         let error = off(at);
         if self.is_set && error.unsigned_abs() > DOUBTFUL {
@@ -154,12 +154,12 @@ impl TimeService {
             }
         }
         (self.doubt, self.written, self.is_set) = (Doubt::default(), Parts::default(), true);
-        self.clock.discipline(at, scet, source, now.into()).map_or(Taken::Steered, Taken::Stepped)
+        self.clock.discipline(at, scet, source, now.into()).map_or(PairOutcome::Steered, PairOutcome::Stepped)
     }
 
-    fn unused(&mut self) -> Taken {
+    fn unused(&mut self) -> PairOutcome {
         self.late = self.late.saturating_add(1);
-        Taken::Unused
+        PairOutcome::Unused
     }
 
     /// The sample for a client that reads one of `count` sub-indices: a new one, unless it read another one before.

@@ -8,7 +8,7 @@ use crate::node::{Device, Extension, NodeObjects, Outbox};
 use crate::od::CobIdEntry;
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
-use crate::time::{LocalScet, LocalUtc, Taken, mean_of_truncated};
+use crate::time::{LocalScet, LocalUtc, PairOutcome, mean_of_truncated};
 use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc};
 
 /// What a receive PDO brings.
@@ -165,9 +165,9 @@ impl<D: Device, E: Extension> Services<D, E> {
             time.at_reception(scet, stamp.fine(), now)
         };
         match taken {
-            Taken::Unused => {}
-            Taken::Steered => out.event(V::time(scet.scet())),
-            Taken::Stepped(step) => {
+            PairOutcome::Unused => {}
+            PairOutcome::Steered => out.event(V::time(scet.scet())),
+            PairOutcome::Stepped(step) => {
                 out.event(V::time(scet.scet()));
                 out.step(V::step(step));
             }
