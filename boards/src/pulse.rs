@@ -74,8 +74,7 @@ impl Pulse {
     pub async fn at(&mut self, at: FineInstant) -> Result<(), TooLate> {
         let instant = at.instant();
         Uptime.at(instant - EARLIEST).await;
-        let ticks = at.units().wrapping_mul(PER_MICRO.into()).wrapping_add(FineInstant::PER_MICRO / 2)
-            / FineInstant::PER_MICRO;
+        let ticks = at.ticks(PER_MICRO);
         let _armed = cortex_m::interrupt::free(|_| {
             if instant.since(Uptime.now()) < LATEST {
                 return Err(TooLate);

@@ -45,7 +45,7 @@ pub struct LocalClock {
 }
 
 /// A pair that differs from the clock by more than this steps it: 10 ms, in units of 2^-32 s.
-const STEP_LIMIT: u64 = 42_949_673;
+pub(super) const STEP_LIMIT: u64 = 42_949_673;
 
 /// A pair is refused that is off by more than this many standard deviations.
 const GATE: i64 = 5;
@@ -110,6 +110,11 @@ impl LocalClock {
     /// than 8 count as 8.
     pub const fn set_fine_bits(&mut self, bits: u32) {
         self.quantum = quantum(bits);
+    }
+
+    /// Whether it was set: it does not count from power-on any more.
+    pub fn is_set(&self) -> bool {
+        self.source != TimeSource::None
     }
 
     /// It is `scet` at the instant `at`, by command. Always a step. What is known of the rate stays known.

@@ -1,6 +1,6 @@
 //! Objects 2010h to 2015h: spacecraft time, set and read; how a node corrects its stamps; how good its clock is.
 
-use super::{Quality, TimeSource};
+use super::Quality;
 use crate::od::{Objects, Record, U24};
 use crate::types::{Scet, Utc};
 
@@ -137,13 +137,7 @@ impl ClockQuality {
     pub(super) fn new(quality: &Quality, late: u16) -> Self {
         ClockQuality {
             bound: quality.bound_ns,
-            source: match quality.source {
-                TimeSource::None => 0,
-                TimeSource::Command => 1,
-                TimeSource::Capture => 2,
-                TimeSource::Interrupt => 3,
-                TimeSource::Reception => 4,
-            },
+            source: quality.source as u8,
             age: quality.age_ms,
             rate: quality.rate_ppb,
             steps: quality.steps,

@@ -3,7 +3,7 @@
 use super::estimator::variance;
 use crate::types::Scet;
 
-/// Where the time came from last.
+/// Where the time came from last; its byte stands in 2015h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TimeSource {

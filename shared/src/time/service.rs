@@ -1,5 +1,6 @@
 //! The time service of a node: its clock, the SYNCs that steer it, and what clients set and read in parts (ECSS 7.1, 7.2).
 
+use super::clock::STEP_LIMIT;
 use super::objects::{ClockQuality, TimeCorrection};
 use super::{LocalClock, Step, TimeSource};
 use crate::link::{Stamp, StampSource};
@@ -8,9 +9,7 @@ use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Instant};
 /// A part that was read or written waits so long for the others of its record.
 const PATIENCE: Duration = Duration::from_millis(10_000);
 
-/// A spacecraft time that is farther off is believed when the next one says the same: 10 ms in units of 2^-32 s.
-const DOUBTFUL: u64 = (1 << 32) / 100;
-/// Times as far off as the one before, to 1 ms, say the same.
+/// Times that would step the clock are believed when the next one says the same: is as far off, to 1 ms.
 const SAME: u64 = (1 << 32) / 1_000;
 /// One that fits the SYNC before the last is late. That many in a row are not: the spacecraft time itself has changed.
 const LATE_IN_A_ROW: u8 = 3;
@@ -19,8 +18,6 @@ const LATE_IN_A_ROW: u8 = 3;
 #[derive(Clone, Debug, Default)]
 pub struct TimeService {
     clock: LocalClock,
-    /// It does not count from power-on any more.
-    is_set: bool,
     /// The last SYNC on the active bus, and the one before.
     syncs: [Option<SyncEnd>; 2],
     doubt: Doubt,
@@ -106,7 +103,7 @@ impl TimeService {
 
     /// Set by command: always a step.
     pub fn set(&mut self, scet: FineScet, at: FineInstant) -> Step {
-        (self.doubt, self.written, self.is_set) = (Doubt::default(), Parts::default(), true);
+        (self.doubt, self.written) = Default::default();
         self.clock.set(at, scet)
     }
 
@@ -144,8 +141,8 @@ impl TimeService {
     ) -> PairOutcome {
         let off = |at| scet.since(self.clock.at(at));
         let error = off(at);
-        if self.is_set && error.unsigned_abs() > DOUBTFUL {
-            let is_late = before.is_some_and(|before| off(before).unsigned_abs() <= DOUBTFUL);
+        if self.clock.is_set() && error.unsigned_abs() > STEP_LIMIT {
+            let is_late = before.is_some_and(|before| off(before).unsigned_abs() <= STEP_LIMIT);
             let is_same = self.doubt.times > 0 && error.wrapping_sub(self.doubt.off).unsigned_abs() <= SAME;
             let times = if is_same { self.doubt.times.saturating_add(1) } else { 1 };
             self.doubt = Doubt { off: error, times };
@@ -153,7 +150,7 @@ impl TimeService {
                 return self.unused();
             }
         }
-        (self.doubt, self.written, self.is_set) = (Doubt::default(), Parts::default(), true);
+        (self.doubt, self.written) = Default::default();
         self.clock.discipline(at, scet, source, now.into()).map_or(PairOutcome::Steered, PairOutcome::Stepped)
     }
 
