@@ -1,4 +1,7 @@
-//! Producer of SYNC (objects 1005h, 1006h, 1019h).
+//! Producer of SYNC (objects 1005h, 1006h, 1019h), with dither.
+//!
+//! Times have a quantum. SYNCs that are a whole number of quanta apart all meet the same part of it, and then no consumer can
+//! average its error away. A random delay of each SYNC spreads them over the quantum.
 
 use super::objects::{COB_ID, CYCLE_PERIOD, OVERFLOW, SyncObjects};
 use crate::od::CobIdEntry;
@@ -34,12 +37,41 @@ pub struct Producer {
     running: bool,
     /// That of the last SYNC.
     counter: u8,
+    /// Each SYNC is late by at most this, microseconds.
+    dither: u16,
+    /// By how much the next one is late.
+    late: Duration,
+    random: Random,
+}
+
+/// A sequence of random numbers: Marsaglia, *Xorshift RNGs*, 2003.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Random(u32);
+
+impl Random {
+    /// `0..=most`.
+    fn at_most(&mut self, most: u16) -> u64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 17;
+        self.0 ^= self.0 << 5;
+        // Of its upper half, whose bits are the better ones.
+        u64::from(self.0 >> 16) * (u64::from(most) + 1) >> 16
+    }
 }
 
 impl Producer {
     /// Silent until started.
     pub const fn with(config: Config) -> Self {
-        Producer { config, timer: Periodic::new(config.period), running: false, counter: 0 }
+        let timer = Periodic::new(config.period);
+        Producer { config, timer, running: false, counter: 0, dither: 0, late: Duration::ZERO, random: Random(1) }
+    }
+
+    /// From now on each SYNC is late by a random whole number of microseconds, `0..=most`, on the grid of its period: being late
+    /// does not shift what follows. At most half of the period.
+    pub fn set_dither(&mut self, most: u16) {
+        self.dither = most;
+        self.late = Duration::ZERO;
     }
 
     /// Its production begins, or begins anew: the first SYNC is due a period from now and has counter 1.
@@ -81,10 +113,15 @@ impl Producer {
 
     /// The SYNC, when it is due.
     pub fn poll(&mut self, now: Instant) -> Option<Frame> {
-        if !self.timer.due(now) {
+        if self.deadline().is_none_or(|due| now < due) {
             return None;
         }
-        let Config { id, overflow, .. } = self.config;
+        self.timer.due(now);
+        let Config { id, period, overflow } = self.config;
+        if self.dither > 0 {
+            let late = self.random.at_most(self.dither).min(period.as_micros() / 2);
+            self.late = Duration::from_micros(late);
+        }
         if overflow == 0 {
             return Some(Frame::of(id, []));
         }
@@ -94,6 +131,6 @@ impl Producer {
 
     /// When the next one is due.
     pub fn deadline(&self) -> Option<Instant> {
-        self.timer.deadline()
+        self.timer.deadline().map(|due| due + self.late)
     }
 }

@@ -227,6 +227,7 @@ impl LocalClock {
             age_ms: saturated(scale(silence, 1_000)),
             rate_ppb: scale(self.parabola(now).1, 1_000_000_000 >> 8) as i32,
             steps: self.steps,
+            refused: self.refused,
         }
     }
 

@@ -131,6 +131,11 @@ pub struct ClockQuality {
     /// Those that came after the next SYNC, and were not used.
     #[sub(6, ro, pdo)]
     pub late: u16,
+    /// Refused spacecraft times
+    ///
+    /// Those that did not agree with the others, and were not used.
+    #[sub(7, ro, pdo)]
+    pub refused: u16,
 }
 
 impl ClockQuality {
@@ -142,6 +147,7 @@ impl ClockQuality {
             rate: quality.rate_ppb,
             steps: quality.steps,
             late,
+            refused: quality.refused,
         }
     }
 }

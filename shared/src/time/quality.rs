@@ -66,4 +66,6 @@ pub struct Quality {
     pub rate_ppb: i32,
     /// Steps since power-on, wrapping.
     pub steps: u16,
+    /// Spacecraft times that were refused since power-on because they did not agree with the others, wrapping.
+    pub refused: u16,
 }

@@ -74,7 +74,7 @@ pub enum PairOutcome {
     Steered,
     /// The clock was set to it.
     Stepped(Step),
-    /// It is of no SYNC that this node has seen, or is late: counted.
+    /// It is of no SYNC that this node has seen, is late, or does not agree with the others: counted.
     Unused,
 }
 
@@ -151,7 +151,12 @@ impl TimeService {
             }
         }
         (self.doubt, self.written) = Default::default();
-        self.clock.discipline(at, scet, source, now.into()).map_or(PairOutcome::Steered, PairOutcome::Stepped)
+        let refused = self.clock.refused();
+        match self.clock.discipline(at, scet, source, now.into()) {
+            Some(step) => PairOutcome::Stepped(step),
+            None if self.clock.refused() != refused => PairOutcome::Unused,
+            None => PairOutcome::Steered,
+        }
     }
 
     fn unused(&mut self) -> PairOutcome {

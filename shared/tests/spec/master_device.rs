@@ -116,6 +116,23 @@ fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
     assert_eq!(counters, [[1], [2], [3], [1], [2]]);
 }
 
+/// 2043h: each SYNC is late by at most so many microseconds, on the same grid.
+#[test]
+fn sync_is_dithered_when_2043h_says_so() {
+    let mut master = powered(&STANDARD);
+    assert_eq!(write(&mut master, 0x2043, 0, 1_001, 2), Err(0x0609_0031));
+    assert_eq!(write(&mut master, 0x1006, 0, 10_000, 4), Ok(()));
+    assert_eq!(write(&mut master, 0x2043, 0, 900, 2), Ok(()));
+    let start = master.now.as_micros();
+    master.clear();
+    master.run_until(ms(301));
+    let syncs = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x080);
+    let late: Vec<u64> =
+        (1..).zip(syncs).map(|(n, sent): (u64, _)| sent.at.as_micros() - start - n * 10_000).collect();
+    assert!(late.len() >= 29 && late.iter().all(|late| *late <= 900), "{late:?}");
+    assert!(late.iter().any(|late| *late < 300) && late.iter().any(|late| *late > 600), "{late:?}");
+}
+
 /// Verifies: ECSS 7.1.2a, 7.1.2c
 #[test]
 fn the_heartbeat_follows_1017h_and_time_is_set_by_2010h() {

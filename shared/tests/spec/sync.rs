@@ -184,3 +184,44 @@ fn a_window_that_is_opened_stays_open_until_the_next_sync() {
     consumer.on_sync(&sync, ms(200)).unwrap();
     assert_eq!(consumer.window_end(), ms(202));
 }
+
+/// When the next `count` SYNCs are due, microseconds.
+fn due(producer: &mut Producer, count: usize) -> Vec<u64> {
+    let next = |_| {
+        let due = producer.deadline().expect("SYNC is produced");
+        assert_eq!(producer.poll(Instant::from_micros(due.as_micros() - 1)), None, "not before it is due");
+        assert!(producer.poll(due).is_some());
+        due.as_micros()
+    };
+    (0..count).map(next).collect()
+}
+
+/// Verifies: ECSS 6.9c
+#[test]
+fn dither_delays_each_sync_by_a_part_of_the_quantum_and_moves_no_grid() {
+    const PERIOD: u64 = 1_000_000;
+    let mut producer = Producer::with(Config::new(PRODUCER, PERIOD as u32, 0));
+    producer.set_dither(15);
+    producer.start(ms(0));
+    let late: Vec<u64> = (1..).zip(due(&mut producer, 400)).map(|(n, due): (u64, u64)| due - n * PERIOD).collect();
+    // The first one is announced before there is a delay for it.
+    for amount in 0..=15 {
+        let count = late.iter().filter(|late| **late == amount).count();
+        assert!((10..=45).contains(&count), "{count} of 400 are late by {amount} us");
+    }
+    // No two neighbours go together: a delay says nothing of the next one.
+    let pairs: std::collections::BTreeSet<_> = late.windows(2).collect();
+    assert!(pairs.len() > 180, "{} pairs of delays in 400", pairs.len());
+    producer.set_dither(0);
+    assert_eq!(due(&mut producer, 2), [401 * PERIOD, 402 * PERIOD]);
+}
+
+#[test]
+fn dither_is_at_most_half_of_the_period() {
+    let mut producer = Producer::with(Config::new(PRODUCER, 100, 0));
+    producer.set_dither(1_000);
+    producer.start(ms(0));
+    let late: Vec<u64> = (1..).zip(due(&mut producer, 100)).map(|(n, due): (u64, u64)| due - n * 100).collect();
+    assert!(late.iter().all(|late| *late <= 50), "{late:?}");
+    assert!(late.contains(&50));
+}

@@ -130,6 +130,12 @@ pub struct NetworkObjects {
     /// Of the SDO transfer that failed; zero for none.
     #[object(0x2042, array, ro)]
     pub boot_abort: [u32; NODES],
+    /// SYNC dither
+    ///
+    /// Each SYNC is late by a random time of at most so many microseconds. Where SYNCs are exactly a second apart, 15 makes the
+    /// clocks of the slaves better.
+    #[object(0x2043, rw, high = 1_000)]
+    pub sync_dither: u16,
 }
 
 /// SDO parameters of a client (0022h).

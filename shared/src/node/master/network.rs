@@ -13,7 +13,9 @@ impl<D: Device> Master<D> {
         let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
         out.send_for(self.manager.active(), boot_up, now, self.services.lifetimes.heartbeat);
         self.services.configure(now);
-        self.sync.configure(self.services.dictionary.objects.communication.sync.config(), now);
+        let objects = &self.services.dictionary.objects;
+        self.sync.configure(objects.communication.sync.config(), now);
+        self.sync.set_dither(objects.application.network.sync_dither);
         self.sync.start(now);
         let state = self.nmt.boot();
         self.entered(state, now, out);

@@ -9,6 +9,7 @@ use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{
     ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO,
+    SYNC_DITHER,
 };
 use crate::node::services::{SdoStep, carries_time};
 use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
@@ -206,6 +207,7 @@ impl<D: Device> Master<D> {
                 self.manager.configure(self.redundancy, now);
             }
             RPDO..=LAST_RPDO => self.are_filters_due = true,
+            SYNC_DITHER => self.sync.set_dither(objects.application.network.sync_dither),
             ASSIGNMENT => {
                 if let Some(node) = NodeId::new(at.sub) {
                     self.take_assignment(node);

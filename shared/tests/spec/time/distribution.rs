@@ -129,6 +129,27 @@ fn a_spacecraft_time_that_was_set_anew_is_followed_by_one_step_at_the_second_tim
     assert!(off(&slave, scet(77_001, 0).plus(crate::bench::span(300))).abs() < 400);
 }
 
+/// 3 ms, below the limit of a step: refused, counted and not reported as a time that is followed.
+#[test]
+fn a_time_that_does_not_agree_with_the_others_is_counted_and_moves_nothing() {
+    let mut slave = operational::<Keeper>();
+    follow(&mut slave, 1_000);
+    slave.clear();
+    run(&mut slave, ms(1_100));
+    sync(&mut slave);
+    time(&mut slave, at(1_103));
+    assert!(off(&slave, at(1_100)).abs() < 50, "{} us", off(&slave, at(1_100)));
+    assert_eq!(read(&mut slave, 0x2015, 7), [1, 0, 0, 0]);
+    assert_eq!(late(&mut slave), [0; 4]);
+    let is_time = |event: &SlaveEvent| matches!(event, SlaveEvent::Time(_) | SlaveEvent::Step(_));
+    assert!(!slave.events.iter().any(is_time), "{:?}", slave.events);
+    // The bound says that it may be the clock that is wrong.
+    assert!(u32::from_le_bytes(read(&mut slave, 0x2015, 1)) > 3_000_000);
+    follow(&mut slave, 1_200);
+    assert!(slave.events.contains(&SlaveEvent::Time(at(1_200))));
+    assert_eq!(read(&mut slave, 0x2015, 7), [1, 0, 0, 0]);
+}
+
 /// By exactly a SYNC period: the first three look late.
 #[test]
 fn a_spacecraft_time_set_back_by_a_sync_period_is_followed_at_the_fourth_time() {
