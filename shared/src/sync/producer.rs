@@ -64,7 +64,15 @@ impl Producer {
     /// Silent until started.
     pub const fn with(config: Config) -> Self {
         let timer = Periodic::new(config.period);
-        Producer { config, timer, running: false, counter: 0, dither: 0, late: Duration::ZERO, random: Random(1) }
+        Producer {
+            config,
+            timer,
+            running: false,
+            counter: 0,
+            dither: 0,
+            late: Duration::ZERO,
+            random: Random(1),
+        }
     }
 
     /// From now on each SYNC is late by a random whole number of microseconds, `0..=most`, on the grid of its period: being late

@@ -203,7 +203,8 @@ fn dither_delays_each_sync_by_a_part_of_the_quantum_and_moves_no_grid() {
     let mut producer = Producer::with(Config::new(PRODUCER, PERIOD as u32, 0));
     producer.set_dither(15);
     producer.start(ms(0));
-    let late: Vec<u64> = (1..).zip(due(&mut producer, 400)).map(|(n, due): (u64, u64)| due - n * PERIOD).collect();
+    let late: Vec<u64> =
+        (1..).zip(due(&mut producer, 400)).map(|(n, due): (u64, u64)| due - n * PERIOD).collect();
     // The first one is announced before there is a delay for it.
     for amount in 0..=15 {
         let count = late.iter().filter(|late| **late == amount).count();
@@ -221,7 +222,8 @@ fn dither_is_at_most_half_of_the_period() {
     let mut producer = Producer::with(Config::new(PRODUCER, 100, 0));
     producer.set_dither(1_000);
     producer.start(ms(0));
-    let late: Vec<u64> = (1..).zip(due(&mut producer, 100)).map(|(n, due): (u64, u64)| due - n * 100).collect();
+    let late: Vec<u64> =
+        (1..).zip(due(&mut producer, 100)).map(|(n, due): (u64, u64)| due - n * 100).collect();
     assert!(late.iter().all(|late| *late <= 50), "{late:?}");
     assert!(late.contains(&50));
 }

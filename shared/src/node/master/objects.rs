@@ -8,8 +8,7 @@ use crate::heartbeat::ConsumerSlots;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{
-    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO,
-    SYNC_DITHER,
+    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO, SYNC_DITHER,
 };
 use crate::node::services::{SdoStep, carries_time};
 use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
