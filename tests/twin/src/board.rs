@@ -4,6 +4,7 @@ mod access;
 mod edge;
 mod fittings;
 mod flash;
+mod network;
 
 use std::fmt;
 use std::ops::Range;
@@ -18,7 +19,7 @@ use flash::FlashCare;
 pub use flash::Remains;
 
 pub use crate::accelerator::FlashTiming;
-use crate::bxcan::{Activity, Side, Stats};
+use crate::bxcan::{Side, Stats};
 use crate::clock::BoardClock;
 use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
 use crate::crystal::Crystal;
@@ -117,6 +118,8 @@ pub struct EmulatedBoard {
     counters: Counters,
     /// Frames admitted before the last reset.
     admitted_before: u64,
+    /// Why CAN1 and CAN2 reach no bus, as it was last logged.
+    unconnected: [Option<String>; 2],
 }
 
 impl fmt::Debug for EmulatedBoard {
@@ -179,6 +182,7 @@ impl EmulatedBoard {
             panicked: false,
             counters: Counters::default(),
             admitted_before: 0,
+            unconnected: [None, None],
             config,
         }
     }
@@ -555,26 +559,6 @@ impl EmulatedBoard {
             // The first cycle that does not begin before the deadline.
             self.watchdog = deadline.map(|at| (at, self.clock.cycle_at(at) + 1));
         }
-    }
-
-    /// The wires have reached `now`: modes, aborts and interrupts of the CAN controllers follow.
-    pub(crate) fn settle(&mut self, now: Time, idle: [bool; 2]) {
-        if !self.is_powered() {
-            return;
-        }
-        let link = self.link.clone();
-        let mut peripherals = link.peripherals();
-        for (side, idle) in [Side::Can1, Side::Can2].into_iter().zip(idle) {
-            let heard = match peripherals.can_line(side) {
-                None => Activity::Nothing,
-                Some(_) if idle => Activity::Idle,
-                Some(_) => Activity::Busy,
-            };
-            peripherals.can().hear(side, heard);
-        }
-        peripherals.can().poll(now);
-        drop(peripherals);
-        self.refresh();
     }
 
     fn drain(&mut self) {

@@ -32,8 +32,9 @@ pub enum GuestEvent {
 }
 
 /// The controller. On its wire it comes after all boards.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Guest {
+    timing: BitTiming,
     presence: Presence,
     /// What waits and from when on, in the order of sending.
     waiting: VecDeque<(Time, WireFrame)>,
@@ -41,6 +42,10 @@ pub(crate) struct Guest {
 }
 
 impl Guest {
+    pub(crate) fn new(timing: BitTiming) -> Self {
+        Guest { timing, presence: Presence::default(), waiting: VecDeque::new(), heard: Vec::new() }
+    }
+
     /// Sends `frame` at `at`, or as soon as the bus is free and everything handed over before is out.
     pub(crate) fn send(&mut self, at: Time, frame: WireFrame) {
         self.waiting.push_back((at, frame));
@@ -67,7 +72,7 @@ impl Controller for Guest {
             Presence::Listening => true,
             Presence::Present => false,
         };
-        Some(Attachment { silent, ..Attachment::new(BitTiming::MEGABIT) })
+        Some(Attachment { silent, ..Attachment::new(self.timing) })
     }
 
     fn request_at(&self) -> Option<Time> {

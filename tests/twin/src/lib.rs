@@ -1,13 +1,16 @@
-//! The twin: emulated STM32F4 boards on two CAN buses, in virtual time.
+//! The twin: emulated STM32F4 boards on CAN buses, in virtual time.
 //!
 //! It flies the very ELF files that are flashed on boards: [`image::Image`] is the program,
-//! [`spacecraft::Spacecraft`] joins any number of [`board::EmulatedBoard`]s by two wires. Everything is a function of what was
+//! [`spacecraft::Spacecraft`] joins any number of [`board::EmulatedBoard`]s by two wires, or as
+//! [`spacecraft::Wiring`] says. Everything is a function of what was
 //! configured: the same flight gives the same records, to the tick.
 //!
 //! # What is modelled
 //!
 //! * Two boards ([`model`]): pyboard v1.1 (STM32F405) and NUCLEO-F446RE (STM32F446), mixed as you like.
 //! * The core: Cortex-M4F with FPU, NVIC, SysTick, MPU, faults and lock-up ([`cpu`]).
+//! * The pins of CAN as the part and its package have them: a controller hangs on its bus behind whichever the program gives
+//!   it. The log says so when a controller takes part and its pins lead nowhere.
 //! * RCC with the clock tree and its gates, GPIO with alternate functions and pulls, EXTI, SYSCFG, both bxCANs with
 //!   their filters ([`bxcan`]), and what set-up code touches in PWR, DBGMCU and the device signature.
 //! * The flash accelerator as FLASH_ACR sets it: wait states, prefetch, 64 instruction and 8 data lines, stale lines after an
@@ -61,3 +64,4 @@ pub mod rtt;
 pub mod spacecraft;
 pub mod stamps;
 pub mod traffic;
+mod wiring;

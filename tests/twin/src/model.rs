@@ -62,14 +62,22 @@ pub struct Model {
     pub part: Part,
     /// Its high-speed oscillator.
     pub oscillator: Oscillator,
+    /// Pins of the package: 64, 100, 144 or 176.
+    pub package_pins: u32,
 }
 
 impl Model {
     /// pyboard v1.1: a crystal of 12 MHz.
-    pub const PYBOARD_V11: Model =
-        Model { part: Part::Stm32f405, oscillator: Oscillator { hz: 12_000_000, external: false } };
+    pub const PYBOARD_V11: Model = Model {
+        part: Part::Stm32f405,
+        oscillator: Oscillator { hz: 12_000_000, external: false },
+        package_pins: 64,
+    };
 
     /// NUCLEO-F446RE: 8 MHz from the ST-LINK.
-    pub const NUCLEO_F446RE: Model =
-        Model { part: Part::Stm32f446, oscillator: Oscillator { hz: 8_000_000, external: true } };
+    pub const NUCLEO_F446RE: Model = Model {
+        part: Part::Stm32f446,
+        oscillator: Oscillator { hz: 8_000_000, external: true },
+        package_pins: 64,
+    };
 }

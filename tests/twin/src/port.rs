@@ -13,14 +13,16 @@ use crate::link::Link;
 #[derive(Debug)]
 pub(crate) struct BoardPort {
     link: Arc<Link>,
-    side: Side,
+    /// Number of the board.
+    pub(crate) board: usize,
+    pub(crate) side: Side,
     /// Level changes at the receive pin since they were taken.
     changes: Vec<(Time, bool)>,
 }
 
 impl BoardPort {
-    pub(crate) fn new(link: Arc<Link>, side: Side) -> Self {
-        BoardPort { link, side, changes: Vec::new() }
+    pub(crate) fn new(link: Arc<Link>, board: usize, side: Side) -> Self {
+        BoardPort { link, board, side, changes: Vec::new() }
     }
 
     /// Hands the level changes since the last call to `edge`.

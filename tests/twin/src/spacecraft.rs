@@ -1,4 +1,4 @@
-//! N boards and two wires in one virtual time.
+//! N boards and their wires in one virtual time.
 //!
 //! Boards run one quantum after the other, then the wires follow and deliver what happened. A quantum ends at the next
 //! event of either wire, so a frame reaches its boards at its own instant; what a board asks for inside a quantum
@@ -7,12 +7,11 @@
 //! A controller's mode handshakes and aborts settle at the end of a quantum, so a flight is reproducible for one length
 //! of the quantum; another shifts what follows a handshake by some microseconds.
 
-use std::fmt;
-
 use can_wire::controller::{Controller, NodeIndex};
 use can_wire::frame::WireFrame;
 use can_wire::record::Observation;
 use can_wire::time::Time;
+use can_wire::timing::BitTiming;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 
 use crate::board::{AccessError, BoardConfig, EmulatedBoard};
@@ -21,49 +20,7 @@ use crate::guest::{Guest, GuestEvent, Presence};
 use crate::peripherals::Pin;
 use crate::port::BoardPort;
 use crate::rtt::Level;
-
-/// One of the two buses.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Bus {
-    /// CAN1 of every board.
-    Nominal,
-    /// CAN2 of every board.
-    Redundant,
-}
-
-impl Bus {
-    /// Both, nominal first.
-    pub const ALL: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
-
-    /// Its name in logs, pictures and on the screen; a valid interface name.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Bus::Nominal => "nominal",
-            Bus::Redundant => "redundant",
-        }
-    }
-
-    /// The other one.
-    pub const fn other(self) -> Bus {
-        match self {
-            Bus::Nominal => Bus::Redundant,
-            Bus::Redundant => Bus::Nominal,
-        }
-    }
-
-    const fn side(self) -> Side {
-        match self {
-            Bus::Nominal => Side::Can1,
-            Bus::Redundant => Side::Can2,
-        }
-    }
-}
-
-impl fmt::Display for Bus {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(self.name())
-    }
-}
+pub use crate::wiring::{Bus, Wiring};
 
 /// A board of a spacecraft, in the order of [`Spacecraft::add_board`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -83,13 +40,13 @@ pub struct GuestId {
 pub struct SpacecraftConfig {
     /// Longest stretch that boards run ahead of the wires, 1 to 20 µs: shorter than any frame.
     pub quantum: Time,
-    /// The nominal and the redundant cable.
-    pub wires: [WireConfig; 2],
+    /// The cable of each bus.
+    pub wires: [WireConfig; Bus::COUNT],
 }
 
 impl Default for SpacecraftConfig {
     fn default() -> Self {
-        SpacecraftConfig { quantum: Time::from_us(20), wires: [WireConfig::default(), WireConfig::default()] }
+        SpacecraftConfig { quantum: Time::from_us(20), wires: [WireConfig::default(); Bus::COUNT] }
     }
 }
 
@@ -128,16 +85,18 @@ pub struct WireRecord {
     pub record: Observation,
 }
 
-/// Boards on two wires.
+/// Boards on their wires.
 #[derive(Debug)]
 pub struct Spacecraft {
     now: Time,
     quantum: Time,
     boards: Vec<EmulatedBoard>,
-    wires: [Wire; 2],
-    ports: [Vec<BoardPort>; 2],
+    wires: [Wire; Bus::COUNT],
+    ports: [Vec<BoardPort>; Bus::COUNT],
     /// After the ports on their wire.
-    guests: [Vec<Guest>; 2],
+    guests: [Vec<Guest>; Bus::COUNT],
+    /// Where CAN1 and CAN2 of each board hang.
+    places: Vec<[Option<(Bus, NodeIndex)>; 2]>,
     /// What is scheduled, the earliest last.
     events: Vec<(Time, BoardId, Event)>,
     logs: Vec<LogRecord>,
@@ -156,7 +115,7 @@ impl Controllers for OnWire<'_> {
 }
 
 impl Spacecraft {
-    /// Two wires without boards at time zero.
+    /// Wires without boards at time zero.
     ///
     /// # Panics
     /// When the quantum is not 1 to 20 µs: a mistake in a test, not an input.
@@ -168,38 +127,53 @@ impl Spacecraft {
             quantum: config.quantum,
             boards: Vec::new(),
             wires: config.wires.map(Wire::new),
-            ports: [Vec::new(), Vec::new()],
-            guests: [Vec::new(), Vec::new()],
+            ports: Default::default(),
+            guests: Default::default(),
+            places: Vec::new(),
             events: Vec::new(),
             logs: Vec::new(),
         }
     }
 
-    /// Hangs a board on both wires; it gets power at its time.
+    /// Hangs a board on the wires that its wiring names, both by default; it gets power at its time. While every board has the
+    /// default wiring, its index on both wires is its [`BoardId`].
     ///
     /// # Panics
-    /// When its crystal is more than 1000 ppm off, or a guest is there already.
+    /// When its crystal is more than 1000 ppm off, or a guest is on one of its wires already.
     pub fn add_board(&mut self, config: BoardConfig) -> BoardId {
         let id = BoardId(self.boards.len());
         let BoardConfig { power_on_at, position_m, fittings, .. } = config;
         let board = EmulatedBoard::new(config, id.0 as u32 + 1);
-        for bus in Bus::ALL {
-            self.ports[bus as usize].push(BoardPort::new(board.link().clone(), bus.side()));
+        let mut places = [None; 2];
+        for (side, bus) in fittings.wiring.ports() {
+            assert!(self.guests[bus as usize].is_empty(), "boards come before guests");
+            self.ports[bus as usize].push(BoardPort::new(board.link().clone(), id.0, side));
             let wire = &mut self.wires[bus as usize];
             let node = match fittings.transceiver {
                 Some(transceiver) => wire.attach_through(position_m, transceiver),
                 None => wire.attach(position_m),
             };
-            assert_eq!(node, id.0, "boards come before guests");
+            places[side as usize] = Some((bus, node));
         }
+        self.places.push(places);
         self.boards.push(board);
         self.schedule(power_on_at, id, Event::Power(true));
         id
     }
 
+    /// Where a controller of a board hangs: its bus, and its index there.
+    pub fn place(&self, board: BoardId, side: Side) -> Option<(Bus, NodeIndex)> {
+        self.places[board.0][side as usize]
+    }
+
     /// Hangs a foreign controller on one wire: 1 Mbit/s, no filters, acknowledges everything. All boards come first.
     pub fn add_guest(&mut self, bus: Bus, position_m: f64) -> GuestId {
-        self.guests[bus as usize].push(Guest::default());
+        self.add_guest_at(bus, position_m, BitTiming::MEGABIT)
+    }
+
+    /// As [`Spacecraft::add_guest`], with another bit timing.
+    pub fn add_guest_at(&mut self, bus: Bus, position_m: f64, timing: BitTiming) -> GuestId {
+        self.guests[bus as usize].push(Guest::new(timing));
         GuestId { bus, node: self.wires[bus as usize].attach(position_m) }
     }
 
@@ -230,7 +204,8 @@ impl Spacecraft {
     }
 
     fn guest_mut(&mut self, guest: GuestId) -> &mut Guest {
-        &mut self.guests[guest.bus as usize][guest.node - self.boards.len()]
+        let ports = self.ports[guest.bus as usize].len();
+        &mut self.guests[guest.bus as usize][guest.node - ports]
     }
 
     /// The present.
@@ -286,9 +261,9 @@ impl Spacecraft {
         logs
     }
 
-    /// What happened on both wires since the last call, in the order of time.
+    /// What happened on all wires since the last call, in the order of time.
     pub fn take_frames(&mut self) -> Vec<WireRecord> {
-        let mut records: Vec<_> = Bus::ALL
+        let mut records: Vec<_> = Bus::NETWORKS
             .into_iter()
             .flat_map(|bus| {
                 let records = self.wires[bus as usize].take_records();
@@ -312,7 +287,7 @@ impl Spacecraft {
             for board in &mut self.boards {
                 failure = failure.or(board.run_until(next).err());
             }
-            Bus::ALL.into_iter().for_each(|bus| self.advance_wire(bus, next));
+            Bus::NETWORKS.into_iter().for_each(|bus| self.advance_wire(bus, next));
             self.now = next;
             self.settle();
             self.apply_events();
@@ -339,15 +314,17 @@ impl Spacecraft {
     fn advance_wire(&mut self, bus: Bus, until: Time) {
         let (ports, guests) = (&mut self.ports[bus as usize], &mut self.guests[bus as usize]);
         self.wires[bus as usize].advance(until, &mut OnWire { ports, guests });
-        for (port, board) in ports.iter_mut().zip(&mut self.boards) {
-            port.drain_changes(|(at, level)| board.can_rx_edge(bus.side(), at, level));
+        for port in ports {
+            let (board, side) = (&mut self.boards[port.board], port.side);
+            port.drain_changes(|(at, level)| board.can_rx_edge(side, at, level));
         }
     }
 
     /// Tells the boards that the wires have caught up.
     fn settle(&mut self) {
         for (node, board) in self.boards.iter_mut().enumerate() {
-            board.settle(self.now, self.wires.each_ref().map(|wire| wire.is_idle(node)));
+            let is_idle = |(bus, node): (Bus, NodeIndex)| self.wires[bus as usize].is_idle(node);
+            board.settle(self.now, self.places[node].map(|place| place.map(is_idle)));
             let id = BoardId(node);
             self.logs.extend(board.take_log().into_iter().map(|line| LogRecord {
                 // A core finishes its instruction, past the end of the quantum.

@@ -253,7 +253,7 @@ impl Line {
         let bus = match self.bus {
             Some(bus) => style(format!("{:<9}", bus.name())).fg(match bus {
                 Bus::Nominal => console::Color::Blue,
-                Bus::Redundant => console::Color::Magenta,
+                _ => console::Color::Magenta,
             }),
             None => style(" ".repeat(9)),
         };

@@ -88,7 +88,7 @@ impl Options {
     pub fn address(&self, bus: Bus) -> SocketAddr {
         let port = match bus {
             Bus::Nominal => self.slcan_nominal,
-            Bus::Redundant => self.slcan_redundant,
+            _ => self.slcan_redundant,
         };
         SocketAddr::new(self.listen, port)
     }

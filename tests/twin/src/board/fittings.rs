@@ -3,10 +3,13 @@
 use can_wire::transceiver::Transceiver;
 
 use crate::accelerator::FlashTiming;
+use crate::wiring::Wiring;
 
 /// What a board carries and what it feels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fittings {
+    /// Which bus is behind which controller.
+    pub wiring: Wiring,
     /// The two jumper wires from CAN_RX to the capture inputs: CAN1 to PA0, CAN2 to PA1.
     pub capture_wires: bool,
     /// Delays of the transceivers of both buses; `None`: those of the wire's own configuration.
@@ -26,6 +29,7 @@ pub struct Fittings {
 impl Default for Fittings {
     fn default() -> Self {
         Fittings {
+            wiring: Wiring::default(),
             capture_wires: true,
             transceiver: None,
             lsi_hz: 32_000,

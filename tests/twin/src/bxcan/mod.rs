@@ -43,7 +43,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 pub use clock::PclkTick;
-use controller::Registers;
+use controller::{Mode, Registers};
 use filter::FilterBlock;
 pub use line::Line;
 use regs::{CONTROLLER_SIZE, FMR};
@@ -55,6 +55,15 @@ pub enum Side {
     Can1,
     /// 4000 6800h.
     Can2,
+}
+
+impl fmt::Display for Side {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Side::Can1 => "CAN1",
+            Side::Can2 => "CAN2",
+        })
+    }
 }
 
 /// No register there, or not word aligned.
@@ -200,6 +209,12 @@ impl BxcanPair {
             controller.stats.last_ignored_write = Some((now, offset));
         }
         Ok(())
+    }
+
+    /// `side` is in Normal mode and not in loopback: it wants to hear a bus.
+    pub fn takes_part(&self, side: Side) -> bool {
+        let controller = &self.controllers[side as usize];
+        controller.mode == Mode::Normal && !controller.loopback()
     }
 
     /// Levels of the interrupt lines of `side`.

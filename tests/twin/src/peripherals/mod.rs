@@ -4,6 +4,7 @@
 //! off in RCC. A twin that answered zeros would let wrong firmware fly.
 
 mod adc;
+mod can_pins;
 mod dma;
 mod exti;
 mod flash;
@@ -50,11 +51,7 @@ const TIM5_IRQ: u16 = 50;
 const ADC_IRQ: u16 = 18;
 /// TX, RX0, RX1, SCE of CAN1 and CAN2.
 const CAN_IRQS: [(Side, u16); 2] = [(Side::Can1, 19), (Side::Can2, 63)];
-/// CAN_RX and CAN_TX of both boards, and their alternate function.
-const CAN_PINS: [(Side, [u32; 2]); 2] = [(Side::Can1, [8, 9]), (Side::Can2, [12, 13])];
-const CAN_AF: u32 = 9;
 const PORT_A: usize = 0;
-const PORT_B: usize = 1;
 /// Their trigger inputs: ITR2 of TIM3 is TIM5 (RM0090 table 93, RM0390 the same). What TIM2 gives out is not modelled.
 const TIM2: Kind = Kind { bits: 32, trigger: None, drives_pins: false };
 const TIM3: Kind = Kind { bits: 16, trigger: Some(2), drives_pins: true };
@@ -86,6 +83,7 @@ pub(crate) struct TimedChange {
 #[derive(Debug)]
 pub struct Peripherals {
     part: Part,
+    package_pins: u32,
     serial: u32,
     rcc: Rcc,
     flash: Flash,
@@ -116,6 +114,7 @@ impl Peripherals {
         let part = model.part;
         Peripherals {
             part,
+            package_pins: model.package_pins,
             serial,
             rcc: Rcc::new(model),
             flash: Flash::new(part),
@@ -514,10 +513,22 @@ impl Peripherals {
 
     /// The controller as its wire sees it: `None` while it has no clock or its pins do not carry it.
     pub fn can_line(&mut self, side: Side) -> Option<Line<'_>> {
-        let (_, pins) = CAN_PINS[side as usize];
-        let clocked = self.rcc.is_clocked(Gate { bus: APB1, bit: CAN1_BIT })
-            && (side == Side::Can1 || self.rcc.is_clocked(Gate { bus: APB1, bit: CAN2_BIT }));
-        let routed = pins.iter().all(|&n| self.gpio[PORT_B].alternate_function(n) == Some(CAN_AF));
-        (clocked && routed).then(|| self.can.line(side))
+        let routed = can_pins::are_routed(&self.gpio, self.package_pins, side);
+        (routed && self.is_can_clocked(side)).then(|| self.can.line(side))
+    }
+
+    /// Why a controller that takes part reaches no bus; `None` when it does, and while it does not take part. `wired`: a bus
+    /// is behind its transceiver.
+    pub(crate) fn unconnected_can(&self, side: Side, wired: bool) -> Option<String> {
+        if !self.is_can_clocked(side) || !self.can.takes_part(side) {
+            return None;
+        }
+        let loose = || (!wired).then(|| "the board's wiring has no bus behind its transceiver".to_owned());
+        can_pins::missing(&self.gpio, self.package_pins, side).or_else(loose)
+    }
+
+    fn is_can_clocked(&self, side: Side) -> bool {
+        self.rcc.is_clocked(Gate { bus: APB1, bit: CAN1_BIT })
+            && (side == Side::Can1 || self.rcc.is_clocked(Gate { bus: APB1, bit: CAN2_BIT }))
     }
 }

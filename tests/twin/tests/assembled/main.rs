@@ -8,3 +8,4 @@ mod guests;
 mod programs;
 mod pulse;
 mod spacecraft;
+mod wiring;

@@ -110,37 +110,39 @@ pub fn wait_for_clear(address: u32, bit: u16) -> Vec<u16> {
 pub const CAN1: u32 = 0x4000_6400;
 pub const CAN2: u32 = 0x4000_6800;
 
-/// Both controllers on their pins, 1 Mbit/s at 42 MHz PCLK1 (BRP 2, TS1 9, TS2 2), every frame into FIFO 0.
+/// 1 Mbit/s at 42 MHz PCLK1: BRP 2, TS1 9, TS2 2.
+pub const MEGABIT: u32 = 2 << 20 | 9 << 16 | 2;
+
+/// Both controllers on the pins of our boards at 1 Mbit/s, every frame into FIFO 0.
 pub fn join_both_buses() -> Vec<u16> {
-    let join = |can: u32| {
-        [
-            store(can, 1),
-            wait_for(can + 4, 0),
-            store(can + 0x1C, 2 << 20 | 9 << 16 | 2),
-            store(can, 0),
-            wait_for_clear(can + 4, 0),
-        ]
-        .concat()
-    };
+    let pins =
+        [store(RCC + 0x30, 1 << 1), store(GPIOB + 0x24, 0x0099_0099), store(GPIOB, 0x0A0A_0280)].concat();
+    [start_both_controllers(&pins), join(CAN1, MEGABIT), join(CAN2, MEGABIT)].concat()
+}
+
+/// Clocks, `pins`, and filters that put every frame into FIFO 0; both controllers sleep.
+pub fn start_both_controllers(pins: &[u16]) -> Vec<u16> {
     [
-        run_at_168_mhz(),
-        store(RCC + 0x30, 1 << 1),
-        store(RCC + 0x40, 1 << 25 | 1 << 26),
-        store(GPIOB + 0x24, 0x0099_0099),
-        store(GPIOB, 0x0A0A_0280),
+        &run_at_168_mhz()[..],
+        pins,
+        &store(RCC + 0x40, 1 << 25 | 1 << 26),
         // Filter bank 0 for CAN1, bank 14 for CAN2: 32-bit masks of zero.
-        store(CAN1 + 0x200, 14 << 8 | 1),
-        store(CAN1 + 0x20C, 1 << 14 | 1),
-        store(CAN1 + 0x240, 0),
-        store(CAN1 + 0x244, 0),
-        store(CAN1 + 0x240 + 14 * 8, 0),
-        store(CAN1 + 0x244 + 14 * 8, 0),
-        store(CAN1 + 0x21C, 1 << 14 | 1),
-        store(CAN1 + 0x200, 14 << 8),
-        join(CAN1),
-        join(CAN2),
+        &store(CAN1 + 0x200, 14 << 8 | 1),
+        &store(CAN1 + 0x20C, 1 << 14 | 1),
+        &store(CAN1 + 0x240, 0),
+        &store(CAN1 + 0x244, 0),
+        &store(CAN1 + 0x240 + 14 * 8, 0),
+        &store(CAN1 + 0x244 + 14 * 8, 0),
+        &store(CAN1 + 0x21C, 1 << 14 | 1),
+        &store(CAN1 + 0x200, 14 << 8),
     ]
     .concat()
+}
+
+/// Takes a controller through initialisation with this BTR to Normal mode.
+pub fn join(can: u32, btr: u32) -> Vec<u16> {
+    [store(can, 1), wait_for(can + 4, 0), store(can + 0x1C, btr), store(can, 0), wait_for_clear(can + 4, 0)]
+        .concat()
 }
 
 /// Requests a frame of four bytes from mailbox 0 and waits for its completion.
