@@ -6,7 +6,7 @@
 //! ```ignore (a board's code)
 //! let p = boards::start();
 //! let board = Board::new(boards::take!(p), BIT_TIMING);
-//! let adc = Adc::new(p.ADC1);
+//! let i2c = I2c::new_blocking(p.I2C1, p.PB6, p.PB7, Default::default());
 //! ```
 //!
 //! Nothing of the protocol above this crate names a register or a pin. All `unsafe` of the project is here. On the host only what needs no hardware is compiled,

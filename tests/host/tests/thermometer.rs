@@ -12,11 +12,12 @@ use thermometer_master::{Ground, THERMOMETER, is_kept, write_table};
 type Node = Slave<Thermometer<Vec<u8>>>;
 
 const PERIOD: Duration = Duration::from_millis(100);
-/// Code of 0.76 V.
-const CODE_OF_25_DEGREES: u16 = 943;
+/// The sensor's register at 25 °C and at 85.125 °C.
+const AT_25_DEGREES: i16 = 0x1900;
+const ABOVE_85_DEGREES: i16 = 0x5520;
 
-/// Code of the converter, which the test sets.
-type Sensor = Rc<Cell<u16>>;
+/// What the sensor answers, which the test sets.
+type Sensor = Rc<Cell<Option<i16>>>;
 
 fn slave(board: MockBoard) -> Node {
     thermometer::slave(board.node_id, vec![0; 2048]).with_retained(board.retained).with_store(board.store)
@@ -48,7 +49,7 @@ async fn application(slave: Handle<Node>, mut events: Events<Node>, sensor: Sens
 
 /// A running world, the thermometer's clock 90 ppm fast; and its sensor.
 fn running() -> (World, Sensor) {
-    let sensor = Sensor::new(Cell::new(CODE_OF_25_DEGREES));
+    let sensor = Sensor::new(Cell::new(Some(AT_25_DEGREES)));
     let given = sensor.clone();
     let mut world = World::builder()
         .master(|board| Master::new(&PROFILE, Ground::default(), Some(board.store)), idle)
@@ -78,9 +79,21 @@ fn a_change_reaches_the_master_before_and_after_a_cut() {
     world.run_for(Time::from_ms(1_000));
     assert!(world.all_operational());
     assert_eq!(world.master_bus(), Bus::Redundant);
-    sensor.set(1_130);
+    sensor.set(Some(ABOVE_85_DEGREES));
     world.run_for(Time::from_ms(201));
-    assert_eq!(known(&world), (852, Thermometer::<Vec<u8>>::ABOVE));
+    assert_eq!(known(&world), (851, Thermometer::<Vec<u8>>::ABOVE));
+}
+
+/// The master hears by PDO that there is no temperature.
+#[test]
+fn a_silent_sensor_reaches_the_master_as_such() {
+    let (mut world, sensor) = running();
+    sensor.set(None);
+    world.run_for(Time::from_ms(201));
+    assert_eq!(known(&world), (i16::MIN, Thermometer::<Vec<u8>>::NO_SENSOR));
+    sensor.set(Some(AT_25_DEGREES));
+    world.run_for(Time::from_ms(201));
+    assert_eq!(known(&world), (250, Thermometer::<Vec<u8>>::WITHIN));
 }
 
 /// The master writes the table over noisy wires and saves it.
@@ -103,8 +116,8 @@ fn the_table_survives_noise_and_a_loss_of_power() {
     let kept = world.spawn(NodeId::MASTER, async move { is_kept(sdo).await });
     world.run_for(Time::from_ms(200));
     assert_eq!(kept.take().map(|(_, result)| result), Some(Ok(true)));
-    // Entry 235 of the table adds three tenths.
-    assert_eq!(known(&world).0, 253);
+    // Entry 612 of the table adds nine tenths.
+    assert_eq!(known(&world).0, 259);
 }
 
 #[test]

@@ -29,9 +29,9 @@ class Thermometer(Test):
         (self.node,) = self.nodes(self.connect(), 3)
         self.sdo = self.node.remote.sdo
 
-    def test_the_temperature_is_that_of_the_chip(self) -> None:
-        """25 degrees, and three tenths by the table."""
-        self.until(lambda: self.sdo["Temperature"].raw == 253)
+    def test_the_temperature_is_that_of_the_sensor(self) -> None:
+        """The sensor has 25 degrees; the table adds nine tenths."""
+        self.until(lambda: self.sdo["Temperature"].raw == 259)
         self.assertEqual(self.sdo["Manufacturer device name"].raw, "Thermometer")
 
     def test_limits_are_checked_against_each_other(self) -> None:
@@ -48,7 +48,7 @@ class Thermometer(Test):
         self.addCleanup(setattr, self.sdo["Upper limit"], "raw", 850)
         self.sdo["Upper limit"].raw = 240
         self.assertIsNotNone(tpdo[2].wait_for_reception(PATIENCE))
-        self.assertEqual((tpdo[2]["Temperature"].raw, tpdo[2]["Alarm"].raw), (253, 1))
+        self.assertEqual((tpdo[2]["Temperature"].raw, tpdo[2]["Alarm"].raw), (259, 1))
 
     def test_a_command_comes_by_pdo(self) -> None:
         rpdo = self.node.remote.rpdo

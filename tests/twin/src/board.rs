@@ -1,18 +1,19 @@
 //! One emulated board: a core, its peripherals, a crystal, straps, a debug probe that listens.
 
 mod access;
+mod devices;
 mod edge;
 mod fittings;
 mod flash;
 mod network;
 
 use std::fmt;
-use std::ops::Range;
 use std::sync::Arc;
 
 use can_wire::time::Time;
 
 pub use access::AccessError;
+use devices::DmaMemory;
 pub use edge::Edge;
 pub use fittings::Fittings;
 use flash::FlashCare;
@@ -23,6 +24,7 @@ use crate::bxcan::{Side, Stats};
 use crate::clock::BoardClock;
 use crate::cpu::{self, Cpu, NotMemory, Registers, Step};
 use crate::crystal::Crystal;
+use crate::devices::Lm75;
 use crate::image::{Image, Symbol};
 use crate::link::{Link, RefusedAccess};
 use crate::mmio::Refusal;
@@ -30,8 +32,6 @@ use crate::model::{FLASH_BASE, Model};
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, Pin, PinChange, ResetCause};
 use crate::rtt::{Line, Rtt};
 
-/// The SRAM that DMA reaches; CCM hangs on the core's data bus alone.
-const DMA_RAM: Range<u32> = 0x2000_0000..0x2002_0000;
 /// Where the wires from CAN_RX of CAN1 and CAN2 end.
 const CAPTURE_PINS: [Pin; 2] = [Pin::new('A', 0), Pin::new('A', 1)];
 
@@ -111,6 +111,7 @@ pub struct EmulatedBoard {
     /// When the watchdog runs out, and the cycle at which that is noticed.
     watchdog: Option<(Time, u64)>,
     flash: FlashCare,
+    thermometer: Option<Lm75>,
     rtt: Rtt,
     log: Vec<Line>,
     edges: Vec<Edge>,
@@ -146,6 +147,7 @@ impl EmulatedBoard {
         assert!(config.image.flash().len() <= flash_bytes, "{}: the image does not fit", config.name);
         let Fittings { capture_wires, lsi_hz, temperature_c, flash_timing, revision_a, hse_starts, .. } =
             config.fittings;
+        let thermometer = config.fittings.thermometer.then(|| Lm75::new(Lm75::ADDRESS, temperature_c));
         assert!((17_000..=47_000).contains(&lsi_hz), "LSI runs at 17 to 47 kHz, not {lsi_hz} Hz");
         let mut peripherals = Peripherals::new(config.model, serial);
         peripherals.set_lsi(lsi_hz);
@@ -153,6 +155,9 @@ impl EmulatedBoard {
         peripherals.set_hse(hse_starts);
         if revision_a {
             peripherals.set_revision_a();
+        }
+        if let Some(thermometer) = thermometer.clone() {
+            peripherals.attach_i2c(0, Box::new(thermometer));
         }
         let link = Arc::new(Link::new(peripherals, flash_timing));
         if capture_wires {
@@ -176,6 +181,7 @@ impl EmulatedBoard {
             timer_event: u64::MAX,
             watchdog: None,
             flash: FlashCare::default(),
+            thermometer,
             rtt: Rtt::new(&config.image),
             log: Vec::new(),
             edges: Vec::new(),
@@ -251,11 +257,6 @@ impl EmulatedBoard {
     /// rounding. `at` may lie in the past as long as neither the clock tree nor the counter was set since.
     pub fn capture_clock(&self, at: Time) -> f64 {
         self.link.peripherals().capture_clock(self.clock.cycle_at(at))
-    }
-
-    /// The chip gets warmer or colder: °C.
-    pub fn set_temperature(&mut self, celsius: f64) {
-        self.link.peripherals().set_temperature(celsius);
     }
 
     /// The debug probe sets the log to blocking mode and is pulled out; nobody reads the log from now on.
@@ -530,9 +531,7 @@ impl EmulatedBoard {
         let now = self.clock.now();
         // Timers raise requests, requests move data, data moved changes flags.
         let mut levels = peripherals.irq_levels(now);
-        if peripherals.transfer(now, |address, bytes| {
-            DMA_RAM.contains(&address) && self.cpu.write_memory(address, bytes).is_ok()
-        }) {
+        if peripherals.transfer(now, &mut DmaMemory(&mut *self.cpu)) {
             levels = peripherals.irq_levels(now);
         }
         self.follow_watchdog(peripherals.watchdog_deadline(), clocks_changed);

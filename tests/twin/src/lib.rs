@@ -21,7 +21,8 @@
 //! * TIM2, TIM3 and TIM5, upwards: compare, input capture, their DMA requests; TIM5 starts TIM3, and both drive pins, at
 //!   instants that [`board::EmulatedBoard::take_edges`] gives to fractions of a tick. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
 //!   two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
-//! * DMA1 from peripheral to memory in direct mode, single or circular buffers. A transfer takes no time.
+//! * DMA1 and DMA2 between peripheral and memory in direct mode, single or circular buffers. A transfer takes no time.
+//! * I2C1 to I2C3 as masters, with devices ([`devices::I2cDevice`]); an LM75 on I2C1 ([`board::Fittings::thermometer`]).
 //! * The independent watchdog on an LSI of any frequency in the data sheet; ADC1 for one conversion at a time of the
 //!   temperature sensor or the internal reference.
 //! * One crystal per board with an offset, drift, a change of temperature and noise of its own ([`crystal`]), from which the core
@@ -38,7 +39,7 @@
 //! * Contention on the buses, and the halfwords that the core fetches ahead. SysTick counts core cycles whatever CLKSOURCE
 //!   says. Mass erase, option bytes, programming by double words; wear.
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), ageing of crystals.
-//! * Stop and Standby, the window watchdog, brown-out, DMA2, debug halts (what DBGMCU would freeze then runs on).
+//! * Stop and Standby, the window watchdog, brown-out, debug halts (what DBGMCU would freeze then runs on).
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
 //!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.
 //! * The synchroniser and the filter of capture inputs (a delay that is equal for every edge), compare preload.
@@ -52,6 +53,7 @@ pub mod bxcan;
 pub mod clock;
 pub mod cpu;
 pub mod crystal;
+pub mod devices;
 pub mod guest;
 pub mod image;
 pub mod link;

@@ -8,6 +8,9 @@ use ecss_can::prelude::*;
 /// The numbers of the mission, the same in all its nodes.
 pub const PROFILE: Profile = Profile { name: "thermometer", ..Profile::DEFAULT };
 
+/// Address of its sensor, an LM75 with A2 to A0 at ground.
+pub const LM75: u8 = 0x48;
+
 /// Receive PDO of commands: 200h + node.
 pub const COMMAND: Rpdo = Rpdo::new(1, CobIdOf::node(0x200)).map(Thermometer::COMMAND);
 /// Transmit PDO of a change: 280h + node, at most ten a second.
@@ -25,8 +28,8 @@ pub const CYCLE: Tpdo = Tpdo::new(4, CobIdOf::node(0x480))
 pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'static mut [u8]> {
     /// Temperature
     ///
-    /// 0.1 °C.
-    #[object(0x6000, ro, pdo)]
+    /// 0.1 °C; 8000h while there is none.
+    #[object(0x6000, ro, pdo, default = i16::MIN)]
     pub temperature: i16,
     /// Highest temperature
     ///
@@ -35,7 +38,7 @@ pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'stat
     pub highest: i16,
     /// Alarm
     ///
-    /// 0: within the limits; 1: above; 2: below.
+    /// 0: within the limits; 1: above; 2: below; 3: the sensor does not answer.
     #[object(0x6002, ro, pdo)]
     pub alarm: u8,
     /// Upper limit
@@ -50,7 +53,7 @@ pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'stat
     pub lower: i16,
     /// Mode
     ///
-    /// 0: as the data sheet of the chip has it; 1: corrected by the table.
+    /// 0: as the sensor has it; 1: corrected by the table.
     #[object(0x6012, rw, high = 1)]
     pub mode: u8,
     /// Command
@@ -60,7 +63,7 @@ pub struct Thermometer<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'stat
     pub command: u8,
     /// Calibration table
     ///
-    /// A correction for every fourth code of the converter: 1024 times INTEGER16, 0.1 °C.
+    /// A correction for every quarter of a degree from -128 °C on: 1024 times INTEGER16, 0.1 °C.
     #[object(0x6030, rw, keep)]
     pub table: Domain<S>,
 }
@@ -87,6 +90,8 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
     pub const ABOVE: u8 = 1;
     /// Below the lower limit.
     pub const BELOW: u8 = 2;
+    /// The sensor does not answer.
+    pub const NO_SENSOR: u8 = 3;
 
     /// The lower limit stays below the upper one.
     fn check_limits(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
@@ -98,11 +103,14 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
         if lower < upper { Ok(()) } else { Err(AbortCode::ParameterIncompatible) }
     }
 
-    /// Takes a code of the converter: 12 bits of 3.3 V. The sensor gives 0.76 V at 25 °C and 2.5 mV/°C (DS8626 6.3.22).
-    pub fn measured(&mut self, code: u16) {
-        // 0.25 mV is 0.1 °C.
-        let tenths = (i32::from(code) * 13_200 + 2_047) / 4_095 - 3_040 + 250;
-        self.temperature = tenths as i16 + if self.mode == 1 { self.correction(code) } else { 0 };
+    /// Takes the sensor's register Temp: two's complement, 1/256 °C (NXP LM75B, 7.4.3); `None` when it did not answer.
+    pub fn measured(&mut self, register: Option<i16>) {
+        let Some(register) = register else {
+            (self.temperature, self.alarm) = (i16::MIN, Self::NO_SENSOR);
+            return;
+        };
+        let tenths = (i32::from(register) * 10 + 128) >> 8;
+        self.temperature = tenths as i16 + if self.mode == 1 { self.correction(register) } else { 0 };
         self.highest = self.highest.max(self.temperature);
         self.alarm = match self.temperature {
             high if high > self.upper => Self::ABOVE,
@@ -111,9 +119,9 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Thermometer<S> {
         };
     }
 
-    /// What the table says of a code; zero where it ends.
-    fn correction(&self, code: u16) -> i16 {
-        let at = usize::from(code / 4) * 2;
+    /// What the table says of a register value; zero where it ends.
+    fn correction(&self, register: i16) -> i16 {
+        let at = (register >> 6).abs_diff(-512) as usize * 2;
         let entry = self.table.as_bytes().get(at..at + 2);
         entry.and_then(|bytes| bytes.try_into().ok()).map_or(0, i16::from_le_bytes)
     }
@@ -138,17 +146,59 @@ pub fn slave<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
+    use std::boxed::Box;
+
+    use ecss_can::od::Bytes;
+
     use super::*;
 
-    /// Codes of 0.5975 V, 0.76 V and 0.91 V: -40, 25 and 85 °C; a code is 0.3 °C.
+    /// Register values of the data sheet's table 10 (1900h is 25 °C, E700h -25 °C), and both sides of 85 °C.
     #[test]
-    fn codes_are_temperatures_and_set_the_alarm() {
+    fn registers_are_temperatures_and_set_the_alarm() {
         let mut thermometer = Thermometer::<[u8; 0]>::default();
-        for (code, temperature, alarm) in [(741, -401, 2), (943, 250, 0), (1_129, 849, 0), (1_130, 852, 1)] {
-            thermometer.measured(code);
-            assert_eq!((thermometer.temperature, thermometer.alarm), (temperature, alarm), "{code}");
+        for (register, temperature, alarm) in [
+            (0xE700_u16 as i16, -250, 2),
+            (0xFFE0_u16 as i16, -1, 0),
+            (0x1900, 250, 0),
+            (0x5500, 850, 0),
+            (0x5520, 851, 1),
+        ] {
+            thermometer.measured(Some(register));
+            assert_eq!((thermometer.temperature, thermometer.alarm), (temperature, alarm), "{register}");
         }
-        assert_eq!(thermometer.highest, 852);
+        assert_eq!(thermometer.highest, 851);
+    }
+
+    #[test]
+    fn a_silent_sensor_leaves_no_temperature() {
+        let mut thermometer = Thermometer::<[u8; 0]>::default();
+        thermometer.measured(Some(0x1900));
+        thermometer.measured(None);
+        assert_eq!(
+            (thermometer.temperature, thermometer.alarm),
+            (i16::MIN, Thermometer::<[u8; 0]>::NO_SENSOR)
+        );
+        assert_eq!(thermometer.highest, 250);
+    }
+
+    /// Entries 0, 612 and 1023 are for -128 °C, 25 °C and 127.75 °C.
+    #[test]
+    fn the_table_has_an_entry_for_each_quarter_of_a_degree() {
+        let mut table = [0; 2048];
+        for (entry, correction) in [(0, 1), (612, 2), (1023, 3)] {
+            table[2 * entry] = correction;
+        }
+        let mut thermometer: Thermometer = Thermometer { mode: 1, ..Default::default() };
+        thermometer.table = Domain::new(&mut Box::leak(Box::new([0; 2048]))[..]);
+        thermometer.table.write(&table).unwrap();
+        for (register, temperature) in
+            [(i16::MIN, -1_279), (0x1900, 252), (0x193F, 254), (0x1940, 253), (i16::MAX, 1_283)]
+        {
+            thermometer.measured(Some(register));
+            assert_eq!(thermometer.temperature, temperature, "{register}");
+        }
     }
 
     #[test]

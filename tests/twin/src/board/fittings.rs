@@ -16,6 +16,8 @@ pub struct Fittings {
     pub transceiver: Option<Transceiver>,
     /// Frequency of the LSI oscillator, Hz: 32 000 typical, 17 000 to 47 000 by the data sheet (DS8626 table 41).
     pub lsi_hz: u32,
+    /// An LM75 at 48h on I2C1, as warm as the chip. Any other device: [`attach_i2c`](super::EmulatedBoard::attach_i2c).
+    pub thermometer: bool,
     /// Temperature of the chip at first, °C.
     pub temperature_c: f64,
     /// How much time flash takes.
@@ -33,6 +35,7 @@ impl Default for Fittings {
             capture_wires: true,
             transceiver: None,
             lsi_hz: 32_000,
+            thermometer: true,
             temperature_c: 25.0,
             flash_timing: FlashTiming::AsSet,
             revision_a: false,

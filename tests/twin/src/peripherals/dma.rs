@@ -1,7 +1,7 @@
-//! DMA1: eight streams that move what peripherals ask to be moved, from peripheral to memory.
+//! DMA1 and DMA2: eight streams each that move what peripherals ask to be moved, from peripheral to memory or back.
 //!
 //! RM0090 chapter 10. Modelled: direct mode, circular and single buffers, priorities, half and complete flags, transfer
-//! errors, disabling under way, interrupts. Not modelled, and refused when a stream is enabled: the other directions,
+//! errors, disabling under way, interrupts. Not modelled, and refused when a stream is enabled: memory to memory,
 //! FIFO mode, bursts, double buffers, the peripheral as flow controller. A transfer takes no time. A stream whose
 //! request no modelled peripheral raises waits for ever.
 
@@ -26,7 +26,9 @@ const EN: u32 = 1 << 0;
 /// DMEIE, TEIE, HTIE, TCIE.
 const INTERRUPTS: u32 = 0xF << 1;
 const PFCTRL: u32 = 1 << 5;
-const DIR: u32 = 0b11 << 6;
+/// DIR: from memory, and between memories.
+const FROM_MEMORY: u32 = 1 << 6;
+const BETWEEN_MEMORIES: u32 = 1 << 7;
 const CIRC: u32 = 1 << 8;
 const PINC: u32 = 1 << 9;
 const MINC: u32 = 1 << 10;
@@ -46,8 +48,8 @@ const FLAGS: u32 = 0b11_1101;
 /// Where the flags of streams 0 to 3, and of 4 to 7, stand in LISR and HISR.
 const FLAG_SHIFT: [u32; 4] = [0, 6, 16, 22];
 
-/// NVIC inputs of the streams (RM0090 table 61).
-const IRQS: [u16; 8] = [11, 12, 13, 14, 15, 16, 17, 47];
+/// NVIC inputs of the streams of DMA1 and DMA2 (RM0090 table 61).
+const IRQS: [[u16; 8]; 2] = [[11, 12, 13, 14, 15, 16, 17, 47], [56, 57, 58, 59, 60, 68, 69, 70]];
 
 /// One stream.
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +86,7 @@ impl Stream {
     }
 
     fn enable(&mut self) -> Result<(), Refusal> {
-        const LACKING: u32 = PFCTRL | DIR | PINC | DBM | BURSTS;
+        const LACKING: u32 = PFCTRL | BETWEEN_MEMORIES | PINC | DBM | BURSTS;
         if self.cr & LACKING != 0 || self.fcr & DMDIS != 0 {
             return Err(Refusal::Unmodelled);
         }
@@ -149,26 +151,33 @@ pub struct Transfer {
     /// Which stream.
     pub stream: usize,
     /// Address of the peripheral's register.
-    pub from: u32,
+    pub peripheral: u32,
     /// Address in memory.
-    pub to: u32,
+    pub memory: u32,
     /// 1, 2 or 4.
     pub bytes: u32,
+    /// Into the peripheral's register, not out of it.
+    pub from_memory: bool,
 }
 
 /// The controller.
 #[derive(Debug)]
 pub struct Dma {
     streams: [Stream; 8],
-}
-
-impl Default for Dma {
-    fn default() -> Self {
-        Dma { streams: [Stream::RESET; 8] }
-    }
+    irqs: [u16; 8],
 }
 
 impl Dma {
+    /// Controller 0 is DMA1, 1 is DMA2; after a reset.
+    pub fn new(controller: usize) -> Self {
+        Dma { streams: [Stream::RESET; 8], irqs: IRQS[controller] }
+    }
+
+    /// RCC or a system reset.
+    pub fn reset(&mut self) {
+        self.streams = [Stream::RESET; 8];
+    }
+
     /// A load.
     ///
     /// # Errors
@@ -216,8 +225,13 @@ impl Dma {
         let first = |&(n, stream): &(usize, &Stream)| (3 - (stream.cr >> 16 & 0b11), n);
         let (n, stream) = self.streams.iter().enumerate().filter(ready).min_by_key(first)?;
         let offset = if stream.cr & MINC != 0 { stream.done * stream.bytes() } else { 0 };
-        let to = stream.m0ar.wrapping_add(offset);
-        Some(Transfer { stream: n, from: stream.par, to, bytes: stream.bytes() })
+        Some(Transfer {
+            stream: n,
+            peripheral: stream.par,
+            memory: stream.m0ar.wrapping_add(offset),
+            bytes: stream.bytes(),
+            from_memory: stream.cr & FROM_MEMORY != 0,
+        })
     }
 
     /// CHSEL of a stream.
@@ -225,15 +239,16 @@ impl Dma {
         self.streams[stream].cr >> 25 & 0b111
     }
 
-    /// A stream has moved its item.
-    pub fn done(&mut self, stream: usize) {
+    /// A stream has moved its item. Returns how many are left.
+    pub fn done(&mut self, stream: usize) -> u32 {
         let stream = &mut self.streams[stream];
         stream.done += 1;
         stream.ndtr -= 1;
         if stream.ndtr == stream.reload / 2 && stream.ndtr != 0 {
             stream.flags |= HTIF;
         }
-        if stream.ndtr == 0 {
+        let left = stream.ndtr;
+        if left == 0 {
             stream.flags |= TCIF;
             if stream.cr & CIRC != 0 {
                 stream.ndtr = stream.reload;
@@ -242,6 +257,7 @@ impl Dma {
                 stream.cr &= !EN;
             }
         }
+        left
     }
 
     /// A stream met a bus error: it stops.
@@ -252,7 +268,7 @@ impl Dma {
 
     /// NVIC lines and their levels.
     pub fn irqs(&self) -> impl Iterator<Item = (u16, bool)> {
-        IRQS.into_iter().zip(self.streams.iter().map(Stream::irq))
+        self.irqs.into_iter().zip(self.streams.iter().map(Stream::irq))
     }
 }
 
@@ -277,7 +293,7 @@ mod tests {
     }
 
     fn ring(len: u32) -> Dma {
-        let mut dma = Dma::default();
+        let mut dma = Dma::new(0);
         set_up(&mut dma, S2, len, CHANNEL_6 | WORDS | MINC | CIRC);
         dma
     }
@@ -288,14 +304,14 @@ mod tests {
             .map_while(|_| {
                 let transfer = dma.next(|_, channel| channel == 6)?;
                 dma.done(transfer.stream);
-                Some(transfer.to)
+                Some(transfer.memory)
             })
             .collect()
     }
 
     #[test]
     fn registers_reset_as_the_manual_says() {
-        let dma = Dma::default();
+        let dma = Dma::new(0);
         for offset in (0..0x10).step_by(4) {
             assert_eq!(dma.read(offset), Ok(0));
         }
@@ -345,7 +361,7 @@ mod tests {
 
     #[test]
     fn a_single_buffer_ends_with_the_stream_disabled() {
-        let mut dma = Dma::default();
+        let mut dma = Dma::new(0);
         set_up(&mut dma, S4, 3, CHANNEL_6 | WORDS | MINC);
         assert_eq!(served(&mut dma, 9).len(), 3);
         assert_eq!((dma.read(S4 + CR).unwrap() & EN, dma.read(S4 + NDTR)), (0, Ok(0)));
@@ -373,7 +389,7 @@ mod tests {
 
     #[test]
     fn priority_goes_before_the_number_of_the_stream() {
-        let mut dma = Dma::default();
+        let mut dma = Dma::new(0);
         set_up(&mut dma, S2, 4, CHANNEL_6 | WORDS | MINC);
         set_up(&mut dma, S4, 4, CHANNEL_6 | WORDS | MINC | 1 << 16);
         assert_eq!(dma.next(|_, _| true).map(|t| t.stream), Some(4));
@@ -391,19 +407,19 @@ mod tests {
 
     #[test]
     fn what_is_not_modelled_is_refused_at_the_start() {
-        for bits in [1 << 5, 1 << 6, 1 << 7, 1 << 9, 1 << 18, 1 << 21, 1 << 23] {
-            let mut dma = Dma::default();
+        for bits in [1 << 5, 1 << 7, 1 << 9, 1 << 18, 1 << 21, 1 << 23] {
+            let mut dma = Dma::new(0);
             dma.write(S2 + CR, bits).unwrap();
             assert_eq!(dma.write(S2 + CR, bits | EN), Err(Refusal::Unmodelled), "{bits:X}h");
         }
-        let mut dma = Dma::default();
+        let mut dma = Dma::new(0);
         dma.write(S2 + FCR, DMDIS).unwrap();
         assert_eq!(dma.write(S2 + CR, EN), Err(Refusal::Unmodelled));
     }
 
     #[test]
     fn an_address_that_does_not_fit_its_size_is_refused() {
-        let mut dma = Dma::default();
+        let mut dma = Dma::new(0);
         dma.write(S2 + M0AR, 0x2000_0002).unwrap();
         assert_eq!(dma.write(S2 + CR, WORDS | EN), Err(Refusal::Misuse));
     }

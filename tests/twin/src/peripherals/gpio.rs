@@ -115,6 +115,11 @@ impl Gpio {
         (self.mode(n) == ALTERNATE).then_some(afr >> (4 * (n % 8)) & 0xF)
     }
 
+    /// The chip pulls pin `n` up.
+    pub fn is_pulled_up(&self, n: u32) -> bool {
+        self.word(PUPDR) >> (2 * n) & 0b11 == 1
+    }
+
     /// The harness drives pin `n`, or lets go of it.
     pub fn drive(&mut self, n: u32, level: Option<bool>) {
         self.driven = self.driven & !(1 << n) | u32::from(level.is_some()) << n;
@@ -146,7 +151,7 @@ impl Gpio {
                 OUTPUT => self.word(ODR) >> n & 1 == 1,
                 ALTERNATE if self.is_timed(n) => self.timed_levels >> n & 1 == 1,
                 INPUT | ALTERNATE if self.driven >> n & 1 == 1 => self.levels >> n & 1 == 1,
-                INPUT | ALTERNATE => self.word(PUPDR) >> (2 * n) & 0b11 == 1,
+                INPUT | ALTERNATE => self.is_pulled_up(n),
                 // Analog: the Schmitt trigger is off and reads low.
                 _ => false,
             };

@@ -11,7 +11,8 @@ pub(super) const TIM2_BIT: u32 = 0;
 pub(super) const TIM3_BIT: u32 = 1;
 pub(super) const TIM5_BIT: u32 = 3;
 pub(super) const ADC1_BIT: u32 = 8;
-pub(super) const DMA1_BIT: u32 = 21;
+pub(super) const DMA_BITS: [u32; 2] = [21, 22];
+pub(super) const I2C_BITS: [u32; 3] = [21, 22, 23];
 pub(super) const CAN1_BIT: u32 = 25;
 pub(super) const CAN2_BIT: u32 = 26;
 pub(super) const PWR_BIT: u32 = 28;
@@ -31,7 +32,8 @@ pub(super) enum Block {
     Gpio(usize),
     Rcc,
     Flash,
-    Dma1,
+    Dma(usize),
+    I2c(usize),
     Dbgmcu,
     Signature,
 }
@@ -44,6 +46,7 @@ impl Block {
             0x4000_0400 => Block::Tim3,
             0x4000_0C00 => Block::Tim5,
             0x4000_3000 => Block::Iwdg,
+            base @ 0x4000_5400..0x4000_6000 => Block::I2c((base as usize - 0x4000_5400) >> 10),
             0x4000_6400 | 0x4000_6800 => return Some((Block::Can, 0x4000_6400)),
             0x4000_7000 => Block::Pwr,
             0x4001_2000 => Block::Adc,
@@ -55,7 +58,7 @@ impl Block {
             }
             0x4002_3800 => Block::Rcc,
             0x4002_3C00 => Block::Flash,
-            0x4002_6000 => Block::Dma1,
+            base @ (0x4002_6000 | 0x4002_6400) => Block::Dma((base as usize - 0x4002_6000) >> 10),
             0xE004_2000 => Block::Dbgmcu,
             0x1FFF_7800 => Block::Signature,
             _ => return None,
@@ -80,7 +83,8 @@ impl Block {
             Block::Adc => (APB2, ADC1_BIT),
             Block::Syscfg => (APB2, SYSCFG_BIT),
             Block::Gpio(port) => (AHB1, port as u32),
-            Block::Dma1 => (AHB1, DMA1_BIT),
+            Block::Dma(n) => (AHB1, DMA_BITS[n]),
+            Block::I2c(n) => (APB1, I2C_BITS[n]),
             Block::Iwdg | Block::Exti | Block::Rcc | Block::Flash | Block::Dbgmcu | Block::Signature => {
                 return None;
             }
@@ -92,7 +96,7 @@ impl Block {
     /// 38.16).
     pub(super) fn takes(self, width: Width, write: bool) -> Result<(), Refusal> {
         let taken = match self {
-            Block::Can | Block::Dma1 | Block::Dbgmcu => width == Width::Word,
+            Block::Can | Block::Dma(_) | Block::Dbgmcu => width == Width::Word,
             Block::Adc => width == Width::Word || !write,
             Block::Iwdg => width != Width::Byte,
             _ => true,

@@ -9,9 +9,12 @@ mod dma;
 mod exti;
 mod flash;
 mod gpio;
+mod interfaces;
 mod iwdg;
 mod map;
+mod pins;
 mod rcc;
+mod requests;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -21,22 +24,26 @@ use can_wire::time::Time;
 
 use crate::accelerator::PRFTEN;
 use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
+use crate::devices::I2cDevice;
 use crate::mmio::{Now, Refusal, Width};
 use crate::model::{FLASH_BASE, Model, Part};
 use adc::Adc;
-use dma::{Dma, Transfer};
+use dma::Dma;
 use exti::{Exti, Syscfg};
 pub(crate) use flash::Change;
 use flash::{ACR, Flash};
 use gpio::{Gpio, TIMER_AF};
 pub use gpio::{Pin, PinChange};
+use interfaces::Interfaces;
 use iwdg::Iwdg;
 use map::{
-    ADC1_BIT, AHB1, APB1, APB2, Block, CAN1_BIT, CAN2_BIT, DMA1_BIT, PWR_BIT, SYSCFG_BIT, TIM2_BIT, TIM3_BIT,
-    TIM5_BIT,
+    ADC1_BIT, AHB1, APB1, APB2, Block, CAN1_BIT, CAN2_BIT, DMA_BITS, I2C_BITS, PWR_BIT, SYSCFG_BIT, TIM2_BIT,
+    TIM3_BIT, TIM5_BIT,
 };
+use pins::Ports;
 pub use rcc::{Clocks, ResetCause};
 use rcc::{Gate, Rcc};
+pub use requests::Ram;
 use system::{Dbgmcu, Pwr, signature};
 use timer::{Kind, Timer};
 
@@ -95,7 +102,8 @@ pub struct Peripherals {
     tim2: Timer,
     tim3: Timer,
     tim5: Timer,
-    dma1: Dma,
+    dma: [Dma; 2],
+    interfaces: Interfaces,
     iwdg: Iwdg,
     adc: Adc,
     can: BxcanPair,
@@ -126,7 +134,8 @@ impl Peripherals {
             tim2: Timer::new(TIM2, 1),
             tim3: Timer::new(TIM3, 1),
             tim5: Timer::new(TIM5, 1),
-            dma1: Dma::default(),
+            dma: [Dma::new(0), Dma::new(1)],
+            interfaces: Interfaces::default(),
             iwdg: Iwdg::new(LSI_HZ),
             adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
@@ -169,13 +178,15 @@ impl Peripherals {
         self.tim2.reset();
         self.tim3.reset();
         self.tim5.reset();
-        self.dma1 = Dma::default();
+        self.dma.iter_mut().for_each(Dma::reset);
+        self.interfaces.reset();
         self.iwdg.reset();
         self.adc.reset();
         self.can.reset(Side::Can1);
         self.can.reset(Side::Can2);
         if cause == ResetCause::PowerOn {
             self.dbgmcu.reset();
+            self.interfaces.power_on();
         }
     }
 
@@ -193,7 +204,8 @@ impl Peripherals {
             Block::Tim2 => Some(self.tim2.read(now.cycle, word)?),
             Block::Tim3 => Some(self.tim3.read(now.cycle, word)?),
             Block::Tim5 => Some(self.tim5.read(now.cycle, word)?),
-            Block::Dma1 => Some(self.dma1.read(word)?),
+            Block::Dma(n) => Some(self.dma[n].read(word)?),
+            Block::I2c(n) => Some(self.interfaces.i2c[n].read(now.cycle, word)?),
             Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
             Block::Adc => Some(self.adc.read(now.cycle, word)?),
             Block::Can => self.can.read(word).ok(),
@@ -236,7 +248,11 @@ impl Peripherals {
             Block::Tim2 => Some(self.tim2.write(now.cycle, word, width, value)?),
             Block::Tim3 => Some(self.tim3.write(now.cycle, word, width, value)?),
             Block::Tim5 => Some(self.tim5.write(now.cycle, word, width, value)?),
-            Block::Dma1 => Some(self.dma1.write(word, value)?),
+            Block::Dma(n) => Some(self.dma[n].write(word, value)?),
+            Block::I2c(n) => {
+                self.follow_pins(now.cycle, n);
+                Some(self.interfaces.i2c[n].write(now.cycle, word, value)?)
+            }
             Block::Iwdg => Some(self.iwdg.write(now.time, word, value)?),
             Block::Adc => Some(self.adc.write(now.cycle, word, value)?),
             Block::Can => self.can.write(word, value, now.time).ok(),
@@ -296,8 +312,15 @@ impl Peripherals {
                 timer.reset();
             }
         }
-        if hit(AHB1, DMA1_BIT) {
-            self.dma1 = Dma::default();
+        for (dma, bit) in self.dma.iter_mut().zip(DMA_BITS) {
+            if hit(AHB1, bit) {
+                dma.reset();
+            }
+        }
+        for (i2c, bit) in self.interfaces.i2c.iter_mut().zip(I2C_BITS) {
+            if hit(APB1, bit) {
+                i2c.reset();
+            }
         }
         if hit(APB2, ADC1_BIT) {
             self.adc.reset();
@@ -326,6 +349,7 @@ impl Peripherals {
         self.tim3.set_divider(cycle, clocks.timer1_divider);
         self.tim5.set_divider(cycle, clocks.timer1_divider);
         self.adc.set_divider(clocks.apb2_divider);
+        self.interfaces.set_clocks(cycle, clocks);
         self.can.set_pclk(pclk1);
     }
 
@@ -355,55 +379,6 @@ impl Peripherals {
             self.exti.edges(lines(!level), lines(level));
         }
         captured || external
-    }
-
-    /// Moves what DMA streams are asked to move. `store` puts bytes into the RAM that DMA reaches, or says that there is
-    /// none at that address. Whether anything was to be moved.
-    pub fn transfer(&mut self, now: Now, mut store: impl FnMut(u32, &[u8]) -> bool) -> bool {
-        let mut any = false;
-        while let Some(transfer) = self.next_transfer() {
-            any = true;
-            let width = [Width::Byte, Width::Half, Width::Word][transfer.bytes.ilog2() as usize];
-            let (tim2, tim5) = self.requested(transfer.stream, self.dma1.channel(transfer.stream));
-            let moved = self
-                .read(now, transfer.from, width)
-                .is_ok_and(|value| store(transfer.to, &value.to_le_bytes()[..transfer.bytes as usize]));
-            if moved {
-                self.dma1.done(transfer.stream);
-            } else {
-                self.dma1.failed(transfer.stream);
-            }
-            self.tim2.acknowledge(tim2);
-            self.tim5.acknowledge(tim5);
-        }
-        any
-    }
-
-    fn next_transfer(&self) -> Option<Transfer> {
-        let asked = self.tim2.requests() | self.tim5.requests() != 0;
-        if !asked || !self.rcc.is_clocked(Gate { bus: AHB1, bit: DMA1_BIT }) {
-            return None;
-        }
-        self.dma1.next(|stream, channel| self.requested(stream, channel) != (0, 0))
-    }
-
-    /// Channels of TIM2 and TIM5 that ask this stream on this of its channels (RM0090 table 42).
-    fn requested(&self, stream: usize, channel: u32) -> (u32, u32) {
-        const CH1: u32 = 1;
-        const CH2: u32 = 2;
-        const CH3: u32 = 4;
-        const CH4: u32 = 8;
-        match (channel, stream) {
-            (3, 1) => (self.tim2.requests() & CH3, 0),
-            (3, 5) => (self.tim2.requests() & CH1, 0),
-            (3, 6) => (self.tim2.requests() & (CH2 | CH4), 0),
-            (3, 7) => (self.tim2.requests() & CH4, 0),
-            (6, 0) => (0, self.tim5.requests() & CH3),
-            (6, 1 | 3) => (0, self.tim5.requests() & CH4),
-            (6, 2) => (0, self.tim5.requests() & CH1),
-            (6, 4) => (0, self.tim5.requests() & CH2),
-            _ => (0, 0),
-        }
     }
 
     /// Lets TIM5 and TIM3 count until `cycle`: one starts the other, both drive pins.
@@ -473,9 +448,30 @@ impl Peripherals {
         std::mem::take(&mut self.pin_changes)
     }
 
+    /// Wires a device to I2C1 to I2C3 (0 to 2).
+    pub fn attach_i2c(&mut self, n: usize, device: Box<dyn I2cDevice>) {
+        self.interfaces.i2c[n].attach(device);
+    }
+
+    /// Unplugs all devices of I2C1 to I2C3 (0 to 2), with their pull-ups.
+    pub fn detach_i2c(&mut self, n: usize) {
+        self.interfaces.i2c[n].detach_all();
+    }
+
+    /// An I2C controller learns where its pins are.
+    fn follow_pins(&mut self, cycle: u64, n: usize) {
+        let (routed, pulled_up) = Ports { part: self.part, gpio: &self.gpio }.i2c(n);
+        self.interfaces.i2c[n].set_pins(cycle, routed, pulled_up);
+    }
+
     /// Levels of all interrupt lines.
     pub fn irq_levels(&mut self, now: Now) -> IrqLevels {
         self.run_timers(now.cycle);
+        for n in 0..3 {
+            if self.interfaces.i2c[n].is_enabled() {
+                self.follow_pins(now.cycle, n);
+            }
+        }
         let mut levels = [0; 3];
         let mut set = |irq: u16, level: bool| {
             levels[usize::from(irq) / 32] |= u32::from(level) << (irq % 32);
@@ -485,9 +481,10 @@ impl Peripherals {
         set(TIM3_IRQ, self.tim3.irq(now.cycle));
         set(TIM5_IRQ, self.tim5.irq(now.cycle));
         set(ADC_IRQ, self.adc.irq(now.cycle));
-        for (irq, level) in self.dma1.irqs() {
+        for (irq, level) in self.dma.iter().flat_map(Dma::irqs) {
             set(irq, level);
         }
+        self.interfaces.irqs(now.cycle, &mut set);
         for (side, first) in CAN_IRQS {
             let lines = self.can.irq(side);
             for (k, level) in [lines.tx, lines.rx0, lines.rx1, lines.sce].into_iter().enumerate() {
@@ -503,7 +500,7 @@ impl Peripherals {
     /// The cycle at which a timer or the ADC next raises its line or asks for DMA.
     pub fn next_timer_event(&self, now: Now) -> Option<u64> {
         let timers = [&self.tim2, &self.tim3, &self.tim5].map(|timer| timer.next_event(now.cycle));
-        timers.into_iter().chain([self.adc.next_event()]).flatten().min()
+        timers.into_iter().chain([self.adc.next_event(), self.interfaces.next_event()]).flatten().min()
     }
 
     /// The two CAN controllers.

@@ -11,7 +11,7 @@ fn enable(peripherals: &mut Peripherals, register: u32, bits: u32) {
 #[test]
 fn nothing_answers_where_no_peripheral_is_modelled() {
     let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
-    for address in [0x4000_0800, 0x4000_4400, 0x4002_3850 - 4, 0x5000_0000] {
+    for address in [0x4000_2C00, 0x4000_7400, 0x4002_3850 - 4, 0x5000_0000] {
         assert_eq!(peripherals.read(Now::default(), address, Width::Word), Err(Refusal::Unmodelled));
     }
 }
@@ -211,6 +211,19 @@ fn the_hals_watchdog_and_conversion_are_accepted() {
     }
 }
 
+/// Memory everywhere.
+struct AnyRam;
+
+impl Ram for AnyRam {
+    fn load(&self, _address: u32, _bytes: &mut [u8]) -> bool {
+        true
+    }
+
+    fn store(&mut self, _address: u32, _bytes: &[u8]) -> bool {
+        true
+    }
+}
+
 /// RM0090 table 42: TIM5_CH1 asks stream 2 and TIM5_CH2 stream 4, both on channel 6; no other pair moves them.
 #[test]
 fn a_request_reaches_its_stream_on_its_channel() {
@@ -236,7 +249,7 @@ fn a_request_reaches_its_stream_on_its_channel() {
                     peripherals.write(Now::default(), address, Width::Word, value).unwrap();
                 }
                 peripherals.capture_edge(side, 10, false);
-                let moved = peripherals.transfer(Now { cycle: 20, time: Time::ZERO }, |_, _| true);
+                let moved = peripherals.transfer(Now { cycle: 20, time: Time::ZERO }, &mut AnyRam);
                 let expected = channel == 6 && stream == if side == Side::Can1 { 2 } else { 4 };
                 assert_eq!(moved, expected, "{side:?} stream {stream} channel {channel}");
             }

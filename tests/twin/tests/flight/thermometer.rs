@@ -3,6 +3,7 @@
 use std::sync::LazyLock;
 
 use firmware_images::Package;
+use twin::devices::Lm75;
 use twin::model::Model;
 use twin::spacecraft::Bus;
 
@@ -12,6 +13,8 @@ const THERMOMETER: u8 = 3;
 /// Its PDOs: a change, and with every SYNC.
 const CHANGE: u16 = 0x283;
 const CYCLE: u16 = 0x483;
+/// Its emergencies.
+const EMCY: u16 = 0x083;
 
 /// The master, the thermometer, and another one: it acknowledges the master's frames while the first one resets.
 const SEATS: [Seat; 3] = [
@@ -61,12 +64,11 @@ fn the_table_survives_a_reset_of_the_thermometer() {
     assert_eq!(craft.sent(1, Bus::Nominal, 0x603).filter(request(0xA4)).count(), 1);
 }
 
-/// 25 °C are code 943 of 4095 at 3.3 V; entry 235 of the table adds 0.3 °C. 90 °C are 0.9225 V, code 1145, which means
-/// 90.1 °C; entry 286 adds 0.4 °C. The upper limit is 85 °C.
+/// At 25 °C entry 612 of the table adds 0.9 °C, at 90 °C entry 872 adds 1.3 °C. The upper limit is 85 °C.
 #[test]
-fn a_warmer_chip_sends_its_change_at_once() {
+fn a_warmer_sensor_sends_its_change_at_once() {
     let mut craft = calibrated();
-    assert_eq!(last(&craft, CHANGE), (253, 0));
+    assert_eq!(last(&craft, CHANGE), (259, 0));
     let board = craft.board(THERMOMETER);
     let changes = craft.sent(THERMOMETER, Bus::Nominal, CHANGE).count();
 
@@ -74,10 +76,39 @@ fn a_warmer_chip_sends_its_change_at_once() {
     craft.fly_to(2_210);
 
     assert_eq!(craft.sent(THERMOMETER, Bus::Nominal, CHANGE).count(), changes + 1);
-    assert_eq!(last(&craft, CHANGE), (905, 1));
-    assert_eq!(last(&craft, CYCLE).0, 905);
+    assert_eq!(last(&craft, CHANGE), (913, 1));
+    assert_eq!(last(&craft, CYCLE).0, 913);
     // The master has received it, into its dictionary.
-    assert!(craft.said(1, "905 tenths of a degree, alarm 1", ms(2_000)).is_some(), "{}", craft.log(1));
+    assert!(craft.said(1, "913 tenths of a degree, alarm 1", ms(2_000)).is_some(), "{}", craft.log(1));
+}
+
+/// Given a running thermometer, when its sensor is unplugged, with or without the pull-ups of both lines, then it sends that there
+/// is no temperature, raises EMCY 5000h once and goes on; with the sensor back it clears the error and measures again.
+#[test]
+fn a_missing_sensor_is_reported_until_it_is_back() {
+    for has_pull_ups in [true, false] {
+        let mut craft = calibrated();
+        let board = craft.board(THERMOMETER);
+        let emergencies = |craft: &Craft| -> Vec<u16> {
+            let sent = craft.sent(THERMOMETER, Bus::Nominal, EMCY).filter(|seen| seen.end > ms(2_000));
+            sent.map(|seen| u16::from_le_bytes([seen.data()[0], seen.data()[1]])).collect()
+        };
+        craft.twin.board_mut(board).detach_i2c(1);
+        if has_pull_ups {
+            craft.twin.board_mut(board).attach_i2c(1, Lm75::new(0x4F, 25.0));
+        }
+        craft.fly_to(2_600);
+        assert_eq!(last(&craft, CHANGE), (i16::MIN, 3), "pull-ups: {has_pull_ups}");
+        assert_eq!(emergencies(&craft), [0x5000]);
+        assert_eq!(last(&craft, CYCLE).0, i16::MIN);
+
+        craft.twin.board_mut(board).attach_i2c(1, Lm75::new(Lm75::ADDRESS, 30.0));
+        craft.fly_to(3_000);
+        // Entry 632 adds nine tenths as well.
+        assert_eq!(last(&craft, CHANGE), (309, 0), "pull-ups: {has_pull_ups}");
+        assert_eq!(emergencies(&craft), [0x5000, 0x0000]);
+        assert_eq!(craft.twin.board(board).counters().system_resets, 1);
+    }
 }
 
 /// "Forget the highest temperature" leaves the master as a PDO.
@@ -86,7 +117,7 @@ fn a_command_of_the_master_is_obeyed() {
     let craft = calibrated();
     let commands: Vec<&Seen> = craft.sent(1, Bus::Nominal, 0x203).collect();
     assert_eq!(commands.iter().map(|seen| seen.data()).collect::<Vec<_>>(), [[1]]);
-    let obeyed = craft.said(THERMOMETER, "commanded; highest temperature: 253", commands[0].end);
+    let obeyed = craft.said(THERMOMETER, "commanded; highest temperature: 259", commands[0].end);
     assert!(obeyed.is_some(), "{}", craft.log(THERMOMETER));
 }
 
