@@ -141,11 +141,6 @@ impl Flight {
         Ok(flight)
     }
 
-    /// The present.
-    pub fn now(&mut self) -> Time {
-        self.trial.spacecraft().now()
-    }
-
     /// Lets time pass.
     ///
     /// # Errors

@@ -14,6 +14,7 @@ mod row;
 mod share;
 mod summary;
 mod table;
+mod update;
 
 use std::path::{Path, PathBuf};
 
@@ -31,6 +32,7 @@ use support::elf::Facts;
 use support::misuse::Misuse;
 use support::output::{line, note, text, warn};
 use support::project;
+use twin::pulses::Errors;
 
 /// Command line of `bench`.
 #[derive(Args, Debug)]
@@ -90,6 +92,14 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let areas: Vec<_> = ALL.iter().filter(wanted).collect();
     let failed = measure("bench", &Context::default(), &areas, &options.output)?;
     judge(&failed, &options.output)
+}
+
+/// Errors of three clocks from 30 s to 60 s of a flight with SYNC at 1 Hz, a pulse every 10 ms.
+///
+/// # Errors
+/// When the images cannot be built or flown.
+pub fn clock_errors() -> anyhow::Result<[Errors; 3]> {
+    areas::clock_errors(&Context::default())
 }
 
 /// The area `size` alone, then the biggest symbols.

@@ -134,6 +134,26 @@ impl Rig {
         anyhow::bail!("a frame was not dealt with within {} us", PATIENCE.as_us())
     }
 
+    /// Follows the next call of the function at `entry`, an instruction at a time, and returns the cycles awake until it returns.
+    ///
+    /// # Errors
+    /// When it is not called, or does not return, within [`PATIENCE`].
+    pub fn follow_call(&mut self, entry: u32) -> anyhow::Result<u64> {
+        let end = self.spacecraft.now() + PATIENCE;
+        let mut call = None;
+        while self.spacecraft.now() < end {
+            let [sp, lr, pc] = [13, 14, 15].map(|register| self.board().registers().r[register]);
+            let awake = self.board().counters().cycles_awake;
+            match call {
+                None if pc == entry => call = Some((sp, lr & !1, awake)),
+                Some((of, back, before)) if (sp, pc) == (of, back) => return Ok(awake - before),
+                _ => {}
+            }
+            self.run_until(self.spacecraft.now() + Time(1))?;
+        }
+        anyhow::bail!("no call of the function at {entry:08X}h ended within {} us", PATIENCE.as_us())
+    }
+
     /// The slave's board.
     pub fn board(&self) -> &EmulatedBoard {
         self.spacecraft.board(self.slave)

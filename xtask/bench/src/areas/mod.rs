@@ -17,6 +17,7 @@ mod time;
 mod wire;
 
 pub use size::biggest_symbols;
+pub use time::clock_errors;
 
 use super::context::Context;
 use super::row::Row;

@@ -2,18 +2,19 @@
 //!
 //! [`crate::clocks`] says what flies. A figure is that of the worst slave over five seeds, from 30 s to 60 s; a pulse every 10 ms
 //! meets all phases of the SYNC period. Beside the error of the clocks stand those of the SYNC instants that they are made
-//! of, and the physical floor.
+//! of, the physical floor, and the cycles of one update ([`crate::update`]).
 
 use std::thread;
 
 use can_wire::time::Time;
 use firmware_images::Images;
-use twin::pulses::Errors;
+use twin::pulses::{Errors, Sample};
 
 use super::Area;
 use crate::clocks::{Flight, PULSE_PERIOD, Scenario, most_left_ns};
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
+use crate::update;
 use demo::stamps::StampErrors;
 use support::board::Profile;
 
@@ -24,16 +25,20 @@ const SEEDS: u64 = 5;
 const SECOND: Time = Time::from_ms(1_000);
 /// Before pulses are compared, they are asked for.
 const PREPARED: Time = Time::from_ms(2_000);
-const HOLDOVER: Time = Time::from_ms(10_000);
 
-/// When pulses are compared, seconds.
-type Span = [u64; 2];
-/// By then the clocks have settled.
-const SETTLED: Span = [30, 60];
-const SOON: Span = [10, 30];
+/// When pulses are compared, seconds. The clocks have settled by then.
+const SPAN: [u64; 2] = [30, 60];
 
-/// The bus is cut at this second; the clocks are compared from a second before until three seconds after.
-const CUT: u64 = 12;
+/// The bus is cut at this second; the clocks are compared from two seconds before until five seconds after.
+const CUT: u64 = 30;
+const BEFORE_CUT: u64 = 2;
+const AFTER_CUT: u64 = 5;
+
+/// The master sends no SYNC from this second on.
+const SILENT: u64 = 30;
+/// Flights without SYNC, and how long they last, seconds.
+const HOLDOVERS: u64 = 5;
+const HOLDOVER: u64 = 100;
 
 /// A capture timer counts at 84 MHz, the spacecraft time has 24 bits of a second: standard deviations of what is rounded, ns.
 const CAPTURE_NS: f64 = 1e3 / 84.0 * UNIFORM;
@@ -46,7 +51,6 @@ struct Case {
     /// Ends the names of its rows.
     name: &'static str,
     scenario: Scenario,
-    span: Span,
     /// Bounds of the root of the mean square and of 99.9 %, ns.
     rms: Option<f64>,
     most: Option<f64>,
@@ -56,52 +60,30 @@ const CASES: [Case; 7] = [
     Case {
         name: "sync_1_load_30",
         scenario: scenario(1_000, 0.30, true, true),
-        span: SETTLED,
         rms: Some(100.0),
         most: Some(250.0),
     },
     Case {
         name: "sync_1_load_90",
         scenario: scenario(1_000, 0.90, true, true),
-        span: SETTLED,
         rms: Some(100.0),
         most: Some(250.0),
     },
-    Case {
-        name: "sync_10_load_30",
-        scenario: scenario(100, 0.30, true, true),
-        span: SOON,
-        rms: Some(40.0),
-        most: None,
-    },
-    Case {
-        name: "sync_10_load_90",
-        scenario: scenario(100, 0.90, true, true),
-        span: SOON,
-        rms: Some(40.0),
-        most: None,
-    },
+    Case { name: "sync_10_load_30", scenario: scenario(100, 0.30, true, true), rms: Some(40.0), most: None },
+    Case { name: "sync_10_load_90", scenario: scenario(100, 0.90, true, true), rms: Some(40.0), most: None },
     Case {
         name: "without_wires_load_30",
         scenario: scenario(1_000, 0.30, false, true),
-        span: SOON,
         rms: None,
         most: Some(5_000.0),
     },
     Case {
         name: "without_wires_load_90",
         scenario: scenario(1_000, 0.90, false, true),
-        span: SOON,
         rms: None,
         most: Some(5_000.0),
     },
-    Case {
-        name: "uncorrected_load_30",
-        scenario: scenario(1_000, 0.30, true, false),
-        span: SOON,
-        rms: None,
-        most: None,
-    },
+    Case { name: "uncorrected_load_30", scenario: scenario(1_000, 0.30, true, false), rms: None, most: None },
 ];
 
 const fn scenario(sync_ms: u64, load: f64, wires: bool, corrected: bool) -> Scenario {
@@ -110,10 +92,10 @@ const fn scenario(sync_ms: u64, load: f64, wires: bool, corrected: bool) -> Scen
 
 fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let images = context.images(FLOWN, Profile::Standard)?;
-    let mut rows = Vec::new();
+    let mut rows = update::rows(context)?;
     for case in &CASES {
-        let outcome = over_seeds(|seed| compared(&images, case.scenario, case.span, seed))?;
-        rows.extend(outcome.rows(case));
+        let outcome = in_all_seeds(SEEDS, |seed| compared(&images, case.scenario, seed))?;
+        rows.extend(outcome.into_iter().fold(Outcome::default(), Outcome::and).rows(case));
     }
     rows.extend(switched(&images)?);
     rows.extend(held_over(&images)?);
@@ -130,9 +112,7 @@ const fn seconds(count: u64) -> Time {
 }
 
 /// Pulses to compare in all flights: one may be missing at either end of each.
-const fn samples([from, to]: Span) -> u64 {
-    SEEDS * ((to - from) * SECOND.0 / PULSE_PERIOD.0 - 2)
-}
+const SAMPLES: u64 = SEEDS * ((SPAN[1] - SPAN[0]) * SECOND.0 / PULSE_PERIOD.0 - 2);
 
 /// What was found in one flight, or in all.
 #[derive(Default)]
@@ -159,7 +139,7 @@ impl Outcome {
         self.slaves.iter().map(figure).fold(0.0, f64::max)
     }
 
-    fn rows(&self, &Case { name, span, rms, most, .. }: &Case) -> Vec<Row> {
+    fn rows(&self, &Case { name, rms, most, .. }: &Case) -> Vec<Row> {
         let bounded = |what: &str, value: f64, bound: Option<f64>| {
             let row = Row::lower(format!("{what}_{name}"), value, "ns");
             bound.map_or(row.clone(), |bound| row.within(bound))
@@ -171,7 +151,7 @@ impl Outcome {
             bounded("p999", self.worst(|errors| errors.quantile_ns(0.999)), most),
             bounded("worst", self.worst(Errors::worst_ns), None),
             bounded("mean", self.worst(|errors| errors.mean_ns().abs()), None),
-            Row::higher(format!("samples_{name}"), found, "pulses").within(samples(span)),
+            Row::higher(format!("samples_{name}"), found, "pulses").within(SAMPLES),
             Row::lower(format!("unpaired_{name}"), unpaired, "pulses").within(0_u64),
             Row::lower(format!("steps_{name}"), self.steps, "steps").within(0_u64),
         ];
@@ -183,31 +163,34 @@ impl Outcome {
     }
 }
 
-/// Flies all seeds, as many at once as the computer has processors.
-fn over_seeds(fly: impl Fn(u64) -> anyhow::Result<Outcome> + Sync) -> anyhow::Result<Outcome> {
+/// Flies seeds, as many at once as the computer has processors. The results are in the order of the seeds.
+fn in_all_seeds<T: Send>(
+    seeds: u64,
+    fly: impl Fn(u64) -> anyhow::Result<T> + Sync,
+) -> anyhow::Result<Vec<T>> {
     let at_once = thread::available_parallelism().map_or(1, |count| count.get() as u64);
     let of_thread = |first: u64| {
-        (first..SEEDS)
+        (first..seeds)
             .step_by(at_once as usize)
             .map(|seed| Ok((seed, fly(seed)?)))
             .collect::<anyhow::Result<Vec<_>>>()
     };
-    let mut outcomes = Vec::new();
+    let mut results = Vec::new();
     thread::scope(|scope| {
         let threads: Vec<_> = (0..at_once).map(|first| scope.spawn(move || of_thread(first))).collect();
         for thread in threads {
-            outcomes.extend(thread.join().map_err(|_| anyhow::anyhow!("a flight panicked"))??);
+            results.extend(thread.join().map_err(|_| anyhow::anyhow!("a flight panicked"))??);
         }
         anyhow::Ok(())
     })?;
-    outcomes.sort_by_key(|(seed, _)| *seed);
-    Ok(outcomes.into_iter().fold(Outcome::default(), |all, (_, outcome)| all.and(outcome)))
+    results.sort_by_key(|(seed, _)| *seed);
+    Ok(results.into_iter().map(|(_, result)| result).collect())
 }
 
-/// Flies until `span` is over.
-fn compared(images: &Images, scenario: Scenario, span: Span, seed: u64) -> anyhow::Result<Outcome> {
+/// Flies until [`SPAN`] is over.
+fn compared(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<Outcome> {
     let mut flight = Flight::new(images, scenario, seed)?;
-    let [from, to] = span.map(seconds);
+    let [from, to] = SPAN.map(seconds);
     flight.run_until(from - PREPARED)?;
     flight.begin_pulses()?;
     let before: u32 = flight.steps()?.iter().sum();
@@ -216,41 +199,89 @@ fn compared(images: &Images, scenario: Scenario, span: Span, seed: u64) -> anyho
     Ok(Outcome { slaves: flight.errors(from, to), stamps: flight.stamps(), steps })
 }
 
-/// The nominal bus is cut beside the master: by how much clocks move, against the mean of the second before.
-fn switched(images: &Images) -> anyhow::Result<[Row; 2]> {
-    let mut flight = Flight::new(images, scenario(100, 0.30, true, true), 0)?;
+/// Errors of the first flight of the first case.
+pub fn clock_errors(context: &Context) -> anyhow::Result<[Errors; 3]> {
+    let images = context.images(FLOWN, Profile::Standard)?;
+    Ok(compared(&images, CASES[0].scenario, 0)?.slaves)
+}
+
+/// Rows of a nominal bus that is cut beside the master.
+fn switched(images: &Images) -> anyhow::Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (name, sync_ms) in [("sync_1", 1_000), ("sync_10", 100)] {
+        let flights = in_all_seeds(SEEDS, |seed| switch(images, scenario(sync_ms, 0.30, true, true), seed))?;
+        let moved = flights.iter().map(|(moved, _)| *moved).fold(0.0, f64::max);
+        let unpaired: u64 = flights.iter().map(|(_, unpaired)| unpaired).sum();
+        rows.extend([
+            Row::lower(format!("switch_moved_{name}"), moved, "ns").within(300.0),
+            Row::lower(format!("switch_unpaired_{name}"), unpaired, "pulses").within(0_u64),
+        ]);
+    }
+    Ok(rows)
+}
+
+/// By how much a clock moves, ns, against its mean before the cut; pulses without partner.
+fn switch(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<(f64, u64)> {
+    let mut flight = Flight::new(images, scenario, seed)?;
+    flight.run_until(seconds(CUT - BEFORE_CUT) - PREPARED)?;
     flight.begin_pulses()?;
     flight.run_until(seconds(CUT))?;
     flight.cut_beside_master();
-    flight.run_until(seconds(CUT + 4))?;
-    let before = flight.errors(seconds(CUT - 1), seconds(CUT)).map(|errors| errors.mean_ns());
-    let after = flight.errors(seconds(CUT), seconds(CUT + 3));
+    flight.run_until(seconds(CUT + AFTER_CUT) + Time(SECOND.0 / 10))?;
+    let before = flight.errors(seconds(CUT - BEFORE_CUT), seconds(CUT)).map(|errors| errors.mean_ns());
+    let after = flight.errors(seconds(CUT), seconds(CUT + AFTER_CUT));
     let moved = after.iter().zip(before).flat_map(|(errors, before)| {
         errors.samples.iter().map(move |sample| (sample.error_ns - before).abs())
     });
-    let unpaired: u64 = after.iter().map(|errors| errors.unpaired).sum();
-    Ok([
-        Row::lower("switch_moved", moved.fold(0.0, f64::max), "ns").within(300.0),
-        Row::lower("switch_unpaired", unpaired, "pulses").within(0_u64),
-    ])
+    Ok((moved.fold(0.0, f64::max), after.iter().map(|errors| errors.unpaired).sum()))
 }
 
-/// No SYNC after half a minute: errors and reported bounds ten seconds later.
-fn held_over(images: &Images) -> anyhow::Result<[Row; 3]> {
-    let mut flight = Flight::new(images, scenario(1_000, 0.30, true, true), 0)?;
-    flight.run_until(seconds(30))?;
+/// Rows of a master that sends no SYNC any more.
+fn held_over(images: &Images) -> anyhow::Result<Vec<Row>> {
+    let flights = in_all_seeds(HOLDOVERS, |seed| hold_over(images, seed))?;
+    let mut rows = Vec::new();
+    for count in [10, HOLDOVER] {
+        let end = (SILENT + count) as f64;
+        let held = || flights.iter().flatten().filter(move |pulse| pulse.at < end);
+        let error = held().map(|pulse| pulse.error_ns).fold(0.0, f64::max);
+        let bound = held().map(|pulse| pulse.bound_ns).fold(0.0, f64::max);
+        let outside = held().filter(|pulse| pulse.error_ns > pulse.bound_ns).count() as u64;
+        let name = |what: &str| format!("holdover_{count}_s{what}");
+        rows.extend([
+            Row::lower(name(""), error, "ns"),
+            Row::lower(name("_bound"), bound, "ns"),
+            Row::lower(name("_outside"), outside, "pulses").within(0_u64),
+            Row::higher(name("_pulses"), held().count() as u64, "pulses").within(3 * HOLDOVERS * (count - 1)),
+        ]);
+    }
+    Ok(rows)
+}
+
+/// A pulse of a slave in holdover.
+struct Held {
+    /// Seconds since the start of the simulation.
+    at: f64,
+    /// Without sign.
+    error_ns: f64,
+    /// Reported by the slave at the beginning of that second.
+    bound_ns: f64,
+}
+
+/// Pulses of all slaves, one each second, without SYNC.
+fn hold_over(images: &Images, seed: u64) -> anyhow::Result<Vec<Held>> {
+    let mut flight = Flight::new(images, scenario(1_000, 0.30, true, true), seed)?;
+    flight.run_until(seconds(SILENT))?;
     flight.set_sync(Time::ZERO)?;
-    flight.run_until(seconds(30) + HOLDOVER - PREPARED)?;
-    flight.begin_pulses()?;
-    flight.run_until(seconds(30) + HOLDOVER)?;
-    let bounds = flight.bounds()?.map(f64::from);
-    let now = flight.now();
-    flight.run_until(now + SECOND)?;
-    let errors = flight.errors(now, now + SECOND - PULSE_PERIOD).map(|errors| errors.worst_ns());
-    let outside = errors.iter().zip(bounds).filter(|&(error, bound)| *error > bound).count() as u64;
-    Ok([
-        Row::lower("holdover_10_s", errors.into_iter().fold(0.0, f64::max), "ns"),
-        Row::lower("holdover_10_s_bound", bounds.into_iter().fold(0.0, f64::max), "ns"),
-        Row::lower("holdover_10_s_outside", outside, "slaves").within(0_u64),
-    ])
+    let mut pulses = Vec::new();
+    for second in SILENT..SILENT + HOLDOVER {
+        let bounds = flight.bounds()?.map(f64::from);
+        flight.run_until(seconds(second + 1))?;
+        let errors = flight.errors(seconds(second), seconds(second + 1));
+        pulses.extend(errors.iter().zip(bounds).flat_map(|(errors, bound_ns)| {
+            let held =
+                move |sample: &Sample| Held { at: sample.at, error_ns: sample.error_ns.abs(), bound_ns };
+            errors.samples.iter().map(held)
+        }));
+    }
+    Ok(pulses)
 }

@@ -1,0 +1,90 @@
+//! Cycles that a slave takes to steer its clock by one pair of SYNC and spacecraft time.
+//!
+//! A foreign controller plays the master: SYNC, and the spacecraft time of that SYNC a millisecond later. The clock of this
+//! measurement is the core's count of cycles awake, from the entry of `TimeService::pair` until it returns: the prediction, the
+//! filter and the correction, without the way of the frame. Interrupts that meet it are included.
+
+use anyhow::Context as _;
+use can_wire::encode::encode;
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::spacecraft::Bus;
+
+use crate::context::Context;
+use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
+use crate::row::Row;
+use support::board::Profile;
+
+/// Not inlined: PDOs of both kinds call it.
+const FUNCTION: &str = "<ecss_can::time::service::TimeService>::pair";
+
+/// Pairs that are followed, after [`SETTLING`] others.
+const PAIRS: usize = 200;
+const SETTLING: usize = 20;
+
+/// Between two pairs: a prime number of microseconds meets the board's timers at ever other moments.
+const SPACING: Time = Time::from_us(100_003);
+
+/// From the start of a SYNC to that of the spacecraft time.
+const LATER: Time = Time::from_us(1_000);
+
+/// From what was before to the heartbeat of the master that comes before each SYNC.
+const BREAK: Time = Time::from_us(500);
+
+/// COB-ID of SYNC and of the Spacecraft Time PDO.
+const SYNC: u16 = 0x080;
+const SPACECRAFT_TIME: u16 = 0x181;
+
+/// Node-ID of the slave.
+const SLAVE: u8 = 2;
+
+/// Most cycles and the median, at every timing of the flash.
+///
+/// # Errors
+/// When the image has no such function, or does not call it.
+pub fn rows(context: &Context) -> anyhow::Result<Vec<Row>> {
+    let mut rows = Vec::new();
+    for (timing, case) in FLASH_TIMINGS {
+        let mut rig = Rig::with_flash(context, Profile::Standard, SLAVE, timing)?;
+        let function = rig.board().symbol(FUNCTION);
+        let entry = function.with_context(|| format!("the image has no function {FUNCTION}"))?.address & !1;
+        let mut cycles = Vec::new();
+        for pair in 0..SETTLING + PAIRS {
+            let taken = follow_pair(&mut rig, entry)?;
+            if pair >= SETTLING {
+                cycles.push(taken);
+            }
+        }
+        cycles.sort_unstable();
+        let row =
+            |what: &str, cycles: u64| Row::lower(format!("update_{what}{case}"), cycles, "model_cycles");
+        rows.extend([row("cycles", cycles[PAIRS - 1]), row("cycles_median", cycles[PAIRS / 2])]);
+    }
+    Ok(rows)
+}
+
+fn follow_pair(rig: &mut Rig, entry: u32) -> anyhow::Result<u64> {
+    let now = rig.spacecraft.now();
+    let at = now + SPACING;
+    rig.send(Bus::Nominal, now + BREAK, MASTER_BEATS);
+    rig.send(Bus::Nominal, at, (SYNC, &[]));
+    let data = spacecraft_time(at);
+    let end = at + LATER + duration(&data);
+    rig.send(Bus::Nominal, at + LATER, (SPACECRAFT_TIME, &data));
+    rig.run_until(end)?;
+    rig.follow_call(entry)
+}
+
+/// The virtual time as 24 bits of a second and seconds.
+fn spacecraft_time(at: Time) -> [u8; 7] {
+    let second = Time::from_ms(1_000).0;
+    let [a, b, c, ..] = ((at.0 % second) * (1 << 24) / second).to_le_bytes();
+    let [d, e, f, g, ..] = (at.0 / second).to_le_bytes();
+    [a, b, c, d, e, f, g]
+}
+
+/// From SOF to the last bit but one of EOF, when the receiver has the frame.
+fn duration(data: &[u8]) -> Time {
+    let frame = WireFrame::standard(SPACECRAFT_TIME, data);
+    Time::from_us(encode(&frame).bits().len() as u64 - 2)
+}
