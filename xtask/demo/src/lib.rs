@@ -13,7 +13,7 @@ mod options;
 mod outcome;
 pub mod plan;
 pub mod record;
-mod report;
+pub mod report;
 #[cfg(any(test, feature = "sample"))]
 pub mod sample;
 pub mod stamps;

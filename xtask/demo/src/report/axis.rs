@@ -26,6 +26,11 @@ impl Layout {
     /// For a phone: as wide as a page of 400 px leaves it, so that letters keep their size.
     pub const NARROW: Layout = Layout { width: 348.0, left: 82.0, margin: 16.0, marks: 5.0, brief: true };
 
+    /// Left and right end of the plot.
+    pub fn plot(&self) -> (f64, f64) {
+        (self.left, self.width - self.margin)
+    }
+
     /// Whether a text that begins at `x` ends inside the picture, by the width of an average letter.
     pub fn has_room(&self, x: f64, text: &str) -> bool {
         x + text_width(text) <= self.width
@@ -73,7 +78,7 @@ impl Axis {
 
     /// Left and right end of the plot.
     pub fn ends(&self) -> (f64, f64) {
-        (self.layout.left, self.layout.width - self.layout.margin)
+        self.layout.plot()
     }
 
     /// Vertical lines from `top` to `bottom` with their seconds below.

@@ -1,8 +1,9 @@
-//! How far the slaves' clocks were from the master's: a line for each slave.
+//! How far the slaves' clocks were from the master's: a line for each slave over time, and a histogram for each.
 
 use can_wire::time::Time;
 
-use super::axis::{Axis, Layout, text_width};
+use super::axis::{Axis, Layout};
+use super::chart::{self, CURVES, Row};
 use super::svg::Svg;
 use crate::flight::Flight;
 use crate::narrator::name;
@@ -17,8 +18,8 @@ const DECADES: (i32, i32) = (0, 3);
 /// The quantity, where there is room for its name.
 const WHAT: &str = "error of the clock against the master's, without sign";
 
-/// What a line looks like; more slaves than colours have dashed ones.
-const LINES: [&str; 6] = ["master", "time", "reply", "request", "command", "network"];
+/// The quantity of the histograms.
+const SIGNED: &str = "error of the clock against the master's, positive where the slave's pulse is late; each row has its own height";
 
 /// Errors of all slaves over the whole flight; those below a nanosecond stand at the lower border.
 pub fn draw(flight: &Flight, layout: Layout) -> Svg {
@@ -26,7 +27,8 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
     let errors = flight.clocks.iter().flat_map(|clock| &clock.errors.samples);
     let largest = errors.map(|sample| sample.error_ns.abs()).fold(1.0, f64::max);
     let (lowest, highest) = (DECADES.0, DECADES.1.max(largest.log10().ceil() as i32));
-    let key = key(flight, layout);
+    let names: Vec<String> = flight.clocks.iter().map(|clock| name(clock.node)).collect();
+    let key = chart::key(&names.iter().map(String::as_str).collect::<Vec<_>>(), layout);
     let top = TOP + key.last().map_or(0.0, |(_, y)| *y);
     let bottom = top + f64::from(highest - lowest) * DECADE;
     let height = |error_ns: f64| bottom - (error_ns.abs().max(1.0).log10() - f64::from(lowest)) * DECADE;
@@ -38,16 +40,16 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
     for exponent in lowest..=highest {
         let y = height(10_f64.powi(exponent));
         svg.line("grid", (left, y), (right, y));
-        svg.text("soft end", left - 12.0, y + 4.0, &decade(exponent));
+        svg.text("soft end", left - 12.0, y + 4.0, &chart::duration(10_f64.powi(exponent)));
     }
     if let Some((cut, _)) = flight.cut() {
         let x = axis.x(cut);
         svg.line("cut", (x, top - 4.0), (x, bottom));
         svg.text("cut-label middle", x, top - 8.0, "cut");
     }
-    for (place, (clock, &(x, y))) in flight.clocks.iter().zip(&key).enumerate() {
-        let dashed = if place < LINES.len() { "" } else { " dashed" };
-        let class = format!("{} close-up{dashed}", LINES[place % LINES.len()]);
+    for (place, (clock, &at)) in flight.clocks.iter().zip(&key).enumerate() {
+        let dashed = if place < CURVES.len() { "" } else { " dashed" };
+        let class = format!("{} close-up{dashed}", CURVES[place % CURVES.len()]);
         let points: Vec<(f64, f64)> = clock
             .errors
             .samples
@@ -55,8 +57,7 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
             .map(|sample| (axis.x(Time::from_us((sample.at * 1e6) as u64)), height(sample.error_ns)))
             .collect();
         svg.path(&class, &points);
-        svg.line(&class, (x, y + 10.0), (x + 18.0, y + 10.0));
-        svg.text("label", x + 24.0, y + 14.0, &name(clock.node));
+        chart::draw_key(&mut svg, &class, at, &names[place]);
     }
     if !layout.brief && key.len() <= 4 {
         svg.text("soft end", right, 14.0, WHAT);
@@ -67,26 +68,13 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
     svg
 }
 
-/// Places of the names of the slaves, in rows from the top.
-fn key(flight: &Flight, layout: Layout) -> Vec<(f64, f64)> {
-    let first = if layout.brief { 0.0 } else { layout.left };
-    let (mut x, mut y) = (first, 0.0);
-    let mut places = Vec::new();
-    for clock in &flight.clocks {
-        let words = name(clock.node);
-        if !layout.has_room(x + 24.0, &words) {
-            (x, y) = (first, y + 18.0);
-        }
-        places.push((x, y));
-        x += 40.0 + text_width(&words);
-    }
-    places
-}
-
-/// A power of ten of a nanosecond.
-fn decade(exponent: i32) -> String {
-    let unit = ["ns", "\u{b5}s", "ms", "s"][(exponent / 3) as usize];
-    format!("{} {unit}", 10_i32.pow((exponent % 3) as u32))
+/// A histogram of the settled errors of each slave; `None` when no clock has settled.
+pub fn histogram(flight: &Flight, layout: Layout) -> Option<Svg> {
+    let settled = flight.clocks.iter().filter_map(|clock| Some((clock.node, clock.settled()?)));
+    let rows: Vec<Row> = settled.map(|(node, errors)| Row::of(name(node), &errors)).collect();
+    let what = if layout.brief { "error of the clock" } else { SIGNED };
+    (!rows.is_empty())
+        .then(|| chart::histogram("Histograms of the errors of the slaves' clocks", layout, what, &rows))
 }
 
 #[cfg(test)]
@@ -94,17 +82,21 @@ mod tests {
     use super::*;
     use crate::sample;
 
+    /// Given errors of 30 ns and -40 ns after the clock has settled, and 2.5 us before, Then the axis ends at 40 ns.
     #[test]
-    fn names_of_many_slaves_stand_in_rows() {
-        let mut flight = sample::flight();
-        flight.clocks = vec![flight.clocks[0].clone(); 14];
-        let places = key(&flight, Layout::NARROW);
-        assert_eq!((places[0], places[3].1, places[4]), ((0.0, 0.0), 0.0, (0.0, 18.0)));
-        assert!(places.iter().all(|(x, _)| *x + 24.0 + 45.0 <= Layout::NARROW.width), "{places:?}");
+    fn the_histogram_is_of_what_has_settled() {
+        let flight = sample::flight();
+        let drawn = histogram(&flight, Layout::WIDE).expect("it has settled").inline().into_string();
+        assert_eq!(drawn.matches("class=\"bar\"").count(), 2);
+        for expected in [">-40 ns<", ">40 ns<", ">node 2<", ">rms 35 ns<"] {
+            assert!(drawn.contains(expected), "{expected}");
+        }
     }
 
     #[test]
-    fn decades_have_their_units() {
-        assert_eq!([0, 2, 3, 7, 9].map(decade), ["1 ns", "100 ns", "1 \u{b5}s", "10 ms", "1 s"]);
+    fn a_flight_too_short_has_no_histogram() {
+        let mut flight = sample::flight();
+        flight.clocks[0].errors.samples.truncate(2);
+        assert!(histogram(&flight, Layout::WIDE).is_none());
     }
 }

@@ -1,10 +1,11 @@
 //! The report of a flight: one HTML file that needs nothing else.
 
-mod axis;
+pub mod axis;
+pub mod chart;
 mod clocks;
 mod paint;
 mod states;
-mod svg;
+pub mod svg;
 mod tables;
 mod timeline;
 
@@ -61,6 +62,9 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                     @if !flight.clocks.is_empty() {
                         (section("The clocks of the slaves", &clocks_help(flight), &html! {
                             (both(|layout| clocks::draw(flight, layout)))
+                            @if let Some(wide) = clocks::histogram(flight, Layout::WIDE) {
+                                (each(&wide, clocks::histogram(flight, Layout::NARROW).as_ref()))
+                            }
                             (tables::clocks(flight))
                         }))
                     }
@@ -100,7 +104,7 @@ fn clocks_help(flight: &Flight) -> String {
         "Each board raises a pin when a second of its spacecraft time begins. The error is the distance of a slave's edge from the \
          master's edge of the same second, without sign, from the first spacecraft time that reached the slave. The scale is \
          logarithmic. {means} Crystals drift by 0.1 ppm/s for 40 s and make noise. The delay of the cable, 5 ns per metre, is not corrected. \
-         Settled is what comes 20 s after the first spacecraft time."
+         Settled is what comes 20 s after the first spacecraft time: the histograms and the table are of it."
     )
 }
 
@@ -408,13 +412,17 @@ mod tests {
             timeline::close_up(&flight, Layout::NARROW).expect("there was a cut"),
             states::draw(&flight, Layout::NARROW),
             clocks::draw(&flight, Layout::NARROW),
+            clocks::histogram(&flight, Layout::NARROW).expect("a clock has settled"),
         ];
+        let mut cuts = 0;
         for picture in pictures.map(|picture| picture.inline().into_string()) {
             let width = number(&picture, "width").expect("a width");
             assert!(width <= 400.0, "{width}");
-            let cut = picture.lines().find(|line| line.contains("class=\"cut\"")).expect("the cut is drawn");
-            let cut = number(cut, "x1").expect("a place");
-            assert!((82.0..width).contains(&cut), "{cut}");
+            if let Some(cut) = picture.lines().find(|line| line.contains("class=\"cut\"")) {
+                let cut = number(cut, "x1").expect("a place");
+                assert!((82.0..width).contains(&cut), "{cut}");
+                cuts += 1;
+            }
             for text in picture.lines().filter(|line| line.starts_with("<text")) {
                 let words = text.split(['<', '>']).nth(2).expect("words");
                 // The narrowest letters that a reader may have.
@@ -427,8 +435,9 @@ mod tests {
                 assert!(from >= 0.0 && to <= width, "{text}");
             }
         }
+        assert_eq!(cuts, 4, "all but the histogram show the cut");
         let page = rendered(&flight);
-        assert_eq!(page.matches("<div class=\"narrow\">").count(), 4);
+        assert_eq!(page.matches("<div class=\"narrow\">").count(), 5);
         assert!(
             !page.contains("min-width: 860px"),
             "nothing may force the pictures to be wider than the page"
