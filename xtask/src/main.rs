@@ -39,7 +39,7 @@ enum Command {
     Bench(bench::Options),
     /// Measure flash and static RAM of the images of every board; add them to target/bench/summary.json
     Sizes(bench::SizesOptions),
-    /// Draw the waveforms of the documentation anew: docs/waveform-*.svg
+    /// Draw the pictures of the documentation anew, from simulations and flights: docs/*.svg
     Pictures,
     /// Write EDS and DCF of the devices from their dictionaries: docs/eds
     Eds(eds::Options),

@@ -1,4 +1,4 @@
-//! `cargo xtask pictures`: the waveforms of the documentation, taken from a simulated bus.
+//! Waveforms of the documentation, taken from a simulated bus.
 
 use anyhow::Context;
 use can_wire::fault::{Fault, Flip, Nodes, Place};
@@ -79,28 +79,7 @@ impl Scene {
     }
 }
 
-/// Writes all of them.
-pub fn run() -> anyhow::Result<()> {
-    let docs = support::project::path("docs");
-    for scene in scenes() {
-        let path = docs.join(scene.file);
-        std::fs::write(&path, scene.render()?).with_context(|| format!("writing {}", path.display()))?;
-        support::output::line(path.display())?;
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_pictures_of_the_documentation_are_what_the_wire_does() {
-        for scene in scenes() {
-            let path = support::project::path("docs").join(scene.file);
-            let committed = std::fs::read_to_string(&path).unwrap_or_default();
-            let is_current = committed.replace("\r\n", "\n") == scene.render().unwrap();
-            assert!(is_current, "docs/{} is not current: run `cargo xtask pictures`", scene.file);
-        }
-    }
+/// Names and contents of all.
+pub fn pictures() -> anyhow::Result<Vec<(&'static str, String)>> {
+    scenes().iter().map(|scene| Ok((scene.file, scene.render()?))).collect()
 }

@@ -1,0 +1,53 @@
+//! Pictures of flights of the firmware images.
+
+use std::ops::ControlFlow;
+
+use clap::Parser;
+use demo::flight::Flight;
+use demo::mission;
+use demo::plan::Plan;
+use demo::report;
+use demo::report::axis::Layout;
+use demo::report::chart::{self, Row};
+
+/// Quantity of the histogram.
+const WHAT: &str = "error of the clock against the master's; each row has its own height";
+
+type Draw = fn() -> anyhow::Result<Vec<(&'static str, String)>>;
+
+/// Draws them, one flight after the other.
+pub const PICTURES: [Draw; 3] = [timeline, clocks, histogram];
+
+/// `cargo demo` with its options.
+#[derive(Parser)]
+struct CommandLine {
+    #[command(flatten)]
+    options: demo::Options,
+}
+
+fn fly(arguments: &[&str]) -> anyhow::Result<Flight> {
+    let CommandLine { options } = CommandLine::parse_from([&["demo"], arguments].concat());
+    let mut images = options.craft.own_images("demo", &options.nodes())?;
+    options.craft.add_shipped(&options.nodes(), &mut images)?;
+    mission::fly(Plan::new(&options)?, &images, |_, _| ControlFlow::Continue(()))
+}
+
+fn timeline() -> anyhow::Result<Vec<(&'static str, String)>> {
+    Ok(vec![("timeline.svg", report::timeline(&fly(&[])?))])
+}
+
+fn clocks() -> anyhow::Result<Vec<(&'static str, String)>> {
+    Ok(vec![("clocks.svg", report::clocks(&fly(&["--profile", "standard"])?))])
+}
+
+/// Errors of a flight of `cargo xtask bench --only time`.
+fn histogram() -> anyhow::Result<Vec<(&'static str, String)>> {
+    let rows: Vec<Row> = bench::clock_errors()?
+        .iter()
+        .zip(2..)
+        .map(|(errors, node)| Row::of(format!("node {node}"), errors))
+        .collect();
+    let title = "Histograms of the errors of three clocks, 30 s to 60 s, 100 pulses each second";
+    let picture = chart::histogram(title, Layout::WIDE, WHAT, &rows);
+    Ok(vec![("clock-histogram.svg", picture.standalone())])
+}
