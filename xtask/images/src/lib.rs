@@ -61,6 +61,9 @@ const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 /// Flown by tests alone.
 const TEST_DEVICE: &str = "test-device";
 
+/// Drivers of others, flown by tests alone.
+const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
+
 /// What images log, a filter of defmt. The same stands in `.cargo/config.toml`.
 pub const LOG: &str = "info";
 
@@ -112,8 +115,11 @@ pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
 pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let root = workspace();
     let job = Job { home: &root, task: task("lint", board, profile), log: LOG, is_locked: true };
-    let what =
-        [packages(&["master", "slave", TEST_DEVICE], board, profile), packages(&EXAMPLES, board, "standard")];
+    let what = [
+        packages(&["master", "slave", TEST_DEVICE], board, profile),
+        packages(&EXAMPLES, board, "standard"),
+        packages(&FOREIGN, board, "standard"),
+    ];
     let command = ["clippy", "--package", "ecss-can", "--package", "boards"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)
 }

@@ -316,7 +316,19 @@ impl Registers {
             let joined = self.joining.then(|| self.joined_since + self.bits(SEQUENCE));
             joined.or_else(|| self.recovery_alone(since))
         });
-        [alone.flatten(), self.loopback_end].into_iter().flatten().min()
+        let loopback = || self.loopback_end.or_else(|| self.loopback_start());
+        let loopback = (self.mode == Mode::Normal && self.loopback()).then(loopback);
+        [alone.flatten(), loopback.flatten()].into_iter().flatten().min()
+    }
+
+    /// When the next frame in loopback starts: with the first bit after its request. By then a mailbox with a lower identifier
+    /// may have come before it, as drivers rely on at low bit rates (docs/decisions/twin-foreign.md).
+    pub fn loopback_start(&self) -> Option<Time> {
+        let request = self.mailboxes.request_at()?;
+        let waited = request.since(self.on_bus_since);
+        let bit = self.bits(1).0.max(1);
+        let start = self.on_bus_since + self.bits(waited.0.div_ceil(bit));
+        self.may_send(start).then_some(start)
     }
 
     /// Stores a frame that became valid at `at`, if a filter admits it.

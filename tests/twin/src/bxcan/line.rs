@@ -98,11 +98,7 @@ impl Line<'_> {
                 registers.loopback_end = None;
                 registers.on_bus_since = end + registers.bits(INTERMISSION);
             }
-            let Some(request) = registers.mailboxes.request_at() else { return };
-            let start = request.max(registers.on_bus_since);
-            if start > now || !registers.may_send(start) {
-                return;
-            }
+            let Some(start) = registers.loopback_start().filter(|&start| start <= now) else { return };
             let Some(frame) = registers.mailboxes.start(start, by_request_order) else { return };
             registers.loopback_end = Some(start + registers.bits(unstuffed_bits(&frame)));
         }

@@ -1,0 +1,28 @@
+//! Runs every scenario and logs its result.
+
+mod bus;
+mod filters;
+mod loopback;
+mod rig;
+
+use rig::{Outcome, Rig};
+use stm32f4xx_hal::pac;
+use {defmt_rtt as _, panic_probe as _};
+
+/// What a scenario is called in the log, and what it does.
+type Scenario = (&'static str, fn(&mut Rig) -> Outcome);
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let mut rig = Rig::new(pac::Peripherals::take().unwrap());
+    for (name, run) in [loopback::SCENARIOS, filters::SCENARIOS, bus::SCENARIOS].into_iter().flatten() {
+        match run(&mut rig) {
+            Ok(()) => defmt::info!("scenario {=str} passed", name),
+            Err(reason) => defmt::error!("scenario {=str} failed: {=str}", name, reason),
+        }
+    }
+    defmt::info!("done");
+    loop {
+        cortex_m::asm::wfe();
+    }
+}
