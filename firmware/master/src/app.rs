@@ -5,7 +5,7 @@ use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
 
-use crate::application::{Application, Node, pulses};
+use crate::application::{Application, Node, cables, pulses};
 
 static RESOURCES: Resources<Board, Node> = Resources::new();
 
@@ -21,6 +21,7 @@ async fn main(spawner: Spawner) {
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());
     spawner.spawn(pulses(pulse, master).unwrap());
+    spawner.spawn(cables(master).unwrap());
     Application::new(master, events, leds).run().await
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Blue toggles with every SYNC sent. Yellow is lit while the redundant bus is the active one.
 
+mod cables;
 mod log;
 mod schedule;
 
@@ -12,12 +13,19 @@ use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{Master, MasterEvent, SelfTest};
 use ecss_can::pdo::Sequence;
 use ecss_can::runner::{Events, Handle};
-use ecss_can::types::{Bus, Instant, NmtState, NodeId};
+use ecss_can::types::{Address, Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
 use mission::counters::COUNTERS;
-use mission::{COMMAND_PERIOD, Command, CommanderObjects, Received, Request, SLAVES, TELEMETRY_PERIOD, slot};
+use mission::{
+    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, Received, Request, SLAVES, TELEMETRY_PERIOD,
+    slot,
+};
 
+pub use cables::cables;
 use schedule::{Schedule, Turn};
+
+/// Written, it starts the measurement of a cable.
+const CABLE_OF: Address = CommanderObjects::CABLE.field(CableMeasurement::NODE).address();
 
 /// The master of this image.
 pub type Node = Master<CommanderObjects>;
@@ -85,6 +93,7 @@ impl Application {
             MasterEvent::Pdo { number, data, .. } => self.on_pdo(*number, *data),
             MasterEvent::ResetNode => boards::reset(),
             MasterEvent::SelfTest => self.test(),
+            MasterEvent::Written(at) if *at == CABLE_OF => cables::start(self.master),
             MasterEvent::SyncSent { .. } => self.leds.activity.toggle(),
             MasterEvent::BusSwitched { to, .. } => {
                 self.leds.state.set_level((*to == Bus::Redundant).into());

@@ -14,7 +14,9 @@ mod payload;
 mod profiles;
 mod record;
 
-pub use master::{CommanderObjects, Received, SLAVES, command, master, received, request, slot};
+pub use master::{
+    CableMeasurement, CommanderObjects, Received, SLAVES, command, master, received, request, slot,
+};
 pub use message::{Command, Request, Telemetry};
 pub use objects::{
     MissionObjects, Outgoing, REQUEST_RPDO, TELECOMMAND_RPDO, TELEMETRY_TPDO, Telecommand, TelemetryRequest,

@@ -100,6 +100,11 @@ pub struct CommanderObjects {
     /// At the pulse output of the board, at equal parts of a second of the spacecraft time.
     #[object(0x6310, rw, low = 1, high = 1000, default = 1)]
     pub pulses: u16,
+    /// Cable measurement
+    ///
+    /// Of the active bus, from the master to a slave.
+    #[object(0x6320, record)]
+    pub cable: CableMeasurement,
     /// Telecommand to slave {}
     #[object(0x6200.., record)]
     pub telecommands: [Telecommanding; SLAVES],
@@ -173,6 +178,45 @@ pub struct LocalTime {
     /// Multiples of 2^-24 s.
     #[sub(2, rww, pdo)]
     pub fine: U24,
+}
+
+/// How long a signal takes from the master to a slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct CableMeasurement {
+    /// Node-ID
+    ///
+    /// Written, it starts: the clock of this slave follows the master's SYNCs.
+    #[sub(1, rw, low = 2, high = 127)]
+    pub node: u8,
+    /// Progress
+    ///
+    /// 0 never run, 1 running, 2 measured, 3 failed.
+    #[sub(2, ro)]
+    pub progress: u8,
+    /// Abort code
+    ///
+    /// Of the transfer that failed; zero for none.
+    #[sub(3, ro)]
+    pub abort: u32,
+    /// Bus
+    ///
+    /// 0 nominal, 1 redundant.
+    #[sub(4, ro)]
+    pub bus: u8,
+    /// Delay
+    ///
+    /// Nanoseconds.
+    #[sub(5, ro)]
+    pub delay: i32,
+}
+
+impl CableMeasurement {
+    /// Value of the progress: it runs.
+    pub const RUNNING: u8 = 1;
+    /// Value of the progress: bus and delay are those of the node.
+    pub const MEASURED: u8 = 2;
+    /// Value of the progress: the abort code says why.
+    pub const FAILED: u8 = 3;
 }
 
 /// The master of the mission, with a parameter store if its board has one.

@@ -22,6 +22,7 @@ pub const CONFIGURATION: u16 = Communication::CONFIGURATION.index();
 pub const ASSIGNMENT: u16 = NetworkObjects::ASSIGNMENT.index();
 pub const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();
 pub const SYNC_DITHER: u16 = NetworkObjects::SYNC_DITHER.index();
+pub const RANGING: u16 = NetworkObjects::RANGING.index();
 
 pub const REDUNDANCY: u16 = RedundancyObjects::PARAMETERS.index();
 pub const SCET_SET: u16 = LocalScet::SCET_SET.index();

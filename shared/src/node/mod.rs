@@ -24,7 +24,7 @@ pub use contract::{
 };
 pub use device::{Device, DeviceNode, TimeKeeper};
 pub use extension::{Extension, Nothing};
-pub use master::{Master, MasterObjects, NetworkObjects};
+pub use master::{Master, MasterObjects, NetworkObjects, Ranging};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use objects::{NodeObjects, assert_device};
 pub use slave::Slave;

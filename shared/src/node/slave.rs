@@ -246,8 +246,11 @@ impl<D: Device> Node for Slave<D> {
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
-        let is_on_list = bus == self.selector.selected() && self.stamped.contains(&frame.id());
-        is_on_list && (frame.id() != self.canopen.services.sync_id() || is_sync_length(frame))
+        let id = frame.id();
+        let is_on_list = self.stamped.contains(&id) || id == CobId::heartbeat(self.canopen.id);
+        is_on_list
+            && bus == self.selector.selected()
+            && (id != self.canopen.services.sync_id() || is_sync_length(frame))
     }
 }
 

@@ -17,6 +17,7 @@
 
 mod alarm;
 mod bus;
+mod cable;
 mod due;
 mod handle;
 mod resources;
@@ -27,6 +28,7 @@ mod spacecraft_clock;
 mod telltale;
 
 pub use bus::BusRunner;
+pub use cable::Cable;
 pub use due::DueRunner;
 pub use handle::{Events, Handle};
 pub use resources::{Platform, Resources, Runners};

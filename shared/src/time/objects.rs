@@ -2,7 +2,7 @@
 
 use super::Quality;
 use crate::od::{Objects, Record, U24};
-use crate::types::{Scet, Utc};
+use crate::types::{Bus, Scet, Utc};
 
 /// The time objects of every node (ECSS 7.1.2).
 #[derive(Clone, Debug, PartialEq, Objects)]
@@ -28,6 +28,11 @@ pub struct ClockObjects {
     /// Clock quality
     #[object(0x2015, record)]
     pub quality: ClockQuality,
+    /// Time of the last heartbeat
+    ///
+    /// Local SCET at the end of the last heartbeat that this node has sent, units of 2^-32 s.
+    #[object(0x2016, ro)]
+    pub heartbeat_sent: u64,
 }
 
 impl LocalScet {
@@ -96,6 +101,16 @@ pub struct TimeCorrection {
     /// Bits of fine time that the time producer sends
     #[sub(3, rw, low = 0, high = 24, default = 24)]
     pub fine_bits: u8,
+}
+
+impl TimeCorrection {
+    /// Delay on a bus, nanoseconds.
+    pub const fn of(&self, bus: Bus) -> i32 {
+        match bus {
+            Bus::Nominal => self.nominal,
+            Bus::Redundant => self.redundant,
+        }
+    }
 }
 
 /// How good the clock of a node is.

@@ -191,10 +191,7 @@ impl TimeService {
 impl SyncEnd {
     /// At the connector of the producer.
     fn corrected(&self, correction: &TimeCorrection) -> FineInstant {
-        let ns = match self.bus {
-            Bus::Nominal => correction.nominal,
-            Bus::Redundant => correction.redundant,
-        };
+        let ns = correction.of(self.bus);
         const UNITS: i64 = FineInstant::PER_MICRO as i64;
         self.at.plus(-((i64::from(ns) * UNITS + 500).div_euclid(1_000)))
     }

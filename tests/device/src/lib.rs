@@ -1,6 +1,6 @@
 //! A slave with a value of every data type, for tests.
 //!
-//! It has the objects and PDOs of the mission's slaves, and 6400h with one value of each type. Tools of others read and
+//! It has the objects and PDOs of the mission's slaves, UTC, and 6400h with one value of each type. Tools of others read and
 //! write them on the emulated board, the tests of the protocol on a bench. Nobody flies it.
 
 #![no_std]
@@ -15,19 +15,26 @@ use ecss_can::od::{
 };
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
-use ecss_can::types::NodeId;
+use ecss_can::time::LocalUtc;
+use ecss_can::types::{NodeId, Scet, Utc, UtcRelation};
 use mission::MissionObjects;
 
 /// Product code in 1018h: that of the slaves that it stands for, which their master checks.
 const PRODUCT: u32 = 0x5015;
 
-/// Objects of the mission's slaves, and samples. `S` is the memory of the data store.
+/// UTC when the SCET was zero.
+const EPOCH: Utc = Utc::new(20_000, 0, 0).unwrap();
+
+/// Objects of the mission's slaves, UTC, and samples. `S` is the memory of the data store.
 #[derive(Clone, Debug, PartialEq, Objects)]
 #[objects(device)]
 pub struct TestObjects<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static = &'static mut [u8]> {
     /// Of the mission
     #[objects]
     pub mission: MissionObjects<S>,
+    /// Spacecraft UTC
+    #[objects]
+    pub utc: LocalUtc,
     /// Values of every type
     ///
     /// What is written can be read back.
@@ -40,6 +47,11 @@ impl<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static> Device for TestObjects<S>
     type Consumers = HeartbeatConsumers;
 
     const PDOS: PdoSet = MissionObjects::<S>::PDOS;
+    const UTC: Option<UtcRelation> = Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: EPOCH });
+
+    fn utc(&mut self) -> Option<&mut LocalUtc> {
+        Some(&mut self.utc)
+    }
 
     fn communication(id: NodeId) -> Communication {
         Communication {
@@ -139,6 +151,6 @@ pub fn device<S: AsRef<[u8]> + AsMut<[u8]> + Default + 'static>(
     memory: S,
 ) -> Slave<TestObjects<S>> {
     let mission = MissionObjects { store: Domain::new(memory), ..Default::default() };
-    let application = TestObjects { mission, samples: Samples::default() };
+    let application = TestObjects { mission, utc: LocalUtc::default(), samples: Samples::default() };
     Slave::new(id, profile, application)
 }

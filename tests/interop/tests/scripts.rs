@@ -66,6 +66,14 @@ fn times_are_decoded_from_their_pdos() {
     passes("time_pdos.py", &["--profile", "standard", "--slaves", "3"]);
 }
 
+/// The same of UTC: Figure 7-2.
+///
+/// Verifies: ECSS 7.1.3e, 7.2.2b, 7.2.3i
+#[test]
+fn utc_is_decoded_from_its_pdos() {
+    passes_with_device("utc_pdos.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
+}
+
 /// PDOs by the names that their mapping has in the data sheet, and a mapping that is changed.
 #[test]
 fn pdos_are_subscribed_and_mapped_anew() {

@@ -136,6 +136,26 @@ pub struct NetworkObjects {
     /// clocks of the slaves better.
     #[object(0x2043, rw, high = 1_000)]
     pub sync_dither: u16,
+    /// Heartbeat of a slave
+    ///
+    /// With 2016h of that slave it measures the cable between both.
+    #[object(0x2044, record)]
+    pub ranging: Ranging,
+}
+
+/// When the heartbeat of a slave was received.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct Ranging {
+    /// Node-ID
+    ///
+    /// Whose heartbeats on the active bus are stamped; zero: of none.
+    #[sub(1, rw, high = 127)]
+    pub node: u8,
+    /// Time
+    ///
+    /// Local SCET at the end of the last one, units of 2^-32 s; zero before the first.
+    #[sub(2, ro)]
+    pub heard: u64,
 }
 
 /// SDO parameters of a client (0022h).

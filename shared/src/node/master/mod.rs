@@ -6,13 +6,14 @@ mod filters;
 mod identify;
 mod network;
 mod objects;
+mod ranging;
 mod reception;
 mod sending;
 mod transfers;
 
 use heapless::Deque;
 
-pub use declared::{MasterObjects, NetworkObjects};
+pub use declared::{MasterObjects, NetworkObjects, Ranging};
 
 use self::identify::Identification;
 use self::objects::Initial;
@@ -339,9 +340,10 @@ impl<D: Device> Node for Master<D> {
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
+        let id = frame.id();
         bus == self.manager.active()
-            && self.stamped.contains(&frame.id())
-            && (frame.id() != self.sync.id() || sync::is_sync_length(frame))
+            && (self.stamped.contains(&id) || self.is_ranged(id))
+            && (id != self.sync.id() || sync::is_sync_length(frame))
     }
 }
 

@@ -8,7 +8,8 @@ use crate::heartbeat::ConsumerSlots;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::index::{
-    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, REDUNDANCY, REQUEST_NMT, RPDO, SYNC_DITHER,
+    ASSIGNMENT, CONSUMER_HEARTBEAT, LAST_RPDO, PRODUCER_HEARTBEAT, RANGING, REDUNDANCY, REQUEST_NMT, RPDO,
+    SYNC_DITHER,
 };
 use crate::node::services::{SdoStep, carries_time};
 use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spacecraft, assert_device};
@@ -207,6 +208,7 @@ impl<D: Device> Master<D> {
             }
             RPDO..=LAST_RPDO => self.are_filters_due = true,
             SYNC_DITHER => self.sync.set_dither(objects.application.network.sync_dither),
+            RANGING => self.services.dictionary.objects.application.network.ranging.heard = 0,
             ASSIGNMENT => {
                 if let Some(node) = NodeId::new(at.sub) {
                     self.take_assignment(node);

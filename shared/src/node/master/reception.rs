@@ -81,6 +81,7 @@ impl<D: Device> Master<D> {
         }
         if is_here {
             self.on_monitored(node, state, stamp.at);
+            self.on_ranged(node, &stamp);
         }
         self.wake_boot();
         self.services.wake(self.manager.peers().deadline());
@@ -129,6 +130,7 @@ impl<D: Device> Master<D> {
         self.manager.on_sent(bus, stamp.at);
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
             self.manager.on_heartbeat_sent(bus, stamp.at);
+            self.services.note_heartbeat(&stamp);
         } else if frame.id() == self.sync.id() {
             self.boot.on_sync_sent();
             // What it produces itself is as it should be.

@@ -142,6 +142,16 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
+    /// The heartbeat of this node ended (2016h): by this and the instant at which another node has received it the cable
+    /// between them is measured.
+    pub fn note_heartbeat(&mut self, stamp: &Stamp) {
+        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft()
+            && let Some(time) = E::time(&mut self.time)
+        {
+            objects.clock.heartbeat_sent = time.clock().at(stamp.fine()).units();
+        }
+    }
+
     /// A receive PDO has brought the time.
     #[inline(never)] // seldom
     pub fn take_time<V: NodeEvent>(

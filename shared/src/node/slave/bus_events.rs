@@ -11,6 +11,7 @@ impl<D: Device> Slave<D> {
         match event {
             LinkEvent::Transmitted { frame, stamp } if frame.id() == CobId::heartbeat(self.canopen.id) => {
                 self.clashes.on_sent(stamp.at);
+                self.canopen.services.note_heartbeat(stamp);
             }
             LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. }
                 if self.warning.is_some()

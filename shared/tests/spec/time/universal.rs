@@ -70,6 +70,21 @@ fn utc_comes_and_goes_by_pdos() {
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &expected))]);
 }
 
+/// Twenty years from the time of the relation, as the first time that arrives.
+///
+/// Verifies: ECSS 7.1.3e
+#[test]
+fn utc_is_right_far_from_the_relation() {
+    let mut slave = operational::<Universal<true>>();
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    time(&mut slave, utc(7_405, 43_200_123, 456));
+    run(&mut slave, ms(1_050));
+    slave.clear();
+    sync(&mut slave);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &utc(7_405, 43_201_123, 456).encode()))]);
+}
+
 /// Without submilliseconds the mean of what is cut off, 499.5 us, is added to what arrives.
 ///
 /// Verifies: ECSS 7.1.3f, 7.1.3g

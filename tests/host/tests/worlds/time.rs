@@ -2,7 +2,8 @@
 
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
-use ecss_can::types::{Bus, Scet};
+use ecss_can::sdo::Error;
+use ecss_can::types::{Address, Bus, Scet};
 use host_worlds::world::{Sent, World};
 use mission::{Received, STANDARD};
 
@@ -131,4 +132,35 @@ fn a_master_100_ppm_off_makes_its_periods_so_much_longer() {
     let span = syncs[1_000].end.since(syncs[0].end).as_secs_f64();
     // 1000 periods of 100 ms on a clock that is slow by 100 ppm.
     assert!((span - 100.010_001).abs() < 500e-6, "{span}");
+}
+
+/// Given a slave that is told a delay of 10 us, and a master that is told one of 3 us
+/// When the cable is measured
+/// Then it is as long as it is, to the microsecond by which stamps of interrupts are.
+#[test]
+fn a_cable_is_as_long_as_it_is_whatever_delays_are_configured() {
+    let mut world = running(STANDARD, 2);
+    for (node, delay_ns) in [(MASTER, 3_000_i32), (TWO, 10_000)] {
+        world.write(node, Address::new(0x2014, 1), &delay_ns.to_le_bytes());
+    }
+    world.run_for(ms(5_000));
+    let task = world.on_master(|master| async move { master.measure_cable(TWO).await });
+    world.run_for(ms(2_500));
+    let (_, measured) = task.take().expect("it ended");
+    let cable = measured.expect("it was measured");
+    assert_eq!(cable.bus, Bus::Nominal);
+    assert!(cable.delay_ns.abs() < 2_000, "{} ns", cable.delay_ns);
+}
+
+#[test]
+fn a_cable_to_nobody_or_of_a_bus_that_was_left_is_a_typed_error() {
+    let mut world = running(STANDARD, 2);
+    let task = world.on_master(|master| async move { master.measure_cable(FOUR).await });
+    world.run_for(ms(2_000));
+    assert_eq!(task.take().map(|(_, measured)| measured), Some(Err(Error::Timeout)));
+    let task = world.on_master(|master| async move { master.measure_cable(TWO).await });
+    world.run_for(ms(500));
+    world.request(MasterRequest::SwitchBus(Bus::Redundant));
+    world.run_for(ms(5_000));
+    assert_eq!(task.take().map(|(_, measured)| measured), Some(Err(Error::BusChanged)));
 }

@@ -1,0 +1,43 @@
+//! Measures the cable to the slave in 6320h.
+
+use boards::Board;
+use ecss_can::runner::Handle;
+use ecss_can::types::NodeId;
+use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex as Raw;
+use embassy_sync::signal::Signal;
+use mission::{CableMeasurement, CommanderObjects};
+
+use super::Node;
+
+/// A slave whose cable is to be measured.
+static WANTED: Signal<Raw, NodeId> = Signal::new();
+
+/// 6320h was written.
+pub fn start(master: Handle<Board, Node>) {
+    let node = master.change(|objects| {
+        objects.cable.progress = CableMeasurement::RUNNING;
+        objects.cable.node
+    });
+    if let Some(node) = NodeId::new(node) {
+        WANTED.signal(node);
+    }
+}
+
+/// Measures one after the other.
+#[embassy_executor::task]
+pub async fn cables(master: Handle<Board, Node>) -> ! {
+    loop {
+        let node = WANTED.wait().await;
+        let measured = master.measure_cable(node).await;
+        defmt::info!("cable to slave {}: {}", node.get(), measured);
+        master.change(|CommanderObjects { cable, .. }| {
+            (cable.progress, cable.abort) = match measured {
+                Ok(_) => (CableMeasurement::MEASURED, 0),
+                Err(error) => (CableMeasurement::FAILED, error.code()),
+            };
+            if let Ok(measured) = measured {
+                (cable.bus, cable.delay) = (measured.bus.bdefault(), measured.delay_ns);
+            }
+        });
+    }
+}

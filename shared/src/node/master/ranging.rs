@@ -1,0 +1,45 @@
+//! Stamps of heartbeats, by which the cable to a slave is measured (objects 2016h and 2044h).
+
+use super::Master;
+use super::declared::Ranging;
+use crate::link::Stamp;
+use crate::node::Device;
+use crate::types::{Bus, CobId, NodeId};
+
+/// What the master knows of a slave whose cable is measured.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ranged {
+    /// The active bus.
+    pub bus: Bus,
+    /// Local SCET at the end of the last heartbeat, units of 2^-32 s; zero before the first.
+    pub heard: u64,
+    /// By how much the master corrects its stamps on that bus, nanoseconds.
+    pub correction: i32,
+}
+
+impl<D: Device> Master<D> {
+    /// A heartbeat whose end is of interest: its own, and those of the slave in 2044h.
+    pub(super) fn is_ranged(&self, id: CobId) -> bool {
+        let node = id.node().filter(|node| id == CobId::heartbeat(*node));
+        node.is_some_and(|node| node == NodeId::MASTER || node.get() == self.ranging().node)
+    }
+
+    /// A heartbeat of a slave on the active bus.
+    pub(super) fn on_ranged(&mut self, node: NodeId, stamp: &Stamp) {
+        if node.get() == self.ranging().node {
+            let heard = self.services.time.clock().at(stamp.fine()).units();
+            self.services.dictionary.objects.application.network.ranging.heard = heard;
+        }
+    }
+
+    fn ranging(&self) -> &Ranging {
+        &self.services.dictionary.objects.application.network.ranging
+    }
+
+    /// What is known of the slave in 2044h.
+    pub(crate) fn ranged(&self) -> Ranged {
+        let bus = self.manager.active();
+        let correction = &self.services.dictionary.objects.spacecraft.clock.correction;
+        Ranged { bus, heard: self.ranging().heard, correction: correction.of(bus) }
+    }
+}
