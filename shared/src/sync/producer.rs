@@ -56,7 +56,7 @@ impl Random {
         self.0 ^= self.0 >> 17;
         self.0 ^= self.0 << 5;
         // Of its upper half, whose bits are the better ones.
-        u64::from(self.0 >> 16) * (u64::from(most) + 1) >> 16
+        (u64::from(self.0 >> 16) * (u64::from(most) + 1)) >> 16
     }
 }
 
