@@ -1,6 +1,7 @@
 //! One emulated board: a core, its peripherals, a crystal, straps, a debug probe that listens.
 
 mod access;
+mod debug;
 mod devices;
 mod edge;
 mod fittings;
@@ -13,6 +14,7 @@ use std::sync::Arc;
 use can_wire::time::Time;
 
 pub use access::AccessError;
+pub use debug::HaltError;
 use devices::DmaMemory;
 pub use edge::Edge;
 pub use fittings::Fittings;
@@ -65,6 +67,8 @@ pub enum State {
     Running,
     /// In a HardFault handler that will never leave its loop. Peripherals go on.
     Stuck,
+    /// A debugger has halted it ([`EmulatedBoard::halt`]). Peripherals go on.
+    Halted,
     /// Locked up: a fault that no handler can take. Peripherals go on.
     LockedUp,
     /// Stopped at an access that the model refused.
@@ -390,7 +394,7 @@ impl EmulatedBoard {
                 State::Off => self.clock.jump_to(until),
                 State::Running => {}
                 // Nobody feeds the watchdog of a core that is gone.
-                State::Stuck | State::LockedUp => match self.watchdog {
+                State::Stuck | State::LockedUp | State::Halted => match self.watchdog {
                     Some((_, cycle)) if self.clock.time_at(cycle) < until => {
                         self.clock.advance_to_cycle(cycle);
                         self.on_event();
@@ -469,6 +473,9 @@ impl EmulatedBoard {
             }
             self.refresh();
         }
+        if step.asleep && self.cpu.sleeps_deeply() {
+            return Err(self.refuse_deep_sleep());
+        }
         self.look_after(step)?;
         if self.clock.now().cycle >= self.timer_event {
             self.on_event();
@@ -496,20 +503,6 @@ impl EmulatedBoard {
             self.start(ResetCause::Software);
         }
         Ok(())
-    }
-
-    fn refuse(&mut self, refused: RefusedAccess) -> AccessError {
-        let RefusedAccess { address, write, refusal } = refused;
-        let error = AccessError {
-            board: self.config.name.clone(),
-            at: self.now(),
-            pc: self.cpu.return_address().unwrap_or(u32::MAX),
-            address,
-            write,
-            refusal,
-        };
-        self.state = State::Refused(error.clone());
-        error
     }
 
     /// Follows what the peripherals did: clock tree, interrupt lines, next timer event.

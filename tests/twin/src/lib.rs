@@ -39,7 +39,8 @@
 //! * Contention on the buses, and the halfwords that the core fetches ahead. SysTick counts core cycles whatever CLKSOURCE
 //!   says. Mass erase, option bytes, programming by double words; wear.
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), ageing of crystals.
-//! * Stop and Standby, the window watchdog, brown-out, debug halts (what DBGMCU would freeze then runs on).
+//! * Stop and Standby: a WFI or WFE with SLEEPDEEP stops the board with an error. The window watchdog, brown-out.
+//! * A debugger that freezes timers with the core: [`board::EmulatedBoard::halt`] refuses.
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
 //!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.
 //! * The synchroniser and the filter of capture inputs (a delay that is equal for every edge), compare preload.

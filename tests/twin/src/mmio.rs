@@ -68,6 +68,8 @@ pub enum Refusal {
     Width,
     /// The reference manual forbids it in the peripheral's present state.
     Misuse,
+    /// The core would enter Stop or Standby.
+    DeepSleep,
 }
 
 impl std::fmt::Display for Refusal {
@@ -76,6 +78,7 @@ impl std::fmt::Display for Refusal {
             Refusal::Unmodelled => "no modelled peripheral answers",
             Refusal::ClockOff => "the peripheral's clock is off in RCC",
             Refusal::Width => "the register does not take this width or alignment",
+            Refusal::DeepSleep => "Stop and Standby are not modelled, clear SLEEPDEEP in SCR",
             Refusal::Misuse => "the reference manual forbids it in the peripheral's present state",
         })
     }

@@ -4,7 +4,12 @@ use std::fmt;
 
 use can_wire::time::Time;
 
+use super::{EmulatedBoard, State};
+use crate::link::RefusedAccess;
 use crate::mmio::Refusal;
+
+/// The system control register, which holds SLEEPDEEP (DDI 0403 B3.2.7).
+const SCR: u32 = 0xE000_ED10;
 
 /// What the program asked for and nobody could give. The board stops there.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,10 +31,34 @@ pub struct AccessError {
 impl fmt::Display for AccessError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let AccessError { board, at, pc, address, write, refusal } = self;
-        let kind = if *write { "store to" } else { "load from" };
         let us = at.as_us();
+        if *refusal == Refusal::DeepSleep {
+            return write!(f, "{board}: WFI or WFE at {pc:08X}h after {us} us: {refusal}");
+        }
+        let kind = if *write { "store to" } else { "load from" };
         write!(f, "{board}: {kind} {address:08X}h by the instruction at {pc:08X}h after {us} us: {refusal}")
     }
 }
 
 impl std::error::Error for AccessError {}
+
+impl EmulatedBoard {
+    /// Stops at an access that was refused.
+    pub(super) fn refuse(&mut self, refused: RefusedAccess) -> AccessError {
+        let pc = self.cpu.return_address().unwrap_or(u32::MAX);
+        self.stop_at(pc, refused)
+    }
+
+    /// Stops at a WFI or WFE that would enter Stop or Standby.
+    pub(super) fn refuse_deep_sleep(&mut self) -> AccessError {
+        let refused = RefusedAccess { address: SCR, write: false, refusal: Refusal::DeepSleep };
+        self.stop_at(self.cpu.pc(), refused)
+    }
+
+    fn stop_at(&mut self, pc: u32, RefusedAccess { address, write, refusal }: RefusedAccess) -> AccessError {
+        let (board, at) = (self.config.name.clone(), self.now());
+        let error = AccessError { board, at, pc, address, write, refusal };
+        self.state = State::Refused(error.clone());
+        error
+    }
+}

@@ -26,7 +26,7 @@
 //! # Not modelled
 //!
 //! TTCM: the errata of this block say that time stamps cannot be used and that TTCM stays cleared, so TIME reads 0.
-//! Debug freeze (DBF), and CANTX in loopback. SAMP and RX of MSR always read recessive.
+//! CANTX in loopback. SAMP and RX of MSR always read recessive.
 
 mod clock;
 mod controller;
@@ -46,7 +46,7 @@ pub use clock::PclkTick;
 use controller::{Mode, Registers};
 use filter::FilterBlock;
 pub use line::Line;
-use regs::{CONTROLLER_SIZE, FMR};
+use regs::{CONTROLLER_SIZE, FMR, MCR_DBF};
 
 /// One of the two controllers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -215,6 +215,11 @@ impl BxcanPair {
     pub fn takes_part(&self, side: Side) -> bool {
         let controller = &self.controllers[side as usize];
         controller.mode == Mode::Normal && !controller.loopback()
+    }
+
+    /// DBF of `side`: it stops with a halted core.
+    pub fn stops_in_debug(&self, side: Side) -> bool {
+        self.controllers[side as usize].mcr(MCR_DBF)
     }
 
     /// Levels of the interrupt lines of `side`.

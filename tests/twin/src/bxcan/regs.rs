@@ -34,6 +34,7 @@ pub const MCR_RFLM: u32 = 1 << 3;
 pub const MCR_NART: u32 = 1 << 4;
 pub const MCR_AWUM: u32 = 1 << 5;
 pub const MCR_ABOM: u32 = 1 << 6;
+pub const MCR_DBF: u32 = 1 << 16;
 pub const MCR_RESET: u32 = 1 << 15;
 /// INRQ, SLEEP, TXFP, RFLM, NART, AWUM, ABOM, TTCM and DBF; RESET never reads 1.
 pub const MCR_STORED: u32 = 0x0001_00FF;

@@ -61,6 +61,10 @@ pub trait Cpu: Send {
     fn return_address(&self) -> Option<u32>;
     /// Where memory or bus refused an access since the last call.
     fn take_bus_fault(&mut self) -> Option<u32>;
+    /// The next sleep is Stop or Standby: SLEEPDEEP is set in SCR.
+    fn sleeps_deeply(&self) -> bool;
+    /// The core was halted until `cycle`: SysTick and the cycle counter stood still.
+    fn skip_to(&mut self, cycle: u64);
     /// All core registers.
     fn registers(&self) -> Registers;
     /// Copies from flash or RAM without side effects.

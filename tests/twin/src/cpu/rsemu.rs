@@ -33,6 +33,8 @@ const HARD_FAULT: u32 = 3;
 /// TICKINT of SYST_CSR, and ENABLE beside it (DDI 0403 B3.3.3).
 const SYST_TICKINT: u32 = 1 << 1;
 const SYST_WAKES: u32 = SYST_TICKINT | 1;
+/// SLEEPDEEP of SCR (DDI 0403 B3.2.7).
+const SCR_SLEEPDEEP: u32 = 1 << 2;
 /// Words from a stack frame's base to the return address and to xPSR (DDI 0403 B1.5.6).
 const FRAME_PC: u32 = 6;
 const FRAME_XPSR: u32 = 7;
@@ -306,6 +308,14 @@ impl Cpu for Core {
     fn take_bus_fault(&mut self) -> Option<u32> {
         let (count, address) = self.cpu.bus_faults();
         (std::mem::replace(&mut self.bus_faults, count) != count).then_some(address)
+    }
+
+    fn sleeps_deeply(&self) -> bool {
+        self.cpu.with_sys(|sys| sys.scr & SCR_SLEEPDEEP != 0)
+    }
+
+    fn skip_to(&mut self, cycle: u64) {
+        self.cycle = cycle;
     }
 
     fn registers(&self) -> Registers {

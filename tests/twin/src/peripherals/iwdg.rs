@@ -1,7 +1,7 @@
 //! IWDG: the independent watchdog on the LSI oscillator.
 //!
 //! RM0090 chapter 21. Started by software; only a reset stops it. It runs on in Sleep, in endless fault handlers and
-//! through a lock-up. DBG_IWDG_STOP freezes it while a debugger halts the core, which the twin's probe never does.
+//! through a lock-up. DBG_IWDG_STOP freezes it while a debugger halts the core.
 
 use can_wire::time::{TICKS_PER_US, Time};
 
@@ -64,6 +64,13 @@ impl Iwdg {
     pub fn deadline(&self) -> Option<Time> {
         let (since, count) = self.counting?;
         Some(since + self.span((u64::from(count) + 1) * self.divider()))
+    }
+
+    /// It was frozen for `span`.
+    pub fn stood_still(&mut self, span: Time) {
+        if let Some((since, _)) = &mut self.counting {
+            *since = *since + span;
+        }
     }
 
     /// A load.

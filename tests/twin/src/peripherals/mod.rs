@@ -107,6 +107,8 @@ pub struct Peripherals {
     iwdg: Iwdg,
     adc: Adc,
     can: BxcanPair,
+    /// Since when a debugger has halted the core.
+    halted: Option<Time>,
     pin_changes: Vec<PinChange>,
     timed_changes: Vec<TimedChange>,
 }
@@ -139,6 +141,7 @@ impl Peripherals {
             iwdg: Iwdg::new(LSI_HZ),
             adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
+            halted: None,
             pin_changes: Vec::new(),
             timed_changes: Vec::new(),
         }
@@ -170,6 +173,7 @@ impl Peripherals {
     /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
+        self.halted = None;
         self.flash = Flash::new(self.part);
         self.pwr = Pwr::new(self.part);
         self.gpio.iter_mut().for_each(Gpio::reset);
@@ -413,7 +417,32 @@ impl Peripherals {
 
     /// When the watchdog resets the chip unless the program reloads it before.
     pub fn watchdog_deadline(&self) -> Option<Time> {
-        self.iwdg.deadline()
+        let frozen = self.halted.is_some() && self.dbgmcu.freezes_watchdog();
+        self.iwdg.deadline().filter(|_| !frozen)
+    }
+
+    /// What DBGMCU freezes and the model does not: bits of APB1_FZ and APB2_FZ.
+    pub(crate) fn unmodelled_freezes(&self) -> (u32, u32) {
+        self.dbgmcu.unmodelled_freezes()
+    }
+
+    /// A debugger halts the core.
+    pub(crate) fn halt(&mut self, now: Time) {
+        self.halted = Some(now);
+    }
+
+    /// It goes on.
+    pub(crate) fn go_on(&mut self, now: Time) {
+        if let Some(since) = self.halted.take()
+            && self.dbgmcu.freezes_watchdog()
+        {
+            self.iwdg.stood_still(now.since(since));
+        }
+    }
+
+    /// A controller stands still with its core.
+    fn is_can_frozen(&self, side: Side) -> bool {
+        self.halted.is_some() && self.dbgmcu.freezes_can(side) && self.can.stops_in_debug(side)
     }
 
     /// The LSI oscillator's frequency, Hz; the watchdog must not run yet.
@@ -511,7 +540,7 @@ impl Peripherals {
     /// The controller as its wire sees it: `None` while it has no clock or its pins do not carry it.
     pub fn can_line(&mut self, side: Side) -> Option<Line<'_>> {
         let routed = can_pins::are_routed(&self.gpio, self.package_pins, side);
-        (routed && self.is_can_clocked(side)).then(|| self.can.line(side))
+        (routed && self.is_can_clocked(side) && !self.is_can_frozen(side)).then(|| self.can.line(side))
     }
 
     /// Why a controller that takes part reaches no bus; `None` when it does, and while it does not take part. `wired`: a bus

@@ -11,6 +11,8 @@ use crate::model::{Model, Part};
 const HSI_HZ: u64 = 16_000_000;
 /// DS8626 table 34: start-up of a 4..26 MHz crystal.
 const HSE_STARTUP: Time = Time::from_ms(2);
+/// DS8626 table 35: start-up of LSE.
+const LSE_STARTUP: Time = Time::from_ms(2_000);
 /// DS8626 table 36: PLL lock time at 2 MHz input, upper bound at 1 MHz is 300 µs.
 const PLL_LOCK: Time = Time::from_us(200);
 
@@ -21,6 +23,7 @@ const AHB1RSTR: u32 = 0x10;
 const APB2RSTR: u32 = 0x24;
 const AHB1ENR: u32 = 0x30;
 const APB2ENR: u32 = 0x44;
+const BDCR: u32 = 0x70;
 const CSR: u32 = 0x74;
 const DCKCFGR: u32 = 0x8C;
 /// Registers, the F446's DCKCFGR2 the last.
@@ -39,6 +42,11 @@ const CR_PLLSAION: u32 = 1 << 28;
 const CR_PLLSAIRDY: u32 = 1 << 29;
 const CR_READY: u32 = CR_HSIRDY | CR_HSERDY | CR_PLLRDY | CR_PLLI2SRDY | CR_PLLSAIRDY;
 const PLLCFGR_SRC_HSE: u32 = 1 << 22;
+
+const BDCR_LSEON: u32 = 1 << 0;
+const BDCR_LSERDY: u32 = 1 << 1;
+const BDCR_LSEBYP: u32 = 1 << 2;
+const BDCR_BDRST: u32 = 1 << 16;
 
 const CSR_LSION: u32 = 1 << 0;
 const CSR_LSIRDY: u32 = 1 << 1;
@@ -103,6 +111,8 @@ pub struct Rcc {
     hse_starts: bool,
     hse_ready: Time,
     pll_ready: Time,
+    /// `None`: LSE is off, or bypassed with nothing on its pin.
+    lse_ready: Option<Time>,
     /// Peripherals put into reset by the last write, as (RSTR offset from AHB1RSTR, bits).
     resets: Option<(u32, u32)>,
 }
@@ -116,6 +126,7 @@ impl Rcc {
             hse_starts: true,
             hse_ready: Time::NEVER,
             pll_ready: Time::NEVER,
+            lse_ready: None,
             resets: None,
         };
         rcc.reset(ResetCause::PowerOn);
@@ -130,7 +141,13 @@ impl Rcc {
     /// Everything but the reset flags starts again; they add up until RMVF clears them.
     pub fn reset(&mut self, cause: ResetCause) {
         let flags = if cause == ResetCause::PowerOn { 0 } else { self.word(CSR) & CSR_FLAGS };
+        // The backup domain has no supply of its own on our boards: VBAT is VDD.
+        let backup = if cause == ResetCause::PowerOn { 0 } else { self.word(BDCR) };
+        if backup == 0 {
+            self.lse_ready = None;
+        }
         self.words = [0; WORDS];
+        *self.word_mut(BDCR) = backup;
         // AHB1ENR, the five LPENR, PLLI2SCFGR, PLLSAICFGR.
         let [ahb1, ahb1lp, ahb2lp, ahb3lp, apb1lp, apb2lp, plli2s, pllsai] = match self.model.part {
             Part::Stm32f405 => {
@@ -194,6 +211,7 @@ impl Rcc {
                     | ready(CR_PLLSAION, Time::ZERO, CR_PLLSAIRDY)
             }
             CFGR => word & !0b1100 | (word & 0b11) << 2,
+            BDCR if self.lse_ready.is_some_and(|at| now.time >= at) => word | BDCR_LSERDY,
             CSR => word & !CSR_LSIRDY | if word & CSR_LSION != 0 { CSR_LSIRDY } else { 0 },
             _ => word,
         })
@@ -232,6 +250,7 @@ impl Rcc {
                 };
                 *self.word_mut(CR) = value | old & in_use;
             }
+            BDCR => self.write_bdcr(now.time, value),
             CSR => {
                 let flags = if value & CSR_RMVF != 0 { 0 } else { old & CSR_FLAGS };
                 *self.word_mut(CSR) = flags | value & CSR_LSION;
@@ -243,6 +262,16 @@ impl Rcc {
             _ => *self.word_mut(offset) = value,
         }
         Some(())
+    }
+
+    /// LSE is a crystal on both boards. Bypassed it has no clock, and never gets ready.
+    fn write_bdcr(&mut self, now: Time, value: u32) {
+        let value = if value & BDCR_BDRST != 0 { BDCR_BDRST } else { value & !BDCR_LSERDY };
+        self.lse_ready = match value & (BDCR_LSEON | BDCR_LSEBYP) {
+            BDCR_LSEON => self.lse_ready.or(Some(now + LSE_STARTUP)),
+            _ => None,
+        };
+        *self.word_mut(BDCR) = value;
     }
 
     /// Peripherals put into reset since the last call, as (bus as in [`Gate`], bits).
@@ -372,6 +401,26 @@ mod tests {
         rcc.write(at_us(4000), CR, 0).unwrap();
         let cr = rcc.read(at_us(4000), CR).unwrap();
         assert_eq!(cr & (CR_HSEON | CR_PLLON | CR_HSION), CR_HSEON | CR_PLLON);
+    }
+
+    /// It stays on through a reset of the part and stops with the backup domain.
+    #[test]
+    fn lse_gets_ready_after_its_start_up_time() {
+        let mut rcc = Rcc::new(Model::PYBOARD_V11);
+        rcc.write(at_us(100), BDCR, BDCR_LSEON).unwrap();
+        assert_eq!(rcc.read(at_us(2_000_099), BDCR).unwrap(), BDCR_LSEON);
+        assert_eq!(rcc.read(at_us(2_000_100), BDCR).unwrap(), BDCR_LSEON | BDCR_LSERDY);
+        rcc.reset(ResetCause::Software);
+        assert_eq!(rcc.read(at_us(2_000_200), BDCR).unwrap(), BDCR_LSEON | BDCR_LSERDY);
+        rcc.write(at_us(2_000_300), BDCR, BDCR_BDRST).unwrap();
+        assert_eq!(rcc.read(at_us(9_000_000), BDCR).unwrap(), BDCR_BDRST);
+    }
+
+    #[test]
+    fn lse_in_bypass_never_gets_ready() {
+        let mut rcc = Rcc::new(Model::NUCLEO_F446RE);
+        rcc.write(at_us(0), BDCR, BDCR_LSEON | BDCR_LSEBYP).unwrap();
+        assert_eq!(rcc.read(at_us(60_000_000), BDCR).unwrap(), BDCR_LSEON | BDCR_LSEBYP);
     }
 
     #[test]

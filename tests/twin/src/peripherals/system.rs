@@ -1,7 +1,13 @@
 //! Small blocks that firmware only sets up and reads back: PWR, DBGMCU, device signature.
 
 use super::adc::calibration;
+use crate::bxcan::Side;
 use crate::model::Part;
+
+/// Words of DBGMCU: APB1_FZ, behind it APB2_FZ.
+const APB1_FZ: usize = 2;
+const IWDG_STOP: u32 = 1 << 12;
+const CAN_STOP: [u32; 2] = [1 << 25, 1 << 26];
 
 /// PWR, RM0090 chapter 5 (F405), RM0390 chapter 5 (F446). The regulator reaches its scale and over-drive at once; Stop
 /// and Standby are not modelled.
@@ -66,7 +72,7 @@ impl Pwr {
     }
 }
 
-/// DBGMCU, RM0090 38.16. Freezing is stored: no debugger ever halts the core.
+/// DBGMCU, RM0090 38.16: what stands still while a debugger halts the core.
 #[derive(Debug)]
 pub struct Dbgmcu {
     words: [u32; 4],
@@ -86,6 +92,21 @@ impl Dbgmcu {
     /// Part and revision.
     pub fn idcode(&self) -> u32 {
         self.words[0]
+    }
+
+    /// DBG_IWDG_STOP.
+    pub fn freezes_watchdog(&self) -> bool {
+        self.words[APB1_FZ] & IWDG_STOP != 0
+    }
+
+    /// DBG_CAN1_STOP or DBG_CAN2_STOP.
+    pub fn freezes_can(&self, side: Side) -> bool {
+        self.words[APB1_FZ] & CAN_STOP[side as usize] != 0
+    }
+
+    /// Bits of APB1_FZ and APB2_FZ that ask for what the model does not stop.
+    pub fn unmodelled_freezes(&self) -> (u32, u32) {
+        (self.words[APB1_FZ] & !(IWDG_STOP | CAN_STOP[0] | CAN_STOP[1]), self.words[APB1_FZ + 1])
     }
 
     /// Another part or revision.

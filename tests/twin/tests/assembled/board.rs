@@ -232,3 +232,17 @@ fn power_off_forgets_ram_and_reset_does_not() {
     board.run_until(Time::from_us(150)).unwrap();
     assert_eq!(word(&board, RAM), first);
 }
+
+/// SLEEPDEEP is bit 2 of SCR (DDI 0403 B3.2.7).
+#[test]
+fn a_sleep_that_would_be_stop_is_refused_at_its_instruction() {
+    let scr = store(0xE000_ED10, 1 << 2);
+    let mut board = EmulatedBoard::new(board("stop", image(&[&scr[..], &SLEEP].concat(), &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_ms(1)).unwrap_err();
+    assert_eq!(error.refusal, Refusal::DeepSleep);
+    assert_eq!(*board.state(), State::Refused(error.clone()));
+    let text = error.to_string();
+    assert!(text.contains("WFI or WFE at 0800021"), "{text}");
+    assert!(text.contains("Stop and Standby are not modelled, clear SLEEPDEEP in SCR"), "{text}");
+}

@@ -3,6 +3,7 @@
 mod accelerator;
 mod board;
 mod capture;
+mod debug;
 mod flash;
 mod guests;
 mod programs;

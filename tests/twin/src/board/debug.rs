@@ -1,0 +1,58 @@
+//! A debugger that halts the core, and what stands still meanwhile (RM0090 38.16.2).
+
+use super::{EmulatedBoard, State};
+
+/// Why a debugger cannot halt a core here.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum HaltError {
+    /// The core does not run.
+    #[error("{0}: only a running core can be halted")]
+    NotRunning(String),
+    /// The program asks for timers to stop with the core.
+    #[error(
+        "{board}: DBGMCU freezes with {frozen:08X}h (APB1_FZ) and {frozen2:08X}h (APB2_FZ) what the model lets run: only CAN1, \
+         CAN2 and IWDG can stop with the core"
+    )]
+    Unmodelled {
+        /// The board.
+        board: String,
+        /// Bits of DBGMCU_APB1_FZ that are not modelled.
+        frozen: u32,
+        /// Bits of DBGMCU_APB2_FZ.
+        frozen2: u32,
+    },
+}
+
+impl EmulatedBoard {
+    /// A debugger halts the core. Peripherals go on, but for what the program freezes: IWDG by DBG_IWDG_STOP, a CAN controller
+    /// by its DBG_CANx_STOP together with DBF in its MCR. A frozen controller takes no part in its bus.
+    ///
+    /// # Errors
+    /// [`HaltError`]: the core goes on.
+    pub fn halt(&mut self) -> Result<(), HaltError> {
+        let board = self.config.name.clone();
+        if self.state != State::Running {
+            return Err(HaltError::NotRunning(board));
+        }
+        let (frozen, frozen2) = self.link.peripherals().unmodelled_freezes();
+        if (frozen, frozen2) != (0, 0) {
+            return Err(HaltError::Unmodelled { board, frozen, frozen2 });
+        }
+        self.state = State::Halted;
+        let now = self.now();
+        self.link.peripherals().halt(now);
+        self.refresh();
+        Ok(())
+    }
+
+    /// The debugger lets a halted core go on where it stood. Without effect on any other.
+    pub fn go_on(&mut self) {
+        if self.state == State::Halted {
+            self.state = State::Running;
+            self.cpu.skip_to(self.clock.now().cycle);
+            let now = self.now();
+            self.link.peripherals().go_on(now);
+            self.refresh();
+        }
+    }
+}
