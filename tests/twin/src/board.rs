@@ -156,6 +156,7 @@ impl EmulatedBoard {
         let mut peripherals = Peripherals::new(config.model, serial);
         peripherals.set_lsi(lsi_hz);
         peripherals.set_temperature(temperature_c);
+        peripherals.flash().set_speed(config.fittings.flash_speed);
         peripherals.set_hse(hse_starts);
         if revision_a {
             peripherals.set_revision_a();

@@ -16,7 +16,7 @@
 //! * The flash accelerator as FLASH_ACR sets it: wait states, prefetch, 64 instruction and 8 data lines, stale lines after an
 //!   erase. [`board::Fittings::flash_timing`] gives ideal memory instead, or wait states without the accelerator; how
 //!   close the model is stands in `accelerator`.
-//! * Flash that programs and erases, takes its typical time for it, lets the core wait, and keeps its content without power;
+//! * Flash that programs and erases, takes the typical or the longest time of the data sheet, lets the core wait, and keeps its content without power;
 //!   power may fail in any of its operations ([`board::EmulatedBoard::cut_power_at`]).
 //! * TIM2, TIM3 and TIM5, upwards: compare, input capture, their DMA requests; TIM5 starts TIM3, and both drive pins, at
 //!   instants that [`board::EmulatedBoard::take_edges`] gives to fractions of a tick. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
@@ -43,7 +43,7 @@
 //! * A debugger that freezes timers with the core: [`board::EmulatedBoard::halt`] refuses.
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
 //!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.
-//! * The synchroniser and the filter of capture inputs (a delay that is equal for every edge), compare preload.
+//! * The synchroniser of capture inputs (a delay that is equal for every edge), compare preload.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

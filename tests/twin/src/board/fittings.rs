@@ -3,6 +3,7 @@
 use can_wire::transceiver::Transceiver;
 
 use crate::accelerator::FlashTiming;
+use crate::peripherals::FlashSpeed;
 use crate::wiring::Wiring;
 
 /// What a board carries and what it feels.
@@ -20,8 +21,10 @@ pub struct Fittings {
     pub thermometer: bool,
     /// Temperature of the chip at first, °C.
     pub temperature_c: f64,
-    /// How much time flash takes.
+    /// How much time reads of flash take.
     pub flash_timing: FlashTiming,
+    /// How long flash takes to program and erase.
+    pub flash_speed: FlashSpeed,
     /// An F405 of revision A, which must not prefetch and names itself 411h in DBGMCU_IDCODE (ES0182).
     pub revision_a: bool,
     /// The oscillator on OSC_IN works. A broken one never gets ready.
@@ -38,6 +41,7 @@ impl Default for Fittings {
             thermometer: true,
             temperature_c: 25.0,
             flash_timing: FlashTiming::AsSet,
+            flash_speed: FlashSpeed::Typical,
             revision_a: false,
             hse_starts: true,
         }

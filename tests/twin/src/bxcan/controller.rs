@@ -331,10 +331,11 @@ impl Registers {
         self.may_send(start).then_some(start)
     }
 
-    /// Stores a frame that became valid at `at`, if a filter admits it.
-    pub fn receive(&mut self, at: Time, frame: WireFrame, filters: &FilterBlock) {
+    /// Stores a frame that began at `start` and became valid at `at`, if a filter admits it.
+    pub fn receive(&mut self, start: Time, at: Time, frame: WireFrame, filters: &FilterBlock) {
         self.succeed();
-        let Some(found) = filters.admit(self.side, FilterKey { rir: rir(&frame) }) else {
+        let found = filters.admit(self.side, FilterKey { rir: rir(&frame) });
+        let Some(found) = found.filter(|_| filters.admit_from(start)) else {
             self.stats.rejected += 1;
             return;
         };

@@ -1,5 +1,7 @@
 //! The 28 filter banks that both controllers share: RM0090 32.7.4 and 32.9.4.
 
+use can_wire::time::Time;
+
 use super::Side;
 use super::regs::{
     BANK_BITS, BANKS, BANKS_END, FA1R, FFA1R, FM1R, FMR, FMR_AT_RESET, FMR_CAN2SB, FMR_FINIT, FS1R,
@@ -47,12 +49,22 @@ pub struct FilterBlock {
     /// Bit set: bank active.
     fa1r: u32,
     banks: [[u32; 2]; BANK_COUNT],
+    /// When FINIT was last cleared.
+    open_since: Time,
 }
 
 impl Default for FilterBlock {
     /// As after reset; the banks, undefined there, are zero here.
     fn default() -> Self {
-        FilterBlock { fmr: FMR_AT_RESET, fm1r: 0, fs1r: 0, ffa1r: 0, fa1r: 0, banks: [[0; 2]; BANK_COUNT] }
+        FilterBlock {
+            fmr: FMR_AT_RESET,
+            fm1r: 0,
+            fs1r: 0,
+            ffa1r: 0,
+            fa1r: 0,
+            banks: [[0; 2]; BANK_COUNT],
+            open_since: Time::ZERO,
+        }
     }
 }
 
@@ -75,12 +87,15 @@ impl FilterBlock {
 
     /// Writes; `Some(false)` when the hardware ignores the value: mode, scale and assignment change only while FINIT
     /// is set, a bank only then or while it is inactive.
-    pub fn write(&mut self, offset: u32, value: u32) -> Option<bool> {
+    pub fn write(&mut self, offset: u32, value: u32, now: Time) -> Option<bool> {
         let finit = self.initialising();
         match offset {
             FMR => {
                 let writable = FMR_FINIT | FMR_CAN2SB;
                 self.fmr = self.fmr & !writable | value & writable;
+                if finit && !self.initialising() {
+                    self.open_since = now;
+                }
                 return Some(true);
             }
             FA1R => {
@@ -101,6 +116,12 @@ impl FilterBlock {
             _ => return None,
         }
         Some(true)
+    }
+
+    /// FINIT was clear from `start` on. RM0090 says that FINIT deactivates the reception, and not what becomes of a frame in
+    /// whose middle it is cleared: it is lost here, which is the worst case for a program.
+    pub fn admit_from(&self, start: Time) -> bool {
+        !self.initialising() && self.open_since <= start
     }
 
     /// FINIT: no reception, on neither controller.

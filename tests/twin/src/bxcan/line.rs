@@ -1,6 +1,7 @@
 //! A controller on its wire, and the internal wire of loopback.
 
 use can_wire::controller::{Attachment, Controller, WireEvent};
+use can_wire::encode::encode;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 
@@ -55,7 +56,11 @@ impl Controller for Line<'_> {
                 registers.mailboxes.finish(at, Attempt::Succeeded, single_shot);
                 registers.succeed();
             }
-            WireEvent::Received(frame) => registers.receive(at, *frame, self.filters),
+            WireEvent::Received(frame) => {
+                // Valid with the last but one bit of EOF. A bit more than that ago it had not begun.
+                let begun = registers.bits(encode(frame).bits().len() as u64 - 2);
+                registers.receive(at.since(begun), at, *frame, self.filters);
+            }
             WireEvent::TransmitError(kind) => {
                 registers.mailboxes.finish(at, Attempt::Failed, single_shot);
                 registers.fail(*kind);
@@ -93,7 +98,8 @@ impl Line<'_> {
                 let frame = registers.mailboxes.finish(end, Attempt::Succeeded, false);
                 registers.succeed();
                 if let Some(frame) = frame {
-                    registers.receive(end, frame, self.filters);
+                    let start = end.since(registers.bits(unstuffed_bits(&frame)));
+                    registers.receive(start, end, frame, self.filters);
                 }
                 registers.loopback_end = None;
                 registers.on_bus_since = end + registers.bits(INTERMISSION);

@@ -201,7 +201,7 @@ impl BxcanPair {
         let (side, within) = locate(offset)?;
         let controller = &mut self.controllers[side as usize];
         let accepted = match side {
-            Side::Can1 if within >= FMR => self.filters.write(within, value),
+            Side::Can1 if within >= FMR => self.filters.write(within, value, now),
             _ => controller.write(within, value, now),
         };
         if !accepted.ok_or(BadAccess { offset })? {

@@ -31,6 +31,7 @@ use adc::Adc;
 use dma::Dma;
 use exti::{Exti, Syscfg};
 pub(crate) use flash::Change;
+pub use flash::FlashSpeed;
 use flash::{ACR, Flash};
 use gpio::{Gpio, TIMER_AF};
 pub use gpio::{Pin, PinChange};
@@ -127,7 +128,7 @@ impl Peripherals {
             package_pins: model.package_pins,
             serial,
             rcc: Rcc::new(model),
-            flash: Flash::new(part),
+            flash: Flash::new(part, FlashSpeed::Typical),
             pwr: Pwr::new(part),
             dbgmcu: Dbgmcu::new(part),
             gpio: std::array::from_fn(Gpio::new),
@@ -174,7 +175,7 @@ impl Peripherals {
     pub fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
         self.halted = None;
-        self.flash = Flash::new(self.part);
+        self.flash.reset();
         self.pwr = Pwr::new(self.part);
         self.gpio.iter_mut().for_each(Gpio::reset);
         self.exti = Exti::default();

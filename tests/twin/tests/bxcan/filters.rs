@@ -221,6 +221,24 @@ fn finit_stops_reception() {
     assert_eq!(admitted(&mut bench, standard(1)), Some((0, 0)));
 }
 
+/// Given FINIT that is set and cleared while a frame is on the wire, the frame is acknowledged and lost, and the next one is
+/// received.
+#[test]
+fn finit_in_the_middle_of_a_frame_loses_it() {
+    for (set, clear, received) in [(10, 20, 0), (0, 3, 0), (1, 45, 0), (60, 70, 1)] {
+        let mut bench = Bench::normal();
+        bench.send(sync());
+        bench.pass(bits(set));
+        bench.write(FMR, 1 | 14 << 8);
+        bench.pass(bits(clear - set));
+        bench.write(FMR, 14 << 8);
+        bench.pass(bits(100 - clear));
+        assert_eq!(bench.read(RF0R) & 0b11, received, "FINIT from bit {set} to bit {clear}");
+        assert_eq!(bench.wire.counters().ack_errors, 0);
+        assert_eq!(admitted(&mut bench, standard(1)), Some((0, 0)));
+    }
+}
+
 #[test]
 fn filter_registers_are_protected() {
     let mut bench = Bench::normal();

@@ -1,7 +1,7 @@
 //! Sectors of the main memory and how long they take.
 //!
-//! Times are the typical ones of DS8626 and DS10693, tables "Flash memory programming": erasing goes by the parallelism in
-//! PSIZE, programming takes the same for a byte and a word.
+//! Times are those of DS8626 and DS10693, tables "Flash memory programming": erasing goes by the parallelism in PSIZE,
+//! programming takes the same for a byte and a word.
 
 use std::ops::Range;
 
@@ -23,11 +23,26 @@ pub fn sector(part: Part, number: u32) -> Option<Range<u32>> {
     (range.end <= part.flash_bytes()).then_some(range)
 }
 
+/// How long programming and erasing take.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum FlashSpeed {
+    /// The typical times: 16 us for a word.
+    #[default]
+    Typical,
+    /// The longest times: 100 us for a word, erasing twice the typical time.
+    Slowest,
+}
+
 /// Programming one byte, half-word or word.
-pub const PROGRAM: Time = Time::from_us(16);
+pub const fn program(speed: FlashSpeed) -> Time {
+    match speed {
+        FlashSpeed::Typical => Time::from_us(16),
+        FlashSpeed::Slowest => Time::from_us(100),
+    }
+}
 
 /// Erasing a sector of `bytes` at a parallelism of 8 << `psize` bits.
-pub fn erase(bytes: u32, psize: u32) -> Time {
+pub fn erase(speed: FlashSpeed, bytes: u32, psize: u32) -> Time {
     let ms = match (bytes / KIB, psize) {
         (16, 0) => 400,
         (16, 1) => 300,
@@ -39,5 +54,8 @@ pub fn erase(bytes: u32, psize: u32) -> Time {
         (_, 1) => 1300,
         (_, _) => 1000,
     };
-    Time::from_ms(ms)
+    match speed {
+        FlashSpeed::Typical => Time::from_ms(ms),
+        FlashSpeed::Slowest => Time::from_ms(2 * ms),
+    }
 }

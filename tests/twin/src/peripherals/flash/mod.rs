@@ -13,6 +13,8 @@ use std::ops::Range;
 
 use can_wire::time::Time;
 
+pub use geometry::FlashSpeed;
+
 use crate::accelerator::{DCEN, DCRST, ICEN, ICRST, LATENCY};
 use crate::mmio::{Refusal, Width};
 use crate::model::Part;
@@ -117,6 +119,7 @@ impl Keys {
 #[derive(Debug)]
 pub struct Flash {
     part: Part,
+    speed: FlashSpeed,
     acr: u32,
     /// ACR was written since it was last taken.
     acr_written: bool,
@@ -129,9 +132,10 @@ pub struct Flash {
 
 impl Flash {
     /// After a reset.
-    pub fn new(part: Part) -> Self {
+    pub fn new(part: Part, speed: FlashSpeed) -> Self {
         Flash {
             part,
+            speed,
             acr: 0,
             acr_written: false,
             sr: 0,
@@ -140,6 +144,16 @@ impl Flash {
             option_keys: Keys::Locked,
             operation: None,
         }
+    }
+
+    /// Any reset of the chip.
+    pub fn reset(&mut self) {
+        *self = Flash::new(self.part, self.speed);
+    }
+
+    /// Takes these times from the next operation on.
+    pub fn set_speed(&mut self, speed: FlashSpeed) {
+        self.speed = speed;
     }
 
     /// A load; `None` for what is not there.
@@ -230,7 +244,7 @@ impl Flash {
         // x64 needs a supply on VPP that no board has.
         let sector = geometry::sector(self.part, self.cr >> 3 & 0xF).filter(|_| self.psize() < 3);
         let sector = sector.ok_or(Refusal::Misuse)?;
-        let ends = now + geometry::erase(sector.end - sector.start, self.psize());
+        let ends = now + geometry::erase(self.speed, sector.end - sector.start, self.psize());
         self.operation = Some((Change::Erase(sector), ends));
         Ok(())
     }
@@ -251,7 +265,8 @@ impl Flash {
         } else if width.bytes() != 1 << self.psize() {
             PGPERR
         } else {
-            self.operation = Some((Change::Program { offset, width, value }, now + geometry::PROGRAM));
+            self.operation =
+                Some((Change::Program { offset, width, value }, now + geometry::program(self.speed)));
             return Ok(());
         };
         self.sr |= error;

@@ -6,7 +6,7 @@ const NOW: Time = Time::from_ms(5);
 const X32: u32 = 0b10 << 8;
 
 fn unlocked(part: Part) -> Flash {
-    let mut flash = Flash::new(part);
+    let mut flash = Flash::new(part, FlashSpeed::Typical);
     flash.write(NOW, KEYR, 0x4567_0123).unwrap();
     flash.write(NOW, KEYR, 0xCDEF_89AB).unwrap();
     flash
@@ -14,7 +14,7 @@ fn unlocked(part: Part) -> Flash {
 
 #[test]
 fn the_lock_opens_to_both_keys_in_their_order_and_closes_again() {
-    let mut flash = Flash::new(Part::Stm32f405);
+    let mut flash = Flash::new(Part::Stm32f405, FlashSpeed::Typical);
     assert_eq!(flash.read(CR), Some(0x8000_0000));
     assert_eq!(flash.write(NOW, CR, PG), Err(Refusal::Misuse));
     flash.write(NOW, KEYR, 0x4567_0123).unwrap();
@@ -29,7 +29,7 @@ fn the_lock_opens_to_both_keys_in_their_order_and_closes_again() {
 #[test]
 fn a_wrong_key_shuts_the_lock_until_reset() {
     for wrong in [[0xCDEF_89AB, 0x4567_0123], [0x4567_0123, 0x4567_0123]] {
-        let mut flash = Flash::new(Part::Stm32f405);
+        let mut flash = Flash::new(Part::Stm32f405, FlashSpeed::Typical);
         let refused = wrong.map(|key| flash.write(NOW, KEYR, key).is_err());
         assert!(refused.contains(&true));
         for key in [0x4567_0123, 0xCDEF_89AB] {
@@ -65,6 +65,21 @@ fn a_word_takes_16_us_and_clears_bits_only() {
     flash.finish().unwrap().apply(&mut content);
     assert_eq!(content, [0x78, 0x50, 0x04, 0x00]);
     assert_eq!(flash.read(SR), Some(0), "EOP shows only where its interrupt is enabled");
+}
+
+/// DS8626 table 40: 100 us for a word, 2 s for 128 KiB at x32, whatever resets come between.
+#[test]
+fn the_slowest_flash_takes_the_longest_times_of_the_data_sheet() {
+    let mut flash = unlocked(Part::Stm32f405);
+    flash.set_speed(FlashSpeed::Slowest);
+    flash.write(NOW, CR, PG | X32).unwrap();
+    flash.program(NOW, 0, Width::Word, 0).unwrap();
+    assert_eq!(flash.operation().unwrap().1, NOW + Time::from_us(100));
+    flash.reset();
+    flash.write(NOW, KEYR, 0x4567_0123).unwrap();
+    flash.write(NOW, KEYR, 0xCDEF_89AB).unwrap();
+    flash.write(NOW, CR, SER | STRT | 11 << 3 | X32).unwrap();
+    assert_eq!(flash.operation().unwrap().1, NOW + Time::from_ms(2_000));
 }
 
 #[test]
@@ -168,7 +183,7 @@ fn the_interrupt_tells_ends_and_errors_where_enabled() {
 
 #[test]
 fn caches_are_reset_only_while_they_are_off() {
-    let mut flash = Flash::new(Part::Stm32f405);
+    let mut flash = Flash::new(Part::Stm32f405, FlashSpeed::Typical);
     flash.write(NOW, ACR, 0x705).unwrap();
     assert_eq!(flash.read(ACR), Some(0x705));
     assert_eq!(flash.write(NOW, ACR, 0x1505), Err(Refusal::Misuse));

@@ -3,8 +3,8 @@
 //! RM0090 chapter 18. Modelled: prescaler and auto-reload with their buffers, URS, UDIS, UG, one-pulse mode, update and
 //! compare flags, all output modes, input capture with polarity, prescaler and overcapture, interrupts, DMA requests of the
 //! channels; OCxREF and UG as trigger output, trigger mode as slave mode. A capture takes the count of the edge's own cycle:
-//! the two timer clocks of the input synchroniser and the filter (ICxF) are left out, being the same for every edge. Not
-//! modelled, and refused: counting down or centre-aligned, other slave modes and trigger outputs, TI1 as XOR, TRC, OCxFE
+//! the two timer clocks of the input synchroniser are left out, being the same for every edge. Not modelled, and refused:
+//! counting down or centre-aligned, other slave modes and trigger outputs, TI1 as XOR, TRC, the input filter (ICxF), OCxFE
 //! and OCxCE, DMA requests by update and trigger. The preload of compare values (OCxPE) is stored without effect.
 //!
 //! Nothing is stepped: flags, outputs and counter follow from the cycle count when somebody looks.
@@ -412,8 +412,12 @@ impl Timer {
             mask | if enabled { 0b11 << (8 * n) } else { 0 }
         });
         let merged = self.ccmr[pair as usize] & frozen | value & 0xFFFF & !frozen;
-        // TRC; of an output OCxCE and OCxFE.
-        let is_unknown = |mode: u32| mode & 0b11 == 0b11 || mode & 0b11 == 0 && mode & 0x84 != 0;
+        // TRC; of an output OCxCE and OCxFE, of an input its filter ICxF.
+        let is_unknown = |mode: u32| match mode & 0b11 {
+            0 => mode & 0x84 != 0,
+            0b11 => true,
+            _ => mode & 0xF0 != 0,
+        };
         if (0..2).any(|n| is_unknown(merged >> (8 * n) & 0xFF)) {
             return Err(Refusal::Unmodelled);
         }

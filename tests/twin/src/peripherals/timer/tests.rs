@@ -309,6 +309,8 @@ fn what_is_not_modelled_is_refused() {
         (CCMR1, 0x0300),
         (CCMR1, 0x0004),
         (CCMR1, 0x0080),
+        (CCMR1, 0x0011),
+        (CCMR1, 0xF100),
     ] {
         assert_eq!(tim.write(0, offset, Width::Half, value), Err(Refusal::Unmodelled), "{offset:X}h");
     }
