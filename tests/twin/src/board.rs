@@ -16,6 +16,7 @@ use can_wire::time::Time;
 pub use access::AccessError;
 pub use debug::HaltError;
 use devices::DmaMemory;
+pub use devices::SerialWord;
 pub use edge::Edge;
 pub use fittings::Fittings;
 use flash::FlashCare;
@@ -119,6 +120,7 @@ pub struct EmulatedBoard {
     rtt: Rtt,
     log: Vec<Line>,
     edges: Vec<Edge>,
+    serial: Vec<SerialWord>,
     panicked: bool,
     counters: Counters,
     /// Frames admitted before the last reset.
@@ -162,7 +164,7 @@ impl EmulatedBoard {
             peripherals.set_revision_a();
         }
         if let Some(thermometer) = thermometer.clone() {
-            peripherals.attach_i2c(0, Box::new(thermometer));
+            peripherals.attach_i2c(0, 0, Box::new(thermometer));
         }
         let link = Arc::new(Link::new(peripherals, flash_timing));
         if capture_wires {
@@ -190,6 +192,7 @@ impl EmulatedBoard {
             rtt: Rtt::new(&config.image),
             log: Vec::new(),
             edges: Vec::new(),
+            serial: Vec::new(),
             panicked: false,
             counters: Counters::default(),
             admitted_before: 0,
@@ -515,7 +518,11 @@ impl EmulatedBoard {
             let (at, fraction) = self.clock.exact_time_at(change.cycle);
             Edge { at, fraction, pin: change.pin, high: change.high }
         }));
+        let sent = peripherals.take_sent();
         let clocks = peripherals.clocks();
+        if !sent.is_empty() {
+            self.keep_serial(sent, clocks.hclk);
+        }
         let clocks_changed = self.clocks != Some(clocks);
         if clocks_changed {
             self.clocks = Some(clocks);

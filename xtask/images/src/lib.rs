@@ -60,6 +60,8 @@ const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
 
 /// Flown by tests alone.
 const TEST_DEVICE: &str = "test-device";
+/// Drivers of embassy-stm32 on each peripheral, flown by tests alone.
+const TEST_PERIPHERALS: &str = "test-peripherals";
 
 /// Drivers of others, flown by tests alone.
 const FOREIGN: [&str; 2] = ["foreign-bxcan", "foreign-embassy"];
@@ -108,6 +110,16 @@ pub fn build_test_device(board: &str, profile: &str) -> Result<PathBuf, Error> {
     Ok(image)
 }
 
+/// Builds the drivers that `tests/peripherals` runs; returns the ELF file.
+///
+/// # Errors
+/// See [`Error`]; each says what to do.
+pub fn build_test_peripherals(board: &str) -> Result<PathBuf, Error> {
+    let what = packages(&[TEST_PERIPHERALS], board, "standard");
+    let [image] = programs(board, "standard", LOG, &what, [TEST_PERIPHERALS])?;
+    Ok(image)
+}
+
 /// Lints boards and firmware as they are compiled for a board; warnings are errors.
 ///
 /// # Errors
@@ -119,6 +131,7 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         packages(&["master", "slave", TEST_DEVICE], board, profile),
         packages(&EXAMPLES, board, "standard"),
         packages(&FOREIGN, board, "standard"),
+        packages(&[TEST_PERIPHERALS], board, "standard"),
     ];
     let command = ["clippy", "--package", "ecss-can", "--package", "boards"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)

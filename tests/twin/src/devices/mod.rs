@@ -23,3 +23,31 @@ pub trait I2cDevice: fmt::Debug + Send {
     /// Power comes up with that of the board.
     fn power_on(&mut self) {}
 }
+
+/// CPOL and CPHA of a transfer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SpiMode {
+    /// SCK idles high (CPOL).
+    pub idles_high: bool,
+    /// Data are sampled on the second edge (CPHA).
+    pub second_edge: bool,
+}
+
+/// A slave on an SPI bus.
+pub trait SpiDevice: fmt::Debug + Send {
+    /// Its chip select becomes active, or inactive.
+    fn select(&mut self, _selected: bool) {}
+
+    /// A word of 8 or 16 bits, the first bit on the line in the highest place; returns the word on MISO.
+    fn transfer(&mut self, mode: SpiMode, bits: u32, word: u16) -> u16;
+}
+
+/// A wire from MOSI to MISO.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Loopback;
+
+impl SpiDevice for Loopback {
+    fn transfer(&mut self, _mode: SpiMode, _bits: u32, word: u16) -> u16 {
+        word
+    }
+}

@@ -12,19 +12,23 @@ mod gpio;
 mod interfaces;
 mod iwdg;
 mod map;
+mod numbers;
 mod pins;
 mod rcc;
 mod requests;
+mod resets;
 mod system;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_of_interfaces;
 mod timer;
+mod timers;
 
 use can_wire::time::Time;
 
 use crate::accelerator::PRFTEN;
 use crate::bxcan::{BxcanPair, Line, PclkTick, Side};
-use crate::devices::I2cDevice;
 use crate::mmio::{Now, Refusal, Width};
 use crate::model::{FLASH_BASE, Model, Part};
 use adc::Adc;
@@ -36,17 +40,16 @@ use flash::{ACR, Flash};
 use gpio::{Gpio, TIMER_AF};
 pub use gpio::{Pin, PinChange};
 use interfaces::Interfaces;
+pub use interfaces::Sent;
 use iwdg::Iwdg;
-use map::{
-    ADC1_BIT, AHB1, APB1, APB2, Block, CAN1_BIT, CAN2_BIT, DMA_BITS, I2C_BITS, PWR_BIT, SYSCFG_BIT, TIM2_BIT,
-    TIM3_BIT, TIM5_BIT,
-};
-use pins::Ports;
+use map::{APB1, Block, CAN1_BIT, CAN2_BIT, TIM3_BIT, TIM5_BIT};
+use numbers::{Backup, Crc, Rng};
 pub use rcc::{Clocks, ResetCause};
 use rcc::{Gate, Rcc};
 pub use requests::Ram;
 use system::{Dbgmcu, Pwr, signature};
 use timer::{Kind, Timer};
+use timers::Timers;
 
 /// Levels of the NVIC inputs 0..=95.
 pub type IrqLevels = [u32; 3];
@@ -57,13 +60,14 @@ const TIM2_IRQ: u16 = 28;
 const TIM3_IRQ: u16 = 29;
 const TIM5_IRQ: u16 = 50;
 const ADC_IRQ: u16 = 18;
+const RNG_IRQ: u16 = 80;
 /// TX, RX0, RX1, SCE of CAN1 and CAN2.
 const CAN_IRQS: [(Side, u16); 2] = [(Side::Can1, 19), (Side::Can2, 63)];
 const PORT_A: usize = 0;
 /// Their trigger inputs: ITR2 of TIM3 is TIM5 (RM0090 table 93, RM0390 the same). What TIM2 gives out is not modelled.
-const TIM2: Kind = Kind { bits: 32, trigger: None, drives_pins: false };
-const TIM3: Kind = Kind { bits: 16, trigger: Some(2), drives_pins: true };
-const TIM5: Kind = Kind { bits: 32, trigger: None, drives_pins: true };
+const TIM2: Kind = Kind { bits: 32, trigger: None, drives_pins: false, channels: 4, is_advanced: false };
+const TIM3: Kind = Kind { bits: 16, trigger: Some(2), drives_pins: true, channels: 4, is_advanced: false };
+const TIM5: Kind = Kind { bits: 32, trigger: None, drives_pins: true, channels: 4, is_advanced: false };
 /// Pins of the channels of TIM3 and TIM5 (DS8626 table 9, DS10693 table 11).
 const TIM3_PINS: [&[Pin]; 4] = [
     &[Pin::new('A', 6), Pin::new('B', 4), Pin::new('C', 6)],
@@ -105,6 +109,10 @@ pub struct Peripherals {
     tim5: Timer,
     dma: [Dma; 2],
     interfaces: Interfaces,
+    timers: Timers,
+    crc: Crc,
+    rng: Rng,
+    backup: Backup,
     iwdg: Iwdg,
     adc: Adc,
     can: BxcanPair,
@@ -139,6 +147,10 @@ impl Peripherals {
             tim5: Timer::new(TIM5, 1),
             dma: [Dma::new(0), Dma::new(1)],
             interfaces: Interfaces::default(),
+            timers: Timers::default(),
+            crc: Crc::default(),
+            rng: Rng::new(serial),
+            backup: Backup::default(),
             iwdg: Iwdg::new(LSI_HZ),
             adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
@@ -185,6 +197,9 @@ impl Peripherals {
         self.tim5.reset();
         self.dma.iter_mut().for_each(Dma::reset);
         self.interfaces.reset();
+        self.timers.reset();
+        self.crc = Crc::default();
+        self.rng.reset();
         self.iwdg.reset();
         self.adc.reset();
         self.can.reset(Side::Can1);
@@ -192,6 +207,7 @@ impl Peripherals {
         if cause == ResetCause::PowerOn {
             self.dbgmcu.reset();
             self.interfaces.power_on();
+            self.backup = Backup::default();
         }
     }
 
@@ -211,6 +227,12 @@ impl Peripherals {
             Block::Tim5 => Some(self.tim5.read(now.cycle, word)?),
             Block::Dma(n) => Some(self.dma[n].read(word)?),
             Block::I2c(n) => Some(self.interfaces.i2c[n].read(now.cycle, word)?),
+            Block::Usart(n) => Some(self.interfaces.usart[n].read(now.cycle, word)?),
+            Block::Spi(n) => Some(self.interfaces.spi[n].read(now.cycle, word)?),
+            Block::Timer(n) => Some(self.timers.get(n).read(now.cycle, word)?),
+            Block::Crc => self.crc.read(word),
+            Block::Rng => self.rng.read(now.cycle, word),
+            Block::Rtc => self.backup.read(word),
             Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
             Block::Adc => Some(self.adc.read(now.cycle, word)?),
             Block::Can => self.can.read(word).ok(),
@@ -240,7 +262,7 @@ impl Peripherals {
         let value = match self.kept(now, block, word) {
             Some(old) => width.merge(address, old, value),
             // Timers look at the width of the access.
-            None if matches!(block, Block::Tim2 | Block::Tim3 | Block::Tim5) => value,
+            None if matches!(block, Block::Tim2 | Block::Tim3 | Block::Tim5 | Block::Timer(_)) => value,
             None => width.duplicate(value),
         };
         if matches!((block, word), (Block::Flash, ACR)) && value & PRFTEN != 0 && self.lacks_prefetch() {
@@ -254,10 +276,13 @@ impl Peripherals {
             Block::Tim3 => Some(self.tim3.write(now.cycle, word, width, value)?),
             Block::Tim5 => Some(self.tim5.write(now.cycle, word, width, value)?),
             Block::Dma(n) => Some(self.dma[n].write(word, value)?),
-            Block::I2c(n) => {
-                self.follow_pins(now.cycle, n);
-                Some(self.interfaces.i2c[n].write(now.cycle, word, value)?)
-            }
+            Block::I2c(n) => Some(self.interfaces.i2c[n].write(now.cycle, word, value)?),
+            Block::Usart(n) => Some(self.interfaces.usart[n].write(now.cycle, word, value)?),
+            Block::Spi(n) => Some(self.interfaces.spi[n].write(now.cycle, word, value)?),
+            Block::Timer(n) => Some(self.timers.get(n).write(now.cycle, word, width, value)?),
+            Block::Crc => self.crc.write(word, value),
+            Block::Rng => self.rng.write(now.cycle, word, value, self.rcc.clocks(), self.rcc.pll48()),
+            Block::Rtc => self.backup.write(word, value, self.pwr.allows_backup()),
             Block::Iwdg => Some(self.iwdg.write(now.time, word, value)?),
             Block::Adc => Some(self.adc.write(now.cycle, word, value)?),
             Block::Can => self.can.write(word, value, now.time).ok(),
@@ -272,6 +297,9 @@ impl Peripherals {
         };
         if let Some((bus, bits)) = self.rcc.take_resets() {
             self.reset_blocks(bus, bits);
+        }
+        if matches!(block, Block::I2c(_) | Block::Usart(_) | Block::Spi(_) | Block::Gpio(_) | Block::Rcc) {
+            self.follow_pins(now.cycle);
         }
         // Flash that is read faster than it can be gives anything.
         if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.clocks().hclk) {
@@ -304,45 +332,6 @@ impl Peripherals {
         }
     }
 
-    fn reset_blocks(&mut self, bus: u32, bits: u32) {
-        let hit = |on: u32, bit: u32| bus == on && bits >> bit & 1 == 1;
-        for (port, gpio) in self.gpio.iter_mut().enumerate() {
-            if hit(AHB1, port as u32) {
-                gpio.reset();
-            }
-        }
-        let timers = [(&mut self.tim2, TIM2_BIT), (&mut self.tim3, TIM3_BIT), (&mut self.tim5, TIM5_BIT)];
-        for (timer, bit) in timers {
-            if hit(APB1, bit) {
-                timer.reset();
-            }
-        }
-        for (dma, bit) in self.dma.iter_mut().zip(DMA_BITS) {
-            if hit(AHB1, bit) {
-                dma.reset();
-            }
-        }
-        for (i2c, bit) in self.interfaces.i2c.iter_mut().zip(I2C_BITS) {
-            if hit(APB1, bit) {
-                i2c.reset();
-            }
-        }
-        if hit(APB2, ADC1_BIT) {
-            self.adc.reset();
-        }
-        for (side, bit) in [(Side::Can1, CAN1_BIT), (Side::Can2, CAN2_BIT)] {
-            if hit(APB1, bit) {
-                self.can.reset(side);
-            }
-        }
-        if hit(APB1, PWR_BIT) {
-            self.pwr = Pwr::new(self.part);
-        }
-        if hit(APB2, SYSCFG_BIT) {
-            self.syscfg = Syscfg::default();
-        }
-    }
-
     /// The clock tree as set now.
     pub fn clocks(&self) -> Clocks {
         self.rcc.clocks()
@@ -355,6 +344,7 @@ impl Peripherals {
         self.tim5.set_divider(cycle, clocks.timer1_divider);
         self.adc.set_divider(clocks.apb2_divider);
         self.interfaces.set_clocks(cycle, clocks);
+        self.timers.set_clocks(cycle, clocks);
         self.can.set_pclk(pclk1);
     }
 
@@ -478,30 +468,9 @@ impl Peripherals {
         std::mem::take(&mut self.pin_changes)
     }
 
-    /// Wires a device to I2C1 to I2C3 (0 to 2).
-    pub fn attach_i2c(&mut self, n: usize, device: Box<dyn I2cDevice>) {
-        self.interfaces.i2c[n].attach(device);
-    }
-
-    /// Unplugs all devices of I2C1 to I2C3 (0 to 2), with their pull-ups.
-    pub fn detach_i2c(&mut self, n: usize) {
-        self.interfaces.i2c[n].detach_all();
-    }
-
-    /// An I2C controller learns where its pins are.
-    fn follow_pins(&mut self, cycle: u64, n: usize) {
-        let (routed, pulled_up) = Ports { part: self.part, gpio: &self.gpio }.i2c(n);
-        self.interfaces.i2c[n].set_pins(cycle, routed, pulled_up);
-    }
-
     /// Levels of all interrupt lines.
     pub fn irq_levels(&mut self, now: Now) -> IrqLevels {
         self.run_timers(now.cycle);
-        for n in 0..3 {
-            if self.interfaces.i2c[n].is_enabled() {
-                self.follow_pins(now.cycle, n);
-            }
-        }
         let mut levels = [0; 3];
         let mut set = |irq: u16, level: bool| {
             levels[usize::from(irq) / 32] |= u32::from(level) << (irq % 32);
@@ -515,6 +484,8 @@ impl Peripherals {
             set(irq, level);
         }
         self.interfaces.irqs(now.cycle, &mut set);
+        self.timers.irqs(now.cycle, &mut set);
+        set(RNG_IRQ, self.rng.irq(now.cycle));
         for (side, first) in CAN_IRQS {
             let lines = self.can.irq(side);
             for (k, level) in [lines.tx, lines.rx0, lines.rx1, lines.sce].into_iter().enumerate() {
@@ -530,7 +501,13 @@ impl Peripherals {
     /// The cycle at which a timer or the ADC next raises its line or asks for DMA.
     pub fn next_timer_event(&self, now: Now) -> Option<u64> {
         let timers = [&self.tim2, &self.tim3, &self.tim5].map(|timer| timer.next_event(now.cycle));
-        timers.into_iter().chain([self.adc.next_event(), self.interfaces.next_event()]).flatten().min()
+        let others = [
+            self.adc.next_event(),
+            self.interfaces.next_event(),
+            self.timers.next_event(now.cycle),
+            self.rng.next_event(),
+        ];
+        timers.into_iter().chain(others).flatten().min()
     }
 
     /// The two CAN controllers.

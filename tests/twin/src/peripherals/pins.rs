@@ -1,7 +1,9 @@
 //! Pins that carry the serial interfaces, by alternate function (DS8626 table 9, DS10693 table 11; packages of 64 pins).
 
-use super::Pin;
 use super::gpio::Gpio;
+use super::interfaces::{Interfaces, Sent};
+use super::{Peripherals, Pin};
+use crate::devices::{I2cDevice, SpiDevice};
 use crate::model::Part;
 
 /// A pin, its alternate function, and the one part that has it; `None` for both.
@@ -26,10 +28,33 @@ const I2C: [[&[Route]; 2]; 3] = [
     [&[pin('A', 8, 4)], &[pin('C', 9, 4), f446('B', 4, 4)]],
 ];
 
+/// TX and RX of USART1 to USART6.
+const USART: [[&[Route]; 2]; 6] = [
+    [&[pin('A', 9, 7), pin('B', 6, 7)], &[pin('A', 10, 7), pin('B', 7, 7)]],
+    [&[pin('A', 2, 7)], &[pin('A', 3, 7)]],
+    [&[pin('B', 10, 7), pin('C', 10, 7)], &[f405('B', 11, 7), f446('C', 5, 7), pin('C', 11, 7)]],
+    [&[pin('A', 0, 8), pin('C', 10, 8)], &[pin('A', 1, 8), pin('C', 11, 8)]],
+    [&[pin('C', 12, 8)], &[pin('D', 2, 8)]],
+    [&[pin('C', 6, 8)], &[pin('C', 7, 8)]],
+];
+
+/// SCK and MOSI of SPI1 to SPI3.
+const SPI: [[&[Route]; 2]; 3] = [
+    [&[pin('A', 5, 5), pin('B', 3, 5)], &[pin('A', 7, 5), pin('B', 5, 5)]],
+    [
+        &[pin('B', 10, 5), pin('B', 13, 5), f446('A', 9, 5), f446('C', 7, 5)],
+        &[pin('B', 15, 5), pin('C', 3, 5), f446('C', 1, 7)],
+    ],
+    [
+        &[pin('B', 3, 6), pin('C', 10, 6)],
+        &[pin('B', 5, 6), pin('C', 12, 6), f446('B', 0, 7), f446('B', 2, 7), f446('C', 1, 5)],
+    ],
+];
+
 /// The ports of a part.
-pub(super) struct Ports<'a> {
-    pub part: Part,
-    pub gpio: &'a [Gpio],
+struct Ports<'a> {
+    part: Part,
+    gpio: &'a [Gpio],
 }
 
 impl Ports<'_> {
@@ -43,9 +68,69 @@ impl Ports<'_> {
     }
 
     /// Whether SCL and SDA of I2C1 to I2C3 (0 to 2) reach pins, and whether both are pulled up inside the chip.
-    pub fn i2c(&self, n: usize) -> (bool, bool) {
+    fn i2c(&self, n: usize) -> (bool, bool) {
         let routed = I2C[n].iter().all(|routes| self.carriers(routes).next().is_some());
         let is_pulled_up = |routes: &[Route]| self.carriers(routes).any(|(gpio, n)| gpio.is_pulled_up(n));
         (routed, I2C[n].iter().all(|routes| is_pulled_up(routes)))
+    }
+
+    /// Whether TX and RX of USART1 to USART6 (0 to 5) reach pins.
+    fn usart(&self, n: usize) -> [bool; 2] {
+        USART[n].map(|routes| self.carriers(routes).next().is_some())
+    }
+
+    /// Whether SCK and MOSI of SPI1 to SPI3 (0 to 2) reach pins.
+    fn spi(&self, n: usize) -> bool {
+        SPI[n].iter().all(|routes| self.carriers(routes).next().is_some())
+    }
+
+    /// Level of a pin.
+    fn level(&self, pin: Pin) -> bool {
+        self.gpio[pin.port_index()].idr() >> pin.number & 1 == 1
+    }
+}
+
+impl Peripherals {
+    /// The serial interfaces in use learn where their pins are.
+    pub(super) fn follow_pins(&mut self, cycle: u64) {
+        let ports = Ports { part: self.part, gpio: &self.gpio };
+        let Interfaces { i2c, usart, spi } = &mut self.interfaces;
+        for (n, i2c) in i2c.iter_mut().enumerate().filter(|(_, i2c)| i2c.is_enabled()) {
+            let (routed, pulled_up) = ports.i2c(n);
+            i2c.set_pins(cycle, routed, pulled_up);
+        }
+        for (n, usart) in usart.iter_mut().enumerate().filter(|(_, usart)| usart.is_enabled()) {
+            usart.set_pins(cycle, ports.usart(n));
+        }
+        for (n, spi) in spi.iter_mut().enumerate().filter(|(_, spi)| spi.has_devices()) {
+            spi.set_pins(ports.spi(n), |pin| ports.level(pin));
+        }
+    }
+
+    /// Wires a device to I2C1 to I2C3 (0 to 2).
+    pub fn attach_i2c(&mut self, cycle: u64, n: usize, device: Box<dyn I2cDevice>) {
+        self.interfaces.i2c[n].attach(device);
+        self.follow_pins(cycle);
+    }
+
+    /// Unplugs all devices of I2C1 to I2C3 (0 to 2), with their pull-ups.
+    pub fn detach_i2c(&mut self, n: usize) {
+        self.interfaces.i2c[n].detach_all();
+    }
+
+    /// Wires a device to SPI1 to SPI3 (0 to 2); `select` is its chip select, active low.
+    pub fn attach_spi(&mut self, cycle: u64, n: usize, device: Box<dyn SpiDevice>, select: Option<Pin>) {
+        self.interfaces.spi[n].attach(device, select);
+        self.follow_pins(cycle);
+    }
+
+    /// Bytes arrive on RX of USART1 to USART6 (0 to 5).
+    pub fn put_serial(&mut self, cycle: u64, n: usize, baud: u32, bytes: &[u8]) {
+        self.interfaces.usart[n].put(cycle, baud, bytes);
+    }
+
+    /// Words that left on TX since the last call.
+    pub fn take_sent(&mut self) -> Vec<Sent> {
+        self.interfaces.take_sent()
     }
 }

@@ -285,6 +285,17 @@ impl Rcc {
         self.word(AHB1ENR + gate.bus) >> gate.bit & 1 == 1
     }
 
+    /// PLL48CLK in Hz, for RNG and others; zero while the PLL is off.
+    pub fn pll48(&self) -> u64 {
+        let pllcfgr = self.word(PLLCFGR);
+        if self.word(CR) & CR_PLLON == 0 {
+            return 0;
+        }
+        let input = if pllcfgr & PLLCFGR_SRC_HSE != 0 { self.model.oscillator.hz } else { HSI_HZ };
+        let q = u64::from(pllcfgr >> 24 & 0xF).max(2);
+        input * u64::from(pllcfgr >> 6 & 0x1FF) / (u64::from(pllcfgr & 0x3F).max(1) * q)
+    }
+
     /// The clock tree as set now.
     pub fn clocks(&self) -> Clocks {
         let pllcfgr = self.word(PLLCFGR);

@@ -22,16 +22,24 @@ enum Requester {
     Tim5(u32),
     I2cReceives(usize),
     I2cSends(usize),
+    UsartReceives(usize),
+    UsartSends(usize),
+    SpiReceives(usize),
+    SpiSends(usize),
 }
 
 /// Who asks a stream of DMA1 (controller 0) or DMA2 on a channel (RM0090 tables 42 and 43).
 const fn requester(controller: usize, stream: usize, channel: u32) -> Option<Requester> {
-    use Requester::{I2cReceives, I2cSends, Tim2, Tim5};
+    use Requester::*;
     const CH1: u32 = 1;
     const CH2: u32 = 2;
     const CH3: u32 = 4;
     const CH4: u32 = 8;
     Some(match (controller, channel, stream) {
+        (0, 0, 0 | 2) => SpiReceives(2),
+        (0, 0, 3) => SpiReceives(1),
+        (0, 0, 4) => SpiSends(1),
+        (0, 0, 5 | 7) => SpiSends(2),
         (0, 1, 0 | 5) => I2cReceives(0),
         (0, 1, 6 | 7) => I2cSends(0),
         (0, 3, 1) => Tim2(CH3),
@@ -40,12 +48,27 @@ const fn requester(controller: usize, stream: usize, channel: u32) -> Option<Req
         (0, 3, 5) => Tim2(CH1),
         (0, 3, 6) => Tim2(CH2 | CH4),
         (0, 3, 7) => Tim2(CH4),
+        (0, 4, 0) => UsartReceives(4),
+        (0, 4, 1) => UsartReceives(2),
+        (0, 4, 2) => UsartReceives(3),
+        (0, 4, 3) => UsartSends(2),
+        (0, 4, 4) => UsartSends(3),
+        (0, 4, 5) => UsartReceives(1),
+        (0, 4, 6) => UsartSends(1),
+        (0, 4, 7) => UsartSends(4),
         (0, 6, 0) => Tim5(CH3),
         (0, 6, 1 | 3) => Tim5(CH4),
         (0, 6, 2) => Tim5(CH1),
         (0, 6, 4) => Tim5(CH2),
         (0, 7, 2 | 3) => I2cReceives(1),
+        (0, 7, 4) => UsartSends(2),
         (0, 7, 7) => I2cSends(1),
+        (1, 3, 0 | 2) => SpiReceives(0),
+        (1, 3, 3 | 5) => SpiSends(0),
+        (1, 4, 2 | 5) => UsartReceives(0),
+        (1, 4, 7) => UsartSends(0),
+        (1, 5, 1 | 2) => UsartReceives(5),
+        (1, 5, 6 | 7) => UsartSends(5),
         _ => return None,
     })
 }
@@ -129,6 +152,10 @@ impl Peripherals {
             Requester::Tim5(channels) => self.tim5.requests() & channels != 0,
             Requester::I2cReceives(n) => self.interfaces.i2c[n].asks_to_receive(),
             Requester::I2cSends(n) => self.interfaces.i2c[n].asks_to_send(),
+            Requester::UsartReceives(n) => self.interfaces.usart[n].asks_to_receive(),
+            Requester::UsartSends(n) => self.interfaces.usart[n].asks_to_send(),
+            Requester::SpiReceives(n) => self.interfaces.spi[n].asks_to_receive(),
+            Requester::SpiSends(n) => self.interfaces.spi[n].asks_to_send(),
         }
     }
 }

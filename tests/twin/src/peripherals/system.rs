@@ -44,6 +44,11 @@ impl Pwr {
     const BRR: u32 = 1 << 3;
     const EWUP: u32 = 1 << 8;
 
+    /// DBP: the backup domain takes stores.
+    pub fn allows_backup(&self) -> bool {
+        self.cr >> 8 & 1 == 1
+    }
+
     /// A load; `None` for what does not exist.
     pub fn read(&self, offset: u32) -> Option<u32> {
         match offset {

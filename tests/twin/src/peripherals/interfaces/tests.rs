@@ -37,7 +37,7 @@ impl Bench {
     fn with(device: Option<Lm75>) -> Bench {
         let mut bench = Bench { peripherals: Peripherals::new(Model::PYBOARD_V11, 0), cycle: 0 };
         if let Some(device) = device {
-            bench.peripherals.attach_i2c(0, Box::new(device));
+            bench.peripherals.attach_i2c(0, 0, Box::new(device));
         }
         for (address, value) in [
             (RCC + 0x30, 1 << 1),
@@ -295,7 +295,7 @@ fn a_software_reset_releases_the_bus() {
 fn only_the_addressed_device_answers() {
     let mut bench = Bench::with(Some(Lm75::new(0x48, 25.0)));
     let mut other = Lm75::new(0x49, 50.0);
-    bench.peripherals.attach_i2c(0, Box::new(other.clone()));
+    bench.peripherals.attach_i2c(0, 0, Box::new(other.clone()));
     for (address, byte) in [(0x91, 0x19), (0x93, 0x32)] {
         bench.select(address, PE | ACK);
         bench.set(CR1, PE | STOP);

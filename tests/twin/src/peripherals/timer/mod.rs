@@ -1,4 +1,4 @@
-//! TIM2, TIM3 and TIM5: timers that count up, compare, capture, drive pins and start each other.
+//! Timers that count up, compare, capture, drive pins and start each other.
 //!
 //! RM0090 chapter 18. Modelled: prescaler and auto-reload with their buffers, URS, UDIS, UG, one-pulse mode, update and
 //! compare flags, all output modes, input capture with polarity, prescaler and overcapture, interrupts, DMA requests of the
@@ -29,8 +29,10 @@ const CCER: u32 = 0x20;
 const CNT: u32 = 0x24;
 const PSC: u32 = 0x28;
 const ARR: u32 = 0x2C;
+const RCR: u32 = 0x30;
 const CCR1: u32 = 0x34;
 const CCR4: u32 = 0x40;
+const BDTR: u32 = 0x44;
 
 const CEN: u32 = 1 << 0;
 const UDIS: u32 = 1 << 1;
@@ -65,9 +67,13 @@ pub struct Kind {
     pub trigger: Option<u32>,
     /// Outputs reach pins.
     pub drives_pins: bool,
+    /// Channels, 0 to 4.
+    pub channels: u32,
+    /// TIM1 and TIM8: RCR and BDTR.
+    pub is_advanced: bool,
 }
 
-/// A timer with four channels.
+/// A timer.
 #[derive(Debug)]
 pub struct Timer {
     kind: Kind,
@@ -79,6 +85,7 @@ pub struct Timer {
     ccmr: [u32; 2],
     ccer: u32,
     ccr: [u32; 4],
+    bdtr: u32,
     counter: Counter,
     /// Flags are up to date until this cycle.
     seen: u64,
@@ -111,6 +118,7 @@ impl Timer {
             ccmr: [0; 2],
             ccer: 0,
             ccr: [0; 4],
+            bdtr: 0,
             counter: Counter::new(divider, u32::MAX >> (32 - kind.bits)),
             seen: 0,
             requests: 0,
@@ -145,7 +153,8 @@ impl Timer {
 
     /// Flag bit and counter value of the events that counting makes. The update event is the return to zero.
     fn matches(&self) -> impl Iterator<Item = (u32, u32)> + use<'_> {
-        let channels = (0..4).filter(|&n| !self.is_input(n)).map(|n| (n + 1, self.ccr[n as usize]));
+        let channels =
+            (0..self.kind.channels).filter(|&n| !self.is_input(n)).map(|n| (n + 1, self.ccr[n as usize]));
         std::iter::once((0, 0)).chain(channels)
     }
 
@@ -232,11 +241,32 @@ impl Timer {
 
     /// The interrupt line at `cycle`.
     pub fn irq(&mut self, cycle: u64) -> bool {
+        self.irqs(cycle).contains(&true)
+    }
+
+    /// Update and compare at `cycle`, which are two lines of some timers.
+    pub fn irqs(&mut self, cycle: u64) -> [bool; 2] {
         if self.dier & (FLAGS | CHANNEL_REQUESTS) == 0 {
-            return false;
+            return [false; 2];
         }
         self.catch_up(cycle);
-        self.sr & self.dier & FLAGS != 0
+        let raised = self.sr & self.dier & FLAGS;
+        [raised & UIF != 0, raised & !UIF != 0]
+    }
+
+    /// Whether the timer has this register.
+    fn has(&self, offset: u32) -> bool {
+        let channels = self.kind.channels;
+        match offset {
+            CR1 | DIER | SR | EGR | CNT | PSC | ARR => true,
+            CR2 => !matches!(channels, 1 | 2),
+            SMCR => channels >= 2,
+            CCMR1 | CCER => channels >= 1,
+            CCMR2 => channels == 4,
+            CCR1..=CCR4 => (offset - CCR1) / 4 < channels,
+            RCR | BDTR => self.kind.is_advanced,
+            _ => false,
+        }
     }
 
     /// The cycle at which counting next raises the interrupt line or a DMA request, or changes an output.
@@ -315,6 +345,9 @@ impl Timer {
     /// # Errors
     /// [`Refusal::Unmodelled`] for what does not exist.
     pub fn read(&mut self, cycle: u64, offset: u32) -> Result<u32, Refusal> {
+        if !self.has(offset) {
+            return Err(Refusal::Unmodelled);
+        }
         self.catch_up(cycle);
         Ok(match offset {
             CR1 => self.cr1,
@@ -329,6 +362,8 @@ impl Timer {
             CNT => self.counter.count(cycle),
             PSC => self.counter.psc,
             ARR => self.counter.arr,
+            BDTR => self.bdtr,
+            RCR => 0,
             CCR1..=CCR4 => {
                 let channel = (offset - CCR1) / 4;
                 if self.is_input(channel) {
@@ -347,6 +382,9 @@ impl Timer {
     /// (RM0090 18.4).
     pub fn write(&mut self, cycle: u64, offset: u32, width: Width, value: u32) -> Result<(), Refusal> {
         let is_long = matches!(offset, CNT | ARR | CCR1..=CCR4) && self.kind.bits == 32;
+        if !self.has(offset) {
+            return Err(Refusal::Unmodelled);
+        }
         if width == Width::Byte || is_long && width != Width::Word {
             return Err(Refusal::Width);
         }
@@ -393,6 +431,10 @@ impl Timer {
             }
             PSC => self.counter.psc = value & 0xFFFF,
             ARR => self.counter.set_reload(cycle, value, self.cr1 & ARPE != 0),
+            // Every overflow is an update; no output, no break.
+            RCR if value != 0 => return Err(Refusal::Unmodelled),
+            RCR => {}
+            BDTR => self.bdtr = value,
             // In input mode a capture register is read-only.
             CCR1..=CCR4 if self.is_input((offset - CCR1) / 4) => {}
             CCR1..=CCR4 => {

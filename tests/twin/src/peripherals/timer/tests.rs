@@ -3,7 +3,7 @@
 use super::*;
 
 fn long() -> Timer {
-    Timer::new(Kind { bits: 32, trigger: None, drives_pins: true }, 1)
+    Timer::new(Kind { bits: 32, trigger: None, drives_pins: true, channels: 4, is_advanced: false }, 1)
 }
 
 /// Stores with the width that the register has.
@@ -318,7 +318,7 @@ fn what_is_not_modelled_is_refused() {
 
 /// A 16-bit timer that ITR2 can start, at one HCLK cycle per count.
 fn short() -> Timer {
-    Timer::new(Kind { bits: 16, trigger: Some(2), drives_pins: true }, 1)
+    Timer::new(Kind { bits: 16, trigger: Some(2), drives_pins: true, channels: 4, is_advanced: false }, 1)
 }
 
 /// CCMR2 for channel 4 in an output mode.
@@ -514,6 +514,7 @@ fn the_trigger_output_rises_when_it_is_selected() {
 
 #[test]
 fn an_output_without_a_modelled_pin_is_refused() {
-    let mut tim = Timer::new(Kind { bits: 32, trigger: None, drives_pins: false }, 1);
+    let mut tim =
+        Timer::new(Kind { bits: 32, trigger: None, drives_pins: false, channels: 4, is_advanced: false }, 1);
     assert_eq!(tim.write(0, CCER, Width::Half, 1), Err(Refusal::Unmodelled));
 }

@@ -1,0 +1,12 @@
+//! Drivers of embassy-stm32, one after the other, each with a line in the log about what it found.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+#[cfg(target_os = "none")]
+mod app;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This is firmware for tests. See it fly:  cargo test --package twin --test peripherals");
+}

@@ -1,0 +1,67 @@
+//! Resets by RCC (RM0090 7.3.5 to 7.3.9).
+
+use super::Peripherals;
+use super::exti::Syscfg;
+use super::map::*;
+use super::numbers::Crc;
+use super::system::Pwr;
+use crate::bxcan::Side;
+
+impl Peripherals {
+    /// Blocks of which RCC has set the reset bits.
+    pub(super) fn reset_blocks(&mut self, bus: u32, bits: u32) {
+        let hit = |on: u32, bit: u32| bus == on && bits >> bit & 1 == 1;
+        for (port, gpio) in self.gpio.iter_mut().enumerate() {
+            if hit(AHB1, port as u32) {
+                gpio.reset();
+            }
+        }
+        let timers = [(&mut self.tim2, TIM2_BIT), (&mut self.tim3, TIM3_BIT), (&mut self.tim5, TIM5_BIT)];
+        for (timer, bit) in timers {
+            if hit(APB1, bit) {
+                timer.reset();
+            }
+        }
+        for (dma, bit) in self.dma.iter_mut().zip(DMA_BITS) {
+            if hit(AHB1, bit) {
+                dma.reset();
+            }
+        }
+        for (usart, gate) in self.interfaces.usart.iter_mut().zip(USART_GATES) {
+            if hit(gate.bus, gate.bit) {
+                usart.reset();
+            }
+        }
+        for (spi, gate) in self.interfaces.spi.iter_mut().zip(SPI_GATES) {
+            if hit(gate.bus, gate.bit) {
+                spi.reset();
+            }
+        }
+        self.timers.reset_at(bus, bits);
+        if hit(AHB1, CRC_BIT) {
+            self.crc = Crc::default();
+        }
+        if hit(AHB2, RNG_BIT) {
+            self.rng.reset();
+        }
+        for (i2c, bit) in self.interfaces.i2c.iter_mut().zip(I2C_BITS) {
+            if hit(APB1, bit) {
+                i2c.reset();
+            }
+        }
+        if hit(APB2, ADC1_BIT) {
+            self.adc.reset();
+        }
+        for (side, bit) in [(Side::Can1, CAN1_BIT), (Side::Can2, CAN2_BIT)] {
+            if hit(APB1, bit) {
+                self.can.reset(side);
+            }
+        }
+        if hit(APB1, PWR_BIT) {
+            self.pwr = Pwr::new(self.part);
+        }
+        if hit(APB2, SYSCFG_BIT) {
+            self.syscfg = Syscfg::default();
+        }
+    }
+}
