@@ -109,15 +109,15 @@ fn straps_are_read_as_the_harness_ties_them() {
 
 #[test]
 fn an_access_to_an_unmodelled_address_names_board_pc_and_address() {
-    let program = [store(0x4000_4400, 1), STOP.to_vec()].concat();
+    let program = [store(0x4000_7400, 1), STOP.to_vec()].concat();
     let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
     board.power(true);
     let error = board.run_until(Time::from_us(50)).unwrap_err();
-    assert_eq!((error.address, error.write, error.refusal), (0x4000_4400, true, Refusal::Unmodelled));
+    assert_eq!((error.address, error.write, error.refusal), (0x4000_7400, true, Refusal::Unmodelled));
     // Reset vector at 200h, four 32-bit moves before the store.
     assert_eq!(error.pc, 0x0800_0210);
     let text = error.to_string();
-    for part in ["lost", "08000210h", "40004400h"] {
+    for part in ["lost", "08000210h", "40007400h"] {
         assert!(text.contains(part), "{text}");
     }
     assert_eq!(*board.state(), State::Refused(error));

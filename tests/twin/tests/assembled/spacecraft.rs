@@ -214,10 +214,10 @@ fn scheduled_events_reach_their_board_in_order() {
 
 #[test]
 fn a_refused_access_stops_one_board_and_leaves_the_others() {
-    let lost = board("lost", image(&store(0x4000_4400, 0), &STOP));
+    let lost = board("lost", image(&store(0x4000_7400, 0), &STOP));
     let mut spacecraft = spacecraft(vec![lost, board("bystander", bystander())]);
     let error = spacecraft.run_until(Time::from_ms(4)).unwrap_err();
-    assert_eq!((error.board.as_str(), error.address), ("lost", 0x4000_4400));
+    assert_eq!((error.board.as_str(), error.address), ("lost", 0x4000_7400));
     spacecraft.run_until(Time::from_ms(4)).unwrap();
     assert_eq!(spacecraft.board(BoardId(1)).hclk(), 168_000_000);
 }
