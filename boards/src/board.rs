@@ -2,6 +2,7 @@
 //!
 //! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
 
+use ecss_can::emcy::PostMortem;
 use ecss_can::runner::Platform;
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{NodeId, PerBus};
@@ -14,6 +15,7 @@ use crate::bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler};
 use crate::pulse::Pulse;
 use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
+use crate::{post_mortem, supervisor};
 
 bind_interrupts!(pub(crate) struct Irqs {
     CAN1_TX => TransmitHandler<peripherals::CAN1>;
@@ -40,6 +42,8 @@ pub struct Board {
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
     /// RAM that outlives a reset.
     pub retained: &'static mut (dyn RetainedMemory + Send),
+    /// How the program before this one ended; for [`Slave::set_post_mortem`](ecss_can::node::Slave::set_post_mortem).
+    pub post_mortem: PostMortem,
     /// RAM that is left, 64 KiB at most: for blocks of data.
     pub memory: &'static mut [u8],
 }
@@ -67,6 +71,7 @@ impl Leds {
 /// Opens the parameter store, which may take seconds: see [`store::open`].
 #[inline(never)] // a stack of its own is a small one, reached by short instructions
 pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore + Send)> {
+    supervisor::feed();
     match store::open(flash) {
         Ok((log, opened)) => {
             if opened.damaged > 0 {
@@ -80,6 +85,13 @@ pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn Par
             None
         }
     }
+}
+
+/// Takes the record of the last reset and starts the supervisor, which may wait for minutes.
+pub(crate) fn watch() -> PostMortem {
+    let last = post_mortem::take();
+    supervisor::start(last.row);
+    last
 }
 
 /// Reads the straps: bits 0 to 3, then parity.

@@ -42,6 +42,8 @@ mod nucleo_f446re;
 #[cfg(target_os = "none")]
 mod panic;
 #[cfg(target_os = "none")]
+mod post_mortem;
+#[cfg(target_os = "none")]
 mod pulse;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 mod pyboard_v11;
@@ -49,6 +51,8 @@ mod pyboard_v11;
 mod retained;
 #[cfg(target_os = "none")]
 mod spare;
+#[cfg(target_os = "none")]
+mod supervisor;
 
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 pub use nucleo_f446re::{Resources, start};

@@ -1,10 +1,12 @@
-//! A panic: its place goes to the log, then the core stops.
+//! A panic: its place goes to the log, which goes into the post-mortem record, then the chip is reset.
 //!
 //! The message is not read, so that the compiler drops all messages and the code that formats them, 2.5 kB of flash. The
 //! place shows which check failed.
 
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering};
+
+use crate::post_mortem;
 
 #[panic_handler]
 // The lint says that this does nothing. But only when the handler is inlined does the compiler see that it reads no message.
@@ -19,13 +21,12 @@ fn panic(info: &PanicInfo) -> ! {
     {
         defmt::error!("panicked at {=str}:{=u32}:{=u32}", place.file(), place.line(), place.column());
     }
-    // An undefined instruction is a fault, at which a debugger stops.
-    cortex_m::asm::udf()
+    post_mortem::panicked()
 }
 
 /// A panic of `defmt`, whose message is in the log already. Its own handler would log a place in `defmt` behind it.
 #[defmt::panic_handler]
 fn logged() -> ! {
     cortex_m::interrupt::disable();
-    cortex_m::asm::udf()
+    post_mortem::panicked()
 }

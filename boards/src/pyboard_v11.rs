@@ -22,7 +22,7 @@ use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, Peripherals};
 
-use crate::board::{Board, Irqs, Leds, node_id, store};
+use crate::board::{Board, Irqs, Leds, node_id, store, watch};
 use crate::bxcan::Port;
 use crate::pulse::Pulse;
 use crate::{Uptime, capture, clock_tree, retained, spare};
@@ -104,10 +104,11 @@ pub fn start() -> Peripherals {
 }
 
 impl Board {
-    /// Puts both controllers into Init mode (silent: not even an acknowledgement), reads the straps and opens the parameter
+    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), reads the straps and opens the parameter
     /// store.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
     pub fn new(p: Resources, timing: BitTiming) -> Board {
+        let post_mortem = watch();
         let node_id = node_id([
             Input::new(p.PA2, Pull::Up),
             Input::new(p.PA3, Pull::Up),
@@ -127,6 +128,7 @@ impl Board {
             node_id,
             store: store(p.FLASH),
             retained: retained::take(),
+            post_mortem,
             memory: spare::take(),
         }
     }

@@ -12,11 +12,12 @@ static RESOURCES: Resources<Board, Node> = Resources::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, pulse, leds, store, .. } =
+    let Board { ports, clock, pulse, leds, store, post_mortem, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     let master = || mission::master(PROFILE, store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
+    master.with(|master, _| master.set_post_mortem(post_mortem));
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());

@@ -12,7 +12,7 @@ static RESOURCES: Resources<Board, Node> = Resources::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, pulse, leds, node_id, store, retained, memory } =
+    let Board { ports, clock, pulse, leds, node_id, store, retained, post_mortem, memory } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
@@ -22,6 +22,7 @@ async fn main(spawner: Spawner) {
         if let Some(store) = store { slave.with_store(store) } else { slave }
     };
     let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
+    slave.with(|slave, _| slave.set_post_mortem(post_mortem));
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());

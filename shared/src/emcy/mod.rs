@@ -4,6 +4,7 @@ mod code;
 mod history;
 mod message;
 mod objects;
+mod post_mortem;
 mod producer;
 mod register;
 
@@ -11,5 +12,6 @@ pub use code::ErrorCode;
 pub use history::History;
 pub use message::Emergency;
 pub use objects::{EmcyObjects, ErrorField};
+pub use post_mortem::{PostMortem, PostMortemObjects};
 pub use producer::{Config, Producer};
 pub use register::ErrorRegister;

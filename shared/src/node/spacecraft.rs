@@ -1,6 +1,7 @@
 //! Objects that a node of a spacecraft has beside those of CANopen: redundancy, time, health of both buses, self-test,
 //! parameter store.
 
+use crate::emcy::PostMortemObjects;
 use crate::link::port::Health;
 use crate::node::Counters;
 use crate::od::{Objects, Record};
@@ -37,6 +38,9 @@ pub struct Spacecraft {
     /// Self-test result
     #[object(0x2031, record)]
     pub self_test: SelfTest,
+    /// Of the last reset
+    #[objects]
+    pub post_mortem: PostMortemObjects,
 }
 
 /// Error state, error counters and lost frames of a bus (ECSS 5.6.2).

@@ -34,6 +34,32 @@ impl Typed for &'static str {
     const SIZE: usize = 255;
 }
 
+/// Bytes that never change.
+impl Variable for &'static [u8] {
+    fn bytes(&mut self) -> Option<&mut dyn Bytes> {
+        Some(self)
+    }
+}
+
+impl Bytes for &'static [u8] {
+    fn len(&self) -> usize {
+        <[u8]>::len(self)
+    }
+
+    fn read(&self, offset: usize, into: &mut [u8]) -> usize {
+        copy_from(self, offset, into)
+    }
+
+    fn write(&mut self, _value: &[u8]) -> Result<(), AbortCode> {
+        Err(AbortCode::ReadOnly)
+    }
+}
+
+impl Typed for &'static [u8] {
+    const TYPE: DataType = DataType::OctetString;
+    const SIZE: usize = 255;
+}
+
 /// At most `N` bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

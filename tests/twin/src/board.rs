@@ -7,6 +7,7 @@ mod edge;
 mod fittings;
 mod flash;
 mod network;
+mod supply;
 
 use std::fmt;
 use std::sync::Arc;
@@ -31,7 +32,7 @@ use crate::devices::Lm75;
 use crate::image::{Image, Symbol};
 use crate::link::{Link, RefusedAccess};
 use crate::mmio::Refusal;
-use crate::model::{FLASH_BASE, Model};
+use crate::model::Model;
 use crate::peripherals::{Clocks, IrqLevels, Peripherals, Pin, PinChange, ResetCause};
 use crate::rtt::{Line, Rtt};
 
@@ -231,6 +232,14 @@ impl EmulatedBoard {
         Ok(bytes)
     }
 
+    /// Puts content into RAM from outside, as a debug probe does.
+    ///
+    /// # Errors
+    /// [`NotMemory`] when the range leaves RAM.
+    pub fn write_memory(&mut self, address: u32, bytes: &[u8]) -> Result<(), NotMemory> {
+        self.cpu.write_memory(address, bytes)
+    }
+
     /// Core registers.
     pub fn registers(&self) -> Registers {
         self.cpu.registers()
@@ -319,33 +328,6 @@ impl EmulatedBoard {
 
     pub(crate) fn link(&self) -> &Arc<Link> {
         &self.link
-    }
-
-    /// Power comes up at the board's present, or goes away. Flash keeps its content; RAM does not.
-    pub fn power(&mut self, on: bool) {
-        if on == self.is_powered() {
-            return;
-        }
-        if on {
-            let part = self.config.model.part;
-            let mut flash = vec![0; part.flash_bytes() as usize];
-            self.cpu.read_memory(FLASH_BASE, &mut flash).expect("the whole flash");
-            self.cpu = cpu::stm32f4(part, &flash, self.link.clone());
-            self.start(ResetCause::PowerOn);
-        } else {
-            self.drain();
-            self.interrupt_flash();
-            self.state = State::Off;
-            self.link.peripherals().reset(ResetCause::PowerOn);
-            self.link.accelerator().reset();
-        }
-    }
-
-    /// Pulls the reset pin. Without effect on a board without power.
-    pub fn reset(&mut self) {
-        if self.is_powered() {
-            self.start(ResetCause::Pin);
-        }
     }
 
     fn start(&mut self, cause: ResetCause) {
@@ -489,7 +471,9 @@ impl EmulatedBoard {
 
     fn look_after(&mut self, step: Step) -> Result<(), AccessError> {
         if step.hard_fault {
-            if let Some(address) = self.cpu.take_bus_fault() {
+            if let Some(address) = self.cpu.take_bus_fault()
+                && !self.config.model.part.is_reserved(address)
+            {
                 let refused = RefusedAccess { address, write: false, refusal: Refusal::Unmodelled };
                 return Err(self.refuse(refused));
             }

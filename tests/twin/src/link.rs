@@ -10,6 +10,7 @@ use can_wire::time::Time;
 
 use crate::accelerator::{Accelerator, FlashTiming};
 use crate::mmio::{Now, Refusal, Width};
+use crate::model::Part;
 use crate::peripherals::Peripherals;
 
 /// An access that the board refused.
@@ -32,6 +33,7 @@ pub struct Link {
     peripherals: Mutex<Peripherals>,
     refused: Mutex<Option<RefusedAccess>>,
     accelerator: Accelerator,
+    part: Part,
 }
 
 impl Link {
@@ -42,6 +44,7 @@ impl Link {
             cycle: AtomicU64::new(0),
             time: AtomicU64::new(0),
             touched: AtomicBool::new(false),
+            part: peripherals.part(),
             peripherals: Mutex::new(peripherals),
             refused: Mutex::new(None),
         }
@@ -98,6 +101,9 @@ impl Link {
     }
 
     fn refuse(&self, address: u32, write: bool, refusal: Refusal) {
+        if self.part.is_reserved(address) {
+            return;
+        }
         let mut first = self.refused.lock().expect("no panic under this lock");
         first.get_or_insert(RefusedAccess { address, write, refusal });
     }

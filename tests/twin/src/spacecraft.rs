@@ -57,6 +57,8 @@ pub enum Event {
     Power(bool),
     /// The reset pin is pulled.
     Reset,
+    /// The supply falls below the threshold of the brown-out reset for a moment.
+    BrownOut,
     /// The harness ties a pin to a level, or lets it float.
     Drive(Pin, Option<bool>),
 }
@@ -249,6 +251,11 @@ impl Spacecraft {
         self.schedule(self.now, board, Event::Reset);
     }
 
+    /// Lets the supply of a board fall below the threshold of the brown-out reset now, for a moment.
+    pub fn brown_out(&mut self, board: BoardId) {
+        self.schedule(self.now, board, Event::BrownOut);
+    }
+
     /// Switches the power of a board now.
     pub fn power(&mut self, board: BoardId, on: bool) {
         self.schedule(self.now, board, Event::Power(on));
@@ -342,6 +349,7 @@ impl Spacecraft {
             match event {
                 Event::Power(on) => board.power(on),
                 Event::Reset => board.reset(),
+                Event::BrownOut => board.brown_out(),
                 Event::Drive(pin, level) => board.drive(pin, level),
             }
         }

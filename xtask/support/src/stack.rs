@@ -5,15 +5,15 @@ use twin::board::EmulatedBoard;
 
 /// Every byte of RAM that the program has not written since power-on.
 use crate::telltale::RAM_AT_POWER_ON as UNTOUCHED;
-/// The board hands out the memory below (`boards/src/spare.rs`).
-const MOST: u32 = 80 * 1024;
+/// No board has more.
+const MOST: u32 = 64 * 1024;
 /// So much untouched memory is no hole in a stack frame, but the end of the stack.
 const HOLE: usize = 1024;
-/// Where the stack begins and grows down, and where RAM is no variable's any more.
+/// Where the stack begins and grows down, and where its memory ends.
 const START: &str = "_stack_start";
-const END: &str = "__sheap";
+const END: &str = "_stack_end";
 
-/// Most bytes of stack that the program has had in use since power-on. 80 KiB, all there is for it, may have been more.
+/// Most bytes of stack that the program has had in use since power-on. 64 KiB, all there is for it, may have been more.
 ///
 /// # Errors
 /// When the image does not say where its stack is.

@@ -19,10 +19,11 @@ static READY: Signal<Raw, ()> = Signal::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, store, .. } =
+    let Board { ports, clock, store, post_mortem, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     let master = || Master::new(&PROFILE, Ground::default(), store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
+    master.with(|master, _| master.set_post_mortem(post_mortem));
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());

@@ -33,6 +33,7 @@ async fn main(spawner: Spawner) {
         if let Some(store) = board.store { slave.with_store(store) } else { slave }
     };
     let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
+    slave.with(|slave, _| slave.set_post_mortem(board.post_mortem));
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());

@@ -3,7 +3,7 @@
 use super::declared::{MasterObjects, NetworkObjects, entry};
 use super::{Master, Out};
 use crate::boot::Assignment;
-use crate::emcy::ErrorCode;
+use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::ConsumerSlots;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
@@ -322,6 +322,12 @@ impl<D: Device> Master<D> {
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
         self.services.change(now, |objects| objects.spacecraft.self_test = result);
+    }
+
+    /// Puts the record of the last reset into object 2032h. Before the tasks of the node run: an emergency (6100h, 3200h for a
+    /// brown-out, 5000h for the oscillator) follows the boot-up message.
+    pub fn set_post_mortem(&mut self, record: PostMortem) {
+        self.services.set_post_mortem(record);
     }
 }
 

@@ -131,6 +131,7 @@ impl<D: Device> Master<D> {
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
             self.manager.on_heartbeat_sent(bus, stamp.at);
             self.services.note_heartbeat(&stamp);
+            self.services.on_heartbeat_sent();
         } else if frame.id() == self.sync.id() {
             self.boot.on_sync_sent();
             // What it produces itself is as it should be.

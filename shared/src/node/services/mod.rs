@@ -14,7 +14,7 @@ mod time;
 
 use super::buses::Buses;
 use super::{Device, Extension, NodeObjects, Spacecraft};
-use crate::emcy::ErrorCode;
+use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, Monitor};
 use crate::link::Stamp;
 use crate::link::port::{ErrorState, Health};
@@ -72,6 +72,8 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     notes_syncs: bool,
     /// How long a synchronous PDO may wait.
     synchronous_lifetime: Duration,
+    /// The last reset is reported when the boot-up message was sent.
+    is_reset_due: bool,
     /// Nothing is due before. May be early, never late.
     pub next: Instant,
 }
@@ -116,6 +118,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             carries_quality: false,
             notes_syncs: false,
             synchronous_lifetime: profile.sync.min(profile.heartbeat),
+            is_reset_due: false,
             next: Instant::ZERO,
             // Last: then the compiler makes it in its place.
             dictionary: Dictionary::new(id, objects, store),
@@ -200,6 +203,33 @@ impl<D: Device, E: Extension> Services<D, E> {
         if !self.dictionary.emcy.is_waiting(code, source) {
             self.raise(code, [source, 0, 0, 0, 0]);
             self.clear(code, source);
+        }
+    }
+
+    /// Object 2032h; an emergency reports it when the boot-up message was sent.
+    pub fn set_post_mortem(&mut self, record: PostMortem) {
+        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
+            objects.post_mortem.record = record;
+            self.is_reset_due = true;
+        }
+    }
+
+    /// A heartbeat or boot-up message was sent.
+    #[inline]
+    pub fn on_heartbeat_sent(&mut self) {
+        if core::mem::take(&mut self.is_reset_due) {
+            self.report_reset();
+        }
+    }
+
+    #[inline(never)] // once
+    fn report_reset(&mut self) {
+        let objects = self.dictionary.objects.spacecraft.spacecraft();
+        if let Some((code, info)) = objects.and_then(|objects| objects.post_mortem.record.emergency()) {
+            self.raise(code, info);
+            // It is over.
+            self.clear(code, info[0]);
+            self.next = Instant::ZERO;
         }
     }
 

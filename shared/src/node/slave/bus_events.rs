@@ -12,6 +12,7 @@ impl<D: Device> Slave<D> {
             LinkEvent::Transmitted { frame, stamp } if frame.id() == CobId::heartbeat(self.canopen.id) => {
                 self.clashes.on_sent(stamp.at);
                 self.canopen.services.note_heartbeat(stamp);
+                self.canopen.services.on_heartbeat_sent();
             }
             LinkEvent::Transmitted { frame, .. } | LinkEvent::Failed { frame, .. }
                 if self.warning.is_some()

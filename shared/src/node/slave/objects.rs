@@ -1,7 +1,7 @@
 //! The dictionary of a slave at work: SDO, SYNC and PDOs, and what a written object means to the node.
 
 use super::{Out, Slave};
-use crate::emcy::ErrorCode;
+use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::ConsumerSlots;
 use crate::link::Stamp;
 use crate::node::index::{
@@ -116,6 +116,12 @@ impl<D: Device> Slave<D> {
     /// Puts the result of a self-test into object 2031h (ECSS 6.7b).
     pub fn report_self_test(&mut self, result: SelfTest, now: Instant) {
         self.canopen.services.change(now, |objects| objects.spacecraft.self_test = result);
+    }
+
+    /// Puts the record of the last reset into object 2032h. Before the tasks of the node run: an emergency (6100h, 3200h for a
+    /// brown-out, 5000h for the oscillator) follows the boot-up message.
+    pub fn set_post_mortem(&mut self, record: PostMortem) {
+        self.canopen.services.set_post_mortem(record);
     }
 }
 

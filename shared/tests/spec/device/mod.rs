@@ -6,6 +6,7 @@ pub(crate) mod fixture;
 mod impossible_pdos;
 mod long_values;
 mod pdos;
+mod post_mortem;
 mod reset;
 mod samples;
 mod storing;

@@ -58,6 +58,8 @@ const CSR_FLAGS: u32 = 0xFE00_0000;
 pub enum ResetCause {
     /// Power came up.
     PowerOn,
+    /// The supply fell below the threshold of the brown-out reset, and not so far that it is a power-on.
+    BrownOut,
     /// The reset pin.
     Pin,
     /// AIRCR.SYSRESETREQ.
@@ -71,6 +73,7 @@ impl ResetCause {
     const fn flags(self) -> u32 {
         match self {
             ResetCause::PowerOn => 0x0E00_0000,
+            ResetCause::BrownOut => 0x0600_0000,
             ResetCause::Pin => 0x0400_0000,
             ResetCause::Software => 0x1400_0000,
             ResetCause::Watchdog => 0x2400_0000,
@@ -138,9 +141,12 @@ impl Rcc {
         self.hse_starts = starts;
     }
 
-    /// Everything but the reset flags starts again; they add up until RMVF clears them.
+    /// Everything but the reset flags starts again; they add up until RMVF or a reset of the supply clears them.
     pub fn reset(&mut self, cause: ResetCause) {
-        let flags = if cause == ResetCause::PowerOn { 0 } else { self.word(CSR) & CSR_FLAGS };
+        let flags = match cause {
+            ResetCause::PowerOn | ResetCause::BrownOut => 0,
+            ResetCause::Pin | ResetCause::Software | ResetCause::Watchdog => self.word(CSR) & CSR_FLAGS,
+        };
         // The backup domain has no supply of its own on our boards: VBAT is VDD.
         let backup = if cause == ResetCause::PowerOn { 0 } else { self.word(BDCR) };
         if backup == 0 {
@@ -446,5 +452,8 @@ mod tests {
         rcc.reset(ResetCause::Watchdog);
         // IWDGRSTF and PINRSTF (RM0090 7.3.21).
         assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x2400_0000);
+        rcc.reset(ResetCause::BrownOut);
+        // BORRSTF and PINRSTF, no PORRSTF.
+        assert_eq!(rcc.read(at_us(0), CSR).unwrap(), 0x0600_0000);
     }
 }

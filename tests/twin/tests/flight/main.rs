@@ -16,6 +16,7 @@ mod intruders;
 mod minority;
 mod mixed;
 mod nominal;
+mod post_mortem;
 mod repeats;
 mod resets;
 mod retained;

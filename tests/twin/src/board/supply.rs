@@ -1,0 +1,49 @@
+//! Power and the reset pin of a board.
+
+use super::{EmulatedBoard, State};
+use crate::cpu;
+use crate::model::FLASH_BASE;
+use crate::peripherals::ResetCause;
+
+impl EmulatedBoard {
+    /// Power comes up at the board's present, or goes away. Flash keeps its content; RAM does not.
+    pub fn power(&mut self, on: bool) {
+        if on == self.is_powered() {
+            return;
+        }
+        if on {
+            self.restore(ResetCause::PowerOn);
+        } else {
+            self.drain();
+            self.interrupt_flash();
+            self.state = State::Off;
+            self.link.peripherals().reset(ResetCause::PowerOn);
+            self.link.accelerator().reset();
+        }
+    }
+
+    /// Pulls the reset pin. Without effect on a board without power.
+    pub fn reset(&mut self) {
+        if self.is_powered() {
+            self.start(ResetCause::Pin);
+        }
+    }
+
+    /// The supply falls below the threshold of the brown-out reset for a moment: RAM holds anything, and the reset flags do not
+    /// name power-on. Without effect on a board without power.
+    pub fn brown_out(&mut self) {
+        if self.is_powered() {
+            self.power(false);
+            self.restore(ResetCause::BrownOut);
+        }
+    }
+
+    /// Power comes back to flash with its content and RAM without.
+    fn restore(&mut self, cause: ResetCause) {
+        let part = self.config.model.part;
+        let mut flash = vec![0; part.flash_bytes() as usize];
+        self.cpu.read_memory(FLASH_BASE, &mut flash).expect("the whole flash");
+        self.cpu = cpu::stm32f4(part, &flash, self.link.clone());
+        self.start(cause);
+    }
+}

@@ -1,0 +1,268 @@
+//! Programs that end: each leaves a record, its board is reset and reports it, and the others fly on.
+//!
+//! What fells them: the harness lets the executor poll other code in place of a task, as flipped bits in RAM would.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use twin::spacecraft::Bus;
+
+use crate::craft::*;
+
+const PANIC: u8 = 1;
+const FAULT: u8 = 2;
+const STACK_OVERFLOW: u8 = 3;
+const LATE_TASK: u8 = 4;
+const WATCHDOG: u8 = 5;
+const BROWN_OUT: u8 = 6;
+
+const VICTIM: u8 = 3;
+/// All are operational by then.
+const FLOWN_MS: u64 = 400;
+/// Flash behind the program.
+const CODE: u32 = 0x080B_0000;
+
+/// After its reset a board is operational again, and its emergency is over.
+const OPERATIONAL_AFTER: Time = Time::from_ms(400);
+
+/// `B .`
+const HANG: [u16; 1] = [0xE7FE];
+/// `CPSID i; B .`
+const HANG_WITHOUT_INTERRUPTS: [u16; 2] = [0xB672, 0xE7FE];
+/// `UDF #0`
+const UNDEFINED: [u16; 1] = [0xDE00];
+/// `PUSH {r0-r7}; B .-2`
+const OVERFLOW: [u16; 2] = [0xB4FF, 0xE7FD];
+/// `LDR r0, [pc, #4]; LDR r1, [pc, #4]; BX r1; NOP`, then both words.
+const CALL: [u16; 4] = [0x4801, 0x4902, 0x4708, 0xBF00];
+
+fn word_at(craft: &Craft, node: u8, address: u32) -> u32 {
+    let bytes = craft.twin.board(craft.board(node)).read_memory(address, 4).unwrap();
+    u32::from_le_bytes(bytes.try_into().unwrap())
+}
+
+/// The storage of each task, as the supervisor has it.
+fn tasks(craft: &Craft, node: u8) -> Vec<u32> {
+    let list = craft.twin.board(craft.board(node)).symbol("boards::supervisor::ASKABLE").unwrap();
+    let tasks = (0..16).map(|n| word_at(craft, node, list.address + 4 * n));
+    tasks.filter(|task| *task != 0).collect()
+}
+
+/// Where the header of a task says which function polls it: the only address of code in it.
+fn poll_function(craft: &Craft, node: u8, task: u32) -> u32 {
+    let is_code = |at: &u32| {
+        let word = word_at(craft, node, *at);
+        word >> 24 == 0x08 && word & 1 == 1
+    };
+    (0..16).map(|n| task + 4 * n).find(is_code).unwrap()
+}
+
+fn halfwords(code: &[u16]) -> Vec<u8> {
+    code.iter().flat_map(|half| half.to_le_bytes()).collect()
+}
+
+/// Data frames of one identifier that `node` sent on either bus after `from`.
+fn sent(craft: &Craft, node: u8, id: u16, from: Time) -> impl Iterator<Item = &Seen> {
+    let sender = craft.board(node).0;
+    craft.frames.iter().filter(move |seen| seen.sender == sender && seen.id() == Some(id) && seen.end > from)
+}
+
+/// Commands that the master has sent to `node`.
+fn commanded(craft: &Craft, node: u8) -> usize {
+    sent(craft, MASTER, 0x300 + u16::from(node), Time::ZERO).count()
+}
+
+/// Emergencies of the victim after `from`: code, register, information.
+fn emergencies(craft: &Craft, from: Time) -> Vec<Vec<u8>> {
+    sent(craft, VICTIM, 0x080 + u16::from(VICTIM), from).map(|seen| seen.data().to_vec()).collect()
+}
+
+fn is_operational(craft: &Craft, node: u8) -> bool {
+    Bus::ALL.into_iter().any(|bus| craft.is_operational(node, bus))
+}
+
+fn resets(craft: &Craft, node: u8) -> u64 {
+    let counters = craft.twin.board(craft.board(node)).counters();
+    counters.system_resets + counters.watchdog_resets
+}
+
+/// Lets `node` run `code` in place of a task; when its board was reset.
+fn fell(craft: &mut Craft, node: u8, task: u32, code: &[u8]) -> Time {
+    let id = craft.board(node);
+    let before = resets(craft, node);
+    let at = poll_function(craft, node, task);
+    let board = craft.twin.board_mut(id);
+    board.write_flash(CODE, code).unwrap();
+    board.write_memory(at, &(CODE | 1).to_le_bytes()).unwrap();
+    let patience = craft.end + ms(5_000);
+    while resets(craft, node) == before {
+        craft.fly(craft.end + ms(5));
+        assert!(craft.end < patience, "node {node} was not reset\n{}", craft.log(node));
+    }
+    craft.end
+}
+
+/// The victim reports `cause` at `pc` once, after its boot-up message, and is operational again; slave 2 executed each command.
+fn assert_reported(craft: &Craft, felled: Time, cause: u8, pc: u32) {
+    let [a, b, c, d] = pc.to_le_bytes();
+    let told = emergencies(craft, felled);
+    let expected = [[0, 0x61, 1, cause, a, b, c, d], [0, 0, 0, 0, 0x61, cause, 0, 0]];
+    assert_eq!(told, expected, "{}", craft.log(VICTIM));
+    let first = craft.first_after(felled, |seen| seen.sender == craft.board(VICTIM).0).unwrap();
+    assert_eq!(first.data(), [BOOT_UP], "before the emergency");
+    assert!(is_operational(craft, VICTIM), "{}", craft.log(VICTIM));
+    assert!(is_operational(craft, 2) && !craft.fell_back(2, ms(FLOWN_MS)));
+    assert_eq!(craft.executed(2) as usize, commanded(craft, 2), "slave 2 executes each command");
+}
+
+fn flown() -> Craft {
+    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
+    craft.fly_to(FLOWN_MS);
+    craft
+}
+
+/// What node 3 answers to an expedited upload of object 2032h.
+fn record(craft: &mut Craft, guest: twin::spacecraft::GuestId, sub: u8) -> u32 {
+    craft.twin.inject(guest, craft.end, WireFrame::standard(0x603, &[0x40, 0x32, 0x20, sub, 0, 0, 0, 0]));
+    let answer = craft.fly_until(|seen| seen.id() == Some(0x583));
+    u32::from_le_bytes(answer.data()[4..8].try_into().unwrap())
+}
+
+/// Given a slave, when one of its tasks hangs in a loop, then the supervisor records task and program counter and resets the
+/// board within 1.2 s. For each task.
+#[test]
+fn hung_task_is_recorded_and_reported() {
+    let number = tasks(&flown(), VICTIM).len();
+    // Both buses, what is due, pulses, the application.
+    assert_eq!(number, 5);
+    for nth in 0..number {
+        let mut craft = flown();
+        let hung = craft.end;
+        let task = tasks(&craft, VICTIM)[nth];
+        let felled = fell(&mut craft, VICTIM, task, &halfwords(&HANG));
+        assert!(felled < hung + ms(1_400), "task {nth}: {} us", felled.since(hung).as_us());
+        craft.fly(felled + OPERATIONAL_AFTER);
+        assert_reported(&craft, felled, LATE_TASK, CODE);
+        let shown = format!("task {task:08X}h");
+        assert!(craft.said(VICTIM, &shown, felled).is_some(), "{shown}\n{}", craft.log(VICTIM));
+    }
+}
+
+/// Given a slave, when one of its tasks hangs with interrupts off, then the watchdog resets the board, and the record names
+/// the task. For each task.
+#[test]
+fn task_that_hangs_without_interrupts_is_reset_by_the_watchdog() {
+    for nth in 0..5 {
+        let mut craft = flown();
+        let hung = craft.end;
+        let task = tasks(&craft, VICTIM)[nth];
+        let felled = fell(&mut craft, VICTIM, task, &halfwords(&HANG_WITHOUT_INTERRUPTS));
+        assert_eq!(craft.twin.board(craft.board(VICTIM)).counters().watchdog_resets, 1);
+        assert!(felled < hung + ms(4_000), "task {nth}: {} us", felled.since(hung).as_us());
+        craft.fly(felled + OPERATIONAL_AFTER);
+        assert_reported(&craft, felled, WATCHDOG, 0);
+        let shown = format!("task {task:08X}h");
+        assert!(craft.said(VICTIM, &shown, felled).is_some(), "{shown}\n{}", craft.log(VICTIM));
+    }
+}
+
+/// Given a slave, when its program is at an instruction that is none, then the record has its address; it is in the dictionary.
+#[test]
+fn fault_is_recorded_and_reported() {
+    let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
+    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    craft.fly_to(FLOWN_MS);
+    let task = tasks(&craft, VICTIM)[2];
+    let felled = fell(&mut craft, VICTIM, task, &halfwords(&UNDEFINED));
+    craft.fly(felled + OPERATIONAL_AFTER);
+    assert_reported(&craft, felled, FAULT, CODE);
+    let shown: Vec<u32> = (1..=4).map(|sub| record(&mut craft, guest, sub)).collect();
+    assert_eq!(shown, [FAULT.into(), 1, CODE, task]);
+    // 8 addresses of 4 bytes, 128 bytes of the log.
+    assert_eq!(record(&mut craft, guest, 5), 160);
+}
+
+/// Given a slave, when its program panics, then the record has the end of the log, which says where.
+#[test]
+fn panic_is_recorded_and_reported() {
+    let mut craft = flown();
+    let id = craft.board(VICTIM);
+    // A place in the source: text, its length, line, column. Behind the program.
+    let (place, text) = (CODE + 0x100, CODE + 0x200);
+    let location = [text, 9, 1234, 5].map(u32::to_le_bytes).concat();
+    let board = craft.twin.board_mut(id);
+    board.write_flash(text, b"flight.rs").unwrap();
+    board.write_flash(place, &location).unwrap();
+    let unwrap = board.symbol("core::option::unwrap_failed").unwrap().address | 1;
+    let task = tasks(&craft, VICTIM)[2];
+    let code = [halfwords(&CALL), place.to_le_bytes().to_vec(), unwrap.to_le_bytes().to_vec()].concat();
+    let felled = fell(&mut craft, VICTIM, task, &code);
+    assert!(
+        craft.said(VICTIM, "panicked at flight.rs:1234:5", ms(FLOWN_MS)).is_some(),
+        "{}",
+        craft.log(VICTIM)
+    );
+    craft.fly(felled + OPERATIONAL_AFTER);
+    let told = emergencies(&craft, felled);
+    let pc = u32::from_le_bytes(told[0][4..8].try_into().unwrap());
+    assert_eq!(word_at(&craft, VICTIM, pc) as u16, 0xDE00, "the trap behind the message");
+    assert_reported(&craft, felled, PANIC, pc);
+}
+
+/// Given a slave, when its stack grows below memory, then the fault is handled on another stack and recorded without address.
+#[test]
+fn stack_overflow_is_recorded_and_reported() {
+    let mut craft = flown();
+    let task = tasks(&craft, VICTIM)[2];
+    let felled = fell(&mut craft, VICTIM, task, &halfwords(&OVERFLOW));
+    craft.fly(felled + OPERATIONAL_AFTER);
+    assert_reported(&craft, felled, STACK_OVERFLOW, 0);
+}
+
+/// Given a slave, when its supply falls below the threshold for a moment, then it says so; nothing else of RAM is believed.
+#[test]
+fn brown_out_is_reported() {
+    let mut craft = flown();
+    let id = craft.board(VICTIM);
+    craft.twin.brown_out(id);
+    craft.fly_to(FLOWN_MS + 400);
+    let told = emergencies(&craft, ms(FLOWN_MS));
+    assert_eq!(
+        told,
+        [[0, 0x32, 5, BROWN_OUT, 0, 0, 0, 0], [0, 0, 0, 0, 0x32, BROWN_OUT, 0, 0]],
+        "{}",
+        craft.log(VICTIM)
+    );
+    assert!(craft.is_operational(VICTIM, Bus::Nominal));
+    assert!(craft.said(VICTIM, "brown-out, its level is 3", ms(FLOWN_MS)).is_some(), "{}", craft.log(VICTIM));
+}
+
+/// Power-on, the reset pin and a command are no ends that are reported.
+#[test]
+fn other_resets_are_not_reported() {
+    let mut craft = flown();
+    let guest_free = emergencies(&craft, ms(0));
+    let id = craft.board(VICTIM);
+    craft.twin.reset(id);
+    craft.fly_to(FLOWN_MS + 400);
+    assert_eq!((guest_free, emergencies(&craft, ms(0))), (vec![], vec![]));
+    assert!(craft.is_operational(VICTIM, Bus::Nominal));
+    assert!(craft.said(VICTIM, "last reset", ms(0)).is_none(), "{}", craft.log(VICTIM));
+}
+
+/// Given the master, when one of its tasks hangs, then it is reset, and its slaves stay operational and execute each command
+/// before and after.
+#[test]
+fn hung_master_is_reset_and_goes_on() {
+    let mut craft = flown();
+    let hung = craft.end;
+    let task = tasks(&craft, MASTER)[2];
+    let felled = fell(&mut craft, MASTER, task, &halfwords(&HANG));
+    craft.fly(felled + ms(1_000));
+    assert!(craft.said(MASTER, "last reset: cause 4", felled).is_some(), "{}", craft.log(MASTER));
+    for node in [2, 3] {
+        assert!(craft.is_operational(node, Bus::Nominal), "{}", craft.log(node));
+        assert_eq!(craft.executed(node) as usize, commanded(&craft, node));
+    }
+    let last = craft.sent(MASTER, Bus::Nominal, 0x302).last().unwrap().end;
+    assert!(last > felled + ms(800) && felled < hung + ms(1_400), "it commands again");
+}
