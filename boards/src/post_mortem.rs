@@ -105,8 +105,7 @@ pub(crate) fn take() -> PostMortem {
         ROW.store(0, Ordering::Relaxed);
     } else if flags & BORRSTF != 0 {
         ROW.store(0, Ordering::Relaxed);
-        found.cause = PostMortem::BROWN_OUT;
-        defmt::error!("brown-out, its level is {=u8}", FLASH.optcr().read().bor_lev());
+        (found.cause, found.pc) = (PostMortem::BROWN_OUT, FLASH.optcr().read().bor_lev().into());
     } else if record[0] == check(record) {
         (found.cause, found.pc, found.task) = (record[1] as u8, record[2], task);
         // SAFETY: as above; the bytes of words are bytes.
@@ -118,7 +117,7 @@ pub(crate) fn take() -> PostMortem {
     } else if flags & IWDGRSTF != 0 {
         (found.cause, found.task) = (PostMortem::WATCHDOG, task);
     }
-    record[0] = !check(record);
+    record[0] = !record[0];
     let row = ROW.load(Ordering::Relaxed);
     if row < MOST_IN_A_ROW {
         found.row = row as u8;

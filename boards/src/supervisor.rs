@@ -74,7 +74,6 @@ pub(crate) fn start(row: u8) {
     }
     if let Some(more) = row.checked_sub(LOOP) {
         let silence = LONGEST_SILENCE.min(SILENCE << more.min(8));
-        defmt::error!("{=u8} resets in a row, silent for {=i32} s", row, silence / 10);
         UPTIME.store(-silence, Ordering::Relaxed);
         while UPTIME.load(Ordering::Relaxed) < 0 {
             cortex_m::asm::wfi();

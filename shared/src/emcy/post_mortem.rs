@@ -19,7 +19,7 @@ pub struct PostMortem {
     pub row: u8,
     /// Program counter
     ///
-    /// Zero where it is unknown.
+    /// Zero where it is unknown. After a brown-out its level: BOR_LEV of the option bytes.
     #[sub(3, ro)]
     pub pc: u32,
     /// Task

@@ -228,12 +228,16 @@ fn brown_out_is_reported() {
     let told = emergencies(&craft, ms(FLOWN_MS));
     assert_eq!(
         told,
-        [[0, 0x32, 5, BROWN_OUT, 0, 0, 0, 0], [0, 0, 0, 0, 0x32, BROWN_OUT, 0, 0]],
+        [[0, 0x32, 5, BROWN_OUT, 3, 0, 0, 0], [0, 0, 0, 0, 0x32, BROWN_OUT, 0, 0]],
         "{}",
         craft.log(VICTIM)
     );
     assert!(craft.is_operational(VICTIM, Bus::Nominal));
-    assert!(craft.said(VICTIM, "brown-out, its level is 3", ms(FLOWN_MS)).is_some(), "{}", craft.log(VICTIM));
+    assert!(
+        craft.said(VICTIM, "last reset: cause 6, 1 in a row, at 00000003h", ms(FLOWN_MS)).is_some(),
+        "{}",
+        craft.log(VICTIM)
+    );
 }
 
 /// Power-on, the reset pin and a command are no ends that are reported.
