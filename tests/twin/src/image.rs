@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 
 use defmt_decoder::Table;
-use object::{Object, ObjectSymbol};
+use object::{Object, ObjectSymbol, SymbolKind};
 
 const FLASH_BASE: u64 = 0x0800_0000;
 const FLASH_LEN: u64 = 1 << 20;
@@ -22,6 +22,8 @@ pub struct Symbol {
 pub struct Image {
     flash: Vec<u8>,
     symbols: HashMap<String, Symbol>,
+    /// Functions in the order of their addresses.
+    functions: Vec<(Symbol, String)>,
     log_table: Option<Table>,
 }
 
@@ -89,13 +91,31 @@ impl Image {
                 Some((format!("{:#}", rustc_demangle::demangle(name)), place))
             })
             .collect();
+        let mut functions: Vec<(Symbol, String)> = file
+            .symbols()
+            .filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0)
+            .filter_map(|symbol| {
+                let name = format!("{:#}", rustc_demangle::demangle(symbol.name().ok()?));
+                // Bit 0 says Thumb.
+                let place = Symbol { address: symbol.address() as u32 & !1, size: symbol.size() as u32 };
+                Some((place, name))
+            })
+            .collect();
+        functions.sort_by_key(|(place, _)| place.address);
         let log_table = Table::parse(elf).map_err(|error| ImageError::LogTable(error.to_string()))?;
-        Ok(Image { flash, symbols, log_table })
+        Ok(Image { flash, symbols, functions, log_table })
     }
 
     /// A program without ELF file: `flash` is the content from 0800 0000h on, vector table first.
     pub fn from_flash(flash: Vec<u8>) -> Image {
-        Image { flash, symbols: HashMap::new(), log_table: None }
+        Image { flash, symbols: HashMap::new(), functions: Vec::new(), log_table: None }
+    }
+
+    /// Adds a symbol to a program without ELF file.
+    #[must_use]
+    pub fn with_symbol(mut self, name: &str, place: Symbol) -> Image {
+        self.symbols.insert(name.to_owned(), place);
+        self
     }
 
     /// Content of flash from 0800 0000h on.
@@ -107,6 +127,13 @@ impl Image {
     /// function it is one.
     pub fn symbol(&self, name: &str) -> Option<Symbol> {
         self.symbols.get(name).copied()
+    }
+
+    /// The function that has an instruction at `address`, by the symbols of the ELF file.
+    pub fn function_at(&self, address: u32) -> Option<&str> {
+        let after = self.functions.partition_point(|(place, _)| place.address <= address);
+        let (place, name) = self.functions.get(after.checked_sub(1)?)?;
+        (address - place.address < place.size).then_some(name)
     }
 
     /// What decodes the image's log, if it logs by defmt.

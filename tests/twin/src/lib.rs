@@ -33,13 +33,13 @@
 //! * One crystal per board with an offset, drift, a change of temperature and noise of its own ([`crystal`]), from which the core
 //!   and the timers follow; the bit timing of CAN keeps the frequency of the moment at which the clock tree was set. It may be
 //!   broken.
-//! * A debug probe per board that reads the defmt log, and neither halts the core nor slows it, until it is pulled
+//! * A debug probe per board that reads the log, defmt or text by RTT, and neither halts the core nor slows it, until it is pulled
 //!   ([`board::EmulatedBoard::pull_probe`]).
 //!
 //! # What is not
 //!
 //! * Anything else of the part. A program that reaches for it stops its board with an
-//!   [`AccessError`](board::AccessError) that names board, instruction and address; so does one that uses a peripheral
+//!   [`AccessError`](board::AccessError) that names board, function, peripheral and register; so does one that uses a peripheral
 //!   whose clock is off, which the real part would answer with silence.
 //! * Contention on the buses, and the halfwords that the core fetches ahead. SysTick counts core cycles whatever CLKSOURCE
 //!   says. Mass erase, programming of option bytes or by double words; wear.

@@ -1,4 +1,5 @@
-//! What a debug probe does for a running board: drains the RTT buffer and decodes defmt frames.
+//! What a debug probe does for a running board: drains the RTT buffer and decodes defmt frames. Of a program without defmt it
+//! shows lines of text.
 
 use std::fmt;
 
@@ -40,7 +41,7 @@ impl fmt::Display for Level {
 pub struct Line {
     /// When the probe saw its last byte: at most a quantum after the program wrote it.
     pub at: Time,
-    /// `None` for `defmt::println!`.
+    /// `None` for `defmt::println!` and for text.
     pub level: Option<Level>,
     /// The message without timestamp and level.
     pub text: String,
@@ -62,6 +63,8 @@ const END_OF_FRAME: u8 = 0;
 #[derive(Debug, Default)]
 pub struct Rtt {
     control_block: Option<u32>,
+    /// The program writes text, not defmt.
+    is_text: bool,
     pending: Vec<u8>,
     malformed: u64,
     pulled: bool,
@@ -70,8 +73,8 @@ pub struct Rtt {
 impl Rtt {
     /// For a board that runs `image`.
     pub fn new(image: &Image) -> Self {
-        let control_block = image.log_table().and_then(|_| image.symbol("_SEGGER_RTT"));
-        Rtt { control_block: control_block.map(|symbol| symbol.address), ..Rtt::default() }
+        let control_block = image.symbol("_SEGGER_RTT").map(|symbol| symbol.address);
+        Rtt { control_block, is_text: image.log_table().is_none(), ..Rtt::default() }
     }
 
     /// Frames that did not decode: overwritten before the probe came, or cut by a reset.
@@ -81,7 +84,10 @@ impl Rtt {
 
     /// The program starts again: half a frame will not be finished.
     pub fn reset(&mut self, cpu: &mut dyn Cpu) {
-        if !self.pending.is_empty() {
+        if self.is_text && !self.pending.is_empty() {
+            // The line ends here; it is shown with the next.
+            self.pending.push(b'\n');
+        } else if !self.pending.is_empty() {
             self.malformed += 1;
             self.pending.clear();
         }
@@ -128,7 +134,19 @@ impl Rtt {
             self.pending.extend_from_slice(&ring[read..]);
             self.pending.extend_from_slice(&ring[..write]);
         }
-        self.decode(image, at, lines);
+        if self.is_text { self.show_text(at, lines) } else { self.decode(image, at, lines) }
+    }
+
+    /// Shows whole lines.
+    fn show_text(&mut self, at: Time, lines: &mut Vec<Line>) {
+        let Some(end) = self.pending.iter().rposition(|&byte| byte == b'\n') else { return };
+        let text = String::from_utf8_lossy(&self.pending[..end]).into_owned();
+        self.pending.drain(..=end);
+        lines.extend(text.split('\n').map(|line| Line {
+            at,
+            level: None,
+            text: line.trim_end_matches('\r').to_owned(),
+        }));
     }
 
     /// Decodes whole frames only, so that nothing is left in the stream decoder, which borrows the table.

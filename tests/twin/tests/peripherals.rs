@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use can_wire::time::Time;
-use twin::board::{BoardConfig, EmulatedBoard, Fittings, SerialWord};
+use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings, SerialWord};
 use twin::crystal::Crystal;
 use twin::devices::Loopback;
 use twin::image::Image;
-use twin::model::Model;
+use twin::model::{Model, Part};
 use twin::peripherals::Pin;
 
 const USART1: u8 = 1;
@@ -36,7 +36,8 @@ impl Flown {
     }
 }
 
-fn flown(name: &str, model: Model) -> Flown {
+/// A board with the image for the board `name`, on `model`.
+fn drivers(name: &str, model: Model) -> EmulatedBoard {
     let elf = firmware_images::build_test_peripherals(name).unwrap();
     let config = BoardConfig {
         name: "drivers".to_owned(),
@@ -51,24 +52,30 @@ fn flown(name: &str, model: Model) -> Flown {
     let mut board = EmulatedBoard::new(config, 7);
     board.attach_spi(1, Loopback, Some(Pin::new('C', 4)));
     board.power(true);
+    board
+}
+
+/// Flies the image for the board `name` on `model`, with another end at each serial port.
+fn fly(name: &str, model: Model) -> Result<Flown, AccessError> {
+    let mut board = drivers(name, model);
     board.put_serial(USART1, 9_600, &(1..=20).collect::<Vec<u8>>());
     // The driver of the other port loses what comes before it listens.
     let mut log = Vec::new();
     while !log.iter().any(|line| line == "buffered: true") {
         let next = board.now() + Time::from_ms(1);
-        board.run_until(next).unwrap();
+        board.run_until(next)?;
         log.extend(board.take_log().into_iter().map(|line| line.text));
         assert!(next < Time::from_ms(200), "{log:#?}");
     }
     board.put_serial(UART4, 1_000_000, b"until idle");
-    board.run_until(Time::from_ms(400)).unwrap();
+    board.run_until(Time::from_ms(400))?;
     log.extend(board.take_log().into_iter().map(|line| line.text));
-    Flown { log, serial: board.take_serial() }
+    Ok(Flown { log, serial: board.take_serial() })
 }
 
 fn both() -> [Flown; 2] {
     [("pyboard-v11", Model::PYBOARD_V11), ("nucleo-f446re", Model::NUCLEO_F446RE)]
-        .map(|(name, model)| flown(name, model))
+        .map(|(name, model)| fly(name, model).unwrap_or_else(|error| panic!("{error}")))
 }
 
 /// Given an LM75, a wire from MOSI to MISO and another end on each serial port, when the drivers run, then each finds what is there.
@@ -112,4 +119,16 @@ fn words_last_as_long_as_the_bit_rate_says() {
             assert!((f64::from(pair[0].baud) / baud - 1.0).abs() < 0.005, "{} for {baud}", pair[0].baud);
         }
     }
+}
+
+/// Given the image for the F405 on an F446, which has no random number generator, when the driver reaches for it, then the error
+/// names the function.
+#[test]
+fn a_refusal_names_the_function_at_the_pc() {
+    let model = Model { part: Part::Stm32f446, ..Model::PYBOARD_V11 };
+    let error = fly("pyboard-v11", model).err().expect("a refusal");
+    assert_eq!((error.address & !0xFF, error.register.as_deref()), (0x5006_0800, None), "{error}");
+    let function = error.function.clone().unwrap_or_else(|| panic!("{error}"));
+    assert!(function.contains("rng") || function.contains("test_peripherals"), "{error}");
+    assert!(error.to_string().contains(&format!("in {function} ")), "{error}");
 }

@@ -7,6 +7,7 @@ use can_wire::time::Time;
 use super::{EmulatedBoard, State};
 use crate::link::RefusedAccess;
 use crate::mmio::Refusal;
+use crate::peripherals::name;
 
 /// The system control register, which holds SLEEPDEEP (DDI 0403 B3.2.7).
 const SCR: u32 = 0xE000_ED10;
@@ -20,8 +21,12 @@ pub struct AccessError {
     pub at: Time,
     /// The instruction.
     pub pc: u32,
+    /// The function that it belongs to, if the image has symbols.
+    pub function: Option<String>,
     /// What it accessed.
     pub address: u32,
+    /// Peripheral and register there, by the memory map of the part: `DAC.SWTRIGR`; `None` for reserved addresses.
+    pub register: Option<String>,
     /// A store, not a load or fetch.
     pub write: bool,
     /// Why it was refused.
@@ -30,13 +35,16 @@ pub struct AccessError {
 
 impl fmt::Display for AccessError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let AccessError { board, at, pc, address, write, refusal } = self;
+        let AccessError { board, at, pc, function, address, register, write, refusal } = self;
         let us = at.as_us();
+        let function = function.as_ref().map_or(String::new(), |name| format!(" in {name}"));
         if *refusal == Refusal::DeepSleep {
-            return write!(f, "{board}: WFI or WFE at {pc:08X}h after {us} us: {refusal}");
+            return write!(f, "{board}: WFI or WFE at {pc:08X}h{function} after {us} us: {refusal}");
         }
         let kind = if *write { "store to" } else { "load from" };
-        write!(f, "{board}: {kind} {address:08X}h by the instruction at {pc:08X}h after {us} us: {refusal}")
+        let register = register.as_deref().unwrap_or("a reserved address");
+        let instruction = format!("the instruction at {pc:08X}h{function}");
+        write!(f, "{board}: {kind} {register} ({address:08X}h) by {instruction} after {us} us: {refusal}")
     }
 }
 
@@ -57,7 +65,9 @@ impl EmulatedBoard {
 
     fn stop_at(&mut self, pc: u32, RefusedAccess { address, write, refusal }: RefusedAccess) -> AccessError {
         let (board, at) = (self.config.name.clone(), self.now());
-        let error = AccessError { board, at, pc, address, write, refusal };
+        let function = self.config.image.function_at(pc).map(str::to_owned);
+        let register = name(self.config.model.part, address);
+        let error = AccessError { board, at, pc, function, address, register, write, refusal };
         self.state = State::Refused(error.clone());
         error
     }

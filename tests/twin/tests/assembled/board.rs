@@ -1,9 +1,12 @@
 //! One board with hand-assembled programs: time, interrupts, sleep, resets, refusals.
 
+use std::sync::Arc;
+
 use crate::programs::*;
 use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, State};
 use twin::crystal::Crystal;
+use twin::image::Symbol;
 use twin::mmio::Refusal;
 use twin::peripherals::{Pin, PinChange};
 
@@ -117,7 +120,7 @@ fn an_access_to_an_unmodelled_address_names_board_pc_and_address() {
     // Reset vector at 200h, four 32-bit moves before the store.
     assert_eq!(error.pc, 0x0800_0210);
     let text = error.to_string();
-    for part in ["lost", "08000210h", "40007400h"] {
+    for part in ["lost", "08000210h", "DAC.CR", "40007400h"] {
         assert!(text.contains(part), "{text}");
     }
     assert_eq!(*board.state(), State::Refused(error));
@@ -245,4 +248,43 @@ fn a_sleep_that_would_be_stop_is_refused_at_its_instruction() {
     let text = error.to_string();
     assert!(text.contains("WFI or WFE at 0800021"), "{text}");
     assert!(text.contains("Stop and Standby are not modelled, clear SLEEPDEEP in SCR"), "{text}");
+}
+
+/// Given a program that logs by RTT without defmt, when it writes lines of text, then each whole line is in the log; a reset ends the
+/// last one.
+#[test]
+fn rtt_without_defmt_is_shown_as_text() {
+    let (block, buffer) = (RAM + 0x100, RAM + 0x200);
+    let words = |at: u32, bytes: &[u8]| -> Vec<u16> {
+        let words = bytes.chunks(4).map(|chunk| {
+            let mut word = [0; 4];
+            word[..chunk.len()].copy_from_slice(chunk);
+            u32::from_le_bytes(word)
+        });
+        (at..).step_by(4).zip(words).flat_map(|(at, word)| store(at, word)).collect()
+    };
+    let text = b"one line\r\nand another\nhalf a";
+    let program = [
+        words(block, b"SEGGER RTT\0\0\0\0\0\0\x01"),
+        words(buffer, text),
+        store(block + 28, buffer).to_vec(),
+        store(block + 32, 64).to_vec(),
+        store(block + 40, 0).to_vec(),
+        store(block + 36, text.len() as u32).to_vec(),
+        STOP.to_vec(),
+    ]
+    .concat();
+    let with_log = Arc::into_inner(image(&program, &STOP)).expect("nobody shares it");
+    let with_log = with_log.with_symbol("_SEGGER_RTT", Symbol { address: block, size: 48 });
+    let mut board = EmulatedBoard::new(board("talking", Arc::new(with_log)), 0);
+    board.power(true);
+    board.run_until(Time::from_us(100)).unwrap();
+    let lines = |board: &mut EmulatedBoard| -> Vec<_> {
+        board.take_log().into_iter().map(|line| (line.level, line.text)).collect()
+    };
+    assert_eq!(lines(&mut board), [(None, "one line".to_owned()), (None, "and another".to_owned())]);
+    board.reset();
+    board.run_until(Time::from_us(200)).unwrap();
+    assert_eq!(lines(&mut board)[0], (None, "half a".to_owned()));
+    assert_eq!(board.counters().malformed_logs, 0);
 }

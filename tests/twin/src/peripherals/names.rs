@@ -1,0 +1,160 @@
+//! Names of all peripherals of the parts and of their registers, for messages (RM0090 and RM0390, tables 1, and the register
+//! map at the end of each chapter).
+
+use crate::model::Part;
+
+/// Registers word by word; a dot is a hole.
+const TIMER: &str =
+    "CR1 CR2 SMCR DIER SR EGR CCMR1 CCMR2 CCER CNT PSC ARR RCR CCR1 CCR2 CCR3 CCR4 BDTR DCR DMAR OR";
+const USART: &str = "SR DR BRR CR1 CR2 CR3 GTPR";
+const SPI: &str = "CR1 CR2 SR DR CRCPR RXCRCR TXCRCR I2SCFGR I2SPR";
+const I2C: &str = "CR1 CR2 OAR1 OAR2 DR SR1 SR2 CCR TRISE FLTR";
+const CAN: &str = "MCR MSR TSR RF0R RF1R IER ESR BTR";
+const DAC: &str =
+    "CR SWTRIGR DHR12R1 DHR12L1 DHR8R1 DHR12R2 DHR12L2 DHR8R2 DHR12RD DHR12LD DHR8RD DOR1 DOR2 SR";
+const ADC: &str =
+    "SR CR1 CR2 SMPR1 SMPR2 JOFR1 JOFR2 JOFR3 JOFR4 HTR LTR SQR1 SQR2 SQR3 JSQR JDR1 JDR2 JDR3 JDR4 DR";
+const GPIO: &str = "MODER OTYPER OSPEEDR PUPDR IDR ODR BSRR LCKR AFRL AFRH";
+const RTC: &str = "TR DR CR ISR PRER WUTR CALIBR ALRMAR ALRMBR WPR SSR SHIFTR TSTR TSDR TSSSR CALR TAFCR ALRMASSR \
+                   ALRMBSSR . BKP0R BKP1R BKP2R BKP3R BKP4R BKP5R BKP6R BKP7R BKP8R BKP9R BKP10R BKP11R BKP12R BKP13R \
+                   BKP14R BKP15R BKP16R BKP17R BKP18R BKP19R";
+const SDIO: &str =
+    "POWER CLKCR ARG CMD RESPCMD RESP1 RESP2 RESP3 RESP4 DTIMER DLEN DCTRL DCOUNT STA ICR MASK . . FIFOCNT";
+const RCC: &str = "CR PLLCFGR CFGR CIR AHB1RSTR AHB2RSTR AHB3RSTR . APB1RSTR APB2RSTR . . AHB1ENR AHB2ENR AHB3ENR . \
+                   APB1ENR APB2ENR . . AHB1LPENR AHB2LPENR AHB3LPENR . APB1LPENR APB2LPENR . . BDCR CSR . . SSCGR \
+                   PLLI2SCFGR PLLSAICFGR DCKCFGR CKGATENR DCKCFGR2";
+const DMA: &str = "LISR HISR LIFCR HIFCR S0CR S0NDTR S0PAR S0M0AR S0M1AR S0FCR S1CR S1NDTR S1PAR S1M0AR S1M1AR S1FCR S2CR \
+                   S2NDTR S2PAR S2M0AR S2M1AR S2FCR S3CR S3NDTR S3PAR S3M0AR S3M1AR S3FCR S4CR S4NDTR S4PAR S4M0AR \
+                   S4M1AR S4FCR S5CR S5NDTR S5PAR S5M0AR S5M1AR S5FCR S6CR S6NDTR S6PAR S6M0AR S6M1AR S6FCR S7CR \
+                   S7NDTR S7PAR S7M0AR S7M1AR S7FCR";
+const FMPI2C: &str = "CR1 CR2 OAR1 OAR2 TIMINGR TIMEOUTR ISR ICR PECR RXDR TXDR";
+const QUADSPI: &str = "CR DCR SR FCR DLR CCR AR ABR DR PSMKR PSMAR PIR LPTR";
+const DCMI: &str = "CR SR RIS IER MIS ICR ESCR ESUR CWSTRT CWSIZE DR";
+const F405: Option<Part> = Some(Part::Stm32f405);
+const F446: Option<Part> = Some(Part::Stm32f446);
+
+/// First address, length, name, registers, and the one part that has it; `None` for both.
+type Place = (u32, u32, &'static str, &'static str, Option<Part>);
+
+const PLACES: [Place; 65] = [
+    (0x4000_0000, 0x400, "TIM2", TIMER, None),
+    (0x4000_0400, 0x400, "TIM3", TIMER, None),
+    (0x4000_0800, 0x400, "TIM4", TIMER, None),
+    (0x4000_0C00, 0x400, "TIM5", TIMER, None),
+    (0x4000_1000, 0x400, "TIM6", TIMER, None),
+    (0x4000_1400, 0x400, "TIM7", TIMER, None),
+    (0x4000_1800, 0x400, "TIM12", TIMER, None),
+    (0x4000_1C00, 0x400, "TIM13", TIMER, None),
+    (0x4000_2000, 0x400, "TIM14", TIMER, None),
+    (0x4000_2800, 0x400, "RTC", RTC, None),
+    (0x4000_2C00, 0x400, "WWDG", "CR CFR SR", None),
+    (0x4000_3000, 0x400, "IWDG", "KR PR RLR SR", None),
+    (0x4000_3400, 0x400, "I2S2ext", SPI, F405),
+    (0x4000_3800, 0x400, "SPI2", SPI, None),
+    (0x4000_3C00, 0x400, "SPI3", SPI, None),
+    (0x4000_4000, 0x400, "I2S3ext", SPI, F405),
+    (0x4000_4000, 0x400, "SPDIFRX", "CR IMR SR IFCR DR CSR DIR", F446),
+    (0x4000_4400, 0x400, "USART2", USART, None),
+    (0x4000_4800, 0x400, "USART3", USART, None),
+    (0x4000_4C00, 0x400, "UART4", USART, None),
+    (0x4000_5000, 0x400, "UART5", USART, None),
+    (0x4000_5400, 0x400, "I2C1", I2C, None),
+    (0x4000_5800, 0x400, "I2C2", I2C, None),
+    (0x4000_5C00, 0x400, "I2C3", I2C, None),
+    (0x4000_6000, 0x400, "FMPI2C1", FMPI2C, F446),
+    (0x4000_6400, 0x400, "CAN1", CAN, None),
+    (0x4000_6800, 0x400, "CAN2", CAN, None),
+    (0x4000_6C00, 0x400, "CEC", "CR CFGR TXDR RXDR ISR IER", F446),
+    (0x4000_7000, 0x400, "PWR", "CR CSR", None),
+    (0x4000_7400, 0x400, "DAC", DAC, None),
+    (0x4001_0000, 0x400, "TIM1", TIMER, None),
+    (0x4001_0400, 0x400, "TIM8", TIMER, None),
+    (0x4001_1000, 0x400, "USART1", USART, None),
+    (0x4001_1400, 0x400, "USART6", USART, None),
+    (0x4001_2000, 0x100, "ADC1", ADC, None),
+    (0x4001_2100, 0x100, "ADC2", ADC, None),
+    (0x4001_2200, 0x100, "ADC3", ADC, None),
+    (0x4001_2300, 0x100, "ADC", "CSR CCR CDR", None),
+    (0x4001_2C00, 0x400, "SDIO", SDIO, None),
+    (0x4001_3000, 0x400, "SPI1", SPI, None),
+    (0x4001_3400, 0x400, "SPI4", SPI, F446),
+    (0x4001_3800, 0x400, "SYSCFG", "MEMRMP PMC EXTICR1 EXTICR2 EXTICR3 EXTICR4 . . CMPCR", None),
+    (0x4001_3C00, 0x400, "EXTI", "IMR EMR RTSR FTSR SWIER PR", None),
+    (0x4001_4000, 0x400, "TIM9", TIMER, None),
+    (0x4001_4400, 0x400, "TIM10", TIMER, None),
+    (0x4001_4800, 0x400, "TIM11", TIMER, None),
+    (0x4001_5800, 0x400, "SAI1", "", F446),
+    (0x4001_5C00, 0x400, "SAI2", "", F446),
+    (0x4002_3000, 0x400, "CRC", "DR IDR CR", None),
+    (0x4002_3800, 0x400, "RCC", RCC, None),
+    (0x4002_3C00, 0x400, "FLASH", "ACR KEYR OPTKEYR SR CR OPTCR", None),
+    (0x4002_4000, 0x1000, "BKPSRAM", "", None),
+    (0x4002_6000, 0x400, "DMA1", DMA, None),
+    (0x4002_6400, 0x400, "DMA2", DMA, None),
+    (0x4004_0000, 0x4_0000, "USB OTG HS", "", None),
+    (0x5000_0000, 0x4_0000, "USB OTG FS", "", None),
+    (0x5005_0000, 0x400, "DCMI", DCMI, F446),
+    (0x5006_0800, 0x400, "RNG", "CR SR DR", F405),
+    (0x6000_0000, 0x2000_0000, "external memory", "", None),
+    (0x8000_0000, 0x2000_0000, "external memory", "", None),
+    (0xA000_0000, 0x1000, "FSMC", "", F405),
+    (0xA000_0000, 0x1000, "FMC", "", F446),
+    (0xA000_1000, 0x400, "QUADSPI", QUADSPI, F446),
+    (0xE004_2000, 0x400, "DBGMCU", "IDCODE CR APB1_FZ APB2_FZ", None),
+    (0x1FFF_C000, 0x400, "option bytes", "", None),
+];
+
+/// What lies at `address`: `DAC.SWTRIGR`, or `USB OTG FS + 800h` where registers have no names here. `None` for reserved
+/// addresses.
+pub(crate) fn name(part: Part, address: u32) -> Option<String> {
+    if let Some(port) = address.checked_sub(0x4002_0000).map(|offset| offset / 0x400)
+        && (port as usize) < part.ports()
+    {
+        let port = char::from(b'A' + port as u8);
+        return Some(register(&format!("GPIO{port}"), GPIO, address % 0x400));
+    }
+    let is_here = |&&(base, len, _, _, only): &&Place| {
+        (base..=base + (len - 1)).contains(&address) && only.is_none_or(|one| one == part)
+    };
+    let &(base, _, name, registers, _) = PLACES.iter().find(is_here)?;
+    Some(register(name, registers, address - base))
+}
+
+fn register(block: &str, registers: &str, offset: u32) -> String {
+    match registers.split_whitespace().nth(offset as usize / 4).filter(|name| *name != ".") {
+        Some(name) => format!("{block}.{name}"),
+        None => format!("{block} + {offset:X}h"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn addresses_have_the_names_of_the_manual() {
+        for (part, address, expected) in [
+            (Part::Stm32f405, 0x4000_7404, Some("DAC.SWTRIGR")),
+            (Part::Stm32f405, 0x4000_7406, Some("DAC.SWTRIGR")),
+            (Part::Stm32f405, 0x4000_7438, Some("DAC + 38h")),
+            (Part::Stm32f405, 0x4002_0C18, Some("GPIOD.BSRR")),
+            (Part::Stm32f405, 0x4002_2000, Some("GPIOI.MODER")),
+            (Part::Stm32f446, 0x4002_2000, None),
+            (Part::Stm32f405, 0x4002_3844, Some("RCC.APB2ENR")),
+            (Part::Stm32f405, 0x4002_3870, Some("RCC.BDCR")),
+            (Part::Stm32f446, 0x4002_3894, Some("RCC.DCKCFGR2")),
+            (Part::Stm32f405, 0x4002_3828, Some("RCC + 28h")),
+            (Part::Stm32f405, 0x4002_64B8, Some("DMA2.S7CR")),
+            (Part::Stm32f405, 0x4000_289C, Some("RTC.BKP19R")),
+            (Part::Stm32f405, 0x4001_0044, Some("TIM1.BDTR")),
+            (Part::Stm32f405, 0x4001_2308, Some("ADC.CDR")),
+            (Part::Stm32f405, 0x5000_0800, Some("USB OTG FS + 800h")),
+            (Part::Stm32f405, 0x5006_0804, Some("RNG.SR")),
+            (Part::Stm32f446, 0x5006_0804, None),
+            (Part::Stm32f446, 0xA000_1008, Some("QUADSPI.SR")),
+            (Part::Stm32f405, 0x4000_2400, None),
+        ] {
+            assert_eq!(name(part, address).as_deref(), expected, "{address:08X}h");
+        }
+    }
+}
