@@ -82,6 +82,7 @@ fn wrong_values_of_the_twin_are_refused() {
     refuses(&["twin", "--slaves", "15"], &["--slaves", "0..=14"]);
     refuses(&["twin", "--slcan-nominal", "65536"], &["--slcan-nominal", "65535"]);
     refuses(&["twin", "--listen", "nowhere"], &["--listen", "nowhere"]);
+    refuses(&["twin", "--control", "65536"], &["--control", "65535"]);
     refuses(&["twin", "--seconds", "0"], &["--seconds", "0.1 to 172800"]);
 }
 

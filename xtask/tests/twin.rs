@@ -25,6 +25,7 @@ impl Twin {
         let mut child = Command::new(env!("CARGO_BIN_EXE_xtask"))
             .args(["twin", "--slcan-nominal", "0", "--slcan-redundant", "0", "--seconds", "300"])
             .args(arguments)
+            .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .spawn()
             .expect("xtask starts");

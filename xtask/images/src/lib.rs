@@ -80,6 +80,13 @@ pub fn build(board: &str, profile: &str) -> Result<Images, Error> {
     build_logging(board, profile, LOG)
 }
 
+/// The images of an earlier [`build`], if there was one.
+pub fn built(board: &str, profile: &str) -> Option<Images> {
+    let directory = workspace().join("target/firmware").join(configuration(board, profile, LOG));
+    let [master, slave] = PACKAGES.map(|package| directory.join(package));
+    (master.is_file() && slave.is_file()).then_some(Images { master, slave })
+}
+
 /// As [`build`], with another filter of the log than [`LOG`].
 ///
 /// # Errors
@@ -330,6 +337,11 @@ fn command_line(command: &Command) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_was_built_for_a_board_that_does_not_exist() {
+        assert_eq!(built("pyboard-v12", "librecube"), None);
+    }
 
     #[test]
     fn other_log_never_overwrites_usual_images() {

@@ -4,26 +4,34 @@
 
 mod channel;
 mod client;
+mod command;
+mod console;
+mod control;
 mod craft;
 mod filter;
 mod options;
 mod pace;
 mod port;
+mod recording;
 mod slcan;
 
-use std::io::Write;
+use std::net::SocketAddr;
 use std::time::Instant;
 
+use ::console::style;
 use anyhow::bail;
 use can_wire::time::Time;
-use console::style;
 use twin::rtt::Level;
 use twin::spacecraft::{BoardId, Bus, Spacecraft};
 
+use command::Operator;
+use console::Console;
+use control::ControlPort;
 pub use options::Options;
 use pace::{LagReporter, Pace};
 use port::OfferedBus;
-use support::output::{complain, warn};
+use recording::Recording;
+use support::output::warn;
 use support::stop::Stop;
 
 /// Sockets are served at least so often, in virtual time; it runs no faster than the clock on the wall.
@@ -44,95 +52,126 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         warn(format_args!("whoever reaches {} can command the boards, without a password", options.listen));
     }
     options.craft.add_shipped(&nodes, &mut images)?;
-    let mut spacecraft = craft::assemble(options, &images);
+    let (mut spacecraft, boards) = craft::assemble(options, &images);
+    let recording = options.record.as_deref().map(Recording::begin).transpose()?;
     let stop = Stop::at_ctrl_c()?;
     let mut ports = Vec::new();
     for bus in Bus::ALL {
         let listener = port::listen(bus, options.address(bus))?;
         ports.push(OfferedBus::new(&mut spacecraft, bus, listener));
     }
+    let control = options.control.map(|port| ControlPort::listen(SocketAddr::new(options.listen, port)));
+    let control = control.transpose()?;
+    let mut console = Console::open(&stop);
     for port in &ports {
-        say(format_args!("{} bus: slcan socket://{}", port.bus(), port.address()?));
+        console.say(format_args!("{} bus: slcan socket://{}", port.bus(), port.address()?));
     }
-    let mut run = Run { spacecraft, ports, faults: Vec::new(), lag: LagReporter::default() };
-    let pace = run.fly(Time::from_us((options.seconds * 1e6) as u64), &stop);
+    if let Some(control) = &control {
+        console.say(format_args!("control: socket://{}", control.address()?));
+    }
+    let operator = Operator::new(boards);
+    let faults = Vec::new();
+    let lag = LagReporter::default();
+    let mut run = Run { spacecraft, ports, operator, console, control, recording, faults, lag };
+    let pace = run.fly(Time::from_us((options.seconds * 1e6) as u64), &stop)?;
     run.conclude(&pace)
-}
-
-/// A line for people. Nobody has to read it: a closed pipe does not end the spacecraft.
-fn say(line: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 struct Run {
     spacecraft: Spacecraft,
     ports: Vec<OfferedBus>,
+    operator: Operator,
+    console: Console,
+    control: Option<ControlPort>,
+    recording: Option<Recording>,
     faults: Vec<String>,
     lag: LagReporter,
 }
 
 impl Run {
-    fn fly(&mut self, end: Time, stop: &Stop) -> Pace {
+    fn fly(&mut self, end: Time, stop: &Stop) -> anyhow::Result<Pace> {
         let mut pace = Pace::new(Instant::now());
-        while self.spacecraft.now() < end && !stop.is_asked() {
+        while self.spacecraft.now() < end && !stop.is_asked() && !self.operator.is_over() {
             let next = (self.spacecraft.now() + STEP).min(end);
             std::thread::sleep(pace.instant_of(next).saturating_duration_since(Instant::now()));
             pace.reached(next, Instant::now());
             self.report_lag(&pace);
+            self.obey();
             self.ports.iter_mut().for_each(|port| port.hear_clients(&mut self.spacecraft));
-            self.advance(next);
+            self.advance(next)?;
             self.ports.iter_mut().for_each(|port| port.tell_clients(&mut self.spacecraft));
             self.tell_notes();
         }
-        pace
+        Ok(pace)
+    }
+
+    /// Does what is typed, and what programs ask for.
+    fn obey(&mut self) {
+        while let Some(line) = self.console.next() {
+            if line.trim().is_empty() {
+                continue;
+            }
+            let (Ok(said) | Err(said)) = self.operator.obey(&line, &mut self.spacecraft);
+            self.console.say(said);
+        }
+        if let Some(control) = &mut self.control {
+            control.serve(|line| self.operator.obey(line, &mut self.spacecraft));
+        }
     }
 
     /// A board that the twin has to stop stays behind.
-    fn advance(&mut self, until: Time) {
+    fn advance(&mut self, until: Time) -> anyhow::Result<()> {
         while let Err(fault) = self.spacecraft.run_until(until) {
             let fault = fault.to_string();
-            complain(&fault);
+            self.console.complain(&fault);
             self.faults.push(fault);
         }
-        // The ports have their own ears, and nobody looks at pins.
-        self.spacecraft.take_frames();
+        for record in self.spacecraft.take_frames() {
+            self.operator.observe(&record);
+            self.recording.as_mut().map_or(Ok(()), |recording| recording.frame(&record))?;
+        }
+        // Nobody looks at pins.
         let boards: Vec<BoardId> = self.spacecraft.boards().map(|(id, _)| id).collect();
         boards.into_iter().for_each(|id| drop(self.spacecraft.board_mut(id).take_pin_changes()));
         for log in self.spacecraft.take_logs() {
             let name = &self.spacecraft.board(log.board).config().name;
+            self.recording.as_mut().map_or(Ok(()), |recording| recording.line(log.at, name, &log.text))?;
             let text = match log.level {
                 Some(Level::Error) => style(log.text).red(),
                 Some(Level::Warn) => style(log.text).yellow(),
                 _ => style(log.text),
             };
-            say(format_args!("{:10.3} s  {name:<7}  {text}", log.at.as_secs_f64()));
+            self.console.say(format_args!("{:10.3} s  {name:<7}  {text}", log.at.as_secs_f64()));
         }
+        Ok(())
     }
 
     fn tell_notes(&mut self) {
         let now = self.spacecraft.now().as_secs_f64();
         for note in self.ports.iter_mut().flat_map(OfferedBus::take_notes) {
-            say(format_args!("{now:10.3} s  {note}"));
+            self.console.say(format_args!("{now:10.3} s  {note}"));
         }
     }
 
     fn report_lag(&mut self, pace: &Pace) {
         if let Some(lag) = self.lag.due(pace.behind(), Instant::now()) {
-            warn(lag);
+            self.console.warn(lag);
         }
     }
 
     /// The last words, and whether it was a good run.
-    fn conclude(self, pace: &Pace) -> anyhow::Result<()> {
+    fn conclude(mut self, pace: &Pace) -> anyhow::Result<()> {
+        self.console.end_typing();
+        self.recording.take().map_or(Ok(()), Recording::end)?;
         let seconds = self.spacecraft.now().as_secs_f64();
-        say(format_args!(
+        self.console.say(format_args!(
             "ended after {seconds:.1} s of virtual time, {:.1} s behind the clock on the wall",
             pace.behind().as_secs_f64()
         ));
         for port in &self.ports {
             let frames = self.spacecraft.wire(port.bus()).counters().completed;
             let port::Totals { clients, sent, lost, abandoned } = port.totals();
-            say(format_args!(
+            self.console.say(format_args!(
                 "{} bus: {frames} frames on it, {sent} of them from clients; clients: {clients}, frames lost because \
                  they did not read: {lost}, frames of theirs given up: {abandoned}",
                 port.bus()

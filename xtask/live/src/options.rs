@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
 
 use clap::Args;
 use twin::spacecraft::Bus;
@@ -12,7 +13,8 @@ use support::misuse::Misuse;
 /// A wire runs for 58 hours at most.
 const SECONDS: std::ops::RangeInclusive<f64> = 0.1..=172_800.0;
 
-/// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C.
+/// Run the spacecraft in real time and offer both buses as SLCAN over TCP, until Ctrl-C. Type commands while it flies: help
+/// lists them.
 #[derive(Args, Debug)]
 #[command(
     after_help = "With python-can: can.Bus(interface=\"slcan\", channel=\"socket://127.0.0.1:29501\")\n\
@@ -36,6 +38,14 @@ pub struct Options {
     /// Boards and images.
     #[command(flatten)]
     pub craft: Craft,
+
+    /// TCP port that takes commands, a line each; 0: any free one [none without it]
+    #[arg(long, value_name = "PORT")]
+    pub control: Option<u16>,
+
+    /// Write frames and log lines into this directory: bus-nominal.log, bus-redundant.log, spacecraft.pcapng, boards.log
+    #[arg(long, value_name = "DIR")]
+    pub record: Option<PathBuf>,
 
     /// Slaves only: node 1 is played by a client
     #[arg(long, conflicts_with = "master")]

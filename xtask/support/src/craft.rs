@@ -48,6 +48,10 @@ pub struct Craft {
     /// Mission profile to build the shipped images with
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
     pub profile: Profile,
+
+    /// Fly the shipped images as they were built last
+    #[arg(long)]
+    pub no_build: bool,
 }
 
 /// The value of `--slave`.
@@ -114,12 +118,19 @@ impl Craft {
     /// Builds what the user has not given. Builds nothing when no board needs it.
     ///
     /// # Errors
-    /// When an image cannot be built or read.
+    /// When an image cannot be built or read, or was not built before and is not to be.
     pub fn add_shipped(&self, nodes: &BTreeSet<Node>, images: &mut Images) -> anyhow::Result<()> {
         let missing: BTreeSet<Node> =
             nodes.iter().copied().filter(|node| !images.contains_key(node)).collect();
         if !missing.is_empty() {
-            let built = firmware_images::build(self.board.name(), self.profile.name())?;
+            let (board, profile) = (self.board.name(), self.profile.name());
+            let built = if self.no_build {
+                firmware_images::built(board, profile).with_context(|| {
+                    format!("nothing was built for {board}, profile {profile}, yet: leave out --no-build")
+                })?
+            } else {
+                firmware_images::build(board, profile)?
+            };
             images.extend(shipped(&built, missing)?);
         }
         Ok(())

@@ -18,9 +18,13 @@ impl Stop {
     pub fn at_ctrl_c() -> anyhow::Result<Stop> {
         let stop = Stop::default();
         let raised = stop.clone();
-        ctrlc::set_handler(move || raised.0.store(true, Ordering::Relaxed))
-            .context("cannot handle Ctrl-C")?;
+        ctrlc::set_handler(move || raised.ask()).context("cannot handle Ctrl-C")?;
         Ok(stop)
+    }
+
+    /// Raises the flag.
+    pub fn ask(&self) {
+        self.0.store(true, Ordering::Relaxed);
     }
 
     /// Whether the flag is up.
