@@ -3,6 +3,8 @@
 //! Its exception entry stacks xPSR without ITSTATE, so that an interrupt inside an IT block makes the rest of the block
 //! unconditional, and its exception return advances the ITSTATE it has just restored when the returning instruction
 //! stands in an IT block of the handler. Both are put right here from outside, after the step.
+//!
+//! So are the cycles of exceptions: the library charges each access to the stack on top of a figure that contains them.
 
 use std::sync::Arc;
 
@@ -35,6 +37,16 @@ const SYST_TICKINT: u32 = 1 << 1;
 const SYST_WAKES: u32 = SYST_TICKINT | 1;
 /// SLEEPDEEP of SCR (DDI 0403 B3.2.7).
 const SCR_SLEEPDEEP: u32 = 1 << 2;
+/// Cycles that the library charges too much for an exception entry: it takes 12 in all, the stacking of 8 words included (ARM,
+/// "Cortex-M3 and M4 interrupt latency": 12 with memory without wait states).
+const EXCESS_OF_ENTRY: u64 = 8;
+/// And for an exception return, which takes 12 in all (the same), the instruction included.
+const EXCESS_OF_RETURN: u64 = 7;
+/// A return charges at least so many; one that goes on with the next handler at once (tail-chaining) charges 7.
+const CHARGED_FOR_RETURN: u64 = 19;
+/// ENABLE of SYST_CSR (DDI 0403 B3.3.3), CYCCNTENA of DWT_CTRL (C1.8.7).
+const SYST_ENABLE: u32 = 1;
+const DWT_CYCCNTENA: u32 = 1;
 /// Words from a stack frame's base to the return address and to xPSR (DDI 0403 B1.5.6).
 const FRAME_PC: u32 = 6;
 const FRAME_XPSR: u32 = 7;
@@ -114,6 +126,8 @@ pub(super) struct Core {
     /// The cycle up to which SysTick has counted.
     cycle: u64,
     asleep: bool,
+    /// Cycles that SysTick has counted and that did not pass.
+    systick_ahead: u64,
     /// xPSR before the next step.
     xpsr: u32,
     bus_faults: u64,
@@ -162,7 +176,19 @@ impl Core {
         let cpu = ArmV7m::new(config);
         cpu.attach_space(Arc::new(space));
         let (cycle, xpsr) = (link.now().cycle, cpu.xpsr());
-        Core { cpu, flash, ram, ccm, ccm_len, link, cycle, asleep: false, xpsr, bus_faults: 0 }
+        Core {
+            cpu,
+            flash,
+            ram,
+            ccm,
+            ccm_len,
+            link,
+            cycle,
+            systick_ahead: 0,
+            asleep: false,
+            xpsr,
+            bus_faults: 0,
+        }
     }
 
     fn ram_at(&self, address: u32, len: usize) -> Option<(&RamStore, u64)> {
@@ -184,6 +210,26 @@ impl Core {
             if sys.tick_systick(cycles) && sys.syst_csr & SYST_TICKINT != 0 {
                 sys.set_pending(Exception::SYSTICK, true);
             }
+        });
+    }
+
+    /// Takes cycles back from the counters, which have counted them. SysTick waits with it until it does not have to cross its
+    /// reload value.
+    fn take_back(&mut self, cycles: u64) {
+        let ahead = self.systick_ahead + cycles;
+        self.systick_ahead = self.cpu.with_sys(|sys| {
+            if sys.dwt_ctrl & DWT_CYCCNTENA != 0 {
+                sys.dwt_cyccnt = sys.dwt_cyccnt.wrapping_sub(cycles as u32);
+            }
+            if sys.syst_csr & SYST_ENABLE == 0 {
+                return 0;
+            }
+            let count = u64::from(sys.syst_cvr) + ahead;
+            if sys.syst_cvr == 0 || count > u64::from(sys.syst_rvr) {
+                return ahead;
+            }
+            sys.syst_cvr = count as u32;
+            0
         });
     }
 
@@ -255,19 +301,31 @@ impl Cpu for Core {
         if now > self.cycle {
             self.count(now - self.cycle);
         }
-        let cycles = self.cpu.step();
-        self.cycle = now + cycles;
+        let charged = self.cpu.step();
         self.xpsr = self.cpu.xpsr();
         let (was, is) = (before & xpsr::EXCEPTION, self.xpsr & xpsr::EXCEPTION);
-        if was != is && before & xpsr::IT_MASK != 0 {
+        let mut excess = 0;
+        if was != is {
             // An exception that is still active was pre-empted; one that is not has returned.
             let pre_empted = was == 0 || self.cpu.with_sys(|sys| sys.is_active(Exception(was as u16)));
-            if pre_empted {
-                self.restore_stacked_itstate(before & xpsr::IT_MASK);
-            } else {
-                self.restore_returned_itstate();
+            excess = match pre_empted {
+                true => EXCESS_OF_ENTRY,
+                false if charged >= CHARGED_FOR_RETURN => EXCESS_OF_RETURN,
+                false => 0,
+            };
+            if before & xpsr::IT_MASK != 0 {
+                if pre_empted {
+                    self.restore_stacked_itstate(before & xpsr::IT_MASK);
+                } else {
+                    self.restore_returned_itstate();
+                }
+                self.xpsr = self.cpu.xpsr();
             }
-            self.xpsr = self.cpu.xpsr();
+        }
+        let cycles = charged - excess;
+        self.cycle = now + cycles;
+        if excess > 0 || self.systick_ahead > 0 {
+            self.take_back(excess);
         }
         // A sleeping step and the WFE that starts the sleep cost one cycle.
         self.asleep = cycles == 1 && self.cpu.is_asleep();

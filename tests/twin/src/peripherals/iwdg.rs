@@ -69,7 +69,7 @@ impl Iwdg {
     /// It was frozen for `span`.
     pub fn stood_still(&mut self, span: Time) {
         if let Some((since, _)) = &mut self.counting {
-            *since = *since + span;
+            *since += span;
         }
     }
 

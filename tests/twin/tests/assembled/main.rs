@@ -3,6 +3,7 @@
 mod accelerator;
 mod board;
 mod capture;
+mod cycles;
 mod debug;
 mod flash;
 mod guests;
