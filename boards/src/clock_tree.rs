@@ -37,6 +37,8 @@ pub(crate) fn start(oscillator: Hse, prediv: PllPreDiv) -> Peripherals {
     config.rcc.apb2_pre = APBPrescaler::DIV2;
     let peripherals = embassy_stm32::init(config);
     accelerate();
+    // HSE that stops from now on raises the NMI, which ends the program (`post_mortem`).
+    RCC.cr().modify(|w| w.set_csson(true));
     peripherals
 }
 

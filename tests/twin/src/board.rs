@@ -112,6 +112,7 @@ pub struct EmulatedBoard {
     /// The cycle at which SysTick wakes the sleeping core.
     systick: u64,
     lines: IrqLevels,
+    nmi: bool,
     /// The cycle at which a timer next raises its line, or the watchdog runs out; later than everything when none will.
     timer_event: u64,
     /// When the watchdog runs out, and the cycle at which that is noticed.
@@ -186,6 +187,7 @@ impl EmulatedBoard {
             asleep: false,
             systick: u64::MAX,
             lines: [0; 3],
+            nmi: false,
             timer_event: u64::MAX,
             watchdog: None,
             flash: FlashCare::default(),
@@ -518,6 +520,12 @@ impl EmulatedBoard {
         let mut levels = peripherals.irq_levels(now);
         if peripherals.transfer(now, &mut DmaMemory(&mut *self.cpu)) {
             levels = peripherals.irq_levels(now);
+        }
+        let nmi = peripherals.nmi();
+        if nmi != self.nmi {
+            self.nmi = nmi;
+            self.cpu.set_nmi(nmi);
+            self.asleep &= !nmi;
         }
         self.follow_watchdog(peripherals.watchdog_deadline(), clocks_changed);
         self.follow_flash(peripherals.flash().operation(), clocks_changed);

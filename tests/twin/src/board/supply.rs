@@ -1,4 +1,4 @@
-//! Power and the reset pin of a board.
+//! Power, the oscillator and the reset pin of a board.
 
 use super::{EmulatedBoard, State};
 use crate::cpu;
@@ -45,5 +45,19 @@ impl EmulatedBoard {
         self.cpu.read_memory(FLASH_BASE, &mut flash).expect("the whole flash");
         self.cpu = cpu::stm32f4(part, &flash, self.link.clone());
         self.start(cause);
+    }
+
+    /// The oscillator on OSC_IN stops at the board's present, and does not start again.
+    ///
+    /// # Panics
+    /// When the program did not start the clock security system: a chip without clock is not modelled.
+    pub fn fail_oscillator(&mut self) {
+        self.link.peripherals().fail_hse();
+        self.refresh();
+    }
+
+    /// The oscillator works again: it starts when the program next switches it on.
+    pub fn mend_oscillator(&mut self) {
+        self.link.peripherals().set_hse(true);
     }
 }

@@ -51,6 +51,8 @@ pub trait Cpu: Send {
     fn step(&mut self) -> Step;
     /// Drives an NVIC input; level sensitive.
     fn set_irq(&mut self, irq: u16, asserted: bool);
+    /// Drives the input of the NMI; level sensitive.
+    fn set_nmi(&mut self, asserted: bool);
     /// System reset: the core starts again from the vector table, memories keep their content.
     fn reset(&mut self);
     /// A fault at a priority that no handler can pre-empt.

@@ -344,6 +344,10 @@ impl Cpu for Core {
         self.cpu.set_irq(irq, asserted);
     }
 
+    fn set_nmi(&mut self, asserted: bool) {
+        self.cpu.set_nmi(asserted);
+    }
+
     fn reset(&mut self) {
         self.cpu.reset(ResetKind::Cold);
         self.xpsr = self.cpu.xpsr();

@@ -180,6 +180,16 @@ impl Peripherals {
         self.dbgmcu.idcode() == IDCODE_REVISION_A
     }
 
+    /// HSE stops while it runs.
+    pub fn fail_hse(&mut self) {
+        self.rcc.fail_hse();
+    }
+
+    /// Whether the NMI is raised.
+    pub fn nmi(&self) -> bool {
+        self.rcc.nmi()
+    }
+
     /// HSE does not start any more, or starts again.
     pub fn set_hse(&mut self, starts: bool) {
         self.rcc.set_hse(starts);

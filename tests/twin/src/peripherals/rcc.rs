@@ -19,6 +19,7 @@ const PLL_LOCK: Time = Time::from_us(200);
 const CR: u32 = 0x00;
 const PLLCFGR: u32 = 0x04;
 const CFGR: u32 = 0x08;
+const CIR: u32 = 0x0C;
 const AHB1RSTR: u32 = 0x10;
 const APB2RSTR: u32 = 0x24;
 const AHB1ENR: u32 = 0x30;
@@ -34,6 +35,7 @@ const CR_HSIRDY: u32 = 1 << 1;
 const CR_HSEON: u32 = 1 << 16;
 const CR_HSERDY: u32 = 1 << 17;
 const CR_HSEBYP: u32 = 1 << 18;
+const CR_CSSON: u32 = 1 << 19;
 const CR_PLLON: u32 = 1 << 24;
 const CR_PLLRDY: u32 = 1 << 25;
 const CR_PLLI2SON: u32 = 1 << 26;
@@ -47,6 +49,9 @@ const BDCR_LSEON: u32 = 1 << 0;
 const BDCR_LSERDY: u32 = 1 << 1;
 const BDCR_LSEBYP: u32 = 1 << 2;
 const BDCR_BDRST: u32 = 1 << 16;
+
+const CIR_CSSF: u32 = 1 << 7;
+const CIR_CSSC: u32 = 1 << 23;
 
 const CSR_LSION: u32 = 1 << 0;
 const CSR_LSIRDY: u32 = 1 << 1;
@@ -139,6 +144,31 @@ impl Rcc {
     /// Whether HSE starts when it is next switched on.
     pub fn set_hse(&mut self, starts: bool) {
         self.hse_starts = starts;
+    }
+
+    /// HSE stops, and does not start again. The clock security system then switches to HSI and raises the NMI (RM0090 7.2.7).
+    ///
+    /// # Panics
+    /// Without clock security system on HSE that runs: a chip without clock is not modelled.
+    pub fn fail_hse(&mut self) {
+        assert!(
+            self.word(CR) & CR_CSSON != 0 && self.word(CR) & CR_HSEON != 0,
+            "the program did not start the CSS"
+        );
+        self.hse_starts = false;
+        self.hse_ready = Time::NEVER;
+        if self.clocks().from_crystal {
+            *self.word_mut(CFGR) &= !0b11;
+        }
+        let pll = if self.word(PLLCFGR) & PLLCFGR_SRC_HSE != 0 { CR_PLLON } else { 0 };
+        let cr = self.word_mut(CR);
+        *cr = *cr & !(CR_HSEON | CR_CSSON | pll) | CR_HSION;
+        *self.word_mut(CIR) |= CIR_CSSF;
+    }
+
+    /// Whether the clock security system raises the NMI.
+    pub fn nmi(&self) -> bool {
+        self.word(CIR) & CIR_CSSF != 0
     }
 
     /// Everything but the reset flags starts again; they add up until RMVF or a reset of the supply clears them.
@@ -255,6 +285,10 @@ impl Rcc {
                     (_, false) => CR_PLLON | CR_HSION,
                 };
                 *self.word_mut(CR) = value | old & in_use;
+            }
+            CIR => {
+                let flag = if value & CIR_CSSC != 0 { 0 } else { old & CIR_CSSF };
+                *self.word_mut(CIR) = value & !(CIR_CSSF | CIR_CSSC) | flag;
             }
             BDCR => self.write_bdcr(now.time, value),
             CSR => {
@@ -410,6 +444,22 @@ mod tests {
         rcc.write(at_us(100), CR, 0x83 | CR_HSEON).unwrap();
         assert_eq!(rcc.read(at_us(2099), CR).unwrap() & CR_HSERDY, 0);
         assert_ne!(rcc.read(at_us(2100), CR).unwrap() & CR_HSERDY, 0);
+    }
+
+    #[test]
+    fn the_clock_security_system_switches_to_hsi_and_raises_the_nmi() {
+        let mut rcc = at_168_mhz();
+        rcc.write(at_us(3000), CR, 0x83 | CR_HSEON | CR_PLLON | CR_CSSON).unwrap();
+        assert!(!rcc.nmi());
+        rcc.fail_hse();
+        assert!(rcc.nmi());
+        assert_eq!((rcc.clocks().hclk, rcc.clocks().from_crystal), (16_000_000, false));
+        assert_eq!(rcc.read(at_us(9000), CR).unwrap() & (CR_HSERDY | CR_PLLRDY), 0);
+        rcc.write(at_us(9000), CIR, CIR_CSSC).unwrap();
+        assert!(!rcc.nmi());
+        // It does not start again.
+        rcc.write(at_us(9000), CR, 0x83 | CR_HSEON).unwrap();
+        assert_eq!(rcc.read(at_us(60_000_000), CR).unwrap() & CR_HSERDY, 0);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use twin::board::{BoardConfig, EmulatedBoard, State};
 use twin::crystal::Crystal;
 use twin::image::Symbol;
 use twin::mmio::Refusal;
+use twin::model::Model;
 use twin::peripherals::{Pin, PinChange};
 
 fn flown(config: BoardConfig, until: Time) -> EmulatedBoard {
@@ -287,4 +288,22 @@ fn rtt_without_defmt_is_shown_as_text() {
     board.run_until(Time::from_us(200)).unwrap();
     assert_eq!(lines(&mut board)[0], (None, "half a".to_owned()));
     assert_eq!(board.counters().malformed_logs, 0);
+}
+
+/// Given a stack that grows below CCM (F405) or RAM (F446), then the bus answers with a fault, and the handler of faults runs: on
+/// another stack, as the frame is lost.
+#[test]
+fn stack_that_grows_below_memory_is_a_fault_of_the_program() {
+    for (model, bottom) in [(Model::PYBOARD_V11, 0x1000_0000), (Model::NUCLEO_F446RE, RAM)] {
+        // MOV sp, r2; PUSH {r0-r7}; B .-2
+        let program = [&load(2, bottom + 0x28)[..], &[0x4695, 0xB4FF, 0xE7FD]].concat();
+        // MOV r3, sp; r2 = RAM + 1000h; MOV sp, r2; PUSH {r3}; B .
+        let handler = [&[0x466B][..], &load(2, RAM + 0x1000), &[0x4695, 0xB408], &STOP].concat();
+        let config = BoardConfig { model, ..board("deep", image(&program, &handler)) };
+        let board = flown(config, Time::from_us(50));
+        assert_eq!((board.state(), board.counters().panics), (&State::Stuck, 1), "{model:?}");
+        // 8 registers fit, the next 8 do not: its frame of 32 bytes lies below what the second PUSH left.
+        let stack = word(&board, RAM + 0xFFC);
+        assert!(stack < bottom, "{model:?}: {stack:08X}h");
+    }
 }

@@ -14,6 +14,7 @@ const STACK_OVERFLOW: u8 = 3;
 const LATE_TASK: u8 = 4;
 const WATCHDOG: u8 = 5;
 const BROWN_OUT: u8 = 6;
+const OSCILLATOR: u8 = 7;
 
 const VICTIM: u8 = 3;
 /// All are operational by then.
@@ -269,4 +270,74 @@ fn hung_master_is_reset_and_goes_on() {
     }
     let last = craft.sent(MASTER, Bus::Nominal, 0x302).last().unwrap().end;
     assert!(last > felled + ms(800) && felled < hung + ms(1_400), "it commands again");
+}
+
+/// Given a slave in flight, when its oscillator stops, then it is silent at once and stays off both buses; after it was mended
+/// the board reports it.
+#[test]
+fn oscillator_that_stops_silences_the_board() {
+    let mut craft = flown();
+    let id = craft.board(VICTIM);
+    craft.twin.board_mut(id).fail_oscillator();
+    let failed = craft.end;
+    craft.fly(failed + ms(1_500));
+    let since = |seen: &&Seen| seen.end > failed;
+    assert!(
+        craft.frames.iter().filter(since).all(|seen| seen.sender != id.0 && !seen.reached.contains(&VICTIM))
+    );
+    for bus in Bus::ALL {
+        assert_eq!(craft.attempts(VICTIM, bus).filter(|at| *at > failed).count(), 0);
+    }
+    assert!(craft.said(VICTIM, "HSE does not start", failed).is_some(), "{}", craft.log(VICTIM));
+    assert!(is_operational(&craft, 2) && !craft.fell_back(2, failed));
+    assert_eq!(craft.executed(2) as usize, commanded(&craft, 2));
+
+    craft.twin.board_mut(id).mend_oscillator();
+    craft.twin.reset(id);
+    let mended = craft.end;
+    craft.fly(mended + OPERATIONAL_AFTER);
+    let told = emergencies(&craft, mended);
+    assert_eq!((told.len(), &told[0][..4]), (2, &[0, 0x50, 1, OSCILLATOR][..]), "{}", craft.log(VICTIM));
+    assert!(is_operational(&craft, VICTIM), "{}", craft.log(VICTIM));
+}
+
+/// Given a slave that ends again and again, when that was five times in a row, then it is silent for 10 minutes before it tries
+/// again; power-on ends that.
+#[test]
+fn five_resets_in_a_row_silence_the_board() {
+    let mut craft = flown();
+    let id = craft.board(VICTIM);
+    for row in 1..=5 {
+        let task = tasks(&craft, VICTIM)[2];
+        let felled = fell(&mut craft, VICTIM, task, &halfwords(&UNDEFINED));
+        craft.fly(felled + ms(100));
+        let said = format!("{row} in a row");
+        assert!(craft.said(VICTIM, &said, felled.since(ms(10))).is_some(), "{said}\n{}", craft.log(VICTIM));
+        let boots = craft.first_after(felled, |seen| seen.sender == id.0).is_some();
+        assert_eq!(boots, row < 5, "{row}");
+    }
+    craft.fly(craft.end + ms(4_000));
+    let silent = craft.end.since(ms(4_000));
+    assert!(
+        craft.first_after(silent, |seen| seen.sender == id.0 || seen.reached.contains(&VICTIM)).is_none()
+    );
+    // The others would fly the 10 minutes too: that takes long.
+    let others = [MASTER, 2].map(|node| craft.board(node));
+    others.into_iter().for_each(|other| craft.twin.power(other, false));
+    craft.fly(silent + ms(598_000));
+    others.into_iter().for_each(|other| craft.twin.power(other, true));
+    craft.fly(craft.end + ms(1_000));
+    assert!(craft.first_after(silent, |seen| seen.sender == id.0).is_none(), "still silent");
+    craft.fly(craft.end + ms(2_500));
+    assert!(is_operational(&craft, VICTIM), "{}", craft.log(VICTIM));
+
+    craft.twin.power(id, false);
+    craft.fly(craft.end + ms(100));
+    craft.twin.power(id, true);
+    craft.fly(craft.end + OPERATIONAL_AFTER);
+    let powered = craft.end;
+    let task = tasks(&craft, VICTIM)[2];
+    fell(&mut craft, VICTIM, task, &halfwords(&UNDEFINED));
+    craft.fly(craft.end + ms(100));
+    assert!(craft.said(VICTIM, "1 in a row", powered).is_some(), "{}", craft.log(VICTIM));
 }
