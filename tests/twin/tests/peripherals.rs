@@ -7,7 +7,7 @@ use twin::board::{AccessError, BoardConfig, EmulatedBoard, Fittings, SerialWord}
 use twin::crystal::Crystal;
 use twin::devices::Loopback;
 use twin::image::Image;
-use twin::model::{Model, Part};
+use twin::model::Model;
 use twin::peripherals::Pin;
 
 const USART1: u8 = 1;
@@ -18,6 +18,7 @@ const USART6: u8 = 6;
 struct Flown {
     log: Vec<String>,
     serial: Vec<SerialWord>,
+    refused: AccessError,
 }
 
 impl Flown {
@@ -55,27 +56,27 @@ fn drivers(name: &str, model: Model) -> EmulatedBoard {
     board
 }
 
-/// Flies the image for the board `name` on `model`, with another end at each serial port.
-fn fly(name: &str, model: Model) -> Result<Flown, AccessError> {
+/// Flies the image for the board `name` on `model`, with another end at each serial port, until it reaches for the DAC.
+fn fly(name: &str, model: Model) -> Flown {
     let mut board = drivers(name, model);
     board.put_serial(USART1, 9_600, &(1..=20).collect::<Vec<u8>>());
     // The driver of the other port loses what comes before it listens.
     let mut log = Vec::new();
     while !log.iter().any(|line| line == "buffered: true") {
         let next = board.now() + Time::from_ms(1);
-        board.run_until(next)?;
+        board.run_until(next).unwrap();
         log.extend(board.take_log().into_iter().map(|line| line.text));
         assert!(next < Time::from_ms(200), "{log:#?}");
     }
     board.put_serial(UART4, 1_000_000, b"until idle");
-    board.run_until(Time::from_ms(400))?;
+    let refused = board.run_until(Time::from_ms(400)).unwrap_err();
     log.extend(board.take_log().into_iter().map(|line| line.text));
-    Ok(Flown { log, serial: board.take_serial() })
+    Flown { log, serial: board.take_serial(), refused }
 }
 
 fn both() -> [Flown; 2] {
     [("pyboard-v11", Model::PYBOARD_V11), ("nucleo-f446re", Model::NUCLEO_F446RE)]
-        .map(|(name, model)| fly(name, model).unwrap_or_else(|error| panic!("{error}")))
+        .map(|(name, model)| fly(name, model))
 }
 
 /// Given an LM75, a wire from MOSI to MISO and another end on each serial port, when the drivers run, then each finds what is there.
@@ -121,14 +122,17 @@ fn words_last_as_long_as_the_bit_rate_says() {
     }
 }
 
-/// Given the image for the F405 on an F446, which has no random number generator, when the driver reaches for it, then the error
-/// names the function.
+/// Given a program that reaches for the DAC at its end, then the error names its register and the function.
 #[test]
-fn a_refusal_names_the_function_at_the_pc() {
-    let model = Model { part: Part::Stm32f446, ..Model::PYBOARD_V11 };
-    let error = fly("pyboard-v11", model).err().expect("a refusal");
-    assert_eq!((error.address & !0xFF, error.register.as_deref()), (0x5006_0800, None), "{error}");
-    let function = error.function.clone().unwrap_or_else(|| panic!("{error}"));
-    assert!(function.contains("rng") || function.contains("test_peripherals"), "{error}");
-    assert!(error.to_string().contains(&format!("in {function} ")), "{error}");
+fn a_refusal_names_the_register_and_the_function() {
+    for Flown { refused, .. } in both() {
+        assert_eq!(
+            (refused.address, refused.register.as_deref()),
+            (0x4000_7400, Some("DAC.CR")),
+            "{refused}"
+        );
+        let function = refused.function.as_deref().unwrap_or_else(|| panic!("{refused}"));
+        assert!(function.ends_with("::beyond"), "{refused}");
+        assert!(refused.to_string().contains(&format!("in {function} ")), "{refused}");
+    }
 }

@@ -64,6 +64,8 @@ impl EmulatedBoard {
     }
 
     fn stop_at(&mut self, pc: u32, RefusedAccess { address, write, refusal }: RefusedAccess) -> AccessError {
+        // What the program said before is read.
+        self.drain();
         let (board, at) = (self.config.name.clone(), self.now());
         let function = self.config.image.function_at(pc).map(str::to_owned);
         let register = name(self.config.model.part, address);

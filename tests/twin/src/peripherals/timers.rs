@@ -47,31 +47,38 @@ pub(super) fn at(base: u32) -> Option<usize> {
 
 /// All of them.
 #[derive(Debug)]
-pub struct Timers([Timer; 11]);
+pub struct Timers {
+    all: [Timer; 11],
+    /// Whether the program has touched any since the reset: until then all stand still.
+    are_touched: bool,
+}
 
 impl Default for Timers {
     fn default() -> Self {
-        Timers(std::array::from_fn(|n| {
+        let all = std::array::from_fn(|n| {
             let Place { base, channels, .. } = TIMERS[n];
             Timer::new(Kind { bits: 16, channels, is_advanced: ADVANCED.contains(&base), ..TIM2 }, 1)
-        }))
+        });
+        Timers { all, are_touched: false }
     }
 }
 
 impl Timers {
     /// One of [`TIMERS`].
     pub fn get(&mut self, n: usize) -> &mut Timer {
-        &mut self.0[n]
+        self.are_touched = true;
+        &mut self.all[n]
     }
 
     /// A reset of the whole part.
     pub fn reset(&mut self) {
-        self.0.iter_mut().for_each(Timer::reset);
+        self.all.iter_mut().for_each(Timer::reset);
+        self.are_touched = false;
     }
 
     /// A reset by RCC.
     pub fn reset_at(&mut self, bus: u32, bits: u32) {
-        for (timer, place) in self.0.iter_mut().zip(&TIMERS) {
+        for (timer, place) in self.all.iter_mut().zip(&TIMERS) {
             if place.gate.bus == bus && bits >> place.gate.bit & 1 == 1 {
                 timer.reset();
             }
@@ -80,7 +87,7 @@ impl Timers {
 
     /// The clock tree has changed at `cycle`.
     pub fn set_clocks(&mut self, cycle: u64, clocks: Clocks) {
-        for (timer, place) in self.0.iter_mut().zip(&TIMERS) {
+        for (timer, place) in self.all.iter_mut().zip(&TIMERS) {
             // RM0090 7.2, figure 16: timers run at PCLK, or at twice PCLK when it is divided.
             let divider = match clocks.apb2_divider {
                 _ if place.gate.bus == APB1 => clocks.timer1_divider,
@@ -93,7 +100,10 @@ impl Timers {
 
     /// Sets the lines of the NVIC as they are at `cycle`.
     pub fn irqs(&mut self, cycle: u64, mut set: impl FnMut(u16, bool)) {
-        for (timer, place) in self.0.iter_mut().zip(&TIMERS) {
+        if !self.are_touched {
+            return;
+        }
+        for (timer, place) in self.all.iter_mut().zip(&TIMERS) {
             for (irq, level) in place.irqs.into_iter().zip(timer.irqs(cycle)) {
                 set(irq, level);
             }
@@ -102,6 +112,9 @@ impl Timers {
 
     /// The cycle at which one next raises its line.
     pub fn next_event(&self, cycle: u64) -> Option<u64> {
-        self.0.iter().filter_map(|timer| timer.next_event(cycle)).min()
+        if !self.are_touched {
+            return None;
+        }
+        self.all.iter().filter_map(|timer| timer.next_event(cycle)).min()
     }
 }

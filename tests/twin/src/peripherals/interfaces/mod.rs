@@ -88,6 +88,9 @@ impl Interfaces {
 
     /// Words that left on TX since the last call.
     pub fn take_sent(&mut self) -> Vec<Sent> {
+        if self.usart.iter().all(|usart| !usart.has_sent()) {
+            return Vec::new();
+        }
         let of = |(usart, words): (usize, &mut Usart)| {
             words.take_sent().into_iter().map(move |(cycle, data, bit)| Sent {
                 cycle,

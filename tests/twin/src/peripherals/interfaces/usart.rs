@@ -146,6 +146,11 @@ impl Usart {
         self.listen(cycle);
     }
 
+    /// Whether [`Usart::take_sent`] has anything to give.
+    pub fn has_sent(&self) -> bool {
+        !self.sent.is_empty()
+    }
+
     /// Words sent since the last call: cycle of the end, data, cycles of a bit.
     pub fn take_sent(&mut self) -> Vec<(u64, u32, u64)> {
         std::mem::take(&mut self.sent)
