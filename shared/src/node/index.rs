@@ -30,6 +30,7 @@ pub const SCET_GET: u16 = LocalScet::SCET_GET.index();
 pub const UTC_SET: u16 = LocalUtc::UTC_SET.index();
 pub const UTC_GET: u16 = LocalUtc::UTC_GET.index();
 pub const CLOCK_QUALITY: u16 = ClockObjects::QUALITY.index();
+pub const HEARTBEAT_SENT: u16 = ClockObjects::HEARTBEAT_SENT.index();
 pub const HEALTH_NOMINAL: u16 = Spacecraft::HEALTH_NOMINAL.index();
 pub const HEALTH_REDUNDANT: u16 = Spacecraft::HEALTH_REDUNDANT.index();
 pub const SELF_TEST_START: u16 = Spacecraft::SELF_TEST_START.index();

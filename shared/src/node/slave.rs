@@ -247,8 +247,8 @@ impl<D: Device> Node for Slave<D> {
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {
         let id = frame.id();
-        let is_on_list = self.stamped.contains(&id) || id == CobId::heartbeat(self.canopen.id);
-        is_on_list
+        let is_ranged = self.canopen.services.time.is_ranged() && id == CobId::heartbeat(self.canopen.id);
+        (self.stamped.contains(&id) || is_ranged)
             && bus == self.selector.selected()
             && (id != self.canopen.services.sync_id() || is_sync_length(frame))
     }

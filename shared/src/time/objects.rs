@@ -30,7 +30,8 @@ pub struct ClockObjects {
     pub quality: ClockQuality,
     /// Time of the last heartbeat
     ///
-    /// Local SCET at the end of the last heartbeat that this node has sent, units of 2^-32 s.
+    /// Local SCET at the end of a heartbeat that this node has sent, units of 2^-32 s: of the last one, while this is read
+    /// at least with every eighth.
     #[object(0x2016, ro)]
     pub heartbeat_sent: u64,
 }

@@ -26,7 +26,12 @@ pub struct TimeService {
     sample: FineScet,
     read: Parts,
     written: Parts,
+    /// So many heartbeats of this node are still to be stamped.
+    ranged: u8,
 }
+
+/// After 2016h was read so many heartbeats are stamped: those who measure a cable read it after each.
+const RANGED: u8 = 8;
 
 /// When a SYNC ended.
 #[derive(Clone, Copy, Debug)]
@@ -170,6 +175,22 @@ impl TimeService {
             self.sample = self.clock.at(now.into());
         }
         self.sample
+    }
+
+    /// A client reads the time of a heartbeat: the next ones are stamped.
+    pub fn range(&mut self) {
+        self.ranged = RANGED;
+    }
+
+    /// Whether heartbeats of this node are stamped.
+    pub const fn is_ranged(&self) -> bool {
+        self.ranged > 0
+    }
+
+    /// A heartbeat of this node ended then. Its time, if it was to be stamped.
+    pub fn on_heartbeat(&mut self, at: FineInstant) -> Option<FineScet> {
+        self.ranged = self.ranged.checked_sub(1)?;
+        Some(self.clock.at(at))
     }
 
     /// A client wrote one of `count` sub-indices. Whether that was the last one.

@@ -18,10 +18,10 @@ pub(crate) struct Ranged {
 }
 
 impl<D: Device> Master<D> {
-    /// A heartbeat whose end is of interest: its own, and those of the slave in 2044h.
+    /// A heartbeat whose end is of interest: of the slave in 2044h, or its own.
     pub(super) fn is_ranged(&self, id: CobId) -> bool {
-        let node = id.node().filter(|node| id == CobId::heartbeat(*node));
-        node.is_some_and(|node| node == NodeId::MASTER || node.get() == self.ranging().node)
+        let of_slave = NodeId::new(self.ranging().node).is_some_and(|node| id == CobId::heartbeat(node));
+        of_slave || self.services.time.is_ranged() && id == CobId::heartbeat(NodeId::MASTER)
     }
 
     /// A heartbeat of a slave on the active bus.

@@ -3,7 +3,7 @@
 use super::time::{self, Brings, is_local_time};
 use super::{Dictionary, NodeEvent, Services};
 use crate::link::Stamp;
-use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT};
+use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT, HEARTBEAT_SENT};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots, Taken};
@@ -14,7 +14,8 @@ const TIME_LIFETIME: Duration = Duration::from_millis(5);
 
 /// Whether an object is sampled when it is read: local time, quality of the clock, health of the buses.
 fn is_live(index: u16) -> bool {
-    is_local_time(index) || matches!(index, CLOCK_QUALITY | HEALTH_NOMINAL | HEALTH_REDUNDANT)
+    is_local_time(index)
+        || matches!(index, CLOCK_QUALITY | HEARTBEAT_SENT | HEALTH_NOMINAL | HEALTH_REDUNDANT)
 }
 
 /// Whether a mapping has an object for which `is_it` holds.

@@ -3,7 +3,7 @@
 use super::{NodeEvent, Services};
 use crate::boot::TimePdo;
 use crate::link::Stamp;
-use crate::node::index::{CLOCK_QUALITY, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
+use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
 use crate::od::CobIdEntry;
 use crate::pdo::rules::is_synchronous;
@@ -119,6 +119,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         if at.index == CLOCK_QUALITY {
             self.refresh_quality(now);
         }
+        if at.index == HEARTBEAT_SENT
+            && let Some(time) = E::time(&mut self.time)
+        {
+            time.range();
+        }
     }
 
     /// Object 2015h.
@@ -146,9 +151,9 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// between them is measured.
     pub fn note_heartbeat(&mut self, stamp: &Stamp) {
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft()
-            && let Some(time) = E::time(&mut self.time)
+            && let Some(sent) = E::time(&mut self.time).and_then(|time| time.on_heartbeat(stamp.fine()))
         {
-            objects.clock.heartbeat_sent = time.clock().at(stamp.fine()).units();
+            objects.clock.heartbeat_sent = sent.units();
         }
     }
 
