@@ -83,7 +83,7 @@ impl Svg {
         self.drawn.push(element);
     }
 
-    /// To be placed into a page that has [`paint::dark`].
+    /// To be placed into a page that has `paint::dark`.
     pub fn inline(&self) -> PreEscaped<String> {
         PreEscaped(self.render(None))
     }
