@@ -112,6 +112,16 @@ impl Edges {
         Edges { ring: &RINGS[bus], stream: pac::DMA1.st(STREAMS[bus]) }
     }
 
+    /// The cell of the ring that the next edge goes to.
+    pub(crate) fn next(&self) -> usize {
+        EDGES - usize::from(self.stream.ndtr().read().ndt())
+    }
+
+    /// Edges since `next` was read, fewer than the ring holds.
+    pub(crate) fn since(&self, next: usize) -> usize {
+        (self.next() + EDGES - next) % EDGES
+    }
+
     /// The stamp of a frame, measured if possible, else `reported`, that of its interrupt; counted either way. `bit` is
     /// the length of a bit in ticks, `alone` whether no later frame like this one has been received or sent.
     pub fn stamp(&self, frame: &Frame, reported: Stamp, bit: u32, alone: impl FnOnce() -> bool) -> Stamp {
@@ -126,7 +136,7 @@ impl Edges {
             }
         }
         let alone_until = TIM5.cnt().read();
-        let next = EDGES - usize::from(self.stream.ndtr().read().ndt());
+        let next = self.next();
         // What DMA stored before it counted down is read after that count.
         fence(Ordering::Acquire);
         let result = if alone() {

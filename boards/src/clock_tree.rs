@@ -3,6 +3,9 @@
 //! The HAL waits for HSE without bound, so HSE is started and checked here first. A board whose oscillator is broken
 //! stays on HSI, whose error of up to 1 % no CAN network bears: it touches no controller and says what it lacks.
 
+use cortex_m::peripheral::SYST;
+use ecss_can::time::Clock;
+use ecss_can::types::Duration;
 use embassy_stm32::gpio::Pin;
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC, TIM2};
 use embassy_stm32::rcc::{
@@ -10,6 +13,7 @@ use embassy_stm32::rcc::{
 };
 use embassy_stm32::{Config, Peri, Peripherals};
 
+use crate::Uptime;
 use crate::board::Leds;
 
 /// Looks at HSERDY until HSE is given up. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
@@ -63,6 +67,47 @@ pub fn accelerate() {
         w.set_icen(true);
         w.set_dcen(true);
     });
+}
+
+/// What is wrong with the clock tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
+pub enum ClockFault {
+    /// HSE is not ready any more.
+    Oscillator,
+    /// SYSCLK comes from elsewhere than the PLL of HSE.
+    Source,
+    /// Core cycles in 10 ms of the uptime, which are to be 1,680,000.
+    Rate(u32),
+}
+
+/// Checks that SYSCLK is the PLL of HSE, and the core's clock against the timer of the uptime. Both follow one oscillator: its
+/// own frequency takes an instrument. After `Board::new`, which starts SysTick.
+///
+/// # Errors
+/// [`ClockFault`].
+pub fn check_clock() -> Result<(), ClockFault> {
+    const TIME: Duration = Duration::from_millis(10);
+    const CYCLES: u32 = 1_680_000;
+    /// The timer ticks in microseconds at best, and an interrupt may come in between.
+    const TOLERANCE: u32 = CYCLES / 100;
+    const SYSTICK: u32 = (1 << 24) - 1;
+    if !RCC.cr().read().hserdy() {
+        return Err(ClockFault::Oscillator);
+    }
+    if RCC.cfgr().read().sws() != Sysclk::PLL1_P || RCC.pllcfgr().read().pllsrc() != PllSource::HSE {
+        return Err(ClockFault::Source);
+    }
+    // Bounded by looks: the uptime may stand still.
+    let begin = (SYST::get_current(), Uptime.now());
+    let is_over = (0..CYCLES).any(|_| Uptime.now().since(begin.1) >= TIME);
+    let cycles = begin.0.wrapping_sub(SYST::get_current()) & SYSTICK;
+    let is_right = is_over && cycles.abs_diff(CYCLES) <= TOLERANCE;
+    if is_right { Ok(()) } else { Err(ClockFault::Rate(cycles)) }
+}
+
+/// BOR_LEV of the option bytes: 3 is off, 0 the highest supply.
+pub fn brown_out_level() -> u8 {
+    FLASH.optcr().read().bor_lev()
 }
 
 /// An F405 of revision A cannot (ES0182). It names itself 411h there.

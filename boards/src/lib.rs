@@ -78,9 +78,9 @@ mod image {
 #[cfg(target_os = "none")]
 pub use {
     board::{Board, Leds},
-    bxcan::Port,
+    bxcan::{CaptureFault, ControllerFault, LineFault, Port},
     clock::Uptime,
-    clock_tree::accelerate,
+    clock_tree::{ClockFault, accelerate, brown_out_level, check_clock},
     image::TELLTALE,
     image::reset,
     pulse::{Pulse, TooLate},

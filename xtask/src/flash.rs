@@ -5,6 +5,7 @@
 
 use std::ffi::OsString;
 use std::io::ErrorKind;
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, bail};
@@ -104,7 +105,6 @@ impl Options {
 /// When the image cannot be built, or probe-rs is missing or fails.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let board = options.board()?;
-    // Before a build of a minute.
     find_probe_rs()?;
     let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
     let images = firmware_images::build_logging(board.name(), options.profile().name(), &log)?;
@@ -112,12 +112,24 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         Role::Master => images.master,
         Role::Slave => images.slave,
     };
+    write(board, &image, &options.probe_rs)
+}
+
+/// Becomes `probe-rs run` of an image, with `arguments`.
+///
+/// # Errors
+/// When probe-rs fails.
+pub fn write(board: BoardName, image: &Path, arguments: &[OsString]) -> anyhow::Result<()> {
     let mut probe_rs = Command::new(PROBE_RS);
-    probe_rs.args(["run", "--chip", board.chip()]).arg(image).args(&options.probe_rs);
+    probe_rs.args(["run", "--chip", board.chip()]).arg(image).args(arguments);
     replace_by(probe_rs)
 }
 
-fn find_probe_rs() -> anyhow::Result<()> {
+/// Looks for probe-rs, before a build of a minute.
+///
+/// # Errors
+/// When it is missing; says how to install it.
+pub fn find_probe_rs() -> anyhow::Result<()> {
     let version =
         Command::new(PROBE_RS).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
     match version {

@@ -10,6 +10,7 @@ mod firmware;
 mod flash;
 mod licences;
 mod pictures;
+mod selftest;
 
 use std::process::ExitCode;
 
@@ -35,6 +36,8 @@ enum Command {
     Firmware(firmware::Options),
     /// Build an image, write it to a board with probe-rs and show its log
     Flash(flash::Options),
+    /// Check a bare board: flash a self-test and show what it finds, or fly it on the emulated board
+    Selftest(selftest::Options),
     /// Measure: latency, load, fail-over, cost of the demo, sizes; write target/bench/summary.json
     Bench(bench::Options),
     /// Measure flash and static RAM of the images of every board; add them to target/bench/summary.json
@@ -67,6 +70,7 @@ fn main() -> ExitCode {
         Command::Twin(options) => live::run(&options),
         Command::Firmware(options) => firmware::run(&options),
         Command::Flash(options) => flash::run(&options),
+        Command::Selftest(options) => selftest::run(&options),
         Command::Bench(options) => bench::run(&options),
         Command::Sizes(options) => bench::sizes(&options),
         Command::Pictures => pictures::run(),

@@ -33,5 +33,5 @@ mod port;
 #[cfg(target_os = "none")]
 pub use {
     interrupts::{ReceiveHandler, StatusHandler, TransmitHandler},
-    port::Port,
+    port::{CaptureFault, ControllerFault, LineFault, Port},
 };

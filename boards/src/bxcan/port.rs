@@ -1,5 +1,7 @@
 //! A controller as the port of one bus.
 
+mod selftest;
+
 use core::future::Future;
 use core::pin::Pin;
 use core::task::{Context, Poll};
@@ -16,6 +18,8 @@ use embassy_stm32::interrupt::typelevel::{Binding, Interrupt};
 use embassy_stm32::pac::can::Can;
 use embassy_stm32::{Peri, pac, rcc};
 use embassy_time::{Duration, Timer};
+
+pub use selftest::{CaptureFault, ControllerFault, LineFault};
 
 use super::MAILBOXES;
 use super::controller::{self, Controller};

@@ -1,0 +1,82 @@
+//! `cargo xtask selftest`: flash the self-test of `boards` to a bare board and show its log, or fly it on the emulated board.
+
+use std::ffi::OsString;
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::Context;
+use can_wire::time::Time;
+use clap::Args;
+use support::board::BoardName;
+use support::output::{self, Silently};
+use twin::board::{BoardConfig, Fittings};
+use twin::crystal::Crystal;
+use twin::image::Image;
+use twin::rtt::Level;
+use twin::spacecraft::{Spacecraft, SpacecraftConfig};
+
+use crate::flash;
+
+/// How the emulated board is strapped.
+const NODE: u8 = 2;
+/// The emulated board is done by then, also where it erases flash first.
+const FLIGHT: Time = Time::from_ms(3_000);
+
+/// Command line of `selftest`.
+#[derive(Args, Debug)]
+#[command(
+    after_help = "The board hangs on no bus of a spacecraft: it sends one frame on each. Both LEDs on: all is well. Else they blink \
+    the number of the first check that failed. Needs probe-rs and a debug probe, but for --twin.\n\
+    Exit code: that of probe-rs, which shows the log until Ctrl-C; with --twin 0 all is well, 1 a check failed; 2: wrong command \
+    line."
+)]
+pub struct Options {
+    /// Board to check
+    #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
+    board: BoardName,
+
+    /// Fly it on the emulated board instead
+    #[arg(long, conflicts_with = "probe_rs")]
+    twin: bool,
+
+    /// Arguments for `probe-rs run`, for example: -- --probe 0483:374b
+    #[arg(last = true, value_name = "ARGUMENTS")]
+    probe_rs: Vec<OsString>,
+}
+
+/// Builds the image; flies it, or becomes `probe-rs run`.
+///
+/// # Errors
+/// When the image cannot be built, probe-rs is missing or fails, or a check fails on the emulated board.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    if !options.twin {
+        flash::find_probe_rs()?;
+    }
+    let image = firmware_images::build_example(options.board.name(), "selftest")?;
+    if options.twin {
+        return fly(options.board, &image);
+    }
+    flash::write(options.board, &image, &options.probe_rs)
+}
+
+/// Prints what the image says on an emulated board.
+fn fly(board: BoardName, image: &Path) -> anyhow::Result<()> {
+    let elf = std::fs::read(image).with_context(|| format!("cannot read {}", image.display()))?;
+    let image = Arc::new(Image::parse(&elf).with_context(|| format!("{} is no image", image.display()))?);
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    spacecraft.add_board(BoardConfig {
+        name: "selftest".to_owned(),
+        model: board.model(),
+        image,
+        straps: board.straps(NODE),
+        crystal: Crystal::ppm(0.0),
+        position_m: 0.0,
+        power_on_at: Time::ZERO,
+        fittings: Fittings::default(),
+    });
+    spacecraft.run_until(FLIGHT)?;
+    let logs = spacecraft.take_logs();
+    logs.iter().try_for_each(|log| output::line(&log.text))?;
+    let failed = logs.is_empty() || logs.iter().any(|log| log.level == Some(Level::Error));
+    if failed { Err(Silently(1).into()) } else { Ok(()) }
+}

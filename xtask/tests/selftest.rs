@@ -1,0 +1,57 @@
+//! `cargo xtask selftest`: on the emulated board, and with a probe-rs that only writes down how it was called.
+
+use std::process::Command;
+
+fn selftest() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_xtask"));
+    command.arg("selftest");
+    command
+}
+
+#[test]
+fn emulated_board_prints_each_check() {
+    let output = selftest().args(["--twin", "--board", "nucleo-f446re"]).output().expect("xtask starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    let stdout = String::from_utf8(output.stdout).expect("UTF-8");
+    let lines: Vec<&str> = stdout.lines().collect();
+    assert!(lines.contains(&"1 clock: good"), "{stdout}");
+    assert!(lines.contains(&"9 straps: good"), "{stdout}");
+    assert_eq!(lines.last(), Some(&"selftest: all good"), "{stdout}");
+}
+
+#[test]
+fn arguments_of_probe_rs_are_refused_on_the_emulated_board() {
+    let output = selftest().args(["--twin", "--", "--probe", "1234:5678"]).output().expect("xtask starts");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("--twin"), "{stderr}");
+}
+
+/// Given a probe-rs in PATH, then it gets the chip, the image and the arguments, and its exit code is passed on.
+#[cfg(unix)]
+#[test]
+fn image_is_handed_to_probe_rs() {
+    use std::fs;
+    use std::os::unix::fs::PermissionsExt;
+
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let (program, told) = (here.path().join("probe-rs"), here.path().join("told"));
+    let told_path = told.display();
+    let script =
+        format!("#!/bin/sh\n[ \"$1\" = --version ] && exit 0\nprintf '%s\\n' \"$@\" > {told_path}\nexit 7\n");
+    fs::write(&program, script).expect("a file");
+    fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("executable");
+    let others = std::env::var_os("PATH").expect("PATH");
+    let folders = std::iter::once(here.path().to_owned()).chain(std::env::split_paths(&others));
+    let path = std::env::join_paths(folders).expect("folders");
+
+    let status = selftest().args(["--", "--probe", "1234:5678"]).env("PATH", path).status();
+    assert_eq!(status.expect("xtask starts").code(), Some(7));
+    let told = fs::read_to_string(told).expect("probe-rs was called");
+    let words: Vec<&str> = told.lines().collect();
+    let [run, option, chip, image, rest @ ..] = &words[..] else { panic!("{told}") };
+    assert_eq!([*run, *option, *chip], ["run", "--chip", "STM32F405RG"]);
+    assert!(image.ends_with("pyboard-v11-librecube/selftest"), "{image}");
+    assert_eq!(rest, ["--probe", "1234:5678"]);
+}
