@@ -48,7 +48,7 @@ fn flown(
     let (strap, led) = pins(model);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for (bus, fault) in faults {
-        spacecraft.wire_mut(*bus).schedule(Time::ZERO, fault.clone()).unwrap();
+        spacecraft.wire_mut(*bus).schedule(Time::ZERO, *fault).unwrap();
     }
     let id = spacecraft.add_board(BoardConfig {
         name: "bare".to_owned(),
