@@ -185,8 +185,8 @@ pub struct LocalTime {
 pub struct CableMeasurement {
     /// Node-ID
     ///
-    /// Written, it starts: the clock of this slave follows the master's SYNCs.
-    #[sub(1, rw, low = 2, high = 127)]
+    /// Written, it starts for a slave, 2 to 127, whose clock follows the master's SYNCs; others mean nothing.
+    #[sub(1, rw, high = 127)]
     pub node: u8,
     /// Progress
     ///

@@ -14,11 +14,9 @@ static WANTED: Signal<Raw, NodeId> = Signal::new();
 
 /// 6320h was written.
 pub fn start(master: Handle<Board, Node>) {
-    let node = master.change(|objects| {
-        objects.cable.progress = CableMeasurement::RUNNING;
-        objects.cable.node
-    });
-    if let Some(node) = NodeId::new(node) {
+    let node = master.with(|master, _| master.objects().application.device.cable.node);
+    if let Some(node) = NodeId::new(node).filter(|node| *node != NodeId::MASTER) {
+        master.change(|objects| objects.cable.progress = CableMeasurement::RUNNING);
         WANTED.signal(node);
     }
 }
