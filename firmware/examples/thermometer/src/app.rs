@@ -37,7 +37,6 @@ async fn main(spawner: Spawner) {
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());
     spawner.spawn(due(runners.due).unwrap());
-
     // The board has taken neither I2C1 nor its pins. Lines without a sensor stay low: then no START ever ends.
     let mut i2c = I2c::new(p.I2C1, p.PB6, p.PB7, p.DMA1_CH6, p.DMA1_CH0, Irqs, Default::default());
     let mut ticker = Ticker::every(Duration::from_millis(100));
