@@ -4,8 +4,8 @@
 //! check | cause | program counter | 8 return addresses | newest 128 bytes of the log
 //! ```
 //! The record lies in RAM that no start initialises. It is taken once, and only where power did not fail since. A program that
-//! ends first puts both controllers into reset, so that it acknowledges no more frames: Init mode would wait for the end of a
-//! frame, by a clock that may be the wrong one.
+//! ends first puts both controllers into reset, so that it acknowledges no more frames. A controller enters Init mode only at
+//! the end of a frame, and its clock may be wrong by then.
 
 use core::cell::UnsafeCell;
 use core::hint::black_box;

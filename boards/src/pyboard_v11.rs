@@ -104,8 +104,8 @@ pub fn start() -> Peripherals {
 }
 
 impl Board {
-    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), reads the straps and opens the parameter
-    /// store.
+    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), reads the straps
+    /// and opens the parameter store.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
     pub fn new(p: Resources, timing: BitTiming) -> Board {
         let post_mortem = watch();

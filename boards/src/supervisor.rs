@@ -21,7 +21,7 @@ use crate::post_mortem::{self, RUNNING};
 const TICK: u32 = (1 << 24) - 1;
 /// Ticks in which all tasks answer.
 const PATIENCE: u32 = 10;
-/// A reset after so many ticks of uptime is not in a row with the last one.
+/// Ticks of uptime after which the next reset counts as the first one of a row.
 const TRUSTED: i32 = ticks(60);
 /// From the fifth reset in a row on, the board is silent before it tries again: so long at first.
 const LOOP: u8 = 5;

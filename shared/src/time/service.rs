@@ -26,11 +26,11 @@ pub struct TimeService {
     sample: FineScet,
     read: Parts,
     written: Parts,
-    /// So many heartbeats of this node are still to be stamped.
+    /// How many heartbeats of this node are still to be stamped.
     ranged: u8,
 }
 
-/// After 2016h was read so many heartbeats are stamped: those who measure a cable read it after each.
+/// Each read of 2016h has this number of heartbeats stamped. Who measures a cable reads it after each heartbeat.
 const RANGED: u8 = 8;
 
 /// When a SYNC ended.

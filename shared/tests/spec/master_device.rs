@@ -116,7 +116,7 @@ fn sync_follows_its_objects_and_is_counted_when_1019h_says_so() {
     assert_eq!(counters, [[1], [2], [3], [1], [2]]);
 }
 
-/// 2043h: each SYNC is late by at most so many microseconds, on the same grid.
+/// 2043h is the largest delay of a SYNC in microseconds. The grid of the period stays.
 #[test]
 fn sync_is_dithered_when_2043h_says_so() {
     let mut master = powered(&STANDARD);

@@ -51,7 +51,7 @@ pub enum LineFault {
 /// What is wrong with a capture wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, defmt::Format)]
 pub enum CaptureFault {
-    /// The timer saw so many falling edges at its input, which are too few.
+    /// The timer saw too few falling edges at its input: their number.
     TooFew(u8),
     /// The edges came to the input of the other bus.
     Swapped,

@@ -21,13 +21,17 @@ pub fn start(master: Handle<Board, Node>) {
     }
 }
 
-/// Measures one after the other.
+/// Measures the slave that was named last.
 #[embassy_executor::task]
 pub async fn cables(master: Handle<Board, Node>) -> ! {
     loop {
         let node = WANTED.wait().await;
         let measured = master.measure_cable(node).await;
         defmt::info!("cable to slave {}: {}", node.get(), measured);
+        if WANTED.signaled() {
+            // 6320h names another slave by now: what it shows is to be of that one.
+            continue;
+        }
         master.change(|CommanderObjects { cable, .. }| {
             (cable.progress, cable.abort) = match measured {
                 Ok(_) => (CableMeasurement::MEASURED, 0),

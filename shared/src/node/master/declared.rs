@@ -132,8 +132,8 @@ pub struct NetworkObjects {
     pub boot_abort: [u32; NODES],
     /// SYNC dither
     ///
-    /// Each SYNC is late by a random time of at most so many microseconds. Where SYNCs are exactly a second apart, 15 makes the
-    /// clocks of the slaves better.
+    /// Microseconds: each SYNC is late by a random time up to this. Where SYNCs are exactly a second apart, 15 makes the clocks
+    /// of the slaves better.
     #[object(0x2043, rw, high = 1_000)]
     pub sync_dither: u16,
     /// Heartbeat of a slave
