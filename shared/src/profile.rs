@@ -2,7 +2,7 @@
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
-use crate::redundancy::{BusAccess, BusOffPolicy, Parameters};
+use crate::redundancy::{BusAccess, BusOffPolicy, Pair, Parameters};
 use crate::types::{Bus, CobId, Duration, NodeId};
 
 /// The numbers of a mission.
@@ -50,6 +50,8 @@ pub struct Profile {
     pub bus_off: BusOffPolicy,
     /// Slaves go to Operational by themselves after boot-up and reset communication (ECSS Table 11-1).
     pub autostart: bool,
+    /// Two master boards, one of them the standby of the other (ECSS 8.1a). `None`: one master board, active at power-on.
+    pub standby: Option<Pair>,
 }
 
 impl Profile {
@@ -86,12 +88,61 @@ impl Profile {
             window: Duration::from_millis(1_000),
         },
         autostart: false,
+        standby: None,
+    };
+
+    /// Two master boards that fit [`Profile::DEFAULT`]: the standby takes over after 400 ms, before slaves leave Operational.
+    pub const PAIR: Pair = Pair {
+        consumer: Duration::from_millis(400),
+        prime_listens: Duration::from_millis(700),
+        second_listens: Duration::from_millis(1_000),
+        prime_claims: CobId::low_bits(0x680),
+        second_claims: CobId::low_bits(0x681),
     };
 
     /// What to change where [`Profile::is_search_long_enough`] says no.
     pub const SEARCH_TOO_SHORT: &'static str = "slaves with selective access give up before the master has tried both \
         buses: raise `ntoggle` until ttoggle x consumer x (ntoggle + 1) is at least two dwells, each the longer one of \
         `dwell` and 2 x ttoggle x consumer + 2 x heartbeat";
+
+    /// What to change where [`Profile::is_standby_sound`] says no.
+    pub const STANDBY_UNSOUND: &'static str = "two master boards: their `consumer` is at least `consumer` + `heartbeat` of \
+        the profile, and shorter than ttoggle x consumer; `prime_listens` is at least that time and two heartbeat periods, \
+        `second_listens` two heartbeat periods more; claims have two COB-IDs that CANopen does not keep";
+
+    /// Whether the numbers of two master boards fit the others. Assert it where a profile is declared.
+    ///
+    /// The standby is slower than the active master, which may change the bus first, and faster than the slaves, which stay
+    /// Operational. A board that was reset listens until the other one has taken over. True without a standby.
+    ///
+    /// ```
+    /// use ecss_can::profile::Profile;
+    /// const MISSION: Profile = Profile { standby: Some(Profile::PAIR), ..Profile::DEFAULT };
+    /// const _: () = assert!(MISSION.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
+    /// ```
+    ///
+    /// A standby that does not wait for a change of the bus does not compile:
+    ///
+    /// ```compile_fail,E0080
+    /// # use ecss_can::{profile::Profile, redundancy::Pair};
+    /// # const PAIR: Pair = Pair { consumer: Profile::DEFAULT.consumer, ..Profile::PAIR };
+    /// const HASTY: Profile = Profile { standby: Some(PAIR), ..Profile::DEFAULT };
+    /// const _: () = assert!(HASTY.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
+    /// ```
+    pub const fn is_standby_sound(&self) -> bool {
+        let Some(pair) = self.standby else { return true };
+        let period = self.heartbeat.as_micros();
+        let silence = pair.consumer.as_micros();
+        let toggling = self.redundancy().toggling_time().as_micros();
+        let are_claims_free = !pair.prime_claims.is_restricted()
+            && !pair.second_claims.is_restricted()
+            && pair.prime_claims.raw() != pair.second_claims.raw();
+        let is_in_time =
+            silence >= self.consumer.as_micros() + period && (toggling == 0 || silence < toggling);
+        let waits = pair.prime_listens.as_micros() >= silence + 2 * period
+            && pair.second_listens.as_micros() >= pair.prime_listens.as_micros() + 2 * period;
+        are_claims_free && is_in_time && waits
+    }
 
     /// How a node reaches its buses.
     pub fn access(&self, node: NodeId) -> BusAccess {

@@ -1,7 +1,7 @@
 //! Redundancy management: which of the two buses is the active one (ECSS 8).
 //!
-//! The master decides by where it sends its heartbeat ([`Manager`]); slaves follow ([`Selector`]). Both are pure: facts
-//! and the time in, decisions out, equal states compare and hash equal.
+//! The master decides by where it sends its heartbeat ([`Manager`]); slaves follow ([`Selector`]). Of two master boards one is
+//! active ([`Standby`]). All are pure: facts and the time in, decisions out, equal states compare and hash equal.
 
 mod bus_off;
 mod dwell;
@@ -11,6 +11,7 @@ mod objects;
 mod peers;
 mod rivals;
 mod selector;
+mod standby;
 mod trial;
 
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
@@ -19,6 +20,7 @@ pub use objects::{Redundancy, RedundancyObjects};
 pub use peers::{PeerHeartbeat, Peers};
 pub use rivals::Rivals;
 pub use selector::{MasterMessage, Selection, Selector};
+pub use standby::{Answer, Claim, Pair, Role, RoleCause, RoleChange, Standby, Strap};
 
 use crate::types::{Bus, Duration};
 

@@ -40,6 +40,7 @@ mod sdo;
 mod selector;
 mod slave;
 mod slave_bus;
+mod standby;
 mod store;
 mod sync;
 mod time;

@@ -4,8 +4,9 @@ use crate::instrument::Instrument;
 use crate::instrument::STANDARD;
 use ecss_can::node::NodeObjects;
 use ecss_can::od::checked::find;
-use ecss_can::redundancy::Parameters;
-use ecss_can::types::Address;
+use ecss_can::profile::Profile;
+use ecss_can::redundancy::{Pair, Parameters};
+use ecss_can::types::{Address, CobId};
 
 use crate::bench::{node, span};
 
@@ -36,4 +37,29 @@ fn a_slave_holds_the_objects_of_table_8_1() {
 #[test]
 fn the_settling_time_covers_a_search_and_two_heartbeats() {
     assert_eq!(STANDARD.redundancy().settling_time(), span(2 * 250 + 2 * 100));
+}
+
+/// Given two master boards, when one number does not fit the others, then the profile is not sound: the standby would take
+/// over while the active master changes the bus, or after the slaves left Operational, or both boards would be active.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn each_number_of_two_master_boards_has_its_limits() {
+    let is_sound = |pair| Profile { standby: Some(pair), ..STANDARD }.is_standby_sound();
+    let pair = Profile::PAIR;
+    assert!(is_sound(pair));
+    assert!(Profile { standby: None, ..STANDARD }.is_standby_sound());
+    for (consumer, expected) in [(349, false), (350, true), (499, true), (500, false)] {
+        assert_eq!(is_sound(Pair { consumer: span(consumer), ..pair }), expected, "consumer {consumer} ms");
+    }
+    for (prime_listens, expected) in [(599, false), (600, true), (800, true), (801, false)] {
+        assert_eq!(is_sound(Pair { prime_listens: span(prime_listens), ..pair }), expected);
+    }
+    for (prime_claims, expected) in [(0x680, true), (0x681, false), (0x701, false), (0x6DF, true)] {
+        let prime_claims = CobId::new(prime_claims).unwrap();
+        assert_eq!(is_sound(Pair { prime_claims, ..pair }), expected, "{prime_claims:?}");
+        assert!(!is_sound(Pair { second_claims: pair.prime_claims, ..pair }));
+    }
+    let never_toggles = Profile { standby: Some(pair), ttoggle: 0, ..STANDARD };
+    assert!(never_toggles.is_standby_sound());
 }

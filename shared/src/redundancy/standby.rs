@@ -1,0 +1,264 @@
+//! Which of two master boards is the active one (ECSS 8.1a, Figure 4-2).
+//!
+//! Both boards are node 1 and run the same program; a strap numbers them. Each listens first, without sending a dominant
+//! bit. The one that hears no master becomes active; the other one is the standby, and takes over when the active one is
+//! silent on both buses. Two active masters that hear each other exchange a [`Claim`]: one of them yields.
+
+use crate::types::{Bus, CobId, Duration, Frame, Instant};
+
+/// A claim that went out so lately is still on its way: no other one follows. Bounds what a babbling node can provoke.
+const CLAIM_PAUSE: Duration = Duration::from_millis(10);
+
+/// Which of the two master boards this one is, by its strap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Strap {
+    /// Becomes active when both get power together, and stays active at a tie.
+    Prime,
+    /// The other one.
+    Second,
+}
+
+/// Numbers of a mission with two master boards.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Pair {
+    /// Consumer time of the standby: silence of the active master on both buses after which it takes over.
+    pub consumer: Duration,
+    /// How long the board strapped prime listens after power-on.
+    pub prime_listens: Duration,
+    /// How long the other one does: longer.
+    pub second_listens: Duration,
+    /// COB-ID of claims of the board strapped prime.
+    pub prime_claims: CobId,
+    /// COB-ID of claims of the other one. Not the same: two senders of one COB-ID with different data destroy each other's
+    /// frames.
+    pub second_claims: CobId,
+}
+
+impl Pair {
+    /// How long a board listens after power-on.
+    pub const fn listens(&self, strap: Strap) -> Duration {
+        match strap {
+            Strap::Prime => self.prime_listens,
+            Strap::Second => self.second_listens,
+        }
+    }
+
+    /// COB-ID of the claims of a board.
+    pub const fn claims(&self, strap: Strap) -> CobId {
+        match strap {
+            Strap::Prime => self.prime_claims,
+            Strap::Second => self.second_claims,
+        }
+    }
+
+    /// The claim in a frame; `None` for another frame, and for a malformed one.
+    pub fn claim(&self, frame: &Frame) -> Option<Claim> {
+        let strap =
+            [Strap::Prime, Strap::Second].into_iter().find(|strap| self.claims(*strap) == frame.id())?;
+        match frame.data() {
+            [slaves, number] if *number == strap as u8 => Some(Claim { slaves: *slaves, strap }),
+            _ => None,
+        }
+    }
+
+    /// A claim as a frame: number of slaves, then 0 from the board strapped prime, 1 from the other one.
+    pub fn frame(&self, claim: Claim) -> Frame {
+        Frame::of(self.claims(claim.strap), [claim.slaves, claim.strap as u8])
+    }
+}
+
+/// What an active master says to another one: who hears more slaves stays active, at a tie who is strapped prime.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Claim {
+    /// Slaves that count and are heard on its active bus.
+    pub slaves: u8,
+    /// Which board it is.
+    pub strap: Strap,
+}
+
+impl Claim {
+    /// Whether who sent this one stays active against `other`. False for both of two boards strapped alike that hear as many.
+    pub const fn outranks(&self, other: &Claim) -> bool {
+        let is_prime = matches!(self.strap, Strap::Prime);
+        let is_tie = self.slaves == other.slaves;
+        self.slaves > other.slaves || is_tie && is_prime && matches!(other.strap, Strap::Second)
+    }
+}
+
+/// What a master board does now. Its byte stands in an object.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(u8)]
+pub enum Role {
+    /// Listens after power-on, silent.
+    Listening,
+    /// Hears the active master, silent.
+    Standby,
+    /// Manages the network.
+    #[default]
+    Active,
+}
+
+/// Why the role changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum RoleCause {
+    /// Active: no master was heard after power-on.
+    Alone,
+    /// Standby: a master is active.
+    MasterHeard,
+    /// Active: the other master was silent on both buses for the consumer time.
+    MasterSilent,
+    /// Standby: another active master hears more slaves, or as many and is strapped prime.
+    Yielded,
+    /// Standby: by command.
+    Commanded,
+}
+
+/// Another role.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct RoleChange {
+    /// The role now.
+    pub role: Role,
+    /// Why.
+    pub cause: RoleCause,
+}
+
+/// What a frame of another master leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Answer {
+    /// Nothing.
+    Nothing,
+    /// Another role.
+    Changed(RoleChange),
+    /// Send this claim on the bus on which that frame came: the other master is there.
+    Claim(Claim),
+}
+
+/// The role of this board.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Standby {
+    pair: Pair,
+    strap: Strap,
+    role: Role,
+    /// When it becomes active, unless a master is heard before.
+    until: Instant,
+    /// Where another master was heard last.
+    heard: Option<Bus>,
+    encounter: Option<Encounter>,
+}
+
+/// Another active master is heard. Both compare the same two claims, so that one of them yields and not both: hence the
+/// claim stays as it is until nothing was heard for the consumer time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Encounter {
+    own: Claim,
+    /// The last frame of the other one.
+    last: Instant,
+    /// Nothing is sent before.
+    pause: Instant,
+}
+
+impl Standby {
+    /// Listening, from [`Standby::start`] on.
+    pub const fn new(pair: Pair, strap: Strap) -> Standby {
+        Standby { pair, strap, role: Role::Listening, until: Instant::NEVER, heard: None, encounter: None }
+    }
+
+    /// Power-on.
+    pub fn start(&mut self, now: Instant) {
+        self.until = now + self.pair.listens(self.strap);
+    }
+
+    /// The numbers of the mission.
+    pub const fn pair(&self) -> &Pair {
+        &self.pair
+    }
+
+    /// Which board it is.
+    pub const fn strap(&self) -> Strap {
+        self.strap
+    }
+
+    /// The role now.
+    pub const fn role(&self) -> Role {
+        self.role
+    }
+
+    /// Whether it manages the network.
+    pub const fn is_active(&self) -> bool {
+        matches!(self.role, Role::Active)
+    }
+
+    /// Where another master was heard last; `None` before the first.
+    pub const fn heard(&self) -> Option<Bus> {
+        self.heard
+    }
+
+    /// Heartbeat or boot-up message of another master. `slaves`: how many that count are heard on the active bus.
+    pub fn on_master(&mut self, bus: Bus, at: Instant, slaves: u8) -> Answer {
+        self.heard = Some(bus);
+        match self.role {
+            Role::Active => self.claim(at, slaves).map_or(Answer::Nothing, Answer::Claim),
+            Role::Standby => {
+                self.until = at + self.pair.consumer;
+                Answer::Nothing
+            }
+            Role::Listening => Answer::Changed(self.stand_by(at, RoleCause::MasterHeard)),
+        }
+    }
+
+    /// Claim of another active master. One that does not hear this master's heartbeat hears its claim. `slaves`: how many
+    /// that count are heard on the active bus.
+    pub fn on_claim(&mut self, claim: &Claim, at: Instant, slaves: u8) -> Answer {
+        if !self.is_active() {
+            return Answer::Nothing;
+        }
+        let reply = self.claim(at, slaves);
+        if self.encounter.is_some_and(|encounter| claim.outranks(&encounter.own)) {
+            return Answer::Changed(self.stand_by(at, RoleCause::Yielded));
+        }
+        // Two boards strapped alike at a tie would answer each other for ever.
+        reply.filter(|own| own.strap != claim.strap).map_or(Answer::Nothing, Answer::Claim)
+    }
+
+    /// The claim to send at a sign of another active master, if none is on its way.
+    fn claim(&mut self, at: Instant, slaves: u8) -> Option<Claim> {
+        let present = self.encounter.filter(|encounter| at < encounter.last + self.pair.consumer);
+        let own = Claim { slaves, strap: self.strap };
+        let mut encounter = present.unwrap_or(Encounter { own, last: at, pause: at });
+        encounter.last = at;
+        let is_due = encounter.pause <= at;
+        if is_due {
+            encounter.pause = at + CLAIM_PAUSE;
+        }
+        self.encounter = Some(encounter);
+        is_due.then_some(encounter.own)
+    }
+
+    /// Stops being active. It takes over again when no other master is heard for the consumer time.
+    pub fn stand_by(&mut self, now: Instant, cause: RoleCause) -> RoleChange {
+        (self.role, self.until, self.encounter) = (Role::Standby, now + self.pair.consumer, None);
+        RoleChange { role: self.role, cause }
+    }
+
+    /// Becomes active when it is time: where a master was [heard](Standby::heard) last.
+    pub fn poll(&mut self, now: Instant) -> Option<RoleChange> {
+        if self.deadline().is_none_or(|due| now < due) {
+            return None;
+        }
+        let cause = if self.role == Role::Listening { RoleCause::Alone } else { RoleCause::MasterSilent };
+        self.role = Role::Active;
+        Some(RoleChange { role: self.role, cause })
+    }
+
+    /// When [`Standby::poll`] has something to do.
+    pub fn deadline(&self) -> Option<Instant> {
+        (!self.is_active()).then_some(self.until)
+    }
+}

@@ -1,0 +1,202 @@
+//! Which of two master boards is active.
+//!
+//! Consumer time 400 ms; the board strapped prime listens for 700 ms, the other one for 1 s. Claims 680h and 681h.
+
+use ecss_can::profile::Profile;
+use ecss_can::redundancy::{Answer, Claim, Pair, Role, RoleCause, RoleChange, Standby, Strap};
+use ecss_can::types::Instant;
+
+use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
+
+const PAIR: Pair = Profile::PAIR;
+
+const ALONE: RoleChange = RoleChange { role: Role::Active, cause: RoleCause::Alone };
+const HEARD: RoleChange = RoleChange { role: Role::Standby, cause: RoleCause::MasterHeard };
+const SILENT: RoleChange = RoleChange { role: Role::Active, cause: RoleCause::MasterSilent };
+const YIELDED: RoleChange = RoleChange { role: Role::Standby, cause: RoleCause::Yielded };
+
+fn started(strap: Strap) -> Standby {
+    let mut standby = Standby::new(PAIR, strap);
+    standby.start(ms(0));
+    standby
+}
+
+fn active(strap: Strap) -> Standby {
+    let mut standby = started(strap);
+    assert_eq!(standby.poll(standby.deadline().unwrap()), Some(ALONE));
+    standby
+}
+
+fn standing_by(at: u64) -> Standby {
+    let mut standby = started(Strap::Prime);
+    assert_eq!(standby.on_master(REDUNDANT, ms(at), 0), Answer::Changed(HEARD));
+    standby
+}
+
+fn claim(slaves: u8, strap: Strap) -> Claim {
+    Claim { slaves, strap }
+}
+
+/// Given a board that hears nothing, when it has listened for its time, then it is active, and not before; the one that is
+/// strapped prime is first.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_board_that_hears_no_master_becomes_active_prime_first() {
+    for (strap, listens) in [(Strap::Prime, 700), (Strap::Second, 1_000)] {
+        let mut standby = started(strap);
+        assert_eq!((standby.role(), standby.deadline()), (Role::Listening, Some(ms(listens))));
+        assert_eq!(standby.poll(Instant::from_micros(listens * 1_000 - 1)), None);
+        assert_eq!(standby.poll(ms(listens)), Some(ALONE));
+        assert!(standby.is_active());
+        assert_eq!((standby.deadline(), standby.heard()), (None, None));
+    }
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_board_that_hears_a_master_is_the_standby_for_as_long_as_it_hears_it() {
+    for strap in [Strap::Prime, Strap::Second] {
+        let mut standby = started(strap);
+        assert_eq!(standby.on_master(NOMINAL, ms(699), 0), Answer::Changed(HEARD));
+        for at in (700..5_000).step_by(399) {
+            assert_eq!(standby.poll(ms(at)), None, "{at} ms");
+            assert_eq!(standby.on_master(NOMINAL, ms(at), 0), Answer::Nothing);
+        }
+        assert_eq!(standby.role(), Role::Standby);
+    }
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_standby_takes_over_after_silence_on_both_buses_for_its_consumer_time() {
+    let mut standby = standing_by(100);
+    // The active one changes the bus: no silence.
+    assert_eq!(standby.on_master(NOMINAL, ms(480), 0), Answer::Nothing);
+    assert_eq!(standby.deadline(), Some(ms(880)));
+    assert_eq!(standby.poll(Instant::from_micros(879_999)), None);
+    assert_eq!(standby.poll(ms(880)), Some(SILENT));
+    assert_eq!(standby.heard(), Some(NOMINAL));
+    assert_eq!((standby.poll(ms(5_000)), standby.deadline()), (None, None), "it hands back never by itself");
+}
+
+/// Given two active masters, when each hears the other's claim, then exactly one yields: that with fewer slaves, at a tie
+/// the one that is not strapped prime.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn of_two_active_masters_exactly_the_right_one_yields() {
+    for (primes, seconds) in [(3, 2), (2, 3), (2, 2), (0, 0), (126, 0)] {
+        for prime_hears_first in [true, false] {
+            let (mut prime, mut second) = (active(Strap::Prime), active(Strap::Second));
+            let second_stays = seconds > primes;
+            let (first, other, counts) = if prime_hears_first {
+                (&mut prime, &mut second, (primes, seconds))
+            } else {
+                (&mut second, &mut prime, (seconds, primes))
+            };
+            let Answer::Claim(sent) = first.on_master(NOMINAL, ms(2_000), counts.0) else { panic!() };
+            let reply = other.on_claim(&sent, ms(2_001), counts.1);
+            if let Answer::Claim(reply) = reply {
+                assert_eq!(first.on_claim(&reply, ms(2_002), counts.0), Answer::Changed(YIELDED));
+            } else {
+                assert_eq!(reply, Answer::Changed(YIELDED));
+            }
+            assert_eq!((prime.is_active(), second.is_active()), (!second_stays, second_stays));
+        }
+    }
+}
+
+/// Given claims that cross, when the numbers of slaves change between sending and receiving, then one master yields and not
+/// both: the claim that was sent stands.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn claims_that_cross_while_slaves_come_and_go_make_one_yield() {
+    let (mut prime, mut second) = (active(Strap::Prime), active(Strap::Second));
+    let Answer::Claim(primes) = prime.on_master(NOMINAL, ms(2_000), 3) else { panic!() };
+    let Answer::Claim(seconds) = second.on_master(NOMINAL, ms(2_000), 4) else { panic!() };
+    assert_eq!((primes.slaves, seconds.slaves), (3, 4));
+    let prime_after = prime.on_claim(&seconds, ms(2_001), 5);
+    let second_after = second.on_claim(&primes, ms(2_001), 1);
+    assert_eq!(prime_after, Answer::Changed(YIELDED));
+    assert_ne!(second_after, Answer::Changed(YIELDED));
+}
+
+#[test]
+fn a_claim_is_as_at_the_first_contact_until_a_consumer_time_of_silence() {
+    let mut prime = active(Strap::Prime);
+    assert_eq!(prime.on_master(NOMINAL, ms(2_000), 3), Answer::Claim(claim(3, Strap::Prime)));
+    assert_eq!(prime.on_master(NOMINAL, ms(2_399), 1), Answer::Claim(claim(3, Strap::Prime)));
+    assert_eq!(prime.on_master(NOMINAL, ms(2_799), 1), Answer::Claim(claim(1, Strap::Prime)));
+}
+
+/// A heartbeat of node 1 may be forged: without a claim nobody yields, and a babbling node does not provoke a flood.
+#[test]
+fn heartbeats_without_a_claim_make_nobody_yield_and_provoke_few_claims() {
+    let mut second = active(Strap::Second);
+    let answers = (0..1_000).map(|at| second.on_master(NOMINAL, ms(2_000 + at), 0));
+    let claims = answers.filter(|answer| matches!(answer, Answer::Claim(_))).count();
+    assert_eq!(claims, 100);
+    assert!(second.is_active());
+}
+
+#[test]
+fn a_master_whose_heartbeat_is_not_heard_is_known_by_its_claim() {
+    let mut prime = active(Strap::Prime);
+    let answer = prime.on_claim(&claim(1, Strap::Second), ms(2_000), 2);
+    assert_eq!(answer, Answer::Claim(claim(2, Strap::Prime)));
+    assert_eq!(prime.on_claim(&claim(3, Strap::Second), ms(2_001), 2), Answer::Changed(YIELDED));
+}
+
+/// Two boards strapped prime are a fault of the wiring: the numbers of slaves decide, and a tie floods no bus.
+#[test]
+fn boards_strapped_alike_decide_by_slaves_and_stay_at_a_tie() {
+    let mut prime = active(Strap::Prime);
+    assert_eq!(prime.on_claim(&claim(2, Strap::Prime), ms(2_000), 2), Answer::Nothing);
+    assert!(prime.is_active());
+    assert_eq!(prime.on_claim(&claim(3, Strap::Prime), ms(2_100), 2), Answer::Changed(YIELDED));
+}
+
+#[test]
+fn who_yielded_takes_over_again_when_the_other_one_falls_silent() {
+    let mut second = active(Strap::Second);
+    second.on_master(REDUNDANT, ms(2_000), 0);
+    assert_eq!(second.on_claim(&claim(0, Strap::Prime), ms(2_000), 0), Answer::Changed(YIELDED));
+    assert_eq!(second.on_claim(&claim(9, Strap::Prime), ms(2_001), 0), Answer::Nothing);
+    second.on_master(REDUNDANT, ms(2_100), 0);
+    assert_eq!(second.deadline(), Some(ms(2_500)));
+    assert_eq!(second.poll(ms(2_500)), Some(SILENT));
+    assert_eq!(second.heard(), Some(REDUNDANT));
+}
+
+#[test]
+fn a_commanded_standby_waits_for_the_other_board_a_consumer_time_and_takes_over_again() {
+    let mut prime = active(Strap::Prime);
+    let change = prime.stand_by(ms(3_000), RoleCause::Commanded);
+    assert_eq!(change, RoleChange { role: Role::Standby, cause: RoleCause::Commanded });
+    assert_eq!(prime.poll(ms(3_399)), None);
+    assert_eq!(prime.poll(ms(3_400)), Some(SILENT));
+}
+
+#[test]
+fn claims_as_frames_and_back_and_nothing_else_is_one() {
+    for (expected, bytes) in [
+        (claim(3, Strap::Prime), frame(0x680, &[3, 0])),
+        (claim(126, Strap::Second), frame(0x681, &[126, 1])),
+    ] {
+        assert_eq!(PAIR.frame(expected), bytes);
+        assert_eq!(PAIR.claim(&bytes), Some(expected));
+    }
+    for wrong in [
+        frame(0x680, &[3]),
+        frame(0x680, &[3, 1]),
+        frame(0x681, &[3, 0]),
+        frame(0x681, &[3, 2]),
+        frame(0x680, &[3, 0, 0]),
+        frame(0x682, &[3, 0]),
+        frame(0x701, &[5]),
+    ] {
+        assert_eq!(PAIR.claim(&wrong), None, "{wrong:?}");
+    }
+}
