@@ -46,6 +46,8 @@ enum Command {
     Pictures,
     /// Write EDS and DCF of the devices from their dictionaries: docs/eds
     Eds(eds::Options),
+    /// Trace requirements of the standard to tests: docs/compliance.md
+    Compliance(compliance::Options),
     /// Check licences, versions and sources of all packages with cargo-deny
     Licences(licences::Options),
     /// Lint firmware and boards for their target; warnings are errors
@@ -75,6 +77,7 @@ fn main() -> ExitCode {
         Command::Sizes(options) => bench::sizes(&options),
         Command::Pictures => pictures::run(),
         Command::Eds(options) => eds::run(&options),
+        Command::Compliance(options) => compliance::run(&options),
         Command::Licences(options) => licences::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
     };

@@ -54,7 +54,7 @@ fn segments(clock: u32, network: &Network) -> [u8; 4] {
     [timing.quanta(), timing.segment1(), timing.segment2(), timing.jump_width()]
 }
 
-/// Verifies: ECSS 5.4.1a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.2b
+/// Verifies: ECSS 5.4.2a, 5.4.2a.1, 5.4.2a.2, 5.4.2a.3, 5.4.2b
 ///
 /// CiA DS 102: 16 time quanta and 87.5 % up to 500 kbit/s, 10 and 80 % at 800 kbit/s, 8 and 75 % at 1 Mbit/s, TS2 2 and
 /// SJW 1 throughout, oscillators of 0.1 %. At 8 MHz the two fast rates leave no other choice.

@@ -1,7 +1,7 @@
 //! COB-IDs: pre-defined connection set, restricted identifiers, COB-ID entries.
 
 use ecss_can::od::{CobIdEntry, EntryUse};
-use ecss_can::types::{AbortCode, CobId};
+use ecss_can::types::{AbortCode, CobId, NodeId};
 
 use crate::bench::node;
 
@@ -29,7 +29,24 @@ fn the_pre_defined_connection_set() {
     }
 }
 
-/// Verifies: ECSS 6.10b
+/// Of two identifiers the lower one wins arbitration.
+///
+/// Verifies: ECSS 9.1a
+#[test]
+fn the_master_wins_arbitration_against_the_same_object_of_any_slave() {
+    let objects = |id| {
+        let single = [CobId::emcy(id), CobId::sdo_response(id), CobId::sdo_request(id), CobId::heartbeat(id)];
+        let pdos = (1..=4).flat_map(move |number| [CobId::tpdo(number, id), CobId::rpdo(number, id)]);
+        single.into_iter().chain(pdos.flatten()).map(CobId::raw).collect::<Vec<_>>()
+    };
+    for raw in 2..=127 {
+        let pairs = objects(NodeId::MASTER).into_iter().zip(objects(node(raw)));
+        assert!(pairs.clone().all(|(master, slave)| master < slave), "{raw}");
+        assert_eq!(pairs.count(), 12);
+    }
+}
+
+/// Verifies: ECSS 6.10b, 9.5a
 #[test]
 fn restricted_identifiers() {
     let restricted = |raw: u16| CobId::new(raw).unwrap().is_restricted();

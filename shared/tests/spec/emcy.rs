@@ -131,7 +131,7 @@ fn the_bits_of_the_error_register() {
     assert!(!R::from_bits(0x03).contains(R::COMMUNICATION));
 }
 
-/// Verifies: ECSS 6.4a.1, 6.4a.2
+/// Verifies: ECSS 6.4a, 6.4a.1, 6.4a.2
 #[test]
 fn an_error_is_told_once_and_so_is_its_end() {
     let mut producer = producer(0);

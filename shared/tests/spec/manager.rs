@@ -284,6 +284,7 @@ fn with_everybody_silent_the_master_leaves_at_once_and_then_every_dwell() {
     );
 }
 
+/// Verifies: ECSS 8.2.2a
 #[test]
 fn slaves_heard_on_the_other_bus_only_draw_the_master_there_after_the_settling_time() {
     let mut manager = started();

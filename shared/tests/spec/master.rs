@@ -67,7 +67,7 @@ fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
     assert!(expected.iter().all(|filter| filters.contains(filter)), "{filters:?}");
 }
 
-/// Verifies: ECSS 6.9c, 7.2.2b, 7.2.3d
+/// Verifies: ECSS 6.9c, 7.2.2b
 #[test]
 fn sync_and_spacecraft_time_each_in_its_period_none_outliving_it() {
     let mut master = powered(&STANDARD);
@@ -185,7 +185,6 @@ fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
     assert_eq!((counters.nominal.malformed, counters.nominal.ignored, counters.redundant.ignored), (4, 1, 1));
 }
 
-/// Verifies: ECSS 6.4a.2
 #[test]
 fn emergencies_of_slaves_reach_the_application() {
     let mut master = flying();
@@ -198,7 +197,7 @@ fn emergencies_of_slaves_reach_the_application() {
     assert_eq!(master.events, [MasterEvent::Emergency { node: node(3), bus: NOMINAL, emergency }]);
 }
 
-/// Verifies: ECSS 8.3.3b, 8.3.3b.1, 8.3.3b.2
+/// Verifies: ECSS 8.1b, 8.3.3b, 8.3.3b.1, 8.3.3b.2
 #[test]
 fn a_switch_abandons_the_old_bus_and_announces_the_new_one_before_using_it() {
     let mut master = flying();

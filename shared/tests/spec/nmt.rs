@@ -110,9 +110,8 @@ fn every_transition_of_the_state_diagram() {
     }
 }
 
-/// Verifies: ECSS 6.5.4a
 #[test]
-fn initialising_ends_with_the_boot_up_message() {
+fn initialising_ends_in_pre_operational() {
     for command in [Command::ResetCommunication, Command::ResetNode] {
         let mut slave = in_state(Command::Start);
         slave.on_command(command);

@@ -131,7 +131,7 @@ fn a_late_poll_does_not_shift_the_search() {
     assert_eq!(selector.deadline(), Some(ms(1_600)));
 }
 
-/// Verifies: ECSS 8.3.3c
+/// Verifies: ECSS 6.5.2b, 8.3.3c
 #[test]
 fn heartbeats_in_time_keep_the_bus() {
     let mut selector = following(PARAMETERS);

@@ -52,7 +52,7 @@ fn power_on_joins_boots_up_on_the_default_bus_and_waits_pre_operational() {
     }
 }
 
-/// Verifies: ECSS 8.2.1a.1
+/// Verifies: ECSS 8.2.1a, 8.2.1a.1
 #[test]
 fn with_selective_access_it_joins_the_default_bus_only() {
     assert_eq!(powered(&SELECTIVE).controls, [(NOMINAL, BusCommand::Join)]);
@@ -290,7 +290,7 @@ fn telemetry_goes_out_for_one_period_on_the_active_bus() {
     assert_eq!(slave.frames(), [(REDUNDANT, frame(0x385, &[0x02, 0x01, 1, 2, 3, 4, 0, 0]))]);
 }
 
-/// Verifies: ECSS 6.9e, 7.2.2c, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
+/// Verifies: ECSS 6.9e, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
 #[test]
 fn each_sync_is_answered_with_the_local_time_at_its_end_when_operational() {
     let mut slave = operational(&STANDARD);

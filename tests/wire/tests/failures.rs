@@ -117,45 +117,45 @@ fn nothing_goes_on(failure: Failure) {
     assert_eq!(arrived(&bench, 0, 1, SETTLED_MS..LAST_MS), 0);
 }
 
-/// Verifies: ECSS 5.3.3.2.2a
+/// The case of ECSS 5.3.3.2.2a
 #[test]
 fn a_disconnected_node_leaves_the_others_communicating() {
     the_rest_goes_on(Failure::node_disconnected(2), &[0, 1, 3, 4]);
     the_rest_goes_on(Failure::node_disconnected(0), &[1, 2, 3, 4]);
 }
 
-/// Verifies: ECSS 5.3.3.2.2b
+/// The case of ECSS 5.3.3.2.2b
 #[test]
 fn a_node_without_power_leaves_the_others_communicating() {
     the_rest_goes_on(Failure::node_unpowered(2), &[0, 1, 3, 4]);
 }
 
-/// Verifies: ECSS 5.3.3.2.2c
+/// The case of ECSS 5.3.3.2.2c
 #[test]
 fn a_node_without_ground_leaves_the_others_communicating() {
     the_rest_goes_on(Failure::ground_lost(4), &[0, 1, 2, 3]);
 }
 
-/// Verifies: ECSS 5.3.3.2.2d
+/// The case of ECSS 5.3.3.2.2d
 #[test]
 fn a_lost_shield_leaves_all_communicating() {
     all_go_on_with_errors(Failure::shield_lost);
 }
 
-/// Verifies: ECSS 5.3.3.2.3a, 5.3.3.2.3b
+/// The case of ECSS 5.3.3.2.3a, 5.3.3.2.3b
 #[test]
 fn one_interrupted_wire_leaves_all_communicating() {
     all_go_on_with_errors(Failure::can_h_interrupted);
     all_go_on_with_errors(Failure::can_l_interrupted);
 }
 
-/// Verifies: ECSS 5.3.3.2.3c
+/// The case of ECSS 5.3.3.2.3c
 #[test]
 fn can_h_at_a_low_voltage_leaves_all_communicating() {
     all_go_on_with_errors(Failure::can_h_shorted_to_low_voltage);
 }
 
-/// Verifies: ECSS 5.3.3.2.3d
+/// The case of ECSS 5.3.3.2.3d
 #[test]
 fn can_h_at_a_voltage_in_range_blocks_the_bus_until_it_is_removed() {
     all_resume_after(Failure::can_h_shorted_in_range(15.0));
@@ -168,31 +168,31 @@ fn a_voltage_out_of_range_blocks_the_bus_for_ever() {
     nothing_goes_on(Failure::can_l_shorted_out_of_range(25.0));
 }
 
-/// Verifies: ECSS 5.3.3.2.3f
+/// The case of ECSS 5.3.3.2.3f
 #[test]
 fn can_l_at_ground_leaves_all_communicating() {
     all_go_on_with_errors(Failure::can_l_shorted_to_ground);
 }
 
-/// Verifies: ECSS 5.3.3.2.3g
+/// The case of ECSS 5.3.3.2.3g
 #[test]
 fn can_h_at_ground_blocks_the_bus_until_it_is_removed() {
     all_resume_after(Failure::can_h_shorted_to_ground(0.0));
 }
 
-/// Verifies: ECSS 5.3.3.2.3h
+/// The case of ECSS 5.3.3.2.3h
 #[test]
 fn can_l_at_a_voltage_in_range_blocks_the_bus_until_it_is_removed() {
     all_resume_after(Failure::can_l_shorted_in_range(40.0));
 }
 
-/// Verifies: ECSS 5.3.3.2.3j
+/// The case of ECSS 5.3.3.2.3j
 #[test]
 fn shorted_wires_block_the_bus_until_it_is_removed() {
     all_resume_after(Failure::can_l_shorted_to_can_h(33.0));
 }
 
-/// Verifies: ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
+/// The case of ECSS 5.3.3.2.3k, 5.3.3.2.3k.1, 5.3.3.2.3k.2
 #[test]
 fn a_cut_leaves_those_upstream_communicating() {
     // Both pieces have two nodes or more: each is a bus.
@@ -209,7 +209,7 @@ fn a_cut_leaves_those_upstream_communicating() {
     no_ill_effects(&bench);
 }
 
-/// Verifies: ECSS 5.3.3.2.3l
+/// The case of ECSS 5.3.3.2.3l
 #[test]
 fn a_lost_termination_leaves_all_communicating() {
     all_go_on_with_errors(Failure::termination_lost);

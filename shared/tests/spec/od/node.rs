@@ -42,7 +42,7 @@ fn a_static_mapping_cannot_be_written() {
     }
 }
 
-/// Verifies: ECSS 8.3.1a, 8.3.1c
+/// Verifies: ECSS 8.3.1a
 #[test]
 fn the_redundancy_object_has_four_programmable_values() {
     let mut objects = Spacecraft::default();
@@ -58,7 +58,7 @@ fn the_redundancy_object_has_four_programmable_values() {
     );
 }
 
-/// Verifies: ECSS 7.1.2b, 7.1.2c, 7.1.2d, 7.1.2e, 7.1.2f
+/// Verifies: ECSS 7.1.2b, 7.1.2e, 7.1.2f
 #[test]
 fn spacecraft_time_is_set_and_got_in_the_format_of_the_figure() {
     let mut objects = Spacecraft::default();

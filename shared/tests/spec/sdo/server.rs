@@ -17,7 +17,7 @@ fn values_of_one_to_four_bytes_are_uploaded_expedited() {
     }
 }
 
-/// Verifies: ECSS 6.1a, 8.3.1c
+/// Verifies: ECSS 6.1a
 #[test]
 fn values_of_one_to_four_bytes_are_downloaded_expedited() {
     for (request, response, value) in [

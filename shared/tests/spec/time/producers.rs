@@ -38,7 +38,7 @@ fn sync_sent(master: &mut Bench<Master>, at: FineInstant) {
 
 /// SYNC ended at 1 s and 0.25 us; it is reported 60 us later.
 ///
-/// Verifies: ECSS 7.2.2a, 7.2.3a, 7.2.3b, 7.2.3c, 7.2.3e, 7.2.3f
+/// Verifies: ECSS 7.2.3a, 7.2.3b, 7.2.3c, 7.2.3e, 7.2.3f
 #[test]
 fn with_a_type_of_1_to_240_the_value_is_the_time_at_the_end_of_the_last_sync() {
     let mut master = high_resolution(1);

@@ -54,7 +54,7 @@ fn local_time_is_the_slaves_time_at_the_end_of_the_sync() {
     }
 }
 
-/// Verifies: ECSS 7.2.2a, 7.2.2b, 7.2.2c, 7.2.2d
+/// Verifies: ECSS 7.2.2b, 7.2.2d
 #[test]
 fn spacecraft_time_reaches_every_slave() {
     let mut world = running(STANDARD, 3);

@@ -25,7 +25,7 @@ fn committed(name: &str) -> Ini {
     Ini::parse(&std::fs::read_to_string(root.join("docs/eds").join(name)).expect("it is committed"))
 }
 
-/// Verifies: ECSS 6.6a
+/// Verifies: ECSS 6.6a, 9.2a
 #[test]
 fn both_files_tell_every_object_and_every_value_of_the_slave() {
     for name in ["slave.eds", "slave-3.dcf"] {

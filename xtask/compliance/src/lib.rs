@@ -1,0 +1,79 @@
+//! `cargo xtask compliance`: each requirement of the standard, who meets it, and the tests that verify it.
+//!
+//! Requirements are rows of `data/requirements.csv`, in our own words. A test names what it verifies in its doc comment:
+//! `Verifies: ECSS 8.3.3h`. Both together are `docs/compliance.md`. The second table of that page is `data/table_11_1.csv`:
+//! what Table 11-1 says of each part of CiA 301, and where we deviate.
+
+#![forbid(unsafe_code)]
+
+mod check;
+mod page;
+mod requirements;
+mod sources;
+mod tags;
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use support::output;
+use support::project::path;
+
+pub use check::{Finding, check};
+pub use requirements::{Clause, Requirement, Who, clauses, requirements};
+pub use sources::{read, read_all, root};
+pub use tags::{Tag, tags};
+
+/// The page that it writes, from the root of the repository.
+const PAGE: &str = "docs/compliance.md";
+
+/// Command line of `compliance`.
+#[derive(Args, Debug)]
+pub struct Options {
+    /// Write nothing; exit with 1 if the page is old, a tag is wrong or a requirement on software has no test
+    #[arg(long)]
+    check: bool,
+}
+
+/// Writes the page, or checks it. Prints how many requirements are traced.
+///
+/// # Errors
+/// A source or table that cannot be read; a page that cannot be written; with `--check` everything that is wrong.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    let requirements = requirements();
+    let tags = read_all(&path("."))?;
+    let findings = check(&requirements, &tags);
+    let text = page::write(&requirements, &clauses(), &tags);
+    let page = path(PAGE);
+    let summary = page::summary(&requirements, &tags);
+    if !options.check {
+        fs::write(&page, text).with_context(|| format!("cannot write {}", page.display()))?;
+        output::line(summary)?;
+        return report(&findings);
+    }
+    output::line(summary)?;
+    let mut wrong: Vec<String> = findings.iter().map(ToString::to_string).collect();
+    if !is_current(&page, &text) {
+        wrong.push(format!("{PAGE} is not what `cargo xtask compliance` would write"));
+    }
+    for line in &wrong {
+        output::complain(line);
+    }
+    match wrong.len() {
+        0 => Ok(()),
+        number => bail!("{number} findings; see above"),
+    }
+}
+
+fn is_current(page: &Path, text: &str) -> bool {
+    fs::read_to_string(page).is_ok_and(|found| found == text)
+}
+
+/// Findings are warnings when the page is written.
+fn report(findings: &[Finding]) -> anyhow::Result<()> {
+    for finding in findings {
+        output::warn(finding);
+    }
+    Ok(())
+}

@@ -1,0 +1,75 @@
+//! The two tables of the standard that we answer, as rows.
+
+use std::fmt;
+
+use serde::Deserialize;
+
+/// A requirement of ECSS-E-ST-50-15C.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Requirement {
+    /// As in the standard, with the number of an item of a list: `8.3.3b.1`.
+    pub id: String,
+    /// Who meets it.
+    pub who: Who,
+    /// What it asks for, in our words.
+    #[serde(rename = "requirement")]
+    pub text: String,
+    /// A reason, or our reading; may be empty.
+    pub remark: String,
+}
+
+/// Who meets a requirement.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "lowercase")]
+pub enum Who {
+    /// This software; a test shows it.
+    Software,
+    /// The hardware of a node.
+    Board,
+    /// Who builds the network, or agrees on values.
+    Integrator,
+    /// Nobody: a clause of the standard, named in the remark, permits it.
+    Tailored,
+}
+
+impl fmt::Display for Who {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Who::Software => "software",
+            Who::Board => "board",
+            Who::Integrator => "integrator",
+            Who::Tailored => "tailored",
+        })
+    }
+}
+
+/// A section of CiA 301 in Table 11-1 of the standard.
+#[derive(Clone, Debug, Deserialize)]
+pub struct Clause {
+    /// Of CiA 301.
+    pub section: String,
+    /// What it is about.
+    pub subject: String,
+    /// `A` applicable, `O` optional, `NA` not used, `R` for reference.
+    pub applicability: String,
+    /// What we have.
+    pub ours: String,
+    /// What differs from the table and why; empty if nothing does.
+    pub deviation: String,
+}
+
+/// All requirements, in the order of the standard.
+pub fn requirements() -> Vec<Requirement> {
+    rows(include_str!("../data/requirements.csv"))
+}
+
+/// Table 11-1, in its order.
+pub fn clauses() -> Vec<Clause> {
+    rows(include_str!("../data/table_11_1.csv"))
+}
+
+/// The tables are part of this program: one that cannot be read is an error of it, and a test reads both.
+fn rows<T: for<'row> Deserialize<'row>>(text: &str) -> Vec<T> {
+    let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize();
+    rows.collect::<Result<_, _>>().unwrap_or_else(|error| panic!("a table of requirements: {error}"))
+}

@@ -1,0 +1,249 @@
+//! Tags in a source file: `Verifies:` lines of doc comments, and the functions that they stand on.
+//!
+//! Reads tokens, not items: a test in a macro is a test like any other.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use proc_macro2::{Delimiter, Group, TokenStream, TokenTree};
+
+/// What a doc comment says is verified, and by what.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Tag {
+    /// From the root of the repository.
+    pub file: String,
+    /// Of the first such line.
+    pub line: usize,
+    /// The function; empty: the comment is not on a function.
+    pub function: String,
+    /// Whether it is a test that `cargo test` runs.
+    pub runs: bool,
+    /// Requirements, ranges resolved; as written where they cannot be.
+    pub ids: Vec<String>,
+}
+
+/// A source that is read.
+pub struct Reading {
+    /// From the root of the repository.
+    pub file: String,
+    /// Part of a target whose tests are run.
+    pub is_tested: bool,
+}
+
+/// What a source has.
+pub struct Source {
+    /// In their order.
+    pub tags: Vec<Tag>,
+    /// Modules in files of their own.
+    pub modules: Vec<Module>,
+}
+
+/// `mod name;`
+pub struct Module {
+    /// Modules in braces around it.
+    around: Vec<String>,
+    name: String,
+    /// By a `path` attribute.
+    path: Option<String>,
+}
+
+impl Module {
+    /// Its file; `of`: the file that declares it, `folder`: where modules of that file are.
+    pub fn file(&self, of: &Path, folder: &Path) -> PathBuf {
+        if let Some(path) = &self.path {
+            return of.with_file_name(path);
+        }
+        let folder = self.around.iter().fold(folder.to_owned(), |folder, module| folder.join(module));
+        let file = folder.join(format!("{}.rs", self.name));
+        if file.exists() { file } else { folder.join(&self.name).join("mod.rs") }
+    }
+}
+
+/// Tags in `text`, a source of a target whose tests are run.
+///
+/// # Errors
+/// When it is not Rust.
+pub fn tags(text: &str) -> anyhow::Result<Vec<Tag>> {
+    Ok(read(text, &Reading { file: "source.rs".to_owned(), is_tested: true })?.tags)
+}
+
+/// Tags and modules of a source.
+///
+/// # Errors
+/// When it is not Rust.
+pub fn read(text: &str, reading: &Reading) -> anyhow::Result<Source> {
+    let tokens: TokenStream =
+        text.parse().map_err(|error| anyhow::anyhow!("{error}")).with_context(|| reading.file.clone())?;
+    let mut reader = Reader::default();
+    reader.read(tokens);
+    let mut tags = reader.tags;
+    // A comment that is no doc comment is not among the tokens.
+    let documented: Vec<usize> = tags.iter().flat_map(|tag| tag.lines.clone()).collect();
+    for (line, text) in (1..).zip(text.lines()) {
+        if is_tag_comment(text) && !documented.contains(&line) {
+            tags.push(Found { lines: vec![line], ids: ids(text), ..Found::default() });
+        }
+    }
+    let tags = tags.into_iter().map(|found| found.tag(reading)).collect();
+    Ok(Source { tags, modules: reader.modules })
+}
+
+fn is_tag_comment(line: &str) -> bool {
+    let line = line.trim_start();
+    line.starts_with("//") && line.trim_start_matches(['/', '!']).trim_start().starts_with(MARK)
+}
+
+/// Begins the line of a tag.
+const MARK: &str = "Verifies:";
+
+#[derive(Default)]
+struct Found {
+    lines: Vec<usize>,
+    function: String,
+    is_test: bool,
+    ids: Vec<String>,
+}
+
+impl Found {
+    fn tag(self, reading: &Reading) -> Tag {
+        Tag {
+            file: reading.file.clone(),
+            line: self.lines.first().copied().unwrap_or(0),
+            runs: self.is_test && reading.is_tested && !self.function.is_empty(),
+            function: self.function,
+            ids: self.ids,
+        }
+    }
+}
+
+#[derive(Default)]
+struct Reader {
+    tags: Vec<Found>,
+    modules: Vec<Module>,
+    around: Vec<String>,
+}
+
+/// Attributes before an item.
+#[derive(Default)]
+struct Attributes {
+    lines: Vec<usize>,
+    ids: Vec<String>,
+    is_test: bool,
+    is_ignored: bool,
+    path: Option<String>,
+}
+
+impl Reader {
+    fn read(&mut self, tokens: TokenStream) {
+        let mut attributes = Attributes::default();
+        let mut tokens = tokens.into_iter().peekable();
+        while let Some(token) = tokens.next() {
+            match token {
+                TokenTree::Punct(punct) if punct.as_char() == '#' => {
+                    if let Some(TokenTree::Punct(_)) = tokens.peek() {
+                        tokens.next(); // an inner attribute
+                    }
+                    if let Some(TokenTree::Group(group)) = tokens.next() {
+                        attributes.add(&group);
+                    }
+                }
+                // What may stand before `fn`.
+                TokenTree::Ident(word) if WORDS.contains(&word.to_string().as_str()) => {
+                    if let Some(TokenTree::Group(group)) = tokens.peek()
+                        && group.delimiter() == Delimiter::Parenthesis
+                    {
+                        tokens.next(); // of `pub(crate)`
+                    }
+                }
+                TokenTree::Ident(word) if word == "fn" => {
+                    let name = tokens.next().map(|name| name.to_string()).unwrap_or_default();
+                    self.tag(std::mem::take(&mut attributes), name);
+                }
+                TokenTree::Ident(word) if word == "mod" => {
+                    let name = tokens.next().map(|name| name.to_string()).unwrap_or_default();
+                    let path = attributes.path.take();
+                    self.tag(std::mem::take(&mut attributes), String::new());
+                    match tokens.next() {
+                        Some(TokenTree::Group(group)) => {
+                            self.around.push(name);
+                            self.read(group.stream());
+                            self.around.pop();
+                        }
+                        _ => self.modules.push(Module { around: self.around.clone(), name, path }),
+                    }
+                }
+                TokenTree::Group(group) => {
+                    self.tag(std::mem::take(&mut attributes), String::new());
+                    self.read(group.stream());
+                }
+                _ => self.tag(std::mem::take(&mut attributes), String::new()),
+            }
+        }
+        self.tag(attributes, String::new());
+    }
+
+    fn tag(&mut self, attributes: Attributes, function: String) {
+        if attributes.lines.is_empty() {
+            return;
+        }
+        let Attributes { lines, ids, is_test, is_ignored, .. } = attributes;
+        self.tags.push(Found { lines, function, is_test: is_test && !is_ignored, ids });
+    }
+}
+
+/// Words before `fn`.
+const WORDS: [&str; 5] = ["pub", "async", "const", "unsafe", "extern"];
+
+impl Attributes {
+    fn add(&mut self, group: &Group) {
+        let text = group.stream().to_string();
+        match text.as_str() {
+            "test" => self.is_test = true,
+            _ if text.ends_with(":: test") => self.is_test = true,
+            _ if text == "ignore" || text.starts_with("ignore =") => self.is_ignored = true,
+            _ => {}
+        }
+        let mut tokens = group.stream().into_iter();
+        let (Some(TokenTree::Ident(name)), Some(_), Some(TokenTree::Literal(value))) =
+            (tokens.next(), tokens.next(), tokens.next())
+        else {
+            return;
+        };
+        let value_text = value.to_string();
+        let quoted = value_text.strip_prefix('r').unwrap_or(&value_text).trim_matches('#');
+        let inner = quoted.trim_matches('"');
+        if name == "path" {
+            self.path = Some(inner.to_owned());
+        } else if name == "doc" {
+            let first = value.span().start().line;
+            for (line, text) in (first..).zip(inner.lines()) {
+                if text.trim_start().starts_with(MARK) {
+                    self.lines.push(line);
+                    self.ids.extend(ids(text));
+                }
+            }
+        }
+    }
+}
+
+/// Requirements that a line names. `7.1.3a to d` are four.
+fn ids(line: &str) -> Vec<String> {
+    let Some((_, list)) = line.split_once(MARK) else { return Vec::new() };
+    let list = list.trim().trim_end_matches('.');
+    list.split(',').flat_map(|part| range(part.trim().trim_start_matches("ECSS ").trim())).collect()
+}
+
+/// The members of `7.1.3a to d`; what is no range stands for itself.
+fn range(part: &str) -> Vec<String> {
+    let whole = || vec![part.to_owned()];
+    let Some((from, to)) = part.split_once(" to ") else { return whole() };
+    let (Some(first), Some(last)) = (from.chars().last(), to.chars().last()) else { return whole() };
+    let clause = &from[..from.len() - first.len_utf8()];
+    if !first.is_ascii_lowercase() || !last.is_ascii_lowercase() || first > last {
+        return whole();
+    }
+    if to.len() > 1 && to[..to.len() - 1] != *clause {
+        return whole();
+    }
+    (first..=last).map(|letter| format!("{clause}{letter}")).collect()
+}

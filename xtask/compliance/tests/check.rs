@@ -1,0 +1,148 @@
+//! What makes `cargo xtask compliance --check` fail.
+
+use std::fs;
+
+use compliance::{Finding, Requirement, Tag, Who, check, clauses, read, requirements, root, tags};
+
+/// So that this file has no tag in a comment.
+const MARK: &str = "/// Verifies: ECSS";
+
+fn row(id: &str, who: Who) -> Requirement {
+    let (text, remark) = ("a rule".to_owned(), "the harness of clause 5".to_owned());
+    Requirement { id: id.to_owned(), who, text, remark }
+}
+
+/// Two on software, one that is not.
+fn table() -> Vec<Requirement> {
+    vec![row("8.3.3a", Who::Software), row("8.3.3b", Who::Software), row("5.5a", Who::Integrator)]
+}
+
+fn source(lines: &[&str]) -> Vec<Tag> {
+    tags(&lines.join("\n").replace("MARK", MARK)).expect("Rust")
+}
+
+fn both() -> Vec<Tag> {
+    source(&["/// A test.", "///", "MARK 8.3.3a, 8.3.3b", "#[test]", "fn heartbeats() {}"])
+}
+
+#[test]
+fn requirements_with_a_test_each_are_fine() {
+    assert_eq!(check(&table(), &both()), []);
+}
+
+#[test]
+fn a_tag_that_is_removed_leaves_a_requirement_untested() {
+    let tags = source(&["MARK 8.3.3a", "#[test]", "fn heartbeats() {}"]);
+    assert_eq!(check(&table(), &tags), [Finding::Untested("8.3.3b".to_owned())]);
+}
+
+#[test]
+fn a_requirement_that_does_not_exist_is_found() {
+    let mut tags = both();
+    tags.extend(source(&["", "MARK 8.3.3z", "#[test]", "fn more() {}"]));
+    let unknown = Finding::Unknown { at: "source.rs:2".to_owned(), id: "8.3.3z".to_owned() };
+    assert_eq!(check(&table(), &tags), [unknown]);
+}
+
+#[test]
+fn a_requirement_on_software_without_any_test_is_found() {
+    let mut table = table();
+    table.push(row("8.3.3c", Who::Software));
+    assert_eq!(check(&table, &both()), [Finding::Untested("8.3.3c".to_owned())]);
+}
+
+#[test]
+fn a_tag_counts_on_a_test_that_runs_alone() {
+    let places: [&[&str]; 6] = [
+        &["MARK 8.3.3a", "fn no_test() {}"],
+        &["MARK 8.3.3a", "#[test]", "#[ignore]", "fn ignored() {}"],
+        &["MARK 8.3.3a", "#[ignore = \"slow\"]", "#[test]", "fn ignored() {}"],
+        &["MARK 8.3.3a", "struct Type;"],
+        &["#[test]", "fn plain() {", "    // Verifies: ECSS 8.3.3a", "}"],
+        &["MARK 8.3.3a", "mod tests {", "    #[test]", "    fn inside() {}", "}"],
+    ];
+    for lines in places {
+        let tags = source(lines);
+        let found = check(&table(), &tags);
+        assert!(matches!(&found[0], Finding::NoTest { .. }), "{lines:?}: {found:?}");
+        assert!(found.contains(&Finding::Untested("8.3.3a".to_owned())), "{lines:?}: {found:?}");
+    }
+}
+
+#[test]
+fn tests_in_macros_and_modules_and_of_async_functions_count() {
+    let places: [&[&str]; 4] = [
+        &["proptest! {", "MARK 8.3.3a, 8.3.3b", "#[test]", "fn random(value in 0..9) {}", "}"],
+        &["mod tests {", "MARK 8.3.3a, 8.3.3b", "#[test]", "fn inside() {}", "}"],
+        &["MARK 8.3.3a, 8.3.3b", "#[tokio::test]", "pub(crate) async fn waits() {}"],
+        &["MARK 8.3.3a", "MARK 8.3.3b", "#[cfg(unix)]", "#[test]", "fn twice() {}"],
+    ];
+    for lines in places {
+        assert_eq!(check(&table(), &source(lines)), [], "{lines:?}");
+    }
+}
+
+#[test]
+fn all_tags_of_a_test_and_all_members_of_a_range_count_for_its_limit() {
+    let ids = |lines: &[&str]| source(lines)[0].ids.clone();
+    assert_eq!(ids(&["MARK 7.1.3a to d", "#[test]", "fn utc() {}"]), ["7.1.3a", "7.1.3b", "7.1.3c", "7.1.3d"]);
+    let tags = source(&["MARK 7.1.3a to d", "MARK 7.1.3e, 7.1.3f", "#[test]", "fn utc() {}"]);
+    let rows: Vec<_> = ('a'..='f').map(|letter| row(&format!("7.1.3{letter}"), Who::Software)).collect();
+    let many = Finding::TooMany { at: "source.rs:1".to_owned(), function: "utc".to_owned(), number: 6 };
+    assert_eq!(check(&rows, &tags), [many]);
+}
+
+#[test]
+fn a_row_without_a_reason_is_found() {
+    let mut table = table();
+    table[2].remark.clear();
+    table.push(Requirement { remark: "we would rather not".to_owned(), ..row("9.9z", Who::Tailored) });
+    table.push(row("5.5b", Who::Board));
+    table.push(row("5.5b", Who::Board));
+    let found: Vec<String> = check(&table, &both()).iter().map(ToString::to_string).collect();
+    let expected = [
+        "5.5a: not met by software, and no reason",
+        "9.9z: tailored without a clause that permits it",
+        "5.5b: it has two rows",
+    ];
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn modules_are_followed_and_what_no_target_leads_to_runs_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let write = |name: &str, id: &str, rest: &str| {
+        let file = folder.path().join(name);
+        fs::create_dir_all(file.parent().expect("a folder")).expect("folders");
+        let test = format!("{MARK} {id}\n#[test]\nfn of_{}() {{}}\n{rest}", id.replace('.', "_"));
+        fs::write(file, test).expect("a file");
+    };
+    write("main.rs", "1a", "mod child;\nmod inline { mod deep; }\n#[path = \"random/x.rs\"]\nmod named;");
+    write("child.rs", "2a", "mod grandchild;");
+    write("child/grandchild.rs", "3a", "");
+    write("inline/deep/mod.rs", "4a", "mod sibling;");
+    write("inline/deep/sibling.rs", "5a", "");
+    write("random/x.rs", "6a", "");
+    write("forgotten.rs", "7a", "");
+    write("untested.rs", "8a", "");
+    let roots = vec![root(&folder.path().join("untested.rs"), false), root(&folder.path().join("main.rs"), true)];
+    let found = read(roots, folder.path()).expect("Rust");
+    let mut found: Vec<(String, bool)> = found.into_iter().map(|tag| (tag.ids[0].clone(), tag.runs)).collect();
+    found.sort();
+    let expected: Vec<_> = ('1'..='8').map(|number| (format!("{number}a"), number <= '6')).collect();
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn the_tables_of_the_standard_are_whole() {
+    // Requirements of each clause, counted in the standard.
+    let expected = [("5", 80), ("6", 42), ("7", 38), ("8", 29), ("9", 44)];
+    let requirements = requirements();
+    for (clause, number) in expected {
+        let found = requirements.iter().filter(|row| row.id.split('.').next() == Some(clause)).count();
+        assert_eq!(found, number, "clause {clause}");
+    }
+    assert_eq!(requirements.len(), 233);
+    let marks = ["A", "O", "NA", "R"];
+    assert!(clauses().iter().all(|clause| marks.contains(&clause.applicability.as_str())));
+}
