@@ -85,7 +85,10 @@ fn tests_in_macros_and_modules_and_of_async_functions_count() {
 #[test]
 fn all_tags_of_a_test_and_all_members_of_a_range_count_for_its_limit() {
     let ids = |lines: &[&str]| source(lines)[0].ids.clone();
-    assert_eq!(ids(&["MARK 7.1.3a to d", "#[test]", "fn utc() {}"]), ["7.1.3a", "7.1.3b", "7.1.3c", "7.1.3d"]);
+    assert_eq!(
+        ids(&["MARK 7.1.3a to d", "#[test]", "fn utc() {}"]),
+        ["7.1.3a", "7.1.3b", "7.1.3c", "7.1.3d"]
+    );
     let tags = source(&["MARK 7.1.3a to d", "MARK 7.1.3e, 7.1.3f", "#[test]", "fn utc() {}"]);
     let rows: Vec<_> = ('a'..='f').map(|letter| row(&format!("7.1.3{letter}"), Who::Software)).collect();
     let many = Finding::TooMany { at: "source.rs:1".to_owned(), function: "utc".to_owned(), number: 6 };
@@ -125,9 +128,11 @@ fn modules_are_followed_and_what_no_target_leads_to_runs_nothing() {
     write("random/x.rs", "6a", "");
     write("forgotten.rs", "7a", "");
     write("untested.rs", "8a", "");
-    let roots = vec![root(&folder.path().join("untested.rs"), false), root(&folder.path().join("main.rs"), true)];
+    let roots =
+        vec![root(&folder.path().join("untested.rs"), false), root(&folder.path().join("main.rs"), true)];
     let found = read(roots, folder.path()).expect("Rust");
-    let mut found: Vec<(String, bool)> = found.into_iter().map(|tag| (tag.ids[0].clone(), tag.runs)).collect();
+    let mut found: Vec<(String, bool)> =
+        found.into_iter().map(|tag| (tag.ids[0].clone(), tag.runs)).collect();
     found.sort();
     let expected: Vec<_> = ('1'..='8').map(|number| (format!("{number}a"), number <= '6')).collect();
     assert_eq!(found, expected);
