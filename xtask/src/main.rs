@@ -42,6 +42,8 @@ enum Command {
     Bench(bench::Options),
     /// Measure flash and static RAM of the images of every board; add them to target/bench/summary.json
     Sizes(bench::SizesOptions),
+    /// Bound the response time of every frame of the mission: a network on paper
+    Schedule(schedule::Options),
     /// Draw the pictures of the documentation anew, from simulations and flights: docs/*.svg
     Pictures,
     /// Write EDS and DCF of the devices from their dictionaries: docs/eds
@@ -75,6 +77,7 @@ fn main() -> ExitCode {
         Command::Selftest(options) => selftest::run(&options),
         Command::Bench(options) => bench::run(&options),
         Command::Sizes(options) => bench::sizes(&options),
+        Command::Schedule(options) => schedule::run(&options),
         Command::Pictures => pictures::run(),
         Command::Eds(options) => eds::run(&options),
         Command::Compliance(options) => compliance::run(&options),
