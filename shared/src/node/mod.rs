@@ -10,6 +10,7 @@ mod extension;
 mod index;
 mod master;
 mod master_api;
+pub mod minimal;
 mod objects;
 mod services;
 mod slave;

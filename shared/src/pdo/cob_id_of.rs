@@ -48,7 +48,7 @@ impl CobIdOf {
     }
 
     /// Whether both are one COB-ID in some node.
-    pub(super) const fn may_equal(self, other: CobIdOf) -> bool {
+    pub(crate) const fn may_equal(self, other: CobIdOf) -> bool {
         let apart = self.base.abs_diff(other.base);
         match (self.with_node, other.with_node) {
             (true, false) => other.base > self.base && apart <= NODES,

@@ -27,6 +27,7 @@ mod master_deadline;
 mod master_device;
 mod master_pdos;
 mod master_services;
+mod minimal;
 mod nmt;
 mod od;
 mod pdo;

@@ -1,0 +1,258 @@
+//! A minimal slave: hard-coded objects, commands, telemetry, a choice of the bus, and nothing else (ECSS 9).
+//!
+//! There is no module control, boot-up message, emergency, SDO or time stamp: what a frame asks for is done while the frame is
+//! handled, or never. The master begins every exchange.
+
+mod api;
+mod pdos;
+
+pub use api::{MinimalDevice, MinimalEvent, Numbers};
+pub use pdos::{MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Payload, Trigger};
+
+use super::buses::{BusNews, Buses};
+use super::{BusCause, Counters, Filters, LinkEvent, Node, Outbox};
+use crate::heartbeat;
+use crate::link::Stamp;
+use crate::link::port::{Filter, Health};
+use crate::redundancy::{MasterMessage, Selection, Selector};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
+
+type Out = Outbox<MinimalEvent>;
+
+/// A slave of the minimal set, on both buses or on one at a time.
+#[derive(Debug)]
+pub struct MinimalSlave<D: MinimalDevice> {
+    id: NodeId,
+    device: D,
+    numbers: Numbers,
+    buses: Buses,
+    selector: Selector,
+    heartbeat: heartbeat::Producer,
+    /// SYNCs until each transmit PDO goes out again.
+    syncs: [u8; PDOS],
+}
+
+impl<D: MinimalDevice> MinimalSlave<D> {
+    /// A slave before power-on. `id` is one of 2..=127.
+    pub fn new(id: NodeId, numbers: Numbers, device: D) -> Self {
+        const { D::PDOS.assert_possible() };
+        MinimalSlave {
+            id,
+            device,
+            numbers,
+            buses: Buses::new(numbers.access, numbers.bus_off),
+            selector: Selector::new(numbers.redundancy),
+            heartbeat: heartbeat::Producer::new(id, numbers.redundancy.producer),
+            syncs: [0; PDOS],
+        }
+    }
+
+    /// The device.
+    pub const fn device(&self) -> &D {
+        &self.device
+    }
+
+    /// The bus that it considers active, or on which it searches.
+    pub const fn active(&self) -> Bus {
+        self.selector.selected()
+    }
+
+    /// Frames of each bus.
+    pub const fn counters(&self) -> &PerBus<Counters> {
+        &self.buses.counters
+    }
+
+    /// Error state and counters of each controller (ECSS 5.6.2b, c).
+    pub const fn health(&self) -> &PerBus<Health> {
+        &self.buses.health
+    }
+
+    /// Whether it follows the master's heartbeat (ECSS 9.4.9.1.1a).
+    const fn follows_master(&self) -> bool {
+        self.numbers.redundancy.consumer.as_micros() > 0
+    }
+
+    fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        let id = frame.id();
+        if !self.buses.is_joined(bus, self.active()) {
+            self.buses.ignored(bus);
+        } else if id == CobId::heartbeat(NodeId::MASTER) {
+            self.on_master(bus, frame, stamp, now, out);
+        } else if bus != self.active() {
+            self.buses.ignored(bus);
+        } else if id == CobId::SYNC {
+            self.on_sync(bus, frame, stamp, now, out);
+        } else if let Some((nth, pdo)) = D::PDOS.received(id, self.id) {
+            if frame.data().len() < usize::from(pdo.least) {
+                return self.buses.malformed(bus);
+            }
+            let answer = self.device.on_pdo(nth, frame.data(), stamp.at);
+            out.event(MinimalEvent::Pdo { bus, number: nth as u8 });
+            if let Some((number, payload)) = answer {
+                self.answer(number, &payload, now, out);
+            }
+        } else {
+            self.buses.ignored(bus);
+        }
+    }
+
+    /// Telemetry that was asked for: at once, so that its delay is that of this board's processor and of the bus.
+    fn answer(&mut self, number: usize, payload: &Payload, now: Instant, out: &mut Out) {
+        match D::PDOS.transmit.get(number) {
+            Some(Some(MinimalTpdo { cob_id, trigger: Trigger::Request })) => {
+                self.send(cob_id.of(self.id), payload, now, out);
+            }
+            _ => self.buses.refused(self.active()),
+        }
+    }
+
+    fn send(&mut self, id: CobId, payload: &Payload, now: Instant, out: &mut Out) {
+        match Frame::new(id, payload) {
+            Ok(frame) => out.send_for(self.active(), frame, now, self.numbers.lifetime),
+            Err(_) => self.buses.refused(self.active()),
+        }
+    }
+
+    /// 1019h is not among the objects of a minimal slave: SYNC has no counter.
+    fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        if !frame.data().is_empty() {
+            return self.buses.malformed(bus);
+        }
+        out.event(MinimalEvent::Sync { bus });
+        for (number, pdo) in D::PDOS.transmit.iter().enumerate() {
+            let Some(MinimalTpdo { cob_id, trigger: Trigger::Sync(every) }) = pdo else { continue };
+            let Some(count) = self.syncs.get_mut(number) else { continue };
+            *count = count.saturating_add(1);
+            if *count < *every {
+                continue;
+            }
+            *count = 0;
+            if let Some(payload) = self.device.on_sync(number, stamp.at) {
+                self.send(cob_id.of(self.id), &payload, now, out);
+            }
+        }
+    }
+
+    fn on_master(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        if heartbeat::decode(frame).is_none() {
+            return self.buses.malformed(bus);
+        }
+        if !self.follows_master() {
+            return self.buses.ignored(bus);
+        }
+        if let Some(selection) = self.selector.on_master(bus, MasterMessage::Heartbeat, stamp.at) {
+            self.apply(selection, now, out);
+        }
+        if bus == self.active() {
+            out.event(MinimalEvent::Heartbeat { bus });
+        }
+    }
+
+    fn apply(&mut self, selection: Selection, now: Instant, out: &mut Out) {
+        match selection {
+            Selection::Missed { bus } => out.event(MinimalEvent::MasterMissed { bus }),
+            Selection::GaveUp { bus } => out.event(MinimalEvent::GaveUp { bus }),
+            Selection::Toggled { to } => self.move_to(to, BusCause::Toggled, now, out),
+            Selection::Followed { to } => self.move_to(to, BusCause::Followed, now, out),
+            Selection::Found { bus, moved: true } => self.move_to(bus, BusCause::Found, now, out),
+            Selection::Contradicted { bus, moved: true } => {
+                self.move_to(bus, BusCause::TakenBack, now, out);
+            }
+            Selection::Found { bus, moved: false } => {
+                out.event(MinimalEvent::ActiveBus { bus, cause: BusCause::Found });
+            }
+            // Without module control no command alone finds a bus; nothing is kept beyond power-off.
+            Selection::Contradicted { moved: false, .. }
+            | Selection::Confirmed
+            | Selection::Unconfirmed { .. }
+            | Selection::Undisputed
+            | Selection::KeepBdefault { .. } => {}
+        }
+    }
+
+    fn move_to(&mut self, bus: Bus, cause: BusCause, now: Instant, out: &mut Out) {
+        self.buses.change(bus.other(), bus, out);
+        if self.numbers.redundancy.producer > Duration::ZERO {
+            self.heartbeat.announce(now);
+        }
+        out.event(MinimalEvent::ActiveBus { bus, cause });
+    }
+
+    /// Does what was due at `until`, which may be before `now`.
+    fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        while let Some(bus) = self.buses.poll(until, out) {
+            out.event(MinimalEvent::BusFailed { bus });
+        }
+        if self.follows_master() {
+            while let Some(selection) = self.selector.poll(until) {
+                self.apply(selection, now, out);
+            }
+        }
+        if let Some(frame) = self.heartbeat.poll(until, NmtState::Operational) {
+            out.send_for(self.active(), frame, now, self.numbers.redundancy.producer);
+        }
+    }
+}
+
+impl<D: MinimalDevice> Node for MinimalSlave<D> {
+    type Event = MinimalEvent;
+    type Request = core::convert::Infallible;
+
+    fn filters(&self) -> Filters {
+        let mut filters = Filters::new();
+        let pdos = D::PDOS.receive.iter().flatten().map(|pdo| pdo.cob_id.of(self.id));
+        let sync = (D::LISTENS_TO_SYNC || D::PDOS.follows_sync()).then_some(CobId::SYNC);
+        let master = self.follows_master().then(|| CobId::heartbeat(NodeId::MASTER));
+        // There is room for these six.
+        filters.extend(pdos.chain(sync).chain(master).map(Filter::exact));
+        filters
+    }
+
+    fn start(&mut self, now: Instant, out: &mut Out) {
+        let bus = self.active();
+        self.buses.join(bus, out);
+        if self.follows_master() {
+            self.selector.start(now);
+        }
+        if self.numbers.redundancy.producer > Duration::ZERO {
+            self.heartbeat.announce(now);
+        }
+        out.event(MinimalEvent::ActiveBus { bus, cause: BusCause::PowerOn });
+        self.run(now, now, out);
+    }
+
+    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+        match self.buses.on_link(bus, event, now) {
+            Some(BusNews::Health(health)) => out.event(MinimalEvent::Health { bus, health }),
+            Some(BusNews::Failed(health)) => {
+                out.event(MinimalEvent::Health { bus, health });
+                out.event(MinimalEvent::BusFailed { bus });
+            }
+            Some(BusNews::Stalled) => out.event(MinimalEvent::BusStalled { bus }),
+            None => {}
+        }
+        if let LinkEvent::Received { frame, stamp } = event {
+            self.run(stamp.at.min(now), now, out);
+            self.on_frame(bus, frame, stamp, now, out);
+        }
+        self.run(now, now, out);
+    }
+
+    fn on_request(&mut self, request: Self::Request, _now: Instant, _out: &mut Out) {
+        match request {}
+    }
+
+    fn poll(&mut self, now: Instant, out: &mut Out) {
+        self.run(now, now, out);
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let search = if self.follows_master() { self.selector.deadline() } else { None };
+        earliest(&[search, self.heartbeat.deadline(), self.buses.deadline()])
+    }
+
+    /// It has no clock that a stamp would serve.
+    fn is_stamped(&self, _bus: Bus, _frame: &Frame) -> bool {
+        false
+    }
+}

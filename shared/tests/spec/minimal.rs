@@ -1,0 +1,345 @@
+//! The minimal slave (ECSS 9).
+
+use ecss_can::link::port::{ErrorState, Health, LastError};
+use ecss_can::link::{Stamp, port::Filter};
+use ecss_can::node::minimal::{
+    MinimalDevice, MinimalEvent, MinimalPdos, MinimalRpdo, MinimalSlave, MinimalTpdo, Numbers, PDOS, Payload,
+    Trigger,
+};
+use ecss_can::node::{BusCause, BusCommand, LinkEvent, Node};
+use ecss_can::pdo::CobIdOf;
+use ecss_can::profile::Profile;
+use ecss_can::redundancy::BusAccess;
+use ecss_can::types::{Bus, CobId, Duration, Instant};
+
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
+
+/// Counts what it is told to do. A first byte of A5h asks for telemetry: the transmit PDO by the second byte, with the rest of
+/// the request as its data. Any other one is a command.
+#[derive(Default)]
+struct Probe {
+    commands: Vec<(usize, Vec<u8>, Instant)>,
+}
+
+const REQUEST: u8 = 0xA5;
+
+impl Probe {
+    fn take(&mut self, number: usize, data: &[u8], at: Instant) -> Option<(usize, Payload)> {
+        if let [REQUEST, tpdo, rest @ ..] = data {
+            return Some((usize::from(*tpdo), Payload::from_slice(rest).unwrap()));
+        }
+        self.commands.push((number, data.to_vec(), at));
+        None
+    }
+}
+
+impl MinimalDevice for Probe {
+    const PDOS: MinimalPdos = MinimalPdos::DEFAULT;
+
+    fn on_pdo(&mut self, number: usize, data: &[u8], at: Instant) -> Option<(usize, Payload)> {
+        self.take(number, data, at)
+    }
+
+    fn on_sync(&mut self, _number: usize, _at: Instant) -> Option<Payload> {
+        unreachable!("no PDO follows SYNC")
+    }
+}
+
+/// Two bytes at least in PDO 1; telemetry 1 and 2 with every SYNC and every third one, 3 on request, no fourth.
+#[derive(Default)]
+struct Cyclic(Probe);
+
+impl MinimalDevice for Cyclic {
+    const PDOS: MinimalPdos = MinimalPdos {
+        receive: [Some(MinimalRpdo { cob_id: CobIdOf::fixed(0x181), least: 2 }), None, None, None],
+        transmit: [
+            Some(MinimalTpdo { cob_id: CobIdOf::node(0x180), trigger: Trigger::Sync(1) }),
+            Some(MinimalTpdo { cob_id: CobIdOf::node(0x280), trigger: Trigger::Sync(3) }),
+            Some(MinimalTpdo { cob_id: CobIdOf::node(0x380), trigger: Trigger::Request }),
+            None,
+        ],
+    };
+
+    fn on_pdo(&mut self, number: usize, data: &[u8], at: Instant) -> Option<(usize, Payload)> {
+        self.0.take(number, data, at)
+    }
+
+    fn on_sync(&mut self, number: usize, at: Instant) -> Option<Payload> {
+        Some(Payload::from_slice(&[number as u8, (at.as_micros() / 1_000) as u8]).unwrap())
+    }
+}
+
+fn numbers() -> Numbers {
+    Numbers::of(&Profile::DEFAULT, node(5))
+}
+
+/// It follows the master and sends no heartbeat, so that what it sends is telemetry.
+fn powered<D: MinimalDevice + Default>() -> Bench<MinimalSlave<D>> {
+    let mut bench = Bench::new(MinimalSlave::new(node(5), numbers().without_heartbeat(), D::default()));
+    bench.clear();
+    bench
+}
+
+/// Verifies: ECSS 9.4.9.2a
+#[test]
+fn power_on_joins_both_buses_and_sends_no_boot_up_message() {
+    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Probe::default()));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)]);
+    assert_eq!(slave.events, [MinimalEvent::ActiveBus { bus: NOMINAL, cause: BusCause::PowerOn }]);
+    slave.run_until(ms(250));
+    let heartbeat = (NOMINAL, frame(0x705, &[0x05]));
+    assert_eq!(slave.frames(), [heartbeat; 3]);
+}
+
+/// Any of the four, any length.
+///
+/// Verifies: ECSS 9.4.1c, 9.4.2a
+#[test]
+fn a_command_reaches_the_device_and_is_not_answered() {
+    let mut slave = powered::<Probe>();
+    slave.run_until(ms(10));
+    let data = [0x11, 2, 3, 4, 5, 6, 7, 8];
+    let mut expected = vec![];
+    for (number, id) in [0x205, 0x305, 0x405, 0x505].into_iter().enumerate() {
+        for length in 0..=8 {
+            slave.receive(NOMINAL, id, &data[..length]);
+            expected.push((number, data[..length].to_vec(), ms(10)));
+        }
+    }
+    assert_eq!(slave.node.device().commands, expected);
+    assert_eq!(slave.frames(), []);
+    assert_eq!(slave.events.len(), 36);
+}
+
+/// Verifies: ECSS 9.4.2b, 9.4.3a, 9.4.3b, 9.4.3b.1
+#[test]
+fn a_request_brings_the_telemetry_that_it_names_at_once() {
+    let mut slave = powered::<Probe>();
+    slave.run_until(ms(10));
+    for (tpdo, id) in [0x185, 0x285, 0x385, 0x485].into_iter().enumerate() {
+        for rest in [&[][..], &[1, 2, 3, 4, 5, 6]] {
+            slave.clear();
+            let request = [&[REQUEST, tpdo as u8][..], rest].concat();
+            slave.receive(NOMINAL, 0x305, &request);
+            let [sent] = slave.sent[..] else { panic!("one") };
+            assert_eq!((sent.at, sent.bus, sent.frame), (ms(10), NOMINAL, frame(id, rest)));
+            assert_eq!(sent.expires, ms(10) + Profile::DEFAULT.event);
+        }
+    }
+    assert_eq!(slave.node.device().commands, []);
+}
+
+/// Verifies: ECSS 9.4.3b.2
+#[test]
+fn sync_brings_telemetry_of_its_type_only() {
+    let mut slave = powered::<Cyclic>();
+    let mut sent = vec![];
+    for at in 1..=7 {
+        slave.run_until(ms(at));
+        slave.clear();
+        slave.receive(NOMINAL, 0x080, &[]);
+        assert_eq!(slave.events, [MinimalEvent::Sync { bus: NOMINAL }]);
+        sent.extend(slave.frames().into_iter().map(|(_, frame)| (frame.id().raw(), frame.data().to_vec())));
+    }
+    let every: Vec<_> = sent.iter().filter(|(id, _)| *id == 0x185).map(|(_, data)| data[1]).collect();
+    assert_eq!(every, [1, 2, 3, 4, 5, 6, 7]);
+    let third: Vec<_> = sent.iter().filter(|(id, _)| *id == 0x285).map(|(_, data)| data.clone()).collect();
+    assert_eq!(third, [[1, 3], [1, 6]]);
+    assert_eq!(sent.len(), 9);
+}
+
+/// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.6.1a
+#[test]
+fn nothing_is_sent_unasked() {
+    let mut slave = powered::<Cyclic>();
+    for at in (50..10_000).step_by(50) {
+        slave.run_until(ms(at));
+        slave.receive(NOMINAL, 0x701, &[0x05]);
+    }
+    assert_eq!(slave.frames(), []);
+    // Nor is what SYNC alone brings sent on request, or a PDO that there is not.
+    for tpdo in [0, 1, 3, 4, 255] {
+        slave.receive(NOMINAL, 0x181, &[REQUEST, tpdo]);
+    }
+    assert_eq!(slave.frames(), []);
+    assert_eq!(slave.node.counters()[NOMINAL].refused, 5);
+}
+
+/// Module control, time stamps, SDO and emergencies are no part of the minimal set.
+///
+/// Verifies: ECSS 9.4.6.1a, 9.4.7.1a, 9.4.7.2a, 9.4.8a
+#[test]
+fn services_that_are_forbidden_are_not_answered() {
+    let mut slave = powered::<Probe>();
+    slave.run_until(ms(10));
+    for command in [1, 2, 0x80, 0x81, 0x82] {
+        slave.receive(NOMINAL, 0x000, &[command, 5]);
+    }
+    slave.receive(NOMINAL, 0x100, &[0; 6]);
+    slave.receive(NOMINAL, 0x605, &[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]);
+    slave.receive(NOMINAL, 0x605, &[0xFF; 8]);
+    slave.receive(NOMINAL, 0x085, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]);
+    assert_eq!((slave.frames(), slave.events.len()), (vec![], 0));
+    assert_eq!(slave.node.counters()[NOMINAL].ignored, 9);
+    // It is there as before.
+    slave.receive(NOMINAL, 0x205, &[7]);
+    assert_eq!(slave.node.device().commands.len(), 1);
+}
+
+/// Verifies: ECSS 9.4.8a
+#[test]
+fn a_frame_that_is_not_as_the_protocol_has_it_is_dropped_and_counted() {
+    let mut slave = powered::<Cyclic>();
+    slave.receive(NOMINAL, 0x181, &[]);
+    slave.receive(NOMINAL, 0x181, &[9]);
+    slave.receive(NOMINAL, 0x080, &[1]);
+    slave.receive(NOMINAL, 0x701, &[]);
+    slave.receive(NOMINAL, 0x701, &[0x33]);
+    assert_eq!((slave.frames(), slave.events.len()), (vec![], 0));
+    assert_eq!(slave.node.counters()[NOMINAL].malformed, 5);
+    assert_eq!(slave.node.device().0.commands, []);
+    slave.receive(NOMINAL, 0x181, &[9, 9]);
+    assert_eq!(slave.node.device().0.commands.len(), 1);
+}
+
+/// Verifies: ECSS 9.4.7.2b
+#[test]
+fn no_error_makes_it_send_an_emergency() {
+    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Probe::default()));
+    let health = |state, tec| Health { state, tec, rec: 0, last_error: LastError::Ack };
+    slave.health(NOMINAL, health(ErrorState::Passive, 128));
+    slave.health(NOMINAL, health(ErrorState::BusOff, 255));
+    slave.link(NOMINAL, LinkEvent::Overrun { lost: 3 });
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.run_until(ms(60_000));
+    assert!(slave.events.contains(&MinimalEvent::MasterMissed { bus: NOMINAL }));
+    assert!(slave.controls.contains(&(NOMINAL, BusCommand::Recover)));
+    assert!(!slave.sent.is_empty());
+    assert!(slave.sent.iter().all(|sent| sent.frame.id().raw() == 0x705));
+}
+
+/// Consumer time 250 ms, Ttoggle 2.
+///
+/// Verifies: ECSS 9.4.9.1.1a
+#[test]
+fn it_looks_for_the_masters_heartbeat_by_itself() {
+    let selective = Numbers { access: BusAccess::Selective, ..numbers() };
+    let mut slave = Bench::new(MinimalSlave::new(node(5), selective, Probe::default()));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join)]);
+    slave.run_until(ms(50));
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.clear();
+    slave.run_until(ms(300));
+    assert_eq!(slave.events, [MinimalEvent::MasterMissed { bus: NOMINAL }]);
+    slave.clear();
+    slave.run_until(ms(549));
+    assert!(slave.controls.is_empty());
+    slave.run_until(ms(550));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Leave), (REDUNDANT, BusCommand::Join)]);
+    assert_eq!(slave.events, [MinimalEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Toggled }]);
+    // Its heartbeat goes on there at once.
+    assert_eq!(slave.sent.last().map(|sent| (sent.at, sent.bus)), Some((ms(550), REDUNDANT)));
+    slave.clear();
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    let found = MinimalEvent::ActiveBus { bus: REDUNDANT, cause: BusCause::Found };
+    assert_eq!(slave.events, [found, MinimalEvent::Heartbeat { bus: REDUNDANT }]);
+}
+
+#[test]
+fn with_parallel_access_it_follows_at_once_and_obeys_on_the_active_bus_alone() {
+    let mut slave = powered::<Probe>();
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.run_until(ms(20));
+    slave.receive(REDUNDANT, 0x205, &[1]);
+    assert_eq!(slave.node.device().commands, []);
+    slave.receive(REDUNDANT, 0x701, &[0x05]);
+    assert_eq!(slave.node.active(), REDUNDANT);
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Abandon)]);
+    slave.receive(NOMINAL, 0x205, &[2]);
+    slave.receive(REDUNDANT, 0x205, &[3]);
+    slave.receive(REDUNDANT, 0x205, &[REQUEST, 1, 0x42]);
+    assert_eq!(slave.node.device().commands, [(0, vec![3], ms(20))]);
+    assert_eq!(slave.frames(), [(REDUNDANT, frame(0x285, &[0x42]))]);
+    assert_eq!(slave.node.counters()[NOMINAL].ignored, 1);
+}
+
+/// A master that sends no heartbeat commands it all the same.
+#[test]
+fn without_a_consumer_time_it_stays_where_it_is() {
+    let mut alone = numbers().without_heartbeat();
+    alone.redundancy.consumer = Duration::ZERO;
+    alone.redundancy.bdefault = Bus::Redundant;
+    let mut slave = Bench::new(MinimalSlave::new(node(5), alone, Probe::default()));
+    assert_eq!(slave.node.deadline(), None);
+    slave.run_until(ms(100_000));
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    assert_eq!(slave.node.active(), REDUNDANT);
+    slave.receive(REDUNDANT, 0x505, &[1]);
+    assert_eq!(slave.node.device().commands.len(), 1);
+    assert_eq!(slave.frames(), []);
+}
+
+#[test]
+fn its_filters_are_exact() {
+    let exact = |ids: &[u16]| -> Vec<Filter> {
+        ids.iter().map(|id| Filter::exact(CobId::new(*id).unwrap())).collect()
+    };
+    let probe = MinimalSlave::new(node(5), numbers(), Probe::default());
+    assert_eq!(probe.filters()[..], exact(&[0x205, 0x305, 0x405, 0x505, 0x701]));
+    let cyclic = MinimalSlave::new(node(5), numbers(), Cyclic::default());
+    assert_eq!(cyclic.filters()[..], exact(&[0x181, 0x080, 0x701]));
+    assert!(!cyclic.is_stamped(NOMINAL, &frame(0x080, &[])));
+}
+
+/// Verifies: ECSS 9.4.2d, 9.4.2e, 9.4.4c, 9.4.4d
+#[test]
+fn its_pdos_are_those_of_the_tables() {
+    let pdos = MinimalPdos::DEFAULT;
+    let receive = pdos.receive.map(|pdo| pdo.map(|pdo| (pdo.cob_id.of(node(5)).raw(), pdo.least)));
+    assert_eq!(receive, [0x205, 0x305, 0x405, 0x505].map(|id| Some((id, 0))));
+    let transmit = pdos.transmit.map(|pdo| pdo.unwrap());
+    let transmit = transmit.map(|pdo| (pdo.cob_id.of(node(5)).raw(), pdo.trigger.transmission_type()));
+    assert_eq!(transmit, [0x185, 0x285, 0x385, 0x485].map(|id| (id, 254)));
+    assert_eq!(Trigger::Sync(3).transmission_type(), 3);
+    pdos.assert_possible();
+}
+
+#[test]
+fn pdos_that_cannot_be_are_refused() {
+    let rpdo = |base| Some(MinimalRpdo { cob_id: CobIdOf::node(base), least: 0 });
+    let tpdo = |base, trigger| Some(MinimalTpdo { cob_id: CobIdOf::node(base), trigger });
+    let sync = |every| MinimalPdos {
+        receive: [None; PDOS],
+        transmit: [tpdo(0x180, Trigger::Sync(every)), None, None, None],
+    };
+    let receiving = |receive| MinimalPdos { receive, transmit: [None; PDOS] };
+    let twice = receiving([rpdo(0x200), None, None, rpdo(0x200)]);
+    let sent = [None, tpdo(0x280, Trigger::Request), tpdo(0x280, Trigger::Sync(1)), None];
+    let sent = MinimalPdos { receive: [None; PDOS], transmit: sent };
+    let long = MinimalRpdo { cob_id: CobIdOf::node(0x200), least: 9 };
+    let long = receiving([Some(long), None, None, None]);
+    for (pdos, reason) in [
+        (sync(0), "every 1 to 240 SYNCs"),
+        (sync(241), "every 1 to 240 SYNCs"),
+        (twice, "two PDOs have one COB-ID"),
+        (sent, "two PDOs have one COB-ID"),
+        (long, "a PDO has 8 bytes at most"),
+    ] {
+        let panic = std::panic::catch_unwind(|| pdos.assert_possible()).unwrap_err();
+        assert_eq!(panic.downcast_ref::<&str>(), Some(&reason));
+    }
+    sync(240).assert_possible();
+}
+
+/// One that is late still answers, on the bus that is active then.
+#[test]
+fn a_frame_is_judged_as_of_its_end() {
+    let mut slave = powered::<Probe>();
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.run_until(ms(240));
+    slave.now = ms(260);
+    let stamp = Stamp::interrupt(ms(245));
+    slave.link(NOMINAL, LinkEvent::Received { frame: frame(0x701, &[0x05]), stamp });
+    assert!(!slave.events.contains(&MinimalEvent::MasterMissed { bus: NOMINAL }), "it came in time");
+    assert_eq!(slave.node.deadline(), Some(ms(245) + span(250)));
+}
