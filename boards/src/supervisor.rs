@@ -1,9 +1,10 @@
 //! The watchdog, and who feeds it.
 //!
-//! Ten times a second an interrupt above all others wakes every task of every executor, and a task has answered when it was
-//! polled and returned. So one that waits for an event for hours answers as any other. The watchdog is fed when all have
-//! answered. A task that takes longer than a second between two `await`s is late: the interrupt records it, with its program
-//! counter, and resets the chip. Where interrupts are off the watchdog does.
+//! Ten times a second an interrupt above all others feeds the watchdog and wakes one task of all executors, in turn. A task has
+//! answered when it was polled and returned, so one that waits for an event for hours answers as any other. While an answer is
+//! missing the watchdog is not fed. After a second without it the interrupt records what runs, with its program counter, and
+//! resets the chip. Where interrupts are off the watchdog does. Only one task is woken at a time: a frame that arrives then
+//! waits for one poll more, not for one of each task.
 
 use core::mem;
 use core::ptr::{self, NonNull};
@@ -19,7 +20,7 @@ use crate::post_mortem::{self, RUNNING};
 
 /// SysTick counts 24 bits of 168 MHz: 99.9 ms.
 const TICK: u32 = (1 << 24) - 1;
-/// Ticks in which all tasks answer.
+/// Ticks in which a task answers. One that hangs stops all others of its executor: the next one asked does not answer.
 const PATIENCE: u32 = 10;
 /// Ticks of uptime after which the next reset counts as the first one of a row.
 const TRUSTED: i32 = ticks(60);
@@ -40,9 +41,11 @@ const KEY_FEED: Kr = Kr(0xAAAA);
 
 /// The storage of each task; zero is a free place.
 static ASKABLE: [AtomicU32; TASKS] = [const { AtomicU32::new(0) }; TASKS];
-/// A bit for each task that was asked and has not answered.
+/// The task that was asked and has not answered; zero for none.
 static ASKED: AtomicU32 = AtomicU32::new(0);
-/// Ticks since they were asked.
+/// Place of the task that was asked last.
+static TURN: AtomicU32 = AtomicU32::new(0);
+/// Ticks since one was asked.
 static WAITED: AtomicU32 = AtomicU32::new(0);
 /// Ticks; negative while the board is silent.
 static UPTIME: AtomicI32 = AtomicI32::new(0);
@@ -102,19 +105,19 @@ extern "C" fn on_tick(frame: u32) {
     }
     feed();
     WAITED.store(0, Ordering::Relaxed);
-    let mut asked = 0;
-    for (number, task) in ASKABLE.iter().enumerate() {
-        let storage = task.load(Ordering::Relaxed);
-        if let Some(header) = NonNull::new(ptr::with_exposed_provenance_mut::<()>(storage as usize))
-            && uptime > 0
-        {
-            // SAFETY: a `TaskRef` is this pointer, which the executor gave as an integer; a task that has ended is not here.
-            wake_task(unsafe { mem::transmute::<NonNull<()>, TaskRef>(header) });
-            asked |= 1 << number;
-        }
+    let turn = TURN.load(Ordering::Relaxed) as usize;
+    let mut places = (turn + 1..turn + 1 + TASKS).map(|place| place % TASKS);
+    let Some(place) = places.find(|place| ASKABLE[*place].load(Ordering::Relaxed) != 0) else { return };
+    TURN.store(place as u32, Ordering::Relaxed);
+    let task = ASKABLE[place].load(Ordering::Relaxed);
+    if let Some(header) = NonNull::new(ptr::with_exposed_provenance_mut::<()>(task as usize))
+        && uptime > 0
+    {
+        // No task runs before this handler has returned.
+        ASKED.store(task, Ordering::Relaxed);
+        // SAFETY: a `TaskRef` is this pointer, which the executor gave as an integer; a task that has ended is not here.
+        wake_task(unsafe { mem::transmute::<NonNull<()>, TaskRef>(header) });
     }
-    // No task runs before this handler has returned.
-    ASKED.store(asked, Ordering::Relaxed);
 }
 
 /// Above all other handlers.
@@ -125,11 +128,9 @@ unsafe extern "C" fn SysTick() {
     core::arch::naked_asm!("mov r0, sp", "b {handler}", handler = sym on_tick)
 }
 
-#[inline(never)] // ten times a second
 fn answered(task: u32) {
-    let number = ASKABLE.iter().position(|askable| askable.load(Ordering::Relaxed) == task);
-    if let Some(number) = number {
-        ASKED.fetch_and(!(1 << number), Ordering::Relaxed);
+    if ASKED.load(Ordering::Relaxed) == task {
+        ASKED.store(0, Ordering::Relaxed);
     }
 }
 
@@ -182,8 +183,6 @@ mod trace {
     #[unsafe(no_mangle)]
     fn _embassy_trace_task_exec_end(_executor: u32, task: u32) {
         RUNNING.store(0, Ordering::Relaxed);
-        if ASKED.load(Ordering::Relaxed) != 0 {
-            answered(task);
-        }
+        answered(task);
     }
 }
