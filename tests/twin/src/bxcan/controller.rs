@@ -17,6 +17,11 @@ use super::{Activity, IrqLines, Overrun, Side, Stats};
 const SEQUENCE: u64 = 11;
 /// Sequences of them that end bus-off, 32.7.6.
 const BUS_OFF_SEQUENCES: u64 = 128;
+/// An attempt without a wire: the dominant SOF reads recessive; error flag and error delimiter follow (ISO 11898-1).
+const LONE_ATTEMPT: u64 = 1 + 6 + 8;
+/// Bits between two of them: intermission, and what an error passive transmitter waits beside it.
+const INTERMISSION: u64 = 3;
+const SUSPENSION: u64 = 8;
 
 /// Operating mode, RM0090 32.4.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,6 +55,8 @@ pub struct Registers {
     joined_since: Time,
     /// Since when it hears no wire.
     alone_since: Option<Time>,
+    /// End of the current attempt without a wire.
+    lone_end: Option<Time>,
     /// When it last went bus-off.
     bus_off_since: Time,
     /// Bus-off, and INRQ was set and cleared since.
@@ -86,6 +93,7 @@ impl Registers {
             joining: false,
             joined_since: Time::ZERO,
             alone_since: None,
+            lone_end: None,
             bus_off_since: Time::ZERO,
             recovery_asked: false,
             leaving: None,
@@ -262,11 +270,13 @@ impl Registers {
         }
         if !self.is_alone() {
             self.alone_since = None;
+            if self.lone_end.take().is_some() {
+                self.fail_alone(now);
+            }
         } else {
             let since = *self.alone_since.get_or_insert(now);
-            if !self.loopback() && self.mailboxes.transmitting() {
-                // It hears nothing of the dominant bits that it sends.
-                self.mailboxes.finish(now, Attempt::Failed, self.mcr(MCR_NART));
+            if !self.loopback() {
+                self.attempt_alone(now);
             }
             self.count_alone(now, since);
         }
@@ -276,6 +286,41 @@ impl Registers {
         if self.leaving.is_some() && !self.mailboxes.transmitting() && inactive {
             self.leave(now);
         }
+    }
+
+    /// Sends to no wire up to `now`: every attempt reads its own dominant bits as recessive. Bit errors inside the error flags,
+    /// and counters that a wire would have kept until then, do not add up.
+    fn attempt_alone(&mut self, now: Time) {
+        if self.mailboxes.transmitting() && self.lone_end.is_none() {
+            // The wire went away in the middle of a frame.
+            self.fail_alone(now);
+        }
+        loop {
+            if let Some(end) = self.lone_end {
+                if end > now {
+                    return;
+                }
+                self.lone_end = None;
+                self.fail_alone(end);
+            }
+            let Some(start) = self.lone_start().filter(|start| *start <= now) else { return };
+            self.mailboxes.start(start, self.mcr(MCR_TXFP));
+            self.lone_end = Some(start + self.bits(LONE_ATTEMPT));
+        }
+    }
+
+    fn fail_alone(&mut self, end: Time) {
+        self.mailboxes.finish(end, Attempt::Failed, self.mcr(MCR_NART));
+        self.fail(ErrorKind::BitDominant);
+        let counters = self.errors.counters();
+        self.count(end, ErrorCounters { transmit: counters.transmit + 8, ..counters });
+        let suspension = if counters.transmit + 8 >= 128 { SUSPENSION } else { 0 };
+        self.on_bus_since = end + self.bits(INTERMISSION + suspension);
+    }
+
+    /// When the next attempt without a wire begins. In silent mode the dominant bits come back inside: nothing is sent.
+    fn lone_start(&self) -> Option<Time> {
+        self.loopback_start().filter(|_| !self.silent() && self.mode == Mode::Normal)
     }
 
     /// Hears no wire but its own recessive level: off its pins, or in loopback ("the pin is disregarded", 32.5.2).
@@ -314,7 +359,8 @@ impl Registers {
         let alone = self.is_alone().then(|| {
             let since = self.alone_since.unwrap_or(Time::ZERO);
             let joined = self.joining.then(|| self.joined_since + self.bits(SEQUENCE));
-            joined.or_else(|| self.recovery_alone(since))
+            let lone = || (!self.loopback()).then(|| self.lone_end.or_else(|| self.lone_start())).flatten();
+            joined.or_else(|| self.recovery_alone(since)).or_else(lone)
         });
         let loopback = || self.loopback_end.or_else(|| self.loopback_start());
         let loopback = (self.mode == Mode::Normal && self.loopback()).then(loopback);

@@ -59,6 +59,11 @@ impl ErrorState {
         self.lec = lec(kind);
     }
 
+    /// Both counters.
+    pub fn counters(&self) -> ErrorCounters {
+        self.counters
+    }
+
     /// The counters are these now.
     pub fn count(&mut self, counters: ErrorCounters) {
         self.counters = counters;

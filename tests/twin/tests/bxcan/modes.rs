@@ -105,6 +105,37 @@ fn a_controller_that_loses_its_bus_in_mid_frame_goes_on() {
     assert_eq!(pair.read(MSR).expect("a register") & INAK, INAK);
 }
 
+/// A dominant SOF that reads recessive is a bit error (ISO 11898-1), and in single shot the request ends with it.
+#[test]
+fn a_single_shot_without_a_bus_ends_in_a_bit_error() {
+    let mut pair = alone(NART);
+    pair.write(TIR0, 1, bits(120)).expect("a register");
+    // SOF, error flag and error delimiter.
+    assert_eq!(pair.next_event(), Some(bits(120)));
+    pair.poll(bits(120));
+    assert_eq!(pair.next_event(), Some(bits(135)));
+    pair.poll(Time(bits(135).0 - 1));
+    assert_eq!(pair.read(TSR).expect("a register") & STATUS, 0);
+    pair.poll(bits(135));
+    assert_eq!(pair.read(TSR).expect("a register") & STATUS, RQCP | TERR);
+    assert_eq!(pair.read(ESR).expect("a register"), 8 << 16 | 5 << 4);
+    assert_eq!(pair.next_event(), None);
+}
+
+/// With repetition: 32 attempts of 15 bits, 3 of intermission behind each, and 8 more from the 16th on, which makes it error
+/// passive. The last one is bus-off.
+#[test]
+fn a_request_without_a_bus_ends_in_bus_off() {
+    let mut pair = alone(0);
+    pair.write(TIR0, 1, bits(120)).expect("a register");
+    let last = 120 + 15 * 18 + 16 * (18 + 8) + 15;
+    pair.poll(Time(bits(last).0 - 1));
+    assert_eq!(pair.read(ESR).expect("a register") & 0b111, 0b011);
+    pair.poll(bits(last));
+    assert_eq!(pair.read(ESR).expect("a register") & 0b111, 0b111);
+    assert_eq!(pair.next_event(), None, "without ABOM it stays so");
+}
+
 /// RM0090 32.7.6: 128 times 11 recessive bits, from bus-off on, also where nothing is connected.
 #[test]
 fn bus_off_without_a_bus_ends_1408_bits_after_it_began() {
