@@ -1,20 +1,24 @@
 //! The drivers and what they found.
 
+use core::sync::atomic::{AtomicU32, Ordering};
+
 use boards as _; // memory map, log, panics
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::{Level, Output, Speed};
 use embassy_stm32::i2c::{self, I2c};
+use embassy_stm32::interrupt::{self, InterruptExt};
 use embassy_stm32::mode::Async;
 use embassy_stm32::peripherals::*;
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllQDiv, PllSource, Sysclk,
 };
+use embassy_stm32::rtc::{DateTime, DayOfWeek, Rtc, RtcConfig};
 use embassy_stm32::spi::{self, Spi};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::low_level::{RoundTo, Timer};
 use embassy_stm32::usart::{self, BufferedUart, Uart, UartTx};
-use embassy_stm32::{Config, Peripherals, bind_interrupts, dma, pac};
-use embassy_time::{Duration, Instant, with_timeout};
+use embassy_stm32::{Config, Peri, Peripherals, bind_interrupts, dma, pac};
+use embassy_time::{Duration, Instant, Timer as Delay, with_timeout};
 use embedded_io_async::{Read, Write};
 
 bind_interrupts!(struct Irqs {
@@ -31,6 +35,8 @@ bind_interrupts!(struct RandomIrqs {
     RNG => embassy_stm32::rng::InterruptHandler<RNG>;
 });
 
+/// Of EXTI: alarms and wake-up timer of the RTC.
+const LINES: [usize; 2] = [17, 22];
 /// An LM75, and an address where nothing is.
 const LM75: u8 = 0x48;
 const NOTHING: u8 = 0x50;
@@ -62,6 +68,7 @@ fn start() -> Peripherals {
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
     let p = start();
+    options();
 
     let mut config = i2c::Config::default();
     config.frequency = Hertz(400_000);
@@ -112,7 +119,9 @@ async fn main(_spawner: Spawner) {
     let mut unit = embassy_stm32::crc::Crc::new(p.CRC);
     defmt::info!("crc: {=u32:08X} {=u32:08X}", unit.feed_word(0x1234_5678), unit.feed_words(&[0, u32::MAX]));
 
-    pac::PWR.cr1().modify(|w| w.set_dbp(true));
+    calendar(p.RTC).await;
+    copy().await;
+
     pac::RTC.bkpr(19).write(|w| w.set_bkp(0xB00C_0DE5));
     defmt::info!("backup: {=u32:08X}", pac::RTC.bkpr(19).read().bkp());
 
@@ -126,6 +135,84 @@ async fn main(_spawner: Spawner) {
     }
     defmt::info!("done");
     beyond();
+}
+
+/// Programs level 1 of the brown-out reset and resets the part, once.
+fn options() {
+    let flash = pac::FLASH;
+    let level = flash.optcr().read().bor_lev();
+    defmt::info!("options: {=u8}", level);
+    if level != 3 {
+        return;
+    }
+    flash.optkeyr().write_value(0x0819_2A3B);
+    flash.optkeyr().write_value(0x4C5D_6E7F);
+    flash.optcr().modify(|w| w.set_bor_lev(2));
+    flash.optcr().modify(|w| w.set_optstrt(true));
+    while flash.sr().read().bsy() {}
+    cortex_m::peripheral::SCB::sys_reset()
+}
+
+/// Over the end of a leap February, with an alarm at its first second; then the wake-up timer.
+async fn calendar(rtc: Peri<'static, RTC>) {
+    let (mut rtc, clock) = Rtc::new(rtc, RtcConfig::default());
+    let eve = DateTime::from(2028, 2, 28, DayOfWeek::Monday, 23, 59, 58, 0);
+    rtc.set_datetime(eve.unwrap()).unwrap();
+    let begin = Instant::now();
+    pac::EXTI.rtsr(0).write(|w| LINES.iter().for_each(|line| w.set_line(*line, true)));
+    pac::EXTI.imr(0).write(|w| LINES.iter().for_each(|line| w.set_line(*line, true)));
+    // Second 1 of any minute. The alarm is off and may be written.
+    open(|rtc| {
+        rtc.alrmr(0).write_value(pac::rtc::regs::Alrmr(0x8080_8001));
+        rtc.cr().modify(|w| w.set_alre(0, true));
+        rtc.cr().modify(|w| w.set_alrie(0, true));
+    });
+    while !interrupt::RTC_ALARM.is_pending() && begin.elapsed() < Duration::from_secs(5) {
+        Delay::after_millis(1).await;
+    }
+    let took = begin.elapsed().as_millis();
+    let now = clock.now().unwrap();
+    let (year, month, day) = (now.year(), now.month(), now.day());
+    let (hour, minute, second) = (now.hour(), now.minute(), now.second());
+    defmt::info!("alarm: {}-{}-{} {}:{}:{} {}", year, month, day, hour, minute, second, took);
+
+    // 200 periods of LSI over 16: 100 ms.
+    open(|rtc| {
+        rtc.wutr().write(|w| w.set_wut(199));
+        rtc.cr().modify(|w| w.set_wutie(true));
+        rtc.cr().modify(|w| w.set_wute(true));
+    });
+    let begin = Instant::now();
+    while !interrupt::RTC_WKUP.is_pending() && begin.elapsed() < Duration::from_secs(1) {
+        Delay::after_millis(1).await;
+    }
+    defmt::info!("wake-up: {=u64}", begin.elapsed().as_millis());
+}
+
+/// Opens the registers of the RTC that its driver does not reach.
+fn open(change: impl FnOnce(pac::rtc::Rtc)) {
+    pac::RTC.wpr().write(|w| w.set_key(0xCA));
+    pac::RTC.wpr().write(|w| w.set_key(0x53));
+    change(pac::RTC);
+    pac::RTC.wpr().write(|w| w.set_key(0xFF));
+}
+
+/// DMA2 copies memory, with registers: the driver asks for unsafe code.
+async fn copy() {
+    static FROM: [AtomicU32; 16] = [const { AtomicU32::new(0) }; 16];
+    static TO: [AtomicU32; 16] = [const { AtomicU32::new(0) }; 16];
+    FROM.iter().enumerate().for_each(|(n, word)| word.store(n as u32 * 0x0101_0101, Ordering::Relaxed));
+    pac::RCC.ahb1enr().modify(|w| w.set_dma2en(true));
+    let stream = pac::DMA2.st(0);
+    stream.par().write_value(FROM.as_ptr() as u32);
+    stream.m0ar().write_value(TO.as_ptr() as u32);
+    stream.ndtr().write(|w| w.set_ndt(16));
+    // From memory to memory, words, both addresses counting.
+    stream.cr().write_value(pac::dma::regs::Cr(2 << 13 | 2 << 11 | 1 << 10 | 1 << 9 | 2 << 6 | 1));
+    while !pac::DMA2.isr(0).read().tcif(0) {}
+    let same =
+        FROM.iter().zip(&TO).all(|(from, to)| from.load(Ordering::Relaxed) == to.load(Ordering::Relaxed));
+    defmt::info!("copy: {=bool}", same);
 }
 
 /// Starts the DAC, which the twin does not model.

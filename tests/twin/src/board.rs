@@ -113,7 +113,8 @@ pub struct EmulatedBoard {
     systick: u64,
     lines: IrqLevels,
     nmi: bool,
-    /// The cycle at which a timer next raises its line, or the watchdog runs out; later than everything when none will.
+    /// The cycle at which a timer or the RTC next raises its line, or the watchdog runs out; later than everything when none
+    /// will.
     timer_event: u64,
     /// When the watchdog runs out, and the cycle at which that is noticed.
     watchdog: Option<(Time, u64)>,
@@ -337,7 +338,7 @@ impl EmulatedBoard {
         self.interrupt_flash();
         self.rtt.reset(&mut *self.cpu);
         self.cpu.reset();
-        self.link.peripherals().reset(cause);
+        self.link.peripherals().reset(self.clock.now().time, cause);
         self.admitted_before = self.admitted_in_all();
         self.link.accelerator().reset();
         self.lines = [0; 3];
@@ -528,10 +529,15 @@ impl EmulatedBoard {
             self.asleep &= !nmi;
         }
         self.follow_watchdog(peripherals.watchdog_deadline(), clocks_changed);
+        let calendar = peripherals.calendar_event().map_or(u64::MAX, |at| self.clock.cycle_at(at) + 1);
         self.follow_flash(peripherals.flash().operation(), clocks_changed);
         let watchdog = self.watchdog.map_or(u64::MAX, |(_, cycle)| cycle);
-        self.timer_event =
-            peripherals.next_timer_event(now).unwrap_or(u64::MAX).min(watchdog).min(self.flash.event());
+        self.timer_event = peripherals
+            .next_timer_event(now)
+            .unwrap_or(u64::MAX)
+            .min(watchdog)
+            .min(self.flash.event())
+            .min(calendar);
         for (word, (&new, old)) in levels.iter().zip(&mut self.lines).enumerate() {
             let mut changed = new ^ *old;
             while changed != 0 {

@@ -21,13 +21,16 @@
 //! * TIM2, TIM3 and TIM5, upwards: compare, input capture, their DMA requests; TIM5 starts TIM3, and both drive pins, at
 //!   instants that [`board::EmulatedBoard::take_edges`] gives to fractions of a tick. PA0 and PA1 follow CAN_RX of CAN1 and CAN2 over
 //!   two wires ([`board::Fittings`]); a capture is the count of the edge's own instant by the board's own clock.
-//! * DMA1 and DMA2 between peripheral and memory in direct mode, single or circular buffers. A transfer takes no time.
+//! * DMA1 and DMA2 between peripheral and memory in direct mode, single or circular buffers, which takes no time; DMA2 between
+//!   memories, eight cycles an item.
 //! * TIM1, TIM4, TIM6 to TIM14 as counters with compare and interrupts; they reach no pin.
 //! * I2C1 to I2C3 as masters, with devices ([`devices::I2cDevice`]); an LM75 on I2C1 ([`board::Fittings::thermometer`]).
 //! * SPI1 to SPI3 as masters, with devices ([`devices::SpiDevice`]); USART1 to USART6, asynchronous, bit-timed by BRR, to
 //!   and from a test ([`board::EmulatedBoard::put_serial`], [`board::EmulatedBoard::take_serial`]).
-//! * The CRC unit, the random number generator of the F405, the backup registers of the RTC; option bytes as delivered,
-//!   to be read in FLASH_OPTCR.
+//! * The CRC unit, the random number generator of the F405.
+//! * The RTC on LSE, LSI or HSE: calendar, both alarms, wake-up timer, backup registers. LSE runs at 32 768 Hz exactly.
+//! * Option bytes, programmed by FLASH_OPTCR or by a probe ([`board::EmulatedBoard::set_option_bytes`]): BOR level, write
+//!   protection, watchdog of hardware, level 1 of the read-out protection.
 //! * The independent watchdog on an LSI of any frequency in the data sheet; ADC1 for one conversion at a time of the
 //!   temperature sensor or the internal reference.
 //! * One crystal per board with an offset, drift, a change of temperature and noise of its own ([`crystal`]), from which the core
@@ -42,11 +45,12 @@
 //!   [`AccessError`](board::AccessError) that names board, function, peripheral and register; so does one that uses a peripheral
 //!   whose clock is off, which the real part would answer with silence.
 //! * Contention on the buses, and the halfwords that the core fetches ahead. SysTick counts core cycles whatever CLKSOURCE
-//!   says. Mass erase, programming of option bytes or by double words; wear.
+//!   says. Mass erase, programming by double words; wear; what a
+//!   read-out protection withholds from a probe.
 //! * The HSI oscillator's error (it runs at 16 MHz exactly), ageing of crystals.
 //! * Stop and Standby: a WFI or WFE with SLEEPDEEP stops the board with an error. The window watchdog, brown-out.
 //! * A debugger that freezes timers with the core: [`board::EmulatedBoard::halt`] refuses.
-//! * The calendar of the RTC.
+//! * Time stamps, tampers, outputs, calibrations and the 12-hour format of the RTC.
 //! * Inside a quantum a program does not see the edges of that quantum: captures, their interrupts and their DMA reach it
 //!   at the end, with the counts they had. Without DMA, two edges in one quantum are an overcapture.
 //! * The synchroniser of capture inputs (a delay that is equal for every edge), compare preload.

@@ -70,6 +70,8 @@ pub enum Refusal {
     Misuse,
     /// The core would enter Stop or Standby.
     DeepSleep,
+    /// Level 2 of the read-out protection.
+    Irrevocable,
 }
 
 impl std::fmt::Display for Refusal {
@@ -79,6 +81,9 @@ impl std::fmt::Display for Refusal {
             Refusal::ClockOff => "the peripheral's clock is off in RCC",
             Refusal::Width => "the register does not take this width or alignment",
             Refusal::DeepSleep => "Stop and Standby are not modelled, clear SLEEPDEEP in SCR",
+            Refusal::Irrevocable => {
+                "level 2 of the read-out protection can never be left: it is not modelled"
+            }
             Refusal::Misuse => "the reference manual forbids it in the peripheral's present state",
         })
     }

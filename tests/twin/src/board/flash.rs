@@ -63,6 +63,11 @@ impl EmulatedBoard {
         self.cpu.write_flash(address, bytes)
     }
 
+    /// Programs the option bytes from outside, as a debug probe does: bits as in FLASH_OPTCR.
+    pub fn set_option_bytes(&mut self, optcr: u32) {
+        self.link.peripherals().flash().set_options(optcr);
+    }
+
     /// Whether the core waits for the flash.
     pub(super) fn is_stalled(&self) -> bool {
         let flash_bytes = self.config.model.part.flash_bytes();
@@ -78,9 +83,14 @@ impl EmulatedBoard {
             match change {
                 Change::Program { .. } => self.counters.flash_programs += 1,
                 Change::Erase(_) => self.counters.flash_erases += 1,
+                Change::Options => {}
             }
             let count = self.counters.flash_programs + self.counters.flash_erases;
-            let cut = self.flash.cut.take_if(|&mut (at, _)| at == count).map(|(_, remains)| remains);
+            let cut = self
+                .flash
+                .cut
+                .take_if(|&mut (at, _)| at == count && *change != Change::Options)
+                .map(|(_, remains)| remains);
             let middle = Time(self.now().0.midpoint(ends.0));
             let event = if cut.is_some() { middle } else { *ends };
             self.flash.under_way = Some(UnderWay { ends: *ends, event, cycle: 0, cut });
@@ -114,7 +124,10 @@ impl EmulatedBoard {
 
     fn leave_flash(&mut self, remains: Remains) {
         self.flash.under_way = None;
-        let Some(change) = self.link.peripherals().flash().finish() else { return };
+        let Some(change) = self.link.peripherals().flash().finish(remains == Remains::New) else { return };
+        if change == Change::Options {
+            return;
+        }
         // Whole lines of the caches.
         let range = change.range();
         let range = range.start / LINE * LINE..range.end.next_multiple_of(LINE);

@@ -17,7 +17,7 @@ impl EmulatedBoard {
             self.drain();
             self.interrupt_flash();
             self.state = State::Off;
-            self.link.peripherals().reset(ResetCause::PowerOn);
+            self.link.peripherals().reset(self.clock.now().time, ResetCause::PowerOn);
             self.link.accelerator().reset();
         }
     }
@@ -29,12 +29,14 @@ impl EmulatedBoard {
         }
     }
 
-    /// The supply falls below the threshold of the brown-out reset for a moment: RAM holds anything, and the reset flags do not
-    /// name power-on. Without effect on a board without power.
+    /// The supply falls below 2.1 V for a moment: RAM holds anything. Where the option bytes choose a level of the brown-out reset
+    /// the reset flags do not name power-on; as delivered only the power-on reset watches the supply. Without effect on a board
+    /// without power.
     pub fn brown_out(&mut self) {
         if self.is_powered() {
+            let (watched, _) = self.link.peripherals().flash().watches();
             self.power(false);
-            self.restore(ResetCause::BrownOut);
+            self.restore(if watched { ResetCause::BrownOut } else { ResetCause::PowerOn });
         }
     }
 

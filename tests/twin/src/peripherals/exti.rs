@@ -1,7 +1,7 @@
 //! EXTI and the part of SYSCFG that selects its pins.
 //!
-//! RM0090 chapters 9.2 and 12. Modelled: lines 0 to 15 from GPIO edges and software, interrupts. Lines 16 to 22 (PVD,
-//! RTC, USB, Ethernet) take software triggers only. Event mode (EMR) is stored without effect.
+//! RM0090 chapters 9.2 and 12. Modelled: lines 0 to 15 from GPIO edges and software, 17 and 22 from the RTC, interrupts. Lines
+//! 16 and 18 to 21 (PVD, USB, Ethernet, tamper) take software triggers only. Event mode (EMR) is stored without effect.
 
 /// EXTI registers: IMR, EMR, RTSR, FTSR, SWIER, PR.
 #[derive(Debug, Default)]
@@ -17,9 +17,22 @@ const PR: usize = 5;
 const LINES: u32 = 0x7F_FFFF;
 
 impl Exti {
-    /// NVIC numbers of lines 0..=15 (RM0090 table 61).
-    const IRQS: [(u32, u16); 7] =
-        [(1 << 0, 6), (1 << 1, 7), (1 << 2, 8), (1 << 3, 9), (1 << 4, 10), (0x1F << 5, 23), (0x3F << 10, 40)];
+    /// NVIC numbers of the lines (RM0090 table 61, RM0390 table 38). Line 19 is Ethernet, which the parts lack.
+    const IRQS: [(u32, u16); 13] = [
+        (1 << 0, 6),
+        (1 << 1, 7),
+        (1 << 2, 8),
+        (1 << 3, 9),
+        (1 << 4, 10),
+        (0x1F << 5, 23),
+        (0x3F << 10, 40),
+        (1 << 16, 1),
+        (1 << 17, 41),
+        (1 << 18, 42),
+        (1 << 20, 76),
+        (1 << 21, 2),
+        (1 << 22, 3),
+    ];
 
     /// A load; `None` for what does not exist.
     pub fn read(&self, offset: u32) -> Option<u32> {
@@ -45,7 +58,7 @@ impl Exti {
         Some(())
     }
 
-    /// Lines whose pin went from `before` to `after`.
+    /// Lines whose pin or other source went from `before` to `after`.
     pub fn edges(&mut self, before: u32, after: u32) {
         let rising = after & !before & self.words[RTSR];
         let falling = before & !after & self.words[FTSR];

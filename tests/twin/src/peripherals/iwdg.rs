@@ -1,6 +1,6 @@
 //! IWDG: the independent watchdog on the LSI oscillator.
 //!
-//! RM0090 chapter 21. Started by software; only a reset stops it. It runs on in Sleep, in endless fault handlers and
+//! RM0090 chapter 21. Started by software, or by every reset where the option bytes say so; only a reset stops it. It runs on in Sleep, in endless fault handlers and
 //! through a lock-up. DBG_IWDG_STOP freezes it while a debugger halts the core.
 
 use can_wire::time::{TICKS_PER_US, Time};
@@ -60,6 +60,11 @@ impl Iwdg {
         Time(ticks.div_ceil(u128::from(self.lsi_hz)) as u64)
     }
 
+    /// Frequency of LSI, and whether the watchdog keeps it running.
+    pub fn lsi(&self) -> (u64, bool) {
+        (self.lsi_hz, self.counting.is_some())
+    }
+
     /// When it resets the chip unless it is reloaded before.
     pub fn deadline(&self) -> Option<Time> {
         let (since, count) = self.counting?;
@@ -97,8 +102,7 @@ impl Iwdg {
             KR => {
                 self.writable = value & 0xFFFF == KEY_ACCESS;
                 match value & 0xFFFF {
-                    // It starts from FFFh whatever RLR says (RM0090 21.3).
-                    KEY_START if self.counting.is_none() => self.counting = Some((now, FULL)),
+                    KEY_START => self.start(now),
                     KEY_RELOAD if self.counting.is_some() => self.counting = Some((now, self.rlr)),
                     _ => {}
                 }
@@ -120,6 +124,11 @@ impl Iwdg {
             _ => return Err(Refusal::Unmodelled),
         }
         Ok(())
+    }
+
+    /// Starts it, from FFFh whatever RLR says (RM0090 21.3). Without effect while it runs.
+    pub fn start(&mut self, now: Time) {
+        self.counting.get_or_insert((now, FULL));
     }
 
     fn set_prescaler(&mut self, now: Time, pr: u32) {

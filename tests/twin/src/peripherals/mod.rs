@@ -4,6 +4,7 @@
 //! off in RCC. A twin that answered zeros would let wrong firmware fly.
 
 mod adc;
+mod backup;
 mod can_pins;
 mod dma;
 mod exti;
@@ -18,6 +19,7 @@ mod pins;
 mod rcc;
 mod requests;
 mod resets;
+mod rtc;
 mod system;
 #[cfg(test)]
 mod tests;
@@ -45,10 +47,11 @@ pub use interfaces::Sent;
 use iwdg::Iwdg;
 use map::{APB1, Block, CAN1_BIT, CAN2_BIT, TIM3_BIT, TIM5_BIT};
 pub(crate) use names::name;
-use numbers::{Backup, Crc, Rng};
+use numbers::{Crc, Rng};
+use rcc::{BDCR, Gate, Rcc};
 pub use rcc::{Clocks, ResetCause};
-use rcc::{Gate, Rcc};
 pub use requests::Ram;
+use rtc::Rtc;
 use system::{Dbgmcu, Pwr, signature};
 use timer::{Kind, Timer};
 use timers::Timers;
@@ -79,6 +82,8 @@ const TIM3_PINS: [&[Pin]; 4] = [
 ];
 const TIM5_PINS: [&[Pin]; 4] =
     [&[Pin::new('A', 0)], &[Pin::new('A', 1)], &[Pin::new('A', 2)], &[Pin::new('A', 3)]];
+/// First address of the option bytes.
+const OPTION_BYTES: u32 = 0x1FFF_C000;
 const LSI_HZ: u32 = 32_000;
 const ROOM_TEMPERATURE_C: f64 = 25.0;
 
@@ -114,7 +119,9 @@ pub struct Peripherals {
     timers: Timers,
     crc: Crc,
     rng: Rng,
-    backup: Backup,
+    rtc: Rtc,
+    /// Lines of EXTI that the RTC holds high.
+    rtc_lines: u32,
     iwdg: Iwdg,
     adc: Adc,
     can: BxcanPair,
@@ -152,7 +159,8 @@ impl Peripherals {
             timers: Timers::default(),
             crc: Crc::default(),
             rng: Rng::new(serial),
-            backup: Backup::default(),
+            rtc: Rtc::default(),
+            rtc_lines: 0,
             iwdg: Iwdg::new(LSI_HZ),
             adc: Adc::new(part, ROOM_TEMPERATURE_C),
             can: BxcanPair::new(hsi_tick()),
@@ -196,8 +204,9 @@ impl Peripherals {
     }
 
     /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
-    pub fn reset(&mut self, cause: ResetCause) {
+    pub fn reset(&mut self, now: Time, cause: ResetCause) {
         self.rcc.reset(cause);
+        self.rtc.reset(now);
         self.halted = None;
         self.flash.reset();
         self.pwr = Pwr::new(self.part);
@@ -219,8 +228,12 @@ impl Peripherals {
         if cause == ResetCause::PowerOn {
             self.dbgmcu.reset();
             self.interfaces.power_on();
-            self.backup = Backup::default();
+            self.rtc = Rtc::default();
         }
+        if self.flash.watches().1 {
+            self.iwdg.start(now);
+        }
+        self.follow_backup_domain(now);
     }
 
     /// A load by the core.
@@ -244,7 +257,7 @@ impl Peripherals {
             Block::Timer(n) => Some(self.timers.get(n).read(now.cycle, word)?),
             Block::Crc => self.crc.read(word),
             Block::Rng => self.rng.read(now.cycle, word),
-            Block::Rtc => self.backup.read(word),
+            Block::Rtc => self.rtc.read(now.time, word),
             Block::Iwdg => Some(self.iwdg.read(now.time, word)?),
             Block::Adc => Some(self.adc.read(now.cycle, word)?),
             Block::Can => self.can.read(word).ok(),
@@ -255,7 +268,10 @@ impl Peripherals {
             Block::Rcc => self.rcc.read(now, word),
             Block::Flash => self.flash.read(word),
             Block::Dbgmcu => self.dbgmcu.read(word),
-            Block::Signature => signature(self.part, self.serial, address & !3),
+            Block::Signature => match (address & !3).checked_sub(OPTION_BYTES) {
+                Some(offset) => self.flash.options(offset),
+                None => signature(self.part, self.serial, address & !3),
+            },
         };
         let value = value.ok_or(Refusal::Unmodelled)?;
         Ok(value >> (8 * (address & 3)) & width.mask())
@@ -294,13 +310,15 @@ impl Peripherals {
             Block::Timer(n) => Some(self.timers.get(n).write(now.cycle, word, width, value)?),
             Block::Crc => self.crc.write(word, value),
             Block::Rng => self.rng.write(now.cycle, word, value, self.rcc.clocks(), self.rcc.pll48()),
-            Block::Rtc => self.backup.write(word, value, self.pwr.allows_backup()),
+            Block::Rtc => Some(self.rtc.write(now.time, word, value, self.pwr.allows_backup())?),
             Block::Iwdg => Some(self.iwdg.write(now.time, word, value)?),
             Block::Adc => Some(self.adc.write(now.cycle, word, value)?),
             Block::Can => self.can.write(word, value, now.time).ok(),
             Block::Pwr => self.pwr.write(word, value),
             Block::Syscfg => self.syscfg.write(word, value),
             Block::Exti => self.exti.write(word, value),
+            // The backup domain takes no store without DBP.
+            Block::Rcc if word == BDCR && !self.pwr.allows_backup() => Some(()),
             Block::Rcc => self.rcc.write(now, word, value),
             Block::Flash => Some(self.flash.write(now.time, word, value)?),
             Block::Dbgmcu => self.dbgmcu.write(word, value),
@@ -312,6 +330,9 @@ impl Peripherals {
         }
         if matches!(block, Block::I2c(_) | Block::Usart(_) | Block::Spi(_) | Block::Gpio(_) | Block::Rcc) {
             self.follow_pins(now.cycle);
+        }
+        if matches!(block, Block::Rcc | Block::Iwdg) {
+            self.follow_backup_domain(now.time);
         }
         // Flash that is read faster than it can be gives anything.
         if matches!(block, Block::Rcc | Block::Flash) && !self.flash.is_fast_enough(self.clocks().hclk) {
@@ -483,6 +504,7 @@ impl Peripherals {
     /// Levels of all interrupt lines.
     pub fn irq_levels(&mut self, now: Now) -> IrqLevels {
         self.run_timers(now.cycle);
+        self.follow_calendar(now.time);
         let mut levels = [0; 3];
         let mut set = |irq: u16, level: bool| {
             levels[usize::from(irq) / 32] |= u32::from(level) << (irq % 32);
@@ -518,6 +540,7 @@ impl Peripherals {
             self.interfaces.next_event(),
             self.timers.next_event(now.cycle),
             self.rng.next_event(),
+            self.dma[1].next_event(),
         ];
         timers.into_iter().chain(others).flatten().min()
     }

@@ -1,4 +1,4 @@
-//! CRC unit, random number generator, backup registers.
+//! CRC unit and random number generator.
 
 use super::Clocks;
 
@@ -127,35 +127,6 @@ impl Rng {
             0x04 => self.clock_error &= value | Self::CECS,
             0x08 => {}
             _ => return None,
-        }
-        Some(())
-    }
-}
-
-/// The 20 backup registers of the RTC (RM0090 26.6.20). Its calendar is not modelled.
-#[derive(Debug, Default)]
-pub struct Backup {
-    words: [u32; 20],
-}
-
-impl Backup {
-    const FIRST: u32 = 0x50;
-
-    fn index(offset: u32) -> Option<usize> {
-        let index = offset.checked_sub(Self::FIRST)? as usize / 4;
-        (index < 20).then_some(index)
-    }
-
-    /// A load; `None` for what does not exist or is not modelled.
-    pub fn read(&self, offset: u32) -> Option<u32> {
-        Some(self.words[Self::index(offset)?])
-    }
-
-    /// A store, which needs DBP in PWR_CR; `None` for what does not exist or is not modelled.
-    pub fn write(&mut self, offset: u32, value: u32, allowed: bool) -> Option<()> {
-        let word = &mut self.words[Self::index(offset)?];
-        if allowed {
-            *word = value;
         }
         Some(())
     }

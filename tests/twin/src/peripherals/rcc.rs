@@ -5,6 +5,7 @@
 
 use can_wire::time::Time;
 
+use super::rtc::RtcClock;
 use crate::mmio::Now;
 use crate::model::{Model, Part};
 
@@ -24,7 +25,7 @@ const AHB1RSTR: u32 = 0x10;
 const APB2RSTR: u32 = 0x24;
 const AHB1ENR: u32 = 0x30;
 const APB2ENR: u32 = 0x44;
-const BDCR: u32 = 0x70;
+pub const BDCR: u32 = 0x70;
 const CSR: u32 = 0x74;
 const DCKCFGR: u32 = 0x8C;
 /// Registers, the F446's DCKCFGR2 the last.
@@ -48,6 +49,8 @@ const PLLCFGR_SRC_HSE: u32 = 1 << 22;
 const BDCR_LSEON: u32 = 1 << 0;
 const BDCR_LSERDY: u32 = 1 << 1;
 const BDCR_LSEBYP: u32 = 1 << 2;
+const BDCR_RTCEN: u32 = 1 << 15;
+const BDCR_RTCSEL: u32 = 0b11 << 8;
 const BDCR_BDRST: u32 = 1 << 16;
 
 const CIR_CSSF: u32 = 1 << 7;
@@ -306,7 +309,13 @@ impl Rcc {
 
     /// LSE is a crystal on both boards. Bypassed it has no clock, and never gets ready.
     fn write_bdcr(&mut self, now: Time, value: u32) {
-        let value = if value & BDCR_BDRST != 0 { BDCR_BDRST } else { value & !BDCR_LSERDY };
+        // The source of RTCCLK stays until the backup domain is reset (RM0090 7.3.20).
+        let source = match self.word(BDCR) & BDCR_RTCSEL {
+            0 => value & BDCR_RTCSEL,
+            chosen => chosen,
+        };
+        let value =
+            if value & BDCR_BDRST != 0 { BDCR_BDRST } else { value & !(BDCR_LSERDY | BDCR_RTCSEL) | source };
         self.lse_ready = match value & (BDCR_LSEON | BDCR_LSEBYP) {
             BDCR_LSEON => self.lse_ready.or(Some(now + LSE_STARTUP)),
             _ => None,
@@ -323,6 +332,30 @@ impl Rcc {
     pub fn is_clocked(&self, gate: Gate) -> bool {
         debug_assert!(AHB1ENR + gate.bus <= APB2ENR);
         self.word(AHB1ENR + gate.bus) >> gate.bit & 1 == 1
+    }
+
+    /// Whether BDRST holds the backup domain in reset.
+    pub fn resets_backup(&self) -> bool {
+        self.word(BDCR) & BDCR_BDRST != 0
+    }
+
+    /// RTCCLK, with LSI at `lsi_hz` if it runs for another reason (RM0090 7.2.8).
+    pub fn rtc_clock(&self, lsi_hz: u64, lsi_runs: bool) -> Option<RtcClock> {
+        const LSE_HZ: u64 = 32_768;
+        let bdcr = self.word(BDCR);
+        let clock = |hz, divider, since| Some(RtcClock { hz, divider, since });
+        match (bdcr & BDCR_RTCEN != 0, bdcr >> 8 & 0b11) {
+            (true, 1) => clock(LSE_HZ, 1, self.lse_ready?),
+            (true, 2) if lsi_runs || self.word(CSR) & CSR_LSION != 0 => clock(lsi_hz, 1, Time::ZERO),
+            // RTCPRE 0 and 1 are no clock.
+            (true, 3) if self.word(CR) & CR_HSEON != 0 && self.hse_ready != Time::NEVER => {
+                match self.word(CFGR) >> 16 & 0x1F {
+                    0 | 1 => None,
+                    divider => clock(self.model.oscillator.hz, u64::from(divider), self.hse_ready),
+                }
+            }
+            _ => None,
+        }
     }
 
     /// PLL48CLK in Hz, for RNG and others; zero while the PLL is off.

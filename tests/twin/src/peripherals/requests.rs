@@ -79,8 +79,9 @@ impl Peripherals {
         // A stream that moves to or from another register than the one that asks would move for ever.
         const MOST: usize = 64;
         let mut any = false;
+        self.dma.iter_mut().for_each(|dma| dma.begin(now.cycle));
         for _ in 0..MOST {
-            let Some((controller, transfer)) = self.next_transfer() else { break };
+            let Some((controller, transfer)) = self.next_transfer(now) else { break };
             any = true;
             let stream = transfer.stream;
             let asked = requester(controller, stream, self.dma[controller].channel(stream));
@@ -115,11 +116,13 @@ impl Peripherals {
         transfer: Transfer,
         ram: &mut dyn Ram,
     ) -> Option<u32> {
-        let Transfer { stream, peripheral, memory, bytes, from_memory } = transfer;
+        let Transfer { stream, peripheral, memory, bytes, from_memory, between_memories } = transfer;
         let width = [Width::Byte, Width::Half, Width::Word][bytes.ilog2() as usize];
         let mut word = [0; 4];
         let item = &mut word[..bytes as usize];
-        let moved = if from_memory {
+        let moved = if between_memories {
+            ram.load(peripheral, item) && ram.store(memory, item)
+        } else if from_memory {
             ram.load(memory, item) && self.write(now, peripheral, width, u32::from_le_bytes(word)).is_ok()
         } else {
             self.read(now, peripheral, width).is_ok_and(|value| {
@@ -134,7 +137,7 @@ impl Peripherals {
         None
     }
 
-    fn next_transfer(&self) -> Option<(usize, Transfer)> {
+    fn next_transfer(&self, now: Now) -> Option<(usize, Transfer)> {
         (0..2).find_map(|controller| {
             let gate = Gate { bus: AHB1, bit: DMA_BITS[controller] };
             if !self.rcc.is_clocked(gate) {
@@ -142,7 +145,7 @@ impl Peripherals {
             }
             let asks =
                 |stream, channel| requester(controller, stream, channel).is_some_and(|by| self.asks(by));
-            self.dma[controller].next(asks).map(|transfer| (controller, transfer))
+            self.dma[controller].next(now.cycle, asks).map(|transfer| (controller, transfer))
         })
     }
 

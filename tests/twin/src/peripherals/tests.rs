@@ -357,7 +357,7 @@ fn a_reset_ends_a_pulse() {
     let mut peripherals = with_a_pulse(2, 2);
     peripherals.run_timers(5500);
     assert!(peripherals.pin_level(Pin::new('B', 1)));
-    peripherals.reset(ResetCause::Pin);
+    peripherals.reset(Time::ZERO, ResetCause::Pin);
     peripherals.run_timers(5600);
     assert!(!peripherals.pin_level(Pin::new('B', 1)));
     assert_eq!(peripherals.next_timer_event(Now { cycle: 5600, time: Time::ZERO }), None);

@@ -1,4 +1,4 @@
-//! Serial ports, SPI, timers, CRC unit, random numbers and backup registers, register by register.
+//! Serial ports, SPI, timers, CRC unit, random numbers, the backup domain and option bytes, register by register.
 
 use super::*;
 use crate::devices::{Loopback, SpiDevice, SpiMode};
@@ -278,9 +278,46 @@ fn backup_registers_outlive_a_reset() {
     assert_eq!(bench.read(RTC + 0x50), 0);
     bench.write(PWR, 0x4100);
     bench.write(RTC + 0x50, 1);
-    bench.peripherals.reset(ResetCause::Software);
+    bench.peripherals.reset(Time::ZERO, ResetCause::Software);
     assert_eq!(bench.read(RTC + 0x50), 1);
-    bench.peripherals.reset(ResetCause::PowerOn);
+    bench.peripherals.reset(Time::ZERO, ResetCause::PowerOn);
     assert_eq!(bench.read(RTC + 0x50), 0);
-    assert_eq!(bench.try_write(RTC, 0), Err(Refusal::Unmodelled), "the calendar");
+}
+
+/// The source of RTCCLK needs DBP and stays until BDRST, which resets the RTC with its backup registers. The calendar counts by it.
+#[test]
+fn the_backup_domain_has_a_clock_of_its_own() {
+    const BDCR: u32 = RCC + 0x70;
+    let mut bench = Bench::new();
+    let at = |bench: &mut Bench, us, address| {
+        let now = Now { cycle: 0, time: Time::from_us(us) };
+        bench.peripherals.read(now, address, Width::Word).unwrap()
+    };
+    bench.write(RCC + 0x74, 1);
+    bench.write(BDCR, 1 << 15 | 2 << 8);
+    assert_eq!(bench.read(BDCR), 0, "DBP is off");
+    bench.write(PWR, 0x4100);
+    bench.write(BDCR, 1 << 15 | 2 << 8);
+    bench.write(BDCR, 1 << 15 | 1 << 8);
+    assert_eq!(bench.read(BDCR), 1 << 15 | 2 << 8, "LSI stays");
+    // LSI over 128 and 256: a second lasts 1.024 s.
+    for (us, tr) in [(1_023_900, 0), (1_024_100, 1), (61_440_100, 0x100)] {
+        assert_eq!(at(&mut bench, us, RTC), tr, "{us} us");
+        at(&mut bench, us, RTC + 4);
+    }
+    bench.write(RTC + 0x50, 5);
+    bench.write(BDCR, 1 << 16);
+    assert_eq!((at(&mut bench, 61_440_200, RTC), bench.read(RTC + 0x50), bench.read(BDCR)), (0, 0, 1 << 16));
+}
+
+/// WDG_SW clear: the watchdog runs from every reset on, with FFFh counts of 4 periods of 32 kHz.
+#[test]
+fn the_option_bytes_start_the_watchdog() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(0x1FFF_C000), 0xFFFF_AAED);
+    assert_eq!(bench.try_write(0x1FFF_C000, 0), Err(Refusal::Unmodelled));
+    bench.peripherals.flash().set_options(0x0FFF_AACC);
+    assert_eq!(bench.peripherals.watchdog_deadline(), None);
+    bench.peripherals.reset(Time::from_ms(100), ResetCause::Pin);
+    assert_eq!(bench.peripherals.watchdog_deadline(), Some(Time::from_ms(612)));
 }

@@ -168,8 +168,8 @@ fn a_ring_in_ccm_is_a_transfer_error() {
 
 #[test]
 fn a_stream_that_is_not_modelled_is_refused() {
-    // Between memories.
-    let program = [store(RCC + 0x30, 1 << 21), store(STREAM2, 1 << 7 | 1)].concat();
+    // Double buffers.
+    let program = [store(RCC + 0x30, 1 << 21), store(STREAM2, 1 << 18 | 1)].concat();
     let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
     board.power(true);
     let error = board.run_until(Time::from_us(50)).unwrap_err();

@@ -224,21 +224,34 @@ fn stack_overflow_is_recorded_and_reported() {
 fn brown_out_is_reported() {
     let mut craft = flown();
     let id = craft.board(VICTIM);
+    // Level 3, 2.7 V: BOR_LEV 0.
+    craft.twin.board_mut(id).set_option_bytes(0x0FFF_AAE0);
     craft.twin.brown_out(id);
     craft.fly_to(FLOWN_MS + 400);
     let told = emergencies(&craft, ms(FLOWN_MS));
     assert_eq!(
         told,
-        [[0, 0x32, 5, BROWN_OUT, 3, 0, 0, 0], [0, 0, 0, 0, 0x32, BROWN_OUT, 0, 0]],
+        [[0, 0x32, 5, BROWN_OUT, 0, 0, 0, 0], [0, 0, 0, 0, 0x32, BROWN_OUT, 0, 0]],
         "{}",
         craft.log(VICTIM)
     );
     assert!(craft.is_operational(VICTIM, Bus::Nominal));
     assert!(
-        craft.said(VICTIM, "last reset: cause 6, 1 in a row, at 00000003h", ms(FLOWN_MS)).is_some(),
+        craft.said(VICTIM, "last reset: cause 6, 1 in a row, at 00000000h", ms(FLOWN_MS)).is_some(),
         "{}",
         craft.log(VICTIM)
     );
+}
+
+/// A board as delivered has no brown-out reset: a supply that falls is a power-on.
+#[test]
+fn brown_out_as_delivered_is_a_power_on() {
+    let mut craft = flown();
+    let id = craft.board(VICTIM);
+    craft.twin.brown_out(id);
+    craft.fly_to(FLOWN_MS + 400);
+    assert_eq!(emergencies(&craft, ms(FLOWN_MS)), [[0_u8; 8]; 0]);
+    assert!(craft.is_operational(VICTIM, Bus::Nominal));
 }
 
 /// Power-on, the reset pin and a command are no ends that are reported.

@@ -23,6 +23,11 @@ pub fn sector(part: Part, number: u32) -> Option<Range<u32>> {
     (range.end <= part.flash_bytes()).then_some(range)
 }
 
+/// The number of the sector at this offset.
+pub fn sector_of(part: Part, offset: u32) -> Option<u32> {
+    (0..12).find(|number| sector(part, *number).is_some_and(|sector| sector.contains(&offset)))
+}
+
 /// How long programming and erasing take.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FlashSpeed {
@@ -39,6 +44,11 @@ pub const fn program(speed: FlashSpeed) -> Time {
         FlashSpeed::Typical => Time::from_us(16),
         FlashSpeed::Slowest => Time::from_us(100),
     }
+}
+
+/// Erasing and programming the option bytes.
+pub fn options(speed: FlashSpeed) -> Time {
+    erase(speed, 16 * KIB, 2)
 }
 
 /// Erasing a sector of `bytes` at a parallelism of 8 << `psize` bits.

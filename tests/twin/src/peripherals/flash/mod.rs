@@ -1,11 +1,12 @@
 //! FLASH: the interface in front of the program memory, which programs and erases it.
 //!
-//! RM0090 chapter 3. Modelled: the keys, programming at x8, x16 and x32, sector erase, its flags and interrupt. Not
-//! modelled, and refused: mass erase, option bytes, x64. What ACR makes of the core's reads is in
+//! RM0090 chapter 3. Modelled: the keys, programming at x8, x16 and x32, sector erase, write protection, flags and
+//! interrupt, option bytes. Not modelled, and refused: mass erase, x64. What ACR makes of the core's reads is in
 //! [`accelerator`](crate::accelerator). The content is the core's memory; what an operation makes of it, the board puts
 //! there when the operation ends.
 
 mod geometry;
+mod options;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +19,7 @@ pub use geometry::FlashSpeed;
 use crate::accelerator::{DCEN, DCRST, ICEN, ICRST, LATENCY};
 use crate::mmio::{Refusal, Width};
 use crate::model::Part;
+use options::Options;
 
 pub const ACR: u32 = 0x00;
 const KEYR: u32 = 0x04;
@@ -31,15 +33,15 @@ const CACHES: [(u32, u32); 2] = [(ICEN, ICRST), (DCEN, DCRST)];
 const ACR_BITS: u32 = 0x1F0F;
 
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
-const OPTION_KEYS: [u32; 2] = [0x0819_2A3B, 0x4C5D_6E7F];
 
 const EOP: u32 = 1 << 0;
 const OPERR: u32 = 1 << 1;
+const WRPERR: u32 = 1 << 4;
 const PGAERR: u32 = 1 << 5;
 const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
 const BSY: u32 = 1 << 16;
-/// Cleared by writing one; WRPERR among them, which no part without protected sectors sets.
+/// Cleared by writing one.
 const SR_FLAGS: u32 = EOP | OPERR | 0xF << 4;
 
 const PG: u32 = 1 << 0;
@@ -50,10 +52,6 @@ const EOPIE: u32 = 1 << 24;
 const ERRIE: u32 = 1 << 25;
 const LOCK: u32 = 1 << 31;
 const CR_BITS: u32 = PG | SER | MER | 0xF << 3 | 0b11 << 8 | EOPIE | ERRIE | LOCK;
-
-/// Reset value: no protection of any kind, locked.
-const OPTCR_VALUE: u32 = 0x0FFF_AAED;
-const OPTLOCK: u32 = 1;
 
 /// What an operation makes of the content, by offsets from 0800 0000h.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -69,6 +67,8 @@ pub enum Change {
     },
     /// All bits go to one.
     Erase(Range<u32>),
+    /// The option bytes take what OPTCR holds; the memory stays as it is.
+    Options,
 }
 
 impl Change {
@@ -77,6 +77,7 @@ impl Change {
         match self {
             Change::Program { offset, width, .. } => *offset..*offset + width.bytes(),
             Change::Erase(range) => range.clone(),
+            Change::Options => 0..0,
         }
     }
 
@@ -87,6 +88,7 @@ impl Change {
                 content.iter_mut().zip(value.to_le_bytes()).for_each(|(byte, new)| *byte &= new);
             }
             Change::Erase(_) => content.fill(0xFF),
+            Change::Options => {}
         }
     }
 }
@@ -126,7 +128,7 @@ pub struct Flash {
     sr: u32,
     cr: u32,
     keys: Keys,
-    option_keys: Keys,
+    options: Options,
     operation: Option<(Change, Time)>,
 }
 
@@ -141,14 +143,16 @@ impl Flash {
             sr: 0,
             cr: 0,
             keys: Keys::Locked,
-            option_keys: Keys::Locked,
+            options: Options::default(),
             operation: None,
         }
     }
 
     /// Any reset of the chip.
     pub fn reset(&mut self) {
-        *self = Flash::new(self.part, self.speed);
+        let mut options = self.options.clone();
+        options.reset();
+        *self = Flash { options, ..Flash::new(self.part, self.speed) };
     }
 
     /// Takes these times from the next operation on.
@@ -164,8 +168,7 @@ impl Flash {
             KEYR | OPTKEYR => 0,
             SR => self.sr | if self.operation.is_some() { BSY } else { 0 },
             CR => self.cr | if self.is_unlocked() { 0 } else { LOCK } | if erasing { STRT } else { 0 },
-            OPTCR if self.option_keys == Keys::Unlocked => OPTCR_VALUE & !OPTLOCK,
-            OPTCR => OPTCR_VALUE,
+            OPTCR => self.options.read(matches!(self.operation, Some((Change::Options, _)))),
             _ => return None,
         })
     }
@@ -191,9 +194,15 @@ impl Flash {
             }
             ACR => (self.acr, self.acr_written) = (value & ACR_BITS, true),
             KEYR => return self.keys.turn(KEYS, value),
-            OPTKEYR => return self.option_keys.turn(OPTION_KEYS, value),
+            OPTKEYR => return self.options.turn(value),
             SR => self.sr &= !(value & SR_FLAGS),
             CR => return self.write_cr(now, value),
+            OPTCR if self.operation.is_some() => return Err(Refusal::Misuse),
+            OPTCR => {
+                if self.options.write(self.part, value)? {
+                    self.operation = Some((Change::Options, now + geometry::options(self.speed)));
+                }
+            }
             _ => return Err(Refusal::Unmodelled),
         }
         Ok(())
@@ -242,8 +251,13 @@ impl Flash {
             _ => return Err(Refusal::Misuse),
         }
         // x64 needs a supply on VPP that no board has.
-        let sector = geometry::sector(self.part, self.cr >> 3 & 0xF).filter(|_| self.psize() < 3);
+        let number = self.cr >> 3 & 0xF;
+        let sector = geometry::sector(self.part, number).filter(|_| self.psize() < 3);
         let sector = sector.ok_or(Refusal::Misuse)?;
+        if self.options.protects(number) {
+            self.fail(WRPERR);
+            return Ok(());
+        }
         let ends = now + geometry::erase(self.speed, sector.end - sector.start, self.psize());
         self.operation = Some((Change::Erase(sector), ends));
         Ok(())
@@ -264,16 +278,37 @@ impl Flash {
             PGAERR
         } else if width.bytes() != 1 << self.psize() {
             PGPERR
+        } else if geometry::sector_of(self.part, offset).is_some_and(|sector| self.options.protects(sector)) {
+            WRPERR
         } else {
             self.operation =
                 Some((Change::Program { offset, width, value }, now + geometry::program(self.speed)));
             return Ok(());
         };
+        self.fail(error);
+        Ok(())
+    }
+
+    fn fail(&mut self, error: u32) {
         self.sr |= error;
         if self.cr & ERRIE != 0 {
             self.sr |= OPERR;
         }
-        Ok(())
+    }
+
+    /// A debug probe programs the option bytes; bits as in OPTCR.
+    pub fn set_options(&mut self, optcr: u32) {
+        self.options.set(optcr);
+    }
+
+    /// The option bytes in memory, by their offset from 1FFF C000h.
+    pub fn options(&self, offset: u32) -> Option<u32> {
+        self.options.memory(offset)
+    }
+
+    /// Whether the option bytes choose a level of the brown-out reset, and let every reset start the watchdog.
+    pub fn watches(&self) -> (bool, bool) {
+        (self.options.watches_supply(), self.options.starts_watchdog())
     }
 
     /// The operation under way, and when it ends.
@@ -281,9 +316,12 @@ impl Flash {
         self.operation.as_ref()
     }
 
-    /// Ends the operation under way; its change now holds.
-    pub fn finish(&mut self) -> Option<Change> {
+    /// Ends the operation under way; its change now holds, that of option bytes only when it is `complete`.
+    pub fn finish(&mut self, complete: bool) -> Option<Change> {
         let (change, _) = self.operation.take()?;
+        if complete && change == Change::Options {
+            self.options.program();
+        }
         if self.cr & EOPIE != 0 {
             self.sr |= EOP;
         }

@@ -39,14 +39,73 @@ fn a_wrong_key_shuts_the_lock_until_reset() {
     }
 }
 
-#[test]
-fn option_bytes_unlock_and_cannot_be_changed() {
-    let mut flash = unlocked(Part::Stm32f405);
-    assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAED));
+/// With the option bytes unlocked.
+fn with_options(part: Part) -> Flash {
+    let mut flash = unlocked(part);
     flash.write(NOW, OPTKEYR, 0x0819_2A3B).unwrap();
     flash.write(NOW, OPTKEYR, 0x4C5D_6E7F).unwrap();
+    flash
+}
+
+/// RM0090 3.7.2: what is written to OPTCR holds from OPTSTRT on; a reset loads what was programmed.
+#[test]
+fn option_bytes_are_programmed_by_their_start_bit() {
+    let mut flash = Flash::new(Part::Stm32f405, FlashSpeed::Typical);
+    assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAED));
+    assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_AAE0), Err(Refusal::Misuse));
+    let mut flash = with_options(Part::Stm32f405);
     assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAEC));
-    assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_AAEE), Err(Refusal::Unmodelled));
+    flash.write(NOW, OPTCR, 0x0FFF_AAE0).unwrap();
+    assert_eq!((flash.operation(), flash.watches()), (None, (false, false)));
+    flash.reset();
+    assert_eq!(flash.read(OPTCR), Some(0x0FFF_AAED), "nobody has programmed it");
+    let mut flash = with_options(Part::Stm32f405);
+    flash.write(NOW, OPTCR, 0x0FFF_AAE0 | 1 << 1).unwrap();
+    assert_eq!((flash.read(SR), flash.read(OPTCR)), (Some(1 << 16), Some(0x0FFF_AAE2)));
+    assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_AAEC), Err(Refusal::Misuse), "busy");
+    assert_eq!(flash.finish(true), Some(Change::Options));
+    flash.reset();
+    assert_eq!((flash.read(OPTCR), flash.watches()), (Some(0x0FFF_AAE1), (true, false)));
+    assert_eq!((flash.options(0), flash.options(8)), (Some(0xFFFF_AAE1), Some(0xFFFF_FFFF)));
+}
+
+#[test]
+fn option_bytes_that_are_cut_off_stay_as_they_were() {
+    let mut flash = with_options(Part::Stm32f446);
+    flash.write(NOW, OPTCR, 0x0FFF_AAC0 | 1 << 1).unwrap();
+    flash.finish(false);
+    flash.reset();
+    assert_eq!((flash.read(OPTCR), flash.watches()), (Some(0x0FFF_AAED), (false, false)));
+}
+
+/// Sector 2: neither programmed nor erased, WRPERR instead. Others are.
+#[test]
+fn a_protected_sector_raises_its_flag() {
+    let mut flash = with_options(Part::Stm32f405);
+    flash.write(NOW, OPTCR, 0x0FFB_AAEC | 1 << 1).unwrap();
+    flash.finish(true);
+    flash.write(NOW, CR, PG | X32 | ERRIE).unwrap();
+    flash.program(NOW, 0x8000, Width::Word, 0).unwrap();
+    assert_eq!((flash.operation(), flash.read(SR), flash.irq()), (None, Some(1 << 4 | 1 << 1), true));
+    flash.write(NOW, SR, u32::MAX).unwrap();
+    flash.write(NOW, CR, SER | 2 << 3 | X32 | STRT).unwrap();
+    assert_eq!((flash.operation(), flash.read(SR)), (None, Some(1 << 4)));
+    flash.write(NOW, CR, SER | 3 << 3 | X32 | STRT).unwrap();
+    assert!(flash.operation().is_some());
+}
+
+#[test]
+fn levels_of_protection_that_cannot_be_left_are_refused() {
+    let mut flash = with_options(Part::Stm32f405);
+    assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_CCEC | 1 << 1), Err(Refusal::Irrevocable));
+    let mut flash = with_options(Part::Stm32f405);
+    flash.write(NOW, OPTCR, 0x0FFF_55EC | 1 << 1).unwrap();
+    flash.finish(true);
+    assert_eq!(flash.write(NOW, OPTCR, 0x0FFF_AAEC | 1 << 1), Err(Refusal::Unmodelled), "a mass erase");
+    // Reading protection of the F446, a sector that it lacks.
+    for bits in [0x8FFF_AAEC, 0x0EFF_AAEC] {
+        assert_eq!(with_options(Part::Stm32f446).write(NOW, OPTCR, bits), Err(Refusal::Unmodelled));
+    }
 }
 
 #[test]
@@ -62,7 +121,7 @@ fn a_word_takes_16_us_and_clears_bits_only() {
     assert_eq!(flash.program(NOW, 0xE_0008, Width::Word, 0), Err(Refusal::Misuse));
     assert_eq!(flash.write(NOW, CR, 0), Err(Refusal::Misuse));
     let mut content = [0xFF, 0xF0, 0x0F, 0x00];
-    flash.finish().unwrap().apply(&mut content);
+    flash.finish(true).unwrap().apply(&mut content);
     assert_eq!(content, [0x78, 0x50, 0x04, 0x00]);
     assert_eq!(flash.read(SR), Some(0), "EOP shows only where its interrupt is enabled");
 }
@@ -143,7 +202,7 @@ fn sectors_lie_where_the_manual_puts_them() {
     let range = |part, snb: u32| {
         let mut flash = unlocked(part);
         flash.write(NOW, CR, SER | snb << 3 | X32 | STRT).ok()?;
-        flash.finish().map(|change| change.range())
+        flash.finish(true).map(|change| change.range())
     };
     assert_eq!(range(Part::Stm32f405, 0), Some(0..0x4000));
     assert_eq!(range(Part::Stm32f405, 3), Some(0xC000..0x1_0000));
@@ -173,7 +232,7 @@ fn the_interrupt_tells_ends_and_errors_where_enabled() {
     flash.write(NOW, CR, PG | X32 | EOPIE | ERRIE).unwrap();
     flash.program(NOW, 0, Width::Word, 0).unwrap();
     assert!(!flash.irq());
-    flash.finish();
+    flash.finish(true);
     assert_eq!((flash.read(SR), flash.irq()), (Some(1), true));
     flash.write(NOW, SR, 1).unwrap();
     assert!(!flash.irq());
