@@ -2,6 +2,7 @@
 
 mod access;
 mod debug;
+mod defect;
 mod devices;
 mod edge;
 mod fittings;
@@ -16,6 +17,7 @@ use can_wire::time::Time;
 
 pub use access::AccessError;
 pub use debug::HaltError;
+pub use defect::Defect;
 use devices::DmaMemory;
 pub use devices::SerialWord;
 pub use edge::Edge;
@@ -120,6 +122,7 @@ pub struct EmulatedBoard {
     watchdog: Option<(Time, u64)>,
     flash: FlashCare,
     thermometer: Option<Lm75>,
+    captures_exchanged: bool,
     rtt: Rtt,
     log: Vec<Line>,
     edges: Vec<Edge>,
@@ -193,6 +196,7 @@ impl EmulatedBoard {
             watchdog: None,
             flash: FlashCare::default(),
             thermometer,
+            captures_exchanged: false,
             rtt: Rtt::new(&config.image),
             log: Vec::new(),
             edges: Vec::new(),
@@ -266,6 +270,7 @@ impl EmulatedBoard {
         if !self.config.fittings.capture_wires {
             return;
         }
+        let side = if self.captures_exchanged { side.other() } else { side };
         let cycle = self.clock.cycle_at(at);
         let told = self.link.peripherals().capture_edge(side, cycle, level);
         if told && self.is_powered() {
@@ -488,6 +493,14 @@ impl EmulatedBoard {
         }
         if step.stuck {
             self.state = State::Stuck;
+        }
+        if step.breakpoint {
+            self.drain();
+            // What the program freezes beside the core runs on where the model does not stop it.
+            self.state = State::Halted;
+            let now = self.now();
+            self.link.peripherals().halt(now);
+            self.refresh();
         }
         if step.reset_request {
             self.counters.system_resets += 1;

@@ -36,6 +36,8 @@
 //! * One crystal per board with an offset, drift, a change of temperature and noise of its own ([`crystal`]), from which the core
 //!   and the timers follow; the bit timing of CAN keeps the frequency of the moment at which the clock tree was set. It may be
 //!   broken.
+//! * Defects: bits of the CAN controllers that are stuck, exchanged capture wires, a prescaler ([`board::Defect`]).
+//! * A debugger that sets C_DEBUGEN and stops at BKPT ([`board::EmulatedBoard::attach_debugger`]).
 //! * A debug probe per board that reads the log, defmt or text by RTT, and neither halts the core nor slows it, until it is pulled
 //!   ([`board::EmulatedBoard::pull_probe`]).
 //!

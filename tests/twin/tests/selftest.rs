@@ -1,10 +1,11 @@
 //! The self-test of the boards: all is well, and each fault once by its name.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use can_wire::fault::Fault;
 use can_wire::time::Time;
-use twin::board::{BoardConfig, Fittings, State};
+use twin::board::{BoardConfig, Defect, EmulatedBoard, Fittings, State};
+use twin::bxcan::StuckBits;
 use twin::crystal::Crystal;
 use twin::image::Image;
 use twin::model::Model;
@@ -21,6 +22,16 @@ fn pins(model: Model) -> (Pin, Pin) {
         Model::PYBOARD_V11 => (Pin::new('A', 3), Pin::new('B', 4)),
         _ => (Pin::new('C', 1), Pin::new('A', 5)),
     }
+}
+
+/// The self-test for a board, built once.
+fn image(board: &str) -> Arc<Image> {
+    static IMAGES: [OnceLock<Arc<Image>>; 2] = [const { OnceLock::new() }; 2];
+    let build = || {
+        let elf = firmware_images::build_example(board, "selftest").unwrap();
+        Arc::new(Image::parse(&std::fs::read(elf).unwrap()).unwrap())
+    };
+    IMAGES[usize::from(board != BOARDS[0].0)].get_or_init(build).clone()
 }
 
 /// What a flight showed.
@@ -43,8 +54,19 @@ fn flown(
     faults: &[(Bus, Fault)],
     ms: u64,
 ) -> Flown {
-    let elf = firmware_images::build_example(name, "selftest").unwrap();
-    let image = Arc::new(Image::parse(&std::fs::read(elf).unwrap()).unwrap());
+    broken((name, model), fittings, has_straps, faults, |_| {}, ms)
+}
+
+/// As [`flown`], of a board that `wreck` has broken before.
+fn broken(
+    (name, model): (&str, Model),
+    fittings: Fittings,
+    has_straps: bool,
+    faults: &[(Bus, Fault)],
+    wreck: impl FnOnce(&mut EmulatedBoard),
+    ms: u64,
+) -> Flown {
+    let image = image(name);
     let (strap, led) = pins(model);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     for (bus, fault) in faults {
@@ -60,6 +82,7 @@ fn flown(
         power_on_at: Time::ZERO,
         fittings,
     });
+    wreck(spacecraft.board_mut(id));
     spacecraft.run_until(Time::from_ms(ms)).unwrap();
     let logs = spacecraft.take_logs();
     let of = |level| logs.iter().filter(move |line| line.level == Some(level)).map(|line| line.text.clone());
@@ -139,4 +162,99 @@ fn broken_oscillator_is_reported_before_any_check() {
         assert!(bad.len() == 1 && bad[0].contains("HSE does not start"), "{bad:?}");
         assert!(blinks >= 2, "{board:?}: {blinks}");
     }
+}
+
+/// Registers of the CAN controllers, by their offset.
+const MSR: u32 = 0x004;
+const TSR: u32 = 0x008;
+const BTR: u32 = 0x01C;
+const RDLR0: u32 = 0x1B8;
+const FA1R: u32 = 0x21C;
+const CAN2: u32 = 0x400;
+const INAK: u32 = 1 << 0;
+const RQCP0: u32 = 1 << 0;
+const TXOK0: u32 = 1 << 1;
+const LBKM: u32 = 1 << 30;
+
+/// The reports of a board on which something is broken, without the sum; its first check that failed is `number`.
+fn assert_reports(wreck: impl Fn(&mut EmulatedBoard), number: usize, reports: &[&str]) {
+    for board in BOARDS {
+        let ms = 1_000 + 500 * number as u64;
+        let Flown { bad, blinks, is_lit, .. } = broken(board, Fittings::default(), true, &[], &wreck, ms);
+        let sum = format!("selftest: failed, first in check {number}");
+        let expected: Vec<&str> = reports.iter().copied().chain([sum.as_str()]).collect();
+        assert_eq!(bad.len(), expected.len(), "{board:?}: {bad:#?}");
+        for (found, expected) in bad.iter().zip(expected) {
+            assert!(found.starts_with(expected), "{board:?}: {found} for {expected}");
+        }
+        assert_eq!((blinks, is_lit), (number, false), "{board:?}: {bad:#?}");
+    }
+}
+
+/// Given a controller with bits that are stuck, then the check of that controller names what does not work.
+#[test]
+fn broken_controllers_are_reported_with_what_fails() {
+    let (nominal, redundant) = ("2 controller of the nominal bus", "3 controller of the redundant bus");
+    let lines = ["4 transceiver of the nominal bus", "5 transceiver of the redundant bus"];
+    // Offset in the controller, bits stuck at 0, at 1; what the controller and its line report.
+    let cases = [
+        (MSR, INAK, 0, "Init", Some("Controller(Init)")),
+        (MSR, 0, INAK, "Start", Some("Dominant")),
+        (TSR, RQCP0, 0, "Transmit", Some("Controller(Transmit)")),
+        (TSR, TXOK0, 0, "Error(", None),
+        // It listens to its pins and says nothing: nothing goes out.
+        (BTR, LBKM, 0, "Transmit", None),
+        // 5500FFAAh with its lowest bit set.
+        (RDLR0, 0, 1, "Content(1365, 1426128811)", None),
+    ];
+    for (side, (number, controller)) in [(2, nominal), (3, redundant)].into_iter().enumerate() {
+        for (offset, zeros, ones, found, line) in cases {
+            let offset = offset + CAN2 * side as u32;
+            let wreck =
+                |board: &mut EmulatedBoard| board.inflict(Defect::Can(StuckBits { offset, zeros, ones }));
+            let of_line = line.map(|line| format!("{}: {line}", lines[side]));
+            let reports: Vec<_> = [format!("{controller}: {found}")].into_iter().chain(of_line).collect();
+            assert_reports(wreck, number, &reports.iter().map(String::as_str).collect::<Vec<_>>());
+        }
+    }
+}
+
+/// Given filter banks of one controller that cannot be switched on, then it alone receives nothing.
+#[test]
+fn stuck_filter_banks_are_reported_by_their_controller() {
+    for (number, banks, report) in [
+        (2, 0x0000_3FFF, "2 controller of the nominal bus: Receive"),
+        (3, 0x0FFF_C000, "3 controller of the redundant bus: Receive"),
+    ] {
+        let stuck = StuckBits { offset: FA1R, zeros: banks, ones: 0 };
+        assert_reports(|board| board.inflict(Defect::Can(stuck)), number, &[report]);
+    }
+}
+
+/// Given capture wires that are exchanged, then both are reported as such.
+#[test]
+fn exchanged_capture_wires_are_reported() {
+    let reports = ["6 capture of the nominal bus: Swapped", "7 capture of the redundant bus: Swapped"];
+    assert_reports(|board| board.inflict(Defect::ExchangedCaptures), 6, &reports);
+}
+
+/// Given a prescaler that divides by half as much as it is to, then 10 ms of the timer are 840 000 cycles of the core.
+#[test]
+fn wrong_clock_is_reported_with_its_cycles() {
+    for board in BOARDS {
+        let wreck = |board: &mut EmulatedBoard| board.inflict(Defect::Apb1Prescaler);
+        // The LED, too, goes twice as fast: it blinks each second.
+        let Flown { bad, blinks, is_lit, .. } = broken(board, Fittings::default(), true, &[], wreck, 700);
+        assert!(bad.len() == 2 && bad[0].starts_with("1 clock: Rate(840"), "{board:?}: {bad:#?}");
+        assert_eq!(bad[1], "selftest: failed, first in check 1");
+        assert_eq!((blinks, is_lit), (1, false), "{board:?}");
+    }
+}
+
+/// Given sectors of the parameter store that take no word, here by the option bytes, then there is no store.
+#[test]
+fn failing_flash_is_reported_as_no_store() {
+    // Sectors 6, 7 and 10, 11: the last two of either part.
+    let protect = |board: &mut EmulatedBoard| board.set_option_bytes(0x033F_AAED);
+    assert_reports(protect, 8, &["no parameter store", "8 parameter store: "]);
 }

@@ -24,6 +24,11 @@ pub enum HaltError {
 }
 
 impl EmulatedBoard {
+    /// A debugger sets C_DEBUGEN: the program can read it, and a BKPT of the program halts it. Until power goes away.
+    pub fn attach_debugger(&mut self) {
+        self.cpu.enable_debug();
+    }
+
     /// A debugger halts the core. Peripherals go on, but for what the program freezes: IWDG by DBG_IWDG_STOP, a CAN controller
     /// by its DBG_CANx_STOP together with DBF in its MCR. A frozen controller takes no part in its bus.
     ///

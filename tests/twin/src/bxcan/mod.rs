@@ -46,7 +46,7 @@ pub use clock::PclkTick;
 use controller::{Mode, Registers};
 use filter::FilterBlock;
 pub use line::Line;
-use regs::{CONTROLLER_SIZE, FMR, MCR_DBF};
+use regs::{BTR, CONTROLLER_SIZE, FMR, IER, MCR, MCR_DBF};
 
 /// One of the two controllers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -55,6 +55,16 @@ pub enum Side {
     Can1,
     /// 4000 6800h.
     Can2,
+}
+
+impl Side {
+    /// The other one.
+    pub const fn other(self) -> Side {
+        match self {
+            Side::Can1 => Side::Can2,
+            Side::Can2 => Side::Can1,
+        }
+    }
 }
 
 impl fmt::Display for Side {
@@ -108,6 +118,25 @@ pub enum Activity {
     Busy,
 }
 
+/// Bits of a register that are stuck: a chip that is broken. What the program stores in modes, bit timing and filters is stuck as
+/// well; flags and mailboxes only read so.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StuckBits {
+    /// Offset from 4000 6400h; CAN2 begins at 400h, and the filters are behind CAN1.
+    pub offset: u32,
+    /// Bits that are always 0.
+    pub zeros: u32,
+    /// Bits that are always 1.
+    pub ones: u32,
+}
+
+impl StuckBits {
+    fn apply(stuck: &[StuckBits], offset: u32, value: u32) -> u32 {
+        let here = stuck.iter().filter(|bits| bits.offset == offset);
+        here.fold(value, |value, bits| value & !bits.zeros | bits.ones)
+    }
+}
+
 /// A frame that passed the filters and was lost in a full FIFO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Overrun {
@@ -153,6 +182,7 @@ impl Stats {
 pub struct BxcanPair {
     controllers: [Registers; 2],
     filters: FilterBlock,
+    stuck: Vec<StuckBits>,
 }
 
 impl BxcanPair {
@@ -161,7 +191,13 @@ impl BxcanPair {
         BxcanPair {
             controllers: [Registers::new(Side::Can1, pclk), Registers::new(Side::Can2, pclk)],
             filters: FilterBlock::default(),
+            stuck: Vec::new(),
         }
+    }
+
+    /// Breaks a register, for good.
+    pub fn stick(&mut self, bits: StuckBits) {
+        self.stuck.push(bits);
     }
 
     /// Reset of one controller by RCC (CAN1RST, CAN2RST); that of CAN1 takes the filters with it.
@@ -189,7 +225,8 @@ impl BxcanPair {
             Side::Can1 if within >= FMR => self.filters.read(within),
             _ => self.controllers[side as usize].read(within),
         };
-        value.ok_or(BadAccess { offset })
+        let value = value.ok_or(BadAccess { offset })?;
+        Ok(StuckBits::apply(&self.stuck, offset, value))
     }
 
     /// Writes the word at `offset` from 4000 6400h at `now`. Reserved bits keep their value, read-only registers
@@ -200,6 +237,10 @@ impl BxcanPair {
     pub fn write(&mut self, offset: u32, value: u32, now: Time) -> Result<(), BadAccess> {
         let (side, within) = locate(offset)?;
         let controller = &mut self.controllers[side as usize];
+        let value = match within {
+            MCR | IER | BTR | FMR.. => StuckBits::apply(&self.stuck, offset, value),
+            _ => value,
+        };
         let accepted = match side {
             Side::Can1 if within >= FMR => self.filters.write(within, value, now),
             _ => controller.write(within, value, now),

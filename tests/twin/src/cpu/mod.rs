@@ -12,7 +12,7 @@ use crate::link::Link;
 use crate::model::Part;
 
 /// One instruction, exception entry or reset sequence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Step {
     /// Model cycles, those included in which the core waited for flash.
     pub cycles: u32,
@@ -24,6 +24,8 @@ pub struct Step {
     pub hard_fault: bool,
     /// The HardFault handler branches to itself: it will never do anything else.
     pub stuck: bool,
+    /// The next instruction is a breakpoint for the debugger; it did not run.
+    pub breakpoint: bool,
     /// The program asked for a system reset (AIRCR.SYSRESETREQ) and did not get it yet.
     pub reset_request: bool,
 }
@@ -65,6 +67,8 @@ pub trait Cpu: Send {
     fn take_bus_fault(&mut self) -> Option<u32>;
     /// The next sleep is Stop or Standby: SLEEPDEEP is set in SCR.
     fn sleeps_deeply(&self) -> bool;
+    /// Sets C_DEBUGEN in DHCSR, as a debugger does: the program reads it there, and BKPT halts.
+    fn enable_debug(&mut self);
     /// The core was halted until `cycle`: SysTick and the cycle counter stood still.
     fn skip_to(&mut self, cycle: u64);
     /// All core registers.

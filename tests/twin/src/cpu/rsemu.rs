@@ -32,6 +32,9 @@ const RAM_AT_POWER_ON: u8 = 0xA5;
 const VECTORS_LEN: u64 = 4 * (16 + 97);
 
 const HARD_FAULT: u32 = 3;
+/// Debug Halting Control and Status Register, which the library reads as zero, and C_DEBUGEN in it (DDI 0403 C1.6.2).
+const DHCSR: u32 = 0xE000_EDF0;
+const C_DEBUGEN: u32 = 1;
 /// TICKINT of SYST_CSR, and ENABLE beside it (DDI 0403 B3.3.3).
 const SYST_TICKINT: u32 = 1 << 1;
 const SYST_WAKES: u32 = SYST_TICKINT | 1;
@@ -126,6 +129,8 @@ pub(super) struct Core {
     /// The cycle up to which SysTick has counted.
     cycle: u64,
     asleep: bool,
+    /// A debugger has set C_DEBUGEN.
+    has_debugger: bool,
     /// Cycles that SysTick has counted and that did not pass.
     systick_ahead: u64,
     /// xPSR before the next step.
@@ -186,6 +191,7 @@ impl Core {
             cycle,
             systick_ahead: 0,
             asleep: false,
+            has_debugger: false,
             xpsr,
             bus_faults: 0,
         }
@@ -253,6 +259,23 @@ impl Core {
         self.read_memory(self.cpu.pc(), &mut instruction).is_ok() && instruction == B_SELF
     }
 
+    /// The next instruction is a BKPT.
+    fn is_at_breakpoint(&self) -> bool {
+        self.word(self.cpu.pc()).is_some_and(|code| code & 0xFF00 == 0xBE00)
+    }
+
+    /// The register that the next instruction loads from DHCSR: LDR or LDRB with a positive offset (DDI 0403 A7.7.43, A7.7.46).
+    fn loads_dhcsr(&self) -> Option<u8> {
+        let code = self.word(self.cpu.pc())?;
+        let (base, offset, to) = match code {
+            _ if code & 0xF800 == 0x6800 => (code >> 3 & 7, (code >> 6 & 0x1F) * 4, code & 7),
+            _ if code & 0xF800 == 0x7800 => (code >> 3 & 7, code >> 6 & 0x1F, code & 7),
+            _ if matches!(code & 0xFFF0, 0xF8D0 | 0xF890) => (code & 0xF, code >> 16 & 0xFFF, code >> 28),
+            _ => return None,
+        };
+        (self.cpu.reg(base as u8).wrapping_add(offset) == DHCSR).then_some(to as u8)
+    }
+
     fn word(&self, address: u32) -> Option<u32> {
         let mut bytes = [0; 4];
         self.read_memory(address, &mut bytes).ok()?;
@@ -301,7 +324,14 @@ impl Cpu for Core {
         if now > self.cycle {
             self.count(now - self.cycle);
         }
+        if self.has_debugger && self.is_at_breakpoint() {
+            return Step { cycles: 1, breakpoint: true, systick: u64::MAX, ..Step::default() };
+        }
+        let loads = if self.has_debugger { self.loads_dhcsr() } else { None };
         let charged = self.cpu.step();
+        if let Some(register) = loads {
+            self.cpu.set_reg(register, self.cpu.reg(register) | C_DEBUGEN);
+        }
         self.xpsr = self.cpu.xpsr();
         let (was, is) = (before & xpsr::EXCEPTION, self.xpsr & xpsr::EXCEPTION);
         let mut excess = 0;
@@ -333,6 +363,7 @@ impl Cpu for Core {
             cycles: cycles as u32 + self.link.accelerator().take_waits(),
             asleep: self.asleep,
             systick: if self.asleep { self.systick() } else { u64::MAX },
+            breakpoint: false,
             hard_fault: is == HARD_FAULT && was != HARD_FAULT,
             stuck: is == HARD_FAULT && self.branches_to_itself(),
             // The store to AIRCR costs two cycles; asking after every step would double the cost of most.
@@ -374,6 +405,10 @@ impl Cpu for Core {
 
     fn sleeps_deeply(&self) -> bool {
         self.cpu.with_sys(|sys| sys.scr & SCR_SLEEPDEEP != 0)
+    }
+
+    fn enable_debug(&mut self) {
+        self.has_debugger = true;
     }
 
     fn skip_to(&mut self, cycle: u64) {

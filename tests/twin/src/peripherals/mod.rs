@@ -193,6 +193,11 @@ impl Peripherals {
         self.rcc.fail_hse();
     }
 
+    /// Breaks the prescaler of APB1.
+    pub(crate) fn stick_apb1(&mut self) {
+        self.rcc.stick_apb1();
+    }
+
     /// Whether the NMI is raised.
     pub fn nmi(&self) -> bool {
         self.rcc.nmi()

@@ -120,6 +120,8 @@ pub struct Rcc {
     words: [u32; WORDS],
     /// HSE starts when it is asked to.
     hse_starts: bool,
+    /// The prescaler of APB1 is broken: it divides by 2.
+    apb1_stuck: bool,
     hse_ready: Time,
     pll_ready: Time,
     /// `None`: LSE is off, or bypassed with nothing on its pin.
@@ -135,6 +137,7 @@ impl Rcc {
             model,
             words: [0; WORDS],
             hse_starts: true,
+            apb1_stuck: false,
             hse_ready: Time::NEVER,
             pll_ready: Time::NEVER,
             lse_ready: None,
@@ -147,6 +150,11 @@ impl Rcc {
     /// Whether HSE starts when it is next switched on.
     pub fn set_hse(&mut self, starts: bool) {
         self.hse_starts = starts;
+    }
+
+    /// The prescaler of APB1 divides by 2 from now on.
+    pub fn stick_apb1(&mut self) {
+        self.apb1_stuck = true;
     }
 
     /// HSE stops, and does not start again. The clock security system then switches to HSI and raises the NMI (RM0090 7.2.7).
@@ -395,7 +403,8 @@ impl Rcc {
             0..=3 => 1,
             n => 2 << (n - 4),
         };
-        let (apb1_divider, apb2_divider) = (apb_divider(cfgr >> 10), apb_divider(cfgr >> 13));
+        let apb1_divider = if self.apb1_stuck { 2 } else { apb_divider(cfgr >> 10) };
+        let apb2_divider = apb_divider(cfgr >> 13);
         // RM0090 7.2, figure 16: timers run at PCLK, or at twice PCLK when it is divided.
         let timer1_divider = if apb1_divider == 1 { 1 } else { apb1_divider / 2 };
         Clocks { hclk: sysclk / hpre, apb1_divider, apb2_divider, timer1_divider, from_crystal }

@@ -4,6 +4,8 @@
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
+use twin::board::{Fittings, State};
+use twin::peripherals::FlashSpeed;
 use twin::spacecraft::Bus;
 
 use crate::craft::*;
@@ -353,4 +355,50 @@ fn five_resets_in_a_row_silence_the_board() {
     fell(&mut craft, VICTIM, task, &halfwords(&UNDEFINED));
     craft.fly(craft.end + ms(100));
     assert!(craft.said(VICTIM, "1 in a row", powered).is_some(), "{}", craft.log(VICTIM));
+}
+
+/// Given the quickest watchdog, LSI at 47 kHz, and the slowest flash, when a slave erases a sector of its store at its start, which
+/// takes 2 s, then the watchdog does not bite.
+#[test]
+fn longest_erase_is_shorter_than_the_watchdog() {
+    let quick = Fittings { lsi_hz: 47_000, flash_speed: FlashSpeed::Slowest, ..Fittings::default() };
+    let fittings = |node| if node == VICTIM { quick } else { Fittings::default() };
+    let mut craft = Craft::fitted(&MASTER_AND_THREE[..3], fittings);
+    let id = craft.board(VICTIM);
+    // The first word of the store: no page, and not erased.
+    craft.twin.board_mut(id).write_flash(0x080C_0000, &[0; 4]).unwrap();
+    craft.fly_to(1_900);
+    assert!(craft.first_after(ms(0), |seen| seen.sender == id.0).is_none(), "it erases");
+    craft.fly_to(3_000);
+    let counters = craft.twin.board(id).counters();
+    assert_eq!((counters.flash_erases, counters.watchdog_resets, counters.system_resets), (1, 0, 0));
+    assert!(is_operational(&craft, VICTIM), "{}", craft.log(VICTIM));
+}
+
+/// Given a debugger on a slave, when its program meets a fault, then it stops there, silent on both buses, until it is reset. The
+/// record is written all the same.
+#[test]
+fn fault_with_a_debugger_stops_the_program() {
+    let mut craft = flown();
+    let id = craft.board(VICTIM);
+    let at = poll_function(&craft, VICTIM, tasks(&craft, VICTIM)[2]);
+    let board = craft.twin.board_mut(id);
+    board.attach_debugger();
+    board.write_flash(CODE, &halfwords(&UNDEFINED)).unwrap();
+    board.write_memory(at, &(CODE | 1).to_le_bytes()).unwrap();
+    let felled = craft.end + ms(200);
+    craft.fly(felled + ms(3_000));
+    let board = craft.twin.board(id);
+    assert_eq!((board.state(), resets(&craft, VICTIM)), (&State::Halted, 0));
+    assert!(
+        craft
+            .frames
+            .iter()
+            .filter(|seen| seen.end > felled)
+            .all(|seen| seen.sender != id.0 && !seen.reached.contains(&VICTIM))
+    );
+    assert!(is_operational(&craft, 2) && !craft.fell_back(2, ms(FLOWN_MS)));
+    craft.twin.reset(id);
+    craft.fly(craft.end + OPERATIONAL_AFTER);
+    assert_reported(&craft, felled, FAULT, CODE);
 }

@@ -1,0 +1,26 @@
+//! What may be broken on a board, beside [`Fittings`](super::Fittings).
+
+use super::EmulatedBoard;
+use crate::bxcan::StuckBits;
+
+/// A defect of a chip or its wires.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Defect {
+    /// A register of the CAN controllers.
+    Can(StuckBits),
+    /// The wires from CAN_RX to the capture inputs are exchanged: CAN1 to PA1, CAN2 to PA0.
+    ExchangedCaptures,
+    /// The prescaler of APB1 divides by 2, whatever the program asks for.
+    Apb1Prescaler,
+}
+
+impl EmulatedBoard {
+    /// Breaks something, for good. Before the board has power: a program does not meet the change.
+    pub fn inflict(&mut self, defect: Defect) {
+        match defect {
+            Defect::Can(bits) => self.link.peripherals().can().stick(bits),
+            Defect::ExchangedCaptures => self.captures_exchanged = true,
+            Defect::Apb1Prescaler => self.link.peripherals().stick_apb1(),
+        }
+    }
+}
