@@ -37,11 +37,13 @@ impl<B: Platform, D: Device> Handle<B, Master<D>> {
     /// # Errors
     /// Those of the SDO client, which reads 2014h and 2016h; [`Error::BusChanged`]; [`Error::Timeout`] when there is no
     /// heartbeat that both have stamped.
+    ///
+    /// # Panics
+    /// When its future is dropped from within [`Handle::with`].
     pub async fn measure_cable(&self, node: NodeId) -> Result<Cable, Error> {
         self.range(node.get())?;
-        let measured = self.cable(node).await;
-        self.range(0)?;
-        measured
+        let _ends = Ends(self);
+        self.cable(node).await
     }
 
     fn range(&self, node: u8) -> Result<(), Error> {
@@ -86,6 +88,16 @@ impl<B: Platform, D: Device> Handle<B, Master<D>> {
             }
         }
         Err(Error::Timeout)
+    }
+}
+
+/// Ends a measurement: 2044h names no slave any more, also when its future is dropped.
+struct Ends<'a, B: Platform, D: Device>(&'a Handle<B, Master<D>>);
+
+impl<B: Platform, D: Device> Drop for Ends<'_, B, D> {
+    fn drop(&mut self) {
+        // The object takes a zero always.
+        let _ = self.0.range(0);
     }
 }
 

@@ -1,9 +1,12 @@
 //! SYNC, Local Time and the Spacecraft Time PDO; drifting clocks.
 
+use std::pin::pin;
+
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
 use ecss_can::sdo::Error;
-use ecss_can::types::{Address, Bus, Scet};
+use ecss_can::types::{Address, Bus, Duration, Scet};
+use futures_util::future::select;
 use host_worlds::world::{Sent, World};
 use mission::{Received, STANDARD};
 
@@ -163,4 +166,19 @@ fn a_cable_to_nobody_or_of_a_bus_that_was_left_is_a_typed_error() {
     world.request(MasterRequest::SwitchBus(Bus::Redundant));
     world.run_for(ms(5_000));
     assert_eq!(task.take().map(|(_, measured)| measured), Some(Err(Error::BusChanged)));
+}
+
+/// Given a measurement whose future is dropped under way, then 2044h names no slave any more.
+#[test]
+fn a_measurement_that_is_dropped_names_no_slave() {
+    let mut world = running(STANDARD, 2);
+    let task = world.on_master(|master| async move {
+        let given_up = master.wait_until(master.now() + Duration::from_millis(300));
+        select(pin!(master.measure_cable(TWO)), pin!(given_up)).await;
+    });
+    let named = |world: &Craft| world.master(|master| master.objects().application.network.ranging.node);
+    world.run_for(ms(200));
+    assert_eq!(named(&world), TWO.get());
+    world.run_for(ms(200));
+    assert_eq!((task.take().is_some(), named(&world)), (true, 0));
 }
