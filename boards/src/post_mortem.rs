@@ -207,32 +207,26 @@ extern "C" fn on_oscillator(frame: u32) -> ! {
     end(frame, PostMortem::OSCILLATOR.into())
 }
 
-/// The stack may be lost: loads another one before it touches memory.
-// SAFETY: the vector table knows the handler by this name and no other symbol has it. It never returns.
-#[unsafe(no_mangle)]
-#[unsafe(naked)]
-unsafe extern "C" fn HardFault() -> ! {
-    core::arch::naked_asm!(
-        "mov r0, sp",
-        "ldr r1, ={stack} + 256",
-        "mov sp, r1",
-        "b {handler}",
-        stack = sym FAULT_STACK,
-        handler = sym on_fault,
-    )
+/// Defines the handler of an exception after which nothing returns. The stack may be lost: it loads another one before it touches
+/// memory.
+macro_rules! on_its_own_stack {
+    ($exception:ident, $handler:ident) => {
+        // SAFETY: the vector table knows the handler by this name and no other symbol has it. It never returns.
+        #[unsafe(no_mangle)]
+        #[unsafe(naked)]
+        unsafe extern "C" fn $exception() -> ! {
+            core::arch::naked_asm!(
+                "mov r0, sp",
+                "ldr r1, ={stack} + 256",
+                "mov sp, r1",
+                "b {handler}",
+                stack = sym FAULT_STACK,
+                handler = sym $handler,
+            )
+        }
+    };
 }
 
-/// The clock security system raises it alone (RM0090 7.2.7).
-// SAFETY: as above.
-#[unsafe(no_mangle)]
-#[unsafe(naked)]
-unsafe extern "C" fn NonMaskableInt() -> ! {
-    core::arch::naked_asm!(
-        "mov r0, sp",
-        "ldr r1, ={stack} + 256",
-        "mov sp, r1",
-        "b {handler}",
-        stack = sym FAULT_STACK,
-        handler = sym on_oscillator,
-    )
-}
+on_its_own_stack!(HardFault, on_fault);
+// The clock security system raises it alone (RM0090 7.2.7).
+on_its_own_stack!(NonMaskableInt, on_oscillator);
