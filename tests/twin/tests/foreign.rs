@@ -14,8 +14,9 @@ use twin::peripherals::Pin;
 use twin::rtt::Level;
 use twin::spacecraft::{BoardId, Bus, Spacecraft, SpacecraftConfig, WireRecord, Wiring};
 
-fn image(package: &str) -> Arc<Image> {
-    let built = Package::of_workspace(package).build("pyboard-v11").unwrap();
+/// The image for the pyboard, or a variant of it.
+fn image(package: &str, board: &str) -> Arc<Image> {
+    let built = Package::of_workspace(package).build(board).unwrap();
     Arc::new(Image::parse(&std::fs::read(&built[0]).unwrap()).unwrap())
 }
 
@@ -69,7 +70,8 @@ fn bxcan_on_stm32f4xx_hal_passes_its_scenarios() {
     let wiring = Wiring { can1: Some(Bus::Nominal), can2: Some(Bus::Nominal) };
     let fittings = Fittings { wiring, ..Fittings::default() };
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
-    let id = spacecraft.add_board(BoardConfig { fittings, ..board("bxcan", &image("foreign-bxcan")) });
+    let id = spacecraft
+        .add_board(BoardConfig { fittings, ..board("bxcan", &image("foreign-bxcan", "pyboard-v11")) });
     let mut lines = Vec::new();
     while lines.last().is_none_or(|line| line != "done") && spacecraft.now() < Time::from_ms(10_000) {
         spacecraft.run_until(spacecraft.now() + Time::from_ms(10)).unwrap();
@@ -84,7 +86,12 @@ fn bxcan_on_stm32f4xx_hal_passes_its_scenarios() {
 
 /// Two boards with embassy-stm32's CAN driver, 10 m apart: 0 asks, 1 answers.
 fn two_with_embassy() -> Spacecraft {
-    let image = image("foreign-embassy");
+    two_with("pyboard-v11")
+}
+
+/// As [`two_with_embassy`], a variant of the image.
+fn two_with(variant: &str) -> Spacecraft {
+    let image = image("foreign-embassy", variant);
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     spacecraft.add_board(BoardConfig { crystal: Crystal::ppm(40.0), ..board("asks", &image) });
     spacecraft.add_board(BoardConfig {
@@ -153,4 +160,20 @@ fn embassys_driver_recovers_from_bus_off() {
     let logs = spacecraft.take_logs();
     let said = |text: &str| logs.iter().filter(|log| log.board == BoardId(0) && log.text == text).count();
     assert_eq!((said("the bus fails"), said("the bus works again")), (1, 1), "{logs:#?}");
+}
+
+/// Given the clock of embassy-time on TIM3, TIM4 or TIM12, which have 16 bits, then a question is asked each millisecond, also when
+/// the timer has turned over three times.
+#[test]
+fn embassys_time_driver_runs_on_timers_of_16_bits() {
+    for timer in ["tim3", "tim4", "tim12"] {
+        let mut spacecraft = two_with(&format!("pyboard-v11-{timer}"));
+        fly_to(&mut spacecraft, 250);
+        let records = spacecraft.take_frames();
+        let (asked, answered) = (numbers(&records, 0), numbers(&records, 1));
+        assert_eq!(asked, (0..asked.len() as u32).collect::<Vec<_>>(), "{timer}");
+        // From about 3 ms on.
+        assert!((240..=250).contains(&asked.len()), "{timer}: {}", asked.len());
+        assert!(asked.len() - answered.len() <= 1, "{timer}: {answered:?}");
+    }
 }

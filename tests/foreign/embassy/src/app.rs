@@ -114,10 +114,10 @@ fn frame(id: u16, number: u32) -> Frame {
 
 /// 168 MHz, APB1 at 42 MHz.
 fn config() -> Config {
-    let (hse, prediv) = if cfg!(feature = "pyboard-v11") {
-        (Hse { freq: Hertz(12_000_000), mode: HseMode::Oscillator }, PllPreDiv::DIV6)
-    } else {
+    let (hse, prediv) = if cfg!(feature = "nucleo-f446re") {
         (Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass }, PllPreDiv::DIV4)
+    } else {
+        (Hse { freq: Hertz(12_000_000), mode: HseMode::Oscillator }, PllPreDiv::DIV6)
     };
     let mut config = Config::default();
     config.rcc.hse = Some(hse);
