@@ -141,7 +141,10 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
         packages(&[TEST_PERIPHERALS], board, "standard"),
     ];
     let command = ["clippy", "--package", "ecss-can", "--package", "boards"];
-    job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)
+    job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
+    // Those of other packages are programs of the host.
+    let command = ["clippy", "--examples"];
+    job.run(&command, &packages(&["boards"], board, "standard"), &["--", "-D", "warnings"], run)
 }
 
 /// Arguments that name packages of firmware.
