@@ -54,4 +54,14 @@ impl Consumer {
     pub fn is_missed(&self) -> bool {
         matches!(self, Consumer::Missed { .. })
     }
+
+    /// Shifts the clock. `memory`: how long the age of a miss matters.
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &crate::types::Rebase, time: Duration, memory: Duration) {
+        match self {
+            Consumer::Unarmed => {}
+            Consumer::Armed { last } => *last = to.aged(*last, time),
+            Consumer::Missed { last } => *last = to.aged(*last, memory),
+        }
+    }
 }

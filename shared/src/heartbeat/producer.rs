@@ -54,4 +54,10 @@ impl Producer {
     pub fn deadline(&self) -> Option<Instant> {
         self.timer.deadline()
     }
+
+    /// Shifts the clock.
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &crate::types::Rebase) {
+        self.timer.rebase(to);
+    }
 }

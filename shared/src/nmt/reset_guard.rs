@@ -88,4 +88,10 @@ impl ResetGuard {
     pub fn deadline(&self, pause: Duration) -> Option<Instant> {
         Some(self.since? + pause)
     }
+
+    /// Shifts the clock.
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &crate::types::Rebase, pause: Duration) {
+        self.since = self.since.map(|since| to.aged(since, pause));
+    }
 }

@@ -29,4 +29,10 @@ impl Dwell {
         let is_monitoring = parameters.consumer > Duration::ZERO;
         is_monitoring.then(|| self.since + self.length(parameters))
     }
+
+    /// Shifts the clock.
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &crate::types::Rebase, parameters: &Parameters) {
+        self.since = to.aged(self.since, self.length(parameters));
+    }
 }

@@ -114,3 +114,6 @@ impl Work {
         is_done(bus) && !is_done(bus.other())
     }
 }
+
+#[cfg(feature = "model")]
+mod relative;

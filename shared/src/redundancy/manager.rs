@@ -1,19 +1,23 @@
 //! The master's side: heartbeat on the active bus, and when to go to the other one (ECSS 8.3.3a, b).
 
 use super::dwell::Dwell;
+use super::peers::PLACES;
 use super::trial::Trial;
 use super::{Parameters, PeerHeartbeat, Peers};
 use crate::heartbeat::Producer;
 use crate::link::port::{ErrorState, Health, LastError};
 use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
 
+#[cfg(feature = "model")]
+mod relative;
+
 /// Error passive this long without an acknowledgement or a received frame: the master is isolated. Rules out a burst of
 /// errors that ends with a frame of another node.
 const ISOLATION_GRACE: Duration = Duration::from_millis(2);
 
-/// Decides which bus is active.
+/// Decides which bus is active. Hears nodes with Node-IDs below `N`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Manager {
+pub struct Manager<const N: usize = PLACES> {
     parameters: Parameters,
     /// Share of the slaves whose silence makes a bus bad, percent.
     silent_share: u8,
@@ -22,7 +26,7 @@ pub struct Manager {
     /// What heartbeats say of the master itself.
     state: NmtState,
     announcing: bool,
-    peers: Peers,
+    peers: Peers<N>,
     /// A slave that counts was heard on the active bus since power-on or the last switch.
     heard_here: bool,
     /// End of the settling time after a switch; not isolated before.
@@ -38,6 +42,8 @@ pub struct Manager {
     trial: Trial,
     /// When assigned slaves that were never heard are reported.
     report: Option<Instant>,
+    #[cfg(feature = "model")]
+    broken: Option<super::Broken>,
 }
 
 /// Why the master left a bus.
@@ -88,7 +94,7 @@ pub enum Action {
     Unheard(NodeId),
 }
 
-impl Manager {
+impl<const N: usize> Manager<N> {
     /// On the default bus (ECSS 8.3.2a). `silent_share` in percent, `1..=100`; `dwell`: shortest time on a bus without a
     /// slave on either. Idle until [`Manager::start`].
     #[inline(never)] // made in its place
@@ -110,6 +116,8 @@ impl Manager {
             dwell: Dwell::new(dwell),
             trial: Trial::new(),
             report: None,
+            #[cfg(feature = "model")]
+            broken: None,
             // Last: then the compiler makes them in their place.
             peers: Peers::new(),
         }
@@ -146,12 +154,12 @@ impl Manager {
     }
 
     /// The nodes heard.
-    pub const fn peers(&self) -> &Peers {
+    pub const fn peers(&self) -> &Peers<N> {
         &self.peers
     }
 
     /// The nodes heard, to assign, hold or ask some.
-    pub fn peers_mut(&mut self) -> &mut Peers {
+    pub fn peers_mut(&mut self) -> &mut Peers<N> {
         &mut self.peers
     }
 
@@ -246,7 +254,7 @@ impl Manager {
                 return Some(self.switch(cause, silent, now));
             }
         }
-        if self.may_leave() && self.dwell.end(&self.parameters).is_some_and(|at| at <= now) {
+        if self.may_leave() && self.unheard_at().is_some_and(|at| at <= now) {
             let (silent, _) = self.peers.silent_and_heard(now);
             return Some(self.switch(SwitchCause::Unheard, silent.count_ones(), now));
         }
@@ -262,11 +270,8 @@ impl Manager {
 
     /// When [`Manager::poll`] has something to do.
     pub fn deadline(&self) -> Option<Instant> {
-        let leaving = if self.may_leave() {
-            earliest(&[self.isolated_at(), self.dwell.end(&self.parameters)])
-        } else {
-            None
-        };
+        let leaving =
+            if self.may_leave() { earliest(&[self.isolated_at(), self.unheard_at()]) } else { None };
         earliest(&[self.heartbeat.deadline(), self.peers.deadline(), leaving, self.report])
     }
 
@@ -279,6 +284,14 @@ impl Manager {
         Some((since + ISOLATION_GRACE).max(self.guard))
     }
 
+    fn unheard_at(&self) -> Option<Instant> {
+        #[cfg(feature = "model")]
+        if self.broken == Some(super::Broken::NoDwell) {
+            return None;
+        }
+        self.dwell.end(&self.parameters)
+    }
+
     /// Whether slaves that are silent here are a reason to leave, and how many they are.
     fn silence(&mut self, now: Instant) -> Option<(SwitchCause, u32)> {
         if self.parameters.consumer == Duration::ZERO || !self.may_leave() {
@@ -286,7 +299,7 @@ impl Manager {
         }
         let (silent, heard) = self.peers.silent_and_heard(now);
         let (number, others) = (silent.count_ones(), heard.count_ones());
-        if self.trial.judge(now, silent, others) == Some(true) {
+        if self.trial.judge(now, others) == Some(true) {
             return Some((SwitchCause::TriedInVain, number));
         }
         if silent == 0 {
@@ -300,9 +313,14 @@ impl Manager {
         if share_reached && number > self.left_behind {
             return Some((SwitchCause::SlavesSilent, number));
         }
-        let is_tried = self.trial.is_allowed(silent) && self.peers.is_any_elsewhere(now, &self.parameters);
+        #[cfg(feature = "model")]
+        if self.broken == Some(super::Broken::TriesForEver) {
+            self.trial.forget();
+        }
+        let is_tried =
+            self.trial.is_allowed(self.active, silent) && self.peers.is_any_elsewhere(now, &self.parameters);
         is_tried.then(|| {
-            self.trial.begin(silent, others, now + self.visit());
+            self.trial.begin(self.active, silent, others, now + self.visit());
             (SwitchCause::Tried, number)
         })
     }

@@ -3,6 +3,8 @@
 //! The master decides by where it sends its heartbeat ([`Manager`]); slaves follow ([`Selector`]). Of two master boards one is
 //! active ([`Standby`]). All are pure: facts and the time in, decisions out, equal states compare and hash equal.
 
+#[cfg(feature = "model")]
+mod broken;
 mod bus_off;
 mod dwell;
 mod hold_off;
@@ -14,6 +16,8 @@ mod selector;
 mod standby;
 mod trial;
 
+#[cfg(feature = "model")]
+pub use broken::Broken;
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};
 pub use manager::{Action, Manager, SwitchCause};
 pub use objects::{Redundancy, RedundancyObjects};

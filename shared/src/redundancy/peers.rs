@@ -9,20 +9,23 @@ use crate::heartbeat::Consumer;
 use crate::nmt::Target;
 use crate::types::{Duration, Instant, NmtState, NodeId};
 
+#[cfg(feature = "model")]
+mod relative;
+
 /// Node-IDs 0..=127; those of no slave stay empty.
-const PLACES: usize = 128;
+pub(super) const PLACES: usize = 128;
 /// Consumer times without a heartbeat after which a stranger is forgotten.
 const MEMORY: u32 = 10;
 
 /// A set of nodes: bit n stands for Node-ID n.
 pub(super) type NodeSet = u128;
 
-/// Every node heard since power-on, strangers until they are forgotten.
+/// Every node heard since power-on, strangers until they are forgotten. Node-IDs below `N`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Peers {
-    places: [Option<Peer>; PLACES],
+pub struct Peers<const N: usize = PLACES> {
+    places: [Option<Peer>; N],
     /// Consumer times of their own, milliseconds; zero for those that share the common one.
-    times: [u16; PLACES],
+    times: [u16; N],
     /// Assigned by 1F81h.
     assigned: NodeSet,
     /// Answered since their last boot-up message.
@@ -37,6 +40,8 @@ pub struct Peers {
     held: NodeSet,
     /// No peer has anything due before. Later heartbeats only move the truth further away.
     check: Option<Instant>,
+    #[cfg(feature = "model")]
+    pub(super) leaves_stopped: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -77,23 +82,23 @@ pub struct PeerHeartbeat {
     pub changed: bool,
     /// It had been lost.
     pub returned: bool,
-    /// It waits in Pre-operational and is not held there: start it (ECSS 8.3.3f).
+    /// It is not Operational and not held: start it (ECSS 8.3.3f).
     pub start: bool,
 }
 
-impl Default for Peers {
+impl<const N: usize> Default for Peers<N> {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Peers {
+impl<const N: usize> Peers<N> {
     /// No node heard or assigned.
     #[inline(never)] // made in their place
     pub const fn new() -> Self {
         Peers {
-            places: [None; PLACES],
-            times: [0; PLACES],
+            places: [None; N],
+            times: [0; N],
             assigned: 0,
             answered: 0,
             unasked: 0,
@@ -101,6 +106,8 @@ impl Peers {
             unheard: 0,
             held: 0,
             check: None,
+            #[cfg(feature = "model")]
+            leaves_stopped: false,
         }
     }
 
@@ -122,7 +129,7 @@ impl Peers {
 
     /// Consumer times by 1016h: node << 16 | milliseconds. Those that it does not name share the common one.
     pub fn set_times(&mut self, entries: &[u32]) {
-        self.times = [0; PLACES];
+        self.times = [0; N];
         for entry in entries {
             if let Some(time) = self.times.get_mut((entry >> 16) as usize) {
                 *time = *entry as u16;
@@ -174,7 +181,9 @@ impl Peers {
         let returned = peer.heartbeat.on_heartbeat(at);
         let changed = !known || peer.state != state;
         peer.state = state;
-        let waiting = matches!(state, NmtState::PreOperational | NmtState::Initialising);
+        let waiting = state != NmtState::Operational;
+        #[cfg(feature = "model")]
+        let waiting = waiting && !(self.leaves_stopped && state == NmtState::Stopped);
         let mut next = peer.heartbeat.deadline(own).unwrap_or(Instant::NEVER);
         // What was due before this heartbeat was checked then.
         if counts && peer.silent_at > at {

@@ -23,4 +23,10 @@ impl Rivals {
     pub fn deadline(&self, silence: Duration) -> Option<Instant> {
         Bus::ALL.into_iter().filter_map(|bus| self.last[bus]).min().map(|last| last + silence)
     }
+
+    /// Shifts the clock.
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &crate::types::Rebase, silence: Duration) {
+        self.last = PerBus::from_fn(|bus| self.last[bus].map(|last| to.aged(last, silence)));
+    }
 }

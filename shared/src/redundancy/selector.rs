@@ -4,6 +4,9 @@ use super::Parameters;
 use super::hold_off::{Move, Rhythm, Work};
 use crate::types::{Bus, Duration, Instant, PerBus, earliest};
 
+#[cfg(feature = "model")]
+mod relative;
+
 /// An intruder that is heard more seldom than Ttoggle consumer times costs a heartbeat period each time, so hold-offs get
 /// longer: up to 128 times that.
 const MOST_DOUBLINGS: u8 = 7;
@@ -32,6 +35,8 @@ pub struct Selector {
     kept: Bus,
     /// When another bus that was found may be kept, a consumer time without contradiction, and which.
     keep: Option<(Instant, Bus)>,
+    #[cfg(feature = "model")]
+    broken: Option<super::Broken>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -138,6 +143,8 @@ impl Selector {
             taken_back: 0,
             kept: bus,
             keep: None,
+            #[cfg(feature = "model")]
+            broken: None,
         }
     }
 
@@ -282,6 +289,8 @@ impl Selector {
 
     /// A heartbeat of the master on `bus`, which is the active one now.
     fn follow(&mut self, bus: Bus, bdefault: Bus, at: Instant) {
+        #[cfg(feature = "model")]
+        let bus = self.after_follow(bus);
         self.selected = bus;
         self.phase = Phase::Following { last: at };
         self.moved = None;
@@ -335,6 +344,8 @@ impl Selector {
     fn toggle(&mut self, search: Search, now: Instant) -> Selection {
         let Parameters { ctoggle, ntoggle, .. } = self.parameters;
         let bus = search.bus;
+        #[cfg(feature = "model")]
+        let ntoggle = self.before_toggle(ntoggle);
         if ctoggle >= ntoggle {
             self.phase = Phase::Searching(Search { bus, since: None });
             return Selection::GaveUp { bus };

@@ -1,52 +1,62 @@
 //! Trying the other bus for a few slaves that are heard only there.
 
 use super::peers::NodeSet;
-use crate::types::Instant;
+use crate::types::{Bus, Instant, PerBus};
 
-/// One try at a time, and none again while the same slaves stay silent.
+/// One try at a time, and from each bus none again while the same slaves stay silent there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Trial {
     running: Option<Running>,
-    /// Slaves that were silent on the bus where the last try ended.
-    settled: Option<NodeSet>,
+    /// Slaves that were silent on this bus when it was left for the last try.
+    tried: PerBus<Option<NodeSet>>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Running {
-    /// Slaves that were silent on the bus left, and how many were heard there.
-    silent: NodeSet,
+    /// How many slaves were heard on the bus left.
     heard: u32,
     verdict: Instant,
 }
 
 impl Trial {
     pub const fn new() -> Trial {
-        Trial { running: None, settled: None }
+        Trial { running: None, tried: PerBus { nominal: None, redundant: None } }
     }
 
-    /// Whether the other bus may be tried while these slaves are silent.
-    pub fn is_allowed(&self, silent: NodeSet) -> bool {
-        self.running.is_none() && self.settled != Some(silent)
+    /// Whether the other bus may be tried while these slaves are silent on `bus`.
+    pub fn is_allowed(&self, bus: Bus, silent: NodeSet) -> bool {
+        self.running.is_none() && self.tried[bus] != Some(silent)
     }
 
-    /// The other bus becomes active; it is judged at `verdict`.
-    pub fn begin(&mut self, silent: NodeSet, heard: u32, verdict: Instant) {
-        self.running = Some(Running { silent, heard, verdict });
+    /// `bus` is left because of these slaves; the other one is judged at `verdict`.
+    pub fn begin(&mut self, bus: Bus, silent: NodeSet, heard: u32, verdict: Instant) {
+        self.running = Some(Running { heard, verdict });
+        self.tried[bus] = Some(silent);
     }
 
     /// The bus changes for another reason.
     pub fn abandon(&mut self) {
-        if let Some(running) = self.running.take() {
-            self.settled = Some(running.silent);
-        }
+        self.running = None;
     }
 
-    /// Ends a try that is due, given what is heard and silent on the bus tried. `true`: fewer slaves than before, go
-    /// back. A tie stays.
-    pub fn judge(&mut self, now: Instant, silent: NodeSet, heard: u32) -> Option<bool> {
+    /// Ends a try that is due, given what is heard on the bus tried. `true`: fewer slaves than before, go back. A tie
+    /// stays.
+    pub fn judge(&mut self, now: Instant, heard: u32) -> Option<bool> {
         let running = self.running.take_if(|running| running.verdict <= now)?;
-        let is_worse = heard < running.heard;
-        self.settled = Some(if is_worse { running.silent } else { silent });
-        Some(is_worse)
+        Some(heard < running.heard)
+    }
+
+    /// Every try is allowed again.
+    #[cfg(feature = "model")]
+    pub fn forget(&mut self) {
+        self.tried = PerBus::default();
+    }
+
+    /// Shifts the clock.
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &crate::types::Rebase) {
+        if let Some(running) = &mut self.running {
+            running.verdict = to.due(running.verdict);
+        }
     }
 }

@@ -12,6 +12,8 @@ mod instant;
 mod nmt_state;
 mod node_id;
 mod periodic;
+#[cfg(feature = "model")]
+mod rebase;
 mod scet;
 mod utc;
 
@@ -25,5 +27,7 @@ pub use instant::{Duration, Instant, earliest};
 pub use nmt_state::NmtState;
 pub use node_id::NodeId;
 pub use periodic::Periodic;
+#[cfg(feature = "model")]
+pub use rebase::Rebase;
 pub use scet::Scet;
 pub use utc::{Utc, UtcRelation};

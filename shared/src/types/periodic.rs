@@ -51,4 +51,10 @@ impl Periodic {
     pub fn deadline(&self) -> Option<Instant> {
         self.next
     }
+
+    /// Shifts the clock. Of missed points the last one counts.
+    #[cfg(feature = "model")]
+    pub fn rebase(&mut self, to: &super::Rebase) {
+        self.next = self.next.map(|next| to.on_grid(next, self.period));
+    }
 }

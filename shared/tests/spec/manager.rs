@@ -6,7 +6,7 @@
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::Target;
 use ecss_can::redundancy::{Action, Manager, Parameters, PeerHeartbeat, SwitchCause};
-use ecss_can::types::NmtState::{Initialising, Operational, PreOperational};
+use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
 use ecss_can::types::{Bus, Duration, Frame};
 
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms, node};
@@ -310,6 +310,17 @@ fn slaves_that_wait_are_to_be_started_on_the_active_bus_unless_held() {
     assert!(!start(&mut manager, NOMINAL, PreOperational));
     manager.peers_mut().hold(Target::All, false);
     assert!(start(&mut manager, NOMINAL, PreOperational));
+}
+
+/// Given a slave that runs. When somebody else stops it, then it is started again, unless the application holds it.
+#[test]
+fn a_stopped_slave_that_is_not_held_is_to_be_started() {
+    let mut manager = started();
+    let start = |manager: &mut Manager, state| manager.on_heartbeat(NOMINAL, node(2), state, ms(1)).start;
+    assert!(!start(&mut manager, Operational));
+    assert!(start(&mut manager, Stopped));
+    manager.peers_mut().hold(Target::Node(node(2)), true);
+    assert!(!start(&mut manager, Stopped));
 }
 
 #[test]

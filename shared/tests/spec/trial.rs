@@ -38,11 +38,26 @@ fn a_bus_where_more_slaves_are_heard_is_kept() {
     assert_eq!(manager.active(), REDUNDANT);
 }
 
+/// Given a try that ended in a tie. When the slave left behind is heard on the other bus for the hold time, then that bus is
+/// tried for it, and after this no bus is.
 #[test]
-fn a_tie_stays_and_no_other_try_follows() {
+fn after_a_tie_each_bus_was_tried_once() {
     let mut manager = tried();
-    assert_eq!(fly(&mut manager, 1_340, 6_000, &[3, 4, 5], &[2]), []);
-    assert_eq!(manager.active(), REDUNDANT);
+    let done = fly(&mut manager, 1_340, 1_980, &[3, 4, 5], &[2]);
+    assert_eq!(done, [(1_980, switched(REDUNDANT, SwitchCause::Tried))]);
+    assert_eq!(fly(&mut manager, 1_980, 3_000, &[2, 3, 4], &[5]), []);
+    assert_eq!(fly(&mut manager, 3_000, 20_000, &[2, 3, 4], &[5]), []);
+    assert_eq!(manager.active(), NOMINAL);
+}
+
+/// Given a master that went to the other bus for a slave that was there for a while only, reset, say. Then it comes back for
+/// the slave that it left behind.
+#[test]
+fn a_bus_that_serves_all_is_found_again_after_a_tie() {
+    let mut manager = tried();
+    let done = fly(&mut manager, 1_340, 1_980, &[3, 4, 5], &[2]);
+    assert_eq!(done, [(1_980, switched(REDUNDANT, SwitchCause::Tried))]);
+    assert_eq!(fly(&mut manager, 1_980, 20_000, &[2, 3, 4, 5], &[]), []);
 }
 
 #[test]

@@ -1,0 +1,19 @@
+//! Rules that are broken on purpose: the model checker must find every one.
+
+/// A rule that does not hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Broken {
+    /// The master stays where it hears no slave, for ever.
+    NoDwell,
+    /// The master does not start slaves that somebody else stopped.
+    LeavesStopped,
+    /// The master tries the other bus again and again for the same slaves.
+    TriesForEver,
+    /// A slave that follows the master does not go to its bus.
+    StaysBehind,
+    /// A search has a switch too many.
+    TogglesOnceMore,
+    /// Each switch of a search changes Bdefault.
+    BdefaultByToggle,
+}

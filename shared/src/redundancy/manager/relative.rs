@@ -1,0 +1,25 @@
+//! Relative to now, for the model checker.
+
+use super::{ISOLATION_GRACE, Manager};
+use crate::redundancy::Broken;
+use crate::types::{Instant, Rebase};
+
+impl<const N: usize> Manager<N> {
+    /// Breaks a rule.
+    pub fn break_rule(&mut self, broken: Option<Broken>) {
+        self.broken = broken;
+        self.peers.leaves_stopped = broken == Some(Broken::LeavesStopped);
+    }
+
+    /// Shifts the clock from `now`, when everything due was polled.
+    pub fn rebase(&mut self, now: Instant) {
+        let (to, parameters) = (Rebase::new(now), self.parameters);
+        self.heartbeat.rebase(&to);
+        self.peers.rebase(now, &parameters);
+        self.guard = to.due(self.guard);
+        self.alone_since = self.alone_since.map(|since| to.aged(since, ISOLATION_GRACE));
+        self.dwell.rebase(&to, &parameters);
+        self.trial.rebase(&to);
+        self.report = self.report.map(|at| to.due(at));
+    }
+}

@@ -1,0 +1,64 @@
+//! Relative to now, for the model checker.
+
+use super::{Phase, Selector};
+use crate::redundancy::Broken;
+use crate::types::{Bus, Instant, PerBus, Rebase};
+
+impl Selector {
+    /// Breaks a rule.
+    pub fn break_rule(&mut self, broken: Option<Broken>) {
+        self.broken = broken;
+    }
+
+    /// The bus where it is after it found the master on `bus`.
+    pub(super) fn after_follow(&self, bus: Bus) -> Bus {
+        let is_following = matches!(self.phase, Phase::Following { .. });
+        let stays = is_following && self.broken == Some(Broken::StaysBehind);
+        if stays { self.selected } else { bus }
+    }
+
+    /// Switches of a search at most, before one of them.
+    pub(super) fn before_toggle(&mut self, ntoggle: u8) -> u8 {
+        match self.broken {
+            Some(Broken::TogglesOnceMore) => ntoggle.saturating_add(1),
+            Some(Broken::BdefaultByToggle) => {
+                self.parameters.bdefault = self.selected.other();
+                ntoggle
+            }
+            _ => ntoggle,
+        }
+    }
+
+    /// Shifts the clock from `now`, when everything due was polled. `frames` as for [`Selector::on_work`]; returns the
+    /// counts to go on with.
+    pub fn rebase(&mut self, frames: PerBus<u32>, now: Instant) -> PerBus<u32> {
+        let (to, parameters) = (Rebase::new(now), self.parameters);
+        // Later than that, a switch that is overdue does not count from its time.
+        let late = parameters.toggling_time().times(2);
+        match &mut self.phase {
+            Phase::Following { last } => {
+                *last = to.aged(*last, parameters.consumer);
+                // Shows the last search, decides nothing.
+                self.parameters.ctoggle = 0;
+            }
+            Phase::Unconfirmed { until, search, .. } => {
+                *until = to.due(*until);
+                search.since = search.since.map(|since| to.aged(since, late));
+            }
+            Phase::Searching(search) => {
+                search.since = search.since.map(|since| to.aged(since, late));
+            }
+        }
+        self.rhythm.rebase();
+        self.moved = self.moved.and_then(|moved| moved.rebased(&to, &parameters, now));
+        self.hold_off = self.hold_off.map(|until| to.due(until));
+        self.keep = self.keep.map(|(at, bus)| (to.due(at), bus));
+        self.on_work(frames);
+        if self.moved.is_none() && self.hold_off.is_none() {
+            // The next move looks at what comes after it.
+            self.work.restart(now);
+        }
+        self.work.rebase(&to, parameters.consumer.max(parameters.producer).times(2));
+        self.work.frames
+    }
+}
