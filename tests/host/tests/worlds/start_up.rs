@@ -60,6 +60,17 @@ fn heartbeats_of_everybody_come_every_period_on_the_active_bus() {
     assert_eq!(world.frames(Bus::Redundant), []);
 }
 
+/// Given slaves at work. When a node that is none of ours stops all of them, then the master starts them again.
+#[test]
+fn slaves_stopped_by_somebody_else_are_started_again() {
+    let mut world = running(STANDARD, 2);
+    let from = world.now();
+    world.inject(Bus::Nominal, standard(0x000, &[0x02, 0x00]));
+    world.run_for(ms(200));
+    told_once(&world, TWO, from, entered(NmtState::Stopped));
+    assert!(world.all_operational());
+}
+
 /// Verifies: ECSS 6.5.1a
 #[test]
 fn module_control_commands_are_obeyed_by_whom_they_address() {

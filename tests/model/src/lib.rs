@@ -1,0 +1,14 @@
+//! Searches all that can happen to a master and two slaves on two buses, by the state machines of flight.
+
+#![forbid(unsafe_code)]
+
+pub mod broken;
+pub mod master;
+pub mod profile;
+pub mod search;
+pub mod slave;
+pub mod snapshot;
+pub mod station;
+pub mod table;
+pub mod watch;
+pub mod world;

@@ -1,0 +1,90 @@
+//! Searches through all that can happen to the redundancy, or shows how a broken rule is found.
+
+use std::process::ExitCode;
+use std::time::Instant;
+
+use clap::{Parser, ValueEnum};
+use redundancy_model::broken::RULES;
+use redundancy_model::search::{self, MOST_FAULTS};
+use redundancy_model::snapshot;
+
+/// Searches all that can happen to a master and two slaves on two buses with some faults at any moment.
+///
+/// Exit codes: 0 every property holds in every state, and the number of states is the known one; 1 not so; 2 wrong arguments.
+#[derive(Parser)]
+struct Arguments {
+    /// Faults at most, 0 to 3
+    #[arg(long, default_value_t = MOST_FAULTS, value_parser = clap::value_parser!(u8).range(..=i64::from(MOST_FAULTS)))]
+    faults: u8,
+    /// Threads, 1 to 64: all cores unless given
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=64))]
+    threads: Option<u8>,
+    /// Breaks a rule and prints the shortest way to where it shows
+    #[arg(long)]
+    broken: Option<Rule>,
+}
+
+/// A broken rule, by its number.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Rule {
+    /// The master stays where it hears no slave, for ever
+    NoDwell,
+    /// The master does not start slaves that somebody else stopped
+    LeavesStopped,
+    /// The master tries the other bus again and again
+    TriesForEver,
+    /// A slave does not go to the bus of the master
+    StaysBehind,
+    /// A search has a switch too many
+    TogglesOnceMore,
+    /// Each switch of a search changes Bdefault
+    BdefaultByToggle,
+}
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    if let Some(rule) = arguments.broken {
+        return show(&RULES[rule as usize]);
+    }
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let start = Instant::now();
+    let report = search::search(arguments.faults, arguments.threads.map_or(cores, usize::from));
+    for violation in &report.violations {
+        println!("does not hold: {}\n\n{}", violation.property, violation.table);
+    }
+    if !report.is_closed {
+        eprintln!("the search ended at a property that does not hold, after {} states", report.states);
+        return ExitCode::FAILURE;
+    }
+    println!(
+        "{} states and {} steps with up to {} faults, all of them: every property holds\n\
+         longest time without service {} ms, longest disagreement {} ms, most changes of the bus without need {}\n\
+         {:.0} s",
+        report.states,
+        report.steps,
+        arguments.faults,
+        report.unserved,
+        report.disagreeing,
+        report.needless,
+        start.elapsed().as_secs_f64()
+    );
+    match snapshot::states(arguments.faults) {
+        Some(known) if known == report.states => ExitCode::SUCCESS,
+        known => {
+            eprintln!(
+                "{known:?} states are known in {}: put the new number there if a rule has changed",
+                snapshot::PATH
+            );
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn show(rule: &redundancy_model::broken::Rule) -> ExitCode {
+    let Some(violation) = search::find(rule.faults, rule.broken, rule.property) else {
+        eprintln!("not found with {} faults", rule.faults);
+        return ExitCode::FAILURE;
+    };
+    println!("{:?}: does not hold: {}\n\n{}", rule.broken, violation.property, violation.table);
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,32 @@
+//! The numbers of the model: small, in the proportions of the default profile.
+
+use ecss_can::redundancy::Parameters;
+use ecss_can::types::{Bus, Duration, NodeId};
+
+/// Nodes have Node-IDs below.
+pub const PLACES: usize = 4;
+
+/// The slave with parallel access.
+pub const PARALLEL: NodeId = NodeId::of::<2>();
+/// The slave with selective access.
+pub const SELECTIVE: NodeId = NodeId::of::<3>();
+
+/// Time goes on in whole ticks: half a heartbeat period. What is due within a tick is done at its end.
+pub const TICK: Duration = Duration::from_millis(50);
+
+/// Heartbeat 2 ticks, consumer time 5, Ttoggle 2. Ntoggle 4 is the least with which slaves search for two dwells.
+pub const PARAMETERS: Parameters = Parameters {
+    consumer: Duration::from_millis(250),
+    producer: Duration::from_millis(100),
+    bdefault: Bus::Nominal,
+    ttoggle: 2,
+    ntoggle: 4,
+    ctoggle: 0,
+};
+
+/// Share of silent slaves that moves the master, percent.
+pub const SILENT_SHARE: u8 = 50;
+/// The dwell is two toggling times and two heartbeat periods: 24 ticks.
+pub const DWELL: Duration = Duration::ZERO;
+/// Lifetime of heartbeats, NMT commands and SYNC.
+pub const LIFETIME: Duration = PARAMETERS.producer;

@@ -1,0 +1,195 @@
+//! The search for all that can happen.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use ecss_can::redundancy::Broken;
+use stateright::{Checker, HasDiscoveries, Model, Property};
+
+use crate::profile::{PARAMETERS, TICK};
+use crate::table::Table;
+use crate::world::{Fault, World};
+
+/// Most faults of a search.
+pub const MOST_FAULTS: u8 = 3;
+
+/// Changes of the bus that no unserved slave asks for: where each bus serves one slave, a try from each bus, and at most one
+/// return from each.
+const NEEDLESS: u8 = 4;
+
+/// What happens next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Step {
+    /// Time goes on.
+    Tick,
+    /// Something breaks, or is mended.
+    Fault(Fault),
+    /// No faults happen any more: from now on the bounds count.
+    Calm,
+}
+
+/// Names of the properties.
+pub mod property {
+    /// Every slave in reach is operational on the master's bus.
+    pub const SERVED: &str = "slaves in reach are operational within the bound";
+    /// Slaves that hear the master agree with it on the bus.
+    pub const AGREED: &str = "nodes that hear each other agree on the bus within the bound";
+    /// The bus does not change for ever.
+    pub const SETTLED: &str = "the bus does not change for ever";
+    /// Ctoggle.
+    pub const CTOGGLE: &str = "Ctoggle is at most Ntoggle";
+    /// Bdefault.
+    pub const BDEFAULT: &str = "Bdefault changes with a find, a follow and their return only";
+}
+
+/// Largest values found, ticks and changes.
+#[derive(Debug, Default)]
+pub struct Longest {
+    unserved: AtomicU8,
+    disagreeing: AtomicU8,
+    needless: AtomicU8,
+}
+
+/// A model of a spacecraft.
+#[derive(Debug, Default)]
+pub struct Spacecraft {
+    faults: u8,
+    broken: Option<Broken>,
+    longest: Longest,
+}
+
+/// Ticks in which every slave in reach becomes operational: (Ttoggle + 2) consumer times and a hold time, and two dwells where
+/// the master hears no slave.
+fn service_bound() -> u8 {
+    agreement_bound() + 2 * ticks(PARAMETERS.dwell(crate::profile::DWELL))
+}
+
+/// Ticks in which a slave that hears the master is on its bus: (Ttoggle + 2) consumer times and a hold time.
+fn agreement_bound() -> u8 {
+    ticks(PARAMETERS.toggling_time() + PARAMETERS.consumer.times(2) + PARAMETERS.hold_time())
+}
+
+fn ticks(span: ecss_can::types::Duration) -> u8 {
+    u8::try_from(span.as_micros() / TICK.as_micros()).unwrap_or(u8::MAX)
+}
+
+fn note(longest: &AtomicU8, value: u8) -> u8 {
+    longest.fetch_max(value, Ordering::Relaxed);
+    value
+}
+
+impl Model for Spacecraft {
+    type State = World;
+    type Action = Step;
+
+    fn init_states(&self) -> Vec<World> {
+        vec![World::new(self.faults, self.broken)]
+    }
+
+    fn actions(&self, state: &World, actions: &mut Vec<Step>) {
+        actions.push(Step::Tick);
+        if state.left > 0 {
+            actions.push(Step::Calm);
+            let mut faults = Vec::new();
+            state.faults(&mut faults);
+            actions.extend(faults.into_iter().map(Step::Fault));
+        }
+    }
+
+    fn next_state(&self, last: &World, action: Step) -> Option<World> {
+        let mut world = last.clone();
+        match action {
+            Step::Tick => world.tick(),
+            Step::Fault(fault) => world.suffer(fault),
+            Step::Calm => world.left = 0,
+        }
+        Some(world)
+    }
+
+    fn properties(&self) -> Vec<Property<Self>> {
+        vec![
+            Property::always(property::SERVED, |model: &Spacecraft, world: &World| {
+                note(&model.longest.unserved, world.watch.unserved) <= service_bound()
+            }),
+            Property::always(property::AGREED, |model: &Spacecraft, world: &World| {
+                note(&model.longest.disagreeing, world.watch.disagreeing) <= agreement_bound()
+            }),
+            Property::always(property::SETTLED, |model: &Spacecraft, world: &World| {
+                note(&model.longest.needless, world.watch.needless) <= NEEDLESS
+            }),
+            Property::always(property::CTOGGLE, |_, world: &World| !world.watch.is_toggled_too_often),
+            Property::always(property::BDEFAULT, |_, world: &World| !world.watch.has_wrong_bdefault),
+        ]
+    }
+}
+
+/// A whole search.
+#[derive(Debug)]
+pub struct Report {
+    /// Different states.
+    pub states: usize,
+    /// Steps from one state to another, also to known ones.
+    pub steps: usize,
+    /// Every state that can be reached was looked at, from power-on to where nothing new happens.
+    pub is_closed: bool,
+    /// Longest time without service, milliseconds.
+    pub unserved: u64,
+    /// Longest disagreement, milliseconds.
+    pub disagreeing: u64,
+    /// Most changes of the bus while the slaves were served.
+    pub needless: u8,
+    /// Properties that do not hold, and the shortest way there.
+    pub violations: Vec<Violation>,
+}
+
+/// A property does not hold.
+#[derive(Debug)]
+pub struct Violation {
+    /// Its name.
+    pub property: &'static str,
+    /// The way there.
+    pub table: String,
+    /// Steps of it.
+    pub steps: usize,
+    /// Faults on it.
+    pub faults: usize,
+}
+
+/// Searches through all that can happen with up to `faults` faults at any moment. Ends at the first state without a property
+/// that does not hold, if there is one.
+pub fn search(faults: u8, threads: usize) -> Report {
+    explore(faults, None, threads, HasDiscoveries::Any)
+}
+
+/// Searches for the shortest way on which `property` does not hold where a rule is broken.
+pub fn find(faults: u8, broken: Broken, property: &'static str) -> Option<Violation> {
+    let report = explore(faults, Some(broken), 1, HasDiscoveries::AllOf(BTreeSet::from([property])));
+    report.violations.into_iter().find(|violation| violation.property == property)
+}
+
+fn explore(faults: u8, broken: Option<Broken>, threads: usize, until: HasDiscoveries) -> Report {
+    let model = Spacecraft { faults, broken, longest: Longest::default() };
+    let checker = model.checker().threads(threads).finish_when(until).spawn_bfs().join();
+    let longest = &checker.model().longest;
+    let millis = |ticks: &AtomicU8| u64::from(ticks.load(Ordering::Relaxed)) * TICK.as_millis();
+    let violations: Vec<Violation> = checker
+        .discoveries()
+        .into_iter()
+        .map(|(property, path)| violation(property, Table::new(path)))
+        .collect();
+    Report {
+        states: checker.unique_state_count(),
+        steps: checker.state_count(),
+        is_closed: checker.is_done() && violations.is_empty(),
+        unserved: millis(&longest.unserved),
+        disagreeing: millis(&longest.disagreeing),
+        needless: longest.needless.load(Ordering::Relaxed),
+        violations,
+    }
+}
+
+fn violation(property: &'static str, table: Table) -> Violation {
+    let is_fault = |(_, step): &&(World, Option<Step>)| matches!(step, Some(Step::Fault(_)));
+    let (steps, faults) = (table.0.len() - 1, table.0.iter().filter(is_fault).count());
+    Violation { property, table: table.to_string(), steps, faults }
+}

@@ -1,0 +1,95 @@
+//! A trace as a table.
+
+use std::fmt;
+
+use ecss_can::types::{Bus, NmtState};
+use stateright::Path;
+
+use crate::profile::TICK;
+use crate::search::Step;
+use crate::station::Station;
+use crate::world::{Fault, Kind, Message, STATIONS, World};
+
+/// Names of the nodes.
+const NAMES: [&str; STATIONS] = ["master", "slave 2", "slave 3"];
+
+/// The way to a state, a row for each step that changed something.
+pub struct Table(pub Vec<(World, Option<Step>)>);
+
+impl Table {
+    /// Of a path that the checker found.
+    pub fn new(path: Path<World, Step>) -> Table {
+        Table(path.into_vec())
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "    ms  step                                master          slave 2, parallel   slave 3, selective  not served"
+        )?;
+        let (mut at, mut told) = (0, String::new());
+        let mut step = String::from("power-on of all nodes");
+        for (place, (world, next)) in self.0.iter().enumerate() {
+            let now = nodes(world);
+            let is_last = place + 1 == self.0.len();
+            if now != told || !step.is_empty() || is_last {
+                let unserved = u64::from(world.watch.unserved) * TICK.as_millis();
+                writeln!(f, "{at:6}  {step:34}  {now}  {unserved:7} ms")?;
+            }
+            told = now;
+            step = match next {
+                Some(Step::Tick) => {
+                    at += u64::from(world.ticks()) * TICK.as_millis();
+                    String::new()
+                }
+                Some(Step::Fault(fault)) => words(*fault),
+                Some(Step::Calm) => String::from("no more faults"),
+                None => String::new(),
+            };
+        }
+        Ok(())
+    }
+}
+
+fn nodes(world: &World) -> String {
+    let cause = world.master.switched.map_or(String::new(), |cause| format!(" {cause:?}"));
+    let master = format!("{}{cause}", letter(world.master.active()));
+    let slaves = world.slaves.iter().map(|slave| {
+        let given_up = if slave.has_given_up { " gave up" } else { "" };
+        format!("{} {}{given_up}", letter(slave.active()), state(slave.state()))
+    });
+    let slaves: Vec<String> = slaves.map(|text| format!("{text:18}")).collect();
+    format!("{master:14}  {}", slaves.join("  "))
+}
+
+fn words(fault: Fault) -> String {
+    match fault {
+        Fault::Cut(bus, place) => format!("{} cut from {}", NAMES[place], letter(bus)),
+        Fault::Restore(bus, place) => format!("{} back on {}", NAMES[place], letter(bus)),
+        Fault::Reset(place) => format!("{} reset", NAMES[place]),
+        Fault::Off(place) => format!("{} without power", NAMES[place]),
+        Fault::On(place) => format!("{} has power again", NAMES[place]),
+        Fault::Lose(place, Kind::Heartbeat) => format!("{} will lose a heartbeat", NAMES[place]),
+        Fault::Lose(place, Kind::Command) => format!("{} will lose a command", NAMES[place]),
+        Fault::Foreign(bus, Message::Heartbeat) => format!("foreign master's heartbeat on {}", letter(bus)),
+        Fault::Foreign(bus, Message::Command(command)) => format!("foreign {command:?} on {}", letter(bus)),
+    }
+}
+
+fn letter(bus: Bus) -> &'static str {
+    match bus {
+        Bus::Nominal => "N",
+        Bus::Redundant => "R",
+    }
+}
+
+fn state(state: NmtState) -> &'static str {
+    match state {
+        NmtState::Initialising => "initialising",
+        NmtState::PreOperational => "pre-op",
+        NmtState::Operational => "operational",
+        NmtState::Stopped => "stopped",
+    }
+}

@@ -1,0 +1,297 @@
+//! Three nodes on two buses, and what can go wrong with them.
+
+use ecss_can::heartbeat;
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::redundancy::{Broken, BusAccess};
+use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Rebase};
+
+use crate::master::Master;
+use crate::profile::{PARALLEL, SELECTIVE, TICK};
+use crate::slave::Slave;
+use crate::station::Station;
+use crate::watch::Watch;
+
+/// Nodes: the master, then the slaves.
+pub const STATIONS: usize = 3;
+/// The place of the master.
+pub const MASTER: usize = 0;
+
+/// What a foreign master commands.
+const COMMANDS: [Command; 5] = [
+    Command::Start,
+    Command::Stop,
+    Command::EnterPreOperational,
+    Command::ResetNode,
+    Command::ResetCommunication,
+];
+
+/// What happens between two moments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Fault {
+    /// A node is cut from a bus, at its stub. In a line of three nodes every cut of a segment separates one node, too.
+    Cut(Bus, usize),
+    /// The stub is mended.
+    Restore(Bus, usize),
+    /// The chip of a node is reset.
+    Reset(usize),
+    /// A node loses its power.
+    Off(usize),
+    /// It has power again.
+    On(usize),
+    /// The next frame of this kind that arrives at a node is lost there.
+    Lose(usize, Kind),
+    /// A node that is none of ours sends this frame on a bus.
+    Foreign(Bus, Message),
+}
+
+/// Frames that a receiver loses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// A heartbeat or boot-up message.
+    Heartbeat,
+    /// A command of the master.
+    Command,
+}
+
+/// Frames of the master that somebody else sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Message {
+    /// Its heartbeat.
+    Heartbeat,
+    /// A module control command to all slaves.
+    Command(Command),
+}
+
+/// A whole spacecraft, at [`Rebase::ORIGIN`].
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct World {
+    /// The master.
+    pub master: Master,
+    /// One slave with parallel access, one with selective access.
+    pub slaves: [Slave; 2],
+    /// A bit for each stub that is cut: three of the nominal bus, three of the redundant one.
+    cut: u8,
+    /// A bit for each node without power.
+    off: u8,
+    /// A bit for each node and kind of frame that is to be lost.
+    losing: u8,
+    /// Faults that may still happen.
+    pub left: u8,
+    /// The properties.
+    pub watch: Watch,
+}
+
+impl World {
+    /// All nodes powered at the same instant. `broken`: a rule that does not hold.
+    pub fn new(faults: u8, broken: Option<Broken>) -> World {
+        let mut world = World {
+            master: Master::new(broken),
+            slaves: [
+                Slave::new(PARALLEL, BusAccess::Parallel, broken),
+                Slave::new(SELECTIVE, BusAccess::Selective, broken),
+            ],
+            cut: 0,
+            off: 0,
+            losing: 0,
+            left: faults,
+            watch: Watch::default(),
+        };
+        let now = Rebase::ORIGIN;
+        (0..STATIONS).for_each(|place| world.station(place).start(now));
+        world.settle(now);
+        world.rebase(now);
+        world
+    }
+
+    fn station(&mut self, place: usize) -> &mut dyn Station {
+        match place {
+            MASTER => &mut self.master,
+            _ => &mut self.slaves[place - 1],
+        }
+    }
+
+    fn seen(&self, place: usize) -> &dyn Station {
+        match place {
+            MASTER => &self.master,
+            _ => &self.slaves[place - 1],
+        }
+    }
+
+    /// Whether a node is on the wire of a bus, its controller apart.
+    pub fn is_connected(&self, bus: Bus, place: usize) -> bool {
+        self.cut & stub(bus, place) == 0
+    }
+
+    /// Whether a node has power.
+    pub fn is_powered(&self, place: usize) -> bool {
+        self.off & 1 << place == 0
+    }
+
+    /// Whether a frame is still to be lost.
+    pub fn is_losing(&self) -> bool {
+        self.losing != 0
+    }
+
+    fn takes_part(&self, bus: Bus, place: usize) -> bool {
+        self.is_powered(place) && self.is_connected(bus, place) && self.seen(place).is_joined(bus)
+    }
+
+    /// Every fault that can happen now.
+    pub fn faults(&self, faults: &mut Vec<Fault>) {
+        for bus in Bus::ALL {
+            for place in 0..STATIONS {
+                let is_whole = self.is_connected(bus, place);
+                faults.push(if is_whole { Fault::Cut(bus, place) } else { Fault::Restore(bus, place) });
+            }
+            faults.push(Fault::Foreign(bus, Message::Heartbeat));
+            faults.extend(COMMANDS.map(|command| Fault::Foreign(bus, Message::Command(command))));
+        }
+        for place in 0..STATIONS {
+            if !self.is_powered(place) {
+                faults.push(Fault::On(place));
+                continue;
+            }
+            faults.extend([Fault::Reset(place), Fault::Off(place)]);
+            for kind in [Kind::Heartbeat, Kind::Command] {
+                if (place != MASTER || kind == Kind::Heartbeat) && self.losing & loss(place, kind) == 0 {
+                    faults.push(Fault::Lose(place, kind));
+                }
+            }
+        }
+    }
+
+    /// A fault happens, and what follows from it at once.
+    pub fn suffer(&mut self, fault: Fault) {
+        self.suffer_at(fault, Rebase::ORIGIN);
+        self.rebase(Rebase::ORIGIN);
+    }
+
+    /// The same at any time, without the shift to [`Rebase::ORIGIN`].
+    pub fn suffer_at(&mut self, fault: Fault, now: Instant) {
+        self.master.switched = None;
+        match fault {
+            Fault::Cut(bus, place) => self.cut |= stub(bus, place),
+            Fault::Restore(bus, place) => self.cut &= !stub(bus, place),
+            Fault::Reset(place) => self.station(place).start(now),
+            Fault::Off(place) => {
+                self.off |= 1 << place;
+                self.losing &= !(loss(place, Kind::Heartbeat) | loss(place, Kind::Command));
+                self.station(place).power_off();
+            }
+            Fault::On(place) => {
+                self.off &= !(1 << place);
+                self.station(place).start(now);
+            }
+            Fault::Lose(place, kind) => self.losing |= loss(place, kind),
+            Fault::Foreign(bus, message) => {
+                let frame = match message {
+                    Message::Heartbeat => heartbeat::encode(NodeId::MASTER, NmtState::Operational),
+                    Message::Command(command) => NmtMessage { command, target: Target::All }.encode(),
+                };
+                self.deliver(bus, &frame, None, now);
+            }
+        }
+        self.settle(now);
+        self.left -= 1;
+        self.restart_watch();
+    }
+
+    fn restart_watch(&mut self) {
+        let mut watch = self.watch;
+        watch.restart(self);
+        self.watch = watch;
+    }
+
+    /// Ticks until something is due.
+    pub fn ticks(&self) -> u32 {
+        self.ticks_from(Rebase::ORIGIN)
+    }
+
+    fn ticks_from(&self, now: Instant) -> u32 {
+        let powered = (0..STATIONS).filter(|place| self.is_powered(*place));
+        let due = powered.filter_map(|place| self.seen(place).deadline()).min();
+        let wait = due.map_or(TICK, |due| due.since(now)).max(TICK);
+        wait.as_micros().div_ceil(TICK.as_micros()) as u32
+    }
+
+    /// Time goes on to the next tick at which something is due.
+    pub fn tick(&mut self) {
+        let now = self.tick_from(Rebase::ORIGIN);
+        self.rebase(now);
+    }
+
+    /// The same from any time, without the shift to [`Rebase::ORIGIN`]. Returns the time then.
+    pub fn tick_from(&mut self, now: Instant) -> Instant {
+        let ticks = self.ticks_from(now);
+        let now = now + TICK.times(ticks);
+        self.master.switched = None;
+        for place in 0..STATIONS {
+            if !self.is_powered(place) {
+                continue;
+            }
+            while let Some(waiting) = self.station(place).outgoing().take_expired(now) {
+                self.station(place).on_expired(waiting.bus, &waiting.frame, now);
+            }
+            self.station(place).poll(now);
+        }
+        self.settle(now);
+        let mut watch = self.watch;
+        watch.look(self, ticks);
+        self.watch = watch;
+        now
+    }
+
+    /// Everything that can be sent is sent, the lowest COB-ID first.
+    fn settle(&mut self, now: Instant) {
+        loop {
+            let mut next: Option<(CobId, Bus, usize, Frame)> = None;
+            for bus in Bus::ALL {
+                for place in 0..STATIONS {
+                    let Some(frame) = self.seen(place).waiting().next(bus) else { continue };
+                    let is_heard = self.takes_part(bus, place)
+                        && (0..STATIONS).any(|other| other != place && self.takes_part(bus, other));
+                    self.station(place).on_unacknowledged(bus, !is_heard, now);
+                    if is_heard && next.is_none_or(|(id, ..)| frame.id() < id) {
+                        next = Some((frame.id(), bus, place, frame));
+                    }
+                }
+            }
+            let Some((_, bus, place, frame)) = next else { return };
+            self.station(place).on_sent(bus, &frame, now);
+            self.deliver(bus, &frame, Some(place), now);
+        }
+    }
+
+    fn deliver(&mut self, bus: Bus, frame: &Frame, from: Option<usize>, now: Instant) {
+        let kind = match frame.id() {
+            CobId::NMT => Some(Kind::Command),
+            id if id.function() == CobId::heartbeat(NodeId::MASTER).function() => Some(Kind::Heartbeat),
+            _ => None,
+        };
+        for place in 0..STATIONS {
+            if Some(place) == from || !self.takes_part(bus, place) {
+                continue;
+            }
+            let lost = kind.map_or(0, |kind| loss(place, kind));
+            if self.losing & lost != 0 {
+                self.losing &= !lost;
+                self.restart_watch();
+            } else {
+                self.station(place).on_received(bus, frame, now);
+            }
+        }
+    }
+
+    fn rebase(&mut self, now: Instant) {
+        self.master.rebase(now);
+        self.slaves.iter_mut().for_each(|slave| slave.rebase(now));
+    }
+}
+
+fn stub(bus: Bus, place: usize) -> u8 {
+    1 << (usize::from(bus.bdefault()) * STATIONS + place)
+}
+
+fn loss(place: usize, kind: Kind) -> u8 {
+    1 << (place * 2 + usize::from(kind == Kind::Command))
+}

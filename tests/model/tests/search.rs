@@ -1,0 +1,35 @@
+//! The search is whole, the same in every run, and finds rules that are broken.
+
+use std::process::Command;
+
+use redundancy_model::broken::RULES;
+use redundancy_model::search::{find, search};
+use redundancy_model::snapshot;
+
+/// Given up to two faults at any moment. Then every property holds in every state that can be reached.
+#[test]
+fn two_faults_at_any_moment_break_no_property() {
+    let report = search(2, 2);
+    assert!(report.is_closed, "{:#?}", report.violations.first().map(|violation| &violation.table));
+    assert_eq!(Some(report.states), snapshot::states(2), "see {}", snapshot::PATH);
+}
+
+/// Given a rule that is broken; the slow ones are left to the command. Then the search finds a state where its property does not hold, with as many faults as it
+/// takes and no fewer.
+#[test]
+fn each_broken_rule_is_found() {
+    for rule in RULES.into_iter().filter(|rule| rule.faults < 3) {
+        let violation = find(rule.faults, rule.broken, rule.property).expect("a way to it");
+        assert_eq!(violation.faults, usize::from(rule.faults), "{rule:?}\n{}", violation.table);
+        assert!(find(rule.faults - 1, rule.broken, rule.property).is_none(), "{rule:?} with fewer faults");
+    }
+}
+
+#[test]
+fn bad_arguments_end_with_2() {
+    for bad in [["--faults", "4"], ["--threads", "0"], ["--broken", "all"]] {
+        let output =
+            Command::new(env!("CARGO_BIN_EXE_redundancy-model")).args(bad).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(2), "{bad:?}");
+    }
+}

@@ -1,0 +1,48 @@
+//! What decisions depend on survives the shift of the clock.
+
+use ecss_can::redundancy::SwitchCause;
+use ecss_can::types::{Bus, Frame, NmtState, Rebase};
+use redundancy_model::profile::TICK;
+use redundancy_model::station::Station;
+use redundancy_model::world::World;
+
+type Seen = (Bus, Option<SwitchCause>, [(Bus, NmtState, bool, Bus); 2], Vec<Option<Frame>>);
+
+/// Everything that a node does.
+fn seen(world: &World) -> Seen {
+    let slaves = world.slaves.each_ref().map(|slave| {
+        let bdefault = slave.selector.parameters().bdefault;
+        (slave.active(), slave.state(), slave.has_given_up, bdefault)
+    });
+    let nodes: [&dyn Station; 3] = [&world.master, &world.slaves[0], &world.slaves[1]];
+    let waiting = nodes.iter().flat_map(|node| Bus::ALL.map(|bus| node.waiting().next(bus))).collect();
+    (world.master.active(), world.master.switched, slaves, waiting)
+}
+
+/// Given two equal worlds and the same random faults, ten in 20 s. When the clock of one is shifted to the origin after each
+/// step, and what is old is forgotten, then both do the same at the same time.
+#[test]
+fn a_world_relative_to_now_does_what_an_absolute_one_does() {
+    for seed in 0..2_000 {
+        let mut random = fastrand::Rng::with_seed(seed);
+        let (mut relative, mut absolute) = (World::new(10, None), World::new(10, None));
+        let mut now = Rebase::ORIGIN;
+        for step in 0..200 {
+            if relative.left > 0 && random.u8(..20) == 0 {
+                let mut faults = Vec::new();
+                relative.faults(&mut faults);
+                let fault = faults[random.usize(..faults.len())];
+                relative.suffer(fault);
+                absolute.suffer_at(fault, now);
+            } else {
+                let ticks = relative.ticks();
+                relative.tick();
+                let next = absolute.tick_from(now);
+                assert_eq!(next, now + TICK.times(ticks), "seed {seed}, step {step}");
+                now = next;
+            }
+            assert_eq!(seen(&relative), seen(&absolute), "seed {seed}, step {step}");
+            assert_eq!(relative.watch, absolute.watch, "seed {seed}, step {step}");
+        }
+    }
+}
