@@ -1,7 +1,7 @@
-//! Division of 64-bit numbers, in place of the compiler's function, which takes ten times the memory.
+//! Division of 64-bit numbers, in place of the compiler's functions, which take ten times the memory.
 //!
-//! A bit of the quotient takes some ten cycles. Divided are times in microseconds, a few for each SYNC. A strong symbol takes
-//! the place of a weak one of `compiler_builtins` (run-time ABI of ARM, IHI 0043, 4.3.1).
+//! A bit of the quotient takes some ten cycles. Divided are times in microseconds, a few for each SYNC. Strong symbols take
+//! the place of weak ones of `compiler_builtins` (run-time ABI of ARM, IHI 0043, 4.3.1).
 
 // SAFETY: as the run-time ABI has it, the numerator is in r0 and r1, the denominator in r2 and r3, the lower words first. The
 // quotient is returned in r0 and r1, the remainder in r2 and r3. The stack is used for saved registers only, r4 to r6 are
@@ -40,4 +40,39 @@ core::arch::global_asm!(
     "mov r3, r5",
     "pop {{r4, r5, r6, pc}}",
     ".size __aeabi_uldivmod, . - __aeabi_uldivmod",
+);
+
+// SAFETY: operands and results as above, signed: the quotient is rounded towards zero, the remainder has the sign of the
+// numerator. `__aeabi_uldivmod` divides the absolute values, of which that of the least number is right as an unsigned one.
+// The stack is used for saved registers only, r4 to r6 are restored.
+core::arch::global_asm!(
+    ".syntax unified",
+    ".section .text.__aeabi_ldivmod, \"ax\", %progbits",
+    ".global __aeabi_ldivmod",
+    ".type __aeabi_ldivmod, %function",
+    ".thumb_func",
+    "__aeabi_ldivmod:",
+    "push {{r4, r5, r6, lr}}",
+    // Signs of the remainder and of the quotient.
+    "mov r4, r1",
+    "eor r5, r1, r3",
+    "cmp r1, #0",
+    "bpl 1f",
+    "rsbs r0, r0, #0",
+    "sbc r1, r1, r1, lsl #1",
+    "1: cmp r3, #0",
+    "bpl 2f",
+    "rsbs r2, r2, #0",
+    "sbc r3, r3, r3, lsl #1",
+    "2: bl __aeabi_uldivmod",
+    "cmp r5, #0",
+    "bpl 3f",
+    "rsbs r0, r0, #0",
+    "sbc r1, r1, r1, lsl #1",
+    "3: cmp r4, #0",
+    "bpl 4f",
+    "rsbs r2, r2, #0",
+    "sbc r3, r3, r3, lsl #1",
+    "4: pop {{r4, r5, r6, pc}}",
+    ".size __aeabi_ldivmod, . - __aeabi_ldivmod",
 );

@@ -1,4 +1,4 @@
-//! Division of 64-bit numbers by the function of the image, `boards/src/division.rs`, instruction by instruction.
+//! Division of 64-bit numbers by the functions of the image, `boards/src/division.rs`, instruction by instruction.
 
 use std::sync::Arc;
 
@@ -29,8 +29,8 @@ fn cases() -> Vec<[u64; 2]> {
 }
 
 /// The image with another reset vector: a program behind it divides all operands and stores what is returned in r0 to r3.
-fn dividing(image: &Image, cases: &[[u64; 2]]) -> Image {
-    let function = image.symbol("__aeabi_uldivmod").unwrap().address;
+fn dividing(image: &Image, function: &str, cases: &[[u64; 2]]) -> Image {
+    let function = image.symbol(function).unwrap().address;
     let mut flash = image.flash().to_vec();
     flash.resize(flash.len().next_multiple_of(4), 0xFF);
     let program = FLASH + flash.len() as u32;
@@ -47,13 +47,17 @@ fn dividing(image: &Image, cases: &[[u64; 2]]) -> Image {
     Image::from_flash(flash)
 }
 
-#[test]
-fn division_of_the_image_agrees_with_the_hosts() {
-    let cases = cases();
+/// What a function of the image returns for each pair of operands: quotient and remainder. The RAM of a board holds the
+/// results of some thousand at once.
+fn divided(function: &str, cases: &[[u64; 2]]) -> Vec<[u64; 2]> {
+    cases.chunks(4_000).flat_map(|cases| run(function, cases)).collect()
+}
+
+fn run(function: &str, cases: &[[u64; 2]]) -> Vec<[u64; 2]> {
     let config = BoardConfig {
         name: "divider".to_owned(),
         model: Model::PYBOARD_V11,
-        image: Arc::new(dividing(&STANDARD[1], &cases)),
+        image: Arc::new(dividing(&STANDARD[1], function, cases)),
         straps: Vec::new(),
         crystal: Crystal::ppm(0.0),
         position_m: 0.0,
@@ -63,12 +67,35 @@ fn division_of_the_image_agrees_with_the_hosts() {
     let mut board = EmulatedBoard::new(config, 0);
     board.power(true);
     // 64 rounds of 16 cycles at 16 MHz.
-    board.run_until(Time::from_us(64 * cases.len() as u64 + 1_000)).unwrap();
+    board.run_until(Time::from_us(70 * cases.len() as u64 + 1_000)).unwrap();
 
     let returned = board.read_memory(RAM, 16 * cases.len()).unwrap();
-    for ([numerator, denominator], found) in cases.iter().zip(returned.as_chunks::<16>().0) {
+    let number = |bytes: &[u8]| u64::from_le_bytes(bytes.try_into().unwrap());
+    returned.as_chunks::<16>().0.iter().map(|row| [number(&row[..8]), number(&row[8..])]).collect()
+}
+
+#[test]
+fn division_of_the_image_agrees_with_the_hosts() {
+    let cases = cases();
+    for ([numerator, denominator], found) in cases.iter().zip(divided("__aeabi_uldivmod", &cases)) {
         let expected = [numerator / denominator, numerator % denominator];
-        let found = [0, 8].map(|at| u64::from_le_bytes(found[at..at + 8].try_into().unwrap()));
         assert_eq!(found, expected, "{numerator:#X} / {denominator:#X}");
+    }
+}
+
+#[test]
+fn signed_division_of_the_image_agrees_with_the_hosts() {
+    let negated = |numbers: &[u64; 2], signs: [bool; 2]| {
+        [0, 1].map(|nth| if signs[nth] { numbers[nth].wrapping_neg() } else { numbers[nth] })
+    };
+    let signs = [[false, true], [true, false], [true, true]];
+    let positive = cases();
+    let signed = signs.iter().flat_map(|signs| positive.iter().map(|numbers| negated(numbers, *signs)));
+    let cases: Vec<[u64; 2]> = positive.iter().copied().chain(signed).collect();
+    for ([numerator, denominator], found) in cases.iter().zip(divided("__aeabi_ldivmod", &cases)) {
+        let [numerator, denominator] = [*numerator as i64, *denominator as i64];
+        // The least number by minus one, which Rust checks before, does not fit.
+        let expected = [numerator.wrapping_div(denominator), numerator.wrapping_rem(denominator)];
+        assert_eq!(found.map(|half| half as i64), expected, "{numerator} / {denominator}");
     }
 }
