@@ -51,14 +51,32 @@ mod tests {
         assert_eq!(node_id([true, false, false, false, false]), Err(StrapError::NotASlave(1)));
     }
 
+    /// The straps of a slave, wire by wire: bits 0 to 3, then odd parity.
+    fn straps_of(id: u8) -> [bool; 5] {
+        let bits = [0, 1, 2, 3].map(|bit| id >> bit & 1 == 1);
+        let is_even = bits.iter().filter(|closed| **closed).count() % 2 == 0;
+        [bits[0], bits[1], bits[2], bits[3], is_even]
+    }
+
+    /// Verifies: ECSS 6.10e
+    /// Verifies: ECSS 6.10j
     #[test]
-    fn every_single_fault_is_recognised() {
-        let good = [true, true, false, true, false];
-        assert!(node_id(good).is_ok());
-        for wire in 0..5 {
-            let mut broken = good;
-            broken[wire] = !broken[wire];
-            assert_eq!(node_id(broken), Err(StrapError::Parity), "wire {wire}");
+    fn every_slave_has_its_own_straps() {
+        for id in 2..=15 {
+            assert_eq!(node_id(straps_of(id)), Ok(NodeId::new(id).unwrap()), "{id}");
+        }
+    }
+
+    /// Verifies: ECSS 6.10f
+    /// Verifies: ECSS 6.10k
+    #[test]
+    fn every_single_fault_of_every_slave_is_recognised() {
+        for id in 2..=15 {
+            for wire in 0..5 {
+                let mut broken = straps_of(id);
+                broken[wire] = !broken[wire];
+                assert_eq!(node_id(broken), Err(StrapError::Parity), "slave {id}, wire {wire}");
+            }
         }
     }
 }
