@@ -80,6 +80,14 @@ fn pdos_are_subscribed_and_mapped_anew() {
     passes_with_device("pdo.py", &["--profile", "librecube", "--slaves", "1", "--no-master"], &[3]);
 }
 
+/// CiA 301 rule by rule: services, objects and identifiers of a slave by frames alone.
+///
+/// Verifies: ECSS 6.1a, 6.2a, 6.5.4a, 6.10b
+#[test]
+fn a_slave_keeps_the_rules_of_cia_301() {
+    passes_with_device("conformance.py", &["--profile", "librecube", "--slaves", "0", "--no-master"], &[3]);
+}
+
 /// A DCF, loaded over SDO.
 #[test]
 fn a_slave_takes_its_dcf() {
