@@ -8,10 +8,12 @@ import faulthandler
 import random
 import unittest
 
+# Each has cases.
 import conformance_nmt
 import conformance_objects
 import conformance_pdo
 import conformance_sdo
+
 from conformance_bench import CASES, FALSIFIED, Bench
 
 # There are many cases.

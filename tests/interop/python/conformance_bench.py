@@ -7,7 +7,7 @@ from typing import Callable, Iterator, NamedTuple
 
 import can
 
-from spacecraft import NOMINAL, PATIENCE, OPERATIONAL, PRE_OPERATIONAL
+from spacecraft import NOMINAL, OPERATIONAL, PATIENCE
 
 #: The slave.
 NODE = 3
