@@ -16,15 +16,6 @@ pub(super) fn half_bank(filter: Filter) -> u32 {
     mask << 16 | identifier
 }
 
-/// Both halves of each bank. The half that an odd number leaves over repeats the last filter: an empty one would admit
-/// identifier 0.
-pub(super) fn banks(filters: &[Filter]) -> impl Iterator<Item = [u32; 2]> {
-    filters.chunks(2).take(BANKS).filter_map(|pair| {
-        let (first, last) = (pair.first()?, pair.last()?);
-        Some([half_bank(*first), half_bank(*last)])
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -43,12 +34,5 @@ mod tests {
     #[test]
     fn a_function_filter_leaves_the_node_out() {
         assert_eq!(half_bank(Filter::function(id(0x380))), 0xF018_7000);
-    }
-
-    #[test]
-    fn the_left_over_half_admits_nothing_new() {
-        let filters = [0x000, 0x080, 0x181].map(|raw| Filter::exact(id(raw)));
-        let banks: Vec<_> = banks(&filters).collect();
-        assert_eq!(banks, [[0xFFF8_0000, 0xFFF8_1000], [0xFFF8_3020, 0xFFF8_3020]]);
     }
 }

@@ -24,7 +24,7 @@ pub use selftest::{CaptureFault, ControllerFault, LineFault};
 use super::MAILBOXES;
 use super::controller::{self, Controller};
 use super::events::EventQueue;
-use super::filters::{BANKS, banks, half_bank};
+use super::filters::{BANKS, half_bank};
 use super::held::Held;
 use super::interrupts::{
     ReceiveHandler, StatusHandler, TransmitHandler, enable_sources, note_errors, request,
@@ -213,21 +213,17 @@ impl CanPort for Port {
     const FILTERS: usize = 2 * BANKS;
 
     fn set_filters(&mut self, filters: &[Filter]) {
+        // Masks of 16 bits into the first FIFO: the other registers are as after a reset (RM0090 32.9.4).
         let block = pac::CAN1;
         block.fmr().modify(|w| {
             w.set_finit(true);
             w.set_can2sb(BANKS as u8);
         });
-        for (bank, [low, high]) in (self.first_bank..2 * BANKS).zip(banks(filters)) {
-            block.fm1r().modify(|w| w.set_fbm(bank, false));
-            block.fs1r().modify(|w| w.set_fsc(bank, false));
-            block.ffa1r().modify(|w| w.set_ffa(bank, false));
-            block.fb(bank).fr1().write(|w| w.0 = low);
-            block.fb(bank).fr2().write(|w| w.0 = high);
-            block.fa1r().modify(|w| w.set_fact(bank, true));
+        self.filters = filters.len();
+        for (number, filter) in (0..).zip(filters) {
+            self.set_filter(number, *filter);
         }
         block.fmr().modify(|w| w.set_finit(false));
-        self.filters = filters.len();
     }
 
     fn set_filter(&mut self, number: u8, filter: Filter) {
@@ -236,15 +232,21 @@ impl CanPort for Port {
         if number >= self.filters || bank >= 2 * BANKS {
             return;
         }
+        let (registers, half) = (block.fb(bank), half_bank(filter));
+        let held = [registers.fr1().read().0, registers.fr2().read().0];
+        let mut wanted = held;
+        wanted[number % 2] = half;
+        // The half that an odd number leaves over repeats the last filter: an empty one would admit identifier 0.
+        if number + 1 == self.filters {
+            wanted[1] = half;
+        }
+        if wanted == held && block.fa1r().read().fact(bank) {
+            return;
+        }
         // A bank that is not active may be written while the others work (RM0090 32.7.4).
-        let half = half_bank(filter);
         block.fa1r().modify(|w| w.set_fact(bank, false));
-        if number % 2 == 0 {
-            block.fb(bank).fr1().write(|w| w.0 = half);
-        }
-        if number % 2 == 1 || number + 1 == self.filters {
-            block.fb(bank).fr2().write(|w| w.0 = half);
-        }
+        registers.fr1().write(|w| w.0 = wanted[0]);
+        registers.fr2().write(|w| w.0 = wanted[1]);
         block.fa1r().modify(|w| w.set_fact(bank, true));
     }
 

@@ -66,6 +66,11 @@ impl Producer {
         }
     }
 
+    /// The COB-ID of its messages, if there are any.
+    pub const fn id(&self) -> Option<CobId> {
+        self.config.id
+    }
+
     /// New values of 1014h and 1015h. The inhibit time counts from the last message that was sent; messages that wait
     /// are dropped when the COB-ID is not valid any more.
     pub fn configure(&mut self, config: Config) {

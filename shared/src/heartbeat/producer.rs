@@ -18,6 +18,11 @@ impl Producer {
         Producer { node, running: false, timer: Periodic::new(period) }
     }
 
+    /// Its heartbeats are those of this node.
+    pub const fn set_node(&mut self, node: NodeId) {
+        self.node = node;
+    }
+
     /// The next heartbeat is due at once.
     pub fn announce(&mut self, now: Instant) {
         self.running = true;

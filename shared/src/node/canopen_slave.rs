@@ -117,8 +117,8 @@ impl<D: Device> CanopenSlave<D> {
     /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
         if until >= self.canopen.services.next && self.state() != NmtState::Initialising {
-            self.canopen.set_filters(&[BUS], out);
             self.canopen.poll(BUS, until, now, out);
+            self.canopen.set_filters(&[BUS], out);
             self.canopen.rest(self.canopen.due(), now);
         }
     }

@@ -134,7 +134,6 @@ impl<D: Device> Slave<D> {
         if self.canopen.nmt.state() == NmtState::Initialising {
             return;
         }
-        self.canopen.set_filters(&Bus::ALL, out);
         if let Some(bus) = self.wanted.take() {
             self.change_bus(bus, now, out);
         }
@@ -149,6 +148,7 @@ impl<D: Device> Slave<D> {
         }
         self.open_guard(until);
         self.canopen.poll(self.selector.selected(), until, now, out);
+        self.canopen.set_filters(&Bus::ALL, out);
         self.canopen.rest(self.due(), now);
     }
 

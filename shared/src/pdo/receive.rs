@@ -191,6 +191,11 @@ impl<S: PdoSlots> Rpdos<S> {
         self.next = Instant::NEVER;
     }
 
+    /// The COB-ID of this one, if it is valid.
+    pub fn id(&self, number: usize) -> Option<CobId> {
+        CobId::new(*self.ids.as_ref().get(number)?)
+    }
+
     /// The first one with this COB-ID.
     #[inline]
     pub fn first(&self, id: CobId) -> Option<usize> {

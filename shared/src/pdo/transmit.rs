@@ -203,6 +203,11 @@ impl<S: PdoSlots> Tpdos<S> {
         self.has_events = self.pdos.as_ref().iter().any(Configured::is_by_event);
     }
 
+    /// The COB-ID of this one, if it is valid.
+    pub fn id(&self, number: usize) -> Option<CobId> {
+        self.pdos.as_ref().get(number)?.id
+    }
+
     /// Whether this one is valid.
     pub fn is_valid(&self, number: usize) -> bool {
         self.pdos.as_ref().get(number).is_some_and(|pdo| pdo.id.is_some())

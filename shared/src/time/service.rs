@@ -214,7 +214,10 @@ impl SyncEnd {
     fn corrected(&self, correction: &TimeCorrection) -> FineInstant {
         let ns = correction.of(self.bus);
         const UNITS: i64 = FineInstant::PER_MICRO as i64;
-        self.at.plus(-((i64::from(ns) * UNITS + 500).div_euclid(1_000)))
+        // A multiple of the divisor that is more than any correction: one division of positive numbers rounds down.
+        const AHEAD: i64 = 1 << 40;
+        let ahead = (i64::from(ns) * UNITS + 500 + 1_000 * AHEAD) as u64 / 1_000;
+        self.at.plus(AHEAD - ahead as i64)
     }
 }
 

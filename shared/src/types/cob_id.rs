@@ -80,6 +80,14 @@ impl CobId {
         NodeId::new((self.0 & 0x7F) as u8)
     }
 
+    /// The node that sends it in the pre-defined connection set, where it is an emergency or a TPDO.
+    pub const fn sender(self) -> Option<NodeId> {
+        match self.function() {
+            0x080 | 0x180 | 0x280 | 0x380 | 0x480 => self.node(),
+            _ => None,
+        }
+    }
+
     /// The function code in the upper four bits, as the base identifier (`080h`, `180h`, .. `700h`).
     pub const fn function(self) -> u16 {
         self.0 & 0x780

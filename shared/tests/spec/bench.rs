@@ -1,7 +1,9 @@
 //! A node on a bench: frames and time in, what it wants done out.
 
+use std::collections::HashMap;
+
 use ecss_can::link::Stamp;
-use ecss_can::link::port::Health;
+use ecss_can::link::port::{Filter, Health};
 use ecss_can::node::{BusCommand, DeviceNode, FailCause, LinkEvent, Node, Outbox};
 use ecss_can::types::{AbortCode, Address, Bus, CobId, Duration, Frame, Instant, NodeId};
 
@@ -47,6 +49,8 @@ pub struct Bench<N: Node> {
     pub sent: Vec<Sent>,
     /// Commands other than sending.
     pub controls: Vec<(Bus, BusCommand)>,
+    /// Filters of both controllers.
+    filters: HashMap<(Bus, u8), Filter>,
     pub events: Vec<N::Event>,
 }
 
@@ -58,7 +62,12 @@ impl<N: Node> Bench<N> {
 
     /// Powered on later.
     pub fn powered_at(now: Instant, node: N) -> Self {
-        let mut bench = Bench { node, now, sent: vec![], controls: vec![], events: vec![] };
+        let filters = node.filters();
+        let filters = Bus::ALL
+            .into_iter()
+            .flat_map(|bus| (0..).zip(&filters).map(move |(number, filter)| ((bus, number), *filter)))
+            .collect();
+        let mut bench = Bench { node, now, sent: vec![], controls: vec![], filters, events: vec![] };
         bench.with(|node, now, out| node.start(now, out));
         bench
     }
@@ -91,6 +100,9 @@ impl<N: Node> Bench<N> {
                     frame: outgoing.frame,
                     expires: outgoing.expires,
                 }),
+                // A filter that is what it was is no news: nodes send each again from time to time.
+                BusCommand::Filter { number, filter }
+                    if self.filters.insert((bus, number), filter).is_none_or(|before| before == filter) => {}
                 other => self.controls.push((bus, other)),
             }
         }

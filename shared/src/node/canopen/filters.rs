@@ -22,7 +22,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// How many filters it would have if there were as many.
-    fn wanted_filters(&self) -> usize {
+    pub fn wanted_filters(&self) -> usize {
         self.filters_of_rpdos() + D::Pdos::RECEIVE + 1
     }
 
@@ -62,11 +62,11 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         }
     }
 
-    /// Sends the filters that have changed to `buses`, as many as there is room for beside the frames.
+    /// Sends the filters that have changed to `buses`, as many as there is room for beside the frames: those of RPDOs first.
     #[inline]
     pub fn set_filters(&mut self, buses: &[Bus], out: &mut Out) {
         while self.changed_filters != 0 && out.has_room() {
-            let number = self.changed_filters.trailing_zeros();
+            let number = u32::BITS - 1 - self.changed_filters.leading_zeros();
             self.changed_filters &= !(1 << number);
             let command = BusCommand::Filter { number: number as u8, filter: self.filter(number as usize) };
             buses.iter().for_each(|bus| out.command(*bus, command));

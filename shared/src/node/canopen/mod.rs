@@ -33,6 +33,8 @@ pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     marks: Marks,
     /// A bit for each filter that is to be sent to its buses.
     changed_filters: u32,
+    /// The bit of the filter that is sent with the next heartbeat, whether it has changed or not.
+    next_filter: u32,
 }
 
 impl<D: Device, E: Extension> Canopen<D, E> {
@@ -47,6 +49,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             startup,
             marks: Marks::ALL,
             changed_filters: 0,
+            next_filter: 1,
         }
     }
 
@@ -119,6 +122,9 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         while let Some(missed) = self.services.monitor.poll(until) {
             self.on_peer_missed(missed.node, now, out);
         }
+        if self.heartbeat.deadline().is_some_and(|due| due <= until) {
+            self.scrub(now);
+        }
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
         }
@@ -126,6 +132,17 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             out.event(SlaveEvent::BusFailed { bus });
         }
         self.run_device(bus, until, now, out);
+    }
+
+    /// Looks for flipped bits, a little with each heartbeat: in the Node-ID, in a COB-ID, and in a filter of both controllers.
+    #[inline(never)] // between heartbeats nothing is to be looked for
+    fn scrub(&mut self, now: Instant) {
+        self.services.compare_node_ids(&mut self.id);
+        self.heartbeat.set_node(self.id);
+        self.services.compare_cob_ids(false, now);
+        // A bit may have flipped in a controller (ECSS 6.10d).
+        self.changed_filters |= self.next_filter;
+        self.next_filter = self.next_filter.rotate_left(1);
     }
 
     /// When to poll next, at the latest; filters apart.
@@ -148,7 +165,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     /// The communication profile as at power-on; stored parameters apply.
     pub fn restore_communication(&mut self, initial: &Parameters, now: Instant) {
-        let before = self.filters();
         let objects = &mut self.services.dictionary.objects;
         objects.restore_communication(self.id, initial);
         objects.communication.nmt.startup = self.startup.raw();
@@ -157,11 +173,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let communication = &self.services.dictionary.objects.communication;
         self.nmt.set_autostart(communication.nmt.startup().autostart());
         self.follow_heartbeat(now);
-        for (number, filter) in before.iter().enumerate() {
-            if self.filter(number) != *filter {
-                self.admit(number);
-            }
-        }
+        // A controller that has them already is not disturbed.
+        (0..self.wanted_filters()).for_each(|number| self.admit(number));
     }
 
     /// Object 1017h.

@@ -2,8 +2,9 @@
 
 use super::{FUNCTIONS, Master, Out};
 use crate::link::port::Filter;
+use crate::node::index::SYNC_COB_ID;
 use crate::node::{BusCommand, Device, Filters};
-use crate::types::{Bus, CobId, NodeId};
+use crate::types::{Address, Bus, CobId, Instant, NodeId};
 
 impl<D: Device> Master<D> {
     /// What it receives, by function codes: heartbeats, SDO responses, EMCY and foreign SYNCs, PDOs; and requests to its own
@@ -25,6 +26,21 @@ impl<D: Device> Master<D> {
             Some(id) => Filter::function(id),
             None => Filter::function(CobId::heartbeat(node)),
         }
+    }
+
+    /// Looks for flipped bits, a little with each heartbeat: in its Node-ID, in COB-IDs, and in a filter of both controllers
+    /// (ECSS 6.10d, k).
+    pub(super) fn scrub(&mut self, now: Instant) {
+        self.services.compare_node_ids(&mut { NodeId::MASTER });
+        if self.services.compare_cob_ids(false, now) {
+            self.follow(Address::new(SYNC_COB_ID, 0), now);
+        }
+        if let Some(told) = self.filters_set.get_mut(usize::from(self.next_filter)) {
+            // None that is wanted: it is sent again.
+            *told = Filter::ALL;
+            self.are_filters_due = true;
+        }
+        self.next_filter = (self.next_filter + 1) % FUNCTIONS as u8;
     }
 
     /// Sends both buses the filters that have changed, as many as fit into the outbox beside frames. Returns whether that is

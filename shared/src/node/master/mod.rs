@@ -63,6 +63,8 @@ pub struct Master<D: Device> {
     are_filters_due: bool,
     /// As its buses have them, but for the last.
     filters_set: [Filter; FUNCTIONS as usize],
+    /// The filter that is sent again with the next heartbeat.
+    next_filter: u8,
     initial: Initial,
 }
 
@@ -88,6 +90,7 @@ impl<D: Device> Master<D> {
             is_time_pending: false,
             are_filters_due: false,
             filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
+            next_filter: 0,
             initial,
             // Large ones last: the compiler makes them in their places where no loop follows.
             boot: boot::at_power_on(profile),
@@ -156,7 +159,8 @@ impl<D: Device> Master<D> {
     fn act(&mut self, action: Action, now: Instant, out: &mut Out) {
         match action {
             Action::Heartbeat { bus, frame } => {
-                out.send_for(bus, frame, now, self.services.lifetimes.heartbeat)
+                out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+                self.scrub(now);
             }
             Action::Switched { from, to, cause } => {
                 // What waited for the bus that is left never goes out.

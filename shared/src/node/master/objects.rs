@@ -197,7 +197,7 @@ impl<D: Device> Master<D> {
     }
 
     /// An object that the master follows has another value.
-    fn follow(&mut self, at: Address, now: Instant) {
+    pub(super) fn follow(&mut self, at: Address, now: Instant) {
         let objects = &self.services.dictionary.objects;
         self.sync.follow(at, &objects.communication.sync, now);
         match at.index {

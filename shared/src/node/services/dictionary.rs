@@ -5,7 +5,7 @@ use super::rules;
 use crate::emcy;
 use crate::emcy::ErrorCode;
 use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
-use crate::node::{Device, Extension, NodeObjects, Spacecraft};
+use crate::node::{Communication, Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
 use crate::pdo::{Rpdos, Tpdos};
@@ -27,7 +27,7 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub written: Option<Address>,
     /// Where the value is that was asked for last over the bus.
     found: Option<(Address, Place, &'static Entry)>,
-    id: NodeId,
+    pub(super) id: NodeId,
     /// When the SDO server was called last.
     pub now: Instant,
 }
@@ -60,7 +60,19 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     /// # Errors
     /// [`StoreError::Hardware`]; what was applied before stays.
     pub fn load(&mut self, group: Group) -> Result<Option<Loaded>, StoreError> {
-        self.stored.load(self.id, group, &mut self.objects)
+        let (id, Communication { sync, emcy, .. }) = (self.id, &self.objects.communication);
+        let before = (sync.cob_id, emcy.cob_id);
+        let rules = |objects: &NodeObjects<D, E>, at: Address, value| match at.index {
+            ..=rules::LAST => rules::check_stored(id, objects, at, value),
+            _ => Ok(()),
+        };
+        let loaded = self.stored.load(id, group, &mut self.objects, rules)?;
+        if loaded.is_some() && !rules::are_possible(id, &self.objects.communication) {
+            let Communication { sync, emcy, .. } = &mut self.objects.communication;
+            (sync.cob_id, emcy.cob_id) = before;
+            return Ok(Some(Loaded::Set { applied: 0, skipped: 2 }));
+        }
+        Ok(loaded)
     }
 
     fn clear(&mut self, code: ErrorCode) {

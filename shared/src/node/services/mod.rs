@@ -6,12 +6,14 @@
 mod dictionary;
 mod events;
 mod follow;
+mod guarded;
 mod pdos;
 mod process_data;
 mod rules;
 mod stored;
 mod time;
 
+use self::guarded::Guarded;
 use super::buses::Buses;
 use super::{Device, Extension, NodeObjects, Spacecraft};
 use crate::emcy::{ErrorCode, PostMortem};
@@ -58,6 +60,8 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     pub time: E::Time,
     pub buses: Buses,
     pub lifetimes: Lifetimes,
+    /// Second copies of its COB-IDs.
+    guarded: Guarded<D::Pdos>,
     /// Receive PDOs that bring the time (2010h, 2012h).
     brings_time: <D::Pdos as PdoSlots>::Receive<Brings>,
     /// Whether one of them brings that of the last SYNC.
@@ -111,6 +115,7 @@ impl<D: Device, E: Extension> Services<D, E> {
                 event: profile.event,
                 sdo: profile.sdo_timeout,
             },
+            guarded: Guarded::new(),
             brings_time: D::Pdos::receive(Brings::Nothing),
             is_time_by_sync: false,
             carries_time: D::Pdos::transmit(false),
@@ -201,9 +206,16 @@ impl<D: Device, E: Extension> Services<D, E> {
         let source = bus.bdefault();
         // Told once while the messages wait.
         if !self.dictionary.emcy.is_waiting(code, source) {
-            self.raise(code, [source, 0, 0, 0, 0]);
-            self.clear(code, source);
+            self.report_past(code, [source, 0, 0, 0, 0]);
         }
+    }
+
+    /// Reports an error that is over already.
+    #[inline(never)] // of several callers, neither in a hurry
+    fn report_past(&mut self, code: ErrorCode, info: [u8; 5]) {
+        self.raise(code, info);
+        self.clear(code, info[0]);
+        self.next = Instant::ZERO;
     }
 
     /// Object 2032h; an emergency reports it when the boot-up message was sent.
@@ -226,10 +238,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     fn report_reset(&mut self) {
         let objects = self.dictionary.objects.spacecraft.spacecraft();
         if let Some((code, info)) = objects.and_then(|objects| objects.post_mortem.record.emergency()) {
-            self.raise(code, info);
-            // It is over.
-            self.clear(code, info[0]);
-            self.next = Instant::ZERO;
+            self.report_past(code, info);
         }
     }
 

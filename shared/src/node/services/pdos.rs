@@ -41,9 +41,8 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         pdo: &PdoParameters,
         now: Instant,
     ) -> Result<(), AbortCode> {
-        let NodeObjects { communication, pdos, .. } = &self.objects;
-        rules::check_pdo(direction, communication, pdo.cob_id)?;
-        let (_, mapping) = pdos.pdo(direction, number).ok_or(AbortCode::NoObject)?;
+        rules::check_pdo(direction, &self.objects.communication, pdo.cob_id)?;
+        let (_, mapping) = self.objects.pdos.pdo(direction, number).ok_or(AbortCode::NoObject)?;
         let resolved = pdo::resolve::<NodeObjects<D, E>>(direction, pdo, mapping.objects())?;
         match direction {
             Direction::Receive => {
@@ -71,6 +70,9 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             return pdo::mapping::<NodeObjects<D, E>>(direction, present.cob_id, mapping, at.sub, value);
         }
         let new = pdo::parameters(direction, present, at.sub, value)?;
+        if !is_received {
+            rules::check_sender(self.id, &self.objects.consumers, new.cob_id)?;
+        }
         self.take_pdo(direction, number, &new, self.now)?;
         self.report_rpdos();
         self.pdo_is_possible(direction, number);

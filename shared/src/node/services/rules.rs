@@ -1,12 +1,13 @@
 //! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 6.10b, 8.3.1): each service has the rules of its objects,
 //! those that concern several are here.
 
-use crate::heartbeat::ConsumerSlots;
+use crate::heartbeat::{ConsumerSlots, check_entry};
 use crate::node::{Communication, Device, Extension, NetworkObjects, NodeObjects, index};
-use crate::od::{CobIdEntry, Objects};
+use crate::od::{CobIdEntry, EntryUse, INVALID, Objects};
 use crate::pdo::{Direction, PdoSlots};
 use crate::redundancy::RedundancyObjects;
-use crate::types::{AbortCode, Address, NodeId};
+use crate::sync;
+use crate::types::{AbortCode, Address, CobId, NodeId};
 
 /// Objects above have no rules here.
 pub const LAST: u16 = index::REDUNDANCY;
@@ -39,9 +40,46 @@ pub fn check<D: Device, E: Extension>(
             let is_received = objects.pdos.rpdos().0.iter().any(|pdo| has(pdo.cob_id, sync));
             free(!(is_received || is_sent(objects, sync) || has(emcy.cob_id, sync)))
         }
-        index::EMCY_COB_ID => free(!(has(SYNC_IS_USED & sync.cob_id, value) || is_sent(objects, value))),
+        index::EMCY_COB_ID => {
+            check_sender(id, &objects.consumers, value)?;
+            free(!(has(SYNC_IS_USED & sync.cob_id, value) || is_sent(objects, value)))
+        }
         _ => Ok(()),
     }
+}
+
+/// Whether a stored value may be taken before communication starts: as [`check`], but nothing is in use yet, so that what
+/// a client may only write in steps may be as it was in the end. [`are_possible`] looks at SYNC and emergencies when all is
+/// loaded; PDOs are checked when they are set up.
+///
+/// # Errors
+/// As [`check`].
+pub fn check_stored<D: Device, E: Extension>(
+    id: NodeId,
+    objects: &NodeObjects<D, E>,
+    at: Address,
+    value: u32,
+) -> Result<(), AbortCode> {
+    match at.index {
+        index::SYNC_COB_ID | index::EMCY_COB_ID => Ok(()),
+        index::SYNC_OVERFLOW => sync::check_overflow(value as u8, 0),
+        // Those above are taken already, those below are of before.
+        index::CONSUMER_HEARTBEAT => {
+            let taken = objects.consumers.entries().get(..usize::from(at.sub));
+            check_entry(taken.unwrap_or_default(), at.sub, value)
+        }
+        _ => check(id, objects, at, value),
+    }
+}
+
+/// Whether SYNC and emergencies may have the identifiers that they have.
+pub fn are_possible(id: NodeId, communication: &Communication) -> bool {
+    let (sync, emcy) = (communication.sync.cob_id, communication.emcy.cob_id);
+    let unused = CobIdEntry::from_raw(INVALID);
+    unused.written(sync, EntryUse::Sync).is_ok()
+        && unused.written(emcy, EntryUse::Emcy).is_ok()
+        && (id == NodeId::MASTER || !CobIdEntry::from_raw(sync).flag())
+        && !has(SYNC_IS_USED & sync, emcy)
 }
 
 /// Whether the node has the record or the array with this index.
@@ -59,8 +97,28 @@ pub fn check_pdo(direction: Direction, communication: &Communication, cob_id: u3
     free(!(has(SYNC_IS_USED & sync.cob_id, cob_id) || is_emergency))
 }
 
+/// Whether a client may give this COB-ID to a TPDO or to the emergencies of the node: not that of another node. What a device
+/// declares is the mission's allocation, and stays.
+///
+/// # Errors
+/// [`AbortCode::ParameterIncompatible`].
+pub fn check_sender(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> Result<(), AbortCode> {
+    free(!is_anothers(id, consumers, cob_id))
+}
+
+/// Whether a valid COB-ID belongs to another node in the pre-defined connection set, as far as this one knows others: the
+/// master, and those that 1016h names (ECSS 6.10l, m).
+fn is_anothers(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> bool {
+    let is_heard = |owner: NodeId| {
+        let of_owner = |entry: &u32| *entry as u16 != 0 && *entry >> 16 == u32::from(owner.get());
+        owner == NodeId::MASTER || consumers.entries().iter().any(of_owner)
+    };
+    let owner = CobIdEntry::from_raw(cob_id).cob_id().and_then(CobId::sender);
+    owner.is_some_and(|owner| owner != id && is_heard(owner))
+}
+
 /// 1005h is an identifier in use whatever its bit 31.
-const SYNC_IS_USED: u32 = !(3 << 30);
+pub const SYNC_IS_USED: u32 = !(3 << 30);
 
 fn free(is_free: bool) -> Result<(), AbortCode> {
     if is_free { Ok(()) } else { Err(AbortCode::ParameterIncompatible) }

@@ -1,7 +1,7 @@
 //! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 
 use crate::od::checked::find;
-use crate::od::{Object, Objects, checked};
+use crate::od::{Object, Objects, checked, number};
 use crate::store;
 use crate::store::{Content, Group, Loaded, ParameterStore, SaveLimit, StoreError};
 use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
@@ -14,7 +14,7 @@ pub trait Storage: core::fmt::Debug {
     /// Whether there is one.
     fn is_there(&self) -> bool;
 
-    /// Applies what is stored of a group. `Ok(None)` without a store.
+    /// Applies what is stored of a group, numbers by the `rules` of their objects. `Ok(None)` without a store.
     ///
     /// # Errors
     /// [`StoreError::Hardware`]; what was applied before stays.
@@ -23,6 +23,7 @@ pub trait Storage: core::fmt::Debug {
         id: NodeId,
         group: Group,
         objects: &mut D,
+        rules: impl Fn(&D, Address, u32) -> Result<(), AbortCode>,
     ) -> Result<Option<Loaded>, StoreError>;
 
     /// Saves a group, as sub-index `sub` of 1010h names it.
@@ -57,7 +58,13 @@ impl Storage for NoStore {
         false
     }
 
-    fn load<D: Objects>(&mut self, _: NodeId, _: Group, _: &mut D) -> Result<Option<Loaded>, StoreError> {
+    fn load<D: Objects>(
+        &mut self,
+        _: NodeId,
+        _: Group,
+        _: &mut D,
+        _: impl Fn(&D, Address, u32) -> Result<(), AbortCode>,
+    ) -> Result<Option<Loaded>, StoreError> {
         Ok(None)
     }
 
@@ -96,6 +103,7 @@ impl Storage for Stored {
         id: NodeId,
         group: Group,
         objects: &mut D,
+        rules: impl Fn(&D, Address, u32) -> Result<(), AbortCode>,
     ) -> Result<Option<Loaded>, StoreError> {
         let Some(store) = self.store.as_mut() else { return Ok(None) };
         let apply = &mut |at: Address, content: Content<'_>| {
@@ -103,7 +111,13 @@ impl Storage for Stored {
                 return Ok(());
             }
             let (_, entry) = D::find(at)?;
-            if entry.is_kept() { apply(objects, at, content) } else { Err(AbortCode::NoObject) }
+            if !entry.is_kept() {
+                return Err(AbortCode::NoObject);
+            }
+            if let Content::Whole(value) = content {
+                rules(objects, at, number(value) as u32)?;
+            }
+            apply(objects, at, content)
         };
         store::load(&mut **store, id, apply).map(Some)
     }

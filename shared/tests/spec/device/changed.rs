@@ -183,3 +183,36 @@ fn a_pdo_that_cannot_be_is_refused_and_others_go_on() {
     assert_ne!(slave.node.objects().application.telecommand.code, 0x0909);
     assert_eq!(payloads(&slave, 0x085), [[0_u8; 8]; 0]);
 }
+
+/// Given a slave that hears the master and node 7, then it sends nothing with a COB-ID of these two in the pre-defined
+/// connection set; that of a node which it does not know is free.
+///
+/// Verifies: ECSS 6.10l, 6.10m
+#[test]
+fn cob_ids_of_other_senders_are_refused() {
+    let mut slave = operational();
+    write_all(&mut slave, &[((0x1016, 2), &[100, 0, 7, 0])]);
+    write(&mut slave, (0x1800, 1), INVALID | NO_REMOTE | 0x185).unwrap();
+    write(&mut slave, (0x1014, 0), INVALID | 0x85).unwrap();
+    for function in [0x180, 0x280, 0x380, 0x480] {
+        for other in [1, 7] {
+            let refused = write(&mut slave, (0x1800, 1), NO_REMOTE | function | other);
+            assert_eq!(refused, Err(AbortCode::ParameterIncompatible), "{function:X}h + {other}");
+        }
+        for own in [5, 6] {
+            write(&mut slave, (0x1800, 1), NO_REMOTE | function | own).unwrap_or_else(|code| {
+                assert_eq!(
+                    (code, function, own),
+                    (AbortCode::ParameterIncompatible, 0x380, 5),
+                    "that of TPDO 3"
+                );
+            });
+            write(&mut slave, (0x1800, 1), INVALID | NO_REMOTE | function | own).unwrap();
+        }
+    }
+    assert_eq!(write(&mut slave, (0x1014, 0), 0x87), Err(AbortCode::ParameterIncompatible));
+    write(&mut slave, (0x1014, 0), 0x85).unwrap();
+    // What others send may be received.
+    write(&mut slave, (0x1401, 1), INVALID | NO_REMOTE | 0x305).unwrap();
+    write(&mut slave, (0x1401, 1), NO_REMOTE | 0x187).unwrap();
+}

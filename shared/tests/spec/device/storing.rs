@@ -256,3 +256,73 @@ fn a_configuration_stays_verified_whatever_pdos_bring() {
     assert_eq!(slave.node.objects().application.telecommand.code, 0x0101);
     assert_eq!(slave.node.objects().communication.configuration, [7, 8]);
 }
+
+/// A set of node 5 with these parameters of four bytes, as no client could have saved it.
+fn stored(parameters: &[(u16, u8, u32)]) -> Memory {
+    let mut memory = Memory::default();
+    memory.append(b"EP\x01\x05").unwrap();
+    for (index, sub, value) in parameters {
+        memory.append(&[&index.to_le_bytes()[..], &[*sub, 4], &value.to_le_bytes()].concat()).unwrap();
+    }
+    memory.commit().unwrap();
+    memory
+}
+
+/// COB-IDs of SYNC and of emergencies, and the emergency that a set was not taken as it is.
+fn cob_ids(memory: &Memory) -> (u32, u32, Vec<Vec<u8>>) {
+    let mut slave = powered_with(memory);
+    slave.run_until(ms(10));
+    let communication = &slave.node.objects().communication;
+    let told = slave
+        .sent
+        .iter()
+        .filter(|sent| sent.frame.data().get(..2) == Some(&[0x00, 0x63]))
+        .map(|sent| sent.frame.data().to_vec());
+    (communication.sync.cob_id, communication.emcy.cob_id, told.collect())
+}
+
+/// Verifies: ECSS 6.10b, 6.10d
+#[test]
+fn stored_cob_ids_that_no_client_may_write_are_not_taken() {
+    let refused = [
+        (0x1005, 0x0000_0605),
+        (0x1005, 0x0000_0701),
+        (0x1005, 0x4000_0080),
+        (0x1005, 0x2000_0080),
+        (0x1014, 0x0000_0101),
+        (0x1014, 0x0000_0705),
+        (0x1014, 0x4000_0085),
+    ];
+    for (index, value) in refused {
+        let (sync, emcy, told) = cob_ids(&stored(&[(index, 0, value)]));
+        assert_eq!((sync, emcy, told.len()), (0x80, 0x85, 1), "{index:X}h {value:X}h");
+    }
+}
+
+/// Verifies: ECSS 6.10b, 6.10d
+#[test]
+fn stored_sync_and_emergencies_never_share_an_identifier() {
+    let memory = stored(&[(0x1005, 0, 0x6C5), (0x1014, 0, 0x6C5)]);
+    let (sync, emcy, told) = cob_ids(&memory);
+    assert_eq!((sync, emcy, told.len()), (0x80, 0x85, 1));
+}
+
+/// Given a set with what a client can only write in steps (an identifier in use stays), then it is taken as it is.
+///
+/// Verifies: ECSS 6.10c
+#[test]
+fn stored_cob_ids_that_clients_write_in_steps_are_taken() {
+    let memory = stored(&[(0x1005, 0, 0x85), (0x1014, 0, 0x6C5)]);
+    assert_eq!(cob_ids(&memory), (0x85, 0x6C5, vec![]));
+}
+
+/// Given a stored TPDO with the identifier of SYNC, or a restricted one, then it is not valid.
+///
+/// Verifies: ECSS 6.10b, 6.10d
+#[test]
+fn stored_pdos_with_an_identifier_of_others_are_not_valid() {
+    for id in [0x80, 0x605, 0x701, 0x085] {
+        let mut slave = powered_with(&stored(&[(0x1800, 1, 0x4000_0000 | id)]));
+        assert_eq!(read(&mut slave, 0x1800, 1)[3] & 0x80, 0x80, "{id:X}h");
+    }
+}

@@ -1,0 +1,207 @@
+//! Every bit of every copy, flipped.
+
+extern crate std;
+
+use std::vec;
+use std::vec::Vec;
+
+use super::{Copied, correct};
+use crate::emcy::Config;
+use crate::heartbeat::HeartbeatConsumers;
+use crate::node::index::TPDO;
+use crate::node::services::Services;
+use crate::node::{Device, NodeObjects, Outbox, SlaveEvent};
+use crate::od::{CobIdEntry, INVALID, NO_REMOTE, Objects};
+use crate::pdo::{Direction, Layout, Mapping, PdoObjects, PdoSet, PdoSlots};
+use crate::profile::Profile;
+use crate::types::{Address, CobId, Duration, Instant, NodeId};
+
+/// A number that PDO 1 of both directions carries.
+#[derive(Debug, Objects)]
+struct Probe {
+    /// Number
+    #[object(0x6000, rw, pdo)]
+    number: u8,
+}
+
+impl Device for Probe {
+    type Pdos = PdoObjects<2, 2>;
+    type Consumers = HeartbeatConsumers;
+
+    const PDOS: PdoSet = PdoSet::NONE;
+
+    fn pdos(id: NodeId) -> PdoObjects<2, 2> {
+        let mut pdos: PdoObjects<2, 2> = PdoObjects::at_power_on(id, &PdoSet::NONE);
+        pdos.rpdos[0].cob_id = 0x205;
+        pdos.rpdo_mappings[0].map(&[0x6000_0008]);
+        pdos.tpdos[0].cob_id = NO_REMOTE | 0x185;
+        pdos.tpdo_mappings[0].map(&[0x6000_0008]);
+        pdos
+    }
+}
+
+const ID: NodeId = NodeId::of::<5>();
+/// SYNC, emergencies, two PDOs of each direction.
+const OBJECTS: usize = 6;
+const NOW: Instant = Instant::from_micros(1_000);
+
+fn services() -> Services<Probe> {
+    let redundancy = Profile::DEFAULT.redundancy();
+    let objects = || NodeObjects::new(ID, &redundancy, Probe::default());
+    let mut services = Services::new(ID, objects, &Profile::DEFAULT, None);
+    services.configure(NOW);
+    services
+}
+
+/// All objects, what the services use, and whether the copies are right.
+fn state(services: &Services<Probe>) -> (Vec<u32>, Vec<Option<CobId>>, bool) {
+    let (dictionary, guarded) = (&services.dictionary, &services.guarded);
+    let NodeObjects { communication, pdos, .. } = &dictionary.objects;
+    let mut written = vec![communication.sync.cob_id, communication.emcy.cob_id];
+    written.extend(pdos.rpdos.iter().map(|pdo| pdo.cob_id));
+    written.extend(pdos.tpdos.iter().map(|pdo| pdo.cob_id));
+    let copies = [guarded.sync, guarded.emcy].into_iter().chain(guarded.rpdos).chain(guarded.tpdos);
+    let are_whole = copies.zip(&written).all(|(copy, written)| copy.whole() == Some(*written));
+    let mut used = vec![Some(services.sync_id), dictionary.emcy.id()];
+    used.extend([0, 1].map(|number| dictionary.rpdos.id(number)));
+    used.extend([0, 1].map(|number| dictionary.tpdos.id(number)));
+    (written, used, are_whole)
+}
+
+/// A heartbeat: the errors that were mended.
+fn compare(services: &mut Services<Probe>) -> u16 {
+    let before = services.guarded.mended;
+    services.compare_cob_ids(false, NOW);
+    services.guarded.mended - before
+}
+
+fn object(services: &mut Services<Probe>, number: usize) -> &mut u32 {
+    let objects = &mut services.dictionary.objects;
+    match number {
+        0 => &mut objects.communication.sync.cob_id,
+        1 => &mut objects.communication.emcy.cob_id,
+        2 | 3 => &mut objects.pdos.rpdos[number - 2].cob_id,
+        _ => &mut objects.pdos.tpdos[number - 4].cob_id,
+    }
+}
+
+fn copy(services: &mut Services<Probe>, number: usize) -> &mut Copied {
+    let guarded = &mut services.guarded;
+    match number {
+        0 => &mut guarded.sync,
+        1 => &mut guarded.emcy,
+        2 | 3 => &mut guarded.rpdos[number - 2],
+        _ => &mut guarded.tpdos[number - 4],
+    }
+}
+
+/// Another COB-ID in the service, as after a flip of its bit.
+fn set_used(services: &mut Services<Probe>, number: usize, id: CobId) {
+    let dictionary = &mut services.dictionary;
+    let pdos = dictionary.objects.pdos.clone();
+    let resolved = Some((id, Layout::new::<NodeObjects<Probe>>(Direction::Receive, &[0x6000_0008]).unwrap()));
+    match number {
+        0 => services.sync_id = id,
+        1 => dictionary.emcy.configure(Config { id: Some(id), inhibit: Duration::ZERO }),
+        2 => dictionary.rpdos.configure(0, &pdos.rpdos[0], resolved, false).unwrap(),
+        _ => dictionary.tpdos.configure(0, &pdos.tpdos[0], resolved, NOW).unwrap(),
+    }
+}
+
+fn last_error(services: &Services<Probe>) -> u16 {
+    services.dictionary.objects.communication.emcy.errors.errors[0] as u16
+}
+
+/// Verifies: ECSS 6.10d
+#[test]
+fn nothing_is_reported_where_no_bit_has_flipped() {
+    let mut services = services();
+    let before = state(&services);
+    assert!(before.2);
+    assert_eq!((compare(&mut services), state(&services), last_error(&services)), (0, before, 0));
+}
+
+/// Verifies: ECSS 6.10d
+#[test]
+fn every_flipped_bit_of_an_object_is_mended_and_reported() {
+    for number in 0..OBJECTS {
+        for bit in 0..32 {
+            let mut services = services();
+            let before = state(&services);
+            *object(&mut services, number) ^= 1 << bit;
+            assert_eq!(compare(&mut services), 1, "object {number}, bit {bit}");
+            assert_eq!(
+                (state(&services), last_error(&services)),
+                (before, 0x5000),
+                "object {number}, bit {bit}"
+            );
+        }
+    }
+}
+
+/// Verifies: ECSS 6.10d
+#[test]
+fn every_flipped_bit_of_a_copy_changes_no_cob_id() {
+    for number in 0..OBJECTS {
+        for bit in 0..64 {
+            let mut services = services();
+            let before = state(&services);
+            copy(&mut services, number).0[bit / 32] ^= 1 << (bit % 32);
+            assert_eq!(compare(&mut services), 1, "object {number}, bit {bit}");
+            assert_eq!(
+                (state(&services), last_error(&services)),
+                (before, 0x5000),
+                "object {number}, bit {bit}"
+            );
+        }
+    }
+}
+
+/// Verifies: ECSS 6.10d
+#[test]
+fn every_flipped_bit_of_a_service_is_mended_and_reported() {
+    for number in [0, 1, 2, 4] {
+        for bit in 0..11 {
+            let mut services = services();
+            let before = state(&services);
+            let used = before.1[number].unwrap().raw();
+            set_used(&mut services, number, CobId::new(used ^ 1 << bit).unwrap());
+            assert_ne!(state(&services), before);
+            assert_eq!(compare(&mut services), 1, "object {number}, bit {bit}");
+            assert_eq!(
+                (state(&services), last_error(&services)),
+                (before, 0x5000),
+                "object {number}, bit {bit}"
+            );
+        }
+    }
+}
+
+/// Verifies: ECSS 6.10c, 6.10d
+#[test]
+fn what_a_client_writes_is_no_flipped_bit() {
+    let mut services = services();
+    for value in [INVALID | NO_REMOTE | 0x185, NO_REMOTE | 0x6C5] {
+        services.write(Address::new(TPDO, 1), &value.to_le_bytes(), NOW).unwrap();
+        services.on_own_written(Address::new(TPDO, 1), NOW, &mut Outbox::<SlaveEvent>::new());
+        assert_eq!(compare(&mut services), 0);
+    }
+    assert_eq!(services.dictionary.tpdos.id(0), CobIdEntry::from_raw(0x6C5).cob_id());
+}
+
+/// Verifies: ECSS 6.10k
+#[test]
+fn every_flipped_bit_of_a_node_id_is_mended() {
+    for id in (2..=127).filter_map(NodeId::new) {
+        for (copy, bit) in (0..3).flat_map(|copy| (0..7).map(move |bit| (copy, bit))) {
+            // A Node-ID of zero is none: no bits of one can be so.
+            let Some(flipped) = NodeId::new(id.get() ^ 1 << bit) else { continue };
+            let mut copies = [id; 3];
+            copies[copy] = flipped;
+            let [first, second, third] = &mut copies;
+            assert!(correct([first, second, third]), "{id:?}, bit {bit}");
+            assert_eq!(copies, [id; 3], "bit {bit}");
+        }
+        assert!(!correct([&mut id.clone(), &mut id.clone(), &mut id.clone()]));
+    }
+}
