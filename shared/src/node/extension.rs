@@ -19,6 +19,9 @@ pub trait Extension: Objects + Debug + Default {
     /// Whether it has a clock with its objects.
     const HAS_TIME: bool;
 
+    /// Whether it looks for flipped bits in its Node-ID, its COB-IDs and its filters (ECSS 6.10d, k).
+    const IS_GUARDED: bool;
+
     /// The objects of a node of a spacecraft, if it has them.
     fn spacecraft(&mut self) -> Option<&mut Spacecraft>;
 
@@ -32,6 +35,8 @@ impl Extension for Spacecraft {
     type Time = TimeService;
 
     const HAS_TIME: bool = true;
+
+    const IS_GUARDED: bool = true;
 
     #[inline(always)]
     fn spacecraft(&mut self) -> Option<&mut Spacecraft> {
@@ -54,6 +59,8 @@ impl Extension for Nothing {
     type Time = ();
 
     const HAS_TIME: bool = false;
+
+    const IS_GUARDED: bool = false;
 
     #[inline(always)]
     fn spacecraft(&mut self) -> Option<&mut Spacecraft> {

@@ -122,7 +122,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         while let Some(missed) = self.services.monitor.poll(until) {
             self.on_peer_missed(missed.node, now, out);
         }
-        if self.heartbeat.deadline().is_some_and(|due| due <= until) {
+        if E::IS_GUARDED && self.heartbeat.deadline().is_some_and(|due| due <= until) {
             self.scrub(now);
         }
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {

@@ -28,7 +28,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.monitor.configure(&dictionary.objects.consumers, clear);
         self.dictionary.set_pdos(now);
         self.note_mappings();
-        self.compare_cob_ids(true, now);
+        if E::IS_GUARDED {
+            self.compare_cob_ids(true, now);
+        }
         self.dictionary.emcy.restart();
         self.show_errors();
     }
@@ -147,6 +149,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         if matches!(at.index, RPDO..=LAST_TPDO_MAPPING) {
             self.note_mappings();
         }
-        self.compare_cob_ids(true, self.dictionary.now);
+        if E::IS_GUARDED {
+            self.compare_cob_ids(true, self.dictionary.now);
+        }
     }
 }
