@@ -3,6 +3,7 @@
 //! A strap to ground is 1, an open one 0. Odd parity over all five makes a board without straps, or with one wire lost
 //! or shorted, recognisable: it must stay silent (ECSS 6.10f).
 
+use ecss_can::redundancy::Strap;
 use ecss_can::types::NodeId;
 
 /// Why the straps give no Node-ID.
@@ -28,9 +29,36 @@ pub fn node_id(closed: [bool; 5]) -> Result<NodeId, StrapError> {
     NodeId::new(value).filter(|id| *id != NodeId::MASTER).ok_or(StrapError::NotASlave(value))
 }
 
+/// Which of two master boards it is: 1 on the straps is the prime one, 0 the other, with odd parity. `None` for the straps of a
+/// slave, and for a wire lost or shorted: such a board stays silent, for two prime ones would both be active.
+pub fn master_board(node_id: Result<NodeId, StrapError>) -> Option<Strap> {
+    match node_id {
+        Err(StrapError::NotASlave(1)) => Some(Strap::Prime),
+        Err(StrapError::NotASlave(_)) => Some(Strap::Second),
+        Ok(_) | Err(StrapError::Parity) => None,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Verifies: ECSS 8.1a
+    #[test]
+    fn a_master_board_with_a_wrong_wire_is_neither_prime_nor_second() {
+        let prime = [true, false, false, false, false];
+        let second = [false, false, false, false, true];
+        assert_eq!(master_board(node_id(prime)), Some(Strap::Prime));
+        assert_eq!(master_board(node_id(second)), Some(Strap::Second));
+        for good in [prime, second] {
+            for wire in 0..5 {
+                let mut broken = good;
+                broken[wire] = !broken[wire];
+                assert_eq!(master_board(node_id(broken)), None, "wire {wire}");
+            }
+        }
+        assert_eq!(master_board(node_id([false, true, false, false, false])), None, "a slave");
+    }
 
     #[test]
     fn four_bits_least_significant_first_then_parity() {

@@ -108,6 +108,7 @@
 //! #     fn set_filters(&mut self, _: &[Filter]) {}
 //! #     fn set_filter(&mut self, _: u8, _: Filter) {}
 //! #     fn join(&mut self) {}
+//! #     fn listen(&mut self) {}
 //! #     fn leave(&mut self) {}
 //! #     fn send(&mut self, frame: &Frame) -> Result<Mailbox, port::Busy> {
 //! #         let (events, sent) = &mut *self.0.borrow_mut();

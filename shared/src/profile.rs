@@ -91,7 +91,7 @@ impl Profile {
         standby: None,
     };
 
-    /// Two master boards that fit [`Profile::DEFAULT`]: the standby takes over after 400 ms, before slaves leave Operational.
+    /// Two master boards that fit [`Profile::DEFAULT`]: the standby takes over after 400 ms, before slaves change the bus.
     pub const PAIR: Pair = Pair {
         consumer: Duration::from_millis(400),
         prime_listens: Duration::from_millis(700),
@@ -113,7 +113,7 @@ impl Profile {
     /// Whether the numbers of two master boards fit the others. Assert it where a profile is declared.
     ///
     /// The standby is slower than the active master, which may change the bus first, and faster than the slaves, which stay
-    /// Operational. A board that was reset listens until the other one has taken over. True without a standby.
+    /// on their bus. A board that was reset listens until the other one has taken over. True without a standby.
     ///
     /// ```
     /// use ecss_can::profile::Profile;

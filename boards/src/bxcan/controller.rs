@@ -2,6 +2,7 @@
 
 use ecss_can::link::bit_timing::BitTiming;
 use embassy_stm32::pac::can::Can;
+use embassy_stm32::pac::can::vals::Silm;
 use embassy_stm32::{can, pac, peripherals};
 
 use super::events::EventQueue;
@@ -38,12 +39,13 @@ impl Controller for peripherals::CAN2 {
     }
 }
 
-/// The settings that can be made in Init mode only.
-pub(super) fn configure(registers: Can, timing: BitTiming) {
+/// The settings that can be made in Init mode only. One that `listens` drives no dominant bit.
+pub(super) fn configure(registers: Can, timing: BitTiming, listens: bool) {
     registers.btr().write(|w| {
         w.set_brp(timing.prescaler() - 1);
         w.set_ts(0, timing.segment1() - 1);
         w.set_ts(1, timing.segment2() - 1);
         w.set_sjw(timing.jump_width() - 1);
+        w.set_silm(if listens { Silm::SILENT } else { Silm::NORMAL });
     });
 }

@@ -2,9 +2,11 @@
 //!
 //! ```text
 //! Entering ── INAK ──> Silent ── join ──> Joining ── INAK = 0 ──> OnBus
-//!    ^                                                              │ leave: ABRQ
+//!    ^                                                              │ leave, listen: ABRQ
 //!    └───────────── INRQ ────────────── Emptying <──────────────────┘
 //! ```
+//!
+//! On a bus it takes part, or only listens (SILM). That is set in Init mode, so the way from one to the other leads there.
 //!
 //! A mailbox that transmits when it is aborted empties at the end of the transmission (RM0090 32.7.2), and that end
 //! never comes in Init mode: so INRQ waits until the mailboxes are empty. Nothing here waits: a request that the
@@ -30,8 +32,11 @@ pub(super) struct Seen {
 /// What to write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Request {
-    /// The settings that can be made in Init mode only. Once.
-    Configure,
+    /// The settings that can be made in Init mode only. Once for each way to be on the bus.
+    Configure {
+        /// SILM: drives no dominant bit.
+        listens: bool,
+    },
     /// ABRQ of all mailboxes.
     Abort,
     /// INRQ = 1.
@@ -58,25 +63,38 @@ enum Step {
 pub(super) struct Mode {
     step: Step,
     since: Instant,
-    configured: bool,
+    /// Whether it only listens, as configured.
+    configured: Option<bool>,
     on_bus: bool,
+    listens: bool,
     stall_told: bool,
 }
 
 impl Mode {
     /// INRQ was set at `now`, for the first time.
     pub const fn entering(now: Instant) -> Self {
-        Mode { step: Step::Entering, since: now, configured: false, on_bus: false, stall_told: false }
+        Mode {
+            step: Step::Entering,
+            since: now,
+            configured: None,
+            on_bus: false,
+            listens: false,
+            stall_told: false,
+        }
     }
 
-    /// Wanted on the bus or off it.
-    pub fn want(&mut self, on_bus: bool) {
-        self.on_bus = on_bus;
+    /// Wanted on the bus or off it; `listens`: without driving a dominant bit.
+    pub fn want(&mut self, on_bus: bool, listens: bool) {
+        (self.on_bus, self.listens) = (on_bus, listens);
     }
 
     /// Whether frames may be put into mailboxes.
-    pub fn is_wanted_on_bus(&self) -> bool {
-        self.on_bus
+    pub fn is_wanted_to_send(&self) -> bool {
+        self.on_bus && !self.listens
+    }
+
+    fn is_configured(&self) -> bool {
+        self.configured == Some(self.listens)
     }
 
     /// Recovery from bus-off begins when INRQ was set and cleared (RM0090 32.7.6). To be written at once.
@@ -88,9 +106,9 @@ impl Mode {
     /// What to write next; call until `None`, after every change.
     pub fn advance(&mut self, seen: Seen, now: Instant) -> Option<Request> {
         match self.step {
-            Step::Entering if seen.init && !self.configured => {
-                self.configured = true;
-                Some(Request::Configure)
+            Step::Entering | Step::Silent if seen.init && !self.is_configured() => {
+                self.configured = Some(self.listens);
+                Some(Request::Configure { listens: self.listens })
             }
             Step::Entering if seen.init => {
                 self.reach(Step::Silent, now);
@@ -101,10 +119,10 @@ impl Mode {
                 self.reach(Step::OnBus, now);
                 self.advance(seen, now)
             }
-            Step::Joining | Step::OnBus if !self.on_bus => {
+            Step::Joining | Step::OnBus if !self.on_bus || !self.is_configured() => {
                 Some(self.enter(Step::Emptying, Request::Abort, now))
             }
-            Step::Emptying if self.on_bus => {
+            Step::Emptying if self.on_bus && self.is_configured() => {
                 self.reach(Step::Joining, now);
                 self.advance(seen, now)
             }
@@ -117,7 +135,7 @@ impl Mode {
 
     /// Whether the controller is where it was wanted.
     pub fn is_settled(&self) -> bool {
-        self.step == if self.on_bus { Step::OnBus } else { Step::Silent }
+        self.is_configured() && self.step == if self.on_bus { Step::OnBus } else { Step::Silent }
     }
 
     /// Whether the present request takes too long; told once.
@@ -144,6 +162,9 @@ mod tests {
     const NORMAL: Seen = Seen { init: false, empty: true };
     const SENDING: Seen = Seen { init: false, empty: false };
 
+    const CONFIGURE: Request = Request::Configure { listens: false };
+    const LISTEN: Request = Request::Configure { listens: true };
+
     fn ms(ms: u64) -> Instant {
         Instant::from_micros(1_000 * ms)
     }
@@ -154,13 +175,13 @@ mod tests {
 
     fn silent() -> Mode {
         let mut mode = Mode::entering(ms(0));
-        assert_eq!(requests(&mut mode, INIT, ms(0)), [Request::Configure]);
+        assert_eq!(requests(&mut mode, INIT, ms(0)), [CONFIGURE]);
         mode
     }
 
     fn on_bus() -> Mode {
         let mut mode = silent();
-        mode.want(true);
+        mode.want(true, false);
         assert_eq!(requests(&mut mode, INIT, ms(1)), [Request::Normal]);
         assert_eq!(requests(&mut mode, NORMAL, ms(2)), []);
         assert!(mode.is_settled());
@@ -170,11 +191,11 @@ mod tests {
     #[test]
     fn nothing_is_set_before_init_mode_is_reached_and_a_wish_to_join_waits_for_that() {
         let mut mode = Mode::entering(ms(0));
-        assert!(!mode.is_wanted_on_bus());
-        mode.want(true);
-        assert!(mode.is_wanted_on_bus());
+        assert!(!mode.is_wanted_to_send());
+        mode.want(true, false);
+        assert!(mode.is_wanted_to_send());
         assert_eq!(requests(&mut mode, NORMAL, ms(1)), []);
-        assert_eq!(requests(&mut mode, INIT, ms(2)), [Request::Configure, Request::Normal]);
+        assert_eq!(requests(&mut mode, INIT, ms(2)), [CONFIGURE, Request::Normal]);
         assert!(!mode.is_settled(), "INAK falls after 11 recessive bits");
         assert_eq!(requests(&mut mode, NORMAL, ms(3)), []);
         assert!(mode.is_settled());
@@ -183,7 +204,7 @@ mod tests {
     #[test]
     fn a_bus_is_left_when_the_mailboxes_are_empty() {
         let mut mode = on_bus();
-        mode.want(false);
+        mode.want(false, false);
         assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
         assert_eq!(requests(&mut mode, SENDING, ms(11)), []);
         assert_eq!(requests(&mut mode, NORMAL, ms(12)), [Request::Init]);
@@ -194,7 +215,7 @@ mod tests {
     #[test]
     fn a_mailbox_that_does_not_empty_keeps_nobody_on_the_bus() {
         let mut mode = on_bus();
-        mode.want(false);
+        mode.want(false, false);
         assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
         assert_eq!(requests(&mut mode, SENDING, ms(15)), [Request::Init]);
     }
@@ -202,9 +223,9 @@ mod tests {
     #[test]
     fn a_bus_joined_again_before_it_was_left_is_not_left() {
         let mut mode = on_bus();
-        mode.want(false);
+        mode.want(false, false);
         assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
-        mode.want(true);
+        mode.want(true, false);
         assert_eq!(requests(&mut mode, SENDING, ms(11)), []);
         assert!(mode.is_settled());
     }
@@ -212,9 +233,9 @@ mod tests {
     #[test]
     fn a_bus_joined_again_while_it_is_being_left_is_joined_from_init_mode() {
         let mut mode = on_bus();
-        mode.want(false);
+        mode.want(false, false);
         assert_eq!(requests(&mut mode, NORMAL, ms(10)), [Request::Abort, Request::Init]);
-        mode.want(true);
+        mode.want(true, false);
         assert_eq!(requests(&mut mode, NORMAL, ms(10)), []);
         assert_eq!(requests(&mut mode, INIT, ms(11)), [Request::Normal]);
     }
@@ -243,8 +264,44 @@ mod tests {
     #[test]
     fn a_bus_that_is_dominant_all_the_time_stalls_who_joins_it() {
         let mut mode = silent();
-        mode.want(true);
+        mode.want(true, false);
         assert_eq!(requests(&mut mode, INIT, ms(10)), [Request::Normal]);
         assert!(mode.take_stall(ms(60)));
+    }
+
+    #[test]
+    fn a_controller_that_listens_is_configured_in_init_mode_and_may_not_send() {
+        let mut mode = silent();
+        mode.want(true, true);
+        assert!(!mode.is_wanted_to_send() && !mode.is_settled());
+        assert_eq!(requests(&mut mode, INIT, ms(1)), [LISTEN, Request::Normal]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(2)), []);
+        assert!(mode.is_settled());
+    }
+
+    #[test]
+    fn from_listening_to_sending_and_back_the_way_leads_through_init_mode() {
+        let mut mode = on_bus();
+        mode.want(true, true);
+        assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(11)), [Request::Init]);
+        assert_eq!(requests(&mut mode, INIT, ms(12)), [LISTEN, Request::Normal]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(13)), []);
+        mode.want(true, false);
+        assert!(mode.is_wanted_to_send() && !mode.is_settled());
+        assert_eq!(requests(&mut mode, NORMAL, ms(20)), [Request::Abort, Request::Init]);
+        assert_eq!(requests(&mut mode, INIT, ms(21)), [CONFIGURE, Request::Normal]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(22)), []);
+        assert!(mode.is_settled());
+    }
+
+    #[test]
+    fn who_is_to_send_again_before_its_bus_was_left_stays_there() {
+        let mut mode = on_bus();
+        mode.want(true, true);
+        assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
+        mode.want(true, false);
+        assert_eq!(requests(&mut mode, SENDING, ms(11)), []);
+        assert!(mode.is_settled());
     }
 }

@@ -134,9 +134,16 @@ impl Port {
         Seen { init: self.registers.msr().read().inak(), empty: (0..MAILBOXES).all(|n| status.tme(n)) }
     }
 
+    #[inline(never)] // of three callers, none in a hurry
+    fn want(&mut self, on_bus: bool, listens: bool) {
+        self.mode.want(on_bus, listens);
+        (self.recovering, self.is_quiet) = (on_bus, false);
+        self.advance();
+    }
+
     fn obey(&self, request: Request) {
         match request {
-            Request::Configure => controller::configure(self.registers, self.timing),
+            Request::Configure { listens } => controller::configure(self.registers, self.timing, listens),
             // Upwards: a frame waits in a lower mailbox than the last one before it, whose end would request it.
             Request::Abort => (0..MAILBOXES).for_each(|n| self.give_up(Mailbox(n as u8))),
             Request::Init => self.registers.mcr().modify(|w| w.set_inrq(true)),
@@ -251,19 +258,19 @@ impl CanPort for Port {
     }
 
     fn join(&mut self) {
-        self.mode.want(true);
-        (self.recovering, self.is_quiet) = (true, false);
-        self.advance();
+        self.want(true, false);
+    }
+
+    fn listen(&mut self) {
+        self.want(true, true);
     }
 
     fn leave(&mut self) {
-        self.mode.want(false);
-        (self.recovering, self.is_quiet) = (false, false);
-        self.advance();
+        self.want(false, false);
     }
 
     fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
-        if !self.mode.is_wanted_on_bus() {
+        if !self.mode.is_wanted_to_send() {
             return Err(Busy);
         }
         let (number, behind) = self.mailboxes.claim(frame.id(), || self.events.holds_frame()).ok_or(Busy)?;

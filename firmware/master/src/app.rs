@@ -12,10 +12,21 @@ static RESOURCES: Resources<Board, Node> = Resources::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, pulse, leds, store, post_mortem, .. } =
+    #[cfg_attr(
+        not(feature = "standby"),
+        expect(unused_variables, reason = "the straps of one of two boards")
+    )]
+    let Board { ports, clock, pulse, leds, node_id, store, post_mortem, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     defmt::info!("master starts, profile {=str}", PROFILE.name);
+    #[cfg(not(feature = "standby"))]
     let master = || mission::master(PROFILE, store);
+    #[cfg(feature = "standby")]
+    let Some(strap) = boards::straps::master_board(node_id) else {
+        return defmt::error!("straps of neither master board, staying silent");
+    };
+    #[cfg(feature = "standby")]
+    let master = || mission::master_of_two(PROFILE, strap, store);
     let (master, events, runners) = RESOURCES.start(master, ports, clock, &TELLTALE);
     master.with(|master, _| master.set_post_mortem(post_mortem));
     spawner.spawn(bus(runners.nominal).unwrap());

@@ -28,7 +28,11 @@ use schedule::{Schedule, Turn};
 const CABLE_OF: Address = CommanderObjects::CABLE.field(CableMeasurement::NODE).address();
 
 /// The master of this image.
+#[cfg(not(feature = "standby"))]
 pub type Node = Master<CommanderObjects>;
+/// The master of this image.
+#[cfg(feature = "standby")]
+pub type Node = Master<CommanderObjects, ecss_can::node::TwoBoards>;
 
 /// Pulses at seconds of the spacecraft time, or parts of them.
 #[embassy_executor::task]
@@ -81,14 +85,9 @@ impl Application {
     fn on_event(&mut self, event: &MasterEvent) {
         log::event(event);
         match event {
-            MasterEvent::SlaveState { node, state: NmtState::Operational, .. } => {
-                // Telemetry goes with commands, and these wait until none is taken for one before a reset.
-                if let Some(sequence) = slot(*node).and_then(|slot| self.sequences.get(slot)) {
-                    let from = self.master.now().max(sequence.ready_at());
-                    self.commands.start(*node, from);
-                    self.telemetry.start(*node, from);
-                }
-            }
+            MasterEvent::SlaveState { node, state: NmtState::Operational, .. } => self.work(*node),
+            #[cfg(feature = "standby")]
+            MasterEvent::Role(_) => self.on_role(),
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
             MasterEvent::Pdo { number, data, .. } => self.on_pdo(*number, *data),
             MasterEvent::ResetNode => boards::reset(),
@@ -125,6 +124,32 @@ impl Application {
             let progress = if failures == 0 { SelfTest::PASSED } else { SelfTest::FAILED };
             master.report_self_test(SelfTest { progress, failures }, now);
         });
+    }
+
+    /// Commands to a slave begin, unless this master is the standby of another one.
+    fn work(&mut self, node: NodeId) {
+        if !self.master.with(|master, _| master.is_active()) {
+            return;
+        }
+        // Telemetry goes with commands, and these wait until none is taken for one before a reset.
+        if let Some(sequence) = slot(node).and_then(|slot| self.sequences.get(slot)) {
+            let from = self.master.now().max(sequence.ready_at());
+            self.commands.start(node, from);
+            self.telemetry.start(node, from);
+        }
+    }
+
+    /// Commands begin anew to the slaves that run, or end.
+    #[cfg(feature = "standby")]
+    fn on_role(&mut self) {
+        let is_active = self.master.with(|master, _| master.is_active());
+        if is_active {
+            self.sequences = [Sequence::new(self.master.now(), COMMAND_PERIOD); SLAVES];
+        }
+        for node in (2..).filter_map(NodeId::new).take(SLAVES) {
+            let state = self.master.with(|master, _| master.slave_state(node));
+            if is_active && state == Some(NmtState::Operational) { self.work(node) } else { self.rest(node) }
+        }
     }
 
     fn rest(&mut self, node: NodeId) {

@@ -15,7 +15,8 @@ mod profiles;
 mod record;
 
 pub use master::{
-    CableMeasurement, CommanderObjects, Received, SLAVES, command, master, received, request, slot,
+    CableMeasurement, CommanderObjects, Received, SLAVES, command, master, master_of_two, received, request,
+    slot,
 };
 pub use message::{Command, Request, Telemetry};
 pub use objects::{
@@ -23,5 +24,5 @@ pub use objects::{
     slave,
 };
 pub use payload::Message;
-pub use profiles::{COMMAND_PERIOD, LIBRECUBE, PROFILE, STANDARD, TELEMETRY_PERIOD};
+pub use profiles::{COMMAND_PERIOD, LIBRECUBE, PROFILE, STANDARD, TELEMETRY_PERIOD, TWO_MASTERS};
 pub use record::{Declined, SlaveRecord};

@@ -1,10 +1,11 @@
 //! The master of the demonstration mission: a telecommand, a telemetry request, telemetry and local time for each slave.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
+use ecss_can::node::{Communication, Device, Identity, Master, MasterBoards, Refusal, TwoBoards};
 use ecss_can::od::{Objects, Record, U24, U40, U48};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
+use ecss_can::redundancy::Strap;
 use ecss_can::store::ParameterStore;
 use ecss_can::time::{LocalScet, ScetGet};
 use ecss_can::types::{Instant, NodeId, Scet};
@@ -227,12 +228,21 @@ pub fn master(
     Master::new(profile, CommanderObjects::default(), store)
 }
 
+/// One of two masters of the mission, `strap` says which one; with a parameter store if its board has one.
+pub fn master_of_two(
+    profile: &Profile,
+    strap: Strap,
+    store: Option<&'static mut (dyn ParameterStore + Send)>,
+) -> Master<CommanderObjects, TwoBoards> {
+    Master::of_two(profile, strap, CommanderObjects::default(), store)
+}
+
 /// Sends a telecommand.
 ///
 /// # Errors
 /// [`Refusal`]; a node that is none of the mission's is not operational.
-pub fn command(
-    master: &mut Master<CommanderObjects>,
+pub fn command<B: MasterBoards>(
+    master: &mut Master<CommanderObjects, B>,
     node: NodeId,
     message: &Message,
     now: Instant,
@@ -252,8 +262,8 @@ pub fn command(
 ///
 /// # Errors
 /// [`Refusal`]; a node that is none of the mission's is not operational.
-pub fn request(
-    master: &mut Master<CommanderObjects>,
+pub fn request<B: MasterBoards>(
+    master: &mut Master<CommanderObjects, B>,
     node: NodeId,
     message: &Message,
     now: Instant,

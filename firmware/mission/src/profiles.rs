@@ -1,4 +1,4 @@
-//! The two profiles of the mission.
+//! The three profiles of the mission.
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::profile::Profile;
@@ -12,15 +12,33 @@ pub const TELEMETRY_PERIOD: Duration = Duration::from_millis(100);
 /// The defaults: 1 Mbit/s, heartbeat and SYNC 100 ms, parallel access everywhere, no slave assigned.
 pub const STANDARD: Profile = Profile { name: "standard", ..Profile::DEFAULT };
 
+/// The defaults with two master boards, one of them the standby of the other (ECSS 8.1a). They boot slaves 2 to 4, and wait for
+/// none of them.
+pub const TWO_MASTERS: Profile = Profile {
+    name: "standby",
+    slaves: &[slave(NodeId::of::<2>()), slave(NodeId::of::<3>()), slave(NodeId::of::<4>())],
+    settings: &[
+        error_behaviour(NodeId::of::<2>()),
+        error_behaviour(NodeId::of::<3>()),
+        error_behaviour(NodeId::of::<4>()),
+    ],
+    standby: Some(Profile::PAIR),
+    ..STANDARD
+};
+
 /// The profile that images of the mission are built with.
-#[cfg(not(feature = "librecube"))]
+#[cfg(not(any(feature = "librecube", feature = "standby")))]
 pub const PROFILE: &Profile = &STANDARD;
 /// The profile that images of the mission are built with.
-#[cfg(feature = "librecube")]
+#[cfg(feature = "standby")]
+pub const PROFILE: &Profile = &TWO_MASTERS;
+/// The profile that images of the mission are built with.
+#[cfg(all(feature = "librecube", not(feature = "standby")))]
 pub const PROFILE: &Profile = &LIBRECUBE;
 
 // Selective slaves that would give up before the master has tried both buses fail the build here.
 const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+const _: () = assert!(TWO_MASTERS.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
 
 /// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slave 4 has
 /// selective access, so that both ways to fail over are seen. The master boots slaves 2 to 4, and waits for none of them.

@@ -9,6 +9,7 @@
 //! with it after the start. A slave that has lost its configuration goes back to Pre-operational, is configured and started.
 
 mod expected;
+mod overheard;
 mod process;
 mod progress;
 

@@ -38,6 +38,10 @@ pub trait CanPort {
     /// Go on the bus; takes part after 11 recessive bits.
     fn join(&mut self);
 
+    /// Go on the bus, or stay there, silent: receives, and drives no dominant bit, neither a frame nor an acknowledgement.
+    /// Nothing is sent until [`CanPort::join`].
+    fn listen(&mut self);
+
     /// Go off the bus: abort every mailbox (each is reported [`PortEvent::Failed`], or [`PortEvent::Transmitted`] when it
     /// was too late) and stay silent once a frame that is on the wire has ended.
     fn leave(&mut self);

@@ -103,13 +103,22 @@ impl Buses {
         self.access
     }
 
-    /// Go on the bus or buses, at power-on.
+    /// Go on the bus or buses, at power-on, or from being silent there.
     pub fn join<E>(&mut self, active: Bus, out: &mut Outbox<E>) {
         for bus in Bus::ALL {
             self.joined[bus] = self.is_joined(bus, active);
             if self.joined[bus] {
                 out.command(bus, BusCommand::Join);
             }
+        }
+    }
+
+    /// Go on both buses, silent: abort what is pending, receive, and drive no dominant bit.
+    pub fn listen<E>(&mut self, out: &mut Outbox<E>) {
+        for bus in Bus::ALL {
+            self.joined[bus] = false;
+            self.recovery[bus].leave();
+            out.command(bus, BusCommand::Listen);
         }
     }
 

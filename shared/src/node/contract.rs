@@ -88,6 +88,8 @@ pub enum BusCommand {
     Abandon,
     /// Take part in the bus.
     Join,
+    /// Abort everything pending and listen: receive, and drive no dominant bit, not even an acknowledgement.
+    Listen,
     /// Abort everything pending and go off the bus, silent (selective access).
     Leave,
     /// Begin recovery from bus-off.

@@ -5,7 +5,7 @@ use crate::emcy::Emergency;
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::NmtMessage;
-use crate::redundancy::SwitchCause;
+use crate::redundancy::{RoleChange, SwitchCause};
 use crate::time::Step;
 use crate::types::{Address, Bus, Frame, NmtState, NodeId, Scet};
 
@@ -134,9 +134,12 @@ pub enum MasterEvent {
         /// Its end.
         stamp: Stamp,
     },
+    /// Another role: active, or the standby of another master board (ECSS 8.1a).
+    Role(RoleChange),
     /// Another NMT state of the master itself.
     State(NmtState),
-    /// A command had to wait for a new bus to be announced, and too much waited already (counted as refused on that bus).
+    /// A command had to wait for a new bus to be announced, and too much waited already (counted as refused on that bus). Or
+    /// this master is not active.
     Refused {
         /// For whom it was.
         node: NodeId,
@@ -186,4 +189,7 @@ pub enum MasterRequest {
     Boot(NodeId),
     /// Set the spacecraft time, as of now.
     SetTime(Scet),
+    /// Become the standby of another master board, which takes over after its consumer time. If it does not, this one becomes
+    /// active again after its own. Nothing happens where there is one board, or another one is active.
+    StandBy,
 }

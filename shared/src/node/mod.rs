@@ -25,7 +25,9 @@ pub use contract::{
 };
 pub use device::{Device, DeviceNode, TimeKeeper};
 pub use extension::{Extension, Nothing};
-pub use master::{Master, MasterObjects, NetworkObjects, Ranging};
+pub use master::{
+    Master, MasterBoards, MasterObjects, MasterRole, NetworkObjects, OneBoard, Ranging, TwoBoards,
+};
 pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use objects::{NodeObjects, assert_device};
 pub use slave::Slave;

@@ -135,6 +135,24 @@ impl<const N: usize> Manager<N> {
         self.report = Some(now + self.dwell.length(&self.parameters).times(2));
     }
 
+    /// Another master is active on this bus.
+    pub const fn follow(&mut self, bus: Bus) {
+        self.active = bus;
+    }
+
+    /// Another master is active: no heartbeat of this one.
+    pub fn stand_by(&mut self) {
+        self.heartbeat.stop();
+    }
+
+    /// Becomes active on this bus: its heartbeat is the next action, and nothing else goes out before it did.
+    pub fn take_over(&mut self, bus: Bus, now: Instant) {
+        (self.unacknowledged, self.failed, self.wanted) = Default::default();
+        self.trial = Trial::new();
+        self.go_to(bus, 0, now);
+        self.report = Some(now + self.dwell.length(&self.parameters).times(2));
+    }
+
     /// New values of 1016h, 1017h and 2000h. The heartbeat goes on in a new period; the default bus is that of the next
     /// power-on.
     pub fn configure(&mut self, parameters: Parameters, now: Instant) {
@@ -338,6 +356,15 @@ impl<const N: usize> Manager<N> {
     fn switch(&mut self, cause: SwitchCause, silent: u32, now: Instant) -> Action {
         let from = self.active;
         let to = from.other();
+        self.go_to(to, silent, now);
+        if cause != SwitchCause::Tried {
+            self.trial.abandon();
+        }
+        Action::Switched { from, to, cause }
+    }
+
+    /// `to` is the active bus now; so many slaves were silent on the other one.
+    fn go_to(&mut self, to: Bus, silent: u32, now: Instant) {
         self.active = to;
         self.heartbeat.announce(now);
         self.announcing = true;
@@ -347,9 +374,5 @@ impl<const N: usize> Manager<N> {
         self.alone_since = self.unacknowledged[to].then_some(now);
         self.left_behind = silent;
         self.dwell.restart(now);
-        if cause != SwitchCause::Tried {
-            self.trial.abandon();
-        }
-        Action::Switched { from, to, cause }
     }
 }

@@ -9,6 +9,7 @@ use crate::heartbeat::Consumer;
 use crate::nmt::Target;
 use crate::types::{Duration, Instant, NmtState, NodeId};
 
+mod heard;
 #[cfg(feature = "model")]
 mod relative;
 

@@ -163,6 +163,10 @@ impl<P: CanPort> Line<P> {
                 // The node has forgotten this bus: a controller that is bus-off still is reported as if it were new.
                 self.health = Health::default();
             }
+            BusCommand::Listen => {
+                self.abandon(shared, now);
+                self.port.listen();
+            }
             BusCommand::Leave => {
                 self.abandon(shared, now);
                 self.port.leave();

@@ -6,7 +6,7 @@
 
 use super::Handle;
 use super::resources::Platform;
-use crate::node::{Device, Master, NetworkObjects, Ranging};
+use crate::node::{Device, Master, MasterBoards, NetworkObjects, Ranging};
 use crate::sdo::Error;
 use crate::time::{ClockObjects, TimeCorrection};
 use crate::types::{Bus, Duration, NodeId};
@@ -30,7 +30,7 @@ pub struct Cable {
     pub delay_ns: i32,
 }
 
-impl<B: Platform, D: Device> Handle<B, Master<D>> {
+impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
     /// Measures the cable to a slave on the active bus, by 16 of its heartbeats. Its clock follows SYNCs of this master, and both
     /// stamp in hardware. For 2014h of the slave add the delay of its receiver, which cannot be measured so.
     ///
@@ -92,9 +92,9 @@ impl<B: Platform, D: Device> Handle<B, Master<D>> {
 }
 
 /// Ends a measurement: 2044h names no slave any more, also when its future is dropped.
-struct Ends<'a, B: Platform, D: Device>(&'a Handle<B, Master<D>>);
+struct Ends<'a, B: Platform, D: Device, M: MasterBoards>(&'a Handle<B, Master<D, M>>);
 
-impl<B: Platform, D: Device> Drop for Ends<'_, B, D> {
+impl<B: Platform, D: Device, M: MasterBoards> Drop for Ends<'_, B, D, M> {
     fn drop(&mut self) {
         // The object takes a zero always.
         let _ = self.0.range(0);

@@ -6,7 +6,7 @@ use core::task::Poll;
 use super::resources::{Core, Platform};
 use super::shared::{register, wake};
 use super::{SdoClient, SpacecraftClock, Telltale};
-use crate::node::{Device, DeviceNode, Master, Node, TimeKeeper};
+use crate::node::{Device, DeviceNode, Master, MasterBoards, Node, TimeKeeper};
 use crate::time::Clock;
 use crate::types::{AbortCode, Address, Instant};
 
@@ -98,9 +98,9 @@ impl<B: Platform, N: TimeKeeper> Handle<B, N> {
     }
 }
 
-impl<B: Platform, D: Device> Handle<B, Master<D>> {
+impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
     /// The SDO client, shared with the boot-up process.
-    pub const fn sdo(&self) -> SdoClient<B, D> {
+    pub const fn sdo(&self) -> SdoClient<B, D, M> {
         SdoClient::new(self.core)
     }
 }

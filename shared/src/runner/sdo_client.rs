@@ -5,7 +5,7 @@ use core::task::{Context, Poll};
 
 use super::resources::{Core, Platform};
 use super::shared::wake;
-use crate::node::{Device, Master};
+use crate::node::{Device, Master, MasterBoards, OneBoard};
 use crate::sdo::{Client, Error, Mode};
 use crate::types::{Address, NodeId};
 
@@ -17,22 +17,22 @@ const CHUNK: usize = 112;
 /// A transfer waits for the one before it, of whichever task, and for the boot-up process: that lets a transfer end, and
 /// goes before the next. What stands still for the SDO timeout of the profile ends with [`Error::Timeout`], a switch of
 /// the active bus with [`Error::BusChanged`]. A future that is dropped aborts its transfer.
-pub struct SdoClient<B: Platform, D: Device> {
-    core: &'static Core<B, Master<D>>,
+pub struct SdoClient<B: Platform, D: Device, M: MasterBoards = OneBoard> {
+    core: &'static Core<B, Master<D, M>>,
     mode: Mode,
 }
 
-impl<B: Platform, D: Device> Clone for SdoClient<B, D> {
+impl<B: Platform, D: Device, M: MasterBoards> Clone for SdoClient<B, D, M> {
     fn clone(&self) -> Self {
         *self
     }
 }
 
-impl<B: Platform, D: Device> Copy for SdoClient<B, D> {}
+impl<B: Platform, D: Device, M: MasterBoards> Copy for SdoClient<B, D, M> {}
 
-impl<B: Platform, D: Device> SdoClient<B, D> {
+impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
     /// Values of more than 28 bytes move in blocks, if the server knows them.
-    pub(super) const fn new(core: &'static Core<B, Master<D>>) -> Self {
+    pub(super) const fn new(core: &'static Core<B, Master<D, M>>) -> Self {
         SdoClient { core, mode: Mode::Auto }
     }
 
@@ -113,7 +113,7 @@ impl<B: Platform, D: Device> SdoClient<B, D> {
     }
 
     /// Waits for its turn and starts a transfer.
-    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<B, D> {
+    async fn turn(&self, node: NodeId, start: impl Fn(&mut Client)) -> Turn<B, D, M> {
         poll_fn(|cx| {
             let started =
                 self.core.lock(|shared| shared.node.claim_sdo(node, cx.waker()).map(&start).is_some());
@@ -124,11 +124,11 @@ impl<B: Platform, D: Device> SdoClient<B, D> {
 }
 
 /// The client belongs to one transfer as long as this lives.
-struct Turn<B: Platform, D: Device> {
-    core: &'static Core<B, Master<D>>,
+struct Turn<B: Platform, D: Device, M: MasterBoards> {
+    core: &'static Core<B, Master<D, M>>,
 }
 
-impl<B: Platform, D: Device> Turn<B, D> {
+impl<B: Platform, D: Device, M: MasterBoards> Turn<B, D, M> {
     /// Moves bytes until the transfer is over.
     async fn run(&mut self, mut step: impl FnMut(&mut Client)) -> Result<usize, Error> {
         poll_fn(|cx| self.poll(cx, &mut step)).await
@@ -145,7 +145,7 @@ impl<B: Platform, D: Device> Turn<B, D> {
     }
 }
 
-impl<B: Platform, D: Device> Drop for Turn<B, D> {
+impl<B: Platform, D: Device, M: MasterBoards> Drop for Turn<B, D, M> {
     fn drop(&mut self) {
         self.core.lock(|shared| {
             shared.node.release_sdo();

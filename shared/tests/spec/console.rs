@@ -1,7 +1,7 @@
 //! The master of these tests: for each of slaves 2 to 9 a command, a request, telemetry and its local time.
 
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{Communication, Device, Identity, Master, Refusal};
+use ecss_can::node::{Communication, Device, Identity, Master, MasterBoards, Refusal};
 use ecss_can::od::{Objects, U56};
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
@@ -90,8 +90,8 @@ pub fn master(profile: &Profile, store: Option<&'static mut (dyn ParameterStore 
 }
 
 /// Sends a command of these bytes to one of slaves 2 to 9.
-pub fn command(
-    master: &mut Master<Console>,
+pub fn command<B: MasterBoards>(
+    master: &mut Master<Console, B>,
     node: NodeId,
     message: [u8; 8],
     now: Instant,

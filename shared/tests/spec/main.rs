@@ -30,6 +30,7 @@ mod master_services;
 mod minimal;
 mod nmt;
 mod od;
+mod pair;
 mod pdo;
 mod profiles;
 mod queue;

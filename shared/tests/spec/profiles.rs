@@ -40,7 +40,7 @@ fn the_settling_time_covers_a_search_and_two_heartbeats() {
 }
 
 /// Given two master boards, when one number does not fit the others, then the profile is not sound: the standby would take
-/// over while the active master changes the bus, or after the slaves left Operational, or both boards would be active.
+/// over while the active master changes the bus, or after the slaves changed the bus, or both boards would be active.
 ///
 /// Verifies: ECSS 8.1a
 #[test]

@@ -138,7 +138,7 @@ impl Port {
     fn end_attempt(&self) {
         self.registers.mcr().write(|w| w.set_inrq(true));
         if reaches(|| self.registers.msr().read().inak()).is_some() {
-            controller::configure(self.registers, self.timing);
+            controller::configure(self.registers, self.timing, false);
         }
     }
 }

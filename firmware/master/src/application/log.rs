@@ -70,6 +70,10 @@ pub fn event(event: &MasterEvent) {
         },
         MasterEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
+        #[cfg(feature = "standby")]
+        MasterEvent::Role(change) => defmt::warn!("this master board: {} ({})", change.role, change.cause),
+        #[cfg(not(feature = "standby"))]
+        MasterEvent::Role(_) => {}
         MasterEvent::Pdo { .. }
         | MasterEvent::Frame { .. }
         | MasterEvent::Synchronised { .. }

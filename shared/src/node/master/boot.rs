@@ -1,5 +1,6 @@
 //! The boot-up process in the master: its transfers, what it starts, what it tells.
 
+use super::boards::MasterBoards;
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
 use crate::boot::{Boot, BootRequest, Identified};
@@ -31,7 +32,7 @@ pub(super) fn at_power_on(profile: &Profile) -> Boot {
     boot
 }
 
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Whoever had a transfer is told that it failed; the boot-up process waits to hear its slaves on the new bus.
     pub(super) fn on_bus_changed(&mut self, now: Instant, out: &mut Out) {
         self.boot.on_bus_changed();

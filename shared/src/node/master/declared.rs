@@ -141,6 +141,29 @@ pub struct NetworkObjects {
     /// With 2016h of that slave it measures the cable between both.
     #[object(0x2044, record)]
     pub ranging: Ranging,
+    /// Role of this master board
+    #[object(0x2045, record)]
+    pub role: MasterRole,
+}
+
+/// Which of two master boards this one is, and what it does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct MasterRole {
+    /// Role
+    ///
+    /// 0 listening, 1 standby, 2 active.
+    #[sub(1, ro, pdo, default = 2)]
+    pub role: u8,
+    /// Strap
+    ///
+    /// 0 prime, 1 second; 0 where there is one board.
+    #[sub(2, ro, pdo)]
+    pub strap: u8,
+    /// Times that it became active
+    ///
+    /// Since power-on; 0 where there is one board.
+    #[sub(3, ro, pdo)]
+    pub taken: u8,
 }
 
 /// When the heartbeat of a slave was received.

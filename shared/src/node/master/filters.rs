@@ -1,12 +1,14 @@
 //! Acceptance filters of the master.
 
+use super::boards::MasterBoards;
 use super::{FUNCTIONS, Master, Out};
 use crate::link::port::Filter;
 use crate::node::index::SYNC_COB_ID;
 use crate::node::{BusCommand, Device, Filters};
+use crate::redundancy::Strap;
 use crate::types::{Address, Bus, CobId, Instant, NodeId};
 
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
     /// What it receives, by function codes: heartbeats, SDO responses, EMCY and foreign SYNCs, PDOs; and requests to its own
     /// SDO server.
     pub fn filters(&self) -> Filters {
@@ -20,7 +22,12 @@ impl<D: Device> Master<D> {
         let node = NodeId::MASTER;
         let raw = D::RAW_FRAMES.iter().copied();
         let own = [CobId::heartbeat(node), CobId::sdo_response(node), CobId::SYNC];
-        let mut wanted = own.into_iter().chain(self.services.rpdo_ids()).chain(raw).filter(|id| is_of(*id));
+        let mut wanted = own
+            .into_iter()
+            .chain(self.of_other_master())
+            .chain(self.services.rpdo_ids())
+            .chain(raw)
+            .filter(|id| is_of(*id));
         match wanted.next() {
             _ if number == FUNCTIONS => Filter::exact(CobId::sdo_request(node)),
             Some(id) => Filter::function(id),
@@ -41,6 +48,14 @@ impl<D: Device> Master<D> {
             self.are_filters_due = true;
         }
         self.next_filter = (self.next_filter + 1) % FUNCTIONS as u8;
+    }
+
+    /// What another master sends that this one takes: claims, and the spacecraft time.
+    fn of_other_master(&self) -> impl Iterator<Item = CobId> {
+        let pair = self.boards.standby().map(|standby| *standby.pair());
+        let ids = pair.map(|pair| [pair.claims(Strap::Prime), pair.claims(Strap::Second)]);
+        let time = pair.and_then(|_| self.services.time_pdo()).map(|pdo| pdo.id);
+        ids.into_iter().flatten().chain(time)
     }
 
     /// Sends both buses the filters that have changed, as many as fit into the outbox beside frames. Returns whether that is

@@ -3,6 +3,7 @@
 //! Each new Node-ID is asked for its device type (1000h) once, and again after its next boot-up message. The boot-up
 //! process goes first, and after a question without an answer the client is left to others for as long.
 
+use super::boards::MasterBoards;
 use super::transfers::Owner;
 use super::{Master, MasterEvent, Out};
 use crate::node::{Communication, Device};
@@ -19,7 +20,7 @@ pub(super) struct Identification {
     not_before: Instant,
 }
 
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
     /// When a question can be asked that waits; `None` while the client is not free for it.
     pub(super) fn identification_deadline(&self) -> Option<Instant> {
         let is_free = self.transfers.owner == Owner::Nobody && self.manager.is_announced();

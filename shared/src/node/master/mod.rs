@@ -1,5 +1,6 @@
 //! The master node.
 
+mod boards;
 mod boot;
 mod declared;
 mod filters;
@@ -8,12 +9,14 @@ mod network;
 mod objects;
 mod ranging;
 mod reception;
+mod role;
 mod sending;
 mod transfers;
 
 use heapless::Deque;
 
-pub use declared::{MasterObjects, NetworkObjects, Ranging};
+pub use boards::{MasterBoards, OneBoard, TwoBoards};
+pub use declared::{MasterObjects, MasterRole, NetworkObjects, Ranging};
 
 use self::identify::Identification;
 use self::objects::Initial;
@@ -43,8 +46,11 @@ const FUNCTIONS: u16 = 16;
 const HELD: usize = 16;
 
 /// NMT master, redundancy master, SYNC and time producer, SDO client, CANopen device; commands and telemetry.
+///
+/// `B`: [`TwoBoards`] where it may be the standby of another board.
 #[derive(Debug)]
-pub struct Master<D: Device> {
+pub struct Master<D: Device, B: MasterBoards = OneBoard> {
+    boards: B,
     redundancy: Parameters,
     services: Services<MasterObjects<D>>,
     boot: Boot,
@@ -70,9 +76,21 @@ pub struct Master<D: Device> {
 
 impl<D: Device> Master<D> {
     /// A master before power-on. With a parameter store objects 1010h and 1011h work, and power-on begins with what is stored.
+    #[inline(always)] // a copy of a master is 20 kB of stack
+    pub fn new(
+        profile: &Profile,
+        device: D,
+        store: Option<&'static mut (dyn ParameterStore + Send)>,
+    ) -> Self {
+        Master::with(OneBoard, profile, device, store)
+    }
+}
+
+impl<D: Device, B: MasterBoards> Master<D, B> {
     // One expression of calls: each part is made in its place, and a copy of a master is 20 kB of stack.
     #[inline(never)]
-    pub fn new(
+    fn with(
+        boards: B,
         profile: &Profile,
         device: D,
         store: Option<&'static mut (dyn ParameterStore + Send)>,
@@ -80,6 +98,7 @@ impl<D: Device> Master<D> {
         let redundancy = profile.redundancy();
         let initial = Initial::new(profile);
         Master {
+            boards,
             redundancy,
             nmt: NmtSlave::new(true),
             rivals: Rivals::default(),
@@ -204,6 +223,11 @@ impl<D: Device> Master<D> {
     /// Looks at everything, whether it is due or not.
     #[inline(never)] // most frames find nothing due
     fn run_all(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        self.run_role(until, now, out);
+        if !self.is_active() {
+            self.services.next = Instant::NEVER;
+            return self.services.wake(self.role_deadline());
+        }
         while let Some(bus) = self.services.buses.poll(until, out) {
             self.manager.on_health(bus, self.services.buses.health[bus], true, now);
             out.event(MasterEvent::BusFailed { bus });
@@ -264,7 +288,7 @@ impl<D: Device> Master<D> {
     }
 }
 
-impl<D: Device> Node for Master<D> {
+impl<D: Device, B: MasterBoards> Node for Master<D, B> {
     type Event = MasterEvent;
     type Request = MasterRequest;
 
@@ -281,6 +305,9 @@ impl<D: Device> Node for Master<D> {
             self.are_filters_due = true;
         }
         self.take_assignments();
+        if self.listen(now, out) {
+            return;
+        }
         self.services.buses.join(self.manager.active(), out);
         self.manager.start(now);
         self.boot_up(now, out);
@@ -293,6 +320,10 @@ impl<D: Device> Node for Master<D> {
             return self.on_received(bus, frame, stamp, now, out);
         }
         match self.services.buses.on_link(bus, event, now) {
+            Some(BusNews::Health(health)) if !self.is_active() => {
+                self.services.on_health(bus, &health);
+                out.event(MasterEvent::Health { bus, health });
+            }
             Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),
             Some(BusNews::Failed(health)) => {
                 self.on_health(bus, health, now, out);
@@ -302,6 +333,8 @@ impl<D: Device> Node for Master<D> {
             None => {}
         }
         match event {
+            // What still went out when this master became the standby, or did not.
+            _ if !self.is_active() => {}
             LinkEvent::Transmitted { frame, stamp } => {
                 self.on_transmitted(bus, frame, *stamp, now, out);
                 self.on_sdo_sent(bus, frame);
@@ -321,16 +354,28 @@ impl<D: Device> Node for Master<D> {
     fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         self.services.buses.received(bus);
         self.run(stamp.at.min(now), now, out);
-        self.on_frame(bus, frame, stamp, now, out);
+        if self.is_active() {
+            self.on_frame(bus, frame, stamp, now, out);
+        } else {
+            self.overhear(bus, frame, stamp, now, out);
+        }
         self.run(now, now, out);
     }
 
     fn on_request(&mut self, request: MasterRequest, now: Instant, out: &mut Out) {
         match request {
+            MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), now, out),
+            MasterRequest::StandBy => self.stand_by_commanded(now, out),
+            // Nothing of a standby goes out.
+            MasterRequest::Nmt(NmtMessage { target: Target::Node(node), .. }) | MasterRequest::Boot(node)
+                if !self.is_active() =>
+            {
+                out.event(MasterEvent::Refused { node });
+            }
+            _ if !self.is_active() => out.event(MasterEvent::Refused { node: NodeId::MASTER }),
             MasterRequest::SwitchBus(bus) => self.manager.request(bus),
             MasterRequest::Nmt(message) => self.on_nmt_request(message, now, out),
             MasterRequest::Boot(node) => self.boot.queue(node),
-            MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), now, out),
         }
         self.run_all(now, now, out);
     }
@@ -351,7 +396,7 @@ impl<D: Device> Node for Master<D> {
     }
 }
 
-impl<D: Device> TimeKeeper for Master<D> {
+impl<D: Device, B: MasterBoards> TimeKeeper for Master<D, B> {
     fn spacecraft_clock(&self) -> &LocalClock {
         self.services.time.clock()
     }

@@ -1,5 +1,6 @@
 //! The NMT state of the master itself (CiA 301 7.3.2).
 
+use super::boards::MasterBoards;
 use super::{Master, MasterEvent, Out, objects};
 use crate::heartbeat;
 use crate::nmt::{Command, Reaction};
@@ -7,7 +8,7 @@ use crate::node::Device;
 use crate::store::Group;
 use crate::types::{Instant, NmtState, NodeId};
 
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Sends the boot-up message and enters Operational without a command (CiA 301 7.3.2.2.1).
     pub(super) fn boot_up(&mut self, now: Instant, out: &mut Out) {
         let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
@@ -21,7 +22,7 @@ impl<D: Device> Master<D> {
         self.entered(state, now, out);
     }
 
-    fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
+    pub(super) fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
         self.services.entered(state, now);
         self.services.next = now;
         self.manager.set_state(state);

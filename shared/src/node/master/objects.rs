@@ -1,5 +1,6 @@
 //! The dictionary of the master, and what a written object means to it.
 
+use super::boards::MasterBoards;
 use super::declared::{MasterObjects, NetworkObjects, entry};
 use super::{Master, Out};
 use crate::boot::Assignment;
@@ -152,7 +153,7 @@ pub(super) fn written_redundancy<D: Device>(
     objects.spacecraft.redundancy.parameters.parameters(consumer, producer)
 }
 
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
     /// The object dictionary.
     pub fn objects(&self) -> &NodeObjects<MasterObjects<D>> {
         &self.services.dictionary.objects
@@ -331,7 +332,7 @@ impl<D: Device> Master<D> {
     }
 }
 
-impl<D: Device> DeviceNode for Master<D> {
+impl<D: Device, B: MasterBoards> DeviceNode for Master<D, B> {
     type Device = D;
 
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut D) -> R) -> R {

@@ -1,6 +1,7 @@
 //! Stamps of heartbeats, by which the cable to a slave is measured (objects 2016h and 2044h).
 
 use super::Master;
+use super::boards::MasterBoards;
 use super::declared::Ranging;
 use crate::link::Stamp;
 use crate::node::Device;
@@ -17,7 +18,7 @@ pub(crate) struct Ranged {
     pub correction: i32,
 }
 
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
     /// A heartbeat whose end is of interest: of the slave in 2044h, or its own.
     pub(super) fn is_ranged(&self, id: CobId) -> bool {
         let of_slave = NodeId::new(self.ranging().node).is_some_and(|node| id == CobId::heartbeat(node));

@@ -1,5 +1,6 @@
 //! What the master receives, and what became of the frames that it sent.
 
+use super::boards::MasterBoards;
 use super::{Master, MasterEvent, Out};
 use crate::emcy::{Emergency, ErrorCode};
 use crate::heartbeat;
@@ -8,7 +9,7 @@ use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{Device, FailCause};
 use crate::types::{Bus, CobId, Frame, Instant, NodeId};
 
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
     /// A received frame. Makes the next run as early as what it changes needs: most frames change nothing.
     pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let active = self.manager.active();
@@ -24,7 +25,11 @@ impl<D: Device> Master<D> {
             return self.on_sdo(bus, frame, now, out);
         }
         if id == CobId::heartbeat(NodeId::MASTER) {
-            return self.on_rival(bus, stamp.at, out);
+            self.on_rival(bus, stamp.at, out);
+            return self.on_other_master(bus, stamp.at, now, out);
+        }
+        if self.on_claim(bus, frame, stamp.at, now, out) {
+            return;
         }
         if bus == active && self.nmt.state().allows_pdo() && self.services.on_pdo(bus, frame, stamp, now, out)
         {

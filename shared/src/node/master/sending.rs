@@ -1,11 +1,17 @@
 //! What the application of the master sends.
 
 use super::Master;
+use super::boards::MasterBoards;
 use crate::link::queue::Outgoing;
 use crate::node::{Device, Refusal};
 use crate::types::{Frame, Instant, NmtState, NodeId};
 
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
+    /// The last state of a slave; `None` when it was never heard, is lost or forgotten.
+    pub fn slave_state(&self, node: NodeId) -> Option<NmtState> {
+        self.manager.peers().state(node)
+    }
+
     /// Sends a transmit PDO (0 is the first) as its transmission type has it, whether its content has changed or not.
     ///
     /// # Errors
@@ -37,7 +43,7 @@ impl<D: Device> Master<D> {
         now: Instant,
         fill: impl FnOnce(&mut D),
     ) -> Result<(), Refusal> {
-        if self.manager.peers().state(node) != Some(NmtState::Operational) {
+        if self.slave_state(node) != Some(NmtState::Operational) {
             self.services.buses.refused(self.manager.active());
             return Err(Refusal::NotOperational);
         }

@@ -5,6 +5,7 @@ use core::task::Waker;
 
 use embassy_sync::waitqueue::MultiWakerRegistration;
 
+use super::boards::MasterBoards;
 use super::{Master, Out};
 use crate::link::bit_timing::BitRate;
 use crate::node::Device;
@@ -95,12 +96,12 @@ impl Transfers {
 }
 
 /// For [`runner::SdoClient`](crate::runner::SdoClient), which knows whose turn it is.
-impl<D: Device> Master<D> {
+impl<D: Device, B: MasterBoards> Master<D, B> {
     /// The SDO client, for a transfer with the server in `node`, if nobody has it and the boot-up process does not want it.
     /// Else the task is woken when it may ask again. Start the transfer at once; when it is over, [release](Master::release_sdo)
     /// the client.
     pub fn claim_sdo(&mut self, node: NodeId, task: &Waker) -> Option<&mut Client> {
-        if self.transfers.owner != Owner::Nobody || self.boot.is_busy() {
+        if self.transfers.owner != Owner::Nobody || self.boot.is_busy() || !self.is_active() {
             self.transfers.tasks.register(task);
             return None;
         }
@@ -186,6 +187,17 @@ impl<D: Device> Master<D> {
         if let Some(frame) = abort {
             self.send(frame, now, self.services.lifetimes.sdo, out);
         }
+    }
+
+    /// What was on its way is lost, and no other node learns of it: another master is active.
+    pub(super) fn drop_transfers(&mut self, now: Instant) {
+        self.transfers.client.bus_changed(&mut |_| {});
+        if matches!(self.transfers.owner, Owner::Boot | Owner::Identification) {
+            self.transfers.owner = Owner::Abandoned;
+        }
+        self.transfers.pause = None;
+        self.transfers.wake(now);
+        self.serve(SdoStep::BusChanged, now, &mut |_| {});
     }
 
     /// Lets the client do what is due.

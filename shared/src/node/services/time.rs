@@ -6,6 +6,7 @@ use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
 use crate::od::CobIdEntry;
+use crate::od::checked::find;
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, mean_of_truncated};
@@ -167,13 +168,68 @@ impl<D: Device, E: Extension> Services<D, E> {
         now: Instant,
         out: &mut Outbox<V>,
     ) {
-        let Some((scet, bits)) = self.brought_time(number) else { return self.buses.malformed(bus) };
-        let NodeObjects { pdos, spacecraft, .. } = &mut self.dictionary.objects;
-        let (Some(objects), Some(time)) = (spacecraft.spacecraft(), E::time(&mut self.time)) else { return };
+        let brings = self.brings_time.as_ref().get(number).copied().unwrap_or_default();
+        // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
+        let pdo = self.dictionary.objects.pdos.rpdos().0.get(number);
+        let by_sync = pdo.is_some_and(|pdo| is_synchronous(pdo.transmission));
+        if !self.follow_time(brings, by_sync, stamp, now, out) {
+            self.buses.malformed(bus);
+        }
+    }
+
+    /// A spacecraft time of another master, as this one would send it. Whether it was one.
+    pub fn overhear_time<V: NodeEvent>(
+        &mut self,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<V>,
+    ) -> bool {
+        let Some((number, pdo)) = self.numbered_time_pdo().filter(|(_, pdo)| pdo.id == frame.id()) else {
+            return false;
+        };
+        let objects = &mut self.dictionary.objects;
+        let (mut bits, mut brings) = (frame.bits(), Brings::Nothing);
+        for nth in 0.. {
+            let tpdos = objects.pdos.tpdos().1;
+            let Some(mapped) = tpdos.get(number).and_then(|mapping| mapping.objects().get(nth).copied())
+            else {
+                break;
+            };
+            let [length, sub, ..] = mapped.to_le_bytes();
+            let (index, kind) = match (mapped >> 16) as u16 {
+                SCET_GET => (SCET_SET, Brings::Scet),
+                UTC_GET => (UTC_SET, Brings::Utc),
+                // The time is what comes first.
+                _ => break,
+            };
+            if let Ok(mut found) = find(objects, Address::new(index, sub)) {
+                let value = bits & u64::MAX.checked_shr(64 - u32::from(length)).unwrap_or(0);
+                let _ = found.take(&value.to_le_bytes());
+                brings = kind;
+            }
+            bits = bits.checked_shr(length.into()).unwrap_or(0);
+        }
+        brings != Brings::Nothing
+            && self.follow_time(brings, is_synchronous(pdo.transmission), stamp, now, out)
+    }
+
+    /// The clock follows the time that was brought. Whether it is one.
+    fn follow_time<V: NodeEvent>(
+        &mut self,
+        brings: Brings,
+        by_sync: bool,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Outbox<V>,
+    ) -> bool {
+        let Some((scet, bits)) = self.brought_time(brings) else { return false };
+        let NodeObjects { spacecraft, .. } = &mut self.dictionary.objects;
+        let (Some(objects), Some(time)) = (spacecraft.spacecraft(), E::time(&mut self.time)) else {
+            return false;
+        };
         let correction = &objects.clock.correction;
         time.set_fine_bits(bits);
-        // 7.2.2d, 7.2.3c: the type of the PDO says what its value is.
-        let by_sync = pdos.rpdos().0.get(number).is_some_and(|pdo| is_synchronous(pdo.transmission));
         let taken = if by_sync {
             time.at_last_sync(scet, correction, now)
         } else {
@@ -187,14 +243,15 @@ impl<D: Device, E: Extension> Services<D, E> {
                 out.step(V::step(step));
             }
         }
+        true
     }
 
     /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and how many binary places of a
     /// second it has. `None`: it is no time.
-    fn brought_time(&mut self, number: usize) -> Option<(FineScet, u32)> {
+    fn brought_time(&mut self, brings: Brings) -> Option<(FineScet, u32)> {
         let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
         let objects = spacecraft.spacecraft()?;
-        if self.brings_time.as_ref().get(number) == Some(&Brings::Utc) {
+        if brings == Brings::Utc {
             let bits = if D::SUBMILLISECONDS { BITS_OF_MICROS } else { BITS_OF_MS };
             return brought_utc(application).map(|scet| (scet, bits));
         }
@@ -233,11 +290,15 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// The first valid transmit PDO that carries the local time.
     pub fn time_pdo(&self) -> Option<TimePdo> {
+        self.numbered_time_pdo().map(|(_, pdo)| pdo)
+    }
+
+    fn numbered_time_pdo(&self) -> Option<(usize, TimePdo)> {
         let pdos = &self.dictionary.objects.pdos;
-        let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref());
-        tpdos.find_map(|(pdo, carries)| {
+        let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref()).enumerate();
+        tpdos.find_map(|(number, (pdo, carries))| {
             let id = CobIdEntry::from_raw(pdo.cob_id).cob_id().filter(|_| *carries)?;
-            Some(TimePdo { id, transmission: pdo.transmission })
+            Some((number, TimePdo { id, transmission: pdo.transmission }))
         })
     }
 

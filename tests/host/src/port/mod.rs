@@ -47,6 +47,10 @@ struct Chip {
     power_cycle: u32,
     /// Off the bus as soon as the frame on the wire has ended.
     leaving: bool,
+    /// Drives no dominant bit.
+    listens: bool,
+    /// Comes back on the bus when it has left, to listen or to send.
+    back: Option<bool>,
     mailboxes: Mailboxes,
     /// The mailbox whose frame the wire was given last.
     contending: Cell<Option<usize>>,
@@ -90,6 +94,8 @@ impl Chip {
             gone: Cell::new(false),
             power_cycle,
             leaving: false,
+            listens: false,
+            back: None,
             mailboxes: Mailboxes::default(),
             contending: Cell::new(None),
             faults: Faults::default(),
@@ -113,7 +119,7 @@ impl Chip {
 
     /// Joined, not on its way out, not bus-off.
     fn may_send(&self) -> bool {
-        self.joined && !self.leaving && self.faults.state() != ErrorState::BusOff
+        self.joined && !self.leaving && !self.listens && self.faults.state() != ErrorState::BusOff
     }
 
     fn push(&mut self, event: PortEvent) {
@@ -132,6 +138,22 @@ impl Chip {
         if self.leaving && self.mailboxes.on_wire().is_none() {
             self.gone.set(self.gone.get() || self.on_bus.is_some());
             (self.leaving, self.on_bus, self.joined) = (false, None, false);
+            if let Some(listens) = self.back.take() {
+                (self.listens, self.on_bus) = (listens, Some(self.now()));
+            }
+        }
+    }
+
+    /// To listen, or to send again, is to leave the bus and to come back.
+    fn go_on_bus(&mut self, listens: bool) {
+        if self.on_bus.is_some() && self.listens != listens {
+            (0..MAILBOXES).for_each(|mailbox| self.abort(mailbox));
+            (self.leaving, self.back) = (true, Some(listens));
+            return self.finish_leaving();
+        }
+        (self.leaving, self.listens, self.back) = (false, listens, None);
+        if self.on_bus.is_none() {
+            self.on_bus = Some(self.now());
         }
     }
 
@@ -185,17 +207,17 @@ impl CanPort for MockPort {
     }
 
     fn join(&mut self) {
-        let mut chip = self.0.borrow_mut();
-        chip.leaving = false;
-        if chip.on_bus.is_none() {
-            chip.on_bus = Some(chip.now());
-        }
+        self.0.borrow_mut().go_on_bus(false);
+    }
+
+    fn listen(&mut self) {
+        self.0.borrow_mut().go_on_bus(true);
     }
 
     fn leave(&mut self) {
         let mut chip = self.0.borrow_mut();
         (0..MAILBOXES).for_each(|mailbox| chip.abort(mailbox));
-        chip.leaving = true;
+        (chip.leaving, chip.back) = (true, None);
         chip.recovers = false;
         chip.finish_leaving();
     }
@@ -203,6 +225,9 @@ impl CanPort for MockPort {
     fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
         let mut chip = self.0.borrow_mut();
         let now = chip.now();
+        if chip.back.unwrap_or(chip.listens) {
+            return Err(Busy);
+        }
         chip.mailboxes.put(*frame, now).map(|mailbox| Mailbox(mailbox as u8)).ok_or(Busy)
     }
 

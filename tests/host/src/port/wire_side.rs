@@ -20,8 +20,8 @@ impl Controller for MockPort {
             return None;
         }
         let since = chip.on_bus?;
-        let (recovers, power_cycle) = (chip.recovers, chip.power_cycle);
-        Some(Attachment { recovers, power_cycle, since, ..Attachment::new(BitTiming::MEGABIT) })
+        let (recovers, power_cycle, silent) = (chip.recovers, chip.power_cycle, chip.listens);
+        Some(Attachment { recovers, power_cycle, silent, since, ..Attachment::new(BitTiming::MEGABIT) })
     }
 
     fn request_at(&self) -> Option<Time> {

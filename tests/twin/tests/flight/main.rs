@@ -24,6 +24,7 @@ mod rivals;
 mod segments;
 mod silicon;
 mod stamps;
+mod standby;
 mod start;
 mod strangers;
 mod thermometer;

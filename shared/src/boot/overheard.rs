@@ -1,0 +1,43 @@
+//! What a standby learns of the slaves of the active master.
+
+use super::BootProgress;
+use super::progress::Phase;
+use super::{Boot, bit, first};
+use crate::types::{NmtState, NodeId};
+
+impl Boot {
+    /// Another master is active: what this one knows of its slaves will be old when it takes over.
+    pub fn stand_by(&mut self) {
+        let mut rest = self.assigned;
+        while let Some(node) = first(rest) {
+            rest &= !bit(node);
+            self.forget(node);
+            self.set_progress(node, BootProgress::Awaited);
+        }
+        (self.deadline, self.failure, self.deviation, self.start) = (None, None, None, None);
+        (self.silent, self.excused, self.phase) = (0, 0, Phase::Configuring);
+    }
+
+    /// A heartbeat or boot-up message of a slave while another master is active. A slave that runs was started by that master:
+    /// it is not kept waiting, and its configuration is checked when it is heard after a takeover.
+    pub fn on_overheard(&mut self, node: NodeId, state: NmtState) {
+        let bit = bit(node);
+        if self.assigned & bit == 0 {
+            return;
+        }
+        match state {
+            NmtState::Operational => {
+                (self.started, self.doubtful) = (self.started | bit, self.doubtful | bit)
+            }
+            NmtState::Initialising => self.forget(node),
+            NmtState::PreOperational | NmtState::Stopped => {}
+        }
+    }
+
+    /// A SYNC of another active master, which waits for no slave any more.
+    pub fn on_sync_overheard(&mut self) {
+        if self.phase == Phase::Configuring {
+            self.phase = Phase::Released;
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! The role of a master board: standby or active (ECSS 8.1a, Figure 4-2).
+//!
+//! A standby sends no dominant bit. It follows the active master: where its heartbeat is, what the slaves say, and the
+//! spacecraft time, so that time goes on when it takes over.
+
+use super::boards::MasterBoards;
+use super::declared::MasterRole;
+use super::{Master, MasterEvent, Out};
+use crate::emcy::ErrorCode;
+use crate::heartbeat;
+use crate::link::Stamp;
+use crate::nmt::NmtSlave;
+use crate::node::Device;
+use crate::redundancy::{Answer, Claim, Rivals, Role, RoleCause, RoleChange, Standby};
+use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
+
+impl<D: Device, B: MasterBoards> Master<D, B> {
+    /// Whether it manages the network. False while it listens or is the standby of the active master.
+    #[inline(always)] // constant for one board
+    pub fn is_active(&self) -> bool {
+        self.boards.standby().is_none_or(Standby::is_active)
+    }
+
+    /// Power-on of one of two boards: it listens, silent on both buses. Whether it is one.
+    pub(super) fn listen(&mut self, now: Instant, out: &mut Out) -> bool {
+        let Some(standby) = self.boards.standby_mut() else { return false };
+        standby.start(now);
+        self.services.configure(now);
+        self.services.buses.listen(out);
+        self.show_role();
+        self.services.next = now;
+        true
+    }
+
+    /// When a standby takes over.
+    pub(super) fn role_deadline(&self) -> Option<Instant> {
+        self.boards.standby()?.deadline()
+    }
+
+    /// Becomes active when that is due.
+    pub(super) fn run_role(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        let Some(standby) = self.boards.standby_mut() else { return };
+        let Some(change) = standby.poll(until) else { return };
+        let bus = standby.heard().unwrap_or(self.redundancy.bdefault);
+        self.manager.take_over(bus, now);
+        self.services.buses.join(bus, out);
+        self.boot_up(now, out);
+        self.boot.start(now);
+        self.on_role(change, out);
+    }
+
+    /// Another active master stays; this one becomes its standby: nothing that waits goes out.
+    pub(super) fn stand_by(&mut self, change: RoleChange, now: Instant, out: &mut Out) {
+        let bus = self.manager.active();
+        while self.held.pop_front().is_some() {
+            self.services.buses.left(bus);
+        }
+        self.is_time_pending = false;
+        self.services.buses.listen(out);
+        self.drop_transfers(now);
+        self.manager.stand_by();
+        self.boot.stand_by();
+        self.identification = super::Identification::default();
+        self.rivals = Rivals::default();
+        Bus::ALL.into_iter().for_each(|bus| self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault()));
+        self.nmt = NmtSlave::new(true);
+        self.entered(NmtState::Initialising, now, out);
+        self.on_role(change, out);
+    }
+
+    fn on_role(&mut self, change: RoleChange, out: &mut Out) {
+        self.services.next = Instant::ZERO;
+        self.show_role();
+        out.event(MasterEvent::Role(change));
+    }
+
+    /// Object 2045h.
+    fn show_role(&mut self) {
+        let Some(standby) = self.boards.standby() else { return };
+        let (role, strap) = (standby.role() as u8, standby.strap() as u8);
+        let shown: &mut MasterRole = &mut self.services.dictionary.objects.application.network.role;
+        if role == Role::Active as u8 && shown.role != role {
+            shown.taken = shown.taken.saturating_add(1);
+        }
+        (shown.role, shown.strap) = (role, strap);
+    }
+
+    /// A frame while another master is active.
+    pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        let id = frame.id();
+        let Some(node) = id.node().filter(|node| *node != NodeId::MASTER) else {
+            if id == CobId::heartbeat(NodeId::MASTER) {
+                self.overhear_master(bus, stamp.at, out);
+            } else if bus != self.manager.active() {
+                self.services.buses.ignored(bus);
+            } else if id == self.sync.id() {
+                self.boot.on_sync_overheard();
+                // A wrong length is reported by the master that is active.
+                let _ = self.services.on_sync(bus, frame, stamp);
+            } else if !self.services.overhear_time(frame, stamp, now, out) {
+                self.services.buses.ignored(bus);
+            }
+            return;
+        };
+        if id == CobId::heartbeat(node) {
+            let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
+            let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
+            self.boot.on_overheard(node, state);
+            if heard.changed {
+                self.show_state(node, state.byte());
+                out.event(MasterEvent::SlaveState { node, bus, state });
+            }
+        } else if bus == self.manager.active() && id == CobId::sdo_response(node) {
+            // An answer to the active master: it is a slave.
+            self.manager.on_answer(node, stamp.at);
+        } else {
+            self.services.buses.ignored(bus);
+        }
+    }
+
+    fn overhear_master(&mut self, bus: Bus, at: Instant, out: &mut Out) {
+        self.manager.follow(bus);
+        if let Some(standby) = self.boards.standby_mut()
+            && let Answer::Changed(change) = standby.on_master(bus, at, 0)
+        {
+            self.on_role(change, out);
+        }
+    }
+
+    /// The heartbeat of another active master: the claim that is to go there.
+    pub(super) fn on_other_master(&mut self, bus: Bus, at: Instant, now: Instant, out: &mut Out) {
+        let slaves = self.manager.peers().heard(at, self.redundancy.consumer);
+        if let Some(standby) = self.boards.standby_mut() {
+            let answer = standby.on_master(bus, at, slaves);
+            self.answer(bus, answer, now, out);
+        }
+    }
+
+    /// A frame that may be a claim of another active master. Whether it was one.
+    #[inline(always)] // nothing for one board
+    pub(super) fn on_claim(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        at: Instant,
+        now: Instant,
+        out: &mut Out,
+    ) -> bool {
+        match self.boards.standby().and_then(|standby| standby.pair().claim(frame)) {
+            Some(claim) => {
+                self.take_claim(bus, &claim, at, now, out);
+                true
+            }
+            None => false,
+        }
+    }
+
+    fn take_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, now: Instant, out: &mut Out) {
+        let slaves = self.manager.peers().heard(at, self.redundancy.consumer);
+        if let Some(standby) = self.boards.standby_mut() {
+            let answer = standby.on_claim(claim, at, slaves);
+            self.answer(bus, answer, now, out);
+        }
+    }
+
+    fn answer(&mut self, bus: Bus, answer: Answer, now: Instant, out: &mut Out) {
+        match answer {
+            Answer::Nothing => {}
+            Answer::Changed(change) => self.stand_by(change, now, out),
+            Answer::Claim(claim) => {
+                if let Some(standby) = self.boards.standby() {
+                    let frame = standby.pair().frame(claim);
+                    out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+                }
+            }
+        }
+    }
+
+    /// By command. Nothing happens where there is one board, or this one is not active.
+    pub(super) fn stand_by_commanded(&mut self, now: Instant, out: &mut Out) {
+        if let Some(standby) = self.boards.standby_mut().filter(|standby| standby.is_active()) {
+            let change = standby.stand_by(now, RoleCause::Commanded);
+            self.stand_by(change, now, out);
+        }
+    }
+}

@@ -1,0 +1,13 @@
+//! How many slaves a master hears: what its claim says.
+
+use super::{Peer, Peers};
+use crate::types::{Duration, Instant};
+
+impl<const N: usize> Peers<N> {
+    /// Number of slaves that count and were heard last on the active bus, within the consumer time.
+    pub fn heard(&self, now: Instant, consumer: Duration) -> u8 {
+        // The silence of one whose last heartbeat came elsewhere, or before a change of the bus, begins at another instant.
+        let is_here = |peer: &Peer| peer.heartbeat.deadline(consumer) == Some(peer.silent_at);
+        self.each_counted().filter(|(_, peer)| is_here(peer) && peer.silent_at > now).count() as u8
+    }
+}

@@ -1,0 +1,295 @@
+//! One of two master boards on the bench, profile `standard` with a standby: it takes over 400 ms after the last heartbeat of
+//! the active one. The board strapped prime listens for 700 ms, the other one for 1 s.
+
+use ecss_can::nmt::{Command, NmtMessage, Target};
+use ecss_can::node::{BusCommand, FailCause, Master, MasterEvent, MasterRequest, Refusal, TwoBoards};
+use ecss_can::profile::Profile;
+use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap};
+use ecss_can::types::{Bus, Frame, NmtState, Scet};
+
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::console::{self, Console};
+use crate::instrument::STANDARD;
+
+type Board = Bench<Master<Console, TwoBoards>>;
+
+const PROFILE: Profile = Profile { standby: Some(Profile::PAIR), ..STANDARD };
+
+const LISTENS: [(Bus, BusCommand); 2] = [(NOMINAL, BusCommand::Listen), (REDUNDANT, BusCommand::Listen)];
+const JOINS: [(Bus, BusCommand); 2] = [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)];
+
+fn role(role: Role, cause: RoleCause) -> MasterEvent {
+    MasterEvent::Role(RoleChange { role, cause })
+}
+
+fn powered(strap: Strap) -> Board {
+    Bench::new(Master::of_two(&PROFILE, strap, Console::default(), None))
+}
+
+fn heartbeat() -> Frame {
+    frame(0x701, &[0x05])
+}
+
+/// Standby of a master that was heard at 100, 200 .. 1000 ms on the redundant bus; slaves 2 and 3 answered it and run.
+fn standing_by() -> Board {
+    let mut board = powered(Strap::Prime);
+    for beat in 1..=10 {
+        board.run_until(ms(100 * beat));
+        board.receive(REDUNDANT, 0x701, &[0x05]);
+        for raw in [2, 3] {
+            board.receive(REDUNDANT, 0x700 + raw, &[0x05]);
+            board.receive(REDUNDANT, 0x580 + raw, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+        }
+    }
+    assert_eq!(board.frames(), []);
+    board
+}
+
+/// Heartbeats of slaves 2 and 3 every 100 ms until then.
+fn fly_until(board: &mut Board, until: u64) {
+    let first = board.now.as_micros() / 1_000;
+    for at in (first..until).step_by(100) {
+        board.run_until(ms(at));
+        board.receive(REDUNDANT, 0x702, &[0x05]);
+        board.receive(REDUNDANT, 0x703, &[0x05]);
+    }
+    board.run_until(ms(until));
+}
+
+/// As [`standing_by`], taken over at 1400 ms, its heartbeat acknowledged.
+fn taken_over() -> Board {
+    let mut board = standing_by();
+    board.clear();
+    fly_until(&mut board, 1_400);
+    board.transmitted(REDUNDANT, heartbeat());
+    board
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_board_alone_listens_silently_then_boots_on_the_default_bus() {
+    let mut board = powered(Strap::Prime);
+    assert_eq!(board.controls, LISTENS);
+    assert_eq!(board.write((0x1017, 0), &[50, 0]), Ok(()));
+    board.run_until(ms(699));
+    assert_eq!((board.frames(), &board.events), (vec![], &vec![]));
+    board.run_until(ms(700));
+    assert_eq!(board.controls[2..], JOINS);
+    assert_eq!(board.frames(), [(NOMINAL, frame(0x701, &[0])), (NOMINAL, heartbeat())]);
+    let expected = [MasterEvent::State(NmtState::Operational), role(Role::Active, RoleCause::Alone)];
+    assert_eq!(board.events, expected);
+    board.run_until(ms(800));
+    assert_eq!(board.times(NOMINAL, 0x701), [700, 700, 750, 800], "1017h as it was written");
+}
+
+/// Given a profile without a standby, when a board gets power, then it is active at once.
+#[test]
+fn a_board_of_a_mission_without_a_standby_is_active_at_power_on() {
+    let mut board = Bench::new(Master::of_two(&STANDARD, Strap::Second, Console::default(), None));
+    board.run_until(ms(0));
+    assert_eq!(board.controls, JOINS);
+    assert_eq!(board.frames(), [(NOMINAL, frame(0x701, &[0])), (NOMINAL, heartbeat())]);
+    board.request(MasterRequest::StandBy);
+    assert_eq!(board.controls.len(), 2);
+}
+
+/// Given a standby, when everything is asked of it that a master does, then it sends no frame.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_standby_sends_nothing_whatever_is_asked_of_it() {
+    let mut board = standing_by();
+    let operational =
+        |raw| MasterEvent::SlaveState { node: node(raw), bus: REDUNDANT, state: NmtState::Operational };
+    let expected = [role(Role::Standby, RoleCause::MasterHeard), operational(2), operational(3)];
+    assert_eq!(board.events, expected);
+    board.clear_events();
+    board.request(MasterRequest::Nmt(NmtMessage { command: Command::Stop, target: Target::Node(node(2)) }));
+    board.request(MasterRequest::Boot(node(3)));
+    board.request(MasterRequest::SwitchBus(NOMINAL));
+    board.request(MasterRequest::StandBy);
+    let refused = |raw| MasterEvent::Refused { node: node(raw) };
+    assert_eq!(board.events, [refused(2), refused(3), refused(1)]);
+    let refusal = board.touch(|master, now| console::command(master, node(2), [0; 8], now));
+    assert_eq!(refusal, Err(Refusal::NotValid));
+    let frame = frame(0x3FF, &[1]);
+    assert_eq!(board.touch(|master, now| master.send_frame(frame, now)), Err(Refusal::NotValid));
+    let claimed = board.touch(|master, _| master.claim_sdo(node(2), core::task::Waker::noop()).is_some());
+    assert!(!claimed, "the SDO client waits until this master is active");
+    board.receive(REDUNDANT, 0x601, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]);
+    board.receive(NOMINAL, 0x702, &[0x7F]);
+    board.receive(REDUNDANT, 0x703, &[0]);
+    board.receive(REDUNDANT, 0x680, &[9, 0]);
+    board.receive(REDUNDANT, 0x701, &[0x05]);
+    board.run_until(ms(1_399));
+    assert_eq!((board.frames(), board.controls), (vec![], LISTENS.to_vec()));
+}
+
+/// Verifies: ECSS 8.1a, 8.3.3a
+#[test]
+fn a_standby_takes_over_where_the_master_was_heard_last() {
+    let mut board = standing_by();
+    board.clear();
+    fly_until(&mut board, 1_399);
+    assert_eq!((board.frames(), &board.events, &board.controls), (vec![], &vec![], &vec![]));
+    board.run_until(ms(1_400));
+    assert_eq!(board.controls, JOINS);
+    assert_eq!(board.frames(), [(REDUNDANT, frame(0x701, &[0])), (REDUNDANT, heartbeat())]);
+    let expected = [MasterEvent::State(NmtState::Operational), role(Role::Active, RoleCause::MasterSilent)];
+    assert_eq!(board.events, expected);
+    let status = board.node.status(board.now);
+    assert_eq!((status.active, status.state), (REDUNDANT, NmtState::Operational));
+    fly_until(&mut board, 5_000);
+    assert!(board.sent.iter().all(|sent| sent.bus == REDUNDANT));
+}
+
+#[test]
+fn a_master_that_changed_the_bus_is_replaced_where_it_is_now() {
+    let mut board = standing_by();
+    board.receive(NOMINAL, 0x701, &[0x05]);
+    board.clear();
+    board.run_until(ms(1_400));
+    assert_eq!(board.frames()[0], (NOMINAL, frame(0x701, &[0])));
+}
+
+/// Given slaves that run, when the standby has taken over, then it asks who they are, and neither starts nor resets one.
+#[test]
+fn running_slaves_go_on_after_a_takeover() {
+    let mut board = taken_over();
+    assert!(!board.events.contains(&MasterEvent::SlaveLost { node: node(2) }));
+    board.clear();
+    for raw in [2, 3] {
+        board.receive(REDUNDANT, 0x700 + raw, &[0x05]);
+        board.receive(REDUNDANT, 0x580 + raw, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+    }
+    assert_eq!(board.touch(|master, now| console::command(master, node(3), [7; 8], now)), Ok(()));
+    assert_eq!(board.times(REDUNDANT, 0x303), [1_400]);
+    board.run_until(ms(1_550));
+    let of_slaves = board.sent.iter().filter(|sent| sent.frame.id().raw() == 0x000);
+    assert_eq!(of_slaves.count(), 0);
+    assert_eq!(board.times(REDUNDANT, 0x080), [1_500]);
+}
+
+/// Given two active masters on one bus, when the other one hears more slaves, then this one yields: silent, and whatever
+/// waited is gone.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn of_two_active_masters_the_one_with_fewer_slaves_yields() {
+    let mut board = taken_over();
+    board.receive(REDUNDANT, 0x702, &[0x05]);
+    board.clear();
+    board.run_until(ms(1_450));
+    board.clear();
+    board.receive(NOMINAL, 0x701, &[0x05]);
+    // Slave 2 is heard, slave 3 is not since the takeover.
+    assert_eq!(board.frames(), [(NOMINAL, frame(0x680, &[1, 0]))]);
+    assert!(board.events.contains(&MasterEvent::SecondMaster { bus: NOMINAL }));
+    board.clear();
+    board.receive(NOMINAL, 0x681, &[1, 1]);
+    assert_eq!(board.controls, [], "a tie: this one is strapped prime");
+    board.receive(NOMINAL, 0x681, &[2, 1]);
+    assert_eq!(board.controls, LISTENS);
+    assert!(board.events.contains(&role(Role::Standby, RoleCause::Yielded)), "{:?}", board.events);
+    assert_eq!(board.node.status(board.now).state, NmtState::Initialising);
+    board.clear();
+    for beat in 5..20 {
+        board.failed(REDUNDANT, heartbeat(), FailCause::BusLeft);
+        board.run_until(ms(1_000 + 100 * beat));
+        board.receive(NOMINAL, 0x701, &[0x05]);
+    }
+    assert_eq!((board.frames(), &board.controls), (vec![], &vec![]));
+    board.run_until(ms(3_300));
+    assert_eq!(board.frames()[0], (NOMINAL, frame(0x701, &[0])), "it takes over again");
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn the_master_that_hears_more_slaves_claims_and_stays() {
+    let mut board = taken_over();
+    board.receive(REDUNDANT, 0x702, &[0x05]);
+    board.receive(REDUNDANT, 0x703, &[0x05]);
+    board.clear();
+    board.receive(NOMINAL, 0x681, &[1, 1]);
+    assert_eq!(board.frames(), [(NOMINAL, frame(0x680, &[2, 0]))], "where the other master is");
+    board.run_until(ms(1_500));
+    assert!(board.times(REDUNDANT, 0x701).contains(&1_500));
+}
+
+#[test]
+fn heartbeats_of_another_master_are_a_collision_and_move_nobody_without_a_claim() {
+    let mut board = taken_over();
+    board.clear();
+    for beat in 0..5 {
+        board.receive(REDUNDANT, 0x701, &[0x05]);
+        board.run_until(ms(1_450 + 100 * beat));
+    }
+    assert!(board.events.contains(&MasterEvent::SecondMaster { bus: REDUNDANT }));
+    assert_eq!(board.controls, []);
+    assert_eq!(board.times(REDUNDANT, 0x680), [1_400, 1_450, 1_550, 1_650, 1_750]);
+}
+
+/// Verifies: ECSS 7.2.2b
+#[test]
+fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
+    let mut board = standing_by();
+    board.receive(REDUNDANT, 0x080, &[]);
+    // 1000.5 s at that SYNC, at 1000 ms.
+    board.receive(REDUNDANT, 0x181, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
+    let scet = Scet::new(1_000, 0x80_0000).unwrap();
+    assert_eq!(board.node.status(board.now).scet, scet);
+    assert!(board.events.contains(&MasterEvent::Time(scet)), "{:?}", board.events);
+    board.clear();
+    fly_until(&mut board, 1_400);
+    board.transmitted(REDUNDANT, heartbeat());
+    fly_until(&mut board, 2_400);
+    let time = board.sent.iter().find(|sent| sent.frame.id().raw() == 0x181).unwrap();
+    assert_eq!((time.at, &time.frame.data()[3..]), (ms(2_400), &[0xE9, 0x03, 0, 0][..]));
+}
+
+#[test]
+fn a_time_on_the_bus_that_is_not_active_is_not_taken() {
+    let mut board = standing_by();
+    board.receive(REDUNDANT, 0x080, &[]);
+    board.receive(NOMINAL, 0x181, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
+    board.receive(REDUNDANT, 0x182, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
+    assert_eq!(board.node.status(board.now).scet, Scet::new(1, 0).unwrap());
+}
+
+#[test]
+fn a_commanded_standby_is_silent_and_takes_over_again_when_nobody_else_does() {
+    let mut board = taken_over();
+    board.clear();
+    board.request(MasterRequest::StandBy);
+    assert_eq!((board.frames(), &board.controls[..]), (vec![], &LISTENS[..]));
+    board.run_until(ms(1_799));
+    assert_eq!(board.frames(), []);
+    board.run_until(ms(1_800));
+    assert_eq!(board.frames()[0], (REDUNDANT, frame(0x701, &[0])));
+}
+
+#[test]
+fn the_role_stands_in_2045h() {
+    let read = |board: &Board| {
+        let role = board.node.objects().application.network.role;
+        (role.role, role.strap, role.taken)
+    };
+    assert_eq!(read(&powered(Strap::Second)), (0, 1, 0));
+    assert_eq!(read(&standing_by()), (1, 0, 0));
+    let mut board = taken_over();
+    assert_eq!(read(&board), (2, 0, 1));
+    board.request(MasterRequest::StandBy);
+    board.run_until(ms(1_800));
+    assert_eq!(read(&board), (2, 0, 2));
+    assert_eq!(console::master(&STANDARD, None).objects().application.network.role.role, 2);
+}
+
+#[test]
+fn filters_admit_what_another_master_sends() {
+    let board = powered(Strap::Prime);
+    let filters = board.node.filters();
+    for raw in [0x680, 0x681, 0x701, 0x181, 0x080] {
+        let id = ecss_can::types::CobId::new(raw).unwrap();
+        assert!(filters.iter().any(|filter| filter.admits(id)), "{raw:03X}h");
+    }
+}
