@@ -92,9 +92,14 @@ fn a_slave_that_starts_again_is_taken_back() {
 
 /// A module control command of a foreign controller to node 3, and what node 3 says from then on.
 fn commanded(command: u8) -> (Craft, Time, Vec<u8>) {
+    told(WireFrame::standard(0x000, &[command, 3]))
+}
+
+/// A frame of a foreign controller, and what node 3 says from then on.
+fn told(frame: WireFrame) -> (Craft, Time, Vec<u8>) {
     let mut craft = Craft::new(&MASTER_AND_THREE);
     let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
-    craft.twin.inject(guest, ms(1050), WireFrame::standard(0x000, &[command, 3]));
+    craft.twin.inject(guest, ms(1050), frame);
     craft.fly_to(1800);
     let sent = craft.first_after(ms(1050), |seen| seen.sender == guest.node).unwrap().end;
     let said = craft.heartbeats(3, Bus::Nominal).into_iter().filter(|(at, _)| *at > sent);
@@ -130,15 +135,26 @@ fn reset_communication_starts_over_without_resetting_the_chip() {
     assert!(craft.is_operational(3, Bus::Nominal));
 }
 
+/// A client of the master has it stop node 3 (1F82h: 4).
+///
 /// Verifies: ECSS 6.5.1a.2
 #[test]
 fn a_stopped_slave_stays_stopped_and_silent_but_for_its_heartbeat() {
-    let (craft, sent, states) = commanded(0x02);
+    let (craft, sent, states) = told(WireFrame::standard(0x601, &[0x2F, 0x82, 0x1F, 3, 4, 0, 0, 0]));
     assert!(states.len() >= 3 && states.iter().all(|state| *state == STOPPED), "{states:?}");
     let others = craft.frames.iter().filter(|seen| seen.sender == 2 && seen.end > sent);
     assert!(others.into_iter().all(|seen| seen.id() == Some(0x703)));
     let commands = craft.sent(MASTER, Bus::Nominal, 0x303).filter(|seen| seen.end > sent + ms(1));
     assert_eq!(commands.count(), 0, "the master commands slaves that are operational");
+}
+
+/// Nobody who may have stopped it: the master starts it again.
+#[test]
+fn a_slave_that_a_foreign_command_stopped_is_started() {
+    let (craft, sent, states) = commanded(0x02);
+    assert_eq!(states[..2], [STOPPED, OPERATIONAL], "{states:?}");
+    assert!(craft.first_after(sent, |seen| seen.id() == Some(0) && seen.data() == [1, 3]).is_some());
+    assert!(craft.is_operational(3, Bus::Nominal));
 }
 
 /// Verifies: ECSS 6.5.1a.1
