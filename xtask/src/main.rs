@@ -44,6 +44,8 @@ enum Command {
     Sizes(bench::SizesOptions),
     /// Bound the response time of every frame of the mission: a network on paper
     Schedule(schedule::Options),
+    /// Fly thousands of spacecraft with random faults, and check what must hold after each
+    Campaign(campaign::Options),
     /// Draw the pictures of the documentation anew, from simulations and flights: docs/*.svg
     Pictures,
     /// Write EDS and DCF of the devices from their dictionaries: docs/eds
@@ -78,6 +80,7 @@ fn main() -> ExitCode {
         Command::Bench(options) => bench::run(&options),
         Command::Sizes(options) => bench::sizes(&options),
         Command::Schedule(options) => schedule::run(&options),
+        Command::Campaign(options) => campaign::run(&options),
         Command::Pictures => pictures::run(),
         Command::Eds(options) => eds::run(&options),
         Command::Compliance(options) => compliance::run(&options),

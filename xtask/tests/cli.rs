@@ -244,3 +244,44 @@ fn schedule_of_the_mission_is_judged() {
     assert_eq!(code, 1, "{table}");
     assert!(table.contains("NO BOUND") && stderr.contains("deadlines cannot be met"), "{table}{stderr}");
 }
+
+#[test]
+fn wrong_values_of_the_campaign_are_refused() {
+    refuses(&["campaign", "--runs", "0"], &["--runs", "1..=10000000"]);
+    refuses(&["campaign", "--shard", "5/4"], &["--shard", "I from 1 to N", "3/16"]);
+    refuses(&["campaign", "--runs", "2", "--shard", "1/3"], &["--shard", "allowed are 1 to 2"]);
+    refuses(&["campaign", "--world", "nowhere"], &["--world", "host"]);
+    refuses(
+        &["campaign", "--replay", "nowhere.txt"],
+        &["--replay nowhere.txt", "Usage: cargo xtask campaign"],
+    );
+    refuses(&["campaign", "merge"], &["<FILE>"]);
+}
+
+/// Results of a shard with these properties, as a file.
+fn shard(folder: &std::path::Path, name: &str, commit: &str, seed: u64, part: u64) -> String {
+    let asked = format!(r#"{{"commit":"{commit}","seed":{seed},"runs":4,"world":"host","shards":2}}"#);
+    let rest = r#""flown":2,"double":1,"virtual_us":120000000,"kinds":{"cut":[2,1]},"detections":[99],"violations":[]"#;
+    let path = folder.join(name);
+    std::fs::write(&path, format!(r#"{{"asked":{asked},"parts":[{part}],{rest}}}"#)).expect("a file");
+    path.to_string_lossy().into_owned()
+}
+
+#[test]
+fn only_shards_of_one_campaign_are_merged() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file =
+        |name: &str, commit: &str, seed: u64, part: u64| shard(folder.path(), name, commit, seed, part);
+    let (one, two) = (file("1.json", "abc", 1, 1), file("2.json", "abc", 1, 2));
+    let (code, table, stderr) = xtask(&["campaign", "merge", &one, &two]);
+    assert_eq!(code, 0, "{stderr}");
+    assert!(table.contains("4 runs in world host, 2 of them with two faults"), "{table}");
+    refuses(
+        &["campaign", "merge", &one, &file("c.json", "def", 1, 2)],
+        &["commit abc and def", "merge shards of one"],
+    );
+    refuses(&["campaign", "merge", &one, &file("s.json", "abc", 2, 2)], &["seed 1 and 2"]);
+    refuses(&["campaign", "merge", &one, &file("t.json", "abc", 1, 1)], &["shard 1 is there twice"]);
+    refuses(&["campaign", "merge", &one], &["missing: 2"]);
+    refuses(&["campaign", "merge", "Cargo.toml"], &["Cargo.toml", "no results"]);
+}

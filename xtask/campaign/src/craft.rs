@@ -1,0 +1,132 @@
+//! Nodes of the demonstration mission in a world of the host, and what their applications do.
+
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+
+use ecss_can::node::{Master, Slave, SlaveEvent};
+use ecss_can::pdo::Sequence;
+use ecss_can::profile::Profile;
+use ecss_can::types::{Instant, NodeId};
+use host_worlds::{Events, Handle, Time, World, idle};
+use mission::{
+    COMMAND_PERIOD, Command, CommanderObjects, Message, MissionObjects, SlaveRecord, TELECOMMAND_RPDO,
+};
+
+/// A slave without data store.
+pub type CampaignSlave = Slave<MissionObjects<Vec<u8>>>;
+type CampaignMaster = Master<CommanderObjects>;
+
+const FOUR: NodeId = NodeId::of::<4>();
+/// All slaves have parallel access.
+const PARALLEL: Profile = mission::STANDARD;
+/// Slave 4 has selective access.
+const MIXED: Profile = Profile { selective: &[FOUR], ..mission::STANDARD };
+
+/// Commands of one life of the master: their values begin here.
+const LIFE: u32 = 1 << 16;
+
+/// A command that a slave executed.
+#[derive(Clone, Copy, Debug)]
+pub struct Deed {
+    /// When.
+    pub at: Time,
+    /// By whom.
+    pub node: NodeId,
+    /// Rises with every command to this slave, also over resets of the master.
+    pub value: u32,
+}
+
+/// What the applications know of each other.
+#[derive(Default)]
+pub struct Notes {
+    /// In the order of time.
+    pub deeds: RefCell<Vec<Deed>>,
+    /// Power-ons of the master.
+    lives: Cell<u32>,
+}
+
+impl Notes {
+    /// When a command was made, by the clock of the master; `None` in another life of it.
+    pub fn made(&self, value: u32) -> Option<Instant> {
+        let is_this_life = value / LIFE == self.lives.get();
+        is_this_life.then(|| Instant::ZERO + COMMAND_PERIOD.times(value % LIFE))
+    }
+}
+
+/// The profile of a script.
+pub fn profile(selective: bool) -> &'static Profile {
+    if selective { &MIXED } else { &PARALLEL }
+}
+
+/// A master that commands all slaves each period, and its slaves.
+pub fn world(seed: u64, slaves: u8, selective: bool) -> (World, Rc<Notes>) {
+    let (notes, profile) = (Rc::<Notes>::default(), profile(selective));
+    let ids: Vec<NodeId> = (2..=slaves + 1).filter_map(NodeId::new).collect();
+    let (all, theirs) = (ids.clone(), notes.clone());
+    let mut builder = World::builder().master(
+        |_| mission::master(profile, None),
+        move |master, events| command(master, events, all.clone(), theirs.clone()),
+    );
+    for id in ids {
+        let theirs = notes.clone();
+        builder = builder.slave(
+            id,
+            |board| {
+                let slave = mission::slave(board.node_id, profile, Vec::new());
+                slave.with_retained(board.retained).with_store(board.store)
+            },
+            move |slave, events| obey(slave, events, id, theirs.clone()),
+        );
+    }
+    (builder.seed(seed).build(), notes)
+}
+
+/// The application of the master.
+async fn command(
+    master: Handle<CampaignMaster>,
+    events: Events<CampaignMaster>,
+    slaves: Vec<NodeId>,
+    notes: Rc<Notes>,
+) {
+    notes.lives.set(notes.lives.get() + 1);
+    let first = notes.lives.get() * LIFE;
+    let mut sequences: Vec<Sequence> =
+        slaves.iter().map(|_| Sequence::new(Instant::ZERO, COMMAND_PERIOD)).collect();
+    let traffic = async {
+        let mut due = Instant::ZERO;
+        for round in 1.. {
+            due += COMMAND_PERIOD;
+            master.wait_until(due).await;
+            for (&node, sequence) in slaves.iter().zip(&mut sequences) {
+                if let Some(sequence) = sequence.step(master.now()) {
+                    let message = Command::SetValue(first + round).encode(sequence);
+                    // One that is not Operational has to do without.
+                    let _ = master.with(|master, now| mission::command(master, node, &message, now));
+                }
+            }
+        }
+    };
+    futures_util::future::join(idle(master, events), traffic).await;
+}
+
+/// The application of a slave: executes commands.
+async fn obey(
+    slave: Handle<CampaignSlave>,
+    mut events: Events<CampaignSlave>,
+    node: NodeId,
+    notes: Rc<Notes>,
+) {
+    let mut record = SlaveRecord::new();
+    loop {
+        match events.next().await {
+            SlaveEvent::Pdo { number, data, .. } if usize::from(number) == TELECOMMAND_RPDO => {
+                let Some(message) = Message::from_payload(&data) else { continue };
+                if let Ok(Command::SetValue(value)) = record.take(&message, slave.now()) {
+                    notes.deeds.borrow_mut().push(Deed { at: events.world_time(), node, value });
+                }
+            }
+            SlaveEvent::ResetNode => events.reset(),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,110 @@
+//! Kinds of faults.
+
+/// What a fault does. Its name is that of scripts and tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Both wires of a bus break at a place (ECSS Table 5-2, case 8).
+    Cut,
+    /// A bus is recessive on a piece of cable (cases 3b to 7).
+    Short,
+    /// A bus is dominant on a piece of cable.
+    Dominant,
+    /// A node loses its stub, or its ground.
+    Disconnect,
+    /// Bit errors at each node: a reduced margin (cases 1, 2, 3a, 4, 9).
+    Noise,
+    /// The driver of a node is stuck dominant.
+    Stuck,
+    /// A node sends one frame without end.
+    Babble,
+    /// The oscillator behind a controller is wrong.
+    Drift,
+    /// A disturbance of the level that nodes see.
+    Glitch,
+    /// One bit of a frame reads as its opposite.
+    Flip,
+    /// A stranger sends NMT commands.
+    ForeignNmt,
+    /// A stranger sends heartbeats of the master.
+    ForeignMaster,
+    /// A stranger sends heartbeats of a node that there is not.
+    Stranger,
+    /// A stranger sends heartbeats of a slave.
+    Clash,
+    /// A stranger sends frames back to back.
+    ForeignLoad,
+    /// The master is reset.
+    ResetMaster,
+    /// A slave is reset.
+    ResetSlave,
+    /// The master loses its power.
+    PowerMaster,
+    /// A slave loses its power.
+    PowerSlave,
+}
+
+impl Kind {
+    /// All kinds with their names.
+    pub const ALL: [(Kind, &'static str); 19] = [
+        (Kind::Cut, "cut"),
+        (Kind::Short, "short"),
+        (Kind::Dominant, "dominant"),
+        (Kind::Disconnect, "disconnect"),
+        (Kind::Noise, "noise"),
+        (Kind::Stuck, "stuck"),
+        (Kind::Babble, "babble"),
+        (Kind::Drift, "drift"),
+        (Kind::Glitch, "glitch"),
+        (Kind::Flip, "flip"),
+        (Kind::ForeignNmt, "foreign-nmt"),
+        (Kind::ForeignMaster, "foreign-master"),
+        (Kind::Stranger, "stranger"),
+        (Kind::Clash, "clash"),
+        (Kind::ForeignLoad, "foreign-load"),
+        (Kind::ResetMaster, "reset-master"),
+        (Kind::ResetSlave, "reset-slave"),
+        (Kind::PowerMaster, "power-master"),
+        (Kind::PowerSlave, "power-slave"),
+    ];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Kind::ALL[self as usize].1
+    }
+
+    /// The kind of this name.
+    pub fn named(name: &str) -> Option<Kind> {
+        Kind::ALL.into_iter().find(|(_, other)| *other == name).map(|(kind, _)| kind)
+    }
+
+    /// Whether it goes on until something ends it.
+    pub fn lasts(self) -> bool {
+        matches!(
+            self,
+            Kind::Cut | Kind::Short | Kind::Dominant | Kind::Disconnect | Kind::Noise | Kind::Stuck
+        ) || matches!(self, Kind::Babble | Kind::Drift | Kind::Glitch | Kind::PowerMaster | Kind::PowerSlave)
+    }
+
+    /// Whether it may be there at the end of a run: what is left must still work.
+    pub fn may_stay(self) -> bool {
+        self.lasts() && !self.is_slow() && !matches!(self, Kind::Glitch | Kind::PowerMaster)
+    }
+
+    /// Whether the wire has to compute every bit of every node while it lasts, so that it lasts a short time only.
+    pub fn is_slow(self) -> bool {
+        matches!(self, Kind::Dominant | Kind::Stuck | Kind::Babble | Kind::Drift)
+    }
+
+    /// Whether it comes from a stranger, as frames.
+    pub fn is_foreign(self) -> bool {
+        matches!(
+            self,
+            Kind::ForeignNmt | Kind::ForeignMaster | Kind::Stranger | Kind::Clash | Kind::ForeignLoad
+        )
+    }
+
+    /// Whether it belongs to a node and not to a bus.
+    pub fn is_of_node(self) -> bool {
+        matches!(self, Kind::ResetMaster | Kind::ResetSlave | Kind::PowerMaster | Kind::PowerSlave)
+    }
+}

@@ -1,0 +1,161 @@
+//! `cargo xtask campaign`: random faults against the redundancy of a spacecraft.
+//!
+//! Each run has a [`Script`] from the seed of the campaign and its own number: single faults and pairs of them, at random
+//! times, in a spacecraft of one master and some slaves. After each run the same must hold, see [`judge`]. A script that
+//! violates something is made as simple as possible and printed; `--replay` flies it.
+//!
+//! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+mod craft;
+mod host;
+pub mod judge;
+pub mod kind;
+mod options;
+pub mod outcome;
+pub mod reach;
+pub mod results;
+pub mod script;
+mod shrink;
+
+use std::num::NonZero;
+use std::process::Command;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc;
+use std::thread;
+
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+use support::misuse::Misuse;
+use support::output::{self, Silently};
+use support::project;
+use support::stop::Stop;
+
+use options::{Action, Shard};
+pub use options::{Options, World};
+use outcome::Outcome;
+use results::{Asked, Results};
+use script::Script;
+
+/// Violations that are shrunk.
+const SHRUNK: usize = 5;
+
+/// Flies a script.
+pub fn fly(world: World, script: &Script) -> Outcome {
+    match world {
+        World::Host => host::fly(script),
+    }
+}
+
+/// Flies, merges or replays.
+///
+/// # Errors
+/// When a run violates something, or a file cannot be read or written.
+pub fn run(options: &Options) -> anyhow::Result<()> {
+    if let Some(Action::Merge { files }) = &options.action {
+        return report(&Results::merged(files)?);
+    }
+    // A panic of a node is a result of its run.
+    std::panic::set_hook(Box::new(|_| {}));
+    if let Some(path) = &options.replay {
+        let refuse = |text: String| Misuse::of("campaign", format!("--replay {}: {text}", path.display()));
+        let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
+        let script: Script = text.parse().map_err(refuse)?;
+        let outcome = fly(options.world, &script);
+        outcome.violations.iter().try_for_each(output::line)?;
+        return match outcome.violations.len() {
+            0 => output::line("no violation"),
+            count => bail!("{count} violations"),
+        };
+    }
+    options.check()?;
+    project::make_writable(&options.out).with_context(|| format!("writing to {}", options.out.display()))?;
+    let stop = Stop::at_ctrl_c()?;
+    let jobs = options.jobs.map_or_else(cores, usize::from);
+    let asked = Asked {
+        commit: commit(),
+        seed: options.seed,
+        runs: options.runs,
+        world: options.world.name().into(),
+        shards: options.shard.count,
+    };
+    let mut results = campaign(&asked, options.world, options.shard, jobs, &stop);
+    if stop.is_asked() {
+        output::warn(format_args!("the campaign was interrupted after {} runs", results.flown));
+        return Err(Silently::INTERRUPTED.into());
+    }
+    for violation in results.violations.iter_mut().take(SHRUNK) {
+        if let Ok(script) = violation.script.parse() {
+            violation.shrunk = shrink::shrink(&script, |script| fly(options.world, script)).to_string();
+        }
+    }
+    let Shard { index, count } = options.shard;
+    let file = options.out.join(format!("{}-{index}-of-{count}.json", options.world.name()));
+    results.write(&file)?;
+    report(&results)?;
+    output::line(format_args!("written to {}", project::shown(&file)))
+}
+
+fn report(results: &Results) -> anyhow::Result<()> {
+    results.lines().iter().try_for_each(output::line)?;
+    match results.violations.len() {
+        0 => Ok(()),
+        count => bail!("{count} of {} runs violate something", results.flown),
+    }
+}
+
+/// Flies the runs of a shard, on several threads.
+pub fn campaign(asked: &Asked, world: World, shard: Shard, jobs: usize, stop: &Stop) -> Results {
+    let mut results = Results::new(asked.clone(), shard.index);
+    let numbers: Vec<u64> =
+        (0..asked.runs).filter(|number| number % shard.count == shard.index - 1).collect();
+    let (next, bar) = (AtomicU64::new(0), progress(numbers.len() as u64));
+    let (sender, receiver) = mpsc::channel();
+    thread::scope(|scope| {
+        for _ in 0..jobs {
+            let (sender, numbers, next) = (sender.clone(), &numbers, &next);
+            scope.spawn(move || {
+                while let Some(&number) = numbers.get(next.fetch_add(1, Ordering::Relaxed) as usize) {
+                    let script = Script::random(asked.seed, number);
+                    let outcome = fly(world, &script);
+                    if stop.is_asked() || sender.send((number, script, outcome)).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        for (number, script, outcome) in receiver {
+            results.add(number, &script, outcome);
+            bar.inc(1);
+            bar.set_message(format!("{} violations", results.violations.len()));
+        }
+    });
+    bar.finish_and_clear();
+    results.sort();
+    results
+}
+
+fn cores() -> usize {
+    thread::available_parallelism().map_or(1, NonZero::get)
+}
+
+/// The code that flies.
+fn commit() -> String {
+    let git = Command::new("git")
+        .args(["describe", "--always", "--dirty", "--abbrev=12", "--exclude=*"])
+        .current_dir(project::path(""))
+        .output();
+    let text = git.ok().filter(|output| output.status.success()).map(|output| output.stdout);
+    text.and_then(|text| String::from_utf8(text).ok()).map_or("unknown".into(), |text| text.trim().to_owned())
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress(runs: u64) -> ProgressBar {
+    let bar = ProgressBar::new(runs);
+    let template = "{bar:40.cyan/blue} {pos} of {len} runs, {msg}, {elapsed}, {eta} left";
+    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}

@@ -1,0 +1,323 @@
+//! Scripts: what is to happen in a run, from a seed or from a file.
+
+use std::fmt;
+use std::str::FromStr;
+
+use ecss_can::types::Bus;
+use fastrand::Rng;
+
+use crate::kind::Kind;
+
+const SECOND: u64 = 1_000_000;
+/// Faults begin after everybody is operational.
+const FIRST_US: u64 = 3 * SECOND;
+/// The most that a fault lasts that ends.
+const LONGEST_US: u64 = 8 * SECOND;
+/// The same where the wire computes every bit meanwhile.
+const LONGEST_SLOW_US: u64 = SECOND;
+/// What the last fault leaves for recovery: two dwells of a master that hears no slave, and what a search needs.
+const RECOVERY_US: u64 = 30 * SECOND;
+/// Shortest run.
+const SHORTEST_US: u64 = 60 * SECOND;
+/// A node that no script has among its slaves.
+const NOBODY: u8 = 127;
+
+/// One fault. What a kind does not use is zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// When it begins, microseconds from power-on.
+    pub at: u64,
+    /// How long it lasts, microseconds; `None`: for ever, or for no time where its kind does not last.
+    pub lasts: Option<u64>,
+    /// What it does.
+    pub kind: Kind,
+    /// Where.
+    pub bus: Bus,
+    /// To which node; 0 is all of them.
+    pub node: u8,
+    /// Metres from the left end of the cable; node n sits at 2 n.
+    pub place: u32,
+    /// A number with a meaning of its kind: COB-ID, NMT command, state, ppm, bit, effect, exponent of a rate.
+    pub value: u32,
+    /// How many frames a stranger sends.
+    pub times: u32,
+    /// Microseconds between two of them.
+    pub every: u64,
+}
+
+/// A run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Script {
+    /// Of clocks, power-on times and random bit errors.
+    pub seed: u64,
+    /// Slaves: nodes 2, 3, and so on.
+    pub slaves: u8,
+    /// Slave 4 has selective access; all others have parallel access.
+    pub selective: bool,
+    /// Length in microseconds.
+    pub length: u64,
+    /// From the first to the last.
+    pub faults: Vec<Fault>,
+}
+
+impl Script {
+    /// The script of run `number` of a campaign: one fault, or two in every second run.
+    pub fn random(campaign: u64, number: u64) -> Script {
+        let mut rng = Rng::with_seed(campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number));
+        let slaves = match rng.u8(0..32) {
+            0 => 14,
+            _ => rng.u8(2..=6),
+        };
+        let (first, _) = Kind::ALL[number as usize / 2 % Kind::ALL.len()];
+        let mut faults = vec![fault(&mut rng, first, slaves, FIRST_US..20 * SECOND)];
+        if number % 2 == 1 {
+            let (second, _) = Kind::ALL[rng.usize(..Kind::ALL.len())];
+            let from = faults[0].at;
+            let span = if rng.bool() { SECOND / 5 } else { 12 * SECOND };
+            faults.push(fault(&mut rng, second, slaves, from..from + span));
+        }
+        let mut script = Script { seed: rng.u64(..), slaves, selective: rng.bool(), length: 0, faults };
+        script.length = script.shortest_length();
+        script
+    }
+
+    /// Length that leaves room for recovery.
+    pub fn shortest_length(&self) -> u64 {
+        let last = self.faults.iter().map(|fault| fault.end().unwrap_or(fault.at)).max().unwrap_or(0);
+        SHORTEST_US.max(last + RECOVERY_US)
+    }
+}
+
+impl Fault {
+    /// When it is over; `None`: never.
+    pub fn end(&self) -> Option<u64> {
+        if self.kind.lasts() {
+            return self.lasts.map(|lasts| self.at + lasts);
+        }
+        Some(self.at + self.every * u64::from(self.times))
+    }
+}
+
+fn fault(rng: &mut Rng, kind: Kind, slaves: u8, at: std::ops::Range<u64>) -> Fault {
+    // Mostly on the bus that is in use.
+    let bus = if rng.u8(0..5) == 0 && !kind.is_of_node() { Bus::Redundant } else { Bus::Nominal };
+    let slave = rng.u8(2..=slaves + 1);
+    let any = rng.u8(1..=slaves + 1);
+    // From a millisecond to the longest, all magnitudes alike.
+    let longest = if kind.is_slow() { LONGEST_SLOW_US } else { LONGEST_US };
+    let lasts = (1_000.0 * (longest as f64 / 1_000.0).powf(rng.f64())) as u64;
+    let stays = kind.may_stay() && rng.u8(0..3) == 0;
+    let mut fault = Fault {
+        at: rng.u64(at),
+        lasts: (kind.lasts() && !stays).then_some(lasts),
+        kind,
+        bus,
+        node: 0,
+        place: 0,
+        value: 0,
+        times: 0,
+        every: 0,
+    };
+    match kind {
+        Kind::Cut => fault.place = 2 * u32::from(rng.u8(1..=slaves)) + 1,
+        Kind::Short | Kind::Dominant => fault.place = 2 * u32::from(any),
+        Kind::Disconnect | Kind::Stuck => fault.node = any,
+        // Bit error rates of 1e-4 and 1e-5.
+        Kind::Noise => fault.value = rng.u32(4..=5),
+        Kind::Babble => (fault.node, fault.value) = (any, [0x010, 0x7F0][rng.usize(..2)]),
+        Kind::Drift => (fault.node, fault.value) = (any, rng.u32(20_000..200_000)),
+        Kind::Glitch => {
+            fault.node = if rng.bool() { 0 } else { any };
+            fault.value = rng.u32(0..3);
+            fault.lasts = Some(rng.u64(10..20_000));
+        }
+        Kind::Flip => (fault.node, fault.value) = (if rng.bool() { 0 } else { any }, rng.u32(0..60)),
+        Kind::ForeignNmt => {
+            fault.node = if rng.bool() { 0 } else { slave };
+            fault.value = [0x01, 0x80, 0x81, 0x82][rng.usize(..4)];
+        }
+        Kind::ForeignMaster => fault.node = 1,
+        Kind::Stranger => (fault.node, fault.value) = (NOBODY, [0x05, 0x7F][rng.usize(..2)]),
+        Kind::Clash => (fault.node, fault.value) = (slave, 0x05),
+        Kind::ForeignLoad => (fault.value, fault.times) = (rng.u32(1..0x7FF), rng.u32(10..5_000)),
+        Kind::ResetMaster | Kind::PowerMaster => fault.node = 1,
+        Kind::ResetSlave | Kind::PowerSlave => fault.node = slave,
+    }
+    if kind.is_foreign() && kind != Kind::ForeignLoad {
+        fault.times = rng.u32(1..=40);
+        fault.every = rng.u64(1_000..250_000);
+    }
+    if kind == Kind::ForeignMaster {
+        fault.value = 0x05;
+    }
+    fault
+}
+
+fn bus_name(bus: Bus) -> &'static str {
+    match bus {
+        Bus::Nominal => "nominal",
+        Bus::Redundant => "redundant",
+    }
+}
+
+impl fmt::Display for Script {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let access = if self.selective { "selective" } else { "parallel" };
+        writeln!(f, "# microseconds; node n sits at 2 n metres; slave 4 has {access} access")?;
+        writeln!(
+            f,
+            "run seed={} slaves={} selective={} length={}",
+            self.seed,
+            self.slaves,
+            u8::from(self.selective),
+            self.length
+        )?;
+        self.faults.iter().try_for_each(|fault| writeln!(f, "{fault}"))
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} at={}", self.kind.name(), self.at)?;
+        if let Some(lasts) = self.lasts {
+            write!(f, " lasts={lasts}")?;
+        }
+        if !self.kind.is_of_node() {
+            write!(f, " bus={}", bus_name(self.bus))?;
+        }
+        let rest: [(&str, u64); 5] = [
+            ("node", self.node.into()),
+            ("place", self.place.into()),
+            ("value", self.value.into()),
+            ("times", self.times.into()),
+            ("every", self.every),
+        ];
+        rest.into_iter()
+            .filter(|(_, value)| *value > 0)
+            .try_for_each(|(key, value)| write!(f, " {key}={value}"))
+    }
+}
+
+/// Pairs of a line behind its first word.
+struct Pairs<'a> {
+    line: &'a str,
+    pairs: Vec<(&'a str, &'a str)>,
+}
+
+impl<'a> Pairs<'a> {
+    fn of(line: &'a str) -> Result<(&'a str, Pairs<'a>), String> {
+        let mut words = line.split_whitespace();
+        let first = words.next().unwrap_or_default();
+        let pairs = words.map(|word| word.split_once('=').ok_or(format!("`{word}`: expected KEY=VALUE")));
+        Ok((first, Pairs { line, pairs: pairs.collect::<Result<_, _>>()? }))
+    }
+
+    fn text(&self, key: &str) -> Option<&'a str> {
+        self.pairs.iter().find(|(name, _)| *name == key).map(|(_, value)| *value)
+    }
+
+    /// A number up to `most`; 0 where it is missing.
+    fn number(&self, key: &str, most: u64) -> Result<u64, String> {
+        let text = self.text(key).unwrap_or("0");
+        let value = text.parse().ok().filter(|value| *value <= most);
+        value.ok_or_else(|| format!("`{}`: {key}={text}, allowed are 0 to {most}", self.line))
+    }
+}
+
+/// An hour: longer runs are mistakes.
+const HOUR_US: u64 = 3_600 * SECOND;
+
+impl FromStr for Script {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Script, String> {
+        let lines = text.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+        let mut script: Option<Script> = None;
+        for line in lines {
+            let (word, pairs) = Pairs::of(line)?;
+            match (word, &mut script) {
+                ("run", None) => {
+                    let slaves = pairs.number("slaves", 126)? as u8;
+                    if slaves == 0 {
+                        return Err(format!("`{line}`: slaves=0, allowed are 1 to 126"));
+                    }
+                    script = Some(Script {
+                        seed: pairs.number("seed", u64::MAX)?,
+                        slaves,
+                        selective: pairs.number("selective", 1)? == 1,
+                        length: pairs.number("length", HOUR_US)?,
+                        faults: Vec::new(),
+                    });
+                }
+                (_, None) => return Err(format!("`{line}`: a script begins with `run`")),
+                (_, Some(script)) => script.faults.push(read_fault(word, &pairs, script.slaves)?),
+            }
+        }
+        script.ok_or("no line `run seed=.. slaves=.. selective=.. length=..`".into())
+    }
+}
+
+fn read_fault(word: &str, pairs: &Pairs<'_>, slaves: u8) -> Result<Fault, String> {
+    let kind = Kind::named(word).ok_or_else(|| {
+        let names: Vec<_> = Kind::ALL.iter().map(|(_, name)| *name).collect();
+        format!("`{word}` is no fault: allowed are {}", names.join(", "))
+    })?;
+    let bus = match pairs.text("bus") {
+        Some("nominal") | None => Bus::Nominal,
+        Some("redundant") => Bus::Redundant,
+        Some(other) => return Err(format!("bus={other}: allowed are nominal and redundant")),
+    };
+    let last = if kind == Kind::Stranger { NOBODY } else { slaves + 1 };
+    let node = pairs.number("node", last.into())? as u8;
+    let (needs_slave, needs_node) = (
+        matches!(kind, Kind::ResetSlave | Kind::PowerSlave | Kind::Clash),
+        matches!(kind, Kind::Disconnect | Kind::Stuck | Kind::Babble | Kind::Drift),
+    );
+    if needs_slave && node < 2 || needs_node && node < 1 {
+        return Err(format!("`{}`: node={node} is not possible for this fault", pairs.line));
+    }
+    let is_master = matches!(kind, Kind::ResetMaster | Kind::PowerMaster | Kind::ForeignMaster);
+    Ok(Fault {
+        at: pairs.number("at", HOUR_US)?,
+        lasts: pairs.text("lasts").map(|_| pairs.number("lasts", HOUR_US)).transpose()?,
+        kind,
+        bus,
+        node: if is_master { 1 } else { node },
+        place: pairs.number("place", 256)? as u32,
+        value: pairs.number("value", u32::MAX.into())? as u32,
+        times: pairs.number("times", 100_000)? as u32,
+        every: pairs.number("every", HOUR_US)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn script_is_read_as_it_was_written() {
+        for number in 0..200 {
+            let script = Script::random(7, number);
+            assert_eq!(script.to_string().parse(), Ok(script.clone()), "{script}");
+            assert_eq!(script, Script::random(7, number));
+            assert!(script.length >= 60_000_000);
+            assert_eq!(script.faults.len(), 1 + number as usize % 2);
+        }
+    }
+
+    #[test]
+    fn wrong_scripts_are_refused_with_what_is_allowed() {
+        let refused = |text: &str, part: &str| {
+            let error = text.parse::<Script>().unwrap_err();
+            assert!(error.contains(part), "{error}");
+        };
+        refused("", "no line `run");
+        refused("cut at=1", "begins with `run`");
+        refused("run slaves=127", "0 to 126");
+        refused("run slaves=2\nfire at=1", "allowed are cut, short");
+        refused("run slaves=2\ncut at=1 bus=third", "nominal and redundant");
+        refused("run slaves=2\nreset-slave at=1 node=4", "0 to 3");
+        refused("run slaves=2\nreset-slave at=1", "not possible");
+        refused("run slaves=2\ncut soon", "KEY=VALUE");
+    }
+}

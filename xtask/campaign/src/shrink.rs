@@ -1,0 +1,94 @@
+//! Makes a script that violates something shorter and rounder, as long as it does.
+
+use crate::outcome::Outcome;
+use crate::script::{Fault, Script};
+
+/// Flights at most.
+const FLIGHTS: usize = 300;
+
+/// The simplest script found that still violates something. `fly` is how it is flown.
+pub fn shrink(script: &Script, fly: impl Fn(&Script) -> Outcome) -> Script {
+    let mut best = script.clone();
+    let mut flights = 0;
+    loop {
+        let better = candidates(&best).into_iter().find(|candidate| {
+            flights += 1;
+            flights <= FLIGHTS && !fly(candidate).violations.is_empty()
+        });
+        match better {
+            Some(better) => best = better,
+            None => return best,
+        }
+    }
+}
+
+/// Simpler scripts, the simplest first. None equals `script`.
+fn candidates(script: &Script) -> Vec<Script> {
+    let mut all = Vec::new();
+    for index in 0..script.faults.len() {
+        let mut fewer = script.clone();
+        fewer.faults.remove(index);
+        all.push(fewer);
+    }
+    let highest = script.faults.iter().map(|fault| fault.node).filter(|node| *node < 127).max().unwrap_or(0);
+    let farthest = script.faults.iter().map(|fault| fault.place.div_ceil(2) as u8).max().unwrap_or(0);
+    let least = highest.max(farthest).max(3) - 1;
+    all.extend(
+        [least, script.slaves.saturating_sub(1).max(least)].map(|slaves| Script { slaves, ..script.clone() }),
+    );
+    all.push(Script { selective: false, ..script.clone() });
+    all.push(Script { seed: 1, ..script.clone() });
+    all.push(Script { length: script.shortest_length(), ..script.clone() });
+    for index in 0..script.faults.len() {
+        for fault in rounder(&script.faults[index]) {
+            let mut changed = script.clone();
+            changed.faults[index] = fault;
+            changed.length = changed.shortest_length();
+            all.push(changed);
+        }
+    }
+    all.retain(|candidate| candidate != script && candidate.slaves <= script.slaves);
+    all.dedup();
+    all
+}
+
+/// The fault with rounder times, and with fewer frames.
+fn rounder(fault: &Fault) -> Vec<Fault> {
+    let mut all = Vec::new();
+    for unit in [1_000_000, 100_000, 10_000, 1_000] {
+        let round = |time: u64| time.div_ceil(unit) * unit;
+        if !fault.at.is_multiple_of(unit) {
+            all.push(Fault { at: round(fault.at), ..*fault });
+        }
+        if let Some(lasts) = fault.lasts.filter(|lasts| !lasts.is_multiple_of(unit)) {
+            all.push(Fault { lasts: Some(round(lasts)), ..*fault });
+        }
+        if !fault.every.is_multiple_of(unit) {
+            all.push(Fault { every: round(fault.every), ..*fault });
+        }
+    }
+    if fault.times > 1 {
+        all.extend([1, fault.times / 2, fault.times - 1].map(|times| Fault { times, ..*fault }));
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kind::Kind;
+
+    /// Given runs that fail whenever something is cut after 5 s, then a single cut at 6 s is left.
+    #[test]
+    fn script_ends_with_what_it_needs() {
+        let fails = |script: &Script| {
+            let is_bad = script.faults.iter().any(|fault| fault.kind == Kind::Cut && fault.at > 5_000_000);
+            Outcome { violations: if is_bad { vec!["cut".into()] } else { vec![] }, ..Outcome::default() }
+        };
+        let script = "run seed=9 slaves=6 selective=1 length=70000000\nflip at=3123456 value=3\ncut at=5234567 lasts=777777 place=3\n";
+        let shrunk = shrink(&script.parse().unwrap(), fails);
+        let expected =
+            "run seed=1 slaves=2 selective=0 length=60000000\ncut at=6000000 lasts=1000000 place=3\n";
+        assert_eq!(shrunk, expected.parse().unwrap());
+    }
+}
