@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use can_wire::fault::{Effect, Fault as WireFault, Flip, Nodes, Place};
 use can_wire::frame::WireFrame;
 use ecss_can::types::{Bus, NodeId};
+use host_worlds::world::Sent;
 use host_worlds::{Time, World};
 
 use crate::craft;
@@ -141,13 +142,14 @@ fn on_wire(fault: &Fault, node: Option<usize>, seed: u64) -> [Option<WireFault>;
     }
 }
 
-/// Frames of strangers and errors on a bus so far: what a fault of a wire changes.
+/// Frames on a bus so far that were destroyed or that nobody acknowledged.
 pub fn disturbance(world: &World, bus: Bus) -> u64 {
     let counters = world.counters(bus);
     counters.destroyed + counters.ack_errors
 }
 
-/// Frames of strangers that completed on a bus so far.
-pub fn strange(world: &World, bus: Bus) -> usize {
-    world.frames(bus).iter().filter(|sent| sent.node.is_none()).count()
+/// Frames of strangers, and of a node that babbles this COB-ID, that completed on a bus so far.
+pub fn strange(world: &World, bus: Bus, babbled: Option<u16>) -> usize {
+    let is_strange = |sent: &Sent| sent.node.is_none() || babbled.is_some() && sent.id() == babbled;
+    world.frames(bus).iter().filter(|sent| is_strange(sent)).count()
 }

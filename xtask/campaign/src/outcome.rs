@@ -23,8 +23,8 @@ pub struct Outcome {
 
 /// Watches which faults change something.
 ///
-/// A fault of a wire changes frames when more of them are destroyed or go unacknowledged there. A stranger changes them by
-/// its own. A node that loses power or is reset has changed its state. Any other change of state counts within a second, as
+/// A fault of a wire changes frames when more of them are destroyed or go unacknowledged there. A stranger and a
+/// node that babbles change them by their own. A node that loses power or is reset has changed its state. Any other change of state counts within a second, as
 /// long as no other fault may have caused it.
 pub struct Effects {
     faults: Vec<Watched>,
@@ -33,6 +33,8 @@ pub struct Effects {
 struct Watched {
     kind: Kind,
     bus: Bus,
+    /// COB-ID that its node babbles.
+    babbled: Option<u16>,
     at: Time,
     before: (u64, usize),
     /// When it ended and what was counted by then.
@@ -46,6 +48,7 @@ impl Effects {
         let watched = |fault: &crate::script::Fault| Watched {
             kind: fault.kind,
             bus: fault.bus,
+            babbled: (fault.kind == Kind::Babble).then_some(fault.value as u16),
             at: Time::from_us(fault.at),
             before: (0, 0),
             end: None,
@@ -57,7 +60,7 @@ impl Effects {
     /// A fault begins now.
     pub fn begin(&mut self, index: usize, world: &World) {
         let watched = &mut self.faults[index];
-        watched.before = (disturbance(world, watched.bus), strange(world, watched.bus));
+        watched.before = (disturbance(world, watched.bus), strange(world, watched.bus, watched.babbled));
         watched.has_effect = watched.kind.is_of_node();
     }
 
@@ -94,7 +97,7 @@ impl Effects {
 
 impl Watched {
     fn settle(&mut self, world: &World) {
-        let (errors, frames) = (disturbance(world, self.bus), strange(world, self.bus));
+        let (errors, frames) = (disturbance(world, self.bus), strange(world, self.bus, self.babbled));
         self.has_effect |=
             if self.kind.is_foreign() { frames > self.before.1 } else { errors > self.before.0 };
     }
