@@ -6,7 +6,9 @@ use embassy_stm32::pac::can::vals::Silm;
 use embassy_stm32::{can, pac, peripherals};
 
 use super::events::EventQueue;
-use super::filters::BANKS;
+
+/// Filter banks of each controller; the second one's begin here (CAN2SB).
+pub(super) const BANKS: usize = 14;
 
 /// A bxCAN controller.
 pub trait Controller: can::Instance {

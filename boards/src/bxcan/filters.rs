@@ -2,9 +2,6 @@
 
 use ecss_can::link::port::Filter;
 
-/// Banks of each controller; the second one's begin here (CAN2SB).
-pub(super) const BANKS: usize = 14;
-
 const RTR: u32 = 1 << 4;
 const IDE: u32 = 1 << 3;
 

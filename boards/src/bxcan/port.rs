@@ -22,9 +22,9 @@ use embassy_time::{Duration, Timer};
 pub use selftest::{CaptureFault, ControllerFault, LineFault};
 
 use super::MAILBOXES;
-use super::controller::{self, Controller};
+use super::controller::{self, BANKS, Controller};
 use super::events::EventQueue;
-use super::filters::{BANKS, half_bank};
+use super::filters::half_bank;
 use super::held::Held;
 use super::interrupts::{
     ReceiveHandler, StatusHandler, TransmitHandler, enable_sources, note_errors, request,
