@@ -2,7 +2,7 @@
 
 import unittest
 
-from spacecraft import OPERATIONAL, STOPPED, Test, Witness
+from spacecraft import MASTER_EDS, OPERATIONAL, STOPPED, Test, Witness
 
 
 class Master(Test):
@@ -28,10 +28,19 @@ class Master(Test):
         self.commands.wait_for(self.starts)
         self.node.becomes(OPERATIONAL, times=2)
 
-    def test_a_slave_that_is_stopped_stays_so(self) -> None:
+    def test_a_slave_that_a_stranger_stops_is_started_again(self) -> None:
+        self.node.states.forget()
         self.node.remote.nmt.state = "STOPPED"
+        self.node.states.wait_for(lambda told: STOPPED in told)
+        self.commands.wait_for(self.starts)
+        self.node.becomes(OPERATIONAL, times=2)
+
+    def test_a_slave_that_the_master_is_to_stop_stays_so(self) -> None:
+        """1F82h of the master: a module control command, by a client."""
+        master = self.net.add_node(1, str(MASTER_EDS))
+        master.sdo.download(0x1F82, 2, bytes([STOPPED]))
         self.node.becomes(STOPPED, times=5)
-        self.node.remote.nmt.state = "OPERATIONAL"
+        master.sdo.download(0x1F82, 2, bytes([OPERATIONAL]))
         self.node.becomes(OPERATIONAL)
 
 
