@@ -141,11 +141,12 @@ fn clients_hear_the_bus_and_each_other() {
     other.sends("t7E41BB");
     let heard = one.hears(|line| line == "t7E41BB\r");
     assert!(!heard.iter().any(|line| line.starts_with("t7E5") || line.starts_with("t7E6")), "{heard:?}");
-    // The frame is a real one: it stops node 2.
+    // The frame is a real one: it stops node 2, and the master, which did not want that, starts it again.
     one.sends("t00020202");
     other.hears(|line| line == "t702104\r");
+    other.hears(|line| line == "t00020102\r");
     drop(one);
-    other.hears(|line| line == "t702104\r");
+    other.hears(|line| line == "t702105\r");
 
     let (said, code) = twin.interrupt();
     assert_eq!(code, Some(0), "{said}");
