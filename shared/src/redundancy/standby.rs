@@ -53,6 +53,11 @@ impl Pair {
         }
     }
 
+    /// COB-IDs of the claims of both boards.
+    pub const fn both_claims(&self) -> [CobId; 2] {
+        [self.prime_claims, self.second_claims]
+    }
+
     /// The claim in a frame; `None` for another frame, and for a malformed one.
     pub fn claim(&self, frame: &Frame) -> Option<Claim> {
         let strap =
@@ -150,6 +155,8 @@ pub struct Standby {
     until: Instant,
     /// Where another master was heard last.
     heard: Option<Bus>,
+    /// It was active once because it heard no master after power-on.
+    has_begun: bool,
     encounter: Option<Encounter>,
 }
 
@@ -167,7 +174,15 @@ struct Encounter {
 impl Standby {
     /// Listening, from [`Standby::start`] on.
     pub const fn new(pair: Pair, strap: Strap) -> Standby {
-        Standby { pair, strap, role: Role::Listening, until: Instant::NEVER, heard: None, encounter: None }
+        Standby {
+            pair,
+            strap,
+            role: Role::Listening,
+            until: Instant::NEVER,
+            heard: None,
+            has_begun: false,
+            encounter: None,
+        }
     }
 
     /// Power-on.
@@ -195,6 +210,12 @@ impl Standby {
         matches!(self.role, Role::Active)
     }
 
+    /// Whether its clock is that of the network from the beginning: no master was there when it became active first. Else slaves
+    /// have the time of another board.
+    pub const fn has_begun(&self) -> bool {
+        self.has_begun
+    }
+
     /// Where another master was heard last; `None` before the first.
     pub const fn heard(&self) -> Option<Bus> {
         self.heard
@@ -211,6 +232,18 @@ impl Standby {
             }
             Role::Listening => Answer::Changed(self.stand_by(at, RoleCause::MasterHeard)),
         }
+    }
+
+    /// SYNC, spacecraft time or claim of another master. `slaves`: how many that count are heard on the active bus.
+    ///
+    /// A sign of its life where no slave is heard: then nobody acknowledges, and a frame that wins arbitration against the
+    /// heartbeat is repeated in its place. Where slaves acknowledge, the heartbeat gets out, and such a frame without it is
+    /// of somebody else.
+    pub fn on_other_frame(&mut self, bus: Bus, at: Instant, slaves: u8) -> Answer {
+        if self.is_active() || slaves > 0 {
+            return Answer::Nothing;
+        }
+        self.on_master(bus, at, slaves)
     }
 
     /// Claim of another active master. One that does not hear this master's heartbeat hears its claim. `slaves`: how many
@@ -252,7 +285,9 @@ impl Standby {
         if self.deadline().is_none_or(|due| now < due) {
             return None;
         }
-        let cause = if self.role == Role::Listening { RoleCause::Alone } else { RoleCause::MasterSilent };
+        let is_first = self.role == Role::Listening;
+        self.has_begun |= is_first;
+        let cause = if is_first { RoleCause::Alone } else { RoleCause::MasterSilent };
         self.role = Role::Active;
         Some(RoleChange { role: self.role, cause })
     }

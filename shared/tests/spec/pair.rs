@@ -1,11 +1,13 @@
 //! One of two master boards on the bench, profile `standard` with a standby: it takes over 400 ms after the last heartbeat of
 //! the active one. The board strapped prime listens for 700 ms, the other one for 1 s.
 
+mod time;
+
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, FailCause, Master, MasterEvent, MasterRequest, Refusal, TwoBoards};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap};
-use ecss_can::types::{Bus, Frame, NmtState, Scet};
+use ecss_can::types::{Bus, Frame, NmtState};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::console::{self, Console};
@@ -143,6 +145,66 @@ fn a_standby_takes_over_where_the_master_was_heard_last() {
     assert!(board.sent.iter().all(|sent| sent.bus == REDUNDANT));
 }
 
+/// Given an active master that nobody acknowledges, when its SYNC is repeated and its heartbeat does not get out, then the
+/// standby stays silent until SYNCs, times and claims have ended as well.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn any_frame_of_a_master_without_slaves_is_a_sign_of_its_life() {
+    for repeated in [frame(0x080, &[]), frame(0x181, &[0, 0, 0, 9, 0, 0, 0]), frame(0x681, &[0, 1])] {
+        let mut board = powered(Strap::Prime);
+        // Listening: such a frame is enough as well.
+        for at in (600..5_000).step_by(10) {
+            board.run_until(ms(at));
+            board.receive(REDUNDANT, repeated.id().raw(), repeated.data());
+        }
+        assert_eq!((board.frames(), &board.controls[..]), (vec![], &LISTENS[..]), "{repeated:?}");
+        assert_eq!(board.events[0], role(Role::Standby, RoleCause::MasterHeard));
+        board.run_until(ms(5_389));
+        assert_eq!(board.frames(), []);
+        board.run_until(ms(5_390));
+        assert_eq!(board.frames()[0], (REDUNDANT, frame(0x701, &[0])), "{repeated:?}");
+    }
+}
+
+/// Given slaves, which acknowledge, when SYNCs come without a heartbeat, then these are of somebody else: the standby takes over.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_foreign_sync_keeps_no_standby_from_taking_over() {
+    let mut board = standing_by();
+    board.clear();
+    for at in (1_000..1_400).step_by(10) {
+        if at % 100 == 0 {
+            fly_until(&mut board, at);
+            board.receive(REDUNDANT, 0x702, &[0x05]);
+        }
+        board.run_until(ms(at));
+        board.receive(REDUNDANT, 0x080, &[]);
+    }
+    assert_eq!(board.frames(), []);
+    board.run_until(ms(1_400));
+    assert_eq!(board.frames()[0], (REDUNDANT, frame(0x701, &[0])));
+}
+
+/// Given slaves that all fall silent, when the master is acknowledged no more, then its SYNC counts before the standby is due.
+#[test]
+fn a_master_that_loses_its_slaves_is_not_replaced() {
+    // Its last heartbeat is of 1000 ms, the last ones of the slaves of 1090 ms.
+    let mut board = standing_by();
+    board.clear();
+    for at in (1_000..3_000).step_by(10) {
+        board.run_until(ms(at));
+        if at <= 1_090 {
+            board.receive(REDUNDANT, 0x702, &[0x05]);
+            board.receive(REDUNDANT, 0x703, &[0x05]);
+        } else {
+            board.receive(REDUNDANT, 0x080, &[]);
+        }
+    }
+    assert_eq!((board.frames(), &board.controls), (vec![], &vec![]));
+}
+
 #[test]
 fn a_master_that_changed_the_bus_is_replaced_where_it_is_now() {
     let mut board = standing_by();
@@ -227,33 +289,6 @@ fn heartbeats_of_another_master_are_a_collision_and_move_nobody_without_a_claim(
     assert!(board.events.contains(&MasterEvent::SecondMaster { bus: REDUNDANT }));
     assert_eq!(board.controls, []);
     assert_eq!(board.times(REDUNDANT, 0x680), [1_400, 1_450, 1_550, 1_650, 1_750]);
-}
-
-/// Verifies: ECSS 7.2.2b
-#[test]
-fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
-    let mut board = standing_by();
-    board.receive(REDUNDANT, 0x080, &[]);
-    // 1000.5 s at that SYNC, at 1000 ms.
-    board.receive(REDUNDANT, 0x181, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
-    let scet = Scet::new(1_000, 0x80_0000).unwrap();
-    assert_eq!(board.node.status(board.now).scet, scet);
-    assert!(board.events.contains(&MasterEvent::Time(scet)), "{:?}", board.events);
-    board.clear();
-    fly_until(&mut board, 1_400);
-    board.transmitted(REDUNDANT, heartbeat());
-    fly_until(&mut board, 2_400);
-    let time = board.sent.iter().find(|sent| sent.frame.id().raw() == 0x181).unwrap();
-    assert_eq!((time.at, &time.frame.data()[3..]), (ms(2_400), &[0xE9, 0x03, 0, 0][..]));
-}
-
-#[test]
-fn a_time_on_the_bus_that_is_not_active_is_not_taken() {
-    let mut board = standing_by();
-    board.receive(REDUNDANT, 0x080, &[]);
-    board.receive(NOMINAL, 0x181, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
-    board.receive(REDUNDANT, 0x182, &[0, 0, 0x80, 0xE8, 0x03, 0, 0]);
-    assert_eq!(board.node.status(board.now).scet, Scet::new(1, 0).unwrap());
 }
 
 #[test]

@@ -14,6 +14,7 @@ use crate::log::{Entry, Happening};
 use crate::member::{Diary, Events, Handle, Member, Running};
 use crate::memory::{Flash, Ram};
 use crate::port::MockPort;
+use crate::seat::Seat;
 use crate::timeline::Timeline;
 
 /// The board of a node in a world, as `boards::Board` is one of metal: what its node is made with.
@@ -48,7 +49,7 @@ pub(crate) fn firmware<N: Member, A: Future<Output = ()> + 'static>(
 
 /// A node, with or without power.
 pub(crate) struct Unit {
-    pub id: NodeId,
+    pub seat: Seat,
     firmware: Firmware,
     drift_ppm: i32,
     diary: Diary,
@@ -69,17 +70,17 @@ struct Powered {
 
 impl Unit {
     pub fn new(
-        id: NodeId,
+        seat: Seat,
         firmware: Firmware,
         drift_ppm: i32,
         timeline: Rc<Timeline>,
         entries: Rc<RefCell<Vec<Entry>>>,
     ) -> Self {
-        let diary = Diary { node: id, timeline, entries };
+        let diary = Diary { seat, timeline, entries };
         let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
         let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
         let (ram, flash) = (Ram::of_power_on(), Flash::default());
-        Unit { id, firmware, drift_ppm, diary, ports, ram, flash, powered: None }
+        Unit { seat, firmware, drift_ppm, diary, ports, ram, flash, powered: None }
     }
 
     pub fn power_on(&mut self) {
@@ -98,7 +99,7 @@ impl Unit {
             reset: &reset,
         };
         let board = MockBoard {
-            node_id: self.id,
+            node_id: self.seat.node(),
             retained: Box::leak(Box::new(self.ram.clone())),
             store: Box::leak(Box::new(self.flash.clone())),
         };
@@ -152,7 +153,7 @@ impl Unit {
     /// # Panics
     /// Without power.
     pub fn spawn(&self, task: impl Future<Output = ()> + 'static) {
-        let powered = self.powered.as_ref().unwrap_or_else(|| panic!("{:?} has no power", self.id));
+        let powered = self.powered.as_ref().unwrap_or_else(|| panic!("{:?} has no power", self.seat));
         powered.pool.spawner().spawn_local(task).expect("the pool of this node lives");
     }
 }

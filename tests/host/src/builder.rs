@@ -1,11 +1,12 @@
 //! What a world is made of.
 
 use can_wire::time::Time;
-use ecss_can::node::{Device, Master, Slave};
+use ecss_can::node::{Device, Master, MasterBoards, Slave};
 use ecss_can::types::NodeId;
 
 use crate::board::{Firmware, MockBoard, firmware};
 use crate::member::{Events, Handle, Member};
+use crate::seat::Seat;
 use crate::world::World;
 
 /// Nodes before their world begins. Clocks are exact and all nodes get power at time zero, unless a call here says
@@ -17,7 +18,7 @@ pub struct Builder {
 
 /// A node to be.
 pub(crate) struct Planned {
-    pub id: NodeId,
+    pub seat: Seat,
     pub firmware: Firmware,
     pub drift_ppm: i32,
     pub power_on: Time,
@@ -29,12 +30,26 @@ impl Builder {
     /// # Panics
     /// When there is one.
     #[must_use]
-    pub fn master<D: Device, A: Future<Output = ()> + 'static>(
+    pub fn master<D: Device, B: MasterBoards, A: Future<Output = ()> + 'static>(
         self,
-        node: impl Fn(MockBoard) -> Master<D> + 'static,
-        application: impl Fn(Handle<Master<D>>, Events<Master<D>>) -> A + 'static,
+        node: impl Fn(MockBoard) -> Master<D, B> + 'static,
+        application: impl Fn(Handle<Master<D, B>>, Events<Master<D, B>>) -> A + 'static,
     ) -> Self {
-        self.node(NodeId::MASTER, node, application)
+        self.node(Seat::MASTER, node, application)
+    }
+
+    /// Adds the second one of two master boards, [`Seat::SECOND_MASTER`], at the other end of the cable: all slaves are between
+    /// the two.
+    ///
+    /// # Panics
+    /// When there is one.
+    #[must_use]
+    pub fn second_master<D: Device, B: MasterBoards, A: Future<Output = ()> + 'static>(
+        self,
+        node: impl Fn(MockBoard) -> Master<D, B> + 'static,
+        application: impl Fn(Handle<Master<D, B>>, Events<Master<D, B>>) -> A + 'static,
+    ) -> Self {
+        self.node(Seat::SECOND_MASTER, node, application)
     }
 
     /// Adds a slave. At each power-on and each reset `node` makes it, and `application` runs beside it.
@@ -49,18 +64,18 @@ impl Builder {
         application: impl Fn(Handle<Slave<D>>, Events<Slave<D>>) -> A + 'static,
     ) -> Self {
         assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
-        self.node(id, node, application)
+        self.node(id.into(), node, application)
     }
 
     fn node<N: Member, A: Future<Output = ()> + 'static>(
         mut self,
-        id: NodeId,
+        seat: Seat,
         node: impl Fn(MockBoard) -> N + 'static,
         application: impl Fn(Handle<N>, Events<N>) -> A + 'static,
     ) -> Self {
-        assert!(self.nodes.iter().all(|other| other.id != id), "two nodes with {id:?}");
+        assert!(self.nodes.iter().all(|other| other.seat != seat), "two nodes with {seat:?}");
         let firmware = firmware(node, application);
-        self.nodes.push(Planned { id, firmware, drift_ppm: 0, power_on: Time::ZERO });
+        self.nodes.push(Planned { seat, firmware, drift_ppm: 0, power_on: Time::ZERO });
         self
     }
 
@@ -69,8 +84,8 @@ impl Builder {
     /// # Panics
     /// When there is no such node.
     #[must_use]
-    pub fn drift(mut self, node: NodeId, ppm: i32) -> Self {
-        self.planned(node).drift_ppm = ppm;
+    pub fn drift(mut self, node: impl Into<Seat>, ppm: i32) -> Self {
+        self.planned(node.into()).drift_ppm = ppm;
         self
     }
 
@@ -79,8 +94,8 @@ impl Builder {
     /// # Panics
     /// When there is no such node.
     #[must_use]
-    pub fn powered_at(mut self, node: NodeId, at: Time) -> Self {
-        self.planned(node).power_on = at;
+    pub fn powered_at(mut self, node: impl Into<Seat>, at: Time) -> Self {
+        self.planned(node.into()).power_on = at;
         self
     }
 
@@ -100,8 +115,8 @@ impl Builder {
         World::new(self.nodes)
     }
 
-    fn planned(&mut self, node: NodeId) -> &mut Planned {
-        let found = self.nodes.iter_mut().find(|planned| planned.id == node);
-        found.unwrap_or_else(|| panic!("{node:?} is no node of this world"))
+    fn planned(&mut self, seat: Seat) -> &mut Planned {
+        let found = self.nodes.iter_mut().find(|planned| planned.seat == seat);
+        found.unwrap_or_else(|| panic!("{seat:?} is no node of this world"))
     }
 }

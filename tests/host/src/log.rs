@@ -4,6 +4,8 @@ use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::types::NodeId;
 
+use crate::seat::Seat;
+
 /// One entry, in the order of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
@@ -11,6 +13,8 @@ pub struct Entry {
     pub at: Time,
     /// On which node.
     pub node: NodeId,
+    /// On which board.
+    pub seat: Seat,
     /// What.
     pub what: Happening,
 }

@@ -5,12 +5,15 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::node::{Device, DeviceNode, Master, MasterEvent, MasterRequest, Slave, SlaveEvent, Status};
+use ecss_can::node::{
+    Device, DeviceNode, Master, MasterBoards, MasterEvent, MasterRequest, Slave, SlaveEvent, Status,
+};
 use ecss_can::runner;
-use ecss_can::types::{AbortCode, Address, Instant, NodeId};
+use ecss_can::types::{AbortCode, Address, Instant};
 
 use crate::board::MockBoard;
 use crate::log::{Entry, Happening};
+use crate::seat::Seat;
 use crate::timeline::Timeline;
 
 /// A node, for its application and for a test.
@@ -29,9 +32,12 @@ pub trait Member: DeviceNode + Sized {
 
     /// The node as it is at `now`.
     fn status(&self, now: Instant) -> Status;
+
+    /// Whether it is a master that manages the network now.
+    fn is_active_master(&self) -> bool;
 }
 
-impl<D: Device> Member for Master<D> {
+impl<D: Device, B: MasterBoards> Member for Master<D, B> {
     fn happening(event: &MasterEvent) -> Happening {
         Happening::Master(*event)
     }
@@ -46,6 +52,10 @@ impl<D: Device> Member for Master<D> {
 
     fn status(&self, now: Instant) -> Status {
         self.status(now)
+    }
+
+    fn is_active_master(&self) -> bool {
+        self.is_active()
     }
 }
 
@@ -64,6 +74,10 @@ impl<D: Device> Member for Slave<D> {
 
     fn status(&self, now: Instant) -> Status {
         self.status(now)
+    }
+
+    fn is_active_master(&self) -> bool {
+        false
     }
 }
 
@@ -109,20 +123,26 @@ pub async fn idle<N: Member>(_: Handle<N>, mut events: Events<N>) {
 /// Where a node writes what happens to it.
 #[derive(Clone)]
 pub(crate) struct Diary {
-    pub node: NodeId,
+    pub seat: Seat,
     pub timeline: Rc<Timeline>,
     pub entries: Rc<RefCell<Vec<Entry>>>,
 }
 
 impl Diary {
     pub fn note(&self, what: Happening) {
-        self.entries.borrow_mut().push(Entry { at: self.timeline.now(), node: self.node, what });
+        self.entries.borrow_mut().push(Entry {
+            at: self.timeline.now(),
+            node: self.seat.node(),
+            seat: self.seat,
+            what,
+        });
     }
 }
 
 /// A node with power, whatever its device.
 pub(crate) trait Running {
     fn status(&self) -> Status;
+    fn is_active_master(&self) -> bool;
     fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode>;
     /// `false` for a slave, which takes no requests.
     fn request(&self, request: MasterRequest) -> bool;
@@ -132,6 +152,10 @@ pub(crate) trait Running {
 impl<N: Member> Running for Handle<N> {
     fn status(&self) -> Status {
         self.with(|node, now| Member::status(node, now))
+    }
+
+    fn is_active_master(&self) -> bool {
+        self.with(|node, _| node.is_active_master())
     }
 
     fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {

@@ -21,12 +21,13 @@ use crate::log::{Entry, Happening};
 use crate::member::{Handle, Member, Running};
 use crate::port::MockPort;
 use crate::rogue::Rogue;
+use crate::seat::Seat;
 use crate::task::Task;
 use crate::timeline::Timeline;
 
-/// Distance between neighbours on the cable: node n sits at n times this many metres.
+/// Distance between neighbours on the cable: node n sits at n times this many metres, a second master after the last one.
 const SPACING_M: f64 = 2.0;
-/// Where a cut separates the master from all slaves.
+/// Where a cut separates the master, the first of two, from all slaves.
 pub const NEXT_TO_MASTER_M: f64 = 3.0;
 /// Steps without time going on: somebody wakes for nothing.
 const MAX_STEPS_PER_INSTANT: u32 = 10_000;
@@ -37,7 +38,7 @@ pub struct World {
     units: Vec<Unit>,
     cables: PerBus<Cable>,
     /// Power switched at given times, the next one last.
-    switches: Vec<(Time, NodeId)>,
+    switches: Vec<(Time, Seat)>,
     entries: Rc<RefCell<Vec<Entry>>>,
 }
 
@@ -65,6 +66,8 @@ pub struct Sent {
     pub end: Time,
     /// Who; `None` is the rogue.
     pub node: Option<NodeId>,
+    /// Which board; `None` is the rogue.
+    pub seat: Option<Seat>,
     /// What.
     pub frame: WireFrame,
 }
@@ -91,11 +94,10 @@ impl Controllers for Plugs {
 impl Cable {
     fn advance(&mut self, now: Time, units: &[Unit]) {
         self.wire.advance(now, &mut self.plugs);
-        let sent = |trace: &Trace| Sent {
-            start: trace.start,
-            end: trace.end,
-            node: units.get(trace.transmitter).map(|unit| unit.id),
-            frame: trace.frame,
+        let sent = |trace: &Trace| {
+            let seat = units.get(trace.transmitter).map(|unit| unit.seat);
+            let node = seat.map(Seat::node);
+            Sent { start: trace.start, end: trace.end, node, seat, frame: trace.frame }
         };
         for record in self.wire.take_records() {
             match record {
@@ -117,21 +119,25 @@ impl World {
     pub(crate) fn new(planned: Vec<Planned>) -> World {
         let timeline = Timeline::new();
         let entries = Rc::default();
-        let mut switches: Vec<_> = planned.iter().map(|node| (node.power_on, node.id)).collect();
+        let mut switches: Vec<_> = planned.iter().map(|node| (node.power_on, node.seat)).collect();
         switches.sort_by_key(|switch| std::cmp::Reverse(*switch));
         let units: Vec<Unit> = planned
             .into_iter()
             .map(|node| {
-                Unit::new(node.id, node.firmware, node.drift_ppm, timeline.clone(), Rc::clone(&entries))
+                Unit::new(node.seat, node.firmware, node.drift_ppm, timeline.clone(), Rc::clone(&entries))
             })
             .collect();
-        let end = units.iter().map(|unit| unit.id.get()).max().unwrap_or(0);
+        let end = units.iter().map(|unit| unit.seat.node().get()).max().unwrap_or(0);
+        let metres = |places: u8| f64::from(places) * SPACING_M;
         let cables = PerBus::from_fn(|bus| {
             let mut wire = Wire::new(WireConfig::default());
             for unit in &units {
-                wire.attach(f64::from(unit.id.get()) * SPACING_M);
+                let is_second = unit.seat == Seat::SECOND_MASTER;
+                wire.attach(metres(if is_second { end + 1 } else { unit.seat.node().get() }));
             }
-            wire.attach((f64::from(end) + 1.0) * SPACING_M);
+            // The rogue: at the end.
+            let is_pair = units.iter().any(|unit| unit.seat == Seat::SECOND_MASTER);
+            wire.attach(metres(end + 1 + u8::from(is_pair)));
             let ports = units.iter().map(|unit| unit.port(bus).clone()).collect();
             Cable {
                 wire,
@@ -221,8 +227,9 @@ impl World {
     }
 
     /// Index of a node on both wires, for [`World::strike`].
-    pub fn index(&self, node: NodeId) -> NodeIndex {
-        self.units.iter().position(|unit| unit.id == node).expect("a node of this world")
+    pub fn index(&self, node: impl Into<Seat>) -> NodeIndex {
+        let seat = node.into();
+        self.units.iter().position(|unit| unit.seat == seat).expect("a node of this world")
     }
 
     /// Totals of a wire.
@@ -231,7 +238,7 @@ impl World {
     }
 
     /// Switches a node on; nothing happens when it is.
-    pub fn power_on(&mut self, node: NodeId) {
+    pub fn power_on(&mut self, node: impl Into<Seat>) {
         let unit = self.unit_mut(node);
         if !unit.is_powered() {
             unit.power_on();
@@ -239,18 +246,19 @@ impl World {
     }
 
     /// Switches a node off.
-    pub fn power_off(&mut self, node: NodeId) {
+    pub fn power_off(&mut self, node: impl Into<Seat>) {
         self.unit_mut(node).power_off();
     }
 
     /// Off and on again.
-    pub fn reset(&mut self, node: NodeId) {
+    pub fn reset(&mut self, node: impl Into<Seat>) {
+        let node = node.into();
         self.power_off(node);
         self.power_on(node);
     }
 
     /// Whether a node has power.
-    pub fn is_powered(&self, node: NodeId) -> bool {
+    pub fn is_powered(&self, node: impl Into<Seat>) -> bool {
         self.unit(node).is_powered()
     }
 
@@ -265,7 +273,15 @@ impl World {
     /// # Panics
     /// When the master is off: a mistake in a test.
     pub fn request(&self, request: MasterRequest) {
-        let taken = self.running(NodeId::MASTER).request(request);
+        self.request_to(Seat::MASTER, request);
+    }
+
+    /// Makes a request to one of two masters, as its application does.
+    ///
+    /// # Panics
+    /// When it is off: a mistake in a test.
+    pub fn request_to(&self, master: Seat, request: MasterRequest) {
+        let taken = self.running(master).request(request);
         assert!(taken, "the node with the master's Node-ID is a slave");
     }
 
@@ -278,7 +294,11 @@ impl World {
     ///
     /// # Panics
     /// When the node is off: a mistake in a test.
-    pub fn spawn<T: 'static>(&self, node: NodeId, work: impl Future<Output = T> + 'static) -> Task<T> {
+    pub fn spawn<T: 'static>(
+        &self,
+        node: impl Into<Seat>,
+        work: impl Future<Output = T> + 'static,
+    ) -> Task<T> {
         let (task, future) = Task::new(work, self.timeline.clone());
         self.unit(node).spawn(future);
         task
@@ -289,7 +309,7 @@ impl World {
     /// # Panics
     /// When it is off, or of another device: a mistake in a test.
     pub fn master<D: Device>(&self) -> Handle<Master<D>> {
-        self.handle(NodeId::MASTER)
+        self.node(Seat::MASTER)
     }
 
     /// A slave, until it is reset or loses its power.
@@ -297,19 +317,24 @@ impl World {
     /// # Panics
     /// When it is off, or of another device: a mistake in a test.
     pub fn slave<D: Device>(&self, node: NodeId) -> Handle<Slave<D>> {
-        self.handle(node)
+        self.node(node)
     }
 
-    fn handle<N: Member>(&self, node: NodeId) -> Handle<N> {
-        let handle = self.running(node).handle().downcast_ref();
-        *handle.unwrap_or_else(|| panic!("{node:?} is no {}", std::any::type_name::<N>()))
+    /// The node of a board, until it is reset or loses its power.
+    ///
+    /// # Panics
+    /// When it is off, or of another type: a mistake in a test.
+    pub fn node<N: Member>(&self, seat: impl Into<Seat>) -> Handle<N> {
+        let seat = seat.into();
+        let handle = self.running(seat).handle().downcast_ref();
+        *handle.unwrap_or_else(|| panic!("{seat:?} is no {}", std::any::type_name::<N>()))
     }
 
     /// Writes an object of a node, as its application does.
     ///
     /// # Panics
     /// When the node is off, or refuses the value: a mistake in a test.
-    pub fn write(&self, node: NodeId, at: Address, value: &[u8]) {
+    pub fn write(&self, node: impl Into<Seat>, at: Address, value: &[u8]) {
         self.running(node).write(at, value).expect("the value is allowed");
     }
 
@@ -317,7 +342,7 @@ impl World {
     ///
     /// # Panics
     /// When it is off: a mistake in a test.
-    pub fn status(&self, node: NodeId) -> Status {
+    pub fn status(&self, node: impl Into<Seat>) -> Status {
         self.running(node).status()
     }
 
@@ -327,8 +352,9 @@ impl World {
     }
 
     /// What happened on one node so far, in the order of time.
-    pub fn log_of(&self, node: NodeId) -> Vec<(Time, Happening)> {
-        self.log().iter().filter(|entry| entry.node == node).map(|entry| (entry.at, entry.what)).collect()
+    pub fn log_of(&self, node: impl Into<Seat>) -> Vec<(Time, Happening)> {
+        let seat = node.into();
+        self.log().iter().filter(|entry| entry.seat == seat).map(|entry| (entry.at, entry.what)).collect()
     }
 
     /// Frames completed on a bus so far.
@@ -362,41 +388,45 @@ impl World {
         })
     }
 
-    /// The bus of the master.
+    /// The bus of the master, the first of two.
     ///
     /// # Panics
     /// When it is off: a mistake in a test.
     pub fn master_bus(&self) -> Bus {
-        self.status(NodeId::MASTER).active
+        self.status(Seat::MASTER).active
+    }
+
+    /// Masters that have power and manage the network.
+    pub fn active_masters(&self) -> Vec<Seat> {
+        let active = |unit: &&Unit| unit.node().is_some_and(Running::is_active_master);
+        self.units.iter().filter(active).map(|unit| unit.seat).collect()
     }
 
     /// All slaves, powered or not.
     pub fn slaves(&self) -> Vec<NodeId> {
-        self.units.iter().map(|unit| unit.id).filter(|id| *id != NodeId::MASTER).collect()
+        self.units.iter().map(|unit| unit.seat.node()).filter(|id| *id != NodeId::MASTER).collect()
     }
 
-    /// Whether every slave is Operational on the bus of the master. `false` without power for the master.
+    /// Whether one master is active, and every slave Operational on its bus.
     pub fn all_operational(&self) -> bool {
-        if !self.is_powered(NodeId::MASTER) {
-            return false;
-        }
-        let bus = Some(self.master_bus());
+        let [master] = self.active_masters()[..] else { return false };
+        let bus = Some(self.status(master).active);
         let here = |id: NodeId| self.state(id) == Some(NmtState::Operational) && self.active(id) == bus;
         self.slaves().into_iter().all(here)
     }
 
     /// The clock of a node, while it has power.
-    pub fn clock(&self, node: NodeId) -> Option<MockClock> {
+    pub fn clock(&self, node: impl Into<Seat>) -> Option<MockClock> {
         self.unit(node).clock().cloned()
     }
 
     /// The counters of a node, while it has power.
-    pub fn telltale(&self, node: NodeId) -> Option<&'static Telltale> {
+    pub fn telltale(&self, node: impl Into<Seat>) -> Option<&'static Telltale> {
         self.unit(node).telltale()
     }
 
     /// The controller of a node on a bus.
-    pub fn port(&self, node: NodeId, bus: Bus) -> &MockPort {
+    pub fn port(&self, node: impl Into<Seat>, bus: Bus) -> &MockPort {
         self.unit(node).port(bus)
     }
 
@@ -412,15 +442,18 @@ impl World {
         })
     }
 
-    fn running(&self, node: NodeId) -> &dyn Running {
-        self.unit(node).node().unwrap_or_else(|| panic!("{node:?} has no power"))
+    fn running(&self, node: impl Into<Seat>) -> &dyn Running {
+        let seat = node.into();
+        self.unit(seat).node().unwrap_or_else(|| panic!("{seat:?} has no power"))
     }
 
-    fn unit(&self, node: NodeId) -> &Unit {
-        self.units.iter().find(|unit| unit.id == node).expect("a node of this world")
+    fn unit(&self, node: impl Into<Seat>) -> &Unit {
+        let seat = node.into();
+        self.units.iter().find(|unit| unit.seat == seat).expect("a node of this world")
     }
 
-    fn unit_mut(&mut self, node: NodeId) -> &mut Unit {
-        self.units.iter_mut().find(|unit| unit.id == node).expect("a node of this world")
+    fn unit_mut(&mut self, node: impl Into<Seat>) -> &mut Unit {
+        let seat = node.into();
+        self.units.iter_mut().find(|unit| unit.seat == seat).expect("a node of this world")
     }
 }

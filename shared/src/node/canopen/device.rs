@@ -31,7 +31,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
             if self.nmt.state().allows_pdo() {
-                self.services.exchange(bus, counter, now, out);
+                self.services.exchange(bus, counter, None, now, out);
             }
             out.event(SlaveEvent::Sync { bus, stamp: *stamp });
         } else {

@@ -5,7 +5,6 @@ use super::{FUNCTIONS, Master, Out};
 use crate::link::port::Filter;
 use crate::node::index::SYNC_COB_ID;
 use crate::node::{BusCommand, Device, Filters};
-use crate::redundancy::Strap;
 use crate::types::{Address, Bus, CobId, Instant, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
@@ -53,7 +52,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// What another master sends that this one takes: claims, and the spacecraft time.
     fn of_other_master(&self) -> impl Iterator<Item = CobId> {
         let pair = self.boards.standby().map(|standby| *standby.pair());
-        let ids = pair.map(|pair| [pair.claims(Strap::Prime), pair.claims(Strap::Second)]);
+        let ids = pair.map(|pair| pair.both_claims());
         let time = pair.and_then(|_| self.services.time_pdo()).map(|pdo| pdo.id);
         ids.into_iter().flatten().chain(time)
     }

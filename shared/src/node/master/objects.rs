@@ -298,10 +298,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Emergencies and transmit PDOs. What waits for an announcement has a place among those held, but for the time: that is
     /// sampled again when the bus is announced.
     fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
+        let withheld = self.withheld_time();
         let Self { services, manager, held, is_time_pending, nmt, .. } = self;
         let (bus, is_announced, mut lost) = (manager.active(), manager.is_announced(), false);
         services.poll(until, now, nmt.state(), &mut |frame, expires, carries_time| {
-            if is_announced {
+            if withheld == Some(frame.id()) {
+                // Slaves have a better one.
+            } else if is_announced {
                 out.send_until(bus, frame, expires);
             } else if carries_time {
                 *is_time_pending = true;

@@ -143,7 +143,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             if let Ok(counter) = self.services.on_sync(bus, frame, &stamp)
                 && self.nmt.state().allows_pdo()
             {
-                self.services.exchange(bus, counter, now, out);
+                self.services.exchange(bus, counter, self.withheld_time(), now, out);
             }
             out.event(MasterEvent::SyncSent { stamp });
         }

@@ -21,6 +21,18 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.boards.standby().is_none_or(Standby::is_active)
     }
 
+    /// COB-ID of the spacecraft time while it is not sent: this board took over before it heard a time, and slaves have that of
+    /// the other board. Until the clock is set: by [`MasterRequest::SetTime`](crate::node::MasterRequest::SetTime), or by a
+    /// client (2010h, 2012h). `None` for one board.
+    #[inline(always)] // constant for one board
+    pub fn withheld_time(&self) -> Option<CobId> {
+        let is_known = self.boards.standby().is_none_or(Standby::has_begun);
+        if is_known || self.services.time.clock().is_set() {
+            return None;
+        }
+        self.services.time_pdo().map(|pdo| pdo.id)
+    }
+
     /// Power-on of one of two boards: it listens, silent on both buses. Whether it is one.
     pub(super) fn listen(&mut self, now: Instant, out: &mut Out) -> bool {
         let Some(standby) = self.boards.standby_mut() else { return false };
@@ -88,19 +100,14 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// A frame while another master is active.
     pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let id = frame.id();
+        if id == CobId::heartbeat(NodeId::MASTER) {
+            return self.overhear_master(bus, stamp.at, out);
+        }
+        if self.is_of_master(id) {
+            return self.overhear_unacknowledged(bus, frame, stamp, now, out);
+        }
         let Some(node) = id.node().filter(|node| *node != NodeId::MASTER) else {
-            if id == CobId::heartbeat(NodeId::MASTER) {
-                self.overhear_master(bus, stamp.at, out);
-            } else if bus != self.manager.active() {
-                self.services.buses.ignored(bus);
-            } else if id == self.sync.id() {
-                self.boot.on_sync_overheard();
-                // A wrong length is reported by the master that is active.
-                let _ = self.services.on_sync(bus, frame, stamp);
-            } else if !self.services.overhear_time(frame, stamp, now, out) {
-                self.services.buses.ignored(bus);
-            }
-            return;
+            return self.services.buses.ignored(bus);
         };
         if id == CobId::heartbeat(node) {
             let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
@@ -118,11 +125,53 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
+    /// Whether only an active master sends this beside its heartbeat: SYNC, claims, the spacecraft time.
+    fn is_of_master(&self, id: CobId) -> bool {
+        let claims = self.boards.standby().map(|standby| standby.pair().both_claims());
+        id == self.sync.id()
+            || claims.is_some_and(|claims| claims.contains(&id))
+            || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
+    }
+
     fn overhear_master(&mut self, bus: Bus, at: Instant, out: &mut Out) {
         self.manager.follow(bus);
-        if let Some(standby) = self.boards.standby_mut()
-            && let Answer::Changed(change) = standby.on_master(bus, at, 0)
-        {
+        if let Some(standby) = self.boards.standby_mut() {
+            let answer = standby.on_master(bus, at, 0);
+            self.heed(answer, out);
+        }
+    }
+
+    /// What only a master sends: perhaps in place of its heartbeat.
+    fn overhear_unacknowledged(
+        &mut self,
+        bus: Bus,
+        frame: &Frame,
+        stamp: &Stamp,
+        now: Instant,
+        out: &mut Out,
+    ) {
+        let slaves = self.manager.peers().heard(stamp.at, self.redundancy.consumer);
+        if let Some(standby) = self.boards.standby_mut() {
+            let answer = standby.on_other_frame(bus, stamp.at, slaves);
+            self.heed(answer, out);
+        }
+        if slaves == 0 {
+            self.manager.follow(bus);
+        }
+        if bus != self.manager.active() {
+            self.services.buses.ignored(bus);
+        } else if frame.id() == self.sync.id() {
+            self.boot.on_sync_overheard();
+            // A wrong length is reported by the master that is active.
+            let _ = self.services.on_sync(bus, frame, stamp);
+        } else if !self.services.overhear_time(frame, stamp, now, out) {
+            self.services.buses.ignored(bus);
+        }
+    }
+
+    /// A board that listened is the standby.
+    fn heed(&mut self, answer: Answer, out: &mut Out) {
+        if let Answer::Changed(change) = answer {
             self.on_role(change, out);
         }
     }

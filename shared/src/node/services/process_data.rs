@@ -7,7 +7,7 @@ use crate::node::index::{CLOCK_QUALITY, HEALTH_NOMINAL, HEALTH_REDUNDANT, HEARTB
 use crate::node::{Device, Extension, NodeObjects, Outbox};
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots, Taken};
-use crate::types::{Bus, Duration, FineInstant, Frame, Instant, NmtState, NodeId};
+use crate::types::{Bus, CobId, Duration, FineInstant, Frame, Instant, NmtState, NodeId};
 
 /// Lifetime of a frame with the time: a receiver's clock is late by what it waits.
 const TIME_LIFETIME: Duration = Duration::from_millis(5);
@@ -73,12 +73,24 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// SYNC with this counter, in Operational: synchronous PDOs, sampled before RPDOs take effect.
+    /// SYNC with this counter, in Operational: synchronous PDOs, sampled before RPDOs take effect. `withheld`: one that is not
+    /// sent.
     #[inline(always)] // called from one place
-    pub fn exchange<V: NodeEvent>(&mut self, bus: Bus, counter: u8, now: Instant, out: &mut Outbox<V>) {
+    pub fn exchange<V: NodeEvent>(
+        &mut self,
+        bus: Bus,
+        counter: u8,
+        withheld: Option<CobId>,
+        now: Instant,
+        out: &mut Outbox<V>,
+    ) {
         // CiA 301 7.5.2.7: what has not left at the end of the window is discarded.
         let expires = (now + self.synchronous_lifetime).min(self.window_end());
-        self.sample(counter, &mut |frame| out.send_until(bus, frame, expires));
+        self.sample(counter, &mut |frame| {
+            if withheld != Some(frame.id()) {
+                out.send_until(bus, frame, expires);
+            }
+        });
         if self.is_rpdo_waiting() {
             self.end_sync(bus, now, out);
         }

@@ -6,9 +6,10 @@ use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
 use can_wire::time::Time;
-use ecss_can::node::{DeviceNode, Master, Refusal, Slave, SlaveEvent};
+use ecss_can::node::{DeviceNode, Master, MasterBoards, Refusal, Slave, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
+use ecss_can::redundancy::Strap;
 use ecss_can::types::{Instant, NodeId};
 use host_worlds::task::Task;
 use host_worlds::{Builder, Events, Handle, World, idle};
@@ -77,21 +78,31 @@ impl Craft {
         let (deeds, sequences) = (Deeds::default(), Rc::<Sequences>::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
         let (busy, numbers) = (if is_busy { ids.clone() } else { vec![] }, sequences.clone());
-        let mut world = World::builder().master(
+        let world = World::builder().master(
             move |_| mission::master(&profile, None),
             move |master, events| command(master, events, busy.clone(), numbers.clone()),
         );
-        for id in ids {
-            let deeds = deeds.clone();
-            world = world.slave(
-                id,
-                move |board| {
-                    mission::slave(board.node_id, &profile, vec![0; STORE]).with_retained(board.retained)
-                },
-                move |slave, events| obey(slave, events, id, deeds.clone()),
-            );
-        }
+        let world = with_slaves(world, profile, ids, &deeds);
         Craft { world: plan(world).build(), deeds, sequences }
+    }
+
+    /// Two master boards and slaves 2, 3, .., `slaves` of them. Each master commands every slave once per period of the
+    /// mission, while it is active.
+    pub fn pair(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
+        let deeds = Deeds::default();
+        let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
+        let (first, second) = (ids.clone(), ids.clone());
+        let world = World::builder()
+            .master(
+                move |_| mission::master_of_two(&profile, Strap::Prime, None),
+                move |master, events| command(master, events, first.clone(), Rc::default()),
+            )
+            .second_master(
+                move |_| mission::master_of_two(&profile, Strap::Second, None),
+                move |master, events| command(master, events, second.clone(), Rc::default()),
+            );
+        let world = with_slaves(world, profile, ids, &deeds);
+        Craft { world: plan(world).build(), deeds, sequences: Rc::default() }
     }
 
     /// What the application of a slave did so far.
@@ -131,6 +142,19 @@ impl Craft {
     }
 }
 
+fn with_slaves(world: Builder, profile: Profile, ids: Vec<NodeId>, deeds: &Deeds) -> Builder {
+    ids.into_iter().fold(world, |world, id| {
+        let deeds = deeds.clone();
+        world.slave(
+            id,
+            move |board| {
+                mission::slave(board.node_id, &profile, vec![0; STORE]).with_retained(board.retained)
+            },
+            move |slave, events| obey(slave, events, id, deeds.clone()),
+        )
+    })
+}
+
 /// Numbers the commands of a master since its power-on.
 #[derive(Default)]
 struct Sequences(RefCell<BTreeMap<NodeId, Sequence>>);
@@ -150,9 +174,9 @@ impl Sequences {
 }
 
 /// The application of the master: commands and asks all of `slaves`.
-async fn command(
-    master: Handle<MissionMaster>,
-    events: Events<MissionMaster>,
+async fn command<B: MasterBoards>(
+    master: Handle<Master<CommanderObjects, B>>,
+    events: Events<Master<CommanderObjects, B>>,
     slaves: Vec<NodeId>,
     sequences: Rc<Sequences>,
 ) {
@@ -171,7 +195,12 @@ async fn command(
 }
 
 /// One that is not Operational has to do without.
-fn turn(master: Handle<MissionMaster>, node: NodeId, round: u32, sequences: &Sequences) {
+fn turn<B: MasterBoards>(
+    master: Handle<Master<CommanderObjects, B>>,
+    node: NodeId,
+    round: u32,
+    sequences: &Sequences,
+) {
     if let Some(message) = sequences.encode(node, Command::SetValue(round), master.now()) {
         let _ = master.with(|master, now| mission::command(master, node, &message, now));
     }

@@ -6,6 +6,7 @@ mod determinism;
 mod disturbed;
 mod failover;
 mod messages;
+mod pair;
 #[path = "../random/mod.rs"]
 mod random;
 mod recovery;

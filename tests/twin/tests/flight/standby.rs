@@ -184,15 +184,20 @@ fn of_two_active_masters_the_one_without_slaves_yields() {
     assert!([2, 3].into_iter().all(|node| craft.is_operational(node, Bus::Nominal)));
 }
 
-/// Given two masters and no slave, when one is active, then the other one acknowledges nothing, and hears it all the same.
+/// Given two masters and no slave, when one is active, then the other one acknowledges nothing, and hears it all the same: it
+/// stays the standby, although SYNCs that nobody acknowledges take the place of heartbeats. A slave that gets its power at 5 s
+/// is started by the board that was active all the time.
 ///
 /// Verifies: ECSS 8.1a
 #[test]
 fn a_standby_acknowledges_nothing() {
-    let mut craft = craft(&ALL[..2]);
-    craft.fly_to(1_200);
+    let mut craft = craft(&[ALL[0], ALL[1], Seat { power_on_ms: 5_000, ..ALL[2] }]);
+    craft.fly_to(5_000);
     assert_eq!(craft.frames.len(), 0, "nobody acknowledges");
     assert!(craft.attempts(PRIME, Bus::Nominal).count() > 0);
     assert!(craft.said(SECOND, "Standby (MasterHeard)", Time::ZERO).is_some());
+    craft.fly_to(6_500);
     assert_eq!(drove(&craft, SECOND, Time::ZERO), 0, "{}", craft.log(SECOND));
+    assert!(is_active(&craft, BoardId(0)) && craft.said(PRIME, "Standby", Time::ZERO).is_none());
+    assert!([Bus::Nominal, Bus::Redundant].into_iter().any(|bus| craft.is_operational(2, bus)));
 }

@@ -1,0 +1,328 @@
+//! Two master boards at both ends of the cable, slaves 2 to 4 between them (profile `standby`: the standby takes over after
+//! 400 ms of silence on both buses; heartbeats come every 100 ms, slaves miss one after 250 ms and change the bus after 500 ms).
+
+use can_wire::time::Time;
+use ecss_can::node::{MasterEvent, MasterRequest, SlaveEvent};
+use ecss_can::redundancy::{RoleCause, RoleChange};
+use ecss_can::types::{Bus, Scet};
+use host_worlds::Seat;
+use host_worlds::log::Happening;
+use host_worlds::world::{Sent, World};
+use mission::TWO_MASTERS;
+use proptest::prelude::*;
+
+use crate::random::cases;
+use crate::support::*;
+
+const PRIME: Seat = Seat::MASTER;
+const SECOND: Seat = Seat::SECOND_MASTER;
+/// Between prime and slave 2, between slaves 2 and 3, 3 and 4, and between slave 4 and the second board.
+const GAPS_M: [f64; 4] = [3.0, 5.0, 7.0, 9.0];
+
+/// Prime is active, all slaves run.
+fn flying() -> Craft {
+    let world = flown(Craft::pair(TWO_MASTERS, 3, |world| world.seed(7)));
+    assert_eq!(world.active_masters(), [PRIME]);
+    world
+}
+
+fn flown(mut world: Craft) -> Craft {
+    world.run_until(ms(3_000));
+    assert!(world.all_operational());
+    world
+}
+
+fn cut_both(world: &mut World, position_m: f64) {
+    Bus::ALL.into_iter().for_each(|bus| world.cut(bus, position_m));
+}
+
+fn heal_both(world: &mut World) {
+    Bus::ALL.into_iter().for_each(|bus| world.heal(bus));
+}
+
+/// Frames of one board on both buses that ended after `from`, in the order of time.
+fn of(world: &World, seat: Seat, from: Time) -> Vec<(Bus, Sent)> {
+    let all = Bus::ALL
+        .into_iter()
+        .flat_map(|bus| world.frames(bus).iter().map(move |sent| (bus, Sent::clone(sent))));
+    let mut all: Vec<_> = all.filter(|(_, sent)| sent.seat == Some(seat) && sent.end > from).collect();
+    all.sort_by_key(|(_, sent)| sent.end);
+    all
+}
+
+/// Changes of the role of a board from then on.
+fn roles(world: &World, seat: Seat, from: Time) -> Vec<(Time, RoleCause)> {
+    let log = world.log_of(seat).into_iter().filter(|(at, _)| *at >= from);
+    log.filter_map(|(at, what)| match what {
+        Happening::Master(MasterEvent::Role(RoleChange { cause, .. })) => Some((at, cause)),
+        _ => None,
+    })
+    .collect()
+}
+
+/// Whether a board has sent nothing since. What was on the wire when it yielded may still have ended.
+fn is_silent(world: &World, seat: Seat, from: Time) -> bool {
+    of(world, seat, from + ms(1)).is_empty()
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn of_two_boards_powered_together_prime_is_active() {
+    for seed in 0..4 {
+        let world = flown(Craft::pair(TWO_MASTERS, 3, |world| world.seed(seed)));
+        assert_eq!(world.active_masters(), [PRIME]);
+        assert!(is_silent(&world, SECOND, Time::ZERO));
+    }
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_second_board_that_is_first_stays_active() {
+    let plan = |world: host_worlds::Builder| world.powered_at(PRIME, ms(1_500));
+    let world = flown(Craft::pair(TWO_MASTERS, 3, plan));
+    assert_eq!(world.active_masters(), [SECOND]);
+    assert!(is_silent(&world, PRIME, Time::ZERO));
+}
+
+/// Given an active master that went to the redundant bus, when it loses its power, then the standby is active on that bus within
+/// its consumer time and 10 ms, and no slave changes the bus.
+///
+/// Verifies: ECSS 8.1a, 8.3.3a
+#[test]
+fn a_standby_takes_over_on_the_bus_heard_last() {
+    for bus in Bus::ALL {
+        let mut world = flying();
+        world.request(MasterRequest::SwitchBus(bus));
+        world.run_for(ms(1_050));
+        let off = world.now();
+        world.power_off(PRIME);
+        world.run_for(ms(2_000));
+        let heartbeats = between(&world, bus, 0x701, Time::ZERO, off);
+        let last = heartbeats.last().unwrap().end;
+        let (place, first) = of(&world, SECOND, Time::ZERO).remove(0);
+        assert_eq!((place, first.id(), first.frame.payload()), (bus, Some(0x701), &[0][..]));
+        let taken = first.end.since(last);
+        assert!(taken > ms(399) && taken < ms(410), "{} us", taken.as_us());
+        assert_eq!(roles(&world, SECOND, off).len(), 1);
+        assert!(world.all_operational());
+        for node in [TWO, THREE, FOUR] {
+            let moved = told(
+                &world,
+                node,
+                off,
+                |event| matches!(event, SlaveEvent::ActiveBus { bus: to, .. } if *to != bus),
+            );
+            assert_eq!(moved, [], "slave {}", node.get());
+            let commanded = world.deeds(node).into_iter().filter(|(at, _)| *at > first.end).count();
+            assert!(commanded > 10, "slave {} is commanded: {commanded}", node.get());
+        }
+    }
+}
+
+/// Given a standby that has taken over, when the other board is back, then nothing is handed back.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_board_that_was_reset_in_flight_is_the_standby_for_ever() {
+    let mut world = flying();
+    let reset = world.now();
+    world.reset(PRIME);
+    world.run_for(ms(20_000));
+    assert_eq!(world.active_masters(), [SECOND]);
+    assert!(world.all_operational() && is_silent(&world, PRIME, reset));
+    let causes =
+        |seat| -> Vec<_> { roles(&world, seat, reset).into_iter().map(|(_, cause)| cause).collect() };
+    assert_eq!(causes(SECOND), [RoleCause::MasterSilent]);
+    assert_eq!(causes(PRIME), [RoleCause::MasterHeard]);
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_commanded_handover_takes_the_consumer_time() {
+    let mut world = flying();
+    let now = world.now();
+    world.request(MasterRequest::StandBy);
+    world.run_for(ms(2_000));
+    let taken = of(&world, SECOND, Time::ZERO).remove(0).1.end.since(now);
+    assert!(taken > ms(290) && taken < ms(410), "{} us", taken.as_us());
+    assert!(world.all_operational() && world.active_masters() == [SECOND] && is_silent(&world, PRIME, now));
+    // And back.
+    let now = world.now();
+    world.request_to(SECOND, MasterRequest::StandBy);
+    world.run_for(ms(2_000));
+    assert!(world.all_operational() && world.active_masters() == [PRIME] && is_silent(&world, SECOND, now));
+}
+
+/// Given both buses cut at one place, when they are healed, then of the two active masters the one that hears fewer slaves
+/// yields, at a tie the one that is not strapped prime, within two heartbeat periods.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn of_two_halves_that_meet_the_larger_one_keeps_its_master() {
+    // Between the slaves: prime has one of three, or two. In the last case one slave is off: one each.
+    for (gap, is_off, stays) in
+        [(0, false, SECOND), (1, false, SECOND), (2, false, PRIME), (3, false, PRIME), (1, true, PRIME)]
+    {
+        let mut world = flying();
+        if is_off {
+            world.power_off(FOUR);
+            world.run_for(ms(1_000));
+        }
+        cut_both(&mut world, GAPS_M[gap]);
+        world.run_for(ms(3_000));
+        assert_eq!(world.active_masters(), [PRIME, SECOND], "gap {gap}");
+        let healed = world.now();
+        heal_both(&mut world);
+        world.run_for(ms(3_000));
+        assert_eq!(world.active_masters(), [stays], "gap {gap}, {is_off}");
+        let yields = if stays == PRIME { SECOND } else { PRIME };
+        let [(at, cause)] = roles(&world, yields, healed)[..] else { panic!("gap {gap}") };
+        assert_eq!(cause, RoleCause::Yielded);
+        assert!(at.since(healed) < ms(210), "gap {gap}: {} us", at.since(healed).as_us());
+        assert!(roles(&world, stays, healed).is_empty() && is_silent(&world, yields, at));
+        world.power_on(FOUR);
+        world.run_for(ms(2_000));
+        assert!(world.all_operational(), "gap {gap}");
+    }
+}
+
+/// Given a standby alone with a stranger, when the stranger sends, then nobody acknowledges: silent mode drives no bit. Then
+/// a slave is there.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_standby_acknowledges_nothing() {
+    let mut world =
+        Craft::pair(TWO_MASTERS, 1, |world| world.powered_at(PRIME, Time::NEVER).powered_at(TWO, ms(800)));
+    world.inject(Bus::Nominal, standard(0x701, &[5]));
+    world.run_until(ms(790));
+    assert_eq!((world.frames(Bus::Nominal), world.active_masters()), (&[][..], vec![]));
+    let [(_, RoleCause::MasterHeard)] = roles(&world, SECOND, Time::ZERO)[..] else { panic!() };
+    world.run_until(ms(900));
+    assert_eq!(since(&world, Bus::Nominal, 0x701, Time::ZERO)[0].seat, None, "the stranger's");
+    world.run_until(ms(2_500));
+    assert!(world.all_operational() && world.active_masters() == [SECOND]);
+}
+
+/// Given no slave, when prime is active and nobody acknowledges, then the other board stays the standby, and the first slave
+/// that comes is started.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn two_masters_without_a_slave_do_not_take_turns() {
+    let mut world = Craft::pair(TWO_MASTERS, 1, |world| world.powered_at(TWO, ms(5_000)));
+    world.run_until(ms(5_000));
+    assert_eq!(world.active_masters(), [PRIME]);
+    assert_eq!(roles(&world, SECOND, Time::ZERO).len(), 1);
+    assert!(Bus::ALL.into_iter().all(|bus| world.frames(bus).is_empty()));
+    world.run_for(ms(3_000));
+    assert!(world.all_operational() && world.active_masters() == [PRIME]);
+}
+
+/// Given slaves that follow the time of prime, when prime is lost before the other board heard a time, then the slaves keep theirs:
+/// the new master sends none until its clock is set.
+///
+/// Verifies: ECSS 7.2.2b
+#[test]
+fn a_new_master_without_a_time_changes_no_clock() {
+    let mut world = Craft::pair(TWO_MASTERS, 2, |world| world.powered_at(SECOND, Time::NEVER));
+    world.run_until(ms(3_000));
+    let set = world.now();
+    world.request(MasterRequest::SetTime(Scet::new(1_000_000, 0).unwrap()));
+    world.run_for(ms(5_000));
+    // The time goes out each second: the second board hears heartbeats for 300 ms, and no time.
+    let last = since(&world, Bus::Nominal, 0x181, Time::ZERO).last().unwrap().end;
+    world.run_until(last + ms(1_010));
+    world.power_on(SECOND);
+    world.run_for(ms(300));
+    world.power_off(PRIME);
+    let off = world.now();
+    world.run_for(ms(10_000));
+    assert_eq!(world.active_masters(), [SECOND]);
+    assert!(since(&world, Bus::Nominal, 0x080, off).len() > 80);
+    assert_eq!(since(&world, Bus::Nominal, 0x181, off), []);
+    for node in [TWO, THREE] {
+        let kept = world.status(node).scet.micros_since(Scet::new(1_000_000, 0).unwrap());
+        let passed = world.now().since(set).as_us() as i64;
+        assert!((kept - passed).abs() < 10_000, "slave {}: {kept} us of {passed}", node.get());
+    }
+    world.request_to(SECOND, MasterRequest::SetTime(Scet::new(2_000_000, 0).unwrap()));
+    world.run_for(ms(3_000));
+    assert!(
+        [TWO, THREE]
+            .into_iter()
+            .all(|node| (2_000_000..2_000_004).contains(&world.status(node).scet.coarse()))
+    );
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Step {
+    Wait { ms: u64 },
+    Cut { bus: Bus, gap: usize },
+    Heal { bus: Bus },
+    Reset { seat: Seat },
+    Off { seat: Seat },
+    On { seat: Seat },
+    HandOver { seat: Seat },
+    Switch { seat: Seat, to: Bus },
+}
+
+fn step() -> impl Strategy<Value = Step> {
+    let bus = || prop::sample::select(&Bus::ALL[..]);
+    let master = || prop::sample::select(&[PRIME, SECOND][..]);
+    let seat = || prop::sample::select(vec![PRIME, SECOND, TWO.into(), THREE.into(), FOUR.into()]);
+    prop_oneof![
+        4 => (0..1_500_u64).prop_map(|ms| Step::Wait { ms }),
+        3 => (bus(), 0..GAPS_M.len()).prop_map(|(bus, gap)| Step::Cut { bus, gap }),
+        2 => bus().prop_map(|bus| Step::Heal { bus }),
+        2 => seat().prop_map(|seat| Step::Reset { seat }),
+        2 => seat().prop_map(|seat| Step::Off { seat }),
+        1 => seat().prop_map(|seat| Step::On { seat }),
+        1 => master().prop_map(|seat| Step::HandOver { seat }),
+        1 => (master(), bus()).prop_map(|(seat, to)| Step::Switch { seat, to }),
+    ]
+}
+
+fn perform(world: &mut World, step: Step) {
+    match step {
+        Step::Wait { ms: span } => world.run_for(ms(span)),
+        Step::Cut { bus, gap } => world.cut(bus, GAPS_M[gap]),
+        Step::Heal { bus } => world.heal(bus),
+        Step::Reset { seat } => world.reset(seat),
+        Step::Off { seat } => world.power_off(seat),
+        Step::On { seat } => world.power_on(seat),
+        Step::HandOver { seat } if world.is_powered(seat) => world.request_to(seat, MasterRequest::StandBy),
+        Step::Switch { seat, to } if world.is_powered(seat) => {
+            world.request_to(seat, MasterRequest::SwitchBus(to));
+        }
+        Step::HandOver { .. } | Step::Switch { .. } => {}
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(16))]
+
+    /// Verifies: ECSS 8.1a
+    #[test]
+    fn one_master_is_active_and_all_run_after_everything_is_healed(
+        seed in any::<u64>(),
+        script in prop::collection::vec(step(), 1..16),
+    ) {
+        let mut world = Craft::pair(TWO_MASTERS, 3, |world| world.seed(seed));
+        world.run_until(ms(1_500));
+        for step in script {
+            perform(&mut world, step);
+        }
+        heal_both(&mut world);
+        [PRIME, SECOND, TWO.into(), THREE.into(), FOUR.into()].into_iter().for_each(|seat| world.power_on(seat));
+        world.run_for(ms(6_000));
+        prop_assert!(world.all_operational(), "{:?}", world.active_masters());
+        // And it stays so: the same master, the other one silent.
+        let (settled, active) = (world.now(), world.active_masters());
+        world.run_for(ms(2_000));
+        prop_assert!(world.all_operational());
+        prop_assert_eq!(world.active_masters(), active.clone());
+        let standby = if active == [PRIME] { SECOND } else { PRIME };
+        prop_assert!(is_silent(&world, standby, settled));
+    }
+}
