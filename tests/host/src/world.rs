@@ -70,6 +70,8 @@ pub struct Sent {
     pub seat: Option<Seat>,
     /// What.
     pub frame: WireFrame,
+    /// Number of controllers that received it.
+    pub receivers: usize,
 }
 
 impl Sent {
@@ -94,14 +96,16 @@ impl Controllers for Plugs {
 impl Cable {
     fn advance(&mut self, now: Time, units: &[Unit]) {
         self.wire.advance(now, &mut self.plugs);
-        let sent = |trace: &Trace| {
+        let sent = |trace: &Trace, receivers: usize| {
             let seat = units.get(trace.transmitter).map(|unit| unit.seat);
             let node = seat.map(Seat::node);
-            Sent { start: trace.start, end: trace.end, node, seat, frame: trace.frame }
+            Sent { start: trace.start, end: trace.end, node, seat, frame: trace.frame, receivers }
         };
         for record in self.wire.take_records() {
             match record {
-                Observation::Completed { trace, .. } => self.seen.push(Rc::new(sent(&trace))),
+                Observation::Completed { trace, receivers, .. } => {
+                    self.seen.push(Rc::new(sent(&trace, receivers.len())));
+                }
                 Observation::Destroyed { cause: Destruction::TransmitterLeft, .. } => self.torn += 1,
                 Observation::Misread { .. } => self.misread += 1,
                 Observation::Destroyed { .. } | Observation::Error { .. } | Observation::Fault { .. } => {}
@@ -230,6 +234,11 @@ impl World {
     pub fn index(&self, node: impl Into<Seat>) -> NodeIndex {
         let seat = node.into();
         self.units.iter().position(|unit| unit.seat == seat).expect("a node of this world")
+    }
+
+    /// Whether the master's end of a bus was not recessive for as long as an idle bus is.
+    pub fn is_busy(&self, bus: Bus) -> bool {
+        !self.cables[bus].wire.is_idle(0)
     }
 
     /// Totals of a wire.

@@ -3,27 +3,56 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
+use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::node::{Master, Slave, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
-use ecss_can::types::{Instant, NodeId};
+use ecss_can::types::{Address, Instant, NodeId};
 use host_worlds::{Events, Handle, Time, World, idle};
 use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Message, MissionObjects, SlaveRecord, TELECOMMAND_RPDO,
 };
+
+use crate::script::Script;
 
 /// A slave without data store.
 pub type CampaignSlave = Slave<MissionObjects<Vec<u8>>>;
 type CampaignMaster = Master<CommanderObjects>;
 
 const FOUR: NodeId = NodeId::of::<4>();
+/// Slaves that the master configures in a script with `assigned`.
+const ASSIGNED: [NodeId; 3] = [NodeId::of::<2>(), NodeId::of::<3>(), FOUR];
+/// Error behaviour (1029h), and the value that the master writes there.
+const SETTING: Address = Address::new(0x1029, 1);
+const SET: u8 = 1;
+
 /// All slaves have parallel access.
 const PARALLEL: Profile = mission::STANDARD;
 /// Slave 4 has selective access.
-const MIXED: Profile = Profile { selective: &[FOUR], ..mission::STANDARD };
+const MIXED: Profile = Profile { selective: &[FOUR], ..PARALLEL };
+/// As these, with slaves 2 to 4 assigned and configured by the master.
+const PARALLEL_ASSIGNED: Profile = assigned(PARALLEL);
+const MIXED_ASSIGNED: Profile = assigned(MIXED);
+
+const fn assigned(profile: Profile) -> Profile {
+    const fn slave(node: NodeId) -> AssignedSlave {
+        let expected = Expected { device_type: 0, identity: [0, 0x5015, 0, 0], stamp: [12_321, 43_200_000] };
+        AssignedSlave { node, mandatory: false, expected }
+    }
+    const fn setting(node: NodeId) -> Setting {
+        Setting { node, at: SETTING, value: &[SET] }
+    }
+    Profile {
+        slaves: const { &[slave(ASSIGNED[0]), slave(ASSIGNED[1]), slave(ASSIGNED[2])] },
+        settings: const { &[setting(ASSIGNED[0]), setting(ASSIGNED[1]), setting(ASSIGNED[2])] },
+        ..profile
+    }
+}
 
 /// Commands of one life of the master: their values begin here.
 const LIFE: u32 = 1 << 16;
+/// From its making a command may wait for its bus as long as the profile allows, and for its bus task.
+const SLACK: Time = Time::from_ms(5);
 
 /// A command that a slave executed.
 #[derive(Clone, Copy, Debug)]
@@ -54,14 +83,34 @@ impl Notes {
 }
 
 /// The profile of a script.
-pub fn profile(selective: bool) -> &'static Profile {
-    if selective { &MIXED } else { &PARALLEL }
+pub fn profile(script: &Script) -> &'static Profile {
+    match (script.selective, script.assigned) {
+        (false, false) => &PARALLEL,
+        (true, false) => &MIXED,
+        (false, true) => &PARALLEL_ASSIGNED,
+        (true, true) => &MIXED_ASSIGNED,
+    }
+}
+
+/// How long after its making a command may be executed.
+pub fn lifetime(script: &Script) -> Time {
+    Time::from_us(profile(script).event.as_micros()) + SLACK
+}
+
+/// Whether the master of a script configures this slave.
+pub fn is_assigned(script: &Script, node: NodeId) -> bool {
+    script.assigned && ASSIGNED.contains(&node)
+}
+
+/// Whether a slave has the value that the master writes.
+pub fn is_configured(slave: &CampaignSlave) -> bool {
+    slave.objects().communication.nmt.error_behaviour == [SET]
 }
 
 /// A master that commands all slaves each period, and its slaves.
-pub fn world(seed: u64, slaves: u8, selective: bool) -> (World, Rc<Notes>) {
-    let (notes, profile) = (Rc::<Notes>::default(), profile(selective));
-    let ids: Vec<NodeId> = (2..=slaves + 1).filter_map(NodeId::new).collect();
+pub fn world(script: &Script) -> (World, Rc<Notes>) {
+    let (notes, profile) = (Rc::<Notes>::default(), profile(script));
+    let ids: Vec<NodeId> = (2..=script.slaves + 1).filter_map(NodeId::new).collect();
     let (all, theirs) = (ids.clone(), notes.clone());
     let mut builder = World::builder().master(
         |_| mission::master(profile, None),
@@ -78,7 +127,7 @@ pub fn world(seed: u64, slaves: u8, selective: bool) -> (World, Rc<Notes>) {
             move |slave, events| obey(slave, events, id, theirs.clone()),
         );
     }
-    (builder.seed(seed).build(), notes)
+    (builder.seed(script.seed).build(), notes)
 }
 
 /// The application of the master.

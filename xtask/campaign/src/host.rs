@@ -1,155 +1,189 @@
-//! A run in a world of the host.
+//! A world of the host: the nodes' own code on mocks of ports and clocks.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::rc::Rc;
 
-use can_wire::fault::{Effect, Fault as WireFault, Flip, Nodes, Place};
+use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
-use ecss_can::types::{Bus, NodeId};
-use host_worlds::world::Sent;
-use host_worlds::{Time, World};
+use can_wire::time::Time;
+use ecss_can::node::{MasterEvent, SlaveEvent};
+use ecss_can::types::{Bus, NodeId, PerBus};
+use host_worlds::World;
+use host_worlds::log::Happening;
 
-use crate::craft;
-use crate::judge::Judge;
-use crate::kind::Kind;
-use crate::outcome::{Effects, Outcome};
-use crate::script::{Fault, Script};
+use crate::craft::{self, CampaignSlave, Notes};
+use crate::scene::{News, Noted, Reading, Scene, Sent};
+use crate::script::Script;
 
-/// How often nodes are looked at.
-const LOOK: Time = Time::from_ms(100);
+/// The world of a run.
+pub struct Host {
+    world: World,
+    script: Script,
+    notes: Rc<Notes>,
+    entries: usize,
+    frames: PerBus<usize>,
+    deeds: usize,
+    /// Value of the last command that each node executed.
+    last: [u32; 128],
+}
 
-/// Flies a script. A panic is a violation.
-pub fn fly(script: &Script) -> Outcome {
-    let flown = catch_unwind(AssertUnwindSafe(|| attempt(script)));
-    flown.unwrap_or_else(|panic| {
-        let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-        let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
-        Outcome { violations: vec![format!("panic: {text}")], ..Outcome::default() }
+impl Host {
+    /// The spacecraft of a script.
+    pub fn new(script: &Script) -> Host {
+        let (world, notes) = craft::world(script);
+        Host {
+            world,
+            script: script.clone(),
+            notes,
+            entries: 0,
+            frames: PerBus::default(),
+            deeds: 0,
+            last: [0; 128],
+        }
+    }
+}
+
+impl Scene for Host {
+    fn now(&self) -> Time {
+        self.world.now()
+    }
+
+    fn run_until(&mut self, end: Time) {
+        self.world.run_until(end);
+    }
+
+    fn take_news(&mut self) -> Vec<Noted> {
+        let log = self.world.log();
+        let new = &log[std::mem::replace(&mut self.entries, log.len())..];
+        let noted = |news, entry: &host_worlds::log::Entry| Noted { at: entry.at, node: entry.node, news };
+        new.iter().filter_map(|entry| Some(noted(news(&entry.what)?, entry))).collect()
+    }
+
+    fn take_frames(&mut self) -> PerBus<Vec<Sent>> {
+        PerBus::from_fn(|bus| {
+            let frames = self.world.frames(bus);
+            let new = &frames[std::mem::replace(&mut self.frames[bus], frames.len())..];
+            let sent = |sent: &Rc<host_worlds::world::Sent>| Sent {
+                start: sent.start,
+                end: sent.end,
+                node: sent.node,
+                id: sent.id(),
+                receivers: sent.receivers,
+            };
+            new.iter().map(sent).collect()
+        })
+    }
+
+    fn take_clocks(&mut self) -> Vec<Reading> {
+        let at = self.world.now();
+        let powered = self.world.slaves().into_iter().filter(|node| self.world.is_powered(*node));
+        let read = |node| {
+            let scet = self.world.slave(node).with(|slave: &mut CampaignSlave, now| slave.scet(now));
+            Reading { at, node, scet }
+        };
+        powered.map(read).collect()
+    }
+
+    /// Each command is executed once, in its order, and none that is older than its lifetime.
+    fn take_wrongs(&mut self) -> Vec<String> {
+        let mut wrongs = Vec::new();
+        let deeds = self.notes.deeds.borrow();
+        let clock = self.world.clock(NodeId::MASTER);
+        let lifetime = craft::lifetime(&self.script);
+        for deed in &deeds[std::mem::replace(&mut self.deeds, deeds.len())..] {
+            let (node, at) = (deed.node.get(), deed.at.as_us());
+            let last = std::mem::replace(&mut self.last[usize::from(node)], deed.value);
+            if deed.value <= last {
+                wrongs.push(format!("slave {node} executed command {} after {last}, {at} us", deed.value));
+            }
+            let made = self.notes.made(deed.value).zip(clock.as_ref());
+            let made = made.map(|(made, clock)| clock.world_time(made));
+            if let Some(made) = made.filter(|made| deed.at > *made + lifetime) {
+                let age = deed.at.since(made).as_us();
+                wrongs.push(format!("slave {node} executed a command {age} us old, {at} us"));
+            }
+        }
+        wrongs
+    }
+
+    fn unconfigured(&self) -> Vec<NodeId> {
+        let powered = self.world.slaves().into_iter().filter(|node| self.world.is_powered(*node));
+        let lacks = |node: &NodeId| {
+            self.world.slave(*node).with(|slave: &mut CampaignSlave, _| !craft::is_configured(slave))
+        };
+        powered.filter(|node| craft::is_assigned(&self.script, *node)).filter(lacks).collect()
+    }
+
+    fn bdefault(&self, node: NodeId) -> Option<Bus> {
+        self.world.is_powered(node).then(|| self.world.status(node).redundancy.bdefault)
+    }
+
+    fn disturbance(&self, bus: Bus) -> u64 {
+        let counters = self.world.counters(bus);
+        counters.destroyed + counters.ack_errors
+    }
+
+    fn is_busy(&self, bus: Bus) -> bool {
+        self.world.is_busy(bus)
+    }
+
+    fn is_powered(&self, node: NodeId) -> bool {
+        self.world.is_powered(node)
+    }
+
+    fn power(&mut self, node: NodeId, on: bool) {
+        if on { self.world.power_on(node) } else { self.world.power_off(node) }
+    }
+
+    fn reset(&mut self, node: NodeId) {
+        self.world.reset(node);
+    }
+
+    fn nodes(&self) -> usize {
+        self.world.slaves().len() + 1
+    }
+
+    fn index(&self, node: NodeId) -> usize {
+        self.world.index(node)
+    }
+
+    fn strike(&mut self, bus: Bus, fault: Fault) {
+        self.world.strike(bus, fault);
+    }
+
+    fn inject(&mut self, bus: Bus, frame: WireFrame) {
+        self.world.inject(bus, frame);
+    }
+}
+
+/// An entry of the log; `None` for what is no change of state.
+fn news(what: &Happening) -> Option<News> {
+    Some(match *what {
+        Happening::PowerOn => News::PowerOn,
+        Happening::PowerOff => News::PowerOff,
+        Happening::Master(event) => match event {
+            MasterEvent::BusSwitched { from, to, cause } => News::Switched { from, to, cause },
+            MasterEvent::SecondMaster { .. } => News::Collision,
+            MasterEvent::Pdo { .. }
+            | MasterEvent::Frame { .. }
+            | MasterEvent::Synchronised { .. }
+            | MasterEvent::Time(_)
+            | MasterEvent::Step(_)
+            | MasterEvent::Written(_)
+            | MasterEvent::SyncSent { .. } => return None,
+            _ => News::Other,
+        },
+        Happening::Slave(event) => match event {
+            SlaveEvent::State(state) => News::State(state),
+            SlaveEvent::ActiveBus { bus, .. } => News::ActiveBus(bus),
+            SlaveEvent::Step(_) => News::ClockSet,
+            SlaveEvent::Clash { .. } => News::Collision,
+            SlaveEvent::Pdo { .. }
+            | SlaveEvent::Synchronised { .. }
+            | SlaveEvent::Heartbeat { .. }
+            | SlaveEvent::Sync { .. }
+            | SlaveEvent::Time(_)
+            | SlaveEvent::Written(_) => return None,
+            _ => News::Other,
+        },
     })
-}
-
-/// Something that is done to the world.
-#[derive(Clone, Copy)]
-enum Act {
-    Begin,
-    /// A frame of a stranger.
-    Send,
-    End,
-}
-
-fn attempt(script: &Script) -> Outcome {
-    let (mut world, notes) = craft::world(script.seed, script.slaves, script.selective);
-    let mut judge = Judge::new(script, notes);
-    let mut effects = Effects::new(script);
-    let mut acts = acts(script);
-    acts.sort_by_key(|(at, ..)| std::cmp::Reverse(*at));
-    let end = Time::from_us(script.length);
-    while world.now() < end {
-        let act = acts.last().map_or(Time::NEVER, |(at, ..)| *at);
-        let look = Time((world.now().0 / LOOK.0 + 1) * LOOK.0);
-        let next = act.min(look).min(end);
-        world.run_until(next);
-        judge.look(&world);
-        while let Some((_, act, index)) = acts.pop_if(|(at, ..)| *at <= next) {
-            let fault = &script.faults[index];
-            if matches!(act, Act::Begin) {
-                effects.begin(index, &world);
-            }
-            perform(&mut world, fault, act, script.seed);
-            if matches!(act, Act::End) {
-                effects.end(index, &world);
-            }
-        }
-    }
-    let effective = effects.finish(&world, &judge.events);
-    judge.finish(&world, effective)
-}
-
-/// All acts of a script; each fault begins before anything else of it.
-fn acts(script: &Script) -> Vec<(Time, Act, usize)> {
-    let mut acts = Vec::new();
-    for (index, fault) in script.faults.iter().enumerate() {
-        // Those that are sorted to the same instant are taken from the end.
-        acts.extend(fault.end().map(|end| (Time::from_us(end), Act::End, index)));
-        let frames = if fault.kind.is_foreign() { fault.times } else { 0 };
-        let at = |nth: u32| Time::from_us(fault.at + fault.every * u64::from(nth));
-        acts.extend((0..frames).rev().map(|nth| (at(nth), Act::Send, index)));
-        acts.push((Time::from_us(fault.at), Act::Begin, index));
-    }
-    acts
-}
-
-fn perform(world: &mut World, fault: &Fault, act: Act, seed: u64) {
-    let node = NodeId::new(fault.node);
-    match (act, fault.kind, node) {
-        (Act::Send, ..) => world.inject(fault.bus, foreign(fault)),
-        (Act::Begin, Kind::ResetMaster | Kind::ResetSlave, Some(node)) if world.is_powered(node) => {
-            world.reset(node)
-        }
-        (Act::Begin, Kind::PowerMaster | Kind::PowerSlave, Some(node)) => world.power_off(node),
-        (Act::End, Kind::PowerMaster | Kind::PowerSlave, Some(node)) => world.power_on(node),
-        _ => {
-            let of_node = node.filter(|_| fault.kind != Kind::Stranger).map(|node| world.index(node));
-            let [begin, end] = on_wire(fault, of_node, seed);
-            let wanted = if matches!(act, Act::Begin) { begin } else { end };
-            wanted.into_iter().for_each(|wanted| world.strike(fault.bus, wanted));
-        }
-    }
-}
-
-/// A frame of a stranger.
-fn foreign(fault: &Fault) -> WireFrame {
-    let id = 0x700 + u16::from(fault.node);
-    match fault.kind {
-        Kind::ForeignNmt => WireFrame::standard(0, &[fault.value as u8, fault.node]),
-        Kind::ForeignLoad => WireFrame::standard(fault.value as u16 & 0x7FF, &[0x55; 8]),
-        _ => WireFrame::standard(id, &[fault.value as u8]),
-    }
-}
-
-/// What begins a fault of a wire, and what ends it.
-fn on_wire(fault: &Fault, node: Option<usize>, seed: u64) -> [Option<WireFault>; 2] {
-    let position_m = f64::from(fault.place);
-    let nodes = node.map_or(Nodes::ALL, |node| Nodes::of(&[node]));
-    let of = |fault: fn(usize) -> WireFault| node.map(fault);
-    match fault.kind {
-        Kind::Cut => [Some(WireFault::Cut { position_m }), Some(WireFault::Restore { position_m })],
-        Kind::Short => [Some(WireFault::Short { position_m, level: true }), Some(WireFault::ClearShorts)],
-        Kind::Dominant => [Some(WireFault::Short { position_m, level: false }), Some(WireFault::ClearShorts)],
-        Kind::Disconnect => [of(WireFault::Disconnect), of(WireFault::Reconnect)],
-        Kind::Noise => {
-            let rate = 10_f64.powi(-(fault.value.clamp(3, 9) as i32));
-            [Some(WireFault::BitErrors { rate, seed }), Some(WireFault::BitErrors { rate: 0.0, seed })]
-        }
-        Kind::Stuck => [of(WireFault::StuckDominant), of(WireFault::ReleaseDriver)],
-        Kind::Babble => {
-            let frame = WireFrame::standard(fault.value as u16 & 0x7FF, &[0x55; 8]);
-            [node.map(|node| WireFault::Babble(node, frame)), of(WireFault::StopBabbling)]
-        }
-        Kind::Drift => {
-            let ppb = i32::try_from(u64::from(fault.value) * 1_000).unwrap_or(i32::MAX);
-            [node.map(|node| WireFault::Drift(node, ppb)), node.map(|node| WireFault::Drift(node, 0))]
-        }
-        Kind::Glitch => {
-            let effect = [Effect::Invert, Effect::Dominant, Effect::Recessive][fault.value as usize % 3];
-            let duration = Time::from_us(fault.lasts.unwrap_or(1).max(1));
-            [Some(WireFault::Glitch { nodes, duration, effect }), None]
-        }
-        Kind::Flip => {
-            let bit = fault.value as usize % 60;
-            [Some(WireFault::Flip(Flip::new(Place::Bit(bit), nodes))), None]
-        }
-        _ => [None, None],
-    }
-}
-
-/// Frames on a bus so far that were destroyed or that nobody acknowledged.
-pub fn disturbance(world: &World, bus: Bus) -> u64 {
-    let counters = world.counters(bus);
-    counters.destroyed + counters.ack_errors
-}
-
-/// Frames of strangers, and of a node that babbles this COB-ID, that completed on a bus so far.
-pub fn strange(world: &World, bus: Bus, babbled: Option<u16>) -> usize {
-    let is_strange = |sent: &Sent| sent.node.is_none() || babbled.is_some() && sent.id() == babbled;
-    world.frames(bus).iter().filter(|sent| is_strange(sent)).count()
 }

@@ -1,67 +1,63 @@
 //! What must hold in every run.
 
 use std::collections::BTreeMap;
-use std::rc::Rc;
 
-use ecss_can::node::{MasterEvent, SlaveEvent};
+use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
-use ecss_can::types::{Bus, NmtState, NodeId, Scet};
-use host_worlds::log::Happening;
-use host_worlds::{Time, World};
+use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
 
-use crate::craft::{CampaignSlave, Notes, profile};
 use crate::kind::Kind;
 use crate::outcome::Outcome;
 use crate::reach;
+use crate::scene::{News, Noted, Scene, Seen, Sent};
 use crate::script::Script;
 
 /// What is left at the end must have held for this long.
 const CALM: Time = Time::from_ms(3_000);
 /// Of a frame that was on the wire when its bus was left.
 const ON_THE_WIRE: Time = Time::from_ms(1);
-/// From its making a command may wait for its bus as long as the profile allows, and for its bus task.
-const SLACK: Time = Time::from_ms(5);
+/// A master that is isolated had no acknowledgement for 2 ms; the tolerance is that of stamps.
+const ISOLATION: Time = Time::from_us(1_900);
+/// A reading of a clock may be from before it was set, and seen after.
+const STALE_READING: Time = Time::from_ms(150);
 /// A reason of a kind is reported once.
 const MOST_REASONS: usize = 8;
 
 /// A slave as its own events show it.
 #[derive(Clone, Copy, Default)]
-struct Seen {
+struct Slave {
     state: Option<NmtState>,
     bus: Option<Bus>,
-    last_value: u32,
     scet: Option<Scet>,
+    /// When its clock was set.
+    set: Option<Time>,
 }
 
 /// Follows a run.
 pub struct Judge<'a> {
     script: &'a Script,
-    notes: Rc<Notes>,
-    /// When states changed.
-    pub events: Vec<Time>,
-    entries: usize,
-    deeds: usize,
-    frames: [usize; 2],
-    slaves: BTreeMap<NodeId, Seen>,
+    news: usize,
+    frames: PerBus<usize>,
+    slaves: BTreeMap<NodeId, Slave>,
     /// Where the master was from when on, and why it went there; `None` at power-on.
     stays: Vec<(Time, Bus, Option<SwitchCause>)>,
     switches: Vec<(Time, Bus, SwitchCause)>,
+    /// Nodes that reported another one with their Node-ID.
+    collisions: Vec<NodeId>,
     violations: Vec<String>,
 }
 
 impl<'a> Judge<'a> {
     /// At the start of a run.
-    pub fn new(script: &'a Script, notes: Rc<Notes>) -> Self {
+    pub fn new(script: &'a Script) -> Self {
         Judge {
             script,
-            notes,
-            events: Vec::new(),
-            entries: 0,
-            deeds: 0,
-            frames: [0; 2],
+            news: 0,
+            frames: PerBus::default(),
             slaves: BTreeMap::new(),
             stays: Vec::new(),
             switches: Vec::new(),
+            collisions: Vec::new(),
             violations: Vec::new(),
         }
     }
@@ -73,99 +69,55 @@ impl<'a> Judge<'a> {
     }
 
     /// Looks at what is new.
-    pub fn look(&mut self, world: &World) {
-        self.read_log(world);
-        self.read_deeds(world);
-        self.read_frames(world);
-        self.read_clocks(world);
+    pub fn look(&mut self, scene: &mut impl Scene, seen: &Seen) {
+        self.read_news(seen);
+        self.read_frames(seen);
+        self.read_clocks(scene);
+        scene.take_wrongs().into_iter().for_each(|wrong| self.complain(wrong));
     }
 
-    fn read_log(&mut self, world: &World) {
-        let log = world.log();
-        for entry in &log[self.entries..] {
-            let slave = self.slaves.entry(entry.node).or_default();
-            let is_change = match entry.what {
-                Happening::PowerOn | Happening::PowerOff => {
-                    *slave = Seen { last_value: slave.last_value, ..Seen::default() };
-                    if entry.node == NodeId::MASTER && entry.what == Happening::PowerOn {
-                        self.stays.push((entry.at, profile(self.script.selective).bdefault, None));
+    fn read_news(&mut self, seen: &Seen) {
+        for &Noted { at, node, news } in &seen.news[std::mem::replace(&mut self.news, seen.news.len())..] {
+            let slave = self.slaves.entry(node).or_default();
+            match news {
+                News::PowerOn | News::PowerOff => {
+                    *slave = Slave::default();
+                    if node == NodeId::MASTER && news == News::PowerOn {
+                        self.stays.push((at, Bus::Nominal, None));
                     }
-                    true
                 }
-                Happening::Master(MasterEvent::BusSwitched { from, to, cause }) => {
-                    self.stays.push((entry.at, to, Some(cause)));
-                    self.switches.push((entry.at, from, cause));
-                    true
-                }
-                Happening::Master(event) => !matches!(
-                    event,
-                    MasterEvent::Pdo { .. }
-                        | MasterEvent::Frame { .. }
-                        | MasterEvent::Synchronised { .. }
-                        | MasterEvent::Time(_)
-                        | MasterEvent::Step(_)
-                        | MasterEvent::Written(_)
-                        | MasterEvent::SyncSent { .. }
-                ),
-                Happening::Slave(event) => {
-                    match event {
-                        SlaveEvent::State(state) => slave.state = Some(state),
-                        SlaveEvent::ActiveBus { bus, .. } => slave.bus = Some(bus),
-                        // It was set, so it may be earlier.
-                        SlaveEvent::Step(_) => slave.scet = None,
-                        _ => {}
+                News::Switched { from, to, cause } => {
+                    self.stays.push((at, to, Some(cause)));
+                    self.switches.push((at, from, cause));
+                    if cause == SwitchCause::Isolated {
+                        self.judge_isolation(at, &seen.frames[from]);
                     }
-                    !matches!(
-                        event,
-                        SlaveEvent::Pdo { .. }
-                            | SlaveEvent::Synchronised { .. }
-                            | SlaveEvent::Heartbeat { .. }
-                            | SlaveEvent::Sync { .. }
-                            | SlaveEvent::Time(_)
-                            | SlaveEvent::Step(_)
-                            | SlaveEvent::Written(_)
-                    )
                 }
-            };
-            if is_change {
-                self.events.push(entry.at);
+                News::State(state) => slave.state = Some(state),
+                News::ActiveBus(bus) => slave.bus = Some(bus),
+                // It may be earlier.
+                News::ClockSet => (slave.scet, slave.set) = (None, Some(at)),
+                News::Collision => self.collisions.push(node),
+                News::Other => {}
             }
         }
-        self.entries = log.len();
     }
 
-    /// Each command is executed once, and none that is older than its lifetime.
-    fn read_deeds(&mut self, world: &World) {
-        let notes = self.notes.clone();
-        let deeds = notes.deeds.borrow();
-        let clock = world.clock(NodeId::MASTER);
-        let lifetime = Time::from_us(profile(self.script.selective).event.as_micros()) + SLACK;
-        for deed in &deeds[self.deeds..] {
-            let seen = self.slaves.entry(deed.node).or_default();
-            let last = std::mem::replace(&mut seen.last_value, deed.value);
-            let at = deed.at.as_us();
-            if deed.value <= last {
-                self.complain(format!(
-                    "slave {} executed command {} after {last}, {at} us",
-                    deed.node.get(),
-                    deed.value
-                ));
-            }
-            let made = notes.made(deed.value).zip(clock.as_ref()).map(|(made, clock)| clock.world_time(made));
-            if let Some(made) = made.filter(|made| deed.at > *made + lifetime) {
-                let age = deed.at.since(made).as_us();
-                self.complain(format!("slave {} executed a command {age} us old, {at} us", deed.node.get()));
-            }
+    /// A master that leaves a bus as isolated was not acknowledged there just before.
+    fn judge_isolation(&mut self, at: Time, frames: &[Sent]) {
+        let heard = frames.iter().rev().find(|sent| sent.end <= at && sent.end + ISOLATION > at);
+        if let Some(heard) = heard.filter(|sent| sent.node == Some(NodeId::MASTER)) {
+            let (since, at) = (at.since(heard.end).as_us(), at.as_us());
+            self.complain(format!("the master was isolated {since} us after an acknowledged frame, {at} us"));
         }
-        self.deeds = deeds.len();
     }
 
     /// Nothing of the master goes out on a bus that it has left.
-    fn read_frames(&mut self, world: &World) {
+    fn read_frames(&mut self, seen: &Seen) {
         for bus in Bus::ALL {
-            let frames = world.frames(bus);
-            for sent in &frames[std::mem::replace(&mut self.frames[bus as usize], frames.len())..] {
-                let is_of_work = matches!(sent.id(), Some(0x000 | 0x080 | 0x181 | 0x301..=0x37F | 0x701));
+            let frames = &seen.frames[bus];
+            for sent in &frames[std::mem::replace(&mut self.frames[bus], frames.len())..] {
+                let is_of_work = matches!(sent.id, Some(0x000 | 0x080 | 0x181 | 0x301..=0x37F | 0x701));
                 if sent.node != Some(NodeId::MASTER) || !is_of_work {
                     continue;
                 }
@@ -174,7 +126,7 @@ impl<'a> Judge<'a> {
                     None => continue,
                 };
                 if stays != bus && sent.start > left + ON_THE_WIRE {
-                    let id = sent.id().unwrap_or_default();
+                    let id = sent.id.unwrap_or_default();
                     self.complain(format!(
                         "{id:03X}h of the master on {bus:?}, which it left, {} us",
                         sent.start.as_us()
@@ -185,45 +137,52 @@ impl<'a> Judge<'a> {
     }
 
     /// No clock goes back, unless it was set.
-    fn read_clocks(&mut self, world: &World) {
-        for node in world.slaves() {
-            if !world.is_powered(node) {
+    fn read_clocks(&mut self, scene: &mut impl Scene) {
+        for reading in scene.take_clocks() {
+            let slave = self.slaves.entry(reading.node).or_default();
+            if slave.set.is_some_and(|set| reading.at < set + STALE_READING) {
                 continue;
             }
-            let now = world.slave(node).with(|slave: &mut CampaignSlave, now| slave.scet(now));
-            let seen = self.slaves.entry(node).or_default();
-            if let Some(before) = seen.scet.replace(now)
-                && now.is_before(before)
-            {
-                let at = world.now().as_us();
-                self.complain(format!("the clock of slave {} went back, {at} us", node.get()));
+            if slave.scet.replace(reading.scet).is_some_and(|before| reading.scet.is_before(before)) {
+                let (node, at) = (reading.node.get(), reading.at.as_us());
+                self.complain(format!("the clock of slave {node} went back, {at} us"));
             }
         }
     }
 
     /// At the end: the network works as well as what is left of it allows.
-    pub fn finish(mut self, world: &World, effective: Vec<bool>) -> Outcome {
-        if world.is_powered(NodeId::MASTER) {
-            self.judge_network(world);
+    pub fn finish(mut self, scene: &mut impl Scene, seen: &Seen, effective: Vec<bool>) -> Outcome {
+        self.look(scene, seen);
+        if scene.is_powered(NodeId::MASTER) {
+            self.judge_network(scene);
         }
         self.judge_innocence();
+        self.judge_collisions(&effective);
         let detections = self.detections();
         Outcome { violations: self.violations, effective, detections }
     }
 
-    fn judge_network(&mut self, world: &World) {
-        let here = world.master_bus();
+    /// The bus of the master.
+    fn master_bus(&self) -> Bus {
+        self.stays.last().map_or(Bus::Nominal, |(_, bus, _)| *bus)
+    }
+
+    fn judge_network(&mut self, scene: &impl Scene) {
+        let here = self.master_bus();
         let alive = reach::alive(self.script);
         let reached = |bus| reach::reached(self.script, bus);
         let is_whole = |bus| reached(bus).len() == alive.len();
-        let work = reached(here);
+        let work: Vec<NodeId> = reached(here).into_iter().filter_map(NodeId::new).collect();
+        let unconfigured = scene.unconfigured();
         for &node in &work {
-            let Some(seen) = NodeId::new(node).and_then(|id| self.slaves.get(&id).copied()) else { continue };
-            if seen.state != Some(NmtState::Operational) || seen.bus != Some(here) {
-                self.complain(format!(
-                    "slave {node} is {:?} on {:?}, the master on {here:?}",
-                    seen.state, seen.bus
-                ));
+            let Slave { state, bus, .. } = self.slaves.get(&node).copied().unwrap_or_default();
+            let (slave, bdefault) = (node.get(), scene.bdefault(node));
+            if state != Some(NmtState::Operational) || bus != Some(here) {
+                self.complain(format!("slave {slave} is {state:?} on {bus:?}, the master on {here:?}"));
+            } else if bdefault.is_some_and(|bus| bus != here) {
+                self.complain(format!("Bdefault of slave {slave} is {bdefault:?}, its master on {here:?}"));
+            } else if unconfigured.contains(&node) {
+                self.complain(format!("slave {slave} is operational without its configuration"));
             }
         }
         // A master that was restarted has forgotten slaves that are not assigned. It cannot ask them on the other bus, so they
@@ -258,6 +217,17 @@ impl<'a> Judge<'a> {
             self.complain(format!(
                 "the master left {from:?} ({cause:?}) for a fault that hurts nobody, {at} us"
             ));
+        }
+    }
+
+    /// A node whose Node-ID somebody else uses on a whole bus reports it.
+    fn judge_collisions(&mut self, effective: &[bool]) {
+        let [fault] = self.script.faults.as_slice() else { return };
+        let is_collision = matches!(fault.kind, Kind::Clash | Kind::ForeignMaster) && effective == [true];
+        let is_deaf = self.script.selective && fault.node == 4 && fault.bus != Bus::Nominal;
+        let is_reported = self.collisions.iter().any(|node| node.get() == fault.node);
+        if is_collision && !is_deaf && !is_reported {
+            self.complain(format!("node {} did not report another one with its Node-ID", fault.node));
         }
     }
 

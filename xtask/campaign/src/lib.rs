@@ -10,6 +10,7 @@
 #![warn(missing_docs)]
 
 mod craft;
+mod flight;
 mod host;
 pub mod judge;
 pub mod kind;
@@ -17,6 +18,7 @@ mod options;
 pub mod outcome;
 pub mod reach;
 pub mod results;
+mod scene;
 pub mod script;
 mod shrink;
 
@@ -33,20 +35,37 @@ use support::output::{self, Silently};
 use support::project;
 use support::stop::Stop;
 
+use host::Host;
 use options::{Action, Shard};
 pub use options::{Options, World};
 use outcome::Outcome;
 use results::{Asked, Results};
 use script::Script;
 
+/// Scripts that are tried until a fault takes effect, but for the last one.
+const MOST_ATTEMPTS: u64 = 9;
 /// Violations that are shrunk.
 const SHRUNK: usize = 5;
 
 /// Flies a script.
 pub fn fly(world: World, script: &Script) -> Outcome {
     match world {
-        World::Host => host::fly(script),
+        World::Host => flight::fly(script, || Host::new(script)),
     }
+}
+
+/// A run of a campaign: random scripts until a fault of one takes effect, or something is violated.
+pub fn fly_run(world: World, seed: u64, number: u64) -> (Script, Outcome) {
+    let run = |attempt| {
+        let script = match world {
+            World::Host => Script::random(seed, number, attempt),
+        };
+        let outcome = fly(world, &script);
+        (script, outcome)
+    };
+    let is_done = |outcome: &Outcome| !outcome.violations.is_empty() || outcome.effective.contains(&true);
+    let early = (0..MOST_ATTEMPTS).map(run).find(|(_, outcome)| is_done(outcome));
+    early.unwrap_or_else(|| run(MOST_ATTEMPTS))
 }
 
 /// Flies, merges or replays.
@@ -119,8 +138,7 @@ pub fn campaign(asked: &Asked, world: World, part: u64, jobs: usize, stop: &Stop
             let (sender, numbers, next) = (sender.clone(), &numbers, &next);
             scope.spawn(move || {
                 while let Some(&number) = numbers.get(next.fetch_add(1, Ordering::Relaxed) as usize) {
-                    let script = Script::random(asked.seed, number);
-                    let outcome = fly(world, &script);
+                    let (script, outcome) = fly_run(world, asked.seed, number);
                     if stop.is_asked() || sender.send((number, script, outcome)).is_err() {
                         return;
                     }

@@ -1,10 +1,10 @@
 //! What became of a run.
 
+use can_wire::time::Time;
 use ecss_can::types::Bus;
-use host_worlds::{Time, World};
 
-use crate::host::{disturbance, strange};
 use crate::kind::Kind;
+use crate::scene::{News, Scene, Seen, Sent};
 use crate::script::Script;
 
 /// How long after a fault a change of state is counted as its effect.
@@ -23,9 +23,10 @@ pub struct Outcome {
 
 /// Watches which faults change something.
 ///
-/// A fault of a wire changes frames when more of them are destroyed or go unacknowledged there. A stranger and a
-/// node that babbles change them by their own. A node that loses power or is reset has changed its state. Any other change of state counts within a second, as
-/// long as no other fault may have caused it.
+/// A fault of a wire changes frames when more of them are destroyed or go unacknowledged there, or when fewer nodes receive
+/// them than the frame before it. A stranger and a node that babbles change them by their own. A node that loses power or is
+/// reset has changed its state. Any other change of state counts within a second, as long as no other fault may have
+/// caused it.
 pub struct Effects {
     faults: Vec<Watched>,
 }
@@ -36,8 +37,9 @@ struct Watched {
     /// COB-ID that its node babbles.
     babbled: Option<u16>,
     at: Time,
+    /// Frames destroyed or not acknowledged, and frames completed, when it began.
     before: (u64, usize),
-    /// When it ended and what was counted by then.
+    /// When it ended.
     end: Option<Time>,
     has_effect: bool,
 }
@@ -58,24 +60,24 @@ impl Effects {
     }
 
     /// A fault begins now.
-    pub fn begin(&mut self, index: usize, world: &World) {
+    pub fn begin(&mut self, index: usize, scene: &impl Scene, seen: &Seen) {
         let watched = &mut self.faults[index];
-        watched.before = (disturbance(world, watched.bus), strange(world, watched.bus, watched.babbled));
+        watched.at = scene.now();
+        watched.before = (scene.disturbance(watched.bus), seen.frames[watched.bus].len());
         watched.has_effect = watched.kind.is_of_node();
     }
 
     /// A fault ends now.
-    pub fn end(&mut self, index: usize, world: &World) {
+    pub fn end(&mut self, index: usize, scene: &impl Scene, seen: &Seen) {
         let watched = &mut self.faults[index];
-        watched.end = Some(world.now());
-        // A flip waits for its bit, and frames of a stranger for the bus.
-        if !watched.kind.is_foreign() && watched.kind != Kind::Flip {
-            watched.settle(world);
+        watched.end = Some(scene.now());
+        if !watched.lingers() {
+            watched.settle(scene, seen);
         }
     }
 
-    /// At the end of the run; `events`: when states changed.
-    pub fn finish(mut self, world: &World, events: &[Time]) -> Vec<bool> {
+    /// At the end of the run.
+    pub fn finish(mut self, scene: &impl Scene, seen: &Seen) -> Vec<bool> {
         let spans: Vec<(Time, Time)> = self
             .faults
             .iter()
@@ -83,22 +85,35 @@ impl Effects {
             .collect();
         for index in 0..self.faults.len() {
             let watched = &mut self.faults[index];
-            if watched.end.is_none() || watched.kind.is_foreign() || watched.kind == Kind::Flip {
-                watched.settle(world);
+            if watched.end.is_none() || watched.lingers() {
+                watched.settle(scene, seen);
             }
             let (from, to) = spans[index];
             let others = spans.iter().enumerate().filter(|(other, _)| *other != index);
             let is_alone = |at: Time| !others.clone().any(|(_, (from, to))| (*from..=*to).contains(&at));
-            watched.has_effect |= events.iter().any(|&at| (from..=to).contains(&at) && is_alone(at));
+            let mut changes = seen.news.iter().filter(|noted| noted.news != News::ClockSet);
+            watched.has_effect |= changes.any(|noted| (from..=to).contains(&noted.at) && is_alone(noted.at));
         }
         self.faults.into_iter().map(|watched| watched.has_effect).collect()
     }
 }
 
 impl Watched {
-    fn settle(&mut self, world: &World) {
-        let (errors, frames) = (disturbance(world, self.bus), strange(world, self.bus, self.babbled));
-        self.has_effect |=
-            if self.kind.is_foreign() { frames > self.before.1 } else { errors > self.before.0 };
+    /// A flip waits for its bit, and frames of a stranger wait for the bus.
+    fn lingers(&self) -> bool {
+        self.kind.is_foreign() || self.kind == Kind::Flip
+    }
+
+    fn settle(&mut self, scene: &impl Scene, seen: &Seen) {
+        let (errors, count) = self.before;
+        let (earlier, since) = seen.frames[self.bus].split_at(count);
+        let is_strange =
+            |sent: &Sent| sent.node.is_none() || self.babbled.is_some() && sent.id == self.babbled;
+        let all = earlier.last().map_or(0, |sent| sent.receivers);
+        self.has_effect |= if self.kind.is_foreign() || self.kind == Kind::Babble {
+            since.iter().any(is_strange)
+        } else {
+            scene.disturbance(self.bus) > errors || since.iter().any(|sent| sent.receivers < all)
+        };
     }
 }

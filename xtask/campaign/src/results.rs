@@ -37,6 +37,8 @@ pub struct Results {
     pub flown: u64,
     /// Of them with two faults.
     pub double: u64,
+    /// Of them those in which no fault changed a frame or a state.
+    pub idle: u64,
     /// Virtual time, microseconds.
     pub virtual_us: u64,
     /// Of each kind: planned, and those that changed a frame or a state.
@@ -68,6 +70,7 @@ impl Results {
             parts: BTreeSet::from([part]),
             flown: 0,
             double: 0,
+            idle: 0,
             virtual_us: 0,
             kinds: Kind::ALL.iter().map(|(_, name)| ((*name).to_owned(), (0, 0))).collect(),
             detections: Vec::new(),
@@ -79,6 +82,7 @@ impl Results {
     pub fn add(&mut self, run: u64, script: &Script, outcome: Outcome) {
         self.flown += 1;
         self.double += u64::from(script.faults.len() > 1);
+        self.idle += u64::from(!outcome.effective.contains(&true));
         self.virtual_us += script.length;
         for (index, fault) in script.faults.iter().enumerate() {
             let count = self.kinds.entry(fault.kind.name().to_owned()).or_default();
@@ -161,6 +165,7 @@ impl Results {
         self.parts.extend(part.parts);
         self.flown += part.flown;
         self.double += part.double;
+        self.idle += part.idle;
         self.virtual_us += part.virtual_us;
         for (kind, (planned, effective)) in part.kinds {
             let count = self.kinds.entry(kind).or_default();
@@ -176,10 +181,11 @@ impl Results {
         for (kind, (planned, effective)) in &self.kinds {
             lines.push(format!("{kind:<16} {planned:>9} {effective:>12}"));
         }
-        let Results { flown, double, asked, .. } = self;
+        let Results { flown, double, idle, asked, .. } = self;
         lines.push(String::new());
         lines.push(format!(
-            "{flown} runs in world {}, {double} of them with two faults, {:.1} h of virtual time; seed {}, {}",
+            "{flown} runs in world {}, {double} of them with two faults, {idle} without effect, {:.1} h of virtual time; \
+             seed {}, {}",
             asked.world,
             self.virtual_us as f64 / 3.6e9,
             asked.seed,

@@ -19,8 +19,11 @@ const LONGEST_SLOW_US: u64 = SECOND;
 const RECOVERY_US: u64 = 30 * SECOND;
 /// Shortest run.
 const SHORTEST_US: u64 = 60 * SECOND;
-/// A node that no script has among its slaves.
+/// A node that few scripts have among their slaves.
 const NOBODY: u8 = 127;
+/// Bits of a frame that a flip may strike, then those of EOF.
+pub const EOF: u32 = 60;
+const LAST_BIT_OF_EOF: u32 = EOF + 6;
 
 /// One fault. What a kind does not use is zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,6 +46,8 @@ pub struct Fault {
     pub times: u32,
     /// Microseconds between two of them.
     pub every: u64,
+    /// It waits up to 200 ms for a frame at the master and begins in the middle of it.
+    pub in_frame: bool,
 }
 
 /// A run.
@@ -54,6 +59,8 @@ pub struct Script {
     pub slaves: u8,
     /// Slave 4 has selective access; all others have parallel access.
     pub selective: bool,
+    /// The master configures slaves 2 to 4; else it starts all slaves as they are.
+    pub assigned: bool,
     /// Length in microseconds.
     pub length: u64,
     /// From the first to the last.
@@ -61,40 +68,83 @@ pub struct Script {
 }
 
 impl Script {
-    /// The script of run `number` of a campaign: one fault, or two in every second run.
-    pub fn random(campaign: u64, number: u64) -> Script {
-        let mut rng = Rng::with_seed(campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number));
+    /// A script of run `number` of a campaign: one fault, or two in every second run. `attempt`: from 0, another one each time.
+    pub fn random(campaign: u64, number: u64, attempt: u64) -> Script {
+        let seed = campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number);
+        let mut rng = Rng::with_seed(seed.wrapping_add(attempt.wrapping_mul(0xD1B5_4A32_D192_ED03)));
         let slaves = match rng.u8(0..32) {
             0 => 14,
             _ => rng.u8(2..=6),
         };
+        Script::of(&mut rng, slaves, number)
+    }
+
+    /// As [`Script::random`], for a spacecraft of two slaves with parallel access that are not configured.
+    pub fn small(campaign: u64, number: u64, attempt: u64) -> Script {
+        let seed = campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number);
+        let mut rng = Rng::with_seed(seed.wrapping_add(attempt.wrapping_mul(0xD1B5_4A32_D192_ED03)));
+        Script { selective: false, assigned: false, ..Script::of(&mut rng, 2, number) }
+    }
+
+    fn of(rng: &mut Rng, slaves: u8, number: u64) -> Script {
         let (first, _) = Kind::ALL[number as usize / 2 % Kind::ALL.len()];
-        let mut faults = vec![fault(&mut rng, first, slaves, FIRST_US..20 * SECOND)];
+        let mut faults = vec![fault(rng, first, slaves, FIRST_US..20 * SECOND)];
         if number % 2 == 1 {
             let (second, _) = Kind::ALL[rng.usize(..Kind::ALL.len())];
             let from = faults[0].at;
             let span = if rng.bool() { SECOND / 5 } else { 12 * SECOND };
-            faults.push(fault(&mut rng, second, slaves, from..from + span));
+            faults.push(fault(rng, second, slaves, from..from + span));
         }
-        let mut script = Script { seed: rng.u64(..), slaves, selective: rng.bool(), length: 0, faults };
+        let (seed, selective, assigned) = (rng.u64(..), rng.bool(), rng.u8(0..4) == 0);
+        let mut script = Script { seed, slaves, selective, assigned, length: 0, faults };
         script.length = script.shortest_length();
+        if let [Fault { lasts: None, .. }, _] = script.faults[..]
+            && rng.bool()
+        {
+            script.resets_on_a_dead_bus(rng);
+        }
         script
     }
 
-    /// Length that leaves room for recovery.
+    /// The first fault separates the master from all slaves for ever, and a stranger resets these there to the end.
+    fn resets_on_a_dead_bus(&mut self, rng: &mut Rng) {
+        let [first, second] = &mut self.faults[..] else { return };
+        if matches!(first.kind, Kind::Cut | Kind::Short | Kind::Disconnect) && second.kind == Kind::ForeignNmt
+        {
+            match first.kind {
+                Kind::Disconnect => first.node = 1,
+                Kind::Cut => first.place = 3,
+                _ => first.place = 2,
+            }
+            (second.bus, second.node) = (first.bus, 0);
+            second.value = [0x81, 0x82][rng.usize(..2)];
+            second.every = rng.u64(20_000..200_000);
+            second.times = (self.length.saturating_sub(second.at) / second.every) as u32;
+        }
+    }
+
+    /// Length that leaves room for recovery. A stranger that goes on for longer than [`LONGEST_US`] does so to the end.
     pub fn shortest_length(&self) -> u64 {
-        let last = self.faults.iter().map(|fault| fault.end().unwrap_or(fault.at)).max().unwrap_or(0);
-        SHORTEST_US.max(last + RECOVERY_US)
+        let ends = self.faults.iter().map(|fault| fault.end().unwrap_or(fault.at));
+        let endings = ends.zip(&self.faults).filter(|(_, fault)| !fault.is_endless()).map(|(end, _)| end);
+        SHORTEST_US.max(endings.max().unwrap_or(0) + RECOVERY_US)
     }
 }
 
 impl Fault {
+    /// Microseconds from its beginning to its end; `None`: for ever.
+    pub fn span(&self) -> Option<u64> {
+        if self.kind.lasts() { self.lasts } else { Some(self.every * u64::from(self.times)) }
+    }
+
     /// When it is over; `None`: never.
     pub fn end(&self) -> Option<u64> {
-        if self.kind.lasts() {
-            return self.lasts.map(|lasts| self.at + lasts);
-        }
-        Some(self.at + self.every * u64::from(self.times))
+        self.span().map(|span| self.at + span)
+    }
+
+    /// A stranger that goes on to the end of the run.
+    fn is_endless(&self) -> bool {
+        self.kind.is_foreign() && self.span().is_some_and(|span| span > 2 * LONGEST_US)
     }
 }
 
@@ -117,6 +167,7 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, at: std::ops::Range<u64>) -> Fau
         value: 0,
         times: 0,
         every: 0,
+        in_frame: !kind.is_foreign() && !kind.is_of_node() && kind != Kind::Flip && rng.u8(0..3) > 0,
     };
     match kind {
         Kind::Cut => fault.place = 2 * u32::from(rng.u8(1..=slaves)) + 1,
@@ -124,14 +175,20 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, at: std::ops::Range<u64>) -> Fau
         Kind::Disconnect | Kind::Stuck => fault.node = any,
         // Bit error rates of 1e-4 and 1e-5.
         Kind::Noise => fault.value = rng.u32(4..=5),
-        Kind::Babble => (fault.node, fault.value) = (any, [0x010, 0x7F0][rng.usize(..2)]),
+        Kind::Babble => (fault.node, fault.value) = (any, babbled(rng, any)),
         Kind::Drift => (fault.node, fault.value) = (any, rng.u32(20_000..200_000)),
         Kind::Glitch => {
             fault.node = if rng.bool() { 0 } else { any };
             fault.value = rng.u32(0..3);
             fault.lasts = Some(rng.u64(10..20_000));
         }
-        Kind::Flip => (fault.node, fault.value) = (if rng.bool() { 0 } else { any }, rng.u32(0..60)),
+        Kind::Flip => {
+            (fault.node, fault.value) = (if rng.bool() { 0 } else { any }, rng.u32(0..EOF));
+            // The sender repeats a frame that receivers have.
+            if rng.u8(0..3) == 0 {
+                (fault.node, fault.value) = (if rng.bool() { 1 } else { any }, LAST_BIT_OF_EOF);
+            }
+        }
         Kind::ForeignNmt => {
             fault.node = if rng.bool() { 0 } else { slave };
             fault.value = [0x01, 0x80, 0x81, 0x82][rng.usize(..4)];
@@ -153,6 +210,13 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, at: std::ops::Range<u64>) -> Fau
     fault
 }
 
+/// COB-ID that a node babbles: before all others, behind all others, or one that the node or another one uses.
+fn babbled(rng: &mut Rng, node: u8) -> u32 {
+    let own = u32::from(node);
+    let of_slave = [0x010, 0x080 + own, 0x180 + own, 0x380 + own, 0x700 + own, 0x080, 0x181, 0x7F0];
+    of_slave[rng.usize(..of_slave.len())]
+}
+
 fn bus_name(bus: Bus) -> &'static str {
     match bus {
         Bus::Nominal => "nominal",
@@ -166,10 +230,11 @@ impl fmt::Display for Script {
         writeln!(f, "# microseconds; node n sits at 2 n metres; slave 4 has {access} access")?;
         writeln!(
             f,
-            "run seed={} slaves={} selective={} length={}",
+            "run seed={} slaves={} selective={} assigned={} length={}",
             self.seed,
             self.slaves,
             u8::from(self.selective),
+            u8::from(self.assigned),
             self.length
         )?;
         self.faults.iter().try_for_each(|fault| writeln!(f, "{fault}"))
@@ -185,12 +250,13 @@ impl fmt::Display for Fault {
         if !self.kind.is_of_node() {
             write!(f, " bus={}", bus_name(self.bus))?;
         }
-        let rest: [(&str, u64); 5] = [
+        let rest: [(&str, u64); 6] = [
             ("node", self.node.into()),
             ("place", self.place.into()),
             ("value", self.value.into()),
             ("times", self.times.into()),
             ("every", self.every),
+            ("in_frame", self.in_frame.into()),
         ];
         rest.into_iter()
             .filter(|(_, value)| *value > 0)
@@ -245,6 +311,7 @@ impl FromStr for Script {
                         seed: pairs.number("seed", u64::MAX)?,
                         slaves,
                         selective: pairs.number("selective", 1)? == 1,
+                        assigned: pairs.number("assigned", 1)? == 1,
                         length: pairs.number("length", HOUR_US)?,
                         faults: Vec::new(),
                     });
@@ -287,6 +354,7 @@ fn read_fault(word: &str, pairs: &Pairs<'_>, slaves: u8) -> Result<Fault, String
         value: pairs.number("value", u32::MAX.into())? as u32,
         times: pairs.number("times", 100_000)? as u32,
         every: pairs.number("every", HOUR_US)?,
+        in_frame: pairs.number("in_frame", 1)? == 1,
     })
 }
 
@@ -297,9 +365,10 @@ mod tests {
     #[test]
     fn script_is_read_as_it_was_written() {
         for number in 0..200 {
-            let script = Script::random(7, number);
+            let script = Script::random(7, number, 0);
             assert_eq!(script.to_string().parse(), Ok(script.clone()), "{script}");
-            assert_eq!(script, Script::random(7, number));
+            assert_eq!(script, Script::random(7, number, 0));
+            assert_ne!(script, Script::random(7, number, 1));
             assert!(script.length >= 60_000_000);
             assert_eq!(script.faults.len(), 1 + number as usize % 2);
         }

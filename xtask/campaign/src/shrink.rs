@@ -37,6 +37,7 @@ fn candidates(script: &Script) -> Vec<Script> {
         [least, script.slaves.saturating_sub(1).max(least)].map(|slaves| Script { slaves, ..script.clone() }),
     );
     all.push(Script { selective: false, ..script.clone() });
+    all.push(Script { assigned: false, ..script.clone() });
     all.push(Script { seed: 1, ..script.clone() });
     all.push(Script { length: script.shortest_length(), ..script.clone() });
     for index in 0..script.faults.len() {
@@ -66,6 +67,9 @@ fn rounder(fault: &Fault) -> Vec<Fault> {
         if !fault.every.is_multiple_of(unit) {
             all.push(Fault { every: round(fault.every), ..*fault });
         }
+    }
+    if fault.in_frame {
+        all.push(Fault { in_frame: false, ..*fault });
     }
     if fault.times > 1 {
         all.extend([1, fault.times / 2, fault.times - 1].map(|times| Fault { times, ..*fault }));

@@ -1,0 +1,191 @@
+//! A run: the script is performed in a world, and the world is judged.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use can_wire::fault::{Effect, Fault as WireFault, Flip, Nodes, Place};
+use can_wire::field::Field;
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use ecss_can::types::NodeId;
+
+use crate::judge::Judge;
+use crate::kind::Kind;
+use crate::outcome::{Effects, Outcome};
+use crate::scene::{Scene, Seen};
+use crate::script::{EOF, Fault, Script};
+
+/// How often nodes are looked at.
+const LOOK: Time = Time::from_ms(100);
+/// A fault that waits for a frame looks for one so often, and begins without it after so long.
+const GLANCE: Time = Time::from_us(20);
+const PATIENCE: Time = Time::from_ms(200);
+
+/// What a disturbance did to a frame is known when its error frame is over.
+const ERROR_FRAME: Time = Time::from_ms(1);
+
+/// Flies a script in the world that `scene` makes. A panic is a violation.
+pub fn fly<S: Scene>(script: &Script, scene: impl FnOnce() -> S) -> Outcome {
+    let flown = catch_unwind(AssertUnwindSafe(|| attempt(script, scene())));
+    flown.unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+        Outcome { violations: vec![format!("panic: {text}")], ..Outcome::default() }
+    })
+}
+
+/// Something that is done to the world.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Act {
+    Begin,
+    /// A frame of a stranger.
+    Send,
+    End,
+}
+
+/// What is to be done, the next one last.
+struct Plan(Vec<(Time, Act, usize)>);
+
+impl Plan {
+    fn new(script: &Script) -> Plan {
+        let faults = script.faults.iter().enumerate();
+        let mut plan =
+            Plan(faults.map(|(index, fault)| (Time::from_us(fault.at), Act::Begin, index)).collect());
+        plan.sort();
+        plan
+    }
+
+    fn sort(&mut self) {
+        self.0.sort_by_key(|(at, ..)| std::cmp::Reverse(*at));
+    }
+
+    fn next(&self) -> Time {
+        self.0.last().map_or(Time::NEVER, |(at, ..)| *at)
+    }
+
+    fn take(&mut self, until: Time) -> Option<(Act, usize)> {
+        self.0.pop_if(|(at, ..)| *at <= until).map(|(_, act, index)| (act, index))
+    }
+
+    /// A fault begins now: plans the rest of it.
+    fn begun(&mut self, now: Time, index: usize, fault: &Fault) {
+        // Those that are sorted to the same instant are taken from the end.
+        let mut rest = Vec::new();
+        let to_look = if fault.kind == Kind::Glitch { ERROR_FRAME } else { Time::ZERO };
+        rest.extend(fault.span().map(|span| (now + Time::from_us(span) + to_look, Act::End, index)));
+        let frames = if fault.kind.is_foreign() { fault.times } else { 0 };
+        let at = |nth: u32| now + Time::from_us(fault.every * u64::from(nth));
+        rest.extend((0..frames).rev().map(|nth| (at(nth), Act::Send, index)));
+        rest.append(&mut self.0);
+        self.0 = rest;
+        self.sort();
+    }
+}
+
+fn attempt(script: &Script, mut scene: impl Scene) -> Outcome {
+    let mut seen = Seen::default();
+    let mut judge = Judge::new(script);
+    let mut effects = Effects::new(script);
+    let mut plan = Plan::new(script);
+    let end = Time::from_us(script.length);
+    while scene.now() < end {
+        let look = Time((scene.now().0 / LOOK.0 + 1) * LOOK.0);
+        let next = plan.next().min(look).min(end).max(scene.now());
+        scene.run_until(next);
+        seen.read(&mut scene);
+        judge.look(&mut scene, &seen);
+        while let Some((act, index)) = plan.take(next) {
+            let fault = &script.faults[index];
+            if act == Act::Begin {
+                wait_for_frame(&mut scene, fault, end);
+                seen.read(&mut scene);
+                effects.begin(index, &scene, &seen);
+                plan.begun(scene.now(), index, fault);
+            }
+            perform(&mut scene, fault, act, script.seed);
+            if act == Act::End {
+                effects.end(index, &scene, &seen);
+            }
+        }
+    }
+    seen.read(&mut scene);
+    let effective = effects.finish(&scene, &seen);
+    judge.finish(&mut scene, &seen, effective)
+}
+
+/// A fault of a wire that waits for a frame begins in the middle of it.
+fn wait_for_frame(scene: &mut impl Scene, fault: &Fault, end: Time) {
+    let latest = (scene.now() + PATIENCE).min(end);
+    while fault.in_frame && scene.now() < latest && !scene.is_busy(fault.bus) {
+        let next = scene.now() + GLANCE;
+        scene.run_until(next);
+    }
+}
+
+fn perform(scene: &mut impl Scene, fault: &Fault, act: Act, seed: u64) {
+    let node = NodeId::new(fault.node);
+    match (act, fault.kind, node) {
+        (Act::Send, ..) => scene.inject(fault.bus, foreign(fault)),
+        (Act::Begin, Kind::ResetMaster | Kind::ResetSlave, Some(node)) if scene.is_powered(node) => {
+            scene.reset(node)
+        }
+        (Act::Begin, Kind::PowerMaster | Kind::PowerSlave, Some(node)) => scene.power(node, false),
+        (Act::End, Kind::PowerMaster | Kind::PowerSlave, Some(node)) => scene.power(node, true),
+        _ => {
+            let of_node = node.filter(|_| !fault.kind.is_foreign()).map(|node| scene.index(node));
+            let [begin, end] = on_wire(fault, of_node, seed, scene.nodes());
+            let wanted = if act == Act::Begin { begin } else { end };
+            wanted.into_iter().for_each(|wanted| scene.strike(fault.bus, wanted));
+        }
+    }
+}
+
+/// A frame of a stranger.
+fn foreign(fault: &Fault) -> WireFrame {
+    let id = 0x700 + u16::from(fault.node);
+    match fault.kind {
+        Kind::ForeignNmt => WireFrame::standard(0, &[fault.value as u8, fault.node]),
+        Kind::ForeignLoad => WireFrame::standard(fault.value as u16 & 0x7FF, &[0x55; 8]),
+        _ => WireFrame::standard(id, &[fault.value as u8]),
+    }
+}
+
+/// What begins a fault of a wire, and what ends it.
+fn on_wire(fault: &Fault, node: Option<usize>, seed: u64, count: usize) -> [Option<WireFault>; 2] {
+    let position_m = f64::from(fault.place);
+    // Without the stranger: it may never come, and a bit to be flipped would wait for it.
+    let all: Vec<usize> = (0..count).collect();
+    let nodes = Nodes::of(node.as_ref().map_or(&all[..], std::slice::from_ref));
+    let of = |fault: fn(usize) -> WireFault| node.map(fault);
+    match fault.kind {
+        Kind::Cut => [Some(WireFault::Cut { position_m }), Some(WireFault::Restore { position_m })],
+        Kind::Short => [Some(WireFault::Short { position_m, level: true }), Some(WireFault::ClearShorts)],
+        Kind::Dominant => [Some(WireFault::Short { position_m, level: false }), Some(WireFault::ClearShorts)],
+        Kind::Disconnect => [of(WireFault::Disconnect), of(WireFault::Reconnect)],
+        Kind::Noise => {
+            let rate = 10_f64.powi(-(fault.value.clamp(3, 9) as i32));
+            [Some(WireFault::BitErrors { rate, seed }), Some(WireFault::BitErrors { rate: 0.0, seed })]
+        }
+        Kind::Stuck => [of(WireFault::StuckDominant), of(WireFault::ReleaseDriver)],
+        Kind::Babble => {
+            let frame = WireFrame::standard(fault.value as u16 & 0x7FF, &[0x55; 8]);
+            [node.map(|node| WireFault::Babble(node, frame)), of(WireFault::StopBabbling)]
+        }
+        Kind::Drift => {
+            let ppb = i32::try_from(u64::from(fault.value) * 1_000).unwrap_or(i32::MAX);
+            [node.map(|node| WireFault::Drift(node, ppb)), node.map(|node| WireFault::Drift(node, 0))]
+        }
+        Kind::Glitch => {
+            let effect = [Effect::Invert, Effect::Dominant, Effect::Recessive][fault.value as usize % 3];
+            let duration = Time::from_us(fault.lasts.unwrap_or(1).max(1));
+            [Some(WireFault::Glitch { nodes, duration, effect }), None]
+        }
+        Kind::Flip => {
+            let place = match fault.value.checked_sub(EOF) {
+                Some(bit) => Place::Field(Field::Eof(bit as u8 % 7)),
+                None => Place::Bit(fault.value as usize),
+            };
+            [Some(WireFault::Flip(Flip::new(place, nodes))), None]
+        }
+        _ => [None, None],
+    }
+}

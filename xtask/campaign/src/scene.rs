@@ -1,0 +1,144 @@
+//! What a campaign sees of a spacecraft and does to it, in every world alike.
+
+use can_wire::fault::Fault;
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use ecss_can::redundancy::SwitchCause;
+use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
+
+/// A spacecraft of a master and some slaves on two buses.
+pub trait Scene {
+    /// The present.
+    fn now(&self) -> Time;
+
+    /// Flies to `end`.
+    fn run_until(&mut self, end: Time);
+
+    /// Changes of nodes since the last call, in the order of time.
+    fn take_news(&mut self) -> Vec<Noted>;
+
+    /// Frames that completed since the last call, on each bus in the order of time.
+    fn take_frames(&mut self) -> PerBus<Vec<Sent>>;
+
+    /// Clocks of slaves since the last call, in the order of time.
+    fn take_clocks(&mut self) -> Vec<Reading>;
+
+    /// Violations since the last call that only this world sees: commands that slaves executed, panics.
+    fn take_wrongs(&mut self) -> Vec<String>;
+
+    /// Slaves that do not have the configuration that the master gave them.
+    fn unconfigured(&self) -> Vec<NodeId>;
+
+    /// Bdefault of a slave; `None` where it cannot be seen.
+    fn bdefault(&self, node: NodeId) -> Option<Bus>;
+
+    /// Frames of a bus so far that were destroyed or that nobody acknowledged.
+    fn disturbance(&self, bus: Bus) -> u64;
+
+    /// Whether the master sends or receives a frame on a bus.
+    fn is_busy(&self, bus: Bus) -> bool;
+
+    /// Whether a node has power.
+    fn is_powered(&self, node: NodeId) -> bool;
+
+    /// Switches the power of a node.
+    fn power(&mut self, node: NodeId, on: bool);
+
+    /// Resets the chip of a node.
+    fn reset(&mut self, node: NodeId);
+
+    /// Number of nodes, which have the lowest indices on both wires.
+    fn nodes(&self) -> usize;
+
+    /// Index of a node on both wires.
+    fn index(&self, node: NodeId) -> usize;
+
+    /// Lets something go wrong on a bus now, or heals it.
+    fn strike(&mut self, bus: Bus, fault: Fault);
+
+    /// A stranger sends a frame as soon as the bus lets it.
+    fn inject(&mut self, bus: Bus, frame: WireFrame);
+}
+
+/// A change of a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Noted {
+    /// When.
+    pub at: Time,
+    /// On which node.
+    pub node: NodeId,
+    /// What.
+    pub news: News,
+}
+
+/// What changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum News {
+    /// Power came, or the chip was reset.
+    PowerOn,
+    /// Power went.
+    PowerOff,
+    /// The master changed the bus.
+    Switched {
+        /// The bus that it left.
+        from: Bus,
+        /// The bus where it is now.
+        to: Bus,
+        /// Why.
+        cause: SwitchCause,
+    },
+    /// NMT state of a slave.
+    State(NmtState),
+    /// The bus that a slave considers active.
+    ActiveBus(Bus),
+    /// The clock of a slave was set.
+    ClockSet,
+    /// A node heard its own Node-ID, the master its own heartbeat, from somebody else: EMCY 8150h.
+    Collision,
+    /// Another change of state.
+    Other,
+}
+
+/// A frame that completed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sent {
+    /// Falling edge of SOF.
+    pub start: Time,
+    /// End of EOF.
+    pub end: Time,
+    /// Who sent it; `None` is a stranger.
+    pub node: Option<NodeId>,
+    /// Its 11-bit identifier; `None` for a 29-bit one.
+    pub id: Option<u16>,
+    /// Number of controllers that received it.
+    pub receivers: usize,
+}
+
+/// The clock of a slave.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Reading {
+    /// When it was read.
+    pub at: Time,
+    /// Whose.
+    pub node: NodeId,
+    /// The spacecraft time that it showed.
+    pub scet: Scet,
+}
+
+/// All that was seen of a run so far.
+#[derive(Default)]
+pub struct Seen {
+    /// Changes of nodes, in the order of time.
+    pub news: Vec<Noted>,
+    /// Frames of each bus, in the order of time.
+    pub frames: PerBus<Vec<Sent>>,
+}
+
+impl Seen {
+    /// Adds what is new.
+    pub fn read(&mut self, scene: &mut impl Scene) {
+        self.news.extend(scene.take_news());
+        let mut frames = scene.take_frames();
+        Bus::ALL.into_iter().for_each(|bus| self.frames[bus].append(&mut frames[bus]));
+    }
+}
