@@ -261,7 +261,7 @@ fn wrong_values_of_the_campaign_are_refused() {
 /// Results of a shard with these properties, as a file.
 fn shard(folder: &std::path::Path, name: &str, commit: &str, seed: u64, part: u64) -> String {
     let asked = format!(r#"{{"commit":"{commit}","seed":{seed},"runs":4,"world":"host","shards":2}}"#);
-    let rest = r#""flown":2,"double":1,"virtual_us":120000000,"kinds":{"cut":[2,1]},"detections":[99],"violations":[]"#;
+    let rest = r#""flown":2,"double":1,"idle":0,"virtual_us":120000000,"kinds":{"cut":[2,1]},"detections":[99],"violations":[]"#;
     let path = folder.join(name);
     std::fs::write(&path, format!(r#"{{"asked":{asked},"parts":[{part}],{rest}}}"#)).expect("a file");
     path.to_string_lossy().into_owned()

@@ -86,6 +86,7 @@ fn attempt(script: &Script, mut scene: impl Scene) -> Outcome {
     let mut judge = Judge::new(script);
     let mut effects = Effects::new(script);
     let mut plan = Plan::new(script);
+    let mut lasting = Lasting::default();
     let end = Time::from_us(script.length);
     while scene.now() < end {
         let look = Time((scene.now().0 / LOOK.0 + 1) * LOOK.0);
@@ -102,14 +103,40 @@ fn attempt(script: &Script, mut scene: impl Scene) -> Outcome {
                 plan.begun(scene.now(), index, fault);
             }
             perform(&mut scene, fault, act, script.seed);
-            if act == Act::End {
-                effects.end(index, &scene, &seen);
+            match act {
+                Act::Begin => lasting.begin(fault),
+                Act::Send => {}
+                Act::End => {
+                    lasting.end(&mut scene, fault, script.seed);
+                    effects.end(index, &scene, &seen);
+                }
             }
         }
     }
     seen.read(&mut scene);
     let effective = effects.finish(&scene, &seen);
     judge.finish(&mut scene, &seen, effective)
+}
+
+/// Faults that last, as long as they do.
+#[derive(Default)]
+struct Lasting(Vec<Fault>);
+
+impl Lasting {
+    fn begin(&mut self, fault: &Fault) {
+        if fault.kind.lasts() {
+            self.0.push(*fault);
+        }
+    }
+
+    /// The end of a fault ends all that are like it: those that last begin again.
+    fn end(&mut self, scene: &mut impl Scene, ended: &Fault, seed: u64) {
+        let Some(index) = self.0.iter().position(|fault| fault == ended) else { return };
+        self.0.remove(index);
+        for fault in self.0.iter().filter(|fault| fault.is_ended_with(ended)) {
+            perform(scene, fault, Act::Begin, seed);
+        }
+    }
 }
 
 /// A fault of a wire that waits for a frame begins in the middle of it.

@@ -117,6 +117,9 @@ impl<'a> Judge<'a> {
         for bus in Bus::ALL {
             let frames = &seen.frames[bus];
             for sent in &frames[std::mem::replace(&mut self.frames[bus], frames.len())..] {
+                if self.is_babbled(bus, sent) {
+                    continue;
+                }
                 let is_of_work = matches!(sent.id, Some(0x000 | 0x080 | 0x181 | 0x301..=0x37F | 0x701));
                 if sent.node != Some(NodeId::MASTER) || !is_of_work {
                     continue;
@@ -134,6 +137,16 @@ impl<'a> Judge<'a> {
                 }
             }
         }
+    }
+
+    /// Whether a frame of the master is a fault of the script: what babbles is its controller.
+    fn is_babbled(&self, bus: Bus, sent: &Sent) -> bool {
+        self.script.faults.iter().any(|fault| {
+            fault.kind == Kind::Babble
+                && fault.bus == bus
+                && fault.node == 1
+                && sent.id == Some(fault.value as u16)
+        })
     }
 
     /// No clock goes back, unless it was set.
@@ -199,12 +212,15 @@ impl<'a> Judge<'a> {
             return;
         }
         let calm = Time::from_us(self.script.length).since(CALM);
-        let late = self.switches.iter().filter(|(at, ..)| *at > calm).count();
-        if late > 0 && Bus::ALL.into_iter().any(is_whole) {
-            self.complain(format!(
-                "the master changed the bus {late} times in the last {} s",
-                CALM.as_secs_f64()
-            ));
+        // Bit errors that stay may make a bus bad at any time.
+        let is_noisy = |bus| {
+            let mut faults = self.script.faults.iter();
+            faults.any(|fault| fault.kind == Kind::Noise && fault.lasts.is_none() && fault.bus == bus)
+        };
+        let late = self.switches.iter().find(|(at, from, _)| *at > calm && !is_noisy(*from)).copied();
+        if let Some((at, from, cause)) = late.filter(|_| Bus::ALL.into_iter().any(is_whole)) {
+            let (calm, at) = (CALM.as_secs_f64(), at.as_us());
+            self.complain(format!("the master left {from:?} ({cause:?}) in the last {calm} s, {at} us"));
         }
     }
 

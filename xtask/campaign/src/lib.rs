@@ -14,6 +14,7 @@ mod flight;
 mod host;
 pub mod judge;
 pub mod kind;
+mod on_twin;
 mod options;
 pub mod outcome;
 pub mod reach;
@@ -36,6 +37,8 @@ use support::project;
 use support::stop::Stop;
 
 use host::Host;
+use on_twin::Twin;
+pub use on_twin::prepare as prepare_twin;
 use options::{Action, Shard};
 pub use options::{Options, World};
 use outcome::Outcome;
@@ -51,6 +54,7 @@ const SHRUNK: usize = 5;
 pub fn fly(world: World, script: &Script) -> Outcome {
     match world {
         World::Host => flight::fly(script, || Host::new(script)),
+        World::Twin => flight::fly(script, || Twin::new(script)),
     }
 }
 
@@ -59,6 +63,7 @@ pub fn fly_run(world: World, seed: u64, number: u64) -> (Script, Outcome) {
     let run = |attempt| {
         let script = match world {
             World::Host => Script::random(seed, number, attempt),
+            World::Twin => Script::small(seed, number, attempt),
         };
         let outcome = fly(world, &script);
         (script, outcome)
@@ -75,6 +80,9 @@ pub fn fly_run(world: World, seed: u64, number: u64) -> (Script, Outcome) {
 pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files }) = &options.action {
         return report(&Results::merged(files)?);
+    }
+    if options.world == World::Twin {
+        on_twin::prepare(!options.no_build)?;
     }
     // A panic of a node is a result of its run.
     std::panic::set_hook(Box::new(|_| {}));

@@ -40,6 +40,10 @@ pub struct Options {
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub(crate) jobs: Option<u16>,
 
+    /// Fly the images of the twin as they were built last
+    #[arg(long)]
+    pub(crate) no_build: bool,
+
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value_os_t = support::project::path("target/campaign"), hide_default_value = true)]
     pub(crate) out: PathBuf,
@@ -65,6 +69,8 @@ pub(crate) enum Action {
 pub enum World {
     /// The nodes' own code on mocks of ports and clocks
     Host,
+    /// The images on emulated boards: a master and two slaves
+    Twin,
 }
 
 impl World {
@@ -72,6 +78,7 @@ impl World {
     pub fn name(self) -> &'static str {
         match self {
             World::Host => "host",
+            World::Twin => "twin",
         }
     }
 }

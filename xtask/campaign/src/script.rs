@@ -142,6 +142,16 @@ impl Fault {
         self.span().map(|span| self.at + span)
     }
 
+    /// Whether what ends another fault ends this one as well: both are on the same bus, or of the same node.
+    pub fn is_ended_with(&self, other: &Fault) -> bool {
+        let class = |kind: Kind| match kind {
+            Kind::Dominant => Kind::Short,
+            kind => kind,
+        };
+        let is_alike = class(self.kind) == class(other.kind) && self.kind != Kind::Glitch;
+        is_alike && if self.kind.is_of_node() { self.node == other.node } else { self.bus == other.bus }
+    }
+
     /// A stranger that goes on to the end of the run.
     fn is_endless(&self) -> bool {
         self.kind.is_foreign() && self.span().is_some_and(|span| span > 2 * LONGEST_US)

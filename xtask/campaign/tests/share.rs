@@ -38,3 +38,40 @@ fn equal_scripts_give_equal_outcomes() {
     let script = Script::random(3, 17, 0);
     assert_eq!(fly(World::Host, &script), fly(World::Host, &script));
 }
+
+/// Given the master cut off on the nominal bus, when the images fly on the twin, then the judge sees the change of the bus and both
+/// slaves on the redundant one. When the run ends before the change, it complains.
+#[test]
+fn twin_is_judged_like_the_host() {
+    campaign::prepare_twin(true).unwrap();
+    let cut = |length: u32| -> Script {
+        format!("run seed=5 slaves=2 length={length}\ncut at=4000000 place=3\n").parse().unwrap()
+    };
+    let flown = fly(World::Twin, &cut(7_500_000));
+    assert_eq!((flown.violations, flown.effective), (vec![], vec![true]));
+    let [detection] = flown.detections[..] else { panic!("{:?}", flown.detections) };
+    assert!((1..250_000).contains(&detection), "{detection} us");
+    let early = fly(World::Twin, &cut(4_001_000)).violations;
+    assert_eq!(early.last().unwrap(), "the master is on Nominal, slaves are reached on the other bus only");
+}
+
+/// Given two faults of which the shorter one ends the other as well on the wire, then the other one goes on. A master that babbles is
+/// not accused of it.
+#[test]
+fn faults_that_overlap_end_one_by_one() {
+    let shorts =
+        "run slaves=2 length=60000000\nshort at=13800000 place=4\nshort at=13900000 lasts=10000 place=6\n";
+    let babble =
+        "run slaves=2 length=20000000\nbabble at=11000000 lasts=1000000 bus=redundant node=1 value=385\n";
+    for script in [shorts, babble] {
+        assert_eq!(fly(World::Host, &script.parse().unwrap()).violations, <Vec<String>>::new(), "{script}");
+    }
+}
+
+/// A run without effect is flown with another script, so that each one counts.
+#[test]
+fn every_run_has_a_fault_that_took_effect() {
+    for number in [0, 17, 24] {
+        assert!(fly_run(World::Host, 1, number).1.effective.contains(&true), "run {number}");
+    }
+}
