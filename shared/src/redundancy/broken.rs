@@ -16,4 +16,8 @@ pub enum Broken {
     TogglesOnceMore,
     /// Each switch of a search changes Bdefault.
     BdefaultByToggle,
+    /// Of two active masters none yields.
+    NeverYields,
+    /// A master tells nothing to a standby that is cut off from its bus.
+    NeverCalls,
 }

@@ -6,6 +6,9 @@
 
 use crate::types::{Bus, CobId, Duration, Frame, Instant};
 
+#[cfg(feature = "model")]
+mod relative;
+
 /// A claim that went out so lately is still on its way: no other one follows. Bounds what a babbling node can provoke.
 const CLAIM_PAUSE: Duration = Duration::from_millis(10);
 
@@ -158,6 +161,10 @@ pub struct Standby {
     /// It was active once because it heard no master after power-on.
     has_begun: bool,
     encounter: Option<Encounter>,
+    /// Where the other master was heard last while it was not this one's active bus: it may be cut off from that.
+    elsewhere: Option<Bus>,
+    #[cfg(feature = "model")]
+    broken: Option<super::Broken>,
 }
 
 /// Another active master is heard. Both compare the same two claims, so that one of them yields and not both: hence the
@@ -182,6 +189,9 @@ impl Standby {
             heard: None,
             has_begun: false,
             encounter: None,
+            elsewhere: None,
+            #[cfg(feature = "model")]
+            broken: None,
         }
     }
 
@@ -221,20 +231,19 @@ impl Standby {
         self.heard
     }
 
-    /// Heartbeat or boot-up message of another master. `slaves`: how many that count are heard on the active bus.
-    pub fn on_master(&mut self, bus: Bus, at: Instant, slaves: u8) -> Answer {
+    /// Heartbeat or boot-up message of another master. `active`: the active bus; `slaves`: how many that count are heard there.
+    pub fn on_master(&mut self, bus: Bus, at: Instant, active: Bus, slaves: u8) -> Answer {
         self.heard = Some(bus);
         match self.role {
-            Role::Active => self.claim(at, slaves).map_or(Answer::Nothing, Answer::Claim),
-            Role::Standby => {
-                self.until = at + self.pair.consumer;
-                Answer::Nothing
+            Role::Active => {
+                self.elsewhere = (bus != active).then_some(bus);
+                self.claim(at, slaves).map_or(Answer::Nothing, Answer::Claim)
             }
-            Role::Listening => Answer::Changed(self.stand_by(at, RoleCause::MasterHeard)),
+            Role::Standby | Role::Listening => self.alive(at),
         }
     }
 
-    /// SYNC, spacecraft time or claim of another master. `slaves`: how many that count are heard on the active bus.
+    /// SYNC or spacecraft time of another master. `slaves`: how many that count are heard on the active bus.
     ///
     /// A sign of its life where no slave is heard: then nobody acknowledges, and a frame that wins arbitration against the
     /// heartbeat is repeated in its place. Where slaves acknowledge, the heartbeat gets out, and such a frame without it is
@@ -243,13 +252,29 @@ impl Standby {
         if self.is_active() || slaves > 0 {
             return Answer::Nothing;
         }
-        self.on_master(bus, at, slaves)
+        self.heard = Some(bus);
+        self.alive(at)
+    }
+
+    /// Another master is active.
+    fn alive(&mut self, at: Instant) -> Answer {
+        if self.role == Role::Listening {
+            return Answer::Changed(self.stand_by(at, RoleCause::MasterHeard));
+        }
+        self.until = at + self.pair.consumer;
+        Answer::Nothing
     }
 
     /// Claim of another active master. One that does not hear this master's heartbeat hears its claim. `slaves`: how many
     /// that count are heard on the active bus.
-    pub fn on_claim(&mut self, claim: &Claim, at: Instant, slaves: u8) -> Answer {
+    pub fn on_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, slaves: u8) -> Answer {
         if !self.is_active() {
+            // Its heartbeat may be on the other bus.
+            self.heard.get_or_insert(bus);
+            return self.alive(at);
+        }
+        #[cfg(feature = "model")]
+        if self.broken == Some(super::Broken::NeverYields) {
             return Answer::Nothing;
         }
         let reply = self.claim(at, slaves);
@@ -258,6 +283,17 @@ impl Standby {
         }
         // Two boards strapped alike at a tie would answer each other for ever.
         reply.filter(|own| own.strap != claim.strap).map_or(Answer::Nothing, Answer::Claim)
+    }
+
+    /// The claim to send beside each heartbeat on `active`, and its bus: there a standby that is cut off from the active bus
+    /// hears that this master lives. Without it that one would take over, and yield, again and again.
+    pub fn call(&self, active: Bus, slaves: u8) -> Option<(Bus, Claim)> {
+        #[cfg(feature = "model")]
+        if self.broken == Some(super::Broken::NeverCalls) {
+            return None;
+        }
+        let bus = self.elsewhere.filter(|bus| self.is_active() && *bus != active)?;
+        Some((bus, Claim { slaves, strap: self.strap }))
     }
 
     /// The claim to send at a sign of another active master, if none is on its way.
@@ -276,7 +312,8 @@ impl Standby {
 
     /// Stops being active. It takes over again when no other master is heard for the consumer time.
     pub fn stand_by(&mut self, now: Instant, cause: RoleCause) -> RoleChange {
-        (self.role, self.until, self.encounter) = (Role::Standby, now + self.pair.consumer, None);
+        (self.role, self.until) = (Role::Standby, now + self.pair.consumer);
+        (self.encounter, self.elsewhere) = (None, None);
         RoleChange { role: self.role, cause }
     }
 

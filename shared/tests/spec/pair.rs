@@ -278,6 +278,24 @@ fn the_master_that_hears_more_slaves_claims_and_stays() {
     assert!(board.times(REDUNDANT, 0x701).contains(&1_500));
 }
 
+/// Given a master that was heard on the bus that is not active, when it has yielded, then a claim goes there with each heartbeat:
+/// it may be cut off from the active bus.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_standby_elsewhere_is_called_with_each_heartbeat() {
+    let mut board = taken_over();
+    board.receive(REDUNDANT, 0x702, &[0x05]);
+    board.receive(NOMINAL, 0x701, &[0x05]);
+    board.clear();
+    for beat in 15..20 {
+        board.run_until(ms(100 * beat));
+        board.receive(REDUNDANT, 0x702, &[0x05]);
+    }
+    assert_eq!(board.times(NOMINAL, 0x680), [1_500, 1_600, 1_700, 1_800, 1_900]);
+    assert_eq!(board.times(REDUNDANT, 0x701), [1_500, 1_600, 1_700, 1_800, 1_900]);
+}
+
 #[test]
 fn heartbeats_of_another_master_are_a_collision_and_move_nobody_without_a_claim() {
     let mut board = taken_over();

@@ -29,7 +29,7 @@ fn active(strap: Strap) -> Standby {
 
 fn standing_by(at: u64) -> Standby {
     let mut standby = started(Strap::Prime);
-    assert_eq!(standby.on_master(REDUNDANT, ms(at), 0), Answer::Changed(HEARD));
+    assert_eq!(standby.on_master(REDUNDANT, ms(at), REDUNDANT, 0), Answer::Changed(HEARD));
     standby
 }
 
@@ -58,10 +58,10 @@ fn a_board_that_hears_no_master_becomes_active_prime_first() {
 fn a_board_that_hears_a_master_is_the_standby_for_as_long_as_it_hears_it() {
     for strap in [Strap::Prime, Strap::Second] {
         let mut standby = started(strap);
-        assert_eq!(standby.on_master(NOMINAL, ms(699), 0), Answer::Changed(HEARD));
+        assert_eq!(standby.on_master(NOMINAL, ms(699), NOMINAL, 0), Answer::Changed(HEARD));
         for at in (700..5_000).step_by(399) {
             assert_eq!(standby.poll(ms(at)), None, "{at} ms");
-            assert_eq!(standby.on_master(NOMINAL, ms(at), 0), Answer::Nothing);
+            assert_eq!(standby.on_master(NOMINAL, ms(at), NOMINAL, 0), Answer::Nothing);
         }
         assert_eq!(standby.role(), Role::Standby);
     }
@@ -72,7 +72,7 @@ fn a_board_that_hears_a_master_is_the_standby_for_as_long_as_it_hears_it() {
 fn a_standby_takes_over_after_silence_on_both_buses_for_its_consumer_time() {
     let mut standby = standing_by(100);
     // The active one changes the bus: no silence.
-    assert_eq!(standby.on_master(NOMINAL, ms(480), 0), Answer::Nothing);
+    assert_eq!(standby.on_master(NOMINAL, ms(480), NOMINAL, 0), Answer::Nothing);
     assert_eq!(standby.deadline(), Some(ms(880)));
     assert_eq!(standby.poll(Instant::from_micros(879_999)), None);
     assert_eq!(standby.poll(ms(880)), Some(SILENT));
@@ -95,10 +95,12 @@ fn of_two_active_masters_exactly_the_right_one_yields() {
             } else {
                 (&mut second, &mut prime, (seconds, primes))
             };
-            let Answer::Claim(sent) = first.on_master(NOMINAL, ms(2_000), counts.0) else { panic!() };
-            let reply = other.on_claim(&sent, ms(2_001), counts.1);
+            let Answer::Claim(sent) = first.on_master(NOMINAL, ms(2_000), NOMINAL, counts.0) else {
+                panic!()
+            };
+            let reply = other.on_claim(NOMINAL, &sent, ms(2_001), counts.1);
             if let Answer::Claim(reply) = reply {
-                assert_eq!(first.on_claim(&reply, ms(2_002), counts.0), Answer::Changed(YIELDED));
+                assert_eq!(first.on_claim(NOMINAL, &reply, ms(2_002), counts.0), Answer::Changed(YIELDED));
             } else {
                 assert_eq!(reply, Answer::Changed(YIELDED));
             }
@@ -114,11 +116,11 @@ fn of_two_active_masters_exactly_the_right_one_yields() {
 #[test]
 fn claims_that_cross_while_slaves_come_and_go_make_one_yield() {
     let (mut prime, mut second) = (active(Strap::Prime), active(Strap::Second));
-    let Answer::Claim(primes) = prime.on_master(NOMINAL, ms(2_000), 3) else { panic!() };
-    let Answer::Claim(seconds) = second.on_master(NOMINAL, ms(2_000), 4) else { panic!() };
+    let Answer::Claim(primes) = prime.on_master(NOMINAL, ms(2_000), NOMINAL, 3) else { panic!() };
+    let Answer::Claim(seconds) = second.on_master(NOMINAL, ms(2_000), NOMINAL, 4) else { panic!() };
     assert_eq!((primes.slaves, seconds.slaves), (3, 4));
-    let prime_after = prime.on_claim(&seconds, ms(2_001), 5);
-    let second_after = second.on_claim(&primes, ms(2_001), 1);
+    let prime_after = prime.on_claim(NOMINAL, &seconds, ms(2_001), 5);
+    let second_after = second.on_claim(NOMINAL, &primes, ms(2_001), 1);
     assert_eq!(prime_after, Answer::Changed(YIELDED));
     assert_ne!(second_after, Answer::Changed(YIELDED));
 }
@@ -126,16 +128,16 @@ fn claims_that_cross_while_slaves_come_and_go_make_one_yield() {
 #[test]
 fn a_claim_is_as_at_the_first_contact_until_a_consumer_time_of_silence() {
     let mut prime = active(Strap::Prime);
-    assert_eq!(prime.on_master(NOMINAL, ms(2_000), 3), Answer::Claim(claim(3, Strap::Prime)));
-    assert_eq!(prime.on_master(NOMINAL, ms(2_399), 1), Answer::Claim(claim(3, Strap::Prime)));
-    assert_eq!(prime.on_master(NOMINAL, ms(2_799), 1), Answer::Claim(claim(1, Strap::Prime)));
+    assert_eq!(prime.on_master(NOMINAL, ms(2_000), NOMINAL, 3), Answer::Claim(claim(3, Strap::Prime)));
+    assert_eq!(prime.on_master(NOMINAL, ms(2_399), NOMINAL, 1), Answer::Claim(claim(3, Strap::Prime)));
+    assert_eq!(prime.on_master(NOMINAL, ms(2_799), NOMINAL, 1), Answer::Claim(claim(1, Strap::Prime)));
 }
 
 /// A heartbeat of node 1 may be forged: without a claim nobody yields, and a babbling node does not provoke a flood.
 #[test]
 fn heartbeats_without_a_claim_make_nobody_yield_and_provoke_few_claims() {
     let mut second = active(Strap::Second);
-    let answers = (0..1_000).map(|at| second.on_master(NOMINAL, ms(2_000 + at), 0));
+    let answers = (0..1_000).map(|at| second.on_master(NOMINAL, ms(2_000 + at), NOMINAL, 0));
     let claims = answers.filter(|answer| matches!(answer, Answer::Claim(_))).count();
     assert_eq!(claims, 100);
     assert!(second.is_active());
@@ -144,27 +146,57 @@ fn heartbeats_without_a_claim_make_nobody_yield_and_provoke_few_claims() {
 #[test]
 fn a_master_whose_heartbeat_is_not_heard_is_known_by_its_claim() {
     let mut prime = active(Strap::Prime);
-    let answer = prime.on_claim(&claim(1, Strap::Second), ms(2_000), 2);
+    let answer = prime.on_claim(NOMINAL, &claim(1, Strap::Second), ms(2_000), 2);
     assert_eq!(answer, Answer::Claim(claim(2, Strap::Prime)));
-    assert_eq!(prime.on_claim(&claim(3, Strap::Second), ms(2_001), 2), Answer::Changed(YIELDED));
+    assert_eq!(prime.on_claim(NOMINAL, &claim(3, Strap::Second), ms(2_001), 2), Answer::Changed(YIELDED));
+}
+
+/// Given the active master, when the other one was heard on the bus that is not active, then each heartbeat has a claim there: who
+/// is cut off from the active bus hears that a master lives, and stays the standby.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_master_that_was_heard_elsewhere_is_called_there() {
+    let mut prime = active(Strap::Prime);
+    prime.on_master(NOMINAL, ms(2_000), NOMINAL, 3);
+    assert_eq!(prime.call(NOMINAL, 3), None, "it hears the heartbeat");
+    prime.on_master(REDUNDANT, ms(2_100), NOMINAL, 3);
+    assert_eq!(prime.call(NOMINAL, 2), Some((REDUNDANT, claim(2, Strap::Prime))));
+    assert_eq!(prime.call(REDUNDANT, 2), None, "it hears the heartbeat");
+
+    let mut second = active(Strap::Second);
+    assert_eq!(second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(2_100), 0), Answer::Changed(YIELDED));
+    assert_eq!(second.call(NOMINAL, 0), None);
+    for at in (2_200..4_000).step_by(399) {
+        assert_eq!(second.poll(ms(at)), None, "{at} ms");
+        assert_eq!(second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(at), 0), Answer::Nothing);
+    }
+}
+
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_board_that_hears_a_claim_after_power_on_is_the_standby() {
+    let mut second = started(Strap::Second);
+    assert_eq!(second.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(300), 0), Answer::Changed(HEARD));
+    assert_eq!((second.deadline(), second.heard()), (Some(ms(700)), Some(NOMINAL)));
 }
 
 /// Two boards strapped prime are a fault of the wiring: the numbers of slaves decide, and a tie floods no bus.
 #[test]
 fn boards_strapped_alike_decide_by_slaves_and_stay_at_a_tie() {
     let mut prime = active(Strap::Prime);
-    assert_eq!(prime.on_claim(&claim(2, Strap::Prime), ms(2_000), 2), Answer::Nothing);
+    assert_eq!(prime.on_claim(NOMINAL, &claim(2, Strap::Prime), ms(2_000), 2), Answer::Nothing);
     assert!(prime.is_active());
-    assert_eq!(prime.on_claim(&claim(3, Strap::Prime), ms(2_100), 2), Answer::Changed(YIELDED));
+    assert_eq!(prime.on_claim(NOMINAL, &claim(3, Strap::Prime), ms(2_100), 2), Answer::Changed(YIELDED));
 }
 
 #[test]
 fn who_yielded_takes_over_again_when_the_other_one_falls_silent() {
     let mut second = active(Strap::Second);
-    second.on_master(REDUNDANT, ms(2_000), 0);
-    assert_eq!(second.on_claim(&claim(0, Strap::Prime), ms(2_000), 0), Answer::Changed(YIELDED));
-    assert_eq!(second.on_claim(&claim(9, Strap::Prime), ms(2_001), 0), Answer::Nothing);
-    second.on_master(REDUNDANT, ms(2_100), 0);
+    second.on_master(REDUNDANT, ms(2_000), REDUNDANT, 0);
+    assert_eq!(second.on_claim(NOMINAL, &claim(0, Strap::Prime), ms(2_000), 0), Answer::Changed(YIELDED));
+    assert_eq!(second.on_claim(NOMINAL, &claim(9, Strap::Prime), ms(2_001), 0), Answer::Nothing);
+    second.on_master(REDUNDANT, ms(2_100), REDUNDANT, 0);
     assert_eq!(second.deadline(), Some(ms(2_500)));
     assert_eq!(second.poll(ms(2_500)), Some(SILENT));
     assert_eq!(second.heard(), Some(REDUNDANT));

@@ -7,6 +7,7 @@ use clap::{Parser, ValueEnum};
 use redundancy_model::broken::RULES;
 use redundancy_model::search::{self, MOST_FAULTS};
 use redundancy_model::snapshot;
+use redundancy_model::world::Crew;
 
 /// Searches all that can happen to a master and two slaves on two buses with some faults at any moment.
 ///
@@ -16,12 +17,24 @@ struct Arguments {
     /// Faults at most, 0 to 3
     #[arg(long, default_value_t = MOST_FAULTS, value_parser = clap::value_parser!(u8).range(..=i64::from(MOST_FAULTS)))]
     faults: u8,
+    /// Who manages the network
+    #[arg(long, value_enum, default_value_t = Masters::One)]
+    masters: Masters,
     /// Threads, 1 to 64: all cores unless given
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=64))]
     threads: Option<u8>,
     /// Breaks a rule and prints the shortest way to where it shows
     #[arg(long)]
     broken: Option<Rule>,
+}
+
+/// Master boards.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Masters {
+    /// A master without a standby
+    One,
+    /// Two boards, one of which is the standby of the other
+    Two,
 }
 
 /// A broken rule, by its number.
@@ -39,6 +52,10 @@ enum Rule {
     TogglesOnceMore,
     /// Each switch of a search changes Bdefault
     BdefaultByToggle,
+    /// Of two active masters none yields
+    NeverYields,
+    /// A master tells nothing to a standby that is cut off from its bus
+    NeverCalls,
 }
 
 fn main() -> ExitCode {
@@ -48,7 +65,11 @@ fn main() -> ExitCode {
     }
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let start = Instant::now();
-    let report = search::search(arguments.faults, arguments.threads.map_or(cores, usize::from));
+    let crew = match arguments.masters {
+        Masters::One => Crew::OneMaster,
+        Masters::Two => Crew::TwoMasters,
+    };
+    let report = search::search(crew, arguments.faults, arguments.threads.map_or(cores, usize::from));
     for violation in &report.violations {
         println!("does not hold: {}\n\n{}", violation.property, violation.table);
     }
@@ -59,6 +80,7 @@ fn main() -> ExitCode {
     println!(
         "{} states and {} steps with up to {} faults, all of them: every property holds\n\
          longest time without service {} ms, longest disagreement {} ms, most changes of the bus without need {}\n\
+         longest time with two active masters that hear each other {} ms, most changes of role {}\n\
          {:.0} s",
         report.states,
         report.steps,
@@ -66,9 +88,11 @@ fn main() -> ExitCode {
         report.unserved,
         report.disagreeing,
         report.needless,
+        report.rivalling,
+        report.handed_over,
         start.elapsed().as_secs_f64()
     );
-    match snapshot::states(arguments.faults) {
+    match snapshot::states(crew, arguments.faults) {
         Some(known) if known == report.states => ExitCode::SUCCESS,
         known => {
             eprintln!(
@@ -81,7 +105,7 @@ fn main() -> ExitCode {
 }
 
 fn show(rule: &redundancy_model::broken::Rule) -> ExitCode {
-    let Some(violation) = search::find(rule.faults, rule.broken, rule.property) else {
+    let Some(violation) = search::find(rule.crew, rule.faults, rule.broken, rule.property) else {
         eprintln!("not found with {} faults", rule.faults);
         return ExitCode::FAILURE;
     };

@@ -3,10 +3,12 @@
 use ecss_can::heartbeat;
 use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::redundancy::{Action, Broken, Manager, Rivals, SwitchCause};
+use ecss_can::redundancy::{
+    Action, Answer, Broken, Claim, Manager, Rivals, RoleCause, RoleChange, Standby, Strap, SwitchCause,
+};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
 
-use crate::profile::{DWELL, PARALLEL, PARAMETERS, PLACES, SELECTIVE, SILENT_SHARE};
+use crate::profile::{DWELL, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE, SILENT_SHARE};
 use crate::station::{Outgoing, Station};
 
 /// Controllers of a lone transmitter.
@@ -17,6 +19,8 @@ const ALONE: Health = Health { state: ErrorState::Passive, tec: 128, rec: 0, las
 pub struct Master {
     /// Decides which bus is active.
     pub manager: Manager<PLACES>,
+    /// Decides which of two masters is active.
+    standby: Option<Standby>,
     broken: Option<Broken>,
     rivals: Rivals,
     sync: Periodic,
@@ -26,15 +30,23 @@ pub struct Master {
     unacknowledged: PerBus<bool>,
     /// Why it changed the bus in this step.
     pub switched: Option<SwitchCause>,
+    /// It took over, yielded or became the standby in this step.
+    pub role_changed: Option<RoleChange>,
 }
 
 impl Master {
-    /// A master before power-on. `broken`: a rule that does not hold.
-    pub fn new(broken: Option<Broken>) -> Self {
+    /// A master before power-on, one of two if it has a strap. `broken`: a rule that does not hold.
+    pub fn new(strap: Option<Strap>, broken: Option<Broken>) -> Self {
         let mut manager = Manager::new(PARAMETERS, SILENT_SHARE, DWELL);
         manager.break_rule(broken);
+        let standby = strap.map(|strap| {
+            let mut standby = Standby::new(PAIR, strap);
+            standby.break_rule(broken);
+            standby
+        });
         Master {
             manager,
+            standby,
             broken,
             rivals: Rivals::default(),
             sync: Periodic::new(PARAMETERS.producer),
@@ -42,13 +54,27 @@ impl Master {
             held: Vec::new(),
             unacknowledged: PerBus::default(),
             switched: None,
+            role_changed: None,
         }
+    }
+
+    /// Whether it manages the network.
+    pub fn is_active(&self) -> bool {
+        self.standby.as_ref().is_none_or(Standby::is_active)
+    }
+
+    /// Nothing happened yet in this step.
+    pub fn forget_news(&mut self) {
+        (self.switched, self.role_changed) = (None, None);
     }
 
     /// Shifts the clock.
     pub fn rebase(&mut self, now: Instant) {
         let to = Rebase::new(now);
         self.manager.rebase(now);
+        if let Some(standby) = &mut self.standby {
+            standby.rebase(now);
+        }
         self.rivals.rebase(&to, PARAMETERS.quiet_time());
         self.sync.rebase(&to);
         self.outgoing.rebase(&to);
@@ -65,7 +91,14 @@ impl Master {
 
     fn act(&mut self, action: Action, now: Instant) {
         match action {
-            Action::Heartbeat { bus, frame } => self.outgoing.send(bus, frame, now),
+            Action::Heartbeat { bus, frame } => {
+                self.outgoing.send(bus, frame, now);
+                let slaves = self.manager.peers().heard(now, PARAMETERS.consumer);
+                let call = self.standby.as_ref().and_then(|standby| standby.call(bus, slaves));
+                if let Some((bus, claim)) = call {
+                    self.outgoing.send(bus, PAIR.frame(claim), now);
+                }
+            }
             Action::Switched { from, cause, .. } => {
                 self.switched = Some(cause);
                 self.held.clear();
@@ -82,26 +115,116 @@ impl Master {
         let health = if self.unacknowledged[bus] { ALONE } else { Health::default() };
         self.manager.on_health(bus, health, false, now);
     }
+
+    fn restarted(&self) -> Master {
+        Master::new(self.standby.as_ref().map(Standby::strap), self.broken)
+    }
+
+    fn boot_up(&mut self, now: Instant) {
+        let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
+        self.outgoing.send(self.manager.active(), boot_up, now);
+        self.sync.restart(now);
+    }
+
+    fn take_over(&mut self, now: Instant) {
+        let Some(standby) = &mut self.standby else { return };
+        let Some(change) = standby.poll(now) else { return };
+        self.manager.take_over(standby.heard().unwrap_or(PARAMETERS.bdefault), now);
+        self.boot_up(now);
+        self.role_changed = Some(change);
+    }
+
+    fn stand_by(&mut self, change: RoleChange) {
+        self.held.clear();
+        self.outgoing.clear();
+        self.manager.stand_by();
+        self.rivals = Rivals::default();
+        self.unacknowledged = PerBus::default();
+        self.role_changed = Some(change);
+    }
+
+    fn answer(&mut self, bus: Bus, answer: Answer, now: Instant) {
+        match answer {
+            Answer::Nothing => {}
+            Answer::Changed(change) if change.cause == RoleCause::MasterHeard => {
+                self.role_changed = Some(change);
+            }
+            Answer::Changed(change) => self.stand_by(change),
+            Answer::Claim(claim) => self.outgoing.send(bus, PAIR.frame(claim), now),
+        }
+    }
+
+    /// 701h of another master.
+    fn on_other_master(&mut self, bus: Bus, now: Instant) {
+        let slaves = self.manager.peers().heard(now, PARAMETERS.consumer);
+        let active = self.manager.active();
+        if let Some(standby) = &mut self.standby {
+            let answer = standby.on_master(bus, now, active, slaves);
+            self.answer(bus, answer, now);
+        }
+    }
+
+    fn claim(&self, frame: &Frame) -> Option<Claim> {
+        self.standby.as_ref()?.pair().claim(frame)
+    }
+
+    fn on_claim(&mut self, bus: Bus, claim: &Claim, now: Instant) {
+        let slaves = self.manager.peers().heard(now, PARAMETERS.consumer);
+        if let Some(standby) = &mut self.standby {
+            let answer = standby.on_claim(bus, claim, now, slaves);
+            self.answer(bus, answer, now);
+        }
+    }
+
+    /// A frame while another master is active.
+    fn overhear(&mut self, bus: Bus, frame: &Frame, now: Instant) {
+        let id = frame.id();
+        if id == CobId::heartbeat(NodeId::MASTER) {
+            self.manager.follow(bus);
+            self.on_other_master(bus, now);
+        } else if let Some(claim) = self.claim(frame) {
+            self.on_claim(bus, &claim, now);
+        } else if id == CobId::SYNC {
+            let slaves = self.manager.peers().heard(now, PARAMETERS.consumer);
+            if let Some(standby) = &mut self.standby {
+                let answer = standby.on_other_frame(bus, now, slaves);
+                self.answer(bus, answer, now);
+            }
+            if slaves == 0 {
+                self.manager.follow(bus);
+            }
+        } else if let Some(node) = id.node()
+            && id == CobId::heartbeat(node)
+            && let Some(state) = heartbeat::decode(frame)
+        {
+            self.manager.on_heartbeat(bus, node, state, now);
+        }
+    }
 }
 
 impl Station for Master {
     fn start(&mut self, now: Instant) {
-        *self = Master::new(self.broken);
+        *self = self.restarted();
         for node in [PARALLEL, SELECTIVE] {
             self.manager.peers_mut().assign(node, true);
         }
+        if let Some(standby) = &mut self.standby {
+            return standby.start(now);
+        }
         self.manager.start(now);
-        let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
-        self.outgoing.send(self.manager.active(), boot_up, now);
-        self.sync.restart(now);
+        self.boot_up(now);
         self.poll(now);
     }
 
     fn power_off(&mut self) {
-        *self = Master::new(self.broken);
+        *self = self.restarted();
     }
 
     fn poll(&mut self, now: Instant) {
+        self.take_over(now);
+        if !self.is_active() {
+            return;
+        }
         while let Some(action) = self.manager.poll(now) {
             self.act(action, now);
         }
@@ -121,11 +244,17 @@ impl Station for Master {
 
     fn on_received(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         self.poll(now);
+        if !self.is_active() {
+            return self.overhear(bus, frame, now);
+        }
         let id = frame.id();
         let node = id.node().filter(|node| *node != NodeId::MASTER);
         self.manager.on_frame(bus, node, now);
         if id == CobId::heartbeat(NodeId::MASTER) {
             self.rivals.on_heartbeat(bus, now);
+            self.on_other_master(bus, now);
+        } else if let Some(claim) = self.claim(frame) {
+            self.on_claim(bus, &claim, now);
         } else if let Some(node) = node
             && id == CobId::heartbeat(node)
             && let Some(state) = heartbeat::decode(frame)
@@ -161,6 +290,9 @@ impl Station for Master {
     }
 
     fn deadline(&self) -> Option<Instant> {
+        if !self.is_active() {
+            return self.standby.as_ref()?.deadline();
+        }
         let sync = self.sync.deadline().filter(|_| self.manager.is_announced());
         let rivals = self.rivals.deadline(PARAMETERS.quiet_time());
         earliest(&[self.manager.deadline(), rivals, sync, self.outgoing.deadline()])
@@ -168,6 +300,10 @@ impl Station for Master {
 
     fn is_joined(&self, _bus: Bus) -> bool {
         true
+    }
+
+    fn is_silent(&self) -> bool {
+        !self.is_active()
     }
 
     fn active(&self) -> Bus {

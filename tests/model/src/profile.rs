@@ -1,6 +1,7 @@
 //! The numbers of the model: small, in the proportions of the default profile.
 
-use ecss_can::redundancy::Parameters;
+use ecss_can::profile::Profile;
+use ecss_can::redundancy::{Pair, Parameters};
 use ecss_can::types::{Bus, Duration, NodeId};
 
 /// Nodes have Node-IDs below.
@@ -30,3 +31,5 @@ pub const SILENT_SHARE: u8 = 50;
 pub const DWELL: Duration = Duration::ZERO;
 /// Lifetime of heartbeats, NMT commands and SYNC.
 pub const LIFETIME: Duration = PARAMETERS.producer;
+/// Two master boards: the standby takes over after 8 ticks, boards listen for 14 and 18.
+pub const PAIR: Pair = Profile::PAIR;

@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use ecss_can::redundancy::Broken;
 use stateright::{Checker, HasDiscoveries, Model, Property};
 
-use crate::profile::{PARAMETERS, TICK};
+use crate::profile::{DWELL, PAIR, PARAMETERS, TICK};
 use crate::table::Table;
-use crate::world::{Fault, World};
+use crate::world::{Crew, Fault, World};
 
 /// Most faults of a search.
 pub const MOST_FAULTS: u8 = 3;
@@ -16,6 +16,13 @@ pub const MOST_FAULTS: u8 = 3;
 /// Changes of the bus that no unserved slave asks for: where each bus serves one slave, a try from each bus, and at most one
 /// return from each.
 const NEEDLESS: u8 = 4;
+
+/// Ticks in which two active masters may hear each other: two heartbeat periods.
+const RIVALLING: u8 = 4;
+
+/// Changes of role after the last fault: both become active where they do not hear each other, and one yields where they do;
+/// once more where nobody acknowledges the heartbeat of the one that stays.
+const HANDED_OVER: u8 = 6;
 
 /// What happens next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -36,6 +43,10 @@ pub mod property {
     pub const AGREED: &str = "nodes that hear each other agree on the bus within the bound";
     /// The bus does not change for ever.
     pub const SETTLED: &str = "the bus does not change for ever";
+    /// Two active masters.
+    pub const ONE_ACTIVE: &str = "of two active masters that hear each other one yields within the bound";
+    /// The role of a master does not change for ever.
+    pub const ROLES: &str = "masters do not take turns for ever";
     /// Ctoggle.
     pub const CTOGGLE: &str = "Ctoggle is at most Ntoggle";
     /// Bdefault.
@@ -48,20 +59,23 @@ pub struct Longest {
     unserved: AtomicU8,
     disagreeing: AtomicU8,
     needless: AtomicU8,
+    rivalling: AtomicU8,
+    handed_over: AtomicU8,
 }
 
 /// A model of a spacecraft.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Spacecraft {
+    crew: Crew,
     faults: u8,
     broken: Option<Broken>,
     longest: Longest,
 }
 
 /// Ticks in which every slave in reach becomes operational: (Ttoggle + 2) consumer times and a hold time, and two dwells where
-/// the master hears no slave.
+/// the master hears no slave. Where no master is active, a board listens first.
 fn service_bound() -> u8 {
-    agreement_bound() + 2 * ticks(PARAMETERS.dwell(crate::profile::DWELL))
+    agreement_bound() + 2 * ticks(PARAMETERS.dwell(DWELL)) + ticks(PAIR.second_listens)
 }
 
 /// Ticks in which a slave that hears the master is on its bus: (Ttoggle + 2) consumer times and a hold time.
@@ -83,7 +97,7 @@ impl Model for Spacecraft {
     type Action = Step;
 
     fn init_states(&self) -> Vec<World> {
-        vec![World::new(self.faults, self.broken)]
+        vec![World::new(self.crew, self.faults, self.broken)]
     }
 
     fn actions(&self, state: &World, actions: &mut Vec<Step>) {
@@ -117,6 +131,12 @@ impl Model for Spacecraft {
             Property::always(property::SETTLED, |model: &Spacecraft, world: &World| {
                 note(&model.longest.needless, world.watch.needless) <= NEEDLESS
             }),
+            Property::always(property::ONE_ACTIVE, |model: &Spacecraft, world: &World| {
+                note(&model.longest.rivalling, world.watch.rivalling) <= RIVALLING
+            }),
+            Property::always(property::ROLES, |model: &Spacecraft, world: &World| {
+                note(&model.longest.handed_over, world.watch.handed_over) <= HANDED_OVER
+            }),
             Property::always(property::CTOGGLE, |_, world: &World| !world.watch.is_toggled_too_often),
             Property::always(property::BDEFAULT, |_, world: &World| !world.watch.has_wrong_bdefault),
         ]
@@ -138,6 +158,10 @@ pub struct Report {
     pub disagreeing: u64,
     /// Most changes of the bus while the slaves were served.
     pub needless: u8,
+    /// Longest time with two active masters that hear each other, milliseconds.
+    pub rivalling: u64,
+    /// Most changes of role after the last fault.
+    pub handed_over: u8,
     /// Properties that do not hold, and the shortest way there.
     pub violations: Vec<Violation>,
 }
@@ -157,18 +181,18 @@ pub struct Violation {
 
 /// Searches through all that can happen with up to `faults` faults at any moment. Ends at the first state without a property
 /// that does not hold, if there is one.
-pub fn search(faults: u8, threads: usize) -> Report {
-    explore(faults, None, threads, HasDiscoveries::Any)
+pub fn search(crew: Crew, faults: u8, threads: usize) -> Report {
+    explore(crew, faults, None, threads, HasDiscoveries::Any)
 }
 
 /// Searches for the shortest way on which `property` does not hold where a rule is broken.
-pub fn find(faults: u8, broken: Broken, property: &'static str) -> Option<Violation> {
-    let report = explore(faults, Some(broken), 1, HasDiscoveries::AllOf(BTreeSet::from([property])));
+pub fn find(crew: Crew, faults: u8, broken: Broken, property: &'static str) -> Option<Violation> {
+    let report = explore(crew, faults, Some(broken), 1, HasDiscoveries::AllOf(BTreeSet::from([property])));
     report.violations.into_iter().find(|violation| violation.property == property)
 }
 
-fn explore(faults: u8, broken: Option<Broken>, threads: usize, until: HasDiscoveries) -> Report {
-    let model = Spacecraft { faults, broken, longest: Longest::default() };
+fn explore(crew: Crew, faults: u8, broken: Option<Broken>, threads: usize, until: HasDiscoveries) -> Report {
+    let model = Spacecraft { crew, faults, broken, longest: Longest::default() };
     let checker = model.checker().threads(threads).finish_when(until).spawn_bfs().join();
     let longest = &checker.model().longest;
     let millis = |ticks: &AtomicU8| u64::from(ticks.load(Ordering::Relaxed)) * TICK.as_millis();
@@ -184,6 +208,8 @@ fn explore(faults: u8, broken: Option<Broken>, threads: usize, until: HasDiscove
         unserved: millis(&longest.unserved),
         disagreeing: millis(&longest.disagreeing),
         needless: longest.needless.load(Ordering::Relaxed),
+        rivalling: millis(&longest.rivalling),
+        handed_over: longest.handed_over.load(Ordering::Relaxed),
         violations,
     }
 }

@@ -235,6 +235,10 @@ impl Station for Slave {
         self.access == BusAccess::Parallel || bus == self.selector.selected()
     }
 
+    fn is_silent(&self) -> bool {
+        false
+    }
+
     fn active(&self) -> Bus {
         self.selector.selected()
     }

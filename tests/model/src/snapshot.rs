@@ -1,11 +1,20 @@
 //! How many states there are: another number means that a rule has changed, or that the search is not the same in every run.
 
-/// Where the numbers are.
+use crate::world::Crew;
+
+/// Where the numbers are: masters, faults, states.
 pub const PATH: &str = "tests/model/states.txt";
 
 /// States of a whole search with up to `faults` faults, as known.
-pub fn states(faults: u8) -> Option<usize> {
-    let rows = include_str!("../states.txt").lines().filter_map(|line| line.split_once(' '));
-    let mut known = rows.filter_map(|(row, states)| Some((row.parse::<u8>().ok()?, states.parse().ok()?)));
-    known.find(|(row, _)| *row == faults).map(|(_, states)| states)
+pub fn states(crew: Crew, faults: u8) -> Option<usize> {
+    let masters = match crew {
+        Crew::OneMaster => "1",
+        Crew::TwoMasters => "2",
+    };
+    let rows = include_str!("../states.txt").lines().map(|line| line.split(' ').collect::<Vec<_>>());
+    let mut known = rows.filter_map(|row| match row[..] {
+        [crew, most, states] if crew == masters => Some((most.parse::<u8>().ok()?, states.parse().ok()?)),
+        _ => None,
+    });
+    known.find(|(most, _)| *most == faults).map(|(_, states)| states)
 }

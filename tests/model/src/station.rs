@@ -94,6 +94,8 @@ pub trait Station {
     fn deadline(&self) -> Option<Instant>;
     /// Whether its controller takes part in this bus.
     fn is_joined(&self, bus: Bus) -> bool;
+    /// Whether it only listens there: it acknowledges nothing.
+    fn is_silent(&self) -> bool;
     /// The bus that it considers active.
     fn active(&self) -> Bus;
     /// NMT state.

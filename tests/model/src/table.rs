@@ -5,13 +5,14 @@ use std::fmt;
 use ecss_can::types::{Bus, NmtState};
 use stateright::Path;
 
+use crate::master::Master;
 use crate::profile::TICK;
 use crate::search::Step;
 use crate::station::Station;
 use crate::world::{Fault, Kind, Message, STATIONS, World};
 
 /// Names of the nodes.
-const NAMES: [&str; STATIONS] = ["master", "slave 2", "slave 3"];
+const NAMES: [&str; STATIONS] = ["master", "slave 2", "slave 3", "second master"];
 
 /// The way to a state, a row for each step that changed something.
 pub struct Table(pub Vec<(World, Option<Step>)>);
@@ -25,9 +26,12 @@ impl Table {
 
 impl fmt::Display for Table {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let second =
+            if self.0.first().is_some_and(|(world, _)| world.masters.len() > 1) { NAMES[3] } else { "" };
+        let gap = if second.is_empty() { 0 } else { 20 };
         writeln!(
             f,
-            "    ms  step                                master          slave 2, parallel   slave 3, selective  not served"
+            "    ms  step                                master              {second:gap$}slave 2, parallel   slave 3, selective  not served"
         )?;
         let (mut at, mut told) = (0, String::new());
         let mut step = String::from("power-on of all nodes");
@@ -54,14 +58,19 @@ impl fmt::Display for Table {
 }
 
 fn nodes(world: &World) -> String {
-    let cause = world.master.switched.map_or(String::new(), |cause| format!(" {cause:?}"));
-    let master = format!("{}{cause}", letter(world.master.active()));
+    let masters: Vec<String> = world.masters.iter().map(|it| format!("{:18}", master(it))).collect();
     let slaves = world.slaves.iter().map(|slave| {
         let given_up = if slave.has_given_up { " gave up" } else { "" };
         format!("{} {}{given_up}", letter(slave.active()), state(slave.state()))
     });
     let slaves: Vec<String> = slaves.map(|text| format!("{text:18}")).collect();
-    format!("{master:14}  {}", slaves.join("  "))
+    format!("{}  {}", masters.join("  "), slaves.join("  "))
+}
+
+fn master(master: &Master) -> String {
+    let cause = master.switched.map_or(String::new(), |cause| format!(" {cause:?}"));
+    let role = if master.is_active() { "" } else { " silent" };
+    format!("{}{role}{cause}", letter(master.active()))
 }
 
 fn words(fault: Fault) -> String {

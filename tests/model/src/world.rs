@@ -1,8 +1,10 @@
-//! Three nodes on two buses, and what can go wrong with them.
+//! Nodes on two buses, and what can go wrong with them.
+
+use core::ops::Range;
 
 use ecss_can::heartbeat;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::redundancy::{Broken, BusAccess};
+use ecss_can::redundancy::{Broken, BusAccess, Strap};
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, Rebase};
 
 use crate::master::Master;
@@ -11,10 +13,10 @@ use crate::slave::Slave;
 use crate::station::Station;
 use crate::watch::Watch;
 
-/// Nodes: the master, then the slaves.
-pub const STATIONS: usize = 3;
-/// The place of the master.
-pub const MASTER: usize = 0;
+/// The most nodes: the master, two slaves, and the second master.
+pub const STATIONS: usize = 4;
+/// Places of the masters.
+pub const MASTERS: [usize; 2] = [0, 3];
 
 /// What a foreign master commands.
 const COMMANDS: [Command; 5] = [
@@ -62,14 +64,23 @@ pub enum Message {
     Command(Command),
 }
 
+/// Who is there beside the two slaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Crew {
+    /// A master without a standby.
+    OneMaster,
+    /// Two master boards.
+    TwoMasters,
+}
+
 /// A whole spacecraft, at [`Rebase::ORIGIN`].
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct World {
-    /// The master.
-    pub master: Master,
+    /// The master, or the one strapped prime and the other one.
+    pub masters: Vec<Master>,
     /// One slave with parallel access, one with selective access.
     pub slaves: [Slave; 2],
-    /// A bit for each stub that is cut: three of the nominal bus, three of the redundant one.
+    /// A bit for each stub that is cut: four of the nominal bus, four of the redundant one.
     cut: u8,
     /// A bit for each node without power.
     off: u8,
@@ -83,9 +94,13 @@ pub struct World {
 
 impl World {
     /// All nodes powered at the same instant. `broken`: a rule that does not hold.
-    pub fn new(faults: u8, broken: Option<Broken>) -> World {
+    pub fn new(crew: Crew, faults: u8, broken: Option<Broken>) -> World {
+        let straps = match crew {
+            Crew::OneMaster => vec![None],
+            Crew::TwoMasters => vec![Some(Strap::Prime), Some(Strap::Second)],
+        };
         let mut world = World {
-            master: Master::new(broken),
+            masters: straps.into_iter().map(|strap| Master::new(strap, broken)).collect(),
             slaves: [
                 Slave::new(PARALLEL, BusAccess::Parallel, broken),
                 Slave::new(SELECTIVE, BusAccess::Selective, broken),
@@ -97,24 +112,28 @@ impl World {
             watch: Watch::default(),
         };
         let now = Rebase::ORIGIN;
-        (0..STATIONS).for_each(|place| world.station(place).start(now));
+        world.places().for_each(|place| world.station(place).start(now));
         world.settle(now);
         world.rebase(now);
         world
     }
 
     fn station(&mut self, place: usize) -> &mut dyn Station {
-        match place {
-            MASTER => &mut self.master,
-            _ => &mut self.slaves[place - 1],
+        match MASTERS.iter().position(|master| *master == place) {
+            Some(master) => &mut self.masters[master],
+            None => &mut self.slaves[place - 1],
         }
     }
 
     fn seen(&self, place: usize) -> &dyn Station {
-        match place {
-            MASTER => &self.master,
-            _ => &self.slaves[place - 1],
+        match MASTERS.iter().position(|master| *master == place) {
+            Some(master) => &self.masters[master],
+            None => &self.slaves[place - 1],
         }
+    }
+
+    fn places(&self) -> Range<usize> {
+        0..self.masters.len() + self.slaves.len()
     }
 
     /// Whether a node is on the wire of a bus, its controller apart.
@@ -132,28 +151,35 @@ impl World {
         self.losing != 0
     }
 
-    fn takes_part(&self, bus: Bus, place: usize) -> bool {
+    fn hears(&self, bus: Bus, place: usize) -> bool {
         self.is_powered(place) && self.is_connected(bus, place) && self.seen(place).is_joined(bus)
+    }
+
+    /// Whether it sends and acknowledges.
+    fn takes_part(&self, bus: Bus, place: usize) -> bool {
+        self.hears(bus, place) && !self.seen(place).is_silent()
     }
 
     /// Every fault that can happen now.
     pub fn faults(&self, faults: &mut Vec<Fault>) {
         for bus in Bus::ALL {
-            for place in 0..STATIONS {
+            for place in self.places() {
                 let is_whole = self.is_connected(bus, place);
                 faults.push(if is_whole { Fault::Cut(bus, place) } else { Fault::Restore(bus, place) });
             }
             faults.push(Fault::Foreign(bus, Message::Heartbeat));
             faults.extend(COMMANDS.map(|command| Fault::Foreign(bus, Message::Command(command))));
         }
-        for place in 0..STATIONS {
+        for place in self.places() {
             if !self.is_powered(place) {
                 faults.push(Fault::On(place));
                 continue;
             }
             faults.extend([Fault::Reset(place), Fault::Off(place)]);
             for kind in [Kind::Heartbeat, Kind::Command] {
-                if (place != MASTER || kind == Kind::Heartbeat) && self.losing & loss(place, kind) == 0 {
+                if (!MASTERS.contains(&place) || kind == Kind::Heartbeat)
+                    && self.losing & loss(place, kind) == 0
+                {
                     faults.push(Fault::Lose(place, kind));
                 }
             }
@@ -168,7 +194,7 @@ impl World {
 
     /// The same at any time, without the shift to [`Rebase::ORIGIN`].
     pub fn suffer_at(&mut self, fault: Fault, now: Instant) {
-        self.master.switched = None;
+        self.masters.iter_mut().for_each(Master::forget_news);
         match fault {
             Fault::Cut(bus, place) => self.cut |= stub(bus, place),
             Fault::Restore(bus, place) => self.cut &= !stub(bus, place),
@@ -208,7 +234,7 @@ impl World {
     }
 
     fn ticks_from(&self, now: Instant) -> u32 {
-        let powered = (0..STATIONS).filter(|place| self.is_powered(*place));
+        let powered = self.places().filter(|place| self.is_powered(*place));
         let due = powered.filter_map(|place| self.seen(place).deadline()).min();
         let wait = due.map_or(TICK, |due| due.since(now)).max(TICK);
         wait.as_micros().div_ceil(TICK.as_micros()) as u32
@@ -224,8 +250,8 @@ impl World {
     pub fn tick_from(&mut self, now: Instant) -> Instant {
         let ticks = self.ticks_from(now);
         let now = now + TICK.times(ticks);
-        self.master.switched = None;
-        for place in 0..STATIONS {
+        self.masters.iter_mut().for_each(Master::forget_news);
+        for place in self.places() {
             if !self.is_powered(place) {
                 continue;
             }
@@ -246,19 +272,30 @@ impl World {
         loop {
             let mut next: Option<(CobId, Bus, usize, Frame)> = None;
             for bus in Bus::ALL {
-                for place in 0..STATIONS {
+                for place in self.places() {
                     let Some(frame) = self.seen(place).waiting().next(bus) else { continue };
                     let is_heard = self.takes_part(bus, place)
-                        && (0..STATIONS).any(|other| other != place && self.takes_part(bus, other));
+                        && self.places().any(|other| other != place && self.takes_part(bus, other));
                     self.station(place).on_unacknowledged(bus, !is_heard, now);
                     if is_heard && next.is_none_or(|(id, ..)| frame.id() < id) {
                         next = Some((frame.id(), bus, place, frame));
                     }
                 }
             }
-            let Some((_, bus, place, frame)) = next else { return };
+            let Some((_, bus, place, frame)) = next else { return self.overhear(now) };
             self.station(place).on_sent(bus, &frame, now);
             self.deliver(bus, &frame, Some(place), now);
+        }
+    }
+
+    /// A frame that nobody acknowledges is repeated, and who listens only receives it.
+    fn overhear(&mut self, now: Instant) {
+        for bus in Bus::ALL {
+            for place in self.places().filter(|place| self.takes_part(bus, *place)).collect::<Vec<_>>() {
+                if let Some(frame) = self.seen(place).waiting().next(bus) {
+                    self.deliver(bus, &frame, Some(place), now);
+                }
+            }
         }
     }
 
@@ -268,8 +305,8 @@ impl World {
             id if id.function() == CobId::heartbeat(NodeId::MASTER).function() => Some(Kind::Heartbeat),
             _ => None,
         };
-        for place in 0..STATIONS {
-            if Some(place) == from || !self.takes_part(bus, place) {
+        for place in self.places() {
+            if Some(place) == from || !self.hears(bus, place) {
                 continue;
             }
             let lost = kind.map_or(0, |kind| loss(place, kind));
@@ -283,7 +320,7 @@ impl World {
     }
 
     fn rebase(&mut self, now: Instant) {
-        self.master.rebase(now);
+        self.masters.iter_mut().for_each(|master| master.rebase(now));
         self.slaves.iter_mut().for_each(|slave| slave.rebase(now));
     }
 }

@@ -5,13 +5,16 @@ use std::process::Command;
 use redundancy_model::broken::RULES;
 use redundancy_model::search::{find, search};
 use redundancy_model::snapshot;
+use redundancy_model::world::Crew;
 
 /// Given up to two faults at any moment. Then every property holds in every state that can be reached.
 #[test]
 fn two_faults_at_any_moment_break_no_property() {
-    let report = search(2, 2);
-    assert!(report.is_closed, "{:#?}", report.violations.first().map(|violation| &violation.table));
-    assert_eq!(Some(report.states), snapshot::states(2), "see {}", snapshot::PATH);
+    for crew in [Crew::OneMaster, Crew::TwoMasters] {
+        let report = search(crew, 2, 2);
+        assert!(report.is_closed, "{:#?}", report.violations.first().map(|violation| &violation.table));
+        assert_eq!(Some(report.states), snapshot::states(crew, 2), "see {}", snapshot::PATH);
+    }
 }
 
 /// Given a rule that is broken; the slow ones are left to the command. Then the search finds a state where its property does not hold, with as many faults as it
@@ -19,9 +22,12 @@ fn two_faults_at_any_moment_break_no_property() {
 #[test]
 fn each_broken_rule_is_found() {
     for rule in RULES.into_iter().filter(|rule| rule.faults < 3) {
-        let violation = find(rule.faults, rule.broken, rule.property).expect("a way to it");
+        let violation = find(rule.crew, rule.faults, rule.broken, rule.property).expect("a way to it");
         assert_eq!(violation.faults, usize::from(rule.faults), "{rule:?}\n{}", violation.table);
-        assert!(find(rule.faults - 1, rule.broken, rule.property).is_none(), "{rule:?} with fewer faults");
+        assert!(
+            find(rule.crew, rule.faults - 1, rule.broken, rule.property).is_none(),
+            "{rule:?} with fewer faults"
+        );
     }
 }
 

@@ -179,6 +179,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         match action {
             Action::Heartbeat { bus, frame } => {
                 out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+                self.call_standby(now, out);
                 self.scrub(now);
             }
             Action::Switched { from, to, cause } => {

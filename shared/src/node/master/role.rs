@@ -101,7 +101,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let id = frame.id();
         if id == CobId::heartbeat(NodeId::MASTER) {
-            return self.overhear_master(bus, stamp.at, out);
+            self.manager.follow(bus);
+            return self.on_other_master(bus, stamp.at, now, out);
+        }
+        if self.on_claim(bus, frame, stamp.at, now, out) {
+            return;
         }
         if self.is_of_master(id) {
             return self.overhear_unacknowledged(bus, frame, stamp, now, out);
@@ -125,20 +129,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Whether only an active master sends this beside its heartbeat: SYNC, claims, the spacecraft time.
+    /// Whether only an active master sends this beside heartbeat and claims: SYNC, the spacecraft time.
     fn is_of_master(&self, id: CobId) -> bool {
-        let claims = self.boards.standby().map(|standby| standby.pair().both_claims());
-        id == self.sync.id()
-            || claims.is_some_and(|claims| claims.contains(&id))
-            || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
-    }
-
-    fn overhear_master(&mut self, bus: Bus, at: Instant, out: &mut Out) {
-        self.manager.follow(bus);
-        if let Some(standby) = self.boards.standby_mut() {
-            let answer = standby.on_master(bus, at, 0);
-            self.heed(answer, out);
-        }
+        id == self.sync.id() || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
     }
 
     /// What only a master sends: perhaps in place of its heartbeat.
@@ -153,7 +146,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let slaves = self.manager.peers().heard(stamp.at, self.redundancy.consumer);
         if let Some(standby) = self.boards.standby_mut() {
             let answer = standby.on_other_frame(bus, stamp.at, slaves);
-            self.heed(answer, out);
+            self.answer(bus, answer, now, out);
         }
         if slaves == 0 {
             self.manager.follow(bus);
@@ -169,18 +162,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A board that listened is the standby.
-    fn heed(&mut self, answer: Answer, out: &mut Out) {
-        if let Answer::Changed(change) = answer {
-            self.on_role(change, out);
-        }
-    }
-
-    /// The heartbeat of another active master: the claim that is to go there.
+    /// The heartbeat of another active master.
     pub(super) fn on_other_master(&mut self, bus: Bus, at: Instant, now: Instant, out: &mut Out) {
         let slaves = self.manager.peers().heard(at, self.redundancy.consumer);
+        let active = self.manager.active();
         if let Some(standby) = self.boards.standby_mut() {
-            let answer = standby.on_master(bus, at, slaves);
+            let answer = standby.on_master(bus, at, active, slaves);
             self.answer(bus, answer, now, out);
         }
     }
@@ -207,7 +194,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     fn take_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, now: Instant, out: &mut Out) {
         let slaves = self.manager.peers().heard(at, self.redundancy.consumer);
         if let Some(standby) = self.boards.standby_mut() {
-            let answer = standby.on_claim(claim, at, slaves);
+            let answer = standby.on_claim(bus, claim, at, slaves);
             self.answer(bus, answer, now, out);
         }
     }
@@ -215,13 +202,25 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     fn answer(&mut self, bus: Bus, answer: Answer, now: Instant, out: &mut Out) {
         match answer {
             Answer::Nothing => {}
+            Answer::Changed(change) if change.cause == RoleCause::MasterHeard => self.on_role(change, out),
             Answer::Changed(change) => self.stand_by(change, now, out),
-            Answer::Claim(claim) => {
-                if let Some(standby) = self.boards.standby() {
-                    let frame = standby.pair().frame(claim);
-                    out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
-                }
-            }
+            Answer::Claim(claim) => self.send_claim(bus, claim, now, out),
+        }
+    }
+
+    fn send_claim(&mut self, bus: Bus, claim: Claim, now: Instant, out: &mut Out) {
+        if let Some(standby) = self.boards.standby() {
+            out.send_for(bus, standby.pair().frame(claim), now, self.services.lifetimes.heartbeat);
+        }
+    }
+
+    /// A heartbeat goes out: a standby that does not hear it there may be told elsewhere.
+    #[inline(always)] // nothing for one board
+    pub(super) fn call_standby(&mut self, now: Instant, out: &mut Out) {
+        let slaves = || self.manager.peers().heard(now, self.redundancy.consumer);
+        let call = self.boards.standby().and_then(|standby| standby.call(self.manager.active(), slaves()));
+        if let Some((bus, claim)) = call {
+            self.send_claim(bus, claim, now, out);
         }
     }
 

@@ -119,6 +119,31 @@ fn a_standby_takes_over_on_the_bus_heard_last() {
     }
 }
 
+/// Given a standby that is cut off from the active bus, when it has taken over in vain and yielded, then claims on the other bus
+/// tell it that the master lives: it does not take over again.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_standby_that_is_cut_off_from_the_active_bus_takes_over_once() {
+    let mut world = flying();
+    let cut = world.now();
+    world.cut(Bus::Nominal, GAPS_M[3]);
+    world.run_for(ms(20_000));
+    let causes: Vec<_> = roles(&world, SECOND, cut).into_iter().map(|(_, cause)| cause).collect();
+    assert_eq!(causes, [RoleCause::MasterSilent, RoleCause::Yielded]);
+    assert_eq!(world.active_masters(), [PRIME]);
+    assert!(world.all_operational());
+    let yielded = roles(&world, SECOND, cut)[1].0;
+    assert!(is_silent(&world, SECOND, yielded));
+    let calls = between(&world, Bus::Redundant, 0x680, yielded + ms(1_000), yielded + ms(11_000));
+    assert!((99..=101).contains(&calls.len()), "one with each heartbeat: {}", calls.len());
+
+    world.power_off(PRIME);
+    world.run_for(ms(15_000));
+    assert_eq!(world.active_masters(), [SECOND]);
+    assert!(world.all_operational());
+}
+
 /// Given a standby that has taken over, when the other board is back, then nothing is handed back.
 ///
 /// Verifies: ECSS 8.1a
