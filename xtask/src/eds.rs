@@ -153,6 +153,7 @@ fn numbers(profile: Profile) -> &'static profile::Profile {
     match profile {
         Profile::Librecube => &mission::LIBRECUBE,
         Profile::Standard => &mission::STANDARD,
+        Profile::Standby => &mission::TWO_MASTERS,
     }
 }
 

@@ -64,6 +64,7 @@ enum Feature {
     #[value(name = "nucleo-f446re")]
     NucleoF446re,
     Librecube,
+    Standby,
 }
 
 impl Feature {
@@ -71,7 +72,7 @@ impl Feature {
         match self {
             Feature::PyboardV11 => Some(BoardName::PyboardV11),
             Feature::NucleoF446re => Some(BoardName::NucleoF446re),
-            Feature::Librecube => None,
+            Feature::Librecube | Feature::Standby => None,
         }
     }
 }
@@ -92,6 +93,7 @@ impl Options {
     fn profile(&self) -> Profile {
         let by_features = || match self.features.as_slice() {
             [] => Profile::Librecube,
+            features if features.contains(&Feature::Standby) => Profile::Standby,
             features if features.contains(&Feature::Librecube) => Profile::Librecube,
             _ => Profile::Standard,
         };

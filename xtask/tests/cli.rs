@@ -219,6 +219,12 @@ fn folders_given_are_those_seen_from_the_current_one() {
 }
 
 #[test]
+fn two_masters_are_shipped_ones_of_their_profile() {
+    refuses(&["demo", "--standby", "--profile", "standard"], &["--standby", "--profile"]);
+    refuses(&["demo", "--standby", "--master", "a.elf"], &["--standby", "--master"]);
+}
+
+#[test]
 fn wrong_values_of_the_schedule_are_refused() {
     refuses(&["schedule", "--nodes", "0"], &["--nodes", "1..=126"]);
     refuses(&["schedule", "--nodes", "127"], &["--nodes", "1..=126"]);

@@ -62,6 +62,46 @@ fn a_flight_too_short_for_the_selective_slave_fails_and_says_why() {
     assert!(report.contains("node 4 is pre-operational"), "the report must tell as well");
 }
 
+/// Given two masters, when the active one loses its power, then the other one takes over after its consumer time of 400 ms and at
+/// most 10 ms, and every slave, Pre-operational after 250 ms, is operational and commanded again; everything that is written shows it.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_standby_takes_over_and_everything_shows_it() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let output = fly(here.path(), &["--standby", "--slaves", "2", "--seconds", "6", "--cut-at", "3"]);
+    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{stdout}{stderr}");
+    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    assert_eq!((&summary["boards"], &summary["masters"]), (&4.into(), &2.into()));
+    assert_eq!((&summary["profile"], &summary["master_lost_at_seconds"]), (&"standby".into(), &3.0.into()));
+    let takeover = summary["takeover_ms"].as_f64().expect("a takeover");
+    assert!((400.0..410.0).contains(&takeover), "{takeover} ms");
+    assert_eq!((&summary["slaves_operational_at_end"], &summary["lost_frames"]), (&2.into(), &0.into()));
+    assert_eq!(summary["tc_executed"], summary["tc_due"]);
+    assert_eq!(summary["bus_changes"], 0);
+    for slave in ["2", "3"] {
+        assert!(
+            summary["failover_ms"][slave].as_f64().is_some_and(|took| took > 300.0 && took < 1_500.0),
+            "{summary}"
+        );
+    }
+    let took = format!("{takeover:.1} ms after the last heartbeat");
+    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
+    let timeline = String::from_utf8(read(here.path(), "timeline.svg")).expect("UTF-8");
+    for (what, text, expected) in [
+        ("narrator", &*stdout, "loses its power ====="),
+        ("narrator", &stdout, &took),
+        ("table", &stdout, "master 2"),
+        ("report", &report, "Two masters and 2 slaves"),
+        ("report", &report, "Around the takeover"),
+        ("report", &report, "standby on the nominal bus"),
+        ("timeline", &timeline, &took),
+    ] {
+        assert!(text.contains(expected), "{what} without {expected:?}: {text}");
+    }
+}
+
 fn example(package: &str) -> PathBuf {
     let built = Package::of_workspace(package).build("pyboard-v11").unwrap_or_else(|error| panic!("{error}"));
     built[0].clone()

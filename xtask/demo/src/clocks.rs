@@ -10,7 +10,7 @@ use twin::spacecraft::{BoardId, Spacecraft};
 
 use super::meaning::{Meaning, NmtState};
 use super::observer::{Observer, Phase};
-use super::record::{Happening, MASTER, Node, Occurrence};
+use super::record::{Happening, MASTER, Node, Occurrence, SECOND_MASTER, is_master};
 
 /// Pin of the pulses on both boards.
 const PULSE: Pin = Pin::new('B', 1);
@@ -71,7 +71,8 @@ impl ClockWatch {
         let pulses =
             |node| nodes.iter().zip(&self.pulses).find(|(of, _)| **of == node).map(|(_, pulses)| pulses);
         let Some(master) = pulses(MASTER) else { return Vec::new() };
-        let slaves = nodes.iter().filter(|node| **node != MASTER);
+        let master = &followed(master, pulses(SECOND_MASTER).map_or(&[], Vec::as_slice));
+        let slaves = nodes.iter().filter(|node| !is_master(**node));
         slaves
             .filter_map(|&node| {
                 let set = first_time(node, observer, records)?;
@@ -80,6 +81,18 @@ impl ClockWatch {
             })
             .collect()
     }
+}
+
+/// The pulses of one master, then those of the other one that took over: of two boards the one that lost its power is over first.
+fn followed(master: &[f64], second: &[f64]) -> Vec<f64> {
+    let ends_first = |pulses: &[f64], others: &[f64]| pulses.last() < others.last();
+    let (lost, other) = if ends_first(master, second) { (master, second) } else { (second, master) };
+    if lost.is_empty() || second.is_empty() {
+        return master.to_vec();
+    }
+    // Half a period: a pulse of the same second is not a second one.
+    let end = lost.last().copied().unwrap_or(f64::MIN) + PERIOD.as_secs_f64() * 5e8;
+    lost.iter().chain(other.iter().filter(|pulse| **pulse > end)).copied().collect()
 }
 
 /// When an operational slave received the spacecraft time first.

@@ -7,9 +7,9 @@ use can_wire::time::Time;
 use super::clocks::Clock;
 use super::meaning::Meaning;
 use super::narrator::Line;
-use super::observer::Observer;
+use super::observer::{Observer, Takeover};
 use super::plan::Plan;
-use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen};
+use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen, is_master};
 use super::stamps::StampErrors;
 use support::counters::Counters;
 use support::telltale::Telltale;
@@ -109,8 +109,7 @@ impl Flight {
 
     /// The heartbeats of a node on both buses.
     pub fn heartbeats(&self, node: Node) -> Heartbeats {
-        let is_own =
-            |seen: &Seen| matches!(seen.meaning, Some(Meaning::Heartbeat { node: of, .. }) if of == node);
+        let is_own = |seen: &Seen| matches!(seen.meaning, Some(Meaning::Heartbeat { node: of, .. }) if seen.board(of) == node);
         let (mut heartbeats, mut last) = (Heartbeats::default(), None::<Time>);
         for (at, _) in self.frames().filter(|(_, seen)| is_own(seen)) {
             let gap = last.map(|last| at.since(last));
@@ -133,6 +132,29 @@ impl Flight {
             Happening::Cut(bus) => Some((record.at, bus)),
             _ => None,
         })
+    }
+
+    /// When the active one of two masters lost its power, and which board that was.
+    pub fn loss(&self) -> Option<(Time, Node)> {
+        self.records.iter().find_map(|record| match record.what {
+            Happening::PowerOff(board) => Some((record.at, board)),
+            _ => None,
+        })
+    }
+
+    /// The takeover by the standby, if there was one.
+    pub fn takeover(&self) -> Option<Takeover> {
+        self.observer.takeover()
+    }
+
+    /// The fault of the flight: the cut, or the loss of a master.
+    pub fn fault(&self) -> Option<Time> {
+        self.cut().map(|(at, _)| at).or(self.loss().map(|(at, _)| at))
+    }
+
+    /// Number of master boards.
+    pub fn masters(&self) -> usize {
+        self.boards.iter().filter(|board| is_master(board.node)).count()
     }
 
     /// The master's first change of bus.

@@ -9,7 +9,7 @@ use can_wire::time::Time;
 use twin::board::{BoardConfig, EmulatedBoard, State};
 use twin::bxcan::Side;
 use twin::rtt;
-use twin::spacecraft::{LogRecord, Spacecraft, SpacecraftConfig};
+use twin::spacecraft::{BoardId, LogRecord, Spacecraft, SpacecraftConfig};
 
 use super::clocks::ClockWatch;
 use super::flight::{BoardCount, Flight, Interruption};
@@ -51,8 +51,8 @@ pub trait Watch: FnMut(Time, &[Line]) -> ControlFlow<Interruption> {}
 
 impl<F: FnMut(Time, &[Line]) -> ControlFlow<Interruption>> Watch for F {}
 
-/// Every [`STEP`] up to `end`, and the cut.
-fn stops(end: Time, cut: Option<Time>) -> impl Iterator<Item = Time> {
+/// Every [`STEP`] up to `end`, and the fault.
+fn stops(end: Time, fault: Option<Time>) -> impl Iterator<Item = Time> {
     let mut now = None::<Time>;
     std::iter::from_fn(move || {
         let next = match now {
@@ -60,7 +60,7 @@ fn stops(end: Time, cut: Option<Time>) -> impl Iterator<Item = Time> {
             Some(now) if now >= end => return None,
             Some(now) => (now + STEP).min(end),
         };
-        let next = cut.filter(|cut| now.is_none_or(|now| *cut > now) && *cut < next).unwrap_or(next);
+        let next = fault.filter(|at| now.is_none_or(|now| *at > now) && *at < next).unwrap_or(next);
         now = Some(next);
         now
     })
@@ -101,9 +101,15 @@ impl Mission {
     }
 
     fn fly(&mut self, watch: &mut impl Watch) -> ControlFlow<Interruption> {
-        let cut = self.plan.cut;
-        for stop in stops(self.plan.end, cut.map(|cut| cut.at)) {
+        let Plan { cut, loss, end, .. } = self.plan;
+        for stop in stops(end, cut.map(|cut| cut.at).or(loss)) {
             self.advance(stop, watch)?;
+            if loss == Some(stop)
+                && let Some(active) = self.observer.active_master()
+            {
+                self.spacecraft.power(self.board(active), false);
+                self.take(vec![Occurrence { at: stop, what: Happening::PowerOff(active) }], watch)?;
+            }
             if let Some(cut) = cut.filter(|cut| cut.at == stop) {
                 self.spacecraft.wire_mut(cut.bus).cut(cut.position_m);
                 self.take(vec![Occurrence { at: stop, what: Happening::Cut(cut.bus) }], watch)?;
@@ -199,6 +205,11 @@ impl Mission {
         Some(Occurrence { at: log.at, what })
     }
 
+    fn board(&self, node: Node) -> BoardId {
+        let place = self.plan.boards.iter().position(|board| board.node == node);
+        BoardId(place.expect("the observer knows boards of the plan alone"))
+    }
+
     /// Boards are attached in the order of the plan.
     fn node(&self, index: usize) -> Node {
         self.plan.boards[index].node
@@ -216,7 +227,8 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
     Ok(BoardCount {
         node,
         instructions: counters.instructions,
-        lost_frames: telltale.lost_frames(board),
+        // What was between wire and node when the power went is nobody's loss.
+        lost_frames: if board.is_powered() { telltale.lost_frames(board) } else { 0 },
         aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
         lockups: counters.lockups,
         panics: counters.panics,

@@ -7,7 +7,7 @@ use console::{Style, style};
 
 use super::meaning::{Meaning, NmtState, Scope};
 use super::observer::{Change, Phase};
-use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, Seen};
+use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
 use super::telemetry;
 
 /// How often the traffic in between is summed up.
@@ -64,12 +64,18 @@ pub struct Narrator {
     next_summary: Time,
     summaries: usize,
     master_bus: Option<Bus>,
+    /// When the cut was made, or the master lost its power.
     cut: Option<Time>,
+    lost_master: bool,
 }
 
 /// A node's name in the story.
 pub fn name(node: Node) -> String {
-    if node == MASTER { "master".into() } else { format!("node {node}") }
+    match node {
+        MASTER => "master".into(),
+        SECOND_MASTER => "master 2".into(),
+        slave => format!("node {slave}"),
+    }
 }
 
 impl Narrator {
@@ -82,6 +88,7 @@ impl Narrator {
             summaries: 0,
             master_bus: None,
             cut: None,
+            lost_master: false,
         }
     }
 
@@ -93,6 +100,11 @@ impl Narrator {
         }
         match &record.what {
             Happening::PowerOn(node) => lines.push(line(record.at, None, *node, "power on", Tone::Quiet)),
+            Happening::PowerOff(node) => {
+                (self.cut, self.lost_master) = (Some(record.at), true);
+                let text = format!("===== {} loses its power =====", name(*node));
+                lines.push(Line { who: String::new(), ..line(record.at, None, *node, text, Tone::Bad) });
+            }
             Happening::Cut(bus) => {
                 self.cut = Some(record.at);
                 lines.push(Line {
@@ -121,16 +133,16 @@ impl Narrator {
         let mut say = |node, text: String, tone| lines.push(line(at, Some(seen.bus), node, text, tone));
         self.traffic.count(seen.meaning);
         match seen.meaning {
-            Some(Meaning::BootUp { node }) => say(node, "boot-up".into(), Tone::Plain),
+            Some(Meaning::BootUp { node }) => say(seen.board(node), "boot-up".into(), Tone::Plain),
             Some(Meaning::Nmt { command, node }) => {
                 let whom = if node == 0 { "all nodes".into() } else { name(node) };
-                say(MASTER, format!("NMT {command}: {whom}"), Tone::Plain);
+                say(seen.board(MASTER), format!("NMT {command}: {whom}"), Tone::Plain);
             }
             Some(Meaning::Emergency { node, code }) => {
-                say(node, format!("emergency {code:04X}h"), Tone::Warning)
+                say(seen.board(node), format!("emergency {code:04X}h"), Tone::Warning)
             }
             Some(Meaning::SpacecraftTime(scet)) => {
-                say(MASTER, format!("distributes spacecraft time {scet}"), Tone::Quiet);
+                say(seen.board(MASTER), format!("distributes spacecraft time {scet}"), Tone::Quiet);
             }
             Some(Meaning::Heartbeat { node: MASTER, .. }) => {
                 let before = self.master_bus.replace(seen.bus);
@@ -146,7 +158,7 @@ impl Narrator {
                             milliseconds(at.since(cut))
                         ),
                     };
-                    say(MASTER, text, if before.is_none() { Tone::Plain } else { Tone::Warning });
+                    say(seen.board(MASTER), text, if before.is_none() { Tone::Plain } else { Tone::Warning });
                 }
             }
             Some(
@@ -200,7 +212,13 @@ impl Narrator {
         match *change {
             Change::Now(_, span) if matches!(span.phase, Phase::Off | Phase::Starting) => None,
             // The master's own state and bus show in its messages.
-            Change::Now(MASTER, _) => None,
+            Change::Now(node, span) if is_master(node) => {
+                (span.phase == Phase::Standby && self.cut.is_none()).then(|| {
+                    let text =
+                        format!("standby on the {} bus: silent, the other master is active", span.bus.name());
+                    line(span.from, Some(span.bus), node, text, Tone::Plain)
+                })
+            }
             Change::Now(node, span) => {
                 let tone = match span.phase {
                     Phase::Nmt(NmtState::Operational) => Tone::Good,
@@ -212,10 +230,17 @@ impl Narrator {
             Change::Recovered(node, took) => {
                 let what = match self.scope {
                     Scope::Mission => "commands and telemetry flow again",
+                    Scope::Protocol if self.lost_master => "operational",
                     Scope::Protocol => "operational on the other bus",
                 };
-                let text = format!("{what}, {} after the cut", milliseconds(took));
+                let since = if self.lost_master { "the loss of the master" } else { "the cut" };
+                let text = format!("{what}, {} after {since}", milliseconds(took));
                 Some(line(now, None, node, text, Tone::Good))
+            }
+            Change::TookOver(takeover) => {
+                let (took, from) = (milliseconds(takeover.took()), name(takeover.from));
+                let text = format!("takes over, {took} after the last heartbeat of {from}");
+                Some(line(now, None, takeover.to, text, Tone::Warning))
             }
         }
     }
@@ -264,7 +289,7 @@ impl Line {
             Tone::Warning => Style::new().yellow(),
             Tone::Bad => Style::new().red().bold(),
         };
-        format!("{}  {bus}  {:<7}  {}", style(seconds).dim(), self.who, tone.apply_to(&self.text))
+        format!("{}  {bus}  {:<8}  {}", style(seconds).dim(), self.who, tone.apply_to(&self.text))
     }
 }
 

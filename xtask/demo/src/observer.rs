@@ -17,7 +17,7 @@ use can_wire::time::Time;
 
 use super::meaning::{Meaning, NmtCommand, NmtState, Scope};
 use super::plan::Plan;
-use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen};
+use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen, is_master};
 
 /// How long a heartbeat can have waited for the bus: more than all frames that may be ahead of it.
 const SETTLING: Time = Time::from_ms(5);
@@ -51,6 +51,8 @@ pub enum Phase {
     Off,
     /// Powered, nothing heard of it yet.
     Starting,
+    /// Powered and silent, while another master board is active.
+    Standby,
     /// In this NMT state.
     Nmt(NmtState),
 }
@@ -66,6 +68,7 @@ impl Phase {
         match self {
             Phase::Off => "off",
             Phase::Starting => "starting",
+            Phase::Standby => "standby",
             Phase::Nmt(NmtState::Stopped) => "stopped",
             Phase::Nmt(NmtState::PreOperational) => "pre-operational",
             Phase::Nmt(NmtState::Operational) => "operational",
@@ -89,9 +92,32 @@ pub struct Span {
 pub enum Change {
     /// A node changed phase or bus.
     Now(Node, Span),
-    /// The first proof after the cut that a slave works on the other bus, and the time since the cut. In a flight of the
-    /// shipped images a command due or telemetry, else a heartbeat as operational.
+    /// The first proof after the cut that a slave works on the other bus, and the time since the cut; or, where the active
+    /// master lost its power, that it works for the other one. In a flight of the shipped images a command due or telemetry,
+    /// else a heartbeat as operational.
     Recovered(Node, Time),
+    /// A master board sends what another one sent before.
+    TookOver(Takeover),
+}
+
+/// A standby became the active master.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Takeover {
+    /// The board that was active.
+    pub from: Node,
+    /// The one that is now.
+    pub to: Node,
+    /// End of the last heartbeat of the one, of the first message of the other.
+    pub last: Time,
+    /// The latter.
+    pub first: Time,
+}
+
+impl Takeover {
+    /// How long no master was heard.
+    pub fn took(&self) -> Time {
+        self.first.since(self.last)
+    }
 }
 
 /// A node under observation.
@@ -116,6 +142,11 @@ pub struct Track {
 pub struct Observer {
     nodes: BTreeMap<Node, Track>,
     cut: Option<(Bus, Time)>,
+    /// When the active one of two masters lost its power.
+    lost: Option<Time>,
+    /// The board that sent the last message of a master, and when.
+    active: Option<(Node, Time)>,
+    takeover: Option<Takeover>,
     consumer_time: Time,
     scope: Scope,
 }
@@ -151,18 +182,31 @@ impl Observer {
     pub fn new(plan: &Plan) -> Self {
         let mut nodes: BTreeMap<_, _> =
             plan.slaves().map(|(node, access)| (node, Track::new(Some(access)))).collect();
-        nodes.insert(MASTER, Track::new(None));
-        Observer { nodes, cut: None, consumer_time: plan.consumer_time(), scope: plan.scope() }
+        let masters = plan.boards.iter().map(|board| board.node).filter(|node| is_master(*node));
+        nodes.extend(masters.chain([MASTER]).map(|node| (node, Track::new(None))));
+        let (cut, lost, active, takeover) = Default::default();
+        let (consumer_time, scope) = (plan.consumer_time(), plan.scope());
+        Observer { nodes, cut, lost, active, takeover, consumer_time, scope }
     }
 
-    /// All nodes, the master first.
+    /// The master board that was heard last.
+    pub fn active_master(&self) -> Option<Node> {
+        self.active.map(|(node, _)| node)
+    }
+
+    /// The takeover by the standby, when there was one.
+    pub fn takeover(&self) -> Option<Takeover> {
+        self.takeover
+    }
+
+    /// All boards, the master first.
     pub fn nodes(&self) -> &BTreeMap<Node, Track> {
         &self.nodes
     }
 
     /// The slaves.
     pub fn slaves(&self) -> impl Iterator<Item = (Node, &Track)> {
-        self.nodes.iter().filter(|(node, _)| **node != MASTER).map(|(node, track)| (*node, track))
+        self.nodes.iter().filter(|(node, _)| !is_master(**node)).map(|(node, track)| (*node, track))
     }
 
     /// Takes the next record; records come in order of time.
@@ -172,6 +216,11 @@ impl Observer {
         match &record.what {
             Happening::PowerOn(node) => {
                 self.enter(*node, record.at, Phase::Starting, Bus::Nominal, &mut changes)
+            }
+            Happening::PowerOff(node) => {
+                self.lost = Some(record.at);
+                let bus = self.nodes.get(node).map_or(Bus::Nominal, |track| track.now().bus);
+                self.enter(*node, record.at, Phase::Off, bus, &mut changes);
             }
             Happening::Cut(bus) => self.cut = Some((*bus, record.at)),
             Happening::Frame(seen) => self.on_frame(record.at, seen, &mut changes),
@@ -214,7 +263,9 @@ impl Observer {
             Meaning::BootUp { node } => {
                 if node == MASTER {
                     self.on_master(at, seen, changes);
+                    self.on_master_board(at, seen, changes);
                 }
+                let node = seen.board(node);
                 let initial = Phase::Nmt(NmtState::PreOperational);
                 self.enter(node, at, initial, seen.bus, changes);
                 if let Some(track) = self.nodes.get_mut(&node) {
@@ -225,11 +276,13 @@ impl Observer {
             Meaning::Heartbeat { node, state } => {
                 if node == MASTER {
                     self.on_master(at, seen, changes);
+                    self.on_master_board(at, seen, changes);
                 }
+                let node = seen.board(node);
                 if self.nodes.get(&node).is_some_and(|track| at >= track.settled) {
                     self.enter(node, at, Phase::Nmt(state), seen.bus, changes);
                 }
-                let is_slave = node != MASTER && state == NmtState::Operational;
+                let is_slave = !is_master(node) && state == NmtState::Operational;
                 if self.scope == Scope::Protocol && is_slave {
                     self.recovered(node, at, seen.bus, changes);
                 }
@@ -271,6 +324,22 @@ impl Observer {
         }
     }
 
+    /// 701h: who sends it is the active master, another one with power its standby.
+    fn on_master_board(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
+        let before = self.active.replace((seen.from, at));
+        if let Some((from, last)) = before.filter(|(from, _)| *from != seen.from) {
+            let takeover = Takeover { from, to: seen.from, last, first: at };
+            self.takeover = Some(takeover);
+            changes.push(Change::TookOver(takeover));
+        }
+        for (&node, track) in &mut self.nodes {
+            let is_silent = matches!(track.now().phase, Phase::Starting | Phase::Standby);
+            if is_master(node) && node != seen.from && is_silent {
+                track.enter(node, Span { from: at, phase: Phase::Standby, bus: seen.bus }, changes);
+            }
+        }
+    }
+
     fn enter(&mut self, node: Node, at: Time, phase: Phase, bus: Bus, changes: &mut Vec<Change>) {
         if let Some(track) = self.nodes.get_mut(&node) {
             track.enter(node, Span { from: at, phase, bus }, changes);
@@ -278,9 +347,14 @@ impl Observer {
     }
 
     fn recovered(&mut self, node: Node, at: Time, bus: Bus, changes: &mut Vec<Change>) {
-        let (Some((cut_bus, cut_at)), Some(track)) = (self.cut, self.nodes.get_mut(&node)) else { return };
-        if bus != cut_bus && track.failover.is_none() {
-            let took = at.since(cut_at);
+        let since = match (self.cut, self.lost) {
+            (Some((cut_bus, cut)), _) if bus != cut_bus => cut,
+            (None, Some(lost)) if self.takeover.is_some() => lost,
+            _ => return,
+        };
+        let Some(track) = self.nodes.get_mut(&node) else { return };
+        if track.failover.is_none() {
+            let took = at.since(since);
             track.failover = Some(took);
             changes.push(Change::Recovered(node, took));
         }
@@ -315,7 +389,7 @@ mod tests {
     use can_wire::frame::WireFrame;
 
     use super::*;
-    use crate::record::Nodes;
+    use crate::record::{Nodes, SECOND_MASTER};
     use crate::sample;
 
     const START_ALL: (u16, &[u8]) = (0x000, &[0x01, 0]);
@@ -484,6 +558,45 @@ mod tests {
         world.sees(40, Bus::Nominal, (0x000, &[0x82, 4]), &[4]);
         let resets = [2, 4].map(|node| world.observer.nodes()[&node].resets_due);
         assert_eq!(resets, [1, 1]);
+    }
+
+    /// Given two masters, when the active one loses its power, then the other one is its standby up to its first message, and a
+    /// slave works for it from the first command on.
+    #[test]
+    fn a_standby_takes_over_from_a_lost_master() {
+        let mut plan = sample::plan();
+        plan.boards.push(crate::plan::BoardPlan { node: SECOND_MASTER, ..plan.boards[0].clone() });
+        let mut world = World::of(&plan);
+        let mut on = |ms, what| world.observer.on(&Occurrence { at: Time::from_ms(ms), what });
+        on(10, Happening::PowerOn(MASTER));
+        on(11, Happening::PowerOn(SECOND_MASTER));
+        let mut sent = |ms, from, (id, data): (u16, &[u8])| {
+            let frame = WireFrame::standard(id, data);
+            let reached = Nodes::from_iter([2, 4]);
+            on(ms, Happening::Frame(Seen::new(Bus::Nominal, frame, Scope::Mission, from, reached)))
+        };
+        let standby = Span { from: Time::from_ms(20), phase: Phase::Standby, bus: Bus::Nominal };
+        assert!(sent(20, MASTER, MASTER_BEATS).contains(&Change::Now(SECOND_MASTER, standby)));
+        sent(30, MASTER, START_ALL);
+        world.observer.on(&Occurrence { at: Time::from_ms(50), what: Happening::PowerOff(MASTER) });
+        let mut sent = |ms, from, (id, data): (u16, &[u8])| {
+            let frame = WireFrame::standard(id, data);
+            let seen = Seen::new(Bus::Nominal, frame, Scope::Mission, from, Nodes::from_iter([2, 4]));
+            world.observer.on(&Occurrence { at: Time::from_ms(ms), what: Happening::Frame(seen) })
+        };
+        let (last, first) = (Time::from_ms(20), Time::from_ms(420));
+        let takeover = Takeover { from: MASTER, to: SECOND_MASTER, last, first };
+        assert!(sent(420, SECOND_MASTER, (0x701, &[0])).contains(&Change::TookOver(takeover)));
+        assert_eq!(takeover.took(), Time::from_ms(400));
+        let changes = sent(450, SECOND_MASTER, COMMAND_2);
+        assert_eq!(changes, [Change::Recovered(2, Time::from_ms(400))]);
+        sent(520, SECOND_MASTER, MASTER_BEATS);
+        let phases = |node: Node| {
+            world.observer.nodes()[&node].spans.iter().map(|span| span.phase.name()).collect::<Vec<_>>()
+        };
+        assert_eq!(phases(MASTER), ["off", "starting", "operational", "off"]);
+        assert_eq!(phases(SECOND_MASTER), ["off", "starting", "standby", "pre-operational", "operational"]);
+        assert_eq!(world.observer.slaves().count(), 2);
     }
 
     #[test]

@@ -6,7 +6,8 @@ use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
-use support::craft::{Craft, MASTER, Node};
+use support::board::Profile;
+use support::craft::{Craft, Node};
 use support::misuse::Misuse;
 use support::project;
 
@@ -15,7 +16,7 @@ use super::plan::SEED;
 const SECONDS: std::ops::RangeInclusive<f64> = 1.0..=3600.0;
 
 /// Fly one master and some slaves on two CAN buses, cut the nominal bus, and report.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(after_help = "Every run with the same options gives byte-identical logs: all times are virtual.\n\
     With an image of your own (--master, --slave) the flight is judged and reported by what the standards define: NMT\n\
     states, heartbeats, changes of bus, bus load. Commands and telemetry of the shipped mission are left out.\n\
@@ -30,6 +31,11 @@ pub struct Options {
     /// Length of the flight in virtual seconds [1..3600]
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
+
+    /// Fly two master boards, one of them the standby of the other (profile standby): no bus is cut, the active one loses its
+    /// power at the second of --cut-at
+    #[arg(long, conflicts_with_all = ["profile", "master"])]
+    pub standby: bool,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
     /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again
@@ -98,9 +104,19 @@ impl Options {
         Ok(())
     }
 
-    /// Node-IDs of all boards, the master first.
+    /// What `--standby` stands for, written out.
+    #[must_use]
+    pub fn resolved(&self) -> Options {
+        let mut options = self.clone();
+        if options.standby {
+            options.craft.profile = Profile::Standby;
+        }
+        options
+    }
+
+    /// All boards, the master first.
     pub fn nodes(&self) -> BTreeSet<Node> {
-        std::iter::once(MASTER).chain(self.craft.slaves()).collect()
+        self.craft.masters().into_iter().chain(self.craft.slaves()).collect()
     }
 
     /// Second of the cut, `None` for a flight without one.

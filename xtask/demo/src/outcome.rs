@@ -15,17 +15,21 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         None => (protocol_table(flight), UNKNOWN_IMAGES.to_owned() + "\n"),
     };
     let frames: u64 = summary.frames.values().sum();
+    let takeover = flight.takeover().map_or(String::new(), |takeover| {
+        let (to, took, from) = (name(takeover.to), milliseconds(takeover.took()), name(takeover.from));
+        format!("{to} took over {took} after the last heartbeat of {from}\n")
+    });
     let [nominal, redundant] = Bus::ALL.map(|bus| summary.bus_load_percent[bus.name()]);
     format!(
         "{table}\n\
-         {} of {} slaves operational; changes of bus: {}; load: nominal {nominal} %, redundant {redundant} %\n\
+         {takeover}{} of {} slaves operational; changes of bus: {}; load: nominal {nominal} %, redundant {redundant} %\n\
          {traffic}\
          {frames} frames completed, {} lost, {} aborted; {} lock-ups, {} panics\n\
          stamps of SYNC: {}\n\
          {} s of virtual time in {} s on this computer ({} million emulated instructions per second; cycle counts \
          are model cycles,\nflash wait states included)\n",
         summary.slaves_operational_at_end,
-        summary.boards - 1,
+        flight.observer.slaves().count(),
         summary.bus_changes,
         summary.lost_frames,
         summary.aborted_frames,

@@ -13,7 +13,7 @@ use super::observer::BusAccess;
 use super::options::Options;
 use super::record::Bus;
 use support::board::{BoardName, Profile};
-use support::craft::{MASTER, Node};
+use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 use support::misuse::Misuse;
 
 /// The usual seed.
@@ -38,6 +38,9 @@ const WALK_PPB: f64 = 2.0;
 /// Where the slaves sit, metres from the master's end of the bus.
 const PLACES_M: std::ops::Range<f64> = 1.0..30.0;
 
+/// Where the second one of two masters sits, metres from the other one: nearer than any slave.
+const SECOND_AT_M: f64 = 0.3;
+
 /// Where the bus is cut, metres from the master.
 const CUT_AT_M: f64 = 0.5;
 
@@ -47,7 +50,7 @@ const POWER_ON_WITHIN_US: u64 = 300_000;
 /// A board of the spacecraft.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoardPlan {
-    /// Node-ID; 1 is the master.
+    /// Its number.
     pub node: Node,
     /// File name of the image of the user's that it flies; `None`: the shipped one.
     pub own_image: Option<String>,
@@ -102,12 +105,14 @@ pub struct Plan {
     pub profile: Profile,
     /// Where the numbers below come from.
     pub seed: u64,
-    /// Master first, then the slaves by Node-ID.
+    /// Master first, then the slaves by Node-ID, then the second master, if there is one.
     pub boards: Vec<BoardPlan>,
     /// Length of the flight.
     pub end: Time,
     /// The cut: which bus, when, and how far from the master's end.
     pub cut: Option<CutPlan>,
+    /// When the active one of two masters loses its power.
+    pub loss: Option<Time>,
 }
 
 /// A cut to be made.
@@ -139,14 +144,13 @@ impl Plan {
             let file = options.craft.own_image(board.node).and_then(|path| path.file_name());
             board.own_image = file.map(|name| name.to_string_lossy().into_owned());
         }
-        let cut = options.cut_second()?.map(|second| CutPlan {
-            bus: Bus::Nominal,
-            at: from_seconds(second),
-            position_m: CUT_AT_M,
-        });
+        let fault = options.cut_second()?.map(from_seconds);
+        let has_standby = boards.iter().any(|board| board.node == SECOND_MASTER);
+        let (loss, cut) = if has_standby { (fault, None) } else { (None, fault) };
+        let cut = cut.map(|at| CutPlan { bus: Bus::Nominal, at, position_m: CUT_AT_M });
         let Options { craft, seed, seconds, .. } = options;
         let (board, profile) = (craft.board, craft.profile);
-        Ok(Plan { board, profile, seed: *seed, boards, end: from_seconds(*seconds), cut })
+        Ok(Plan { board, profile, seed: *seed, boards, end: from_seconds(*seconds), cut, loss })
     }
 
     /// How much of the traffic has a meaning.
@@ -157,7 +161,7 @@ impl Plan {
 
     /// The slaves and how they use the buses.
     pub fn slaves(&self) -> impl Iterator<Item = (Node, BusAccess)> + '_ {
-        self.boards.iter().filter(|board| board.node != MASTER).map(|board| {
+        self.boards.iter().filter(|board| !is_master(board.node)).map(|board| {
             let access = match (board.own_image.is_some(), self.profile, board.node) {
                 (true, ..) => BusAccess::Unknown,
                 (false, Profile::Librecube, SELECTIVE) => BusAccess::Selective,
@@ -171,7 +175,7 @@ impl Plan {
     pub fn consumer_time(&self) -> Time {
         match self.profile {
             Profile::Librecube => Time::from_ms(2500),
-            Profile::Standard => Time::from_ms(250),
+            Profile::Standard | Profile::Standby => Time::from_ms(250),
         }
     }
 }
@@ -187,6 +191,7 @@ pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
             crystal_ppm: (2.0 * random.f64() - 1.0) * CRYSTAL_PPM,
             position_m: match node {
                 MASTER => 0.0,
+                SECOND_MASTER => SECOND_AT_M,
                 _ => PLACES_M.start + random.f64() * (PLACES_M.end - PLACES_M.start),
             },
             power_on: Time::from_us(random.u64(..POWER_ON_WITHIN_US)),

@@ -6,10 +6,10 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use super::meaning::{Meaning, Scope};
-pub use support::craft::{MASTER, Node};
+pub use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::spacecraft::Bus;
 
-/// A set of Node-IDs.
+/// A set of boards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Nodes(u128);
 
@@ -42,7 +42,7 @@ pub struct Seen {
     pub frame: WireFrame,
     /// Its meaning, if it has one.
     pub meaning: Option<Meaning>,
-    /// Node that sent it.
+    /// Board that sent it.
     pub from: Node,
     /// Whose controllers received it: live, on the same side of a cut.
     pub reached: Nodes,
@@ -52,6 +52,11 @@ impl Seen {
     /// A frame whose meaning is looked up in `scope`.
     pub fn new(bus: Bus, frame: WireFrame, scope: Scope, from: Node, reached: Nodes) -> Seen {
         Seen { bus, meaning: Meaning::decode(&frame, scope), frame, from, reached }
+    }
+
+    /// The board that a Node-ID in its COB-ID stands for: of two masters the one that sent it.
+    pub fn board(&self, node: Node) -> Node {
+        if node == MASTER && is_master(self.from) { self.from } else { node }
     }
 }
 
@@ -71,6 +76,8 @@ pub enum Level {
 pub enum Happening {
     /// A board got power.
     PowerOn(Node),
+    /// A board lost its power.
+    PowerOff(Node),
     /// The demo cut a bus next to the master.
     Cut(Bus),
     /// A frame completed.

@@ -137,6 +137,7 @@ pub fn plan() -> Plan {
         boards: vec![board(1, 12.0, 0.0, 20), board(2, -31.5, 4.2, 110), board(4, 48.0, 17.0, 230)],
         end: Time::from_ms(40_000),
         cut: Some(CutPlan { bus: Bus::Nominal, at: Time::from_ms(CUT_MS), position_m: 0.5 }),
+        loss: None,
     }
 }
 

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::flight::Flight;
 use super::meaning::{Meaning, Scope};
 use super::plan::BoardPlan;
-use super::record::{Bus, MASTER, Node};
+use super::record::{Bus, Node, is_master};
 use super::verdict::Verdict;
 use twin::pulses::Errors;
 
@@ -18,8 +18,10 @@ pub struct Summary {
     /// `verdict`: `passed`, `failed` or `interrupted`; `reasons`: why it did not pass.
     #[serde(flatten)]
     pub verdict: Verdict,
-    /// Number of boards: one master and its slaves.
+    /// Number of boards: masters and their slaves.
     pub boards: usize,
+    /// Number of master boards.
+    pub masters: usize,
     /// Model of the boards.
     pub board: &'static str,
     /// Mission profile of the shipped images.
@@ -38,6 +40,10 @@ pub struct Summary {
     pub emulated_mips: f64,
     /// Second of the cut, `null` without one.
     pub cut_at_seconds: Option<f64>,
+    /// Second at which the active one of two masters lost its power, `null` without that.
+    pub master_lost_at_seconds: Option<f64>,
+    /// From its last heartbeat to the first message of the board that took over; `null` without a takeover.
+    pub takeover_ms: Option<f64>,
     /// Where the boards took the stamps of frames that matter from: `capture` when all of them were measured by hardware,
     /// `interrupt` when none was, else `mixed`; `unknown` when there was no such frame.
     pub stamp_source: &'static str,
@@ -52,16 +58,17 @@ pub struct Summary {
     pub frames: BTreeMap<&'static str, u64>,
     /// Load of each bus over the whole flight, percent.
     pub bus_load_percent: BTreeMap<&'static str, f64>,
-    /// How often the master changed the bus.
+    /// How often the first master changed the bus.
     pub bus_changes: usize,
-    /// Heartbeats of each node that completed.
+    /// Heartbeats of each node that completed; 127 is the second master.
     pub heartbeats: BTreeMap<Node, u64>,
     /// Longest time between two heartbeats of a node; `null` with fewer than two.
     pub heartbeat_longest_gap_ms: BTreeMap<Node, Option<f64>>,
     /// Commands and telemetry; only of flights with shipped images alone.
     #[serde(flatten)]
     pub mission: Option<MissionCounts>,
-    /// Per slave, from the cut to the first TC due or TM on the other bus; with an image of the user's in the flight, to the
+    /// Per slave, from the cut to the first TC due or TM on the other bus, or from the loss of the master to the first TC due or TM
+    /// after the takeover; with an image of the user's in the flight, to the
     /// first heartbeat as operational there. `null` when that never came.
     pub failover_ms: BTreeMap<Node, Option<f64>>,
     /// Slaves that are operational on some bus at the end.
@@ -105,6 +112,7 @@ impl Summary {
         Summary {
             verdict: Verdict::of(flight),
             boards: flight.boards.len(),
+            masters: flight.masters(),
             board: flight.plan.board.name(),
             profile: flight.plan.profile.name(),
             own_images: flight.plan.boards.iter().filter_map(own).collect(),
@@ -114,6 +122,8 @@ impl Summary {
             wall_seconds: rounded(wall_seconds, 3),
             emulated_mips: rounded(instructions as f64 / 1e6 / wall_seconds, 2),
             cut_at_seconds: flight.cut().map(|(at, _)| at.as_secs_f64()),
+            master_lost_at_seconds: flight.loss().map(|(at, _)| at.as_secs_f64()),
+            takeover_ms: flight.takeover().map(|takeover| milliseconds(takeover.took())),
             stamp_source: stamp_source(flight),
             stamp_worst_error_ns: (flight.stamp_errors.compared > 0)
                 .then(|| rounded(flight.stamp_errors.worst_ns, 1)),
@@ -152,7 +162,7 @@ impl MissionCounts {
     fn of(flight: &Flight) -> MissionCounts {
         let messages = || flight.frames().filter_map(|(_, seen)| seen.meaning);
         let counts = |of_master| {
-            let boards = flight.boards.iter().filter(move |board| (board.node == MASTER) == of_master);
+            let boards = flight.boards.iter().filter(move |board| is_master(board.node) == of_master);
             boards.filter_map(|board| board.counters.as_ref())
         };
         let count = |predicate: fn(&Meaning) -> bool| messages().filter(predicate).count() as u64;

@@ -52,7 +52,7 @@ fn stopped(flight: &Flight, interruption: Interruption) -> String {
 
 /// Why a whole flight was not a good one; empty when it was.
 pub fn faults(flight: &Flight) -> Vec<String> {
-    [not_operational(flight), damage(flight)].concat()
+    [not_operational(flight), no_takeover(flight), damage(flight)].concat()
 }
 
 /// Slaves that are not operational at the end.
@@ -73,6 +73,18 @@ fn not_operational(flight: &Flight) -> Vec<String> {
             fault
         })
         .collect()
+}
+
+/// A master that was lost, and that no other one took over from; or that was not there to be lost.
+fn no_takeover(flight: &Flight) -> Vec<String> {
+    let fault = match (flight.plan.loss, flight.loss()) {
+        (Some(_), Some((_, board))) if flight.takeover().is_none() => {
+            format!("no board took over from {} until the end", name(board))
+        }
+        (Some(at), None) => format!("no master was active at {} s to lose its power", at.as_secs_f64()),
+        _ => return Vec::new(),
+    };
+    vec![fault]
 }
 
 /// What must not happen at any time of a flight.
@@ -140,6 +152,15 @@ mod tests {
         let seen = Seen::new(reset.0, reset.1, Scope::Mission, 1, Nodes::from_iter([2]));
         flight.observer.on(&Occurrence { at: flight.end, what: Happening::Frame(seen) });
         assert!(!faults(&flight).iter().any(|fault| fault.contains("reset itself")), "{:?}", faults(&flight));
+    }
+
+    #[test]
+    fn a_lost_master_without_another_one_is_a_fault() {
+        let mut flight = sample::flight();
+        flight.plan.loss = Some(flight.plan.end);
+        assert_eq!(faults(&flight), ["no master was active at 40 s to lose its power"]);
+        flight.records.push(Occurrence { at: flight.end, what: Happening::PowerOff(1) });
+        assert_eq!(faults(&flight), ["no board took over from master until the end"]);
     }
 
     /// Commands of a user's images are not judged, as the demo does not know how many were due.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use demo::plan;
-use support::craft::{Images, MASTER, Node};
+use support::craft::{Images, MASTER, Node, SECOND_MASTER};
 use twin::spacecraft::{BoardId, Spacecraft, SpacecraftConfig};
 
 use super::Options;
@@ -13,7 +13,11 @@ pub fn assemble(options: &Options, images: &Images) -> (Spacecraft, BTreeMap<Nod
     let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
     let mut boards = BTreeMap::new();
     for board in plan::boards(plan::SEED, &options.nodes()) {
-        let name = if board.node == MASTER { "master".into() } else { format!("slave {}", board.node) };
+        let name = match board.node {
+            MASTER => "master".into(),
+            SECOND_MASTER => "second master".into(),
+            slave => format!("slave {slave}"),
+        };
         let config = board.config(options.craft.board, name, images[&board.node].clone());
         boards.insert(board.node, spacecraft.add_board(config));
     }

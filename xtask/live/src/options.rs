@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use clap::Args;
 use twin::spacecraft::Bus;
 
-use support::craft::{Craft, MASTER, Node};
+use support::craft::{Craft, Node};
 use support::misuse::Misuse;
 
 /// A wire runs for 58 hours at most.
@@ -90,8 +90,8 @@ impl Options {
 
     /// Node-IDs of all boards, from the lowest.
     pub fn nodes(&self) -> BTreeSet<Node> {
-        let master = (!self.no_master).then_some(MASTER);
-        master.into_iter().chain(self.craft.slaves()).collect()
+        let masters = if self.no_master { BTreeSet::new() } else { self.craft.masters() };
+        masters.into_iter().chain(self.craft.slaves()).collect()
     }
 
     /// Where a bus is offered.

@@ -77,6 +77,7 @@ impl Options {
         match self.profile {
             Profile::Librecube => &mission::LIBRECUBE,
             Profile::Standard => &mission::STANDARD,
+            Profile::Standby => &mission::TWO_MASTERS,
         }
     }
 

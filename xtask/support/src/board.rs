@@ -4,6 +4,8 @@ use clap::ValueEnum;
 use twin::model::Model;
 use twin::peripherals::Pin;
 
+use crate::craft::SECOND_MASTER;
+
 /// A supported board; its name on the command line is that of the firmware's cargo feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum BoardName {
@@ -40,12 +42,11 @@ impl BoardName {
         }
     }
 
-    /// How the harness closes the Node-ID straps for `node`, `2..=15`: four bits from the lowest, then odd parity; a
-    /// closed strap is tied to ground, an open one has a pull-up. The master has none.
-    pub fn straps(self, node: u8) -> Vec<(Pin, bool)> {
-        if node == 1 {
-            return Vec::new();
-        }
+    /// How the harness closes the straps of a board: four bits from the lowest, then odd parity; a closed strap is tied to
+    /// ground, an open one has a pull-up. Slaves have their Node-ID, `2..=15`. The master has 1: in a mission with two masters
+    /// it is strapped prime, and other images do not look; [`SECOND_MASTER`] has 0.
+    pub fn straps(self, board: u8) -> Vec<(Pin, bool)> {
+        let node = if board == SECOND_MASTER { 0 } else { board };
         let pins = match self {
             BoardName::PyboardV11 => [('A', 2), ('A', 3), ('A', 4), ('A', 5), ('A', 6)],
             BoardName::NucleoF446re => [('C', 0), ('C', 1), ('C', 2), ('C', 3), ('B', 0)],
@@ -63,6 +64,8 @@ pub enum Profile {
     Librecube,
     /// Our defaults for ECSS-E-ST-50-15C
     Standard,
+    /// Our defaults with two master boards, one of them the standby of the other
+    Standby,
 }
 
 impl Profile {
@@ -71,6 +74,7 @@ impl Profile {
         match self {
             Profile::Librecube => "librecube",
             Profile::Standard => "standard",
+            Profile::Standby => "standby",
         }
     }
 }
@@ -94,6 +98,7 @@ mod tests {
         assert_eq!(tied(2), [(Pin::new('A', 3), false)]);
         assert_eq!(tied(3), [2, 3, 6].map(|pin| (Pin::new('A', pin), false)));
         assert_eq!(tied(15), [2, 3, 4, 5, 6].map(|pin| (Pin::new('A', pin), false)));
-        assert_eq!(tied(1), []);
+        assert_eq!(tied(1), [(Pin::new('A', 2), false)], "prime");
+        assert_eq!(tied(SECOND_MASTER), [(Pin::new('A', 6), false)]);
     }
 }

@@ -12,11 +12,19 @@ use twin::image::Image;
 use crate::board::{BoardName, Profile};
 use crate::misuse::Misuse;
 
-/// Node-ID of a board: 1 is the master, 2 to 15 are slaves.
+/// Number of a board: 1 is the master, 2 to 15 are slaves, by their Node-IDs; [`SECOND_MASTER`].
 pub type Node = u8;
 
 /// The master's Node-ID.
 pub const MASTER: Node = 1;
+
+/// The second one of two master boards. Its Node-ID is 1 as well: this number, that of no slave, is for the board alone.
+pub const SECOND_MASTER: Node = 127;
+
+/// Whether a board is a master.
+pub const fn is_master(board: Node) -> bool {
+    matches!(board, MASTER | SECOND_MASTER)
+}
 
 /// Node-IDs that the straps of a slave can say.
 const FIRST: Node = 2;
@@ -45,7 +53,7 @@ pub struct Craft {
     #[arg(long, value_name = "BOARD", value_enum, default_value_t = BoardName::PyboardV11)]
     pub board: BoardName,
 
-    /// Mission profile to build the shipped images with
+    /// Mission profile to build the shipped images with; standby flies two masters
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
     pub profile: Profile,
 
@@ -90,6 +98,12 @@ impl Craft {
             }
             None => Ok(()),
         }
+    }
+
+    /// The master boards: two in the profile standby, unless the master is an image of the user's.
+    pub fn masters(&self) -> BTreeSet<Node> {
+        let second = (self.profile == Profile::Standby && self.master.is_none()).then_some(SECOND_MASTER);
+        std::iter::once(MASTER).chain(second).collect()
     }
 
     /// Node-IDs of all slaves, from the lowest.
@@ -146,7 +160,7 @@ pub fn shipped(
     nodes: impl IntoIterator<Item = Node>,
 ) -> anyhow::Result<Images> {
     let (master, slave) = (image(&built.master)?, image(&built.slave)?);
-    let of = |node| if node == MASTER { &master } else { &slave }.clone();
+    let of = |node| if is_master(node) { &master } else { &slave }.clone();
     Ok(nodes.into_iter().map(|node| (node, of(node))).collect())
 }
 

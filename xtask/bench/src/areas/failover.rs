@@ -5,6 +5,8 @@
 //! * Detection: from the cut to the end of the master's first frame on the other bus.
 //! * Command gap: from there to the end of the first command there. Outage: both. In a partial cut commands to the slave
 //!   that was not lost never stopped, so none is overdue at the switch; the bound is on the outage.
+//! * Standby: of two masters the active one loses its power, at several moments of the heartbeat period (profile standby): from
+//!   the end of its last heartbeat to the end of the first message of the other board; the worst counts.
 //! * Selective access: from the end of the last heartbeat that reached slave 4 on the cut bus to the end of its own
 //!   first frame on the other one; in the flight of `cargo demo`.
 
@@ -14,6 +16,7 @@ use can_wire::time::Time;
 use super::Area;
 use crate::context::{Context, milliseconds};
 use crate::row::Row;
+use demo::Options;
 use demo::flight::Flight;
 use demo::meaning::Meaning;
 use demo::plan::Plan;
@@ -36,6 +39,13 @@ const SELECTIVE_PERCENT: f64 = 5.0;
 /// The slave with selective access.
 const SELECTIVE: Node = 4;
 
+/// Of the profile `standby`: consumer time of the standby, and what it may take beyond that.
+const STANDBY_CONSUMER_MS: f64 = 400.0;
+const STANDBY_MARGIN_MS: f64 = 10.0;
+
+/// Moments at which the active master loses its power, spread over a heartbeat period of 100 ms.
+const LOSSES_MS: [u64; 5] = [3000, 3020, 3040, 3060, 3080];
+
 /// Moments of the cut: all are operational, and they are spread over a heartbeat period.
 const CUTS_MS: [u64; 5] = [2000, 2050, 2100, 2150, 2200];
 
@@ -47,6 +57,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let near = worst(context, Plan::default().cut.context("the demo has a cut")?.position_m, NEAR_MS)?;
     let partial = worst(context, behind_the_first_slave(&Plan::default()), PARTIAL_MS)?;
     let selective = selective(context.demo()?).context("slave 4 never came to the other bus")?;
+    let standby = standby(context)?;
     let exact = TTOGGLE * CONSUMER_MS;
     let deviation = 100.0 * (selective - exact).abs() / exact;
     let limit = HEARTBEAT_MS + MARGIN_MS;
@@ -56,6 +67,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
         Row::lower("partial_cut_detection", partial.detection, "ms").within(limit + CONSUMER_MS),
         Row::lower("partial_cut_command_gap", partial.command_gap, "ms"),
         Row::lower("partial_cut_outage", partial.outage, "ms").within(limit + COMMAND_GAP_MS + CONSUMER_MS),
+        Row::lower("standby_takeover", standby, "ms").within(STANDBY_CONSUMER_MS + STANDBY_MARGIN_MS),
         Row::lower("selective_access", selective, "ms"),
         Row::lower("selective_access_deviation", deviation, "percent").within(SELECTIVE_PERCENT),
     ])
@@ -111,6 +123,18 @@ fn selective(flight: &Flight) -> Option<f64> {
     let (back, _) =
         flight.frames().find(|(at, seen)| *at > cut && seen.bus == bus.other() && seen.from == SELECTIVE)?;
     Some(milliseconds(back.since(last)))
+}
+
+/// The longest time without a master, milliseconds.
+fn standby(context: &Context) -> anyhow::Result<f64> {
+    let options = Options { standby: true, seconds: 4.0, ..Options::default() }.resolved();
+    let mut worst: f64 = 0.0;
+    for at in LOSSES_MS {
+        let flight = context.fly(Plan { loss: Some(Time::from_ms(at)), ..Plan::new(&options)? })?;
+        let takeover = flight.takeover().with_context(|| format!("no takeover after a loss at {at} ms"))?;
+        worst = worst.max(milliseconds(takeover.took()));
+    }
+    Ok(worst)
 }
 
 /// Halfway between the two slaves next to the master, metres.

@@ -42,10 +42,10 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
         svg.line("grid", (left, y), (right, y));
         svg.text("soft end", left - 12.0, y + 4.0, &chart::duration(10_f64.powi(exponent)));
     }
-    if let Some((cut, _)) = flight.cut() {
-        let x = axis.x(cut);
+    if let Some(cut) = flight.fault() {
+        let (x, label) = (axis.x(cut), if flight.cut().is_some() { "cut" } else { "power off" });
         svg.line("cut", (x, top - 4.0), (x, bottom));
-        svg.text("cut-label middle", x, top - 8.0, "cut");
+        svg.text("cut-label middle", x, top - 8.0, label);
     }
     for (place, (clock, &at)) in flight.clocks.iter().zip(&key).enumerate() {
         let dashed = if place < CURVES.len() { "" } else { " dashed" };

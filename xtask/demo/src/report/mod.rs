@@ -53,7 +53,8 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                     (section("The two buses", BUSES_HELP, &both(|layout| timeline::overview(flight, layout))))
                     @if let Some(wide) = timeline::close_up(flight, Layout::WIDE) {
                         @let narrow = timeline::close_up(flight, Layout::NARROW);
-                        (section("Around the cut", CUT_HELP, &each(&wide, narrow.as_ref())))
+                        @let (title, help) = around(flight);
+                        (section(title, help, &each(&wide, narrow.as_ref())))
                     }
                     (section("What every node did", NODES_HELP, &html! {
                         (both(|layout| states::draw(flight, layout)))
@@ -69,7 +70,7 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                         }))
                     }
                     .columns {
-                        (section("Fail-over", failover_help(scope), &tables::failover(flight)))
+                        (section("Fail-over", failover_help(flight), &tables::failover(flight)))
                         (section("Frames", "Completed frames per bus, and the share of the flight in which the bus was busy.", &tables::frames(flight)))
                     }
                     (section("Boards", boards_help(scope), &tables::boards(flight)))
@@ -89,12 +90,26 @@ const BUSES_HELP: &str = "Every frame that completed is a tick in the row of its
 const CUT_HELP: &str = "The same, stretched. After the cut, no node acknowledges the master. None of its frames completes \
     until it moves to the other bus and takes the slaves with parallel access along.";
 
+const LOSS_HELP: &str = "The same, stretched. Without its master the network is silent but for the slaves, which become \
+    pre-operational after their consumer time of 250 ms. The other board was silent up to then: after its own consumer time of \
+    400 ms it sends 701h, and starts the slaves.";
+
+/// Title and help of the stretched picture.
+fn around(flight: &Flight) -> (&'static str, &'static str) {
+    match flight.loss() {
+        Some(_) => ("Around the takeover", LOSS_HELP),
+        None => ("Around the cut", CUT_HELP),
+    }
+}
+
 const NODES_HELP: &str = "Taken from the wires: heartbeats and commands that reached the node, not its own memory. The thin \
     line below a bar is the bus on which the node works. Point at a bar for its times.";
 
 fn clocks_help(flight: &Flight) -> String {
     let means = match flight.plan.profile {
-        Profile::Standard => "SYNC goes out every 100 ms, the spacecraft time every second.",
+        Profile::Standard | Profile::Standby => {
+            "SYNC goes out every 100 ms, the spacecraft time every second."
+        }
         Profile::Librecube => {
             "SYNC goes out every 5 s and the spacecraft time every 10 s: the clocks are much less accurate than in the profile \
              standard."
@@ -108,8 +123,11 @@ fn clocks_help(flight: &Flight) -> String {
     )
 }
 
-fn failover_help(scope: Scope) -> &'static str {
-    match scope {
+fn failover_help(flight: &Flight) -> &'static str {
+    match flight.plan.scope() {
+        _ if flight.plan.loss.is_some() => {
+            "From the loss of the active master until the slave worked for the other one."
+        }
         Scope::Mission => "From the cut until the slave was commanded, or answered, on the other bus.",
         Scope::Protocol => "From the cut to the slave's first heartbeat as operational on the other bus.",
     }
@@ -159,9 +177,10 @@ fn header(flight: &Flight, summary: &Summary) -> Markup {
         Outcome::Failed => ("bad", "failed"),
         Outcome::Interrupted => ("bad", "interrupted"),
     };
-    let cut = flight.cut().map_or("No bus was cut.".into(), |(at, bus)| {
+    let cut = flight.cut().map(|(at, bus)| {
         format!("At {} s the {} bus was cut next to the master.", at.as_secs_f64(), bus.name())
     });
+    let fault = cut.or_else(|| loss(flight)).unwrap_or("No bus was cut.".into());
     let Summary { boards, board, profile, seed, virtual_seconds, own_images, .. } = summary;
     let profile = if own_images.len() < *boards { format!(", profile {profile}") } else { String::new() };
     html! {
@@ -170,8 +189,8 @@ fn header(flight: &Flight, summary: &Summary) -> Markup {
             span.verdict.(class) { (verdict) }
         }
         p.lead {
-            "One master and " (boards - 1) " slaves (" (board) (profile) ", seed " (seed) ") flew "
-            (format!("{virtual_seconds:.0}")) " s of virtual time. " (cut)
+            (masters(summary)) " and " (boards - summary.masters) " slaves (" (board) (profile) ", seed " (seed) ") flew "
+            (format!("{virtual_seconds:.0}")) " s of virtual time. " (fault)
         }
         @if flight.plan.scope() == Scope::Protocol {
             p.lead { (notice(flight)) }
@@ -180,6 +199,20 @@ fn header(flight: &Flight, summary: &Summary) -> Markup {
             ul.faults { @for reason in reasons { li { (reason) } } }
         }
     }
+}
+
+fn masters(summary: &Summary) -> &'static str {
+    if summary.masters == 1 { "One master" } else { "Two masters" }
+}
+
+/// What became of a master that lost its power.
+fn loss(flight: &Flight) -> Option<String> {
+    let (at, board) = flight.loss()?;
+    let end = flight.takeover().map_or("; no board took over".into(), |takeover| {
+        let took = duration(takeover.took().as_secs_f64() * 1e3);
+        format!("; {} took over {took} after its last heartbeat", name(takeover.to))
+    });
+    Some(format!("At {} s {}, the active one, lost its power{end}.", at.as_secs_f64(), name(board)))
 }
 
 /// The images of the user's, and what the report leaves out for them.
@@ -193,7 +226,7 @@ fn notice(flight: &Flight) -> String {
 }
 
 fn tiles(summary: &Summary) -> Markup {
-    let slaves = summary.boards - 1;
+    let slaves = summary.boards - summary.masters;
     let fastest = summary.failover_ms.values().flatten().copied().reduce(f64::min);
     let slowest = summary.failover_ms.values().flatten().copied().reduce(f64::max);
     let mut tiles = vec![(
@@ -207,6 +240,9 @@ fn tiles(summary: &Summary) -> Markup {
         tiles.push((summary.bus_changes.to_string(), "changes of bus by the master".into()));
         let highest = summary.bus_load_percent.values().copied().fold(0.0, f64::max);
         tiles.push((format!("{highest} %"), "load of the busier bus".into()));
+    }
+    if let Some(takeover) = summary.takeover_ms {
+        tiles.push((duration(takeover), "without a master's heartbeat".into()));
     }
     if let (Some(fastest), Some(slowest)) = (fastest, slowest) {
         tiles.push((duration(fastest), "fastest fail-over".into()));
@@ -244,6 +280,7 @@ fn states_key() -> Markup {
     let entries = [
         ("phase-off", "off"),
         ("phase-starting", "starting"),
+        ("phase-standby", "standby"),
         ("phase-pre-operational", "pre-operational"),
         ("phase-operational", "operational"),
         ("phase-stopped", "stopped"),
@@ -269,7 +306,7 @@ fn story(flight: &Flight) -> Markup {
                     @for line in &flight.story {
                         span class=(format!("{:?}", line.tone)) {
                             (format!(
-                                "{:>10.4} s  {:<9}  {:<7}  {}",
+                                "{:>10.4} s  {:<9}  {:<8}  {}",
                                 line.at.as_secs_f64(),
                                 line.bus.map_or("", Bus::name),
                                 line.who,

@@ -69,6 +69,7 @@ const CLASSES: &[(&str, &[Look])] = &[
     ("dashed", &[Dash("5 3")]),
     ("phase-off", &[Fill(Ink("#eaecf0", "#242b35"))]),
     ("phase-starting", &[Fill(Ink("#c3c9d3", "#475264"))]),
+    ("phase-standby", &[Fill(Ink("#9db8e6", "#3f5f96"))]),
     ("phase-pre-operational", &[Fill(Ink("#f2b84b", "#d99c2b"))]),
     ("phase-operational", &[Fill(Ink("#5bb381", "#3f9c69"))]),
     ("phase-stopped", &[Fill(Ink("#e0705f", "#c95a4b"))]),

@@ -48,10 +48,10 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
             }
         }
     }
-    if let Some((cut, _)) = flight.cut() {
-        let x = axis.x(cut);
+    if let Some(fault) = flight.fault() {
+        let (x, label) = (axis.x(fault), if flight.cut().is_some() { "cut" } else { "power off" });
         svg.line("cut", (x, TOP - 4.0), (x, bottom));
-        svg.text("cut-label middle", x, TOP - 10.0, "cut");
+        svg.text("cut-label middle", x, TOP - 10.0, label);
     }
     svg
 }

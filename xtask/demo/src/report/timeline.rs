@@ -8,7 +8,8 @@ use super::axis::{Axis, Layout};
 use super::svg::Svg;
 use crate::flight::Flight;
 use crate::meaning::{Meaning, Scope};
-use crate::record::{Bus, MASTER, Seen};
+use crate::narrator::name;
+use crate::record::{Bus, MASTER, Seen, is_master};
 
 /// Kinds of frames, in the order of their rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -49,7 +50,7 @@ impl Kind {
         match seen.meaning {
             Some(Meaning::Nmt { .. } | Meaning::BootUp { .. } | Meaning::Emergency { .. }) => Kind::Network,
             Some(Meaning::Sdo { .. }) => Kind::Sdo,
-            Some(Meaning::Pdo) if seen.from == MASTER => Kind::MasterPdo,
+            Some(Meaning::Pdo) if is_master(seen.from) => Kind::MasterPdo,
             Some(Meaning::Pdo) => Kind::SlavePdo,
             Some(Meaning::Heartbeat { node: MASTER, .. }) => Kind::Master,
             Some(Meaning::Heartbeat { .. }) => Kind::Slave,
@@ -128,15 +129,16 @@ pub fn overview(flight: &Flight, layout: Layout) -> Svg {
     )
 }
 
-/// The moments around the cut until the slaves with parallel access are back; `None` without a cut.
+/// The moments around the cut, or the loss of a master, until the slaves with parallel access are back; `None` without.
 pub fn close_up(flight: &Flight, layout: Layout) -> Option<Svg> {
-    let (cut, _) = flight.cut()?;
+    let cut = flight.fault()?;
     let from = cut - Time::from_ms(400);
     let back = flight.observer.slaves().filter_map(|(_, track)| track.failover).min();
     let switch = flight.switch().map(|at| at.since(cut));
     let after = back.or(switch).unwrap_or_default() + Time::from_ms(600);
     let until = (cut + after).min(flight.end);
-    (until > cut).then(|| draw(flight, Axis::new(layout, from, until), " close-up", "Frames around the cut"))
+    (until > cut)
+        .then(|| draw(flight, Axis::new(layout, from, until), " close-up", "Frames around the fault"))
 }
 
 fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
@@ -182,15 +184,16 @@ fn shade_active(flight: &Flight, axis: &Axis, svg: &mut Svg) {
     let mut beats = flight
         .frames()
         .filter(|(_, seen)| Kind::of(seen) == Kind::Master)
-        .map(|(at, seen)| (at, seen.bus))
+        .map(|(at, seen)| (at, (seen.bus, seen.from)))
         .peekable();
-    while let Some((begin, bus)) = beats.next() {
-        let mut last = begin;
-        while let Some((at, _)) = beats.next_if(|(_, next)| *next == bus) {
+    while let Some((begin, place)) = beats.next() {
+        let (mut last, (bus, board)) = (begin, place);
+        while let Some((at, _)) = beats.next_if(|(_, next)| *next == place) {
             last = at;
         }
-        // Without a successor it runs to the end, or to the cut that silenced it.
-        let silenced = flight.cut().filter(|(at, cut)| *cut == bus && *at >= last).map(|(at, _)| at);
+        // Without a successor it runs to the end, or to the cut or the loss that silenced it.
+        let cut = flight.cut().filter(|(at, cut)| *cut == bus && *at >= last).map(|(at, _)| at);
+        let silenced = cut.or(flight.loss().filter(|(_, lost)| *lost == board).map(|(at, _)| at));
         let end = silenced.unwrap_or(if beats.peek().is_some() { last } else { flight.end });
         let (x, until) = (axis.x(begin), axis.x(end));
         svg.rect("active", x, top(bus), until - x, LANE);
@@ -198,6 +201,7 @@ fn shade_active(flight: &Flight, axis: &Axis, svg: &mut Svg) {
 }
 
 fn annotate(flight: &Flight, axis: &Axis, svg: &mut Svg) {
+    annotate_takeover(flight, axis, svg);
     let Some((cut, bus)) = flight.cut().filter(|(at, _)| axis.shows(*at)) else { return };
     let brief = axis.layout().brief;
     let label = if brief { "cut" } else { "cut next to the master" };
@@ -211,6 +215,33 @@ fn annotate(flight: &Flight, axis: &Axis, svg: &mut Svg) {
         format!("master switches, {delay:.1} ms after the cut")
     };
     flag(svg, axis, switch, bus.other(), "switch", &label);
+}
+
+/// The loss of a master on the lane of the bus that was active, the takeover on that of the bus where it was.
+fn annotate_takeover(flight: &Flight, axis: &Axis, svg: &mut Svg) {
+    let brief = axis.layout().brief;
+    let bus_at = |at: Time| {
+        let beats = flight.frames().filter(|(end, seen)| *end <= at && Kind::of(seen) == Kind::Master);
+        beats.last().map_or(Bus::Nominal, |(_, seen)| seen.bus)
+    };
+    let Some((lost, board)) = flight.loss().filter(|(at, _)| axis.shows(*at)) else { return };
+    let label = if brief {
+        "off".into()
+    } else {
+        format!("{} loses its power, {:.1} s", name(board), lost.as_secs_f64())
+    };
+    flag(svg, axis, lost, bus_at(lost), "cut", &label);
+    let Some(takeover) = flight.takeover().filter(|takeover| axis.shows(takeover.first)) else { return };
+    let took = takeover.took().as_secs_f64() * 1e3;
+    let label = if brief {
+        format!("+{took:.1} ms")
+    } else {
+        format!("{} takes over, {took:.1} ms after the last heartbeat", name(takeover.to))
+    };
+    // Its words above the other lane, where those of the loss are not in the way.
+    let (bus, x) = (bus_at(takeover.first), axis.x(takeover.first));
+    svg.line("switch", (x, top(bus) - 8.0), (x, top(bus) + LANE));
+    flag(svg, axis, takeover.first, bus.other(), "switch", &label);
 }
 
 /// A vertical line through a lane and words above it, on the side where there is room.
