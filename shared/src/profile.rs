@@ -2,6 +2,7 @@
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
+use crate::link::budget::{BudgetPolicy, Rate};
 use crate::redundancy::{BusAccess, BusOffPolicy, Pair, Parameters};
 use crate::types::{Bus, CobId, Duration, NodeId};
 
@@ -48,6 +49,8 @@ pub struct Profile {
     pub boot: BootPolicy,
     /// Recovery from bus-off.
     pub bus_off: BusOffPolicy,
+    /// What a node may send before it silences itself.
+    pub budget: BudgetPolicy,
     /// Slaves go to Operational by themselves after boot-up and reset communication (ECSS Table 11-1).
     pub autostart: bool,
     /// Two master boards, one of them the standby of the other (ECSS 8.1a). `None`: one master board, active at power-on.
@@ -86,6 +89,13 @@ impl Profile {
             patience: Duration::from_millis(50),
             attempts: 3,
             window: Duration::from_millis(1_000),
+        },
+        budget: BudgetPolicy {
+            cob_id: Rate::new(128, 1_000),
+            slave: Rate::new(256, 2_000),
+            master: Rate::new(1_024, 6_000),
+            heard: Rate::new(512, 3_000),
+            silence: Duration::from_millis(5_000),
         },
         autostart: false,
         standby: None,
@@ -142,6 +152,34 @@ impl Profile {
         let waits = pair.prime_listens.as_micros() >= silence + 2 * period
             && pair.second_listens.as_micros() >= pair.prime_listens.as_micros() + 2 * period;
         are_claims_free && is_in_time && waits
+    }
+
+    /// What to change where [`Profile::is_budget_sound`] says no.
+    pub const BUDGET_UNSOUND: &'static str = "a node of this mission would silence itself: the rate of a COB-ID in `budget` \
+        admits at least twice the frames that `heartbeat`, `sync` and `time` make, no node has \
+        less than a COB-ID, and the master hears as much of a slave as that may send";
+
+    /// Whether the budget admits twice what the periods of this profile make. Assert it where a profile is declared.
+    ///
+    /// ```
+    /// use ecss_can::profile::Profile;
+    /// use ecss_can::types::Duration;
+    /// const MISSION: Profile = Profile { sync: Duration::from_millis(2), ..Profile::DEFAULT };
+    /// const _: () = assert!(MISSION.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
+    /// ```
+    ///
+    /// A SYNC each millisecond is as much as the default admits, and does not compile:
+    ///
+    /// ```compile_fail,E0080
+    /// # use ecss_can::{profile::Profile, types::Duration};
+    /// const FAST: Profile = Profile { sync: Duration::from_millis(1), ..Profile::DEFAULT };
+    /// const _: () = assert!(FAST.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
+    /// ```
+    pub const fn is_budget_sound(&self) -> bool {
+        let BudgetPolicy { cob_id, slave, master, heard, .. } = self.budget;
+        let admits =
+            cob_id.is_twice(self.heartbeat) && cob_id.is_twice(self.sync) && cob_id.is_twice(self.time);
+        admits && slave.is_at_least(cob_id) && master.is_at_least(cob_id) && heard.is_at_least(slave)
     }
 
     /// How a node reaches its buses.

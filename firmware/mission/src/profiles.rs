@@ -38,6 +38,8 @@ pub const PROFILE: &Profile = &LIBRECUBE;
 
 // Selective slaves that would give up before the master has tried both buses fail the build here.
 const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+// A node that would silence itself in this mission fails it here.
+const _: () = assert!(PROFILE.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
 const _: () = assert!(TWO_MASTERS.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
 
 /// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slave 4 has

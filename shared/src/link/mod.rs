@@ -1,6 +1,7 @@
 //! The data link below the protocol: ports, filters, queues, bit timing, stamps.
 
 pub mod bit_timing;
+pub mod budget;
 mod pattern;
 pub mod port;
 pub mod queue;

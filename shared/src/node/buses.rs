@@ -19,7 +19,7 @@ pub struct Counters {
     pub ignored: u16,
     /// Lost in the receiver, at least: an overrun of its FIFO counts as one, however many frames it cost.
     pub lost: u16,
-    /// Not sent: refused by this node, in the wrong state or on the inactive bus.
+    /// Not sent: refused by this node, in the wrong state, on the inactive bus, or above its budget.
     pub refused: u16,
     /// Not sent: the bus was left.
     pub bus_left: u16,
@@ -159,6 +159,7 @@ impl Buses {
                 FailCause::Expired => &mut counters.expired,
                 FailCause::QueueFull => &mut counters.queue_full,
                 FailCause::Aborted => &mut counters.aborted,
+                FailCause::OverBudget => &mut counters.refused,
             }),
             LinkEvent::Unsent { frames } => {
                 counters.queue_full = counters.queue_full.saturating_add(*frames);

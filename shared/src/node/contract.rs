@@ -75,6 +75,8 @@ pub enum FailCause {
     QueueFull,
     /// The controller gave the frame up by itself (bus-off, reset).
     Aborted,
+    /// The node sends too much: its [budget](crate::link::budget) is spent.
+    OverBudget,
 }
 
 /// Command of a node to a bus.
@@ -140,6 +142,12 @@ pub trait Node: 'static {
 
     /// When to call [`Node::poll`] next, `None`: not before another event.
     fn deadline(&self) -> Option<Instant>;
+
+    /// Whether this frame may go out. Asked once for each, when it leaves the outbox; a frame that may not is reported as
+    /// [`FailCause::OverBudget`].
+    fn may_send(&mut self, _frame: &Frame, _now: Instant, _out: &mut Outbox<Self::Event>) -> bool {
+        true
+    }
 
     /// Whether the exact end of this frame matters, received or transmitted: a search for its edges costs as much as ten frames.
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool;

@@ -5,9 +5,9 @@ use crate::emcy::Emergency;
 use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::NmtMessage;
-use crate::redundancy::{RoleChange, SwitchCause};
+use crate::redundancy::{BabblingStep, RoleChange, SwitchCause};
 use crate::time::Step;
-use crate::types::{Address, Bus, Frame, NmtState, NodeId, Scet};
+use crate::types::{Address, Bus, CobId, Frame, NmtState, NodeId, Scet};
 
 /// What a master tells its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -133,6 +133,20 @@ pub enum MasterEvent {
     SyncSent {
         /// Its end.
         stamp: Stamp,
+    },
+    /// This master sends too much: a frame with this COB-ID was refused, with EMCY 8100h and object 2047h. Reported once until
+    /// nothing was refused for a second. Above the budget of the node it is in Pre-operational for the time in its
+    /// [profile](crate::profile::Profile::budget): heartbeat, NMT, SYNC, time and SDO go on.
+    OverBudget {
+        /// Of the frame.
+        id: CobId,
+    },
+    /// A slave sends too much on the active bus (EMCY 8000h with its Node-ID), and what the master did about it.
+    Babbling {
+        /// The slave whose COB-IDs these frames have.
+        node: NodeId,
+        /// What was done.
+        step: BabblingStep,
     },
     /// Another role: active, or the standby of another master board (ECSS 8.1a).
     Role(RoleChange),

@@ -1,5 +1,6 @@
 //! A slave node.
 
+mod budget;
 mod bus_events;
 mod clash;
 mod network;
@@ -9,6 +10,7 @@ mod retained;
 use super::canopen::{Canopen, Out, is_heartbeat};
 use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
+use crate::link::budget::Budget;
 use crate::nmt::{ClashWatch, ResetGuard};
 use crate::node::{Filters, LinkEvent, Node, TimeKeeper};
 use crate::profile::Profile;
@@ -26,6 +28,7 @@ pub struct Slave<D: Device> {
     retained: retained::Memory,
     selector: Selector,
     clashes: ClashWatch,
+    budget: Budget,
     /// Module control and heartbeats received; wraps.
     control_frames: PerBus<u32>,
     initial: Parameters,
@@ -48,6 +51,7 @@ impl<D: Device> Slave<D> {
             retained: retained::Memory::default(),
             selector: Selector::new(redundancy),
             clashes: ClashWatch::new(),
+            budget: Budget::of_slave(&profile.budget),
             control_frames: PerBus::default(),
             initial: redundancy,
             stamped: profile.stamped,
@@ -147,6 +151,7 @@ impl<D: Device> Slave<D> {
             self.on_clash_over(now, out);
         }
         self.open_guard(until);
+        self.run_budget(until, now, out);
         self.canopen.poll(self.selector.selected(), until, now, out);
         self.canopen.set_filters(&Bus::ALL, out);
         self.canopen.rest(self.due(), now);
@@ -157,6 +162,7 @@ impl<D: Device> Slave<D> {
             self.warning.or_else(|| self.selector.deadline()),
             self.clashes.deadline(self.selector.parameters().hold_off_time()),
             self.guard.deadline(self.pause()),
+            self.budget.deadline(),
             self.canopen.due(),
         ];
         earliest(&own)
@@ -243,6 +249,14 @@ impl<D: Device> Node for Slave<D> {
 
     fn deadline(&self) -> Option<Instant> {
         self.canopen.deadline()
+    }
+
+    #[inline(always)] // called from one place
+    fn may_send(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
+        self.budget
+            .take(frame.id(), now)
+            .map(|over| self.on_over_budget(frame.id(), over, now, out))
+            .is_none()
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {

@@ -4,7 +4,7 @@ use crate::link::Stamp;
 use crate::link::port::Health;
 use crate::nmt::Command;
 use crate::time::Step;
-use crate::types::{Address, Bus, NmtState, NodeId, Scet};
+use crate::types::{Address, Bus, CobId, NmtState, NodeId, Scet};
 
 /// What a slave tells its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,6 +119,13 @@ pub enum SlaveEvent {
         /// Whether the parameter store holds it now. If not: eight were kept since power-on, the rest of the room is for
         /// "save", or the store fails.
         is_kept: bool,
+    },
+    /// This node sends too much: a frame with this COB-ID was refused, with EMCY 8100h and object 2047h. Sent once until nothing
+    /// was refused for a second. Above the budget of the node it enters Pre-operational, sends no PDO for the time in its
+    /// [profile](crate::profile::Profile::budget), and boots up then.
+    OverBudget {
+        /// Of the frame.
+        id: CobId,
     },
     /// Reset the chip. The node is silent until then and tells this again with every frame it receives.
     ResetNode,

@@ -9,7 +9,7 @@ use crate::redundancy::RedundancyObjects;
 use crate::store::StoreObjects;
 use crate::time::{ClockObjects, LocalScet};
 
-/// The objects 2000h to 203Fh, 1010h and 1011h.
+/// The objects 2000h to 203Fh, 2047h, 1010h and 1011h.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Spacecraft {
     /// Of the redundancy
@@ -41,6 +41,9 @@ pub struct Spacecraft {
     /// Of the last reset
     #[objects]
     pub post_mortem: PostMortemObjects,
+    /// Transmit budget
+    #[object(0x2047, record)]
+    pub over_budget: OverBudget,
 }
 
 /// Error state, error counters and lost frames of a bus (ECSS 5.6.2).
@@ -98,6 +101,20 @@ impl BusHealth {
             failed: counters.failed(),
         }
     }
+}
+
+/// Frames of this node that were not sent, because it sends too much (ECSS 5.3.3.1b).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct OverBudget {
+    /// Frames refused
+    #[sub(1, ro)]
+    pub refused: u32,
+    /// COB-ID of the last one
+    #[sub(2, ro)]
+    pub last: u16,
+    /// Times that the node silenced itself
+    #[sub(3, ro)]
+    pub silenced: u16,
 }
 
 /// The built-in self-test (ECSS 6.7c).

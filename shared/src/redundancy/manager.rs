@@ -62,7 +62,7 @@ pub enum SwitchCause {
     Tried,
     /// It was tried, and fewer slaves are heard than on the bus before.
     TriedInVain,
-    /// The application requested it.
+    /// The application requested it, or a slave babbled there in spite of a reset.
     Commanded,
 }
 

@@ -3,6 +3,7 @@
 //! The master decides by where it sends its heartbeat ([`Manager`]); slaves follow ([`Selector`]). Of two master boards one is
 //! active ([`Standby`]). All are pure: facts and the time in, decisions out, equal states compare and hash equal.
 
+mod babblers;
 #[cfg(feature = "model")]
 mod broken;
 mod bus_off;
@@ -16,6 +17,7 @@ mod selector;
 mod standby;
 mod trial;
 
+pub use babblers::{Babblers, BabblingStep};
 #[cfg(feature = "model")]
 pub use broken::Broken;
 pub use bus_off::{BusOffPolicy, BusOffRecovery, RecoveryStep};

@@ -5,7 +5,7 @@ use core::task::{Context, Waker};
 use super::Telltale;
 use crate::link::queue::{Full, Outgoing, TxQueue};
 use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, QUEUE_DEPTH};
-use crate::types::{Bus, Instant, PerBus};
+use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// So many tasks that wait for a spacecraft time are told of a step at once.
 const WAITERS: usize = 4;
@@ -124,6 +124,21 @@ impl<N: Node> Shared<N> {
 
     /// Queues a frame; whether another one or this is lost.
     fn queue(&mut self, bus: Bus, outgoing: Outgoing, here: Option<Bus>, now: Instant) -> bool {
+        let mut lost = (outgoing.frame, FailCause::OverBudget);
+        if self.node.may_send(&outgoing.frame, now, &mut self.out) {
+            match self.push(bus, outgoing, here) {
+                Some(frame) => lost = (frame, FailCause::QueueFull),
+                None => return false,
+            }
+        }
+        let (frame, cause) = lost;
+        self.node.on_link(bus, &LinkEvent::Failed { frame, cause }, now, &mut self.out);
+        true
+    }
+
+    /// Returns the frame for which there is no place.
+    #[inline(always)] // called from one place
+    fn push(&mut self, bus: Bus, outgoing: Outgoing, here: Option<Bus>) -> Option<Frame> {
         let queue = &mut self.queues[bus];
         // A task that has frames waits for a mailbox, or for the first end of a lifetime. There may be a mailbox already for
         // a frame that goes before the others.
@@ -132,14 +147,10 @@ impl<N: Node> Shared<N> {
         if (is_next || is_first) && Some(bus) != here {
             wake(&self.buses[bus]);
         }
-        let frame = match queue.push(outgoing) {
-            Ok(None) => return false,
-            Ok(Some(displaced)) => displaced.frame,
-            Err(Full) => outgoing.frame,
-        };
-        let event = LinkEvent::Failed { frame, cause: FailCause::QueueFull };
-        self.node.on_link(bus, &event, now, &mut self.out);
-        true
+        match queue.push(outgoing) {
+            Ok(displaced) => displaced.map(|displaced| displaced.frame),
+            Err(Full) => Some(outgoing.frame),
+        }
     }
 
     /// Ends a step of the node: wakes the application for its events, and the task of what is due when it would look too late.

@@ -2,9 +2,12 @@
 //!
 //! Sans-IO: every test makes its own time. Tests that verify a requirement name it.
 
+mod babblers;
+mod babbling;
 mod bench;
 mod bit_timing;
 mod boot;
+mod budget;
 mod bus_off;
 mod canopen_slave;
 mod clash;

@@ -2,11 +2,12 @@
 
 use crate::instrument::Instrument;
 use crate::instrument::STANDARD;
+use ecss_can::link::budget::{BudgetPolicy, Rate};
 use ecss_can::node::NodeObjects;
 use ecss_can::od::checked::find;
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Pair, Parameters};
-use ecss_can::types::{Address, CobId};
+use ecss_can::types::{Address, CobId, Duration};
 
 use crate::bench::{node, span};
 
@@ -62,4 +63,31 @@ fn each_number_of_two_master_boards_has_its_limits() {
     }
     let never_toggles = Profile { standby: Some(pair), ttoggle: 0, ..STANDARD };
     assert!(never_toggles.is_standby_sound());
+}
+
+/// Verifies: ECSS 5.3.3.1b
+#[test]
+fn a_budget_admits_twice_what_the_periods_make() {
+    assert!(STANDARD.is_budget_sound());
+    let is_sound = |period| {
+        let heartbeat = Profile { heartbeat: period, ..STANDARD }.is_budget_sound();
+        let sync = Profile { sync: period, ..STANDARD }.is_budget_sound();
+        let time = Profile { time: period, ..STANDARD }.is_budget_sound();
+        [heartbeat, sync, time]
+    };
+    assert_eq!(is_sound(Duration::from_micros(2_000)), [true; 3]);
+    assert_eq!(is_sound(Duration::from_micros(1_999)), [false; 3]);
+    let cob_id = STANDARD.budget.cob_id;
+    let less = Rate::new(128, 999);
+    for budget in
+        [BudgetPolicy { slave: less, ..STANDARD.budget }, BudgetPolicy { master: less, ..STANDARD.budget }]
+    {
+        assert!(!Profile { budget, ..STANDARD }.is_budget_sound());
+    }
+    assert!(
+        !Profile { budget: BudgetPolicy { heard: Rate::new(255, 3_000), ..STANDARD.budget }, ..STANDARD }
+            .is_budget_sound()
+    );
+    let same = BudgetPolicy { slave: cob_id, master: cob_id, ..STANDARD.budget };
+    assert!(Profile { budget: same, ..STANDARD }.is_budget_sound());
 }

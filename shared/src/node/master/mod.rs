@@ -2,6 +2,7 @@
 
 mod boards;
 mod boot;
+mod budget;
 mod declared;
 mod filters;
 mod identify;
@@ -18,6 +19,7 @@ use heapless::Deque;
 pub use boards::{MasterBoards, OneBoard, TwoBoards};
 pub use declared::{MasterObjects, MasterRole, NetworkObjects, Ranging};
 
+use self::budget::Budgets;
 use self::identify::Identification;
 use self::objects::Initial;
 use self::transfers::Transfers;
@@ -28,7 +30,7 @@ use crate::boot::Boot;
 use crate::link::Stamp;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
-use crate::nmt::{Command, NmtMessage, NmtSlave, Target};
+use crate::nmt::{NmtMessage, NmtSlave, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper};
 use crate::profile::Profile;
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
@@ -59,6 +61,7 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     manager: Manager,
     rivals: Rivals,
     identification: Identification,
+    budgets: Budgets,
     sync: sync::Producer,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
@@ -103,6 +106,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             nmt: NmtSlave::new(true),
             rivals: Rivals::default(),
             identification: Identification::default(),
+            budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
             stamped: profile.stamped,
             held: Deque::new(),
@@ -158,21 +162,6 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.refresh_health();
         self.services.next = Instant::ZERO;
         out.event(MasterEvent::Health { bus, health });
-    }
-
-    fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {
-        let held = matches!(message.command, Command::Stop | Command::EnterPreOperational);
-        self.manager.peers_mut().hold(message.target, held);
-        if held {
-            self.boot.on_commanded(message.target);
-        }
-        if message.target == Target::Node(NodeId::MASTER) {
-            self.on_own_command(message.command, now, out);
-        } else if !self.send_nmt(message, now, out)
-            && let Target::Node(node) = message.target
-        {
-            out.event(MasterEvent::Refused { node });
-        }
     }
 
     fn act(&mut self, action: Action, now: Instant, out: &mut Out) {
@@ -237,6 +226,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.act(action, now, out);
         }
         self.run_rivals(until, out);
+        self.run_budget(until, now, out);
         self.release_held(now, out);
         self.run_boot(until, now, out);
         self.run_device(until, now, out);
@@ -260,6 +250,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.transfers.deadline(),
             self.identification_deadline(),
             self.rivals.deadline(self.redundancy.quiet_time()),
+            self.budgets.deadline(),
             self.device_deadline(),
             self.sync.deadline().filter(|_| is_sync_sent),
         ];
@@ -387,6 +378,10 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
 
     fn deadline(&self) -> Option<Instant> {
         (self.services.next < Instant::NEVER).then_some(self.services.next)
+    }
+
+    fn may_send(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {
+        self.takes_token(frame.id(), now, out)
     }
 
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool {

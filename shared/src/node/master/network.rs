@@ -3,7 +3,7 @@
 use super::boards::MasterBoards;
 use super::{Master, MasterEvent, Out, objects};
 use crate::heartbeat;
-use crate::nmt::{Command, Reaction};
+use crate::nmt::{Command, NmtMessage, Reaction, Target};
 use crate::node::Device;
 use crate::store::Group;
 use crate::types::{Instant, NmtState, NodeId};
@@ -28,6 +28,23 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.manager.set_state(state);
         self.show_state(NodeId::MASTER, state.byte());
         out.event(MasterEvent::State(state));
+    }
+
+    /// Commands slaves, or itself.
+    pub(super) fn on_nmt_request(&mut self, message: NmtMessage, now: Instant, out: &mut Out) {
+        self.on_application_command(message.target, out);
+        let held = matches!(message.command, Command::Stop | Command::EnterPreOperational);
+        self.manager.peers_mut().hold(message.target, held);
+        if held {
+            self.boot.on_commanded(message.target);
+        }
+        if message.target == Target::Node(NodeId::MASTER) {
+            self.on_own_command(message.command, now, out);
+        } else if !self.send_nmt(message, now, out)
+            && let Target::Node(node) = message.target
+        {
+            out.event(MasterEvent::Refused { node });
+        }
     }
 
     /// A command of its application, or of a client in 1F82h.

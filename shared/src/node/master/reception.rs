@@ -21,6 +21,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if self.manager.on_frame(bus, producer, stamp.at) {
             self.services.next = Instant::ZERO;
         }
+        if let Some(node) = producer {
+            self.watch(bus, id, node, stamp.at, now, out);
+        }
         if id == CobId::sdo_request(NodeId::MASTER) && bus == active {
             return self.on_sdo(bus, frame, now, out);
         }

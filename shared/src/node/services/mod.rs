@@ -7,6 +7,7 @@ mod dictionary;
 mod events;
 mod follow;
 mod guarded;
+mod over_budget;
 mod pdos;
 mod process_data;
 mod rules;
@@ -167,14 +168,17 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.dictionary.objects.communication.sync.id()
     }
 
-    /// An error appeared or is gone: history and register in the dictionary follow.
-    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
+    /// An error appeared: history and register in the dictionary follow. Returns whether that is news.
+    pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) -> bool {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
-        if emcy.raise(code, info) {
+        let is_news = emcy.raise(code, info);
+        if is_news {
             objects.communication.emcy.show(emcy);
         }
+        is_news
     }
 
+    /// An error is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
         if emcy.clear(code, source) {
@@ -193,7 +197,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         let source = bus.bdefault();
         match health.state {
             ErrorState::Active => self.clear(ErrorCode::CAN_PASSIVE, source),
-            ErrorState::Passive => self.raise(ErrorCode::CAN_PASSIVE, [source, 0, 0, 0, 0]),
+            ErrorState::Passive => {
+                self.raise(ErrorCode::CAN_PASSIVE, [source, 0, 0, 0, 0]);
+            }
             ErrorState::BusOff => {}
         }
         if self.buses.has_recovered(bus, health.state) {

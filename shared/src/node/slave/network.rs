@@ -35,7 +35,7 @@ impl<D: Device> Slave<D> {
         if !message.target.includes(self.canopen.id) {
             return;
         }
-        if self.clashes.has_yielded()
+        if (self.clashes.has_yielded() || self.budget.is_silent())
             && matches!(message.command, Command::Start | Command::EnterPreOperational)
         {
             return self.canopen.services.buses.ignored(bus);

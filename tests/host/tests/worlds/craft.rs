@@ -131,6 +131,15 @@ impl Craft {
         self.world.spawn(NodeId::MASTER, work(self.world.master()))
     }
 
+    /// The application of a slave begins to do something with its node.
+    pub fn on_slave<T: 'static, F: Future<Output = T> + 'static>(
+        &self,
+        node: NodeId,
+        work: impl FnOnce(Handle<MissionSlave>) -> F,
+    ) -> Task<T> {
+        self.world.spawn(node, work(self.world.slave(node)))
+    }
+
     /// Looks at the master.
     pub fn master<R>(&self, look: impl FnOnce(&mut MissionMaster) -> R) -> R {
         self.world.master().with(|master, _| look(master))

@@ -1,0 +1,218 @@
+//! How many frames a node may send: a token bucket per COB-ID, and one for the node (ECSS 5.3.3.1b).
+//!
+//! | frames | bucket of the COB-ID | bucket of the node |
+//! | --- | --- | --- |
+//! | what the network [lives on](is_vital), emergencies | yes | no |
+//! | SDO | no | no |
+//! | all others | yes | yes |
+//!
+//! SDO is bounded by its confirmations: a client asks for each frame, or for a sub-block of at most 127. An empty bucket refuses
+//! frames until it is full again. When that of the node is empty, the node silences itself for a time.
+//!
+//! The pre-defined COB-IDs of one slave have a bucket each. Those of a master for its slaves share sixteen.
+
+use super::queue::is_vital;
+use crate::types::{CobId, Duration, Instant};
+
+/// Buckets of what the network lives on, and as many of all others: none of these can close one of those.
+const BUCKETS: usize = 16;
+/// Above the budget until nothing was refused for so long.
+const CALM: Duration = Duration::from_millis(1_000);
+
+/// Whether this is an SDO response or request.
+pub(crate) const fn is_sdo(id: CobId) -> bool {
+    matches!(id.function(), 0x580 | 0x600)
+}
+
+/// Frames in a row, and frames per second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Rate {
+    /// Time in which a token comes back, microseconds.
+    period: u32,
+    /// Time in which an empty bucket is full again, microseconds.
+    whole: u32,
+}
+
+impl Rate {
+    /// `burst` frames at once, from a full bucket, and `per_second` on average.
+    ///
+    /// # Panics
+    /// When one of them is zero. In a constant that is an error of the compiler.
+    pub const fn new(burst: u16, per_second: u16) -> Rate {
+        assert!(burst > 0 && per_second > 0, "a rate without frames");
+        let period = 1_000_000 / per_second as u32;
+        Rate { period, whole: period.saturating_mul(burst as u32) }
+    }
+
+    /// Whether frames with this period take half of it at most. Zero: there are none.
+    pub const fn is_twice(self, period: Duration) -> bool {
+        let us = period.as_micros();
+        us == 0 || (us >= 2 * self.period as u64 && self.whole > self.period)
+    }
+
+    /// Whether it admits all that `other` admits.
+    pub const fn is_at_least(self, other: Rate) -> bool {
+        self.period <= other.period && self.whole / self.period >= other.whole / other.period
+    }
+}
+
+/// What the nodes of a mission may send, and what happens above it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BudgetPolicy {
+    /// Frames with one COB-ID.
+    pub cob_id: Rate,
+    /// All frames of a slave that count for the node.
+    pub slave: Rate,
+    /// The same of the master, which sends to every slave.
+    pub master: Rate,
+    /// What the master hears of a slave on the active bus, SDO apart. Above it the master stops that slave.
+    pub heard: Rate,
+    /// How long a node is silent above its budget.
+    pub silence: Duration,
+}
+
+/// Tokens of a COB-ID, or of the node. Microseconds, which wrap after 71 minutes: on a chip of 32 bits they cost a third. Who
+/// sends nothing for just so long finds the bucket as it was then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Bucket {
+    full_at: u32,
+    /// It was empty, and is not full again.
+    is_closed: bool,
+}
+
+impl Bucket {
+    pub const FULL: Bucket = Bucket { full_at: 0, is_closed: false };
+
+    /// Takes a token. Returns whether there was one.
+    #[inline(never)] // of several callers
+    pub fn take(&mut self, rate: Rate, now: u32) -> bool {
+        let mut missing = self.full_at.wrapping_sub(now);
+        if missing > rate.whole {
+            // More than an empty one misses: that was in the past.
+            missing = 0;
+        }
+        let after = missing + rate.period;
+        self.is_closed = after > rate.whole || (self.is_closed && missing > 0);
+        if !self.is_closed {
+            self.full_at = now.wrapping_add(after);
+        }
+        !self.is_closed
+    }
+}
+
+/// Why a frame is refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Over {
+    /// Its COB-ID is above its budget.
+    CobId,
+    /// The node is above its budget, and falls silent.
+    Node,
+    /// The node is silent.
+    Silent,
+}
+
+/// What is over for a node that was above its budget.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BudgetStep {
+    /// Its silence.
+    Resume,
+    /// What was reported: nothing was refused for a second.
+    Calm,
+}
+
+/// The tokens of a node.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Budget {
+    cob_id: Rate,
+    node: Rate,
+    silence: Duration,
+    buckets: [Bucket; 2 * BUCKETS],
+    whole: Bucket,
+    is_silent: bool,
+    /// End of the silence, or of what was reported.
+    until: Instant,
+}
+
+impl Budget {
+    /// Of a slave, all buckets full.
+    pub const fn of_slave(policy: &BudgetPolicy) -> Self {
+        Self::new(policy.cob_id, policy.slave, policy.silence)
+    }
+
+    /// Of a master, all buckets full.
+    pub const fn of_master(policy: &BudgetPolicy) -> Self {
+        Self::new(policy.cob_id, policy.master, policy.silence)
+    }
+
+    const fn new(cob_id: Rate, node: Rate, silence: Duration) -> Self {
+        let buckets = [Bucket::FULL; 2 * BUCKETS];
+        Budget {
+            cob_id,
+            node,
+            silence,
+            buckets,
+            whole: Bucket::FULL,
+            is_silent: false,
+            until: Instant::NEVER,
+        }
+    }
+
+    /// Whether the node silences itself.
+    pub const fn is_silent(&self) -> bool {
+        self.is_silent
+    }
+
+    /// A frame is to go out. Returns why not.
+    #[inline(never)] // registers of its own: half the code
+    pub fn take(&mut self, id: CobId, now: Instant) -> Option<Over> {
+        let over = self.over(id, now.as_micros() as u32)?;
+        if over == Over::Node {
+            (self.is_silent, self.until) = (true, now + self.silence);
+        } else if !self.is_silent {
+            self.until = now + CALM;
+        }
+        Some(over)
+    }
+
+    #[inline(always)] // called from one place
+    fn over(&mut self, id: CobId, now: u32) -> Option<Over> {
+        let raw = usize::from(id.raw());
+        if is_sdo(id) {
+            return None;
+        }
+        let is_vital = is_vital(id);
+        if self.is_silent && !is_vital {
+            return Some(Over::Silent);
+        }
+        // By Node-ID and function code.
+        let place = (raw ^ raw >> 7) % BUCKETS + if is_vital { BUCKETS } else { 0 };
+        if let Some(bucket) = self.buckets.get_mut(place)
+            && !bucket.take(self.cob_id, now)
+        {
+            return Some(Over::CobId);
+        }
+        (!is_vital && !self.whole.take(self.node, now)).then_some(Over::Node)
+    }
+
+    /// One thing that is due; call until `None`.
+    pub fn poll(&mut self, now: Instant) -> Option<BudgetStep> {
+        if now < self.until {
+            return None;
+        }
+        if core::mem::take(&mut self.is_silent) {
+            self.until = now + CALM;
+            return Some(BudgetStep::Resume);
+        }
+        self.until = Instant::NEVER;
+        Some(BudgetStep::Calm)
+    }
+
+    /// When [`Budget::poll`] has something to do.
+    pub fn deadline(&self) -> Option<Instant> {
+        (self.until < Instant::NEVER).then_some(self.until)
+    }
+}

@@ -1,0 +1,42 @@
+//! A node that sends too much: counted, and reported (ECSS 5.3.3.1b).
+
+use super::Services;
+use crate::emcy::ErrorCode;
+use crate::link::budget::Over;
+use crate::node::{Device, Extension};
+use crate::types::{CobId, Instant};
+
+/// Source of the emergency that reports a COB-ID; its function code is in the low four bits.
+const COB_ID: u8 = 0x10;
+/// Source of the one that reports the node.
+const NODE: u8 = 0x20;
+
+impl<D: Device, E: Extension> Services<D, E> {
+    /// A frame was refused. Returns whether that is news.
+    #[inline(always)] // called from one place
+    pub fn over_budget(&mut self, id: CobId, over: Over, now: Instant) -> bool {
+        let raw = id.raw();
+        if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
+            let shown = &mut objects.over_budget;
+            (shown.refused, shown.last) = (shown.refused.saturating_add(1), raw);
+            shown.silenced = shown.silenced.saturating_add(u16::from(over == Over::Node));
+        }
+        let source = match over {
+            Over::CobId => COB_ID | (raw >> 7) as u8,
+            Over::Node => NODE,
+            Over::Silent => return false,
+        };
+        self.next = now;
+        let [low, high] = raw.to_le_bytes();
+        self.raise(ErrorCode::COMMUNICATION, [source, low, high, 0, 0])
+    }
+
+    /// Nothing was refused for a while.
+    pub fn within_budget(&mut self) {
+        let mut source = COB_ID;
+        while source <= NODE {
+            self.clear(ErrorCode::COMMUNICATION, source);
+            source += 1;
+        }
+    }
+}
