@@ -150,6 +150,14 @@ fn the_application_may_start_a_babbler() {
     assert_eq!(commands(&master)[2..], [[1, 5]], "and it is not held");
 }
 
+/// One foreign sender must not move a network.
+#[test]
+fn a_stranger_that_babbles_decides_nothing() {
+    let mut master = flying();
+    (0..50).for_each(|_| master.receive(NOMINAL, 0x7F0, &[5]));
+    assert!(commands(&master).is_empty());
+}
+
 /// What it does on the other bus disturbs nobody, and SDO may be another client's.
 #[test]
 fn the_other_bus_and_sdo_do_not_count() {

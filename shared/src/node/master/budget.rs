@@ -45,7 +45,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         false
     }
 
-    /// A frame of a slave. SDO does not count: another client may have a transfer with it.
+    /// A frame of a node. One that does not count as a slave decides nothing. SDO does not count: another client may have a
+    /// transfer with it.
     pub(super) fn watch(
         &mut self,
         bus: Bus,
@@ -55,7 +56,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         now: Instant,
         out: &mut Out,
     ) {
-        if bus != self.manager.active() || is_sdo(id) {
+        if bus != self.manager.active() || is_sdo(id) || !self.manager.peers().counts(node) {
             return;
         }
         let is_held = self.manager.peers().is_held(node);
