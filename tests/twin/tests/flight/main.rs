@@ -28,5 +28,6 @@ mod standby;
 mod start;
 mod strangers;
 mod thermometer;
+mod too_much;
 mod unconfigured;
 mod unheard;
