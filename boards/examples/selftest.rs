@@ -96,7 +96,7 @@ mod firmware {
     async fn main(_spawner: Spawner) {
         const TIMING: BitTiming = boards::bit_timing(&Profile::DEFAULT.network);
         let p = boards::start();
-        let Board { mut ports, leds, node_id, store, .. } = Board::new(boards::take!(p), TIMING);
+        let Board { mut ports, leds, straps, store, .. } = Board::new(boards::take!(p), TIMING);
         let mut failures = Failures(0);
         failures.note(1, "clock", "look at the oscillator and its solder bridges", boards::check_clock());
         check_controllers(&mut failures, &mut ports.nominal, &mut ports.redundant);
@@ -110,9 +110,9 @@ mod firmware {
             9,
             "straps",
             "an odd number is to be closed, unless this is the master",
-            node_id.map(drop),
+            straps.map(drop),
         );
-        if let Ok(node) = node_id {
+        if let Ok(node) = straps {
             defmt::info!("this board is node {=u8}", node.get());
         }
         match boards::brown_out_level() {

@@ -2,17 +2,21 @@
 //!
 //! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
 
+use core::sync::atomic::Ordering;
+
 use ecss_can::emcy::PostMortem;
 use ecss_can::runner::Platform;
+use ecss_can::store::identity::{self, NoNodeId};
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{NodeId, PerBus};
-use embassy_stm32::gpio::{Input, Level, Output, Pin, Speed};
+use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pin, Pull, Speed};
 use embassy_stm32::peripherals::FLASH;
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 
 use crate::Uptime;
 use crate::bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler};
 use crate::pulse::Pulse;
+use crate::retained::STRAPS;
 use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
 use crate::{post_mortem, supervisor};
@@ -36,8 +40,13 @@ pub struct Board {
     pub pulse: Pulse,
     /// The LEDs, dark.
     pub leds: Leds,
-    /// Node-ID of a slave from the straps.
-    pub node_id: Result<NodeId, StrapError>,
+    /// Node-ID of a slave from straps and parameter store.
+    pub node_id: Result<NodeId, NoNodeId>,
+    /// What the straps alone say.
+    pub straps: Result<NodeId, StrapError>,
+    /// Whether the strap of maintenance mode is closed; for
+    /// [`Slave::in_maintenance`](ecss_can::node::Slave::in_maintenance).
+    pub is_maintenance: bool,
     /// The parameter store; `None` when its flash fails.
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
     /// RAM that outlives a reset.
@@ -87,16 +96,43 @@ pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn Par
     }
 }
 
-/// Takes the record of the last reset and starts the supervisor, which may wait for minutes.
-pub(crate) fn watch() -> PostMortem {
-    let last = post_mortem::take();
+/// Takes the record of the last reset and starts the supervisor, which may wait for minutes. Also returns whether the reset came
+/// from outside: see [`post_mortem::take`].
+pub(crate) fn watch() -> (PostMortem, bool) {
+    let (last, is_from_outside) = post_mortem::take();
     supervisor::start(last.row);
-    last
+    (last, is_from_outside)
 }
 
-/// Reads the straps: bits 0 to 3, then parity.
-pub(crate) fn node_id(straps: [Input<'static>; 5]) -> Result<NodeId, StrapError> {
-    // Time for the pull-ups (40 kΩ) to charge a wire of some 100 pF: 50 µs.
-    cortex_m::asm::delay(50 * 168);
-    straps::node_id(straps.map(|strap| strap.is_low()))
+/// Who this board is.
+pub(crate) struct Identity {
+    pub node_id: Result<NodeId, NoNodeId>,
+    pub straps: Result<NodeId, StrapError>,
+    pub is_maintenance: bool,
+}
+
+/// The straps: bits 0 to 3, parity, maintenance mode. They are read after a reset `from_outside`, and are as they were else (ECSS
+/// 6.10g).
+#[inline(never)] // a stack of its own is a small one, reached by short instructions
+pub(crate) fn identity(
+    straps: [Peri<'static, AnyPin>; 6],
+    from_outside: bool,
+    store: Option<&mut (dyn ParameterStore + Send + 'static)>,
+) -> Identity {
+    let latched = straps::latched(STRAPS.load(Ordering::Relaxed)).filter(|_| !from_outside);
+    let bits = latched.unwrap_or_else(|| {
+        straps.into_iter().rev().fold(0, |bits, strap| {
+            let strap = Input::new(strap, Pull::Up);
+            // Time for the pull-up (40 kΩ) to charge a wire of some 100 pF: 50 µs.
+            cortex_m::asm::delay(50 * 168);
+            bits << 1 | u8::from(strap.is_low())
+        })
+    });
+    STRAPS.store(straps::latch(bits), Ordering::Relaxed);
+    let straps = straps::node_id(bits);
+    Identity {
+        node_id: identity::node_id(straps::of_slave(straps), store.and_then(|store| store.node_id())),
+        straps,
+        is_maintenance: bits >> 5 != 0,
+    }
 }

@@ -7,22 +7,22 @@
 //! | capture of CAN_RX, nominal and redundant, by wires from CN10 3 and 16 | PA0, PA1 | CN7 28, 30 |
 //! | pulse at an instant | PB1 | CN10 24 |
 //! | straps: bits 0 to 3, odd parity | PC0, PC1, PC2, PC3, PB0 | CN7 38, 36, 35, 37, 34 |
+//! | strap: maintenance mode | PA4 | CN7 32 |
 //! | LEDs: activity (LD2, green), state (external) | PA5, PA6 | on board, CN10 13 |
 //!
 //! PA2 and PA3 are the serial port of the ST-LINK, PA13 and PA14 its debug port; they are never touched. Straps are closed to ground (CN7 22); inside they have pull-ups.
 
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::types::PerBus;
-use embassy_stm32::gpio::{Input, Pull};
 use embassy_stm32::peripherals::{
-    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA5, PA6, PB0, PB1, PB8, PB9, PB12, PB13, PC0, PC1, PC2,
-    PC3, TIM3, TIM5,
+    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA4, PA5, PA6, PB0, PB1, PB8, PB9, PB12, PB13, PC0, PC1,
+    PC2, PC3, TIM3, TIM5,
 };
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, Peripherals};
 
-use crate::board::{Board, Irqs, Leds, node_id, store, watch};
+use crate::board::{Board, Identity, Irqs, Leds, identity, store, watch};
 use crate::bxcan::Port;
 use crate::pulse::Pulse;
 use crate::{Uptime, capture, clock_tree, retained, spare};
@@ -52,6 +52,7 @@ pub struct Resources {
     pub PC3: Peri<'static, PC3>,
     pub PB0: Peri<'static, PB0>,
     pub PB1: Peri<'static, PB1>,
+    pub PA4: Peri<'static, PA4>,
     pub PA5: Peri<'static, PA5>,
     pub PA6: Peri<'static, PA6>,
 }
@@ -81,6 +82,7 @@ macro_rules! take {
             PC3: $p.PC3,
             PB0: $p.PB0,
             PB1: $p.PB1,
+            PA4: $p.PA4,
             PA5: $p.PA5,
             PA6: $p.PA6,
         }
@@ -104,18 +106,15 @@ pub fn start() -> Peripherals {
 }
 
 impl Board {
-    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), reads the straps
-    /// and opens the parameter store.
+    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), opens the parameter
+    /// store and reads the straps.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
     pub fn new(p: Resources, timing: BitTiming) -> Board {
-        let post_mortem = watch();
-        let node_id = node_id([
-            Input::new(p.PC0, Pull::Up),
-            Input::new(p.PC1, Pull::Up),
-            Input::new(p.PC2, Pull::Up),
-            Input::new(p.PC3, Pull::Up),
-            Input::new(p.PB0, Pull::Up),
-        ]);
+        let (post_mortem, from_outside) = watch();
+        let mut store = store(p.FLASH);
+        let straps = [p.PC0.into(), p.PC1.into(), p.PC2.into(), p.PC3.into(), p.PB0.into(), p.PA4.into()];
+        let Identity { node_id, straps, is_maintenance } =
+            identity(straps, from_outside, store.as_deref_mut());
         let edges = capture::start(p.TIM5, p.PA0, p.PA1, p.DMA1_CH2, p.DMA1_CH4);
         // CAN1 first: it holds the filter banks and the clock of both.
         let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing, edges.nominal);
@@ -126,7 +125,9 @@ impl Board {
             pulse: Pulse::new(p.TIM3, p.PB1),
             leds: Leds::new(p.PA5, p.PA6),
             node_id,
-            store: store(p.FLASH),
+            straps,
+            is_maintenance,
+            store,
             retained: retained::take(),
             post_mortem,
             memory: spare::take(),

@@ -23,7 +23,9 @@ const DUMP_WORDS: usize = ADDRESSES + LOG_WORDS;
 /// Flags of RCC_CSR (RM0090 7.3.21).
 const BORRSTF: u32 = 1 << 25;
 const PORRSTF: u32 = 1 << 27;
+const SFTRSTF: u32 = 1 << 28;
 const IWDGRSTF: u32 = 1 << 29;
+const WWDGRSTF: u32 = 1 << 30;
 /// CFSR: the frame of an exception could not be stacked.
 const STKERR: u32 = 1 << 12;
 /// Upper byte of addresses in flash.
@@ -91,11 +93,13 @@ fn place() -> *mut Record {
     black_box(addr_of_mut!(POST_MORTEM).cast())
 }
 
-/// Takes the record of the program before this one. Once, before tasks run.
+/// Takes the record of the program before this one. Once, before tasks run. Also returns whether power failed since, or the reset
+/// pin was pulled: every reset pulls it, so that its flag alone says nothing (RM0090 7.1.1).
 #[inline(never)] // a small stack frame of its own, reached by short instructions
-pub(crate) fn take() -> PostMortem {
+pub(crate) fn take() -> (PostMortem, bool) {
     let flags = RCC.csr().read().0;
     RCC.csr().modify(|w| w.set_rmvf(true));
+    let is_from_outside = flags & (PORRSTF | BORRSTF) != 0 || flags & (SFTRSTF | IWDGRSTF | WWDGRSTF) == 0;
     let mut found = PostMortem::default();
     let task = RAN.load(Ordering::Relaxed);
     // SAFETY: the record is RAM of its static, and any bits are words. Nobody else has it, or the copy of its dump, before tasks
@@ -134,7 +138,7 @@ pub(crate) fn take() -> PostMortem {
         );
     }
     ROW.store(found.row.into(), Ordering::Relaxed);
-    found
+    (found, is_from_outside)
 }
 
 /// A checksum of the rest of the record.

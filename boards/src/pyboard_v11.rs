@@ -7,22 +7,22 @@
 //! | capture of CAN_RX, nominal and redundant, by wires from Y3 and Y5 | PA0, PA1 | X1, X2 |
 //! | pulse at an instant | PB1 | Y12 |
 //! | straps: bits 0 to 3, odd parity | PA2, PA3, PA4, PA5, PA6 | X3, X4, X5, X6, X7 |
+//! | strap: maintenance mode | PA7 | X8 |
 //! | LEDs: activity (blue), state (yellow) | PB4, PA15 | on board |
 //!
 //! The red and green LEDs hang on the debug pins PA13 and PA14 and are never touched. Straps are closed to ground (X14, Y14); inside they have pull-ups.
 
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::types::PerBus;
-use embassy_stm32::gpio::{Input, Pull};
 use embassy_stm32::peripherals::{
-    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA2, PA3, PA4, PA5, PA6, PA15, PB1, PB4, PB8, PB9, PB12,
-    PB13, TIM3, TIM5,
+    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA2, PA3, PA4, PA5, PA6, PA7, PA15, PB1, PB4, PB8, PB9,
+    PB12, PB13, TIM3, TIM5,
 };
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, Peripherals};
 
-use crate::board::{Board, Irqs, Leds, node_id, store, watch};
+use crate::board::{Board, Identity, Irqs, Leds, identity, store, watch};
 use crate::bxcan::Port;
 use crate::pulse::Pulse;
 use crate::{Uptime, capture, clock_tree, retained, spare};
@@ -51,6 +51,7 @@ pub struct Resources {
     pub PA4: Peri<'static, PA4>,
     pub PA5: Peri<'static, PA5>,
     pub PA6: Peri<'static, PA6>,
+    pub PA7: Peri<'static, PA7>,
     pub PB1: Peri<'static, PB1>,
     pub PB4: Peri<'static, PB4>,
     pub PA15: Peri<'static, PA15>,
@@ -80,6 +81,7 @@ macro_rules! take {
             PA4: $p.PA4,
             PA5: $p.PA5,
             PA6: $p.PA6,
+            PA7: $p.PA7,
             PB1: $p.PB1,
             PB4: $p.PB4,
             PA15: $p.PA15,
@@ -104,18 +106,15 @@ pub fn start() -> Peripherals {
 }
 
 impl Board {
-    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), reads the straps
-    /// and opens the parameter store.
+    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), opens the parameter
+    /// store and reads the straps.
     #[inline(never)] // a stack of its own is a small one, reached by short instructions
     pub fn new(p: Resources, timing: BitTiming) -> Board {
-        let post_mortem = watch();
-        let node_id = node_id([
-            Input::new(p.PA2, Pull::Up),
-            Input::new(p.PA3, Pull::Up),
-            Input::new(p.PA4, Pull::Up),
-            Input::new(p.PA5, Pull::Up),
-            Input::new(p.PA6, Pull::Up),
-        ]);
+        let (post_mortem, from_outside) = watch();
+        let mut store = store(p.FLASH);
+        let straps = [p.PA2.into(), p.PA3.into(), p.PA4.into(), p.PA5.into(), p.PA6.into(), p.PA7.into()];
+        let Identity { node_id, straps, is_maintenance } =
+            identity(straps, from_outside, store.as_deref_mut());
         let edges = capture::start(p.TIM5, p.PA0, p.PA1, p.DMA1_CH2, p.DMA1_CH4);
         // CAN1 first: it holds the filter banks and the clock of both.
         let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing, edges.nominal);
@@ -126,7 +125,9 @@ impl Board {
             pulse: Pulse::new(p.TIM3, p.PB1),
             leds: Leds::new(p.PB4, p.PA15),
             node_id,
-            store: store(p.FLASH),
+            straps,
+            is_maintenance,
+            store,
             retained: retained::take(),
             post_mortem,
             memory: spare::take(),

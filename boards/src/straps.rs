@@ -1,32 +1,62 @@
-//! The Node-ID from five straps: four bits and odd parity.
+//! The Node-ID from five straps: four bits and odd parity. A sixth one is for maintenance mode (ECSS 6.10g).
 //!
 //! A strap to ground is 1, an open one 0. Odd parity over all five makes a board without straps, or with one wire lost
 //! or shorted, recognisable: it must stay silent (ECSS 6.10f).
+//!
+//! They are read at power-on and when the reset pin was pulled. They are kept in RAM over every other reset, so that no command
+//! and no failure of a program gives the board another Node-ID or takes it into maintenance mode.
 
 use ecss_can::redundancy::Strap;
+use ecss_can::store::identity::Straps;
 use ecss_can::types::NodeId;
 
 /// Why the straps give no Node-ID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(target_os = "none", derive(defmt::Format))]
 pub enum StrapError {
+    /// No strap is closed.
+    Open,
     /// An even number of straps is closed.
     Parity,
     /// A value below 2: 0 is no Node-ID, 1 is the master.
     NotASlave(u8),
 }
 
-/// Node-ID of a slave, 2..=15. `closed` are bits 0 to 3, then parity; true is a strap to ground.
+/// Node-ID of a slave, 2..=15, from bits 0 to 3 and parity, bit 4; those above do not matter. 1 is a strap to ground.
 ///
 /// # Errors
 /// [`StrapError`], see there.
-pub fn node_id(closed: [bool; 5]) -> Result<NodeId, StrapError> {
-    let bits = closed.into_iter().rev().fold(0u8, |bits, strap| bits << 1 | u8::from(strap));
-    if bits.count_ones() % 2 == 0 {
-        return Err(StrapError::Parity);
+pub fn node_id(bits: u8) -> Result<NodeId, StrapError> {
+    let bits = bits & 0b1_1111;
+    if bits.count_ones().is_multiple_of(2) {
+        return Err(if bits == 0 { StrapError::Open } else { StrapError::Parity });
     }
     let value = bits & 0b1111;
     NodeId::new(value).filter(|id| *id != NodeId::MASTER).ok_or(StrapError::NotASlave(value))
+}
+
+/// What the straps say for the Node-ID of a slave.
+pub fn of_slave(node_id: Result<NodeId, StrapError>) -> Straps {
+    match node_id {
+        Ok(id) => Straps::Closed(id),
+        Err(StrapError::Open) => Straps::Open,
+        Err(StrapError::Parity | StrapError::NotASlave(_)) => Straps::Wrong,
+    }
+}
+
+/// The upper byte of a word that keeps straps.
+const MARK: u16 = 0x57 << 8;
+
+/// A word of RAM that keeps straps over a reset.
+pub fn latch(bits: u8) -> u32 {
+    let word = MARK | u16::from(bits);
+    u32::from(!word) << 16 | u32::from(word)
+}
+
+/// The straps in a word of RAM; `None` unless it is one of [`latch`], as after power-on.
+pub fn latched(word: u32) -> Option<u8> {
+    let bits = word as u8;
+    (word == latch(bits)).then_some(bits)
 }
 
 /// Which of two master boards it is: 1 on the straps is the prime one, 0 the other, with odd parity. `None` for the straps of a
@@ -35,7 +65,7 @@ pub fn master_board(node_id: Result<NodeId, StrapError>) -> Option<Strap> {
     match node_id {
         Err(StrapError::NotASlave(1)) => Some(Strap::Prime),
         Err(StrapError::NotASlave(_)) => Some(Strap::Second),
-        Ok(_) | Err(StrapError::Parity) => None,
+        Ok(_) | Err(StrapError::Open | StrapError::Parity) => None,
     }
 }
 
@@ -43,40 +73,44 @@ pub fn master_board(node_id: Result<NodeId, StrapError>) -> Option<Strap> {
 mod tests {
     use super::*;
 
+    fn id_of(closed: [bool; 5]) -> Result<NodeId, StrapError> {
+        node_id(closed.into_iter().rev().fold(0, |bits, strap| bits << 1 | u8::from(strap)))
+    }
+
     /// Verifies: ECSS 8.1a
     #[test]
     fn a_master_board_with_a_wrong_wire_is_neither_prime_nor_second() {
         let prime = [true, false, false, false, false];
         let second = [false, false, false, false, true];
-        assert_eq!(master_board(node_id(prime)), Some(Strap::Prime));
-        assert_eq!(master_board(node_id(second)), Some(Strap::Second));
+        assert_eq!(master_board(id_of(prime)), Some(Strap::Prime));
+        assert_eq!(master_board(id_of(second)), Some(Strap::Second));
         for good in [prime, second] {
             for wire in 0..5 {
                 let mut broken = good;
                 broken[wire] = !broken[wire];
-                assert_eq!(master_board(node_id(broken)), None, "wire {wire}");
+                assert_eq!(master_board(id_of(broken)), None, "wire {wire}");
             }
         }
-        assert_eq!(master_board(node_id([false, true, false, false, false])), None, "a slave");
+        assert_eq!(master_board(id_of([false, true, false, false, false])), None, "a slave");
     }
 
     #[test]
     fn four_bits_least_significant_first_then_parity() {
-        assert_eq!(node_id([false, true, false, false, false]), Ok(NodeId::of::<2>()));
-        assert_eq!(node_id([true, true, false, false, true]), Ok(NodeId::of::<3>()));
-        assert_eq!(node_id([false, false, true, false, false]), Ok(NodeId::of::<4>()));
-        assert_eq!(node_id([true, true, true, true, true]), Ok(NodeId::of::<15>()));
+        assert_eq!(id_of([false, true, false, false, false]), Ok(NodeId::of::<2>()));
+        assert_eq!(id_of([true, true, false, false, true]), Ok(NodeId::of::<3>()));
+        assert_eq!(id_of([false, false, true, false, false]), Ok(NodeId::of::<4>()));
+        assert_eq!(id_of([true, true, true, true, true]), Ok(NodeId::of::<15>()));
     }
 
     #[test]
-    fn a_board_without_straps_has_no_node_id() {
-        assert_eq!(node_id([false; 5]), Err(StrapError::Parity));
+    fn a_board_without_straps_has_no_id_of() {
+        assert_eq!(id_of([false; 5]), Err(StrapError::Open));
     }
 
     #[test]
     fn zero_and_one_are_no_slaves() {
-        assert_eq!(node_id([false, false, false, false, true]), Err(StrapError::NotASlave(0)));
-        assert_eq!(node_id([true, false, false, false, false]), Err(StrapError::NotASlave(1)));
+        assert_eq!(id_of([false, false, false, false, true]), Err(StrapError::NotASlave(0)));
+        assert_eq!(id_of([true, false, false, false, false]), Err(StrapError::NotASlave(1)));
     }
 
     /// The straps of a slave, wire by wire: bits 0 to 3, then odd parity.
@@ -91,7 +125,7 @@ mod tests {
     #[test]
     fn every_slave_has_its_own_straps() {
         for id in 2..=15 {
-            assert_eq!(node_id(straps_of(id)), Ok(NodeId::new(id).unwrap()), "{id}");
+            assert_eq!(id_of(straps_of(id)), Ok(NodeId::new(id).unwrap()), "{id}");
         }
     }
 
@@ -103,8 +137,23 @@ mod tests {
             for wire in 0..5 {
                 let mut broken = straps_of(id);
                 broken[wire] = !broken[wire];
-                assert_eq!(node_id(broken), Err(StrapError::Parity), "slave {id}, wire {wire}");
+                let is_open = broken == [false; 5];
+                let expected = if is_open { StrapError::Open } else { StrapError::Parity };
+                assert_eq!(id_of(broken), Err(expected), "slave {id}, wire {wire}");
             }
         }
+    }
+
+    /// Verifies: ECSS 6.10g
+    #[test]
+    fn straps_in_ram_are_taken_only_when_no_bit_has_changed() {
+        for bits in 0..=0b11_1111 {
+            let word = latch(bits);
+            assert_eq!(latched(word), Some(bits));
+            for bit in 0..32 {
+                assert_eq!(latched(word ^ 1 << bit), None, "{bits:06b}, bit {bit}");
+            }
+        }
+        assert_eq!([latched(0), latched(u32::MAX)], [None; 2]);
     }
 }

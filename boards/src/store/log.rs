@@ -4,6 +4,7 @@
 //! page    magic | epoch, !epoch | set | note | set | ... | erased
 //! set     length, !length | bytes, padded to words | CRC
 //! note    8000h + note, complement
+//! copy    4001h to 7FFFh, complement
 //! ```
 //!
 //! * The CRC is written last: with it a set is stored, without it the one before. It is never FFFF FFFFh, the erased word.
@@ -12,11 +13,14 @@
 //! * The page in use is the one of the higher epoch. The other one is free or holds what is past, or the remains of an
 //!   erase; it is erased before it is used.
 //! * A note holds until the next set is stored. Notes end at three quarters of a page: the rest is for sets.
+//! * Three copies of the Node-ID hold until they are replaced (`ecss_can::store::identity`). The last one of each number
+//!   counts. Copies that were replaced are programmed to zero. A copy that differs is written anew at the next start.
 //! * [`ParameterLog::open`] changes pages when room for a set is no longer left, or for a note: erase the other page, copy
-//!   set and note, write the epoch. Until the epoch stands there the old page holds; afterwards it is not read.
+//!   set, note and Node-ID, write the epoch. Until the epoch stands there the old page holds; afterwards it is not read.
 //! * A word that does not read back as it was written fails the set.
 
-use ecss_can::store::{ParameterStore, StoreError};
+use ecss_can::store::{ParameterStore, StoreError, identity};
+use ecss_can::types::NodeId;
 use embedded_storage::nor_flash::NorFlash;
 
 /// The longest set, bytes. [`ParameterLog::open`] leaves room for one.
@@ -63,6 +67,15 @@ impl StoredSet {
     }
 }
 
+/// The last copies of the Node-ID, by their numbers.
+#[derive(Clone, Copy, Debug, Default)]
+struct Copies {
+    /// Where they stand; zero where there is none.
+    at: [u32; 3],
+    /// Node-IDs, zero for none.
+    ids: [u8; 3],
+}
+
 /// The set that is being written.
 struct Writing {
     record: StoredSet,
@@ -83,6 +96,7 @@ pub struct ParameterLog<F> {
     free: u32,
     stored: Option<StoredSet>,
     note: Option<u16>,
+    copies: Copies,
     writing: Option<Writing>,
 }
 
@@ -102,8 +116,16 @@ impl<F: NorFlash> ParameterLog<F> {
             );
         }
         let pages = [base, base + Self::PAGE];
-        let mut log =
-            ParameterLog { flash, page: base, page_end: 0, free: 0, stored: None, note: None, writing: None };
+        let mut log = ParameterLog {
+            flash,
+            page: base,
+            page_end: 0,
+            free: 0,
+            stored: None,
+            note: None,
+            copies: Copies::default(),
+            writing: None,
+        };
         let mut opened = Opened::default();
         let epochs = [log.epoch(pages[0])?, log.epoch(pages[1])?];
         let newest = match epochs {
@@ -125,6 +147,8 @@ impl<F: NorFlash> ParameterLog<F> {
             log.clear(pages[1 - newest], &mut opened)?;
             log.change_page(pages[1 - newest], epochs[newest].unwrap_or(0).saturating_add(1))?;
         }
+        // Two copies are enough until the next start, which tries again.
+        _ = log.mend_node_id();
         Ok((log, opened))
     }
 
@@ -142,7 +166,7 @@ impl<F: NorFlash> ParameterLog<F> {
         self.page = page;
         self.page_end = page + Self::PAGE;
         self.free = page + PAGE_HEADER;
-        (self.stored, self.note) = (None, None);
+        (self.stored, self.note, self.copies) = (None, None, Default::default());
     }
 
     /// Where the last quarter of the page begins.
@@ -204,14 +228,20 @@ impl<F: NorFlash> ParameterLog<F> {
                 break;
             }
             let Some(record) = self.record(self.free, word) else {
-                self.free += WORD;
-                if let Some(note) = doubled(word).filter(|note| note & NOTE != 0) {
-                    self.note = Some(note & !NOTE);
+                match doubled(word) {
+                    Some(note) if note & NOTE != 0 => self.note = Some(note & !NOTE),
+                    Some(copy) => {
+                        if let Some((number, id)) = identity::of_copy(copy) {
+                            let nth = usize::from(number - 1) % 3;
+                            (self.copies.at[nth], self.copies.ids[nth]) = (self.free, id);
+                        }
+                    }
+                    None => {}
                 }
+                self.free += WORD;
                 continue;
             };
-            let is_candidate = record.at < before && record.len <= MAX_SET as u32;
-            if is_candidate && self.word(record.crc())? != ERASED {
+            if record.at < before && self.word(record.crc())? != ERASED {
                 (last, self.note) = (Some(record), None);
             }
             self.free = record.end();
@@ -219,9 +249,10 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(last)
     }
 
-    /// The set whose length stands at `at`. A note has nothing after it, and neither has a length that was cut short.
+    /// The set whose length stands at `at`. A note and a copy have nothing after them, and neither has a length that was cut
+    /// short.
     fn record(&self, at: u32, length: u32) -> Option<StoredSet> {
-        let len = doubled(length).filter(|len| len & NOTE == 0)?;
+        let len = doubled(length).filter(|len| *len <= MAX_SET as u16)?;
         Some(StoredSet { at, len: u32::from(len) }).filter(|record| record.end() <= self.page_end)
     }
 
@@ -241,7 +272,7 @@ impl<F: NorFlash> ParameterLog<F> {
 
     /// Takes the stored set and the note over to a page that is erased.
     fn change_page(&mut self, page: u32, epoch: u16) -> Result<(), StoreError> {
-        let (old, note) = (self.stored, self.note);
+        let (old, note, id) = (self.stored, self.note, self.node_id());
         self.enter(page);
         if let Some(old) = old {
             self.begin(old.len as usize)?;
@@ -256,7 +287,17 @@ impl<F: NorFlash> ParameterLog<F> {
         if let Some(note) = note {
             self.write_note(note)?;
         }
+        if id.is_some() {
+            self.store_node_id(id)?;
+        }
         self.stamp(epoch)
+    }
+
+    /// Writes three copies of the Node-ID anew where one of them differs.
+    fn mend_node_id(&mut self) -> Result<(), StoreError> {
+        let id = self.node_id();
+        let [first, second, third] = self.copies.ids;
+        if id.is_some() && (first != second || first != third) { self.store_node_id(id) } else { Ok(()) }
     }
 
     #[inline(never)] // looked at everywhere
@@ -353,6 +394,31 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
         self.free += WORD;
         self.program(at, double(NOTE | note))?;
         self.note = Some(note);
+        Ok(())
+    }
+
+    fn node_id(&mut self) -> Option<NodeId> {
+        identity::agreed(self.copies.ids)
+    }
+
+    fn store_node_id(&mut self, id: Option<NodeId>) -> Result<(), StoreError> {
+        self.writing = None;
+        if self.free >= self.notes_end() {
+            return Err(StoreError::Full);
+        }
+        let id = id.map_or(0, NodeId::get);
+        for nth in 0..3 {
+            let at = self.free;
+            // If it fails it is no copy, and nothing after it.
+            self.free += WORD;
+            self.program(at, double(identity::copy(nth as u8 + 1, id)))?;
+            self.copies.ids[nth] = id;
+            let old = core::mem::replace(&mut self.copies.at[nth], at);
+            // Whatever happens to the new copy, the old one takes its place no more.
+            if old != 0 {
+                self.program(old, 0)?;
+            }
+        }
         Ok(())
     }
 }

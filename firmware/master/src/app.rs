@@ -16,13 +16,13 @@ async fn main(spawner: Spawner) {
         not(feature = "standby"),
         expect(unused_variables, reason = "the straps of one of two boards")
     )]
-    let Board { ports, clock, pulse, leds, node_id, store, post_mortem, .. } =
+    let Board { ports, clock, pulse, leds, straps, store, post_mortem, .. } =
         Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     defmt::info!("master starts, profile {=str}", PROFILE.name);
     #[cfg(not(feature = "standby"))]
     let master = || mission::master(PROFILE, store);
     #[cfg(feature = "standby")]
-    let Some(strap) = boards::straps::master_board(node_id) else {
+    let Some(strap) = boards::straps::master_board(straps) else {
         return defmt::error!("straps of neither master board, staying silent");
     };
     #[cfg(feature = "standby")]

@@ -2,6 +2,7 @@
 
 use boards::{Board, TELLTALE};
 use ecss_can::prelude::*;
+use ecss_can::store::identity::MAINTENANCE;
 use embassy_executor::Spawner;
 use mission::PROFILE;
 
@@ -12,14 +13,31 @@ static RESOURCES: Resources<Board, Node> = Resources::new();
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     let p = boards::start();
-    let Board { ports, clock, pulse, leds, node_id, store, retained, post_mortem, memory } =
-        Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+    let Board {
+        ports,
+        clock,
+        pulse,
+        leds,
+        node_id,
+        store,
+        retained,
+        post_mortem,
+        memory,
+        is_maintenance,
+        ..
+    } = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
+    let node_id = if is_maintenance { Ok(MAINTENANCE) } else { node_id };
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
     let slave = || {
-        let slave = mission::slave(id, PROFILE, memory).with_retained(retained);
-        if let Some(store) = store { slave.with_store(store) } else { slave }
+        let slave = mission::slave(id, PROFILE, memory);
+        if is_maintenance {
+            slave.in_maintenance(store)
+        } else {
+            let slave = slave.with_retained(retained);
+            if let Some(store) = store { slave.with_store(store) } else { slave }
+        }
     };
     let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
     slave.with(|slave, _| slave.set_post_mortem(post_mortem));

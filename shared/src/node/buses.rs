@@ -103,6 +103,11 @@ impl Buses {
         self.access
     }
 
+    /// From power-on the node takes part in one bus, and chooses no other.
+    pub const fn keep_to_one(&mut self) {
+        self.access = BusAccess::Selective;
+    }
+
     /// Go on the bus or buses, at power-on, or from being silent there.
     pub fn join<E>(&mut self, active: Bus, out: &mut Outbox<E>) {
         for bus in Bus::ALL {

@@ -35,6 +35,7 @@ pub const HEARTBEAT_SENT: u16 = ClockObjects::HEARTBEAT_SENT.index();
 pub const HEALTH_NOMINAL: u16 = Spacecraft::HEALTH_NOMINAL.index();
 pub const HEALTH_REDUNDANT: u16 = Spacecraft::HEALTH_REDUNDANT.index();
 pub const SELF_TEST_START: u16 = Spacecraft::SELF_TEST_START.index();
+pub const IDENTITY: u16 = Spacecraft::IDENTITY.index();
 
 /// RPDO 1, communication parameter.
 pub const RPDO: u16 = <PdoObjects>::RPDOS.nth(0).index();

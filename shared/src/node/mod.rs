@@ -32,4 +32,4 @@ pub use master_api::{MasterEvent, MasterRequest, Refusal};
 pub use objects::{NodeObjects, assert_device};
 pub use slave::Slave;
 pub use slave_api::{BusCause, ParallelAccess, SlaveEvent};
-pub use spacecraft::{BusHealth, OverBudget, SelfTest, Spacecraft};
+pub use spacecraft::{BusHealth, OverBudget, ProtectedIdentity, SelfTest, Spacecraft};

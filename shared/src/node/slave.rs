@@ -3,6 +3,7 @@
 mod budget;
 mod bus_events;
 mod clash;
+mod maintenance;
 mod network;
 mod objects;
 mod retained;
@@ -63,6 +64,7 @@ impl<D: Device> Slave<D> {
     /// With a parameter store: objects 1010h and 1011h work, and power-on begins with what is stored.
     #[must_use]
     pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
+        self.show_node_id(store);
         self.canopen.services.dictionary.stored.store = Some(store);
         self.load_all();
         self

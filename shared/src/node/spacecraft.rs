@@ -9,7 +9,7 @@ use crate::redundancy::RedundancyObjects;
 use crate::store::StoreObjects;
 use crate::time::{ClockObjects, LocalScet};
 
-/// The objects 2000h to 203Fh, 2047h, 1010h and 1011h.
+/// The objects 2000h to 203Fh, 2046h, 2047h, 1010h and 1011h.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Spacecraft {
     /// Of the redundancy
@@ -41,9 +41,28 @@ pub struct Spacecraft {
     /// Of the last reset
     #[objects]
     pub post_mortem: PostMortemObjects,
+    /// Protected identity
+    #[object(0x2046, record)]
+    pub identity: ProtectedIdentity,
     /// Transmit budget
     #[object(0x2047, record)]
     pub over_budget: OverBudget,
+}
+
+/// Node-ID and COB-IDs, protected against failures (ECSS 6.10d, g, k).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+pub struct ProtectedIdentity {
+    /// Stored Node-ID
+    ///
+    /// Reads 0 where none is stored. Written in maintenance mode only: Node-ID, its complement, 49h, 44h from the lowest byte on;
+    /// Node-ID 0 stores none. Takes effect with the next reset.
+    #[sub(1, rw, volatile)]
+    pub stored: u32,
+    /// Flipped bits mended
+    ///
+    /// In Node-ID and COB-IDs, since power-on or the last reset.
+    #[sub(2, ro)]
+    pub mended: u16,
 }
 
 /// Error state, error counters and lost frames of a bus (ECSS 5.6.2).

@@ -8,9 +8,12 @@
 //! A slave keeps Bdefault as well when it finds the master on another bus (ECSS 8.3.3k, l). That is no save: it is a
 //! *note* of one word beside the set, and ends with the next set that has a value of its own.
 //!
+//! Beside both, three copies of the Node-ID are kept, which no set replaces: [`identity`].
+//!
 //! Where sets and notes are kept is behind [`ParameterStore`], which keeps them whole through a loss of power. What
 //! outlives a reset only is in RAM, behind [`RetainedMemory`].
 
+pub mod identity;
 mod limit;
 mod note;
 mod objects;
@@ -23,7 +26,7 @@ pub use objects::{StoreObjects, StoreRequest};
 pub use retained::{Retained, RetainedMemory};
 pub use set::{Apply, Content, Loaded, MAX_VALUE, Value, Values, load, restore_defaults, save};
 
-use crate::types::AbortCode;
+use crate::types::{AbortCode, NodeId};
 
 /// What is written to 1010h to save: "save".
 pub const SAVE: u32 = u32::from_le_bytes(*b"save");
@@ -130,4 +133,18 @@ pub trait ParameterStore {
     /// [`StoreError::Full`] in the last quarter of the room, which is for sets; [`StoreError::Size`] above 7FFFh;
     /// [`StoreError::Hardware`].
     fn write_note(&mut self, note: u16) -> Result<(), StoreError>;
+
+    /// The Node-ID that two of three stored copies agree on (ECSS 6.10k). A store that keeps none has none.
+    fn node_id(&mut self) -> Option<NodeId> {
+        None
+    }
+
+    /// Stores three copies of a Node-ID, each read back, or of none. The old one or the new one is stored, whenever power
+    /// fails. A set that was begun and not committed is forgotten.
+    ///
+    /// # Errors
+    /// [`StoreError::Full`], [`StoreError::Hardware`]; [`StoreError::Size`] where the store keeps none.
+    fn store_node_id(&mut self, _id: Option<NodeId>) -> Result<(), StoreError> {
+        Err(StoreError::Size)
+    }
 }

@@ -32,6 +32,7 @@ mod master_pdos;
 mod master_services;
 mod minimal;
 mod nmt;
+mod node_id;
 mod od;
 mod pair;
 mod pdo;

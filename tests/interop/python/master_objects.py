@@ -38,6 +38,7 @@ class MasterObjects(Test):
         walk.emergency()
         walk.counter()
         walk.self_test()
+        walk.identity()
         # Its identifier stays while it produces SYNC (CiA 301 7.5.2.5).
         walk.refuses_write(INVALID_VALUE, 0x1005, 0, walk.number(0x1005) ^ 1)
         walk.exchange(0x1005, 0, walk.number(0x1005) ^ PRODUCER)

@@ -183,6 +183,12 @@ class Walk:
         self.exchange(0x1019, 0, 10)
         self.write(0x1006, 0, period)
 
+    def identity(self) -> None:
+        """2046h: a Node-ID is stored in maintenance mode only (ECSS 6.10g)."""
+        for node in (0, 3, 5):
+            self.refuses_write(WRONG_STATE, 0x2046, 1, bytes([node, 0xFF - node, 0x49, 0x44]))
+        self._written.add((0x2046, 1))
+
     def self_test(self) -> None:
         """2030h: 1 begins it, and nothing else."""
         self.refuses_write(TOO_LOW, 0x2030, 0, 0)

@@ -25,6 +25,7 @@ class SlaveObjects(Test):
         walk.emergency()
         walk.counter()
         walk.self_test()
+        walk.identity()
         # Only the master produces SYNC (ECSS 6.9d).
         walk.refuses_write(INVALID_VALUE, 0x1005, 0, walk.number(0x1005) | PRODUCER)
         # A microsecond is none.

@@ -2,6 +2,7 @@
 
 mod damage;
 mod mock;
+mod node_id;
 mod notes;
 mod power;
 mod room;

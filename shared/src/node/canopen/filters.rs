@@ -38,6 +38,9 @@ impl<D: Device, E: Extension> Canopen<D, E> {
 
     #[inline(never)] // of two callers, neither in a hurry
     fn admitted(&self, number: usize) -> CobId {
+        if self.is_maintained {
+            return self.services.sdo_id();
+        }
         let id = match number {
             SYNC_FILTER => Some(self.services.written_sync_id()),
             2 => Some(self.services.sdo_id()),

@@ -13,6 +13,7 @@ use crate::emcy::ErrorCode;
 use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, NmtSlave, NmtStartup, Reaction};
+use crate::od::INVALID;
 use crate::profile::Profile;
 use crate::redundancy::Parameters;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
@@ -29,6 +30,8 @@ pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     pub heartbeat: heartbeat::Producer,
     pub services: Services<D, E>,
     startup: NmtStartup,
+    /// It receives SDO requests alone, and sends their answers alone.
+    is_maintained: bool,
     /// COB-IDs that are taken; frames without a mark are for others.
     marks: Marks,
     /// A bit for each filter that is to be sent to its buses.
@@ -47,16 +50,27 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             heartbeat: heartbeat::Producer::new(id, profile.heartbeat),
             services: Services::new(id, || objects, profile, None),
             startup,
+            is_maintained: false,
             marks: Marks::ALL,
             changed_filters: 0,
             next_filter: 1,
         }
     }
 
+    /// Maintenance mode: SDO on one bus. Before power-on.
+    pub fn maintain(&mut self) {
+        self.is_maintained = true;
+        self.startup = NmtStartup::of_slave(false);
+        self.services.buses.keep_to_one();
+    }
+
     /// Boot-up on `bus`, then Pre-operational (ECSS 8.3.2). The communication profile is as at power-on before.
     pub fn boot(&mut self, bus: Bus, now: Instant, out: &mut Out) {
-        let frame = heartbeat::encode(self.id, NmtState::Initialising);
-        out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+        // A master that hears of a node starts it, and misses it later.
+        if !self.is_maintained {
+            let frame = heartbeat::encode(self.id, NmtState::Initialising);
+            out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
+        }
         let state = self.nmt.boot();
         self.entered(state, now, out);
         self.heartbeat.restart(now);
@@ -168,6 +182,9 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let objects = &mut self.services.dictionary.objects;
         objects.restore_communication(self.id, initial);
         objects.communication.nmt.startup = self.startup.raw();
+        if self.is_maintained {
+            objects.communication.emcy.cob_id |= INVALID;
+        }
         self.services.load(crate::store::Group::Communication);
         self.services.configure(now);
         let communication = &self.services.dictionary.objects.communication;

@@ -4,7 +4,7 @@ use super::Storage;
 use super::rules;
 use crate::emcy;
 use crate::emcy::ErrorCode;
-use crate::node::index::{LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
+use crate::node::index::{IDENTITY, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
 use crate::node::{Communication, Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
@@ -134,7 +134,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
 
     #[inline(always)] // called from one place
     fn store(&mut self, at: Address, bytes: [u8; 4], count: Option<u8>) -> Result<bool, AbortCode> {
-        if at.index <= rules::LAST {
+        if at.index <= rules::LAST || at.index == IDENTITY {
             return Ok(false);
         }
         let (place, entry) = self.place(at)?;
@@ -162,6 +162,14 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
     }
 
     fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+        if at.index == IDENTITY {
+            let stored = self.stored.store_node_id(value)?;
+            if let Some(objects) = self.objects.spacecraft.spacecraft() {
+                objects.identity.stored = stored;
+            }
+            self.written = Some(at);
+            return Ok(());
+        }
         let number = number(value) as u32;
         let request = StoreRequest::of(at.index);
         request.map_or(Ok(()), |request| request.check(number))?;

@@ -70,15 +70,13 @@ pub struct Guarded<S: PdoSlots> {
     emcy: Copied,
     rpdos: S::Receive<Copied>,
     tpdos: S::Transmit<Copied>,
-    /// Errors that were mended.
-    mended: u16,
 }
 
 impl<S: PdoSlots> Guarded<S> {
     pub fn new() -> Self {
         // They are copied before they are compared.
         let none = Copied([0; 2]);
-        Guarded { sync: none, emcy: none, rpdos: S::receive(none), tpdos: S::transmit(none), mended: 0 }
+        Guarded { sync: none, emcy: none, rpdos: S::receive(none), tpdos: S::transmit(none) }
     }
 }
 
@@ -123,8 +121,9 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// A flipped bit was mended.
     #[inline(never)] // of two callers, neither in a hurry
     fn report_flipped(&mut self) {
-        self.guarded.mended = self.guarded.mended.saturating_add(1);
-        let [low, high] = self.guarded.mended.to_le_bytes();
+        let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() else { return };
+        objects.identity.mended = objects.identity.mended.saturating_add(1);
+        let [low, high] = objects.identity.mended.to_le_bytes();
         self.report_past(ErrorCode::HARDWARE, [FLIPPED, low, high, 0, 0]);
     }
 }

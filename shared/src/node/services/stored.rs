@@ -43,6 +43,14 @@ pub trait Storage: core::fmt::Debug {
     /// # Errors
     /// The abort code to answer; what was stored before holds.
     fn restore(&mut self, id: NodeId, sub: u8, now: Instant) -> Result<(), AbortCode>;
+
+    /// Stores a Node-ID, or none, in maintenance mode (ECSS 6.10g): Node-ID or 0, its complement, 49h, 44h from the lowest byte
+    /// on. Returns what is stored now.
+    ///
+    /// # Errors
+    /// [`AbortCode::DeviceState`] outside of maintenance mode, [`AbortCode::CannotTransfer`] for other bytes,
+    /// [`AbortCode::ValueRange`] for the master's Node-ID and above 127, or that of the store.
+    fn store_node_id(&mut self, value: &[u8]) -> Result<u32, AbortCode>;
 }
 
 /// A device that keeps none.
@@ -75,11 +83,17 @@ impl Storage for NoStore {
     fn restore(&mut self, _: NodeId, _: u8, _: Instant) -> Result<(), AbortCode> {
         Err(AbortCode::NoObject)
     }
+
+    fn store_node_id(&mut self, _: &[u8]) -> Result<u32, AbortCode> {
+        Err(AbortCode::NoObject)
+    }
 }
 
 /// A parameter store, if the device has one.
 pub struct Stored {
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
+    /// The store in maintenance mode, in which it has no parameters.
+    pub maintained: Option<&'static mut (dyn ParameterStore + Send)>,
     limit: SaveLimit,
 }
 
@@ -91,7 +105,7 @@ impl core::fmt::Debug for Stored {
 
 impl Storage for Stored {
     fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
-        Stored { store, limit: SaveLimit::default() }
+        Stored { store, maintained: None, limit: SaveLimit::default() }
     }
 
     fn is_there(&self) -> bool {
@@ -145,6 +159,20 @@ impl Storage for Stored {
     fn restore(&mut self, id: NodeId, sub: u8, now: Instant) -> Result<(), AbortCode> {
         let (store, group) = self.open(sub, now)?;
         store::restore_defaults(store, id, group).map_err(StoreError::abort_code)
+    }
+
+    #[inline(never)] // a write to another object need not pay for it
+    fn store_node_id(&mut self, value: &[u8]) -> Result<u32, AbortCode> {
+        let store = self.maintained.as_mut().ok_or(AbortCode::DeviceState)?;
+        let id = match *value {
+            [id, complement, b'I', b'D'] if id == !complement => id,
+            _ => return Err(AbortCode::CannotTransfer),
+        };
+        if id == NodeId::MASTER.get() || id > 127 {
+            return Err(AbortCode::ValueRange);
+        }
+        store.store_node_id(NodeId::new(id)).map_err(StoreError::abort_code)?;
+        Ok(id.into())
     }
 }
 

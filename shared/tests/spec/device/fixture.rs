@@ -6,7 +6,7 @@ use crate::instrument::{self, STANDARD};
 use ecss_can::node::{Device, Slave};
 use ecss_can::profile::Profile;
 use ecss_can::store::{ParameterStore, StoreError};
-use ecss_can::types::{Bus, Instant};
+use ecss_can::types::{Bus, Instant, NodeId};
 
 use crate::bench::{Bench, NOMINAL, node, span};
 use crate::slave::TestSlave;
@@ -16,6 +16,7 @@ use crate::slave::TestSlave;
 pub(crate) struct Memory {
     stored: Arc<Mutex<Vec<u8>>>,
     note: Arc<Mutex<Option<u16>>>,
+    node_id: Arc<Mutex<Option<NodeId>>>,
     begun: Vec<u8>,
     is_full: bool,
     /// Bytes of a set, if that is limited.
@@ -74,6 +75,18 @@ impl ParameterStore for Memory {
             return Err(StoreError::Full);
         }
         *self.note.lock().unwrap() = Some(note);
+        Ok(())
+    }
+
+    fn node_id(&mut self) -> Option<NodeId> {
+        *self.node_id.lock().unwrap()
+    }
+
+    fn store_node_id(&mut self, id: Option<NodeId>) -> Result<(), StoreError> {
+        if self.is_full {
+            return Err(StoreError::Full);
+        }
+        *self.node_id.lock().unwrap() = id;
         Ok(())
     }
 }

@@ -5,6 +5,7 @@ mod errors;
 pub(crate) mod fixture;
 mod impossible_pdos;
 mod long_values;
+mod maintenance;
 mod pdos;
 mod post_mortem;
 mod reset;

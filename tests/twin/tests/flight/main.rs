@@ -12,6 +12,7 @@ mod cuts;
 mod division;
 mod driver;
 mod foreign;
+mod identity;
 mod intruders;
 mod minority;
 mod mixed;

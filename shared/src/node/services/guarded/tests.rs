@@ -70,9 +70,10 @@ fn state(services: &Services<Probe>) -> (Vec<u32>, Vec<Option<CobId>>, bool) {
 
 /// A heartbeat: the errors that were mended.
 fn compare(services: &mut Services<Probe>) -> u16 {
-    let before = services.guarded.mended;
+    let mended = |services: &Services<Probe>| services.dictionary.objects.spacecraft.identity.mended;
+    let before = mended(services);
     services.compare_cob_ids(false, NOW);
-    services.guarded.mended - before
+    mended(services) - before
 }
 
 fn object(services: &mut Services<Probe>, number: usize) -> &mut u32 {

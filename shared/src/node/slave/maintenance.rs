@@ -1,0 +1,40 @@
+//! Maintenance mode: the only one in which a Node-ID can be stored (ECSS 6.10g).
+
+use super::Slave;
+use crate::node::Device;
+use crate::redundancy::Parameters;
+use crate::store::ParameterStore;
+use crate::types::{Bus, Duration};
+
+impl<D: Device> Slave<D> {
+    /// In maintenance mode, with the Node-ID [`MAINTENANCE`](crate::store::identity::MAINTENANCE). Takes the place of
+    /// [`Slave::with_store`] and [`Slave::with_retained`].
+    ///
+    /// The node is on the nominal bus alone, in Pre-operational, and answers SDO requests. It sends nothing else, receives nothing
+    /// else, and loads and saves no parameters. A client stores a Node-ID by object 2046h, which is refused in every other mode.
+    #[must_use]
+    pub fn in_maintenance(mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
+        self.maintain(store);
+        self
+    }
+
+    #[inline(never)] // places on a small stack are reached by short instructions
+    fn maintain(&mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) {
+        // Without a consumer time there is no search, without a producer time no heartbeat.
+        let (consumer, producer) = (Duration::ZERO, Duration::ZERO);
+        self.initial = Parameters { consumer, producer, bdefault: Bus::Nominal, ..self.initial };
+        self.canopen.maintain();
+        // Nothing is loaded; Bdefault is selected.
+        self.load_all();
+        if let Some(store) = store {
+            self.show_node_id(store);
+            self.canopen.services.dictionary.stored.maintained = Some(store);
+        }
+    }
+
+    /// Object 2046h.
+    pub(super) fn show_node_id(&mut self, store: &mut (dyn ParameterStore + Send)) {
+        let id = store.node_id().map_or(0, |id| id.get().into());
+        self.canopen.services.dictionary.objects.spacecraft.identity.stored = id;
+    }
+}

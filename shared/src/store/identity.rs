@@ -1,0 +1,93 @@
+//! The Node-ID of a slave: three copies in the parameter store, of which two must agree, and straps (ECSS 6.10e, f, g, k).
+//!
+//! ```text
+//! copy    01 | number, 1 to 3 (2 bits) | Node-ID, 0 for none (7 bits) | CRC (5 bits)
+//! ```
+//! The last copy of each number counts, so that a new Node-ID replaces the old one with the second of its copies.
+
+use crate::types::NodeId;
+
+/// Node-ID of a board in maintenance mode, whatever its straps and its store say: no slave of the network has it.
+pub const MAINTENANCE: NodeId = NodeId::of::<127>();
+
+/// The upper two bits of a copy.
+const MARK: u16 = 0b01;
+/// The generator x5 + x2 + 1, of degree 5.
+const GENERATOR: u16 = 0b10_0101;
+const DEGREE: u32 = 5;
+
+/// What the straps of a board say.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Straps {
+    /// None is closed: the harness of this board has none, and the store decides.
+    Open,
+    /// A Node-ID of a slave.
+    Closed(NodeId),
+    /// A wire is lost or shorted, or it is no Node-ID of a slave.
+    Wrong,
+}
+
+/// Why a board has no Node-ID: it does not communicate (ECSS 6.10f).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum NoNodeId {
+    /// The straps are wrong.
+    Straps,
+    /// No strap is closed, and no two stored copies agree.
+    Missing,
+    /// The store holds another one than the straps say.
+    Contradiction {
+        /// That of the straps.
+        straps: NodeId,
+        /// That of the store.
+        stored: NodeId,
+    },
+}
+
+/// The Node-ID of a slave by its straps and its store (ECSS 6.10k).
+///
+/// # Errors
+/// [`NoNodeId`]: the board stays silent.
+pub const fn node_id(straps: Straps, stored: Option<NodeId>) -> Result<NodeId, NoNodeId> {
+    match (straps, stored) {
+        (Straps::Wrong, _) => Err(NoNodeId::Straps),
+        (Straps::Open, None) => Err(NoNodeId::Missing),
+        (Straps::Closed(straps), Some(stored)) if straps.get() != stored.get() => {
+            Err(NoNodeId::Contradiction { straps, stored })
+        }
+        (Straps::Closed(id), _) | (Straps::Open, Some(id)) => Ok(id),
+    }
+}
+
+/// What two of three copies agree on, each a Node-ID or 0 for none; `None` where no two do, or where it is no Node-ID of a slave.
+pub fn agreed([first, second, third]: [u8; 3]) -> Option<NodeId> {
+    let value = if second == third { second } else { first };
+    let is_agreed = value == second || value == third;
+    NodeId::new(value).filter(|id| is_agreed && *id != NodeId::MASTER)
+}
+
+/// A copy with its `number`, 1 to 3, of a Node-ID or 0: 4001h to 7FFFh.
+pub const fn copy(number: u8, id: u8) -> u16 {
+    let copy = (MARK << 2 | number as u16) << 7 | id as u16;
+    copy << DEGREE | remainder(copy << DEGREE)
+}
+
+/// Number and value of a copy, unless a bit of it has changed.
+pub const fn of_copy(copy: u16) -> Option<(u8, u8)> {
+    let [number, id] = [(copy >> 12 & 0b11) as u8, (copy >> DEGREE & 0x7F) as u8];
+    if copy >> 14 != MARK || number == 0 || remainder(copy) != 0 { None } else { Some((number, id)) }
+}
+
+/// The remainder of all bits but the mark.
+#[inline(never)] // of two callers, neither in a hurry
+const fn remainder(copy: u16) -> u16 {
+    let mut rest = copy & 0x3FFF;
+    let mut bit = 14;
+    while bit > DEGREE {
+        bit -= 1;
+        if rest >> bit & 1 != 0 {
+            rest ^= GENERATOR << (bit - DEGREE);
+        }
+    }
+    rest
+}
