@@ -256,7 +256,8 @@ fn wrong_values_of_the_campaign_are_refused() {
     refuses(&["campaign", "--runs", "0"], &["--runs", "1..=10000000"]);
     refuses(&["campaign", "--shard", "5/4"], &["--shard", "I from 1 to N", "3/16"]);
     refuses(&["campaign", "--runs", "2", "--shard", "1/3"], &["--shard", "allowed are 1 to 2"]);
-    refuses(&["campaign", "--world", "nowhere"], &["--world", "host"]);
+    refuses(&["campaign", "--world", "nowhere"], &["--world", "host", "twin"]);
+    refuses(&["campaign", "--broken", "nothing"], &["--broken", "dead-bus"]);
     refuses(
         &["campaign", "--replay", "nowhere.txt"],
         &["--replay nowhere.txt", "Usage: cargo xtask campaign"],

@@ -201,6 +201,12 @@ impl<D: Device> Slave<D> {
         self.canopen.services.buses.counters = PerBus::<Counters>::default();
     }
 
+    /// Breaks a rule on purpose.
+    #[cfg(feature = "model")]
+    pub fn break_rule(&mut self, broken: Option<crate::redundancy::Broken>) {
+        self.selector.break_rule(broken);
+    }
+
     /// Local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
         self.canopen.services.scet(now)

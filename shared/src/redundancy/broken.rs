@@ -1,4 +1,4 @@
-//! Rules that are broken on purpose: the model checker must find every one.
+//! Rules that are broken on purpose: the model checker or the campaign of faults must find every one.
 
 /// A rule that does not hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -20,4 +20,16 @@ pub enum Broken {
     NeverYields,
     /// A master tells nothing to a standby that is cut off from its bus.
     NeverCalls,
+    /// Every node that was heard counts as a slave.
+    CountsEverybody,
+    /// The master does not try the other bus for a few lost slaves.
+    NeverTries,
+    /// A slave that was started once is not checked when it waits again.
+    TrustsStarted,
+    /// A slave follows every message of a master to the other bus at once.
+    FollowsEverybody,
+    /// A master that is found does not become Bdefault.
+    KeepsBdefault,
+    /// A slave takes no notice of another node with its Node-ID.
+    IgnoresClash,
 }

@@ -335,6 +335,10 @@ impl<const N: usize> Manager<N> {
         if self.broken == Some(super::Broken::TriesForEver) {
             self.trial.forget();
         }
+        #[cfg(feature = "model")]
+        if self.is_broken(super::Broken::NeverTries) {
+            return None;
+        }
         let is_tried =
             self.trial.is_allowed(self.active, silent) && self.peers.is_any_elsewhere(now, &self.parameters);
         is_tried.then(|| {

@@ -42,7 +42,7 @@ pub struct Peers<const N: usize = PLACES> {
     /// No peer has anything due before. Later heartbeats only move the truth further away.
     check: Option<Instant>,
     #[cfg(feature = "model")]
-    pub(super) leaves_stopped: bool,
+    pub(super) broken: Option<super::Broken>,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -108,7 +108,7 @@ impl<const N: usize> Peers<N> {
             held: 0,
             check: None,
             #[cfg(feature = "model")]
-            leaves_stopped: false,
+            broken: None,
         }
     }
 
@@ -184,7 +184,7 @@ impl<const N: usize> Peers<N> {
         peer.state = state;
         let waiting = state != NmtState::Operational;
         #[cfg(feature = "model")]
-        let waiting = waiting && !(self.leaves_stopped && state == NmtState::Stopped);
+        let waiting = waiting && !(state == NmtState::Stopped && relative::leaves_stopped(self.broken));
         let mut next = peer.heartbeat.deadline(own).unwrap_or(Instant::NEVER);
         // What was due before this heartbeat was checked then.
         if counts && peer.silent_at > at {
@@ -349,6 +349,10 @@ impl<const N: usize> Peers<N> {
     }
 
     const fn counted(&self) -> NodeSet {
+        #[cfg(feature = "model")]
+        if matches!(self.broken, Some(super::Broken::CountsEverybody)) {
+            return NodeSet::MAX << 1;
+        }
         self.assigned | self.answered
     }
 

@@ -223,6 +223,10 @@ impl Selector {
         if is_heartbeat && self.on_beat(bus, at) {
             return None;
         }
+        #[cfg(feature = "model")]
+        if !is_here && self.follows_everybody() {
+            return self.follow_at_once(bus, at);
+        }
         match &mut self.phase {
             // Frames of two buses may be reported out of order.
             Phase::Following { last } if is_heartbeat && at >= *last => {
@@ -295,6 +299,8 @@ impl Selector {
         self.phase = Phase::Following { last: at };
         self.moved = None;
         self.work.restart(at);
+        #[cfg(feature = "model")]
+        let bdefault = self.bdefault_after_find(bdefault);
         // ECSS 8.3.3k, l: whenever an active bus was found, also late.
         self.parameters.bdefault = bdefault;
         self.keep = (bdefault != self.kept).then_some((at + self.parameters.consumer, bdefault));

@@ -13,6 +13,7 @@ use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Message, MissionObjects, SlaveRecord, TELECOMMAND_RPDO,
 };
 
+use crate::broken::Rule;
 use crate::script::Script;
 
 /// A slave without data store.
@@ -107,24 +108,31 @@ pub fn is_configured(slave: &CampaignSlave) -> bool {
     slave.objects().communication.nmt.error_behaviour == [SET]
 }
 
-/// A master that commands all slaves each period, and its slaves.
-pub fn world(script: &Script) -> (World, Rc<Notes>) {
+/// A master that commands all slaves each period, and its slaves. `broken`: a rule that does not hold.
+pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
+    let of_core = broken.and_then(Rule::of_core);
     let (notes, profile) = (Rc::<Notes>::default(), profile(script));
     let ids: Vec<NodeId> = (2..=script.slaves + 1).filter_map(NodeId::new).collect();
     let (all, theirs) = (ids.clone(), notes.clone());
     let mut builder = World::builder().master(
-        |_| mission::master(profile, None),
+        move |_| {
+            let mut master = mission::master(profile, None);
+            master.break_rule(of_core);
+            master
+        },
         move |master, events| command(master, events, all.clone(), theirs.clone()),
     );
     for id in ids {
         let theirs = notes.clone();
         builder = builder.slave(
             id,
-            |board| {
+            move |board| {
                 let slave = mission::slave(board.node_id, profile, Vec::new());
-                slave.with_retained(board.retained).with_store(board.store)
+                let mut slave = slave.with_retained(board.retained).with_store(board.store);
+                slave.break_rule(of_core);
+                slave
             },
-            move |slave, events| obey(slave, events, id, theirs.clone()),
+            move |slave, events| obey(slave, events, id, theirs.clone(), broken == Some(Rule::Repeats)),
         );
     }
     (builder.seed(script.seed).build(), notes)
@@ -158,18 +166,22 @@ async fn command(
     futures_util::future::join(idle(master, events), traffic).await;
 }
 
-/// The application of a slave: executes commands.
+/// The application of a slave: executes commands; `repeats`: also those that CAN delivers twice.
 async fn obey(
     slave: Handle<CampaignSlave>,
     mut events: Events<CampaignSlave>,
     node: NodeId,
     notes: Rc<Notes>,
+    repeats: bool,
 ) {
     let mut record = SlaveRecord::new();
     loop {
         match events.next().await {
             SlaveEvent::Pdo { number, data, .. } if usize::from(number) == TELECOMMAND_RPDO => {
                 let Some(message) = Message::from_payload(&data) else { continue };
+                if repeats {
+                    record = SlaveRecord::new();
+                }
                 if let Ok(Command::SetValue(value)) = record.take(&message, slave.now()) {
                     notes.deeds.borrow_mut().push(Deed { at: events.world_time(), node, value });
                 }

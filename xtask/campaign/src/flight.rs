@@ -99,6 +99,7 @@ fn attempt(script: &Script, mut scene: impl Scene) -> Outcome {
             if act == Act::Begin {
                 wait_for_frame(&mut scene, fault, end);
                 seen.read(&mut scene);
+                let_pass(&mut scene, &mut seen, fault, end);
                 effects.begin(index, &scene, &seen);
                 plan.begun(scene.now(), index, fault);
             }
@@ -146,6 +147,22 @@ fn wait_for_frame(scene: &mut impl Scene, fault: &Fault, end: Time) {
         let next = scene.now() + GLANCE;
         scene.run_until(next);
     }
+}
+
+/// A flip lets frames pass before it strikes.
+fn let_pass(scene: &mut impl Scene, seen: &mut Seen, fault: &Fault, end: Time) {
+    let latest = (scene.now() + PATIENCE).min(end);
+    let frames = seen.frames[fault.bus].len() + fault.times as usize;
+    while fault.kind == Kind::Flip && scene.now() < latest && seen.frames[fault.bus].len() < frames {
+        let next = scene.now() + GLANCE;
+        scene.run_until(next);
+        seen.read(scene);
+    }
+}
+
+/// Begins a fault of a script now.
+pub fn begin(scene: &mut impl Scene, script: &Script, index: usize) {
+    perform(scene, &script.faults[index], Act::Begin, script.seed);
 }
 
 fn perform(scene: &mut impl Scene, fault: &Fault, act: Act, seed: u64) {

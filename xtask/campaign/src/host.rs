@@ -10,6 +10,7 @@ use ecss_can::types::{Bus, NodeId, PerBus};
 use host_worlds::World;
 use host_worlds::log::Happening;
 
+use crate::broken::Rule;
 use crate::craft::{self, CampaignSlave, Notes};
 use crate::scene::{News, Noted, Reading, Scene, Sent};
 use crate::script::Script;
@@ -27,9 +28,9 @@ pub struct Host {
 }
 
 impl Host {
-    /// The spacecraft of a script.
-    pub fn new(script: &Script) -> Host {
-        let (world, notes) = craft::world(script);
+    /// The spacecraft of a script; `broken`: a rule that does not hold.
+    pub fn new(script: &Script, broken: Option<Rule>) -> Host {
+        let (world, notes) = craft::world(script, broken);
         Host {
             world,
             script: script.clone(),

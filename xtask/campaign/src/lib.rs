@@ -9,7 +9,9 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+pub mod broken;
 mod craft;
+pub mod failover;
 mod flight;
 mod host;
 pub mod judge;
@@ -36,6 +38,7 @@ use support::output::{self, Silently};
 use support::project;
 use support::stop::Stop;
 
+use broken::Rule;
 use host::Host;
 use on_twin::Twin;
 pub use on_twin::prepare as prepare_twin;
@@ -53,7 +56,7 @@ const SHRUNK: usize = 5;
 /// Flies a script.
 pub fn fly(world: World, script: &Script) -> Outcome {
     match world {
-        World::Host => flight::fly(script, || Host::new(script)),
+        World::Host => flight::fly(script, || Host::new(script, None)),
         World::Twin => flight::fly(script, || Twin::new(script)),
     }
 }
@@ -98,6 +101,9 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         };
     }
     options.check()?;
+    if let Some(rule) = options.broken {
+        return find_broken(rule, options);
+    }
     project::make_writable(&options.out).with_context(|| format!("writing to {}", options.out.display()))?;
     let stop = Stop::at_ctrl_c()?;
     let jobs = options.jobs.map_or_else(cores, usize::from);
@@ -123,6 +129,18 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     results.write(&file)?;
     report(&results)?;
     output::line(format_args!("written to {}", project::shown(&file)))
+}
+
+/// Flies until a rule that is broken is found.
+fn find_broken(rule: Rule, options: &Options) -> anyhow::Result<()> {
+    let Some((run, script, outcome)) = broken::find(rule, options.seed, options.runs) else {
+        bail!("{} runs did not find the broken rule", options.runs);
+    };
+    let shrunk = shrink::shrink(&script, |script| broken::fly(rule, script));
+    output::line(format_args!("found by run {run} of seed {}:", options.seed))?;
+    outcome.violations.iter().try_for_each(output::line)?;
+    output::line("the simplest script that finds it:")?;
+    output::line(shrunk.to_string().trim_end())
 }
 
 fn report(results: &Results) -> anyhow::Result<()> {

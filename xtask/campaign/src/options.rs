@@ -6,6 +6,8 @@ use std::str::FromStr;
 use clap::{Args, Subcommand, ValueEnum};
 use support::misuse::Misuse;
 
+use crate::broken::Rule;
+
 /// Most runs of a campaign.
 const MOST_RUNS: u64 = 10_000_000;
 
@@ -43,6 +45,10 @@ pub struct Options {
     /// Fly the images of the twin as they were built last
     #[arg(long)]
     pub(crate) no_build: bool,
+
+    /// Break a rule on purpose in a world of the host, and fly until a run finds it
+    #[arg(long, value_name = "RULE", value_enum, conflicts_with_all = ["world", "shard", "jobs", "replay"])]
+    pub(crate) broken: Option<Rule>,
 
     /// Folder of the results
     #[arg(long, value_name = "DIR", default_value_os_t = support::project::path("target/campaign"), hide_default_value = true)]

@@ -42,7 +42,7 @@ pub struct Fault {
     pub place: u32,
     /// A number with a meaning of its kind: COB-ID, NMT command, state, ppm, bit, effect, exponent of a rate.
     pub value: u32,
-    /// How many frames a stranger sends.
+    /// How many frames a stranger sends, or how many a flip lets pass on its bus before it strikes.
     pub times: u32,
     /// Microseconds between two of them.
     pub every: u64,
@@ -79,6 +79,14 @@ impl Script {
         Script::of(&mut rng, slaves, number)
     }
 
+    /// Script `number` with faults of these kinds.
+    pub fn of_kinds(campaign: u64, number: u64, first: Kind, second: Option<Kind>) -> Script {
+        let seed = campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number);
+        let mut rng = Rng::with_seed(seed);
+        let slaves = rng.u8(2..=6);
+        Script::with(&mut rng, slaves, first, second.is_some(), |_| second)
+    }
+
     /// As [`Script::random`], for a spacecraft of two slaves with parallel access that are not configured.
     pub fn small(campaign: u64, number: u64, attempt: u64) -> Script {
         let seed = campaign.wrapping_mul(0x9E37_79B9_7F4A_7C15).wrapping_add(number);
@@ -88,9 +96,21 @@ impl Script {
 
     fn of(rng: &mut Rng, slaves: u8, number: u64) -> Script {
         let (first, _) = Kind::ALL[number as usize / 2 % Kind::ALL.len()];
+        Script::with(rng, slaves, first, number % 2 == 1, |rng| {
+            Some(Kind::ALL[rng.usize(..Kind::ALL.len())].0)
+        })
+    }
+
+    fn with(
+        rng: &mut Rng,
+        slaves: u8,
+        first: Kind,
+        is_double: bool,
+        second: impl Fn(&mut Rng) -> Option<Kind>,
+    ) -> Script {
         let mut faults = vec![fault(rng, first, slaves, FIRST_US..20 * SECOND)];
-        if number % 2 == 1 {
-            let (second, _) = Kind::ALL[rng.usize(..Kind::ALL.len())];
+        let second = if is_double { second(rng) } else { None };
+        if let Some(second) = second {
             let from = faults[0].at;
             let span = if rng.bool() { SECOND / 5 } else { 12 * SECOND };
             faults.push(fault(rng, second, slaves, from..from + span));
@@ -101,23 +121,26 @@ impl Script {
         if let [Fault { lasts: None, .. }, _] = script.faults[..]
             && rng.bool()
         {
-            script.resets_on_a_dead_bus(rng);
+            script.stranger_on_a_dead_bus(rng);
         }
         script
     }
 
-    /// The first fault separates the master from all slaves for ever, and a stranger resets these there to the end.
-    fn resets_on_a_dead_bus(&mut self, rng: &mut Rng) {
+    /// The first fault separates the master from all slaves for ever, and a stranger resets these there to the end, or sends
+    /// the heartbeat of the master.
+    fn stranger_on_a_dead_bus(&mut self, rng: &mut Rng) {
         let [first, second] = &mut self.faults[..] else { return };
-        if matches!(first.kind, Kind::Cut | Kind::Short | Kind::Disconnect) && second.kind == Kind::ForeignNmt
-        {
+        let separates = matches!(first.kind, Kind::Cut | Kind::Short | Kind::Disconnect);
+        if separates && matches!(second.kind, Kind::ForeignNmt | Kind::ForeignMaster) {
             match first.kind {
                 Kind::Disconnect => first.node = 1,
                 Kind::Cut => first.place = 3,
                 _ => first.place = 2,
             }
-            (second.bus, second.node) = (first.bus, 0);
-            second.value = [0x81, 0x82][rng.usize(..2)];
+            second.bus = first.bus;
+            if second.kind == Kind::ForeignNmt {
+                (second.node, second.value) = (0, [0x81, 0x82][rng.usize(..2)]);
+            }
             second.every = rng.u64(20_000..200_000);
             second.times = (self.length.saturating_sub(second.at) / second.every) as u32;
         }
@@ -197,6 +220,8 @@ fn fault(rng: &mut Rng, kind: Kind, slaves: u8, at: std::ops::Range<u64>) -> Fau
             // The sender repeats a frame that receivers have.
             if rng.u8(0..3) == 0 {
                 (fault.node, fault.value) = (if rng.bool() { 1 } else { any }, LAST_BIT_OF_EOF);
+                // The first frame of a burst is SYNC, commands follow.
+                fault.times = rng.u32(0..8);
             }
         }
         Kind::ForeignNmt => {

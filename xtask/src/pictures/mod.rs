@@ -1,9 +1,10 @@
 //! `cargo xtask pictures`: the pictures of the documentation that show measurements.
 //!
-//! Waveforms and clocks are simulated without firmware, and a test compares their files with what the code does now. The others
+//! Waveforms, clocks and fail-over times are simulated without firmware, and a test compares their files with what the code does now. The others
 //! are of flights of the images.
 
 mod clocks;
+mod failover;
 mod flights;
 mod waveforms;
 
@@ -11,7 +12,7 @@ use anyhow::Context;
 
 /// Names and contents of those that need no images.
 fn simulated() -> anyhow::Result<Vec<(&'static str, String)>> {
-    Ok([waveforms::pictures()?, clocks::pictures()].concat())
+    Ok([waveforms::pictures()?, clocks::pictures(), failover::pictures()].concat())
 }
 
 /// Writes all of them.

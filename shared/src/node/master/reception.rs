@@ -1,5 +1,8 @@
 //! What the master receives, and what became of the frames that it sent.
 
+#[cfg(feature = "model")]
+mod broken;
+
 use super::boards::MasterBoards;
 use super::{Master, MasterEvent, Out};
 use crate::emcy::{Emergency, ErrorCode};
@@ -79,6 +82,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
         let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
         let is_here = bus == self.manager.active();
+        #[cfg(feature = "model")]
+        let heard = self.trusted(node, heard);
         let may_start = self.boot.on_heartbeat(node, state, is_here, heard.returned);
         if heard.returned {
             out.event(MasterEvent::SlaveReturned { node, bus });

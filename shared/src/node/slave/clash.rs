@@ -19,6 +19,10 @@ impl<D: Device> Slave<D> {
         now: Instant,
         out: &mut Out,
     ) {
+        #[cfg(feature = "model")]
+        if self.selector.is_broken(crate::redundancy::Broken::IgnoresClash) {
+            return self.canopen.services.buses.ignored(bus);
+        }
         let Some(state) = heartbeat::decode(frame) else { return self.canopen.services.buses.malformed(bus) };
         let Parameters { consumer, producer, .. } = *self.selector.parameters();
         let probation = consumer.max(producer.times(2));

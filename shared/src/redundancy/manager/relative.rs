@@ -8,7 +8,12 @@ impl<const N: usize> Manager<N> {
     /// Breaks a rule.
     pub fn break_rule(&mut self, broken: Option<Broken>) {
         self.broken = broken;
-        self.peers.leaves_stopped = broken == Some(Broken::LeavesStopped);
+        self.peers.broken = broken;
+    }
+
+    /// Whether this rule is broken.
+    pub fn is_broken(&self, rule: Broken) -> bool {
+        self.broken == Some(rule)
     }
 
     /// Shifts the clock from `now`, when everything due was polled.

@@ -1,6 +1,6 @@
 //! Relative to now, for the model checker.
 
-use super::{Phase, Selector};
+use super::{Phase, Selection, Selector};
 use crate::redundancy::Broken;
 use crate::types::{Bus, Instant, PerBus, Rebase};
 
@@ -8,6 +8,27 @@ impl Selector {
     /// Breaks a rule.
     pub fn break_rule(&mut self, broken: Option<Broken>) {
         self.broken = broken;
+    }
+
+    /// Whether this rule is broken.
+    pub fn is_broken(&self, rule: Broken) -> bool {
+        self.broken == Some(rule)
+    }
+
+    /// A slave that follows a master goes to the other bus with any message there.
+    pub(super) fn follows_everybody(&self) -> bool {
+        let is_following = matches!(self.phase, Phase::Following { .. });
+        is_following && self.is_broken(Broken::FollowsEverybody)
+    }
+
+    pub(super) fn follow_at_once(&mut self, bus: Bus, at: Instant) -> Option<Selection> {
+        self.follow(bus, bus, at);
+        Some(Selection::Followed { to: bus })
+    }
+
+    /// Bdefault after a find.
+    pub(super) fn bdefault_after_find(&self, bdefault: Bus) -> Bus {
+        if self.is_broken(Broken::KeepsBdefault) { self.parameters.bdefault } else { bdefault }
     }
 
     /// The bus where it is after it found the master on `bus`.

@@ -1,0 +1,84 @@
+//! Rules that are broken on purpose: the campaign must find each.
+//!
+//! Each was missing once, and a spacecraft did not fly (CHANGELOG). The campaign flies random scripts of the kinds that may
+//! meet it.
+
+use clap::ValueEnum;
+use ecss_can::redundancy::Broken;
+
+use crate::kind::Kind;
+use crate::outcome::Outcome;
+use crate::script::Script;
+use crate::{flight, host::Host};
+
+/// A rule that can be broken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Rule {
+    /// A master that hears no slave on either bus alternates
+    DeadBus,
+    /// A slave does not follow every master at once
+    ForeignMaster,
+    /// A command that CAN delivers twice is executed once
+    Repeats,
+    /// Only nodes that are assigned or answer count
+    Stranger,
+    /// The master tries the other bus for a slave that is lost here and heard there
+    LostMinority,
+    /// A node reports another one with its Node-ID
+    OneNodeId,
+    /// A slave that may have been reset unheard is checked
+    Unconfigured,
+    /// A master that is found becomes Bdefault
+    Bdefault,
+}
+
+impl Rule {
+    /// What is broken in `ecss-can`; `None`: the application executes repeats.
+    pub fn of_core(self) -> Option<Broken> {
+        Some(match self {
+            Rule::DeadBus => Broken::NoDwell,
+            Rule::ForeignMaster => Broken::FollowsEverybody,
+            Rule::Repeats => return None,
+            Rule::Stranger => Broken::CountsEverybody,
+            Rule::LostMinority => Broken::NeverTries,
+            Rule::OneNodeId => Broken::IgnoresClash,
+            Rule::Unconfigured => Broken::TrustsStarted,
+            Rule::Bdefault => Broken::KeepsBdefault,
+        })
+    }
+
+    /// Kinds of faults that may meet it.
+    fn kinds(self) -> (Kind, Option<Kind>) {
+        match self {
+            Rule::DeadBus => (Kind::Cut, Some(Kind::ResetMaster)),
+            Rule::ForeignMaster => (Kind::Cut, Some(Kind::ForeignMaster)),
+            Rule::Repeats => (Kind::Flip, None),
+            Rule::Stranger => (Kind::Stranger, None),
+            Rule::OneNodeId => (Kind::Clash, None),
+            Rule::Unconfigured => (Kind::Cut, Some(Kind::ResetSlave)),
+            Rule::LostMinority | Rule::Bdefault => (Kind::Cut, None),
+        }
+    }
+
+    /// A random script that may meet it.
+    pub fn script(self, campaign: u64, number: u64) -> Script {
+        let (first, second) = self.kinds();
+        Script::of_kinds(campaign, number, first, second)
+    }
+}
+
+/// Flies a script on the host where a rule does not hold.
+pub fn fly(rule: Rule, script: &Script) -> Outcome {
+    flight::fly(script, || Host::new(script, Some(rule)))
+}
+
+/// The first run that finds the broken rule.
+pub fn find(rule: Rule, campaign: u64, runs: u64) -> Option<(u64, Script, Outcome)> {
+    let flown = (0..runs).map(|number| {
+        let script = rule.script(campaign, number);
+        let outcome = fly(rule, &script);
+        (number, script, outcome)
+    });
+    let mut bad = flown.filter(|(.., outcome)| !outcome.violations.is_empty());
+    bad.next()
+}
