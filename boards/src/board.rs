@@ -121,12 +121,10 @@ pub(crate) fn identity(
 ) -> Identity {
     let latched = straps::latched(STRAPS.load(Ordering::Relaxed)).filter(|_| !from_outside);
     let bits = latched.unwrap_or_else(|| {
-        straps.into_iter().rev().fold(0, |bits, strap| {
-            let strap = Input::new(strap, Pull::Up);
-            // Time for the pull-up (40 kΩ) to charge a wire of some 100 pF: 50 µs.
-            cortex_m::asm::delay(50 * 168);
-            bits << 1 | u8::from(strap.is_low())
-        })
+        let straps = straps.map(|strap| Input::new(strap, Pull::Up));
+        // Time for the pull-ups (40 kΩ) to charge wires of some 100 pF: 50 µs.
+        cortex_m::asm::delay(50 * 168);
+        straps.iter().rev().fold(0, |bits, strap| bits << 1 | u8::from(strap.is_low()))
     });
     STRAPS.store(straps::latch(bits), Ordering::Relaxed);
     let straps = straps::node_id(bits);

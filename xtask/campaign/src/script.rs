@@ -146,7 +146,7 @@ impl Script {
         }
     }
 
-    /// Length that leaves room for recovery. A stranger that goes on for longer than [`LONGEST_US`] does so to the end.
+    /// Length that leaves room for recovery. A stranger that goes on for more than 16 s does so to the end.
     pub fn shortest_length(&self) -> u64 {
         let ends = self.faults.iter().map(|fault| fault.end().unwrap_or(fault.at));
         let endings = ends.zip(&self.faults).filter(|(_, fault)| !fault.is_endless()).map(|(end, _)| end);

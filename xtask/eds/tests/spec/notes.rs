@@ -26,8 +26,8 @@ fn what_save_does_not_keep_is_a_comment() {
         objects.spacecraft.storage.store = [1; 4];
         objects
     });
-    // Ctoggle; time, self-test; for receive PDOs, write-only, a DOMAIN.
-    let expected = "Not kept by 1010h: 2000sub4 2010 2030 6006 6007 600F";
+    // Ctoggle; time, self-test, how the Node-ID is kept; for receive PDOs, write-only, a DOMAIN.
+    let expected = "Not kept by 1010h: 2000sub4 2010 2030 2046 6006 6007 600F";
     assert_eq!(lines(&saving.unwrap()), ["6009 takes at most 9 bytes", expected]);
 }
 
