@@ -212,7 +212,9 @@ impl<'a> Judge<'a> {
             return;
         }
         let calm = Time::from_us(self.script.length).since(CALM);
-        // Bit errors that stay may make a bus bad at any time.
+        // Bit errors that stay may make a bus bad at any time: on an idle bus each one begins a frame that nobody sends, so nodes
+        // are error passive every now and then. Such a node cannot destroy a frame that it alone has wrong. When the sender is
+        // acknowledged by another node, the frame is lost to it, and two heartbeats in a row are more than the consumer time.
         let is_noisy = |bus| {
             let mut faults = self.script.faults.iter();
             faults.any(|fault| fault.kind == Kind::Noise && fault.lasts.is_none() && fault.bus == bus)

@@ -1,6 +1,7 @@
 //! Who a slave is: by its straps, by the Node-ID stored in its flash, and how that is changed in maintenance mode.
 
 use can_wire::frame::WireFrame;
+use twin::model::Model;
 use twin::peripherals::Pin;
 use twin::spacecraft::{Bus, GuestId};
 
@@ -166,6 +167,22 @@ fn a_node_id_stored_in_maintenance_mode_flies_after_a_reset() {
     assert_eq!(last, Some(OPERATIONAL), "{}", craft.log(3));
     assert!(said.iter().all(|seen| seen.id() != Some(0x703)), "nothing under the old one");
     assert!(craft.is_operational(2, Bus::Nominal));
+}
+
+/// Given a NUCLEO-F446RE with its own strap of maintenance mode, when a client stores a Node-ID, then its flash has it.
+///
+/// Verifies: ECSS 6.10g
+#[test]
+fn a_board_of_the_other_model_has_maintenance_mode_too() {
+    let nucleo = Seat { model: Model::NUCLEO_F446RE, ..seat(3) };
+    let mut craft = Craft::new(&[MASTER_AND_THREE[0], MASTER_AND_THREE[1], nucleo]);
+    let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+    let board = craft.board(3);
+    craft.twin.board_mut(board).drive(Pin::new('A', 4), Some(false));
+    craft.fly_to(500);
+    assert_eq!(sent(&craft, 3), 0, "{}", craft.log(3));
+    assert_eq!(ask(&mut craft, guest, 127, storing(7))[..4], [0x60, 0x46, 0x20, 1]);
+    assert_eq!(stored(&craft, 3), copies(7));
 }
 
 /// Verifies: ECSS 6.10g
