@@ -40,7 +40,7 @@ impl Device for Display {
 /// A node on both buses.
 struct Seat<N: Node> {
     node: N,
-    out: Outbox<N::Event>,
+    out: Outbox<N::Event, N::Depth>,
 }
 
 impl<N: Node> Seat<N> {

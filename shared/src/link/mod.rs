@@ -2,6 +2,7 @@
 
 pub mod bit_timing;
 pub mod budget;
+pub mod depth;
 mod pattern;
 pub mod port;
 pub mod queue;

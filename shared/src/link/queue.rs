@@ -2,8 +2,9 @@
 //!
 //! Frames of one COB-ID keep their order. When the queue is full, what the network lives on displaces what it does not.
 
-use heapless::Vec;
+use heapless::vec::VecInner;
 
+use super::depth::Depth;
 use super::port::is_urgent;
 use crate::types::{CobId, Frame, Instant};
 
@@ -32,24 +33,30 @@ impl Outgoing {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Full;
 
-/// A priority queue of at most `N` frames.
-#[derive(Debug, Default)]
-pub struct TxQueue<const N: usize> {
+/// A priority queue of at most so many frames as `D` has places.
+pub struct TxQueue<D: Depth> {
     /// Sorted by COB-ID, the next to go last; equal COB-IDs in reverse order of arrival.
-    frames: Vec<Outgoing, N>,
+    frames: VecInner<Outgoing, usize, D::Of<Outgoing>>,
 }
 
-impl<const N: usize> TxQueue<N> {
+impl<D: Depth> Default for TxQueue<D> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<D: Depth> TxQueue<D> {
     /// An empty queue.
-    pub const fn new() -> Self {
-        TxQueue { frames: Vec::new() }
+    #[inline]
+    pub fn new() -> Self {
+        TxQueue { frames: D::list() }
     }
 
     /// Queue a frame behind those of its COB-ID. In a full queue a [vital](is_vital) frame displaces the one that would
     /// go last of those that are not vital; that one is returned.
     ///
     /// # Errors
-    /// [`Full`] when there are `N` frames already, and none to displace.
+    /// [`Full`] when all places are taken, and there is none to displace.
     pub fn push(&mut self, outgoing: Outgoing) -> Result<Option<Outgoing>, Full> {
         let id = outgoing.frame.id();
         let displaced = if !self.frames.is_full() {

@@ -1,5 +1,6 @@
 //! What every node does with its two buses: counting, health, recovery, joining and leaving.
 
+use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
 use crate::node::{BusCommand, FailCause, LinkEvent, Outbox};
 use crate::redundancy::{BusAccess, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
@@ -109,7 +110,7 @@ impl Buses {
     }
 
     /// Go on the bus or buses, at power-on, or from being silent there.
-    pub fn join<E>(&mut self, active: Bus, out: &mut Outbox<E>) {
+    pub fn join<E, D: Depth>(&mut self, active: Bus, out: &mut Outbox<E, D>) {
         for bus in Bus::ALL {
             self.joined[bus] = self.is_joined(bus, active);
             if self.joined[bus] {
@@ -134,7 +135,7 @@ impl Buses {
     }
 
     /// The active bus changed: nothing that was meant for the old one may go out there later.
-    pub fn change<E>(&mut self, from: Bus, to: Bus, out: &mut Outbox<E>) {
+    pub fn change<E, D: Depth>(&mut self, from: Bus, to: Bus, out: &mut Outbox<E, D>) {
         match self.access {
             BusAccess::Parallel => out.command(from, BusCommand::Abandon),
             BusAccess::Selective => {
@@ -229,7 +230,7 @@ impl Buses {
     }
 
     /// Begins the recoveries that are due. A bus that did not come back in time and is failed now; call until `None`.
-    pub fn poll<E>(&mut self, now: Instant, out: &mut Outbox<E>) -> Option<Bus> {
+    pub fn poll<E, D: Depth>(&mut self, now: Instant, out: &mut Outbox<E, D>) -> Option<Bus> {
         for &bus in &Bus::ALL {
             match self.recovery[bus].poll(now) {
                 Some(RecoveryStep::Recover) => out.command(bus, BusCommand::Recover),

@@ -2,7 +2,7 @@
 
 use super::canopen::{Canopen, Out, is_heartbeat};
 use super::extension::Nothing;
-use super::{Counters, Device, DeviceNode, Filters, LinkEvent, Node, NodeObjects, SlaveEvent};
+use super::{Counters, Device, DeviceNode, Filters, LinkEvent, Node, NodeObjects, SlaveEvent, Usual};
 use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::nmt::{NmtMessage, Reaction};
@@ -127,6 +127,7 @@ impl<D: Device> CanopenSlave<D> {
 impl<D: Device> Node for CanopenSlave<D> {
     type Event = SlaveEvent;
     type Request = core::convert::Infallible;
+    type Depth = Usual;
 
     fn filters(&self) -> Filters {
         self.canopen.filters()

@@ -2,17 +2,19 @@
 //!
 //! Sans-IO: the async shell is [`crate::runner`], tests call a node directly.
 
-use heapless::Deque;
+use heapless::deque::DequeInner;
 
 use crate::link::Stamp;
+use crate::link::depth::{Depth, Places};
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 
-/// Commands in an outbox, and frames in the priority queue of a bus.
+/// Commands in an outbox, frames in the priority queue of a bus, and events that may wait for the application: of a node with
+/// the whole protocol.
 pub const QUEUE_DEPTH: usize = 32;
-/// Events that may wait for the application.
-pub const APP_DEPTH: usize = 32;
+/// [`Depth`] of a node with the whole protocol.
+pub type Usual = Places<QUEUE_DEPTH>;
 /// Most acceptance filters that a node asks a port for: it notes those that have changed in the bits of a word.
 pub const MAX_FILTERS: usize = u32::BITS as usize;
 
@@ -111,16 +113,24 @@ pub trait Node: 'static {
     type Event;
     /// Requests of its application.
     type Request;
+    /// Depth of its queues: [`Usual`], or less for a small node.
+    type Depth: Depth;
 
     /// What it receives, by its dictionary. Each bus has these filters before power-on; the last ones become one that admits
     /// every frame where a port has [too few](crate::link::port::CanPort::FILTERS).
     fn filters(&self) -> Filters;
 
     /// Power-on, at `now`. Called once, before anything else.
-    fn start(&mut self, now: Instant, out: &mut Outbox<Self::Event>);
+    fn start(&mut self, now: Instant, out: &mut Outbox<Self::Event, Self::Depth>);
 
     /// Something happened on a bus.
-    fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Outbox<Self::Event>);
+    fn on_link(
+        &mut self,
+        bus: Bus,
+        event: &LinkEvent,
+        now: Instant,
+        out: &mut Outbox<Self::Event, Self::Depth>,
+    );
 
     /// A frame was received: as [`LinkEvent::Received`], without the copies.
     fn on_received(
@@ -129,23 +139,33 @@ pub trait Node: 'static {
         frame: &Frame,
         stamp: &Stamp,
         now: Instant,
-        out: &mut Outbox<Self::Event>,
+        out: &mut Outbox<Self::Event, Self::Depth>,
     ) {
         self.on_link(bus, &LinkEvent::Received { frame: *frame, stamp: *stamp }, now, out);
     }
 
     /// The application made a request.
-    fn on_request(&mut self, request: Self::Request, now: Instant, out: &mut Outbox<Self::Event>);
+    fn on_request(
+        &mut self,
+        request: Self::Request,
+        now: Instant,
+        out: &mut Outbox<Self::Event, Self::Depth>,
+    );
 
     /// Do what is due at `now`.
-    fn poll(&mut self, now: Instant, out: &mut Outbox<Self::Event>);
+    fn poll(&mut self, now: Instant, out: &mut Outbox<Self::Event, Self::Depth>);
 
     /// When to call [`Node::poll`] next, `None`: not before another event.
     fn deadline(&self) -> Option<Instant>;
 
     /// Whether this frame may go out. Asked once for each, when it leaves the outbox; a frame that may not is reported as
     /// [`FailCause::OverBudget`].
-    fn may_send(&mut self, _frame: &Frame, _now: Instant, _out: &mut Outbox<Self::Event>) -> bool {
+    fn may_send(
+        &mut self,
+        _frame: &Frame,
+        _now: Instant,
+        _out: &mut Outbox<Self::Event, Self::Depth>,
+    ) -> bool {
         true
     }
 
@@ -153,24 +173,28 @@ pub trait Node: 'static {
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool;
 }
 
-/// Places of an [`Outbox`] that frames cannot take: joining and leaving a bus must always get through.
-const CONTROL_RESERVE: usize = 8;
-
 /// Where a node puts what it wants done.
-pub struct Outbox<E> {
-    commands: Deque<(Bus, BusCommand), QUEUE_DEPTH>,
-    events: Deque<E, APP_DEPTH>,
+pub struct Outbox<E, D: Depth = Usual> {
+    commands: DequeInner<(Bus, BusCommand), D::Of<(Bus, BusCommand)>>,
+    events: DequeInner<E, D::Of<E>>,
     overflows: u32,
     unsent: PerBus<u16>,
     has_clock_stepped: bool,
 }
 
-impl<E> Outbox<E> {
+impl<E, D: Depth> Outbox<E, D> {
+    /// Places that frames cannot take: joining and leaving a bus must always get through.
+    const CONTROL_RESERVE: usize = {
+        assert!(D::PLACES >= 8, "an outbox has at least 8 places");
+        D::PLACES / 4
+    };
+
     /// An empty outbox.
-    pub const fn new() -> Self {
+    #[inline]
+    pub fn new() -> Self {
         Outbox {
-            commands: Deque::new(),
-            events: Deque::new(),
+            commands: D::deque(),
+            events: D::deque(),
             overflows: 0,
             unsent: PerBus { nominal: 0, redundant: 0 },
             has_clock_stepped: false,
@@ -189,11 +213,13 @@ impl<E> Outbox<E> {
         self.command(bus, BusCommand::Send(Outgoing { frame, expires }));
     }
 
-    /// Command a bus. The last `CONTROL_RESERVE` places are kept for commands other than sending.
+    /// Command a bus. The last quarter of the places is kept for commands other than sending.
     pub fn command(&mut self, bus: Bus, command: BusCommand) {
         let sends = matches!(command, BusCommand::Send(_));
-        let reserve = if sends { CONTROL_RESERVE } else { 0 };
-        if self.commands.len() + reserve >= QUEUE_DEPTH || self.commands.push_back((bus, command)).is_err() {
+        let reserve = if sends { Self::CONTROL_RESERVE } else { 0 };
+        if self.commands.storage_len() + reserve >= D::PLACES
+            || self.commands.push_back((bus, command)).is_err()
+        {
             self.overflows = self.overflows.saturating_add(1);
             self.unsent[bus] = self.unsent[bus].saturating_add(u16::from(sends));
         }
@@ -201,7 +227,7 @@ impl<E> Outbox<E> {
 
     /// Whether frames have at least half of it to themselves: commands that can wait should, if not.
     pub fn has_room(&self) -> bool {
-        self.commands.len() < QUEUE_DEPTH / 2
+        self.commands.storage_len() < D::PLACES / 2
     }
 
     /// Reports an event to the application.
@@ -236,7 +262,7 @@ impl<E> Outbox<E> {
 
     /// Commands that were not taken yet.
     pub(crate) fn commands(&self) -> usize {
-        self.commands.len()
+        self.commands.storage_len()
     }
 
     /// Whether there is no command to take and no loss to report.
@@ -267,7 +293,7 @@ impl<E> Outbox<E> {
     }
 }
 
-impl<E> Default for Outbox<E> {
+impl<E, D: Depth> Default for Outbox<E, D> {
     fn default() -> Self {
         Self::new()
     }

@@ -98,7 +98,7 @@ pub trait DeviceNode: Node {
         at: Address,
         value: &[u8],
         now: Instant,
-        out: &mut Outbox<Self::Event>,
+        out: &mut Outbox<Self::Event, Self::Depth>,
     ) -> Result<(), AbortCode>;
 }
 

@@ -21,7 +21,7 @@ pub use buses::{Counters, Status};
 pub use canopen_slave::CanopenSlave;
 pub use communication::{Communication, Identity};
 pub use contract::{
-    APP_DEPTH, BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH,
+    BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node, Outbox, QUEUE_DEPTH, Usual,
 };
 pub use device::{Device, DeviceNode, TimeKeeper};
 pub use extension::{Extension, Nothing};

@@ -13,7 +13,7 @@ use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent,
 use crate::link::Stamp;
 use crate::link::budget::Budget;
 use crate::nmt::{ClashWatch, ResetGuard};
-use crate::node::{Filters, LinkEvent, Node, TimeKeeper};
+use crate::node::{Filters, LinkEvent, Node, TimeKeeper, Usual};
 use crate::profile::Profile;
 use crate::redundancy::{BusAccess, Parameters, Selector};
 use crate::store::ParameterStore;
@@ -216,6 +216,7 @@ impl<D: Device> Slave<D> {
 impl<D: Device> Node for Slave<D> {
     type Event = SlaveEvent;
     type Request = core::convert::Infallible;
+    type Depth = Usual;
 
     fn filters(&self) -> Filters {
         self.canopen.filters()

@@ -3,8 +3,9 @@
 use core::task::{Context, Waker};
 
 use super::Telltale;
+use crate::link::depth::Depth as _;
 use crate::link::queue::{Full, Outgoing, TxQueue};
-use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox, QUEUE_DEPTH};
+use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
 use crate::types::{Bus, Frame, Instant, PerBus};
 
 /// So many tasks that wait for a spacecraft time are told of a step at once.
@@ -13,8 +14,8 @@ const WAITERS: usize = 4;
 /// A node and what it wants sent.
 pub(super) struct Shared<N: Node> {
     pub node: &'static mut N,
-    pub out: Outbox<N::Event>,
-    pub queues: PerBus<TxQueue<QUEUE_DEPTH>>,
+    pub out: Outbox<N::Event, N::Depth>,
+    pub queues: PerBus<TxQueue<N::Depth>>,
     /// The tasks of both buses.
     pub buses: PerBus<Option<Waker>>,
     /// The task of what is due.
@@ -30,7 +31,7 @@ pub(super) struct Shared<N: Node> {
 
 impl<N: Node> Shared<N> {
     #[inline]
-    pub const fn new(node: &'static mut N, telltale: &'static Telltale) -> Self {
+    pub fn new(node: &'static mut N, telltale: &'static Telltale) -> Self {
         Shared {
             node,
             out: Outbox::new(),
@@ -50,7 +51,11 @@ impl<N: Node> Shared<N> {
     }
 
     /// A step that the application makes.
-    pub fn step<R>(&mut self, now: Instant, step: impl FnOnce(&mut N, &mut Outbox<N::Event>) -> R) -> R {
+    pub fn step<R>(
+        &mut self,
+        now: Instant,
+        step: impl FnOnce(&mut N, &mut Outbox<N::Event, N::Depth>) -> R,
+    ) -> R {
         let result = step(self.node, &mut self.out);
         self.deliver(None, now);
         self.end_step();
@@ -103,7 +108,7 @@ impl<N: Node> Shared<N> {
         {
             ahead -= 1;
             match command {
-                BusCommand::Send(outgoing) if !waits[bus] && losses < QUEUE_DEPTH => {
+                BusCommand::Send(outgoing) if !waits[bus] && losses < N::Depth::PLACES => {
                     let before = self.out.commands();
                     losses += usize::from(self.queue(bus, outgoing, here, now));
                     ahead += self.out.commands() - before;

@@ -89,7 +89,7 @@ impl<N: Node> Bench<N> {
         written
     }
 
-    fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event>)) {
+    fn with(&mut self, step: impl FnOnce(&mut N, Instant, &mut Outbox<N::Event, N::Depth>)) {
         let mut out = Outbox::new();
         step(&mut self.node, self.now, &mut out);
         while let Some((bus, command)) = out.pop_command() {

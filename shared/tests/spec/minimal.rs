@@ -148,6 +148,41 @@ fn sync_brings_telemetry_of_its_type_only() {
     assert_eq!(sent.len(), 9);
 }
 
+/// Four PDOs with every SYNC.
+#[derive(Default)]
+struct Talkative;
+
+impl MinimalDevice for Talkative {
+    const PDOS: MinimalPdos = MinimalPdos {
+        receive: [None; PDOS],
+        transmit: [sync_pdo(0x180), sync_pdo(0x280), sync_pdo(0x380), sync_pdo(0x480)],
+    };
+
+    fn on_pdo(&mut self, _: usize, _: &[u8], _: Instant) -> Option<(usize, Payload)> {
+        unreachable!("it receives no PDO")
+    }
+
+    fn on_sync(&mut self, number: usize, _: Instant) -> Option<Payload> {
+        Some(Payload::from_slice(&[number as u8; 8]).unwrap())
+    }
+}
+
+const fn sync_pdo(base: u16) -> Option<MinimalTpdo> {
+    Some(MinimalTpdo { cob_id: CobIdOf::node(base), trigger: Trigger::Sync(1) })
+}
+
+/// The most that one step brings: a heartbeat that is due, then a SYNC for all four PDOs. Its small queues take it.
+#[test]
+fn heartbeat_and_four_pdos_of_one_step_are_all_sent() {
+    let mut slave = Bench::new(MinimalSlave::new(node(5), numbers(), Talkative));
+    slave.run_until(ms(150));
+    slave.clear();
+    slave.now = ms(200);
+    slave.receive(NOMINAL, 0x080, &[]);
+    let ids: Vec<u16> = slave.frames().into_iter().map(|(_, frame)| frame.id().raw()).collect();
+    assert_eq!(ids, [0x705, 0x185, 0x285, 0x385, 0x485]);
+}
+
 /// Verifies: ECSS 9.4.1b, 9.4.3c, 9.4.6.1a
 #[test]
 fn nothing_is_sent_unasked() {

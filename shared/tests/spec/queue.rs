@@ -1,5 +1,6 @@
 //! The transmit queue of a bus.
 
+use ecss_can::link::depth::{Depth, Places};
 use ecss_can::link::queue::{Full, Outgoing, TxQueue};
 use ecss_can::types::Instant;
 
@@ -9,13 +10,13 @@ fn outgoing(id: u16, tag: u8, expires: Option<u64>) -> Outgoing {
     Outgoing { frame: frame(id, &[tag]), expires: expires.map_or(Instant::NEVER, ms) }
 }
 
-fn drain<const N: usize>(queue: &mut TxQueue<N>) -> Vec<(u16, u8)> {
+fn drain<D: Depth>(queue: &mut TxQueue<D>) -> Vec<(u16, u8)> {
     std::iter::from_fn(|| queue.pop()).map(|out| (out.frame.id().raw(), out.frame.data()[0])).collect()
 }
 
 #[test]
 fn lowest_cob_id_first_and_in_order_within_one() {
-    let mut queue = TxQueue::<8>::new();
+    let mut queue = TxQueue::<Places<8>>::new();
     for (id, tag) in [(0x701, 1), (0x302, 2), (0x701, 3), (0x080, 4), (0x302, 5), (0x302, 6)] {
         queue.push(outgoing(id, tag, None)).unwrap();
     }
@@ -25,7 +26,7 @@ fn lowest_cob_id_first_and_in_order_within_one() {
 
 #[test]
 fn a_full_queue_takes_nothing_ordinary_and_keeps_what_it_has() {
-    let mut queue = TxQueue::<2>::new();
+    let mut queue = TxQueue::<Places<2>>::new();
     queue.push(outgoing(0x302, 1, None)).unwrap();
     queue.push(outgoing(0x303, 2, None)).unwrap();
     assert_eq!(queue.push(outgoing(0x182, 3, None)), Err(Full));
@@ -36,7 +37,7 @@ fn a_full_queue_takes_nothing_ordinary_and_keeps_what_it_has() {
 fn in_a_full_queue_what_the_network_lives_on_displaces_what_would_go_last() {
     // NMT, SYNC, Spacecraft Time, heartbeats.
     for vital in [0x000, 0x080, 0x181, 0x701, 0x77F] {
-        let mut queue = TxQueue::<4>::new();
+        let mut queue = TxQueue::<Places<4>>::new();
         for (id, tag) in [(0x702, 1), (0x382, 2), (0x382, 3), (0x302, 4)] {
             assert_eq!(queue.push(outgoing(id, tag, None)), Ok(None));
         }
@@ -48,7 +49,7 @@ fn in_a_full_queue_what_the_network_lives_on_displaces_what_would_go_last() {
 
 #[test]
 fn a_queue_full_of_what_the_network_lives_on_takes_nothing() {
-    let mut queue = TxQueue::<2>::new();
+    let mut queue = TxQueue::<Places<2>>::new();
     queue.push(outgoing(0x701, 1, None)).unwrap();
     queue.push(outgoing(0x080, 2, None)).unwrap();
     assert_eq!(queue.push(outgoing(0x000, 3, None)), Err(Full));
@@ -57,7 +58,7 @@ fn a_queue_full_of_what_the_network_lives_on_takes_nothing() {
 
 #[test]
 fn frames_expire_at_the_end_of_their_lifetime_wherever_they_stand() {
-    let mut queue = TxQueue::<4>::new();
+    let mut queue = TxQueue::<Places<4>>::new();
     queue.push(outgoing(0x080, 1, Some(30))).unwrap();
     queue.push(outgoing(0x302, 2, Some(20))).unwrap();
     queue.push(outgoing(0x303, 3, None)).unwrap();

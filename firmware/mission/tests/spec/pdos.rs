@@ -18,7 +18,7 @@ type Obeyer = Slave<MissionObjects<Vec<u8>>>;
 /// A node at a desk: frames of the nominal bus in and out.
 struct Desk<N: Node> {
     node: N,
-    out: Outbox<N::Event>,
+    out: Outbox<N::Event, N::Depth>,
 }
 
 impl<N: Node> Desk<N> {

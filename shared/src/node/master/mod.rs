@@ -31,7 +31,7 @@ use crate::link::Stamp;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::{NmtMessage, NmtSlave, Target};
-use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper};
+use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
 use crate::profile::Profile;
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
 use crate::store::{Group, ParameterStore};
@@ -283,6 +283,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 impl<D: Device, B: MasterBoards> Node for Master<D, B> {
     type Event = MasterEvent;
     type Request = MasterRequest;
+    type Depth = Usual;
 
     fn filters(&self) -> Filters {
         self.filters()

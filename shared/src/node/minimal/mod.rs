@@ -13,11 +13,14 @@ use super::buses::{BusNews, Buses};
 use super::{BusCause, Counters, Filters, LinkEvent, Node, Outbox};
 use crate::heartbeat;
 use crate::link::Stamp;
+use crate::link::depth::Places;
 use crate::link::port::{Filter, Health};
 use crate::redundancy::{MasterMessage, Selection, Selector};
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, earliest};
 
-type Out = Outbox<MinimalEvent>;
+/// Each step of it sends four PDOs and a heartbeat at most.
+const DEPTH: usize = 8;
+type Out = Outbox<MinimalEvent, Places<DEPTH>>;
 
 /// A slave of the minimal set, on both buses or on one at a time.
 #[derive(Debug)]
@@ -197,6 +200,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
 impl<D: MinimalDevice> Node for MinimalSlave<D> {
     type Event = MinimalEvent;
     type Request = core::convert::Infallible;
+    type Depth = Places<DEPTH>;
 
     fn filters(&self) -> Filters {
         let mut filters = Filters::new();
@@ -222,6 +226,9 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
     }
 
     fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
+        if let LinkEvent::Received { frame, stamp } = event {
+            return self.on_received(bus, frame, stamp, now, out);
+        }
         match self.buses.on_link(bus, event, now) {
             Some(BusNews::Health(health)) => out.event(MinimalEvent::Health { bus, health }),
             Some(BusNews::Failed(health)) => {
@@ -231,10 +238,13 @@ impl<D: MinimalDevice> Node for MinimalSlave<D> {
             Some(BusNews::Stalled) => out.event(MinimalEvent::BusStalled { bus }),
             None => {}
         }
-        if let LinkEvent::Received { frame, stamp } = event {
-            self.run(stamp.at.min(now), now, out);
-            self.on_frame(bus, frame, stamp, now, out);
-        }
+        self.run(now, now, out);
+    }
+
+    fn on_received(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
+        self.buses.received(bus);
+        self.run(stamp.at.min(now), now, out);
+        self.on_frame(bus, frame, stamp, now, out);
         self.run(now, now, out);
     }
 

@@ -8,7 +8,7 @@ mod app {
     use core::convert::Infallible;
 
     use boards::{Board, TELLTALE};
-    use ecss_can::node::{Filters, LinkEvent, Outbox};
+    use ecss_can::node::{Filters, LinkEvent, Outbox, Usual};
     use ecss_can::prelude::*;
     use embassy_executor::Spawner;
 
@@ -18,6 +18,7 @@ mod app {
     impl Node for NoNode {
         type Event = SlaveEvent;
         type Request = Infallible;
+        type Depth = Usual;
 
         fn filters(&self) -> Filters {
             Filters::new()

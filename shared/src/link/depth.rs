@@ -1,0 +1,35 @@
+//! How much may wait in the queues of a node: a type, so that a small node has small queues.
+
+use heapless::deque::{Deque, DequeInner};
+use heapless::vec::{OwnedVecStorage, Vec, VecInner, VecStorage};
+
+/// Depth of the queues of a node: commands and events in its outbox, frames in the priority queue of each bus.
+pub trait Depth: 'static {
+    /// Places of each queue.
+    const PLACES: usize;
+    /// Storage of a queue.
+    type Of<T>: VecStorage<T>;
+
+    /// An empty queue, first in, first out.
+    fn deque<T>() -> DequeInner<T, Self::Of<T>>;
+
+    /// An empty list.
+    fn list<T>() -> VecInner<T, usize, Self::Of<T>>;
+}
+
+/// `N` places.
+#[derive(Debug)]
+pub struct Places<const N: usize>;
+
+impl<const N: usize> Depth for Places<N> {
+    const PLACES: usize = N;
+    type Of<T> = OwnedVecStorage<T, N>;
+
+    fn deque<T>() -> Deque<T, N> {
+        Deque::new()
+    }
+
+    fn list<T>() -> Vec<T, N> {
+        Vec::new()
+    }
+}
