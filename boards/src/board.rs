@@ -1,34 +1,20 @@
-//! What every board hands to an image, and what all boards have in common.
-//!
-//! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
-
-use core::sync::atomic::Ordering;
+//! What every board hands to an image.
 
 use ecss_can::emcy::PostMortem;
 use ecss_can::runner::Platform;
 use ecss_can::store::identity::{self, NoNodeId};
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{NodeId, PerBus};
-use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pin, Pull, Speed};
+use embassy_stm32::Peri;
+use embassy_stm32::gpio::AnyPin;
 use embassy_stm32::peripherals::FLASH;
-use embassy_stm32::{Peri, bind_interrupts, peripherals};
 
-use crate::Uptime;
-use crate::bxcan::{Port, ReceiveHandler, StatusHandler, TransmitHandler};
+use crate::bxcan::Port;
+use crate::common::{Leds, strap_bits};
 use crate::pulse::Pulse;
-use crate::retained::STRAPS;
 use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
-use crate::{post_mortem, supervisor};
-
-bind_interrupts!(pub(crate) struct Irqs {
-    CAN1_TX => TransmitHandler<peripherals::CAN1>;
-    CAN1_RX0 => ReceiveHandler<peripherals::CAN1>;
-    CAN1_SCE => StatusHandler<peripherals::CAN1>;
-    CAN2_TX => TransmitHandler<peripherals::CAN2>;
-    CAN2_RX0 => ReceiveHandler<peripherals::CAN2>;
-    CAN2_SCE => StatusHandler<peripherals::CAN2>;
-});
+use crate::{Uptime, supervisor};
 
 /// Everything an image needs of the board.
 pub struct Board {
@@ -62,21 +48,6 @@ impl Platform for Board {
     type Clock = Uptime;
 }
 
-/// Two LEDs; a high level lights them.
-pub struct Leds {
-    /// Toggles with what the node hears or sends.
-    pub activity: Output<'static>,
-    /// On or off by command, or by the state of the node.
-    pub state: Output<'static>,
-}
-
-impl Leds {
-    pub(crate) fn new(activity: Peri<'static, impl Pin>, state: Peri<'static, impl Pin>) -> Leds {
-        let dark = |pin| Output::new(pin, Level::Low, Speed::Low);
-        Leds { activity: dark(activity.into()), state: dark(state.into()) }
-    }
-}
-
 /// Opens the parameter store, which may take seconds: see [`store::open`].
 #[inline(never)] // a stack of its own is a small one, reached by short instructions
 pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore + Send)> {
@@ -96,14 +67,6 @@ pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn Par
     }
 }
 
-/// Takes the record of the last reset and starts the supervisor, which may wait for minutes. Also returns whether the reset came
-/// from outside: see [`post_mortem::take`].
-pub(crate) fn watch() -> (PostMortem, bool) {
-    let (last, is_from_outside) = post_mortem::take();
-    supervisor::start(last.row);
-    (last, is_from_outside)
-}
-
 /// Who this board is.
 pub(crate) struct Identity {
     pub node_id: Result<NodeId, NoNodeId>,
@@ -119,14 +82,7 @@ pub(crate) fn identity(
     from_outside: bool,
     store: Option<&mut (dyn ParameterStore + Send + 'static)>,
 ) -> Identity {
-    let latched = straps::latched(STRAPS.load(Ordering::Relaxed)).filter(|_| !from_outside);
-    let bits = latched.unwrap_or_else(|| {
-        let straps = straps.map(|strap| Input::new(strap, Pull::Up));
-        // Time for the pull-ups (40 kΩ) to charge wires of some 100 pF: 50 µs.
-        cortex_m::asm::delay(50 * 168);
-        straps.iter().rev().fold(0, |bits, strap| bits << 1 | u8::from(strap.is_low()))
-    });
-    STRAPS.store(straps::latch(bits), Ordering::Relaxed);
+    let bits = strap_bits(straps, from_outside);
     let straps = straps::node_id(bits);
     Identity {
         node_id: identity::node_id(straps::of_slave(straps), store.and_then(|store| store.node_id())),

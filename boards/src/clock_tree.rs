@@ -14,7 +14,7 @@ use embassy_stm32::rcc::{
 use embassy_stm32::{Config, Peri, Peripherals};
 
 use crate::Uptime;
-use crate::board::Leds;
+use crate::common::Leds;
 
 /// Looks at HSERDY until HSE is given up. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
 /// 2 ms (DS8626 table 34), the vendor's HAL gives it 100.

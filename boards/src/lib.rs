@@ -19,37 +19,44 @@
 
 #[cfg(any(test, target_os = "none"))]
 mod bxcan;
+#[cfg(any(not(target_os = "none"), feature = "full"))]
 pub mod store;
 pub mod straps;
 mod timing;
 
 pub use timing::{LIMITS, PCLK1, bit_timing};
 
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "full"))]
 mod board;
 #[cfg(target_os = "none")]
+#[cfg_attr(not(feature = "full"), path = "uncaptured.rs")]
 mod capture;
 #[cfg(target_os = "none")]
 mod clock;
 #[cfg(target_os = "none")]
 mod clock_tree;
 #[cfg(target_os = "none")]
+mod common;
+#[cfg(target_os = "none")]
 mod division;
 #[cfg(target_os = "none")]
 mod memory;
+#[cfg(target_os = "none")]
+mod minimal;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
 #[cfg(target_os = "none")]
 mod panic;
 #[cfg(target_os = "none")]
+#[cfg_attr(not(feature = "full"), path = "unrecorded.rs")]
 mod post_mortem;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "full"))]
 mod pulse;
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
 mod pyboard_v11;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "full"))]
 mod retained;
-#[cfg(target_os = "none")]
+#[cfg(all(target_os = "none", feature = "full"))]
 mod spare;
 #[cfg(target_os = "none")]
 mod supervisor;
@@ -77,11 +84,18 @@ mod image {
 
 #[cfg(target_os = "none")]
 pub use {
-    board::{Board, Leds},
-    bxcan::{CaptureFault, ControllerFault, LineFault, Port},
+    bxcan::Port,
     clock::Uptime,
     clock_tree::{ClockFault, accelerate, brown_out_level, check_clock},
+    common::Leds,
     image::TELLTALE,
     image::reset,
+    minimal::MinimalBoard,
+};
+
+#[cfg(all(target_os = "none", feature = "full"))]
+pub use {
+    board::Board,
+    bxcan::{CaptureFault, ControllerFault, LineFault},
     pulse::{Pulse, TooLate},
 };

@@ -22,10 +22,16 @@ use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Peri, Peripherals};
 
-use crate::board::{Board, Identity, Irqs, Leds, identity, store, watch};
 use crate::bxcan::Port;
-use crate::pulse::Pulse;
-use crate::{Uptime, capture, clock_tree, retained, spare};
+use crate::common::{Irqs, Leds, strap_bits, watch};
+use crate::{MinimalBoard, Uptime, capture, clock_tree, straps};
+
+#[cfg(feature = "full")]
+use crate::{
+    board::{Board, Identity, identity, store},
+    pulse::Pulse,
+    retained, spare,
+};
 
 /// MCO of the ST-LINK, a square wave.
 const OSCILLATOR: Hse = Hse { freq: Hertz(8_000_000), mode: HseMode::Bypass };
@@ -105,6 +111,7 @@ pub fn start() -> Peripherals {
     clock_tree::start(OSCILLATOR, PllPreDiv::DIV4)
 }
 
+#[cfg(feature = "full")]
 impl Board {
     /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), opens the parameter
     /// store and reads the straps.
@@ -132,5 +139,21 @@ impl Board {
             post_mortem,
             memory: spare::take(),
         }
+    }
+}
+
+impl MinimalBoard {
+    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement) and reads the straps.
+    #[inline(never)] // a stack of its own is a small one, reached by short instructions
+    pub fn new(p: Resources, timing: BitTiming) -> MinimalBoard {
+        let (_, from_outside) = watch();
+        let straps = [p.PC0.into(), p.PC1.into(), p.PC2.into(), p.PC3.into(), p.PB0.into()];
+        let node_id = straps::node_id(strap_bits(straps, from_outside));
+        let edges = capture::start(p.TIM5, p.PA0, p.PA1, p.DMA1_CH2, p.DMA1_CH4);
+        // CAN1 first: it holds the filter banks and the clock of both.
+        let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing, edges.nominal);
+        let redundant = Port::new(p.CAN2, p.PB12, p.PB13, Irqs, timing, edges.redundant);
+        let ports = PerBus { nominal, redundant };
+        MinimalBoard { ports, clock: Uptime, leds: Leds::new(p.PA5, p.PA6), node_id }
     }
 }

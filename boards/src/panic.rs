@@ -4,10 +4,12 @@
 //! place shows which check failed.
 
 use core::panic::PanicInfo;
+#[cfg(feature = "full")]
 use core::sync::atomic::{AtomicBool, Ordering};
 
 use crate::post_mortem;
 
+#[cfg(feature = "full")]
 #[panic_handler]
 // The lint says that this does nothing. But only when the handler is inlined does the compiler see that it reads no message.
 #[allow(unused_attributes)]
@@ -21,6 +23,16 @@ fn panic(info: &PanicInfo) -> ! {
     {
         defmt::error!("panicked at {=str}:{=u32}:{=u32}", place.file(), place.line(), place.column());
     }
+    post_mortem::panicked()
+}
+
+/// The place is not read either: a minimal slave has no room for the names of all files.
+#[cfg(not(feature = "full"))]
+#[panic_handler]
+#[allow(unused_attributes)] // see above
+#[inline(always)]
+fn panic(_: &PanicInfo) -> ! {
+    cortex_m::interrupt::disable();
     post_mortem::panicked()
 }
 

@@ -57,7 +57,7 @@ static ROW: AtomicU32 = AtomicU32::new(0);
 /// The task that is being polled; zero for none.
 // SAFETY: as above.
 #[unsafe(link_section = ".uninit.RUNNING")]
-pub(crate) static RUNNING: AtomicU32 = AtomicU32::new(0);
+static RUNNING: AtomicU32 = AtomicU32::new(0);
 /// The task that the program before this one polled last.
 static RAN: AtomicU32 = AtomicU32::new(0);
 /// Why the next fault is one: a panic ends in an instruction that is none.
@@ -81,6 +81,12 @@ pub(crate) fn panicked() -> ! {
 /// The first task is there, and has not been polled.
 pub(crate) fn begin() {
     RAN.store(RUNNING.load(Ordering::Relaxed), Ordering::Relaxed);
+}
+
+/// A task is polled; zero for none.
+#[inline(always)] // a store
+pub(crate) fn runs(task: u32) {
+    RUNNING.store(task, Ordering::Relaxed);
 }
 
 /// Resets from now on are not in a row with those before.

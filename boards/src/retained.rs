@@ -2,7 +2,6 @@
 
 use core::mem::MaybeUninit;
 use core::ptr::addr_of_mut;
-use core::sync::atomic::AtomicU32;
 
 use ecss_can::store::RetainedMemory;
 
@@ -10,11 +9,6 @@ use ecss_can::store::RetainedMemory;
 // SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM.
 #[unsafe(link_section = ".uninit.RETAINED")]
 static mut RETAINED: UninitRam = UninitRam(MaybeUninit::uninit());
-
-/// The straps as they were read last: [`crate::straps::latch`].
-// SAFETY: as above. The bits of a u32 may be any.
-#[unsafe(link_section = ".uninit.STRAPS")]
-pub(crate) static STRAPS: AtomicU32 = AtomicU32::new(0);
 
 struct UninitRam(MaybeUninit<[u32; 2]>);
 

@@ -16,7 +16,7 @@ use embassy_executor::raw::{TaskRef, wake_task};
 use embassy_stm32::pac::iwdg::regs::{Kr, Pr, Rlr};
 use embassy_stm32::pac::{DBGMCU, IWDG};
 
-use crate::post_mortem::{self, RUNNING};
+use crate::post_mortem;
 
 /// SysTick counts 24 bits of 168 MHz: 99.9 ms.
 const TICK: u32 = (1 << 24) - 1;
@@ -176,13 +176,13 @@ mod trace {
     // SAFETY: see above.
     #[unsafe(no_mangle)]
     fn _embassy_trace_task_exec_begin(_executor: u32, task: u32) {
-        RUNNING.store(task, Ordering::Relaxed);
+        post_mortem::runs(task);
     }
 
     // SAFETY: see above.
     #[unsafe(no_mangle)]
     fn _embassy_trace_task_exec_end(_executor: u32, task: u32) {
-        RUNNING.store(0, Ordering::Relaxed);
+        post_mortem::runs(0);
         answered(task);
     }
 }

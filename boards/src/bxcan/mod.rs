@@ -33,5 +33,8 @@ mod port;
 #[cfg(target_os = "none")]
 pub use {
     interrupts::{ReceiveHandler, StatusHandler, TransmitHandler},
-    port::{CaptureFault, ControllerFault, LineFault, Port},
+    port::Port,
 };
+
+#[cfg(all(target_os = "none", feature = "full"))]
+pub use port::{CaptureFault, ControllerFault, LineFault};

@@ -1,5 +1,6 @@
 //! A controller as the port of one bus.
 
+#[cfg(feature = "full")]
 mod selftest;
 
 use core::future::Future;
@@ -19,6 +20,7 @@ use embassy_stm32::pac::can::Can;
 use embassy_stm32::{Peri, pac, rcc};
 use embassy_time::{Duration, Timer};
 
+#[cfg(feature = "full")]
 pub use selftest::{CaptureFault, ControllerFault, LineFault};
 
 use super::MAILBOXES;

@@ -7,8 +7,9 @@ use ecss_can::types::{CobId, Frame, Instant};
 use super::MAILBOXES;
 use super::status::ErrorLog;
 
-/// Received frames that may wait for the task: 1.5 ms of the shortest frames, 3.5 ms of those with 8 bytes.
-const FRAMES: usize = 32;
+/// Received frames that may wait for the task: 1.5 ms of the shortest frames, 3.5 ms of those with 8 bytes. A minimal slave
+/// receives but its own commands, SYNC and the heartbeat of the master.
+const FRAMES: usize = if cfg!(feature = "full") { 32 } else { 8 };
 
 /// Frames and one result per mailbox always find a place.
 const PLACES: usize = FRAMES + MAILBOXES;

@@ -1,0 +1,63 @@
+//! What all boards have in common, whatever their image does.
+//!
+//! The parts are of one family: CAN1 and CAN2 on APB1 at 42 MHz, and the same interrupts.
+
+use core::sync::atomic::{AtomicU32, Ordering};
+
+use ecss_can::emcy::PostMortem;
+use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pin, Pull, Speed};
+use embassy_stm32::{Peri, bind_interrupts, peripherals};
+
+use crate::bxcan::{ReceiveHandler, StatusHandler, TransmitHandler};
+use crate::{post_mortem, straps, supervisor};
+
+bind_interrupts!(pub(crate) struct Irqs {
+    CAN1_TX => TransmitHandler<peripherals::CAN1>;
+    CAN1_RX0 => ReceiveHandler<peripherals::CAN1>;
+    CAN1_SCE => StatusHandler<peripherals::CAN1>;
+    CAN2_TX => TransmitHandler<peripherals::CAN2>;
+    CAN2_RX0 => ReceiveHandler<peripherals::CAN2>;
+    CAN2_SCE => StatusHandler<peripherals::CAN2>;
+});
+
+/// The straps as they were read last: [`straps::latch`].
+// SAFETY: the section is `.uninit` of the linker script `link.x`, which is RAM. The bits of a u32 may be any.
+#[unsafe(link_section = ".uninit.STRAPS")]
+static STRAPS: AtomicU32 = AtomicU32::new(0);
+
+/// Two LEDs; a high level lights them.
+pub struct Leds {
+    /// Toggles with what the node hears or sends.
+    pub activity: Output<'static>,
+    /// On or off by command, or by the state of the node.
+    pub state: Output<'static>,
+}
+
+impl Leds {
+    pub(crate) fn new(activity: Peri<'static, impl Pin>, state: Peri<'static, impl Pin>) -> Leds {
+        let dark = |pin| Output::new(pin, Level::Low, Speed::Low);
+        Leds { activity: dark(activity.into()), state: dark(state.into()) }
+    }
+}
+
+/// Takes the record of the last reset and starts the supervisor, which may wait for minutes. Also returns whether the reset came
+/// from outside: see [`post_mortem::take`].
+pub(crate) fn watch() -> (PostMortem, bool) {
+    let (last, is_from_outside) = post_mortem::take();
+    supervisor::start(last.row);
+    (last, is_from_outside)
+}
+
+/// The straps, the first one is bit 0. They are read after a reset `from_outside`, and are as they were else (ECSS 6.10g).
+#[inline(always)] // called from one place of an image
+pub(crate) fn strap_bits<const N: usize>(straps: [Peri<'static, AnyPin>; N], from_outside: bool) -> u8 {
+    let latched = straps::latched(STRAPS.load(Ordering::Relaxed)).filter(|_| !from_outside);
+    let bits = latched.unwrap_or_else(|| {
+        let straps = straps.map(|strap| Input::new(strap, Pull::Up));
+        // Time for the pull-ups (40 kΩ) to charge wires of some 100 pF: 50 µs.
+        cortex_m::asm::delay(50 * 168);
+        straps.iter().rev().fold(0, |bits, strap| bits << 1 | u8::from(strap.is_low()))
+    });
+    STRAPS.store(straps::latch(bits), Ordering::Relaxed);
+    bits
+}
