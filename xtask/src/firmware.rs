@@ -1,4 +1,4 @@
-//! `cargo xtask firmware`: both images, or those of a package of yours, where they are and how big.
+//! `cargo xtask firmware`: the three images, or those of a package of yours, where they are and how big.
 
 use std::path::{Path, PathBuf};
 
@@ -30,15 +30,17 @@ pub struct Options {
     manifest_path: Option<PathBuf>,
 }
 
-/// Builds both images, prints paths and sizes.
+/// Builds the images, prints paths and sizes.
 ///
 /// # Errors
 /// When an image cannot be built or read.
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let board = options.board.name();
     let Some(name) = &options.package else {
-        let images = firmware_images::build(board, options.profile.name())?;
-        return [("master", &images.master), ("slave", &images.slave)]
+        let profile = options.profile.name();
+        let images = firmware_images::build(board, profile)?;
+        let minimal = firmware_images::build_minimal(board, profile, firmware_images::LOG)?;
+        return [("master", &images.master), ("slave", &images.slave), ("minimal", &minimal)]
             .into_iter()
             .try_for_each(|(role, path)| describe(role, path));
     };
@@ -54,7 +56,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 fn describe(role: &str, path: &Path) -> anyhow::Result<()> {
     let Size { flash, ram } = Facts::read(path)?.size;
     output::line(format_args!(
-        "{role:<6}  {flash:>7} bytes of flash  {ram:>6} bytes of static RAM  {}",
+        "{role:<7}  {flash:>7} bytes of flash  {ram:>6} bytes of static RAM  {}",
         path.display()
     ))
 }

@@ -1,4 +1,4 @@
-//! `cargo xtask flash`, which `cargo master` and `cargo slave` stand for: build an image, write it to a board, show its log.
+//! `cargo xtask flash`, which `cargo master`, `cargo slave` and `cargo minimal` stand for: build an image, write it to a board, show its log.
 //!
 //! The image comes from where all images come from, so one command is enough on a machine with rustup's target and on one
 //! with Debian's toolchain. Writing is up to probe-rs.
@@ -54,6 +54,8 @@ enum Role {
     Master,
     /// Any slave: straps give its Node-ID
     Slave,
+    /// Any slave of the minimal set (ECSS 9)
+    Minimal,
 }
 
 /// A feature of the firmware crates.
@@ -109,10 +111,12 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let board = options.board()?;
     find_probe_rs()?;
     let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
-    let images = firmware_images::build_logging(board.name(), options.profile().name(), &log)?;
+    let profile = options.profile().name();
+    let images = || firmware_images::build_logging(board.name(), profile, &log);
     let image = match options.role {
-        Role::Master => images.master,
-        Role::Slave => images.slave,
+        Role::Master => images()?.master,
+        Role::Slave => images()?.slave,
+        Role::Minimal => firmware_images::build_minimal(board.name(), profile, &log)?,
     };
     write(board, &image, &options.probe_rs)
 }

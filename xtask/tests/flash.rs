@@ -53,6 +53,7 @@ fn image_is_built_and_handed_to_probe_rs() {
     for (name, arguments, chip, image) in [
         ("slave", &["--features", "pyboard-v11,librecube"][..], "STM32F405RG", "pyboard-v11-librecube"),
         ("master", &[], "STM32F405RG", "pyboard-v11-librecube"),
+        ("minimal", &[], "STM32F405RG", "pyboard-v11-librecube"),
         ("nucleo-master", &["--features", "librecube"], "STM32F446RETx", "nucleo-f446re-librecube"),
     ] {
         let output = run(name, &[arguments, &["--", "--probe", "1234:5678"]].concat(), &path);

@@ -9,6 +9,7 @@
 pub mod counters;
 mod master;
 mod message;
+pub mod minimal;
 mod objects;
 mod payload;
 mod profiles;

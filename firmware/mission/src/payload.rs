@@ -55,6 +55,13 @@ impl Message {
         Self::from_payload(frame.data())
     }
 
+    /// From a payload of 2 to 8 bytes, zero behind its end (ECSS Figure 9-2); `None` for any other length.
+    pub fn from_start(payload: &[u8]) -> Option<Message> {
+        let mut padded = [0; 2 + Self::DATA];
+        padded.get_mut(..payload.len())?.copy_from_slice(payload);
+        if payload.len() < 2 { None } else { Self::from_payload(&padded) }
+    }
+
     /// From the payload of a PDO; `None` when it is shorter than code and data.
     pub fn from_payload(payload: &[u8]) -> Option<Message> {
         let &[low, high, a, b, c, d, e, f] = payload else { return None };

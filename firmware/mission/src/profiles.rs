@@ -42,7 +42,7 @@ const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO
 const _: () = assert!(PROFILE.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
 const _: () = assert!(TWO_MASTERS.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
 
-/// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slave 4 has
+/// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slaves 4 and 6 have
 /// selective access, so that both ways to fail over are seen. The master boots slaves 2 to 4, and waits for none of them.
 pub const LIBRECUBE: Profile = Profile {
     name: "librecube",
@@ -52,7 +52,7 @@ pub const LIBRECUBE: Profile = Profile {
     ntoggle: 10,
     sync: Duration::from_millis(5_000),
     time: Duration::from_millis(10_000),
-    selective: &[NodeId::of::<4>()],
+    selective: &[NodeId::of::<4>(), NodeId::of::<6>()],
     slaves: &[slave(NodeId::of::<2>()), slave(NodeId::of::<3>()), slave(NodeId::of::<4>())],
     settings: &[
         consumer(NodeId::of::<2>()),

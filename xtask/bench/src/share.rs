@@ -21,11 +21,12 @@ pub const PROTOCOL: [&str; 16] = [
 ];
 
 /// Crates, and the part that they belong to. A crate that is not listed counts as `others`.
-const CRATES: [(&str, &str); 13] = [
+const CRATES: [(&str, &str); 14] = [
     ("boards", "boards"),
     ("mission", "application"),
     ("master", "application"),
     ("slave", "application"),
+    ("minimal", "application"),
     ("core", "core"),
     ("compiler_builtins", "core"),
     ("memcpy", "core"),

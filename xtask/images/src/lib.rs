@@ -1,4 +1,4 @@
-//! Builds both firmware images, whichever way this machine can.
+//! Builds the firmware images, whichever way this machine can.
 //!
 //! [`build`] is all that most need: it finds a toolchain, says so in one line, and builds under a file lock, so that test
 //! processes that want the same images build them once. It is never called from a build script. Ctrl-C ends a build and the
@@ -54,6 +54,9 @@ pub enum Error {
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
 const PACKAGES: [&str; 2] = ["master", "slave"];
+
+/// The slave of clause 9.
+const MINIMAL: &str = "minimal";
 
 /// As a user writes them; their profile is their own.
 const EXAMPLES: [&str; 2] = ["thermometer", "thermometer-master"];
@@ -127,6 +130,17 @@ pub fn build_test_peripherals(board: &str) -> Result<PathBuf, Error> {
     Ok(image)
 }
 
+/// Builds the image of the minimal slave with this filter of the log, [`LOG`] as a rule; returns its ELF file. Apart from the
+/// others: the crate `boards` is smaller there.
+///
+/// # Errors
+/// See [`Error`]; each says what to do.
+pub fn build_minimal(board: &str, profile: &str, log: &str) -> Result<PathBuf, Error> {
+    let what = packages(&[MINIMAL], board, profile);
+    let [image] = programs(board, profile, log, &what, [MINIMAL])?;
+    Ok(image)
+}
+
 /// Lints boards and firmware as they are compiled for a board; warnings are errors.
 ///
 /// # Errors
@@ -142,6 +156,8 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     ];
     let command = ["clippy", "--package", "ecss-can", "--package", "boards"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
+    // Apart from those that need more of a board.
+    job.run(&["clippy"], &packages(&[MINIMAL], board, profile), &["--", "-D", "warnings"], run)?;
     // Those of other packages are programs of the host.
     let command = ["clippy", "--examples"];
     job.run(&command, &packages(&["boards"], board, "standard"), &["--", "-D", "warnings"], run)

@@ -9,7 +9,8 @@ const EM_ARM: [u8; 2] = [40, 0];
 fn the_images_of_all_boards_are_arm_executables() {
     for board in ["pyboard-v11", "nucleo-f446re"] {
         let images = firmware_images::build(board, "librecube").expect("the images build");
-        for path in [images.master, images.slave] {
+        let minimal = firmware_images::build_minimal(board, "librecube", firmware_images::LOG);
+        for path in [images.master, images.slave, minimal.expect("the image builds")] {
             let elf = fs::read(&path).expect("the image is where the builder says");
             assert_eq!(elf[..4], *b"\x7FELF", "{}", path.display());
             assert_eq!(elf[18..20], EM_ARM, "{}", path.display());

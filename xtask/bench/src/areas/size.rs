@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use anyhow::Context as _;
 use clap::ValueEnum;
-use firmware_images::Package;
+use firmware_images::{LOG, Package};
 
 use super::Area;
 use crate::context::{Context, FLOWN};
@@ -23,9 +23,9 @@ use support::elf::{Facts, Memory, Symbol};
 pub const AREA: Area =
     Area { name: "size", about: "flash and RAM of the images, the deepest stack of the demo", measure };
 
-/// Budgets of the slave: the whole image, its variables.
-const SLAVE_FLASH: u64 = 72 * 1024;
-const SLAVE_RAM: u64 = 16 * 1024;
+/// Budgets of the slaves: the whole image, its variables.
+const SLAVE: [u64; 2] = [72 * 1024, 16 * 1024];
+const MINIMAL: [u64; 2] = [20 * 1024, 4 * 1024];
 
 /// What CANopenNode takes for the same services, and a little more.
 const CANOPEN: u64 = 26 << 10;
@@ -41,9 +41,13 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
         let protocol = parts.iter().filter(|(part, _)| PROTOCOL.contains(part)).map(|(_, bytes)| bytes).sum();
         let row =
             |what: &str, value: u64| Row::lower(format!("{}.{role}.{what}", board.name()), value, "bytes");
-        let within = |row: Row, budget: u64| if role == "slave" { row.within(budget) } else { row };
-        rows.push(within(row("flash", facts.size.flash), SLAVE_FLASH));
-        rows.push(within(row("ram", facts.size.ram), SLAVE_RAM));
+        let within = |row: Row, which: usize| match role {
+            "slave" => row.within(SLAVE[which]),
+            "minimal" => row.within(MINIMAL[which]),
+            _ => row,
+        };
+        rows.push(within(row("flash", facts.size.flash), 0));
+        rows.push(within(row("ram", facts.size.ram), 1));
         rows.push(row("protocol_flash", protocol));
         let row = |(part, bytes)| Row::lower(format!("{}.{role}.flash.{part}", board.name()), bytes, "bytes");
         rows.extend(parts.into_iter().map(row));
@@ -112,7 +116,9 @@ fn images(context: &Context) -> anyhow::Result<Vec<(BoardName, &'static str, Pat
     let mut images = Vec::new();
     for &board in BoardName::value_variants() {
         let built = context.images(board, Profile::Standard)?;
+        let minimal = firmware_images::build_minimal(board.name(), Profile::Standard.name(), LOG)?;
         images.extend([(board, "master", built.master), (board, "slave", built.slave)]);
+        images.push((board, "minimal", minimal));
     }
     Ok(images)
 }

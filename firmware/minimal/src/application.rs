@@ -1,0 +1,43 @@
+//! The application of the minimal slave: shows life on the LEDs and in the log. Commands and telemetry are its device's part.
+//!
+//! The activity LED toggles with every heartbeat of the master and SYNC. The state LED is switched by command.
+
+use boards::{Leds, MinimalBoard};
+use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
+use ecss_can::runner::{Events, Handle};
+use mission::minimal::MinimalMission;
+
+/// The slave of this image.
+pub type Node = MinimalSlave<MinimalMission>;
+
+/// Runs for ever.
+pub async fn run(
+    slave: Handle<MinimalBoard, Node>,
+    mut events: Events<MinimalBoard, Node>,
+    mut leds: Leds,
+) -> ! {
+    loop {
+        match events.next().await {
+            MinimalEvent::Heartbeat { .. } | MinimalEvent::Sync { .. } => leds.activity.toggle(),
+            MinimalEvent::Pdo { .. } => {
+                let led = slave.with(|slave, _| slave.device().led());
+                leds.state.set_level(led.into());
+            }
+            event => log(&event),
+        }
+    }
+}
+
+fn log(event: &MinimalEvent) {
+    match event {
+        MinimalEvent::ActiveBus { bus, cause } => defmt::info!("active bus: {} ({})", bus, cause),
+        MinimalEvent::MasterMissed { bus } => defmt::warn!("master missed on {}", bus),
+        MinimalEvent::GaveUp { bus } => defmt::warn!("search given up, listening on {}", bus),
+        MinimalEvent::Health { bus, health } => {
+            defmt::info!("{}: error {}, TEC {}, REC {}", bus, health.state, health.tec, health.rec);
+        }
+        MinimalEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
+        MinimalEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
+        MinimalEvent::Heartbeat { .. } | MinimalEvent::Sync { .. } | MinimalEvent::Pdo { .. } => {}
+    }
+}

@@ -1,0 +1,17 @@
+//! Firmware of a minimal slave (ECSS 9).
+//!
+//! On a board `app` starts everything; on the host it prints a hint.
+
+#![cfg_attr(target_os = "none", no_std, no_main)]
+#![forbid(unsafe_code)]
+
+#[cfg(target_os = "none")]
+mod app;
+#[cfg(target_os = "none")]
+mod application;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("This is firmware. Flash a board:  cargo minimal --features pyboard-v11,librecube");
+    println!("or a NUCLEO-F446RE:               cargo nucleo-minimal --features librecube");
+}

@@ -1,0 +1,126 @@
+//! A minimal slave of the mission (ECSS 9): what its four receive PDOs mean, and what its transmit PDOs carry.
+//!
+//! | PDO | COB-ID | what |
+//! | --- | --- | --- |
+//! | RPDO 1 | 200h + node | command: keep these bytes, 0 to 8 of them |
+//! | RPDO 2, 3 | 300h, 400h + node | command or telemetry request of the mission, by its code, as full slaves have them |
+//! | RPDO 4 | 500h + node | request: send the kept bytes by TPDO 4; its own bytes mean nothing |
+//! | TPDO 2 | 280h + node | with every SYNC: commands executed (4 bytes), state of the LED (1) |
+//! | TPDO 3 | 380h + node | telemetry of the mission |
+//! | TPDO 4 | 480h + node | the kept bytes, as many as the command had |
+//!
+//! TPDO 1 is not in use: the master takes 180h + node for the time of a slave, and a minimal one has no clock.
+
+use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalRpdo, MinimalTpdo, Payload, Trigger};
+use ecss_can::pdo::CobIdOf;
+use ecss_can::types::Instant;
+
+use crate::counters::COUNTERS;
+use crate::{Command, Message, Request, SlaveRecord, Telemetry};
+
+/// Numbers of PDOs, from zero.
+const KEEP: usize = 0;
+const REPLY: usize = 3;
+const CYCLIC: usize = 1;
+const TELEMETRY: usize = 2;
+const KEPT: usize = 3;
+
+/// The device of a minimal slave.
+#[derive(Clone, Debug)]
+pub struct MinimalMission {
+    record: SlaveRecord,
+    kept: Payload,
+}
+
+impl MinimalMission {
+    /// At power-on.
+    pub const fn new() -> MinimalMission {
+        MinimalMission { record: SlaveRecord::new(), kept: Payload::new() }
+    }
+
+    /// State of the command LED.
+    pub const fn led(&self) -> bool {
+        self.record.led
+    }
+
+    /// A command or a request for telemetry, by its code.
+    fn on_message(&mut self, data: &[u8], at: Instant) -> Option<Payload> {
+        let message = Message::from_start(data)?;
+        if let Some(telemetry) = self.answer(&message, at) {
+            COUNTERS.requests.count();
+            return Some(payload(&telemetry.encode()));
+        }
+        // It follows the master, and takes no other orders for its bus.
+        if !matches!(Command::decode(&message), None | Some(Command::SelectBus(_))) {
+            match self.record.take(&message, at) {
+                Ok(_) => COUNTERS.commands.count(),
+                Err(_) => COUNTERS.repeats.count(),
+            }
+        }
+        None
+    }
+
+    /// The answer to a telemetry request of which this device knows. Its node has no counters that the device could read.
+    fn answer(&self, message: &Message, at: Instant) -> Option<Telemetry> {
+        let SlaveRecord { value, executed, commands, .. } = &self.record;
+        Some(match Request::decode(message)? {
+            Request::Uptime => Telemetry::Uptime(at.as_micros() / 1_000),
+            Request::Value => Telemetry::Value(*value),
+            Request::Executed => Telemetry::Executed {
+                count: *executed,
+                repeats: u16::try_from(commands.repeats()).unwrap_or(u16::MAX),
+            },
+            _ => return None,
+        })
+    }
+}
+
+impl Default for MinimalMission {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl MinimalDevice for MinimalMission {
+    const PDOS: MinimalPdos = MinimalPdos {
+        receive: [receive(0x200, 0), receive(0x300, 2), receive(0x400, 2), receive(0x500, 0)],
+        transmit: [
+            None,
+            transmit(0x280, Trigger::Sync(1)),
+            transmit(0x380, Trigger::Request),
+            transmit(0x480, Trigger::Request),
+        ],
+    };
+
+    fn on_pdo(&mut self, number: usize, data: &[u8], at: Instant) -> Option<(usize, Payload)> {
+        match number {
+            KEEP => {
+                self.kept.clear();
+                // A PDO has 8 bytes at most.
+                let _ = self.kept.extend_from_slice(data);
+                None
+            }
+            REPLY => Some((KEPT, self.kept.clone())),
+            _ => self.on_message(data, at).map(|telemetry| (TELEMETRY, telemetry)),
+        }
+    }
+
+    fn on_sync(&mut self, number: usize, _at: Instant) -> Option<Payload> {
+        let [a, b, c, d] = self.record.executed.to_le_bytes();
+        (number == CYCLIC).then(|| Payload::from_iter([a, b, c, d, self.record.led.into()]))
+    }
+}
+
+const fn receive(base: u16, least: u8) -> Option<MinimalRpdo> {
+    Some(MinimalRpdo { cob_id: CobIdOf::node(base), least })
+}
+
+const fn transmit(base: u16, trigger: Trigger) -> Option<MinimalTpdo> {
+    Some(MinimalTpdo { cob_id: CobIdOf::node(base), trigger })
+}
+
+fn payload(message: &Message) -> Payload {
+    let [low, high] = message.code().to_le_bytes();
+    let [a, b, c, d, e, f] = message.data();
+    Payload::from_array([low, high, a, b, c, d, e, f])
+}
