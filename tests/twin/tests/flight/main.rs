@@ -14,6 +14,7 @@ mod driver;
 mod foreign;
 mod identity;
 mod intruders;
+mod minimal;
 mod minority;
 mod mixed;
 mod nominal;

@@ -28,13 +28,13 @@ const CODE: u32 = 0x080B_0000;
 const OPERATIONAL_AFTER: Time = Time::from_ms(400);
 
 /// `B .`
-const HANG: [u16; 1] = [0xE7FE];
+pub const HANG: [u16; 1] = [0xE7FE];
 /// `CPSID i; B .`
-const HANG_WITHOUT_INTERRUPTS: [u16; 2] = [0xB672, 0xE7FE];
+pub const HANG_WITHOUT_INTERRUPTS: [u16; 2] = [0xB672, 0xE7FE];
 /// `UDF #0`
-const UNDEFINED: [u16; 1] = [0xDE00];
+pub const UNDEFINED: [u16; 1] = [0xDE00];
 /// `PUSH {r0-r7}; B .-2`
-const OVERFLOW: [u16; 2] = [0xB4FF, 0xE7FD];
+pub const OVERFLOW: [u16; 2] = [0xB4FF, 0xE7FD];
 /// `LDR r0, [pc, #4]; LDR r1, [pc, #4]; BX r1; NOP`, then both words.
 const CALL: [u16; 4] = [0x4801, 0x4902, 0x4708, 0xBF00];
 
@@ -44,7 +44,7 @@ fn word_at(craft: &Craft, node: u8, address: u32) -> u32 {
 }
 
 /// The storage of each task, as the supervisor has it.
-fn tasks(craft: &Craft, node: u8) -> Vec<u32> {
+pub fn tasks(craft: &Craft, node: u8) -> Vec<u32> {
     let list = craft.twin.board(craft.board(node)).symbol("boards::supervisor::ASKABLE").unwrap();
     let tasks = (0..16).map(|n| word_at(craft, node, list.address + 4 * n));
     tasks.filter(|task| *task != 0).collect()
@@ -59,7 +59,7 @@ fn poll_function(craft: &Craft, node: u8, task: u32) -> u32 {
     (0..16).map(|n| task + 4 * n).find(is_code).unwrap()
 }
 
-fn halfwords(code: &[u16]) -> Vec<u8> {
+pub fn halfwords(code: &[u16]) -> Vec<u8> {
     code.iter().flat_map(|half| half.to_le_bytes()).collect()
 }
 
@@ -89,7 +89,7 @@ fn resets(craft: &Craft, node: u8) -> u64 {
 }
 
 /// Lets `node` run `code` in place of a task; when its board was reset.
-fn fell(craft: &mut Craft, node: u8, task: u32, code: &[u8]) -> Time {
+pub fn fell(craft: &mut Craft, node: u8, task: u32, code: &[u8]) -> Time {
     let id = craft.board(node);
     let before = resets(craft, node);
     let at = poll_function(craft, node, task);
