@@ -47,6 +47,8 @@ pub struct Profile {
     pub settings: &'static [Setting],
     /// How long the network waits for mandatory slaves.
     pub boot: BootPolicy,
+    /// How long errors on a bus may last before they mean something: two frames and the error frame between them.
+    pub grace: Duration,
     /// Recovery from bus-off.
     pub bus_off: BusOffPolicy,
     /// What a node may send before it silences itself.
@@ -84,6 +86,7 @@ impl Profile {
         slaves: &[],
         settings: &[],
         boot: BootPolicy { time: Duration::from_millis(5_000), goes_on: false },
+        grace: Duration::from_millis(2),
         bus_off: BusOffPolicy {
             pause: Duration::from_millis(10),
             patience: Duration::from_millis(50),
@@ -109,6 +112,27 @@ impl Profile {
         prime_claims: CobId::low_bits(0x680),
         second_claims: CobId::low_bits(0x681),
     };
+
+    /// The same numbers at another bit rate. Spans that a bus needs become longer where it is slower: `grace` for 350 bits,
+    /// `patience` after bus-off for four times the 128 x 11 bits of a recovery. Periods stay as they are: `cargo xtask
+    /// schedule` says whether the bus can carry them.
+    ///
+    /// ```
+    /// use ecss_can::link::bit_timing::BitRate;
+    /// use ecss_can::profile::Profile;
+    /// const MISSION: Profile = Profile { name: "mine", ..Profile::DEFAULT.at(BitRate::KBIT_125) };
+    /// assert_eq!(MISSION.grace.as_micros(), 2_800);
+    /// ```
+    #[must_use]
+    pub const fn at(self, bit_rate: BitRate) -> Profile {
+        let frames = bit_rate.span(350);
+        let grace = if frames.as_micros() > self.grace.as_micros() { frames } else { self.grace };
+        let recoveries = bit_rate.span(4 * 128 * 11);
+        let is_longer = recoveries.as_micros() > self.bus_off.patience.as_micros();
+        let patience = if is_longer { recoveries } else { self.bus_off.patience };
+        let bus_off = BusOffPolicy { patience, ..self.bus_off };
+        Profile { network: Network { bit_rate, ..self.network }, grace, bus_off, ..self }
+    }
 
     /// What to change where [`Profile::is_search_long_enough`] says no.
     pub const SEARCH_TOO_SHORT: &'static str = "slaves with selective access give up before the master has tried both \

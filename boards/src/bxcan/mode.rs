@@ -12,13 +12,16 @@
 //! never comes in Init mode: so INRQ waits until the mailboxes are empty. Nothing here waits: a request that the
 //! controller has not obeyed yet is looked at again, for as long as it takes.
 
+use ecss_can::link::bit_timing::BitRate;
 use ecss_can::types::{Duration, Instant};
 
-/// A frame and the error frame after it, at 125 kbit/s and more.
+/// Bits after which mailboxes are empty: a frame and the error frame after it, and as much again.
+const EMPTYING_BITS: u32 = 400;
+/// The least for that: 5 ms.
 const EMPTYING: Duration = Duration::from_millis(5);
 
-/// A controller that has not obeyed by then is defective, or its bus is dominant all the time.
-const STALLED: Duration = Duration::from_millis(50);
+/// After so many times the time for mailboxes a controller that has not obeyed is defective, or its bus is dominant all the time.
+const STALLED: u32 = 10;
 
 /// What a controller shows of its mode.
 #[derive(Clone, Copy, Debug)]
@@ -68,11 +71,13 @@ pub(super) struct Mode {
     on_bus: bool,
     listens: bool,
     stall_told: bool,
+    /// How long mailboxes may take to be empty.
+    emptying: Duration,
 }
 
 impl Mode {
     /// INRQ was set at `now`, for the first time.
-    pub const fn entering(now: Instant) -> Self {
+    pub fn entering(bit_rate: BitRate, now: Instant) -> Self {
         Mode {
             step: Step::Entering,
             since: now,
@@ -80,6 +85,7 @@ impl Mode {
             on_bus: false,
             listens: false,
             stall_told: false,
+            emptying: bit_rate.span(EMPTYING_BITS).max(EMPTYING),
         }
     }
 
@@ -126,7 +132,7 @@ impl Mode {
                 self.reach(Step::Joining, now);
                 self.advance(seen, now)
             }
-            Step::Emptying if seen.empty || now.since(self.since) >= EMPTYING => {
+            Step::Emptying if seen.empty || now.since(self.since) >= self.emptying => {
                 Some(self.enter(Step::Entering, Request::Init, now))
             }
             _ => None,
@@ -140,7 +146,7 @@ impl Mode {
 
     /// Whether the present request takes too long; told once.
     pub fn take_stall(&mut self, now: Instant) -> bool {
-        let stalled = !self.is_settled() && now.since(self.since) >= STALLED;
+        let stalled = !self.is_settled() && now.since(self.since) >= self.emptying.times(STALLED);
         stalled && !core::mem::replace(&mut self.stall_told, true)
     }
 
@@ -158,6 +164,7 @@ impl Mode {
 mod tests {
     use super::*;
 
+    const FAST: BitRate = BitRate::MBIT_1;
     const INIT: Seen = Seen { init: true, empty: true };
     const NORMAL: Seen = Seen { init: false, empty: true };
     const SENDING: Seen = Seen { init: false, empty: false };
@@ -174,7 +181,7 @@ mod tests {
     }
 
     fn silent() -> Mode {
-        let mut mode = Mode::entering(ms(0));
+        let mut mode = Mode::entering(FAST, ms(0));
         assert_eq!(requests(&mut mode, INIT, ms(0)), [CONFIGURE]);
         mode
     }
@@ -190,7 +197,7 @@ mod tests {
 
     #[test]
     fn nothing_is_set_before_init_mode_is_reached_and_a_wish_to_join_waits_for_that() {
-        let mut mode = Mode::entering(ms(0));
+        let mut mode = Mode::entering(FAST, ms(0));
         assert!(!mode.is_wanted_to_send());
         mode.want(true, false);
         assert!(mode.is_wanted_to_send());
@@ -218,6 +225,19 @@ mod tests {
         mode.want(false, false);
         assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
         assert_eq!(requests(&mut mode, SENDING, ms(15)), [Request::Init]);
+    }
+
+    /// A frame of 8 bytes takes up to 13.5 ms there, the error frame after it 2.3 ms.
+    #[test]
+    fn a_slow_bus_has_time_to_empty_a_mailbox() {
+        let mut mode = Mode::entering(BitRate::KBIT_10, ms(0));
+        mode.want(true, false);
+        assert_eq!(requests(&mut mode, INIT, ms(0)), [CONFIGURE, Request::Normal]);
+        assert_eq!(requests(&mut mode, NORMAL, ms(2)), []);
+        mode.want(false, false);
+        assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
+        assert_eq!(requests(&mut mode, SENDING, ms(10 + 16)), []);
+        assert_eq!(requests(&mut mode, SENDING, ms(10 + 40)), [Request::Init]);
     }
 
     #[test]

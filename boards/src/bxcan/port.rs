@@ -96,7 +96,7 @@ impl Port {
             mailboxes: Mailboxes::default(),
             timing,
             edges,
-            mode: Mode::entering(Uptime.now()),
+            mode: Mode::entering(timing.bit_rate(), Uptime.now()),
             recovering: false,
             is_quiet: false,
             look: None,

@@ -1,6 +1,7 @@
 //! The three profiles of the mission.
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
+use ecss_can::link::bit_timing::BitRate;
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Duration, NodeId};
 
@@ -27,14 +28,31 @@ pub const TWO_MASTERS: Profile = Profile {
 };
 
 /// The profile that images of the mission are built with.
-#[cfg(not(any(feature = "librecube", feature = "standby")))]
-pub const PROFILE: &Profile = &STANDARD;
-/// The profile that images of the mission are built with.
-#[cfg(feature = "standby")]
-pub const PROFILE: &Profile = &TWO_MASTERS;
-/// The profile that images of the mission are built with.
-#[cfg(all(feature = "librecube", not(feature = "standby")))]
-pub const PROFILE: &Profile = &LIBRECUBE;
+pub const PROFILE: &Profile = &NUMBERS.at(BIT_RATE);
+
+const NUMBERS: Profile = if cfg!(feature = "standby") {
+    TWO_MASTERS
+} else if cfg!(feature = "librecube") {
+    LIBRECUBE
+} else {
+    STANDARD
+};
+
+const BIT_RATE: BitRate = if cfg!(feature = "kbit-10") {
+    BitRate::KBIT_10
+} else if cfg!(feature = "kbit-20") {
+    BitRate::KBIT_20
+} else if cfg!(feature = "kbit-50") {
+    BitRate::KBIT_50
+} else if cfg!(feature = "kbit-125") {
+    BitRate::KBIT_125
+} else if cfg!(feature = "kbit-250") {
+    BitRate::KBIT_250
+} else if cfg!(feature = "kbit-500") {
+    BitRate::KBIT_500
+} else {
+    BitRate::MBIT_1
+};
 
 // Selective slaves that would give up before the master has tried both buses fail the build here.
 const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);

@@ -28,6 +28,8 @@ mod error;
 
 pub use error::{BitTimingError, ErrorText};
 
+use crate::types::Duration;
+
 /// A frequency in Hz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -61,6 +63,18 @@ pub struct BitRate(u32);
 impl BitRate {
     /// 1 Mbit/s, which every node supports (ECSS 5.4.1a).
     pub const MBIT_1: BitRate = BitRate(1_000_000);
+    /// 500 kbit/s (ECSS 5.4.2a).
+    pub const KBIT_500: BitRate = BitRate(500_000);
+    /// 250 kbit/s (ECSS 5.4.2a).
+    pub const KBIT_250: BitRate = BitRate(250_000);
+    /// 125 kbit/s (ECSS 5.4.2a).
+    pub const KBIT_125: BitRate = BitRate(125_000);
+    /// 50 kbit/s (CiA 301).
+    pub const KBIT_50: BitRate = BitRate(50_000);
+    /// 20 kbit/s (CiA 301).
+    pub const KBIT_20: BitRate = BitRate(20_000);
+    /// 10 kbit/s (CiA 301).
+    pub const KBIT_10: BitRate = BitRate(10_000);
 
     /// `None` outside 10,000 to 1,000,000 bit/s.
     pub const fn new(bits_per_second: u32) -> Option<BitRate> {
@@ -73,6 +87,11 @@ impl BitRate {
     /// Bit/s.
     pub const fn get(self) -> u32 {
         self.0
+    }
+
+    /// How long so many bits take, `0..=4_000_000`: at least, where a kilobit is no whole number of them.
+    pub const fn span(self, bits: u32) -> Duration {
+        Duration::from_micros((bits * 1_000).div_ceil(self.0 / 1_000) as u64)
     }
 
     /// First and last place of the sample point that interoperates (CiA 301 5.4, table of bit rates).
@@ -185,6 +204,11 @@ pub struct BitTiming {
 }
 
 impl BitTiming {
+    /// The bit rate that it was computed for.
+    pub const fn bit_rate(&self) -> BitRate {
+        self.bit_rate
+    }
+
     /// The option with the longest propagation segment that meets the oscillator tolerance (ECSS 5.4.3c); of equals the
     /// one with more tolerance. `clock` drives the controller.
     ///

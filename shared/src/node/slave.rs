@@ -19,7 +19,7 @@ use crate::redundancy::{BusAccess, Parameters, Selector};
 use crate::store::ParameterStore;
 use crate::sync::is_sync_length;
 use crate::time::LocalClock;
-use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
 
 /// NMT slave, redundancy slave, SYNC and time consumer, CANopen device.
 #[derive(Debug)]
@@ -39,6 +39,8 @@ pub struct Slave<D: Device> {
     wanted: Option<Bus>,
     /// An EMCY is on its way that goes before a change of the bus. Until then, at most.
     warning: Option<Instant>,
+    /// How long that is: [`Profile::grace`].
+    warning_time: Duration,
 }
 
 impl<D: Device> Slave<D> {
@@ -58,6 +60,7 @@ impl<D: Device> Slave<D> {
             stamped: profile.stamped,
             wanted: None,
             warning: None,
+            warning_time: profile.grace,
         }
     }
 

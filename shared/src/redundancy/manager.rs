@@ -11,16 +11,15 @@ use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus, earl
 #[cfg(feature = "model")]
 mod relative;
 
-/// Error passive this long without an acknowledgement or a received frame: the master is isolated. Rules out a burst of
-/// errors that ends with a frame of another node.
-const ISOLATION_GRACE: Duration = Duration::from_millis(2);
-
 /// Decides which bus is active. Hears nodes with Node-IDs below `N`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Manager<const N: usize = PLACES> {
     parameters: Parameters,
     /// Share of the slaves whose silence makes a bus bad, percent.
     silent_share: u8,
+    /// Error passive this long without an acknowledgement or a received frame: the master is isolated. Rules out a burst
+    /// of errors that ends with a frame of another node.
+    grace: Duration,
     active: Bus,
     heartbeat: Producer,
     /// What heartbeats say of the master itself.
@@ -96,12 +95,13 @@ pub enum Action {
 
 impl<const N: usize> Manager<N> {
     /// On the default bus (ECSS 8.3.2a). `silent_share` in percent, `1..=100`; `dwell`: shortest time on a bus without a
-    /// slave on either. Idle until [`Manager::start`].
+    /// slave on either; `grace`: how long errors may last before they mean something. Idle until [`Manager::start`].
     #[inline(never)] // made in its place
-    pub const fn new(parameters: Parameters, silent_share: u8, dwell: Duration) -> Self {
+    pub const fn new(parameters: Parameters, silent_share: u8, dwell: Duration, grace: Duration) -> Self {
         Manager {
             parameters,
             silent_share,
+            grace,
             active: parameters.bdefault,
             heartbeat: Producer::new(NodeId::MASTER, parameters.producer),
             state: NmtState::Operational,
@@ -299,7 +299,7 @@ impl<const N: usize> Manager<N> {
 
     fn isolated_at(&self) -> Option<Instant> {
         let since = self.alone_since.filter(|_| self.heard_here)?;
-        Some((since + ISOLATION_GRACE).max(self.guard))
+        Some((since + self.grace).max(self.guard))
     }
 
     fn unheard_at(&self) -> Option<Instant> {

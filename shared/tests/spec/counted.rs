@@ -9,7 +9,7 @@ use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopp
 use ecss_can::types::{Bus, NmtState};
 
 use crate::bench::{NOMINAL, REDUNDANT, ms, node, span};
-use crate::manager::{ALONE, PARAMETERS, decisions, hear, started, switched, unassigned};
+use crate::manager::{ALONE, GRACE, PARAMETERS, decisions, hear, started, switched, unassigned};
 
 /// A heartbeat of a node that is not assigned.
 fn word(manager: &mut Manager, bus: Bus, raw: u8, state: NmtState, at: u64) {
@@ -168,7 +168,7 @@ fn a_selective_slave_must_search_for_two_dwells() {
 
 #[test]
 fn without_monitoring_the_master_stays() {
-    let mut manager = Manager::new(Parameters { consumer: span(0), ..PARAMETERS }, 50, span(1_000));
+    let mut manager = Manager::new(Parameters { consumer: span(0), ..PARAMETERS }, 50, span(1_000), GRACE);
     manager.start(ms(0));
     assert_eq!(decisions(&mut manager, 60_000), []);
 }

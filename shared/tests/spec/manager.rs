@@ -25,6 +25,8 @@ pub(crate) const ALONE: Health =
 
 /// Longer than two toggling times and two heartbeat periods, 680 ms.
 const DWELL: Duration = Duration::from_millis(1_000);
+/// Two frames and the error frame between them.
+pub(crate) const GRACE: Duration = Duration::from_millis(2);
 
 pub(crate) fn started() -> Manager {
     let mut manager = unassigned();
@@ -35,7 +37,7 @@ pub(crate) fn started() -> Manager {
 }
 
 pub(crate) fn unassigned() -> Manager {
-    let mut manager = Manager::new(PARAMETERS, 50, DWELL);
+    let mut manager = Manager::new(PARAMETERS, 50, DWELL, GRACE);
     manager.start(ms(0));
     manager
 }

@@ -8,7 +8,7 @@ use ecss_can::redundancy::{
 };
 use ecss_can::types::{Bus, CobId, Frame, Instant, NmtState, NodeId, PerBus, Periodic, Rebase, earliest};
 
-use crate::profile::{DWELL, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE, SILENT_SHARE};
+use crate::profile::{DWELL, GRACE, PAIR, PARALLEL, PARAMETERS, PLACES, SELECTIVE, SILENT_SHARE};
 use crate::station::{Outgoing, Station};
 
 /// Controllers of a lone transmitter.
@@ -37,7 +37,7 @@ pub struct Master {
 impl Master {
     /// A master before power-on, one of two if it has a strap. `broken`: a rule that does not hold.
     pub fn new(strap: Option<Strap>, broken: Option<Broken>) -> Self {
-        let mut manager = Manager::new(PARAMETERS, SILENT_SHARE, DWELL);
+        let mut manager = Manager::new(PARAMETERS, SILENT_SHARE, DWELL, GRACE);
         manager.break_rule(broken);
         let standby = strap.map(|strap| {
             let mut standby = Standby::new(PAIR, strap);

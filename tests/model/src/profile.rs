@@ -29,6 +29,8 @@ pub const PARAMETERS: Parameters = Parameters {
 pub const SILENT_SHARE: u8 = 50;
 /// The dwell is two toggling times and two heartbeat periods: 24 ticks.
 pub const DWELL: Duration = Duration::ZERO;
+/// No bus has errors here, so nothing waits for their end.
+pub const GRACE: Duration = Duration::from_millis(2);
 /// Lifetime of heartbeats, NMT commands and SYNC.
 pub const LIFETIME: Duration = PARAMETERS.producer;
 /// Two master boards: the standby takes over after 8 ticks, boards listen for 14 and 18.

@@ -75,7 +75,8 @@ pub const LOG: &str = "info";
 /// How long a build takes when nothing has been built before.
 const FIRST_TIME: &str = "about two minutes on two cores: core, HAL and protocol";
 
-/// Builds master and slave for a board (`pyboard-v11`) and a mission profile (`librecube`, or `standard`).
+/// Builds master and slave for a board (`pyboard-v11`) and a mission profile (`librecube`, or `standard`), which may have a bit
+/// rate (`standard+kbit-125`).
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
@@ -169,8 +170,8 @@ fn packages(packages: &[&str], board: &str, profile: &str) -> Vec<String> {
     for package in packages {
         what.extend(["--package", package, "--features"].map(str::to_owned));
         what.push(format!("{package}/{board}"));
-        if profile != "standard" {
-            what.extend(["--features".to_owned(), format!("{package}/{profile}")]);
+        for feature in profile.split('+').filter(|feature| *feature != "standard") {
+            what.extend(["--features".to_owned(), format!("{package}/{feature}")]);
         }
     }
     what

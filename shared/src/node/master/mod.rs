@@ -114,12 +114,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             are_filters_due: false,
             filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
             next_filter: 0,
-            initial,
             // Large ones last: the compiler makes them in their places where no loop follows.
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
-            manager: Manager::new(redundancy, profile.silent_share, profile.dwell),
+            manager: initial.manager(redundancy),
             services: Services::new(NodeId::MASTER, || initial.objects(profile, device), profile, store),
+            initial,
         }
     }
 
@@ -294,7 +294,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         if self.services.dictionary.stored.store.is_some() {
             self.services.load(Group::All);
             self.redundancy = objects::written_redundancy(&self.services.dictionary.objects, self.redundancy);
-            self.manager = Manager::new(self.redundancy, self.initial.silent_share, self.initial.dwell);
+            self.manager = self.initial.manager(self.redundancy);
             self.are_filters_due = true;
         }
         self.take_assignments();

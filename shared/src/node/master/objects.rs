@@ -17,7 +17,7 @@ use crate::node::{Communication, Device, DeviceNode, NodeObjects, SelfTest, Spac
 use crate::pdo::PdoSlots;
 use crate::pdo::rules::{LAST_CYCLIC, is_synchronous};
 use crate::profile::Profile;
-use crate::redundancy::Parameters;
+use crate::redundancy::{Manager, Parameters};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
@@ -38,8 +38,9 @@ pub(super) struct Initial {
     redundancy: Parameters,
     sync: Duration,
     time: Duration,
-    pub silent_share: u8,
-    pub dwell: Duration,
+    silent_share: u8,
+    dwell: Duration,
+    grace: Duration,
 }
 
 impl Initial {
@@ -50,7 +51,14 @@ impl Initial {
             time: profile.time,
             silent_share: profile.silent_share,
             dwell: profile.dwell,
+            grace: profile.grace,
         }
+    }
+
+    /// The manager of the buses with these parameters.
+    #[inline(always)] // made in its place
+    pub fn manager(&self, redundancy: Parameters) -> Manager {
+        Manager::new(redundancy, self.silent_share, self.dwell, self.grace)
     }
 
     /// The objects at power-on.

@@ -8,15 +8,12 @@ use crate::nmt::{Command, NmtMessage, Reaction};
 use crate::node::services::{Dictionary, SdoStep};
 use crate::node::{BusCause, Device, SlaveEvent};
 use crate::redundancy::{MasterMessage, Redundancy, RedundancyObjects, Selection};
-use crate::types::{Address, Bus, Duration, Frame, Instant, NodeId, PerBus};
+use crate::types::{Address, Bus, Frame, Instant, NodeId, PerBus};
 
 /// The bus that a node starts on.
 const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
 /// Toggles of the search.
 const CTOGGLE: Address = RedundancyObjects::PARAMETERS.field(Redundancy::CTOGGLE).address();
-
-/// A slave that is about to change the bus waits so long, at most, for the result of its EMCY.
-const WARNING: Duration = Duration::from_millis(2);
 
 impl<D: Device> Slave<D> {
     pub(super) fn on_nmt(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
@@ -94,7 +91,7 @@ impl<D: Device> Slave<D> {
                 out.event(SlaveEvent::MasterMissed { bus });
                 // ECSS 8.3.3e, note 2.
                 self.canopen.services.raise(ErrorCode::HEARTBEAT, [NodeId::MASTER.get(), 0, 0, 0, 0]);
-                self.warning = Some(now + WARNING);
+                self.warning = Some(now + self.warning_time);
                 self.enter_pre_operational(now, out);
             }
             Selection::Toggled { to } => {

@@ -1,6 +1,6 @@
 //! Relative to now, for the model checker.
 
-use super::{ISOLATION_GRACE, Manager};
+use super::Manager;
 use crate::redundancy::Broken;
 use crate::types::{Instant, Rebase};
 
@@ -22,7 +22,7 @@ impl<const N: usize> Manager<N> {
         self.heartbeat.rebase(&to);
         self.peers.rebase(now, &parameters);
         self.guard = to.due(self.guard);
-        self.alone_since = self.alone_since.map(|since| to.aged(since, ISOLATION_GRACE));
+        self.alone_since = self.alone_since.map(|since| to.aged(since, self.grace));
         self.dwell.rebase(&to, &parameters);
         self.trial.rebase(&to);
         self.report = self.report.map(|at| to.due(at));

@@ -19,6 +19,7 @@ mod minority;
 mod mixed;
 mod nominal;
 mod post_mortem;
+mod rates;
 mod repeats;
 mod resets;
 mod retained;

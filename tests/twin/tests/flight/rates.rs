@@ -1,0 +1,67 @@
+//! Images for slower buses: they fly as those for 1 Mbit/s do.
+//!
+//! Profile `standard`: heartbeat and SYNC 100 ms, consumer time 250 ms.
+
+use can_wire::time::Time;
+use twin::spacecraft::Bus;
+
+use crate::craft::*;
+
+const PERIOD: Time = ms(100);
+const CUT: Time = ms(1_530);
+
+/// So many bits.
+fn bits(kbit: u64, count: u64) -> Time {
+    Time::from_ns(1_000_000 / kbit * count)
+}
+
+/// Given images for this bit rate, then slaves are found, commanded and stamp SYNC; when the nominal bus is cut next to the master,
+/// then all of it goes on, on the other one.
+fn assert_flies(kbit: u64) {
+    let images = build("pyboard-v11", &format!("standard+kbit-{kbit}"));
+    let mut craft = Craft::with(&MASTER_AND_THREE[..3], &images);
+    craft.fly(CUT);
+    for node in [2, 3] {
+        assert!(craft.is_operational(node, Bus::Nominal), "node {node}\n{}", craft.log(node));
+        // A command each period, since the slave is operational.
+        assert!(craft.executed(node) >= 7, "node {node}: {}", craft.executed(node));
+        let stamped = craft.twin.board(craft.board(node));
+        let bytes = stamped.read_memory(stamped.symbol("TELLTALE").unwrap().address + 4 * 8, 4).unwrap();
+        let stamps = u32::from_le_bytes(bytes.try_into().unwrap());
+        assert!(stamps >= 7, "node {node} stamped {stamps} SYNCs");
+    }
+    // Without data, 44 bits and what is stuffed into 34 of them.
+    let sync = craft.sent(MASTER, Bus::Nominal, 0x080).last().unwrap();
+    let length = sync.end.since(sync.start);
+    let (least, most) = (bits(kbit, 43), bits(kbit, 44 + 33 / 4));
+    assert!((least..most).contains(&length), "{} us", length.as_us());
+
+    craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+    let before = [2, 3].map(|node| craft.executed(node));
+    craft.fly(CUT + ms(1_000));
+    let first = craft.on(Bus::Redundant).next().unwrap();
+    assert_eq!((first.sender, first.id()), (0, Some(0x701)));
+    // A heartbeat period, 5 ms, and what the bus needs: 16 attempts and error flags until error passive, two frames more.
+    let bound = PERIOD + ms(5) + bits(kbit, 16 * (135 + 20) + 350);
+    let taken = first.start.since(CUT);
+    assert!(taken < bound, "{} us of {}", taken.as_us(), bound.as_us());
+    for (node, before) in [2, 3].into_iter().zip(before) {
+        assert!(craft.is_operational(node, Bus::Redundant), "node {node}\n{}", craft.log(node));
+        assert!(craft.executed(node) >= before + 7, "node {node}");
+    }
+    craft.assert_nothing_lost();
+}
+
+/// Verifies: ECSS 5.4.2a.1
+/// Verifies: ECSS 5.4.3a
+#[test]
+fn spacecraft_at_500_kbit_per_second_survives_a_cut() {
+    assert_flies(500);
+}
+
+/// Verifies: ECSS 5.4.2a.3
+/// Verifies: ECSS 5.4.3a
+#[test]
+fn spacecraft_at_125_kbit_per_second_survives_a_cut() {
+    assert_flies(125);
+}
