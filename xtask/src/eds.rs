@@ -5,16 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use anyhow::Context;
-use boards::{LIMITS, PCLK1};
 use clap::Args;
-use ecss_can::link::bit_timing::{BitRate, BitTiming, Network};
 use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::profile;
 use ecss_can::types::NodeId;
-use eds::{BIT_RATES, Commissioning, Description, Device, Timestamp};
+use eds::{Commissioning, Description, Device, Timestamp};
 use mission::{CommanderObjects, MissionObjects};
 
-use support::board::Profile;
+use support::board::{BitRate, Profile};
 use support::output;
 use support::project::manifest;
 
@@ -164,7 +162,7 @@ fn slave_device(profile: Profile) -> Device {
         description: format!("Slave of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
         nodes: SLAVES,
         boot_up_slave: true,
-        ..device(profile)
+        ..device()
     }
 }
 
@@ -175,23 +173,17 @@ fn master_device(profile: Profile) -> Device {
         description: format!("Master of ECSS-E-ST-50-15C on two CAN buses, profile {}", profile.name()),
         nodes: NodeId::MASTER.get()..=NodeId::MASTER.get(),
         boot_up_master: true,
-        ..device(profile)
+        ..device()
     }
 }
 
 /// What both have in common.
-fn device(profile: Profile) -> Device {
-    let network = numbers(profile).network;
-    let is_possible = |rate: &u16| {
-        let bit_rate = BitRate::new(u32::from(*rate) * 1000);
-        bit_rate
-            .is_some_and(|bit_rate| BitTiming::new(&LIMITS, PCLK1, &Network { bit_rate, ..network }).is_ok())
-    };
+fn device() -> Device {
     Device {
         vendor: "The ecss-can authors".into(),
         author: "cargo xtask eds".into(),
         modified: MODIFIED,
-        bit_rates: BIT_RATES.into_iter().filter(is_possible).collect(),
+        bit_rates: BitRate::ALL.map(BitRate::kbit).into_iter().rev().collect(),
         comments: vec![
             "Both buses, nominal and redundant, lead to this one dictionary.".into(),
             "The bit rate is chosen when the image is built.".into(),

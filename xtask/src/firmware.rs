@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use firmware_images::Package;
 
-use support::board::{BoardName, Profile};
+use support::board::{BitRate, BoardName, Profile};
 use support::elf::{Facts, Size};
 use support::output;
 use support::project::manifest;
@@ -21,8 +21,12 @@ pub struct Options {
     #[arg(long, value_name = "PROFILE", value_enum, default_value_t = Profile::Librecube)]
     profile: Profile,
 
+    /// Bit rate of both buses in kbit/s
+    #[arg(long, value_name = "KBIT", value_enum, default_value_t = BitRate::Kbit1000)]
+    bit_rate: BitRate,
+
     /// Firmware of your own: a package with a feature for each of its boards
-    #[arg(long, value_name = "NAME", conflicts_with = "profile")]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["profile", "bit_rate"])]
     package: Option<String>,
 
     /// Cargo.toml of that package or of its workspace [default: the one of the current directory]
@@ -37,9 +41,9 @@ pub struct Options {
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let board = options.board.name();
     let Some(name) = &options.package else {
-        let profile = options.profile.name();
-        let images = firmware_images::build(board, profile)?;
-        let minimal = firmware_images::build_minimal(board, profile, firmware_images::LOG)?;
+        let profile = options.bit_rate.configuration(options.profile);
+        let images = firmware_images::build(board, &profile)?;
+        let minimal = firmware_images::build_minimal(board, &profile, firmware_images::LOG)?;
         return [("master", &images.master), ("slave", &images.slave), ("minimal", &minimal)]
             .into_iter()
             .try_for_each(|(role, path)| describe(role, path));

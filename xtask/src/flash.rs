@@ -12,7 +12,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 
 use support::board::BoardName;
-use support::board::Profile;
+use support::board::{BitRate, Profile};
 use support::misuse::Misuse;
 
 /// The program that writes to a board.
@@ -41,6 +41,10 @@ pub struct Options {
     /// the profile standard
     #[arg(long, value_name = "LIST", value_delimiter = ',', value_enum)]
     features: Vec<Feature>,
+
+    /// Bit rate of both buses in kbit/s
+    #[arg(long, value_name = "KBIT", value_enum, default_value_t = BitRate::Kbit1000)]
+    bit_rate: BitRate,
 
     /// Arguments for `probe-rs run`, for example: -- --probe 0483:374b
     #[arg(last = true, value_name = "ARGUMENTS")]
@@ -111,12 +115,12 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let board = options.board()?;
     find_probe_rs()?;
     let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
-    let profile = options.profile().name();
-    let images = || firmware_images::build_logging(board.name(), profile, &log);
+    let profile = options.bit_rate.configuration(options.profile());
+    let images = || firmware_images::build_logging(board.name(), &profile, &log);
     let image = match options.role {
         Role::Master => images()?.master,
         Role::Slave => images()?.slave,
-        Role::Minimal => firmware_images::build_minimal(board.name(), profile, &log)?,
+        Role::Minimal => firmware_images::build_minimal(board.name(), &profile, &log)?,
     };
     write(board, &image, &options.probe_rs)
 }

@@ -153,6 +153,7 @@ fn an_unknown_board_is_refused_with_the_known_ones() {
     refuses(&["demo", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]);
     refuses(&["firmware", "--board", "nucleo"], &["nucleo", "--board", "pyboard-v11", "nucleo-f446re"]);
     refuses(&["firmware", "--profile", "apollo"], &["apollo", "--profile", "librecube", "standard"]);
+    refuses(&["firmware", "--bit-rate", "800"], &["800", "--bit-rate", "1000", "500", "125", "10"]);
 }
 
 #[test]

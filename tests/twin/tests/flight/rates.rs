@@ -10,6 +10,10 @@ use crate::craft::*;
 const PERIOD: Time = ms(100);
 const CUT: Time = ms(1_530);
 
+fn at(kbit: u64, profile: &str) -> Images {
+    build("pyboard-v11", &format!("{profile}+kbit-{kbit}"))
+}
+
 /// So many bits.
 fn bits(kbit: u64, count: u64) -> Time {
     Time::from_ns(1_000_000 / kbit * count)
@@ -18,7 +22,7 @@ fn bits(kbit: u64, count: u64) -> Time {
 /// Given images for this bit rate, then slaves are found, commanded and stamp SYNC; when the nominal bus is cut next to the master,
 /// then all of it goes on, on the other one.
 fn assert_flies(kbit: u64) {
-    let images = build("pyboard-v11", &format!("standard+kbit-{kbit}"));
+    let images = at(kbit, "standard");
     let mut craft = Craft::with(&MASTER_AND_THREE[..3], &images);
     craft.fly(CUT);
     for node in [2, 3] {
@@ -59,9 +63,38 @@ fn spacecraft_at_500_kbit_per_second_survives_a_cut() {
     assert_flies(500);
 }
 
+/// Verifies: ECSS 5.4.2a.2
+#[test]
+fn spacecraft_at_250_kbit_per_second_survives_a_cut() {
+    assert_flies(250);
+}
+
 /// Verifies: ECSS 5.4.2a.3
 /// Verifies: ECSS 5.4.3a
 #[test]
 fn spacecraft_at_125_kbit_per_second_survives_a_cut() {
     assert_flies(125);
+}
+
+#[test]
+fn spacecraft_at_50_kbit_per_second_survives_a_cut() {
+    assert_flies(50);
+}
+
+/// Given a master and one slave on a bus that can carry little more (profile `librecube`: heartbeat 250 ms), when its nominal bus
+/// is cut, then commands flow on the other one.
+#[test]
+fn the_slowest_buses_carry_a_slave() {
+    for kbit in [20, 10] {
+        let mut craft = Craft::with(&MASTER_AND_THREE[..2], &at(kbit, "librecube"));
+        craft.fly_to(2_000);
+        assert!(craft.is_operational(2, Bus::Nominal), "{kbit} kbit/s\n{}", craft.log(2));
+        assert!(craft.executed(2) >= 10, "{kbit} kbit/s: {}", craft.executed(2));
+        craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
+        let before = craft.executed(2);
+        craft.fly_to(4_000);
+        assert!(craft.is_operational(2, Bus::Redundant), "{kbit} kbit/s\n{}", craft.log(2));
+        assert!(craft.executed(2) >= before + 10, "{kbit} kbit/s: {}", craft.executed(2));
+        craft.assert_nothing_lost();
+    }
 }
