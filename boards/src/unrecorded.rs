@@ -14,7 +14,7 @@ const PORRSTF: u32 = 1 << 27;
 const SFTRSTF: u32 = 1 << 28;
 const IWDGRSTF: u32 = 1 << 29;
 const WWDGRSTF: u32 = 1 << 30;
-/// As many as are told apart.
+/// The count goes no further.
 const MOST_IN_A_ROW: u32 = 20;
 
 /// Resets in a row that no power failure and no reset pin caused.

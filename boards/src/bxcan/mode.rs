@@ -20,7 +20,7 @@ const EMPTYING_BITS: u32 = 400;
 /// The least for that: 5 ms.
 const EMPTYING: Duration = Duration::from_millis(5);
 
-/// After so many times the time for mailboxes a controller that has not obeyed is defective, or its bus is dominant all the time.
+/// A controller that has not obeyed after ten times that is defective, or its bus is dominant all the time.
 const STALLED: u32 = 10;
 
 /// What a controller shows of its mode.

@@ -89,7 +89,7 @@ impl BitRate {
         self.0
     }
 
-    /// How long so many bits take, `0..=4_000_000`: at least, where a kilobit is no whole number of them.
+    /// How long `bits` take, `0..=4_000_000` of them, rounded up. The rate counts in whole kbit/s, rounded down.
     pub const fn span(self, bits: u32) -> Duration {
         Duration::from_micros((bits * 1_000).div_ceil(self.0 / 1_000) as u64)
     }

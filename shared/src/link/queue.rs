@@ -33,7 +33,7 @@ impl Outgoing {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Full;
 
-/// A priority queue of at most so many frames as `D` has places.
+/// A priority queue of frames, with as many places as `D` has.
 pub struct TxQueue<D: Depth> {
     /// Sorted by COB-ID, the next to go last; equal COB-IDs in reverse order of arrival.
     frames: VecInner<Outgoing, usize, D::Of<Outgoing>>,

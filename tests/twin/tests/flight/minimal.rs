@@ -131,7 +131,7 @@ fn telemetry_comes_within_the_stated_delay_of_its_request() {
     assert_eq!(replies.count(), requests.len(), "a command is not answered");
 }
 
-/// Every command was executed: 285h tells their number, with every SYNC.
+/// Every command was executed: the slave sends their number in 285h, with every SYNC.
 ///
 /// Verifies: ECSS 9.4.1c
 /// Verifies: ECSS 9.4.3b.2

@@ -10,11 +10,12 @@ use crate::craft::*;
 const PERIOD: Time = ms(100);
 const CUT: Time = ms(1_530);
 
+/// Images of a profile for this bit rate.
 fn at(kbit: u64, profile: &str) -> Images {
     build("pyboard-v11", &format!("{profile}+kbit-{kbit}"))
 }
 
-/// So many bits.
+/// How long `count` bits take.
 fn bits(kbit: u64, count: u64) -> Time {
     Time::from_ns(1_000_000 / kbit * count)
 }
