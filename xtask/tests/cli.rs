@@ -258,6 +258,8 @@ fn wrong_values_of_the_campaign_are_refused() {
     refuses(&["campaign", "--shard", "5/4"], &["--shard", "I from 1 to N", "3/16"]);
     refuses(&["campaign", "--runs", "2", "--shard", "1/3"], &["--shard", "allowed are 1 to 2"]);
     refuses(&["campaign", "--world", "nowhere"], &["--world", "host", "twin"]);
+    refuses(&["campaign", "--masters", "3"], &["--masters", "1..=2"]);
+    refuses(&["campaign", "--masters", "2", "--world", "twin"], &["2 masters in world twin", "allowed is 1"]);
     refuses(&["campaign", "--broken", "nothing"], &["--broken", "dead-bus"]);
     refuses(
         &["campaign", "--replay", "nowhere.txt"],
@@ -283,13 +285,18 @@ fn only_shards_of_one_campaign_are_merged() {
     let (one, two) = (file("1.json", "abc", 1, 1), file("2.json", "abc", 1, 2));
     let (code, table, stderr) = xtask(&["campaign", "merge", &one, &two]);
     assert_eq!(code, 0, "{stderr}");
-    assert!(table.contains("4 runs in world host, 2 of them with two faults"), "{table}");
+    assert!(table.contains("4 runs in world host with one master, 2 of them with two faults"), "{table}");
     refuses(
         &["campaign", "merge", &one, &file("c.json", "def", 1, 2)],
         &["commit abc and def", "merge shards of one"],
     );
     refuses(&["campaign", "merge", &one, &file("s.json", "abc", 2, 2)], &["seed 1 and 2"]);
     refuses(&["campaign", "merge", &one, &file("t.json", "abc", 1, 1)], &["shard 1 is there twice"]);
+    let pair =
+        std::fs::read_to_string(&two).expect("a file").replace(r#""shards""#, r#""masters":2,"shards""#);
+    std::fs::write(folder.path().join("p.json"), pair).expect("a file");
+    let pair = folder.path().join("p.json").to_string_lossy().into_owned();
+    refuses(&["campaign", "merge", &one, &pair], &["masters 1 and 2", "number of masters"]);
     refuses(&["campaign", "merge", &one], &["missing: 2"]);
     refuses(&["campaign", "merge", "Cargo.toml"], &["Cargo.toml", "no results"]);
 }

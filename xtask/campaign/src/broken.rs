@@ -30,6 +30,10 @@ pub enum Rule {
     Unconfigured,
     /// A master that is found becomes Bdefault
     Bdefault,
+    /// Of two active masters that hear each other one yields
+    OneMaster,
+    /// A standby that is cut off is told on the other bus that the master lives
+    Claims,
 }
 
 impl Rule {
@@ -44,6 +48,8 @@ impl Rule {
             Rule::OneNodeId => Broken::IgnoresClash,
             Rule::Unconfigured => Broken::TrustsStarted,
             Rule::Bdefault => Broken::KeepsBdefault,
+            Rule::OneMaster => Broken::NeverYields,
+            Rule::Claims => Broken::NeverCalls,
         })
     }
 
@@ -57,13 +63,15 @@ impl Rule {
             Rule::OneNodeId => (Kind::Clash, None),
             Rule::Unconfigured => (Kind::Cut, Some(Kind::ResetSlave)),
             Rule::LostMinority | Rule::Bdefault => (Kind::Cut, None),
+            Rule::OneMaster | Rule::Claims => (Kind::Disconnect, None),
         }
     }
 
     /// A random script that may meet it.
     pub fn script(self, campaign: u64, number: u64) -> Script {
         let (first, second) = self.kinds();
-        Script::of_kinds(campaign, number, first, second)
+        let script = Script::of_kinds(campaign, number, first, second);
+        if matches!(self, Rule::OneMaster | Rule::Claims) { script.with_standby() } else { script }
     }
 }
 

@@ -1,14 +1,16 @@
 //! Nodes of the demonstration mission in a world of the host, and what their applications do.
 
-use std::cell::{Cell, RefCell};
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::rc::Rc;
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
-use ecss_can::node::{Master, Slave, SlaveEvent};
+use ecss_can::node::{Device, Master, MasterBoards, MasterEvent, Slave, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
-use ecss_can::types::{Address, Instant, NodeId};
-use host_worlds::{Events, Handle, Time, World, idle};
+use ecss_can::redundancy::{Broken, Role, Strap};
+use ecss_can::types::{Address, Bus, Instant, NodeId};
+use host_worlds::{Events, Handle, Seat, Time, World};
 use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Message, MissionObjects, SlaveRecord, TELECOMMAND_RPDO,
 };
@@ -18,7 +20,7 @@ use crate::script::Script;
 
 /// A slave without data store.
 pub type CampaignSlave = Slave<MissionObjects<Vec<u8>>>;
-type CampaignMaster = Master<CommanderObjects>;
+type CampaignMaster<B> = Master<CommanderObjects, B>;
 
 const FOUR: NodeId = NodeId::of::<4>();
 /// Slaves that the master configures in a script with `assigned`.
@@ -34,6 +36,14 @@ const MIXED: Profile = Profile { selective: &[FOUR], ..PARALLEL };
 /// As these, with slaves 2 to 4 assigned and configured by the master.
 const PARALLEL_ASSIGNED: Profile = assigned(PARALLEL);
 const MIXED_ASSIGNED: Profile = assigned(MIXED);
+/// All of these, with two master boards.
+static PAIRS: [Profile; 4] = [pair(PARALLEL), pair(MIXED), pair(PARALLEL_ASSIGNED), pair(MIXED_ASSIGNED)];
+
+const _: () = assert!(pair(PARALLEL).is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
+
+const fn pair(profile: Profile) -> Profile {
+    Profile { standby: Some(Profile::PAIR), ..profile }
+}
 
 const fn assigned(profile: Profile) -> Profile {
     const fn slave(node: NodeId) -> AssignedSlave {
@@ -50,7 +60,7 @@ const fn assigned(profile: Profile) -> Profile {
     }
 }
 
-/// Commands of one life of the master: their values begin here.
+/// Commands of one life of a master: their values begin at a multiple of it.
 const LIFE: u32 = 1 << 16;
 /// From its making a command may wait for its bus as long as the profile allows, and for its bus task.
 const SLACK: Time = Time::from_ms(5);
@@ -62,7 +72,7 @@ pub struct Deed {
     pub at: Time,
     /// By whom.
     pub node: NodeId,
-    /// Rises with every command to this slave, also over resets of the master.
+    /// Rises with every command to this slave, also over resets of a master. No two masters give the same one.
     pub value: u32,
 }
 
@@ -71,26 +81,45 @@ pub struct Deed {
 pub struct Notes {
     /// In the order of time.
     pub deeds: RefCell<Vec<Deed>>,
-    /// Power-ons of the master.
-    lives: Cell<u32>,
+    /// Where one of two masters became active, the next one first.
+    pub takeovers: RefCell<VecDeque<Bus>>,
+    /// Power-ons of the masters.
+    lives: RefCell<Vec<Seat>>,
 }
 
 impl Notes {
-    /// When a command was made, by the clock of the master; `None` in another life of it.
-    pub fn made(&self, value: u32) -> Option<Instant> {
-        let is_this_life = value / LIFE == self.lives.get();
-        is_this_life.then(|| Instant::ZERO + COMMAND_PERIOD.times(value % LIFE))
+    /// Who made a command, and when by its clock; `None` in another life of it.
+    pub fn made(&self, value: u32) -> Option<(Seat, Instant)> {
+        let lives = self.lives.borrow();
+        let index = life(value).checked_sub(1)? as usize;
+        let seat = *lives.get(index)?;
+        let is_this_life = !lives[index + 1..].contains(&seat);
+        is_this_life.then(|| (seat, Instant::ZERO + COMMAND_PERIOD.times(value % LIFE)))
     }
+
+    /// A master begins another life. First value of its commands.
+    fn begin(&self, seat: Seat) -> u32 {
+        let mut lives = self.lives.borrow_mut();
+        lives.push(seat);
+        lives.len() as u32 * LIFE
+    }
+}
+
+/// Number of the life of a master that made a command, from 1.
+pub fn life(value: u32) -> u32 {
+    value / LIFE
 }
 
 /// The profile of a script.
 pub fn profile(script: &Script) -> &'static Profile {
-    match (script.selective, script.assigned) {
+    let one = match (script.selective, script.assigned) {
         (false, false) => &PARALLEL,
         (true, false) => &MIXED,
         (false, true) => &PARALLEL_ASSIGNED,
         (true, true) => &MIXED_ASSIGNED,
-    }
+    };
+    let nth = usize::from(script.selective) + 2 * usize::from(script.assigned);
+    if script.masters == 1 { one } else { &PAIRS[nth] }
 }
 
 /// How long after its making a command may be executed.
@@ -108,20 +137,27 @@ pub fn is_configured(slave: &CampaignSlave) -> bool {
     slave.objects().communication.nmt.error_behaviour == [SET]
 }
 
-/// A master that commands all slaves each period, and its slaves. `broken`: a rule that does not hold.
+/// One master or two, each commands all slaves each period while it is active, and the slaves. `broken`: a rule that does
+/// not hold.
 pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
     let of_core = broken.and_then(Rule::of_core);
     let (notes, profile) = (Rc::<Notes>::default(), profile(script));
     let ids: Vec<NodeId> = (2..=script.slaves + 1).filter_map(NodeId::new).collect();
-    let (all, theirs) = (ids.clone(), notes.clone());
-    let mut builder = World::builder().master(
-        move |_| {
-            let mut master = mission::master(profile, None);
-            master.break_rule(of_core);
-            master
-        },
-        move |master, events| command(master, events, all.clone(), theirs.clone()),
-    );
+    let mut builder = if script.masters == 1 {
+        let (all, theirs) = (ids.clone(), notes.clone());
+        World::builder().master(
+            move |_| unruly(mission::master(profile, None), of_core),
+            move |master, events| command(master, events, Seat::MASTER, all.clone(), theirs.clone()),
+        )
+    } else {
+        let [first, second] = [Seat::MASTER, Seat::SECOND_MASTER].map(|seat| {
+            let (all, theirs) = (ids.clone(), notes.clone());
+            move |master, events| command(master, events, seat, all.clone(), theirs.clone())
+        });
+        let of_two = move |strap| unruly(mission::master_of_two(profile, strap, None), of_core);
+        let both = World::builder().master(move |_| of_two(Strap::Prime), first);
+        both.second_master(move |_| of_two(Strap::Second), second)
+    };
     for id in ids {
         let theirs = notes.clone();
         builder = builder.slave(
@@ -138,23 +174,39 @@ pub fn world(script: &Script, broken: Option<Rule>) -> (World, Rc<Notes>) {
     (builder.seed(script.seed).build(), notes)
 }
 
-/// The application of the master.
-async fn command(
-    master: Handle<CampaignMaster>,
-    events: Events<CampaignMaster>,
+fn unruly<D: Device, B: MasterBoards>(mut master: Master<D, B>, broken: Option<Broken>) -> Master<D, B> {
+    master.break_rule(broken);
+    master
+}
+
+/// The application of a master.
+async fn command<B: MasterBoards>(
+    master: Handle<CampaignMaster<B>>,
+    mut events: Events<CampaignMaster<B>>,
+    seat: Seat,
     slaves: Vec<NodeId>,
     notes: Rc<Notes>,
 ) {
-    notes.lives.set(notes.lives.get() + 1);
-    let first = notes.lives.get() * LIFE;
-    let mut sequences: Vec<Sequence> =
-        slaves.iter().map(|_| Sequence::new(Instant::ZERO, COMMAND_PERIOD)).collect();
+    let first = notes.begin(seat);
+    let begin =
+        |now| -> Vec<Sequence> { slaves.iter().map(|_| Sequence::new(now, COMMAND_PERIOD)).collect() };
+    let sequences = RefCell::new(begin(Instant::ZERO));
+    let watch = async {
+        loop {
+            let MasterEvent::Role(change) = events.next().await else { continue };
+            if change.role == Role::Active {
+                let active = master.with(|master, now| master.status(now).active);
+                notes.takeovers.borrow_mut().push_back(active);
+                *sequences.borrow_mut() = begin(master.now());
+            }
+        }
+    };
     let traffic = async {
         let mut due = Instant::ZERO;
         for round in 1.. {
             due += COMMAND_PERIOD;
             master.wait_until(due).await;
-            for (&node, sequence) in slaves.iter().zip(&mut sequences) {
+            for (&node, sequence) in slaves.iter().zip(&mut *sequences.borrow_mut()) {
                 if let Some(sequence) = sequence.step(master.now()) {
                     let message = Command::SetValue(first + round).encode(sequence);
                     // One that is not Operational has to do without.
@@ -163,7 +215,7 @@ async fn command(
             }
         }
     };
-    futures_util::future::join(idle(master, events), traffic).await;
+    futures_util::future::join(watch, traffic).await;
 }
 
 /// The application of a slave: executes commands; `repeats`: also those that CAN delivers twice.

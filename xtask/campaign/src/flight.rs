@@ -6,7 +6,6 @@ use can_wire::fault::{Effect, Fault as WireFault, Flip, Nodes, Place};
 use can_wire::field::Field;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
-use ecss_can::types::NodeId;
 
 use crate::judge::Judge;
 use crate::kind::Kind;
@@ -166,16 +165,16 @@ pub fn begin(scene: &mut impl Scene, script: &Script, index: usize) {
 }
 
 fn perform(scene: &mut impl Scene, fault: &Fault, act: Act, seed: u64) {
-    let node = NodeId::new(fault.node);
-    match (act, fault.kind, node) {
+    let seat = fault.seat();
+    match (act, fault.kind, seat) {
         (Act::Send, ..) => scene.inject(fault.bus, foreign(fault)),
-        (Act::Begin, Kind::ResetMaster | Kind::ResetSlave, Some(node)) if scene.is_powered(node) => {
-            scene.reset(node)
+        (Act::Begin, Kind::ResetMaster | Kind::ResetSlave, Some(seat)) if scene.is_powered(seat) => {
+            scene.reset(seat)
         }
-        (Act::Begin, Kind::PowerMaster | Kind::PowerSlave, Some(node)) => scene.power(node, false),
-        (Act::End, Kind::PowerMaster | Kind::PowerSlave, Some(node)) => scene.power(node, true),
+        (Act::Begin, Kind::PowerMaster | Kind::PowerSlave, Some(seat)) => scene.power(seat, false),
+        (Act::End, Kind::PowerMaster | Kind::PowerSlave, Some(seat)) => scene.power(seat, true),
         _ => {
-            let of_node = node.filter(|_| !fault.kind.is_foreign()).map(|node| scene.index(node));
+            let of_node = seat.filter(|_| !fault.kind.is_foreign()).map(|seat| scene.index(seat));
             let [begin, end] = on_wire(fault, of_node, seed, scene.nodes());
             let wanted = if act == Act::Begin { begin } else { end };
             wanted.into_iter().for_each(|wanted| scene.strike(fault.bus, wanted));

@@ -1,14 +1,16 @@
 //! A world of the host: the nodes' own code on mocks of ports and clocks.
 
+use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::node::{MasterEvent, SlaveEvent};
+use ecss_can::redundancy::Role;
 use ecss_can::types::{Bus, NodeId, PerBus};
-use host_worlds::World;
 use host_worlds::log::Happening;
+use host_worlds::{Seat, World};
 
 use crate::broken::Rule;
 use crate::craft::{self, CampaignSlave, Notes};
@@ -23,8 +25,9 @@ pub struct Host {
     entries: usize,
     frames: PerBus<usize>,
     deeds: usize,
-    /// Value of the last command that each node executed.
-    last: [u32; 128],
+    /// Value of the last command that each node executed; of each life of a master where there are two, which may both be active
+    /// for a while.
+    last: BTreeMap<(NodeId, u32), u32>,
 }
 
 impl Host {
@@ -38,7 +41,7 @@ impl Host {
             entries: 0,
             frames: PerBus::default(),
             deeds: 0,
-            last: [0; 128],
+            last: BTreeMap::new(),
         }
     }
 }
@@ -55,8 +58,18 @@ impl Scene for Host {
     fn take_news(&mut self) -> Vec<Noted> {
         let log = self.world.log();
         let new = &log[std::mem::replace(&mut self.entries, log.len())..];
-        let noted = |news, entry: &host_worlds::log::Entry| Noted { at: entry.at, node: entry.node, news };
-        new.iter().filter_map(|entry| Some(noted(news(&entry.what)?, entry))).collect()
+        let mut takeovers = self.notes.takeovers.borrow_mut();
+        let noted = |entry: &host_worlds::log::Entry| {
+            let news = match entry.what {
+                Happening::Master(MasterEvent::Role(change)) => {
+                    let is_active = change.role == Role::Active;
+                    News::Role(if is_active { takeovers.pop_front() } else { None })
+                }
+                what => news(&what)?,
+            };
+            Some(Noted { at: entry.at, seat: entry.seat, news })
+        };
+        new.iter().filter_map(noted).collect()
     }
 
     fn take_frames(&mut self) -> PerBus<Vec<Sent>> {
@@ -66,7 +79,7 @@ impl Scene for Host {
             let sent = |sent: &Rc<host_worlds::world::Sent>| Sent {
                 start: sent.start,
                 end: sent.end,
-                node: sent.node,
+                seat: sent.seat,
                 id: sent.id(),
                 receivers: sent.receivers,
             };
@@ -88,16 +101,16 @@ impl Scene for Host {
     fn take_wrongs(&mut self) -> Vec<String> {
         let mut wrongs = Vec::new();
         let deeds = self.notes.deeds.borrow();
-        let clock = self.world.clock(NodeId::MASTER);
         let lifetime = craft::lifetime(&self.script);
         for deed in &deeds[std::mem::replace(&mut self.deeds, deeds.len())..] {
             let (node, at) = (deed.node.get(), deed.at.as_us());
-            let last = std::mem::replace(&mut self.last[usize::from(node)], deed.value);
+            let life = if self.script.masters == 1 { 0 } else { craft::life(deed.value) };
+            let last = self.last.insert((deed.node, life), deed.value).unwrap_or(0);
             if deed.value <= last {
                 wrongs.push(format!("slave {node} executed command {} after {last}, {at} us", deed.value));
             }
-            let made = self.notes.made(deed.value).zip(clock.as_ref());
-            let made = made.map(|(made, clock)| clock.world_time(made));
+            let made = self.notes.made(deed.value);
+            let made = made.and_then(|(seat, made)| Some(self.world.clock(seat)?.world_time(made)));
             if let Some(made) = made.filter(|made| deed.at > *made + lifetime) {
                 let age = deed.at.since(made).as_us();
                 wrongs.push(format!("slave {node} executed a command {age} us old, {at} us"));
@@ -127,24 +140,24 @@ impl Scene for Host {
         self.world.is_busy(bus)
     }
 
-    fn is_powered(&self, node: NodeId) -> bool {
-        self.world.is_powered(node)
+    fn is_powered(&self, seat: Seat) -> bool {
+        self.world.is_powered(seat)
     }
 
-    fn power(&mut self, node: NodeId, on: bool) {
-        if on { self.world.power_on(node) } else { self.world.power_off(node) }
+    fn power(&mut self, seat: Seat, on: bool) {
+        if on { self.world.power_on(seat) } else { self.world.power_off(seat) }
     }
 
-    fn reset(&mut self, node: NodeId) {
-        self.world.reset(node);
+    fn reset(&mut self, seat: Seat) {
+        self.world.reset(seat);
     }
 
     fn nodes(&self) -> usize {
-        self.world.slaves().len() + 1
+        self.world.slaves().len() + usize::from(self.script.masters)
     }
 
-    fn index(&self, node: NodeId) -> usize {
-        self.world.index(node)
+    fn index(&self, seat: Seat) -> usize {
+        self.world.index(seat)
     }
 
     fn strike(&mut self, bus: Bus, fault: Fault) {

@@ -5,12 +5,14 @@ use std::collections::BTreeMap;
 use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
+use host_worlds::Seat;
 
+use crate::boards::{Boards, Switch};
 use crate::kind::Kind;
 use crate::outcome::Outcome;
 use crate::reach;
 use crate::scene::{News, Noted, Scene, Seen, Sent};
-use crate::script::Script;
+use crate::script::{SPARE, Script};
 
 /// What is left at the end must have held for this long.
 const CALM: Time = Time::from_ms(3_000);
@@ -39,9 +41,7 @@ pub struct Judge<'a> {
     news: usize,
     frames: PerBus<usize>,
     slaves: BTreeMap<NodeId, Slave>,
-    /// Where the master was from when on, and why it went there; `None` at power-on.
-    stays: Vec<(Time, Bus, Option<SwitchCause>)>,
-    switches: Vec<(Time, Bus, SwitchCause)>,
+    boards: Boards,
     /// Nodes that reported another one with their Node-ID.
     collisions: Vec<NodeId>,
     violations: Vec<String>,
@@ -55,8 +55,7 @@ impl<'a> Judge<'a> {
             news: 0,
             frames: PerBus::default(),
             slaves: BTreeMap::new(),
-            stays: Vec::new(),
-            switches: Vec::new(),
+            boards: Boards::new(script),
             collisions: Vec::new(),
             violations: Vec::new(),
         }
@@ -77,22 +76,17 @@ impl<'a> Judge<'a> {
     }
 
     fn read_news(&mut self, seen: &Seen) {
-        for &Noted { at, node, news } in &seen.news[std::mem::replace(&mut self.news, seen.news.len())..] {
+        for noted in &seen.news[std::mem::replace(&mut self.news, seen.news.len())..] {
+            let Noted { at, seat, news } = *noted;
+            let node = seat.node();
+            self.boards.read(noted);
             let slave = self.slaves.entry(node).or_default();
             match news {
-                News::PowerOn | News::PowerOff => {
-                    *slave = Slave::default();
-                    if node == NodeId::MASTER && news == News::PowerOn {
-                        self.stays.push((at, Bus::Nominal, None));
-                    }
+                News::PowerOn | News::PowerOff => *slave = Slave::default(),
+                News::Switched { from, cause: SwitchCause::Isolated, .. } => {
+                    self.judge_isolation(at, seat, &seen.frames[from]);
                 }
-                News::Switched { from, to, cause } => {
-                    self.stays.push((at, to, Some(cause)));
-                    self.switches.push((at, from, cause));
-                    if cause == SwitchCause::Isolated {
-                        self.judge_isolation(at, &seen.frames[from]);
-                    }
-                }
+                News::Switched { .. } | News::Role(_) => {}
                 News::State(state) => slave.state = Some(state),
                 News::ActiveBus(bus) => slave.bus = Some(bus),
                 // It may be earlier.
@@ -104,15 +98,15 @@ impl<'a> Judge<'a> {
     }
 
     /// A master that leaves a bus as isolated was not acknowledged there just before.
-    fn judge_isolation(&mut self, at: Time, frames: &[Sent]) {
+    fn judge_isolation(&mut self, at: Time, master: Seat, frames: &[Sent]) {
         let heard = frames.iter().rev().find(|sent| sent.end <= at && sent.end + ISOLATION > at);
-        if let Some(heard) = heard.filter(|sent| sent.node == Some(NodeId::MASTER)) {
+        if let Some(heard) = heard.filter(|sent| sent.seat == Some(master)) {
             let (since, at) = (at.since(heard.end).as_us(), at.as_us());
             self.complain(format!("the master was isolated {since} us after an acknowledged frame, {at} us"));
         }
     }
 
-    /// Nothing of the master goes out on a bus that it has left.
+    /// Nothing of a master goes out on a bus that it has left, and nothing at all while it is not the active one.
     fn read_frames(&mut self, seen: &Seen) {
         for bus in Bus::ALL {
             let frames = &seen.frames[bus];
@@ -121,19 +115,13 @@ impl<'a> Judge<'a> {
                     continue;
                 }
                 let is_of_work = matches!(sent.id, Some(0x000 | 0x080 | 0x181 | 0x301..=0x37F | 0x701));
-                if sent.node != Some(NodeId::MASTER) || !is_of_work {
-                    continue;
-                }
-                let (left, stays) = match self.stays.iter().rposition(|(from, ..)| *from <= sent.start) {
-                    Some(index) => (self.stays[index].0, self.stays[index].1),
-                    None => continue,
-                };
-                if stays != bus && sent.start > left + ON_THE_WIRE {
-                    let id = sent.id.unwrap_or_default();
-                    self.complain(format!(
-                        "{id:03X}h of the master on {bus:?}, which it left, {} us",
-                        sent.start.as_us()
-                    ));
+                let Some(board) = sent.seat.and_then(|seat| self.boards.of(seat)) else { continue };
+                let Some(stay) = board.at(sent.start) else { continue };
+                let is_out_of_place = stay.bus.is_none_or(|here| is_of_work && here != bus);
+                if is_out_of_place && sent.start > stay.from + ON_THE_WIRE {
+                    let (id, name, at) = (sent.id.unwrap_or_default(), board.name(), sent.start.as_us());
+                    let why = if stay.bus.is_some() { "which it left" } else { "while it is not active" };
+                    self.complain(format!("{id:03X}h of {name} on {bus:?}, {why}, {at} us"));
                 }
             }
         }
@@ -144,7 +132,7 @@ impl<'a> Judge<'a> {
         self.script.faults.iter().any(|fault| {
             fault.kind == Kind::Babble
                 && fault.bus == bus
-                && fault.node == 1
+                && fault.seat() == sent.seat
                 && sent.id == Some(fault.value as u16)
         })
     }
@@ -166,8 +154,16 @@ impl<'a> Judge<'a> {
     /// At the end: the network works as well as what is left of it allows.
     pub fn finish(mut self, scene: &mut impl Scene, seen: &Seen, effective: Vec<bool>) -> Outcome {
         self.look(scene, seen);
-        if scene.is_powered(NodeId::MASTER) {
-            self.judge_network(scene);
+        if self.script.masters == 2 {
+            self.judge_pair(scene);
+        }
+        let active: Vec<(u8, Bus)> = self.boards.active().map(|(board, bus)| (board.number(), bus)).collect();
+        for &(master, here) in &active {
+            let seat = if master == SPARE { Seat::SECOND_MASTER } else { Seat::MASTER };
+            if scene.is_powered(seat) {
+                let rival = active.iter().copied().find(|(other, _)| *other != master);
+                self.judge_network(scene, master, here, rival);
+            }
         }
         self.judge_innocence();
         self.judge_collisions(&effective);
@@ -175,17 +171,49 @@ impl<'a> Judge<'a> {
         Outcome { violations: self.violations, effective, detections }
     }
 
-    /// The bus of the master.
-    fn master_bus(&self) -> Bus {
-        self.stays.last().map_or(Bus::Nominal, |(_, bus, _)| *bus)
+    /// One of two masters is active; where no bus joins them, both are.
+    fn judge_pair(&mut self, scene: &impl Scene) {
+        let powered = self.boards.iter().filter(|board| scene.is_powered(board.seat)).count();
+        let are_joined = Bus::ALL.into_iter().any(|bus| reach::joins_masters(self.script, bus));
+        let expected = if powered == 2 && are_joined { 1 } else { powered };
+        let active = self.boards.active().count();
+        if active != expected {
+            self.complain(format!("{active} of {powered} masters are active, expected {expected}"));
+        }
+        if let Some((from, until)) = self.boards.meeting(self.script) {
+            let (from, until) = (from.as_us(), until.as_us());
+            self.complain(format!("two masters that hear each other are active, {from} to {until} us"));
+        }
+        let calm = Time::from_us(self.script.length).since(CALM);
+        let late = self.boards.iter().find_map(|board| {
+            let at = board.roles.last().filter(|at| **at > calm)?;
+            Some((board.name(), at.as_us()))
+        });
+        let is_noisy = Bus::ALL.into_iter().any(|bus| self.is_noisy(bus));
+        if let Some((name, at)) = late.filter(|_| !is_noisy) {
+            let calm = CALM.as_secs_f64();
+            self.complain(format!("{name} changed its role in the last {calm} s, {at} us"));
+        }
     }
 
-    fn judge_network(&mut self, scene: &impl Scene) {
-        let here = self.master_bus();
+    /// Bit errors that stay may make a bus bad at any time: on an idle bus each one begins a frame that nobody sends, so nodes
+    /// are error passive every now and then. Such a node cannot destroy a frame that it alone has wrong. When the sender is
+    /// acknowledged by another node, the frame is lost to it, and two heartbeats in a row are more than the consumer time.
+    fn is_noisy(&self, bus: Bus) -> bool {
+        let mut faults = self.script.faults.iter();
+        faults.any(|fault| fault.kind == Kind::Noise && fault.lasts.is_none() && fault.bus == bus)
+    }
+
+    /// An active master, its bus, and what it can reach. `rival`: another active one with its bus, which it does not hear.
+    fn judge_network(&mut self, scene: &impl Scene, master: u8, here: Bus, rival: Option<(u8, Bus)>) {
         let alive = reach::alive(self.script);
-        let reached = |bus| reach::reached(self.script, bus);
+        let reached = |bus| reach::reached(self.script, master, bus);
         let is_whole = |bus| reached(bus).len() == alive.len();
-        let work: Vec<NodeId> = reached(here).into_iter().filter_map(NodeId::new).collect();
+        // A slave that hears both, each on another bus, cannot know which one to follow.
+        let contested =
+            rival.map_or_else(Vec::new, |(rival, there)| reach::reached(self.script, rival, there));
+        let work = reached(here).into_iter().filter(|node| !contested.contains(node));
+        let work: Vec<NodeId> = work.filter_map(NodeId::new).collect();
         let unconfigured = scene.unconfigured();
         for &node in &work {
             let Slave { state, bus, .. } = self.slaves.get(&node).copied().unwrap_or_default();
@@ -198,9 +226,12 @@ impl<'a> Judge<'a> {
                 self.complain(format!("slave {slave} is operational without its configuration"));
             }
         }
+        if !contested.is_empty() {
+            return;
+        }
         // A master that was restarted has forgotten slaves that are not assigned. It cannot ask them on the other bus, so they
         // do not count (docs/decisions/who-counts.md).
-        let is_first_life = self.stays.iter().filter(|(.., cause)| cause.is_none()).count() <= 1;
+        let is_first_life = self.boards.iter().any(|board| board.number() == master && board.lives <= 1);
         if is_first_life && !is_whole(here) && is_whole(here.other()) {
             self.complain(format!("the master is on {here:?}, all slaves are reached on the other bus"));
         }
@@ -212,15 +243,10 @@ impl<'a> Judge<'a> {
             return;
         }
         let calm = Time::from_us(self.script.length).since(CALM);
-        // Bit errors that stay may make a bus bad at any time: on an idle bus each one begins a frame that nobody sends, so nodes
-        // are error passive every now and then. Such a node cannot destroy a frame that it alone has wrong. When the sender is
-        // acknowledged by another node, the frame is lost to it, and two heartbeats in a row are more than the consumer time.
-        let is_noisy = |bus| {
-            let mut faults = self.script.faults.iter();
-            faults.any(|fault| fault.kind == Kind::Noise && fault.lasts.is_none() && fault.bus == bus)
-        };
-        let late = self.switches.iter().find(|(at, from, _)| *at > calm && !is_noisy(*from)).copied();
-        if let Some((at, from, cause)) = late.filter(|_| Bus::ALL.into_iter().any(is_whole)) {
+        let board = self.boards.iter().find(|board| board.number() == master);
+        let is_late = |switch: &&Switch| switch.at > calm && !self.is_noisy(switch.from);
+        let late = board.and_then(|board| board.switches.iter().find(is_late)).copied();
+        if let Some(Switch { at, from, cause }) = late.filter(|_| Bus::ALL.into_iter().any(is_whole)) {
             let (calm, at) = (CALM.as_secs_f64(), at.as_us());
             self.complain(format!("the master left {from:?} ({cause:?}) in the last {calm} s, {at} us"));
         }
@@ -229,12 +255,22 @@ impl<'a> Judge<'a> {
     /// What a network must not even notice moves nobody.
     fn judge_innocence(&mut self) {
         let harmless = |kind| matches!(kind, Kind::Stranger | Kind::Flip);
-        if self.script.faults.iter().all(|fault| harmless(fault.kind)) && !self.switches.is_empty() {
-            let (at, from, cause) = self.switches[0];
+        let Some(first) = self.script.faults.first() else { return };
+        if !self.script.faults.iter().all(|fault| harmless(fault.kind)) {
+            return;
+        }
+        let moved = self.boards.iter().find_map(|board| board.switches.first()).copied();
+        if let Some(Switch { at, from, cause }) = moved {
             let at = at.as_us();
             self.complain(format!(
                 "the master left {from:?} ({cause:?}) for a fault that hurts nobody, {at} us"
             ));
+        }
+        let begun = Time::from_us(first.at);
+        let changed = self.boards.iter().flat_map(|board| &board.roles).find(|at| **at > begun).copied();
+        if let Some(at) = changed {
+            let at = at.as_us();
+            self.complain(format!("a master changed its role for a fault that hurts nobody, {at} us"));
         }
     }
 
@@ -260,7 +296,8 @@ impl<'a> Judge<'a> {
         };
         let counts =
             |cause| matches!(cause, SwitchCause::Isolated | SwitchCause::SlavesSilent | SwitchCause::BusOff);
-        let switches = self.switches.iter().filter(|(.., cause)| counts(*cause));
-        switches.filter_map(|&(at, bus, _)| onset(at, bus).map(|from| at.since(from).as_us())).collect()
+        let switches = self.boards.iter().flat_map(|board| &board.switches);
+        let late = |switch: &Switch| Some(switch.at.since(onset(switch.at, switch.from)?).as_us());
+        switches.filter(|switch| counts(switch.cause)).filter_map(late).collect()
     }
 }

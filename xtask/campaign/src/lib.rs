@@ -1,7 +1,7 @@
 //! `cargo xtask campaign`: random faults against the redundancy of a spacecraft.
 //!
 //! Each run has a [`Script`] from the seed of the campaign and its own number: single faults and pairs of them, at random
-//! times, in a spacecraft of one master and some slaves. After each run the same must hold, see [`judge`]. A script that
+//! times, in a spacecraft of one master, or two, and some slaves. After each run the same must hold, see [`judge`]. A script that
 //! violates something is made as simple as possible and printed; `--replay` flies it.
 //!
 //! A campaign is cut into shards, so that it runs on many machines; equal shards give equal files.
@@ -9,6 +9,7 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod boards;
 pub mod broken;
 mod craft;
 pub mod failover;
@@ -62,12 +63,13 @@ pub fn fly(world: World, script: &Script) -> Outcome {
 }
 
 /// A run of a campaign: random scripts until a fault of one takes effect, or something is violated.
-pub fn fly_run(world: World, seed: u64, number: u64) -> (Script, Outcome) {
+pub fn fly_run(world: World, masters: u8, seed: u64, number: u64) -> (Script, Outcome) {
     let run = |attempt| {
         let script = match world {
             World::Host => Script::random(seed, number, attempt),
             World::Twin => Script::small(seed, number, attempt),
         };
+        let script = if masters == 1 { script } else { script.with_standby() };
         let outcome = fly(world, &script);
         (script, outcome)
     };
@@ -84,6 +86,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files }) = &options.action {
         return report(&Results::merged(files)?);
     }
+    options.check_masters(options.masters)?;
     if options.world == World::Twin {
         on_twin::prepare(!options.no_build)?;
     }
@@ -93,6 +96,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         let refuse = |text: String| Misuse::of("campaign", format!("--replay {}: {text}", path.display()));
         let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
         let script: Script = text.parse().map_err(refuse)?;
+        options.check_masters(script.masters)?;
         let outcome = fly(options.world, &script);
         outcome.violations.iter().try_for_each(output::line)?;
         return match outcome.violations.len() {
@@ -112,6 +116,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         seed: options.seed,
         runs: options.runs,
         world: options.world.name().into(),
+        masters: options.masters,
         shards: options.shard.count,
     };
     let mut results = campaign(&asked, options.world, options.shard.index, jobs, &stop);
@@ -125,7 +130,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         }
     }
     let Shard { index, count } = options.shard;
-    let file = options.out.join(format!("{}-{index}-of-{count}.json", options.world.name()));
+    let pair = if options.masters == 1 { "" } else { "-pair" };
+    let file = options.out.join(format!("{}{pair}-{index}-of-{count}.json", options.world.name()));
     results.write(&file)?;
     report(&results)?;
     output::line(format_args!("written to {}", project::shown(&file)))
@@ -164,7 +170,7 @@ pub fn campaign(asked: &Asked, world: World, part: u64, jobs: usize, stop: &Stop
             let (sender, numbers, next) = (sender.clone(), &numbers, &next);
             scope.spawn(move || {
                 while let Some(&number) = numbers.get(next.fetch_add(1, Ordering::Relaxed) as usize) {
-                    let (script, outcome) = fly_run(world, asked.seed, number);
+                    let (script, outcome) = fly_run(world, asked.masters, asked.seed, number);
                     if stop.is_asked() || sender.send((number, script, outcome)).is_err() {
                         return;
                     }

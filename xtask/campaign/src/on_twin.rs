@@ -12,6 +12,7 @@ use can_wire::record::Observation;
 use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
+use host_worlds::Seat;
 use support::board::BoardName;
 use support::counters::Counters;
 use support::craft::image;
@@ -125,7 +126,7 @@ impl Twin {
     }
 
     fn note(&mut self, node: NodeId, news: News) {
-        self.news.push(Noted { at: self.craft.now(), node, news });
+        self.news.push(Noted { at: self.craft.now(), seat: node.into(), news });
     }
 
     fn read_wires(&mut self) {
@@ -134,9 +135,9 @@ impl Twin {
             match wire.record {
                 Observation::Completed { trace, receivers, .. } => {
                     let id = standard(&trace.frame);
-                    let node = self.node(trace.transmitter);
+                    let seat = self.node(trace.transmitter).map(Seat::from);
                     let sent =
-                        Sent { start: trace.start, end: trace.end, node, id, receivers: receivers.len() };
+                        Sent { start: trace.start, end: trace.end, seat, id, receivers: receivers.len() };
                     self.frames[bus].push(sent);
                     self.read_clock(&sent, &trace.frame);
                     self.read_command(&trace.frame, &receivers);
@@ -149,7 +150,9 @@ impl Twin {
 
     /// The time of a slave at the last SYNC.
     fn read_clock(&mut self, sent: &Sent, frame: &WireFrame) {
-        let (Some(node), Some(scet)) = (sent.node, Scet::decode(frame.payload())) else { return };
+        let (Some(node), Some(scet)) = (sent.seat.map(Seat::node), Scet::decode(frame.payload())) else {
+            return;
+        };
         if node != NodeId::MASTER && sent.id == Some(0x180 + u16::from(node.get())) {
             self.clocks.push(Reading { at: sent.start, node, scet });
         }
@@ -175,7 +178,7 @@ impl Twin {
                 if news == News::PowerOn {
                     self.boards[board.0].last = None;
                 }
-                self.news.push(Noted { at, node, news });
+                self.news.push(Noted { at, seat: node.into(), news });
             }
         }
     }
@@ -260,30 +263,30 @@ impl Scene for Twin {
         !self.craft.wire(there(bus)).is_idle(0)
     }
 
-    fn is_powered(&self, node: NodeId) -> bool {
-        self.boards[self.index(node)].is_powered
+    fn is_powered(&self, seat: Seat) -> bool {
+        self.boards[self.index(seat)].is_powered
     }
 
-    fn power(&mut self, node: NodeId, on: bool) {
-        let index = self.index(node);
+    fn power(&mut self, seat: Seat, on: bool) {
+        let index = self.index(seat);
         self.boards[index].is_powered = on;
         self.craft.schedule(self.craft.now(), BoardId(index), Event::Power(on));
         if !on {
-            self.note(node, News::PowerOff);
+            self.note(seat.node(), News::PowerOff);
         }
     }
 
-    fn reset(&mut self, node: NodeId) {
-        self.craft.reset(BoardId(self.index(node)));
-        self.note(node, News::PowerOff);
+    fn reset(&mut self, seat: Seat) {
+        self.craft.reset(BoardId(self.index(seat)));
+        self.note(seat.node(), News::PowerOff);
     }
 
     fn nodes(&self) -> usize {
         self.boards.len()
     }
 
-    fn index(&self, node: NodeId) -> usize {
-        usize::from(node.get()) - 1
+    fn index(&self, seat: Seat) -> usize {
+        usize::from(seat.node().get()) - 1
     }
 
     fn strike(&mut self, bus: Bus, fault: Fault) {

@@ -34,6 +34,10 @@ pub struct Options {
     #[arg(long, value_name = "WORLD", value_enum, default_value_t = World::Host)]
     pub(crate) world: World,
 
+    /// Masters in each run: 1, or in world host 2, of which one is the standby [1..2]
+    #[arg(long, value_name = "M", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
+    pub(crate) masters: u8,
+
     /// Fly one of N shares of the runs only, I from 1 to N
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub(crate) shard: Shard,
@@ -47,7 +51,7 @@ pub struct Options {
     pub(crate) no_build: bool,
 
     /// Break a rule on purpose in a world of the host, and fly until a run finds it
-    #[arg(long, value_name = "RULE", value_enum, conflicts_with_all = ["world", "shard", "jobs", "replay"])]
+    #[arg(long, value_name = "RULE", value_enum, conflicts_with_all = ["world", "masters", "shard", "jobs", "replay"])]
     pub(crate) broken: Option<Rule>,
 
     /// Folder of the results
@@ -55,7 +59,7 @@ pub struct Options {
     pub(crate) out: PathBuf,
 
     /// Fly the script of a file instead, as a violation prints it
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["runs", "seed", "shard"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["runs", "seed", "masters", "shard"])]
     pub(crate) replay: Option<PathBuf>,
 }
 
@@ -121,6 +125,15 @@ impl Options {
             let text = format!(
                 "--shard: {count} shards of {runs} runs leave some without any; allowed are 1 to {runs}"
             );
+            return Err(Misuse::of("campaign", text));
+        }
+        Ok(())
+    }
+
+    /// Checks that the world has so many masters.
+    pub(crate) fn check_masters(&self, masters: u8) -> Result<(), Misuse> {
+        if self.world == World::Twin && masters > 1 {
+            let text = format!("{masters} masters in world twin, allowed is 1; world host has two");
             return Err(Misuse::of("campaign", text));
         }
         Ok(())

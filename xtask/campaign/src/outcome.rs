@@ -108,7 +108,7 @@ impl Watched {
         let (errors, count) = self.before;
         let (earlier, since) = seen.frames[self.bus].split_at(count);
         let is_strange =
-            |sent: &Sent| sent.node.is_none() || self.babbled.is_some() && sent.id == self.babbled;
+            |sent: &Sent| sent.seat.is_none() || self.babbled.is_some() && sent.id == self.babbled;
         let all = earlier.last().map_or(0, |sent| sent.receivers);
         self.has_effect |= if self.kind.is_foreign() || self.kind == Kind::Babble {
             since.iter().any(is_strange)

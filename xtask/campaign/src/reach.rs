@@ -1,14 +1,17 @@
-//! What the faults that stay leave of the network.
+//! What faults leave of the network.
 
+use can_wire::time::Time;
 use ecss_can::types::Bus;
 
 use crate::kind::Kind;
-use crate::script::{Fault, Script};
+use crate::script::{Fault, SPARE, Script};
 
-/// Distance between neighbours, metres: node n sits at n times this.
-const SPACING: u32 = 2;
 /// Babble with a higher priority than this leaves no room for the network.
 const URGENT: u32 = 0x100;
+/// A fault may wait so long for a frame, and what it left in controllers is over so long after its end.
+const UNSURE_US: u64 = 300_000;
+/// A frame of a stranger that sends them back to back, with what it makes others wait for.
+const FOREIGN_FRAME_US: u64 = 300;
 
 /// Slaves with power at the end.
 pub fn alive(script: &Script) -> Vec<u8> {
@@ -16,23 +19,63 @@ pub fn alive(script: &Script) -> Vec<u8> {
     (2..=script.slaves + 1).filter(|&node| !is_off(node)).collect()
 }
 
-/// Slaves with power that a bus joins to the master at the end.
-pub fn reached(script: &Script, bus: Bus) -> Vec<u8> {
-    let here: Vec<Fault> =
-        staying(script).filter(|fault| fault.bus == bus && !fault.kind.is_of_node()).collect();
-    if !takes_part(&here, 1) {
-        return Vec::new();
-    }
-    let joined = |node: u8| takes_part(&here, node) && is_same_piece(&here, 1, node);
-    if here.iter().any(|fault| blocks(fault).is_some_and(|place| is_same_place(&here, SPACING, place))) {
-        return Vec::new();
-    }
-    alive(script).into_iter().filter(|&node| joined(node)).collect()
+/// Slaves with power that a bus joins to a master board at the end: 1, or [`SPARE`].
+pub fn reached(script: &Script, master: u8, bus: Bus) -> Vec<u8> {
+    let here = staying_on(script, bus);
+    alive(script).into_iter().filter(|&node| is_joined(script, &here, master, node)).collect()
+}
+
+/// Whether a bus joins both master boards at the end.
+pub fn joins_masters(script: &Script, bus: Bus) -> bool {
+    is_joined(script, &staying_on(script, bus), 1, SPARE)
+}
+
+/// Whether a bus joins both master boards at an instant, beyond doubt.
+pub fn surely_joins_masters(script: &Script, bus: Bus, at: Time) -> bool {
+    let at = at.as_us();
+    let begun = |fault: &&Fault| {
+        let is_over = fault.end().is_some_and(|end| end + load_us(fault) + UNSURE_US <= at);
+        fault.bus == bus && !fault.kind.is_of_node() && fault.at <= at && !is_over
+    };
+    let begun: Vec<Fault> = script.faults.iter().filter(begun).copied().collect();
+    let is_clear = |fault: &Fault| match fault.kind {
+        Kind::ForeignNmt | Kind::ForeignMaster | Kind::Stranger | Kind::Clash | Kind::Flip => true,
+        Kind::Noise => false,
+        kind => kind.lasts() && fault.lasts.is_none() && fault.at + UNSURE_US <= at,
+    };
+    begun.iter().all(is_clear) && is_joined(script, &begun, 1, SPARE)
+}
+
+/// When the answer of [`surely_joins_masters`] may change.
+pub fn changes(script: &Script) -> impl Iterator<Item = Time> {
+    let of = |fault: &Fault| {
+        let sure = fault.end().unwrap_or(fault.at) + load_us(fault) + UNSURE_US;
+        [fault.at, sure].map(Time::from_us)
+    };
+    script.faults.iter().flat_map(of)
+}
+
+/// How long frames of a stranger go on that come back to back.
+fn load_us(fault: &Fault) -> u64 {
+    if fault.kind == Kind::ForeignLoad { u64::from(fault.times) * FOREIGN_FRAME_US } else { 0 }
 }
 
 /// Faults of the end of a run.
 fn staying(script: &Script) -> impl Iterator<Item = Fault> {
     script.faults.iter().copied().filter(|fault| fault.kind.lasts() && fault.lasts.is_none())
+}
+
+/// Those of a bus.
+fn staying_on(script: &Script, bus: Bus) -> Vec<Fault> {
+    staying(script).filter(|fault| fault.bus == bus && !fault.kind.is_of_node()).collect()
+}
+
+/// Whether a bus joins two nodes where these faults are on it.
+fn is_joined(script: &Script, here: &[Fault], one: u8, other: u8) -> bool {
+    let (left, right) = (script.place(one), script.place(other));
+    let is_blocked =
+        here.iter().any(|fault| blocks(script, fault).is_some_and(|place| is_same_place(here, left, place)));
+    takes_part(here, one) && takes_part(here, other) && is_same_place(here, left, right) && !is_blocked
 }
 
 /// Whether the stub and the driver of a node work.
@@ -45,17 +88,13 @@ fn takes_part(here: &[Fault], node: u8) -> bool {
 }
 
 /// Where a fault makes a piece of cable useless.
-fn blocks(fault: &Fault) -> Option<u32> {
+fn blocks(script: &Script, fault: &Fault) -> Option<u32> {
     match fault.kind {
         Kind::Short | Kind::Dominant => Some(fault.place),
-        Kind::Stuck => Some(u32::from(fault.node) * SPACING),
-        Kind::Babble if fault.value < URGENT => Some(u32::from(fault.node) * SPACING),
+        Kind::Stuck => Some(script.place(fault.node)),
+        Kind::Babble if fault.value < URGENT => Some(script.place(fault.node)),
         _ => None,
     }
-}
-
-fn is_same_piece(here: &[Fault], one: u8, other: u8) -> bool {
-    is_same_place(here, u32::from(one) * SPACING, u32::from(other) * SPACING)
 }
 
 /// Whether no cut lies between two places. What is at a cut belongs to the right piece.
@@ -70,7 +109,7 @@ mod tests {
 
     fn left(faults: &str) -> [Vec<u8>; 2] {
         let script: Script = format!("run slaves=3\n{faults}").parse().unwrap();
-        Bus::ALL.map(|bus| reached(&script, bus))
+        Bus::ALL.map(|bus| reached(&script, 1, bus))
     }
 
     #[test]
@@ -91,5 +130,35 @@ mod tests {
         assert_eq!(left("babble at=1 node=3 value=2032"), [vec![2, 4], all.clone()]);
         assert_eq!(left("power-slave at=1 node=2"), [vec![3, 4], vec![3, 4]]);
         assert_eq!(left("noise at=1 value=4"), [all.clone(), all]);
+    }
+
+    /// Master at 2 m, slaves 2 to 4 at 4 to 8 m, second master at 10 m.
+    #[test]
+    fn second_master_is_at_the_other_end() {
+        let pair = |faults: &str| -> Script { format!("run masters=2 slaves=3\n{faults}").parse().unwrap() };
+        let script = pair("cut at=9 place=5");
+        assert_eq!([1, SPARE].map(|master| reached(&script, master, Bus::Nominal)), [vec![2], vec![3, 4]]);
+        assert_eq!(Bus::ALL.map(|bus| joins_masters(&script, bus)), [false, true]);
+        let script = pair("disconnect at=9 node=128");
+        assert_eq!([1, SPARE].map(|master| reached(&script, master, Bus::Nominal)), [vec![2, 3, 4], vec![]]);
+        assert!(!joins_masters(&pair("short at=9 place=10"), Bus::Nominal));
+        assert!(joins_masters(&pair("disconnect at=9 node=3\ncut at=9 lasts=9 place=5"), Bus::Nominal));
+    }
+
+    #[test]
+    fn masters_are_joined_beyond_doubt_where_no_fault_is_near() {
+        let sure = |faults: &str, at_ms| {
+            let script: Script = format!("run masters=2 slaves=3\n{faults}").parse().unwrap();
+            surely_joins_masters(&script, Bus::Nominal, Time::from_ms(at_ms))
+        };
+        let cut = "cut at=1000000 lasts=1000000 place=5";
+        assert_eq!([999, 1_000, 2_299, 2_300].map(|at| sure(cut, at)), [true, false, false, true]);
+        assert_eq!([999, 1_000, 9_000].map(|at| sure("cut at=1000000 place=5", at)), [true, false, false]);
+        let stub = "disconnect at=1000000 node=3";
+        assert_eq!([999, 1_000, 1_300].map(|at| sure(stub, at)), [true, false, true]);
+        assert!(!sure("noise at=1000000 value=5", 9_000) && sure("flip at=1000000 value=5", 1_001));
+        // 1000 frames.
+        let load = "foreign-load at=1000000 value=5 times=1000";
+        assert_eq!([1_599, 1_600].map(|at| sure(load, at)), [false, true]);
     }
 }

@@ -22,8 +22,15 @@ pub struct Asked {
     pub runs: u64,
     /// Where they fly.
     pub world: String,
+    /// Masters in each run. Files from before there were two do not say it.
+    #[serde(default = "one")]
+    pub masters: u8,
     /// Number of shards.
     pub shards: u64,
+}
+
+fn one() -> u8 {
+    1
 }
 
 /// Results of some runs.
@@ -131,7 +138,7 @@ impl Results {
                         let (first, path) = (first.display(), path.display());
                         return Err(refuse(format!(
                             "{first} and {path} are of different campaigns: {text}; merge shards of one commit, seed, number \
-                             of runs and world"
+                             of runs, world and number of masters"
                         )));
                     }
                     if let Some(twice) = part.parts.intersection(&sum.parts).next() {
@@ -182,9 +189,10 @@ impl Results {
             lines.push(format!("{kind:<16} {planned:>9} {effective:>12}"));
         }
         let Results { flown, double, idle, asked, .. } = self;
+        let masters = if asked.masters == 1 { "one master" } else { "two masters" };
         lines.push(String::new());
         lines.push(format!(
-            "{flown} runs in world {}, {double} of them with two faults, {idle} without effect, {:.1} h of virtual time; \
+            "{flown} runs in world {} with {masters}, {double} of them with two faults, {idle} without effect, {:.1} h of virtual time; \
              seed {}, {}",
             asked.world,
             self.virtual_us as f64 / 3.6e9,
@@ -221,6 +229,7 @@ impl Asked {
             ("seed", self.seed.to_string(), other.seed.to_string()),
             ("runs", self.runs.to_string(), other.runs.to_string()),
             ("world", self.world.clone(), other.world.clone()),
+            ("masters", self.masters.to_string(), other.masters.to_string()),
             ("number of shards", self.shards.to_string(), other.shards.to_string()),
         ];
         let differing = fields.into_iter().find(|(_, one, two)| one != two);

@@ -5,8 +5,9 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
+use host_worlds::Seat;
 
-/// A spacecraft of a master and some slaves on two buses.
+/// A spacecraft of a master, or two, and some slaves on two buses.
 pub trait Scene {
     /// The present.
     fn now(&self) -> Time;
@@ -35,23 +36,23 @@ pub trait Scene {
     /// Frames of a bus so far that were destroyed or that nobody acknowledged.
     fn disturbance(&self, bus: Bus) -> u64;
 
-    /// Whether the master sends or receives a frame on a bus.
+    /// Whether the master, the first of two, sends or receives a frame on a bus.
     fn is_busy(&self, bus: Bus) -> bool;
 
     /// Whether a node has power.
-    fn is_powered(&self, node: NodeId) -> bool;
+    fn is_powered(&self, seat: Seat) -> bool;
 
     /// Switches the power of a node.
-    fn power(&mut self, node: NodeId, on: bool);
+    fn power(&mut self, seat: Seat, on: bool);
 
     /// Resets the chip of a node.
-    fn reset(&mut self, node: NodeId);
+    fn reset(&mut self, seat: Seat);
 
     /// Number of nodes, which have the lowest indices on both wires.
     fn nodes(&self) -> usize;
 
     /// Index of a node on both wires.
-    fn index(&self, node: NodeId) -> usize;
+    fn index(&self, seat: Seat) -> usize;
 
     /// Lets something go wrong on a bus now, or heals it.
     fn strike(&mut self, bus: Bus, fault: Fault);
@@ -66,7 +67,7 @@ pub struct Noted {
     /// When.
     pub at: Time,
     /// On which node.
-    pub node: NodeId,
+    pub seat: Seat,
     /// What.
     pub news: News,
 }
@@ -78,6 +79,8 @@ pub enum News {
     PowerOn,
     /// Power went.
     PowerOff,
+    /// One of two masters became active on this bus, or the standby.
+    Role(Option<Bus>),
     /// The master changed the bus.
     Switched {
         /// The bus that it left.
@@ -107,7 +110,7 @@ pub struct Sent {
     /// End of EOF.
     pub end: Time,
     /// Who sent it; `None` is a stranger.
-    pub node: Option<NodeId>,
+    pub seat: Option<Seat>,
     /// Its 11-bit identifier; `None` for a 29-bit one.
     pub id: Option<u16>,
     /// Number of controllers that received it.

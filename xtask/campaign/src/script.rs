@@ -3,8 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use ecss_can::types::Bus;
+use ecss_can::types::{Bus, NodeId};
 use fastrand::Rng;
+use host_worlds::Seat;
 
 use crate::kind::Kind;
 
@@ -20,7 +21,11 @@ const RECOVERY_US: u64 = 30 * SECOND;
 /// Shortest run.
 const SHORTEST_US: u64 = 60 * SECOND;
 /// A node that few scripts have among their slaves.
-const NOBODY: u8 = 127;
+pub const NOBODY: u8 = 127;
+/// The second one of two master boards in a script. It is no Node-ID: both boards are node 1.
+pub const SPARE: u8 = 128;
+/// Distance between neighbours on the cable, metres: node n sits at n times this.
+pub const SPACING: u32 = 2;
 /// Bits of a frame that a flip may strike, then those of EOF.
 pub const EOF: u32 = 60;
 const LAST_BIT_OF_EOF: u32 = EOF + 6;
@@ -36,9 +41,9 @@ pub struct Fault {
     pub kind: Kind,
     /// Where.
     pub bus: Bus,
-    /// To which node; 0 is all of them.
+    /// To which node; 0 is all of them, [`SPARE`] is the second master board.
     pub node: u8,
-    /// Metres from the left end of the cable; node n sits at 2 n.
+    /// Metres from the left end of the cable; see [`Script::place`].
     pub place: u32,
     /// A number with a meaning of its kind: COB-ID, NMT command, state, ppm, bit, effect, exponent of a rate.
     pub value: u32,
@@ -55,6 +60,8 @@ pub struct Fault {
 pub struct Script {
     /// Of clocks, power-on times and random bit errors.
     pub seed: u64,
+    /// Master boards: one, or two of which one is the standby.
+    pub masters: u8,
     /// Slaves: nodes 2, 3, and so on.
     pub slaves: u8,
     /// Slave 4 has selective access; all others have parallel access.
@@ -116,7 +123,7 @@ impl Script {
             faults.push(fault(rng, second, slaves, from..from + span));
         }
         let (seed, selective, assigned) = (rng.u64(..), rng.bool(), rng.u8(0..4) == 0);
-        let mut script = Script { seed, slaves, selective, assigned, length: 0, faults };
+        let mut script = Script { seed, masters: 1, slaves, selective, assigned, length: 0, faults };
         script.length = script.shortest_length();
         if let [Fault { lasts: None, .. }, _] = script.faults[..]
             && rng.bool()
@@ -146,6 +153,35 @@ impl Script {
         }
     }
 
+    /// The same script with a second master board at the other end of the cable. Half of what strikes the first one strikes that
+    /// one, in its share of the cases what strikes the cable does so beside it, and a master may lose its power for ever.
+    #[must_use]
+    pub fn with_standby(mut self) -> Script {
+        let mut rng = Rng::with_seed(!self.seed);
+        let end = self.slaves + 2;
+        self.masters = 2;
+        let place = self.place(SPARE);
+        for fault in &mut self.faults {
+            let is_masters = fault.node == 1 && !fault.kind.is_foreign();
+            if is_masters && rng.bool() {
+                fault.node = SPARE;
+            }
+            match fault.kind {
+                Kind::Cut if rng.u8(1..end) == 1 => fault.place = place - 1,
+                Kind::Short | Kind::Dominant if rng.u8(1..=end) == 1 => fault.place = place,
+                Kind::PowerMaster if rng.u8(0..3) == 0 => fault.lasts = None,
+                _ => {}
+            }
+        }
+        self.length = self.length.max(self.shortest_length());
+        self
+    }
+
+    /// Where a node sits, metres from the left end of the cable: the second master board behind the last slave.
+    pub fn place(&self, node: u8) -> u32 {
+        SPACING * u32::from(if node == SPARE { self.slaves + 2 } else { node })
+    }
+
     /// Length that leaves room for recovery. A stranger that goes on for more than 16 s does so to the end.
     pub fn shortest_length(&self) -> u64 {
         let ends = self.faults.iter().map(|fault| fault.end().unwrap_or(fault.at));
@@ -155,6 +191,14 @@ impl Script {
 }
 
 impl Fault {
+    /// The board that it strikes; `None` is all of them.
+    pub fn seat(&self) -> Option<Seat> {
+        match self.node {
+            SPARE => Some(Seat::SECOND_MASTER),
+            node => NodeId::new(node).map(Seat::from),
+        }
+    }
+
     /// Microseconds from its beginning to its end; `None`: for ever.
     pub fn span(&self) -> Option<u64> {
         if self.kind.lasts() { self.lasts } else { Some(self.every * u64::from(self.times)) }
@@ -262,10 +306,18 @@ fn bus_name(bus: Bus) -> &'static str {
 impl fmt::Display for Script {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let access = if self.selective { "selective" } else { "parallel" };
-        writeln!(f, "# microseconds; node n sits at 2 n metres; slave 4 has {access} access")?;
+        write!(f, "# microseconds; node n sits at 2 n metres; slave 4 has {access} access")?;
+        let (end, masters) = match self.masters {
+            1 => (String::new(), String::new()),
+            count => (
+                format!("; node {SPARE}: second master, at {}", self.place(SPARE)),
+                format!(" masters={count}"),
+            ),
+        };
+        writeln!(f, "{end}")?;
         writeln!(
             f,
-            "run seed={} slaves={} selective={} assigned={} length={}",
+            "run seed={}{masters} slaves={} selective={} assigned={} length={}",
             self.seed,
             self.slaves,
             u8::from(self.selective),
@@ -344,6 +396,7 @@ impl FromStr for Script {
                     }
                     script = Some(Script {
                         seed: pairs.number("seed", u64::MAX)?,
+                        masters: read_masters(&pairs)?,
                         slaves,
                         selective: pairs.number("selective", 1)? == 1,
                         assigned: pairs.number("assigned", 1)? == 1,
@@ -352,14 +405,22 @@ impl FromStr for Script {
                     });
                 }
                 (_, None) => return Err(format!("`{line}`: a script begins with `run`")),
-                (_, Some(script)) => script.faults.push(read_fault(word, &pairs, script.slaves)?),
+                (_, Some(script)) => script.faults.push(read_fault(word, &pairs, script)?),
             }
         }
         script.ok_or("no line `run seed=.. slaves=.. selective=.. length=..`".into())
     }
 }
 
-fn read_fault(word: &str, pairs: &Pairs<'_>, slaves: u8) -> Result<Fault, String> {
+fn read_masters(pairs: &Pairs<'_>) -> Result<u8, String> {
+    match pairs.text("masters") {
+        None | Some("1") => Ok(1),
+        Some("2") => Ok(2),
+        Some(other) => Err(format!("`{}`: masters={other}, allowed are 1 and 2", pairs.line)),
+    }
+}
+
+fn read_fault(word: &str, pairs: &Pairs<'_>, script: &Script) -> Result<Fault, String> {
     let kind = Kind::named(word).ok_or_else(|| {
         let names: Vec<_> = Kind::ALL.iter().map(|(_, name)| *name).collect();
         format!("`{word}` is no fault: allowed are {}", names.join(", "))
@@ -369,16 +430,19 @@ fn read_fault(word: &str, pairs: &Pairs<'_>, slaves: u8) -> Result<Fault, String
         Some("redundant") => Bus::Redundant,
         Some(other) => return Err(format!("bus={other}: allowed are nominal and redundant")),
     };
-    let last = if kind == Kind::Stranger { NOBODY } else { slaves + 1 };
-    let node = pairs.number("node", last.into())? as u8;
+    let last = if kind == Kind::Stranger { NOBODY } else { script.slaves + 1 };
+    let is_second = script.masters == 2 && pairs.text("node") == Some("128");
+    let node = if is_second { SPARE } else { pairs.number("node", last.into())? as u8 };
     let (needs_slave, needs_node) = (
         matches!(kind, Kind::ResetSlave | Kind::PowerSlave | Kind::Clash),
         matches!(kind, Kind::Disconnect | Kind::Stuck | Kind::Babble | Kind::Drift),
     );
-    if needs_slave && node < 2 || needs_node && node < 1 {
+    let is_slave = node >= 2 && node != SPARE;
+    if needs_slave && !is_slave || needs_node && node < 1 || kind.is_foreign() && node == SPARE {
         return Err(format!("`{}`: node={node} is not possible for this fault", pairs.line));
     }
-    let is_master = matches!(kind, Kind::ResetMaster | Kind::PowerMaster | Kind::ForeignMaster);
+    let is_master = matches!(kind, Kind::ResetMaster | Kind::PowerMaster) && node != SPARE;
+    let is_master = is_master || kind == Kind::ForeignMaster;
     Ok(Fault {
         at: pairs.number("at", HOUR_US)?,
         lasts: pairs.text("lasts").map(|_| pairs.number("lasts", HOUR_US)).transpose()?,
@@ -406,6 +470,14 @@ mod tests {
             assert_ne!(script, Script::random(7, number, 1));
             assert!(script.length >= 60_000_000);
             assert_eq!(script.faults.len(), 1 + number as usize % 2);
+            let pair = script.clone().with_standby();
+            assert_eq!(pair.to_string().parse(), Ok(pair.clone()), "{pair}");
+            assert_eq!(pair.masters, 2);
+            // Only what has a share of the second board differs.
+            for (one, two) in script.faults.iter().zip(&pair.faults) {
+                let (node, place, lasts) = (one.node, one.place, one.lasts);
+                assert_eq!(*one, Fault { node, place, lasts, ..*two });
+            }
         }
     }
 
@@ -421,6 +493,9 @@ mod tests {
         refused("run slaves=2\nfire at=1", "allowed are cut, short");
         refused("run slaves=2\ncut at=1 bus=third", "nominal and redundant");
         refused("run slaves=2\nreset-slave at=1 node=4", "0 to 3");
+        refused("run slaves=2 masters=3", "1 and 2");
+        refused("run slaves=2\nreset-master at=1 node=128", "0 to 3");
+        refused("run masters=2 slaves=2\nreset-slave at=1 node=128", "not possible");
         refused("run slaves=2\nreset-slave at=1", "not possible");
         refused("run slaves=2\ncut soon", "KEY=VALUE");
     }

@@ -1,7 +1,7 @@
 //! Makes a script that violates something shorter and rounder, as long as it does.
 
 use crate::outcome::Outcome;
-use crate::script::{Fault, Script};
+use crate::script::{Fault, NOBODY, SPARE, Script};
 
 /// Flights at most.
 const FLIGHTS: usize = 300;
@@ -30,12 +30,16 @@ fn candidates(script: &Script) -> Vec<Script> {
         fewer.faults.remove(index);
         all.push(fewer);
     }
-    let highest = script.faults.iter().map(|fault| fault.node).filter(|node| *node < 127).max().unwrap_or(0);
+    let highest =
+        script.faults.iter().map(|fault| fault.node).filter(|node| *node < NOBODY).max().unwrap_or(0);
     let farthest = script.faults.iter().map(|fault| fault.place.div_ceil(2) as u8).max().unwrap_or(0);
     let least = highest.max(farthest).max(3) - 1;
     all.extend(
         [least, script.slaves.saturating_sub(1).max(least)].map(|slaves| Script { slaves, ..script.clone() }),
     );
+    if script.faults.iter().all(|fault| fault.node != SPARE) {
+        all.push(Script { masters: 1, ..script.clone() });
+    }
     all.push(Script { selective: false, ..script.clone() });
     all.push(Script { assigned: false, ..script.clone() });
     all.push(Script { seed: 1, ..script.clone() });

@@ -5,7 +5,7 @@ use campaign::script::Script;
 use campaign::{World, fly as fly_whole};
 
 /// A part of the violation when a rule is broken, and the simplest script that the campaign made of its run.
-const FOUND: [(Rule, &str, &str); 8] = [
+const FOUND: [(Rule, &str, &str); 11] = [
     (
         Rule::DeadBus,
         "slaves are reached on the other bus only",
@@ -48,6 +48,21 @@ const FOUND: [(Rule, &str, &str); 8] = [
         Rule::Bdefault,
         "Bdefault of slave 2 is Some(Nominal), its master on Redundant",
         "run seed=1 slaves=2 length=60000000\ncut at=13000000 lasts=3000000 place=3\n",
+    ),
+    (
+        Rule::Repeats,
+        "executed command",
+        "run seed=1 masters=2 slaves=2 length=60000000\nflip at=11000000 node=1 value=66 times=4\n",
+    ),
+    (
+        Rule::OneMaster,
+        "two masters that hear each other are active",
+        "run seed=1 masters=2 slaves=2 length=60000000\ndisconnect at=16000000 lasts=1000000 node=128\n",
+    ),
+    (
+        Rule::Claims,
+        "the second master changed its role in the last 3 s",
+        "run seed=1 masters=2 slaves=2 length=60000000\ndisconnect at=20000000 node=128\n",
     ),
 ];
 

@@ -11,6 +11,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Breaks a rule.
     pub fn break_rule(&mut self, broken: Option<Broken>) {
         self.manager.break_rule(broken);
+        if let Some(standby) = self.boards.standby_mut() {
+            standby.break_rule(broken);
+        }
     }
 
     /// A slave that waits is explained, where that rule is broken.

@@ -1,0 +1,149 @@
+//! The master boards of a run, as their own events show them: one, or two of which one is the standby.
+
+use can_wire::time::Time;
+use ecss_can::redundancy::SwitchCause;
+use ecss_can::types::Bus;
+use host_worlds::Seat;
+
+use crate::reach;
+use crate::scene::{News, Noted};
+use crate::script::{SPARE, Script};
+
+/// Two masters that hear each other are both active for two heartbeat periods at most (docs/decisions/standby-master.md), and for
+/// as long as their frames collide.
+const MEETING: Time = Time::from_ms(220);
+
+/// A board between two changes.
+#[derive(Clone, Copy)]
+pub struct Stay {
+    /// Since when.
+    pub from: Time,
+    /// The bus that it manages; `None` while it is not active.
+    pub bus: Option<Bus>,
+}
+
+/// A change of the bus by an active master.
+#[derive(Clone, Copy)]
+pub struct Switch {
+    pub at: Time,
+    pub from: Bus,
+    pub cause: SwitchCause,
+}
+
+/// A master board.
+pub struct MasterBoard {
+    pub seat: Seat,
+    /// Power-ons.
+    pub lives: u32,
+    pub stays: Vec<Stay>,
+    pub switches: Vec<Switch>,
+    /// When it became active, or the standby.
+    pub roles: Vec<Time>,
+}
+
+/// The master boards of a script.
+pub struct Boards {
+    all: Vec<MasterBoard>,
+}
+
+impl MasterBoard {
+    /// Number of the board in a script.
+    pub fn number(&self) -> u8 {
+        if self.seat == Seat::SECOND_MASTER { SPARE } else { 1 }
+    }
+
+    /// Its name in a complaint.
+    pub fn name(&self) -> &'static str {
+        if self.seat == Seat::SECOND_MASTER { "the second master" } else { "the master" }
+    }
+
+    /// The bus that it manages now; `None` while it is not active.
+    pub fn bus(&self) -> Option<Bus> {
+        self.stays.last().and_then(|stay| stay.bus)
+    }
+
+    /// What it did at an instant; `None` before its power-on.
+    pub fn at(&self, at: Time) -> Option<Stay> {
+        self.stays.iter().rfind(|stay| stay.from <= at).copied()
+    }
+
+    fn read(&mut self, at: Time, news: News, is_one_of_two: bool) {
+        let mut go = |bus| self.stays.push(Stay { from: at, bus });
+        match news {
+            News::PowerOn => {
+                self.lives += 1;
+                go(if is_one_of_two { None } else { Some(Bus::Nominal) });
+            }
+            News::PowerOff if is_one_of_two => go(None),
+            News::Role(bus) => {
+                go(bus);
+                self.roles.push(at);
+            }
+            News::Switched { from, to, cause } => {
+                go(Some(to));
+                self.switches.push(Switch { at, from, cause });
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Boards {
+    /// Those of a script.
+    pub fn new(script: &Script) -> Boards {
+        let seats = [Seat::MASTER, Seat::SECOND_MASTER].into_iter().take(script.masters.into());
+        let board =
+            |seat| MasterBoard { seat, lives: 0, stays: Vec::new(), switches: Vec::new(), roles: Vec::new() };
+        Boards { all: seats.map(board).collect() }
+    }
+
+    /// Reads a change; nothing happens when it is of a slave.
+    pub fn read(&mut self, noted: &Noted) {
+        let is_one_of_two = self.all.len() > 1;
+        if let Some(board) = self.all.iter_mut().find(|board| board.seat == noted.seat) {
+            board.read(noted.at, noted.news, is_one_of_two);
+        }
+    }
+
+    /// All of them.
+    pub fn iter(&self) -> impl Iterator<Item = &MasterBoard> {
+        self.all.iter()
+    }
+
+    /// The board of a seat; `None` for a slave.
+    pub fn of(&self, seat: Seat) -> Option<&MasterBoard> {
+        self.all.iter().find(|board| board.seat == seat)
+    }
+
+    /// Boards that manage a bus now.
+    pub fn active(&self) -> impl Iterator<Item = (&MasterBoard, Bus)> {
+        self.all.iter().filter_map(|board| Some((board, board.bus()?)))
+    }
+
+    /// From when to when two masters were active for too long although they heard each other: each answers what the other one
+    /// sends on the bus where that one is active.
+    pub fn meeting(&self, script: &Script) -> Option<(Time, Time)> {
+        let [one, two] = self.all.as_slice() else { return None };
+        let end = Time::from_us(script.length);
+        // Nothing changes between two of these.
+        let mut instants: Vec<Time> = one.stays.iter().chain(&two.stays).map(|stay| stay.from).collect();
+        instants.extend(reach::changes(script));
+        instants.retain(|at| *at < end);
+        instants.sort();
+        instants.dedup();
+        let meet = |at| {
+            let buses = [one, two].map(|board| board.at(at).and_then(|stay| stay.bus));
+            let [Some(first), Some(second)] = buses else { return false };
+            [first, second].into_iter().any(|bus| reach::surely_joins_masters(script, bus, at))
+        };
+        let mut since = None;
+        for (index, &at) in instants.iter().enumerate() {
+            let until = instants.get(index + 1).copied().unwrap_or(end);
+            since = if meet(at) { since.or(Some(at)) } else { None };
+            if let Some(from) = since.filter(|from| until > *from + MEETING) {
+                return Some((from, until));
+            }
+        }
+        None
+    }
+}
