@@ -3,7 +3,7 @@
 use super::peers::NodeSet;
 use crate::types::{Bus, Instant, PerBus};
 
-/// One try at a time, and from each bus none again while the same slaves stay silent there.
+/// One try at a time, and from each bus none again while the same slaves stay silent there, unless it was a success.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Trial {
     running: Option<Running>,
@@ -13,6 +13,8 @@ pub(super) struct Trial {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Running {
+    /// The bus left.
+    from: Bus,
     /// How many slaves were heard on the bus left.
     heard: u32,
     verdict: Instant,
@@ -30,7 +32,7 @@ impl Trial {
 
     /// `bus` is left because of these slaves; the other one is judged at `verdict`.
     pub fn begin(&mut self, bus: Bus, silent: NodeSet, heard: u32, verdict: Instant) {
-        self.running = Some(Running { heard, verdict });
+        self.running = Some(Running { from: bus, heard, verdict });
         self.tried[bus] = Some(silent);
     }
 
@@ -40,9 +42,12 @@ impl Trial {
     }
 
     /// Ends a try that is due, given what is heard on the bus tried. `true`: fewer slaves than before, go back. A tie
-    /// stays.
+    /// stays. More are a reason to try again, should that bus be lost and come back.
     pub fn judge(&mut self, now: Instant, heard: u32) -> Option<bool> {
         let running = self.running.take_if(|running| running.verdict <= now)?;
+        if heard > running.heard {
+            self.tried[running.from] = None;
+        }
         Some(heard < running.heard)
     }
 

@@ -38,6 +38,24 @@ fn a_bus_where_more_slaves_are_heard_is_kept() {
     assert_eq!(manager.active(), REDUNDANT);
 }
 
+/// Given a try that was a success, when the bus is lost for a while and comes back, then it is tried again.
+///
+/// Verifies: ECSS 8.3.3b
+#[test]
+fn a_bus_that_served_more_slaves_is_tried_again() {
+    let mut manager = tried();
+    assert_eq!(fly(&mut manager, 1_340, 3_000, &[2, 3, 4, 5], &[]), []);
+    // Foreign load: no heartbeat gets through. All are silent from 3080 ms on.
+    let done = fly(&mut manager, 3_000, 3_100, &[], &[]);
+    assert_eq!(done, [(3_080, switched(REDUNDANT, SwitchCause::SlavesSilent))]);
+    let done = fly(&mut manager, 3_100, 4_000, &[2, 3, 4], &[5]);
+    let [(at, action)] = done[..] else { panic!("{done:?}") };
+    assert_eq!(action, switched(NOMINAL, SwitchCause::Tried));
+    // Not before the settling time; then the hold time at most.
+    assert!((3_460..=3_080 + 380 + 260).contains(&at), "{at} ms");
+    assert_eq!(fly(&mut manager, 4_000, 9_000, &[2, 3, 4, 5], &[]), []);
+}
+
 /// Given a try that ended in a tie. When the slave left behind is heard on the other bus for the hold time, then that bus is
 /// tried for it, and after this no bus is.
 #[test]
