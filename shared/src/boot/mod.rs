@@ -139,7 +139,12 @@ impl Boot {
             return false;
         }
         let is_running = self.process.as_ref().is_some_and(|process| process.node == node);
-        if self.progress(node) == BootProgress::Awaited || self.doubtful & bit != 0 && !is_running {
+        if state == NmtState::Stopped {
+            // It answers no SDO now: a check that failed for this is done again when it does.
+            if self.progress(node) == BootProgress::Failed {
+                self.set_progress(node, BootProgress::Awaited);
+            }
+        } else if self.progress(node) == BootProgress::Awaited || self.doubtful & bit != 0 && !is_running {
             self.queue(node);
         }
         if state == NmtState::Operational {

@@ -10,7 +10,7 @@ use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{Device, FailCause};
-use crate::types::{Bus, CobId, Frame, Instant, NodeId};
+use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// A received frame. Makes the next run as early as what it changes needs: most frames change nothing.
@@ -98,10 +98,15 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         self.wake_boot();
         self.services.wake(self.manager.peers().deadline());
-        if heard.start && may_start {
+        let command = match state {
             // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
-            let start = NmtMessage { command: Command::Start, target: Target::Node(node) };
-            self.send_nmt(start, now, out);
+            _ if may_start => Command::Start,
+            // It is to be checked first, and answers nothing.
+            NmtState::Stopped => Command::EnterPreOperational,
+            _ => return,
+        };
+        if heard.start {
+            self.send_nmt(NmtMessage { command, target: Target::Node(node) }, now, out);
         }
     }
 

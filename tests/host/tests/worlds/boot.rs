@@ -1,5 +1,6 @@
 //! The boot-up process with real slaves: checked, configured, started.
 
+use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 use ecss_can::boot::{AssignedSlave, BootError, BootPolicy, BootProgress, Difference, Expected, Setting};
 use ecss_can::nmt::{Command, Target};
@@ -99,6 +100,30 @@ fn three_mandatory_slaves_are_checked_configured_and_started_before_sync_begins(
     let text = world.slave(FOUR, |slave| slave.objects().application.store.as_bytes().to_vec());
     assert!(text.starts_with(b"more text than one frame holds"));
     assert_eq!((completed(&world, Time::ZERO), failures(&world, Time::ZERO)), (1, vec![]));
+}
+
+/// Given a slave that somebody stops while the master checks it, then it is checked again and started. It answers no SDO when it is
+/// stopped.
+///
+/// Verifies: ECSS 8.3.3f
+#[test]
+fn a_slave_that_is_stopped_while_it_is_checked_is_checked_again() {
+    const ONE: Profile = Profile {
+        slaves: &[AssignedSlave { mandatory: false, ..mandatory(THREE) }],
+        settings: &[setting(THREE, ERROR_BEHAVIOUR, &[1])],
+        ..STANDARD
+    };
+    let mut world = Craft::new(ONE, 2);
+    let mut steps = 0;
+    while progress(&world, THREE, Time::ZERO).last() != Some(&BootProgress::Checking) {
+        world.run_for(Time::from_us(50));
+        steps += 1;
+        assert!(steps < 20_000, "it is never checked");
+    }
+    world.inject(Bus::Nominal, WireFrame::standard(0x000, &[0x02, 3]));
+    world.run_for(ms(5_000));
+    assert!(world.all_operational(), "{:?}", progress(&world, THREE, Time::ZERO));
+    assert_eq!(error_behaviour(&world, THREE), 1);
 }
 
 #[test]
