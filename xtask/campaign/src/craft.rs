@@ -16,23 +16,21 @@ use mission::{
 };
 
 use crate::broken::Rule;
-use crate::script::Script;
+use crate::script::{SELECTIVE, Script};
 
 /// A slave without data store.
 pub type CampaignSlave = Slave<MissionObjects<Vec<u8>>>;
 type CampaignMaster<B> = Master<CommanderObjects, B>;
 
-const FOUR: NodeId = NodeId::of::<4>();
 /// Slaves that the master configures in a script with `assigned`.
-const ASSIGNED: [NodeId; 3] = [NodeId::of::<2>(), NodeId::of::<3>(), FOUR];
+const ASSIGNED: [NodeId; 3] = [NodeId::of::<2>(), NodeId::of::<3>(), NodeId::of::<4>()];
 /// Error behaviour (1029h), and the value that the master writes there.
 const SETTING: Address = Address::new(0x1029, 1);
 const SET: u8 = 1;
 
 /// All slaves have parallel access.
 const PARALLEL: Profile = mission::STANDARD;
-/// Slave 4 has selective access.
-const MIXED: Profile = Profile { selective: &[FOUR], ..PARALLEL };
+const MIXED: Profile = Profile { selective: &[SELECTIVE], ..PARALLEL };
 /// As these, with slaves 2 to 4 assigned and configured by the master.
 const PARALLEL_ASSIGNED: Profile = assigned(PARALLEL);
 const MIXED_ASSIGNED: Profile = assigned(MIXED);

@@ -7,17 +7,19 @@ use ecss_can::redundancy::SwitchCause;
 use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
 use host_worlds::Seat;
 
-use crate::boards::{Boards, Switch};
+use crate::boards::{Boards, Stay, Switch};
 use crate::kind::Kind;
 use crate::outcome::Outcome;
 use crate::reach;
 use crate::scene::{News, Noted, Scene, Seen, Sent};
-use crate::script::{SPARE, Script};
+use crate::script::{Fault, SELECTIVE, SPARE, Script};
 
 /// What is left at the end must have held for this long.
 const CALM: Time = Time::from_ms(3_000);
 /// Of a frame that was on the wire when its bus was left.
 const ON_THE_WIRE: Time = Time::from_ms(1);
+/// A board logs a change after it made it, and may send in between.
+const LOGGED_WITHIN: Time = Time::from_ms(2);
 /// A master that is isolated had no acknowledgement for 2 ms; the tolerance is that of stamps.
 const ISOLATION: Time = Time::from_us(1_900);
 /// A reading of a clock may be from before it was set, and seen after.
@@ -61,6 +63,11 @@ impl<'a> Judge<'a> {
         }
     }
 
+    /// Of the run.
+    fn end(&self) -> Time {
+        Time::from_us(self.script.length)
+    }
+
     fn complain(&mut self, text: String) {
         if self.violations.len() < MOST_REASONS {
             self.violations.push(text);
@@ -70,7 +77,7 @@ impl<'a> Judge<'a> {
     /// Looks at what is new.
     pub fn look(&mut self, scene: &mut impl Scene, seen: &Seen) {
         self.read_news(seen);
-        self.read_frames(seen);
+        self.read_frames(seen, scene.now());
         self.read_clocks(scene);
         scene.take_wrongs().into_iter().for_each(|wrong| self.complain(wrong));
     }
@@ -106,19 +113,24 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// Nothing of a master goes out on a bus that it has left, and nothing at all while it is not the active one.
-    fn read_frames(&mut self, seen: &Seen) {
+    /// Nothing of a master goes out on a bus that it has left, and nothing at all while it is not the active one. Frames wait
+    /// for what is logged after them.
+    fn read_frames(&mut self, seen: &Seen, now: Time) {
         for bus in Bus::ALL {
-            let frames = &seen.frames[bus];
-            for sent in &frames[std::mem::replace(&mut self.frames[bus], frames.len())..] {
+            let frames = &seen.frames[bus][self.frames[bus]..];
+            let is_judged = |sent: &&Sent| sent.start + LOGGED_WITHIN < now || now >= self.end();
+            let frames = &frames[..frames.iter().take_while(is_judged).count()];
+            self.frames[bus] += frames.len();
+            for sent in frames {
                 if self.is_babbled(bus, sent) {
                     continue;
                 }
                 let is_of_work = matches!(sent.id, Some(0x000 | 0x080 | 0x181 | 0x301..=0x37F | 0x701));
                 let Some(board) = sent.seat.and_then(|seat| self.boards.of(seat)) else { continue };
+                let is_out_of_place = |stay: Stay| stay.bus.is_none_or(|here| is_of_work && here != bus);
                 let Some(stay) = board.at(sent.start) else { continue };
-                let is_out_of_place = stay.bus.is_none_or(|here| is_of_work && here != bus);
-                if is_out_of_place && sent.start > stay.from + ON_THE_WIRE {
+                let next = board.at(sent.start + LOGGED_WITHIN).unwrap_or(stay);
+                if is_out_of_place(stay) && is_out_of_place(next) && sent.start > stay.from + ON_THE_WIRE {
                     let (id, name, at) = (sent.id.unwrap_or_default(), board.name(), sent.start.as_us());
                     let why = if stay.bus.is_some() { "which it left" } else { "while it is not active" };
                     self.complain(format!("{id:03X}h of {name} on {bus:?}, {why}, {at} us"));
@@ -184,7 +196,7 @@ impl<'a> Judge<'a> {
             let (from, until) = (from.as_us(), until.as_us());
             self.complain(format!("two masters that hear each other are active, {from} to {until} us"));
         }
-        let calm = Time::from_us(self.script.length).since(CALM);
+        let calm = self.end().since(CALM);
         let late = self.boards.iter().find_map(|board| {
             let at = board.roles.last().filter(|at| **at > calm)?;
             Some((board.name(), at.as_us()))
@@ -204,6 +216,17 @@ impl<'a> Judge<'a> {
         faults.any(|fault| fault.kind == Kind::Noise && fault.lasts.is_none() && fault.bus == bus)
     }
 
+    /// Whether a stranger plays the master to the end where only a slave with selective access hears it: on the bus that the
+    /// master has left. The slave has no reason to look for it on the other one.
+    fn is_deceived(&self, node: NodeId, here: Bus) -> bool {
+        let to_the_end =
+            |fault: &Fault| fault.end().is_some_and(|end| Time::from_us(end) + CALM > self.end());
+        let mut faults = self.script.faults.iter();
+        let is_selective = self.script.selective && node == SELECTIVE;
+        is_selective
+            && faults.any(|fault| fault.kind == Kind::ForeignMaster && fault.bus != here && to_the_end(fault))
+    }
+
     /// An active master, its bus, and what it can reach. `rival`: another active one with its bus, which it does not hear.
     fn judge_network(&mut self, scene: &impl Scene, master: u8, here: Bus, rival: Option<(u8, Bus)>) {
         let alive = reach::alive(self.script);
@@ -218,6 +241,9 @@ impl<'a> Judge<'a> {
         for &node in &work {
             let Slave { state, bus, .. } = self.slaves.get(&node).copied().unwrap_or_default();
             let (slave, bdefault) = (node.get(), scene.bdefault(node));
+            if self.is_deceived(node, here) {
+                continue;
+            }
             if state != Some(NmtState::Operational) || bus != Some(here) {
                 self.complain(format!("slave {slave} is {state:?} on {bus:?}, the master on {here:?}"));
             } else if bdefault.is_some_and(|bus| bus != here) {
@@ -242,7 +268,7 @@ impl<'a> Judge<'a> {
             }
             return;
         }
-        let calm = Time::from_us(self.script.length).since(CALM);
+        let calm = self.end().since(CALM);
         let board = self.boards.iter().find(|board| board.number() == master);
         let is_late = |switch: &&Switch| switch.at > calm && !self.is_noisy(switch.from);
         let late = board.and_then(|board| board.switches.iter().find(is_late)).copied();
@@ -278,7 +304,7 @@ impl<'a> Judge<'a> {
     fn judge_collisions(&mut self, effective: &[bool]) {
         let [fault] = self.script.faults.as_slice() else { return };
         let is_collision = matches!(fault.kind, Kind::Clash | Kind::ForeignMaster) && effective == [true];
-        let is_deaf = self.script.selective && fault.node == 4 && fault.bus != Bus::Nominal;
+        let is_deaf = self.script.selective && fault.node == SELECTIVE.get() && fault.bus != Bus::Nominal;
         let is_reported = self.collisions.iter().any(|node| node.get() == fault.node);
         if is_collision && !is_deaf && !is_reported {
             self.complain(format!("node {} did not report another one with its Node-ID", fault.node));

@@ -24,6 +24,8 @@ const SHORTEST_US: u64 = 60 * SECOND;
 pub const NOBODY: u8 = 127;
 /// The second one of two master boards in a script. It is no Node-ID: both boards are node 1.
 pub const SPARE: u8 = 128;
+/// The slave that has selective access in some scripts.
+pub const SELECTIVE: NodeId = NodeId::of::<4>();
 /// Distance between neighbours on the cable, metres: node n sits at n times this.
 pub const SPACING: u32 = 2;
 /// Bits of a frame that a flip may strike, then those of EOF.
@@ -64,7 +66,7 @@ pub struct Script {
     pub masters: u8,
     /// Slaves: nodes 2, 3, and so on.
     pub slaves: u8,
-    /// Slave 4 has selective access; all others have parallel access.
+    /// [`SELECTIVE`] has selective access; all others have parallel access.
     pub selective: bool,
     /// The master configures slaves 2 to 4; else it starts all slaves as they are.
     pub assigned: bool,
