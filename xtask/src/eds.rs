@@ -6,10 +6,12 @@ use std::process::Stdio;
 
 use anyhow::Context;
 use clap::Args;
+use ecss_can::node::minimal::Numbers;
 use ecss_can::node::{MasterObjects, NodeObjects};
 use ecss_can::profile;
 use ecss_can::types::NodeId;
 use eds::{Commissioning, Description, Device, Timestamp};
+use mission::minimal::MinimalObjects;
 use mission::{CommanderObjects, MissionObjects};
 
 use support::board::{BitRate, Profile};
@@ -135,6 +137,9 @@ fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let commissioning = commissioning(NodeId::MASTER, "master".into(), profile);
     let text = description.dcf("master.dcf", "master.eds", &commissioning, &mut master(profile))?;
     files.push(("master.dcf".into(), text));
+    let minimal = |node| MinimalObjects::new(node, &Numbers::of(profile, node));
+    let description = Description::new(&minimal_device(options.profile), minimal)?;
+    files.push(("minimal.eds".into(), description.eds("minimal.eds")));
     Ok(files)
 }
 
@@ -166,6 +171,21 @@ fn slave_device(profile: Profile) -> Device {
     }
 }
 
+/// The slave of clause 9 (ECSS 9.2a).
+fn minimal_device(profile: Profile) -> Device {
+    let mut device = device();
+    device
+        .comments
+        .push("Objects are hard-coded: no SDO reaches them, and no NMT command changes a state.".into());
+    Device {
+        product: "Minimal slave".into(),
+        order_code: "minimal".into(),
+        description: format!("Minimal slave of ECSS-E-ST-50-15C, clause 9, profile {}", profile.name()),
+        nodes: SLAVES,
+        ..device
+    }
+}
+
 fn master_device(profile: Profile) -> Device {
     Device {
         product: "Master".into(),
@@ -177,7 +197,7 @@ fn master_device(profile: Profile) -> Device {
     }
 }
 
-/// What both have in common.
+/// What all have in common.
 fn device() -> Device {
     Device {
         vendor: "The ecss-can authors".into(),

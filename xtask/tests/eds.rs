@@ -15,6 +15,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 /// Verifies: ECSS 6.6a
+/// Verifies: ECSS 9.2a
 #[test]
 fn the_committed_files_are_those_of_the_code() {
     let output = eds(&["--check"]);
@@ -50,7 +51,10 @@ fn every_slave_that_is_named_gets_its_dcf() {
         ["--slave", "2", "--slave", "127", "--profile", "standard", "--out", out.to_str().unwrap()];
     let output = eds(&arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert_eq!(names(&out), ["master.dcf", "master.eds", "slave-127.dcf", "slave-2.dcf", "slave.eds"]);
+    assert_eq!(
+        names(&out),
+        ["master.dcf", "master.eds", "minimal.eds", "slave-127.dcf", "slave-2.dcf", "slave.eds"]
+    );
     let dcf = std::fs::read_to_string(out.join("slave-127.dcf")).unwrap();
     assert!(dcf.contains("\nNodeID=127\n") && dcf.contains("profile standard\n"));
 }
@@ -73,6 +77,55 @@ fn the_bit_rates_are_those_that_the_clock_of_the_boards_can_make() {
         "BaudRate_1000=1",
     ];
     assert_eq!(rates, expected);
+}
+
+/// By the standard's Tables 9-3 to 9-6, 9-8 and 9-12, not by the code: parameters and mapping of four PDOs each way, that cannot be
+/// written and have no inhibit time (sub 3) and no event timer (sub 5); no NMT start-up, no SDO.
+///
+/// Verifies: ECSS 9.4.1d
+/// Verifies: ECSS 9.4.4b
+/// Verifies: ECSS 9.4.5a
+/// Verifies: ECSS 9.4.10b
+/// Verifies: ECSS 9.4.10e
+#[test]
+fn data_sheet_of_the_minimal_slave_is_that_of_clause_9() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    assert!(eds(&["--profile", "standard", "--out", here.path().to_str().unwrap()]).status.success());
+    let text = std::fs::read_to_string(here.path().join("minimal.eds")).unwrap();
+    let section = |name: &str| {
+        let (_, rest) = text.split_once(&format!("[{name}]\n"))?;
+        Some(rest.split("\n[").next().unwrap())
+    };
+    let communication = (0..4).flat_map(|nth| [0x1400, 0x1600, 0x1800, 0x1A00].map(|first| first + nth));
+    let mut expected: Vec<u32> =
+        [0x1000, 0x1001, 0x1005, 0x1016, 0x1017, 0x1018].into_iter().chain(communication).collect();
+    expected.sort_unstable();
+    let there = (0x1000..0x2000).filter(|index| section(&format!("{index:04X}")).is_some());
+    assert_eq!(there.collect::<Vec<u32>>(), expected);
+    assert!(section("1005").unwrap().contains("DefaultValue=0x00000080"));
+    for (nth, (receive, transmit)) in
+        (0..).zip([(0x200, None), (0x300, Some(1)), (0x400, Some(254)), (0x500, Some(254))])
+    {
+        let parameters = |first: u32, sub| section(&format!("{:04X}sub{sub}", first + nth));
+        let cob_id = format!("DefaultValue=$NODEID+0x{:08X}", 0x4000_0000 + receive);
+        assert!(parameters(0x1400, 1).unwrap().contains(&cob_id), "{cob_id}");
+        assert!(parameters(0x1400, 2).unwrap().contains("DefaultValue=0xFE"));
+        if let Some(transmission) = transmit {
+            let cob_id = format!("DefaultValue=$NODEID+0x{:08X}", 0x4000_0180 + 0x100 * nth);
+            assert!(parameters(0x1800, 1).unwrap().contains(&cob_id), "{cob_id}");
+            assert!(parameters(0x1800, 2).unwrap().contains(&format!("DefaultValue=0x{transmission:02X}")));
+        }
+        for first in [0x1400, 0x1800] {
+            assert!([3, 4, 5, 6].iter().all(|sub| parameters(first, *sub).is_none()));
+        }
+        for first in [0x1600, 0x1A00] {
+            let mapping = (0..=8).map(|sub| parameters(first, sub).unwrap());
+            assert!(mapping.into_iter().all(|entry| entry.contains("AccessType=ro")), "{first:04X}");
+        }
+    }
+    assert!(
+        text.contains("SimpleBootUpSlave=0") && text.contains("NrOfRXPDO=4") && text.contains("NrOfTXPDO=4")
+    );
 }
 
 #[test]

@@ -11,12 +11,16 @@
 //!
 //! TPDO 1 is not in use: the master takes 180h + node for the time of a slave, and a minimal one has no clock.
 
+mod objects;
+
 use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalRpdo, MinimalTpdo, Payload, Trigger};
 use ecss_can::pdo::CobIdOf;
 use ecss_can::types::Instant;
 
 use crate::counters::COUNTERS;
 use crate::{Command, Message, Request, SlaveRecord, Telemetry};
+
+pub use objects::{CyclicState, FixedPdo, MinimalMessage, MinimalObjects, MinimalTelemetry};
 
 /// Numbers of PDOs, from zero.
 const KEEP: usize = 0;

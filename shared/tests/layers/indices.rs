@@ -13,8 +13,9 @@ use crate::arrows::Source;
 /// Communication profile and the objects of the ECSS standard.
 const INDICES: std::ops::RangeInclusive<u32> = 0x1000..=0x2FFF;
 
-/// Files whose numbers are no indices: emergency error codes (CiA 301 table 26) begin at 1000h, too.
-const OTHER_NUMBERS: [&str; 1] = ["emcy/code.rs"];
+/// Files whose numbers are no indices: emergency error codes (CiA 301 table 26) begin at 1000h, too. And the table of the
+/// standard that says which objects a minimal slave may have: it names those of all services.
+const OTHER_NUMBERS: [&str; 2] = ["emcy/code.rs", "node/minimal/objects.rs"];
 
 /// Where a number stands.
 #[derive(Clone)]

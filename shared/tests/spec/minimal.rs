@@ -4,7 +4,7 @@ use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::link::{Stamp, port::Filter};
 use ecss_can::node::minimal::{
     MinimalDevice, MinimalEvent, MinimalPdos, MinimalRpdo, MinimalSlave, MinimalTpdo, Numbers, PDOS, Payload,
-    Trigger,
+    Permission, Trigger, assert_minimal, permission,
 };
 use ecss_can::node::{BusCause, BusCommand, LinkEvent, Node};
 use ecss_can::pdo::CobIdOf;
@@ -364,6 +364,130 @@ fn pdos_that_cannot_be_are_refused() {
         assert_eq!(panic.downcast_ref::<&str>(), Some(&reason));
     }
     sync(240).assert_possible();
+}
+
+/// Each row of Table 9-12, by its first and last index, and what is beside it.
+///
+/// Verifies: ECSS 9.4.10b
+#[test]
+fn forbidden_objects_are_those_of_the_table() {
+    let is = |index, expected| assert_eq!(permission(index), expected, "{index:04X}h");
+    for index in [0x1000, 0x1003, 0x1005, 0x1006, 0x1008, 0x100A, 0x1016, 0x1018, 0x1019, 0x1028, 0x6000] {
+        is(index, Permission::Authorised);
+    }
+    for index in [0x1007, 0x100C, 0x100D, 0x1010, 0x1011, 0x1012, 0x1013, 0x1014, 0x1015] {
+        is(index, Permission::Forbidden);
+    }
+    for index in [0x1201, 0x127F, 0x1281, 0x12FF] {
+        is(index, Permission::Forbidden);
+    }
+    is(0x1200, Permission::Tests);
+    is(0x1280, Permission::Tests);
+    for (first, last) in [(0x1400, 0x15FF), (0x1600, 0x17FF), (0x1800, 0x19FF), (0x1A00, 0x1BFF)] {
+        is(first, Permission::Authorised);
+        is(first + 3, Permission::Authorised);
+        is(first + 4, Permission::Forbidden);
+        is(last, Permission::Forbidden);
+    }
+}
+
+/// Parameters and mapping of RPDO 1, with an object more or less, or one that must not be as it is.
+mod dictionaries {
+    use super::*;
+    use ecss_can::od::{Objects, Record};
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Fixed {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+        /// Transmission type
+        #[sub(2, ro)]
+        transmission: u8,
+    }
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
+    pub struct Inhibited {
+        /// COB-ID
+        #[sub(1, ro)]
+        cob_id: u32,
+        /// Inhibit time
+        #[sub(3, ro)]
+        inhibit: u16,
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Sound {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Unmapped {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Timed {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Inhibited,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Variable {
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, rw)]
+        mapping: [u32; 1],
+    }
+
+    #[derive(Debug, Objects)]
+    pub struct Stored {
+        /// Store parameters
+        #[object(0x1010, ro)]
+        store: u32,
+        /// Parameters
+        #[object(0x1400, record)]
+        pdo: Fixed,
+        /// Mapping
+        #[object(0x1600, array, ro)]
+        mapping: [u32; 1],
+    }
+
+    /// As in a constant, where a panic stops the build.
+    pub fn refusal<D: Objects>() -> Option<String> {
+        let rpdo = Some(MinimalRpdo { cob_id: CobIdOf::node(0x200), least: 0 });
+        let pdos = MinimalPdos { receive: [rpdo, None, None, None], transmit: [None; PDOS] };
+        let panic = std::panic::catch_unwind(|| assert_minimal::<D>(&pdos)).err()?;
+        panic.downcast_ref::<&str>().map(|reason| (*reason).to_owned())
+    }
+}
+
+/// Verifies: ECSS 9.4.5a, 9.4.10b, 9.4.10e
+#[test]
+fn dictionaries_that_the_minimal_set_forbids_are_refused() {
+    use dictionaries::{Sound, Stored, Timed, Unmapped, Variable, refusal};
+    assert_eq!(refusal::<Sound>(), None);
+    for (refusal, reason) in [
+        (refusal::<Unmapped>(), "a PDO in use without its parameters or its mapping"),
+        (refusal::<Timed>(), "a PDO with an inhibit time or an event timer"),
+        (refusal::<Variable>(), "a mapping that can be written"),
+        (refusal::<Stored>(), "an object that Table 9-12 of the standard does not authorise"),
+    ] {
+        assert_eq!(refusal.as_deref(), Some(reason));
+    }
 }
 
 /// One that is late still answers, on the bus that is active then.

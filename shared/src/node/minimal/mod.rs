@@ -4,9 +4,11 @@
 //! handled, or never. The master begins every exchange.
 
 mod api;
+mod objects;
 mod pdos;
 
 pub use api::{MinimalDevice, MinimalEvent, Numbers};
+pub use objects::{Permission, assert_minimal, permission};
 pub use pdos::{MinimalPdos, MinimalRpdo, MinimalTpdo, PDOS, Payload, Trigger};
 
 use super::buses::{BusNews, Buses};
