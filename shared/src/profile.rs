@@ -45,6 +45,8 @@ pub struct Profile {
     pub slaves: &'static [AssignedSlave],
     /// What they are configured with.
     pub settings: &'static [Setting],
+    /// Slaves of the minimal set (ECSS 9), none of them in `slaves`: the master neither boots them nor asks who they are.
+    pub minimal: &'static [MinimalNode],
     /// How long the network waits for mandatory slaves.
     pub boot: BootPolicy,
     /// How long errors on a bus may last before they mean something: two frames and the error frame between them.
@@ -57,6 +59,16 @@ pub struct Profile {
     pub autostart: bool,
     /// Two master boards, one of them the standby of the other (ECSS 8.1a). `None`: one master board, active at power-on.
     pub standby: Option<Pair>,
+}
+
+/// A slave of the minimal set, as its master knows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MinimalNode {
+    /// Its Node-ID.
+    pub node: NodeId,
+    /// Whether it sends a heartbeat. One that sends none is commanded from power-on, and is never reported as lost.
+    pub has_heartbeat: bool,
 }
 
 impl Profile {
@@ -85,6 +97,7 @@ impl Profile {
         sdo_timeout: Duration::from_millis(500),
         slaves: &[],
         settings: &[],
+        minimal: &[],
         boot: BootPolicy { time: Duration::from_millis(5_000), goes_on: false },
         grace: Duration::from_millis(2),
         bus_off: BusOffPolicy {

@@ -17,8 +17,8 @@ use ecss_can::types::{Address, Bus, Instant, NmtState, NodeId};
 use embassy_futures::select::{Either, select};
 use mission::counters::COUNTERS;
 use mission::{
-    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, Received, Request, SLAVES, TELEMETRY_PERIOD,
-    slot,
+    COMMAND_PERIOD, CableMeasurement, Command, CommanderObjects, PROFILE, Received, Request, SLAVES,
+    TELEMETRY_PERIOD, slot,
 };
 
 pub use cables::cables;
@@ -58,6 +58,10 @@ impl Application {
     }
 
     pub async fn run(mut self) -> ! {
+        // Nothing is heard of a minimal slave without heartbeat.
+        for minimal in PROFILE.minimal.iter().filter(|minimal| !minimal.has_heartbeat) {
+            self.work(minimal.node);
+        }
         loop {
             let next = wait(self.master, self.next_turn());
             match select(self.events.next(), next).await {
@@ -147,8 +151,8 @@ impl Application {
             self.sequences = [Sequence::new(self.master.now(), COMMAND_PERIOD); SLAVES];
         }
         for node in (2..).filter_map(NodeId::new).take(SLAVES) {
-            let state = self.master.with(|master, _| master.slave_state(node));
-            if is_active && state == Some(NmtState::Operational) { self.work(node) } else { self.rest(node) }
+            let takes_commands = self.master.with(|master, _| master.may_command(node));
+            if is_active && takes_commands { self.work(node) } else { self.rest(node) }
         }
     }
 

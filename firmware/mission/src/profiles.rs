@@ -2,7 +2,7 @@
 
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
 use ecss_can::link::bit_timing::BitRate;
-use ecss_can::profile::Profile;
+use ecss_can::profile::{MinimalNode, Profile};
 use ecss_can::types::{Address, Duration, NodeId};
 
 /// How often the master commands each slave, and how long a command may be repeated by the bus.
@@ -61,7 +61,7 @@ const _: () = assert!(PROFILE.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
 const _: () = assert!(TWO_MASTERS.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
 
 /// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slaves 4 and 6 have
-/// selective access, so that both ways to fail over are seen. The master boots slaves 2 to 4, and waits for none of them.
+/// selective access, so that both ways to fail over are seen; slave 6 is a minimal one, if it is there. The master boots slaves 2 to 4, and waits for none of them.
 pub const LIBRECUBE: Profile = Profile {
     name: "librecube",
     heartbeat: Duration::from_millis(250),
@@ -71,6 +71,7 @@ pub const LIBRECUBE: Profile = Profile {
     sync: Duration::from_millis(5_000),
     time: Duration::from_millis(10_000),
     selective: &[NodeId::of::<4>(), NodeId::of::<6>()],
+    minimal: &[MinimalNode { node: NodeId::of::<6>(), has_heartbeat: true }],
     slaves: &[slave(NodeId::of::<2>()), slave(NodeId::of::<3>()), slave(NodeId::of::<4>())],
     settings: &[
         consumer(NodeId::of::<2>()),

@@ -28,6 +28,7 @@ mod manager;
 mod master;
 mod master_deadline;
 mod master_device;
+mod master_minimal;
 mod master_pdos;
 mod master_services;
 mod minimal;

@@ -33,7 +33,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if self.identification_deadline().is_none_or(|deadline| deadline > until) {
             return false;
         }
-        let Some(node) = self.manager.peers_mut().take_unasked() else { return false };
+        let node = loop {
+            let Some(node) = self.manager.peers_mut().take_unasked() else { return false };
+            // A minimal slave has no SDO server.
+            if self.minimal(node).is_none() {
+                break node;
+            }
+        };
         self.transfers.take(Owner::Identification, node).start_upload(DEVICE_TYPE, BYTES, Mode::Segmented);
         self.services.dictionary.objects.application.network.show_client(node);
         true

@@ -32,7 +32,7 @@ use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::{NmtMessage, NmtSlave, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
-use crate::profile::Profile;
+use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
 use crate::store::{Group, ParameterStore};
 use crate::sync;
@@ -65,6 +65,8 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     sync: sync::Producer,
     /// COB-IDs of [`Profile::stamped`].
     stamped: &'static [CobId],
+    /// [`Profile::minimal`].
+    minimal: &'static [MinimalNode],
     held: Deque<Outgoing, HELD>,
     /// A spacecraft time was due while the active bus was not announced.
     is_time_pending: bool,
@@ -109,6 +111,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
             stamped: profile.stamped,
+            minimal: profile.minimal,
             held: Deque::new(),
             is_time_pending: false,
             are_filters_due: false,

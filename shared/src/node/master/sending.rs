@@ -3,13 +3,49 @@
 use super::Master;
 use super::boards::MasterBoards;
 use crate::link::queue::Outgoing;
+use crate::node::minimal::MinimalPdos;
 use crate::node::{Device, Refusal};
+use crate::profile::MinimalNode;
 use crate::types::{Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// The last state of a slave; `None` when it was never heard, is lost or forgotten.
     pub fn slave_state(&self, node: NodeId) -> Option<NmtState> {
         self.manager.peers().state(node)
+    }
+
+    /// Whether a slave takes commands: it is Operational by its heartbeat, or a [minimal one](MinimalNode) that sends none.
+    pub fn may_command(&self, node: NodeId) -> bool {
+        let is_silent = self.minimal(node).is_some_and(|minimal| !minimal.has_heartbeat);
+        is_silent || self.slave_state(node) == Some(NmtState::Operational)
+    }
+
+    /// A slave of the minimal set.
+    pub(super) fn minimal(&self, node: NodeId) -> Option<&'static MinimalNode> {
+        self.minimal.iter().find(|minimal| minimal.node == node)
+    }
+
+    /// Sends a command or a telemetry request to a minimal slave by any of its four receive PDOs (0 is the first; ECSS 9.4.2c).
+    ///
+    /// # Errors
+    /// As [`Master::send_frame`]; [`Refusal::NotValid`] for a fifth PDO or more than 8 bytes, [`Refusal::NotOperational`] is about
+    /// the slave.
+    pub fn send_to_minimal(
+        &mut self,
+        node: NodeId,
+        number: usize,
+        data: &[u8],
+        now: Instant,
+    ) -> Result<(), Refusal> {
+        let id = MinimalPdos::DEFAULT.receive.get(number).copied().flatten();
+        let frame = id.and_then(|pdo| Frame::new(pdo.cob_id.of(node), data).ok());
+        let refusal = match frame {
+            Some(frame) if self.may_command(node) => return self.send_frame(frame, now),
+            Some(_) => Refusal::NotOperational,
+            None => Refusal::NotValid,
+        };
+        self.services.buses.refused(self.manager.active());
+        Err(refusal)
     }
 
     /// Sends a transmit PDO (0 is the first) as its transmission type has it, whether its content has changed or not.
@@ -43,7 +79,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         now: Instant,
         fill: impl FnOnce(&mut D),
     ) -> Result<(), Refusal> {
-        if self.slave_state(node) != Some(NmtState::Operational) {
+        if !self.may_command(node) {
             self.services.buses.refused(self.manager.active());
             return Err(Refusal::NotOperational);
         }

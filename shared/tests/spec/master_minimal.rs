@@ -1,0 +1,131 @@
+//! A master and minimal slaves (ECSS 9), one of them without heartbeat.
+
+use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Numbers, Payload};
+use ecss_can::node::{MasterEvent, Refusal};
+use ecss_can::profile::{MinimalNode, Profile};
+use ecss_can::types::{Instant, NmtState, NodeId};
+
+use crate::bench::{Bench, Master, NOMINAL, frame, ms, node};
+use crate::console;
+use crate::instrument::STANDARD;
+
+const HEARD: u8 = 5;
+const SILENT: u8 = 6;
+const STRANGER: u8 = 7;
+
+const MIXED: Profile = Profile {
+    minimal: &[
+        MinimalNode { node: NodeId::of::<HEARD>(), has_heartbeat: true },
+        MinimalNode { node: NodeId::of::<SILENT>(), has_heartbeat: false },
+    ],
+    ..STANDARD
+};
+
+/// The heartbeat of the master was acknowledged.
+fn announced() -> Bench<Master> {
+    let mut master = Bench::new(console::master(&MIXED, None));
+    master.run_until(ms(10));
+    master.transmitted(NOMINAL, frame(0x701, &[0x05]));
+    master.clear();
+    master
+}
+
+fn send(master: &mut Bench<Master>, raw: u8, number: usize, data: &[u8]) -> Result<(), Refusal> {
+    master.touch(|master, now| master.send_to_minimal(node(raw), number, data, now))
+}
+
+/// Returns what a command asks back, under its own number.
+#[derive(Default)]
+struct Echo {
+    commands: Vec<(usize, Vec<u8>)>,
+}
+
+impl MinimalDevice for Echo {
+    const PDOS: MinimalPdos = MinimalPdos::DEFAULT;
+
+    fn on_pdo(&mut self, number: usize, data: &[u8], _: Instant) -> Option<(usize, Payload)> {
+        self.commands.push((number, data.to_vec()));
+        (data.first() == Some(&0xA5)).then(|| (number, Payload::from_slice(data).unwrap()))
+    }
+
+    fn on_sync(&mut self, _: usize, _: Instant) -> Option<Payload> {
+        unreachable!("no PDO follows SYNC")
+    }
+}
+
+/// Commands and requests of any length to a slave that was never heard: it takes each, and answers what asks for it.
+///
+/// Verifies: ECSS 9.4.1a, 9.4.2c
+#[test]
+fn master_sends_commands_and_requests_by_each_of_four_pdos() {
+    let mut master = announced();
+    let numbers = Numbers::of(&MIXED, node(SILENT)).without_heartbeat();
+    let mut slave = Bench::new(MinimalSlave::new(node(SILENT), numbers, Echo::default()));
+    slave.run_until(ms(10));
+    for (number, id) in [0x206, 0x306, 0x406, 0x506].into_iter().enumerate() {
+        for data in [&[][..], &[1, 2, 3], &[0xA5, 2, 3, 4, 5, 6, 7, 8]] {
+            master.clear();
+            slave.clear();
+            send(&mut master, SILENT, number, data).unwrap();
+            assert_eq!(master.frames(), [(NOMINAL, frame(id, data))]);
+            slave.receive(NOMINAL, id, data);
+            assert_eq!(slave.node.device().commands.last(), Some(&(number, data.to_vec())));
+            let answer = (NOMINAL, frame(0x186 + 0x100 * number as u16, data));
+            assert_eq!(slave.frames(), if data.len() == 8 { vec![answer] } else { vec![] });
+        }
+    }
+}
+
+#[test]
+fn commands_to_a_slave_that_takes_none_are_refused() {
+    let mut master = announced();
+    assert_eq!(send(&mut master, HEARD, 0, &[1]), Err(Refusal::NotOperational), "not heard yet");
+    assert_eq!(send(&mut master, STRANGER, 0, &[1]), Err(Refusal::NotOperational), "no minimal one");
+    assert_eq!(send(&mut master, SILENT, 4, &[1]), Err(Refusal::NotValid), "there are four");
+    assert_eq!(send(&mut master, SILENT, 0, &[0; 9]), Err(Refusal::NotValid), "8 bytes at most");
+    assert_eq!(master.frames(), []);
+    assert_eq!(master.node.status(ms(10)).counters[NOMINAL].refused, 4);
+    master.receive(NOMINAL, 0x705, &[0x05]);
+    master.clear();
+    assert_eq!(send(&mut master, HEARD, 3, &[1]), Ok(()));
+    assert_eq!(master.frames(), [(NOMINAL, frame(0x505, &[1]))]);
+}
+
+/// Given two minimal slaves and a stranger that are heard together, then the stranger alone is asked by SDO, and none is started.
+#[test]
+fn minimal_slaves_are_not_asked_who_they_are() {
+    let mut master = announced();
+    for id in [0x705, 0x706, 0x707] {
+        master.receive(NOMINAL, id, &[0x05]);
+    }
+    master.run_until(ms(250));
+    let asked: Vec<u16> = master.frames().into_iter().map(|(_, frame)| frame.id().raw()).collect();
+    assert!(asked.contains(&0x607), "{asked:03X?}");
+    assert!(!asked.contains(&0x605) && !asked.contains(&0x606) && !asked.contains(&0), "{asked:03X?}");
+    assert_eq!(master.node.slave_state(node(HEARD)), Some(NmtState::Operational));
+}
+
+/// For a minute: neither lost nor unheard, and the master stays where it is.
+#[test]
+fn slave_without_heartbeat_is_never_missed() {
+    let mut master = announced();
+    for beat in 1..600 {
+        master.run_until(ms(100 * beat + 50));
+        master.transmitted(NOMINAL, frame(0x701, &[0x05]));
+        // Of a slave that counts.
+        master.receive(NOMINAL, 0x702, &[0x05]);
+        if beat == 1 {
+            master.receive(NOMINAL, 0x582, &[0x43, 0, 0x10, 0, 0, 0, 0, 0]);
+        }
+    }
+    let missed = master.events.iter().filter(|event| {
+        matches!(
+            event,
+            MasterEvent::SlaveLost { .. }
+                | MasterEvent::SlaveUnheard { .. }
+                | MasterEvent::BusSwitched { .. }
+        )
+    });
+    assert_eq!(missed.count(), 0);
+    assert!(master.node.may_command(node(SILENT)) && !master.node.may_command(node(HEARD)));
+}
