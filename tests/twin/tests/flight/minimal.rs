@@ -290,6 +290,18 @@ fn full_and_minimal_slaves_follow_the_master_to_the_other_bus() {
     }
 }
 
+/// The profile names slave 6: it is not asked who it is. Slave 5, which it does not name, is asked once, and does not answer.
+#[test]
+fn minimal_slave_that_the_master_knows_is_not_asked_by_sdo() {
+    let asked = |node: u16| MIXED.frames.iter().filter(|seen| seen.id() == Some(0x600 + node)).count();
+    assert_eq!(asked(SELECTIVE.into()), 0);
+    assert!(asked(MINIMAL.into()) > 0);
+    assert_eq!(MIXED.said(MASTER, "node 6 does not answer", Time::ZERO), None);
+    for answer in [0x585, 0x586] {
+        assert!(!MIXED.frames.iter().any(|seen| seen.id() == Some(answer)));
+    }
+}
+
 #[test]
 fn commands_and_telemetry_reach_full_and_minimal_slaves_on_both_buses() {
     for node in [2, 3, MINIMAL, SELECTIVE] {
