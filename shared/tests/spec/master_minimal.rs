@@ -8,6 +8,7 @@ use ecss_can::types::{Instant, NmtState, NodeId};
 use crate::bench::{Bench, Master, NOMINAL, frame, ms, node};
 use crate::console;
 use crate::instrument::STANDARD;
+use crate::master_device::{powered, read};
 
 const HEARD: u8 = 5;
 const SILENT: u8 = 6;
@@ -128,4 +129,25 @@ fn slave_without_heartbeat_is_never_missed() {
     });
     assert_eq!(missed.count(), 0);
     assert!(master.node.may_command(node(SILENT)) && !master.node.may_command(node(HEARD)));
+}
+
+/// The master has the SYNC of Tables 9-7 to 9-10 in its dictionary, with the producer bit of CiA 301 in 1005h, and sends it in the period
+/// that stands there. The synchronous window is zero: no node has one.
+///
+/// Verifies: ECSS 9.4.7.3a, 9.4.7.3b, 9.4.7.3b.1, 9.4.7.3b.2, 9.4.7.3d
+#[test]
+fn master_requests_data_by_sync_in_the_period_of_its_dictionary() {
+    let mut master = powered(&MIXED);
+    assert_eq!(read(&mut master, 0x1005, 0), 0x4000_0080);
+    assert_eq!(read(&mut master, 0x1006, 0), 100_000, "microseconds");
+    assert_eq!(read(&mut master, 0x1007, 0), 0);
+    master.transmitted(NOMINAL, frame(0x701, &[0x05]));
+    master.clear();
+    master.run_until(ms(1_050));
+    let syncs = master.times(NOMINAL, 0x080);
+    assert!(syncs.len() >= 9, "{syncs:?}");
+    assert!(syncs.windows(2).all(|pair| pair[1] - pair[0] == 100), "{syncs:?}");
+    assert!(
+        master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x080).all(|sent| sent.frame.dlc() == 0)
+    );
 }
