@@ -61,7 +61,8 @@ const _: () = assert!(PROFILE.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
 const _: () = assert!(TWO_MASTERS.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
 
 /// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slaves 4 and 6 have
-/// selective access, so that both ways to fail over are seen; slave 6 is a minimal one, if it is there. The master boots slaves 2 to 4, and waits for none of them.
+/// selective access, so that both ways to fail over are seen; slave 6 is a minimal one, if it is there. The master boots slaves
+/// 2 to 4, and waits for none of them.
 pub const LIBRECUBE: Profile = Profile {
     name: "librecube",
     heartbeat: Duration::from_millis(250),
