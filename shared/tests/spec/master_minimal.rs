@@ -60,9 +60,10 @@ impl MinimalDevice for Echo {
 #[test]
 fn master_sends_commands_and_requests_by_each_of_four_pdos() {
     let mut master = announced();
-    let numbers = Numbers::of(&MIXED, node(SILENT)).without_heartbeat();
+    let numbers = Numbers::of(&MIXED, node(SILENT));
     let mut slave = Bench::new(MinimalSlave::new(node(SILENT), numbers, Echo::default()));
-    slave.run_until(ms(10));
+    slave.run_until(ms(1_000));
+    assert_eq!(slave.frames(), [], "the profile says that it has no heartbeat");
     for (number, id) in [0x206, 0x306, 0x406, 0x506].into_iter().enumerate() {
         for data in [&[][..], &[1, 2, 3], &[0xA5, 2, 3, 4, 5, 6, 7, 8]] {
             master.clear();

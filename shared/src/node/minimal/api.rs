@@ -41,14 +41,17 @@ pub struct Numbers {
 }
 
 impl Numbers {
-    /// Those of node `id` in a mission. It follows the master's heartbeat, and sends its own.
+    /// Those of node `id` in a mission. It follows the master's heartbeat, and sends its own unless
+    /// [`Profile::minimal`] says that it has none.
     pub fn of(profile: &Profile, id: NodeId) -> Numbers {
-        Numbers {
+        let is_silent = profile.minimal.iter().any(|minimal| minimal.node == id && !minimal.has_heartbeat);
+        let numbers = Numbers {
             access: profile.access(id),
             redundancy: profile.redundancy(),
             bus_off: profile.bus_off,
             lifetime: profile.event,
-        }
+        };
+        if is_silent { numbers.without_heartbeat() } else { numbers }
     }
 
     /// The same without a heartbeat of its own: other nodes learn of it by its telemetry alone.
