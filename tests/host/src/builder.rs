@@ -1,6 +1,7 @@
 //! What a world is made of.
 
 use can_wire::time::Time;
+use ecss_can::node::minimal::{MinimalDevice, MinimalSlave};
 use ecss_can::node::{Device, Master, MasterBoards, Slave};
 use ecss_can::types::NodeId;
 
@@ -62,6 +63,21 @@ impl Builder {
         id: NodeId,
         node: impl Fn(MockBoard) -> Slave<D> + 'static,
         application: impl Fn(Handle<Slave<D>>, Events<Slave<D>>) -> A + 'static,
+    ) -> Self {
+        assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
+        self.node(id.into(), node, application)
+    }
+
+    /// Adds a minimal slave (ECSS 9). At each power-on `node` makes it, and `application` runs beside it.
+    ///
+    /// # Panics
+    /// When there is a node with this Node-ID, or it is the master's.
+    #[must_use]
+    pub fn minimal<D: MinimalDevice, A: Future<Output = ()> + 'static>(
+        self,
+        id: NodeId,
+        node: impl Fn(MockBoard) -> MinimalSlave<D> + 'static,
+        application: impl Fn(Handle<MinimalSlave<D>>, Events<MinimalSlave<D>>) -> A + 'static,
     ) -> Self {
         assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
         self.node(id.into(), node, application)

@@ -1,6 +1,7 @@
 //! What happened in a world.
 
 use can_wire::time::Time;
+use ecss_can::node::minimal::MinimalEvent;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::types::NodeId;
 
@@ -30,4 +31,6 @@ pub enum Happening {
     Master(MasterEvent),
     /// The application of a slave took an event.
     Slave(SlaveEvent),
+    /// The application of a minimal slave took an event.
+    Minimal(MinimalEvent),
 }

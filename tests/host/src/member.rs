@@ -5,8 +5,9 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
 use can_wire::time::Time;
+use ecss_can::node::minimal::{MinimalDevice, MinimalEvent, MinimalSlave};
 use ecss_can::node::{
-    Device, DeviceNode, Master, MasterBoards, MasterEvent, MasterRequest, Slave, SlaveEvent, Status,
+    Device, Master, MasterBoards, MasterEvent, MasterRequest, Node, Slave, SlaveEvent, Status,
 };
 use ecss_can::runner;
 use ecss_can::types::{AbortCode, Address, Instant};
@@ -19,8 +20,8 @@ use crate::timeline::Timeline;
 /// A node, for its application and for a test.
 pub type Handle<N> = runner::Handle<MockBoard, N>;
 
-/// A master or a slave, of any device.
-pub trait Member: DeviceNode + Sized {
+/// A master, a slave or a minimal slave, of any device.
+pub trait Member: Node + Sized {
     /// An event, as the log of a world has it.
     fn happening(event: &Self::Event) -> Happening;
 
@@ -30,11 +31,17 @@ pub trait Member: DeviceNode + Sized {
     /// A request to a master; `None` for a slave.
     fn request(request: MasterRequest) -> Option<Self::Request>;
 
-    /// The node as it is at `now`.
-    fn status(&self, now: Instant) -> Status;
+    /// The node as it is at `now`; `None` for a minimal slave.
+    fn status(&self, now: Instant) -> Option<Status>;
 
     /// Whether it is a master that manages the network now.
     fn is_active_master(&self) -> bool;
+
+    /// Writes an object, as the application does.
+    ///
+    /// # Errors
+    /// [`AbortCode`], as a client of the SDO server gets it. A minimal slave has no objects.
+    fn write(handle: &Handle<Self>, at: Address, value: &[u8]) -> Result<(), AbortCode>;
 }
 
 impl<D: Device, B: MasterBoards> Member for Master<D, B> {
@@ -50,12 +57,16 @@ impl<D: Device, B: MasterBoards> Member for Master<D, B> {
         Some(request)
     }
 
-    fn status(&self, now: Instant) -> Status {
-        self.status(now)
+    fn status(&self, now: Instant) -> Option<Status> {
+        Some(self.status(now))
     }
 
     fn is_active_master(&self) -> bool {
         self.is_active()
+    }
+
+    fn write(handle: &Handle<Self>, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+        handle.write(at, value)
     }
 }
 
@@ -72,12 +83,42 @@ impl<D: Device> Member for Slave<D> {
         None
     }
 
-    fn status(&self, now: Instant) -> Status {
-        self.status(now)
+    fn status(&self, now: Instant) -> Option<Status> {
+        Some(self.status(now))
     }
 
     fn is_active_master(&self) -> bool {
         false
+    }
+
+    fn write(handle: &Handle<Self>, at: Address, value: &[u8]) -> Result<(), AbortCode> {
+        handle.write(at, value)
+    }
+}
+
+impl<D: MinimalDevice> Member for MinimalSlave<D> {
+    fn happening(event: &MinimalEvent) -> Happening {
+        Happening::Minimal(*event)
+    }
+
+    fn is_reset(_: &MinimalEvent) -> bool {
+        false
+    }
+
+    fn request(_: MasterRequest) -> Option<Self::Request> {
+        None
+    }
+
+    fn status(&self, _: Instant) -> Option<Status> {
+        None
+    }
+
+    fn is_active_master(&self) -> bool {
+        false
+    }
+
+    fn write(_: &Handle<Self>, _: Address, _: &[u8]) -> Result<(), AbortCode> {
+        Err(AbortCode::NoObject)
     }
 }
 
@@ -141,7 +182,8 @@ impl Diary {
 
 /// A node with power, whatever its device.
 pub(crate) trait Running {
-    fn status(&self) -> Status;
+    /// `None` for a minimal slave.
+    fn status(&self) -> Option<Status>;
     fn is_active_master(&self) -> bool;
     fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode>;
     /// `false` for a slave, which takes no requests.
@@ -150,7 +192,7 @@ pub(crate) trait Running {
 }
 
 impl<N: Member> Running for Handle<N> {
-    fn status(&self) -> Status {
+    fn status(&self) -> Option<Status> {
         self.with(|node, now| Member::status(node, now))
     }
 
@@ -159,7 +201,7 @@ impl<N: Member> Running for Handle<N> {
     }
 
     fn write(&self, at: Address, value: &[u8]) -> Result<(), AbortCode> {
-        Handle::write(self, at, value)
+        N::write(self, at, value)
     }
 
     fn request(&self, request: MasterRequest) -> bool {

@@ -10,6 +10,7 @@ use can_wire::record::{Counters, Destruction, Observation};
 use can_wire::time::Time;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
+use ecss_can::node::minimal::MinimalEvent;
 use ecss_can::node::{Device, Master, MasterRequest, Slave, SlaveEvent, Status};
 use ecss_can::runner::Telltale;
 use ecss_can::types::{Address, Bus, NmtState, NodeId, PerBus};
@@ -27,6 +28,9 @@ use crate::timeline::Timeline;
 
 /// Distance between neighbours on the cable: node n sits at n times this many metres, a second master after the last one.
 const SPACING_M: f64 = 2.0;
+/// From this node on neighbours are closer: a cable for 1 Mbit/s has 40 m.
+const CROWDED: u8 = 16;
+const CROWDED_SPACING_M: f64 = 0.05;
 /// Where a cut separates the master, the first of two, from all slaves.
 pub const NEXT_TO_MASTER_M: f64 = 3.0;
 /// Steps without time going on: somebody wakes for nothing.
@@ -40,6 +44,12 @@ pub struct World {
     /// Power switched at given times, the next one last.
     switches: Vec<(Time, Seat)>,
     entries: Rc<RefCell<Vec<Entry>>>,
+}
+
+/// Where a node sits, or something else after so many of them.
+fn metres(places: u8) -> f64 {
+    let crowded = places.saturating_sub(CROWDED);
+    f64::from(places - crowded) * SPACING_M + f64::from(crowded) * CROWDED_SPACING_M
 }
 
 /// One bus: the wire, what is plugged in, what was seen.
@@ -132,7 +142,6 @@ impl World {
             })
             .collect();
         let end = units.iter().map(|unit| unit.seat.node().get()).max().unwrap_or(0);
-        let metres = |places: u8| f64::from(places) * SPACING_M;
         let cables = PerBus::from_fn(|bus| {
             let mut wire = Wire::new(WireConfig::default());
             for unit in &units {
@@ -350,9 +359,9 @@ impl World {
     /// A node as it is now.
     ///
     /// # Panics
-    /// When it is off: a mistake in a test.
+    /// When it is off, or a minimal slave: a mistake in a test.
     pub fn status(&self, node: impl Into<Seat>) -> Status {
-        self.running(node).status()
+        self.running(node).status().expect("a node with an object dictionary")
     }
 
     /// What happened so far.
@@ -381,10 +390,11 @@ impl World {
         self.cables[bus].misread
     }
 
-    /// NMT state of a slave as it told its application; `None` without power.
+    /// NMT state of a slave as it told its application; `None` without power. A minimal slave is always Operational.
     pub fn state(&self, node: NodeId) -> Option<NmtState> {
         self.last(node, |event| match event {
-            SlaveEvent::State(state) => Some(*state),
+            Happening::Slave(SlaveEvent::State(state)) => Some(*state),
+            Happening::Minimal(_) => Some(NmtState::Operational),
             _ => None,
         })
     }
@@ -392,7 +402,8 @@ impl World {
     /// The bus a slave considers active; `None` without power.
     pub fn active(&self, node: NodeId) -> Option<Bus> {
         self.last(node, |event| match event {
-            SlaveEvent::ActiveBus { bus, .. } => Some(*bus),
+            Happening::Slave(SlaveEvent::ActiveBus { bus, .. })
+            | Happening::Minimal(MinimalEvent::ActiveBus { bus, .. }) => Some(*bus),
             _ => None,
         })
     }
@@ -439,16 +450,13 @@ impl World {
         self.unit(node).port(bus)
     }
 
-    fn last<T>(&self, node: NodeId, pick: impl Fn(&SlaveEvent) -> Option<T>) -> Option<T> {
+    fn last<T>(&self, node: NodeId, pick: impl Fn(&Happening) -> Option<T>) -> Option<T> {
         if !self.is_powered(node) {
             return None;
         }
         let log = self.log();
         let life = log.iter().rev().filter(|entry| entry.node == node);
-        life.take_while(|entry| entry.what != Happening::PowerOn).find_map(|entry| match &entry.what {
-            Happening::Slave(event) => pick(event),
-            _ => None,
-        })
+        life.take_while(|entry| entry.what != Happening::PowerOn).find_map(|entry| pick(&entry.what))
     }
 
     fn running(&self, node: impl Into<Seat>) -> &dyn Running {

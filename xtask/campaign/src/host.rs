@@ -199,5 +199,7 @@ fn news(what: &Happening) -> Option<News> {
             | SlaveEvent::Written(_) => return None,
             _ => News::Other,
         },
+        // No minimal slave flies here.
+        Happening::Minimal(_) => return None,
     })
 }

@@ -6,6 +6,7 @@ use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 
 use can_wire::time::Time;
+use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::node::{DeviceNode, Master, MasterBoards, Refusal, Slave, SlaveEvent};
 use ecss_can::pdo::Sequence;
 use ecss_can::profile::Profile;
@@ -13,6 +14,7 @@ use ecss_can::redundancy::Strap;
 use ecss_can::types::{Instant, NodeId};
 use host_worlds::task::Task;
 use host_worlds::{Builder, Events, Handle, World, idle};
+use mission::minimal::MinimalMission;
 use mission::{
     COMMAND_PERIOD, Command, CommanderObjects, Declined, Message, MissionObjects, REQUEST_RPDO, Request,
     SlaveRecord, TELECOMMAND_RPDO, TELEMETRY_TPDO,
@@ -74,10 +76,27 @@ impl Craft {
         Craft::with(profile, slaves, true, plan)
     }
 
+    /// The same with minimal slaves behind the full ones: those that the profile names.
+    pub fn mixed(profile: Profile, slaves: u8, plan: impl FnOnce(Builder) -> Builder) -> Craft {
+        Craft::with(profile, slaves, true, |world| {
+            let minimal = profile.minimal.iter().map(|minimal| minimal.node);
+            plan(minimal.fold(world, |world, id| {
+                let numbers = Numbers::of(&profile, id);
+                world.minimal(
+                    id,
+                    move |board| MinimalSlave::new(board.node_id, numbers, MinimalMission::new()),
+                    idle,
+                )
+            }))
+        })
+    }
+
     fn with(profile: Profile, slaves: u8, is_busy: bool, plan: impl FnOnce(Builder) -> Builder) -> Craft {
         let (deeds, sequences) = (Deeds::default(), Rc::<Sequences>::default());
         let ids: Vec<NodeId> = (2..=slaves + 1).map(|raw| NodeId::new(raw).unwrap()).collect();
-        let (busy, numbers) = (if is_busy { ids.clone() } else { vec![] }, sequences.clone());
+        let minimal = profile.minimal.iter().map(|minimal| minimal.node);
+        let busy: Vec<NodeId> = if is_busy { ids.iter().copied().chain(minimal).collect() } else { vec![] };
+        let numbers = sequences.clone();
         let world = World::builder().master(
             move |_| mission::master(&profile, None),
             move |master, events| command(master, events, busy.clone(), numbers.clone()),

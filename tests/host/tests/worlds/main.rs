@@ -7,6 +7,7 @@ mod determinism;
 mod disturbed;
 mod failover;
 mod messages;
+mod minimal;
 mod pair;
 #[path = "../random/mod.rs"]
 mod random;
