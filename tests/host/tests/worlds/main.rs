@@ -3,6 +3,7 @@
 mod babbling;
 mod boot;
 mod craft;
+mod crowd;
 mod determinism;
 mod disturbed;
 mod failover;
