@@ -28,6 +28,8 @@ fn help_explains_every_option_with_default_and_range() {
         "--slaves <N>",
         "[0..14]",
         "[default: 3]",
+        "--minimal <N>",
+        "[0..13]",
         "--master <FILE>",
         "--slave <N=FILE>",
         "--profile <PROFILE>",
@@ -130,6 +132,11 @@ fn the_number_of_slaves_is_checked() {
     refuses(&["demo", "--slaves", "15"], &["--slaves", "0..=14"]);
     refuses(&["demo", "--slaves", "three"], &["--slaves", "three"]);
     refuses(&["demo", "--slaves", "-3"], &["--slaves", "0..=14"]);
+    refuses(&["demo", "--minimal", "14"], &["--minimal", "0..=13"]);
+    refuses(&["demo", "--minimal", "two"], &["--minimal", "two"]);
+    refuses(&["demo", "--minimal", "12"], &["--minimal", "allowed are 0 to 11", "Usage: cargo xtask demo"]);
+    refuses(&["demo", "--minimal", "1", "--slaves", "14"], &["--minimal", "allowed are 0 to 0"]);
+    refuses(&["demo", "--minimal", "2", "--slaves", "0"], &["--slaves", "1 to 14, or 0 with --slave N=FILE"]);
 }
 
 #[test]

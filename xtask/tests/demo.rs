@@ -102,6 +102,41 @@ fn a_standby_takes_over_and_everything_shows_it() {
     }
 }
 
+/// Given a master, two slaves of the whole protocol and two minimal ones, when the nominal bus is cut, then all follow the master;
+/// each command due is executed, and all that is written shows the minimal ones.
+#[test]
+fn minimal_slaves_fly_beside_the_others() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let boards = ["--profile", "standard", "--slaves", "2", "--minimal", "2"];
+    let output = fly(here.path(), &[&boards[..], &["--seconds", "3", "--cut-at", "1.5"]].concat());
+    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{stdout}{stderr}");
+    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    assert_eq!((&summary["boards"], &summary["minimal"]), (&5.into(), &2.into()));
+    assert_eq!((&summary["slaves_operational_at_end"], &summary["lost_frames"]), (&4.into(), &0.into()));
+    assert!(summary["tc_due"].as_u64() > Some(80), "{summary}");
+    assert_eq!(summary["tc_executed"], summary["tc_due"]);
+    for slave in ["2", "3", "4", "5"] {
+        assert!(summary["failover_ms"][slave].as_f64() < Some(500.0), "{summary}");
+    }
+    let nominal = String::from_utf8(read(here.path(), "bus-nominal.log")).expect("UTF-8");
+    for id in ["285#", "385#", "705#05"] {
+        assert!(nominal.contains(id), "no {id}");
+    }
+    for id in ["085#", "585#", "705#00"] {
+        assert!(!nominal.contains(id), "{id} of a minimal slave");
+    }
+    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
+    for (what, text, expected) in [
+        ("table", &*stdout, "node 5   parallel, minimal"),
+        ("narrator", &stdout, "node 5    operational on the nominal bus"),
+        ("report", &report, "parallel, minimal"),
+        ("report", &report, "a slave of the minimal set"),
+    ] {
+        assert!(text.contains(expected), "{what} without {expected:?}: {text}");
+    }
+}
+
 fn example(package: &str) -> PathBuf {
     let built = Package::of_workspace(package).build("pyboard-v11").unwrap_or_else(|error| panic!("{error}"));
     built[0].clone()

@@ -9,8 +9,9 @@ use twin::pulses::Errors;
 use twin::spacecraft::{BoardId, Spacecraft};
 
 use super::meaning::{Meaning, NmtState};
-use super::observer::{Observer, Phase};
+use super::observer::Observer;
 use super::record::{Happening, MASTER, Node, Occurrence, SECOND_MASTER, is_master};
+use super::track::Phase;
 
 /// Pin of the pulses on both boards.
 const PULSE: Pin = Pin::new('B', 1);

@@ -19,6 +19,7 @@ pub mod sample;
 pub mod stamps;
 mod summary;
 mod telemetry;
+pub mod track;
 mod verdict;
 
 use std::ops::ControlFlow;
@@ -58,7 +59,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     options.prepare_out()?;
     // Whatever comes now, nobody takes the results of an earlier flight for those of this one.
     files::remove(&options.out)?;
-    options.craft.add_shipped(&nodes, &mut images)?;
+    options.add_shipped(&mut images)?;
     if plan.scope() == Scope::Protocol {
         output::line(outcome::UNKNOWN_IMAGES)?;
     }

@@ -40,6 +40,8 @@ pub enum Meaning {
     TelemetryRequest { node: Node, code: u16 },
     /// Telemetry of a slave (ECSS 9.4.3).
     Telemetry { node: Node, code: u16, value: u64 },
+    /// What a minimal slave sends with SYNC (ECSS 9.4.3): commands executed.
+    CyclicState { node: Node, executed: u32 },
     /// A PDO of an image that is not known.
     Pdo,
     /// SDO, either way, with the server in a node (CiA 301 7.2.4).
@@ -108,6 +110,10 @@ impl Meaning {
                     MASTER => Meaning::SpacecraftTime(scet),
                     _ => Meaning::LocalTime { node, scet },
                 })
+            }
+            (0x280, _) => {
+                let &[a, b, c, d, _led] = data else { return None };
+                Some(Meaning::CyclicState { node, executed: u32::from_le_bytes([a, b, c, d]) })
             }
             (0x300, _) => {
                 let (code, rest) = code_and_value(data)?;
@@ -235,6 +241,11 @@ mod tests {
             decode(0x302, &[0x34, 0x12, 0xEF, 0xBE, 0xAD, 0xDE, 0, 9]),
             Some(Meaning::Telecommand { node: 2, code: 0x1234, value: 0xDEAD_BEEF, sequence: 9 })
         );
+        assert_eq!(
+            decode(0x285, &[0x02, 0x01, 0, 0, 1]),
+            Some(Meaning::CyclicState { node: 5, executed: 258 })
+        );
+        assert_eq!(decode(0x285, &[0x02, 0x01, 0, 0]), None);
         assert_eq!(decode(0x402, &[0x01, 0x00]), Some(Meaning::TelemetryRequest { node: 2, code: 1 }));
         assert_eq!(
             decode(0x382, &[0x01, 0x00, 0x2A]),

@@ -6,9 +6,10 @@ use can_wire::time::Time;
 use console::{Style, style};
 
 use super::meaning::{Meaning, NmtState, Scope};
-use super::observer::{Change, Phase};
+use super::observer::Change;
 use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
 use super::telemetry;
+use super::track::Phase;
 
 /// How often the traffic in between is summed up.
 const SUMMARY_EVERY: Time = Time::from_ms(5000);
@@ -168,6 +169,7 @@ impl Narrator {
                 | Meaning::Telecommand { .. }
                 | Meaning::TelemetryRequest { .. }
                 | Meaning::Telemetry { .. }
+                | Meaning::CyclicState { .. }
                 | Meaning::Pdo
                 | Meaning::Sdo { .. },
             ) => {}

@@ -9,83 +9,17 @@
 //! - Parallel access: any message of the master (NMT, heartbeat, boot-up) on the other bus moves it there
 //!   (ECSS 8.3.3g). Selective access: it hears one bus and says itself when it has changed.
 //! - The master silent for the consumer time, a boot-up, no power: not operational.
+//! - A minimal slave (ECSS 9): operational from its first heartbeat on. Of the master it hears heartbeats, and no NMT.
 //! - An image of the user's: neither its access nor its consumer time is known, so its own heartbeats alone show its bus.
 
 use std::collections::BTreeMap;
 
 use can_wire::time::Time;
 
-use super::meaning::{Meaning, NmtCommand, NmtState, Scope};
+use super::meaning::{Meaning, NmtState, Scope};
 use super::plan::Plan;
 use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen, is_master};
-
-/// How long a heartbeat can have waited for the bus: more than all frames that may be ahead of it.
-const SETTLING: Time = Time::from_ms(5);
-
-/// How a slave uses the two buses (ECSS 4.8.1).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BusAccess {
-    /// Both controllers live.
-    Parallel,
-    /// One bus at a time.
-    Selective,
-    /// An image of the user's decides.
-    Unknown,
-}
-
-impl BusAccess {
-    /// The word of the standard, if it is known.
-    pub fn name(self) -> &'static str {
-        match self {
-            BusAccess::Parallel => "parallel",
-            BusAccess::Selective => "selective",
-            BusAccess::Unknown => "",
-        }
-    }
-}
-
-/// What a node is doing, as far as the wires show it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Phase {
-    /// No power.
-    Off,
-    /// Powered, nothing heard of it yet.
-    Starting,
-    /// Powered and silent, while another master board is active.
-    Standby,
-    /// In this NMT state.
-    Nmt(NmtState),
-}
-
-impl Phase {
-    /// Whether it can use a bus.
-    pub fn is_powered(self) -> bool {
-        self != Phase::Off
-    }
-
-    /// For people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Phase::Off => "off",
-            Phase::Starting => "starting",
-            Phase::Standby => "standby",
-            Phase::Nmt(NmtState::Stopped) => "stopped",
-            Phase::Nmt(NmtState::PreOperational) => "pre-operational",
-            Phase::Nmt(NmtState::Operational) => "operational",
-        }
-    }
-}
-
-/// A node's phase and bus from an instant on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
-    /// From when.
-    pub from: Time,
-    /// Doing what.
-    pub phase: Phase,
-    /// On which bus.
-    pub bus: Bus,
-}
+use super::track::{BusAccess, Phase, SETTLING, Span, Track};
 
 /// A change the observer noticed, for the narrator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -120,23 +54,6 @@ impl Takeover {
     }
 }
 
-/// A node under observation.
-#[derive(Clone, Debug)]
-pub struct Track {
-    /// Bus access; `None` for the master.
-    pub access: Option<BusAccess>,
-    /// Everything it did, oldest first, never empty.
-    pub spans: Vec<Span>,
-    /// Commands that it had to execute.
-    pub tc_due: u64,
-    /// Resets of the node that the master commanded.
-    pub resets_due: u64,
-    /// From the cut until it worked on the other bus, see [`Change::Recovered`].
-    pub failover: Option<Time>,
-    master_heard: Option<Time>,
-    settled: Time,
-}
-
 /// Follows all nodes of a flight.
 #[derive(Clone, Debug)]
 pub struct Observer {
@@ -151,37 +68,13 @@ pub struct Observer {
     scope: Scope,
 }
 
-impl Track {
-    fn new(access: Option<BusAccess>) -> Self {
-        let off = Span { from: Time::ZERO, phase: Phase::Off, bus: Bus::Nominal };
-        Track {
-            access,
-            spans: vec![off],
-            tc_due: 0,
-            resets_due: 0,
-            failover: None,
-            master_heard: None,
-            settled: Time::ZERO,
-        }
-    }
-
-    /// What it is doing now.
-    pub fn now(&self) -> Span {
-        *self.spans.last().expect("a track begins with a span")
-    }
-
-    /// Commanded operational, by all that can be seen.
-    pub fn operational_on(&self) -> Option<Bus> {
-        let now = self.now();
-        (now.phase == Phase::Nmt(NmtState::Operational)).then_some(now.bus)
-    }
-}
-
 impl Observer {
     /// For the boards of a plan, all without power.
     pub fn new(plan: &Plan) -> Self {
-        let mut nodes: BTreeMap<_, _> =
-            plan.slaves().map(|(node, access)| (node, Track::new(Some(access)))).collect();
+        let is_minimal = |node| plan.boards.iter().any(|board| board.node == node && board.is_minimal);
+        let slave =
+            |(node, access)| (node, Track { is_minimal: is_minimal(node), ..Track::new(Some(access)) });
+        let mut nodes: BTreeMap<_, _> = plan.slaves().map(slave).collect();
         let masters = plan.boards.iter().map(|board| board.node).filter(|node| is_master(*node));
         nodes.extend(masters.chain([MASTER]).map(|node| (node, Track::new(None))));
         let (cut, lost, active, takeover) = Default::default();
@@ -254,8 +147,8 @@ impl Observer {
             Meaning::Nmt { command, node } => {
                 self.on_master(at, seen, changes);
                 for (&slave, track) in &mut self.nodes {
-                    if track.access.is_some() && (node == 0 || node == slave) && seen.reached.contains(slave)
-                    {
+                    let obeys = track.access.is_some() && !track.is_minimal;
+                    if obeys && (node == 0 || node == slave) && seen.reached.contains(slave) {
                         track.obey(slave, at, command, changes);
                     }
                 }
@@ -299,6 +192,7 @@ impl Observer {
             | Meaning::Emergency { .. }
             | Meaning::SpacecraftTime(_)
             | Meaning::LocalTime { .. }
+            | Meaning::CyclicState { .. }
             | Meaning::Pdo
             | Meaning::Sdo { .. }
             | Meaning::TelemetryRequest { .. } => {}
@@ -307,9 +201,10 @@ impl Observer {
 
     /// A message that makes its bus the active one (ECSS 8.3.3g) for every slave whose controller received it.
     fn on_master(&mut self, at: Time, seen: &Seen, changes: &mut Vec<Change>) {
+        let is_nmt = matches!(seen.meaning, Some(Meaning::Nmt { .. }));
         for (&slave, track) in &mut self.nodes {
             let Some(access) = track.access.filter(|access| *access != BusAccess::Unknown) else { continue };
-            if !seen.reached.contains(slave) {
+            if !seen.reached.contains(slave) || track.is_minimal && is_nmt {
                 continue;
             }
             let current = track.now();
@@ -320,7 +215,8 @@ impl Observer {
                 track.settled = at + SETTLING;
                 track.enter(slave, Span { from: at, phase: current.phase, bus: seen.bus }, changes);
             }
-            track.master_heard = Some(at);
+            // Without it a minimal slave stays operational.
+            track.master_heard = (!track.is_minimal).then_some(at);
         }
     }
 
@@ -358,29 +254,6 @@ impl Observer {
             track.failover = Some(took);
             changes.push(Change::Recovered(node, took));
         }
-    }
-}
-
-impl Track {
-    fn enter(&mut self, node: Node, span: Span, changes: &mut Vec<Change>) {
-        let now = self.now();
-        if (now.phase, now.bus) != (span.phase, span.bus) {
-            self.spans.push(span);
-            changes.push(Change::Now(node, span));
-        }
-    }
-
-    fn obey(&mut self, node: Node, at: Time, command: NmtCommand, changes: &mut Vec<Change>) {
-        self.resets_due += u64::from(command == NmtCommand::ResetNode);
-        let phase = match command {
-            NmtCommand::Start => Phase::Nmt(NmtState::Operational),
-            NmtCommand::Stop => Phase::Nmt(NmtState::Stopped),
-            NmtCommand::EnterPreOperational => Phase::Nmt(NmtState::PreOperational),
-            NmtCommand::ResetNode | NmtCommand::ResetCommunication => Phase::Starting,
-        };
-        let bus = self.now().bus;
-        self.settled = at + SETTLING;
-        self.enter(node, Span { from: at, phase, bus }, changes);
     }
 }
 
@@ -516,6 +389,41 @@ mod tests {
                 ("operational", Bus::Redundant),
             ]
         );
+    }
+
+    /// Given slave 4 as a minimal one, then its heartbeat makes it operational, and neither NMT nor a silent master changes that.
+    #[test]
+    fn a_minimal_slave_is_operational_from_its_first_heartbeat_on() {
+        let mut plan = sample::plan();
+        plan.boards[2].is_minimal = true;
+        let mut world = World { observer: Observer::new(&plan) };
+        world.observer.on(&Occurrence { at: Time::ZERO, what: Happening::PowerOn(4) });
+        world.sees(10, Bus::Nominal, COMMAND_4, &[4]);
+        assert_eq!(world.due(4), 0);
+        world.sees(20, Bus::Nominal, (0x704, &[0x05]), &[1]);
+        world.sees(21, Bus::Nominal, MASTER_BEATS, &[4]);
+        for command in [0x02, 0x80, 0x81, 0x82] {
+            world.sees(30, Bus::Nominal, (0x000, &[command, 0]), &[4]);
+        }
+        world.sees(9_000, Bus::Nominal, COMMAND_4, &[4]);
+        assert_eq!(world.due(4), 1);
+        let track = &world.observer.nodes()[&4];
+        assert_eq!((track.now().phase, track.resets_due), (OPERATIONAL, 0));
+        assert_eq!(track.kind(), "selective, minimal");
+    }
+
+    /// Given slave 2 as a minimal one, then a heartbeat of the master moves it to the other bus, and an NMT command does not.
+    #[test]
+    fn a_minimal_slave_follows_heartbeats_alone() {
+        let mut plan = sample::plan();
+        plan.boards[1].is_minimal = true;
+        let mut world = World { observer: Observer::new(&plan) };
+        world.observer.on(&Occurrence { at: Time::ZERO, what: Happening::PowerOn(2) });
+        world.sees(20, Bus::Nominal, (0x702, &[0x05]), &[1]);
+        world.sees(100, Bus::Redundant, START_ALL, &[2]);
+        assert_eq!(world.observer.nodes()[&2].now().bus, Bus::Nominal);
+        world.sees(110, Bus::Redundant, MASTER_BEATS, &[2]);
+        assert_eq!(world.observer.nodes()[&2].now().bus, Bus::Redundant);
     }
 
     #[test]

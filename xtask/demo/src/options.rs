@@ -1,13 +1,14 @@
 //! The command line of the demo: defaults, ranges and the complaints about wrong values.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, FromArgMatches};
 
 use support::board::Profile;
-use support::craft::{Craft, Node};
+use support::craft::{Craft, FIRST, Images, LAST, Node};
 use support::misuse::Misuse;
 use support::project;
 
@@ -27,6 +28,11 @@ pub struct Options {
     /// Boards and images.
     #[command(flatten)]
     pub craft: Craft,
+
+    /// Number of shipped minimal slaves (ECSS clause 9), beside the others: the nodes behind theirs, up to 15 (in profile
+    /// librecube node 6 uses selective bus access) [0..13]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=13))]
+    pub minimal: u8,
 
     /// Length of the flight in virtual seconds [1..3600]
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
@@ -94,11 +100,20 @@ impl Options {
     /// Checks what the parser cannot see of boards and images.
     ///
     /// # Errors
-    /// When no slave is left, or two images are given for one node.
+    /// When no slave of the whole protocol is left, straps cannot number all slaves, or two images are given for one node.
     pub fn check(&self) -> Result<(), Misuse> {
         self.craft.check("demo")?;
         if self.craft.slaves().is_empty() {
             let text = "invalid value '0' for '--slaves <N>': no slave is left; allowed are 1 to 14, or 0 with --slave N=FILE";
+            return Err(Misuse::of("demo", text));
+        }
+        let room = LAST + 1 - FIRST - self.craft.slaves;
+        if self.minimal > room {
+            let (minimal, slaves) = (self.minimal, self.craft.slaves);
+            let text = format!(
+                "invalid value '{minimal}' for '--minimal <N>': beside {slaves} other slaves allowed are 0 to {room}, as straps \
+                 number nodes up to {LAST}; or give a smaller --slaves"
+            );
             return Err(Misuse::of("demo", text));
         }
         Ok(())
@@ -116,7 +131,26 @@ impl Options {
 
     /// All boards, the master first.
     pub fn nodes(&self) -> BTreeSet<Node> {
-        self.craft.masters().into_iter().chain(self.craft.slaves()).collect()
+        self.craft.masters().into_iter().chain(self.craft.slaves()).chain(self.places_of_minimal()).collect()
+    }
+
+    /// Node-IDs of minimal slaves that are no images of the user's.
+    pub fn minimal_nodes(&self) -> BTreeSet<Node> {
+        self.places_of_minimal().filter(|node| self.craft.own_image(*node).is_none()).collect()
+    }
+
+    fn places_of_minimal(&self) -> Range<Node> {
+        let first = FIRST + self.craft.slaves;
+        first..first + self.minimal
+    }
+
+    /// Builds what the user has not given.
+    ///
+    /// # Errors
+    /// When an image cannot be built or read, or was not built before and is not to be.
+    pub fn add_shipped(&self, images: &mut Images) -> anyhow::Result<()> {
+        self.craft.add_minimal(&self.minimal_nodes(), images)?;
+        self.craft.add_shipped(&self.nodes(), images)
     }
 
     /// Second of the cut, `None` for a flight without one.

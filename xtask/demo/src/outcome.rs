@@ -4,9 +4,9 @@ use can_wire::time::Time;
 
 use super::flight::{Flight, Heartbeats};
 use super::narrator::name;
-use super::observer::Track;
 use super::record::Bus;
 use super::summary::{MissionCounts, Summary};
+use super::track::Track;
 
 /// All boards in a table, the totals below.
 pub fn text(flight: &Flight, summary: &Summary) -> String {
@@ -65,7 +65,7 @@ fn mission_table(flight: &Flight) -> String {
         let of_slave = |text: String| track.access.map_or(String::new(), |_| text);
         [
             name(board.node),
-            track.access.map_or("", |access| access.name()).into(),
+            track.kind(),
             at_the_end(track),
             fail_over(track),
             of_slave(track.tc_due.to_string()),

@@ -9,9 +9,9 @@ use twin::crystal::{Crystal, Ramp};
 use twin::image::Image;
 
 use super::meaning::Scope;
-use super::observer::BusAccess;
 use super::options::Options;
 use super::record::Bus;
+use super::track::BusAccess;
 use support::board::{BoardName, Profile};
 use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 use support::misuse::Misuse;
@@ -19,8 +19,8 @@ use support::misuse::Misuse;
 /// The usual seed.
 pub const SEED: u64 = 1;
 
-/// The slave with selective access in the profile `librecube`.
-const SELECTIVE: Node = 4;
+/// The slaves with selective access in the profile `librecube`.
+const SELECTIVE: [Node; 2] = [4, 6];
 
 /// Worst crystal in either direction, parts per million.
 const CRYSTAL_PPM: f64 = 50.0;
@@ -54,6 +54,8 @@ pub struct BoardPlan {
     pub node: Node,
     /// File name of the image of the user's that it flies; `None`: the shipped one.
     pub own_image: Option<String>,
+    /// It flies the shipped image of the minimal slave.
+    pub is_minimal: bool,
     /// Error of its crystal at time zero, parts per million.
     pub crystal_ppm: f64,
     /// Place on both buses, metres from the master's end.
@@ -143,6 +145,7 @@ impl Plan {
         for board in &mut boards {
             let file = options.craft.own_image(board.node).and_then(|path| path.file_name());
             board.own_image = file.map(|name| name.to_string_lossy().into_owned());
+            board.is_minimal = options.minimal_nodes().contains(&board.node);
         }
         let fault = options.cut_second()?.map(from_seconds);
         let has_standby = boards.iter().any(|board| board.node == SECOND_MASTER);
@@ -164,7 +167,7 @@ impl Plan {
         self.boards.iter().filter(|board| !is_master(board.node)).map(|board| {
             let access = match (board.own_image.is_some(), self.profile, board.node) {
                 (true, ..) => BusAccess::Unknown,
-                (false, Profile::Librecube, SELECTIVE) => BusAccess::Selective,
+                (false, Profile::Librecube, node) if SELECTIVE.contains(&node) => BusAccess::Selective,
                 (false, ..) => BusAccess::Parallel,
             };
             (board.node, access)
@@ -188,6 +191,7 @@ pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
         .map(|node| BoardPlan {
             node,
             own_image: None,
+            is_minimal: false,
             crystal_ppm: (2.0 * random.f64() - 1.0) * CRYSTAL_PPM,
             position_m: match node {
                 MASTER => 0.0,

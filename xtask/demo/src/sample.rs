@@ -11,10 +11,11 @@ use super::clocks::Clock;
 use super::flight::{BoardCount, Flight};
 use super::meaning::{Meaning, NmtState, Scope};
 use super::narrator::Narrator;
-use super::observer::{Observer, Phase};
+use super::observer::Observer;
 use super::plan::{BoardPlan, CutPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Nodes, Occurrence, Seen};
 use super::stamps::StampErrors;
+use super::track::Phase;
 use support::board::{BoardName, Profile};
 use support::counters::Counters;
 use support::telltale::{Stamps, Telltale};
@@ -126,6 +127,7 @@ pub fn plan() -> Plan {
     let board = |node, crystal_ppm, position_m, power_on| BoardPlan {
         node,
         own_image: None,
+        is_minimal: false,
         crystal_ppm,
         position_m,
         power_on: Time::from_ms(power_on),

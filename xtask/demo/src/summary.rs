@@ -22,6 +22,8 @@ pub struct Summary {
     pub boards: usize,
     /// Number of master boards.
     pub masters: usize,
+    /// Number of slaves of the minimal set.
+    pub minimal: usize,
     /// Model of the boards.
     pub board: &'static str,
     /// Mission profile of the shipped images.
@@ -113,6 +115,7 @@ impl Summary {
             verdict: Verdict::of(flight),
             boards: flight.boards.len(),
             masters: flight.masters(),
+            minimal: flight.plan.boards.iter().filter(|board| board.is_minimal).count(),
             board: flight.plan.board.name(),
             profile: flight.plan.profile.name(),
             own_images: flight.plan.boards.iter().filter_map(own).collect(),

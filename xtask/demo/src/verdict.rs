@@ -5,7 +5,8 @@ use serde::Serialize;
 use super::flight::{Flight, Interruption};
 use super::meaning::Scope;
 use super::narrator::name;
-use super::observer::BusAccess;
+use super::record::MASTER;
+use super::track::BusAccess;
 
 /// How a flight ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -55,9 +56,14 @@ pub fn faults(flight: &Flight) -> Vec<String> {
     [not_operational(flight), no_takeover(flight), damage(flight)].concat()
 }
 
-/// Slaves that are not operational at the end.
+/// Slaves that are not operational at the end. Minimal ones are wherever they are: those that are not on the bus of the master.
 fn not_operational(flight: &Flight) -> Vec<String> {
-    let slaves = flight.observer.slaves().filter(|(_, track)| track.operational_on().is_none());
+    let master = flight.observer.active_master().unwrap_or(MASTER);
+    let bus = flight.observer.nodes()[&master].now().bus;
+    let slaves = flight.observer.slaves().filter(|(_, track)| match track.operational_on() {
+        Some(at) => track.is_minimal && at != bus,
+        None => true,
+    });
     slaves
         .map(|(node, track)| {
             let now = track.now();
@@ -123,6 +129,7 @@ fn damage(flight: &Flight) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use can_wire::frame::WireFrame;
+    use can_wire::time::Time;
     use support::counters::Counters;
 
     use super::*;
@@ -152,6 +159,24 @@ mod tests {
         let seen = Seen::new(reset.0, reset.1, Scope::Mission, 1, Nodes::from_iter([2]));
         flight.observer.on(&Occurrence { at: flight.end, what: Happening::Frame(seen) });
         assert!(!faults(&flight).iter().any(|fault| fault.contains("reset itself")), "{:?}", faults(&flight));
+    }
+
+    /// Given a minimal slave that stays on the bus that the master has left, then it is no good flight, though the slave is
+    /// operational there.
+    #[test]
+    fn a_minimal_slave_on_the_wrong_bus_is_a_fault() {
+        let mut flight = sample::flight();
+        flight.plan.boards[2].is_minimal = true;
+        flight.observer = crate::observer::Observer::new(&flight.plan);
+        for record in flight.records.iter().filter(|record| record.at < Time::from_ms(22_000)) {
+            flight.observer.on(record);
+        }
+        let faults = not_operational(&flight);
+        assert_eq!(faults.len(), 1, "{faults:?}");
+        assert!(
+            faults[0].starts_with("node 4 is operational on the nominal bus at the end (selective"),
+            "{faults:?}"
+        );
     }
 
     #[test]

@@ -142,6 +142,12 @@ pub fn build_minimal(board: &str, profile: &str, log: &str) -> Result<PathBuf, E
     Ok(image)
 }
 
+/// The image of an earlier [`build_minimal`] with the log of [`LOG`], if there was one.
+pub fn built_minimal(board: &str, profile: &str) -> Option<PathBuf> {
+    let image = workspace().join("target/firmware").join(configuration(board, profile, LOG)).join(MINIMAL);
+    image.is_file().then_some(image)
+}
+
 /// Lints boards and firmware as they are compiled for a board; warnings are errors.
 ///
 /// # Errors

@@ -26,9 +26,10 @@ pub const fn is_master(board: Node) -> bool {
     matches!(board, MASTER | SECOND_MASTER)
 }
 
-/// Node-IDs that the straps of a slave can say.
-const FIRST: Node = 2;
-const LAST: Node = 15;
+/// First and last Node-ID that the straps of a slave can say.
+pub const FIRST: Node = 2;
+/// See [`FIRST`].
+pub const LAST: Node = 15;
 
 /// An image for each node.
 pub type Images = BTreeMap<Node, Arc<Image>>;
@@ -36,7 +37,7 @@ pub type Images = BTreeMap<Node, Arc<Image>>;
 /// Options that choose boards and images.
 #[derive(Args, Clone, Debug)]
 pub struct Craft {
-    /// Number of shipped slave boards: nodes 2, 3, 4, ... (in profile librecube node 4 uses selective bus access) [0..14]
+    /// Number of shipped slave boards: nodes 2, 3, 4, ... (in profile librecube nodes 4 and 6 use selective bus access) [0..14]
     #[arg(long, value_name = "N", default_value_t = 3, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=14))]
     pub slaves: u8,
 
@@ -127,6 +128,29 @@ impl Craft {
         let read = |path: &Path| image(path).map_err(|error| Misuse::of(command, format!("{error:#}")));
         let own = nodes.iter().filter_map(|&node| Some((node, self.own_image(node)?)));
         own.map(|(node, path)| Ok((node, read(path)?))).collect()
+    }
+
+    /// Builds the image of the minimal slave for these nodes, if there are any.
+    ///
+    /// # Errors
+    /// When it cannot be built or read, or was not built before and is not to be.
+    pub fn add_minimal(&self, nodes: &BTreeSet<Node>, images: &mut Images) -> anyhow::Result<()> {
+        if nodes.is_empty() {
+            return Ok(());
+        }
+        let (board, profile) = (self.board.name(), self.profile.name());
+        let path = if self.no_build {
+            firmware_images::built_minimal(board, profile).with_context(|| {
+                format!(
+                    "no minimal slave was built for {board}, profile {profile}, yet: leave out --no-build"
+                )
+            })?
+        } else {
+            firmware_images::build_minimal(board, profile, firmware_images::LOG)?
+        };
+        let minimal = image(&path)?;
+        images.extend(nodes.iter().map(|node| (*node, minimal.clone())));
+        Ok(())
     }
 
     /// Builds what the user has not given. Builds nothing when no board needs it.

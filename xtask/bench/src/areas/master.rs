@@ -78,6 +78,7 @@ impl Network {
             let plan = BoardPlan {
                 node,
                 own_image: None,
+                is_minimal: false,
                 crystal_ppm: 0.0,
                 position_m: f64::from(node),
                 power_on: Time::ZERO,

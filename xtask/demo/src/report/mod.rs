@@ -12,10 +12,10 @@ mod timeline;
 use crate::flight::Flight;
 use crate::meaning::Scope;
 use crate::narrator::name;
-use crate::observer::BusAccess;
 use crate::outcome::UNKNOWN_IMAGES;
 use crate::record::Bus;
 use crate::summary::Summary;
+use crate::track::BusAccess;
 use crate::verdict::{Outcome, Verdict};
 use axis::Layout;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -149,6 +149,7 @@ fn boards_help(scope: Scope) -> &'static str {
 fn how_to_read(flight: &Flight) -> Markup {
     let is_selective = |(_, access)| access == BusAccess::Selective;
     let has_selective = flight.plan.slaves().any(is_selective);
+    let has_minimal = flight.plan.boards.iter().any(|board| board.is_minimal);
     html! {
         p {
             "All times are virtual: the boards are emulated, the same seed gives the same flight. Each board runs the real \
@@ -161,6 +162,10 @@ fn how_to_read(flight: &Flight) -> Markup {
                 b { "Selective access" } ": the slave hears one bus at a time; it misses the master's heartbeat for one \
                  consumer time (2.5 s), becomes pre-operational, and changes to the other bus after Ttoggle = 5 consumer \
                  times (12.5 s after the last heartbeat). The master then starts it unasked."
+            }
+            @if has_minimal {
+                " " b { "Minimal" } ": a slave of the minimal set (ECSS clause 9), without NMT, SDO and boot-up. It is operational \
+                 from power-on, and follows the master's heartbeat by parallel or selective access."
             }
         }
         p {

@@ -25,7 +25,8 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
     for (row, (&node, track)) in nodes.iter().enumerate() {
         let y = TOP + row as f64 * ROW + 6.0;
         svg.text("label end", left - 12.0, y + 11.0, &name(node));
-        svg.text("soft end", left - 12.0, y + 25.0, track.access.map_or("", |access| access.name()));
+        let kind = if track.is_minimal && layout.brief { "minimal".to_owned() } else { track.kind() };
+        svg.text("soft end", left - 12.0, y + 25.0, &kind);
         let ends = track.spans.iter().skip(1).map(|span| span.from).chain([flight.end]);
         for (span, end) in track.spans.iter().zip(ends) {
             let (x, width) = (axis.x(span.from), axis.x(end) - axis.x(span.from));

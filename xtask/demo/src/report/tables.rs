@@ -16,8 +16,8 @@ pub fn failover(flight: &Flight) -> Markup {
     let rows = flight.observer.slaves().map(|(node, track)| {
         let took = track.failover.map_or("\u{2013}".into(), |took| duration(took.as_secs_f64() * 1e3));
         let now = track.now();
-        let access = track.access.map_or("", |access| access.name());
-        let second = if access.is_empty() { "\u{2013}" } else { access };
+        let access = track.kind();
+        let second = if access.is_empty() { "\u{2013}".to_owned() } else { access };
         vec![text(name(node)), text(second), text(took), html! { (now.phase.name()) ", " (bus(now.bus)) }]
     });
     table(&["slave", "access", "fail-over", "at the end"].map(text), rows)
@@ -72,10 +72,10 @@ pub fn boards(flight: &Flight) -> Markup {
     ];
     let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, count)| {
         let [third, fourth] = traffic_of(flight, plan, count);
-        let access = flight.observer.nodes()[&plan.node].access.map_or("", |access| access.name());
+        let access = flight.observer.nodes()[&plan.node].kind();
         vec![
             name(plan.node),
-            (if scope == Scope::Mission { access } else { plan.image() }).to_owned(),
+            if scope == Scope::Mission { access } else { plan.image().to_owned() },
             format!("{:+.1} ppm", plan.crystal_ppm),
             format!("{:.1} m", plan.position_m),
             format!("{:.0} ms", plan.power_on.as_secs_f64() * 1e3),

@@ -57,7 +57,7 @@ impl Kind {
             Some(Meaning::Sync | Meaning::SpacecraftTime(_) | Meaning::LocalTime { .. }) => Kind::Time,
             Some(Meaning::Telecommand { .. }) => Kind::Command,
             Some(Meaning::TelemetryRequest { .. }) => Kind::Request,
-            Some(Meaning::Telemetry { .. }) => Kind::Reply,
+            Some(Meaning::Telemetry { .. } | Meaning::CyclicState { .. }) => Kind::Reply,
             None => Kind::Other,
         }
     }

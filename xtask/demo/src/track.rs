@@ -1,0 +1,150 @@
+//! What a node is doing, as far as the wires show it.
+
+use can_wire::time::Time;
+
+use super::meaning::{NmtCommand, NmtState};
+use super::observer::Change;
+use super::record::{Bus, Node};
+
+/// How long a heartbeat can have waited for the bus: more than all frames that may be ahead of it.
+pub(super) const SETTLING: Time = Time::from_ms(5);
+
+/// How a slave uses the two buses (ECSS 4.8.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusAccess {
+    /// Both controllers live.
+    Parallel,
+    /// One bus at a time.
+    Selective,
+    /// An image of the user's decides.
+    Unknown,
+}
+
+impl BusAccess {
+    /// The word of the standard, if it is known.
+    pub fn name(self) -> &'static str {
+        match self {
+            BusAccess::Parallel => "parallel",
+            BusAccess::Selective => "selective",
+            BusAccess::Unknown => "",
+        }
+    }
+}
+
+/// What a node is doing, as far as the wires show it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Phase {
+    /// No power.
+    Off,
+    /// Powered, nothing heard of it yet.
+    Starting,
+    /// Powered and silent, while another master board is active.
+    Standby,
+    /// In this NMT state.
+    Nmt(NmtState),
+}
+
+impl Phase {
+    /// Whether it can use a bus.
+    pub fn is_powered(self) -> bool {
+        self != Phase::Off
+    }
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Phase::Off => "off",
+            Phase::Starting => "starting",
+            Phase::Standby => "standby",
+            Phase::Nmt(NmtState::Stopped) => "stopped",
+            Phase::Nmt(NmtState::PreOperational) => "pre-operational",
+            Phase::Nmt(NmtState::Operational) => "operational",
+        }
+    }
+}
+
+/// A node's phase and bus from an instant on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// From when.
+    pub from: Time,
+    /// Doing what.
+    pub phase: Phase,
+    /// On which bus.
+    pub bus: Bus,
+}
+
+/// A node under observation.
+#[derive(Clone, Debug)]
+pub struct Track {
+    /// Bus access; `None` for the master.
+    pub access: Option<BusAccess>,
+    /// A slave of the minimal set (ECSS 9): operational as long as it has power, whatever NMT commands.
+    pub is_minimal: bool,
+    /// Everything it did, oldest first, never empty.
+    pub spans: Vec<Span>,
+    /// Commands that it had to execute.
+    pub tc_due: u64,
+    /// Resets of the node that the master commanded.
+    pub resets_due: u64,
+    /// From the cut until it worked on the other bus, see [`Change::Recovered`].
+    pub failover: Option<Time>,
+    pub(super) master_heard: Option<Time>,
+    pub(super) settled: Time,
+}
+
+impl Track {
+    /// Without power.
+    pub(super) fn new(access: Option<BusAccess>) -> Self {
+        let off = Span { from: Time::ZERO, phase: Phase::Off, bus: Bus::Nominal };
+        Track {
+            access,
+            is_minimal: false,
+            spans: vec![off],
+            tc_due: 0,
+            resets_due: 0,
+            failover: None,
+            master_heard: None,
+            settled: Time::ZERO,
+        }
+    }
+
+    /// How it uses the buses, for people; empty for a master.
+    pub fn kind(&self) -> String {
+        let access = self.access.map_or("", BusAccess::name);
+        if self.is_minimal { format!("{access}, minimal") } else { access.to_owned() }
+    }
+
+    /// What it is doing now.
+    pub fn now(&self) -> Span {
+        *self.spans.last().expect("a track begins with a span")
+    }
+
+    /// Commanded operational, by all that can be seen.
+    pub fn operational_on(&self) -> Option<Bus> {
+        let now = self.now();
+        (now.phase == Phase::Nmt(NmtState::Operational)).then_some(now.bus)
+    }
+
+    pub(super) fn enter(&mut self, node: Node, span: Span, changes: &mut Vec<Change>) {
+        let now = self.now();
+        if (now.phase, now.bus) != (span.phase, span.bus) {
+            self.spans.push(span);
+            changes.push(Change::Now(node, span));
+        }
+    }
+
+    /// Does what NMT commands.
+    pub(super) fn obey(&mut self, node: Node, at: Time, command: NmtCommand, changes: &mut Vec<Change>) {
+        self.resets_due += u64::from(command == NmtCommand::ResetNode);
+        let phase = match command {
+            NmtCommand::Start => Phase::Nmt(NmtState::Operational),
+            NmtCommand::Stop => Phase::Nmt(NmtState::Stopped),
+            NmtCommand::EnterPreOperational => Phase::Nmt(NmtState::PreOperational),
+            NmtCommand::ResetNode | NmtCommand::ResetCommunication => Phase::Starting,
+        };
+        let bus = self.now().bus;
+        self.settled = at + SETTLING;
+        self.enter(node, Span { from: at, phase, bus }, changes);
+    }
+}
