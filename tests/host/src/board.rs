@@ -6,13 +6,12 @@ use std::rc::Rc;
 use ecss_can::runner::{Platform, Resources, Runners, Telltale};
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{Bus, NodeId, PerBus};
-use futures_executor::{LocalPool, LocalSpawner};
-use futures_util::task::LocalSpawnExt;
 
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
 use crate::member::{Diary, Events, Handle, Member, Running};
 use crate::memory::{Flash, Ram};
+use crate::pool::{Pool, Spawner};
 use crate::port::MockPort;
 use crate::seat::Seat;
 use crate::timeline::Timeline;
@@ -61,7 +60,7 @@ pub(crate) struct Unit {
 
 /// What lives from power-on to power-off or reset.
 struct Powered {
-    pool: LocalPool,
+    pool: Pool,
     clock: MockClock,
     telltale: &'static Telltale,
     node: Box<dyn Running>,
@@ -75,17 +74,18 @@ impl Unit {
         drift_ppm: i32,
         timeline: Rc<Timeline>,
         entries: Rc<RefCell<Vec<Entry>>>,
+        changed: &PerBus<Rc<Cell<bool>>>,
     ) -> Self {
         let diary = Diary { seat, timeline, entries };
         let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
-        let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
+        let ports = PerBus::from_fn(|bus| MockPort::that_sets(clock.clone(), changed[bus].clone()));
         let (ram, flash) = (Ram::of_power_on(), Flash::default());
         Unit { seat, firmware, drift_ppm, diary, ports, ram, flash, powered: None }
     }
 
     pub fn power_on(&mut self) {
         self.diary.note(Happening::PowerOn);
-        let pool = LocalPool::new();
+        let pool = Pool::new();
         let clock = MockClock::power_on(self.diary.timeline.clone(), self.drift_ppm);
         Bus::ALL.into_iter().for_each(|bus| self.ports[bus].reset(clock.clone()));
         let telltale = Box::leak(Box::default());
@@ -154,13 +154,13 @@ impl Unit {
     /// Without power.
     pub fn spawn(&self, task: impl Future<Output = ()> + 'static) {
         let powered = self.powered.as_ref().unwrap_or_else(|| panic!("{:?} has no power", self.seat));
-        powered.pool.spawner().spawn_local(task).expect("the pool of this node lives");
+        powered.pool.spawner().spawn(task);
     }
 }
 
 /// What firmware finds at power-on.
 pub(crate) struct Shell<'a> {
-    spawner: LocalSpawner,
+    spawner: Spawner,
     clock: &'a MockClock,
     ports: &'a PerBus<MockPort>,
     telltale: &'static Telltale,
@@ -182,6 +182,6 @@ impl Shell<'_> {
     }
 
     fn spawn(&self, task: impl Future<Output = ()> + 'static) {
-        self.spawner.spawn_local(task).expect("the pool of this node lives");
+        self.spawner.spawn(task);
     }
 }

@@ -96,6 +96,7 @@ pub mod log;
 mod member;
 mod memory;
 mod plain;
+mod pool;
 pub mod port;
 mod rogue;
 mod seat;

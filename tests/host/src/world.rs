@@ -1,6 +1,6 @@
 //! Nodes on two buses, and the hands of the test: power, cables, frames of strangers.
 
-use std::cell::{Ref, RefCell};
+use std::cell::{Cell, Ref, RefCell};
 use std::rc::Rc;
 
 use can_wire::controller::{Controller, NodeIndex, Trace};
@@ -65,6 +65,8 @@ struct Cable {
 struct Plugs {
     ports: Vec<MockPort>,
     rogue: Rogue,
+    /// Something about these controllers.
+    changed: Rc<Cell<bool>>,
 }
 
 /// A frame that completed on a bus.
@@ -101,6 +103,10 @@ impl Controllers for Plugs {
             None => &mut self.rogue,
         }
     }
+
+    fn have_changed(&mut self) -> bool {
+        self.changed.take()
+    }
 }
 
 impl Cable {
@@ -135,12 +141,12 @@ impl World {
         let entries = Rc::default();
         let mut switches: Vec<_> = planned.iter().map(|node| (node.power_on, node.seat)).collect();
         switches.sort_by_key(|switch| std::cmp::Reverse(*switch));
-        let units: Vec<Unit> = planned
-            .into_iter()
-            .map(|node| {
-                Unit::new(node.seat, node.firmware, node.drift_ppm, timeline.clone(), Rc::clone(&entries))
-            })
-            .collect();
+        let changed = PerBus::from_fn(|_| Rc::new(Cell::new(true)));
+        let unit = |node: Planned| {
+            let Planned { seat, firmware, drift_ppm, .. } = node;
+            Unit::new(seat, firmware, drift_ppm, timeline.clone(), Rc::clone(&entries), &changed)
+        };
+        let units: Vec<Unit> = planned.into_iter().map(unit).collect();
         let end = units.iter().map(|unit| unit.seat.node().get()).max().unwrap_or(0);
         let cables = PerBus::from_fn(|bus| {
             let mut wire = Wire::new(WireConfig::default());
@@ -154,7 +160,7 @@ impl World {
             let ports = units.iter().map(|unit| unit.port(bus).clone()).collect();
             Cable {
                 wire,
-                plugs: Plugs { ports, rogue: Rogue::default() },
+                plugs: Plugs { ports, rogue: Rogue::default(), changed: changed[bus].clone() },
                 seen: Vec::new(),
                 torn: 0,
                 misread: 0,
@@ -283,7 +289,9 @@ impl World {
     /// A stranger at the end of the cable sends a frame as soon as the bus lets it.
     pub fn inject(&mut self, bus: Bus, frame: WireFrame) {
         let now = self.now();
-        self.cables[bus].plugs.rogue.send(now, frame);
+        let plugs = &mut self.cables[bus].plugs;
+        plugs.rogue.send(now, frame);
+        plugs.changed.set(true);
     }
 
     /// Makes a request to the master, as its application does.

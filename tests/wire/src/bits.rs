@@ -3,6 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::calendar::Calendar;
 use crate::controller::NodeIndex;
 use crate::fine::Fine;
 use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
@@ -78,28 +79,26 @@ impl Segment {
             if self.try_settle(stage) || self.try_take_off(stage) {
                 return false;
             }
-            let mut first: Option<(Fine, NodeIndex)> = None;
-            for &node in &self.members {
-                if let Some(at) = self.own_event(node, stage)
-                    && first.is_none_or(|(other, _)| at < other)
-                {
-                    first = Some((at, node));
-                }
+            if self.calendar.is_empty() {
+                self.calendar = Calendar::of(self.members.iter().map(|&node| self.plans(node, stage)));
             }
             let arrival = self.arrivals().next().unwrap_or(Fine::NEVER);
-            let (own, node) = first.unwrap_or((Fine::NEVER, 0));
+            let (own, member) = self.calendar.first();
             self.next = own.min(arrival);
             if self.next > until || self.next == Fine::NEVER {
-                let news = self.news(stage);
+                let news = self.calendar.news();
                 self.next = if news == Fine::NEVER { arrival } else { news };
                 return true;
             }
             self.cursor = self.cursor.max(self.next);
-            if own <= arrival {
-                self.bit_boundary(node, stage);
+            let member = if own <= arrival {
+                self.bit_boundary(self.members[member], stage);
+                member
             } else {
-                self.arrive(stage);
-            }
+                self.arrive(stage)
+            };
+            let (own, news) = self.plans(self.members[member], stage);
+            self.calendar.set(member, own, news);
         }
     }
 
@@ -120,17 +119,16 @@ impl Segment {
         if mac.state == State::Idle { self.start_of(node, stage) } else { None }
     }
 
-    /// When somebody may have to be told of something; an error where none is expected is told late by some bits.
-    fn news(&self, stage: &mut Stage) -> Fine {
-        let times = self.members.iter().filter_map(|&node| {
-            let mac = &stage.nodes[node].mac;
-            if mac.is_running() {
-                Some(mac.clock.end() + mac.clock.bit().times(mac.uneventful_bits() - 1))
-            } else {
-                self.own_event(node, stage)
-            }
-        });
-        times.min().unwrap_or(Fine::NEVER)
+    /// When `node` does something by itself, and when it may have to be told of something; an error where none is expected is told
+    /// late by some bits.
+    fn plans(&self, node: NodeIndex, stage: &mut Stage) -> (Fine, Fine) {
+        let own = self.own_event(node, stage).unwrap_or(Fine::NEVER);
+        let mac = &stage.nodes[node].mac;
+        if mac.is_running() {
+            (own, own + mac.clock.bit().times(mac.uneventful_bits() - 1))
+        } else {
+            (own, own)
+        }
     }
 
     /// A bit of `node` ends, or its own frame starts.
@@ -190,8 +188,9 @@ impl Segment {
         }
     }
 
-    fn arrive(&mut self, stage: &mut Stage) {
-        let Some(Reverse(Arrival { at, change, node })) = self.arrivals().0.pop() else { return };
+    /// Returns the place of the node among the members.
+    fn arrive(&mut self, stage: &mut Stage) -> usize {
+        let Some(Reverse(Arrival { at, change, node })) = self.arrivals().0.pop() else { return 0 };
         let this = &mut stage.nodes[node];
         match change {
             Change::Dominant(driver) => this.seen |= 1 << driver,
@@ -200,6 +199,7 @@ impl Segment {
             Change::GlitchEnds(effect) => *this.glitch.of(effect) -= 1,
         }
         self.relevel(node, at, stage);
+        self.places[node]
     }
 
     /// Something about the line of `node` changed at `at`.

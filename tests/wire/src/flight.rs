@@ -8,6 +8,7 @@
 use std::collections::VecDeque;
 
 use crate::bits::Arrivals;
+use crate::calendar::Calendar;
 use crate::confinement::ErrorCounters;
 use crate::controller::{ErrorKind, NodeIndex, WireEvent};
 use crate::encode::INTERMISSION_BITS;
@@ -151,13 +152,19 @@ impl Segment {
             return;
         }
         self.mode = Mode::Bits(Arrivals::default());
+        self.calendar = Calendar::default();
         self.begin(node, own, stage);
         self.drive(node, stage);
     }
 
     /// Continues as a flight once arbitration is over and everybody is in step.
     pub(crate) fn try_take_off(&mut self, stage: &mut Stage) -> bool {
-        if !stage.fast || self.grounded || !stage.flips.is_empty() || !self.is_in_step(stage) {
+        if !stage.fast
+            || self.grounded
+            || !stage.flips.is_empty()
+            || !self.arrivals().is_empty()
+            || !self.is_in_step(stage)
+        {
             return false;
         }
         match self.plan_from_here(stage) {
@@ -173,7 +180,7 @@ impl Segment {
     }
 
     /// One node transmits, past its arbitration, and all others that take part have taken the same bits.
-    fn is_in_step(&mut self, stage: &Stage) -> bool {
+    fn is_in_step(&self, stage: &Stage) -> bool {
         let mut first: Option<NodeIndex> = None;
         let mut transmitters = 0;
         for &node in &self.members {
@@ -195,7 +202,7 @@ impl Segment {
                 return false;
             }
         }
-        transmitters == 1 && self.arrivals().is_empty()
+        transmitters == 1
     }
 
     fn plan_from_here(&self, stage: &mut Stage) -> Option<Flight> {
@@ -528,7 +535,9 @@ impl Segment {
             self.begin(flight.transmitter, flight.own, stage);
             self.drive(flight.transmitter, stage);
         }
+        self.calendar = Calendar::default();
         self.run_bits(reached, stage);
+        self.calendar = Calendar::default();
         self.replaying = false;
         self.ledger.told_until = None;
         self.cursor = reached;

@@ -8,6 +8,7 @@
 #![warn(missing_docs)]
 
 mod bits;
+mod calendar;
 pub mod candump;
 mod confinement;
 pub mod controller;

@@ -6,6 +6,7 @@
 //!   its end, so that a disturbance nobody foresaw can take it back and play it bit by bit.
 
 use crate::bits::Arrivals;
+use crate::calendar::Calendar;
 use crate::controller::{NodeIndex, WireEvent};
 use crate::fine::Fine;
 use crate::flight::Flight;
@@ -26,6 +27,10 @@ pub(crate) enum Mode {
 pub(crate) struct Segment {
     /// Nodes on this piece in the order of their place.
     pub(crate) members: Vec<NodeIndex>,
+    /// Of each node its index in `members`.
+    pub(crate) places: Vec<usize>,
+    /// Of [`Mode::Bits`]; empty when somebody may have other plans.
+    pub(crate) calendar: Calendar,
     pub(crate) mode: Mode,
     /// Up to here everything has happened.
     pub(crate) cursor: Fine,
@@ -42,8 +47,12 @@ pub(crate) struct Segment {
 
 impl Segment {
     pub(crate) fn new(members: Vec<NodeIndex>, cursor: Fine) -> Self {
+        let mut places = vec![0; members.iter().max().map_or(0, |&last| last + 1)];
+        members.iter().enumerate().for_each(|(member, &node)| places[node] = member);
         Segment {
             members,
+            places,
+            calendar: Calendar::default(),
             mode: Mode::Bits(Arrivals::default()),
             cursor,
             next: Fine::NEVER,
@@ -54,9 +63,20 @@ impl Segment {
         }
     }
 
+    /// Whether a run to `until` finds nothing to do, if nothing has changed from outside since the last run. Time passes then.
+    pub(crate) fn rests_until(&mut self, until: Fine) -> bool {
+        let rests = self.withdrawn == 0 && self.next > until && !matches!(self.mode, Mode::Bits(_));
+        if rests {
+            self.cursor = self.cursor.max(until);
+        }
+        rests
+    }
+
     /// Runs to `until`.
     pub(crate) fn run(&mut self, until: Fine, stage: &mut Stage) {
-        self.withdrawn = 0;
+        if std::mem::take(&mut self.withdrawn) != 0 {
+            self.calendar = Calendar::default();
+        }
         loop {
             let paused = match &mut self.mode {
                 Mode::Still => self.run_still(until, stage),
@@ -73,6 +93,7 @@ impl Segment {
 
     /// Goes over to bits, at the instant up to which everything has happened.
     pub(crate) fn wake(&mut self, stage: &mut Stage) -> &mut Arrivals {
+        self.calendar = Calendar::default();
         if let Mode::Flight(_) = self.mode {
             self.replay(stage);
         }

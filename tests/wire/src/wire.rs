@@ -11,6 +11,7 @@
 //! reached it is. Frames that nothing disturbs take a fast path with the same result ([`WireConfig::bit_by_bit`]).
 
 use crate::bits::{Arrival, Change};
+use crate::calendar::Calendar;
 use crate::controller::{Attachment, Controller, ErrorCounters, NodeIndex, WireEvent};
 use crate::errors::BitErrors;
 use crate::fault::{Fault, FaultError, Flip};
@@ -27,6 +28,12 @@ use crate::waveform::{Recorder, Waveform};
 pub trait Controllers {
     /// The controller that was attached as `node`.
     fn controller(&mut self, node: NodeIndex) -> &mut dyn Controller;
+
+    /// Whether a controller takes part in another way, watches its line or not, or has another frame waiting than when this was asked
+    /// last, for another reason than what the wire told it about a frame. `false` saves the wire from asking all of them.
+    fn have_changed(&mut self) -> bool {
+        true
+    }
 }
 
 /// Properties of the cable and of how it is computed.
@@ -76,6 +83,8 @@ pub struct Wire {
     recorder: Option<Recorder>,
     waveform: Option<Waveform>,
     observed: Observed,
+    /// Somebody watches its line.
+    is_watched: bool,
 }
 
 impl Wire {
@@ -94,6 +103,7 @@ impl Wire {
             recorder: None,
             waveform: None,
             observed: Observed::default(),
+            is_watched: false,
         }
     }
 
@@ -170,8 +180,10 @@ impl Wire {
     pub fn advance(&mut self, until: Time, controllers: &mut dyn Controllers) {
         assert!(until >= self.now, "a wire does not run backwards");
         assert!(Fine::from_time(until) < Fine::NEVER, "a wire runs for 58 hours at most");
-        for node in 0..self.nodes.len() {
-            self.look_at(node, until, controllers);
+        let mut changed = controllers.have_changed();
+        if changed {
+            (0..self.nodes.len()).for_each(|node| self.look_at(node, until, controllers));
+            self.is_watched = self.nodes.iter().any(|node| node.watches);
         }
         loop {
             let planned = self.planned.first().map_or(Time::NEVER, |&(at, _)| at);
@@ -180,7 +192,8 @@ impl Wire {
             if at > until {
                 break;
             }
-            self.run_to(at.max(self.now), controllers);
+            self.run_to(at.max(self.now), changed, controllers);
+            changed = true;
             if error < planned {
                 let count = self.nodes.len();
                 if let Some(glitch) = self.errors.as_mut().map(|errors| errors.strike(count)) {
@@ -201,8 +214,8 @@ impl Wire {
                 }
             }
         }
-        self.run_to(until, controllers);
-        for node in 0..self.nodes.len() {
+        self.run_to(until, changed, controllers);
+        for node in 0..if self.is_watched { self.nodes.len() } else { 0 } {
             if !self.nodes[node].changes.is_empty() {
                 controllers.controller(node).on_line(&self.nodes[node].changes);
                 self.nodes[node].changes.clear();
@@ -322,11 +335,18 @@ impl Wire {
         self.planned.iter().any(|(_, planned)| matches!(planned, Planned::Join(other, _) if *other == node))
     }
 
-    /// Runs all segments to `until`, with no fault on the way.
-    fn run_to(&mut self, until: Time, controllers: &mut dyn Controllers) {
+    /// Runs all segments to `until`, with no fault on the way. `changed`: since the last run something changed from outside.
+    fn run_to(&mut self, until: Time, changed: bool, controllers: &mut dyn Controllers) {
         let fine = Fine::from_time(until);
         for segment in 0..self.segments.len() {
-            self.with_stage(segment, controllers, |segment, stage| segment.run(fine, stage));
+            if changed || self.is_watched || !self.segments[segment].rests_until(fine) {
+                self.with_stage(segment, controllers, |segment, stage| {
+                    if changed {
+                        segment.calendar = Calendar::default();
+                    }
+                    segment.run(fine, stage);
+                });
+            }
         }
         self.now = until;
     }

@@ -7,11 +7,13 @@ mod faults;
 mod mailbox;
 mod wire_side;
 
-use std::cell::{Cell, Ref, RefCell};
+use std::cell::{Cell, Ref, RefCell, RefMut};
 use std::collections::VecDeque;
+use std::ops::{Deref, DerefMut};
 use std::rc::Rc;
 use std::task::{Context, Poll, Waker};
 
+use can_wire::controller::Attachment;
 use can_wire::time::{TICKS_PER_US, Time};
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, Mailbox, PortEvent};
@@ -36,6 +38,8 @@ pub struct MockPort(Rc<RefCell<Chip>>);
 #[derive(Debug)]
 struct Chip {
     clock: MockClock,
+    /// Set when the wire sees another thing than before.
+    changed: Rc<Cell<bool>>,
     filters: Vec<Filter>,
     /// Since when it is on the bus.
     on_bus: Option<Time>,
@@ -69,25 +73,70 @@ struct Chip {
 impl MockPort {
     /// A controller at power-on, off the bus.
     pub fn new(clock: MockClock) -> Self {
-        MockPort(Rc::new(RefCell::new(Chip::new(clock, 0))))
+        MockPort::that_sets(clock, Rc::default())
+    }
+
+    /// As [`MockPort::new`], on a wire that is to look again when `changed` is set.
+    pub fn that_sets(clock: MockClock, changed: Rc<Cell<bool>>) -> Self {
+        changed.set(true);
+        MockPort(Rc::new(RefCell::new(Chip::new(clock, changed, 0))))
     }
 
     /// A chip reset, or another power-on with a new clock.
     pub fn reset(&self, clock: MockClock) {
         let power_cycle = self.chip().power_cycle + 1;
         let gone = self.chip().on_bus.is_some() || self.chip().gone.get();
-        *self.0.borrow_mut() = Chip { gone: Cell::new(gone), ..Chip::new(clock, power_cycle) };
+        let changed = self.chip().changed.clone();
+        changed.set(true);
+        *self.0.borrow_mut() = Chip { gone: Cell::new(gone), ..Chip::new(clock, changed, power_cycle) };
     }
 
     fn chip(&self) -> Ref<'_, Chip> {
         self.0.borrow()
     }
+
+    fn chip_mut(&self) -> Changing<'_> {
+        let chip = self.0.borrow_mut();
+        Changing { before: chip.shown(), chip }
+    }
 }
 
+/// A controller that may change. The wire is told of what it sees.
+struct Changing<'a> {
+    chip: RefMut<'a, Chip>,
+    before: Shown,
+}
+
+impl Deref for Changing<'_> {
+    type Target = Chip;
+
+    fn deref(&self) -> &Chip {
+        &self.chip
+    }
+}
+
+impl DerefMut for Changing<'_> {
+    fn deref_mut(&mut self) -> &mut Chip {
+        &mut self.chip
+    }
+}
+
+impl Drop for Changing<'_> {
+    fn drop(&mut self) {
+        if self.chip.shown() != self.before {
+            self.chip.changed.set(true);
+        }
+    }
+}
+
+/// What the wire sees of a controller: attachment, departure, since when a frame waits.
+type Shown = (Option<Attachment>, bool, Option<Time>);
+
 impl Chip {
-    fn new(clock: MockClock, power_cycle: u32) -> Self {
+    fn new(clock: MockClock, changed: Rc<Cell<bool>>, power_cycle: u32) -> Self {
         Chip {
             clock,
+            changed,
             filters: Vec::new(),
             on_bus: None,
             joined: false,
@@ -106,6 +155,10 @@ impl Chip {
             told: (false, ErrorState::Active, false),
             waker: None,
         }
+    }
+
+    fn shown(&self) -> Shown {
+        (self.attachment(), self.gone.get(), self.waits_since())
     }
 
     fn now(&self) -> Time {
@@ -197,25 +250,25 @@ impl CanPort for MockPort {
     const FILTERS: usize = FILTERS;
 
     fn set_filters(&mut self, filters: &[Filter]) {
-        self.0.borrow_mut().filters = filters.to_vec();
+        self.chip_mut().filters = filters.to_vec();
     }
 
     fn set_filter(&mut self, number: u8, filter: Filter) {
-        if let Some(place) = self.0.borrow_mut().filters.get_mut(usize::from(number)) {
+        if let Some(place) = self.chip_mut().filters.get_mut(usize::from(number)) {
             *place = filter;
         }
     }
 
     fn join(&mut self) {
-        self.0.borrow_mut().go_on_bus(false);
+        self.chip_mut().go_on_bus(false);
     }
 
     fn listen(&mut self) {
-        self.0.borrow_mut().go_on_bus(true);
+        self.chip_mut().go_on_bus(true);
     }
 
     fn leave(&mut self) {
-        let mut chip = self.0.borrow_mut();
+        let mut chip = self.chip_mut();
         (0..MAILBOXES).for_each(|mailbox| chip.abort(mailbox));
         (chip.leaving, chip.back) = (true, None);
         chip.recovers = false;
@@ -223,7 +276,7 @@ impl CanPort for MockPort {
     }
 
     fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
-        let mut chip = self.0.borrow_mut();
+        let mut chip = self.chip_mut();
         let now = chip.now();
         if chip.back.unwrap_or(chip.listens) {
             return Err(Busy);
@@ -232,7 +285,7 @@ impl CanPort for MockPort {
     }
 
     fn abort(&mut self, mailbox: Mailbox) {
-        self.0.borrow_mut().abort(usize::from(mailbox.0));
+        self.chip_mut().abort(usize::from(mailbox.0));
     }
 
     fn health(&self) -> Health {
@@ -240,11 +293,11 @@ impl CanPort for MockPort {
     }
 
     fn recover(&mut self) {
-        let mut chip = self.0.borrow_mut();
+        let mut chip = self.chip_mut();
         chip.recovers = chip.on_bus.is_some() && chip.faults.state() == ErrorState::BusOff;
     }
 
     fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
-        self.0.borrow_mut().next_event(context)
+        self.chip_mut().next_event(context)
     }
 }

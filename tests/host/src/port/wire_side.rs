@@ -16,17 +16,15 @@ impl Controller for MockPort {
         let chip = self.chip();
         if chip.gone.take() {
             // Off and on again at the same instant are two things: the wire has to look once more.
+            chip.changed.set(true);
             chip.clock.timeline().interrupt();
             return None;
         }
-        let since = chip.on_bus?;
-        let (recovers, power_cycle, silent) = (chip.recovers, chip.power_cycle, chip.listens);
-        Some(Attachment { recovers, power_cycle, silent, since, ..Attachment::new(BitTiming::MEGABIT) })
+        chip.attachment()
     }
 
     fn request_at(&self) -> Option<Time> {
-        let chip = self.chip();
-        if chip.may_send() { chip.mailboxes.waiting_since() } else { None }
+        self.chip().waits_since()
     }
 
     fn contend(&self, at: Time) -> Option<WireFrame> {
@@ -40,7 +38,7 @@ impl Controller for MockPort {
     }
 
     fn on_wire(&mut self, at: Time, event: &WireEvent) {
-        let mut chip = self.0.borrow_mut();
+        let mut chip = self.chip_mut();
         match event {
             WireEvent::Joined => chip.joined = true,
             WireEvent::Started => chip.on_started(),
@@ -62,6 +60,17 @@ impl Controller for MockPort {
 }
 
 impl Chip {
+    pub(super) fn attachment(&self) -> Option<Attachment> {
+        let since = self.on_bus?;
+        let (recovers, power_cycle, silent) = (self.recovers, self.power_cycle, self.listens);
+        Some(Attachment { recovers, power_cycle, silent, since, ..Attachment::new(BitTiming::MEGABIT) })
+    }
+
+    /// Since when a frame waits that may go out.
+    pub(super) fn waits_since(&self) -> Option<Time> {
+        if self.may_send() { self.mailboxes.waiting_since() } else { None }
+    }
+
     fn on_started(&mut self) {
         if let Some(mailbox) = self.contending.take() {
             self.mailboxes.start(mailbox);
