@@ -12,6 +12,7 @@ use ecss_can::profile;
 use ecss_can::types::NodeId;
 use eds::{Commissioning, Description, Device, Timestamp};
 use mission::minimal::MinimalObjects;
+use mission::minimal::prototype::PrototypeObjects;
 use mission::{CommanderObjects, MissionObjects};
 
 use support::board::{BitRate, Profile};
@@ -137,10 +138,19 @@ fn files(options: &Options) -> anyhow::Result<Vec<(String, String)>> {
     let commissioning = commissioning(NodeId::MASTER, "master".into(), profile);
     let text = description.dcf("master.dcf", "master.eds", &commissioning, &mut master(profile))?;
     files.push(("master.dcf".into(), text));
-    let minimal = |node| MinimalObjects::new(node, &Numbers::of(profile, node));
-    let description = Description::new(&minimal_device(options.profile), minimal)?;
-    files.push(("minimal.eds".into(), description.eds("minimal.eds")));
+    files.extend(minimal_files()?);
     Ok(files)
+}
+
+/// Minimal slaves have other PDOs in profile `librecube`: a file for each, whatever profile the others have.
+fn minimal_files() -> anyhow::Result<[(String, String); 2]> {
+    let (standard, librecube) = (numbers(Profile::Standard), numbers(Profile::Librecube));
+    let minimal = |node| MinimalObjects::new(node, &Numbers::of(standard, node));
+    let minimal = Description::new(&minimal_device(Profile::Standard), minimal)?;
+    let prototype = |node| PrototypeObjects::new(node, &Numbers::of(librecube, node));
+    let prototype = Description::new(&minimal_device(Profile::Librecube), prototype)?;
+    Ok([("minimal.eds", minimal), ("minimal-librecube.eds", prototype)]
+        .map(|(name, description)| (name.into(), description.eds(name))))
 }
 
 fn commissioning(node: NodeId, name: String, profile: &profile::Profile) -> Commissioning {

@@ -53,7 +53,15 @@ fn every_slave_that_is_named_gets_its_dcf() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(
         names(&out),
-        ["master.dcf", "master.eds", "minimal.eds", "slave-127.dcf", "slave-2.dcf", "slave.eds"]
+        [
+            "master.dcf",
+            "master.eds",
+            "minimal-librecube.eds",
+            "minimal.eds",
+            "slave-127.dcf",
+            "slave-2.dcf",
+            "slave.eds"
+        ]
     );
     let dcf = std::fs::read_to_string(out.join("slave-127.dcf")).unwrap();
     assert!(dcf.contains("\nNodeID=127\n") && dcf.contains("profile standard\n"));
@@ -79,6 +87,12 @@ fn the_bit_rates_are_those_that_the_clock_of_the_boards_can_make() {
     assert_eq!(rates, expected);
 }
 
+/// The lines of a section, if it is there.
+fn section<'a>(text: &'a str, name: &str) -> Option<&'a str> {
+    let (_, rest) = text.split_once(&format!("[{name}]\n"))?;
+    Some(rest.split("\n[").next().unwrap())
+}
+
 /// By the standard's Tables 9-3 to 9-6, 9-8 and 9-12, not by the code: parameters and mapping of four PDOs each way, that cannot be
 /// written and have no inhibit time (sub 3) and no event timer (sub 5); no NMT start-up, no SDO.
 ///
@@ -92,10 +106,7 @@ fn data_sheet_of_the_minimal_slave_is_that_of_clause_9() {
     let here = tempfile::tempdir().expect("a temporary directory");
     assert!(eds(&["--profile", "standard", "--out", here.path().to_str().unwrap()]).status.success());
     let text = std::fs::read_to_string(here.path().join("minimal.eds")).unwrap();
-    let section = |name: &str| {
-        let (_, rest) = text.split_once(&format!("[{name}]\n"))?;
-        Some(rest.split("\n[").next().unwrap())
-    };
+    let section = |name: &str| section(&text, name);
     let communication = (0..4).flat_map(|nth| [0x1400, 0x1600, 0x1800, 0x1A00].map(|first| first + nth));
     let mut expected: Vec<u32> =
         [0x1000, 0x1001, 0x1005, 0x1016, 0x1017, 0x1018].into_iter().chain(communication).collect();
@@ -126,6 +137,54 @@ fn data_sheet_of_the_minimal_slave_is_that_of_clause_9() {
     assert!(
         text.contains("SimpleBootUpSlave=0") && text.contains("NrOfRXPDO=4") && text.contains("NrOfTXPDO=4")
     );
+}
+
+/// Nothing that Table 9-12 forbids or has for tests alone is in a data sheet of a minimal slave: nothing of it is used, has another
+/// value than that of no use, or is part of an SDO.
+///
+/// Verifies: ECSS 9.4.10c, 9.4.10d, 9.4.10f
+#[test]
+fn data_sheets_of_minimal_slaves_have_no_forbidden_object() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    assert!(eds(&["--out", here.path().to_str().unwrap()]).status.success());
+    let forbidden = [0x1007, 0x100C, 0x100D].into_iter().chain(0x1010..=0x1015).chain(0x1200..=0x12FF);
+    let pdos = [0x1404, 0x1604, 0x1804, 0x1A04].map(|first| first..first + 0x1FC);
+    let forbidden: Vec<u32> = forbidden.chain(pdos.into_iter().flatten()).collect();
+    for name in ["minimal.eds", "minimal-librecube.eds"] {
+        let text = std::fs::read_to_string(here.path().join(name)).unwrap();
+        assert!(section(&text, "1000").is_some() && section(&text, "1A03").is_some(), "{name}");
+        let there = forbidden.iter().filter(|index| section(&text, &format!("{index:04X}")).is_some());
+        assert_eq!(there.collect::<Vec<_>>(), Vec::<&u32>::new(), "{name}");
+    }
+}
+
+/// In profile `librecube` RPDO 1 is the Spacecraft Time PDO and TPDO 1 the Local Time PDO: fine time, then coarse time (ECSS Figure 7-1).
+///
+/// Verifies: ECSS 7.1.2a, 7.1.2b, 7.1.2f
+#[test]
+fn data_sheet_of_the_prototype_has_the_time() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    assert!(eds(&["--out", here.path().to_str().unwrap()]).status.success());
+    let text = std::fs::read_to_string(here.path().join("minimal-librecube.eds")).unwrap();
+    let default = |name: &str| {
+        let lines = section(&text, name).unwrap_or_else(|| panic!("no {name}")).lines();
+        lines.filter_map(|line| line.strip_prefix("DefaultValue=")).collect::<Vec<_>>().concat()
+    };
+    for (entry, value) in [
+        ("1400sub1", "0x40000181"),
+        ("1401sub1", "$NODEID+0x40000300"),
+        ("1402sub1", "$NODEID+0x40000400"),
+        ("1600sub1", "0x20100218"),
+        ("1600sub2", "0x20100120"),
+        ("1800sub1", "$NODEID+0x40000180"),
+        ("1800sub2", "0x01"),
+        ("1A00sub1", "0x20110218"),
+        ("1A00sub2", "0x20110120"),
+        ("1A02sub1", "0x61000110"),
+        ("1A02sub2", "0x61000230"),
+    ] {
+        assert_eq!(default(entry), value, "{entry}");
+    }
 }
 
 #[test]

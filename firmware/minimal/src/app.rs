@@ -5,7 +5,7 @@ use ecss_can::node::minimal::{MinimalSlave, Numbers};
 use ecss_can::prelude::*;
 use embassy_executor::Spawner;
 use mission::PROFILE;
-use mission::minimal::MinimalMission;
+use mission::minimal::Shipped;
 
 use crate::application::{self, Node};
 
@@ -19,7 +19,7 @@ async fn main(spawner: Spawner) {
     // ECSS 6.10f: without a Node-ID the controllers stay in Init mode and do not even acknowledge.
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
     defmt::info!("minimal slave {} starts, profile {=str}", id.get(), PROFILE.name);
-    let slave = || MinimalSlave::new(id, Numbers::of(PROFILE, id), MinimalMission::new());
+    let slave = || MinimalSlave::new(id, Numbers::of(PROFILE, id), Shipped::new());
     let (slave, events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
     spawner.spawn(bus(runners.nominal).unwrap());
     spawner.spawn(bus(runners.redundant).unwrap());

@@ -5,10 +5,10 @@
 use boards::{Leds, MinimalBoard};
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
 use ecss_can::runner::{Events, Handle};
-use mission::minimal::MinimalMission;
+use mission::minimal::Shipped;
 
 /// The slave of this image.
-pub type Node = MinimalSlave<MinimalMission>;
+pub type Node = MinimalSlave<Shipped>;
 
 /// Runs for ever.
 pub async fn run(

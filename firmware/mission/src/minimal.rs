@@ -9,9 +9,10 @@
 //! | TPDO 3 | 380h + node | telemetry of the mission |
 //! | TPDO 4 | 480h + node | the kept bytes, as many as the command had |
 //!
-//! TPDO 1 is not in use: the master takes 180h + node for the time of a slave, and a minimal one has no clock.
+//! In profile `librecube` it is [another one](prototype). TPDO 1 is not in use: the master takes 180h + node for the time of a slave, and a minimal one has no clock.
 
 mod objects;
+pub mod prototype;
 
 use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalRpdo, MinimalTpdo, Payload, Trigger};
 use ecss_can::pdo::CobIdOf;
@@ -21,6 +22,13 @@ use crate::counters::COUNTERS;
 use crate::{Command, Message, Request, SlaveRecord, Telemetry};
 
 pub use objects::{CyclicState, FixedPdo, MinimalMessage, MinimalObjects, MinimalTelemetry};
+
+/// The device of the shipped image.
+#[cfg(all(feature = "librecube", not(feature = "standby")))]
+pub type Shipped = prototype::PrototypeMission;
+/// The device of the shipped image.
+#[cfg(not(all(feature = "librecube", not(feature = "standby"))))]
+pub type Shipped = MinimalMission;
 
 /// Numbers of PDOs, from zero.
 const KEEP: usize = 0;

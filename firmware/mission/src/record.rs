@@ -59,6 +59,14 @@ impl SlaveRecord {
         if !self.commands.is_new(*message, at) {
             return Err(Declined::Repeat);
         }
+        self.execute(message)
+    }
+
+    /// Executes a telecommand, also one that repeats the last: of a slave whose commands have no sequence.
+    ///
+    /// # Errors
+    /// [`Declined::Unknown`]: nothing was executed.
+    pub fn execute(&mut self, message: &Message) -> Result<Command, Declined> {
         let command = Command::decode(message).ok_or(Declined::Unknown)?;
         self.executed = self.executed.wrapping_add(1);
         match command {

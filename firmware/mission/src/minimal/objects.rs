@@ -1,10 +1,10 @@
 //! The objects that the data sheet of a minimal slave shows (ECSS 9.2a). No node holds them, and no SDO reaches them.
 
 use ecss_can::node::Identity;
-use ecss_can::node::minimal::{MinimalDevice, MinimalTpdo, Numbers, assert_minimal};
+use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalTpdo, Numbers, assert_minimal};
 use ecss_can::od::{Objects, Record, U48};
 use ecss_can::pdo::{Mapping, StaticMapping};
-use ecss_can::types::{CobId, NodeId};
+use ecss_can::types::{CobId, Duration, NodeId};
 
 use super::MinimalMission;
 
@@ -130,18 +130,9 @@ impl MinimalObjects {
     /// As they are hard-coded in node `id` with these numbers.
     pub fn new(id: NodeId, numbers: &Numbers) -> MinimalObjects {
         let mut all = MinimalObjects::default();
-        let milliseconds = |time: ecss_can::types::Duration| time.as_millis();
-        all.consumer_heartbeat =
-            [u32::from(NodeId::MASTER.get()) << 16 | milliseconds(numbers.redundancy.consumer) as u32];
-        all.producer_heartbeat = milliseconds(numbers.redundancy.producer) as u16;
-        all.identity = Identity { vendor: 0, product: 0x9015, revision: 1 << 16, serial: id.get().into() };
-        for (to, pdo) in all.rpdos.iter_mut().zip(MinimalMission::PDOS.receive) {
-            *to = fixed(pdo.map(|pdo| (pdo.cob_id.of(id), ON_EVENT)));
-        }
-        for (to, pdo) in all.tpdos.iter_mut().zip(MinimalMission::PDOS.transmit) {
-            let sent = |pdo: MinimalTpdo| (pdo.cob_id.of(id), pdo.trigger.transmission_type());
-            *to = fixed(pdo.map(sent));
-        }
+        (all.consumer_heartbeat, all.producer_heartbeat) = consumer(numbers);
+        all.identity = identity(id);
+        (all.rpdos, all.tpdos) = parameters(&MinimalMission::PDOS, id);
         let [first, second, third, fourth] = &mut all.rpdo_mappings;
         first.map(&bytes(Self::COMMAND.index()));
         second.map(&message(Self::MESSAGES.nth(0).index()));
@@ -156,6 +147,26 @@ impl MinimalObjects {
     }
 }
 
+/// 1016h for the heartbeat of the master, and 1017h.
+pub(super) fn consumer(numbers: &Numbers) -> ([u32; 1], u16) {
+    let milliseconds = |time: Duration| time.as_millis();
+    let consumer = milliseconds(numbers.redundancy.consumer) as u32;
+    ([u32::from(NodeId::MASTER.get()) << 16 | consumer], milliseconds(numbers.redundancy.producer) as u16)
+}
+
+pub(super) fn identity(id: NodeId) -> Identity {
+    Identity { vendor: 0, product: 0x9015, revision: 1 << 16, serial: id.get().into() }
+}
+
+/// Communication parameters of receive and transmit PDOs.
+pub(super) fn parameters(pdos: &MinimalPdos, id: NodeId) -> ([FixedPdo; 4], [FixedPdo; 4]) {
+    let sent = |pdo: MinimalTpdo| (pdo.cob_id.of(id), pdo.trigger.transmission_type());
+    (
+        pdos.receive.map(|pdo| fixed(pdo.map(|pdo| (pdo.cob_id.of(id), ON_EVENT)))),
+        pdos.transmit.map(|pdo| fixed(pdo.map(sent))),
+    )
+}
+
 fn fixed(pdo: Option<(CobId, u8)>) -> FixedPdo {
     match pdo {
         Some((cob_id, transmission)) => {
@@ -165,14 +176,14 @@ fn fixed(pdo: Option<(CobId, u8)>) -> FixedPdo {
     }
 }
 
-const fn mapped(index: u16, sub: u8, bits: u8) -> u32 {
+pub(super) const fn mapped(index: u16, sub: u8, bits: u8) -> u32 {
     (index as u32) << 16 | (sub as u32) << 8 | bits as u32
 }
 
-fn bytes(index: u16) -> [u32; 8] {
+pub(super) fn bytes(index: u16) -> [u32; 8] {
     core::array::from_fn(|nth| mapped(index, nth as u8 + 1, 8))
 }
 
-const fn message(index: u16) -> [u32; 2] {
+pub(super) const fn message(index: u16) -> [u32; 2] {
     [mapped(index, 1, 16), mapped(index, 2, 48)]
 }

@@ -10,6 +10,7 @@ mod failover;
 mod messages;
 mod minimal;
 mod pair;
+mod prototype;
 #[path = "../random/mod.rs"]
 mod random;
 mod recovery;

@@ -302,6 +302,25 @@ fn minimal_slave_that_the_master_knows_is_not_asked_by_sdo() {
     }
 }
 
+/// In profile `librecube` a minimal slave has the time (ECSS 7.1, 7.2.3): SYNC comes every 5 s, the spacecraft time every 10 s. At the
+/// third SYNC after power-on it has been set, and two crystals differ by 100 ppm at most.
+///
+/// Verifies: ECSS 7.2.1a, 7.2.2g, 7.2.3h, 7.2.3i
+#[test]
+fn minimal_slave_sends_its_local_time_with_sync() {
+    let units = |data: &[u8]| data.iter().rev().fold(0_i64, |units, byte| units << 8 | i64::from(*byte));
+    let set =
+        MIXED.frames.iter().filter(|seen| seen.id() == Some(0x181)).map(|seen| seen.end).collect::<Vec<_>>();
+    let last = MIXED.frames.iter().rfind(|seen| seen.id() == Some(0x080)).unwrap();
+    assert!(last.end > set[0] + ms(4_000), "{set:?}");
+    let time = |id| MIXED.first_after(last.end, |seen| seen.id() == Some(id)).unwrap();
+    let (full, minimal) = (time(0x182), time(0x180 + u16::from(MINIMAL)));
+    assert!(minimal.end.since(last.end) < TELEMETRY_DELAY + QUEUEING);
+    let apart = ((units(minimal.data()) - units(full.data())) * 1_000_000) >> 24;
+    assert!(apart.abs() < 1_100, "{apart} us");
+    assert_eq!((full.data().len(), minimal.data().len()), (7, 7));
+}
+
 #[test]
 fn commands_and_telemetry_reach_full_and_minimal_slaves_on_both_buses() {
     for node in [2, 3, MINIMAL, SELECTIVE] {

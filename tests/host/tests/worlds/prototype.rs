@@ -1,0 +1,166 @@
+//! A minimal slave of profile `librecube` and the frames of the LibreCube prototype, byte by byte.
+//!
+//! Nobody but node 2 and a stranger are on the buses: the stranger sends what the prototype's master sends. Identifiers are those of
+//! the table of objects in the prototype's slides (CAN in Space workshop, June 2017), contents those of its listing of a slave.
+
+use can_wire::time::Time;
+use ecss_can::node::minimal::{MinimalSlave, Numbers};
+use ecss_can::types::Bus;
+use host_worlds::{World, idle};
+use mission::LIBRECUBE;
+use mission::minimal::prototype::PrototypeMission;
+
+use crate::support::*;
+
+/// Spacecraft time 305,419,896.5 s: fine time, then coarse time, both little-endian.
+const TIME: [u8; 7] = [0x00, 0x00, 0x80, 0x78, 0x56, 0x34, 0x12];
+/// Units of 2^-24 s in two microseconds.
+const TWO_US: i64 = 34;
+
+/// Node 2 with its heartbeat, and the first one of the master.
+fn powered() -> World {
+    let slave = |_| MinimalSlave::new(TWO, Numbers::of(&LIBRECUBE, TWO), PrototypeMission::new());
+    let mut world = World::builder().minimal(TWO, slave, idle).build();
+    world.run_until(ms(100));
+    asks(&mut world, 0x701, &[0x05]);
+    world
+}
+
+/// What node 2 sends within 20 ms of a frame, beside its heartbeat.
+fn asks(world: &mut World, id: u16, data: &[u8]) -> Vec<(u16, Vec<u8>)> {
+    let from = world.now();
+    world.inject(Bus::Nominal, standard(id, data));
+    world.run_for(ms(20));
+    assert!(world.frames(Bus::Redundant).is_empty());
+    let frames = world.frames(Bus::Nominal).iter();
+    let sent = frames.filter(|sent| sent.end > from && sent.node == Some(TWO) && sent.id() != Some(0x702));
+    sent.map(|sent| (sent.id().unwrap(), sent.frame.payload().to_vec())).collect()
+}
+
+/// The one frame of these.
+fn only(mut frames: Vec<(u16, Vec<u8>)>) -> (u16, Vec<u8>) {
+    assert_eq!(frames.len(), 1, "{frames:02X?}");
+    frames.remove(0)
+}
+
+/// Coarse and fine time as one number, units of 2^-24 s.
+fn units(data: &[u8]) -> i64 {
+    data.iter().rev().fold(0, |units, byte| units << 8 | i64::from(*byte))
+}
+
+#[test]
+fn prototype_sends_its_heartbeat_every_250_ms() {
+    let mut world = powered();
+    world.run_until(ms(1_100));
+    let beats = since(&world, Bus::Nominal, 0x702, Time::ZERO);
+    assert_eq!(beats.len(), 5);
+    assert!(beats.iter().all(|sent| sent.frame.payload() == [0x05]));
+    let periods = periods_us(&beats);
+    // The first one waits until somebody acknowledges it.
+    assert!(periods[1..].iter().all(|period| (249_800..250_200).contains(period)), "{periods:?}");
+}
+
+/// The listing answers request 0001h with the data 665544332211h, whatever stands behind the code.
+///
+/// Verifies: ECSS 9.4.2b, 9.4.3b.1, 9.4.3c
+#[test]
+fn request_brings_the_telemetry_of_the_prototype() {
+    let mut world = powered();
+    let dummy = [0x11, 0x22, 0x33, 0x44, 0x55, 0x66];
+    for (request, code) in [
+        (&[0x01, 0x00][..], [0x01, 0x00]),
+        (&[0x01, 0x00, 0xAA, 0xBB, 0xCC, 0xDD, 0xEE, 0xFF], [0x01, 0x00]),
+        (&[0xFF, 0xFF, 0x00], [0xFF, 0xFF]),
+    ] {
+        let telemetry = [&code[..], &dummy].concat();
+        assert_eq!(asks(&mut world, 0x402, request), [(0x382, telemetry)]);
+    }
+    assert_eq!(asks(&mut world, 0x402, &[0x01]), [], "half a code");
+    // Of full slaves alone: how they stamp frames.
+    assert_eq!(asks(&mut world, 0x402, &[0x04, 0x01]), []);
+}
+
+/// A command has a code of 2 bytes and up to 6 of data, and no sequence: each frame is executed.
+///
+/// Verifies: ECSS 9.4.2a
+#[test]
+fn commands_are_executed_as_often_as_they_come() {
+    let mut world = powered();
+    let command = [0x02, 0x00, 0x78, 0x56, 0x34, 0x12];
+    for _ in 0..3 {
+        assert_eq!(asks(&mut world, 0x302, &command), []);
+    }
+    // One without a meaning, and one that is too short.
+    assert_eq!(asks(&mut world, 0x302, &[0x99, 0x99]), []);
+    assert_eq!(asks(&mut world, 0x302, &[0x02]), []);
+    let value = only(asks(&mut world, 0x402, &[0x02, 0x01]));
+    assert_eq!(value, (0x382, vec![0x02, 0x01, 0x78, 0x56, 0x34, 0x12, 0, 0]));
+    let executed = only(asks(&mut world, 0x402, &[0x03, 0x01]));
+    assert_eq!(executed, (0x382, vec![0x03, 0x01, 3, 0, 0, 0, 0, 0]));
+}
+
+/// Given a SYNC and the spacecraft time of it 20 ms later, when another SYNC comes after a second, then 182h has the time of that SYNC.
+///
+/// Verifies: ECSS 7.2.2e, 7.2.2f, 7.2.3g, 7.2.3k, 9.4.3b.2
+#[test]
+fn sync_brings_the_local_time_that_181h_has_set() {
+    let mut world = powered();
+    let (id, data) = only(asks(&mut world, 0x080, &[]));
+    assert_eq!((id, data.len()), (0x182, 7));
+    // 120 ms after power-on: a clock that was not set counts from there.
+    let since_power_on = (units(&data) * 1_000) >> 24;
+    assert!((119..=121).contains(&since_power_on), "{since_power_on} ms");
+    assert_eq!(asks(&mut world, 0x181, &TIME), []);
+    world.run_for(ms(960));
+    let (_, data) = only(asks(&mut world, 0x080, &[]));
+    let error = units(&data) - (units(&TIME) + (1 << 24));
+    assert!(error.abs() <= TWO_US, "{error} units of 2^-24 s");
+}
+
+/// Given no SYNC before it, then the spacecraft time is that of the end of its own frame.
+#[test]
+fn time_without_sync_is_that_of_its_frame() {
+    let mut world = powered();
+    assert_eq!(asks(&mut world, 0x181, &TIME), []);
+    let (id, data) = only(asks(&mut world, 0x080, &[]));
+    assert_eq!(id, 0x182);
+    // 20 ms, less 48 bits of SYNC instead of more than 100 of the time.
+    let later = ((units(&data) - units(&TIME)) * 1_000_000) >> 24;
+    assert!((19_850..=20_000).contains(&later), "{later} us");
+    // Six bytes are no time.
+    assert_eq!(asks(&mut world, 0x181, &[0; 6]), []);
+    let (_, data) = only(asks(&mut world, 0x080, &[]));
+    assert!(units(&data) > units(&TIME), "as before");
+}
+
+/// RPDO 1 is 181h, so that 202h is nobody's: three receive PDOs are left. The fourth is a command and a request in one.
+///
+/// Verifies: ECSS 9.4.3a
+#[test]
+fn three_receive_pdos_are_left_for_commands_and_requests() {
+    let mut world = powered();
+    assert_eq!(asks(&mut world, 0x202, &[1, 2, 3]), []);
+    assert_eq!(asks(&mut world, 0x502, &[1, 2, 3]), [(0x482, vec![])]);
+    assert_eq!(asks(&mut world, 0x502, &[]), [(0x482, vec![1, 2, 3])]);
+    assert_eq!(asks(&mut world, 0x502, &[9; 8]), [(0x482, vec![])]);
+    assert_eq!(asks(&mut world, 0x502, &[]), [(0x482, vec![9; 8])]);
+}
+
+/// Verifies: ECSS 9.4.6.1a, 9.4.7.1a
+#[test]
+fn prototype_answers_neither_nmt_nor_sdo_nor_time_stamp() {
+    let mut world = powered();
+    let frames: [(u16, &[u8]); 6] = [
+        (0x000, &[0x02, 2]),
+        (0x000, &[0x81, 0]),
+        (0x100, &[0; 6]),
+        (0x602, &[0x40, 0x10, 0x20, 1, 0, 0, 0, 0]),
+        (0x082, &[0x00, 0x10, 1, 0, 0, 0, 0, 0]),
+        (0x080, &[1]),
+    ];
+    for (id, data) in frames {
+        assert_eq!(asks(&mut world, id, data), [], "{id:03X}h");
+    }
+    let beats = since(&world, Bus::Nominal, 0x702, Time::ZERO);
+    assert!(beats.iter().all(|sent| sent.frame.payload() == [0x05]));
+}
