@@ -1,76 +1,12 @@
 //! The bit path: every node by its own clock, every level change with its delay.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
-
+use crate::arrivals::{Arrival, Arrivals, Change, Next};
 use crate::calendar::Calendar;
 use crate::controller::NodeIndex;
 use crate::fine::Fine;
 use crate::mac::{DOMINANT, RECESSIVE, State, Transmission};
 use crate::segment::{Mode, Segment};
 use crate::stage::Stage;
-
-/// A change that reaches a node. Equal instants: what makes a line dominant comes first, so that a hand-over between
-/// two drivers is no pulse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Arrival {
-    pub(crate) at: Fine,
-    pub(crate) change: Change,
-    pub(crate) node: NodeIndex,
-}
-
-/// What changes at a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Change {
-    /// A driver went dominant.
-    Dominant(NodeIndex),
-    /// A driver went recessive.
-    Recessive(NodeIndex),
-    /// A disturbance begins.
-    GlitchBegins(Effect),
-    /// It ends.
-    GlitchEnds(Effect),
-}
-
-/// What a disturbance does to the level that a node sees.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Effect {
-    /// The other level.
-    Invert,
-    /// Dominant, whatever is sent.
-    Dominant,
-    /// Recessive, whatever is sent.
-    Recessive,
-}
-
-/// What is under way to the nodes of a segment.
-#[derive(Debug, Default)]
-pub(crate) struct Arrivals(BinaryHeap<Reverse<Arrival>>);
-
-impl Arrivals {
-    pub(crate) fn push(&mut self, arrival: Arrival) {
-        self.0.push(Reverse(arrival));
-    }
-
-    /// Takes an arrival back; `false` when it is not under way.
-    fn withdraw(&mut self, arrival: Arrival) -> bool {
-        let before = self.0.len();
-        self.0.retain(|Reverse(other)| *other != arrival);
-        self.0.len() < before
-    }
-
-    fn next(&self) -> Option<Fine> {
-        self.0.peek().map(|Reverse(arrival)| arrival.at)
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
-    pub(crate) fn into_iter(self) -> impl Iterator<Item = Arrival> {
-        self.0.into_iter().map(|Reverse(arrival)| arrival)
-    }
-}
 
 impl Segment {
     /// Runs bit by bit. `true`: nothing more up to `until`.
@@ -82,7 +18,7 @@ impl Segment {
             if self.calendar.is_empty() {
                 self.calendar = Calendar::of(self.members.iter().map(|&node| self.plans(node, stage)));
             }
-            let arrival = self.arrivals().next().unwrap_or(Fine::NEVER);
+            let (arrival, what) = self.arrivals().next();
             let (own, member) = self.calendar.first();
             self.next = own.min(arrival);
             if self.next > until || self.next == Fine::NEVER {
@@ -95,7 +31,8 @@ impl Segment {
                 self.bit_boundary(self.members[member], stage);
                 member
             } else {
-                self.arrive(stage)
+                let Some(node) = self.arrive(what, stage) else { continue };
+                self.places[node]
             };
             let (own, news) = self.plans(self.members[member], stage);
             self.calendar.set(member, own, news);
@@ -176,35 +113,48 @@ impl Segment {
                 continue;
             }
             let at = self.cursor + stage.nodes[node].path_to(&stage.nodes[member]);
-            let (change, opposite) = match dominant {
-                true => (Change::Dominant(node), Change::Recessive(node)),
-                false => (Change::Recessive(node), Change::Dominant(node)),
-            };
+            let arrival = |level| Arrival { at, node: member, change: Change::Driver(level, node) };
+            let seen = &mut stage.nodes[member].seen;
+            let (level, cursor) = (if dominant { DOMINANT } else { RECESSIVE }, self.cursor);
             // Back to what it was at the same instant: nothing happened.
-            let undone = again && self.arrivals().withdraw(Arrival { at, change: opposite, node: member });
-            if !undone {
-                self.arrivals().push(Arrival { at, change, node: member });
+            if !again || !self.arrivals().withdraw(arrival(!level), *seen) {
+                self.arrivals().push(arrival(level), cursor, seen);
             }
         }
     }
 
-    /// Returns the place of the node among the members.
-    fn arrive(&mut self, stage: &mut Stage) -> usize {
-        let Some(Reverse(Arrival { at, change, node })) = self.arrivals().0.pop() else { return 0 };
-        let this = &mut stage.nodes[node];
-        match change {
-            Change::Dominant(driver) => this.seen |= 1 << driver,
-            Change::Recessive(driver) => this.seen &= !(1 << driver),
-            Change::GlitchBegins(effect) => *this.glitch.of(effect) += 1,
-            Change::GlitchEnds(effect) => *this.glitch.of(effect) -= 1,
-        }
+    /// Something arrives now. Returns the node whose line it may change.
+    fn arrive(&mut self, what: Next, stage: &mut Stage) -> Option<NodeIndex> {
+        let at = self.cursor;
+        let node = match what {
+            Next::Turn(node) => node,
+            Next::Glitch => {
+                let Arrival { node, change, .. } = self.arrivals().take_glitch()?;
+                let glitch = &mut stage.nodes[node].glitch;
+                match change {
+                    Change::GlitchBegins(effect) => *glitch.of(effect) += 1,
+                    Change::GlitchEnds(effect) => *glitch.of(effect) -= 1,
+                    Change::Driver(..) => {}
+                }
+                node
+            }
+            Next::Last => {
+                let arrivals = self.arrivals();
+                for node in arrivals.awaiting() {
+                    arrivals.take_in(node, at, &mut stage.nodes[node].seen);
+                }
+                arrivals.end();
+                return None;
+            }
+        };
         self.relevel(node, at, stage);
-        self.places[node]
+        Some(node)
     }
 
     /// Something about the line of `node` changed at `at`.
     pub(crate) fn relevel(&mut self, node: NodeIndex, at: Fine, stage: &mut Stage) {
         let this = &mut stage.nodes[node];
+        self.arrivals().take_in(node, at, &mut this.seen);
         let level = this.line();
         if std::mem::replace(&mut this.level, level) == level {
             return;

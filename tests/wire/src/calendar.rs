@@ -2,33 +2,77 @@
 
 use crate::fine::Fine;
 
+/// An instant of each of several, and the earliest of all.
+#[derive(Debug)]
+pub(crate) struct Earliest {
+    at: Vec<Fine>,
+    /// The earliest, and whose it is: of several, the first.
+    first: (Fine, usize),
+}
+
+impl Default for Earliest {
+    /// Of nobody.
+    fn default() -> Self {
+        Earliest { at: Vec::new(), first: (Fine::NEVER, 0) }
+    }
+}
+
+impl Earliest {
+    /// More of them, with [`Fine::NEVER`].
+    pub(crate) fn resize(&mut self, len: usize) {
+        self.at.resize(len, Fine::NEVER);
+    }
+
+    pub(crate) fn of(&self, index: usize) -> Fine {
+        self.at[index]
+    }
+
+    pub(crate) fn first(&self) -> (Fine, usize) {
+        self.first
+    }
+
+    pub(crate) fn set(&mut self, index: usize, at: Fine) {
+        self.at[index] = at;
+        if (at, index) < self.first {
+            self.first = (at, index);
+        } else if index == self.first.1 {
+            self.find_first();
+        }
+    }
+
+    /// Two plain searches, which the compiler makes faster than one for both.
+    fn find_first(&mut self) {
+        let earliest = self.at.iter().copied().min().unwrap_or(Fine::NEVER);
+        self.first = (earliest, self.at.iter().position(|&at| at == earliest).unwrap_or(0));
+    }
+}
+
 /// Plans of the members of a segment, in their order.
 #[derive(Debug, Default)]
 pub(crate) struct Calendar {
     /// When each does something by itself.
-    own: Vec<Fine>,
+    own: Earliest,
     /// When each may have to be told of something.
     news: Vec<Fine>,
-    /// The earliest of `own`, and whose it is: of several, the first.
-    first: (Fine, usize),
 }
 
 impl Calendar {
     /// The plans of all members, [`Fine::NEVER`] for none.
     pub(crate) fn of(plans: impl Iterator<Item = (Fine, Fine)>) -> Calendar {
-        let (own, news) = plans.unzip();
-        let mut calendar = Calendar { own, news, first: (Fine::NEVER, 0) };
-        calendar.find_first();
-        calendar
+        let (at, news) = plans.unzip();
+        let mut own = Earliest { at, ..Earliest::default() };
+        own.find_first();
+        Calendar { own, news }
     }
 
     /// Nobody has been asked.
     pub(crate) fn is_empty(&self) -> bool {
-        self.own.is_empty()
+        self.news.is_empty()
     }
 
+    /// Who does something by itself first, and when.
     pub(crate) fn first(&self) -> (Fine, usize) {
-        self.first
+        self.own.first()
     }
 
     /// When somebody may have to be told of something.
@@ -38,18 +82,8 @@ impl Calendar {
 
     /// A member has other plans.
     pub(crate) fn set(&mut self, member: usize, own: Fine, news: Fine) {
-        (self.own[member], self.news[member]) = (own, news);
-        if (own, member) < self.first {
-            self.first = (own, member);
-        } else if member == self.first.1 {
-            self.find_first();
-        }
-    }
-
-    /// Two plain searches, which the compiler makes faster than one for both.
-    fn find_first(&mut self) {
-        let earliest = self.own.iter().copied().min().unwrap_or(Fine::NEVER);
-        self.first = (earliest, self.own.iter().position(|&at| at == earliest).unwrap_or(0));
+        self.own.set(member, own);
+        self.news[member] = news;
     }
 }
 

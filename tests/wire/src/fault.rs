@@ -1,6 +1,6 @@
 //! Faults of cable, nodes and line, at a given time; what cannot be is refused with the reason.
 
-use crate::bits::Effect as BitEffect;
+use crate::arrivals::Effect as BitEffect;
 use crate::controller::NodeIndex;
 use crate::field::Field;
 use crate::frame::WireFrame;

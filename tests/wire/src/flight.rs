@@ -7,7 +7,7 @@
 
 use std::collections::VecDeque;
 
-use crate::bits::Arrivals;
+use crate::arrivals::Arrivals;
 use crate::calendar::Calendar;
 use crate::confinement::ErrorCounters;
 use crate::controller::{ErrorKind, NodeIndex, WireEvent};

@@ -1,6 +1,6 @@
 //! One node of a wire: its engine, and the line as it sees it.
 
-use crate::bits::Effect;
+use crate::arrivals::Effect;
 use crate::controller::Attachment;
 use crate::fine::Fine;
 use crate::frame::WireFrame;

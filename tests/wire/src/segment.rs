@@ -5,7 +5,7 @@
 //! * [`Mode::Flight`]: a frame that nothing disturbs, computed as a whole ([`crate::flight`]). It changes no node before
 //!   its end, so that a disturbance nobody foresaw can take it back and play it bit by bit.
 
-use crate::bits::Arrivals;
+use crate::arrivals::Arrivals;
 use crate::calendar::Calendar;
 use crate::controller::{NodeIndex, WireEvent};
 use crate::fine::Fine;

@@ -10,12 +10,13 @@
 //! the chip around it adds). Levels travel at the speed of the cable; a node sees dominant while any driver that has
 //! reached it is. Frames that nothing disturbs take a fast path with the same result ([`WireConfig::bit_by_bit`]).
 
-use crate::bits::{Arrival, Change};
+use crate::arrivals::{Arrival, Change};
 use crate::calendar::Calendar;
 use crate::controller::{Attachment, Controller, ErrorCounters, NodeIndex, WireEvent};
 use crate::errors::BitErrors;
 use crate::fault::{Fault, FaultError, Flip};
 use crate::fine::Fine;
+use crate::mac::DOMINANT;
 use crate::node::{Drivers, MOST_NODES, Node};
 use crate::record::{Counters, Destruction, Observation};
 use crate::segment::{Mode, Segment};
@@ -467,8 +468,12 @@ impl Wire {
                     let segment = self.segment_of(node);
                     self.with_stage(segment, controllers, |segment, stage| {
                         let arrivals = segment.wake(stage);
-                        arrivals.push(Arrival { at: from, change: Change::GlitchBegins(effect), node });
-                        arrivals.push(Arrival { at: to, change: Change::GlitchEnds(effect), node });
+                        arrivals.push_glitch(Arrival {
+                            at: from,
+                            change: Change::GlitchBegins(effect),
+                            node,
+                        });
+                        arrivals.push_glitch(Arrival { at: to, change: Change::GlitchEnds(effect), node });
                     });
                 }
             }
@@ -560,7 +565,8 @@ impl Wire {
                     let is_new = before[node] >> driver & 1 == 0;
                     if is_new && self.nodes[driver].driving_others {
                         let at = now + self.nodes[driver].path_to(&self.nodes[node]);
-                        segment.arrivals().push(Arrival { at, change: Change::Dominant(driver), node });
+                        let arrival = Arrival { at, node, change: Change::Driver(DOMINANT, driver) };
+                        segment.arrivals().push(arrival, now, &mut self.nodes[node].seen);
                     }
                 }
             }
@@ -569,11 +575,12 @@ impl Wire {
         for arrival in arrivals {
             let segment = self.segment_of(arrival.node);
             let driver = match arrival.change {
-                Change::Dominant(driver) | Change::Recessive(driver) => driver,
+                Change::Driver(_, driver) => driver,
                 Change::GlitchBegins(_) | Change::GlitchEnds(_) => arrival.node,
             };
             if self.segments[segment].members.contains(&driver) {
-                self.segments[segment].arrivals().push(arrival);
+                let seen = &mut self.nodes[arrival.node].seen;
+                self.segments[segment].arrivals().push(arrival, now, seen);
             }
         }
         for segment in 0..self.segments.len() {
