@@ -2,6 +2,7 @@
 //!
 //! A new area is a file here that ends in `pub const AREA: Area`, and its name in the two lists below.
 
+mod crowd;
 mod demo;
 mod failover;
 mod instructions;
@@ -41,6 +42,7 @@ pub const ALL: &[Area] = &[
     master::AREA,
     failover::AREA,
     demo::AREA,
+    crowd::AREA,
     sdo::AREA,
     irq::AREA,
     stamp::AREA,
