@@ -40,6 +40,7 @@ mod pdo;
 mod profiles;
 mod queue;
 mod random;
+mod refused;
 mod reset_guard;
 mod retained;
 mod scet;

@@ -1,6 +1,6 @@
 //! Process data objects: mapping, sets in constants, reception, transmission, and what an SDO may change of them.
 
-mod device;
+pub mod device;
 mod mapping;
 mod optional;
 mod receive;
