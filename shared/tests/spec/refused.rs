@@ -5,8 +5,8 @@ use std::panic::{UnwindSafe, catch_unwind};
 
 use ecss_can::node::NodeObjects;
 use ecss_can::od::{
-    Access, DataType, Declared, Entry, Field, Fields, Limits, Object, PdoUse, SubIndex, assert_entries,
-    sub_indices,
+    Access, DataType, Declared, Entry, Field, Fields, Limits, Object, Objects, PdoUse, SubIndex,
+    assert_entries, sub_indices,
 };
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 
@@ -22,7 +22,7 @@ fn refusal<T>(constant: impl FnOnce() -> T + UnwindSafe) -> String {
 }
 
 fn object(index: u16) -> Object {
-    *<Device as ecss_can::od::Objects>::object(index).unwrap().0
+    *Device::object(index).unwrap().0
 }
 
 /// The value of an object, or of the first of several in a row.
