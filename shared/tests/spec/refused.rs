@@ -62,10 +62,10 @@ fn a_set_of_pdos_needs_values_numbers_and_cob_ids() {
 #[test]
 fn a_pdo_is_one_of_its_device_and_carries_what_that_has() {
     type Slots = PdoObjects<2, 1>;
-    let refused = |rpdos, tpdos| refusal(move || set(rpdos, tpdos).assert_within::<Slots>(&Node::DECLARED));
-    set(vec![rpdo(1), rpdo(2)], vec![tpdo(1)]).assert_within::<Slots>(&Node::DECLARED);
+    let refused = |rpdos, tpdos| refusal(move || set(rpdos, tpdos).assert_within::<Slots>(Node::DECLARED));
+    set(vec![rpdo(1), rpdo(2)], vec![tpdo(1)]).assert_within::<Slots>(Node::DECLARED);
     let skips = Rpdo::new(1, ID).skip(DataType::Unsigned16).map(field(0x6021, 0));
-    set(vec![skips], vec![]).assert_within::<Slots>(&Node::DECLARED);
+    set(vec![skips], vec![]).assert_within::<Slots>(Node::DECLARED);
     assert_eq!(refused(vec![rpdo(3)], vec![]), "RPDO 3: `Pdos` of the device has room for 2 RPDOs");
     assert_eq!(refused(vec![], vec![tpdo(2)]), "TPDO 2: `Pdos` of the device has room for 1 TPDOs");
     let entries: &'static [Entry] = vec![Entry::of::<u16>(0, 1, Access::Ro).for_pdo(PdoUse::Required)].leak();
