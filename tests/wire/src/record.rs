@@ -85,3 +85,16 @@ pub struct Counters {
     /// The pieces of a cut cable add up.
     pub busy: Time,
 }
+
+impl Observation {
+    /// When it was over.
+    pub fn at(&self) -> Time {
+        match self {
+            Observation::Completed { trace, .. } => trace.end,
+            Observation::Destroyed { at, .. }
+            | Observation::Misread { at, .. }
+            | Observation::Error { at, .. }
+            | Observation::Fault { at, .. } => *at,
+        }
+    }
+}

@@ -592,16 +592,3 @@ impl Wire {
         }
     }
 }
-
-impl Observation {
-    /// When it was over.
-    pub fn at(&self) -> Time {
-        match self {
-            Observation::Completed { trace, .. } => trace.end,
-            Observation::Destroyed { at, .. }
-            | Observation::Misread { at, .. }
-            | Observation::Error { at, .. }
-            | Observation::Fault { at, .. } => *at,
-        }
-    }
-}

@@ -1,11 +1,14 @@
 //! Acceptance filters of the master.
 
 use super::boards::MasterBoards;
-use super::{FUNCTIONS, Master, Out};
+use super::{Master, Out};
 use crate::link::port::Filter;
 use crate::node::index::SYNC_COB_ID;
 use crate::node::{BusCommand, Device, Filters};
 use crate::types::{Address, Bus, CobId, Instant, NodeId};
+
+/// Function codes of COB-IDs.
+pub(super) const FUNCTIONS: u16 = 16;
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
     /// What it receives, by function codes: heartbeats, SDO responses, EMCY and foreign SYNCs, PDOs; and requests to its own

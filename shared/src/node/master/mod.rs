@@ -20,6 +20,7 @@ pub use boards::{MasterBoards, OneBoard, TwoBoards};
 pub use declared::{MasterObjects, MasterRole, NetworkObjects, Ranging};
 
 use self::budget::Budgets;
+use self::filters::FUNCTIONS;
 use self::identify::Identification;
 use self::objects::Initial;
 use self::transfers::Transfers;
@@ -41,14 +42,10 @@ use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId, Scet, earliest}
 
 type Out = Outbox<MasterEvent>;
 
-/// Function codes of COB-IDs.
-const FUNCTIONS: u16 = 16;
-
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
 
 /// NMT master, redundancy master, SYNC and time producer, SDO client, CANopen device; commands and telemetry.
-///
 /// `B`: [`TwoBoards`] where it may be the standby of another board.
 #[derive(Debug)]
 pub struct Master<D: Device, B: MasterBoards = OneBoard> {
