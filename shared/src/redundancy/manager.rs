@@ -35,7 +35,8 @@ pub struct Manager<const N: usize = PLACES> {
     unacknowledged: PerBus<bool>,
     failed: PerBus<bool>,
     wanted: Option<Bus>,
-    /// Slaves that were silent on the other bus when it was left because of them.
+    /// Slaves that were silent on the other bus when it was left. A bus that failed counts as one that serves a single slave:
+    /// any that serves more is better, and one without any is not.
     left_behind: u32,
     dwell: Dwell,
     trial: Trial,
@@ -254,10 +255,10 @@ impl<const N: usize> Manager<N> {
         }
         if self.may_leave() {
             if self.failed[self.active] {
-                return Some(self.switch(SwitchCause::BusOff, 0, now));
+                return Some(self.switch(SwitchCause::BusOff, self.most(now), now));
             }
             if self.isolated_at().is_some_and(|at| at <= now) {
-                return Some(self.switch(SwitchCause::Isolated, 0, now));
+                return Some(self.switch(SwitchCause::Isolated, self.most(now), now));
             }
         }
         if self.peers.is_due(now) {
@@ -345,6 +346,12 @@ impl<const N: usize> Manager<N> {
             self.trial.begin(self.active, silent, others, now + self.visit());
             (SwitchCause::Tried, number)
         })
+    }
+
+    /// All slaves that count and were heard, but one.
+    fn most(&self, now: Instant) -> u32 {
+        let (silent, heard) = self.peers.silent_and_heard(now);
+        (silent | heard).count_ones().saturating_sub(1)
     }
 
     fn not_alone(&mut self, at: Instant) {

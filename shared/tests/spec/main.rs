@@ -19,6 +19,7 @@ mod counted;
 mod device;
 mod discipline;
 mod emcy;
+mod failed_bus;
 mod fleet;
 mod heartbeat;
 mod identify;

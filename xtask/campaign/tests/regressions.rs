@@ -3,7 +3,7 @@
 use campaign::{World, fly};
 
 /// What was wrong, and the script.
-const SCRIPTS: [(&str, &str); 3] = [
+const SCRIPTS: [(&str, &str); 4] = [
     (
         "the master did not go back to a bus that had served more slaves",
         "run seed=1 slaves=5 length=60000000\n\
@@ -21,6 +21,12 @@ const SCRIPTS: [(&str, &str); 3] = [
         "run seed=1 slaves=3 selective=1 length=60000000\n\
          disconnect at=8000000 bus=nominal node=1\n\
          foreign-master at=8000000 bus=nominal node=1 value=5 times=566 every=100000\n",
+    ),
+    (
+        "once a second the master left a bus with half of the slaves for one that was dead",
+        "run seed=1 slaves=6 length=60000000\n\
+         cut at=8000000 bus=nominal place=9\n\
+         short at=9800000 bus=redundant place=12\n",
     ),
 ];
 
