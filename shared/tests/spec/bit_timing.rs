@@ -366,3 +366,31 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn every_error_says_what_is_needed_and_what_there_is() {
+    for (error, text) in [
+        (
+            BitTimingError::Prescaler {
+                clock: Hertz(42_000_000),
+                bit_rate: BitRate::new(1_000_000).unwrap(),
+                allowed: Range::new(1, 2),
+            },
+            "no prescaler of 1 to 2 makes 8 to 25 time quanta per bit, clock 42000000 Hz, bit rate 1000000 bit/s",
+        ),
+        (
+            BitTimingError::SamplePoint { place: Permille(700), first: Permille(750), last: Permille(900) },
+            "sample point at 700 per mille of the bit, allowed 750 to 900",
+        ),
+        (
+            BitTimingError::Segment1 { needed: 17, allowed: Range::new(1, 16) },
+            "segment 1 of 17 time quanta needed, allowed 1 to 16",
+        ),
+        (
+            BitTimingError::Propagation { needed: Nanoseconds(900), available: Nanoseconds(714) },
+            "propagation segment of 900 ns needed, 714 ns available",
+        ),
+    ] {
+        assert_eq!(error.to_string(), format!("no bit timing: {text}"));
+    }
+}

@@ -1,11 +1,12 @@
 //! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C.
 
+use ecss_can::emcy::ErrorCode;
 use ecss_can::heartbeat::HeartbeatConsumers;
-use ecss_can::node::{BusCommand, CanopenSlave, Device, SlaveEvent};
+use ecss_can::node::{BusCommand, CanopenSlave, Device, DeviceNode, Node, SlaveEvent};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Rpdo, Tpdo};
 use ecss_can::profile::Profile;
-use ecss_can::types::NmtState;
+use ecss_can::types::{AbortCode, NmtState};
 
 use crate::bench::{Bench, NOMINAL, frame, ms, node};
 
@@ -117,4 +118,54 @@ fn misses_the_heartbeat_that_1016h_names() {
     assert_eq!(slave.node.state(), NmtState::PreOperational, "1029h");
     let emergency = slave.frames().into_iter().find(|(_, frame)| frame.id().raw() == 0x085);
     assert_eq!(emergency, Some((NOMINAL, frame(0x085, &[0x30, 0x81, 0x11, 1, 0, 0, 0, 0]))));
+}
+
+#[test]
+fn reports_errors_of_its_device_and_their_end() {
+    let mut slave = operational();
+    slave.touch(|slave, _| slave.raise(ErrorCode::CURRENT, [7, 1, 2, 3, 4]));
+    assert_eq!(sent(&slave), [(0x085, vec![0x00, 0x20, 0x03, 7, 1, 2, 3, 4])]);
+    slave.clear();
+    let emergencies = |slave: &Bench<_>| -> Vec<Vec<u8>> {
+        sent(slave).into_iter().filter(|(id, _)| *id == 0x085).map(|(_, data)| data).collect()
+    };
+    slave.touch(|slave, _| slave.clear(ErrorCode::CURRENT, 8));
+    slave.run_until(ms(200));
+    assert!(emergencies(&slave).is_empty(), "of another source");
+    slave.touch(|slave, _| slave.clear(ErrorCode::CURRENT, 7));
+    assert_eq!(emergencies(&slave), [[0x00, 0x00, 0x00, 0x00, 0x20, 7, 0, 0]]);
+}
+
+#[test]
+fn counts_what_is_malformed_and_what_is_for_others() {
+    let mut slave = operational();
+    let before = *slave.node.counters();
+    for data in [&[1][..], &[1, 5, 0], &[3, 5]] {
+        slave.receive(NOMINAL, 0x000, data);
+    }
+    slave.receive(NOMINAL, 0x000, &[0x80, 6]);
+    slave.receive(NOMINAL, 0x206, &[1, 2]);
+    slave.receive(NOMINAL, 0x606, &[0x40, 0x00, 0x62, 0, 0, 0, 0, 0]);
+    slave.transmitted(NOMINAL, frame(0x705, &[5]));
+    let after = *slave.node.counters();
+    assert_eq!(slave.node.state(), NmtState::Operational);
+    assert_eq!(after.received - before.received, 6);
+    assert_eq!(after.malformed - before.malformed, 3);
+    assert_eq!(after.ignored - before.ignored, 2);
+    assert_eq!(after.sent - before.sent, 1);
+    assert_eq!(sent(&slave), []);
+}
+
+#[test]
+fn is_written_by_its_application_as_by_a_client() {
+    let mut slave = operational();
+    slave.touch(|slave, now| slave.change(now, |channel| channel.input = 0x4321));
+    assert_eq!(slave.node.objects().application.input, 0x4321);
+    // 1017h: from now on a heartbeat every 40 ms.
+    assert_eq!(slave.write((0x1017, 0), &[40, 0]), Ok(()));
+    slave.run_until(ms(200));
+    let beats = slave.times(NOMINAL, 0x705);
+    assert!(beats.len() >= 5 && beats.windows(2).all(|two| two[1] - two[0] == 40), "{beats:?}");
+    assert_eq!(slave.write((0x6000, 1), &[0, 0]), Err(AbortCode::NoSubIndex));
+    assert!(!slave.node.is_stamped(NOMINAL, &frame(0x080, &[])), "it has no clock");
 }
