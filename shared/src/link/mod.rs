@@ -3,6 +3,7 @@
 pub mod bit_timing;
 pub mod budget;
 pub mod depth;
+pub mod one_controller;
 mod pattern;
 pub mod port;
 pub mod queue;

@@ -1,0 +1,235 @@
+//! One controller behind a transceiver switch: two ports, of which one at a time is on its bus.
+//!
+//! The selective bus access architecture with a single controller (ECSS A.4.1, Figure A-6):
+//!
+//! ```text
+//! Side nominal ───┐                           ┌── transceiver ── nominal bus
+//!                 ├── controller ── switch ───┤
+//! Side redundant ─┘                           └── transceiver ── redundant bus
+//! ```
+//!
+//! The switch moves when the controller is silent and every event of the old bus was taken: a frame that is cut off would
+//! disturb both buses, and a result that comes later would be taken for one of the new bus.
+
+use core::cell::RefCell;
+use core::task::{Context, Poll, Waker};
+
+use embassy_sync::blocking_mutex::Mutex;
+use embassy_sync::blocking_mutex::raw::RawMutex;
+
+use crate::link::Stamp;
+use crate::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
+use crate::types::{Bus, Frame, PerBus};
+
+/// Connects the controller with one of two transceivers (ECSS 8.2.3a).
+///
+/// The driver input of the other transceiver is recessive.
+pub trait TransceiverSwitch {
+    /// Connects it with the transceiver of this bus.
+    fn select(&mut self, bus: Bus);
+}
+
+/// A controller that may be moved from one bus to another.
+///
+/// Its filters are set once for each bus, with equal ones.
+pub trait Movable: CanPort {
+    /// Whether it is off its bus and drives no dominant bit any more. While that is to come, the task that polled for events
+    /// last is woken when it has come.
+    fn is_silent(&self) -> bool;
+}
+
+/// A controller that the two ports of a node share.
+///
+/// The port that joined or listens last has it. The other one is off its bus from then on: it sends nothing, hands out the
+/// events of its past and then none, and keeps the health that it had. Each node has the same filters on both of its buses,
+/// so they are the controller's.
+pub struct OneController<M: RawMutex, P, S> {
+    shared: Mutex<M, RefCell<Shared<P, S>>>,
+}
+
+impl<M: RawMutex, P: Movable, S: TransceiverSwitch> OneController<M, P, S> {
+    /// Of a controller that is off its bus. The nominal bus is selected.
+    pub fn new(controller: P, mut switch: S) -> Self {
+        switch.select(Bus::Nominal);
+        let shared = Shared {
+            controller,
+            switch,
+            selected: Bus::Nominal,
+            wanted: None,
+            is_stuck: false,
+            past: Health::default(),
+            tasks: PerBus { nominal: None, redundant: None },
+        };
+        OneController { shared: Mutex::new(RefCell::new(shared)) }
+    }
+
+    /// The ports of both buses. Each needs a task, also for the other one: the controller moves while the port that loses it is
+    /// polled.
+    pub fn ports(&'static mut self) -> PerBus<Side<M, P, S>> {
+        let controller: &'static Self = self;
+        PerBus::from_fn(|bus| Side { bus, controller })
+    }
+}
+
+/// A bus as a port of a controller that serves the other one, too.
+pub struct Side<M: RawMutex + 'static, P: 'static, S: 'static> {
+    bus: Bus,
+    controller: &'static OneController<M, P, S>,
+}
+
+impl<M: RawMutex, P, S> Side<M, P, S> {
+    /// Works on the controller, which no interrupt and no other thread has.
+    fn with<R>(&self, work: impl FnOnce(Bus, &mut Shared<P, S>) -> R) -> R {
+        self.controller.shared.lock(|shared| work(self.bus, &mut shared.borrow_mut()))
+    }
+}
+
+struct Shared<P, S> {
+    controller: P,
+    switch: S,
+    /// Where the switch is: what the controller reports is of this bus.
+    selected: Bus,
+    /// The bus to be on, and whether only to listen there.
+    wanted: Option<(Bus, bool)>,
+    /// It does not get off the selected bus.
+    is_stuck: bool,
+    /// Health on the other bus when that was left.
+    past: Health,
+    tasks: PerBus<Option<Waker>>,
+}
+
+impl<P: Movable, S: TransceiverSwitch> Shared<P, S> {
+    /// Whether a port has the controller: what it asks for is done at once.
+    fn serves(&self, bus: Bus) -> bool {
+        self.selected == bus && self.wanted.is_some_and(|(wanted, _)| wanted == bus)
+    }
+
+    fn join(&mut self, bus: Bus, listens: bool) {
+        self.wanted = Some((bus, listens));
+        if bus == self.selected {
+            return self.enter(listens);
+        }
+        self.controller.leave();
+        // Its port moves the controller, when there is nothing left to take.
+        if let Some(task) = &self.tasks[self.selected] {
+            task.wake_by_ref();
+        }
+    }
+
+    fn enter(&mut self, listens: bool) {
+        self.is_stuck = false;
+        if listens { self.controller.listen() } else { self.controller.join() }
+    }
+
+    fn leave(&mut self, bus: Bus) {
+        if self.serves(bus) {
+            self.controller.leave();
+        }
+        self.wanted = self.wanted.filter(|(wanted, _)| *wanted != bus);
+    }
+
+    fn poll_event(&mut self, bus: Bus, context: &mut Context<'_>) -> Poll<PortEvent> {
+        let task = &mut self.tasks[bus];
+        if !task.as_ref().is_some_and(|task| task.will_wake(context.waker())) {
+            *task = Some(context.waker().clone());
+        }
+        if bus != self.selected {
+            return Poll::Pending;
+        }
+        let event = self.next_event(bus, context);
+        let Some((to, listens)) = self.wanted.filter(|(to, _)| event.is_pending() && *to != bus) else {
+            return event;
+        };
+        // A bus that is dominant all the time lets nobody off: it must not keep the node from the other one.
+        if !self.is_stuck && !self.controller.is_silent() {
+            return Poll::Pending;
+        }
+        // What came before it was silent. From here on nothing more comes.
+        let event = self.next_event(bus, context);
+        if event.is_pending() {
+            self.move_to(to, listens);
+        }
+        event
+    }
+
+    fn next_event(&mut self, bus: Bus, context: &mut Context<'_>) -> Poll<PortEvent> {
+        let event = self.controller.poll_event(context);
+        if event == Poll::Ready(PortEvent::Stalled) && !self.serves(bus) {
+            self.is_stuck = true;
+        }
+        event
+    }
+
+    fn move_to(&mut self, bus: Bus, listens: bool) {
+        self.past = self.controller.health();
+        self.selected = bus;
+        self.switch.select(bus);
+        self.enter(listens);
+        // It has frames to send, perhaps, and takes the events from now on.
+        if let Some(task) = &self.tasks[bus] {
+            task.wake_by_ref();
+        }
+    }
+}
+
+impl<M: RawMutex, P: Movable, S: TransceiverSwitch> CanPort for Side<M, P, S> {
+    type PerMailbox<T: Default> = P::PerMailbox<T>;
+
+    const FILTERS: usize = P::FILTERS;
+
+    fn set_filters(&mut self, filters: &[Filter]) {
+        self.with(|_, shared| shared.controller.set_filters(filters));
+    }
+
+    fn set_filter(&mut self, number: u8, filter: Filter) {
+        self.with(|_, shared| shared.controller.set_filter(number, filter));
+    }
+
+    fn join(&mut self) {
+        self.with(|bus, shared| shared.join(bus, false));
+    }
+
+    fn listen(&mut self) {
+        self.with(|bus, shared| shared.join(bus, true));
+    }
+
+    fn leave(&mut self) {
+        self.with(|bus, shared| shared.leave(bus));
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<Mailbox, Busy> {
+        self.with(|bus, shared| if shared.serves(bus) { shared.controller.send(frame) } else { Err(Busy) })
+    }
+
+    fn abort(&mut self, mailbox: Mailbox) {
+        self.with(|bus, shared| {
+            if shared.selected == bus {
+                shared.controller.abort(mailbox);
+            }
+        });
+    }
+
+    fn health(&self) -> Health {
+        self.with(|bus, shared| {
+            if shared.selected == bus { shared.controller.health() } else { shared.past }
+        })
+    }
+
+    fn recover(&mut self) {
+        self.with(|bus, shared| {
+            if shared.serves(bus) {
+                shared.controller.recover();
+            }
+        });
+    }
+
+    fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
+        self.with(|bus, shared| {
+            if shared.selected == bus { shared.controller.stamp(frame, reported) } else { reported }
+        })
+    }
+
+    fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {
+        self.with(|bus, shared| shared.poll_event(bus, context))
+    }
+}
