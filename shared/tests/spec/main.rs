@@ -36,6 +36,7 @@ mod minimal;
 mod nmt;
 mod node_id;
 mod od;
+mod one_controller;
 mod pair;
 mod pdo;
 mod profiles;

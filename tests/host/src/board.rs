@@ -12,7 +12,7 @@ use crate::log::{Entry, Happening};
 use crate::member::{Diary, Events, Handle, Member, Running};
 use crate::memory::{Flash, Ram};
 use crate::pool::{Pool, Spawner};
-use crate::port::MockPort;
+use crate::port::{BoardPort, MockPort, one_controller};
 use crate::seat::Seat;
 use crate::timeline::Timeline;
 
@@ -27,7 +27,7 @@ pub struct MockBoard {
 }
 
 impl Platform for MockBoard {
-    type Port = MockPort;
+    type Port = BoardPort;
     type Clock = MockClock;
 }
 
@@ -51,6 +51,7 @@ pub(crate) struct Unit {
     pub seat: Seat,
     firmware: Firmware,
     drift_ppm: i32,
+    has_one_controller: bool,
     diary: Diary,
     ports: PerBus<MockPort>,
     ram: Ram,
@@ -72,6 +73,7 @@ impl Unit {
         seat: Seat,
         firmware: Firmware,
         drift_ppm: i32,
+        has_one_controller: bool,
         timeline: Rc<Timeline>,
         entries: Rc<RefCell<Vec<Entry>>>,
         changed: &PerBus<Rc<Cell<bool>>>,
@@ -80,7 +82,7 @@ impl Unit {
         let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
         let ports = PerBus::from_fn(|bus| MockPort::that_sets(clock.clone(), changed[bus].clone()));
         let (ram, flash) = (Ram::of_power_on(), Flash::default());
-        Unit { seat, firmware, drift_ppm, diary, ports, ram, flash, powered: None }
+        Unit { seat, firmware, drift_ppm, has_one_controller, diary, ports, ram, flash, powered: None }
     }
 
     pub fn power_on(&mut self) {
@@ -94,6 +96,7 @@ impl Unit {
             spawner: pool.spawner(),
             clock: &clock,
             ports: &self.ports,
+            has_one_controller: self.has_one_controller,
             telltale,
             diary: &self.diary,
             reset: &reset,
@@ -163,6 +166,7 @@ pub(crate) struct Shell<'a> {
     spawner: Spawner,
     clock: &'a MockClock,
     ports: &'a PerBus<MockPort>,
+    has_one_controller: bool,
     telltale: &'static Telltale,
     diary: &'a Diary,
     reset: &'a Rc<Cell<bool>>,
@@ -172,13 +176,22 @@ impl Shell<'_> {
     /// A power-on needs new memory: handles to the old node may still be in use.
     fn run<N: Member>(&self, node: impl FnOnce() -> N) -> (Handle<N>, Events<N>) {
         let resources: &Resources<MockBoard, N> = Box::leak(Box::default());
-        let (ports, clock) = (self.ports.clone(), self.clock.clone());
-        let (handle, events, runners) = resources.start(node, ports, clock, self.telltale);
+        let (handle, events, runners) =
+            resources.start(node, self.ports(), self.clock.clone(), self.telltale);
         let Runners { nominal, redundant, due } = runners;
         self.spawn(async { nominal.run().await });
         self.spawn(async { redundant.run().await });
         self.spawn(async { due.run().await });
         (handle, Events::new(events, self.diary.clone(), self.reset.clone()))
+    }
+
+    fn ports(&self) -> PerBus<BoardPort> {
+        if self.has_one_controller {
+            let PerBus { nominal, redundant } = one_controller(self.ports);
+            PerBus { nominal: BoardPort::Shared(nominal), redundant: BoardPort::Shared(redundant) }
+        } else {
+            PerBus::from_fn(|bus| BoardPort::Own(self.ports[bus].clone()))
+        }
     }
 
     fn spawn(&self, task: impl Future<Output = ()> + 'static) {

@@ -22,6 +22,7 @@ pub(crate) struct Planned {
     pub seat: Seat,
     pub firmware: Firmware,
     pub drift_ppm: i32,
+    pub has_one_controller: bool,
     pub power_on: Time,
 }
 
@@ -91,7 +92,13 @@ impl Builder {
     ) -> Self {
         assert!(self.nodes.iter().all(|other| other.seat != seat), "two nodes with {seat:?}");
         let firmware = firmware(node, application);
-        self.nodes.push(Planned { seat, firmware, drift_ppm: 0, power_on: Time::ZERO });
+        self.nodes.push(Planned {
+            seat,
+            firmware,
+            drift_ppm: 0,
+            has_one_controller: false,
+            power_on: Time::ZERO,
+        });
         self
     }
 
@@ -102,6 +109,16 @@ impl Builder {
     #[must_use]
     pub fn drift(mut self, node: impl Into<Seat>, ppm: i32) -> Self {
         self.planned(node.into()).drift_ppm = ppm;
+        self
+    }
+
+    /// Gives a node one controller and a transceiver switch (ECSS Figure A-6). It has selective access.
+    ///
+    /// # Panics
+    /// When there is no such node.
+    #[must_use]
+    pub fn one_controller(mut self, node: impl Into<Seat>) -> Self {
+        self.planned(node.into()).has_one_controller = true;
         self
     }
 

@@ -143,8 +143,8 @@ impl World {
         switches.sort_by_key(|switch| std::cmp::Reverse(*switch));
         let changed = PerBus::from_fn(|_| Rc::new(Cell::new(true)));
         let unit = |node: Planned| {
-            let Planned { seat, firmware, drift_ppm, .. } = node;
-            Unit::new(seat, firmware, drift_ppm, timeline.clone(), Rc::clone(&entries), &changed)
+            let Planned { seat, firmware, drift_ppm, has_one_controller: one, .. } = node;
+            Unit::new(seat, firmware, drift_ppm, one, timeline.clone(), Rc::clone(&entries), &changed)
         };
         let units: Vec<Unit> = planned.into_iter().map(unit).collect();
         let end = units.iter().map(|unit| unit.seat.node().get()).max().unwrap_or(0);

@@ -5,6 +5,7 @@
 
 mod faults;
 mod mailbox;
+mod one;
 mod wire_side;
 
 use std::cell::{Cell, Ref, RefCell, RefMut};
@@ -22,6 +23,8 @@ use ecss_can::types::Frame;
 use crate::clock::MockClock;
 use faults::Faults;
 use mailbox::{MAILBOXES, Mailboxes};
+
+pub use one::{BoardPort, MockController, MockSide, MockSwitch, one_controller};
 
 /// Received frames that wait for the task; more are lost and counted.
 pub const RECEIVE_DEPTH: usize = 16;
@@ -89,6 +92,17 @@ impl MockPort {
         let changed = self.chip().changed.clone();
         changed.set(true);
         *self.0.borrow_mut() = Chip { gone: Cell::new(gone), ..Chip::new(clock, changed, power_cycle) };
+    }
+
+    /// Whether it is off the bus, and a frame that was on the wire has ended.
+    pub fn is_off_bus(&self) -> bool {
+        let chip = self.chip();
+        chip.on_bus.is_none() && !chip.leaving
+    }
+
+    /// Whether there are ends of transmissions or received frames to take.
+    pub fn has_events(&self) -> bool {
+        !self.chip().events.is_empty()
     }
 
     fn chip(&self) -> Ref<'_, Chip> {

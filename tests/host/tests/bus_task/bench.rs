@@ -15,7 +15,7 @@ use futures_executor::LocalPool;
 use futures_util::task::LocalSpawnExt;
 use host_worlds::MockBoard;
 use host_worlds::clock::MockClock;
-use host_worlds::port::{BIT, MockPort};
+use host_worlds::port::{BIT, BoardPort, MockPort};
 use host_worlds::timeline::Timeline;
 
 /// A node that obeys the test and remembers what it was told.
@@ -86,8 +86,9 @@ impl Bench {
     pub fn with(probe: Probe) -> Bench {
         let timeline = Timeline::new();
         let clock = MockClock::power_on(timeline.clone(), 0);
-        let ports = PerBus::from_fn(|_| MockPort::new(clock.clone()));
-        let wire = ports.nominal.clone();
+        let wires = PerBus::from_fn(|_| MockPort::new(clock.clone()));
+        let wire = wires.nominal.clone();
+        let ports = PerBus::from_fn(|bus| BoardPort::Own(wires[bus].clone()));
         let telltale: &Telltale = Box::leak(Box::default());
         let resources: &Resources<MockBoard, Probe> = Box::leak(Box::default());
         let (node, _, runners) = resources.start(|| probe.clone(), ports, clock, telltale);
