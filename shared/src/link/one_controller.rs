@@ -210,9 +210,7 @@ impl<M: RawMutex, P: Movable, S: TransceiverSwitch> CanPort for Side<M, P, S> {
     }
 
     fn health(&self) -> Health {
-        self.with(|bus, shared| {
-            if shared.selected == bus { shared.controller.health() } else { shared.past }
-        })
+        self.with(|bus, shared| if shared.selected == bus { shared.controller.health() } else { shared.past })
     }
 
     fn recover(&mut self) {
@@ -224,9 +222,11 @@ impl<M: RawMutex, P: Movable, S: TransceiverSwitch> CanPort for Side<M, P, S> {
     }
 
     fn stamp(&mut self, frame: &Frame, reported: Stamp) -> Stamp {
-        self.with(|bus, shared| {
-            if shared.selected == bus { shared.controller.stamp(frame, reported) } else { reported }
-        })
+        self.with(
+            |bus, shared| {
+                if shared.selected == bus { shared.controller.stamp(frame, reported) } else { reported }
+            },
+        )
     }
 
     fn poll_event(&mut self, context: &mut Context<'_>) -> Poll<PortEvent> {

@@ -122,12 +122,8 @@ const MEASURED: Stamp = Stamp::interrupt(Instant::from_micros(7));
 const REPORTED: Stamp = Stamp::interrupt(Instant::from_micros(9));
 const FAILED: PortEvent = PortEvent::Failed { mailbox: Mailbox(0) };
 const OFF: Health = Health { state: ErrorState::BusOff, ..PASSIVE };
-const PASSIVE: Health = Health {
-    state: ErrorState::Passive,
-    tec: 128,
-    rec: 3,
-    last_error: ecss_can::link::port::LastError::Ack,
-};
+const PASSIVE: Health =
+    Health { state: ErrorState::Passive, tec: 128, rec: 3, last_error: ecss_can::link::port::LastError::Ack };
 
 /// A task that was woken.
 #[derive(Default)]

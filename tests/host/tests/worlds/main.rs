@@ -9,6 +9,7 @@ mod disturbed;
 mod failover;
 mod messages;
 mod minimal;
+mod one_controller;
 mod pair;
 mod prototype;
 #[path = "../random/mod.rs"]
