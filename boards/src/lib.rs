@@ -46,6 +46,8 @@ mod minimal;
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
 mod nucleo_f446re;
 #[cfg(target_os = "none")]
+mod one_controller;
+#[cfg(target_os = "none")]
 mod panic;
 #[cfg(target_os = "none")]
 #[cfg_attr(not(feature = "full"), path = "unrecorded.rs")]
@@ -91,6 +93,7 @@ pub use {
     image::TELLTALE,
     image::reset,
     minimal::MinimalBoard,
+    one_controller::{OneControllerBoard, SharedPort, TransceiverPin},
 };
 
 #[cfg(all(target_os = "none", feature = "full"))]

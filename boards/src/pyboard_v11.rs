@@ -4,6 +4,7 @@
 //! | --- | --- | --- |
 //! | nominal bus, CAN1 RX and TX | PB8, PB9 | Y3, Y4 |
 //! | redundant bus, CAN2 RX and TX | PB12, PB13 | Y5, Y6 |
+//! | with one controller, CAN1: bus, redundant when high | PB13 | Y6 |
 //! | capture of CAN_RX, nominal and redundant, by wires from Y3 and Y5 | PA0, PA1 | X1, X2 |
 //! | pulse at an instant | PB1 | Y12 |
 //! | straps: bits 0 to 3, odd parity | PA2, PA3, PA4, PA5, PA6 | X3, X4, X5, X6, X7 |
@@ -24,7 +25,7 @@ use embassy_stm32::{Peri, Peripherals};
 
 use crate::bxcan::Port;
 use crate::common::{Irqs, Leds, strap_bits, watch};
-use crate::{MinimalBoard, Uptime, capture, clock_tree, straps};
+use crate::{MinimalBoard, OneControllerBoard, Uptime, capture, clock_tree, one_controller, straps};
 
 #[cfg(feature = "full")]
 use crate::{
@@ -155,5 +156,20 @@ impl MinimalBoard {
         let redundant = Port::new(p.CAN2, p.PB12, p.PB13, Irqs, timing, edges.redundant);
         let ports = PerBus { nominal, redundant };
         MinimalBoard { ports, clock: Uptime, leds: Leds::new(p.PB4, p.PA15), node_id }
+    }
+}
+
+impl OneControllerBoard {
+    /// Starts the watchdog, selects the nominal bus, puts CAN1 into Init mode (silent: not even an acknowledgement) and reads the
+    /// straps.
+    #[inline(never)] // a stack of its own is a small one, reached by short instructions
+    pub fn new(p: Resources, timing: BitTiming) -> OneControllerBoard {
+        let (_, from_outside) = watch();
+        let straps = [p.PA2.into(), p.PA3.into(), p.PA4.into(), p.PA5.into(), p.PA6.into()];
+        let node_id = straps::node_id(strap_bits(straps, from_outside));
+        let edges = capture::start(p.TIM5, p.PA0, p.PA1, p.DMA1_CH2, p.DMA1_CH4);
+        let controller = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing, edges.nominal);
+        let ports = one_controller::share(controller, p.PB13.into());
+        OneControllerBoard { ports, clock: Uptime, leds: Leds::new(p.PB4, p.PA15), node_id }
     }
 }

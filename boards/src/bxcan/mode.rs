@@ -144,6 +144,11 @@ impl Mode {
         self.is_configured() && self.step == if self.on_bus { Step::OnBus } else { Step::Silent }
     }
 
+    /// Whether it is in Init mode and stays there.
+    pub fn is_silent(&self) -> bool {
+        !self.on_bus && self.is_settled()
+    }
+
     /// Whether the present request takes too long; told once.
     pub fn take_stall(&mut self, now: Instant) -> bool {
         let stalled = !self.is_settled() && now.since(self.since) >= self.emptying.times(STALLED);
@@ -215,8 +220,9 @@ mod tests {
         assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);
         assert_eq!(requests(&mut mode, SENDING, ms(11)), []);
         assert_eq!(requests(&mut mode, NORMAL, ms(12)), [Request::Init]);
+        assert!(!mode.is_silent(), "it may be in a frame of others");
         assert_eq!(requests(&mut mode, INIT, ms(13)), []);
-        assert!(mode.is_settled());
+        assert!(mode.is_settled() && mode.is_silent());
     }
 
     #[test]

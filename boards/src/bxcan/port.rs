@@ -9,6 +9,7 @@ use core::task::{Context, Poll};
 
 use ecss_can::link::Stamp;
 use ecss_can::link::bit_timing::BitTiming;
+use ecss_can::link::one_controller::Movable;
 use ecss_can::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
 use ecss_can::time::Clock;
 use ecss_can::types::{CobId, Frame};
@@ -329,5 +330,11 @@ impl CanPort for Port {
             self.mailboxes.release(mailbox);
         }
         event
+    }
+}
+
+impl Movable for Port {
+    fn is_silent(&self) -> bool {
+        self.mode.is_silent()
     }
 }

@@ -2,7 +2,11 @@
 //!
 //! The activity LED toggles with every heartbeat of the master and SYNC. The state LED is switched by command.
 
-use boards::{Leds, MinimalBoard};
+use boards::Leds;
+#[cfg(not(feature = "one-controller"))]
+pub use boards::MinimalBoard as Board;
+#[cfg(feature = "one-controller")]
+pub use boards::OneControllerBoard as Board;
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
 use ecss_can::runner::{Events, Handle};
 use mission::minimal::Shipped;
@@ -12,8 +16,8 @@ pub type Node = MinimalSlave<Shipped>;
 
 /// Runs for ever.
 pub async fn run(
-    slave: Handle<MinimalBoard, Node>,
-    mut events: Events<MinimalBoard, Node>,
+    slave: Handle<Board, Node>,
+    mut events: Events<Board, Node>,
     mut leds: Leds,
 ) -> ! {
     loop {

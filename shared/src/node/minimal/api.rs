@@ -54,6 +54,11 @@ impl Numbers {
         if is_silent { numbers.without_heartbeat() } else { numbers }
     }
 
+    /// The same on one bus at a time, for a board with one controller.
+    pub const fn on_one_bus(self) -> Numbers {
+        Numbers { access: BusAccess::Selective, ..self }
+    }
+
     /// The same without a heartbeat of its own: other nodes learn of it by its telemetry alone.
     pub fn without_heartbeat(self) -> Numbers {
         Numbers { redundancy: Parameters { producer: Duration::ZERO, ..self.redundancy }, ..self }
