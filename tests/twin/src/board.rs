@@ -22,6 +22,7 @@ use devices::DmaMemory;
 pub use devices::SerialWord;
 pub use edge::Edge;
 pub use fittings::Fittings;
+pub(crate) use fittings::Plug;
 use flash::FlashCare;
 pub use flash::Remains;
 
@@ -332,6 +333,16 @@ impl EmulatedBoard {
     /// Whether it has power.
     pub fn is_powered(&self) -> bool {
         self.state != State::Off
+    }
+
+    /// The transceiver that a controller is connected with, named by the controller whose bus it is on.
+    pub(crate) fn transceiver(&self, controller: Side) -> Option<Side> {
+        match self.config.fittings.transceiver_switch {
+            None => Some(controller),
+            Some(_) if controller == Side::Can2 => None,
+            Some(pin) if self.link.peripherals().pin_level(pin) => Some(Side::Can2),
+            Some(_) => Some(Side::Can1),
+        }
     }
 
     pub(crate) fn link(&self) -> &Arc<Link> {

@@ -97,7 +97,7 @@ pub struct Spacecraft {
     ports: [Vec<BoardPort>; Bus::COUNT],
     /// After the ports on their wire.
     guests: [Vec<Guest>; Bus::COUNT],
-    /// Where CAN1 and CAN2 of each board hang.
+    /// Where the transceivers of CAN1's and CAN2's bus hang, of each board.
     places: Vec<[Option<(Bus, NodeIndex)>; 2]>,
     /// What is scheduled, the earliest last.
     events: Vec<(Time, BoardId, Event)>,
@@ -147,15 +147,16 @@ impl Spacecraft {
         let BoardConfig { power_on_at, position_m, fittings, .. } = config;
         let board = EmulatedBoard::new(config, id.0 as u32 + 1);
         let mut places = [None; 2];
-        for (side, bus) in fittings.wiring.ports() {
+        for plug in fittings.plugs() {
+            let bus = plug.bus;
             assert!(self.guests[bus as usize].is_empty(), "boards come before guests");
-            self.ports[bus as usize].push(BoardPort::new(board.link().clone(), id.0, side));
+            self.ports[bus as usize].push(BoardPort::new(board.link().clone(), id.0, plug));
             let wire = &mut self.wires[bus as usize];
             let node = match fittings.transceiver {
                 Some(transceiver) => wire.attach_through(position_m, transceiver),
                 None => wire.attach(position_m),
             };
-            places[side as usize] = Some((bus, node));
+            places[plug.transceiver as usize] = Some((bus, node));
         }
         self.places.push(places);
         self.boards.push(board);
@@ -163,9 +164,9 @@ impl Spacecraft {
         id
     }
 
-    /// Where a controller of a board hangs: its bus, and its index there.
+    /// Where a controller of a board hangs now: its bus, and its index there.
     pub fn place(&self, board: BoardId, side: Side) -> Option<(Bus, NodeIndex)> {
-        self.places[board.0][side as usize]
+        self.places[board.0][self.boards[board.0].transceiver(side)? as usize]
     }
 
     /// Hangs a foreign controller on one wire: 1 Mbit/s, no filters, acknowledges everything. All boards come first.
@@ -322,7 +323,7 @@ impl Spacecraft {
         let (ports, guests) = (&mut self.ports[bus as usize], &mut self.guests[bus as usize]);
         self.wires[bus as usize].advance(until, &mut OnWire { ports, guests });
         for port in ports {
-            let (board, side) = (&mut self.boards[port.board], port.side);
+            let (board, side) = (&mut self.boards[port.board], port.controller());
             port.drain_changes(|(at, level)| board.can_rx_edge(side, at, level));
         }
     }
@@ -331,7 +332,9 @@ impl Spacecraft {
     fn settle(&mut self) {
         for (node, board) in self.boards.iter_mut().enumerate() {
             let is_idle = |(bus, node): (Bus, NodeIndex)| self.wires[bus as usize].is_idle(node);
-            board.settle(self.now, self.places[node].map(|place| place.map(is_idle)));
+            let place = |side| self.places[node][board.transceiver(side)? as usize];
+            let idle = [Side::Can1, Side::Can2].map(|side| place(side).map(is_idle));
+            board.settle(self.now, idle);
             let id = BoardId(node);
             self.logs.extend(board.take_log().into_iter().map(|line| LogRecord {
                 // A core finishes its instruction, past the end of the quantum.

@@ -15,6 +15,12 @@ pub trait Controller {
     /// neither sends, receives nor acknowledges. Its error counters stay until [`Attachment::power_cycle`] changes.
     fn attachment(&self) -> Option<Attachment>;
 
+    /// Error counters that it brings along from another wire when it begins to take part; `None`: it has no other, and those
+    /// that the wire knows go on.
+    fn brings(&self) -> Option<ErrorCounters> {
+        None
+    }
+
     /// Earliest instant from which a frame waits for transmission (its request, or the end of a refusal such as
     /// joining the bus); `None` when nothing waits.
     fn request_at(&self) -> Option<Time>;

@@ -386,12 +386,13 @@ impl Wire {
         controllers: &mut dyn Controllers,
     ) {
         let segment = self.segment_of(node);
+        let brought = controllers.controller(node).brings();
         self.with_stage(segment, controllers, |segment, stage| {
             segment.wake(stage);
             let at = segment.cursor;
             let left = stage.nodes[node].mac.transmission.take();
             let stays = attachment.is_some() && left.is_some();
-            stage.nodes[node].mac.attach(attachment, at);
+            stage.nodes[node].mac.attach(attachment, brought, at);
             if stays {
                 stage.nodes[node].mac.transmission = left;
             } else {

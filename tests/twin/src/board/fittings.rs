@@ -3,14 +3,18 @@
 use can_wire::transceiver::Transceiver;
 
 use crate::accelerator::FlashTiming;
-use crate::peripherals::FlashSpeed;
-use crate::wiring::Wiring;
+use crate::bxcan::Side;
+use crate::peripherals::{FlashSpeed, Pin};
+use crate::wiring::{Bus, Wiring};
 
 /// What a board carries and what it feels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fittings {
     /// Which bus is behind which controller.
     pub wiring: Wiring,
+    /// One controller and two transceivers (ECSS Figure A-6): this pin connects CAN1 with the transceiver of CAN1's bus while it is
+    /// low, and with that of CAN2's bus while it is high. CAN2 has none.
+    pub transceiver_switch: Option<Pin>,
     /// The two jumper wires from CAN_RX to the capture inputs: CAN1 to PA0, CAN2 to PA1.
     pub capture_wires: bool,
     /// Delays of the transceivers of both buses; `None`: those of the wire's own configuration.
@@ -35,6 +39,7 @@ impl Default for Fittings {
     fn default() -> Self {
         Fittings {
             wiring: Wiring::default(),
+            transceiver_switch: None,
             capture_wires: true,
             transceiver: None,
             lsi_hz: 32_000,
@@ -45,5 +50,29 @@ impl Default for Fittings {
             revision_a: false,
             hse_starts: true,
         }
+    }
+}
+
+/// A transceiver on its bus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Plug {
+    /// Whose bus it is by the wiring.
+    pub transceiver: Side,
+    /// The controller behind it.
+    pub controller: Side,
+    pub bus: Bus,
+    /// The pin that selects it, and the level that does.
+    pub selected_by: Option<(Pin, bool)>,
+}
+
+impl Fittings {
+    /// Each transceiver that is on a bus, that of CAN1's bus first.
+    pub(crate) fn plugs(self) -> impl Iterator<Item = Plug> {
+        self.wiring.ports().map(move |(transceiver, bus)| Plug {
+            transceiver,
+            controller: if self.transceiver_switch.is_some() { Side::Can1 } else { transceiver },
+            bus,
+            selected_by: self.transceiver_switch.map(|pin| (pin, transceiver == Side::Can2)),
+        })
     }
 }

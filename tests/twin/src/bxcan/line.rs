@@ -1,6 +1,6 @@
 //! A controller on its wire, and the internal wire of loopback.
 
-use can_wire::controller::{Attachment, Controller, WireEvent};
+use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
 use can_wire::encode::encode;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
@@ -79,6 +79,11 @@ impl Controller for Line<'_> {
 }
 
 impl Line<'_> {
+    /// TEC and REC.
+    pub fn error_counters(&self) -> ErrorCounters {
+        self.registers.errors.counters()
+    }
+
     /// Runs loopback up to `now`, RM0090 32.5.2: what is sent is received, acknowledge errors are ignored.
     ///
     /// The frames stay inside: that they also appear on CANTX without LBKM's silent companion is not modelled. Their

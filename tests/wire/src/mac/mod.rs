@@ -140,8 +140,13 @@ impl Mac {
         }
     }
 
-    /// Begins or ends to take part at `at`, or takes part in another way.
-    pub(crate) fn attach(&mut self, attachment: Option<Attachment>, at: Fine) {
+    /// Begins or ends to take part at `at`, or takes part in another way. `brought`: its error counters from elsewhere.
+    pub(crate) fn attach(
+        &mut self,
+        attachment: Option<Attachment>,
+        brought: Option<ErrorCounters>,
+        at: Fine,
+    ) {
         self.attachment = attachment;
         let Some(now) = attachment else {
             self.state = State::Off;
@@ -152,6 +157,9 @@ impl Mac {
             self.power_cycle = now.power_cycle;
             self.counters = ErrorCounters::default();
             self.state = State::Off;
+        }
+        if self.state == State::Off {
+            self.counters = brought.unwrap_or(self.counters);
         }
         let may_return = self.state == State::BusOff && now.recovers;
         if self.state == State::Off || may_return {
