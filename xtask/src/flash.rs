@@ -71,6 +71,8 @@ enum Feature {
     NucleoF446re,
     Librecube,
     Standby,
+    /// A board with one CAN controller and two transceivers; for the minimal slave
+    OneController,
 }
 
 impl Feature {
@@ -78,7 +80,7 @@ impl Feature {
         match self {
             Feature::PyboardV11 => Some(BoardName::PyboardV11),
             Feature::NucleoF446re => Some(BoardName::NucleoF446re),
-            Feature::Librecube | Feature::Standby => None,
+            Feature::Librecube | Feature::Standby | Feature::OneController => None,
         }
     }
 }
@@ -93,6 +95,18 @@ impl Options {
                 format!("two boards: {} and {}; an image is for one of them", named[0].name(), other.name()),
             )),
             None => Ok(named.first().copied().unwrap_or(BoardName::PyboardV11)),
+        }
+    }
+
+    /// Features of the image beside board, profile and bit rate.
+    fn fitting(&self) -> Result<&'static str, Misuse> {
+        match (self.features.contains(&Feature::OneController), self.role) {
+            (false, _) => Ok(""),
+            (true, Role::Minimal) => Ok("+one-controller"),
+            (true, Role::Master | Role::Slave) => Err(Misuse::of(
+                "flash",
+                "one-controller is a feature of the minimal slave alone: cargo minimal".to_owned(),
+            )),
         }
     }
 
@@ -112,7 +126,7 @@ impl Options {
 /// # Errors
 /// When the image cannot be built, or probe-rs is missing or fails.
 pub fn run(options: &Options) -> anyhow::Result<()> {
-    let board = options.board()?;
+    let (board, fitting) = (options.board()?, options.fitting()?);
     find_probe_rs()?;
     let log = std::env::var("DEFMT_LOG").unwrap_or(firmware_images::LOG.into());
     let profile = options.bit_rate.configuration(options.profile());
@@ -120,7 +134,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     let image = match options.role {
         Role::Master => images()?.master,
         Role::Slave => images()?.slave,
-        Role::Minimal => firmware_images::build_minimal(board.name(), &profile, &log)?,
+        Role::Minimal => firmware_images::build_minimal(board.name(), &(profile + fitting), &log)?,
     };
     write(board, &image, &options.probe_rs)
 }

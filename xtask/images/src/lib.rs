@@ -132,7 +132,7 @@ pub fn build_test_peripherals(board: &str) -> Result<PathBuf, Error> {
 }
 
 /// Builds the image of the minimal slave with this filter of the log, [`LOG`] as a rule; returns its ELF file. Apart from the
-/// others: the crate `boards` is smaller there.
+/// others: the crate `boards` is smaller there. For a board with one controller the profile has `+one-controller` behind it.
 ///
 /// # Errors
 /// See [`Error`]; each says what to do.
@@ -164,7 +164,9 @@ pub fn clippy(board: &str, profile: &str) -> Result<(), Error> {
     let command = ["clippy", "--package", "ecss-can", "--package", "boards"];
     job.run(&command, &what.concat(), &["--", "-D", "warnings"], run)?;
     // Apart from those that need more of a board.
-    job.run(&["clippy"], &packages(&[MINIMAL], board, profile), &["--", "-D", "warnings"], run)?;
+    for profile in [profile, &format!("{profile}+one-controller")] {
+        job.run(&["clippy"], &packages(&[MINIMAL], board, profile), &["--", "-D", "warnings"], run)?;
+    }
     // Those of other packages are programs of the host.
     let command = ["clippy", "--examples"];
     job.run(&command, &packages(&["boards"], board, "standard"), &["--", "-D", "warnings"], run)

@@ -18,6 +18,7 @@ mod minimal;
 mod minority;
 mod mixed;
 mod nominal;
+mod one_controller;
 mod post_mortem;
 mod rates;
 mod repeats;
