@@ -48,5 +48,6 @@ impl TransceiverSwitch for TransceiverPin {
 pub(crate) fn share(controller: Port, pin: Peri<'static, AnyPin>) -> PerBus<SharedPort> {
     let switch = TransceiverPin(Output::new(pin, Level::Low, Speed::Low));
     let shared = OneController::new(controller, switch);
-    defmt::unwrap!(cortex_m::singleton!(: OneController<ThreadModeRawMutex, Port, TransceiverPin> = shared)).ports()
+    defmt::unwrap!(cortex_m::singleton!(: OneController<ThreadModeRawMutex, Port, TransceiverPin> = shared))
+        .ports()
 }

@@ -15,11 +15,7 @@ use mission::minimal::Shipped;
 pub type Node = MinimalSlave<Shipped>;
 
 /// Runs for ever.
-pub async fn run(
-    slave: Handle<Board, Node>,
-    mut events: Events<Board, Node>,
-    mut leds: Leds,
-) -> ! {
+pub async fn run(slave: Handle<Board, Node>, mut events: Events<Board, Node>, mut leds: Leds) -> ! {
     loop {
         match events.next().await {
             MinimalEvent::Heartbeat { .. } | MinimalEvent::Sync { .. } => leds.activity.toggle(),

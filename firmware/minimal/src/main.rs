@@ -14,5 +14,7 @@ mod application;
 fn main() {
     println!("This is firmware. Flash a board:  cargo minimal --features pyboard-v11,librecube");
     println!("or a NUCLEO-F446RE:               cargo nucleo-minimal --features librecube");
-    println!("with one CAN controller:          cargo minimal --features pyboard-v11,librecube,one-controller");
+    println!(
+        "with one CAN controller:          cargo minimal --features pyboard-v11,librecube,one-controller"
+    );
 }

@@ -8,7 +8,7 @@ use twin::bxcan::Side;
 use twin::guest::GuestEvent;
 use twin::model::Model;
 use twin::peripherals::Pin;
-use twin::spacecraft::{BoardId, Bus, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
+use twin::spacecraft::{BoardId, Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
 
 use crate::programs::*;
 
@@ -116,6 +116,29 @@ fn both_controllers_of_a_board_may_share_a_bus() {
     assert_eq!(word(&spacecraft, board), WORD);
     assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Nominal, 0)));
     assert_eq!(spacecraft.place(board, Side::Can2), Some((Bus::Nominal, 1)));
+}
+
+/// Given one controller behind a transceiver switch (ECSS Figure A-6), then it is on the bus that the pin selects, and takes its error
+/// counters along: nobody acknowledges it on the first bus, and a guest does so on the other one.
+#[test]
+fn transceiver_switch_leads_the_controller_from_bus_to_bus() {
+    let switch = Pin::new('C', 0);
+    let fittings = Fittings { transceiver_switch: Some(switch), ..Fittings::default() };
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    let sender = sender(CAN1, &[Pin::new('B', 8), Pin::new('B', 9)]);
+    let board = spacecraft.add_board(BoardConfig { fittings, ..sender });
+    let guest = spacecraft.add_guest(Bus::Redundant, 1.0);
+    spacecraft.run_until(Time::from_ms(5)).unwrap();
+    assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Nominal, 0)));
+    assert_eq!(spacecraft.place(board, Side::Can2), None);
+    assert_eq!(spacecraft.wire(Bus::Nominal).error_counters(0).transmit, 128);
+    assert_eq!(spacecraft.take_heard(guest), []);
+    spacecraft.schedule(Time::ZERO, board, Event::Drive(switch, Some(true)));
+    spacecraft.run_until(Time::from_ms(10)).unwrap();
+    assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Redundant, 0)));
+    let heard: Vec<_> = spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect();
+    assert_eq!(heard, [GuestEvent::Received(frame())]);
+    assert_eq!(spacecraft.wire(Bus::Redundant).error_counters(0).transmit, 127);
 }
 
 /// Two pairs of boards on two networks beside those of the spacecraft: each hears its own peer.

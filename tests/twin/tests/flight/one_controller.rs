@@ -93,7 +93,12 @@ fn slave_with_one_controller_follows_by_its_search() {
     }
     assert!(search(&FLIGHT, TWO_CONTROLLERS) < ms(300));
     for seat in SEATS {
-        assert!(FLIGHT.is_operational(seat.node, Bus::Redundant), "node {}\n{}", seat.node, FLIGHT.log(seat.node));
+        assert!(
+            FLIGHT.is_operational(seat.node, Bus::Redundant),
+            "node {}\n{}",
+            seat.node,
+            FLIGHT.log(seat.node)
+        );
     }
 }
 
@@ -103,7 +108,12 @@ fn slave_with_one_controller_is_on_one_bus_at_a_time() {
     for node in ONE_CONTROLLER {
         let sender = FLIGHT.board(node).0;
         let left = FLIGHT.on(Bus::Redundant).find(|seen| seen.sender == sender).unwrap().start;
-        assert!(FLIGHT.on(Bus::Redundant).filter(|seen| seen.reached.contains(&node)).all(|seen| seen.end > left - ms(2)));
+        assert!(
+            FLIGHT
+                .on(Bus::Redundant)
+                .filter(|seen| seen.reached.contains(&node))
+                .all(|seen| seen.end > left - ms(2))
+        );
         let here = |seen: &&Seen| seen.sender == sender || seen.reached.contains(&node);
         assert!(FLIGHT.on(Bus::Nominal).filter(here).all(|seen| seen.end < left));
     }
@@ -115,7 +125,8 @@ fn slave_with_one_controller_executes_each_command_once() {
     for node in ONE_CONTROLLER {
         let id = u16::from(node);
         let told = FLIGHT.sent(node, Bus::Redundant, 0x280 + id).last().unwrap();
-        let sync = FLIGHT.frames.iter().rfind(|seen| seen.id() == Some(0x080) && seen.end < told.start).unwrap();
+        let sync =
+            FLIGHT.frames.iter().rfind(|seen| seen.id() == Some(0x080) && seen.end < told.start).unwrap();
         let [a, b, c, d, _] = told.data().try_into().unwrap();
         let commands = |bus| {
             let all = FLIGHT.sent(MASTER, bus, 0x300 + id);
@@ -138,7 +149,7 @@ fn switch_disturbs_neither_bus() {
 }
 
 /// Given a nominal bus that is dominant for ever, which lets no controller off, then a slave with one controller finds its master
-/// on the redundant bus all the same: 55 ms later than after a cut.
+/// on the redundant bus all the same, some 50 ms later than after a cut: so long the driver waits.
 #[test]
 fn bus_that_is_dominant_for_ever_does_not_keep_a_slave_with_one_controller() {
     let mut craft = craft();
@@ -149,7 +160,12 @@ fn bus_that_is_dominant_for_ever_does_not_keep_a_slave_with_one_controller() {
     craft.assert_sound();
     for node in ONE_CONTROLLER {
         let taken = search(&craft, node);
-        assert!(about(TOGGLING + ms(55), ms(150)).contains(&taken), "node {node}: {} us\n{}", taken.as_us(), craft.log(node));
+        assert!(
+            (TOGGLING + ms(50)..TOGGLING + ms(80)).contains(&taken),
+            "node {node}: {} us\n{}",
+            taken.as_us(),
+            craft.log(node)
+        );
         assert!(craft.is_operational(node, Bus::Redundant), "{}", craft.log(node));
     }
 }
