@@ -30,6 +30,7 @@ fn help_explains_every_option_with_default_and_range() {
         "[default: 3]",
         "--minimal <N>",
         "[0..13]",
+        "--one-controller <N>",
         "--master <FILE>",
         "--slave <N=FILE>",
         "--profile <PROFILE>",
@@ -136,6 +137,11 @@ fn the_number_of_slaves_is_checked() {
     refuses(&["demo", "--minimal", "two"], &["--minimal", "two"]);
     refuses(&["demo", "--minimal", "12"], &["--minimal", "allowed are 0 to 11", "Usage: cargo xtask demo"]);
     refuses(&["demo", "--minimal", "1", "--slaves", "14"], &["--minimal", "allowed are 0 to 0"]);
+    refuses(
+        &["demo", "--minimal", "2", "--one-controller", "3"],
+        &["--one-controller", "0 to 2", "--minimal"],
+    );
+    refuses(&["demo", "--one-controller", "14"], &["--one-controller", "0..=13"]);
     refuses(&["demo", "--minimal", "2", "--slaves", "0"], &["--slaves", "1 to 14, or 0 with --slave N=FILE"]);
 }
 

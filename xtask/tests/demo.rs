@@ -137,6 +137,34 @@ fn minimal_slaves_fly_beside_the_others() {
     }
 }
 
+/// Given a minimal slave with one controller and two transceivers, when the nominal bus is cut, then it searches and finds the master
+/// after Ttoggle consumer times, 0.5 s, and executes every command due.
+///
+/// Verifies: ECSS 8.2.3a
+#[test]
+fn a_slave_with_one_controller_flies_beside_the_others() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let boards = ["--profile", "standard", "--slaves", "1", "--minimal", "2", "--one-controller", "1"];
+    let output = fly(here.path(), &[&boards[..], &["--seconds", "4", "--cut-at", "1.5"]].concat());
+    let (stdout, stderr) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{stdout}{stderr}");
+    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    let craft = ["boards", "minimal", "one_controller", "slaves_operational_at_end", "lost_frames"];
+    assert_eq!(craft.map(|field| summary[field].as_u64().unwrap()), [4, 2, 1, 3, 0]);
+    assert_eq!(summary["tc_executed"], summary["tc_due"]);
+    assert!(summary["failover_ms"]["3"].as_f64() < Some(400.0), "{summary}");
+    assert!((400.0..620.0).contains(&summary["failover_ms"]["4"].as_f64().unwrap()), "{summary}");
+    let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
+    for (what, text, expected) in [
+        ("table", &*stdout, "node 4   1 controller, minimal"),
+        ("report", &report, "0.25 s), becomes pre-operational"),
+        ("report", &report, "0.5 s after the last heartbeat"),
+        ("report", &report, "a switch between its CAN controller and two transceivers"),
+    ] {
+        assert!(text.contains(expected), "{what} without {expected:?}: {text}");
+    }
+}
+
 fn example(package: &str) -> PathBuf {
     let built = Package::of_workspace(package).build("pyboard-v11").unwrap_or_else(|error| panic!("{error}"));
     built[0].clone()

@@ -8,7 +8,13 @@ use crate::bench::{NOMINAL, REDUNDANT, node};
 use crate::manager::{decisions, hear, started, switched};
 
 /// From `from` to before `to` slaves `here` are heard on the active bus and `there` on the other one, every 20 ms.
-pub(crate) fn fly(manager: &mut Manager, from: u64, to: u64, here: &[u8], there: &[u8]) -> Vec<(u64, Action)> {
+pub(crate) fn fly(
+    manager: &mut Manager,
+    from: u64,
+    to: u64,
+    here: &[u8],
+    there: &[u8],
+) -> Vec<(u64, Action)> {
     let mut done = vec![];
     for at in (from..to).step_by(20) {
         done.extend(decisions(manager, at));

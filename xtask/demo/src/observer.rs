@@ -71,9 +71,12 @@ pub struct Observer {
 impl Observer {
     /// For the boards of a plan, all without power.
     pub fn new(plan: &Plan) -> Self {
-        let is_minimal = |node| plan.boards.iter().any(|board| board.node == node && board.is_minimal);
-        let slave =
-            |(node, access)| (node, Track { is_minimal: is_minimal(node), ..Track::new(Some(access)) });
+        let of = |node| plan.boards.iter().find(|board| board.node == node);
+        let slave = |(node, access)| {
+            let is_minimal = of(node).is_some_and(|board| board.is_minimal);
+            let has_one_controller = of(node).is_some_and(|board| board.has_one_controller);
+            (node, Track { is_minimal, has_one_controller, ..Track::new(Some(access)) })
+        };
         let mut nodes: BTreeMap<_, _> = plan.slaves().map(slave).collect();
         let masters = plan.boards.iter().map(|board| board.node).filter(|node| is_master(*node));
         nodes.extend(masters.chain([MASTER]).map(|node| (node, Track::new(None))));

@@ -34,6 +34,11 @@ pub struct Options {
     #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=13))]
     pub minimal: u8,
 
+    /// How many of the minimal slaves, the last ones, have one CAN controller and two transceivers (ECSS Figure A-6), and so
+    /// selective bus access; up to the value of --minimal [0..13]
+    #[arg(long, value_name = "N", default_value_t = 0, allow_negative_numbers = true, value_parser = clap::value_parser!(u8).range(0..=13))]
+    pub one_controller: u8,
+
     /// Length of the flight in virtual seconds [1..3600]
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
@@ -116,6 +121,13 @@ impl Options {
             );
             return Err(Misuse::of("demo", text));
         }
+        if self.one_controller > self.minimal {
+            let (one_controller, minimal) = (self.one_controller, self.minimal);
+            let text = format!(
+                "invalid value '{one_controller}' for '--one-controller <N>': allowed are 0 to {minimal}, the value of --minimal"
+            );
+            return Err(Misuse::of("demo", text));
+        }
         Ok(())
     }
 
@@ -139,6 +151,12 @@ impl Options {
         self.places_of_minimal().filter(|node| self.craft.own_image(*node).is_none()).collect()
     }
 
+    /// Those of them with one controller.
+    pub fn one_controller_nodes(&self) -> BTreeSet<Node> {
+        let first = self.places_of_minimal().end - self.one_controller;
+        self.minimal_nodes().split_off(&first)
+    }
+
     fn places_of_minimal(&self) -> Range<Node> {
         let first = FIRST + self.craft.slaves;
         first..first + self.minimal
@@ -149,7 +167,9 @@ impl Options {
     /// # Errors
     /// When an image cannot be built or read, or was not built before and is not to be.
     pub fn add_shipped(&self, images: &mut Images) -> anyhow::Result<()> {
-        self.craft.add_minimal(&self.minimal_nodes(), images)?;
+        let one_controller = self.one_controller_nodes();
+        self.craft.add_minimal(&(&self.minimal_nodes() - &one_controller), "", images)?;
+        self.craft.add_minimal(&one_controller, "+one-controller", images)?;
         self.craft.add_shipped(&self.nodes(), images)
     }
 

@@ -12,7 +12,7 @@ use super::meaning::Scope;
 use super::options::Options;
 use super::record::Bus;
 use super::track::BusAccess;
-use support::board::{BoardName, Profile};
+use support::board::{BoardName, Profile, TRANSCEIVER_SWITCH};
 use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 use support::misuse::Misuse;
 
@@ -56,6 +56,8 @@ pub struct BoardPlan {
     pub own_image: Option<String>,
     /// It flies the shipped image of the minimal slave.
     pub is_minimal: bool,
+    /// It is one with one controller and two transceivers.
+    pub has_one_controller: bool,
     /// Error of its crystal at time zero, parts per million.
     pub crystal_ppm: f64,
     /// Place on both buses, metres from the master's end.
@@ -93,7 +95,10 @@ impl BoardPlan {
             crystal: Crystal::ppm(self.crystal_ppm),
             position_m: self.position_m,
             power_on_at: self.power_on,
-            fittings: Fittings::default(),
+            fittings: Fittings {
+                transceiver_switch: self.has_one_controller.then_some(TRANSCEIVER_SWITCH),
+                ..Fittings::default()
+            },
         }
     }
 }
@@ -146,6 +151,7 @@ impl Plan {
             let file = options.craft.own_image(board.node).and_then(|path| path.file_name());
             board.own_image = file.map(|name| name.to_string_lossy().into_owned());
             board.is_minimal = options.minimal_nodes().contains(&board.node);
+            board.has_one_controller = options.one_controller_nodes().contains(&board.node);
         }
         let fault = options.cut_second()?.map(from_seconds);
         let has_standby = boards.iter().any(|board| board.node == SECOND_MASTER);
@@ -167,11 +173,25 @@ impl Plan {
         self.boards.iter().filter(|board| !is_master(board.node)).map(|board| {
             let access = match (board.own_image.is_some(), self.profile, board.node) {
                 (true, ..) => BusAccess::Unknown,
+                _ if board.has_one_controller => BusAccess::Selective,
                 (false, Profile::Librecube, node) if SELECTIVE.contains(&node) => BusAccess::Selective,
                 (false, ..) => BusAccess::Parallel,
             };
             (board.node, access)
         })
+    }
+
+    /// Ttoggle of the shipped slaves.
+    pub fn ttoggle(&self) -> u64 {
+        match self.profile {
+            Profile::Librecube => 5,
+            Profile::Standard | Profile::Standby => 2,
+        }
+    }
+
+    /// How long they listen on one bus: Ttoggle consumer times.
+    pub fn toggling_time(&self) -> Time {
+        Time::from_us(self.consumer_time().as_us() * self.ttoggle())
     }
 
     /// Heartbeat consumer time of the shipped slaves.
@@ -192,6 +212,7 @@ pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
             node,
             own_image: None,
             is_minimal: false,
+            has_one_controller: false,
             crystal_ppm: (2.0 * random.f64() - 1.0) * CRYSTAL_PPM,
             position_m: match node {
                 MASTER => 0.0,

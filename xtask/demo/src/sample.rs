@@ -128,6 +128,7 @@ pub fn plan() -> Plan {
         node,
         own_image: None,
         is_minimal: false,
+        has_one_controller: false,
         crystal_ppm,
         position_m,
         power_on: Time::from_ms(power_on),

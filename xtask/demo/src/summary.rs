@@ -24,6 +24,8 @@ pub struct Summary {
     pub masters: usize,
     /// Number of slaves of the minimal set.
     pub minimal: usize,
+    /// Number of those with one controller and two transceivers.
+    pub one_controller: usize,
     /// Model of the boards.
     pub board: &'static str,
     /// Mission profile of the shipped images.
@@ -116,6 +118,7 @@ impl Summary {
             boards: flight.boards.len(),
             masters: flight.masters(),
             minimal: flight.plan.boards.iter().filter(|board| board.is_minimal).count(),
+            one_controller: flight.plan.boards.iter().filter(|board| board.has_one_controller).count(),
             board: flight.plan.board.name(),
             profile: flight.plan.profile.name(),
             own_images: flight.plan.boards.iter().filter_map(own).collect(),

@@ -81,6 +81,8 @@ pub struct Track {
     pub access: Option<BusAccess>,
     /// A slave of the minimal set (ECSS 9): operational as long as it has power, whatever NMT commands.
     pub is_minimal: bool,
+    /// One with one controller and two transceivers.
+    pub has_one_controller: bool,
     /// Everything it did, oldest first, never empty.
     pub spans: Vec<Span>,
     /// Commands that it had to execute.
@@ -100,6 +102,7 @@ impl Track {
         Track {
             access,
             is_minimal: false,
+            has_one_controller: false,
             spans: vec![off],
             tc_due: 0,
             resets_due: 0,
@@ -109,9 +112,10 @@ impl Track {
         }
     }
 
-    /// How it uses the buses, for people; empty for a master.
+    /// How it uses the buses, for people; empty for a master. One controller has selective access.
     pub fn kind(&self) -> String {
         let access = self.access.map_or("", BusAccess::name);
+        let access = if self.has_one_controller { "1 controller" } else { access };
         if self.is_minimal { format!("{access}, minimal") } else { access.to_owned() }
     }
 

@@ -17,6 +17,9 @@ pub enum BoardName {
     NucleoF446re,
 }
 
+/// The pin that selects the transceiver of a minimal slave with one controller, on each board (docs/wiring.md).
+pub const TRANSCEIVER_SWITCH: Pin = Pin::new('B', 13);
+
 impl BoardName {
     /// Its name: cargo feature, command line, summary.
     pub fn name(self) -> &'static str {

@@ -130,15 +130,21 @@ impl Craft {
         own.map(|(node, path)| Ok((node, read(path)?))).collect()
     }
 
-    /// Builds the image of the minimal slave for these nodes, if there are any.
+    /// Builds the image of the minimal slave for these nodes, if there are any; `fitting`: its features beside board and profile,
+    /// each behind a plus sign.
     ///
     /// # Errors
     /// When it cannot be built or read, or was not built before and is not to be.
-    pub fn add_minimal(&self, nodes: &BTreeSet<Node>, images: &mut Images) -> anyhow::Result<()> {
+    pub fn add_minimal(
+        &self,
+        nodes: &BTreeSet<Node>,
+        fitting: &str,
+        images: &mut Images,
+    ) -> anyhow::Result<()> {
         if nodes.is_empty() {
             return Ok(());
         }
-        let (board, profile) = (self.board.name(), self.profile.name());
+        let (board, profile) = (self.board.name(), &format!("{}{fitting}", self.profile.name()));
         let path = if self.no_build {
             firmware_images::built_minimal(board, profile).with_context(|| {
                 format!(

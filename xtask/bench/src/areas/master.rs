@@ -79,6 +79,7 @@ impl Network {
                 node,
                 own_image: None,
                 is_minimal: false,
+                has_one_controller: false,
                 crystal_ppm: 0.0,
                 position_m: f64::from(node),
                 power_on: Time::ZERO,

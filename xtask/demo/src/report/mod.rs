@@ -150,6 +150,8 @@ fn how_to_read(flight: &Flight) -> Markup {
     let is_selective = |(_, access)| access == BusAccess::Selective;
     let has_selective = flight.plan.slaves().any(is_selective);
     let has_minimal = flight.plan.boards.iter().any(|board| board.is_minimal);
+    let [consumer, search] =
+        [flight.plan.consumer_time(), flight.plan.toggling_time()].map(|time| time.as_secs_f64());
     html! {
         p {
             "All times are virtual: the boards are emulated, the same seed gives the same flight. Each board runs the real \
@@ -160,12 +162,16 @@ fn how_to_read(flight: &Flight) -> Markup {
              the other bus and stays operational. "
             @if has_selective {
                 b { "Selective access" } ": the slave hears one bus at a time; it misses the master's heartbeat for one \
-                 consumer time (2.5 s), becomes pre-operational, and changes to the other bus after Ttoggle = 5 consumer \
-                 times (12.5 s after the last heartbeat). The master then starts it unasked."
+                 consumer time (" (consumer) " s), becomes pre-operational, and changes to the other bus after Ttoggle = " (flight.plan.ttoggle())
+                " consumer times (" (search) " s after the last heartbeat). The master then starts it unasked."
             }
             @if has_minimal {
                 " " b { "Minimal" } ": a slave of the minimal set (ECSS clause 9), without NMT, SDO and boot-up. It is operational \
                  from power-on, and follows the master's heartbeat by parallel or selective access."
+            }
+            @if flight.plan.boards.iter().any(|board| board.has_one_controller) {
+                " " b { "One controller" } ": it changes the bus by a switch between its CAN controller and two transceivers \
+                 (ECSS Figure A-6), so it has selective access."
             }
         }
         p {
