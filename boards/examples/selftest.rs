@@ -73,7 +73,7 @@ mod firmware {
         let mut light = |is_on: bool| {
             let level =
                 if is_on { embassy_stm32::gpio::Level::High } else { embassy_stm32::gpio::Level::Low };
-            leds.activity.set_level(level);
+            leds.sync.set_level(level);
             leds.state.set_level(level);
         };
         loop {

@@ -6,7 +6,7 @@
 use cortex_m::peripheral::SYST;
 use ecss_can::time::Clock;
 use ecss_can::types::Duration;
-use embassy_stm32::gpio::Pin;
+use embassy_stm32::gpio::AnyPin;
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC, TIM2};
 use embassy_stm32::rcc::{
     AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
@@ -14,7 +14,7 @@ use embassy_stm32::rcc::{
 use embassy_stm32::{Config, Peri, Peripherals};
 
 use crate::Uptime;
-use crate::common::Leds;
+use crate::common::dark;
 
 /// Looks at HSERDY until HSE is given up. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
 /// 2 ms (DS8626 table 34), the vendor's HAL gives it 100.
@@ -125,7 +125,7 @@ fn can_prefetch() -> bool {
 
 /// The safe state of a board without oscillator: both controllers stay in reset, off their pins, and the LEDs take turns
 /// until the board is reset. The HAL is not started.
-pub(crate) fn without_oscillator(activity: Peri<'static, impl Pin>, state: Peri<'static, impl Pin>) -> ! {
+pub(crate) fn without_oscillator(leds: [Peri<'static, AnyPin>; 2]) -> ! {
     // TIM2 is the time of the log, which stands at zero, and then the pace of the LEDs.
     RCC.apb1enr().modify(|w| w.set_tim2en(true));
     defmt::error!("HSE does not start: staying off both buses");
@@ -137,12 +137,12 @@ pub(crate) fn without_oscillator(activity: Peri<'static, impl Pin>, state: Peri<
         w.set_gpioaen(true);
         w.set_gpioben(true);
     });
-    let mut leds = Leds::new(activity, state);
-    leds.activity.set_high();
+    let [mut first, mut second] = leds.map(dark);
+    first.set_high();
     loop {
         while !TIM2.sr().read().uif() {}
         TIM2.sr().write(|_| ());
-        leds.activity.toggle();
-        leds.state.toggle();
+        first.toggle();
+        second.toggle();
     }
 }

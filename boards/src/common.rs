@@ -5,7 +5,7 @@
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use ecss_can::emcy::PostMortem;
-use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pin, Pull, Speed};
+use embassy_stm32::gpio::{AnyPin, Input, Level, Output, Pull, Speed};
 use embassy_stm32::{Peri, bind_interrupts, peripherals};
 
 use crate::bxcan::{ReceiveHandler, StatusHandler, TransmitHandler};
@@ -25,19 +25,27 @@ bind_interrupts!(pub(crate) struct Irqs {
 #[unsafe(link_section = ".uninit.STRAPS")]
 static STRAPS: AtomicU32 = AtomicU32::new(0);
 
-/// Two LEDs; a high level lights them.
+/// Four LEDs, two of them outside of the board; a high level lights them.
 pub struct Leds {
-    /// Toggles with what the node hears or sends.
-    pub activity: Output<'static>,
+    /// On the board: toggles with each SYNC.
+    pub sync: Output<'static>,
     /// On or off by command, or by the state of the node.
     pub state: Output<'static>,
+    /// External: toggles with each heartbeat of the master.
+    pub heartbeat: Output<'static>,
+    /// External: toggles with each spacecraft time.
+    pub time: Output<'static>,
 }
 
 impl Leds {
-    pub(crate) fn new(activity: Peri<'static, impl Pin>, state: Peri<'static, impl Pin>) -> Leds {
-        let dark = |pin| Output::new(pin, Level::Low, Speed::Low);
-        Leds { activity: dark(activity.into()), state: dark(state.into()) }
+    pub(crate) fn new([sync, state, heartbeat, time]: [Peri<'static, AnyPin>; 4]) -> Leds {
+        Leds { sync: dark(sync), state: dark(state), heartbeat: dark(heartbeat), time: dark(time) }
     }
+}
+
+/// An output that is low.
+pub(crate) fn dark(pin: Peri<'static, AnyPin>) -> Output<'static> {
+    Output::new(pin, Level::Low, Speed::Low)
 }
 
 /// Takes the record of the last reset and starts the supervisor, which may wait for minutes. Also returns whether the reset came

@@ -9,15 +9,16 @@
 //! | pulse at an instant | PB1 | CN10 24 |
 //! | straps: bits 0 to 3, odd parity | PC0, PC1, PC2, PC3, PB0 | CN7 38, 36, 35, 37, 34 |
 //! | strap: maintenance mode | PA4 | CN7 32 |
-//! | LEDs: activity (LD2, green), state (external) | PA5, PA6 | on board, CN10 13 |
+//! | LEDs: SYNC (LD2, green), state (external) | PA5, PA6 | on board, CN10 13 |
+//! | LEDs: heartbeat, spacecraft time (external) | PB14, PB15 | CN10 28, 26 |
 //!
 //! PA2 and PA3 are the serial port of the ST-LINK, PA13 and PA14 its debug port; they are never touched. Straps are closed to ground (CN7 22); inside they have pull-ups.
 
 use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::types::PerBus;
 use embassy_stm32::peripherals::{
-    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA4, PA5, PA6, PB0, PB1, PB8, PB9, PB12, PB13, PC0, PC1,
-    PC2, PC3, TIM3, TIM5,
+    CAN1, CAN2, DMA1_CH2, DMA1_CH4, FLASH, PA0, PA1, PA4, PA5, PA6, PB0, PB1, PB8, PB9, PB12, PB13, PB14,
+    PB15, PC0, PC1, PC2, PC3, TIM3, TIM5,
 };
 use embassy_stm32::rcc::{Hse, HseMode, PllPreDiv};
 use embassy_stm32::time::Hertz;
@@ -51,6 +52,8 @@ pub struct Resources {
     pub PB9: Peri<'static, PB9>,
     pub PB12: Peri<'static, PB12>,
     pub PB13: Peri<'static, PB13>,
+    pub PB14: Peri<'static, PB14>,
+    pub PB15: Peri<'static, PB15>,
     pub PA0: Peri<'static, PA0>,
     pub PA1: Peri<'static, PA1>,
     pub PC0: Peri<'static, PC0>,
@@ -81,6 +84,8 @@ macro_rules! take {
             PB9: $p.PB9,
             PB12: $p.PB12,
             PB13: $p.PB13,
+            PB14: $p.PB14,
+            PB15: $p.PB15,
             PA0: $p.PA0,
             PA1: $p.PA1,
             PC0: $p.PC0,
@@ -106,8 +111,8 @@ macro_rules! take {
 pub fn start() -> Peripherals {
     if !clock_tree::oscillates(OSCILLATOR) {
         // SAFETY: `Peripherals` were not handed out, and never are from here on.
-        let (activity, state) = unsafe { (PA5::steal(), PA6::steal()) };
-        clock_tree::without_oscillator(activity, state)
+        let leds = unsafe { [PA5::steal().into(), PA6::steal().into()] };
+        clock_tree::without_oscillator(leds)
     }
     clock_tree::start(OSCILLATOR, PllPreDiv::DIV4)
 }
@@ -131,7 +136,7 @@ impl Board {
             ports: PerBus { nominal, redundant },
             clock: Uptime,
             pulse: Pulse::new(p.TIM3, p.PB1),
-            leds: Leds::new(p.PA5, p.PA6),
+            leds: Leds::new([p.PA5.into(), p.PA6.into(), p.PB14.into(), p.PB15.into()]),
             node_id,
             straps,
             is_maintenance,
@@ -155,7 +160,12 @@ impl MinimalBoard {
         let nominal = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing, edges.nominal);
         let redundant = Port::new(p.CAN2, p.PB12, p.PB13, Irqs, timing, edges.redundant);
         let ports = PerBus { nominal, redundant };
-        MinimalBoard { ports, clock: Uptime, leds: Leds::new(p.PA5, p.PA6), node_id }
+        MinimalBoard {
+            ports,
+            clock: Uptime,
+            leds: Leds::new([p.PA5.into(), p.PA6.into(), p.PB14.into(), p.PB15.into()]),
+            node_id,
+        }
     }
 }
 
@@ -170,6 +180,11 @@ impl OneControllerBoard {
         let edges = capture::start(p.TIM5, p.PA0, p.PA1, p.DMA1_CH2, p.DMA1_CH4);
         let controller = Port::new(p.CAN1, p.PB8, p.PB9, Irqs, timing, edges.nominal);
         let ports = one_controller::share(controller, p.PB13.into());
-        OneControllerBoard { ports, clock: Uptime, leds: Leds::new(p.PA5, p.PA6), node_id }
+        OneControllerBoard {
+            ports,
+            clock: Uptime,
+            leds: Leds::new([p.PA5.into(), p.PA6.into(), p.PB14.into(), p.PB15.into()]),
+            node_id,
+        }
     }
 }

@@ -97,7 +97,10 @@ impl Application {
             MasterEvent::ResetNode => boards::reset(),
             MasterEvent::SelfTest => self.test(),
             MasterEvent::Written(at) if *at == CABLE_OF => cables::start(self.master),
-            MasterEvent::SyncSent { .. } => self.leds.activity.toggle(),
+            MasterEvent::SyncSent { .. } => {
+                self.leds.sync.toggle();
+                COUNTERS.on_sync_sent();
+            }
             MasterEvent::BusSwitched { to, .. } => {
                 self.leds.state.set_level((*to == Bus::Redundant).into());
             }

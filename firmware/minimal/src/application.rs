@@ -1,6 +1,6 @@
 //! The application of the minimal slave: shows life on the LEDs and in the log. Commands and telemetry are its device's part.
 //!
-//! The activity LED toggles with every heartbeat of the master and SYNC. The state LED is switched by command.
+//! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; the state LED is switched by command.
 
 use boards::Leds;
 #[cfg(not(feature = "one-controller"))]
@@ -9,6 +9,7 @@ pub use boards::MinimalBoard as Board;
 pub use boards::OneControllerBoard as Board;
 use ecss_can::node::minimal::{MinimalEvent, MinimalSlave};
 use ecss_can::runner::{Events, Handle};
+use mission::counters::COUNTERS;
 use mission::minimal::Shipped;
 
 /// The slave of this image.
@@ -18,7 +19,18 @@ pub type Node = MinimalSlave<Shipped>;
 pub async fn run(slave: Handle<Board, Node>, mut events: Events<Board, Node>, mut leds: Leds) -> ! {
     loop {
         match events.next().await {
-            MinimalEvent::Heartbeat { .. } | MinimalEvent::Sync { .. } => leds.activity.toggle(),
+            MinimalEvent::Heartbeat { .. } => {
+                leds.heartbeat.toggle();
+                COUNTERS.on_heartbeat();
+            }
+            MinimalEvent::Sync { .. } => {
+                leds.sync.toggle();
+                COUNTERS.syncs.count();
+            }
+            MinimalEvent::Pdo { number, .. } if Some(number) == Shipped::TIME_RPDO => {
+                leds.time.toggle();
+                COUNTERS.times.count();
+            }
             MinimalEvent::Pdo { .. } => {
                 let led = slave.with(|slave, _| slave.device().led());
                 leds.state.set_level(led.into());

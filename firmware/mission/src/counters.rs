@@ -1,4 +1,4 @@
-//! What the applications of the mission count, for a debugger or an emulator.
+//! What the applications of the mission count, for the log, a debugger or an emulator.
 
 use ecss_can::runner::Tally;
 
@@ -16,6 +16,50 @@ pub struct Counters {
     pub skipped_turns: Tally,
     /// Commands dropped as repeats of the last one (slave).
     pub repeats: Tally,
+    /// Heartbeats of the master that were heard (slave).
+    pub heartbeats: Tally,
+    /// SYNCs sent (master) or heard (slave).
+    pub syncs: Tally,
+    /// Spacecraft times heard (slave).
+    pub times: Tally,
+}
+
+/// So many heartbeats of the master (slave) or SYNCs (master) after each other the statistics are logged.
+const LOGGED_EVERY: u32 = 100;
+
+impl Counters {
+    /// A slave heard a heartbeat of its master. With every hundredth it logs its statistics.
+    pub fn on_heartbeat(&self) {
+        self.heartbeats.count();
+        #[cfg(feature = "defmt")]
+        if self.heartbeats.get().is_multiple_of(LOGGED_EVERY) {
+            defmt::info!(
+                "heard {=u32} heartbeats, {=u32} SYNC, {=u32} spacecraft times; {=u32} commands, {=u32} repeats, {=u32} requests",
+                self.heartbeats.get(),
+                self.syncs.get(),
+                self.times.get(),
+                self.commands.get(),
+                self.repeats.get(),
+                self.requests.get()
+            );
+        }
+    }
+
+    /// The master sent a SYNC. With every hundredth it logs its statistics.
+    pub fn on_sync_sent(&self) {
+        self.syncs.count();
+        #[cfg(feature = "defmt")]
+        if self.syncs.get().is_multiple_of(LOGGED_EVERY) {
+            defmt::info!(
+                "sent {=u32} SYNC, {=u32} commands, {=u32} requests, {=u32} replies; {=u32} turns left out",
+                self.syncs.get(),
+                self.commands.get(),
+                self.requests.get(),
+                self.replies.get(),
+                self.skipped_turns.get()
+            );
+        }
+    }
 }
 
 /// Counters of this image. Readers find them by this path in the symbols of its ELF file: `mission::counters::COUNTERS`.
@@ -26,4 +70,7 @@ pub static COUNTERS: Counters = Counters {
     replies: Tally::new(),
     skipped_turns: Tally::new(),
     repeats: Tally::new(),
+    heartbeats: Tally::new(),
+    syncs: Tally::new(),
+    times: Tally::new(),
 };

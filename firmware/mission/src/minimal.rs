@@ -50,6 +50,9 @@ impl MinimalMission {
         MinimalMission { record: SlaveRecord::new(), kept: Payload::new() }
     }
 
+    /// None of its RPDOs brings the spacecraft time.
+    pub const TIME_RPDO: Option<u8> = None;
+
     /// State of the command LED.
     pub const fn led(&self) -> bool {
         self.record.led

@@ -1,6 +1,6 @@
 //! The slave's application: executes commands, answers telemetry requests, shows life on the LEDs and its time at a pin.
 //!
-//! Blue toggles with every heartbeat of the master, SYNC and spacecraft time. Yellow is switched by command.
+//! An LED each toggles with heartbeats of the master, SYNC and spacecraft time; another one is switched by command.
 
 use boards::{Board, Leds, Pulse};
 use ecss_can::link::port::{ErrorState, Health};
@@ -44,10 +44,18 @@ impl Application {
     fn on_event(&mut self, event: &SlaveEvent) {
         match *event {
             SlaveEvent::Pdo { number, data, .. } => self.on_pdo(usize::from(number), data),
-            SlaveEvent::Heartbeat { .. } | SlaveEvent::Time(_) => self.leds.activity.toggle(),
+            SlaveEvent::Heartbeat { .. } => {
+                self.leds.heartbeat.toggle();
+                COUNTERS.on_heartbeat();
+            }
+            SlaveEvent::Time(_) => {
+                self.leds.time.toggle();
+                COUNTERS.times.count();
+            }
             SlaveEvent::Sync { stamp, .. } => {
                 self.record.stamp_source = Some(stamp.source);
-                self.leds.activity.toggle();
+                self.leds.sync.toggle();
+                COUNTERS.syncs.count();
             }
             SlaveEvent::SelfTest => self.test(),
             SlaveEvent::ResetNode => {

@@ -40,7 +40,7 @@ struct Flown {
     good: Vec<String>,
     /// Lines at level error.
     bad: Vec<String>,
-    /// Times at which the activity LED went on.
+    /// Times at which the SYNC LED went on.
     blinks: usize,
     /// The LED is on at the end.
     is_lit: bool,

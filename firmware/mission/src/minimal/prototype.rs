@@ -73,6 +73,9 @@ impl PrototypeMission {
         PrototypeMission { record: SlaveRecord::new(), kept: Payload::new(), clock }
     }
 
+    /// Number of the RPDO that brings the spacecraft time.
+    pub const TIME_RPDO: Option<u8> = Some(TIME as u8);
+
     /// State of the command LED.
     pub const fn led(&self) -> bool {
         self.record.led

@@ -14,6 +14,7 @@ mod driver;
 mod foreign;
 mod identity;
 mod intruders;
+mod leds;
 mod minimal;
 mod minority;
 mod mixed;

@@ -34,12 +34,12 @@ static PYBOARD: LazyLock<Arc<Image>> = LazyLock::new(|| image("pyboard-v11", "li
 static NUCLEO: LazyLock<Arc<Image>> = LazyLock::new(|| image("nucleo-f446re", "librecube"));
 
 const MASTER_SEAT: Seat = MASTER_AND_THREE[0];
-const SEAT: Seat = Seat { node: MINIMAL, ..MASTER_AND_THREE[2] };
+pub const SEAT: Seat = Seat { node: MINIMAL, ..MASTER_AND_THREE[2] };
 
 /// A master and a minimal slave, profile `standard`.
 const PAIR: [Seat; 2] = [MASTER_SEAT, SEAT];
 
-fn standard(seats: &[Seat]) -> Craft {
+pub fn standard(seats: &[Seat]) -> Craft {
     Craft::of(seats, |seat| minimal(seat, seat.with(&STANDARD), &STANDARD_PYBOARD))
 }
 
@@ -49,7 +49,7 @@ fn minimal(seat: Seat, config: BoardConfig, image: &Arc<Image>) -> BoardConfig {
 }
 
 /// Both models of board.
-fn librecube(seats: &[Seat]) -> Craft {
+pub fn librecube(seats: &[Seat]) -> Craft {
     static SLAVES: LazyLock<[Images; 2]> =
         LazyLock::new(|| ["pyboard-v11", "nucleo-f446re"].map(|board| build(board, "librecube")));
     Craft::of(seats, |seat| match seat.model.part {

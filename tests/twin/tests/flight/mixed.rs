@@ -4,7 +4,6 @@ use std::sync::LazyLock;
 
 use can_wire::time::Time;
 use twin::model::Model;
-use twin::peripherals::Pin;
 use twin::spacecraft::Bus;
 
 use crate::craft::*;
@@ -71,16 +70,4 @@ fn an_f446_without_valid_straps_is_silent() {
     craft.fly_to(300);
     assert!(craft.said(3, "staying silent", ms(20)).is_some(), "{}", craft.log(3));
     assert_eq!(craft.frames, [], "nobody acknowledges the master");
-}
-
-/// LD2 is the activity LED of the F446.
-#[test]
-fn the_leds_of_the_f446_follow_the_master() {
-    let mut craft = Craft::new(&[SEATS[0], SEATS[2]]);
-    craft.fly_to(1_100);
-    let slave = craft.board(3);
-    let heard = craft.heartbeats(MASTER, Bus::Nominal).iter().filter(|(at, _)| *at > ms(100)).count();
-    let board = craft.twin.board_mut(slave);
-    let toggled = board.take_pin_changes().iter().filter(|change| change.pin == Pin::new('A', 5)).count();
-    assert!(heard >= 4 && toggled >= heard, "{heard} heartbeats, {toggled} changes of LD2");
 }

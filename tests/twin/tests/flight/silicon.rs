@@ -16,7 +16,7 @@ use crate::craft::*;
 /// Verifies: ECSS 6.10f
 #[test]
 fn board_without_oscillator_stays_silent_and_says_so() {
-    for (model, activity, state) in [
+    for (model, sync, state) in [
         (Model::PYBOARD_V11, Pin::new('B', 4), Pin::new('A', 15)),
         (Model::NUCLEO_F446RE, Pin::new('A', 5), Pin::new('A', 6)),
     ] {
@@ -39,7 +39,7 @@ fn board_without_oscillator_stays_silent_and_says_so() {
         }
         assert_eq!(craft.twin.board(id).hclk(), 16_000_000);
         let changes = craft.twin.board_mut(id).take_pin_changes();
-        for led in [activity, state] {
+        for led in [sync, state] {
             let levels: Vec<_> = changes.iter().filter(|change| change.pin == led).collect();
             assert!(levels.len() >= 2, "{led:?}: {changes:?}");
             assert!(levels.windows(2).all(|pair| pair[0].high != pair[1].high));
