@@ -1,6 +1,7 @@
 //! Emergency object: producer, messages, error register, history (CiA 301 7.2.7, ECSS 6.4).
 
 mod code;
+mod consumers;
 mod history;
 mod message;
 mod objects;
@@ -9,6 +10,7 @@ mod producer;
 mod register;
 
 pub use code::ErrorCode;
+pub use consumers::EmcyConsumers;
 pub use history::History;
 pub use message::Emergency;
 pub use objects::{EmcyObjects, ErrorField};

@@ -197,6 +197,31 @@ fn emergencies_of_slaves_reach_the_application() {
     assert_eq!(master.events, [MasterEvent::Emergency { node: node(3), bus: NOMINAL, emergency }]);
 }
 
+/// Given 1028h, whose entries are the COB-IDs of the pre-defined connection set, when the one of node 3 is set invalid, then its
+/// emergencies are none of the master's any more, those of others are, until it is valid again. No other COB-ID fits.
+#[test]
+fn emergencies_are_consumed_by_1028h() {
+    const RANGE: [u8; 4] = [0x30, 0x00, 0x09, 0x06];
+    let mut master = flying();
+    let mut write = |sub: u8, value: u32| {
+        let [a, b, c, d] = value.to_le_bytes();
+        master.clear();
+        master.receive(NOMINAL, 0x601, &[0x23, 0x28, 0x10, sub, a, b, c, d]);
+        let [(_, answer)] = master.frames()[..] else { panic!("{:?}", master.frames()) };
+        master.clear();
+        master.receive(NOMINAL, 0x083, &[0x30, 0x81, 0x11, 1, 2, 3, 4, 5]);
+        let is_heard = master.events.iter().any(|event| matches!(event, MasterEvent::Emergency { .. }));
+        (answer.data()[0] == 0x60, answer.data()[4..].to_vec(), is_heard)
+    };
+    assert_eq!(write(3, 0x8000_0083), (true, vec![0; 4], false));
+    assert_eq!(write(2, 0x8000_0000), (true, vec![0; 4], false));
+    assert_eq!(write(3, 0x0000_0083), (true, vec![0; 4], true));
+    // Of another node, extended, reserved, and the master's own.
+    for (sub, value) in [(3, 0x84), (3, 0x2000_0083), (3, 0x4000_0083), (1, 0x81)] {
+        assert_eq!(write(sub, value), (false, RANGE.to_vec(), true), "{value:08X}h");
+    }
+}
+
 /// Verifies: ECSS 8.1b, 8.3.3b, 8.3.3b.1, 8.3.3b.2
 #[test]
 fn a_switch_abandons_the_old_bus_and_announces_the_new_one_before_using_it() {

@@ -1,6 +1,7 @@
 //! Objects of a master beside those of every node.
 
 use crate::boot::{BootProgress, Expected};
+use crate::emcy::EmcyConsumers;
 use crate::nmt::NmtStartup;
 use crate::node::{Communication, Device};
 use crate::od::{INVALID, Objects, Record};
@@ -19,6 +20,9 @@ pub struct MasterObjects<D: Device> {
     /// Of the device
     #[objects]
     pub device: D,
+    /// Emergencies of others
+    #[objects]
+    pub emergencies: EmcyConsumers,
     /// Of the network
     #[objects]
     pub network: NetworkObjects,

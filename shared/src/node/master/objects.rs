@@ -4,7 +4,7 @@ use super::boards::MasterBoards;
 use super::declared::{MasterObjects, NetworkObjects, entry};
 use super::{Master, Out};
 use crate::boot::Assignment;
-use crate::emcy::{ErrorCode, PostMortem};
+use crate::emcy::{EmcyConsumers, ErrorCode, PostMortem};
 use crate::heartbeat::ConsumerSlots;
 use crate::link::queue::Outgoing;
 use crate::nmt::{Command, NmtMessage, Target};
@@ -131,7 +131,7 @@ impl Initial {
 
 #[inline(never)] // made in their place
 fn application<D: Device>(profile: &Profile, device: D) -> MasterObjects<D> {
-    MasterObjects { device, network: network(profile) }
+    MasterObjects { device, emergencies: EmcyConsumers::of_others(NodeId::MASTER), network: network(profile) }
 }
 
 /// The slaves of the profile.

@@ -60,7 +60,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
         if id == CobId::sdo_response(node) {
             self.on_response(bus, node, frame, now, out);
-        } else if id == CobId::emcy(node) {
+        } else if id == CobId::emcy(node)
+            && self.services.dictionary.objects.application.emergencies.consumes(node)
+        {
             match Emergency::decode(frame) {
                 Some((node, emergency)) => out.event(MasterEvent::Emergency { node, bus, emergency }),
                 None => self.services.buses.malformed(bus),

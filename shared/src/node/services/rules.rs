@@ -1,6 +1,7 @@
 //! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 6.10b, 8.3.1): each service has the rules of its objects,
 //! those that concern several are here.
 
+use crate::emcy::EmcyConsumers;
 use crate::heartbeat::{ConsumerSlots, check_entry};
 use crate::node::{Communication, Device, Extension, NetworkObjects, NodeObjects, index};
 use crate::od::{CobIdEntry, EntryUse, INVALID, Objects};
@@ -33,6 +34,7 @@ pub fn check<D: Device, E: Extension>(
     }
     if const { has_object::<D, E>(index::REQUEST_NMT) } {
         NetworkObjects::may_write(at, value)?;
+        EmcyConsumers::may_write(id, at, value)?;
     }
     match at.index {
         index::SYNC_COB_ID => {
