@@ -112,8 +112,12 @@ impl Server {
         payload: &Payload,
         turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>,
     ) -> bool {
-        if let State::BlockDownload { .. } = self.state {
-            return self.on_sub_block(payload, turn);
+        if let State::BlockDownload { refused, .. } = &self.state {
+            // Some clients send no segment of an empty value. It has none that could be taken for its end.
+            let [command, ..] = payload;
+            if refused.is_some() || !self.value.is_told_empty() || !wire::is_block_end(*command) {
+                return self.on_sub_block(payload, turn);
+            }
         }
         let request = Request::parse(payload);
         if !matches!(self.state, State::Idle)
@@ -170,7 +174,10 @@ impl Server {
                     Err(AbortCode::Toggle)
                 }
             }
-            (State::BlockDownloadEnd(_), Request::BlockDownloadEnd { unused, crc }) => {
+            (
+                State::BlockDownload { .. } | State::BlockDownloadEnd(_),
+                Request::BlockDownloadEnd { unused, crc },
+            ) => {
                 self.value.finish_blocks(*unused, *crc, turn.objects).map(|()| {
                     self.state = State::Idle;
                     turn.send(wire::block_end_answer());

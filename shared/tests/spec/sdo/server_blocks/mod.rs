@@ -108,6 +108,59 @@ fn a_block_upload_without_checksum_says_zero() {
     bench.exchange(&[("A2 02 7F", "D5 00 00"), ("A1", "")]);
 }
 
+/// Clients end the download of an empty value in four ways: with one empty segment or with none, and with 7 or with 0 unused
+/// bytes in the last segment.
+///
+/// Verifies: ECSS 6.1a
+#[test]
+fn empty_block_download_ends_in_each_known_way() {
+    let empty_segment: &[_] = &[("81", "A2 01 7F")];
+    for segments in [empty_segment, &[]] {
+        for end in ["DD", "C1"] {
+            for initiate in ["C6 08 20 00", "C2 08 20 00"] {
+                let mut bench = Bench::new();
+                bench.objects.set(DOMAIN, b"before");
+                bench.ask(frame(initiate));
+                bench.exchange(segments);
+                bench.exchange(&[(end, "A1")]);
+                assert_eq!(bench.objects.changes, [(DOMAIN, vec![])], "{initiate} {segments:?} {end}");
+                assert!(!bench.server.is_busy() && !bench.objects.is_open());
+            }
+        }
+    }
+}
+
+/// Given no size, or another one than zero, When the client ends the download without a segment, Then nothing is written: the
+/// frame may be the last segment of a sub-block whose other segments were lost.
+#[test]
+fn block_end_without_segments_needs_the_size_zero() {
+    for initiate in ["C4 08 20 00", "C6 08 20 00 01"] {
+        for end in ["DD", "C1"] {
+            let mut bench = Bench::new();
+            bench.ask(frame(initiate));
+            bench.exchange(&[(end, "A2 00 7F")]);
+            assert!(bench.objects.changes.is_empty(), "{initiate} {end}");
+        }
+    }
+}
+
+/// Given the size zero, When bytes come all the same, Then the download is refused.
+#[test]
+fn block_download_of_more_than_the_size_zero_is_refused() {
+    const TOO_LONG: &str = "80 08 20 00 12 00 07 06";
+    let script: [&[_]; 4] = [
+        &[("81 01", "A2 01 7F"), ("D9", TOO_LONG)],
+        &[("81 01 02 03 04 05 06 07", "A2 01 7F"), ("C1 CD 67", "80 08 20 00 04 00 04 05")],
+        &[("01 01 02 03 04 05 06 07", ""), ("82", TOO_LONG)],
+        &[("01 01 02 03 04 05 06 07", ""), ("DD", TOO_LONG)],
+    ];
+    for script in script {
+        let mut bench = downloading("C6 08 20 00");
+        bench.exchange(script);
+        assert!(bench.objects.changes.is_empty() && !bench.server.is_busy(), "{script:?}");
+    }
+}
+
 #[test]
 fn empty_values_move_in_blocks() {
     let mut bench = downloading("C6 08 20 00");
