@@ -10,6 +10,8 @@
 //! * Reserved bits are not looked at. An abort that belongs to no object names 0000h sub 0.
 //! * In a sub-block everything but an abort is a segment, also what looks like a request. So a download that fails in a
 //!   sub-block is refused at its end, and segments that are late for a transfer that was ended are ignored, not obeyed.
+//! * The block download of an empty value, announced with size zero, has one empty segment or none, and 7 or 0 unused bytes
+//!   at its end: clients do all four. Our client sends one segment and 7.
 //! * A sub-block that stops in the middle is acknowledged after a quarter of the timeout: its last segments are lost. One
 //!   that does not begin is a timeout. After eight in a row that bring nothing the transfer is aborted (0504 0003h).
 //! * A segment without data that is not the last one ends a transfer (0607 0013h). In a sub-block as many segments as it has

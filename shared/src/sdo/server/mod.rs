@@ -115,7 +115,7 @@ impl Server {
         if let State::BlockDownload { refused, .. } = &self.state {
             // Some clients send no segment of an empty value. It has none that could be taken for its end.
             let [command, ..] = payload;
-            if refused.is_some() || !self.value.is_told_empty() || !wire::is_block_end(*command) {
+            if refused.is_some() || !self.value.is_empty() || !wire::is_block_end(*command) {
                 return self.on_sub_block(payload, turn);
             }
         }
@@ -177,12 +177,10 @@ impl Server {
             (
                 State::BlockDownload { .. } | State::BlockDownloadEnd(_),
                 Request::BlockDownloadEnd { unused, crc },
-            ) => {
-                self.value.finish_blocks(*unused, *crc, turn.objects).map(|()| {
-                    self.state = State::Idle;
-                    turn.send(wire::block_end_answer());
-                })
-            }
+            ) => self.value.finish_blocks(*unused, *crc, turn.objects).map(|()| {
+                self.state = State::Idle;
+                turn.send(wire::block_end_answer());
+            }),
             (State::BlockUploadStart(sender), Request::BlockUploadStart) => {
                 self.state = State::BlockUpload(sender.clone());
                 self.send_sub_block(turn)

@@ -254,7 +254,7 @@ impl Value {
         objects: &mut impl ObjectAccess,
     ) -> Result<(), AbortCode> {
         // Some clients send an empty segment of an empty value and say that nothing in it is unused.
-        let unused = if unused == 0 && self.is_told_empty() { STEP } else { usize::from(unused) };
+        let unused = if unused == 0 && self.is_empty() { STEP } else { usize::from(unused) };
         self.filled = self.filled.saturating_sub(unused);
         self.check(self.filled)?;
         // A wrong size explains a wrong checksum.
@@ -270,9 +270,9 @@ impl Value {
         self.finish(objects)
     }
 
-    /// Whether a download has no bytes.
-    pub fn is_told_empty(&self) -> bool {
-        self.is_size_told && self.size == 0
+    /// Whether a download has no bytes: the client says so, or the object takes none.
+    pub fn is_empty(&self) -> bool {
+        self.size == 0
     }
 
     /// Less has come than was told.
