@@ -155,6 +155,20 @@ for crc in (True, False):
     case(f"SDO: block transfers {'with' if crc else 'without'} CRC", byte(0, 0xC4))(blocks)
 
 
+#: Clients end the block download of an empty value with one empty segment or none, and with 7 or 0 unused bytes.
+for segments in (["81"], []):
+    for unused in (7, 0):
+
+        def empty(bench: Bench, segments=segments, unused=unused) -> None:
+            store(bench, TEXT)
+            bench.exchange((f"C6 {STORE & 0xFF:02X} {STORE >> 8:02X} 00", f"A4 {STORE & 0xFF:02X} {STORE >> 8:02X} 00 7F"))
+            bench.exchange(*[(segment, "A2 01 7F") for segment in segments])
+            bench.exchange((f"{0xC1 | unused << 2:02X}", "A1"))
+            bench.exchange((f"40 {STORE & 0xFF:02X} {STORE >> 8:02X}", f"41 {STORE & 0xFF:02X} {STORE >> 8:02X}"), ("60", "0F"))
+
+        case(f"SDO: a block download of nothing, {len(segments)} segments, {unused} bytes unused")(empty)
+
+
 @case("SDO: an upload in blocks of one segment")
 def single_segments(bench: Bench) -> None:
     store(bench, TEXT)

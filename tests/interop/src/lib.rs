@@ -12,7 +12,7 @@
 //! Values of types that the mission's objects do not have are those of the test device, `tests/device`: [`device`] has its
 //! image and its data sheets.
 //!
-//! [`tools`] installs what is missing: python-can, canopen and durand into `target/interop/venv`, Debian's packages when it may.
+//! [`tools`] installs what is missing: python-can, canopen and others into `target/interop/venv`, Debian's packages when it may.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

@@ -54,7 +54,7 @@ pub fn provide(tool: Tool) -> anyhow::Result<()> {
     locked(|_| if is_there(tool) { Ok(()) } else { install(&[tool.package]) })
 }
 
-/// The Python that has python-can, canopen and durand.
+/// The Python that has the packages of the list.
 ///
 /// # Errors
 /// When they are missing and cannot be installed; the error says why.
@@ -71,7 +71,7 @@ pub fn python() -> anyhow::Result<PathBuf> {
             install(&[PYTHON.package, VENV])?;
         }
         note(format_args!(
-            "installing python-can, canopen and durand into {}, about half a minute",
+            "installing python-can, canopen and others into {}, about half a minute",
             environment.display()
         ));
         run(Command::new(PYTHON.program).args(["-m", "venv", "--clear"]).arg(&environment))?;

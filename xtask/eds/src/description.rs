@@ -174,8 +174,11 @@ impl Description {
     fn object(&self, file: &mut File, parameters: &Parameters, index: u16, object: &Described) {
         file.section(format_args!("{index:04X}"));
         file.set("ParameterName", &object.name);
-        file.set("ObjectType", format_args!("0x{:X}", object.code as u8));
-        if matches!(object.code, ObjectCode::Array | ObjectCode::Record) {
+        let is_list = matches!(object.code, ObjectCode::Array | ObjectCode::Record);
+        // A DOMAIN is a VAR of type DOMAIN: some readers do not know its own object code.
+        let code = if is_list { object.code } else { ObjectCode::Var };
+        file.set("ObjectType", format_args!("0x{:X}", code as u8));
+        if is_list {
             file.set("SubNumber", format_args!("0x{:X}", object.values.len()));
             for value in &object.values {
                 file.section(format_args!("{index:04X}sub{:X}", value.sub));

@@ -74,11 +74,14 @@ fn values<D: Objects>(
     Ok(values)
 }
 
-/// Whether a value stands in a file: a client can read it after power-on, and it is no block of bytes.
+/// Whether a value stands in a file: a client can read it after power-on, and readers agree on how it is written. They do
+/// for neither a block of bytes nor a time: `0x000100000002` for some, `1 2` for others.
 pub fn has_text(index: u16, sub: u8, entry: &Entry) -> bool {
+    use DataType::{Domain, TimeDifference, TimeOfDay};
     // Errors of the past: the node has none, and refuses to read them (08000024h).
     let is_error = index == 0x1003 && sub > 0;
-    entry.access.is_readable() && entry.data_type != DataType::Domain && !is_error
+    let is_agreed = !matches!(entry.data_type, Domain | TimeOfDay | TimeDifference);
+    entry.access.is_readable() && is_agreed && !is_error
 }
 
 /// The bytes of a value.

@@ -38,12 +38,14 @@ impl File {
     }
 }
 
-/// Whether every reader takes a text for what it is. A semicolon begins a comment, blanks at the ends are cut off.
+/// Whether every reader takes a text for what it is. A semicolon and a number sign begin a comment, a backslash escapes what
+/// follows it or continues the line, quotation marks and blanks at the ends are cut off.
 ///
 /// # Errors
 /// [`Error::Text`].
 pub fn checked(text: &str) -> Result<(), Error> {
-    let plain = text.bytes().all(|byte| matches!(byte, b' '..=b'~') && byte != b';');
+    let is_plain = |byte| matches!(byte, b' '..=b'~') && !matches!(byte, b';' | b'#' | b'\\');
+    let plain = text.bytes().all(is_plain) && !text.starts_with(['"', '\'', '`']);
     let whole = text.trim() == text && text.len() <= LINE;
     if plain && whole { Ok(()) } else { Err(Error::Text { text: text.into() }) }
 }

@@ -30,10 +30,15 @@
 //! Written so that the readers at hand agree on what it means:
 //!
 //! * Unsigned numbers are hexadecimal, signed ones decimal: some readers take FFh for 255 whatever the type.
+//! * REALs are decimal, as most readers want them; zero is `0`, which those of bit patterns read as well.
+//! * Strings stand as they are, without quotation marks; OCTET_STRINGs have two hexadecimal digits a byte.
+//! * Zero of an integer of 24, 40, 48 or 56 bits and an empty UNICODE_STRING have no default: some readers do not know the
+//!   types, and refuse the file for the default alone.
 //! * A value that follows the Node-ID is `$NODEID+0x...`, the formula first, also with high bits set in it.
 //! * A value that follows the Node-ID in another way has no default in an EDS, but its value in each DCF.
-//! * What cannot be read (write-only, an error that has not occurred) and blocks of bytes (DOMAIN) have no default either.
-//!   There is never an empty number.
+//! * What cannot be read (write-only, an error that has not occurred), blocks of bytes (DOMAIN) and times (TIME_OF_DAY,
+//!   TIME_DIFFERENCE) have no default either. There is never an empty number.
+//! * An object of code DOMAIN is written as a VAR of type DOMAIN: some readers do not know the code.
 //! * CiA 306 has no keyword for the capacity of a string, nor for what "save" (1010h) keeps: both stand in `[Comments]`.
 //! * `ParameterValue` stands where a DCF differs from the default and nowhere else: tools write what they find there into
 //!   the device, and 1010h or the mapping of a valid PDO do not take their own value back.
@@ -76,7 +81,7 @@ pub enum Error {
         code: AbortCode,
     },
     /// A text has what readers of such files cannot take.
-    #[error("`{text}` cannot stand in an EDS: at most {max} printable ASCII characters, no ';', no blank at an end", max = file::LINE)]
+    #[error("`{text}` cannot stand in an EDS: at most {max} printable ASCII characters, no ';', '#' or backslash, no blank at an end, no quotation mark first", max = file::LINE)]
     Text {
         /// The text.
         text: String,

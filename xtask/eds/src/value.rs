@@ -38,10 +38,11 @@ impl Default {
         }
     }
 
-    /// As an EDS has it.
+    /// As an EDS has it. `None`: it has none, or it is empty or zero and of a type that some readers do not know.
     pub fn text(&self, data_type: DataType) -> Result<Option<String>, Error> {
         match self {
             Default::None | Default::Varies => Ok(None),
+            Default::Same(value) if is_rare(data_type) && value.iter().all(|byte| *byte == 0) => Ok(None),
             Default::Same(value) => text(data_type, value).map(Some),
             Default::Follows(offset) => Ok(Some(format!("$NODEID+0x{offset:X}"))),
         }
@@ -66,8 +67,8 @@ pub fn text(data_type: DataType, value: &[u8]) -> Result<String, Error> {
             plain(String::from_utf16_lossy(&units))?
         }
         DataType::OctetString => value.iter().map(|byte| format!("{byte:02X}")).collect(),
-        DataType::Real32 => format!("{:?}", f32::from_bits(number(value) as u32)),
-        DataType::Real64 => format!("{:?}", f64::from_bits(number(value))),
+        DataType::Real32 => real(f32::from_bits(number(value) as u32)),
+        DataType::Real64 => real(f64::from_bits(number(value))),
         DataType::Boolean => number(value).to_string(),
         _ if data_type.is_signed() => {
             let unused = 64 - 8 * value.len().clamp(1, 8);
@@ -75,6 +76,33 @@ pub fn text(data_type: DataType, value: &[u8]) -> Result<String, Error> {
         }
         _ => hexadecimal(data_type, number(value)),
     })
+}
+
+/// Decimal. Zero has no point: it is the one value that readers of bit patterns understand as well.
+fn real(value: impl std::fmt::Debug) -> String {
+    let text = format!("{value:?}");
+    match text.as_str() {
+        "0.0" | "-0.0" => text.trim_end_matches(".0").into(),
+        _ => text,
+    }
+}
+
+/// Types that some readers do not know. Those refuse a file that gives such a value a default, and take a value without one
+/// for zero or empty.
+fn is_rare(data_type: DataType) -> bool {
+    use DataType as T;
+    matches!(
+        data_type,
+        T::Integer24
+            | T::Integer40
+            | T::Integer48
+            | T::Integer56
+            | T::Unsigned24
+            | T::Unsigned40
+            | T::Unsigned48
+            | T::Unsigned56
+            | T::UnicodeString
+    )
 }
 
 /// A limit as both files have it.

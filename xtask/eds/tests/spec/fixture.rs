@@ -108,6 +108,21 @@ pub struct Types {
     /// Unsigned64
     #[object(0x601B, constant, default = u64::MAX)]
     unsigned64: u64,
+    /// Zero as REAL32
+    #[object(0x6020, rw)]
+    real32_zero: f32,
+    /// Zero as REAL64
+    #[object(0x6021, rw, default = -0.0)]
+    real64_zero: f64,
+    /// Zero as INTEGER40
+    #[object(0x6022, rw)]
+    integer40_zero: I40,
+    /// Zero as UNSIGNED48
+    #[object(0x6023, rw)]
+    unsigned48_zero: U48,
+    /// Empty as UNICODE_STRING
+    #[object(0x6024, ro)]
+    unicode_string_empty: UnicodeString<8>,
     /// Thermometer {} of the panel
     #[object(0x6100.., array, ro, pdo)]
     thermometers: [[i16; 3]; 2],

@@ -26,7 +26,8 @@ impl Ini {
                 continue;
             }
             let (keyword, value) = line.split_once('=').unwrap_or_else(|| panic!("line {number}: {line:?}"));
-            assert!(!value.contains(';'), "line {number}: the value ends at ';' for some readers");
+            let is_whole = !value.contains([';', '#', '\\']) && !value.starts_with(['"', '\'', '`']);
+            assert!(is_whole, "line {number}: the value is another one for some readers");
             let (name, section) = sections.last_mut().expect("a section before the first keyword");
             assert!(section.find(keyword).is_none(), "{keyword} twice in [{name}]");
             section.0.push((keyword.into(), value.into()));

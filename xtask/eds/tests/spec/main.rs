@@ -6,5 +6,6 @@ mod fixture;
 mod ini;
 mod notes;
 mod product;
+mod readers;
 mod refused;
 mod values;

@@ -108,7 +108,11 @@ fn a_name_beyond_ascii() {
 
 #[test]
 fn texts_that_readers_cut() {
-    for text in [" blank first", "blank last ", "a ; comment", "two\nlines", &"x".repeat(242)] {
+    let long = "x".repeat(242);
+    let comments = ["a ; comment", "a # comment", "a\\", "a \\; b"];
+    let quoted = ["\"a\"", "'a'", "`a`"];
+    let ends = [" blank first", "blank last ", "two\nlines", &long];
+    for text in comments.into_iter().chain(quoted).chain(ends) {
         let mut device = device();
         device.comments.push(text.into());
         let refused = Description::new(&device, fixture).unwrap_err();
@@ -123,8 +127,10 @@ fn texts_that_readers_cut() {
 #[test]
 fn a_string_value_that_readers_cut() {
     let mut configured = fixture(NodeId::MASTER);
-    configured.types.visible_string = VisibleString::new(b"a;b").unwrap();
-    let commissioning = Commissioning::new(NodeId::MASTER);
-    let refused = description().dcf("", "", &commissioning, &mut configured);
-    assert_eq!(refused, Err(Error::Text { text: "a;b".into() }));
+    for text in ["a;b", "a#b"] {
+        configured.types.visible_string = VisibleString::new(text.as_bytes()).unwrap();
+        let commissioning = Commissioning::new(NodeId::MASTER);
+        let refused = description().dcf("", "", &commissioning, &mut configured);
+        assert_eq!(refused, Err(Error::Text { text: text.into() }));
+    }
 }
