@@ -79,6 +79,20 @@ fn the_example_of_bosch_at_1_mbit() {
     assert_eq!(timing.oscillator_tolerance(), PartsPerMillion(3_906));
 }
 
+/// The same, with oscillators that are just good enough, and with worse ones: the line leaves no longer segments.
+#[test]
+fn a_tolerance_is_met_when_it_is_equal() {
+    let network = |tolerance| Network {
+        length: Metres(44),
+        node_delay: Nanoseconds(80),
+        oscillator_tolerance: PartsPerMillion(tolerance),
+        ..desk(1_000_000)
+    };
+    let timing = BitTiming::new(&BXCAN, Hertz(10 * MHZ), &network(3_906)).unwrap();
+    assert_eq!([timing.segment1(), timing.segment2(), timing.jump_width()], [7, 2, 1]);
+    assert!(BitTiming::new(&BXCAN, Hertz(10 * MHZ), &network(3_907)).is_err());
+}
+
 /// What calculators for bxCAN give at the 42 MHz of our boards, as prescaler, TS1 and TS2.
 #[test]
 fn the_settings_at_42_mhz() {

@@ -118,6 +118,14 @@ fn misses_the_heartbeat_that_1016h_names() {
     assert_eq!(slave.node.state(), NmtState::PreOperational, "1029h");
     let emergency = slave.frames().into_iter().find(|(_, frame)| frame.id().raw() == 0x085);
     assert_eq!(emergency, Some((NOMINAL, frame(0x085, &[0x30, 0x81, 0x11, 1, 0, 0, 0, 0]))));
+    // Its return ends the error; heartbeats of others do not, and are not received.
+    slave.run_until(ms(500));
+    slave.clear();
+    slave.receive(NOMINAL, 0x702, &[0x05]);
+    assert_eq!((slave.times(NOMINAL, 0x085), slave.node.counters().ignored), (vec![], 1));
+    slave.receive(NOMINAL, 0x701, &[0x05]);
+    slave.run_until(ms(501));
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x085, &[0, 0, 0, 0x30, 0x81, 1, 0, 0]))]);
 }
 
 #[test]
@@ -168,4 +176,38 @@ fn is_written_by_its_application_as_by_a_client() {
     assert!(beats.len() >= 5 && beats.windows(2).all(|two| two[1] - two[0] == 40), "{beats:?}");
     assert_eq!(slave.write((0x6000, 1), &[0, 0]), Err(AbortCode::NoSubIndex));
     assert!(!slave.node.is_stamped(NOMINAL, &frame(0x080, &[])), "it has no clock");
+}
+
+/// Given a node without heartbeats, when its client falls silent in a download, then the SDO timeout of 500 ms ends it by itself.
+#[test]
+fn aborts_a_transfer_that_does_not_go_on() {
+    let mut slave = operational();
+    slave.receive(NOMINAL, 0x605, &[0x2B, 0x17, 0x10, 0, 0, 0, 0, 0]);
+    slave.run_until(ms(10));
+    slave.receive(NOMINAL, 0x605, &[0x21, 0x00, 0x62, 0, 2, 0, 0, 0]);
+    slave.clear();
+    slave.run_until(ms(509));
+    assert_eq!(sent(&slave), []);
+    slave.run_until(ms(510));
+    assert_eq!(sent(&slave), [(0x585, vec![0x80, 0x00, 0x62, 0, 0, 0, 0x04, 0x05])]);
+}
+
+/// CiA 301 7.2.4.3.17: too long, too short. A length that is not told fits.
+#[test]
+fn takes_a_number_of_its_length_alone() {
+    let mut slave = operational();
+    let [long, short] = [0x0607_0012_u32, 0x0607_0013].map(u32::to_le_bytes);
+    for (command, code) in
+        [(0x2F, Some(short)), (0x27, Some(long)), (0x23, Some(long)), (0x2B, None), (0x22, None)]
+    {
+        slave.clear();
+        slave.receive(NOMINAL, 0x605, &[command, 0x00, 0x62, 0, command, 0x12, 0, 0]);
+        let answer = match code {
+            Some([a, b, c, d]) => vec![0x80, 0x00, 0x62, 0, a, b, c, d],
+            None => vec![0x60, 0x00, 0x62, 0, 0, 0, 0, 0],
+        };
+        assert_eq!(sent(&slave), [(0x585, answer)], "{command:02X}h");
+        let taken = if code.is_some() { 0 } else { u16::from_le_bytes([command, 0x12]) };
+        assert_eq!(slave.node.objects().application.output, taken, "{command:02X}h");
+    }
 }

@@ -1,7 +1,8 @@
 //! Frames, COB-IDs, filters, buses.
 
+use ecss_can::link::Stamp;
 use ecss_can::link::port::{Filter, is_urgent};
-use ecss_can::types::{Bus, CobId, Frame, FrameError};
+use ecss_can::types::{Bus, CobId, FineInstant, Frame, FrameError};
 
 use crate::bench::{frame, node};
 
@@ -69,4 +70,22 @@ fn the_alternate_bus_is_always_the_other_one() {
         assert_eq!(Bus::from_bdefault(bus.bdefault()), Some(bus));
     }
     assert_eq!(Bus::from_bdefault(2), None);
+}
+
+/// 84 counts in a microsecond, which has 256 parts: a part is a third of a count. The low word wraps after 51 s.
+#[test]
+fn a_stamp_has_the_low_word_of_its_timer() {
+    for (micros, part, low) in [
+        (0, 0, 0),
+        (0, 1, 0),
+        (0, 2, 1),
+        (0, 128, 42),
+        (0, 255, 84),
+        (1_000, 64, 84_021),
+        (51_130_563, 0, 4_294_967_292),
+        (51_130_563, 128, 38),
+    ] {
+        let stamp = Stamp::captured(FineInstant::from_units(micros * 256 + part));
+        assert_eq!(stamp.low::<84>(), low, "{micros} us and {part}/256");
+    }
 }

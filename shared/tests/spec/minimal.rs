@@ -502,3 +502,55 @@ fn a_frame_is_judged_as_of_its_end() {
     assert!(!slave.events.contains(&MinimalEvent::MasterMissed { bus: NOMINAL }), "it came in time");
     assert_eq!(slave.node.deadline(), Some(ms(245) + span(250)));
 }
+
+/// The application learns of each controller what ECSS 5.6.2 asks for, also when recovery is given up and when a controller does
+/// not obey.
+///
+/// Verifies: ECSS 5.6.2b, 5.6.2c
+#[test]
+fn the_state_of_its_controllers_is_told() {
+    let mut slave = powered::<Probe>();
+    let health = |state, tec| Health { state, tec, rec: 3, last_error: LastError::Stuff };
+    let passive = health(ErrorState::Passive, 130);
+    slave.health(REDUNDANT, passive);
+    assert_eq!(slave.events, [MinimalEvent::Health { bus: REDUNDANT, health: passive }]);
+    assert_eq!((slave.node.health()[REDUNDANT], slave.node.health()[NOMINAL]), (passive, Health::default()));
+    slave.clear();
+    slave.link(NOMINAL, LinkEvent::Stalled);
+    assert_eq!(slave.events, [MinimalEvent::BusStalled { bus: NOMINAL }]);
+    slave.clear();
+    let off = health(ErrorState::BusOff, 255);
+    for at in 1..=u64::from(numbers().bus_off.attempts) {
+        slave.run_until(ms(10 * at));
+        slave.health(NOMINAL, off);
+        slave.health(NOMINAL, Health::default());
+    }
+    assert!(slave.events.iter().all(|event| matches!(event, MinimalEvent::Health { bus: NOMINAL, .. })));
+    slave.clear();
+    slave.health(NOMINAL, off);
+    let told = MinimalEvent::Health { bus: NOMINAL, health: off };
+    assert_eq!(slave.events, [told, MinimalEvent::BusFailed { bus: NOMINAL }]);
+}
+
+/// Given a slave on one of two buses whose controller is switched, then it obeys there alone.
+#[test]
+fn numbers_of_one_controller_are_those_of_selective_access() {
+    let one = numbers().on_one_bus();
+    assert_eq!(one, Numbers { access: BusAccess::Selective, ..numbers() });
+    let mut slave = Bench::new(MinimalSlave::new(node(5), one.without_heartbeat(), Probe::default()));
+    assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join)]);
+    slave.receive(REDUNDANT, 0x205, &[1]);
+    slave.receive(REDUNDANT, 0x701, &[5]);
+    assert_eq!((slave.node.device().commands.len(), slave.node.counters()[REDUNDANT].ignored), (0, 2));
+    assert_eq!(slave.node.active(), NOMINAL);
+}
+
+/// The answer of a device names a telemetry that follows SYNC, one that is not in use, and one that no node has.
+#[test]
+fn answers_that_name_a_telemetry_that_is_not_there_are_counted() {
+    let mut slave = powered::<Cyclic>();
+    for number in [1, 3, 9] {
+        slave.receive(NOMINAL, 0x181, &[REQUEST, number]);
+    }
+    assert_eq!((slave.frames(), slave.node.counters()[NOMINAL].refused), (vec![], 3));
+}

@@ -12,6 +12,7 @@ use ecss_can::types::{Bus, Frame, NmtState};
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
 use crate::console::{self, Console};
 use crate::instrument::STANDARD;
+use crate::manager::ALONE;
 
 type Board = Bench<Master<Console, TwoBoards>>;
 
@@ -143,6 +144,22 @@ fn a_standby_takes_over_where_the_master_was_heard_last() {
     assert_eq!((status.active, status.state), (REDUNDANT, NmtState::Operational));
     fly_until(&mut board, 5_000);
     assert!(board.sent.iter().all(|sent| sent.bus == REDUNDANT));
+}
+
+/// Given a board that told of no acknowledgement while it was the standby, when it takes over, then that counts no more: the bus
+/// is left after 2 ms without one, not at once.
+#[test]
+fn what_a_standby_knew_of_its_controllers_moves_no_bus() {
+    let mut board = standing_by();
+    board.health(REDUNDANT, ALONE);
+    assert_eq!(board.events.last(), Some(&MasterEvent::Health { bus: REDUNDANT, health: ALONE }));
+    board.clear();
+    fly_until(&mut board, 1_400);
+    assert_eq!(board.frames(), [(REDUNDANT, frame(0x701, &[0])), (REDUNDANT, heartbeat())]);
+    board.clear();
+    board.transmitted(REDUNDANT, heartbeat());
+    board.run_until(ms(1_450));
+    assert_eq!(board.controls, []);
 }
 
 /// Given an active master that nobody acknowledges, when its SYNC is repeated and its heartbeat does not get out, then the

@@ -5,8 +5,10 @@
 use std::panic::{UnwindSafe, catch_unwind};
 
 use ecss_can::node::NodeObjects;
-use ecss_can::od::{Field, Fields, NO_REMOTE, Object, Objects};
-use ecss_can::pdo::{CobIdOf, Direction, Layout, PdoParameters, Rpdo, Tpdo, rules};
+use ecss_can::od::{DataType, Field, Fields, NO_REMOTE, Object, Objects};
+use ecss_can::pdo::{
+    CobIdOf, Direction, Layout, PdoObjects, PdoParameters, PdoSet, PdoSlots, Rpdo, Tpdo, rules,
+};
 use ecss_can::types::{Address, CobId, NodeId};
 
 use super::device::{Device, entry};
@@ -117,4 +119,56 @@ fn the_last_object_in_a_row_has_index_ffff() {
 
 fn object_6000() -> &'static Object {
     Device::object(0x6000).unwrap().0
+}
+
+/// CiA 301 7.5.2.35 and 7.5.2.37: sub 3 of 1800h counts 100 us, sub 5 of both milliseconds.
+#[test]
+fn timers_of_a_set_are_in_the_objects_at_power_on() {
+    let received = vec![Rpdo::new(1, ID).skip(DataType::Unsigned8).event_timer(250)];
+    let sent = vec![Tpdo::new(2, ID).map(value()).inhibit(100).event_timer(20)];
+    let set = PdoSet::new(received.leak(), sent.leak());
+    assert_eq!((set.rpdos()[0].slot(), set.tpdos()[0].slot()), (0, 1));
+    let objects: PdoObjects = PdoObjects::at_power_on(NodeId::of::<5>(), &set);
+    assert_eq!(objects.rpdos[0].event_timer, 250);
+    assert_eq!((objects.tpdos[1].inhibit, objects.tpdos[1].event_timer), (100, 20));
+}
+
+/// ECSS Table 6-1 and CiA 301 7.5.2.36: 512 PDOs each way, of 64 bits in 8 values at most. A transmit PDO is not the EMCY of a node.
+#[test]
+fn a_pdo_beyond_its_limits_does_not_compile() {
+    for number in [0, 1, 512, 513] {
+        assert_eq!(compiles(|| Rpdo::new(number, ID)), matches!(number, 1 | 512), "{number}");
+    }
+    assert!(compiles(|| Rpdo::new(1, CobIdOf::node(0x080))));
+    assert!(!compiles(|| Tpdo::new(1, CobIdOf::node(0x080))));
+    let skips = |data_type, values| {
+        compiles(move || (0..values).fold(Rpdo::new(1, ID), |pdo, _| pdo.skip(data_type)))
+    };
+    assert!(skips(DataType::Unsigned32, 2) && !skips(DataType::Unsigned32, 3));
+    assert!(skips(DataType::Unsigned8, 8) && !skips(DataType::Boolean, 9));
+    assert!(!skips(DataType::Real32, 1), "CiA 301 7.4.8.2 has no dummy of that type");
+}
+
+/// The slots of a device, and the objects of its dictionary, bound its set.
+#[test]
+fn a_set_beyond_its_device_does_not_compile() {
+    type Node = NodeObjects<Device>;
+    let sends = |number, field| {
+        let set = PdoSet::new(&[], vec![Tpdo::new(number, ID).map(field)].leak());
+        compiles(move || set.assert_within::<PdoObjects<1, 2>>(Node::DECLARED))
+    };
+    assert!(sends(2, value()) && !sends(3, value()));
+    let elsewhere = Fields::<()>::of(&Object { index: 0x5FFF, ..*object_6000() }).sub(1);
+    assert!(!sends(1, elsewhere), "5FFFh is not there");
+    let receives = |number| {
+        let set = PdoSet::new(vec![Rpdo::new(number, ID).skip(DataType::Boolean)].leak(), &[]);
+        compiles(move || set.assert_within::<PdoObjects<1, 2>>(Node::DECLARED))
+    };
+    assert!(receives(1) && !receives(2));
+}
+
+/// One that a transmit PDO carries.
+fn value() -> Field {
+    let mut fields = fields().into_iter();
+    fields.find(|field| compiles(|| Tpdo::new(1, ID).map(*field))).expect("there is one")
 }

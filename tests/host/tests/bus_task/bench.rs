@@ -9,9 +9,10 @@ use can_wire::time::Time;
 use ecss_can::link::port::Filter;
 use ecss_can::link::queue::Outgoing;
 use ecss_can::node::{BusCommand, FailCause, Filters, LinkEvent, Node, Outbox, Usual};
-use ecss_can::runner::{Handle, Resources, Runners, Telltale};
+use ecss_can::runner::{Handle, Resources, Runners, Single, SingleRunners, Telltale};
 use ecss_can::types::{Bus, CobId, Duration, Frame, Instant, PerBus};
 use futures_executor::LocalPool;
+use futures_util::future::LocalBoxFuture;
 use futures_util::task::LocalSpawnExt;
 use host_worlds::MockBoard;
 use host_worlds::clock::MockClock;
@@ -74,7 +75,7 @@ pub struct Bench {
     pub timeline: Rc<Timeline>,
     pub wire: MockPort,
     pub node: Handle<MockBoard, Probe>,
-    runners: Option<Runners<MockBoard, Probe>>,
+    tasks: Vec<LocalBoxFuture<'static, ()>>,
     pub probe: Probe,
 }
 
@@ -92,7 +93,28 @@ impl Bench {
         let telltale: &Telltale = Box::leak(Box::default());
         let resources: &Resources<MockBoard, Probe> = Box::leak(Box::default());
         let (node, _, runners) = resources.start(|| probe.clone(), ports, clock, telltale);
-        Bench { pool: LocalPool::new(), timeline, wire, node, runners: Some(runners), probe }
+        let Runners { nominal, redundant, due } = runners;
+        let tasks: Vec<LocalBoxFuture<'static, ()>> = vec![
+            Box::pin(async { nominal.run().await }),
+            Box::pin(async { redundant.run().await }),
+            Box::pin(async { due.run().await }),
+        ];
+        Bench { pool: LocalPool::new(), timeline, wire, node, tasks, probe }
+    }
+
+    /// A node that has no other bus.
+    pub fn on_one_bus() -> Bench {
+        let probe = Probe { replies: 1, ..Probe::default() };
+        let timeline = Timeline::new();
+        let clock = MockClock::power_on(timeline.clone(), 0);
+        let wire = MockPort::new(clock.clone());
+        let telltale: &Telltale = Box::leak(Box::default());
+        let resources: &Single<MockBoard, Probe> = Box::leak(Box::default());
+        let port = BoardPort::Own(wire.clone());
+        let (node, _, SingleRunners { bus, due }) = resources.start(|| probe.clone(), port, clock, telltale);
+        let tasks: Vec<LocalBoxFuture<'static, ()>> =
+            vec![Box::pin(async { bus.run().await }), Box::pin(async { due.run().await })];
+        Bench { pool: LocalPool::new(), timeline, wire, node, tasks, probe }
     }
 
     /// Running, on the bus.
@@ -104,13 +126,8 @@ impl Bench {
     }
 
     pub fn start(&mut self) {
-        let Runners { nominal, redundant, due } = self.runners.take().expect("started once");
         let spawner = self.pool.spawner();
-        let spawned = [
-            spawner.spawn_local(async { nominal.run().await }),
-            spawner.spawn_local(async { redundant.run().await }),
-            spawner.spawn_local(async { due.run().await }),
-        ];
+        let spawned: Vec<_> = self.tasks.drain(..).map(|task| spawner.spawn_local(task)).collect();
         assert!(spawned.iter().all(Result::is_ok), "the pool lives");
         self.pool.run_until_stalled();
     }

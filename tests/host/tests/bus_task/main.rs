@@ -401,3 +401,20 @@ fn too_few_filters_admit_every_frame() {
         assert_eq!(!bench.probe.told.borrow().is_empty(), is_admitted, "{filters} filters");
     }
 }
+
+/// Given a node that has one bus, then its tasks join that bus, send, and answer what they receive, as those of two do.
+#[test]
+fn a_node_on_one_bus_sends_and_receives() {
+    let mut bench = Bench::on_one_bus();
+    assert!(!bench.is_on_bus());
+    bench.start();
+    bench.see_eleven_recessive_bits();
+    assert!(bench.is_on_bus());
+    bench.send(0x701, 1);
+    bench.send(0x080, 2);
+    assert_eq!(bench.drain(), [(0x080, 2), (0x701, 1)]);
+    bench.receive_heartbeats(7..8);
+    assert_eq!(bench.received(), [7]);
+    assert_eq!(bench.drain(), [(0x385, 0)]);
+    assert_eq!(bench.transmitted(), 3);
+}

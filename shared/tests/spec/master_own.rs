@@ -1,0 +1,130 @@
+//! What the master has as a device of its own: SDO server, self-test, last reset, state of its controllers, commands in 1F82h.
+
+use ecss_can::emcy::PostMortem;
+use ecss_can::link::port::{ErrorState, Health, LastError};
+use ecss_can::node::{LinkEvent, MasterEvent, SelfTest};
+use ecss_can::types::Duration;
+
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::console;
+use crate::instrument::STANDARD;
+use crate::master_device::{powered, read, write};
+
+/// What it sent as an SDO server since the last clear.
+fn answers(master: &Bench<Master>) -> Vec<[u8; 8]> {
+    let sent = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x581);
+    sent.map(|sent| sent.frame.padded()).collect()
+}
+
+/// CiA 302-2, object 1F82h: 4 stop, 5 start, 6 reset node, 7 reset communication, 127 Pre-operational; sub-index 128 is all
+/// nodes. CiA 301 7.3.2.2: the commands on the bus.
+#[test]
+fn each_value_of_request_nmt_is_a_command() {
+    for (value, command) in [(4, 0x02), (5, 0x01), (6, 0x81), (7, 0x82), (127, 0x80)] {
+        for (sub, target) in [(2, 2), (127, 127), (128, 0)] {
+            let mut master = powered(&STANDARD);
+            assert_eq!(write(&mut master, 0x1F82, sub, value, 1), Ok(()));
+            assert!(
+                master.frames().contains(&(NOMINAL, frame(0x000, &[command, target]))),
+                "{value} to {sub}"
+            );
+        }
+    }
+}
+
+/// CiA 301 7.2.4.3.3: a number may come in a segment, too.
+#[test]
+fn a_number_is_downloaded_in_a_segment() {
+    let mut master = powered(&STANDARD);
+    master.receive(NOMINAL, 0x601, &[0x21, 0x06, 0x10, 0, 4, 0, 0, 0]);
+    assert_eq!(answers(&master), [[0x60, 0x06, 0x10, 0, 0, 0, 0, 0]]);
+    assert_eq!(master.node.objects().communication.sync.cycle_period, 100_000);
+    // Three of seven bytes do not count, and no segment follows.
+    master.clear();
+    master.receive(NOMINAL, 0x601, &[0x07, 0x20, 0x4E, 0, 0, 0, 0, 0]);
+    assert_eq!(answers(&master), [[0x20, 0, 0, 0, 0, 0, 0, 0]]);
+    assert_eq!(read(&mut master, 0x1006, 0), 20_000);
+}
+
+/// Given a transfer that its client does not go on with, then it is aborted after the SDO timeout (0504 0000h).
+#[test]
+fn a_client_that_falls_silent_is_aborted() {
+    let mut master = powered(&STANDARD);
+    master.receive(NOMINAL, 0x601, &[0x21, 0x06, 0x10, 0, 4, 0, 0, 0]);
+    master.clear();
+    master.run_until(ms(1) + STANDARD.sdo_timeout - Duration::from_micros(1));
+    assert_eq!(answers(&master), [[0; 8]; 0]);
+    master.run_until(ms(1) + STANDARD.sdo_timeout);
+    assert_eq!(answers(&master), [[0x80, 0x06, 0x10, 0, 0, 0, 0x04, 0x05]]);
+}
+
+/// CiA 301 7.2.4.3: requests have eight bytes.
+#[test]
+fn a_request_of_another_length_is_counted_and_not_answered() {
+    let mut master = powered(&STANDARD);
+    master.receive(NOMINAL, 0x601, &[0x40, 0x06, 0x10, 0]);
+    assert_eq!(answers(&master), [[0; 8]; 0]);
+    assert_eq!(master.node.status(master.now).counters.nominal.malformed, 1);
+}
+
+/// Verifies: ECSS 6.7b
+#[test]
+fn the_result_of_its_self_test_is_in_the_dictionary() {
+    let mut master = powered(&STANDARD);
+    let result = SelfTest { progress: SelfTest::FAILED, failures: 0x12 };
+    master.touch(|master, now| master.report_self_test(result, now));
+    assert_eq!(
+        (read(&mut master, 0x2031, 1), read(&mut master, 0x2031, 2)),
+        (u32::from(SelfTest::FAILED), 0x12)
+    );
+}
+
+/// Given a record of the last reset, then an emergency follows the boot-up message: 6100h, generic (01h), program counter.
+///
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn its_last_reset_is_reported() {
+    let mut master = Bench::new(console::master(&STANDARD, None));
+    let record = PostMortem { cause: PostMortem::WATCHDOG, row: 3, pc: 0x0800_1234, ..PostMortem::default() };
+    master.touch(|master, _| master.set_post_mortem(record));
+    // 1014h of this device is not valid at power-on.
+    assert_eq!(master.write((0x1014, 0), &[0x81, 0, 0, 0]), Ok(()));
+    let boot_up = frame(0x701, &[0]);
+    assert!(master.frames().contains(&(NOMINAL, boot_up)));
+    master.transmitted(NOMINAL, boot_up);
+    master.run_until(ms(50));
+    let emergency = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x081).expect("an emergency");
+    assert_eq!(emergency.frame.data(), [0x00, 0x61, 0x01, PostMortem::WATCHDOG, 0x34, 0x12, 0x00, 0x08]);
+    assert_eq!((read(&mut master, 0x2032, 2), read(&mut master, 0x2032, 3)), (3, 0x0800_1234));
+}
+
+/// Verifies: ECSS 5.6.2c
+#[test]
+fn a_controller_that_fails_is_told_once_and_its_bus_is_left() {
+    let mut master = powered(&STANDARD);
+    master.clear_events();
+    master.link(REDUNDANT, LinkEvent::Stalled);
+    assert_eq!(master.events, [MasterEvent::BusStalled { bus: REDUNDANT }]);
+    let health = |state, tec| Health { state, tec, rec: 0, last_error: LastError::BitRecessive };
+    let mut failed = 0;
+    for at in 1..=u64::from(STANDARD.bus_off.attempts) + 1 {
+        assert_eq!((master.node.status(master.now).active, failed), (NOMINAL, 0));
+        master.run_until(ms(1 + 5 * at));
+        master.clear();
+        master.health(NOMINAL, health(ErrorState::BusOff, 255));
+        failed +=
+            master.events.iter().filter(|event| **event == MasterEvent::BusFailed { bus: NOMINAL }).count();
+        if failed == 0 {
+            master.health(NOMINAL, Health::default());
+        }
+    }
+    assert_eq!((master.node.status(master.now).active, failed), (REDUNDANT, 1));
+}
+
+/// Data sheets are written from the dictionary of a master that never ran.
+#[test]
+fn its_dictionary_is_there_without_it() {
+    let objects = console::master(&STANDARD, None).into_objects();
+    assert_eq!(objects.communication.heartbeat.time, 100);
+    assert_eq!(objects.consumers.consumer_heartbeat[0], u32::from(node(2).get()) << 16 | 250);
+}
