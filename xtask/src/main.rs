@@ -9,8 +9,10 @@ mod eds;
 mod firmware;
 mod flash;
 mod licences;
+mod mutants;
 mod pictures;
 mod selftest;
+mod tool;
 
 use std::process::ExitCode;
 
@@ -53,7 +55,9 @@ enum Command {
     /// Trace requirements of the standard to tests: docs/compliance.md
     Compliance(compliance::Options),
     /// Check licences, versions and sources of all packages with cargo-deny
-    Licences(licences::Options),
+    Licences(tool::Source),
+    /// Change the protocol crate on purpose, in many places one by one: its tests must find it
+    Mutants(mutants::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware::Options),
 }
@@ -85,6 +89,7 @@ fn main() -> ExitCode {
         Command::Eds(options) => eds::run(&options),
         Command::Compliance(options) => compliance::run(&options),
         Command::Licences(options) => licences::run(&options),
+        Command::Mutants(options) => mutants::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
     };
     match outcome {

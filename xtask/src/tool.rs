@@ -1,0 +1,88 @@
+//! Programs of others, which the registry of crates has.
+
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, bail, ensure};
+use clap::Args;
+
+use support::{output, project};
+
+/// A program as it is pinned.
+pub struct Tool {
+    pub program: &'static str,
+    pub version: &'static str,
+    /// The subcommand of `cargo xtask` that needs it.
+    pub subcommand: &'static str,
+    /// How long the build takes on two cores, in words.
+    pub takes: &'static str,
+    /// More arguments of `cargo install`.
+    pub arguments: &'static [&'static str],
+}
+
+/// Where it is, and whether it may be built.
+#[derive(Args, Debug)]
+pub struct Source {
+    /// Build the program that this needs where it is missing: a minute or two on two cores, from the registry of crates
+    #[arg(long)]
+    install: bool,
+
+    /// Where that program is looked for when it is not in PATH, and installed [default: target/tools] of the project
+    #[arg(long, value_name = "DIR", default_value_os_t = project::path("target/tools"), hide_default_value = true)]
+    root: PathBuf,
+}
+
+impl Tool {
+    /// The program in PATH, else the installed one.
+    ///
+    /// # Errors
+    /// When it is missing and may not be built, or cannot be.
+    pub fn find(&self, source: &Source) -> anyhow::Result<PathBuf> {
+        let Tool { program, subcommand, takes, .. } = self;
+        let installed = source.root.join("bin").join(program);
+        for program in [Path::new(program), &installed] {
+            if is_there(program)? {
+                return Ok(program.into());
+            }
+        }
+        if !source.install {
+            bail!(
+                "{program} is neither in PATH nor in {}: `cargo xtask {subcommand} --install` builds it there in {takes}, \
+                 `cargo install {program} --locked` for all projects",
+                project::shown(&source.root)
+            );
+        }
+        self.install(&source.root)?;
+        Ok(installed)
+    }
+
+    /// Without optimisation: what these programs do themselves takes a second either way, and the build a third of the time.
+    fn install(&self, root: &Path) -> anyhow::Result<()> {
+        let Tool { program, version, takes, .. } = self;
+        output::note(format_args!(
+            "building {program} {version} in {}, {takes} on two cores",
+            project::shown(root)
+        ));
+        let mut cargo = Command::new("cargo");
+        firmware_images::clean(&mut cargo)
+            .args(["install", program, "--version", version, "--locked", "--debug"])
+            .args(self.arguments)
+            .arg("--root")
+            .arg(root)
+            .env("CARGO_PROFILE_DEV_DEBUG", "0")
+            .current_dir(project::path(""));
+        let status = cargo.status().context("cannot run cargo")?;
+        ensure!(status.success(), "cargo install {program} failed ({status})");
+        Ok(())
+    }
+}
+
+fn is_there(program: &Path) -> anyhow::Result<bool> {
+    let version = Command::new(program).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+    match version {
+        Ok(status) => Ok(status.success()),
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),
+        Err(error) => Err(error).with_context(|| format!("cannot run {}", program.display())),
+    }
+}
