@@ -20,6 +20,9 @@ struct Channel {
     /// Output
     #[object(0x6200, rww, pdo)]
     output: u16,
+    /// Scale
+    #[object(0x6300, rw)]
+    scale: u32,
 }
 
 impl Device for Channel {
@@ -210,4 +213,16 @@ fn takes_a_number_of_its_length_alone() {
         let taken = if code.is_some() { 0 } else { u16::from_le_bytes([command, 0x12]) };
         assert_eq!(slave.node.objects().application.output, taken, "{command:02X}h");
     }
+}
+
+/// CiA 301 7.2.4.3.3: the four bytes of the first frame are the length of what follows in segments.
+#[test]
+fn takes_a_number_that_comes_in_a_segment() {
+    let mut slave = operational();
+    slave.receive(NOMINAL, 0x605, &[0x21, 0x00, 0x63, 0, 4, 0, 0, 0]);
+    assert_eq!(slave.node.objects().application.scale, 0);
+    slave.receive(NOMINAL, 0x605, &[0x07, 0x78, 0x56, 0x34, 0x12, 0, 0, 0]);
+    assert_eq!(slave.node.objects().application.scale, 0x1234_5678);
+    let answers = [[0x60, 0x00, 0x63, 0, 0, 0, 0, 0], [0x20, 0, 0, 0, 0, 0, 0, 0]];
+    assert_eq!(sent(&slave), answers.map(|answer| (0x585, answer.to_vec())));
 }
