@@ -10,6 +10,7 @@ use support::project;
 const DENY: Tool = Tool {
     program: "cargo-deny",
     version: "0.20.2",
+    asked: &["--version"],
     subcommand: "licences",
     takes: "about a minute",
     arguments: &["--no-default-features"],

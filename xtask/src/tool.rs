@@ -13,6 +13,8 @@ use support::{output, project};
 pub struct Tool {
     pub program: &'static str,
     pub version: &'static str,
+    /// Arguments with which it tells its version.
+    pub asked: &'static [&'static str],
     /// The subcommand of `cargo xtask` that needs it.
     pub subcommand: &'static str,
     /// How long the build takes on two cores, in words.
@@ -39,10 +41,10 @@ impl Tool {
     /// # Errors
     /// When it is missing and may not be built, or cannot be.
     pub fn find(&self, source: &Source) -> anyhow::Result<PathBuf> {
-        let Tool { program, subcommand, takes, .. } = self;
+        let Tool { program, asked, subcommand, takes, .. } = self;
         let installed = source.root.join("bin").join(program);
         for program in [Path::new(program), &installed] {
-            if is_there(program)? {
+            if is_there(program, asked)? {
                 return Ok(program.into());
             }
         }
@@ -78,8 +80,8 @@ impl Tool {
     }
 }
 
-fn is_there(program: &Path) -> anyhow::Result<bool> {
-    let version = Command::new(program).arg("--version").stdout(Stdio::null()).stderr(Stdio::null()).status();
+fn is_there(program: &Path, asked: &[&str]) -> anyhow::Result<bool> {
+    let version = Command::new(program).args(asked).stdout(Stdio::null()).stderr(Stdio::null()).status();
     match version {
         Ok(status) => Ok(status.success()),
         Err(error) if error.kind() == ErrorKind::NotFound => Ok(false),

@@ -19,7 +19,8 @@ fn fake(folder: &Path, caught: [&str; 2]) {
     let here = folder.display();
     let script = format!(
         r#"#!/bin/sh
-[ "$1" = --version ] && exit 0
+[ "$1" = mutants ] || exit 1
+[ "$2" = --version ] && exit 0
 config=$(basename "$3")
 [ "$4" = --list ] && exec cat {here}/list
 echo "$@" >> {here}/arguments
@@ -69,6 +70,10 @@ fn what_the_tests_by_clause_miss_meets_all_tests() {
     assert!(
         calls[0].contains("with 0$") && calls[0].contains("replace one") && !calls[1].contains("replace one")
     );
+
+    let output = run(here.path(), &["--by-clause", "--at-least", "33"]);
+    assert!(stdout(&output).contains("1 of 3 mutants caught"), "{}", stdout(&output));
+    assert_eq!(output.status.code(), Some(0));
 
     let output = run(here.path(), &["--at-least", "67"]);
     let stderr = String::from_utf8_lossy(&output.stderr);

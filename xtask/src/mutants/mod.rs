@@ -19,6 +19,7 @@ use support::{output, project};
 const MUTANTS: Tool = Tool {
     program: "cargo-mutants",
     version: "27.1.0",
+    asked: &["mutants", "--version"],
     subcommand: "mutants",
     takes: "a minute and a half",
     arguments: &[],
@@ -42,6 +43,10 @@ pub struct Options {
     /// Least share of mutants that tests must catch, in percent
     #[arg(long, value_name = "PERCENT", default_value_t = 85, value_parser = value_parser!(u8).range(0..=100))]
     at_least: u8,
+
+    /// Run the tests by clause alone: what they miss counts as missed
+    #[arg(long)]
+    by_clause: bool,
 
     /// Print the sample and end
     #[arg(long)]
@@ -73,7 +78,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
 
     let outcome = attempt(&program, &sample, CLAUSES, &options.out)?;
     let outcome = match outcome.missed.clone() {
-        none if none.is_empty() => outcome,
+        missed if missed.is_empty() || options.by_clause => outcome,
         missed => outcome.after(attempt(&program, &missed, ALL, &options.out)?),
     };
     report(&outcome, sample.len(), options.at_least)
@@ -96,6 +101,10 @@ fn attempt<'a>(
 
     let mut command = cargo_mutants(program, config);
     command.args(["--shuffle", "--output"]).arg(&folder).arg("--in-diff").arg(&diff);
+    if config == ALL {
+        // cargo-mutants would run the baseline with the tests of the mutated package alone. Without one it guesses no time.
+        command.args(["--baseline", "skip", "--timeout", "300"]);
+    }
     command.args(mutants.iter().flat_map(|mutant| ["--re".to_owned(), selection::expression(mutant.name)]));
     let status = command.status().with_context(cannot_run)?;
     // 2: some were missed, 3: a test did not end.
