@@ -25,6 +25,7 @@ pub struct Counters {
 }
 
 /// So many heartbeats of the master (slave) or SYNCs (master) after each other the statistics are logged.
+#[cfg(feature = "defmt")]
 const LOGGED_EVERY: u32 = 100;
 
 impl Counters {
