@@ -222,3 +222,6 @@ impl Arrivals {
         lines.chain(self.glitches.into_iter().map(|Reverse(arrival)| arrival))
     }
 }
+
+#[cfg(test)]
+mod tests;
