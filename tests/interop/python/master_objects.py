@@ -4,11 +4,11 @@ import unittest
 
 import canopen
 
-from objects import INVALID_VALUE, PRODUCER, Walk
+from objects import FREE, INVALID, INVALID_VALUE, PRODUCER, Walk
 from spacecraft import MASTER_EDS, OPERATIONAL, PATIENCE, PRE_OPERATIONAL, Test
 
 SLAVES = (2, 3, 4)
-STARTUP, ASSIGNMENT, REQUEST = 0x1F80, 0x1F81, 0x1F82
+EMERGENCIES, STARTUP, ASSIGNMENT, REQUEST = 0x1028, 0x1F80, 0x1F81, 0x1F82
 #: Bit 3 of an assignment: SYNC waits for the slave, which means nothing where there is none.
 MANDATORY = 1 << 3
 #: Request: node 0.
@@ -47,6 +47,11 @@ class MasterObjects(Test):
         walk.exchange(STARTUP, 0, walk.number(STARTUP))
         for node in range(1, 128):
             walk.exchange(ASSIGNMENT, node, walk.number(ASSIGNMENT, node) ^ MANDATORY)
+        # Emergencies of a node have its COB-ID, or are not consumed; the master does not consume its own.
+        walk.refuses_write(INVALID_VALUE, EMERGENCIES, 1, 0x81)
+        for node in range(1, 128):
+            walk.refuses_write(INVALID_VALUE, EMERGENCIES, node, FREE)
+            walk.exchange(EMERGENCIES, node, INVALID)
         # What is read there is a state, what is written a command: slaves that run are started, others are not there.
         for node in range(1, ALL + 1):
             state = walk.number(REQUEST, node)
