@@ -182,6 +182,9 @@ fn perform(scene: &mut impl Scene, fault: &Fault, act: Act, seed: u64) {
     }
 }
 
+/// Bytes that a babbling node sends, whatever its COB-ID.
+pub const BABBLED: [u8; 8] = [0x55; 8];
+
 /// A frame of a stranger.
 fn foreign(fault: &Fault) -> WireFrame {
     let id = 0x700 + u16::from(fault.node);
@@ -210,7 +213,7 @@ fn on_wire(fault: &Fault, node: Option<usize>, seed: u64, count: usize) -> [Opti
         }
         Kind::Stuck => [of(WireFault::StuckDominant), of(WireFault::ReleaseDriver)],
         Kind::Babble => {
-            let frame = WireFrame::standard(fault.value as u16 & 0x7FF, &[0x55; 8]);
+            let frame = WireFrame::standard(fault.value as u16 & 0x7FF, &BABBLED);
             [node.map(|node| WireFault::Babble(node, frame)), of(WireFault::StopBabbling)]
         }
         Kind::Drift => {

@@ -22,6 +22,7 @@ use twin::guest::Presence;
 use twin::image::Image;
 use twin::spacecraft::{BoardId, Event, GuestId, LogRecord, Spacecraft, SpacecraftConfig};
 
+use crate::flight::BABBLED;
 use crate::scene::{News, Noted, Reading, Scene, Sent};
 use crate::script::Script;
 
@@ -150,10 +151,8 @@ impl Twin {
 
     /// The time of a slave at the last SYNC.
     fn read_clock(&mut self, sent: &Sent, frame: &WireFrame) {
-        let (Some(node), Some(scet)) = (sent.seat.map(Seat::node), Scet::decode(frame.payload())) else {
-            return;
-        };
-        if node != NodeId::MASTER && sent.id == Some(0x180 + u16::from(node.get())) {
+        let Some(node) = sent.seat.map(Seat::node) else { return };
+        if let Some(scet) = clock(node, sent.id, frame.payload()) {
             self.clocks.push(Reading { at: sent.start, node, scet });
         }
     }
@@ -342,6 +341,12 @@ fn news(node: NodeId, text: &str) -> Option<News> {
     })
 }
 
+/// The time in the first TPDO of a slave. What a controller sends while it babbles is not what the slave sent.
+fn clock(node: NodeId, id: Option<u16>, payload: &[u8]) -> Option<Scet> {
+    let is_telemetry = node != NodeId::MASTER && id == Some(0x180 + u16::from(node.get()));
+    if is_telemetry && payload != BABBLED { Scet::decode(payload) } else { None }
+}
+
 /// "redundant, no longer nominal (Isolated)".
 fn switched(text: &str) -> Option<News> {
     let (to, rest) = text.split_once(", no longer ")?;
@@ -393,5 +398,17 @@ mod tests {
         ] {
             assert_eq!(news(node, text), expected, "{text}");
         }
+    }
+    #[test]
+    fn what_a_node_babbles_is_not_the_time_of_a_slave() {
+        let time = [0x12, 0x34, 0x56, 0x78, 0x9A, 0xBC, 0, 1];
+        let slave = NodeId::of::<3>();
+        assert_eq!(clock(slave, Some(0x183), &time), Scet::decode(&time));
+        assert!(clock(slave, Some(0x183), &time).is_some());
+        assert_eq!(clock(slave, Some(0x183), &BABBLED), None);
+        assert_eq!(clock(slave, Some(0x283), &time), None);
+        assert_eq!(clock(slave, Some(0x182), &time), None);
+        assert_eq!(clock(NodeId::MASTER, Some(0x181), &time), None);
+        assert_eq!(clock(slave, Some(0x183), &time[..3]), None);
     }
 }
