@@ -1,6 +1,7 @@
 //! What every board hands to an image.
 
 use ecss_can::emcy::PostMortem;
+use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::runner::Platform;
 use ecss_can::store::identity::{self, NoNodeId};
 use ecss_can::store::{ParameterStore, RetainedMemory};
@@ -10,11 +11,11 @@ use embassy_stm32::gpio::AnyPin;
 use embassy_stm32::peripherals::FLASH;
 
 use crate::bxcan::Port;
-use crate::common::{Leds, strap_bits};
+use crate::common::{Irqs, Leds, strap_bits, watch};
 use crate::pulse::Pulse;
 use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
-use crate::{Uptime, supervisor};
+use crate::{Resources, Uptime, capture, retained, spare, supervisor};
 
 /// Everything an image needs of the board.
 pub struct Board {
@@ -43,6 +44,48 @@ pub struct Board {
     pub memory: &'static mut [u8],
 }
 
+impl Board {
+    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement), opens the parameter
+    /// store and reads the straps.
+    #[inline(never)] // a stack of its own is a small one, reached by short instructions
+    pub fn new(p: Resources, timing: BitTiming) -> Board {
+        let (post_mortem, from_outside) = watch();
+        let mut store = store(p.flash);
+        let straps = [
+            p.strap_0.into(),
+            p.strap_1.into(),
+            p.strap_2.into(),
+            p.strap_3.into(),
+            p.strap_parity.into(),
+            p.strap_maintenance.into(),
+        ];
+        let Identity { node_id, straps, is_maintenance } =
+            identity(straps, from_outside, store.as_deref_mut());
+        let edges = capture::start(p.tim5, p.nominal_edges, p.redundant_edges, p.dma1_ch2, p.dma1_ch4);
+        // CAN1 first: it holds the filter banks and the clock of both.
+        let nominal = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, edges.nominal);
+        let redundant = Port::new(p.can2, p.redundant_rx, p.redundant_tx, Irqs, timing, edges.redundant);
+        Board {
+            ports: PerBus { nominal, redundant },
+            clock: Uptime,
+            pulse: Pulse::new(p.tim3, p.pulse),
+            leds: Leds::new([
+                p.led_sync.into(),
+                p.led_state.into(),
+                p.led_heartbeat.into(),
+                p.led_time.into(),
+            ]),
+            node_id,
+            straps,
+            is_maintenance,
+            store,
+            retained: retained::take(),
+            post_mortem,
+            memory: spare::take(),
+        }
+    }
+}
+
 impl Platform for Board {
     type Port = Port;
     type Clock = Uptime;
@@ -50,7 +93,7 @@ impl Platform for Board {
 
 /// Opens the parameter store, which may take seconds: see [`store::open`].
 #[inline(never)] // a stack of its own is a small one, reached by short instructions
-pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore + Send)> {
+fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore + Send)> {
     supervisor::feed();
     match store::open(flash) {
         Ok((log, opened)) => {
@@ -68,16 +111,16 @@ pub(crate) fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn Par
 }
 
 /// Who this board is.
-pub(crate) struct Identity {
-    pub node_id: Result<NodeId, NoNodeId>,
-    pub straps: Result<NodeId, StrapError>,
-    pub is_maintenance: bool,
+struct Identity {
+    node_id: Result<NodeId, NoNodeId>,
+    straps: Result<NodeId, StrapError>,
+    is_maintenance: bool,
 }
 
 /// The straps: bits 0 to 3, parity, maintenance mode. They are read after a reset `from_outside`, and are as they were else (ECSS
 /// 6.10g).
 #[inline(never)] // a stack of its own is a small one, reached by short instructions
-pub(crate) fn identity(
+fn identity(
     straps: [Peri<'static, AnyPin>; 6],
     from_outside: bool,
     store: Option<&mut (dyn ParameterStore + Send + 'static)>,

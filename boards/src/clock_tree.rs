@@ -8,13 +8,11 @@ use ecss_can::time::Clock;
 use ecss_can::types::Duration;
 use embassy_stm32::gpio::AnyPin;
 use embassy_stm32::pac::{DBGMCU, FLASH, RCC, TIM2};
-use embassy_stm32::rcc::{
-    AHBPrescaler, APBPrescaler, Hse, HseMode, Pll, PllMul, PllPDiv, PllPreDiv, PllSource, Sysclk,
-};
+use embassy_stm32::rcc::{AHBPrescaler, APBPrescaler, HseMode, Pll, PllMul, PllPDiv, PllSource, Sysclk};
 use embassy_stm32::{Config, Peri, Peripherals};
 
-use crate::Uptime;
 use crate::common::dark;
+use crate::{OSCILLATOR, PREDIV, Resources, Uptime};
 
 /// Looks at HSERDY until HSE is given up. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
 /// 2 ms (DS8626 table 34), the vendor's HAL gives it 100.
@@ -25,16 +23,24 @@ const MILLISECOND: u16 = 16_000 - 1;
 const TURN: u32 = 250 - 1;
 
 /// Starts the clocks and the HAL: SYSCLK 168 MHz, APB1 42 MHz, its timers 84 MHz. One bit timing and one timer rate on all
-/// boards. `prediv` makes 2 MHz of the oscillator, which runs.
+/// boards.
 ///
-/// Inlined, so that the HAL's start is compiled for one constant configuration: 1.6 KB less.
-#[inline(always)]
-pub(crate) fn start(oscillator: Hse, prediv: PllPreDiv) -> Peripherals {
+/// Without its oscillator the board never returns from here: it logs the failure, its LEDs take turns, and both
+/// controllers stay in reset.
+///
+/// # Panics
+/// When called twice.
+pub fn start() -> Peripherals {
+    if !oscillates() {
+        // SAFETY: `Peripherals` were not handed out, and never are from here on.
+        let board = Resources::of(unsafe { Peripherals::steal() });
+        without_oscillator([board.led_sync.into(), board.led_state.into()])
+    }
     let mut config = Config::default();
-    config.rcc.hse = Some(oscillator);
+    config.rcc.hse = Some(OSCILLATOR);
     config.rcc.pll_src = PllSource::HSE;
     config.rcc.pll =
-        Some(Pll { prediv, mul: PllMul::MUL168, divp: Some(PllPDiv::DIV2), divq: None, divr: None });
+        Some(Pll { prediv: PREDIV, mul: PllMul::MUL168, divp: Some(PllPDiv::DIV2), divq: None, divr: None });
     config.rcc.sys = Sysclk::PLL1_P;
     config.rcc.ahb_pre = AHBPrescaler::DIV1;
     config.rcc.apb1_pre = APBPrescaler::DIV4;
@@ -47,8 +53,8 @@ pub(crate) fn start(oscillator: Hse, prediv: PllPreDiv) -> Peripherals {
 }
 
 /// Starts HSE and waits for it, on HSI. Returns whether it runs.
-pub(crate) fn oscillates(oscillator: Hse) -> bool {
-    RCC.cr().modify(|w| w.set_hsebyp(oscillator.mode == HseMode::Bypass));
+fn oscillates() -> bool {
+    RCC.cr().modify(|w| w.set_hsebyp(OSCILLATOR.mode == HseMode::Bypass));
     RCC.cr().modify(|w| w.set_hseon(true));
     (0..HSE_LOOKS).any(|_| RCC.cr().read().hserdy())
 }
@@ -125,7 +131,7 @@ fn can_prefetch() -> bool {
 
 /// The safe state of a board without oscillator: both controllers stay in reset, off their pins, and the LEDs take turns
 /// until the board is reset. The HAL is not started.
-pub(crate) fn without_oscillator(leds: [Peri<'static, AnyPin>; 2]) -> ! {
+fn without_oscillator(leds: [Peri<'static, AnyPin>; 2]) -> ! {
     // TIM2 is the time of the log, which stands at zero, and then the pace of the LEDs.
     RCC.apb1enr().modify(|w| w.set_tim2en(true));
     defmt::error!("HSE does not start: staying off both buses");

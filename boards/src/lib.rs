@@ -62,11 +62,17 @@ mod retained;
 mod spare;
 #[cfg(target_os = "none")]
 mod supervisor;
+#[cfg(target_os = "none")]
+mod wiring;
 
 #[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
-pub use nucleo_f446re::{Resources, start};
+pub use nucleo_f446re::Resources;
+#[cfg(all(target_os = "none", feature = "nucleo-f446re"))]
+use nucleo_f446re::{OSCILLATOR, PREDIV};
 #[cfg(all(target_os = "none", feature = "pyboard-v11"))]
-pub use pyboard_v11::{Resources, start};
+pub use pyboard_v11::Resources;
+#[cfg(all(target_os = "none", feature = "pyboard-v11"))]
+use pyboard_v11::{OSCILLATOR, PREDIV};
 
 #[cfg(target_os = "none")]
 mod image {
@@ -88,7 +94,7 @@ mod image {
 pub use {
     bxcan::Port,
     clock::Uptime,
-    clock_tree::{ClockFault, accelerate, brown_out_level, check_clock},
+    clock_tree::{ClockFault, accelerate, brown_out_level, check_clock, start},
     common::Leds,
     image::TELLTALE,
     image::reset,

@@ -1,12 +1,13 @@
 //! What a board hands to the image of a minimal slave (ECSS 9).
 
+use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::runner::Platform;
 use ecss_can::types::{NodeId, PerBus};
 
-use crate::Uptime;
 use crate::bxcan::Port;
-use crate::common::Leds;
-use crate::straps::StrapError;
+use crate::common::{Irqs, Leds, strap_bits, watch};
+use crate::straps::{self, StrapError};
+use crate::{Resources, Uptime, capture};
 
 /// What a minimal slave needs of its board: no capture of edges, no parameter store, no post-mortem record.
 ///
@@ -20,6 +21,24 @@ pub struct MinimalBoard {
     pub leds: Leds,
     /// Node-ID from the straps.
     pub node_id: Result<NodeId, StrapError>,
+}
+
+impl MinimalBoard {
+    /// Starts the watchdog, puts both controllers into Init mode (silent: not even an acknowledgement) and reads the straps.
+    #[inline(never)] // a stack of its own is a small one, reached by short instructions
+    pub fn new(p: Resources, timing: BitTiming) -> MinimalBoard {
+        let (_, from_outside) = watch();
+        let straps =
+            [p.strap_0.into(), p.strap_1.into(), p.strap_2.into(), p.strap_3.into(), p.strap_parity.into()];
+        let node_id = straps::node_id(strap_bits(straps, from_outside));
+        let edges = capture::start(p.tim5, p.nominal_edges, p.redundant_edges, p.dma1_ch2, p.dma1_ch4);
+        // CAN1 first: it holds the filter banks and the clock of both.
+        let nominal = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, edges.nominal);
+        let redundant = Port::new(p.can2, p.redundant_rx, p.redundant_tx, Irqs, timing, edges.redundant);
+        let leds =
+            Leds::new([p.led_sync.into(), p.led_state.into(), p.led_heartbeat.into(), p.led_time.into()]);
+        MinimalBoard { ports: PerBus { nominal, redundant }, clock: Uptime, leds, node_id }
+    }
 }
 
 impl Platform for MinimalBoard {

@@ -1,5 +1,6 @@
 //! A board of a minimal slave with one CAN controller and two transceivers (ECSS A.4.1, Figure A-6).
 
+use ecss_can::link::bit_timing::BitTiming;
 use ecss_can::link::one_controller::{OneController, Side, TransceiverSwitch};
 use ecss_can::runner::Platform;
 use ecss_can::types::{Bus, NodeId, PerBus};
@@ -7,10 +8,10 @@ use embassy_stm32::Peri;
 use embassy_stm32::gpio::{AnyPin, Level, Output, Speed};
 use embassy_sync::blocking_mutex::raw::ThreadModeRawMutex;
 
-use crate::Uptime;
 use crate::bxcan::Port;
-use crate::common::Leds;
-use crate::straps::StrapError;
+use crate::common::{Irqs, Leds, strap_bits, watch};
+use crate::straps::{self, StrapError};
+use crate::{Resources, Uptime, capture};
 
 /// As [`MinimalBoard`](crate::MinimalBoard), with CAN1 alone: an output pin selects the transceiver of the nominal bus (low) or of
 /// the redundant one (high). CAN2 stays in reset.
@@ -25,6 +26,24 @@ pub struct OneControllerBoard {
     pub leds: Leds,
     /// Node-ID from the straps.
     pub node_id: Result<NodeId, StrapError>,
+}
+
+impl OneControllerBoard {
+    /// Starts the watchdog, selects the nominal bus, puts CAN1 into Init mode (silent: not even an acknowledgement) and reads the
+    /// straps. The pin that sends on the redundant bus elsewhere selects the transceiver here.
+    #[inline(never)] // a stack of its own is a small one, reached by short instructions
+    pub fn new(p: Resources, timing: BitTiming) -> OneControllerBoard {
+        let (_, from_outside) = watch();
+        let straps =
+            [p.strap_0.into(), p.strap_1.into(), p.strap_2.into(), p.strap_3.into(), p.strap_parity.into()];
+        let node_id = straps::node_id(strap_bits(straps, from_outside));
+        let edges = capture::start(p.tim5, p.nominal_edges, p.redundant_edges, p.dma1_ch2, p.dma1_ch4);
+        let controller = Port::new(p.can1, p.nominal_rx, p.nominal_tx, Irqs, timing, edges.nominal);
+        let ports = share(controller, p.redundant_tx.into());
+        let leds =
+            Leds::new([p.led_sync.into(), p.led_state.into(), p.led_heartbeat.into(), p.led_time.into()]);
+        OneControllerBoard { ports, clock: Uptime, leds, node_id }
+    }
 }
 
 /// A bus of a board with one controller. For tasks in thread mode.
@@ -45,7 +64,7 @@ impl TransceiverSwitch for TransceiverPin {
 }
 
 /// The ports of both buses.
-pub(crate) fn share(controller: Port, pin: Peri<'static, AnyPin>) -> PerBus<SharedPort> {
+fn share(controller: Port, pin: Peri<'static, AnyPin>) -> PerBus<SharedPort> {
     let switch = TransceiverPin(Output::new(pin, Level::Low, Speed::Low));
     let shared = OneController::new(controller, switch);
     defmt::unwrap!(cortex_m::singleton!(: OneController<ThreadModeRawMutex, Port, TransceiverPin> = shared))
