@@ -333,6 +333,21 @@ fn an_unexplained_pre_operational_is_started_then_checked() {
     assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
 }
 
+/// Given slaves that run, when another master is active, then what was known of them is old: they are asked again when they are heard
+/// after a takeover.
+#[test]
+fn a_standby_forgets_how_far_its_slaves_were() {
+    let mut boot = running();
+    assert!(!boot.poll(ms(1)) && boot.is_released());
+    boot.stand_by();
+    assert_eq!([TWO, THREE].map(|node| boot.progress(node)), [BootProgress::Awaited; 2]);
+    assert!(!boot.is_released());
+    boot.start(ms(2_000));
+    boot.poll(ms(2_000));
+    boots_up(&mut boot, TWO);
+    identify(&mut boot, 2);
+}
+
 #[test]
 fn a_commanded_pre_operational_is_not_checked() {
     for target in [Target::All, Target::Node(TWO)] {

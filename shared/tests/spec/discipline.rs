@@ -101,6 +101,17 @@ fn a_single_outlier_is_refused_and_the_fourth_in_a_row_taken() {
     assert!(off(&clock, local(23, 60_000), scet(113, 60_050_000)).abs() < 20);
 }
 
+/// As those ahead of the clock.
+#[test]
+fn the_fourth_in_a_row_behind_the_clock_is_taken() {
+    let mut clock = synchronised();
+    for second in 20..24 {
+        assert!(off(&clock, local(second, 0), scet(second + 90, 0)).abs() < 20);
+        assert_eq!(pair(&mut clock, second, scet(second + 89, 999_950_000)), None);
+    }
+    assert!(off(&clock, local(23, 60_000), scet(113, 59_950_000)).abs() < 20);
+}
+
 #[test]
 fn outliers_between_good_pairs_are_never_taken() {
     let mut clock = synchronised();

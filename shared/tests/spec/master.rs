@@ -203,6 +203,9 @@ fn emergencies_of_slaves_reach_the_application() {
 fn emergencies_are_consumed_by_1028h() {
     const RANGE: [u8; 4] = [0x30, 0x00, 0x09, 0x06];
     let mut master = flying();
+    for (sub, expected) in [(1, 0x8000_0081), (3, 0x83), (127, 0xFF)] {
+        assert_eq!(crate::master_device::read(&mut master, 0x1028, sub), expected, "sub-index {sub}");
+    }
     let mut write = |sub: u8, value: u32| {
         let [a, b, c, d] = value.to_le_bytes();
         master.clear();

@@ -4,7 +4,7 @@
 mod time;
 
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, FailCause, Master, MasterEvent, MasterRequest, Refusal, TwoBoards};
+use ecss_can::node::{BusCommand, Device, FailCause, Master, MasterEvent, MasterRequest, Refusal, TwoBoards};
 use ecss_can::profile::Profile;
 use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap};
 use ecss_can::types::{Bus, Frame, NmtState};
@@ -35,7 +35,12 @@ fn heartbeat() -> Frame {
 
 /// Standby of a master that was heard at 100, 200 .. 1000 ms on the redundant bus; slaves 2 and 3 answered it and run.
 fn standing_by() -> Board {
-    let mut board = powered(Strap::Prime);
+    standing_by_with(Console::default())
+}
+
+/// With another device.
+fn standing_by_with<D: Device>(device: D) -> Bench<Master<D, TwoBoards>> {
+    let mut board = Bench::new(Master::of_two(&PROFILE, Strap::Prime, device, None));
     for beat in 1..=10 {
         board.run_until(ms(100 * beat));
         board.receive(REDUNDANT, 0x701, &[0x05]);

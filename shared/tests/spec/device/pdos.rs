@@ -1,17 +1,18 @@
 //! PDOs that are configured over the bus, and what they carry.
 
-use crate::instrument::STANDARD;
-use crate::instrument::{self, Instrument};
+use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::{Filter, Health};
-use ecss_can::node::{BusCommand, NodeObjects, SlaveEvent};
+use ecss_can::node::{BusCommand, Device, NodeObjects, Slave, SlaveEvent};
 use ecss_can::od::Objects;
+use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Address, Bus, CobId, Duration};
 
 use super::fixture::{
     done, operational, payloads, powered, read, run_with_master, write, write_all, write_on,
 };
-use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
+use crate::instrument::{self, Instrument, STANDARD};
 use crate::slave::TestSlave;
 
 /// Verifies: ECSS 6.10a, 6.10c
@@ -277,4 +278,38 @@ fn what_was_triggered_goes_out_at_the_sync_whatever_is_written_before() {
     write_all(&mut slave, &[(0x1801, 2, &[254])]);
     slave.run_until(slave.now);
     assert_eq!(payloads(&slave, 0x285), [[0; 4]]);
+}
+
+/// A slave with one filter too many: the 29th RPDO has none.
+#[derive(Debug, Objects)]
+#[objects(device)]
+struct Wide {
+    /// Output
+    #[object(0x6200, rww, pdo)]
+    output: u16,
+}
+
+impl Device for Wide {
+    type Pdos = PdoObjects<29, 1>;
+    type Consumers = HeartbeatConsumers<1>;
+
+    const PDOS: PdoSet = PdoSet::new(&[], &[]);
+}
+
+/// Given more RPDOs than filters, when the COB-ID of the last one changes, then no filter does.
+#[test]
+fn an_rpdo_without_a_filter_changes_none() {
+    let mut slave = Bench::new(Slave::new(node(5), &STANDARD, Wide::default()));
+    slave.run_until(ms(5));
+    for (index, changed) in [(0x141A, Some(31)), (0x141B, None), (0x141C, None)] {
+        write(&mut slave, index + 0x200, 1, &[16, 0, 0, 0x62]);
+        write(&mut slave, index + 0x200, 0, &[1]);
+        slave.controls.clear();
+        assert_eq!(write(&mut slave, index, 1, &[0x45, 3, 0, 0x40]), done(index, 1));
+        slave.run_until(slave.now + span(5));
+        let filter = Filter::exact(CobId::new(0x345).unwrap());
+        let expected = changed.map(|number| BusCommand::Filter { number, filter });
+        let told: Vec<_> = slave.controls.iter().map(|(_, command)| *command).collect();
+        assert_eq!(told, expected.map_or(vec![], |command| vec![command; 2]), "{index:04X}h");
+    }
 }

@@ -1,10 +1,14 @@
 //! The spacecraft time of two master boards.
 
-use ecss_can::node::{MasterEvent, MasterRequest};
+use ecss_can::heartbeat::HeartbeatConsumers;
+use ecss_can::node::{Device, MasterEvent, MasterRequest};
+use ecss_can::od::Objects;
+use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet, Tpdo};
 use ecss_can::redundancy::Strap;
-use ecss_can::types::Scet;
+use ecss_can::time::{LocalUtc, UtcGet};
+use ecss_can::types::{NodeId, Scet, Utc, UtcRelation};
 
-use super::{Board, fly_until, heartbeat, powered, standing_by, taken_over};
+use super::{Board, fly_until, heartbeat, powered, standing_by, standing_by_with, taken_over};
 use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
 
 /// Verifies: ECSS 7.2.2b
@@ -23,6 +27,47 @@ fn a_standby_follows_the_spacecraft_time_and_goes_on_from_there() {
     fly_until(&mut board, 2_400);
     let time = board.sent.iter().find(|sent| sent.frame.id().raw() == 0x181).unwrap();
     assert_eq!((time.at, &time.frame.data()[3..]), (ms(2_400), &[0xE9, 0x03, 0, 0][..]));
+}
+
+/// A master whose spacecraft time is in UTC: SCET 0 was day 100, 0:00.
+#[derive(Debug, Objects)]
+struct Calendar {
+    /// Time
+    #[objects]
+    utc: LocalUtc,
+}
+
+impl Device for Calendar {
+    type Pdos = PdoObjects<1, 1>;
+    type Consumers = HeartbeatConsumers<2>;
+    const PDOS: PdoSet = PdoSet::new(
+        &[],
+        &[Tpdo::new(1, CobIdOf::fixed(0x181))
+            .transmission(1)
+            .map(LocalUtc::UTC_GET.field(UtcGet::SUBMILLISECONDS))
+            .map(LocalUtc::UTC_GET.field(UtcGet::MS))
+            .map(LocalUtc::UTC_GET.field(UtcGet::DAY))],
+    );
+    const UTC: Option<UtcRelation> =
+        Some(UtcRelation { scet: Scet::new(0, 0).unwrap(), utc: Utc::new(100, 0, 0).unwrap() });
+
+    fn utc(&mut self) -> Option<&mut LocalUtc> {
+        Some(&mut self.utc)
+    }
+
+    fn consumers(_: NodeId) -> Self::Consumers {
+        HeartbeatConsumers { consumer_heartbeat: [2 << 16, 3 << 16] }
+    }
+}
+
+/// Verifies: ECSS 7.2.2b
+#[test]
+fn a_standby_follows_a_spacecraft_time_in_utc() {
+    let mut board = standing_by_with(Calendar::default());
+    board.receive(REDUNDANT, 0x080, &[]);
+    // Day 100, 1,000,500 ms at that SYNC.
+    board.receive(REDUNDANT, 0x181, &[0, 0, 0x34, 0x44, 0x0F, 0, 100, 0]);
+    assert_eq!(board.node.status(board.now).scet, Scet::new(1_000, 0x80_0000).unwrap());
 }
 
 /// As [`taken_over`], and SYNCs that go out until 3 s; `by_sync`: the time follows SYNCs, else the clock. When the time was sent.

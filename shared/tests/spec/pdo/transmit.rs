@@ -232,6 +232,8 @@ fn being_polled_late_does_not_shift_the_event_timer() {
     // A whole period late: one goes, not two.
     assert_eq!(node.poll(ms(31)), [0]);
     assert_eq!(node.tpdos.deadline(), Some(ms(41)));
+    assert_eq!(node.poll(ms(51)), [0]);
+    assert_eq!(node.tpdos.deadline(), Some(ms(61)));
 }
 
 #[test]

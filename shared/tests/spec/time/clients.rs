@@ -5,7 +5,7 @@ use ecss_can::time::Step;
 
 use super::devices::{Coarse, Keeper, Node, operational};
 use super::{run, scet, sync, sync_at, time, us};
-use crate::bench::ms;
+use crate::bench::{NOMINAL, frame, ms};
 use crate::device::fixture::{done, read, refused, write};
 
 fn steps(slave: &Node<Keeper>) -> Vec<Step> {
@@ -171,4 +171,28 @@ fn the_quality_of_the_clock_travels_by_pdo() {
     sync(&mut slave);
     let quality = slave.sent.iter().find(|sent| sent.frame.id().raw() == 0x285).expect("TPDO 2");
     assert_eq!(quality.frame.data(), [2, 1, 0]);
+}
+
+/// Given no other TPDO, when the one of the quality is sent, then it has the values of this SYNC.
+#[test]
+fn the_quality_of_the_clock_travels_alone() {
+    let mut slave = operational::<Keeper>();
+    let steps: [(u16, u8, &[u8]); 7] = [
+        (0x1800, 1, &[0x85, 1, 0, 0xC0]),
+        (0x1A00, 0, &[0]),
+        (0x1801, 1, &[0x85, 2, 0, 0xC0]),
+        (0x1A01, 1, &[16, 5, 0x15, 0x20]),
+        (0x1A01, 0, &[1]),
+        (0x1801, 2, &[1]),
+        (0x1801, 1, &[0x85, 2, 0, 0x40]),
+    ];
+    for (index, sub, value) in steps {
+        assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
+    }
+    sync(&mut slave);
+    time(&mut slave, scet(1_000, 0));
+    slave.clear();
+    run(&mut slave, ms(20));
+    sync(&mut slave);
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x285, &[1, 0]))], "one step");
 }

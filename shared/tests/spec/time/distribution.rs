@@ -194,6 +194,23 @@ fn the_local_time_pdo_has_the_time_at_the_last_sync_by_event_too() {
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0, 1, 0, 0, 0]))]);
 }
 
+/// As above, where the spacecraft time is not distributed by SYNC: the local time is the present one.
+#[test]
+fn the_local_time_pdo_has_the_present_time_by_event_without_times_by_sync() {
+    let mut slave = operational::<Keeper>();
+    for (index, id) in [(0x1400, 0x81), (0x1800, 0x85)] {
+        for (sub, value) in [(1, &[id, 1, 0, 0xC0][..]), (2, &[254]), (1, &[id, 1, 0, 0x40])] {
+            write(&mut slave, index, sub, value);
+        }
+    }
+    run(&mut slave, ms(1_000));
+    sync(&mut slave);
+    run(&mut slave, ms(1_500));
+    slave.clear();
+    slave.touch(|slave, now| slave.send_pdo(0, now));
+    assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0x80, 1, 0, 0, 0]))]);
+}
+
 /// A producer and a consumer with 8 bits, 3.9 ms, and the oscillator of the consumer: none of it moves the clock by more.
 ///
 /// Verifies: ECSS 7.1.2g, 7.1.2h
