@@ -1,12 +1,12 @@
 //! The Spacecraft Time PDO at a consumer, and its Local Time PDO.
 
-use ecss_can::node::SlaveEvent;
+use ecss_can::node::{Node as _, SlaveEvent};
 use ecss_can::time::Step;
 use ecss_can::types::{Duration, Scet};
 
 use super::devices::{Coarse, Keeper, Node, operational};
 use super::{run, scet, sync, time, us};
-use crate::bench::{NOMINAL, frame, ms};
+use crate::bench::{NOMINAL, REDUNDANT, frame, ms};
 use crate::device::fixture::{read, write};
 
 /// How far the clock is from `scet` at the present, microseconds.
@@ -73,6 +73,25 @@ fn a_time_without_a_sync_before_it_is_of_no_use() {
     slave.receive(NOMINAL, 0x000, &[0x01, 5]);
     time(&mut slave, scet(1_000, 0));
     assert_eq!(late(&mut slave), [2, 0, 0, 0]);
+}
+
+/// A SYNC has no byte, or its counter: what is longer has no time and needs no stamp.
+///
+/// Verifies: ECSS 7.2.3c
+#[test]
+fn a_sync_of_wrong_length_has_no_time() {
+    let mut slave = operational::<Keeper>();
+    run(&mut slave, ms(50));
+    sync(&mut slave);
+    run(&mut slave, ms(60));
+    slave.receive(NOMINAL, 0x080, &[1, 2]);
+    time(&mut slave, scet(1_000, 0));
+    // 10 ms x 2^24 = 167,772.2.
+    assert_eq!(slave.node.scet(slave.now), scet(1_000, 167_772));
+    let stamped = [(0x080, &[][..]), (0x080, &[1]), (0x080, &[1, 2]), (0x181, &[0; 7]), (0x701, &[5])];
+    let is_stamped = |bus| stamped.map(|(id, data)| slave.node.is_stamped(bus, &frame(id, data)));
+    assert_eq!(is_stamped(NOMINAL), [true, true, false, false, false]);
+    assert_eq!(is_stamped(REDUNDANT), [false; 5], "it is not the active bus");
 }
 
 /// Verifies: ECSS 7.2.3c
