@@ -113,6 +113,19 @@ fn a_burst_of_losses_is_one_error_of_its_bus_while_its_messages_wait() {
 
 /// Verifies: ECSS 6.4a.1
 #[test]
+fn a_loss_of_frames_either_way_is_an_error() {
+    for event in [LinkEvent::Overrun { lost: 1 }, LinkEvent::Unsent { frames: 1 }] {
+        let mut slave = operational();
+        write_all(&mut slave, &[NO_INHIBIT]);
+        slave.clear();
+        slave.link(REDUNDANT, event);
+        assert_eq!(payloads(&slave, 0x085)[0], [0x10, 0x81, 0x11, 1, 0, 0, 0, 0]);
+        assert_eq!(errors(&mut slave), (0, 1));
+    }
+}
+
+/// Verifies: ECSS 6.4a.1
+#[test]
 fn a_burst_of_losses_does_not_crowd_out_other_errors_in_the_inhibit_time() {
     let mut slave = operational();
     // 50 ms.

@@ -230,6 +230,31 @@ fn the_local_time_pdo_has_the_present_time_by_event_without_times_by_sync() {
     assert_eq!(slave.frames(), [(NOMINAL, frame(0x185, &[0, 0, 0x80, 1, 0, 0, 0]))]);
 }
 
+/// Synchronous PDOs wait for half of the SYNC period where one of them has the time at the SYNC, else for all of it.
+#[test]
+fn the_time_at_a_sync_does_not_wait_until_it_could_be_that_of_the_next() {
+    for (of_time, lifetime) in [(1, 50), (254, 100)] {
+        let mut slave = operational::<Keeper>();
+        let steps: [(u16, u8, &[u8]); 7] = [
+            (0x1800, 1, &[0x85, 1, 0, 0xC0]),
+            (0x1800, 2, &[of_time]),
+            (0x1800, 1, &[0x85, 1, 0, 0x40]),
+            (0x1A01, 1, &[16, 5, 0x15, 0x20]),
+            (0x1A01, 0, &[1]),
+            (0x1801, 2, &[1]),
+            (0x1801, 1, &[0x85, 2, 0, 0x40]),
+        ];
+        for (index, sub, value) in steps {
+            write(&mut slave, index, sub, value);
+        }
+        run(&mut slave, ms(10));
+        slave.clear();
+        sync(&mut slave);
+        let sent = slave.sent.iter().find(|sent| sent.frame.id().raw() == 0x285).expect("TPDO 2");
+        assert_eq!(sent.expires, ms(10 + lifetime), "type {of_time}");
+    }
+}
+
 /// A producer and a consumer with 8 bits, 3.9 ms, and the oscillator of the consumer: none of it moves the clock by more.
 ///
 /// Verifies: ECSS 7.1.2g, 7.1.2h

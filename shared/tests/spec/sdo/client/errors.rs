@@ -124,6 +124,13 @@ fn every_bad_answer_has_its_abort_code() {
         ("block download: download segment", block_down(), &[GRANTED], "20", CommandSpecifier),
         ("block download: no end", block_down(), &[GRANTED, "A2 02 7F"], OK, CommandSpecifier),
         ("block download: unknown sub-command", block_down(), &[GRANTED], "A3", CommandSpecifier),
+        (
+            "block download: granted again later",
+            block_down(),
+            &[GRANTED, "A2 01 7F"],
+            GRANTED,
+            CommandSpecifier,
+        ),
     ];
     for (what, mut bench, before, response, code) in table {
         bench.poll();
