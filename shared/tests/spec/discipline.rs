@@ -112,6 +112,19 @@ fn the_fourth_in_a_row_behind_the_clock_is_taken() {
     assert!(off(&clock, local(23, 60_000), scet(113, 59_950_000)).abs() < 20);
 }
 
+/// Given more than 64 s without a pair, then the next one tells the time, and nothing of the rate: 1 ms after 71 s may be a clock
+/// that was warmed up meanwhile.
+#[test]
+fn a_pair_after_a_long_silence_moves_the_clock_and_not_its_rate() {
+    let mut clock = synchronised();
+    let before = clock.quality(local(19, 100_000)).rate_ppb;
+    assert_eq!(pair(&mut clock, 90, scet(180, 1_000_000)), None);
+    assert_eq!(clock.refused(), 0);
+    // At most 0.1 % fast: 1 ms takes a second.
+    assert!(off(&clock, local(92, 0), scet(182, 1_000_000)).abs() < 100);
+    assert!((clock.quality(local(92, 0)).rate_ppb - before).abs() <= 1);
+}
+
 #[test]
 fn outliers_between_good_pairs_are_never_taken() {
     let mut clock = synchronised();
