@@ -57,6 +57,11 @@ fn a_set_of_pdos_needs_values_numbers_and_cob_ids() {
     // 183h is that of node 3.
     let fixed = || Tpdo::new(2, CobIdOf::fixed(0x183)).map(field(0x6020, 0));
     assert_eq!(refusal(|| set(vec![], vec![tpdo(1), fixed()])), same);
+    // No node has 200h of 200h + node.
+    let of_node = || Tpdo::new(1, CobIdOf::node(0x200)).map(field(0x6020, 0));
+    let fixed = || Tpdo::new(2, CobIdOf::fixed(0x200)).map(field(0x6020, 0));
+    set(vec![], vec![of_node(), fixed()]);
+    set(vec![], vec![fixed(), of_node()]);
 }
 
 #[test]
@@ -74,6 +79,29 @@ fn a_pdo_is_one_of_its_device_and_carries_what_that_has() {
     assert_eq!(refused(vec![], vec![foreign(0x2FFF)]), none);
     let another = "TPDO 1 carries object 6020h sub-index 0, which the device declares in another way";
     assert_eq!(refused(vec![], vec![foreign(0x6020)]), another);
+}
+
+/// A mapping has 9 bits for the number of an object, one of which means none, and 9 for how many come before it in its row.
+#[test]
+fn pdos_reach_511_objects_and_512_in_a_row() {
+    let entries: &'static [Entry] = vec![Entry::of::<u16>(0, 1, Access::Ro).for_pdo(PdoUse::Optional)].leak();
+    let object = |index, count| Object { index, count, entries };
+    let beyond = |index: u16| {
+        format!(
+            "TPDO 1 carries object {index:04X}h sub-index 0: PDOs reach the first 511 objects, and 512 in a row"
+        )
+    };
+    let carries = |objects: Vec<Object>, index| {
+        let all = Declared { objects: objects.leak(), groups: &[] };
+        let pdos = set(vec![], vec![Tpdo::new(1, ID).map(Field::of(&object(index, 1)))]);
+        move || pdos.assert_within::<PdoObjects<2, 1>>(&all)
+    };
+    let row = || vec![object(0x3000, 513)];
+    carries(row(), 0x3000 + 511)();
+    assert_eq!(refusal(carries(row(), 0x3000 + 512)), beyond(0x3200));
+    let many = || (0..512).map(|nth| object(0x3000 + nth, 1)).collect::<Vec<_>>();
+    carries(many(), 0x3000 + 510)();
+    assert_eq!(refusal(carries(many(), 0x3000 + 511)), beyond(0x31FF));
 }
 
 #[test]
