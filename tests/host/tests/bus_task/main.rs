@@ -343,6 +343,27 @@ fn error_warning_and_error_passive_are_told_and_the_counters_are_those_of_the_co
     assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(receiver)));
 }
 
+/// Given errors that make a sender error passive, when the wire is cut behind it, which is no event, then the node is told that
+/// nobody acknowledges within 2 ms. A missing acknowledgement before that is no verdict: it is counted.
+///
+/// Verifies: ECSS 5.6.2b
+#[test]
+fn a_cut_wire_is_told_to_a_passive_sender_within_two_ms() {
+    let mut bench = Bench::joined(0);
+    bench.send(0x701, 1);
+    bench.fail(ErrorKind::Ack, 8);
+    bench.run_for(Time::from_ms(101));
+    let counted = Health { state: ErrorState::Active, tec: 8, rec: 0, last_error: LastError::Ack };
+    assert_eq!(*bench.probe.told.borrow(), [LinkEvent::Counters(counted)]);
+    (2..=16).for_each(|attempt| bench.fail(ErrorKind::Form, 8 * attempt));
+    let passive = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Form };
+    assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(passive)));
+    bench.fail(ErrorKind::Ack, 128);
+    bench.run_for(Time::from_ms(2));
+    let isolated = Health { last_error: LastError::Ack, ..passive };
+    assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(isolated)));
+}
+
 #[test]
 fn bus_off_gives_up_everything_pending_and_recovery_begins_on_command() {
     let mut bench = Bench::joined(0);

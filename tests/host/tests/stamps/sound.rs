@@ -62,6 +62,19 @@ fn timers_of_other_rates_stamp_frames_as_well() {
     assert!(errors.iter().all(|ticks| *ticks < 1.0), "{errors:?}");
 }
 
+/// Given the earliest report that there may be, 1.3 bits before the end and by a clock that is late by 1.9 us, then the frame is
+/// found.
+#[test]
+fn a_frame_is_stamped_however_early_it_is_reported() {
+    let mut line = Line::new(1e6);
+    let complete = line.frame(&sync(), Sent::default());
+    let mut node = Node::new(0);
+    node.follow(&line, complete.end);
+    let interrupt = complete.end - 1.3 * BIT - 1.9 * f64::from(PER_MICRO);
+    let stamp = node.stamp(&sync(), interrupt, complete.end).unwrap();
+    assert!(error(&stamp, &complete).abs() <= LIMIT);
+}
+
 #[test]
 fn wherever_the_ring_begins_and_the_timer_wraps() {
     let wrap = 4_294_967_296.0;
