@@ -343,12 +343,12 @@ fn error_warning_and_error_passive_are_told_and_the_counters_are_those_of_the_co
     assert_eq!(bench.probe.told.borrow().last(), Some(&LinkEvent::Health(receiver)));
 }
 
-/// Given errors that make a sender error passive, when the wire is cut behind it, which is no event, then the node is told that
-/// nobody acknowledges within 2 ms. A missing acknowledgement before that is no verdict: it is counted.
+/// Given errors that make a sender error passive, when the wire is cut behind it, then the node is told that nobody acknowledges. A
+/// missing acknowledgement before that is no verdict: it is counted.
 ///
 /// Verifies: ECSS 5.6.2b
 #[test]
-fn a_cut_wire_is_told_to_a_passive_sender_within_two_ms() {
+fn a_cut_wire_is_told_to_a_passive_sender() {
     let mut bench = Bench::joined(0);
     bench.send(0x701, 1);
     bench.fail(ErrorKind::Ack, 8);
