@@ -12,6 +12,7 @@ mod licences;
 mod mutants;
 mod pictures;
 mod selftest;
+mod test_tools;
 mod tool;
 
 use std::process::ExitCode;
@@ -58,6 +59,8 @@ enum Command {
     Licences(tool::Source),
     /// Change the protocol crate on purpose, in many places one by one: its tests must find it
     Mutants(mutants::Options),
+    /// Test flights, recordings and data sheets against tools of others: python-can, canopen, durand, tshark, can-utils
+    TestTools(test_tools::Options),
     /// Lint firmware and boards for their target; warnings are errors
     Clippy(firmware::Options),
 }
@@ -90,6 +93,7 @@ fn main() -> ExitCode {
         Command::Compliance(options) => compliance::run(&options),
         Command::Licences(options) => licences::run(&options),
         Command::Mutants(options) => mutants::run(&options),
+        Command::TestTools(options) => test_tools::run(&options),
         Command::Clippy(options) => firmware::clippy(&options),
     };
     match outcome {

@@ -8,5 +8,5 @@ mod app;
 
 #[cfg(not(target_os = "none"))]
 fn main() {
-    println!("This is firmware for tests. See it fly:  cargo test --package interop");
+    println!("This is firmware for tests. See it fly:  cargo xtask test-tools");
 }

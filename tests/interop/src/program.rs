@@ -4,7 +4,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{self, Sender};
-use std::sync::{Arc, LazyLock, Mutex, MutexGuard};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
@@ -70,8 +70,6 @@ pub struct Twin {
     pub nominal: String,
     /// Address of the redundant bus.
     pub redundant: String,
-    /// One at a time: the computer is as fast as it is.
-    _turn: MutexGuard<'static, ()>,
 }
 
 impl Twin {
@@ -95,16 +93,12 @@ impl Twin {
     /// # Errors
     /// When it does not begin to listen.
     pub fn of(mut command: Command) -> anyhow::Result<Twin> {
-        static TURN: Mutex<()> = Mutex::new(());
-        // A test that failed has left nothing behind.
-        let turn = TURN.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let mut child = command.spawn().context("cannot run the twin")?;
         let said = Arc::new(Mutex::new(String::new()));
         let stdout = child.stdout.take();
         let (sender, addresses) = mpsc::channel();
         let follower = stdout.map(|stdout| follow(stdout, said.clone(), sender));
-        let mut twin =
-            Twin { child, said, follower, nominal: String::new(), redundant: String::new(), _turn: turn };
+        let mut twin = Twin { child, said, follower, nominal: String::new(), redundant: String::new() };
         let next = || {
             let address = addresses.recv_timeout(UNTIL_IT_LISTENS);
             address.context("cargo twin does not listen; what it said stands above")

@@ -1,23 +1,18 @@
 //! valgrind's callgrind: counts the instructions of a program on this computer.
-//!
-//! Debian's package `valgrind` is installed when it is missing and the user may do so.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::Command;
 
-use anyhow::{Context, bail, ensure};
-
-const INSTALL: &str = "apt-get update && apt-get install -y valgrind";
+use anyhow::{Context, ensure};
 
 /// Where its programs are built: apart from all else, so that no flags of others reach them.
 const TARGET_DIR: &str = "target/bench/build";
 
-/// Builds a package of the workspace as `--release` has it; returns its program. Finds or installs valgrind before.
+/// Builds a package of the workspace as `--release` has it; returns its program.
 ///
 /// # Errors
-/// When there is no valgrind and it cannot be installed, or the package does not compile.
+/// When the package does not compile.
 pub fn build(package: &str) -> anyhow::Result<PathBuf> {
-    find_or_install()?;
     let target_dir = support::project::path(TARGET_DIR);
     let mut cargo = Command::new("cargo");
     cargo.current_dir(support::project::path("")).args([
@@ -55,28 +50,6 @@ pub fn count(program: &Path, arguments: &[&str]) -> anyhow::Result<u64> {
 fn total(told: &str) -> Option<u64> {
     let line = told.lines().find(|line| line.contains("Collected :"))?;
     line.split(':').next_back()?.trim().parse().ok()
-}
-
-fn find_or_install() -> anyhow::Result<()> {
-    let is_there = || quiet("valgrind", ["--version"]).is_some_and(|output| output.status.success());
-    if is_there() {
-        return Ok(());
-    }
-    let is_root = quiet("id", ["-u"]).is_some_and(|output| output.stdout.trim_ascii() == b"0");
-    if !is_root || !Path::new("/usr/bin/apt-get").exists() {
-        bail!("valgrind is missing; on Debian, run as root\n    {INSTALL}");
-    }
-    support::output::note(format_args!("valgrind is missing; installing it: {INSTALL}"));
-    let mut install = Command::new("sh");
-    install.args(["-c", INSTALL]).env("DEBIAN_FRONTEND", "noninteractive").stdin(Stdio::null());
-    install.stdout(std::io::stderr());
-    let status = install.status().context("cannot run sh")?;
-    ensure!(status.success() && is_there(), "valgrind could not be installed by\n    {INSTALL}");
-    Ok(())
-}
-
-fn quiet<const N: usize>(program: &str, arguments: [&str; N]) -> Option<Output> {
-    Command::new(program).args(arguments).output().ok()
 }
 
 #[cfg(test)]

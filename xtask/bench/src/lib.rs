@@ -30,6 +30,7 @@ use self::summary::Summary;
 use support::board::Profile;
 use support::elf::Facts;
 use support::misuse::Misuse;
+use support::needs::{Need, provide};
 use support::output::{line, note, text, warn};
 use support::project;
 use twin::pulses::Errors;
@@ -41,6 +42,10 @@ pub struct Options {
     /// Measure these areas only [default: all]
     #[arg(long, value_name = "AREA", value_delimiter = ',', value_parser = area_names())]
     only: Vec<String>,
+
+    /// Install valgrind where the area "instructions" needs it: by apt-get, as root on Debian
+    #[arg(long)]
+    install: bool,
 
     #[command(flatten)]
     output: Output,
@@ -90,6 +95,9 @@ fn areas_help() -> String {
 pub fn run(options: &Options) -> anyhow::Result<()> {
     let wanted = |area: &&Area| options.only.is_empty() || options.only.iter().any(|name| name == area.name);
     let areas: Vec<_> = ALL.iter().filter(wanted).collect();
+    // Before the first measurement: a long run must not end at a program that is missing.
+    let needs: Vec<Need> = areas.iter().flat_map(|area| area.needs).copied().collect();
+    provide(&needs, options.install, "cargo xtask bench --install")?;
     let failed = measure("bench", &Context::default(), &areas, &options.output)?;
     judge(&failed, &options.output)
 }

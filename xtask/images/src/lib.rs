@@ -8,6 +8,7 @@
 #![warn(missing_docs)]
 
 mod environment;
+mod once;
 mod package;
 mod toolchain;
 
@@ -202,14 +203,13 @@ fn programs<const N: usize>(
     let job = Job { home: &root, task: task("build", board, profile), log, is_locked: true };
     let to = root.join("target/firmware").join(configuration(board, profile, log));
     let from = job.target_dir().join(TARGET).join("firmware");
-    job.run(&["build"], what, &[], |cargo| {
-        run(cargo)?;
-        for name in names {
-            keep(&from.join(name), &to)?;
-        }
-        let kept = |name: &str| to.join(Path::new(name).file_name().unwrap_or_default());
-        Ok(names.map(kept))
-    })
+    once::once(format!("{log} {}", what.join(" ")), || {
+        job.run(&["build"], what, &[], |cargo| {
+            run(cargo)?;
+            names.iter().map(|name| keep(&from.join(name), &to)).collect()
+        })
+    })?;
+    Ok(names.map(|name| to.join(Path::new(name).file_name().unwrap_or_default())))
 }
 
 /// One run of cargo for the target.

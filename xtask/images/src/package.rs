@@ -7,6 +7,7 @@ use std::process::{Command, Output, Stdio};
 use serde_json::Value;
 
 use crate::environment::clean;
+use crate::once::once;
 use crate::{Error, Job, LOG, TARGET, command_line, keep, workspace};
 
 /// A package with firmware of its own.
@@ -30,16 +31,19 @@ impl Package {
     /// # Errors
     /// See [`Error`]; each says what to do.
     pub fn build(&self, board: &str) -> Result<Vec<PathBuf>, Error> {
-        self.run(board, "json-render-diagnostics", |cargo, home| {
-            let (line, output) = output(cargo)?;
-            if !output.status.success() {
-                return Err(Error::Failed(line, output.status));
-            }
-            let to = home.join("target/firmware").join(board);
-            let built = messages(&output)
-                .filter_map(|message| Some(PathBuf::from(message.get("executable")?.as_str()?)));
-            built.map(|elf| keep(&elf, &to)).collect()
-        })
+        let build = || {
+            self.run(board, "json-render-diagnostics", |cargo, home| {
+                let (line, output) = output(cargo)?;
+                if !output.status.success() {
+                    return Err(Error::Failed(line, output.status));
+                }
+                let to = home.join("target/firmware").join(board);
+                let built = messages(&output)
+                    .filter_map(|message| Some(PathBuf::from(message.get("executable")?.as_str()?)));
+                built.map(|elf| keep(&elf, &to)).collect()
+            })
+        };
+        once(format!("{} of {} for {board}", self.name, self.manifest.display()), build)
     }
 
     /// Builds it in vain or not: the codes of the compiler's errors, such as `E0382`.

@@ -7,6 +7,7 @@ pub mod counters;
 pub mod craft;
 pub mod elf;
 pub mod misuse;
+pub mod needs;
 pub mod output;
 pub mod project;
 pub mod stack;

@@ -2,6 +2,7 @@
 
 mod babbling;
 mod boot;
+mod clock;
 mod craft;
 mod crowd;
 mod determinism;
@@ -19,5 +20,6 @@ mod scripts;
 mod sdo_client;
 mod start_up;
 mod support;
+mod thermometer;
 mod time;
 mod toggling;

@@ -1,8 +1,9 @@
 //! A spacecraft of real images, and everything that was seen on its wires and in its logs.
 
+use std::collections::BTreeMap;
 use std::ops::{Deref, Range};
-use std::path::Path;
-use std::sync::{Arc, LazyLock};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, LazyLock, Mutex};
 
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
@@ -36,9 +37,11 @@ pub fn build(board: &str, profile: &str) -> Images {
     [images.master, images.slave].map(|path| parsed(&path))
 }
 
-/// An ELF file.
+/// An ELF file, parsed once however many tests fly it.
 pub fn parsed(path: &Path) -> Arc<Image> {
-    Arc::new(Image::parse(&std::fs::read(path).unwrap()).unwrap())
+    static PARSED: Mutex<BTreeMap<PathBuf, Arc<Image>>> = Mutex::new(BTreeMap::new());
+    let parse = || Arc::new(Image::parse(&std::fs::read(path).unwrap()).unwrap());
+    PARSED.lock().unwrap().entry(path.to_owned()).or_insert_with(parse).clone()
 }
 
 /// One board of a test.

@@ -15,7 +15,8 @@ use super::Area;
 use crate::context::Context;
 use crate::row::Row;
 
-pub const AREA: Area = Area { name: "crowd", about: "126 slaves in a world of the host", measure };
+pub const AREA: Area =
+    Area { name: "crowd", about: "126 slaves in a world of the host", needs: &[], measure };
 
 /// Virtual time of the flight.
 const SPAN: Time = Time::from_ms(60_000);

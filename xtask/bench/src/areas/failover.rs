@@ -22,7 +22,8 @@ use demo::meaning::Meaning;
 use demo::plan::Plan;
 use demo::record::{MASTER, Node, Seen};
 
-pub const AREA: Area = Area { name: "failover", about: "from a cut to commands on the other bus", measure };
+pub const AREA: Area =
+    Area { name: "failover", about: "from a cut to commands on the other bus", needs: &[], measure };
 
 /// Of the profile `librecube`: heartbeat and consumer time, Ttoggle.
 const HEARTBEAT_MS: f64 = 250.0;

@@ -6,13 +6,19 @@
 
 use std::path::Path;
 
+use support::needs::VALGRIND;
+
 use super::Area;
 use crate::callgrind;
 use crate::context::Context;
 use crate::row::Row;
 
-pub const AREA: Area =
-    Area { name: "instructions", about: "instructions of the host per operation of a slave", measure };
+pub const AREA: Area = Area {
+    name: "instructions",
+    about: "instructions of the host per operation of a slave",
+    needs: &[VALGRIND],
+    measure,
+};
 
 const REPETITIONS: u64 = 100_000;
 

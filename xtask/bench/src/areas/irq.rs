@@ -13,7 +13,8 @@ use crate::rig::{MASTER_BEATS, Rig};
 use crate::row::Row;
 use support::board::Profile;
 
-pub const AREA: Area = Area { name: "irq", about: "interrupts of a controller on a cut bus", measure };
+pub const AREA: Area =
+    Area { name: "irq", about: "interrupts of a controller on a cut bus", needs: &[], measure };
 
 /// The slave with selective access in the profile `librecube`.
 const SLAVE: u8 = 4;

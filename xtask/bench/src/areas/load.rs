@@ -16,7 +16,8 @@ use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::row::Row;
 use support::board::Profile;
 
-pub const AREA: Area = Area { name: "load", about: "frames back to back on both buses, 10 s", measure };
+pub const AREA: Area =
+    Area { name: "load", about: "frames back to back on both buses, 10 s", needs: &[], measure };
 
 /// Random frames on each bus: 10 s of them at 117 bits, their mean length with stuff bits and intermission.
 const FRAMES: u64 = 85_500;

@@ -17,7 +17,8 @@ use demo::plan::BoardPlan;
 use support::board::Profile;
 use support::craft;
 
-pub const AREA: Area = Area { name: "master", about: "model cycles of the master per heartbeat", measure };
+pub const AREA: Area =
+    Area { name: "master", about: "model cycles of the master per heartbeat", needs: &[], measure };
 
 /// Heartbeats of each kind.
 const HEARTBEATS: usize = 400;

@@ -20,6 +20,8 @@ mod wire;
 pub use size::biggest_symbols;
 pub use time::clock_errors;
 
+use support::needs::Need;
+
 use super::context::Context;
 use super::row::Row;
 
@@ -29,6 +31,8 @@ pub struct Area {
     pub name: &'static str,
     /// What it measures, for people.
     pub about: &'static str,
+    /// Programs of others that it runs.
+    pub needs: &'static [Need],
     /// Measures.
     pub measure: fn(&Context) -> anyhow::Result<Vec<Row>>,
 }

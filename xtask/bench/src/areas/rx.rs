@@ -25,8 +25,12 @@ use crate::rig::{FLASH_TIMINGS, MASTER_BEATS, Rig};
 use crate::row::Row;
 use support::board::Profile;
 
-pub const AREA: Area =
-    Area { name: "rx", about: "model cycles from receive interrupt to node and application", measure };
+pub const AREA: Area = Area {
+    name: "rx",
+    about: "model cycles from receive interrupt to node and application",
+    needs: &[],
+    measure,
+};
 
 /// Commands that are followed.
 const COMMANDS: u32 = 1_000;

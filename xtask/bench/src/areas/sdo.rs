@@ -24,7 +24,7 @@ use crate::row::Row;
 use support::board::Profile;
 
 pub const AREA: Area =
-    Area { name: "sdo", about: "block transfers of 20 kB against the wire limit", measure };
+    Area { name: "sdo", about: "block transfers of 20 kB against the wire limit", needs: &[], measure };
 
 /// Node-ID of the slave.
 const SLAVE: u8 = 2;

@@ -20,8 +20,12 @@ use support::board::BoardName;
 use support::board::Profile;
 use support::elf::{Facts, Memory, Symbol};
 
-pub const AREA: Area =
-    Area { name: "size", about: "flash and RAM of the images, the deepest stack of the demo", measure };
+pub const AREA: Area = Area {
+    name: "size",
+    about: "flash and RAM of the images, the deepest stack of the demo",
+    needs: &[],
+    measure,
+};
 
 /// Budgets of the slaves: the whole image, its variables.
 const SLAVE: [u64; 2] = [72 * 1024, 16 * 1024];

@@ -18,7 +18,7 @@ use support::craft;
 use support::telltale::Telltale;
 
 pub const AREA: Area =
-    Area { name: "stamp", about: "stamps of 1000 SYNCs at 30 % and at 90 % load", measure };
+    Area { name: "stamp", about: "stamps of 1000 SYNCs at 30 % and at 90 % load", needs: &[], measure };
 
 const SYNC: u16 = 0x080;
 /// Of the profile `standard`.

@@ -15,7 +15,8 @@ use crate::rig::{MASTER_BEATS, Rig};
 use crate::row::Row;
 use support::board::Profile;
 
-pub const AREA: Area = Area { name: "sync", about: "model cycles to the stamp of a SYNC", measure };
+pub const AREA: Area =
+    Area { name: "sync", about: "model cycles to the stamp of a SYNC", needs: &[], measure };
 
 /// SYNCs that are followed.
 const SYNCS: u32 = 200;

@@ -18,8 +18,12 @@ use crate::update;
 use demo::stamps::StampErrors;
 use support::board::Profile;
 
-pub const AREA: Area =
-    Area { name: "time", about: "clocks of three slaves against the master's, five seeds of 60 s", measure };
+pub const AREA: Area = Area {
+    name: "time",
+    about: "clocks of three slaves against the master's, five seeds of 60 s",
+    needs: &[],
+    measure,
+};
 
 const SEEDS: u64 = 5;
 const SECOND: Time = Time::from_ms(1_000);

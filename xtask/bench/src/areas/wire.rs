@@ -20,7 +20,7 @@ use crate::context::Context;
 use crate::row::Row;
 
 pub const AREA: Area =
-    Area { name: "wire", about: "the fast path of the buses against the bit path", measure };
+    Area { name: "wire", about: "the fast path of the buses against the bit path", needs: &[], measure };
 
 /// Of the stations, metres and parts per billion.
 const SEATS: [(f64, i32); 8] = [

@@ -1,0 +1,5 @@
+//! The local clock against emulated crystals.
+
+mod accuracy;
+mod holdover;
+mod schedules;

@@ -1,0 +1,165 @@
+//! Waiting for spacecraft times while these are set, cut off and reset.
+
+use ecss_can::node::MasterRequest;
+use ecss_can::prelude::*;
+use host_worlds::task::Task;
+use host_worlds::{NEXT_TO_MASTER_M, Time, World, idle};
+use mission::{MissionObjects, STANDARD};
+use proptest::prelude::*;
+
+const TWO: NodeId = NodeId::of::<2>();
+
+/// SYNC and spacecraft time every 20 ms.
+const PROFILE: Profile =
+    Profile { sync: Duration::from_millis(20), time: Duration::from_millis(20), autostart: true, ..STANDARD };
+
+/// How often the test looks.
+const LOOK: Time = Time::from_ms(5);
+/// As many are told of a step at once.
+const AT_ONCE: usize = 4;
+const END: Time = Time::from_ms(2_500);
+
+/// What happens to the spacecraft.
+#[derive(Clone, Copy, Debug)]
+enum Happening {
+    /// The master's time is set, so many milliseconds away from what it is.
+    MasterSet(i64),
+    /// The slave's time is set by its own application.
+    SlaveSet(i64),
+    /// Nothing is heard any more on the active bus.
+    Cut,
+    /// The slave is reset.
+    Reset,
+    /// Somebody waits for a time so many milliseconds away.
+    Wait(i64),
+}
+
+fn happening() -> impl Strategy<Value = Happening> {
+    prop_oneof![
+        2 => (-3_000..3_000_i64).prop_map(Happening::MasterSet),
+        2 => (-3_000..3_000_i64).prop_map(Happening::SlaveSet),
+        1 => Just(Happening::Cut),
+        1 => Just(Happening::Reset),
+        6 => (-500..3_000_i64).prop_map(Happening::Wait),
+    ]
+}
+
+fn moved(scet: Scet, ms: i64) -> Scet {
+    let span = Duration::from_millis(ms.unsigned_abs());
+    if ms < 0 { scet.minus(span) } else { scet.plus(span) }
+}
+
+fn world() -> World {
+    let mut world = World::builder()
+        .master(|board| mission::master(&PROFILE, Some(board.store)), idle)
+        .slave(TWO, |board| mission::slave(board.node_id, &PROFILE, vec![]), idle)
+        .drift(TWO, 60)
+        .build();
+    world.run_until(Time::from_ms(200));
+    world
+}
+
+/// Somebody who waits on the slave.
+struct Waiter {
+    target: Scet,
+    task: Task<Scet>,
+    /// The test has seen that its time had come.
+    is_due: bool,
+    /// When it was told, and what time it was then.
+    fired: Option<(Time, Scet)>,
+}
+
+struct Trial {
+    world: World,
+    waiters: Vec<Waiter>,
+}
+
+impl Trial {
+    fn scet(&self) -> Option<Scet> {
+        self.world.is_powered(TWO).then(|| self.world.slave::<MissionObjects<Vec<u8>>>(TWO).clock().now())
+    }
+
+    fn happens(&mut self, happening: Happening) {
+        match happening {
+            Happening::MasterSet(ms) => {
+                let scet = moved(self.world.status(NodeId::MASTER).scet, ms);
+                self.world.request(MasterRequest::SetTime(scet));
+            }
+            Happening::SlaveSet(ms) => {
+                let Some(now) = self.scet() else { return };
+                let [f0, f1, f2, coarse @ ..] = moved(now, ms).encode();
+                self.world.write(TWO, Address::new(0x2010, 1), &coarse);
+                self.world.write(TWO, Address::new(0x2010, 2), &[f0, f1, f2]);
+            }
+            Happening::Cut => {
+                let bus = self.world.master_bus();
+                self.world.heal(bus.other());
+                self.world.cut(bus, NEXT_TO_MASTER_M);
+            }
+            Happening::Reset => {
+                self.world.reset(TWO);
+                // Who waited there is gone.
+                self.waiters.clear();
+            }
+            Happening::Wait(ms) => {
+                let waiting = self.waiters.iter().filter(|waiter| waiter.fired.is_none()).count();
+                let Some(now) = self.scet().filter(|_| waiting < AT_ONCE) else { return };
+                let target = moved(now, ms);
+                let clock = self.world.slave::<MissionObjects<Vec<u8>>>(TWO).clock();
+                let task = self.world.spawn(TWO, async move {
+                    clock.at(target).await;
+                    clock.now()
+                });
+                self.waiters.push(Waiter { target, task, is_due: false, fired: None });
+            }
+        }
+    }
+
+    /// Lets time pass, and checks all who wait.
+    fn run_until(&mut self, until: Time) {
+        while self.world.now() < until {
+            self.world.run_for(LOOK);
+            let scet = self.scet();
+            for waiter in &mut self.waiters {
+                if let Some((at, scet)) = waiter.task.take() {
+                    assert_eq!(waiter.fired, None, "once for each call");
+                    assert!(!scet.is_before(waiter.target), "at {scet:?}, before {:?}", waiter.target);
+                    waiter.fired = Some((at, scet));
+                }
+                // Timers count whole microseconds, by a clock of their own.
+                let target = waiter.target.plus(Duration::from_micros(2));
+                waiter.is_due |= scet.is_some_and(|scet| !scet.is_before(target));
+                assert!(!waiter.is_due || waiter.fired.is_some(), "{:?} is past at {scet:?}", waiter.target);
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(crate::random::cases(60))]
+
+    /// Whatever happens to the clock, who waits for a time is told once: when the clock has reached it or was set beyond it,
+    /// not before.
+    #[test]
+    fn who_waits_for_a_time_is_told_once(
+        schedule in prop::collection::vec((happening(), 0..200_u64), 1..20),
+    ) {
+        let mut trial = Trial { world: world(), waiters: vec![] };
+        for (happening, ms) in schedule {
+            trial.happens(happening);
+            let until = trial.world.now() + Time::from_ms(ms);
+            trial.run_until(until);
+        }
+        trial.run_until(END);
+    }
+}
+
+/// A second of the slave's time, told to the microsecond.
+#[test]
+fn a_time_is_told_at_its_microsecond() {
+    let mut trial = Trial { world: world(), waiters: vec![] };
+    trial.happens(Happening::Wait(1_000));
+    trial.run_until(Time::from_ms(1_300));
+    let [Waiter { target, fired: Some((_, scet)), .. }] = &trial.waiters[..] else { panic!("told") };
+    assert!((0..=2).contains(&scet.micros_since(*target)), "{scet:?} for {target:?}");
+}

@@ -1,0 +1,4 @@
+//! Searches through all states of a small spacecraft.
+
+mod search;
+mod shift;

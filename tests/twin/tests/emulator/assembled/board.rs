@@ -1,0 +1,309 @@
+//! One board with hand-assembled programs: time, interrupts, sleep, resets, refusals.
+
+use std::sync::Arc;
+
+use super::programs::*;
+use can_wire::time::Time;
+use twin::board::{BoardConfig, EmulatedBoard, State};
+use twin::crystal::Crystal;
+use twin::image::Symbol;
+use twin::mmio::Refusal;
+use twin::model::Model;
+use twin::peripherals::{Pin, PinChange};
+
+fn flown(config: BoardConfig, until: Time) -> EmulatedBoard {
+    let mut board = EmulatedBoard::new(config, 0);
+    board.power(true);
+    board.run_until(until).unwrap();
+    board
+}
+
+fn word(board: &EmulatedBoard, address: u32) -> u32 {
+    u32::from_le_bytes(board.read_memory(address, 4).unwrap().try_into().unwrap())
+}
+
+/// PB4 toggles at every update of TIM2, once per millisecond of the board's own time; asleep in between.
+fn blinker() -> std::sync::Arc<twin::image::Image> {
+    let program = [
+        run_at_168_mhz(),
+        store(RCC + 0x30, 1 << 1),
+        store(GPIOB, 0x0000_0180),
+        store(RCC + 0x40, 1),
+        store(TIM2 + 0x28, 83),
+        store(TIM2 + 0x2C, 999),
+        store(TIM2, 1 << 2),
+        store(TIM2 + 0x14, 1),
+        store(TIM2 + 0x0C, 1),
+        store(NVIC_ISER0, 1 << 28),
+        store(TIM2, 1),
+        SLEEP.to_vec(),
+    ]
+    .concat();
+    // r0 = TIM2 SR; r1 = 0; STR; r0 = GPIOB ODR; LDR r1, [r0]; EOR r1, r1, #16; STR r1, [r0]; BX lr
+    let handler =
+        [&store(TIM2 + 0x10, 0)[..], &load(0, GPIOB + 0x14), &[0x6801, 0xF081, 0x0110, 0x6001], &RETURN]
+            .concat();
+    image(&program, &handler)
+}
+
+fn toggles(ppm: f64, until: Time) -> Vec<PinChange> {
+    flown(BoardConfig { crystal: Crystal::ppm(ppm), ..board("blinker", blinker()) }, until).take_pin_changes()
+}
+
+#[test]
+fn a_timer_interrupt_wakes_the_core_every_millisecond() {
+    let changes = toggles(0.0, Time::from_ms(1000));
+    let pin = Pin::new('B', 4);
+    assert!(changes.iter().all(|change| change.pin == pin));
+    assert!((990..=998).contains(&changes.len()), "the oscillators take 2.2 ms: {}", changes.len());
+    for pair in changes.windows(2) {
+        assert_eq!(pair[1].at.since(pair[0].at), Time::from_ms(1));
+        assert_ne!(pair[0].high, pair[1].high);
+    }
+}
+
+#[test]
+fn the_crystals_error_shows_in_the_boards_time() {
+    let span = |ppm| {
+        let changes = toggles(ppm, Time::from_ms(1010));
+        changes[900].at.since(changes[0].at)
+    };
+    // 900 ms on a crystal that is 100 ppm fast last 900 ms / 1.0001 = 899.910009 ms = 302 369 763.02 ticks.
+    let fast = span(100.0).0;
+    assert!(fast.abs_diff(302_369_763) <= 3, "{fast}");
+    let slow = span(-100.0).0;
+    // 900 ms / 0.9999 = 900.090009 ms = 302 430 243.02 ticks.
+    assert!(slow.abs_diff(302_430_243) <= 3, "{slow}");
+}
+
+#[test]
+fn sleep_costs_no_instructions() {
+    let board = flown(board("blinker", blinker()), Time::from_ms(1000));
+    let awake = board.counters().cycles_awake;
+    // About a thousand interrupts of some 40 cycles and the start; a core awake all the time has 168 000 000.
+    assert!(awake < 200_000, "{awake}");
+}
+
+#[test]
+fn the_same_flight_gives_the_same_instants_whatever_the_stride() {
+    let reference = toggles(12.5, Time::from_ms(50));
+    for stride_us in [1, 7, 333] {
+        let mut board =
+            EmulatedBoard::new(BoardConfig { crystal: Crystal::ppm(12.5), ..board("blinker", blinker()) }, 0);
+        board.power(true);
+        let mut now = Time::ZERO;
+        while now < Time::from_ms(50) {
+            now = (now + Time::from_us(stride_us)).min(Time::from_ms(50));
+            board.run_until(now).unwrap();
+        }
+        assert_eq!(board.take_pin_changes(), reference, "strides of {stride_us} us");
+    }
+}
+
+#[test]
+fn straps_are_read_as_the_harness_ties_them() {
+    let gpioc = 0x4002_0800;
+    let program =
+        [store(RCC + 0x30, 1 << 2), store(gpioc + 0x0C, 0x5555_5555), copy(gpioc + 0x10, RAM), STOP.to_vec()]
+            .concat();
+    let straps = vec![(Pin::new('C', 0), false), (Pin::new('C', 5), false), (Pin::new('C', 6), true)];
+    let board = flown(BoardConfig { straps, ..board("strapped", image(&program, &STOP)) }, Time::from_us(50));
+    assert_eq!(word(&board, RAM), 0xFFFF & !(1 << 0) & !(1 << 5));
+}
+
+#[test]
+fn an_access_to_an_unmodelled_address_names_board_pc_and_address() {
+    let program = [store(0x4000_7400, 1), STOP.to_vec()].concat();
+    let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    assert_eq!((error.address, error.write, error.refusal), (0x4000_7400, true, Refusal::Unmodelled));
+    // Reset vector at 200h, four 32-bit moves before the store.
+    assert_eq!(error.pc, 0x0800_0210);
+    let text = error.to_string();
+    for part in ["lost", "08000210h", "DAC.CR", "40007400h"] {
+        assert!(text.contains(part), "{text}");
+    }
+    assert_eq!(*board.state(), State::Refused(error));
+    let counted = board.counters().instructions;
+    board.run_until(Time::from_ms(1)).unwrap();
+    assert_eq!(board.counters().instructions, counted, "it stays stopped");
+}
+
+#[test]
+fn memory_that_the_part_lacks_is_refused_too() {
+    let mut board = EmulatedBoard::new(board("lost", image(&copy(0x6000_0000, RAM), &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    assert_eq!((error.address, error.pc), (0x6000_0000, 0x0800_0208));
+}
+
+#[test]
+fn a_peripheral_without_clock_is_refused() {
+    let mut board = EmulatedBoard::new(board("hasty", image(&store(GPIOB, 0), &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    assert_eq!((error.address, error.refusal), (GPIOB, Refusal::ClockOff));
+}
+
+#[test]
+fn a_fault_without_a_handler_that_helps_counts_as_a_panic() {
+    // UDF #0 after reset, B . as HardFault handler.
+    let board = flown(board("faulty", image(&[0xDE00], &STOP)), Time::from_ms(1));
+    assert_eq!(*board.state(), State::Stuck);
+    assert_eq!((board.counters().panics, board.counters().lockups), (1, 0));
+}
+
+/// Counts in `RAM` how often it was entered.
+fn counting_handler() -> Vec<u16> {
+    [&load(0, RAM)[..], &[0x6801, 0x3101, 0x6001], &RETURN].concat() // LDR r1, [r0]; ADDS r1, #1; STR r1, [r0]
+}
+
+/// SysTick every 1000 cycles of 16 MHz: 16 a millisecond, its first after 1000 and one for the reload (DDI 0403 B3.3.1).
+#[test]
+fn systick_wakes_a_sleeping_core_at_its_cycle() {
+    for (control, expected) in [(0b111, 15), (0b101, 0)] {
+        let start =
+            [store(RAM, 0), store(SYST_RVR, 999), store(SYST_CVR, 0), store(SYST_CSR, control)].concat();
+        let program = [start, SLEEP.to_vec()];
+        let program = image(&program.concat(), &counting_handler());
+        let mut board = flown(board("ticking", program), Time::from_us(999));
+        assert_eq!(word(&board, RAM), expected, "SYST_CSR {control:b}b");
+        assert!(board.counters().instructions < 300, "the cycles between are skipped");
+        board.run_until(Time::from_us(1010)).unwrap();
+        assert_eq!(word(&board, RAM), if control & 2 == 0 { 0 } else { expected + 1 });
+    }
+}
+
+/// Given a core that waits 16 us for its flash, when the store is done, then SysTick has counted 256 cycles of 16 MHz.
+#[test]
+fn systick_counts_while_the_core_waits_for_flash() {
+    const FLASH: u32 = 0x4002_3C00;
+    let program = [
+        store(FLASH + 0x04, 0x4567_0123),
+        store(FLASH + 0x04, 0xCDEF_89AB),
+        store(FLASH + 0x10, 0x201),
+        store(SYST_RVR, 0xFF_FFFF),
+        store(SYST_CVR, 0),
+        store(SYST_CSR, 0b101),
+        copy(SYST_CVR, RAM),
+        store(0x080E_0000, 0),
+        copy(SYST_CVR, RAM + 4),
+        STOP.to_vec(),
+    ];
+    let board = flown(board("waiting", image(&program.concat(), &STOP)), Time::from_us(100));
+    let passed = word(&board, RAM) - word(&board, RAM + 4);
+    assert!((256..256 + 60).contains(&passed), "{passed} cycles");
+}
+
+#[test]
+fn a_fault_in_the_fault_handler_locks_up() {
+    let board = flown(board("faulty", image(&[0xDE00], &[0xDE00])), Time::from_ms(1));
+    assert_eq!(*board.state(), State::LockedUp);
+    assert_eq!(board.counters().lockups, 1);
+}
+
+#[test]
+fn a_system_reset_starts_the_program_again_and_says_so_in_csr() {
+    // A word in RAM survives the reset: the first pass resets, the second copies RCC_CSR.
+    let program = [
+        &load(0, RAM)[..],
+        &load(2, 0x600D_CAFE),
+        &[0x6801, 0x4291, 0xD00A], // LDR r1, [r0]; CMP r1, r2; BEQ over the reset
+        &[0x6002],                 // STR r2, [r0]
+        &store(0xE000_ED0C, 0x05FA_0004),
+        &STOP,
+        &copy(RCC + 0x74, RAM + 4),
+        &STOP,
+    ]
+    .concat();
+    let board = flown(board("phoenix", image(&program, &STOP)), Time::from_us(100));
+    assert_eq!(board.counters().system_resets, 1);
+    // Power-on flags and brown-out, pin, software (RM0090 7.3.21).
+    assert_eq!(word(&board, RAM + 4), 0x1E00_0000);
+}
+
+#[test]
+fn power_off_forgets_ram_and_reset_does_not() {
+    let program = [&load(0, RAM)[..], &[0x6801, 0x3101, 0x6001], &STOP].concat(); // RAM word += 1
+    let mut board = flown(board("counting", image(&program, &STOP)), Time::from_us(50));
+    let first = word(&board, RAM);
+    board.reset();
+    board.run_until(Time::from_us(100)).unwrap();
+    assert_eq!(word(&board, RAM), first + 1);
+    board.power(false);
+    board.power(true);
+    board.run_until(Time::from_us(150)).unwrap();
+    assert_eq!(word(&board, RAM), first);
+}
+
+/// SLEEPDEEP is bit 2 of SCR (DDI 0403 B3.2.7).
+#[test]
+fn a_sleep_that_would_be_stop_is_refused_at_its_instruction() {
+    let scr = store(0xE000_ED10, 1 << 2);
+    let mut board = EmulatedBoard::new(board("stop", image(&[&scr[..], &SLEEP].concat(), &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_ms(1)).unwrap_err();
+    assert_eq!(error.refusal, Refusal::DeepSleep);
+    assert_eq!(*board.state(), State::Refused(error.clone()));
+    let text = error.to_string();
+    assert!(text.contains("WFI or WFE at 0800021"), "{text}");
+    assert!(text.contains("Stop and Standby are not modelled, clear SLEEPDEEP in SCR"), "{text}");
+}
+
+/// Given a program that logs by RTT without defmt, when it writes lines of text, then each whole line is in the log; a reset ends the
+/// last one.
+#[test]
+fn rtt_without_defmt_is_shown_as_text() {
+    let (block, buffer) = (RAM + 0x100, RAM + 0x200);
+    let words = |at: u32, bytes: &[u8]| -> Vec<u16> {
+        let words = bytes.chunks(4).map(|chunk| {
+            let mut word = [0; 4];
+            word[..chunk.len()].copy_from_slice(chunk);
+            u32::from_le_bytes(word)
+        });
+        (at..).step_by(4).zip(words).flat_map(|(at, word)| store(at, word)).collect()
+    };
+    let text = b"one line\r\nand another\nhalf a";
+    let program = [
+        words(block, b"SEGGER RTT\0\0\0\0\0\0\x01"),
+        words(buffer, text),
+        store(block + 28, buffer).to_vec(),
+        store(block + 32, 64).to_vec(),
+        store(block + 40, 0).to_vec(),
+        store(block + 36, text.len() as u32).to_vec(),
+        STOP.to_vec(),
+    ]
+    .concat();
+    let with_log = Arc::into_inner(image(&program, &STOP)).expect("nobody shares it");
+    let with_log = with_log.with_symbol("_SEGGER_RTT", Symbol { address: block, size: 48 });
+    let mut board = EmulatedBoard::new(board("talking", Arc::new(with_log)), 0);
+    board.power(true);
+    board.run_until(Time::from_us(100)).unwrap();
+    let lines = |board: &mut EmulatedBoard| -> Vec<_> {
+        board.take_log().into_iter().map(|line| (line.level, line.text)).collect()
+    };
+    assert_eq!(lines(&mut board), [(None, "one line".to_owned()), (None, "and another".to_owned())]);
+    board.reset();
+    board.run_until(Time::from_us(200)).unwrap();
+    assert_eq!(lines(&mut board)[0], (None, "half a".to_owned()));
+    assert_eq!(board.counters().malformed_logs, 0);
+}
+
+/// Given a stack that grows below CCM (F405) or RAM (F446), then the bus answers with a fault, and the handler of faults runs: on
+/// another stack, as the frame is lost.
+#[test]
+fn stack_that_grows_below_memory_is_a_fault_of_the_program() {
+    for (model, bottom) in [(Model::PYBOARD_V11, 0x1000_0000), (Model::NUCLEO_F446RE, RAM)] {
+        // MOV sp, r2; PUSH {r0-r7}; B .-2
+        let program = [&load(2, bottom + 0x28)[..], &[0x4695, 0xB4FF, 0xE7FD]].concat();
+        // MOV r3, sp; r2 = RAM + 1000h; MOV sp, r2; PUSH {r3}; B .
+        let handler = [&[0x466B][..], &load(2, RAM + 0x1000), &[0x4695, 0xB408], &STOP].concat();
+        let config = BoardConfig { model, ..board("deep", image(&program, &handler)) };
+        let board = flown(config, Time::from_us(50));
+        assert_eq!((board.state(), board.counters().panics), (&State::Stuck, 1), "{model:?}");
+        // 8 registers fit, the next 8 do not: its frame of 32 bytes lies below what the second PUSH left.
+        let stack = word(&board, RAM + 0xFFC);
+        assert!(stack < bottom, "{model:?}: {stack:08X}h");
+    }
+}

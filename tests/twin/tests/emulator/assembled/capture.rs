@@ -1,0 +1,258 @@
+//! Edges of CAN_RX through TIM5 and DMA1 into a ring in RAM, the watchdog, the ADC: one board each.
+
+use super::programs::*;
+use can_wire::time::Time;
+use twin::board::{BoardConfig, EmulatedBoard, Fittings, State};
+use twin::bxcan::Side;
+use twin::crystal::Crystal;
+use twin::mmio::Refusal;
+
+const GPIOA: u32 = 0x4002_0000;
+const TIM5: u32 = 0x4000_0C00;
+const DMA1: u32 = 0x4002_6000;
+const STREAM2: u32 = DMA1 + 0x40;
+const STREAM4: u32 = DMA1 + 0x70;
+const IWDG: u32 = 0x4000_3000;
+const ADC1: u32 = 0x4001_2000;
+/// Two rings of four words.
+const RING1: u32 = RAM + 0x100;
+const RING2: u32 = RAM + 0x200;
+/// What the interrupt handler leaves: LISR.
+const SEEN: u32 = RAM + 0x300;
+const RAM_AT_POWER_ON: u32 = 0xA5A5_A5A5;
+
+/// Both edges of PA0 and PA1 at 84 MHz, each channel by its stream (channel 6) into its ring.
+fn capture_both_lines(rings: [u32; 2]) -> Vec<u16> {
+    let stream = |base: u32, from: u32, to: u32| {
+        [
+            store(base + 0x08, from),
+            store(base + 0x0C, to),
+            store(base + 0x04, 4),
+            store(base + 0x14, 0),
+            // CHSEL 6, MSIZE and PSIZE word, MINC, CIRC, TCIE, TEIE; then EN.
+            store(base, 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 2),
+            store(base, 6 << 25 | 2 << 13 | 2 << 11 | 1 << 10 | 1 << 8 | 1 << 4 | 1 << 2 | 1),
+        ]
+        .concat()
+    };
+    [
+        run_at_168_mhz(),
+        store(RCC + 0x30, 1 << 21 | 1 << 0),
+        store(RCC + 0x40, 1 << 3),
+        store(GPIOA + 0x20, 0x22),
+        store(GPIOA, 0xA800_000A),
+        store(TIM5 + 0x18, 0x0101),
+        store(TIM5 + 0x20, 0x00BB),
+        store(TIM5 + 0x0C, 1 << 9 | 1 << 10),
+        stream(STREAM2, TIM5 + 0x34, rings[0]),
+        stream(STREAM4, TIM5 + 0x38, rings[1]),
+        // Stream 2 is interrupt 13.
+        store(NVIC_ISER0, 1 << 13),
+        store(TIM5, 1),
+        SLEEP.to_vec(),
+    ]
+    .concat()
+}
+
+fn witness(rings: [u32; 2]) -> BoardConfig {
+    let handler = [&copy(DMA1, SEEN)[..], &store(DMA1 + 0x08, 0x3D << 16), &RETURN].concat();
+    board("witness", image(&capture_both_lines(rings), &handler))
+}
+
+fn asleep(config: BoardConfig) -> EmulatedBoard {
+    let mut board = EmulatedBoard::new(config, 0);
+    board.power(true);
+    board.run_until(Time::from_ms(5)).unwrap();
+    board
+}
+
+fn words<const N: usize>(board: &EmulatedBoard, address: u32) -> [u32; N] {
+    let bytes = board.read_memory(address, 4 * N).unwrap();
+    std::array::from_fn(|n| u32::from_le_bytes(bytes[4 * n..4 * n + 4].try_into().unwrap()))
+}
+
+/// Runs in quanta of 20 us and hands each one's edges over after it, as a spacecraft does.
+fn fly(board: &mut EmulatedBoard, edges: &[(Side, Time, bool)], until: Time) {
+    let mut left = edges.iter().peekable();
+    let mut now = board.now();
+    while now < until {
+        now = (now + Time::from_us(20)).min(until);
+        board.run_until(now).unwrap();
+        while let Some(&(side, at, level)) = left.next_if(|&&(_, at, _)| at <= now) {
+            board.can_rx_edge(side, at, level);
+        }
+    }
+}
+
+fn edges(side: Side, instants: &[Time]) -> Vec<(Side, Time, bool)> {
+    instants.iter().enumerate().map(|(n, &at)| (side, at, n % 2 == 1)).collect()
+}
+
+#[test]
+fn dma_moves_the_captures_of_both_lines_while_the_core_sleeps() {
+    let mut board = asleep(witness([RING1, RING2]));
+    let awake = board.counters().instructions;
+    let instants = [6_000, 6_001, 6_003].map(Time::from_us);
+    let mut both = edges(Side::Can1, &instants);
+    both.extend(edges(Side::Can2, &[Time::from_us(6_010), Time::from_us(6_090)]));
+    fly(&mut board, &both, Time::from_ms(7));
+    assert_eq!(board.counters().instructions, awake, "nobody woke up");
+    // 84 counts per microsecond.
+    let [a, b, c, d] = words::<4>(&board, RING1);
+    assert_eq!([b - a, c - b, d], [84, 168, RAM_AT_POWER_ON]);
+    let [e, f, g] = words::<3>(&board, RING2);
+    assert_eq!([e - a, f - e, g], [840, 80 * 84, RAM_AT_POWER_ON]);
+}
+
+#[test]
+fn a_full_ring_interrupts_and_starts_again() {
+    let mut board = asleep(witness([RING1, RING2]));
+    let instants: Vec<_> = (0..5).map(|n| Time::from_us(6_000 + 7 * n)).collect();
+    fly(&mut board, &edges(Side::Can1, &instants), Time::from_ms(7));
+    let [fifth, second, third, fourth] = words::<4>(&board, RING1);
+    assert_eq!([third - second, fourth - third, fifth - fourth], [7 * 84; 3]);
+    // HTIF2 and TCIF2.
+    assert_eq!(words::<1>(&board, SEEN), [3 << 20]);
+}
+
+#[test]
+fn captures_do_not_depend_on_the_length_of_the_quantum() {
+    let ring = |quantum: Time| {
+        let mut board = asleep(BoardConfig { crystal: Crystal::ppm(37.5), ..witness([RING1, RING2]) });
+        let all = edges(Side::Can1, &[Time(2_016_001), Time(2_016_400), Time(2_020_007)]);
+        let (mut now, mut left) = (board.now(), all.iter().peekable());
+        while now < Time(2_100_000) {
+            now += quantum;
+            board.run_until(now).unwrap();
+            while let Some(&(side, at, level)) = left.next_if(|&&(_, at, _)| at <= now) {
+                board.can_rx_edge(side, at, level);
+            }
+        }
+        words::<3>(&board, RING1)
+    };
+    let reference = ring(Time(1));
+    assert_eq!(ring(Time::from_us(3)), reference);
+    assert_eq!(ring(Time::from_us(20)), reference);
+}
+
+#[test]
+fn the_crystals_error_shows_in_the_captures() {
+    let span = |ppm: f64| {
+        let mut board = asleep(BoardConfig { crystal: Crystal::ppm(ppm), ..witness([RING1, RING2]) });
+        let instants = [Time::from_ms(6), Time::from_ms(1006)];
+        fly(&mut board, &edges(Side::Can1, &instants), Time::from_ms(1010));
+        let [a, b] = words::<2>(&board, RING1);
+        b.wrapping_sub(a)
+    };
+    // A second of 84 MHz, 50 ppm more or less.
+    assert!(span(0.0).abs_diff(84_000_000) <= 1);
+    assert!(span(50.0).abs_diff(84_004_200) <= 1);
+    assert!(span(-50.0).abs_diff(83_995_800) <= 1);
+}
+
+#[test]
+fn without_the_wires_nothing_is_captured() {
+    let fittings = Fittings { capture_wires: false, ..Fittings::default() };
+    let mut board = asleep(BoardConfig { fittings, ..witness([RING1, RING2]) });
+    fly(&mut board, &edges(Side::Can1, &[Time::from_ms(6)]), Time::from_ms(7));
+    assert_eq!(words::<1>(&board, RING1), [RAM_AT_POWER_ON]);
+}
+
+/// RM0090 2.3.1 and 10.3.2: DMA does not reach CCM; the stream stops with TEIF2 (LISR bit 19).
+#[test]
+fn a_ring_in_ccm_is_a_transfer_error() {
+    let mut board = asleep(witness([0x1000_0000, RING2]));
+    fly(&mut board, &edges(Side::Can1, &[Time::from_ms(6)]), Time::from_ms(7));
+    assert_eq!((words(&board, 0x1000_0000), words(&board, SEEN)), ([RAM_AT_POWER_ON], [1 << 19]));
+}
+
+#[test]
+fn a_stream_that_is_not_modelled_is_refused() {
+    // Double buffers.
+    let program = [store(RCC + 0x30, 1 << 21), store(STREAM2, 1 << 18 | 1)].concat();
+    let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
+    board.power(true);
+    let error = board.run_until(Time::from_us(50)).unwrap_err();
+    assert_eq!((error.address, error.refusal), (STREAM2, Refusal::Unmodelled));
+}
+
+/// Copies RCC_CSR, removes its flags, starts a watchdog of 1 ms (PR 0, RLR 7) and goes on with `rest`.
+fn guarded(rest: &[u16]) -> Vec<u16> {
+    [
+        &copy(RCC + 0x74, RAM)[..],
+        &store(RCC + 0x74, 1 << 24),
+        &store(IWDG, 0x5555),
+        &store(IWDG + 0x04, 0),
+        &store(IWDG + 0x08, 7),
+        &store(IWDG, 0xCCCC),
+        &store(IWDG, 0xAAAA),
+        rest,
+    ]
+    .concat()
+}
+
+#[test]
+fn an_unfed_watchdog_resets_a_core_in_any_state() {
+    // Spinning, asleep, in an endless fault handler, locked up.
+    for (rest, handler) in [(&STOP[..], 0xE7FE), (&SLEEP, 0xE7FE), (&[0xDE00], 0xE7FE), (&[0xDE00], 0xDE00)] {
+        let config = board("guarded", image(&guarded(rest), &[handler]));
+        let mut board = EmulatedBoard::new(config, 0);
+        board.power(true);
+        board.run_until(Time::from_us(990)).unwrap();
+        assert_eq!((board.counters().watchdog_resets, words::<1>(&board, RAM)), (0, [0x0E00_0000]));
+        board.run_until(Time::from_us(3_100)).unwrap();
+        // IWDGRSTF and PINRSTF (RM0090 7.3.21).
+        assert_eq!(
+            (board.counters().watchdog_resets, words::<1>(&board, RAM)),
+            (3, [0x2400_0000]),
+            "{rest:X?}"
+        );
+    }
+}
+
+#[test]
+fn a_fed_watchdog_lets_the_program_live() {
+    let feed = [&store(IWDG, 0xAAAA)[..], &[0xE7F5]].concat(); // B to its beginning
+    let config = board("fed", image(&guarded(&feed), &STOP));
+    let mut board = EmulatedBoard::new(config, 0);
+    board.power(true);
+    board.run_until(Time::from_ms(50)).unwrap();
+    assert_eq!((board.counters().watchdog_resets, board.state()), (0, &State::Running));
+}
+
+#[test]
+fn a_slow_lsi_resets_late() {
+    let fittings = Fittings { lsi_hz: 17_000, ..Fittings::default() };
+    let config = BoardConfig { fittings, ..board("guarded", image(&guarded(&STOP), &STOP)) };
+    let mut board = EmulatedBoard::new(config, 0);
+    board.power(true);
+    // 4 * 8 cycles at 17 kHz: 1882 us.
+    board.run_until(Time::from_us(1_870)).unwrap();
+    assert_eq!(board.counters().watchdog_resets, 0);
+    board.run_until(Time::from_us(1_900)).unwrap();
+    assert_eq!(board.counters().watchdog_resets, 1);
+}
+
+#[test]
+fn the_adc_reads_the_boards_temperature() {
+    let read = |to: u32| [store(ADC1 + 0x08, 1 << 30 | 1), wait_for(ADC1, 1), copy(ADC1 + 0x4C, to)].concat();
+    let program = [
+        run_at_168_mhz(),
+        store(RCC + 0x44, 1 << 8),
+        store(ADC1 + 0x304, 1 << 23 | 1 << 16),
+        store(ADC1 + 0x08, 1),
+        store(ADC1 + 0x0C, 7 << 18),
+        store(ADC1 + 0x34, 16),
+        read(RAM),
+        SLEEP.to_vec(),
+    ]
+    .concat();
+    let fittings = Fittings { temperature_c: 85.0, ..Fittings::default() };
+    let mut board = asleep(BoardConfig { fittings, ..board("warm", image(&program, &STOP)) });
+    // 0.76 V + 60 * 2.5 mV = 0.91 V of 3.3 V: 1129 of 4095.
+    assert_eq!(words::<1>(&board, RAM), [1129]);
+    board.set_temperature(-40.0);
+    board.reset();
+    board.run_until(Time::from_ms(10)).unwrap();
+    assert_eq!(words::<1>(&board, RAM), [741]);
+}

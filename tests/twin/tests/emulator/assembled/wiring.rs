@@ -1,0 +1,186 @@
+//! Pins of the controllers, and wirings other than that of our spacecraft.
+
+use can_wire::frame::WireFrame;
+use can_wire::time::Time;
+use can_wire::timing::{BitTiming, Quantum};
+use twin::board::{BoardConfig, Fittings};
+use twin::bxcan::Side;
+use twin::guest::GuestEvent;
+use twin::model::Model;
+use twin::peripherals::Pin;
+use twin::spacecraft::{BoardId, Bus, Event, LogRecord, Spacecraft, SpacecraftConfig, Wiring};
+
+use super::programs::*;
+
+const WORD: u32 = 0x1122_3344;
+
+/// Gives pins alternate function 9.
+fn can_pins(pins: &[Pin]) -> Vec<u16> {
+    let ports: u32 = pins.iter().fold(0, |ports, pin| ports | 1 << pin.port_index());
+    let mut program = store(RCC + 0x30, ports);
+    for port in 0..9 {
+        let of_port = || pins.iter().filter(|pin| pin.port_index() == port).map(|pin| u32::from(pin.number));
+        if of_port().count() == 0 {
+            continue;
+        }
+        let base = 0x4002_0000 + 0x400 * port as u32;
+        for (half, register) in [(0..8, 0x20), (8..16, 0x24)] {
+            let functions = of_port().filter(|n| half.contains(n)).map(|n| 9 << (4 * (n % 8)));
+            program.extend(store(base + register, functions.sum()));
+        }
+        program.extend(store(base, of_port().map(|n| 2 << (2 * n)).sum()));
+    }
+    program
+}
+
+/// A board that sends a word on `can` behind `pins`, then sleeps.
+fn sender(can: u32, pins: &[Pin]) -> BoardConfig {
+    let parts =
+        [start_both_controllers(&can_pins(pins)), join(can, MEGABIT), send(can, 0x123, WORD), SLEEP.to_vec()];
+    board("sender", image(&parts.concat(), &STOP))
+}
+
+fn frame() -> WireFrame {
+    WireFrame::standard(0x123, &WORD.to_le_bytes())
+}
+
+/// What a guest on each of the first two buses hears of one board in 5 ms, and the board's log.
+fn heard(board: BoardConfig) -> ([Vec<GuestEvent>; 2], Vec<LogRecord>) {
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    spacecraft.add_board(board);
+    let guests = Bus::ALL.map(|bus| spacecraft.add_guest(bus, 1.0));
+    spacecraft.run_until(Time::from_ms(5)).unwrap();
+    let heard =
+        guests.map(|guest| spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect());
+    (heard, spacecraft.take_logs())
+}
+
+fn word(spacecraft: &Spacecraft, board: BoardId) -> u32 {
+    let bytes = spacecraft.board(board).read_memory(RAM, 4).unwrap();
+    u32::from_le_bytes(bytes.try_into().unwrap())
+}
+
+/// Pins and the smallest package that has them (DS8626 table 9).
+#[test]
+fn can_leads_to_its_bus_behind_every_pair_of_its_pins() {
+    let pin = Pin::new;
+    for (can, pins, package_pins) in [
+        (CAN1, [pin('B', 8), pin('B', 9)], 64),
+        (CAN1, [pin('A', 11), pin('A', 12)], 64),
+        (CAN1, [pin('A', 11), pin('B', 9)], 64),
+        (CAN1, [pin('D', 0), pin('D', 1)], 100),
+        (CAN1, [pin('I', 9), pin('H', 13)], 176),
+        (CAN2, [pin('B', 12), pin('B', 13)], 64),
+        (CAN2, [pin('B', 5), pin('B', 6)], 64),
+    ] {
+        let model = Model { package_pins, ..Model::PYBOARD_V11 };
+        let (heard, log) = heard(BoardConfig { model, ..sender(can, &pins) });
+        let received = vec![GuestEvent::Received(frame())];
+        let expected = if can == CAN1 { [received, vec![]] } else { [vec![], received] };
+        assert_eq!(heard, expected, "{pins:?}");
+        assert_eq!(log, [], "{pins:?}");
+    }
+}
+
+#[test]
+fn a_controller_that_reaches_no_bus_is_told_with_the_reason() {
+    let pin = Pin::new;
+    let unwired = Fittings { wiring: Wiring { can1: None, ..Wiring::default() }, ..Fittings::default() };
+    let on_pins = |pins: &[Pin]| sender(CAN1, pins);
+    for (board, reason) in [
+        (on_pins(&[pin('C', 8), pin('C', 9)]), "no pin carries CAN1_RX (AF9)"),
+        (on_pins(&[pin('B', 8), pin('C', 9)]), "no pin carries CAN1_TX (AF9)"),
+        // CAN2 has these.
+        (on_pins(&[pin('B', 12), pin('B', 13)]), "no pin carries CAN1_RX (AF9)"),
+        (on_pins(&[pin('D', 0), pin('D', 1)]), "PD0 carries CAN1_RX, and the package of 64 pins lacks it"),
+        (
+            BoardConfig { fittings: unwired, ..on_pins(&[pin('B', 8), pin('B', 9)]) },
+            "the board's wiring has no bus behind its transceiver",
+        ),
+    ] {
+        let (heard, log) = heard(board);
+        assert_eq!(heard, [vec![], vec![]], "{reason}");
+        let log: Vec<_> = log.into_iter().map(|line| line.text).collect();
+        assert_eq!(log, [format!("twin: CAN1 takes part in no bus: {reason}")]);
+    }
+}
+
+#[test]
+fn both_controllers_of_a_board_may_share_a_bus() {
+    let program = [join_both_buses(), send(CAN1, 0x123, WORD), receive(CAN2, RAM), SLEEP.to_vec()].concat();
+    let wiring = Wiring { can1: Some(Bus::Nominal), can2: Some(Bus::Nominal) };
+    let fittings = Fittings { wiring, ..Fittings::default() };
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    let board = spacecraft.add_board(BoardConfig { fittings, ..board("both", image(&program, &STOP)) });
+    spacecraft.run_until(Time::from_ms(5)).unwrap();
+    assert_eq!(word(&spacecraft, board), WORD);
+    assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Nominal, 0)));
+    assert_eq!(spacecraft.place(board, Side::Can2), Some((Bus::Nominal, 1)));
+}
+
+/// Given one controller behind a transceiver switch (ECSS Figure A-6), then it is on the bus that the pin selects, and takes its error
+/// counters along: nobody acknowledges it on the first bus, and a guest does so on the other one.
+#[test]
+fn transceiver_switch_leads_the_controller_from_bus_to_bus() {
+    let switch = Pin::new('C', 0);
+    let fittings = Fittings { transceiver_switch: Some(switch), ..Fittings::default() };
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    let sender = sender(CAN1, &[Pin::new('B', 8), Pin::new('B', 9)]);
+    let board = spacecraft.add_board(BoardConfig { fittings, ..sender });
+    let guest = spacecraft.add_guest(Bus::Redundant, 1.0);
+    spacecraft.run_until(Time::from_ms(5)).unwrap();
+    assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Nominal, 0)));
+    assert_eq!(spacecraft.place(board, Side::Can2), None);
+    assert_eq!(spacecraft.wire(Bus::Nominal).error_counters(0).transmit, 128);
+    assert_eq!(spacecraft.take_heard(guest), []);
+    spacecraft.schedule(Time::ZERO, board, Event::Drive(switch, Some(true)));
+    spacecraft.run_until(Time::from_ms(10)).unwrap();
+    assert_eq!(spacecraft.place(board, Side::Can1), Some((Bus::Redundant, 0)));
+    let heard: Vec<_> = spacecraft.take_heard(guest).into_iter().map(|(_, event)| event).collect();
+    assert_eq!(heard, [GuestEvent::Received(frame())]);
+    assert_eq!(spacecraft.wire(Bus::Redundant).error_counters(0).transmit, 127);
+}
+
+/// Two pairs of boards on two networks beside those of the spacecraft: each hears its own peer.
+#[test]
+fn boards_talk_on_the_network_that_their_wiring_names() {
+    let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+    let pairs = [(Bus::Third, 0xAAAA), (Bus::Fourth, 0xBBBB)].map(|(bus, sent)| {
+        let fittings = Fittings { wiring: Wiring { can1: Some(bus), can2: None }, ..Fittings::default() };
+        let on_can1 =
+            [start_both_controllers(&can_pins(&[Pin::new('B', 8), Pin::new('B', 9)])), join(CAN1, MEGABIT)]
+                .concat();
+        let ear = [&on_can1[..], &receive(CAN1, RAM), &SLEEP].concat();
+        let mouth = [&on_can1[..], &send(CAN1, 0x123, sent), &SLEEP].concat();
+        let mut add = |name, program: &[u16]| {
+            spacecraft.add_board(BoardConfig { fittings, ..board(name, image(program, &STOP)) })
+        };
+        add("mouth", &mouth);
+        (add("ear", &ear), sent)
+    });
+    spacecraft.run_until(Time::from_ms(5)).unwrap();
+    for (ear, sent) in pairs {
+        assert_eq!(word(&spacecraft, ear), sent);
+    }
+}
+
+/// A guest at 250 kbit/s: it reaches a board at 250 kbit/s and no other.
+#[test]
+fn a_guest_has_a_bit_rate_of_its_own() {
+    // 4 us in 14 quanta of 2/7 us: 12 ticks of PCLK1.
+    const QUARTER: u32 = 2 << 20 | 9 << 16 | 11;
+    let timing = BitTiming::new(Quantum::new(96, 1), 10, 3, 1);
+    for (btr, reaches) in [(QUARTER, true), (MEGABIT, false)] {
+        let pins = can_pins(&[Pin::new('B', 8), Pin::new('B', 9)]);
+        let program =
+            [start_both_controllers(&pins), join(CAN1, btr), receive(CAN1, RAM), SLEEP.to_vec()].concat();
+        let mut spacecraft = Spacecraft::new(SpacecraftConfig::default());
+        let board = spacecraft.add_board(board("ear", image(&program, &STOP)));
+        let guest = spacecraft.add_guest_at(Bus::Nominal, 1.0, timing);
+        spacecraft.inject(guest, Time::from_ms(4), frame());
+        spacecraft.run_until(Time::from_ms(8)).unwrap();
+        let sent =
+            spacecraft.take_heard(guest).into_iter().any(|(_, event)| event == GuestEvent::Sent(frame()));
+        assert_eq!((sent, word(&spacecraft, board) == WORD), (reaches, reaches), "BTR {btr:08X}h");
+    }
+}

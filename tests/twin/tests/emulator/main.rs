@@ -1,0 +1,4 @@
+//! The emulated board without firmware: programs assembled by hand, and the bxCAN model by its registers.
+
+mod assembled;
+mod bxcan;

@@ -1,0 +1,5 @@
+//! The campaign of random faults: its judges, its regressions, and a share of its runs.
+
+mod broken;
+mod regressions;
+mod share;

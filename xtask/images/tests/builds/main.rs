@@ -1,0 +1,4 @@
+//! Packages that build for the boards, and packages that must not.
+
+mod images;
+mod pins;

@@ -1,0 +1,15 @@
+//! The commands as people run them, and the documents of the repository.
+
+mod bench;
+mod cli;
+mod demo;
+mod docs;
+mod eds;
+mod endings;
+mod examples;
+mod flash;
+mod licences;
+mod mutants;
+mod selftest;
+mod twin;
+mod typed;
