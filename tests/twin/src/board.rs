@@ -8,6 +8,7 @@ mod edge;
 mod fittings;
 mod flash;
 mod network;
+mod spin;
 mod supply;
 
 use std::fmt;
@@ -25,6 +26,7 @@ pub use fittings::Fittings;
 pub(crate) use fittings::Plug;
 use flash::FlashCare;
 pub use flash::Remains;
+use spin::Spin;
 
 pub use crate::accelerator::FlashTiming;
 use crate::bxcan::{Side, Stats};
@@ -119,6 +121,7 @@ pub struct EmulatedBoard {
     /// The cycle at which a timer or the RTC next raises its line, or the watchdog runs out; later than everything when none
     /// will.
     timer_event: u64,
+    spin: Spin,
     /// When the watchdog runs out, and the cycle at which that is noticed.
     watchdog: Option<(Time, u64)>,
     flash: FlashCare,
@@ -194,6 +197,7 @@ impl EmulatedBoard {
             lines: [0; 3],
             nmi: false,
             timer_event: u64::MAX,
+            spin: Spin::default(),
             watchdog: None,
             flash: FlashCare::default(),
             thermometer,
@@ -420,6 +424,7 @@ impl EmulatedBoard {
                 self.sleep(until);
             } else {
                 self.step()?;
+                self.skip_turns(until);
             }
         }
         if self.counters.instructions != before {
@@ -472,6 +477,7 @@ impl EmulatedBoard {
         self.counters.cycles_awake += u64::from(step.cycles);
         self.asleep = step.asleep;
         self.systick = step.systick;
+        self.spin.follow(step);
         if self.link.take_touched() {
             if let Some(refused) = self.link.take_refused() {
                 return Err(self.refuse(refused));
@@ -522,6 +528,7 @@ impl EmulatedBoard {
 
     /// Follows what the peripherals did: clock tree, interrupt lines, next timer event.
     pub(crate) fn refresh(&mut self) {
+        self.spin.end();
         let link = self.link.clone();
         let mut peripherals = link.peripherals();
         peripherals.run_timers(self.clock.now().cycle);

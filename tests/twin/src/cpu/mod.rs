@@ -18,8 +18,10 @@ pub struct Step {
     pub cycles: u32,
     /// The core sleeps in WFE or WFI; more steps change nothing until an interrupt line rises or [`Step::systick`].
     pub asleep: bool,
-    /// While asleep: the cycle at which SysTick wakes the core; `u64::MAX` for never.
+    /// While asleep or spinning: the cycle at which SysTick pends its exception; `u64::MAX` for never.
     pub systick: u64,
+    /// The instruction branched to itself; more steps do the same until an exception is pending.
+    pub spins: bool,
     /// The step entered HardFault.
     pub hard_fault: bool,
     /// The HardFault handler branches to itself: it will never do anything else.

@@ -47,6 +47,8 @@ const EXCESS_OF_ENTRY: u64 = 8;
 const EXCESS_OF_RETURN: u64 = 7;
 /// A return charges at least so many; one that goes on with the next handler at once (tail-chaining) charges 7.
 const CHARGED_FOR_RETURN: u64 = 19;
+/// Cycles of a taken branch: 1 + P (DDI 0439 table 3-1) with P = 2.
+const TAKEN_BRANCH: u64 = 3;
 /// ENABLE of SYST_CSR (DDI 0403 B3.3.3), CYCCNTENA of DWT_CTRL (C1.8.7).
 const SYST_ENABLE: u32 = 1;
 const DWT_CYCCNTENA: u32 = 1;
@@ -359,10 +361,13 @@ impl Cpu for Core {
         }
         // A sleeping step and the WFE that starts the sleep cost one cycle.
         self.asleep = cycles == 1 && self.cpu.is_asleep();
+        // Asked only after branches that left xPSR alone: few instructions read their successor.
+        let spins = cycles == TAKEN_BRANCH && self.xpsr == before && self.branches_to_itself();
         Step {
             cycles: cycles as u32 + self.link.accelerator().take_waits(),
             asleep: self.asleep,
-            systick: if self.asleep { self.systick() } else { u64::MAX },
+            systick: if self.asleep || spins { self.systick() } else { u64::MAX },
+            spins,
             breakpoint: false,
             hard_fault: is == HARD_FAULT && was != HARD_FAULT,
             stuck: is == HARD_FAULT && self.branches_to_itself(),

@@ -10,4 +10,5 @@ mod guests;
 mod programs;
 mod pulse;
 mod spacecraft;
+mod spin;
 mod wiring;
