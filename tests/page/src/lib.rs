@@ -35,10 +35,14 @@ const REPOSITORY: &str = "../ecss-can";
 /// # Errors
 /// When the page cannot be read, has a block without a meaning, or does not name the repository.
 pub fn your_own() -> anyhow::Result<Vec<Step>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).context("a workspace")?;
+    let root = root()?;
     let page = fs::read_to_string(root.join("docs/your-own.md"))?;
     ensure!(page.contains(REPOSITORY), "docs/your-own.md does not name {REPOSITORY}");
     steps(&page.replace(REPOSITORY, &root.display().to_string()))
+}
+
+fn root() -> anyhow::Result<&'static Path> {
+    Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).context("a workspace")
 }
 
 /// The steps of a page.
@@ -89,6 +93,18 @@ impl Folder {
     #[must_use]
     pub fn with_tools(self, tools: &Path) -> Folder {
         Folder { tools: Some(tools.into()), ..self }
+    }
+
+    /// Keeps what cargo compiles for the package `name`, which is there, in `target/page` of this repository for the next time.
+    ///
+    /// # Errors
+    /// When the link cannot be made.
+    #[cfg(unix)]
+    pub fn keep_target(&self, name: &str) -> anyhow::Result<()> {
+        let target = root()?.join("target/page");
+        fs::create_dir_all(&target)?;
+        std::os::unix::fs::symlink(target, self.top.join(name).join("target"))?;
+        Ok(())
     }
 
     /// Writes a file.

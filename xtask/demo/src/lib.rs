@@ -14,7 +14,6 @@ mod outcome;
 pub mod plan;
 pub mod record;
 pub mod report;
-#[cfg(any(test, feature = "sample"))]
 pub mod sample;
 pub mod stamps;
 mod summary;

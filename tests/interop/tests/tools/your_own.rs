@@ -42,7 +42,12 @@ fn follow(steps: &[Step], folder: &mut Folder) -> anyhow::Result<()> {
                 folder.write(path, &text.replace(NOMINAL, &twin.nominal))?;
             }
             Step::File(path, text) => folder.write(path, text)?,
-            Step::Run(commands) => printed = folder.run(commands)?,
+            Step::Run(commands) => {
+                printed = folder.run(commands)?;
+                if commands.starts_with("cargo new") {
+                    folder.keep_target("heater")?;
+                }
+            }
             Step::Background(command) => {
                 let command = folder.background(&(command.trim_end().to_owned() + FREE_PORTS));
                 twin = Some(Twin::of(command)?);
