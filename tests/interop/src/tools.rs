@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
-use anyhow::bail;
+use anyhow::ensure;
 use support::needs::{self, Need};
 
 /// Directory of the scripts.
@@ -22,9 +22,8 @@ pub fn workspace() -> PathBuf {
 /// # Errors
 /// When one is missing; the error says how to install it.
 pub fn require(needs: &[Need]) -> anyhow::Result<()> {
-    for need in needs.iter().filter(|need| !need.is_there()) {
-        bail!("missing: {need}; run `cargo xtask test-tools --install`");
-    }
+    let missing: Vec<String> = needs.iter().filter(|need| !need.is_there()).map(Need::to_string).collect();
+    ensure!(missing.is_empty(), "missing: {}; run `cargo xtask test-tools --install`", missing.join(", "));
     Ok(())
 }
 
