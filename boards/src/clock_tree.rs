@@ -1,7 +1,8 @@
 //! Oscillator, PLL and flash accelerator: what must run before anything else does.
 //!
-//! The HAL waits for HSE without bound, so HSE is started and checked here first. A board whose oscillator is broken
-//! stays on HSI, whose error of up to 1 % no CAN network bears: it touches no controller and says what it lacks.
+//! The HAL waits for HSE without bound, so HSE is started and checked here first. A board whose oscillator does not run stays on HSI,
+//! whose error of up to 1 % no CAN network tolerates. It touches no controller, reports the failure in its log, and tries again for
+//! ever: the oscillator may start late, as the clock that a NUCLEO gets from its ST-LINK does without USB.
 
 use cortex_m::peripheral::SYST;
 use ecss_can::time::Clock;
@@ -14,7 +15,7 @@ use embassy_stm32::{Config, Peri, Peripherals};
 use crate::common::dark;
 use crate::{OSCILLATOR, PREDIV, Resources, Uptime};
 
-/// Looks at HSERDY until HSE is given up. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
+/// Looks at HSERDY until the board reports that HSE does not run. A look takes 6 to 16 cycles of HSI (16 MHz), so that is 0.1 to 0.3 s: a crystal takes
 /// 2 ms (DS8626 table 34), the vendor's HAL gives it 100.
 const HSE_LOOKS: u32 = 270_000;
 /// Prescaler of TIM2 for a count in milliseconds of HSI.
@@ -25,16 +26,16 @@ const TURN: u32 = 250 - 1;
 /// Starts the clocks and the HAL: SYSCLK 168 MHz, APB1 42 MHz, its timers 84 MHz. One bit timing and one timer rate on all
 /// boards.
 ///
-/// Without its oscillator the board never returns from here: it logs the failure, its LEDs take turns, and both
-/// controllers stay in reset.
+/// Without its oscillator the board does not return from here until the oscillator runs: it logs the failure, its LEDs take turns, and
+/// both controllers stay in reset.
 ///
 /// # Panics
 /// When called twice.
 pub fn start() -> Peripherals {
     if !oscillates() {
-        // SAFETY: `Peripherals` were not handed out, and never are from here on.
+        // SAFETY: `Peripherals` were not handed out yet, and these are dropped before they are.
         let board = Resources::of(unsafe { Peripherals::steal() });
-        without_oscillator([board.led_sync.into(), board.led_state.into()])
+        wait_for_oscillator([board.led_sync.into(), board.led_state.into()]);
     }
     let mut config = Config::default();
     config.rcc.hse = Some(OSCILLATOR);
@@ -129,9 +130,9 @@ fn can_prefetch() -> bool {
     }
 }
 
-/// The safe state of a board without oscillator: both controllers stay in reset, off their pins, and the LEDs take turns
-/// until the board is reset. The HAL is not started.
-fn without_oscillator(leds: [Peri<'static, AnyPin>; 2]) -> ! {
+/// The safe state of a board without oscillator: both controllers stay in reset, off their pins, and the LEDs take turns. HSE is
+/// started anew at each turn, until it runs. The HAL is not started.
+fn wait_for_oscillator(leds: [Peri<'static, AnyPin>; 2]) {
     // TIM2 is the time of the log, which stands at zero, and then the pace of the LEDs.
     RCC.apb1enr().modify(|w| w.set_tim2en(true));
     defmt::error!("HSE does not start: staying off both buses");
@@ -145,10 +146,18 @@ fn without_oscillator(leds: [Peri<'static, AnyPin>; 2]) -> ! {
     });
     let [mut first, mut second] = leds.map(dark);
     first.set_high();
-    loop {
+    while !RCC.cr().read().hserdy() {
+        // A crystal that did not begin to oscillate gets another start.
+        RCC.cr().modify(|w| w.set_hseon(false));
+        RCC.cr().modify(|w| w.set_hseon(true));
         while !TIM2.sr().read().uif() {}
         TIM2.sr().write(|_| ());
         first.toggle();
         second.toggle();
     }
+    // As after a reset: TIM2 is the time driver's from here on.
+    RCC.apb1rstr().modify(|w| w.set_tim2rst(true));
+    RCC.apb1rstr().modify(|w| w.set_tim2rst(false));
+    RCC.apb1enr().modify(|w| w.set_tim2en(false));
+    defmt::warn!("HSE has started late");
 }

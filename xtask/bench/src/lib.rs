@@ -12,6 +12,7 @@ mod context;
 mod rig;
 mod row;
 mod share;
+mod stored;
 mod summary;
 mod table;
 mod update;
@@ -26,6 +27,7 @@ use console::style;
 use self::areas::{ALL, Area};
 use self::context::{Context, FLOWN};
 use self::row::Row;
+use self::stored::Stored;
 use self::summary::Summary;
 use support::board::Profile;
 use support::elf::Facts;
@@ -65,9 +67,14 @@ pub struct SizesOptions {
 /// What becomes of the figures.
 #[derive(Args, Debug)]
 struct Output {
-    /// Exit with 1 when a target does not hold
-    #[arg(long)]
+    /// Exit with 1 when a row is more than 3 % off its stored value, a target does not hold that held before, or one does not hold
+    /// without a reason; figures of images by another compiler only warn
+    #[arg(long, conflicts_with = "store")]
     check: bool,
+
+    /// Store the rows of this run in xtask/bench/stored.json, with which --check compares
+    #[arg(long)]
+    store: bool,
 
     /// Print the rows of this run as JSON, not as a table
     #[arg(long)]
@@ -98,8 +105,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     // Before the first measurement: a long run must not end at a program that is missing.
     let needs: Vec<Need> = areas.iter().flat_map(|area| area.needs).copied().collect();
     provide(&needs, options.install, "cargo xtask bench --install")?;
-    let failed = measure("bench", &Context::default(), &areas, &options.output)?;
-    judge(&failed, &options.output)
+    let measured = measure("bench", &Context::default(), &areas, &options.output)?;
+    judge(&measured, &options.output)
 }
 
 /// Errors of three clocks from 30 s to 60 s of a flight with SYNC at 1 Hz, a pulse every 10 ms.
@@ -117,20 +124,28 @@ pub fn clock_errors() -> anyhow::Result<[Errors; 3]> {
 pub fn sizes(options: &SizesOptions) -> anyhow::Result<()> {
     let context = Context::default();
     let areas: Vec<_> = ALL.iter().filter(|area| area.name == "size").collect();
-    let failed = measure("sizes", &context, &areas, &options.output)?;
+    let measured = measure("sizes", &context, &areas, &options.output)?;
     if !options.output.json && options.symbols > 0 {
         text(areas::biggest_symbols(&context, options.symbols)?)?;
     }
-    judge(&failed, &options.output)
+    judge(&measured, &options.output)
 }
 
-/// Measures, prints and writes; returns the rows whose targets do not hold.
+/// What a run measured.
+struct Measured {
+    /// Rows of each area.
+    areas: Vec<(&'static str, Vec<Row>)>,
+    /// Compiler of the images.
+    compiler: String,
+}
+
+/// Measures, prints and writes.
 fn measure(
     command: &'static str,
     context: &Context,
     areas: &[&Area],
     output: &Output,
-) -> anyhow::Result<Vec<String>> {
+) -> anyhow::Result<Measured> {
     // A long run must not end at a file that it cannot add to.
     let refuse = |cause: &dyn std::fmt::Display| {
         let value = output.out.display();
@@ -145,7 +160,7 @@ fn measure(
     project::make_writable(folder).map_err(|cause| refuse(&cause))?;
     let mut summary = Summary::read(&output.out)?;
     let mut this_run = Summary::default();
-    let mut failed = Vec::new();
+    let mut measured = Vec::new();
     for area in areas {
         let measuring = style("measuring").dim().for_stderr();
         note(format_args!("{measuring} {}: {}", area.name, area.about));
@@ -155,8 +170,7 @@ fn measure(
         if !output.json {
             table::lines(area.name, &rows).iter().try_for_each(line)?;
         }
-        let broken = rows.iter().filter(|row| row.holds() == Some(false));
-        failed.extend(broken.map(|row: &Row| format!("{}.{}", area.name, row.name)));
+        measured.push((area.name, rows));
     }
     let compiler = compiler(context)?;
     this_run.set_toolchain(&compiler);
@@ -169,14 +183,38 @@ fn measure(
     } else {
         line(format_args!("\nimages by {compiler}; rows written to {}", project::shown(&output.out)))?;
     }
-    Ok(failed)
+    Ok(Measured { areas: measured, compiler })
 }
 
-fn judge(failed: &[String], output: &Output) -> anyhow::Result<()> {
-    match (failed, output.check) {
-        ([], _) => {}
-        (failed, true) => bail!("targets that do not hold: {}", failed.join(", ")),
-        (failed, false) => warn(format_args!("targets that do not hold: {}", failed.join(", "))),
+/// Compares the rows with the stored ones, or stores them.
+fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Result<()> {
+    let path = stored::path();
+    if output.store {
+        let mut stored = if path.exists() { Stored::read(&path)? } else { Stored::default() };
+        areas.iter().try_for_each(|(area, rows)| stored.replace(area, rows, compiler))?;
+        return stored.write(&path);
+    }
+    if output.check {
+        let stored = Stored::read(&path)?;
+        let findings: Vec<String> =
+            areas.iter().flat_map(|(area, rows)| stored.findings(area, rows)).collect();
+        return match stored.compiler() {
+            _ if findings.is_empty() => Ok(()),
+            Some(before) if before != compiler => {
+                findings.iter().for_each(warn);
+                warn(format_args!("stored rows are of images by {before}, these are by {compiler}"));
+                Ok(())
+            }
+            _ => bail!("{} (cargo xtask bench --store stores the rows of a run)", findings.join("; ")),
+        };
+    }
+    let broken = areas.iter().flat_map(|(area, rows)| {
+        let broken = rows.iter().filter(|row| row.holds() == Some(false));
+        broken.map(move |row| format!("{area}.{}", row.name))
+    });
+    let broken: Vec<String> = broken.collect();
+    if !broken.is_empty() {
+        warn(format_args!("targets that do not hold: {}", broken.join(", ")));
     }
     Ok(())
 }

@@ -141,13 +141,33 @@ fn modules_are_followed_and_what_no_target_leads_to_runs_nothing() {
 #[test]
 fn the_tables_of_the_standard_are_whole() {
     // Requirements of each clause, counted in the standard.
-    let expected = [("5", 80), ("6", 42), ("7", 38), ("8", 29), ("9", 44)];
+    let expected = [("5", 80), ("6", 42), ("7", 38), ("8", 29), ("9", 44), ("10", 24), ("11", 4)];
     let requirements = requirements();
     for (clause, number) in expected {
         let found = requirements.iter().filter(|row| row.id.split('.').next() == Some(clause)).count();
         assert_eq!(found, number, "clause {clause}");
     }
-    assert_eq!(requirements.len(), 233);
+    assert_eq!(requirements.len(), 261);
     let marks = ["A", "O", "NA", "R"];
     assert!(clauses().iter().all(|clause| marks.contains(&clause.applicability.as_str())));
+}
+
+/// Given Table 11-1, then what applies is there or has a reason why not, what is not used but there has a reason, and what is for
+/// reference needs no answer.
+///
+/// Verifies: ECSS 11.1a, 11.1b, 11.1c, 11.1d
+#[test]
+fn sections_of_table_11_1_are_answered_by_their_marks() {
+    for clause in clauses() {
+        let is_absent =
+            clause.ours == "no" || clause.ours.starts_with("no,") || clause.ours.starts_with("no;");
+        let is_used = ["yes", "sent", "checked"].iter().any(|word| clause.ours.starts_with(word));
+        let is_right = match clause.applicability.as_str() {
+            "A" => !clause.ours.is_empty() && (!is_absent || !clause.deviation.is_empty()),
+            "O" => !clause.ours.is_empty(),
+            "NA" => !clause.ours.is_empty() && (!is_used || !clause.deviation.is_empty()),
+            _ => clause.deviation.is_empty(),
+        };
+        assert!(is_right, "{clause:?}");
+    }
 }

@@ -1,7 +1,8 @@
 //! The slaves' clocks against the master's: the edges of their pulses at the seconds of the spacecraft time.
 //!
 //! The truth is the twin's: it records when each edge appears at its pin. A slave is compared from the first spacecraft time that
-//! reaches it, as its clock is not set before.
+//! reaches it, as its clock is not set before. A reset of the slave or of a master sets a clock back: then it is compared from the
+//! first spacecraft time after the last reset.
 
 use can_wire::time::Time;
 use twin::peripherals::Pin;
@@ -76,7 +77,11 @@ impl ClockWatch {
         let slaves = nodes.iter().filter(|node| !is_master(**node));
         slaves
             .filter_map(|&node| {
-                let set = first_time(node, observer, records)?;
+                let begin = [MASTER, SECOND_MASTER, node]
+                    .map(|board| last_reset(board, records))
+                    .into_iter()
+                    .max()?;
+                let set = first_time(node, begin, observer, records)?;
                 let clock = Clock::between(node, set, master, pulses(node)?);
                 (!clock.errors.samples.is_empty()).then_some(clock)
             })
@@ -96,8 +101,19 @@ fn followed(master: &[f64], second: &[f64]) -> Vec<f64> {
     lost.iter().chain(other.iter().filter(|pulse| **pulse > end)).copied().collect()
 }
 
-/// When an operational slave received the spacecraft time first.
-fn first_time(node: Node, observer: &Observer, records: &[Occurrence]) -> Option<Time> {
+/// The last boot-up message of a board but its first one; time zero when there is none.
+fn last_reset(board: Node, records: &[Occurrence]) -> Time {
+    let boot_ups = records.iter().filter(|record| match &record.what {
+        Happening::Frame(seen) => {
+            matches!(seen.meaning, Some(Meaning::BootUp { node }) if seen.board(node) == board)
+        }
+        _ => false,
+    });
+    boot_ups.skip(1).last().map_or(Time::ZERO, |record| record.at)
+}
+
+/// When an operational slave received the spacecraft time first, from `begin` on.
+fn first_time(node: Node, begin: Time, observer: &Observer, records: &[Occurrence]) -> Option<Time> {
     let spans = &observer.nodes().get(&node)?.spans;
     let is_operational = |at: Time| {
         let span = spans.iter().rev().find(|span| span.from < at);
@@ -109,7 +125,7 @@ fn first_time(node: Node, observer: &Observer, records: &[Occurrence]) -> Option
         }
         _ => false,
     });
-    received.map(|record| record.at).find(|at| is_operational(*at))
+    received.map(|record| record.at).find(|at| *at >= begin && is_operational(*at))
 }
 
 #[cfg(test)]
@@ -152,6 +168,31 @@ mod tests {
     #[test]
     fn a_time_that_a_slave_was_not_ready_for_sets_no_clock() {
         let flight = sample::flight();
-        assert_eq!(first_time(2, &flight.observer, &flight.records), Some(Time::from_ms(10_050)));
+        let first = |begin| first_time(2, begin, &flight.observer, &flight.records);
+        assert_eq!(first(Time::ZERO), Some(Time::from_ms(10_050)));
+        assert_eq!(
+            first(Time::from_ms(12_000)),
+            Some(Time::from_ms(20_050 + 10_000)),
+            "{:?}",
+            flight.switch()
+        );
+    }
+
+    /// Given a slave that boots a second time, then its clock counts from the first spacecraft time after that.
+    #[test]
+    fn clock_is_compared_after_the_last_reset() {
+        use crate::meaning::Scope;
+        use crate::record::{Bus, Nodes, Seen};
+        use can_wire::frame::WireFrame;
+
+        let mut flight = sample::flight();
+        assert_eq!(last_reset(2, &flight.records), Time::ZERO);
+        let frame = WireFrame::standard(0x702, &[0]);
+        let boot_up = Seen::new(Bus::Nominal, frame, Scope::Mission, 2, Nodes::from_iter([1]));
+        let at = Time::from_ms(15_000);
+        let place = flight.records.partition_point(|record| record.at < at);
+        flight.records.insert(place, Occurrence { at, what: Happening::Frame(boot_up) });
+        assert_eq!(last_reset(2, &flight.records), at);
+        assert_eq!(last_reset(4, &flight.records), Time::ZERO);
     }
 }

@@ -46,7 +46,8 @@ pub struct Flight {
 pub struct Heartbeats {
     /// How many completed.
     pub count: u64,
-    /// Longest time between two of them; `None` with fewer than two.
+    /// Longest time without one: between two of them, or from the last one to the end of the flight while the node has power.
+    /// `None` without any, and with one of a node that has lost its power.
     pub longest_gap: Option<Time>,
 }
 
@@ -74,7 +75,7 @@ pub struct BoardCount {
     pub lockups: u64,
     /// Panics of the firmware.
     pub panics: u64,
-    /// Resets that the firmware asked for.
+    /// Resets that the firmware asked for, and those by the watchdog.
     pub resets: u64,
     /// Why the twin had to stop it: it reached for hardware that is not there.
     pub stopped: Option<String>,
@@ -117,6 +118,9 @@ impl Flight {
                 Heartbeats { count: heartbeats.count + 1, longest_gap: heartbeats.longest_gap.max(gap) };
             last = Some(at);
         }
+        let has_power = self.observer.nodes().get(&node).is_some_and(|track| track.now().phase.is_powered());
+        let silence = last.filter(|_| has_power).map(|last| self.end.since(last));
+        heartbeats.longest_gap = heartbeats.longest_gap.max(silence);
         heartbeats
     }
 

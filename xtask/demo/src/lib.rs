@@ -5,6 +5,7 @@
 mod clocks;
 mod files;
 pub mod flight;
+pub mod liveness;
 pub mod meaning;
 pub mod mission;
 mod narrator;

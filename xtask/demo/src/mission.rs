@@ -232,7 +232,7 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
         aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
         lockups: counters.lockups,
         panics: counters.panics,
-        resets: counters.system_resets,
+        resets: counters.system_resets + counters.watchdog_resets,
         stopped: match board.state() {
             State::Refused(error) => Some(error.to_string()),
             _ => None,

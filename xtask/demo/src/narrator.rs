@@ -224,6 +224,7 @@ impl Narrator {
             Change::Now(node, span) => {
                 let tone = match span.phase {
                     Phase::Nmt(NmtState::Operational) => Tone::Good,
+                    Phase::Silent => Tone::Warning,
                     _ => Tone::Plain,
                 };
                 let text = format!("{} on the {} bus", span.phase.name(), span.bus.name());

@@ -10,7 +10,8 @@
 //!   (ECSS 8.3.3g). Selective access: it hears one bus and says itself when it has changed.
 //! - The master silent for the consumer time, a boot-up, no power: not operational.
 //! - A minimal slave (ECSS 9): operational from its first heartbeat on. Of the master it hears heartbeats, and no NMT.
-//! - An image of the user's: neither its access nor its consumer time is known, so its own heartbeats alone show its bus.
+//! - An image of the user's: neither its access nor its consumer time is known. Its own heartbeats alone show its bus, and that it is
+//!   alive ([`super::liveness`]). At the end of a flight the latter holds for every slave.
 
 use std::collections::BTreeMap;
 
@@ -115,6 +116,7 @@ impl Observer {
             }
             Happening::PowerOff(node) => {
                 self.lost = Some(record.at);
+                self.nodes.entry(*node).and_modify(|track| track.liveness.on_power_off());
                 let bus = self.nodes.get(node).map_or(Bus::Nominal, |track| track.now().bus);
                 self.enter(*node, record.at, Phase::Off, bus, &mut changes);
             }
@@ -129,11 +131,17 @@ impl Observer {
     pub fn conclude(&mut self, end: Time) -> Vec<Change> {
         let mut changes = Vec::new();
         self.expire(end, &mut changes);
+        for (&node, track) in self.nodes.iter_mut().filter(|(node, _)| !is_master(**node)) {
+            track.fall_silent(node, end, &mut changes);
+        }
         changes
     }
 
     fn expire(&mut self, now: Time, changes: &mut Vec<Change>) {
         for (&node, track) in &mut self.nodes {
+            if track.access == Some(BusAccess::Unknown) {
+                track.fall_silent(node, now, changes);
+            }
             let Some(heard) = track.master_heard else { continue };
             let deadline = heard + self.consumer_time;
             let current = track.now();
@@ -165,6 +173,7 @@ impl Observer {
                 let initial = Phase::Nmt(NmtState::PreOperational);
                 self.enter(node, at, initial, seen.bus, changes);
                 if let Some(track) = self.nodes.get_mut(&node) {
+                    track.liveness.on_boot_up(at);
                     track.master_heard = None;
                     track.settled = at;
                 }
@@ -175,6 +184,7 @@ impl Observer {
                     self.on_master_board(at, seen, changes);
                 }
                 let node = seen.board(node);
+                self.nodes.entry(node).and_modify(|track| track.liveness.on_heartbeat(at));
                 if self.nodes.get(&node).is_some_and(|track| at >= track.settled) {
                     self.enter(node, at, Phase::Nmt(state), seen.bus, changes);
                 }
@@ -459,6 +469,41 @@ mod tests {
         assert_eq!(world.due(2), 0);
         world.sees(9_000, Bus::Redundant, (0x080, &[]), &[2]);
         assert_eq!(world.observer.nodes()[&2].now(), moved);
+    }
+
+    /// Given slave 2 with an image of the user's and a heartbeat every 100 ms, when its heartbeats stop, then it is silent three periods
+    /// after the last one, and no command of the master makes it operational again. Its next heartbeat does.
+    #[test]
+    fn unknown_image_without_heartbeats_is_silent() {
+        let mut plan = sample::plan();
+        plan.boards[1].own_image = Some("own".into());
+        let mut world = World::of(&plan);
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        for ms in [100, 200, 300] {
+            world.sees(ms, Bus::Nominal, (0x702, &[0x05]), &[1]);
+        }
+        let silent = Span { from: Time::from_ms(600), phase: Phase::Silent, bus: Bus::Nominal };
+        let changes = world.sees(700, Bus::Nominal, MASTER_BEATS, &[2, 4]);
+        assert!(changes.contains(&Change::Now(2, silent)), "{changes:?}");
+        world.sees(710, Bus::Nominal, START_ALL, &[2, 4]);
+        assert_eq!(world.observer.nodes()[&2].now(), silent);
+        world.sees(800, Bus::Nominal, (0x702, &[0x05]), &[1]);
+        assert_eq!(world.observer.nodes()[&2].now().phase, OPERATIONAL);
+    }
+
+    /// Given a shipped slave whose heartbeats stop while the master goes on, then it is silent at the end of the flight.
+    #[test]
+    fn shipped_image_without_heartbeats_is_silent_at_the_end() {
+        let mut world = World::new();
+        world.sees(20, Bus::Nominal, START_ALL, &[2, 4]);
+        for ms in [250, 500, 750] {
+            world.sees(ms, Bus::Nominal, (0x702, &[0x05]), &[1]);
+            world.sees(ms + 1, Bus::Nominal, MASTER_BEATS, &[2, 4]);
+        }
+        world.sees(3_000, Bus::Nominal, MASTER_BEATS, &[2, 4]);
+        world.observer.conclude(Time::from_ms(3_100));
+        let silent = Span { from: Time::from_ms(1_500), phase: Phase::Silent, bus: Bus::Nominal };
+        assert_eq!(world.observer.nodes()[&2].now(), silent);
     }
 
     #[test]

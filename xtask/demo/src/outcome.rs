@@ -24,7 +24,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         "{table}\n\
          {takeover}{} of {} slaves operational; changes of bus: {}; load: nominal {nominal} %, redundant {redundant} %\n\
          {traffic}\
-         {frames} frames completed, {} lost, {} aborted; {} lock-ups, {} panics\n\
+         {frames} frames completed, {} lost, {} aborted; {} resets, {} lock-ups, {} panics\n\
          stamps of SYNC: {}\n\
          {} s of virtual time in {} s on this computer ({} million emulated instructions per second; cycle counts \
          are model cycles,\nflash wait states included)\n",
@@ -33,6 +33,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
         summary.bus_changes,
         summary.lost_frames,
         summary.aborted_frames,
+        summary.resets,
         summary.lockups,
         summary.panics,
         stamps(flight, summary),

@@ -66,7 +66,7 @@ pub struct Summary {
     pub bus_changes: usize,
     /// Heartbeats of each node that completed; 127 is the second master.
     pub heartbeats: BTreeMap<Node, u64>,
-    /// Longest time between two heartbeats of a node; `null` with fewer than two.
+    /// Longest time without a heartbeat of a node, up to the end of the flight while it has power; `null` without any.
     pub heartbeat_longest_gap_ms: BTreeMap<Node, Option<f64>>,
     /// Commands and telemetry; only of flights with shipped images alone.
     #[serde(flatten)]
@@ -83,6 +83,8 @@ pub struct Summary {
     pub aborted_frames: u64,
     /// Events that an application was too slow to take, all boards.
     pub app_overflows: u64,
+    /// Resets by the firmware or the watchdog, commanded ones included, all boards.
+    pub resets: u64,
     /// Lock-ups of a CPU, all boards.
     pub lockups: u64,
     /// Panics of the firmware, all boards.
@@ -158,6 +160,7 @@ impl Summary {
             lost_frames: flight.boards.iter().map(|board| board.lost_frames).sum(),
             aborted_frames: flight.boards.iter().map(|board| board.aborted_frames).sum(),
             app_overflows: flight.boards.iter().map(|board| u64::from(board.telltale.app_overflows)).sum(),
+            resets: flight.boards.iter().map(|board| board.resets).sum(),
             lockups: flight.boards.iter().map(|board| board.lockups).sum(),
             panics: flight.boards.iter().map(|board| board.panics).sum(),
         }

@@ -2,6 +2,7 @@
 
 use can_wire::time::Time;
 
+use super::liveness::Liveness;
 use super::meaning::{NmtCommand, NmtState};
 use super::observer::Change;
 use super::record::{Bus, Node};
@@ -40,6 +41,8 @@ pub enum Phase {
     Starting,
     /// Powered and silent, while another master board is active.
     Standby,
+    /// Operational when it was last heard, and without a heartbeat for several of its own periods since.
+    Silent,
     /// In this NMT state.
     Nmt(NmtState),
 }
@@ -56,6 +59,7 @@ impl Phase {
             Phase::Off => "off",
             Phase::Starting => "starting",
             Phase::Standby => "standby",
+            Phase::Silent => "silent",
             Phase::Nmt(NmtState::Stopped) => "stopped",
             Phase::Nmt(NmtState::PreOperational) => "pre-operational",
             Phase::Nmt(NmtState::Operational) => "operational",
@@ -91,6 +95,7 @@ pub struct Track {
     pub resets_due: u64,
     /// From the cut until it worked on the other bus, see [`Change::Recovered`].
     pub failover: Option<Time>,
+    pub(super) liveness: Liveness,
     pub(super) master_heard: Option<Time>,
     pub(super) settled: Time,
 }
@@ -107,6 +112,7 @@ impl Track {
             tc_due: 0,
             resets_due: 0,
             failover: None,
+            liveness: Liveness::default(),
             master_heard: None,
             settled: Time::ZERO,
         }
@@ -138,9 +144,23 @@ impl Track {
         }
     }
 
-    /// Does what NMT commands.
+    /// Counts as silent when it is operational and its heartbeats have stopped before `now`.
+    pub(super) fn fall_silent(&mut self, node: Node, now: Time, changes: &mut Vec<Change>) {
+        let current = self.now();
+        if current.phase == Phase::Nmt(NmtState::Operational)
+            && let Some(at) = self.liveness.silent_at().filter(|at| *at < now)
+        {
+            let span = Span { from: at.max(current.from), phase: Phase::Silent, bus: current.bus };
+            self.enter(node, span, changes);
+        }
+    }
+
+    /// Does what NMT commands. Whether a silent node does so is seen when it sends its next heartbeat.
     pub(super) fn obey(&mut self, node: Node, at: Time, command: NmtCommand, changes: &mut Vec<Change>) {
         self.resets_due += u64::from(command == NmtCommand::ResetNode);
+        if self.now().phase == Phase::Silent {
+            return;
+        }
         let phase = match command {
             NmtCommand::Start => Phase::Nmt(NmtState::Operational),
             NmtCommand::Stop => Phase::Nmt(NmtState::Stopped),

@@ -180,6 +180,32 @@ mod tests {
         );
     }
 
+    /// Given an image of the user's whose heartbeats stop at 30 s of 40 s, then the flight fails and names it, no slave but the other one
+    /// counts as operational, and the longest gap reaches to the end.
+    #[test]
+    fn flight_of_a_dead_user_slave_fails() {
+        let mut flight = sample::flight();
+        flight.plan.boards[1].own_image = Some("own".into());
+        let is_dead = |record: &Occurrence| match &record.what {
+            Happening::Frame(seen) => {
+                record.at > Time::from_ms(30_000) && seen.frame.id == can_wire::frame::WireId::Standard(0x702)
+            }
+            _ => false,
+        };
+        flight.records.retain(|record| !is_dead(record));
+        flight.observer = crate::observer::Observer::new(&flight.plan);
+        for record in &flight.records {
+            flight.observer.on(record);
+        }
+        flight.observer.conclude(flight.end);
+        let verdict = Verdict::of(&flight);
+        assert_eq!(verdict.outcome, Outcome::Failed);
+        assert_eq!(verdict.reasons, ["node 2 is silent on the redundant bus at the end"]);
+        assert_eq!(crate::summary::Summary::of(&flight).slaves_operational_at_end, 1);
+        let gap = flight.heartbeats(2).longest_gap.unwrap();
+        assert!(gap > Time::from_ms(9_700), "{} us", gap.as_us());
+    }
+
     #[test]
     fn a_lost_master_without_another_one_is_a_fault() {
         let mut flight = sample::flight();

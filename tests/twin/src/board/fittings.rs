@@ -1,5 +1,6 @@
 //! What differs from board to board of one model, faults of its hardware included.
 
+use can_wire::time::Time;
 use can_wire::transceiver::Transceiver;
 
 use crate::accelerator::FlashTiming;
@@ -33,6 +34,8 @@ pub struct Fittings {
     pub revision_a: bool,
     /// The oscillator on OSC_IN works. A broken one never gets ready.
     pub hse_starts: bool,
+    /// How long after power-on the oscillator on OSC_IN, or the clock there, is late.
+    pub hse_delay: Time,
 }
 
 impl Default for Fittings {
@@ -49,6 +52,7 @@ impl Default for Fittings {
             flash_speed: FlashSpeed::Typical,
             revision_a: false,
             hse_starts: true,
+            hse_delay: Time::ZERO,
         }
     }
 }

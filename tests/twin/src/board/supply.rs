@@ -46,6 +46,7 @@ impl EmulatedBoard {
         let mut flash = vec![0; part.flash_bytes() as usize];
         self.cpu.read_memory(FLASH_BASE, &mut flash).expect("the whole flash");
         self.cpu = cpu::stm32f4(part, &flash, self.link.clone());
+        self.link.peripherals().delay_hse(self.clock.now().time + self.config.fittings.hse_delay);
         self.start(cause);
     }
 

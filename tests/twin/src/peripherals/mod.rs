@@ -208,6 +208,11 @@ impl Peripherals {
         self.rcc.set_hse(starts);
     }
 
+    /// HSE does not start before this instant.
+    pub fn delay_hse(&mut self, until: Time) {
+        self.rcc.delay_hse(until);
+    }
+
     /// A reset of the whole part. DBGMCU alone survives all but power-on (RM0090 38.16.3).
     pub fn reset(&mut self, now: Time, cause: ResetCause) {
         self.rcc.reset(cause);

@@ -120,6 +120,8 @@ pub struct Rcc {
     words: [u32; WORDS],
     /// HSE starts when it is asked to.
     hse_starts: bool,
+    /// Before this instant it does not.
+    hse_from: Time,
     /// The prescaler of APB1 is broken: it divides by 2.
     apb1_stuck: bool,
     hse_ready: Time,
@@ -137,6 +139,7 @@ impl Rcc {
             model,
             words: [0; WORDS],
             hse_starts: true,
+            hse_from: Time::ZERO,
             apb1_stuck: false,
             hse_ready: Time::NEVER,
             pll_ready: Time::NEVER,
@@ -150,6 +153,11 @@ impl Rcc {
     /// Whether HSE starts when it is next switched on.
     pub fn set_hse(&mut self, starts: bool) {
         self.hse_starts = starts;
+    }
+
+    /// HSE does not start before this instant, whenever it is switched on.
+    pub fn delay_hse(&mut self, until: Time) {
+        self.hse_from = until;
     }
 
     /// The prescaler of APB1 divides by 2 from now on.
@@ -280,8 +288,8 @@ impl Rcc {
                 if risen & CR_HSEON != 0 {
                     self.hse_ready = match (self.model.oscillator.external, value & CR_HSEBYP != 0) {
                         _ if !self.hse_starts => Time::NEVER,
-                        (false, false) => now.time + HSE_STARTUP,
-                        (true, true) => now.time,
+                        (false, false) => now.time.max(self.hse_from) + HSE_STARTUP,
+                        (true, true) => now.time.max(self.hse_from),
                         _ => Time::NEVER,
                     };
                 }

@@ -48,6 +48,29 @@ fn board_without_oscillator_stays_silent_and_says_so() {
     }
 }
 
+/// Given a board whose oscillator starts 1.5 s after power-on, longer than the board waits for it at first, then the board is silent
+/// until then, boots, and is operational.
+///
+/// Verifies: ECSS 6.10f
+#[test]
+fn board_with_late_oscillator_boots_when_it_runs() {
+    for model in [Model::PYBOARD_V11, Model::NUCLEO_F446RE] {
+        let [master, slave, mut late, _] = MASTER_AND_THREE;
+        (late.model, late.power_on_ms) = (model, 20);
+        let delay = |node| if node == late.node { ms(1_500) } else { Time::ZERO };
+        let fittings = |node| Fittings { hse_delay: delay(node), ..Fittings::default() };
+        let mut craft = Craft::fitted(&[master, slave, late], fittings);
+        craft.fly_to(2_600);
+        assert!(craft.said(late.node, "HSE does not start", ms(20)).is_some(), "{}", craft.log(late.node));
+        let id = craft.board(late.node);
+        let first = craft.frames.iter().find(|seen| seen.sender == id.0).unwrap();
+        assert!(first.start > ms(1_520) && first.start < ms(1_520 + 300), "{} us", first.start.as_us());
+        assert_eq!(first.data(), [BOOT_UP]);
+        assert!(craft.is_operational(late.node, Bus::Nominal), "{}", craft.log(late.node));
+        craft.assert_sound();
+    }
+}
+
 /// Where the program writes next in the buffer of its log: up channel 0 of the RTT control block.
 fn log_index(craft: &Craft, node: u8) -> u32 {
     const WRITE: u32 = 36;

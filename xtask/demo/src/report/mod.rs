@@ -295,6 +295,7 @@ fn states_key() -> Markup {
         ("phase-pre-operational", "pre-operational"),
         ("phase-operational", "operational"),
         ("phase-stopped", "stopped"),
+        ("phase-silent", "silent"),
         ("on-nominal", "on the nominal bus"),
         ("on-redundant", "on the redundant bus"),
     ];

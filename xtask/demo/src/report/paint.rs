@@ -73,6 +73,7 @@ const CLASSES: &[(&str, &[Look])] = &[
     ("phase-pre-operational", &[Fill(Ink("#f2b84b", "#d99c2b"))]),
     ("phase-operational", &[Fill(Ink("#5bb381", "#3f9c69"))]),
     ("phase-stopped", &[Fill(Ink("#e0705f", "#c95a4b"))]),
+    ("phase-silent", &[Fill(Ink("#a03b5c", "#8a3350"))]),
     ("bar", &[Fill(NOMINAL)]),
     ("on-nominal", &[Fill(NOMINAL)]),
     ("on-redundant", &[Fill(REDUNDANT)]),

@@ -1,0 +1,98 @@
+//! Whether a node is alive, judged by its own heartbeats.
+//!
+//! The *period* of a node is the median of its last gaps between two heartbeats. A node that sends none for [`MISSED`] periods is
+//! silent. Nothing has to be known of its image. A node that sent fewer than two messages has no period and is not judged.
+
+use std::collections::VecDeque;
+
+use can_wire::time::Time;
+
+/// Periods without a heartbeat after which a node is silent: one may be lost, and one may wait for the bus.
+const MISSED: u64 = 3;
+
+/// Gaps of which the median is taken.
+const GAPS: usize = 5;
+
+/// The heartbeats of a node.
+#[derive(Clone, Debug, Default)]
+pub struct Liveness {
+    /// End of the last heartbeat or boot-up message.
+    last: Option<Time>,
+    gaps: VecDeque<Time>,
+}
+
+impl Liveness {
+    /// A heartbeat ended.
+    pub fn on_heartbeat(&mut self, at: Time) {
+        if let Some(last) = self.last.replace(at) {
+            if self.gaps.len() == GAPS {
+                self.gaps.pop_front();
+            }
+            self.gaps.push_back(at.since(last));
+        }
+    }
+
+    /// A boot-up message ended: the gap before it is no period.
+    pub fn on_boot_up(&mut self, at: Time) {
+        self.last = Some(at);
+    }
+
+    /// The node lost its power: its silence is no fault.
+    pub fn on_power_off(&mut self) {
+        self.last = None;
+    }
+
+    /// When the node counts as silent if it sends nothing more; `None` while its period is not known.
+    pub fn silent_at(&self) -> Option<Time> {
+        let mut gaps: Vec<Time> = self.gaps.iter().copied().collect();
+        gaps.sort_unstable();
+        let period = gaps.get(gaps.len() / 2)?;
+        Some(self.last? + Time(MISSED * period.0))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ms(ms: u64) -> Time {
+        Time::from_ms(ms)
+    }
+
+    fn after(heartbeats: &[u64]) -> Liveness {
+        let mut liveness = Liveness::default();
+        heartbeats.iter().for_each(|at| liveness.on_heartbeat(ms(*at)));
+        liveness
+    }
+
+    #[test]
+    fn node_is_silent_three_periods_after_its_last_heartbeat() {
+        assert_eq!(after(&[100, 200, 300]).silent_at(), Some(ms(600)));
+    }
+
+    #[test]
+    fn one_long_gap_does_not_change_the_period() {
+        assert_eq!(after(&[100, 200, 300, 2_300, 2_400]).silent_at(), Some(ms(2_700)));
+    }
+
+    #[test]
+    fn period_is_that_of_the_last_gaps() {
+        let slower = after(&[0, 100, 200, 1_200, 2_200, 3_200, 4_200]);
+        assert_eq!(slower.silent_at(), Some(ms(7_200)));
+    }
+
+    #[test]
+    fn node_without_a_period_or_power_is_not_judged() {
+        assert_eq!(after(&[100]).silent_at(), None);
+        let mut off = after(&[100, 200, 300]);
+        off.on_power_off();
+        assert_eq!(off.silent_at(), None);
+    }
+
+    #[test]
+    fn time_of_a_reset_is_no_period() {
+        let mut reset = after(&[100, 200, 300]);
+        reset.on_boot_up(ms(9_000));
+        assert_eq!(reset.silent_at(), Some(ms(9_300)));
+    }
+}
