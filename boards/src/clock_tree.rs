@@ -155,9 +155,9 @@ fn wait_for_oscillator(leds: [Peri<'static, AnyPin>; 2]) {
         first.toggle();
         second.toggle();
     }
+    defmt::warn!("HSE has started late");
     // As after a reset: TIM2 is the time driver's from here on.
     RCC.apb1rstr().modify(|w| w.set_tim2rst(true));
     RCC.apb1rstr().modify(|w| w.set_tim2rst(false));
     RCC.apb1enr().modify(|w| w.set_tim2en(false));
-    defmt::warn!("HSE has started late");
 }

@@ -87,6 +87,8 @@ fn its_last_reset_is_reported() {
     let mut master = Bench::new(console::master(&STANDARD, None));
     let record = PostMortem { cause: PostMortem::WATCHDOG, row: 3, pc: 0x0800_1234, ..PostMortem::default() };
     master.touch(|master, _| master.set_post_mortem(record));
+    // 1014h of this device is not valid at power-on.
+    assert_eq!(master.write((0x1014, 0), &[0x81, 0, 0, 0]), Ok(()));
     let boot_up = frame(0x701, &[0]);
     assert!(master.frames().contains(&(NOMINAL, boot_up)));
     master.transmitted(NOMINAL, boot_up);

@@ -467,7 +467,10 @@ mod tests {
         let expected = [Change::Now(2, moved), Change::Recovered(2, Time::from_ms(160))];
         assert_eq!(world.sees(260, Bus::Redundant, (0x702, &[0x05]), &[1]), expected);
         assert_eq!(world.due(2), 0);
-        world.sees(9_000, Bus::Redundant, (0x080, &[]), &[2]);
+        for beat in 2..36 {
+            world.sees(260 * beat, Bus::Redundant, (0x702, &[0x05]), &[1]);
+        }
+        world.sees(9_200, Bus::Redundant, (0x080, &[]), &[2]);
         assert_eq!(world.observer.nodes()[&2].now(), moved);
     }
 

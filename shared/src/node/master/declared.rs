@@ -41,11 +41,12 @@ impl<D: Device> Device for MasterObjects<D> {
         self.device.utc()
     }
 
-    /// Produces SYNC (ECSS 6.9d). Sends its emergencies like a slave: ground and other nodes learn of a reset by a fault.
+    /// Produces SYNC (ECSS 6.9d). Sends no emergencies, as no node consumes them: 1003h lists its errors.
     fn communication(id: NodeId) -> Communication {
         let mut communication = D::communication(id);
         communication.sync.cob_id |= PRODUCES;
         communication.nmt.startup = NmtStartup::MASTER.raw();
+        communication.emcy.cob_id |= INVALID;
         communication
     }
 

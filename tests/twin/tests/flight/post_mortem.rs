@@ -269,8 +269,8 @@ fn other_resets_are_not_reported() {
     assert!(craft.said(VICTIM, "last reset", ms(0)).is_none(), "{}", craft.log(VICTIM));
 }
 
-/// Given the master, when one of its tasks hangs, then it is reset and reports the cause once like a slave, and its slaves stay
-/// operational and execute each command before and after.
+/// Given the master, when one of its tasks hangs, then it is reset, and its slaves stay operational and execute each command
+/// before and after.
 #[test]
 fn hung_master_is_reset_and_goes_on() {
     let mut craft = flown();
@@ -283,9 +283,6 @@ fn hung_master_is_reset_and_goes_on() {
         assert!(craft.is_operational(node, Bus::Nominal), "{}", craft.log(node));
         assert_eq!(craft.executed(node) as usize, commanded(&craft, node));
     }
-    let [a, b, c, d] = CODE.to_le_bytes();
-    let told: Vec<&[u8]> = sent(&craft, MASTER, 0x081, felled).map(Seen::data).collect();
-    assert_eq!(told, [[0, 0x61, 1, LATE_TASK, a, b, c, d], [0, 0, 0, 0, 0x61, LATE_TASK, 0, 0]]);
     let last = craft.sent(MASTER, Bus::Nominal, 0x302).last().unwrap().end;
     assert!(last > felled + ms(800) && felled < hung + ms(1_400), "it commands again");
 }
