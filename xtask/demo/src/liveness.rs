@@ -1,6 +1,6 @@
 //! Whether a node is alive, judged by its own heartbeats.
 //!
-//! The *period* of a node is the median of its last gaps between two heartbeats. A node that sends none for [`MISSED`] periods is
+//! The *period* of a node is the median of its last gaps between two heartbeats. A node that sends none for three periods is
 //! silent. Nothing has to be known of its image. A node that sent fewer than two messages has no period and is not judged.
 
 use std::collections::VecDeque;
