@@ -19,7 +19,7 @@ pub struct Options {
     #[arg(long)]
     install: bool,
 
-    /// Run so many tests at a time [default: two for each core]
+    /// Number of tests that run at the same time [default: two for each core]
     #[arg(long, value_name = "N")]
     jobs: Option<NonZero<usize>>,
 

@@ -118,8 +118,7 @@ pub struct EmulatedBoard {
     systick: u64,
     lines: IrqLevels,
     nmi: bool,
-    /// The cycle at which a timer or the RTC next raises its line, or the watchdog runs out; later than everything when none
-    /// will.
+    /// The cycle of the next event of a timer, the RTC, the watchdog or the flash; `u64::MAX` without one.
     timer_event: u64,
     spin: Spin,
     /// When the watchdog runs out, and the cycle at which that is noticed.

@@ -140,8 +140,8 @@ fn boards_help(scope: Scope) -> &'static str {
              operational on that bus, by the observer's model; executed is the slave's own count."
         }
         Scope::Protocol => {
-            "Crystal, place and power-on time come from the seed. The gap is the longest time between two heartbeats of the \
-             node, on whichever bus."
+            "Crystal, place and power-on time come from the seed. The gap is the longest time without a heartbeat of the \
+             node, on whichever bus, up to the end of the flight."
         }
     }
 }

@@ -10,10 +10,10 @@ const DWT_CTRL: u32 = 0xE000_1000;
 const CYCCNT: u32 = 0xE000_1004;
 const END: Time = Time::from_ms(3);
 
-/// `LDR r1, [r7]; ADDS r1, #1; STR r1, [r7]; BX lr`, then r7 is a counter of interrupts.
+/// `LDR r1, [r7]; ADDS r1, #1; STR r1, [r7]; BX lr`: a handler that counts interrupts at the address in r7.
 const COUNT: [u16; 4] = [0x6839, 0x3101, 0x6039, 0x4770];
 
-/// What is left after a program has spun to the end, run in stretches of so many nanoseconds.
+/// Registers, counters, time and RAM of a board at `END`, run in stretches of `stretch_ns` nanoseconds.
 fn spun(program: &[u16], stretch_ns: u64) -> (Registers, Counters, Time, Vec<u8>) {
     let mut board = EmulatedBoard::new(board("spins", image(program, &COUNT)), 0);
     board.power(true);
@@ -25,8 +25,8 @@ fn spun(program: &[u16], stretch_ns: u64) -> (Registers, Counters, Time, Vec<u8>
     (board.registers(), board.counters(), board.now(), board.read_memory(RAM, 0x400).unwrap())
 }
 
-/// Given a program that spins at 168 MHz, with SysTick interrupts, with a cycle counter that the handler leaves behind, then stretches
-/// that are too short for a turn to be skipped end with the same registers, counters, time and memory as long ones.
+/// Given a program that spins at 168 MHz, with and without SysTick interrupts, when one board runs in stretches that are too short for a
+/// turn to be skipped and another one in long stretches, then both end with the same registers, counters, time and memory.
 #[test]
 fn skipped_turns_are_those_that_were_executed() {
     let interrupted = [
