@@ -4,6 +4,7 @@ use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
 use crate::link::budget::{BudgetPolicy, Rate};
 use crate::redundancy::{BusAccess, BusOffPolicy, Pair, Parameters};
+use crate::time::ClockPolicy;
 use crate::types::{Bus, CobId, Duration, NodeId};
 
 /// The numbers of a mission.
@@ -39,6 +40,8 @@ pub struct Profile {
     pub dwell: Duration,
     /// Frames whose end is measured in hardware, received and sent, where a board can.
     pub stamped: &'static [CobId],
+    /// What the crystals of the nodes may do against each other: the error bound of every clock (2015h) relies on it.
+    pub clocks: ClockPolicy,
     /// After so long without progress an SDO transfer is given up, by its server and by its client.
     pub sdo_timeout: Duration,
     /// Slaves that the master checks, configures and starts (1F81h to 1F88h). All others it starts as they are.
@@ -94,6 +97,7 @@ impl Profile {
         silent_share: 50,
         dwell: Duration::from_millis(10_000),
         stamped: &[CobId::SYNC],
+        clocks: ClockPolicy::DEFAULT,
         sdo_timeout: Duration::from_millis(500),
         slaves: &[],
         settings: &[],
@@ -217,6 +221,31 @@ impl Profile {
         let admits =
             cob_id.is_twice(self.heartbeat) && cob_id.is_twice(self.sync) && cob_id.is_twice(self.time);
         admits && slave.is_at_least(cob_id) && master.is_at_least(cob_id) && heard.is_at_least(slave)
+    }
+
+    /// What to change where [`Profile::is_clock_sound`] says no.
+    pub const CLOCKS_UNSOUND: &'static str = "clocks cannot follow these crystals: `clocks.tolerance` is 1 to 900 ppm and at \
+        most `network.oscillator_tolerance`, `clocks.drift` 1 to 3,500 ppb/s, `clocks.excursion` at most 1,000,000 ppb, \
+        `clocks.agreeing` 2 to 40";
+
+    /// Whether the estimator of every clock can follow the crystals that this profile admits, and the bit timing too. Assert
+    /// it where a profile is declared.
+    ///
+    /// ```
+    /// use ecss_can::profile::Profile;
+    /// const _: () = assert!(Profile::DEFAULT.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
+    /// ```
+    ///
+    /// Crystals that are farther off than the bit timing takes do not compile:
+    ///
+    /// ```compile_fail,E0080
+    /// # use ecss_can::{link::bit_timing::PartsPerMillion, profile::Profile, time::ClockPolicy};
+    /// const CLOCKS: ClockPolicy = ClockPolicy { tolerance: PartsPerMillion(1_100), ..ClockPolicy::DEFAULT };
+    /// const MISSION: Profile = Profile { clocks: CLOCKS, ..Profile::DEFAULT };
+    /// const _: () = assert!(MISSION.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
+    /// ```
+    pub const fn is_clock_sound(&self) -> bool {
+        self.clocks.is_sound() && self.clocks.tolerance.0 <= self.network.oscillator_tolerance.0
     }
 
     /// How a node reaches its buses.

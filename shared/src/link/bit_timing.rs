@@ -46,7 +46,7 @@ pub struct Metres(pub u16);
 pub struct Nanoseconds(pub u32);
 
 /// A relative error in parts per million, in either direction.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PartsPerMillion(pub u32);
 
@@ -120,6 +120,11 @@ impl Network {
 
     /// Of a twisted pair, per metre.
     pub const LINE_DELAY: Nanoseconds = Nanoseconds(5);
+
+    /// One way, between the two nodes farthest apart.
+    pub const fn longest_delay(&self) -> Nanoseconds {
+        Nanoseconds(self.propagation().0 / 2)
+    }
 
     /// There and back, between the two nodes farthest apart.
     pub const fn propagation(&self) -> Nanoseconds {

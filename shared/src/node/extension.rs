@@ -5,6 +5,7 @@ use core::fmt::Debug;
 use super::Spacecraft;
 use super::services::{NoStore, Storage, Stored};
 use crate::od::Objects;
+use crate::profile::Profile;
 use crate::time::TimeService;
 
 /// Objects beside those of CANopen, and where parameters are kept. What a node does not have costs it nothing: its image holds
@@ -14,7 +15,7 @@ pub trait Extension: Objects + Debug + Default {
     type Storage: Storage;
 
     /// Its clock and what belongs to it.
-    type Time: Debug + Default;
+    type Time: Debug;
 
     /// Whether it has a clock with its objects.
     const HAS_TIME: bool;
@@ -24,6 +25,9 @@ pub trait Extension: Objects + Debug + Default {
 
     /// The objects of a node of a spacecraft, if it has them.
     fn spacecraft(&mut self) -> Option<&mut Spacecraft>;
+
+    /// Its clock, never set.
+    fn new_time(profile: &Profile) -> Self::Time;
 
     /// The time service, if it has one.
     fn time(time: &mut Self::Time) -> Option<&mut TimeService>;
@@ -41,6 +45,10 @@ impl Extension for Spacecraft {
     #[inline(always)]
     fn spacecraft(&mut self) -> Option<&mut Spacecraft> {
         Some(self)
+    }
+
+    fn new_time(profile: &Profile) -> TimeService {
+        TimeService::new(&profile.clocks, profile.network.longest_delay())
     }
 
     #[inline(always)]
@@ -66,6 +74,8 @@ impl Extension for Nothing {
     fn spacecraft(&mut self) -> Option<&mut Spacecraft> {
         None
     }
+
+    fn new_time(_: &Profile) {}
 
     #[inline(always)]
     fn time((): &mut ()) -> Option<&mut TimeService> {

@@ -43,6 +43,9 @@ pub enum MasterEvent {
         /// Bus on which it was heard.
         bus: Bus,
     },
+    /// SYNCs of this master are not captured: without wires, or with broken ones, they are stamped in the interrupt (EMCY
+    /// 9000h). Its slaves widen their error bounds.
+    SyncUncaptured,
     /// 701h of another node was absent long enough: this collision is over.
     SecondMasterSilent {
         /// Bus on which it had been heard.

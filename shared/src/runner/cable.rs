@@ -82,7 +82,8 @@ impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
                     return Err(Error::BusChanged);
                 }
                 // The master's correction makes the time of a SYNC earlier, the slave's makes that of its clock later.
-                let corrected = i64::from(i32::from_le_bytes(correction)) - i64::from(ranged.correction);
+                let of_slave = TimeCorrection::known(i32::from_le_bytes(correction)).unwrap_or(0);
+                let corrected = i64::from(of_slave) - i64::from(ranged.correction);
                 let twice = nanoseconds(sum / i64::from(SAMPLES)) + corrected;
                 return Ok(Cable { bus, delay_ns: (twice / 2) as i32 });
             }

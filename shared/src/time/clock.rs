@@ -3,10 +3,14 @@
 //! A pair says: at this instant of the node it was this spacecraft time. [`LocalClock::discipline`] predicts the pair with a
 //! Kalman filter of offset, rate and drift (`estimator.rs`), and takes the difference with the gains of the filter. What it
 //! finds is a parabola, the best guess of spacecraft time. The clock itself joins it in a straight line within 31 ms, or
-//! more slowly so that it never runs more than 0.1 % fast or slow for it.
+//! more slowly so that it never runs more than 0.1 % fast or slow for it. `trust.rs` bounds the error, and `doubt.rs` decides
+//! about pairs that are outside of this bound.
 
-use super::estimator::{Covariance, Gains, PLACES, advance, scale};
+use super::doubt::{Agreement, Doubt, Verdict};
+use super::estimator::{Covariance, PLACES, SHIFT, State, advance, elapsed, limited, scale};
+use super::policy::{ClockPolicy, Limits, ramp};
 use super::quality::{Quality, Step, TimeSource};
+use super::trust::{Trust, rate_of};
 use crate::types::{FineInstant, FineScet};
 
 /// Spacecraft time as a function of the node's own.
@@ -16,6 +20,7 @@ use crate::types::{FineInstant, FineScet};
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LocalClock {
+    limits: Limits,
     /// Where the parabola starts.
     base: FineInstant,
     /// Its value there.
@@ -24,19 +29,19 @@ pub struct LocalClock {
     rate: i32,
     /// Change of the slope per second. 2^-48.
     drift: i32,
-    /// What the clock shows at `base` above the parabola, units of 2^-32 s.
+    /// Difference between the clock and the parabola at `base`, units of 2^-32 s.
     residue: i64,
-    /// How fast the residue goes. 2^-40, of its sign.
+    /// Rate at which the residue decreases. 2^-40, of its sign.
     slew: i32,
     /// Instant of the last pair or command, to which the covariance belongs.
     heard: FineInstant,
     known: Covariance,
-    /// Variance of the quantum of received times.
-    quantum: i64,
-    /// What the last pair differed by when it was refused, else zero, units of 2^-32 s.
-    suspect: i64,
-    /// Counts to [`CONVINCED`] while pairs are refused.
-    doubt: u8,
+    trust: Trust,
+    doubt: Doubt,
+    /// Binary places of a second in received times.
+    fine_bits: u8,
+    /// Weight of the pairs in a row that the filter did not expect, negative when the last one was behind the clock.
+    unexpected: i8,
     source: TimeSource,
     /// There was a pair since power-on.
     is_synchronised: bool,
@@ -47,46 +52,36 @@ pub struct LocalClock {
 /// A pair that differs from the clock by more than this steps it: 10 ms, in units of 2^-32 s.
 pub(super) const STEP_LIMIT: u64 = 42_949_673;
 
-/// A pair is refused that is off by more than this many standard deviations.
+/// The filter does not expect a pair that is off by more than this many standard deviations: it is an outlier, or a crystal
+/// that changes its rate.
 const GATE: i64 = 5;
 
-/// Standard deviations in the reported bound.
-const SURE: i64 = 6;
+/// Weight of an unexpected pair on the side of the one before; another one has a weight of 1.
+const ON_ONE_SIDE: i8 = 2;
 
-/// Four refused pairs in a row on one side, or at most seven on both, show that it is the clock that is wrong.
-const CONVINCED: u8 = 7;
-const AGREES: u8 = 2;
+/// Pairs that contradict the clock may agree at a rate of so many times the largest one of the profile. Beyond the largest
+/// the clock is saturated.
+const OTHER_RATES: i64 = 4;
 
 /// Time without a pair after which rate and drift are found anew: 64 s, in units of 2^-32 s.
 const FORGOTTEN: i64 = 64 << 32;
 
-/// Time for which the drift is extrapolated, as crystals do not drift on for ever: 128 s, in units of 2^-32 s.
-const HORIZON: i64 = 128 << 32;
-
-/// No two crystals differ by more: 200 ppm. 2^-40.
-const RATE_LIMIT: i32 = 219_902_325;
-
-/// No temperature changes two crystals faster: 1 ppm/s. 2^-48.
-const DRIFT_LIMIT: i32 = 281_474_976;
-
-/// The covariance represents deviations below this: 8 ms, in units of 2^-32 s.
-const REPRESENTED: u32 = 1 << 25;
-
-/// What rate, drift until the horizon and the crystals themselves can come to is less than 2^-11 (488 ppm).
-const WORST_RATE: u32 = 11;
+/// Most that the filter takes for a drift: 3.8 ppm/s. 2^-48.
+const DRIFT_LIMIT: i32 = 1 << 30;
 
 /// The residue goes no faster than 2^-10. 2^-40.
 const SLEW_LIMIT: i32 = 1 << 30;
 
 impl Default for LocalClock {
     fn default() -> Self {
-        Self::new()
+        Self::new(&ClockPolicy::DEFAULT)
     }
 }
 
 impl LocalClock {
     /// Counts from zero at the instant zero, at the nominal rate, until it is set.
-    pub const fn new() -> Self {
+    pub const fn new(policy: &ClockPolicy) -> Self {
+        let limits = policy.limits();
         LocalClock {
             base: FineInstant::from_units(0),
             scet: FineScet::from_units(0),
@@ -96,20 +91,28 @@ impl LocalClock {
             slew: 0,
             heard: FineInstant::from_units(0),
             known: Covariance::fresh(TimeSource::None.variance()),
-            quantum: quantum(24),
-            suspect: 0,
-            doubt: 0,
+            trust: Trust::new(&limits),
+            doubt: Doubt::new(),
+            fine_bits: 24,
+            unexpected: 0,
             source: TimeSource::None,
             is_synchronised: false,
             steps: 0,
             refused: 0,
+            limits,
         }
     }
 
     /// Times that are received from now on have this many binary places of a second (7.1.2g): 24 when this was not called; fewer
     /// than 8 count as 8.
     pub const fn set_fine_bits(&mut self, bits: u32) {
-        self.quantum = quantum(bits);
+        self.fine_bits = if bits < 8 {
+            8
+        } else if bits > 24 {
+            24
+        } else {
+            bits as u8
+        };
     }
 
     /// Whether it was set: it does not count from power-on any more.
@@ -117,17 +120,23 @@ impl LocalClock {
         self.source != TimeSource::None
     }
 
+    /// Whether it follows spacecraft times: there was one since power-on.
+    pub const fn is_synchronised(&self) -> bool {
+        self.is_synchronised
+    }
+
     /// It is `scet` at the instant `at`, by command. Always a step. What is known of the rate stays known.
     pub fn set(&mut self, at: FineInstant, scet: FineScet) -> Step {
         // From one command to the next there is nothing new to be known of the rate.
-        let span = if self.source == TimeSource::Command { 0 } else { elapsed(self.heard, at).min(HORIZON) };
+        let span =
+            if self.source == TimeSource::Command { 0 } else { elapsed(self.heard, at).min(FORGOTTEN) };
         self.known.replace_offset(TimeSource::Command.variance(), span);
         self.step(at, scet, TimeSource::Command)
     }
 
     /// A pair: at the instant `at` it was `scet`. Constant delays and the mean of the truncation are corrected in it. `now`
     /// is the present: no later instant was asked for yet. Returns the step when there was one: at the first pair, and
-    /// when the clock was wrong by more than 10 ms. Ignored when `at` is not later than the last `now`.
+    /// when enough pairs agree that the clock is wrong by more than 10 ms. Ignored when `at` is not later than the last `now`.
     pub fn discipline(
         &mut self,
         at: FineInstant,
@@ -135,43 +144,129 @@ impl LocalClock {
         source: TimeSource,
         now: FineInstant,
     ) -> Option<Step> {
-        if at < self.base {
+        if self.is_over(at) {
             return None;
         }
-        let off = scet.since(self.at(at));
-        let is_step = !self.is_synchronised || off.unsigned_abs() > STEP_LIMIT;
-        let error = off.wrapping_add(self.residue_at(at));
-        let silence = elapsed(self.heard, at);
-        let noise = source.variance() + self.quantum;
-        let mut known = self.known.after(silence.min(FORGOTTEN));
-        let mut gains = [1 << 32, 0, 0];
-        if is_step || silence > FORGOTTEN {
-            known = Covariance::fresh(noise);
-        } else {
-            if error.abs() <= GATE * i64::from(known.deviation(noise)) {
-                gains = known.update(noise);
-            } else if self.is_convinced(error) {
-                known = Covariance::fresh(noise);
-            } else {
-                return None;
-            }
-        }
-        self.known = known;
-        if is_step {
+        let noise = source.variance() + self.quantum();
+        if !self.is_synchronised {
             self.is_synchronised = true;
+            self.known = Covariance::fresh(noise);
             return Some(self.step(at, scet, source));
         }
-        self.correct(at, error, gains, now.max(at));
+        let off = scet.since(self.at(at));
+        let error = off.wrapping_add(self.residue_at(at));
+        let silence = elapsed(self.heard, at);
+        let uncertain = self.error(source);
+        let contradicts = error.unsigned_abs() > (self.reach(silence) + uncertain) as u64;
+        let change = if contradicts {
+            self.contradicted(at, error, silence, noise, 2 * uncertain)
+        } else {
+            self.doubt.agreed();
+            self.filtered(error, silence, source, noise)
+        };
+        let Some(change) = change else {
+            self.refused = self.refused.wrapping_add(1);
+            return None;
+        };
+        if off.unsigned_abs() > STEP_LIMIT {
+            let step = self.step(at, scet, source);
+            self.turn(change);
+            return Some(step);
+        }
+        if contradicts || source != self.source {
+            self.trust.set(at, scet, silence, &self.limits);
+        } else {
+            self.trust.measure(at, scet, silence, uncertain, &self.limits);
+        }
+        let [offset, ..] = change;
+        self.trust.off = error - offset;
+        self.correct(at, change, now.max(at));
         self.taken(at, source);
         None
     }
 
-    /// A pair differs too much. Whether it is the clock that is wrong.
-    fn is_convinced(&mut self, error: i64) -> bool {
-        self.refused = self.refused.wrapping_add(1);
-        self.doubt += if self.doubt > 0 && (error ^ self.suspect) >= 0 { AGREES } else { 1 };
-        self.suspect = error;
-        self.doubt >= CONVINCED
+    /// Whether the clock was corrected after the instant `at`: a pair of it is ignored.
+    pub fn is_over(&self, at: FineInstant) -> bool {
+        at < self.base
+    }
+
+    /// Correction by a pair that contradicts the clock, if it moves the clock; `uncertain` is what two pairs may be off.
+    fn contradicted(
+        &mut self,
+        at: FineInstant,
+        error: i64,
+        silence: i64,
+        noise: i64,
+        uncertain: i64,
+    ) -> Option<State> {
+        let (beyond, span) = (self.doubt.beyond(error), elapsed(self.doubt.at, at));
+        let is_within = |rate| {
+            let growth = Trust::growth(rate, span, &self.limits);
+            beyond.unsigned_abs() <= (uncertain + growth) as u64
+        };
+        let agreement = if is_within(self.trust.rate_error(self.rate)) {
+            Agreement::AtRate
+        } else if is_within(OTHER_RATES * i64::from(self.limits.rate)) {
+            Agreement::AtOtherRate
+        } else {
+            Agreement::None
+        };
+        match self.doubt.contradicted(at, error, agreement, self.limits.agreeing) {
+            Verdict::Refused => None,
+            Verdict::Moves => {
+                self.known.replace_offset(noise * 16, silence.min(FORGOTTEN));
+                Some([error, 0, 0])
+            }
+            Verdict::MovesAtOtherRate => {
+                self.known = Covariance::fresh(noise);
+                self.trust.forget_rate(&self.limits);
+                Some([error, rate_of(beyond, span), 0])
+            }
+        }
+    }
+
+    /// Correction of the filter by a pair; none for an outlier.
+    fn filtered(&mut self, error: i64, silence: i64, source: TimeSource, noise: i64) -> Option<State> {
+        if silence > FORGOTTEN {
+            self.known = Covariance::fresh(noise);
+            return Some([error, 0, 0]);
+        }
+        let mut known = self.known.after(silence);
+        if error.abs() > GATE * i64::from(known.deviation(noise)) {
+            if !self.is_manoeuvre(error, source) {
+                return None;
+            }
+            self.known = Covariance::fresh(noise);
+            return Some([error, 0, 0]);
+        }
+        let [offset, rate, drift] = known.update(noise);
+        self.known = known;
+        Some([scale(error, offset), scale(error << 8, rate), scale(error << 16, drift)])
+    }
+
+    /// Whether enough pairs that the filter did not expect came in a row; this one is off by `error`.
+    fn is_manoeuvre(&mut self, error: i64, source: TimeSource) -> bool {
+        let side = if error < 0 { -1 } else { 1 };
+        let weight = self.unexpected.abs() + if self.unexpected * side > 0 { ON_ONE_SIDE } else { 1 };
+        self.unexpected = weight * side;
+        weight >= source.outliers()
+    }
+
+    /// Largest error of the parabola, `silence` after the last pair, units of 2^-32 s.
+    fn reach(&self, silence: i64) -> i64 {
+        let growth = Trust::growth(self.trust.rate_error(self.rate), silence, &self.limits);
+        let extrapolated = ramp(i64::from(self.drift >> SHIFT).abs(), self.limits.ramp, silence);
+        self.trust.off.abs() + self.error(self.source) + growth + extrapolated
+    }
+
+    /// Most that a pair is off, units of 2^-32 s.
+    fn error(&self, source: TimeSource) -> i64 {
+        source.error() + (1 << (31 - self.fine_bits))
+    }
+
+    /// Variance of times that were cut to so many binary places: a uniform error, corrected by its mean.
+    fn quantum(&self) -> i64 {
+        ((1_i64 << (64 - 2 * self.fine_bits)) / 12) << PLACES
     }
 
     /// Spacecraft time at an instant, also before the last correction, or after the present.
@@ -210,25 +305,22 @@ impl LocalClock {
     /// How far the clock can be trusted at the instant `now`.
     pub fn quality(&self, now: FineInstant) -> Quality {
         let silence = elapsed(self.heard, now);
-        let extrapolated = silence.min(HORIZON);
-        let deviation = self.known.after(extrapolated).deviation(0);
-        let (deviation, worst) = if deviation < REPRESENTED {
-            (deviation, silence - extrapolated)
-        } else {
-            (self.known.deviation(0), silence)
-        };
-        // While it is not decided who is wrong, it may be the clock.
-        let differs = self.residue_at(now).abs() + self.suspect.abs();
-        let units = SURE * i64::from(deviation) + (worst >> WORST_RATE) + differs;
-        let bound = scale(units, 1_000_000_000) + i64::from(self.source.systematic());
+        let differs = self.residue_at(now).abs() + self.doubt.widens();
+        let bound = scale(self.reach(silence) + differs, 1_000_000_000) + i64::from(self.source.systematic());
+        let is_unknown = self.source == TimeSource::None || self.is_saturated();
         Quality {
-            bound_ns: if self.source == TimeSource::None { u32::MAX } else { saturated(bound) },
+            bound_ns: if is_unknown { u32::MAX } else { saturated(bound) },
             source: self.source,
             age_ms: saturated(scale(silence, 1_000)),
-            rate_ppb: scale(self.parabola(now).1, 1_000_000_000 >> 8) as i32,
+            rate_ppb: scale(self.parabola(now).1, 1_000_000_000 >> SHIFT) as i32,
             steps: self.steps,
             refused: self.refused,
         }
+    }
+
+    /// Whether its rate is at the limit that the crystals of the profile have: it may be unable to follow.
+    pub const fn is_saturated(&self) -> bool {
+        self.rate.abs() >= self.limits.rate
     }
 
     /// Pairs that were refused because they did not agree with the others, wrapping.
@@ -239,6 +331,7 @@ impl LocalClock {
     /// The parabola goes through `scet` at the instant `at`, without a residue.
     fn step(&mut self, at: FineInstant, scet: FineScet, source: TimeSource) -> Step {
         let from = self.at(at).scet();
+        self.trust.set(at, scet, elapsed(self.heard, at), &self.limits);
         self.move_base(at);
         (self.scet, self.residue, self.slew) = (scet, 0, 0);
         self.steps = self.steps.wrapping_add(1);
@@ -246,34 +339,39 @@ impl LocalClock {
         Step { from, to: scet.scet() }
     }
 
-    /// The parabola changes by `gains` of `error` at the instant `at`. What the clock shows does not, at the instant `now`.
-    fn correct(&mut self, at: FineInstant, error: i64, gains: Gains, now: FineInstant) {
+    /// The parabola changes at the instant `at` by an offset, a rate and a drift. What the clock shows does not, at `now`.
+    fn correct(&mut self, at: FineInstant, change: State, now: FineInstant) {
         let shown = self.at(now);
         self.move_base(at);
-        let [offset, rate, drift] = gains;
-        self.scet = self.scet.plus(scale(error, offset));
-        self.rate = limited(i64::from(self.rate) + scale(error << 8, rate), RATE_LIMIT);
-        self.drift = limited(i64::from(self.drift) + scale(error << 16, drift), DRIFT_LIMIT);
+        let [offset, ..] = change;
+        self.scet = self.scet.plus(offset);
+        self.turn(change);
         self.move_base(now);
         self.residue = shown.since(self.scet);
         self.slew = limited(self.residue << 13, SLEW_LIMIT);
     }
 
+    /// Rate (2^-40) and drift (2^-48) change at the base.
+    fn turn(&mut self, [_, rate, drift]: State) {
+        self.rate = limited(i64::from(self.rate).saturating_add(rate), self.limits.rate);
+        self.drift = limited(i64::from(self.drift) + drift, DRIFT_LIMIT);
+    }
+
     fn taken(&mut self, at: FineInstant, source: TimeSource) {
-        (self.heard, self.source) = (at, source);
-        (self.doubt, self.suspect) = (0, 0);
+        (self.heard, self.source, self.unexpected) = (at, source, 0);
     }
 
     /// The same parabola, from another instant on.
     fn move_base(&mut self, to: FineInstant) {
         let (scet, rate) = self.parabola(to);
-        (self.base, self.scet, self.rate) = (to, scet, limited(rate, RATE_LIMIT));
+        (self.base, self.scet, self.rate) = (to, scet, limited(rate, self.limits.rate));
     }
 
     /// Best guess of spacecraft time, and its slope, less one. 2^-40. From the base on.
     fn parabola(&self, at: FineInstant) -> (FineScet, i64) {
         let span = elapsed(self.base, at);
-        let drifting = span.min(HORIZON);
+        // The excursion of the crystals ends, and with it their drift.
+        let drifting = span.min(self.limits.ramp);
         let mut state = [span, self.rate.into(), self.drift.into()];
         advance(&mut state, drifting >> 8);
         let [offset, rate, _] = state;
@@ -288,37 +386,8 @@ impl LocalClock {
     }
 }
 
-/// From an instant to a later one, in units of 2^-32 s, rounded down; none when it is the earlier one, 35 years at most.
-#[inline(never)] // 128 bits on a chip of 32
-fn elapsed(from: FineInstant, to: FineInstant) -> i64 {
-    let units = to.units().saturating_sub(from.units()).min(1 << 58) as i64;
-    units * 16 + ((i128::from(units) * i128::from(REST)) >> 63) as i64
-}
-
-/// 2^32 / 256,000,000 less 16, rounded up, 2^-63.
-const REST: i64 = ((((1 << 24) - 16_000_000) << 63) / 1_000_000 + 1_i128) as i64;
-
 /// Units of [`FineInstant`] in a second.
 const UNITS_PER_SECOND: i64 = FineInstant::PER_MICRO as i64 * 1_000_000;
-
-/// Variance of times that were cut to so many binary places: a uniform error, corrected by its mean.
-const fn quantum(bits: u32) -> i64 {
-    let bits = if bits < 8 {
-        8
-    } else if bits > 24 {
-        24
-    } else {
-        bits
-    };
-    ((1_i64 << (64 - 2 * bits)) / 12) << PLACES
-}
-
-/// `value`, at most `limit` either way.
-#[inline(never)] // three times
-fn limited(value: i64, limit: i32) -> i32 {
-    let limit = i64::from(limit);
-    value.min(limit).max(-limit) as i32
-}
 
 /// What is too large is `u32::MAX`.
 fn saturated(value: i64) -> u32 {

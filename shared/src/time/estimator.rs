@@ -9,6 +9,8 @@
 //!
 //! One unit is 2^-32 s (0.23 ns), one of rate a unit per second (0.23 ppb). Variances have 8 binary places.
 
+use crate::types::FineInstant;
+
 /// Offset, rate and drift.
 pub(super) type State = [i64; 3];
 
@@ -22,6 +24,9 @@ pub(super) type Gains = State;
 
 /// Binary places of variances.
 pub(super) const PLACES: u32 = 8;
+
+/// A rate of 2^-40 has so many binary places more than one of 2^-32.
+pub(super) const SHIFT: u32 = 8;
 
 /// No entry grows beyond this, so that no sum of some of them overflows.
 pub(super) const MOST: i64 = 1 << 59;
@@ -46,8 +51,13 @@ const RESOLVED: u32 = 24;
 
 /// Variance of a standard deviation in nanoseconds, or of one in nanoseconds per second.
 pub(super) const fn variance(ns: i64) -> i64 {
-    let units = ns * 4_295 / 1_000;
+    let units = units(ns);
     (units * units) << PLACES
+}
+
+/// Nanoseconds in units of 2^-32 s.
+pub(super) const fn units(ns: i64) -> i64 {
+    ns * 4_295 / 1_000
 }
 
 impl Covariance {
@@ -128,6 +138,23 @@ pub(super) const fn scale(value: i64, factor: i64) -> i64 {
     let (low, high) = (product as i64, (product >> 59) as i64);
     let sign = high >> 63;
     if high == sign { low } else { MOST ^ sign }
+}
+
+/// From an instant to a later one, in units of 2^-32 s, rounded down; none when it is the earlier one, 35 years at most.
+#[inline(never)] // 128 bits on a chip of 32
+pub(super) fn elapsed(from: FineInstant, to: FineInstant) -> i64 {
+    let units = to.units().saturating_sub(from.units()).min(1 << 58) as i64;
+    units * 16 + ((i128::from(units) * i128::from(REST)) >> 63) as i64
+}
+
+/// 2^32 / 256,000,000 less 16, rounded up, 2^-63.
+const REST: i64 = ((((1 << 24) - 16_000_000) << 63) / 1_000_000 + 1_i128) as i64;
+
+/// `value`, at most `limit` either way.
+#[inline(never)] // three times
+pub(super) fn limited(value: i64, limit: i32) -> i32 {
+    let limit = i64::from(limit);
+    value.min(limit).max(-limit) as i32
 }
 
 /// `part` of `whole` is taken from `row`.

@@ -1,17 +1,21 @@
 //! Time: the clock of protocol timers, the local SCET clock, and the service that sets, steers and tells it.
 
 mod clock;
+mod doubt;
 mod estimator;
 mod objects;
+mod policy;
 mod quality;
 mod service;
+mod trust;
 
 pub use clock::LocalClock;
 pub use objects::{
     ClockObjects, ClockQuality, LocalScet, LocalUtc, NoTime, ScetGet, ScetSet, TimeCorrection, UtcGet, UtcSet,
 };
+pub use policy::ClockPolicy;
 pub use quality::{Quality, Step, TimeSource};
-pub use service::{PairOutcome, TimeService, mean_of_truncated};
+pub use service::{PairOutcome, Places, TimeService, mean_of_truncated};
 
 use crate::types::Instant;
 

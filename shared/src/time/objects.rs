@@ -91,13 +91,13 @@ pub struct TimeCorrection {
     /// Delay on the nominal bus
     ///
     /// How much later than at the connector of the producer of SYNC this node sees it: cable and receiver, nanoseconds. At
-    /// the producer: its receiver.
-    #[sub(1, rw)]
+    /// the producer: its receiver. 80000000h: not known, the error bound includes the longest of the network.
+    #[sub(1, rw, default = i32::MIN)]
     pub nominal: i32,
     /// Delay on the redundant bus
     ///
-    /// Nanoseconds.
-    #[sub(2, rw)]
+    /// As on the nominal bus.
+    #[sub(2, rw, default = i32::MIN)]
     pub redundant: i32,
     /// Bits of fine time that the time producer sends
     #[sub(3, rw, low = 0, high = 24, default = 24)]
@@ -105,12 +105,17 @@ pub struct TimeCorrection {
 }
 
 impl TimeCorrection {
-    /// Delay on a bus, nanoseconds.
-    pub const fn of(&self, bus: Bus) -> i32 {
-        match bus {
+    /// Delay on a bus, nanoseconds, where it is known.
+    pub const fn of(&self, bus: Bus) -> Option<i32> {
+        Self::known(match bus {
             Bus::Nominal => self.nominal,
             Bus::Redundant => self.redundant,
-        }
+        })
+    }
+
+    /// A delay as it stands in the object.
+    pub(crate) const fn known(delay: i32) -> Option<i32> {
+        if delay == i32::MIN { None } else { Some(delay) }
     }
 }
 

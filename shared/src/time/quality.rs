@@ -1,6 +1,6 @@
 //! Where the time comes from, and how far it can be trusted.
 
-use super::estimator::variance;
+use super::estimator::{units, variance};
 use crate::types::Scet;
 
 /// Where the time came from last; its byte stands in 2015h.
@@ -31,13 +31,31 @@ impl TimeSource {
         }
     }
 
-    /// What no filter averages out, in nanoseconds: the mean of the quantum at exact periods, delays that were not corrected.
+    /// Most that a pair is off, units of 2^-32 s, without the quantum of what was sent: the stamps of producer and consumer.
+    pub(super) const fn error(self) -> i64 {
+        let ns = match self {
+            // Two edges and two roundings of a timer of 84 MHz, and 200 ppm of the rest of a SYNC.
+            TimeSource::Capture => 36,
+            // Latency of an interrupt, at either end.
+            TimeSource::Interrupt => 7_000,
+            TimeSource::Reception => 300_000,
+            TimeSource::None | TimeSource::Command => 5_000_000,
+        };
+        units(ns)
+    }
+
+    /// Weight of unexpected pairs in a row that are no outliers: two on one side, or four, or at the latest the seventh.
+    pub(super) const fn outliers(self) -> i8 {
+        if matches!(self, TimeSource::Capture) { 3 } else { 7 }
+    }
+
+    /// Part of the error that is the same in each pair, nanoseconds: delays that are not corrected exactly.
     pub(super) const fn systematic(self) -> u32 {
         match self {
-            TimeSource::Capture => 60,
-            TimeSource::Interrupt => 5_700,
+            TimeSource::Capture => 30,
+            TimeSource::Interrupt => 1_500,
             TimeSource::Reception => 200_000,
-            TimeSource::None | TimeSource::Command => 5_000_000,
+            TimeSource::None | TimeSource::Command => 0,
         }
     }
 }

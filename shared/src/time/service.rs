@@ -2,27 +2,42 @@
 
 use super::clock::STEP_LIMIT;
 use super::objects::{ClockQuality, TimeCorrection};
-use super::{LocalClock, Step, TimeSource};
+use super::{ClockPolicy, LocalClock, Step, TimeSource};
+use crate::link::bit_timing::Nanoseconds;
 use crate::link::{Stamp, StampSource};
 use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Instant};
 
 /// A part that was read or written waits so long for the others of its record.
 const PATIENCE: Duration = Duration::from_millis(10_000);
 
-/// Times that would step the clock are believed when the next one says the same: is as far off, to 1 ms.
-const SAME: u64 = (1 << 32) / 1_000;
-/// One that fits the SYNC before the last is late. That many in a row are not: the spacecraft time itself has changed.
+/// A time that fits the SYNC before the last is late. After that many in a row it is the spacecraft time that has changed.
 const LATE_IN_A_ROW: u8 = 3;
 
+/// That many short times in a row show that the producer stamps in the interrupt. By chance one of 2^15 sequences does.
+const SHORT_IN_A_ROW: u8 = 5;
+/// SYNCs of a node, stamped in the interrupt one after the other, after which it has no capture wires.
+const UNCAPTURED_IN_A_ROW: u8 = 5;
+/// SYNCs in a row with more than one time after which there are two producers. One alone may be a repetition, or a late time.
+const TWICE_IN_A_ROW: u8 = 3;
+
 /// Clock of a node and what belongs to it.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct TimeService {
     clock: LocalClock,
+    /// Longest delay from one node of the network to another, nanoseconds.
+    longest_delay: u32,
     /// The last SYNC on the active bus, and the one before.
     syncs: [Option<SyncEnd>; 2],
-    doubt: Doubt,
-    /// Spacecraft times that were not used.
+    /// Spacecraft times that were late, or of no SYNC.
     late: u16,
+    late_in_a_row: Run<LATE_IN_A_ROW>,
+    short: Run<SHORT_IN_A_ROW>,
+    /// A SYNC was captured since power-on.
+    was_captured: bool,
+    uncaptured: Run<UNCAPTURED_IN_A_ROW>,
+    /// Times since the last SYNC.
+    times: u8,
+    twice: Run<TWICE_IN_A_ROW>,
     sample: FineScet,
     read: Parts,
     written: Parts,
@@ -41,12 +56,20 @@ struct SyncEnd {
     source: StampSource,
 }
 
-/// Spacecraft times that are far off, one after the other.
+/// Counts observations of one kind in a row, up to `MOST`.
 #[derive(Clone, Copy, Debug, Default)]
-struct Doubt {
-    /// How far, units of 2^-32 s.
-    off: i64,
-    times: u8,
+struct Run<const MOST: u8>(u8);
+
+impl<const MOST: u8> Run<MOST> {
+    /// Another observation.
+    fn note(&mut self, is_of_kind: bool) {
+        self.0 = if is_of_kind { MOST.min(self.0 + 1) } else { 0 };
+    }
+
+    /// The last `MOST` were of this kind.
+    const fn is_whole(self) -> bool {
+        self.0 >= MOST
+    }
 }
 
 /// Parts of a record that are still to come.
@@ -72,6 +95,23 @@ impl Parts {
     }
 }
 
+/// Binary places of a received time.
+///
+/// A producer that stamps its SYNCs in the interrupt sends *short* times: the lowest three bits are zero. So its consumers know
+/// how it stamps. This quantum is small against the latency of an interrupt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Places {
+    /// Number of places, also of a short time.
+    pub bits: u32,
+    /// The lowest three of 24 places, or bits of the microseconds, are zero.
+    pub is_short: bool,
+}
+
+impl Places {
+    /// Places of a short time.
+    pub const SHORT: u32 = 21;
+}
+
 /// What became of a spacecraft time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairOutcome {
@@ -79,11 +119,32 @@ pub enum PairOutcome {
     Steered,
     /// The clock was set to it.
     Stepped(Step),
-    /// It is of no SYNC that this node has seen, is late, or does not agree with the others: counted.
+    /// It belongs to no SYNC that this node has received, is late, or contradicts the clock: counted.
     Unused,
 }
 
 impl TimeService {
+    /// Its clock was never set. `longest_delay`: that of the network between two nodes.
+    pub fn new(clocks: &ClockPolicy, longest_delay: Nanoseconds) -> Self {
+        TimeService {
+            clock: LocalClock::new(clocks),
+            longest_delay: longest_delay.0,
+            syncs: [None; 2],
+            late: 0,
+            late_in_a_row: Run(0),
+            // Until the first time that is not.
+            short: Run(SHORT_IN_A_ROW),
+            was_captured: false,
+            uncaptured: Run(0),
+            times: 0,
+            twice: Run(0),
+            sample: FineScet::default(),
+            read: Parts::default(),
+            written: Parts::default(),
+            ranged: 0,
+        }
+    }
+
     /// The clock.
     pub const fn clock(&self) -> &LocalClock {
         &self.clock
@@ -93,6 +154,26 @@ impl TimeService {
     pub fn on_sync(&mut self, bus: Bus, stamp: &Stamp) {
         let [last, _] = self.syncs;
         self.syncs = [Some(SyncEnd { bus, at: stamp.fine(), source: stamp.source }), last];
+        let is_captured = stamp.source == StampSource::Capture;
+        self.was_captured |= is_captured;
+        self.uncaptured.note(!is_captured);
+        self.twice.note(self.times > 1);
+        self.times = 0;
+    }
+
+    /// Whether this node stamps its SYNCs in the interrupt: it has no capture wires, or they are broken.
+    pub const fn is_uncaptured(&self) -> bool {
+        self.uncaptured.is_whole()
+    }
+
+    /// Whether times at SYNCs are sent short.
+    pub const fn is_coarse(&self) -> bool {
+        !self.was_captured || self.is_uncaptured()
+    }
+
+    /// Whether two nodes send the spacecraft time: more than one came after each of the last SYNCs.
+    pub const fn has_two_producers(&self) -> bool {
+        self.twice.is_whole()
     }
 
     /// Neither SYNCs nor PDOs are consumed any more.
@@ -108,13 +189,15 @@ impl TimeService {
 
     /// Set by command: always a step.
     pub fn set(&mut self, scet: FineScet, at: FineInstant) -> Step {
-        (self.doubt, self.written) = Default::default();
+        self.written = Parts::default();
         self.clock.set(at, scet)
     }
 
-    /// Received times have so many binary places of a second from now on.
-    pub fn set_fine_bits(&mut self, bits: u32) {
-        self.clock.set_fine_bits(bits);
+    /// A spacecraft time was received, of so many places.
+    pub fn on_places(&mut self, places: Places) {
+        self.times = self.times.saturating_add(1);
+        self.clock.set_fine_bits(places.bits);
+        self.short.note(places.is_short);
     }
 
     /// A value of the Spacecraft Time PDO with a type of 0 to 240: the spacecraft time at the last SYNC (ECSS 7.2.3c).
@@ -122,8 +205,8 @@ impl TimeService {
         let [last, before] = self.syncs;
         let Some(last) = last else { return self.unused() };
         let source = match last.source {
-            StampSource::Capture => TimeSource::Capture,
-            StampSource::Interrupt => TimeSource::Interrupt,
+            StampSource::Capture if !self.short.is_whole() => TimeSource::Capture,
+            _ => TimeSource::Interrupt,
         };
         let before = before.map(|before| before.corrected(correction));
         self.pair(last.corrected(correction), before, scet, source, now)
@@ -144,18 +227,17 @@ impl TimeService {
         source: TimeSource,
         now: Instant,
     ) -> PairOutcome {
-        let off = |at| scet.since(self.clock.at(at));
-        let error = off(at);
-        if self.clock.is_set() && error.unsigned_abs() > STEP_LIMIT {
-            let is_late = before.is_some_and(|before| off(before).unsigned_abs() <= STEP_LIMIT);
-            let is_same = self.doubt.times > 0 && error.wrapping_sub(self.doubt.off).unsigned_abs() <= SAME;
-            let times = if is_same { self.doubt.times.saturating_add(1) } else { 1 };
-            self.doubt = Doubt { off: error, times };
-            if times <= if is_late { LATE_IN_A_ROW } else { 1 } {
-                return self.unused();
-            }
+        if self.clock.is_over(at) {
+            return self.unused();
         }
-        (self.doubt, self.written) = Default::default();
+        let is_off = |at| scet.since(self.clock.at(at)).unsigned_abs() > STEP_LIMIT;
+        let is_late = self.clock.is_set() && is_off(at) && before.is_some_and(|before| !is_off(before));
+        let was_late = self.late_in_a_row.is_whole();
+        self.late_in_a_row.note(is_late);
+        if is_late && !was_late {
+            return self.unused();
+        }
+        self.written = Parts::default();
         let refused = self.clock.refused();
         match self.clock.discipline(at, scet, source, now.into()) {
             Some(step) => PairOutcome::Stepped(step),
@@ -203,16 +285,21 @@ impl TimeService {
         is_whole
     }
 
-    /// Object 2015h.
-    pub fn quality(&self, now: Instant) -> ClockQuality {
-        ClockQuality::new(&self.clock.quality(now.into()), self.late)
+    /// Object 2015h. Until the delay of the bus is known, it may be as long as the network allows.
+    pub fn quality(&self, correction: &TimeCorrection, now: Instant) -> ClockQuality {
+        let mut quality = self.clock.quality(now.into());
+        let [last, _] = self.syncs;
+        if last.is_some_and(|sync| correction.of(sync.bus).is_none()) {
+            quality.bound_ns = quality.bound_ns.saturating_add(self.longest_delay);
+        }
+        ClockQuality::new(&quality, self.late)
     }
 }
 
 impl SyncEnd {
     /// At the connector of the producer.
     fn corrected(&self, correction: &TimeCorrection) -> FineInstant {
-        let ns = correction.of(self.bus);
+        let ns = correction.of(self.bus).unwrap_or(0);
         const UNITS: i64 = FineInstant::PER_MICRO as i64;
         // A multiple of the divisor that is more than any correction: one division of positive numbers rounds down.
         const AHEAD: i64 = 1 << 40;

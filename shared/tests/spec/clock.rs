@@ -11,7 +11,7 @@ fn scet(coarse: u32, fine: u32) -> Scet {
 
 #[test]
 fn a_clock_counts_from_power_on_until_it_is_set() {
-    let mut clock = LocalClock::new();
+    let mut clock = LocalClock::default();
     let shows = |clock: &LocalClock, at| clock.at(FineInstant::from(at)).scet();
     assert_eq!(shows(&clock, ms(2_500)), scet(2, 0x0080_0000));
     let step = clock.set(ms(2_500).into(), scet(1_000, 0).into());

@@ -1,5 +1,6 @@
 //! Prints the figures of `docs/decisions/clock-estimator.md`: `cargo run --release -p clock-worlds --example figures`.
 
+use clock_worlds::trials::STEADY;
 use clock_worlds::{Figures, Follower, Sample, Scenario, Stamps, Window};
 use ecss_can::time::LocalClock;
 
@@ -16,14 +17,15 @@ fn row<F: Follower>(name: &str, follower: impl Fn() -> F, scenario: impl Fn(u64)
 
 fn accuracy() {
     println!("| scenario | rms | rms of the worst seed | 99.9 % | largest |");
-    let clock = LocalClock::new;
+    let clock = || LocalClock::new(&STEADY);
     let hertz = |period: f64| move |seed| Scenario { period, ..Scenario::new(seed) };
     row("SYNC 1 Hz", clock, hertz(1e9));
     row("SYNC 10 Hz", clock, hertz(1e8));
     row("SYNC 10 Hz, time PDO with each tenth", clock, |seed| Scenario { divider: 10, ..hertz(1e8)(seed) });
     row("SYNC 100 Hz", clock, hertz(1e7));
     row("SYNC 1 Hz, 30 % of the pairs lost", clock, |seed| Scenario { lost: 0.3, ..Scenario::new(seed) });
-    let interrupt = |period: f64| move |seed| Scenario { stamps: Stamps::Interrupt, ..hertz(period)(seed) };
+    let interrupt =
+        |period: f64| move |seed| Scenario { stamps: [Stamps::Interrupt; 2], ..hertz(period)(seed) };
     row("interrupt stamps, SYNC 1 Hz", clock, interrupt(1e9));
     row("interrupt stamps, SYNC 10 Hz", clock, interrupt(1e8));
     for length in [12, 16, 20] {
@@ -54,7 +56,7 @@ fn dither() {
     ] {
         for (rate, period) in [("1 Hz", 1e9), ("10 Hz", 1e8)] {
             let scenario = |seed| Scenario { jitter, dither, period, ..Scenario::new(seed) };
-            row(&format!("{name}, {rate}"), LocalClock::new, scenario);
+            row(&format!("{name}, {rate}"), || LocalClock::new(&STEADY), scenario);
         }
     }
 }
@@ -69,10 +71,10 @@ fn holdover() {
         for hold in [10.0, 100.0] {
             let scenario = |seed| {
                 let seconds = 60.0 + hold + 0.01;
-                Scenario { stamps, period, seconds, silent_from: 60.0, ..Scenario::new(seed) }
+                Scenario { stamps: [stamps; 2], period, seconds, silent_from: 60.0, ..Scenario::new(seed) }
             };
             let runs: Vec<Vec<Sample>> =
-                (0..SEEDS).map(|seed| scenario(seed).run(&mut LocalClock::new())).collect();
+                (0..SEEDS).map(|seed| scenario(seed).run(&mut LocalClock::new(&STEADY))).collect();
             let held = runs.iter().flatten().filter(|sample| sample.time >= 60.0);
             let outside = held.filter(|sample| sample.error.abs() > sample.bound).count();
             let last: Vec<&Sample> = runs.iter().filter_map(|samples| samples.last()).collect();

@@ -11,16 +11,46 @@ pub struct Data {
     pub drift_ppm: f64,
     /// When the drift begins, seconds.
     pub drift_from: f64,
+    /// Change with temperature.
+    pub warmth: Warmth,
     /// White frequency noise: Allan deviation at one second, parts per billion.
     pub white_ppb: f64,
     /// Random walk of the frequency, parts per billion per root second.
     pub walk_ppb: f64,
 }
 
+/// Change of a frequency with temperature.
+#[derive(Clone, Copy, Debug)]
+pub enum Warmth {
+    /// None.
+    Steady,
+    /// By `ppm` within `over` seconds, beginning at `from`.
+    Ramp { from: f64, over: f64, ppm: f64 },
+    /// Up and down in straight lines between `-ppm` and `ppm`, with a period in seconds.
+    Cycles { ppm: f64, period: f64 },
+    /// A sine of an amplitude in ppm and a period in seconds.
+    Sine { ppm: f64, period: f64 },
+}
+
+impl Warmth {
+    /// Parts per million at a time in seconds.
+    fn at(self, time: f64) -> f64 {
+        match self {
+            Warmth::Steady => 0.0,
+            Warmth::Ramp { from, over, ppm } => ppm * ((time - from) / over).clamp(0.0, 1.0),
+            Warmth::Cycles { ppm, period } => {
+                let phase = (time / period).rem_euclid(1.0);
+                ppm * if phase < 0.5 { 4.0 * phase - 1.0 } else { 3.0 - 4.0 * phase }
+            }
+            Warmth::Sine { ppm, period } => ppm * (core::f64::consts::TAU * time / period).sin(),
+        }
+    }
+}
+
 impl Data {
     /// The noise that the requirement names, with this offset and drift.
     pub fn noisy(offset_ppm: f64, drift_ppm: f64) -> Self {
-        Data { offset_ppm, drift_ppm, drift_from: 0.0, white_ppb: 1.0, walk_ppb: 2.0 }
+        Data { offset_ppm, drift_ppm, drift_from: 0.0, warmth: Warmth::Steady, white_ppb: 1.0, walk_ppb: 2.0 }
     }
 }
 
@@ -43,7 +73,8 @@ impl Crystal {
         for point in 0..points {
             ahead.push(phase);
             let middle = (point as f64 + 0.5) * step;
-            let steady = (data.offset_ppm + data.drift_ppm * (middle - data.drift_from).max(0.0)) * 1_000.0;
+            let drifted = data.drift_ppm * (middle - data.drift_from).max(0.0);
+            let steady = (data.offset_ppm + drifted + data.warmth.at(middle)) * 1_000.0;
             // The integral of a step of the walk is half of it, on the mean.
             let new_walk = walk + data.walk_ppb * step.sqrt() * normal(rng);
             phase += (steady + (walk + new_walk) / 2.0) * step + data.white_ppb * step.sqrt() * normal(rng);

@@ -1,8 +1,9 @@
 //! Estimators that can follow a master: the clock of the product, and others to compare it with.
 
-use ecss_can::time::LocalClock;
-use ecss_can::time::TimeSource;
-use ecss_can::types::{FineInstant, FineScet};
+use ecss_can::link::Stamp;
+use ecss_can::profile::Profile;
+use ecss_can::time::{LocalClock, Places, TimeCorrection, TimeService, TimeSource};
+use ecss_can::types::{Bus, FineInstant, FineScet};
 
 /// A clock that is disciplined by pairs.
 pub trait Follower {
@@ -27,5 +28,39 @@ impl Follower for LocalClock {
 
     fn bound(&self, now: FineInstant) -> f64 {
         self.quality(now).bound_ns.into()
+    }
+}
+
+/// The time service of a slave: it sees how the master stamps, and knows the delay or does not.
+#[derive(Clone, Debug)]
+pub struct Slave {
+    service: TimeService,
+    correction: TimeCorrection,
+}
+
+impl Slave {
+    /// With the numbers of a mission. `delay` as in 2014h.
+    pub fn new(profile: &Profile, delay: i32) -> Self {
+        let correction = TimeCorrection { nominal: delay, redundant: delay, fine_bits: 24 };
+        let service = TimeService::new(&profile.clocks, profile.network.longest_delay());
+        Slave { service, correction }
+    }
+}
+
+impl Follower for Slave {
+    fn pair(&mut self, at: FineInstant, scet: FineScet, source: TimeSource, now: FineInstant) {
+        let stamp =
+            if source == TimeSource::Capture { Stamp::captured(at) } else { Stamp::interrupt(at.instant()) };
+        self.service.on_sync(Bus::Nominal, &stamp);
+        self.service.on_places(Places { bits: 24, is_short: (scet.units() >> 8).is_multiple_of(8) });
+        self.service.at_last_sync(scet, &self.correction, now.instant());
+    }
+
+    fn at(&self, at: FineInstant) -> FineScet {
+        self.service.clock().at(at)
+    }
+
+    fn bound(&self, now: FineInstant) -> f64 {
+        self.service.quality(&self.correction, now.instant()).bound.into()
     }
 }

@@ -9,10 +9,11 @@ pub mod crystal;
 pub mod figures;
 pub mod follower;
 pub mod scenario;
+pub mod trials;
 pub mod window;
 
-pub use crystal::{Crystal, Data};
+pub use crystal::{Crystal, Data, Warmth};
 pub use figures::Figures;
-pub use follower::Follower;
+pub use follower::{Follower, Slave};
 pub use scenario::{Sample, Scenario, Stamps};
 pub use window::Window;

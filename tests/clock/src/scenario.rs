@@ -8,7 +8,7 @@ use fastrand::Rng;
 use crate::crystal::{Crystal, Data};
 use crate::follower::Follower;
 
-/// How SYNCs are stamped, on both sides.
+/// How a node stamps SYNCs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stamps {
     /// By a timer of 84 MHz.
@@ -36,8 +36,10 @@ pub struct Scenario {
     pub jitter: f64,
     /// The producer delays each SYNC by a random number of microseconds below this, on purpose.
     pub dither: u64,
-    /// How SYNCs are stamped.
-    pub stamps: Stamps,
+    /// How master and slave stamp SYNCs.
+    pub stamps: [Stamps; 2],
+    /// Delay from the master to the slave that is not corrected, nanoseconds.
+    pub delay: f64,
     /// Part of the pairs that is lost.
     pub lost: f64,
     /// No pair comes after this time, seconds.
@@ -73,7 +75,8 @@ impl Scenario {
             divider: 1,
             jitter: 20_000.0,
             dither: 1,
-            stamps: Stamps::Capture,
+            stamps: [Stamps::Capture; 2],
+            delay: 0.0,
             lost: 0.0,
             silent_from: f64::INFINITY,
         }
@@ -99,16 +102,16 @@ impl Scenario {
                 if arrival <= next {
                     let Some((_, at, scet)) = pending.take() else { break };
                     let now = local(b.reads(arrival) + slave_start);
-                    slave.pair(at, scet, self.source(), now);
+                    slave.pair(at, scet, source(self.stamps[1]), now);
                 } else {
                     let is_paired = sync.is_multiple_of(self.divider) && rng.f64() >= self.lost;
                     if is_paired && next < BOOT + self.silent_from * 1e9 {
-                        let of_master = self.stamp(a.reads(next), &mut rng);
-                        let at = self.stamp(b.reads(next) + slave_start, &mut rng);
-                        // 24 binary places are sent; the receiver adds the mean of what was cut off.
-                        let scet = (master.at(of_master).units() & !0xFF) + 0x80;
+                        let [of_a, of_b] = self.stamps;
+                        let of_master = stamp(of_a, a.reads(next), &mut rng);
+                        let at = stamp(of_b, b.reads(next + self.delay) + slave_start, &mut rng);
+                        let scet = sent(of_a, master.at(of_master));
                         let delay = 200_000.0 + rng.f64() * 4_800_000.0;
-                        pending = Some((next + delay, at, FineScet::from_units(scet)));
+                        pending = Some((next + delay, at, scet));
                     }
                     sync += 1;
                     next = self.next_sync(&a, sync, &mut rng);
@@ -130,7 +133,7 @@ impl Scenario {
     /// Spacecraft time at the master's instant zero, near the wrap of the counter, and the master's clock.
     fn master(&self, rng: &mut Rng) -> (FineScet, LocalClock) {
         let start = FineScet::from_units(rng.u64(0..1 << 38).wrapping_sub(1 << 37));
-        let mut clock = LocalClock::new();
+        let mut clock = LocalClock::default();
         clock.set(FineInstant::from_units(0), start);
         (start, clock)
     }
@@ -139,27 +142,38 @@ impl Scenario {
         let dither = rng.u64(0..self.dither) as f64 * 1_000.0;
         master.shows(BOOT + (sync + 1) as f64 * self.period + dither) + rng.f64() * self.jitter
     }
+}
 
-    fn source(&self) -> TimeSource {
-        match self.stamps {
-            Stamps::Capture => TimeSource::Capture,
-            Stamps::Interrupt => TimeSource::Interrupt,
-        }
+/// How a node tells its stamps.
+fn source(stamps: Stamps) -> TimeSource {
+    match stamps {
+        Stamps::Capture => TimeSource::Capture,
+        Stamps::Interrupt => TimeSource::Interrupt,
     }
+}
 
-    /// Stamp of what happens when the node's clock shows `reading`, nanoseconds.
-    fn stamp(&self, reading: f64, rng: &mut Rng) -> FineInstant {
-        match self.stamps {
-            // Ticks of 84 MHz, to the nearest 2^-8 µs.
-            Stamps::Capture => {
-                let ticks = (reading * 0.084).floor() as u64;
-                FineInstant::from_units((ticks * 64 + 10) / 21)
-            }
-            Stamps::Interrupt => {
-                let outlier = if rng.f64() < 0.03 { rng.f64() * 6_000.0 } else { 0.0 };
-                let late = rng.f64() * 1_000.0 + outlier;
-                FineInstant::from_units(((reading + late) / 1_000.0).floor() as u64 * 256)
-            }
+/// A time of the master as the slave receives it: 24 binary places, and the mean of what was cut off. Of a master without
+/// capture 21 are sent, rounded.
+fn sent(stamps: Stamps, scet: FineScet) -> FineScet {
+    let units = match stamps {
+        Stamps::Capture => scet.units() & !0xFF,
+        Stamps::Interrupt => scet.units().wrapping_add(0x400) & !0x7FF,
+    };
+    FineScet::from_units(units.wrapping_add(0x80))
+}
+
+/// Stamp of what happens when the node's clock shows `reading`, nanoseconds.
+fn stamp(stamps: Stamps, reading: f64, rng: &mut Rng) -> FineInstant {
+    match stamps {
+        // Ticks of 84 MHz, to the nearest 2^-8 µs.
+        Stamps::Capture => {
+            let ticks = (reading * 0.084).floor() as u64;
+            FineInstant::from_units((ticks * 64 + 10) / 21)
+        }
+        Stamps::Interrupt => {
+            let outlier = if rng.f64() < 0.03 { rng.f64() * 6_000.0 } else { 0.0 };
+            let late = rng.f64() * 1_000.0 + outlier;
+            FineInstant::from_units(((reading + late) / 1_000.0).floor() as u64 * 256)
         }
     }
 }

@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use can_wire::time::{TICKS_PER_US, Time};
 use ecss_can::time::Clock;
-use ecss_can::types::Instant;
+use ecss_can::types::{FineInstant, Instant};
 
 use crate::timeline::{Sleep, Timeline};
 
@@ -36,6 +36,13 @@ impl MockClock {
         let elapsed = u128::from(at.since(self.power_on).0);
         let local = elapsed * self.rate / (u128::from(TICKS_PER_US) * MILLION as u128);
         Instant::from_micros(u64::try_from(local).unwrap_or(u64::MAX))
+    }
+
+    /// As [`MockClock::instant`], to 2^-8 µs, as a capture timer has it.
+    pub fn fine(&self, at: Time) -> FineInstant {
+        let elapsed = u128::from(at.since(self.power_on).0) * u128::from(FineInstant::PER_MICRO);
+        let local = elapsed * self.rate / (u128::from(TICKS_PER_US) * MILLION as u128);
+        FineInstant::from_units(u64::try_from(local).unwrap_or(u64::MAX))
     }
 
     /// The first instant of the world at which this clock shows `local`.

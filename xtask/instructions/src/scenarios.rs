@@ -181,7 +181,7 @@ fn crc(data: &[u8]) -> u16 {
 pub fn discipline(repetitions: u32) -> anyhow::Result<()> {
     const SECOND: u64 = 256_000_000;
     const LATE: u64 = 512_000;
-    let mut clock = LocalClock::new();
+    let mut clock = LocalClock::default();
     let mut at = 0;
     for n in 0..u64::from(repetitions) {
         at = n * SECOND;

@@ -1,6 +1,7 @@
 //! The local clock in simulations, and the crystals of the twin.
 
 use can_wire::time::Time;
+use clock_worlds::trials::STEADY;
 use clock_worlds::{Sample, Scenario, Stamps};
 use demo::report::axis::Layout;
 use demo::report::chart::{Curve, Range, Scale, curves, duration};
@@ -22,7 +23,7 @@ pub fn pictures() -> Vec<(&'static str, String)> {
 
 /// Runs of all seeds.
 fn runs(scenario: impl Fn(u64) -> Scenario) -> Vec<Vec<Sample>> {
-    (0..SEEDS).map(|seed| scenario(seed).run(&mut LocalClock::new())).collect()
+    (0..SEEDS).map(|seed| scenario(seed).run(&mut LocalClock::new(&STEADY))).collect()
 }
 
 /// A figure of the samples of all seeds at one time, over time. `origin` is zero of the time.
@@ -100,7 +101,12 @@ fn wires() -> String {
     for (name, class, stamps) in
         [("with capture wires", "master", Stamps::Capture), ("without", "time", Stamps::Interrupt)]
     {
-        let mut runs = runs(|seed| Scenario { stamps, seconds: 60.0, sampled: 2.5e8, ..Scenario::new(seed) });
+        let mut runs = runs(|seed| Scenario {
+            stamps: [stamps; 2],
+            seconds: 60.0,
+            sampled: 2.5e8,
+            ..Scenario::new(seed)
+        });
         // The first pair arrives at 1 s.
         runs.iter_mut().for_each(|samples| samples.retain(|sample| sample.time >= 1.2));
         drawn.push(curve(&format!("{name}: rms"), &format!("{class} close-up"), over_time(&runs, 0.0, rms)));

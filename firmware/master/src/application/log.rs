@@ -20,6 +20,9 @@ pub fn event(event: &MasterEvent) {
         MasterEvent::SecondMaster { bus } => {
             defmt::error!("another master sends 701h on {}: EMCY 8150h", bus);
         }
+        MasterEvent::SyncUncaptured => {
+            defmt::error!("SYNCs are not captured, check the wires: EMCY 9000h, clocks to 10 us");
+        }
         MasterEvent::SecondMasterSilent { bus } => defmt::info!("no more 701h of others on {}", bus),
         MasterEvent::OverBudget { id } => defmt::error!("sends too much: {=u16:03X}h refused", id.raw()),
         MasterEvent::Babbling { node, step } => {

@@ -41,6 +41,6 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(crate) fn ranged(&self) -> Ranged {
         let bus = self.manager.active();
         let correction = &self.services.dictionary.objects.spacecraft.clock.correction;
-        Ranged { bus, heard: self.ranging().heard, correction: correction.of(bus) }
+        Ranged { bus, heard: self.ranging().heard, correction: correction.of(bus).unwrap_or(0) }
     }
 }

@@ -160,6 +160,9 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             {
                 self.services.exchange(bus, counter, self.withheld_time(), now, out);
             }
+            if self.services.on_sync_produced() {
+                out.event(MasterEvent::SyncUncaptured);
+            }
             out.event(MasterEvent::SyncSent { stamp });
         }
     }

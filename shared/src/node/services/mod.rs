@@ -108,7 +108,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             sync_id: CobId::SYNC,
             sdo_id: CobId::sdo_request(id),
             server: sdo::Server::new(profile.sdo_timeout),
-            time: E::Time::default(),
+            time: E::new_time(profile),
             buses: Buses::new(profile.access(id), profile.bus_off),
             lifetimes: Lifetimes {
                 heartbeat: profile.heartbeat,
@@ -180,10 +180,27 @@ impl<D: Device, E: Extension> Services<D, E> {
 
     /// An error is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
+        self.has_cleared(code, source);
+    }
+
+    /// An error is gone. Returns whether it was there.
+    fn has_cleared(&mut self, code: ErrorCode, source: u8) -> bool {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
-        if emcy.clear(code, source) {
+        let is_news = emcy.clear(code, source);
+        if is_news {
             objects.communication.emcy.show(emcy);
         }
+        is_news
+    }
+
+    /// An error is there or not, with its source alone. Returns whether it has just appeared.
+    fn set_error(&mut self, code: ErrorCode, source: u8, is_there: bool) -> bool {
+        let is_news =
+            if is_there { self.raise(code, [source, 0, 0, 0, 0]) } else { self.has_cleared(code, source) };
+        if is_news {
+            self.next = Instant::ZERO;
+        }
+        is_news && is_there
     }
 
     /// Register and history in the dictionary follow.

@@ -2,6 +2,7 @@
 
 use super::{NodeEvent, Services};
 use crate::boot::TimePdo;
+use crate::emcy::ErrorCode;
 use crate::link::Stamp;
 use crate::node::index::{CLOCK_QUALITY, HEARTBEAT_SENT, SCET_GET, SCET_SET, UTC_GET, UTC_SET};
 use crate::node::{Device, Extension, NodeObjects, Outbox};
@@ -9,7 +10,7 @@ use crate::od::CobIdEntry;
 use crate::od::checked::find;
 use crate::pdo::rules::is_synchronous;
 use crate::pdo::{Mapping, PdoSlots};
-use crate::time::{LocalScet, LocalUtc, PairOutcome, mean_of_truncated};
+use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
 use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc};
 
 /// What a receive PDO brings.
@@ -29,6 +30,20 @@ const BITS_OF_MICROS: u32 = 20;
 const BITS_OF_MS: u32 = 10;
 /// The mean of what is lost without microseconds, 499.5 of them in units of 2^-32 s.
 const MEAN_OF_MICROS: i64 = 2_145_336;
+
+/// Sources of EMCY 9000h: the clock was stepped because the spacecraft times contradict it; SYNCs of this master are stamped in the
+/// interrupt; the rate of the clock is at the limit of the crystals.
+const CLOCK_STEPPED: u8 = 0x10;
+const SYNC_UNCAPTURED: u8 = 0x11;
+const CLOCK_SATURATED: u8 = 0x12;
+/// Source of EMCY 8150h: two nodes send the spacecraft time.
+const TWO_PRODUCERS: u8 = 0x81;
+
+/// Lowest bits of a time of a producer without capture wires, of 24 places or microseconds: zero.
+const LOWEST: u16 = 7;
+/// Half of what they are worth, units of 2^-32 s: 0.24 and 4 us.
+const HALF_OF_SCET: i64 = 1 << 10;
+const HALF_OF_UTC: i64 = 17_180;
 
 /// Bits of a command specifier that tell an upload from all else.
 const UPLOADS: u8 = 0xE3;
@@ -78,23 +93,29 @@ impl<D: Device, E: Extension> Services<D, E> {
         E::time(&mut self.time)?.last_sync(&objects.clock.correction)
     }
 
-    /// Shows the time `scet` in 2011h and 2013h.
-    fn show_time(&mut self, scet: FineScet) {
+    /// Shows the time `scet` in 2011h and 2013h; `is_short`: rounded, with the lowest three bits zero.
+    fn show_time(&mut self, scet: FineScet, is_short: bool) {
         let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
         let Some(objects) = spacecraft.spacecraft() else { return };
+        let (bits, scet, utc, used) = if is_short {
+            (Places::SHORT, scet.plus(HALF_OF_SCET), scet.plus(HALF_OF_UTC), !LOWEST)
+        } else {
+            (D::FINE_BITS, scet, scet, !0)
+        };
         // 7.1.2g: what a device lacks is zero, not rounded.
-        objects.time.scet_get = scet.scet().truncated(D::FINE_BITS).into();
+        objects.time.scet_get = scet.scet().truncated(bits.min(D::FINE_BITS)).into();
         if let (Some(relation), Some(objects)) = (D::UTC, application.utc()) {
-            let utc = relation.utc(scet);
+            let utc = relation.utc(utc);
             objects.utc_get = if D::SUBMILLISECONDS { utc } else { utc.whole_ms() }.into();
+            objects.utc_get.submilliseconds &= used;
         }
     }
 
     /// Samples the local time for transmit PDOs.
     pub fn refresh_time(&mut self, at: FineInstant) {
         if let Some(time) = E::time(&mut self.time) {
-            let scet = time.clock().at(at);
-            self.show_time(scet);
+            let (scet, is_short) = (time.clock().at(at), time.is_coarse());
+            self.show_time(scet, is_short);
         }
     }
 
@@ -115,7 +136,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             && let Some(time) = E::time(&mut self.time)
         {
             let sample = time.read(at, parts, now);
-            self.show_time(sample);
+            self.show_time(sample, false);
         }
         if at.index == CLOCK_QUALITY {
             self.refresh_quality(now);
@@ -132,7 +153,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft()
             && let Some(time) = E::time(&mut self.time)
         {
-            objects.clock.quality = time.quality(now);
+            objects.clock.quality = time.quality(&objects.clock.correction, now);
         }
     }
 
@@ -223,13 +244,14 @@ impl<D: Device, E: Extension> Services<D, E> {
         now: Instant,
         out: &mut Outbox<V>,
     ) -> bool {
-        let Some((scet, bits)) = self.brought_time(brings) else { return false };
+        let Some((scet, places)) = self.brought_time(brings) else { return false };
         let NodeObjects { spacecraft, .. } = &mut self.dictionary.objects;
         let (Some(objects), Some(time)) = (spacecraft.spacecraft(), E::time(&mut self.time)) else {
             return false;
         };
         let correction = &objects.clock.correction;
-        time.set_fine_bits(bits);
+        let was_set = time.clock().is_synchronised();
+        time.on_places(places);
         let taken = if by_sync {
             time.at_last_sync(scet, correction, now)
         } else {
@@ -241,24 +263,45 @@ impl<D: Device, E: Extension> Services<D, E> {
             PairOutcome::Stepped(step) => {
                 out.event(V::time(scet.scet()));
                 out.step(V::step(step));
+                if was_set {
+                    self.report_past(ErrorCode::EXTERNAL, [CLOCK_STEPPED, 0, 0, 0, 0]);
+                }
             }
         }
+        self.report_clock();
         true
     }
 
-    /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and how many binary places of a
-    /// second it has. `None`: it is no time.
-    fn brought_time(&mut self, brings: Brings) -> Option<(FineScet, u32)> {
+    /// Emergencies that last as long as their cause.
+    fn report_clock(&mut self) {
+        let Some(time) = E::time(&mut self.time) else { return };
+        let (are_two, is_saturated) = (time.has_two_producers(), time.clock().is_saturated());
+        self.set_error(ErrorCode::CAN_ID_COLLISION, TWO_PRODUCERS, are_two);
+        self.set_error(ErrorCode::EXTERNAL, CLOCK_SATURATED, is_saturated);
+    }
+
+    /// This node has sent a SYNC, which is noted. Whether it was just found that none of them is captured.
+    pub fn on_sync_produced(&mut self) -> bool {
+        let is_uncaptured = E::time(&mut self.time).is_some_and(|time| time.is_uncaptured());
+        self.set_error(ErrorCode::EXTERNAL, SYNC_UNCAPTURED, is_uncaptured)
+    }
+
+    /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and its places. `None`: it is no
+    /// time.
+    fn brought_time(&mut self, brings: Brings) -> Option<(FineScet, Places)> {
         let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
         let objects = spacecraft.spacecraft()?;
         if brings == Brings::Utc {
             let bits = if D::SUBMILLISECONDS { BITS_OF_MICROS } else { BITS_OF_MS };
-            return brought_utc(application).map(|scet| (scet, bits));
+            let is_short = application.utc()?.utc_set.submilliseconds & LOWEST == 0;
+            return brought_utc(application).map(|scet| (scet, Places { bits, is_short }));
         }
         let scet: Scet = objects.time.scet_set.into();
         let bits = D::FINE_BITS.min(u32::from(objects.clock.correction.fine_bits));
+        let is_short = bits > Places::SHORT && scet.fine() as u16 & LOWEST == 0;
         // 7.1.2h: what a device lacks it does not look at.
-        Some((FineScet::from(scet.truncated(D::FINE_BITS)).plus(mean_of_truncated(bits)), bits))
+        let scet = FineScet::from(scet.truncated(D::FINE_BITS)).plus(mean_of_truncated(bits));
+        Some((scet, Places { bits, is_short }))
     }
 
     /// Sets the clock by command.

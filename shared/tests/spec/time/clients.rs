@@ -140,7 +140,7 @@ fn the_quality_of_the_clock_is_there_to_read() {
     assert_eq!(read(&mut slave, 0x2015, 1), [0xFF; 4], "no bound");
     run(&mut slave, ms(10));
     sync(&mut slave);
-    time(&mut slave, scet(1_000, 0));
+    time(&mut slave, scet(1_000, 1));
     run(&mut slave, ms(510));
     assert_eq!(read(&mut slave, 0x2015, 2), [2, 0, 0, 0], "captured");
     assert_eq!(read(&mut slave, 0x2015, 3), 500_u32.to_le_bytes());
@@ -165,7 +165,7 @@ fn the_quality_of_the_clock_travels_by_pdo() {
         assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
     }
     sync(&mut slave);
-    time(&mut slave, scet(1_000, 0));
+    time(&mut slave, scet(1_000, 1));
     slave.clear();
     run(&mut slave, ms(20));
     sync(&mut slave);
@@ -190,7 +190,7 @@ fn the_quality_of_the_clock_travels_alone() {
         assert_eq!(write(&mut slave, index, sub, value), done(index, sub));
     }
     sync(&mut slave);
-    time(&mut slave, scet(1_000, 0));
+    time(&mut slave, scet(1_000, 1));
     slave.clear();
     run(&mut slave, ms(20));
     sync(&mut slave);

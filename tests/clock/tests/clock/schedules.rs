@@ -64,7 +64,7 @@ const UNITS: i128 = 256_000_000;
 
 impl World {
     fn new(start: u64) -> Self {
-        let clock = LocalClock::new();
+        let clock = LocalClock::default();
         World {
             clock,
             now: 256_000_000,
@@ -151,7 +151,7 @@ impl World {
             Event::Jump(us) => self.produce(us, self.rate),
             Event::Producer { off, rate } => self.produce(off.into(), rate.into()),
             Event::Reset => {
-                (self.clock, self.read) = (LocalClock::new(), None);
+                (self.clock, self.read) = (LocalClock::default(), None);
                 (self.steps, self.is_paired) = (0, false);
             }
             Event::Command(us) => {
@@ -211,7 +211,7 @@ proptest! {
     fn any_instants_and_times_are_taken(
         calls in prop::collection::vec((0..6_u8, source(), extreme(), extreme(), extreme()), 1..50),
     ) {
-        let mut clock = LocalClock::new();
+        let mut clock = LocalClock::default();
         for (call, source, at, scet, now) in calls {
             let (at, now) = (FineInstant::from_units(at), FineInstant::from_units(now));
             let scet = FineScet::from_units(scet);

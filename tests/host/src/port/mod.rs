@@ -179,9 +179,9 @@ impl Chip {
         self.clock.timeline().now()
     }
 
-    /// Read in the interrupt at the end of the frame.
+    /// Captured at the end of the frame.
     fn stamp(&self, at: Time) -> Stamp {
-        Stamp::interrupt(self.clock.instant(at))
+        Stamp::captured(self.clock.fine(at))
     }
 
     /// Joined, not on its way out, not bus-off.

@@ -1,0 +1,100 @@
+//! Pairs that contradict the clock: who is wrong?
+//!
+//! A pair that differs from the clock by more than both may be off contradicts it. One that is forged or corrupted must not move
+//! the clock; a clock that is wrong must be moved. Pairs in a row that agree with each other decide. They
+//! agree when the clock, shifted to one of them and running at its own rate, predicts the next. After the clock was moved it
+//! has yet to be confirmed by three times as many pairs; until then the distance is part of the reported bound.
+
+use super::estimator::MOST;
+use crate::types::FineInstant;
+
+/// Pairs that contradict the clock, and what they moved it by.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(super) struct Doubt {
+    /// What the last such pair differed by, units of 2^-32 s; zero when there is none.
+    differs: i64,
+    /// Its instant.
+    pub at: FineInstant,
+    /// Weight of such pairs in a row: [`AGREES`] for each that agrees with the one before.
+    weight: u8,
+    /// One of them agrees at another rate alone.
+    is_other_rate: bool,
+    /// Distance by which they moved the clock.
+    moved: i64,
+    /// Pairs that are still to confirm it.
+    unconfirmed: u8,
+}
+
+/// Weight of a pair that agrees with the one before at the rate of the clock. One that needs another rate within the
+/// tolerance of the crystals has a weight of 1.
+const AGREES: u8 = 3;
+
+/// How a pair agrees with the last one that contradicted the clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Agreement {
+    /// At the rate of the clock.
+    AtRate,
+    /// At another rate that crystals can have.
+    AtOtherRate,
+    /// Not at all.
+    None,
+}
+
+/// What a contradicting pair does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// It is refused.
+    Refused,
+    /// The clock moves to it. Its rate is as it was.
+    Moves,
+    /// The clock moves to it, and its rate to that of the last two.
+    MovesAtOtherRate,
+}
+
+impl Doubt {
+    pub const fn new() -> Self {
+        let at = FineInstant::from_units(0);
+        Doubt { differs: 0, at, weight: 0, is_other_rate: false, moved: 0, unconfirmed: 0 }
+    }
+
+    /// How much farther than the last one this pair differs; zero for the first.
+    pub fn beyond(&self, differs: i64) -> i64 {
+        if self.weight == 0 { 0 } else { differs.saturating_sub(self.differs) }
+    }
+
+    /// A pair at `at` differs from the clock by `differs`.
+    pub fn contradicted(
+        &mut self,
+        at: FineInstant,
+        differs: i64,
+        agreement: Agreement,
+        agreeing: u8,
+    ) -> Verdict {
+        match agreement {
+            Agreement::AtRate => self.weight += AGREES,
+            Agreement::AtOtherRate => (self.weight, self.is_other_rate) = (self.weight + 1, true),
+            Agreement::None => (self.weight, self.is_other_rate) = (AGREES, false),
+        }
+        (self.differs, self.at) = (differs.clamp(-MOST, MOST), at);
+        let whole = agreeing.saturating_mul(AGREES);
+        if self.weight < whole {
+            return Verdict::Refused;
+        }
+        let verdict = if self.is_other_rate { Verdict::MovesAtOtherRate } else { Verdict::Moves };
+        *self = Doubt { moved: self.differs.abs(), unconfirmed: whole, ..Doubt::new() };
+        verdict
+    }
+
+    /// A pair agreed with the clock.
+    pub fn agreed(&mut self) {
+        let unconfirmed = self.unconfirmed.saturating_sub(1);
+        let moved = if unconfirmed == 0 { 0 } else { self.moved };
+        *self = Doubt { moved, unconfirmed, ..Doubt::new() };
+    }
+
+    /// What the reported bound is wider by, units of 2^-32 s.
+    pub fn widens(&self) -> i64 {
+        self.differs.abs() + self.moved
+    }
+}
