@@ -3,6 +3,7 @@
 mod clients;
 mod devices;
 mod distribution;
+mod doubt;
 mod producers;
 mod universal;
 
