@@ -58,6 +58,8 @@ const BIT_RATE: BitRate = if cfg!(feature = "kbit-10") {
 const _: () = assert!(PROFILE.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
 // A node that would silence itself in this mission fails it here.
 const _: () = assert!(PROFILE.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
+// Crystals that a clock of this mission could not follow fail it here.
+const _: () = assert!(PROFILE.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
 const _: () = assert!(TWO_MASTERS.is_standby_sound(), "{}", Profile::STANDBY_UNSOUND);
 
 /// The numbers of the LibreCube prototype of 2017: heartbeat 250 ms, SYNC 5 s, time 10 s. Slaves 4 and 6 have

@@ -9,7 +9,7 @@ use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
 use can_wire::transceiver::Transceiver;
 use twin::board::{BoardConfig, Fittings};
-use twin::crystal::Crystal;
+use twin::crystal::{Crystal, Ramp};
 use twin::guest::GuestEvent;
 use twin::peripherals::Pin;
 use twin::pulses::{Errors, Trial};
@@ -78,10 +78,62 @@ pub struct Scenario {
     pub sync: Time,
     /// Share of the time for which foreign frames keep the nominal bus busy.
     pub load: f64,
-    /// The jumper wires to the capture inputs are there.
-    pub wires: bool,
+    /// Boards with the jumper wires to the capture inputs.
+    pub wires: Wires,
     /// Delays are configured.
     pub corrected: bool,
+    /// Crystals of the boards.
+    pub crystals: Crystals,
+}
+
+/// Boards with the jumper wires to the capture inputs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wires {
+    /// Every board.
+    All,
+    /// Slaves alone.
+    Slaves,
+    /// No board.
+    None,
+}
+
+impl Wires {
+    fn of(self, node: u8) -> bool {
+        match self {
+            Wires::All => true,
+            Wires::Slaves => node != 1,
+            Wires::None => false,
+        }
+    }
+}
+
+/// What the crystals of the boards do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crystals {
+    /// Those of the requirement.
+    Required,
+    /// They do not drift, but those of the slaves change by 2 ppm within 10 s.
+    Ramp,
+    /// That of the master is 100 ppm fast, those of the slaves are 100 ppm slow. They drift by 0.02 ppm/s.
+    Far,
+}
+
+/// When the temperature of slaves changes.
+const RAMP: Ramp = Ramp { from: Time::from_ms(32_300), to: Time::from_ms(42_300), ppm: 2.0 };
+
+impl Crystals {
+    /// The crystal of a node, without noise.
+    fn of(self, node: u8, ppm: f64, drift_ppm_per_s: f64) -> Crystal {
+        match self {
+            Crystals::Required => Crystal { drift_ppm_per_s, ..Crystal::ppm(ppm) },
+            Crystals::Ramp if node == 1 => Crystal::ppm(ppm),
+            Crystals::Ramp => Crystal { ramp: Some(RAMP), ..Crystal::ppm(ppm) },
+            Crystals::Far => {
+                let ppm = if node == 1 { 100.0 } else { -100.0 };
+                Crystal { drift_ppm_per_s: drift_ppm_per_s / 5.0, ..Crystal::ppm(ppm) }
+            }
+        }
+    }
 }
 
 /// A flight.
@@ -109,15 +161,18 @@ impl Flight {
                 image: if node == 1 { &master } else { &slave }.clone(),
                 straps: FLOWN.straps(node),
                 crystal: Crystal {
-                    drift_ppm_per_s,
                     white_ppb: WHITE_PPB,
                     walk_ppb: WALK_PPB,
                     seed: random.u64(..),
-                    ..Crystal::ppm(ppm)
+                    ..scenario.crystals.of(node, ppm, drift_ppm_per_s)
                 },
                 position_m,
                 power_on_at: Time::from_ms(10 * u64::from(node)),
-                fittings: Fittings { capture_wires: scenario.wires, transceiver, ..Fittings::default() },
+                fittings: Fittings {
+                    capture_wires: scenario.wires.of(node),
+                    transceiver,
+                    ..Fittings::default()
+                },
             });
         }
         let traffic = Traffic::new(&mut spacecraft, Bus::Nominal, scenario.load, seed, CONFIGURED);
@@ -180,6 +235,11 @@ impl Flight {
     /// The clock of each slave against that of the master between two instants.
     pub fn errors(&self, from: Time, to: Time) -> [Errors; 3] {
         [1, 2, 3].map(|slave| self.trial.errors(BoardId(0), BoardId(slave), PULSE_PERIOD, from, to))
+    }
+
+    /// The present of the twin.
+    pub fn now(&mut self) -> Time {
+        self.trial.spacecraft().now()
     }
 
     /// How far stamps of SYNC were off so far.

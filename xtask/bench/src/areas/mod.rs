@@ -2,6 +2,7 @@
 //!
 //! A new area is a file here that ends in `pub const AREA: Area`, and its name in the two lists below.
 
+mod bound;
 mod crowd;
 mod demo;
 mod failover;
@@ -52,5 +53,6 @@ pub const ALL: &[Area] = &[
     stamp::AREA,
     sync::AREA,
     time::AREA,
+    bound::AREA,
     wire::AREA,
 ];

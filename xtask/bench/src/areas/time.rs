@@ -11,7 +11,7 @@ use firmware_images::Images;
 use twin::pulses::{Errors, Sample};
 
 use super::Area;
-use crate::clocks::{Flight, PULSE_PERIOD, Scenario, most_left_ns};
+use crate::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires, most_left_ns};
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use crate::update;
@@ -90,8 +90,9 @@ const CASES: [Case; 7] = [
     Case { name: "uncorrected_load_30", scenario: scenario(1_000, 0.30, true, false), rms: None, most: None },
 ];
 
-const fn scenario(sync_ms: u64, load: f64, wires: bool, corrected: bool) -> Scenario {
-    Scenario { sync: Time::from_ms(sync_ms), load, wires, corrected }
+const fn scenario(sync_ms: u64, load: f64, are_wired: bool, corrected: bool) -> Scenario {
+    let wires = if are_wired { Wires::All } else { Wires::None };
+    Scenario { sync: Time::from_ms(sync_ms), load, wires, corrected, crystals: Crystals::Required }
 }
 
 fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
@@ -168,7 +169,7 @@ impl Outcome {
 }
 
 /// Flies seeds, as many at once as the computer has processors. The results are in the order of the seeds.
-fn in_all_seeds<T: Send>(
+pub(super) fn in_all_seeds<T: Send>(
     seeds: u64,
     fly: impl Fn(u64) -> anyhow::Result<T> + Sync,
 ) -> anyhow::Result<Vec<T>> {
