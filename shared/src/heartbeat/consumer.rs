@@ -50,6 +50,14 @@ impl Consumer {
         }
     }
 
+    /// The last heartbeat, in time or before a miss.
+    pub const fn last(&self) -> Option<Instant> {
+        match *self {
+            Consumer::Unarmed => None,
+            Consumer::Armed { last } | Consumer::Missed { last } => Some(last),
+        }
+    }
+
     /// Whether a heartbeat is missed now.
     pub fn is_missed(&self) -> bool {
         matches!(self, Consumer::Missed { .. })

@@ -38,6 +38,17 @@ pub enum MasterEvent {
         /// Its Node-ID.
         node: NodeId,
     },
+    /// Two nodes have this Node-ID: their heartbeats report Operational and another state in turn (EMCY 8150h). The master
+    /// goes on commanding the one that is Operational.
+    Clash {
+        /// Node-ID of both.
+        node: NodeId,
+    },
+    /// One of the two nodes with this Node-ID was silent for ten consumer times.
+    ClashOver {
+        /// Node-ID of both.
+        node: NodeId,
+    },
     /// Another node sends the master's heartbeat, 701h (EMCY 8150h).
     SecondMaster {
         /// Bus on which it was heard.

@@ -10,6 +10,7 @@ use crate::nmt::Target;
 use crate::types::{Duration, Instant, NmtState, NodeId};
 
 mod heard;
+mod period;
 #[cfg(feature = "model")]
 mod relative;
 
@@ -27,6 +28,9 @@ pub struct Peers<const N: usize = PLACES> {
     places: [Option<Peer>; N],
     /// Consumer times of their own, milliseconds; zero for those that share the common one.
     times: [u16; N],
+    /// Heartbeat periods of nodes that 1F81h does not assign, milliseconds: the last gap between two heartbeats, where it
+    /// was longer than the common consumer time. Else zero.
+    periods: [u16; N],
     /// Assigned by 1F81h.
     assigned: NodeSet,
     /// Answered since their last boot-up message.
@@ -100,6 +104,7 @@ impl<const N: usize> Peers<N> {
         Peers {
             places: [None; N],
             times: [0; N],
+            periods: [0; N],
             assigned: 0,
             answered: 0,
             unasked: 0,
@@ -116,6 +121,9 @@ impl<const N: usize> Peers<N> {
     pub fn assign(&mut self, node: NodeId, is_slave: bool) {
         let bit = node_bit(node);
         let was_slave = self.assigned & bit != 0;
+        if let Some(period) = self.periods.get_mut(usize::from(node.get())) {
+            *period = 0;
+        }
         if self.place(node).is_some() {
             self.recheck(Instant::ZERO);
         }
@@ -138,11 +146,6 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// The consumer time of a node.
-    fn time(&self, node: NodeId, consumer: Duration) -> Duration {
-        own_time(self.times.get(usize::from(node.get())).copied().unwrap_or(0), consumer)
-    }
-
     /// Whether `node` counts for the master's decisions.
     pub fn counts(&self, node: NodeId) -> bool {
         self.counted() & node_bit(node) != 0
@@ -158,6 +161,7 @@ impl<const N: usize> Peers<N> {
         parameters: &Parameters,
     ) -> PeerHeartbeat {
         let (bit, consumer) = (node_bit(node), parameters.consumer);
+        self.observe(node, at, consumer);
         let (own, counts) = (self.time(node, consumer), self.counted() & bit != 0);
         let Some(place) = self.places.get_mut(usize::from(node.get())) else {
             return PeerHeartbeat::default();
@@ -276,9 +280,11 @@ impl<const N: usize> Peers<N> {
 
     /// The next node whose heartbeat is overdue on both buses, each once.
     pub fn next_lost(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
-        self.places.iter_mut().zip(&self.times).zip(0_u8..).find_map(|((place, time), raw)| {
-            place.as_mut()?.heartbeat.poll(now, own_time(*time, consumer))?;
-            NodeId::new(raw)
+        (0..N).find_map(|nth| {
+            let node = NodeId::new(nth as u8)?;
+            let time = self.time(node, consumer);
+            self.places.get_mut(nth)?.as_mut()?.heartbeat.poll(now, time)?;
+            Some(node)
         })
     }
 
@@ -320,12 +326,12 @@ impl<const N: usize> Peers<N> {
                 next = due;
             }
         };
-        for ((place, time), raw) in self.places.iter().zip(&self.times).zip(0_u8..) {
-            let Some(peer) = place else { continue };
-            if let Some(due) = peer.heartbeat.deadline(own_time(*time, parameters.consumer)) {
+        for (node, peer) in self.each() {
+            if let Some(due) = peer.heartbeat.deadline(self.time(node, parameters.consumer)) {
                 add(due);
-            } else if let Some(due) = peer.forgotten_at(parameters.consumer)
-                && NodeId::new(raw).is_some_and(|node| !self.counts(node))
+            }
+            if !self.counts(node)
+                && let Some(due) = peer.forgotten_at(parameters.consumer)
             {
                 add(due);
             }
@@ -383,11 +389,6 @@ impl<const N: usize> Peers<N> {
     fn each(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
         self.places.iter().zip(0_u8..).filter_map(|(place, raw)| Some((NodeId::new(raw)?, place.as_ref()?)))
     }
-}
-
-/// Milliseconds, or the common one.
-fn own_time(time: u16, consumer: Duration) -> Duration {
-    if time == 0 { consumer } else { Duration::from_millis(u64::from(time)) }
 }
 
 fn node_bit(node: NodeId) -> NodeSet {

@@ -21,6 +21,10 @@ pub fn event(event: &MasterEvent) {
             defmt::error!("another master sends 701h on {}: EMCY 8150h", bus);
         }
         MasterEvent::SecondMasterSilent { bus } => defmt::info!("no more 701h of others on {}", bus),
+        MasterEvent::Clash { node } => {
+            defmt::error!("two nodes have Node-ID {}: EMCY 8150h", node.get());
+        }
+        MasterEvent::ClashOver { node } => defmt::info!("one node has Node-ID {} again", node.get()),
         MasterEvent::OverBudget { id } => defmt::error!("sends too much: {=u16:03X}h refused", id.raw()),
         MasterEvent::Babbling { node, step } => {
             defmt::error!("slave {}: sends too much, {}", node.get(), step)

@@ -31,7 +31,7 @@ use crate::boot::Boot;
 use crate::link::Stamp;
 use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
-use crate::nmt::{NmtMessage, NmtSlave, Target};
+use crate::nmt::{NmtMessage, NmtSlave, StateClashes, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
 use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
@@ -57,6 +57,7 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     nmt: NmtSlave,
     manager: Manager,
     rivals: Rivals,
+    clashes: StateClashes,
     identification: Identification,
     budgets: Budgets,
     sync: sync::Producer,
@@ -104,6 +105,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             redundancy,
             nmt: NmtSlave::new(true),
             rivals: Rivals::default(),
+            clashes: StateClashes::new(),
             identification: Identification::default(),
             budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
@@ -169,6 +171,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Action::Heartbeat { bus, frame } => {
                 out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
                 self.call_standby(now, out);
+                self.end_clashes(now, out);
                 self.scrub(now);
             }
             Action::Switched { from, to, cause } => {

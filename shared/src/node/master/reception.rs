@@ -10,6 +10,7 @@ use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{Device, FailCause};
+use crate::redundancy::Parameters;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
@@ -82,6 +83,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         out: &mut Out,
     ) {
         let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
+        let state = self.judge_state(node, state, stamp.at, out);
         let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
         let is_here = bus == self.manager.active();
         #[cfg(feature = "model")]
@@ -109,6 +111,27 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         };
         if heard.start {
             self.send_nmt(NmtMessage { command, target: Target::Node(node) }, now, out);
+        }
+    }
+
+    /// The state that the master acts on. Reports a clash when it begins.
+    fn judge_state(&mut self, node: NodeId, state: NmtState, at: Instant, out: &mut Out) -> NmtState {
+        let Parameters { producer, consumer, .. } = self.redundancy;
+        let judged = self.clashes.on_heartbeat(node, state, at, producer, consumer);
+        if judged.is_new {
+            self.services.raise(ErrorCode::CAN_ID_COLLISION, [node.get(), 0, 0, 0, 0]);
+            self.services.next = Instant::ZERO;
+            out.event(MasterEvent::Clash { node });
+        }
+        judged.state
+    }
+
+    /// Ends the clashes of slaves that are over.
+    pub(super) fn end_clashes(&mut self, now: Instant, out: &mut Out) {
+        while let Some(node) = self.clashes.poll(now, self.redundancy.consumer) {
+            self.services.clear(ErrorCode::CAN_ID_COLLISION, node.get());
+            self.services.next = Instant::ZERO;
+            out.event(MasterEvent::ClashOver { node });
         }
     }
 

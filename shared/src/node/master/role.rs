@@ -74,6 +74,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.boot.stand_by();
         self.identification = super::Identification::default();
         self.rivals = Rivals::default();
+        self.end_clashes(Instant::NEVER, out);
         Bus::ALL.into_iter().for_each(|bus| self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault()));
         self.nmt = NmtSlave::new(true);
         self.entered(NmtState::Initialising, now, out);
