@@ -180,7 +180,8 @@ impl Boot {
         }
     }
 
-    /// Another bus is the active one: slaves not yet started have to be heard there first. A slave that is Pre-operational
+    /// Another bus is the active one: slaves not yet started, those that failed among them, begin again when they are heard
+    /// there. A slave that is Pre-operational
     /// when it is first heard there may have been reset on the bus that was left.
     pub fn on_bus_changed(&mut self) {
         self.operational |= self.started;
@@ -189,6 +190,11 @@ impl Boot {
         }
         while let Some(node) = first(self.queued) {
             self.await_again(node);
+        }
+        for node in (1..=127).filter_map(NodeId::new) {
+            if self.progress(node) == BootProgress::Failed {
+                self.await_again(node);
+            }
         }
     }
 

@@ -91,6 +91,8 @@ pub(super) struct Process {
     time: Option<TimePdo>,
     step: Step,
     attempts: u8,
+    /// It failed by an SDO abort once, and began again.
+    is_retried: bool,
     /// It keeps 1020h.
     is_stamped: bool,
     /// The first four bytes of the value that is read, or the value that is written to 1020h.
@@ -122,6 +124,7 @@ impl Process {
             time,
             step: Step::DeviceType,
             attempts: 1,
+            is_retried: false,
             number: [0; 4],
             read: 0,
             is_equal: true,
@@ -187,8 +190,7 @@ impl Process {
         match outcome {
             Err(Error::Timeout) if self.attempts < ATTEMPTS => {
                 self.attempts = self.attempts.saturating_add(1);
-                self.step = Step::DeviceType;
-                Next::Transfer
+                self.begin_again()
             }
             outcome => match self.judge(outcome) {
                 Ok(Some(step)) => {
@@ -196,9 +198,19 @@ impl Process {
                     Next::Transfer
                 }
                 Ok(None) => Next::Start,
+                // The slave may have been busy, or in another state, for a moment.
+                Err(_) if is_abort(outcome) && !self.is_retried => {
+                    self.is_retried = true;
+                    self.begin_again()
+                }
                 Err(failure) => Next::Fail(failure),
             },
         }
+    }
+
+    fn begin_again(&mut self) -> Next {
+        self.step = Step::DeviceType;
+        Next::Transfer
     }
 
     /// The next step, if there is one.
@@ -338,6 +350,10 @@ impl Process {
     fn is_of_time(&self, cob_id: u32) -> bool {
         CobIdEntry::from_raw(cob_id).cob_id().is_some_and(|id| self.time.is_some_and(|time| time.id == id))
     }
+}
+
+const fn is_abort(outcome: Result<(), Error>) -> bool {
+    matches!(outcome, Err(Error::Abort(_) | Error::UnknownAbort(_)))
 }
 
 /// The first four bytes of a value, zero behind its end.

@@ -107,8 +107,8 @@ pub enum MasterEvent {
         /// How far it is.
         progress: BootProgress,
     },
-    /// The boot-up of an assigned slave failed (objects 2041h and 2042h). It is not started until it boots up again or
-    /// returns; a slave that ran when it could not be checked goes on.
+    /// The boot-up of an assigned slave failed (objects 2041h and 2042h). It is not started until it boots up again, returns
+    /// or the bus changes; a slave that ran when it could not be checked goes on.
     BootFailed {
         /// The slave.
         node: NodeId,
