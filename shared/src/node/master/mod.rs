@@ -29,7 +29,7 @@ use super::services::Services;
 use super::{Device, MasterEvent, MasterRequest, Status};
 use crate::boot::Boot;
 use crate::link::Stamp;
-use crate::link::port::{Filter, Health};
+use crate::link::port::{ErrorState, Filter, Health, LastError};
 use crate::link::queue::Outgoing;
 use crate::nmt::{NmtMessage, NmtSlave, StateClashes, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
@@ -68,6 +68,8 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     held: Deque<Outgoing, HELD>,
     /// A spacecraft time was due while the active bus was not announced.
     is_time_pending: bool,
+    /// Its boot-up message was not acknowledged yet, nor a heartbeat after it: emergencies, which win arbitration, wait.
+    is_booting: bool,
     /// COB-IDs of RPDOs changed: the filters are to follow.
     are_filters_due: bool,
     /// As its buses have them, but for the last.
@@ -113,6 +115,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             minimal: profile.minimal,
             held: Deque::new(),
             is_time_pending: false,
+            is_booting: true,
             are_filters_due: false,
             filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
             next_filter: 0,
@@ -160,10 +163,22 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
         self.manager.on_health(bus, health, self.services.buses.is_failed(bus), now);
-        self.services.on_health(bus, &health);
+        if !self.is_first(bus, &health) {
+            self.services.on_health(bus, &health);
+        }
         self.services.refresh_health();
         self.services.next = Instant::ZERO;
         out.event(MasterEvent::Health { bus, health });
+    }
+
+    /// Whether the master is error passive because it is the first node on this bus. That is no error: no other node was
+    /// there yet to acknowledge its frames.
+    fn is_first(&self, bus: Bus, health: &Health) -> bool {
+        let counters = &self.services.buses.counters[bus];
+        health.state == ErrorState::Passive
+            && health.last_error == LastError::Ack
+            && counters.received == 0
+            && counters.sent == 0
     }
 
     fn act(&mut self, action: Action, now: Instant, out: &mut Out) {

@@ -281,7 +281,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     pub(super) fn device_deadline(&self) -> Option<Instant> {
-        let device = self.services.deadline(self.nmt.state());
+        let device = self.services.deadline(self.reporting_state());
         earliest(&[device, self.services.monitor.deadline()])
     }
 
@@ -303,13 +303,18 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
+    /// The state that decides whether emergencies may be sent.
+    fn reporting_state(&self) -> NmtState {
+        if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
+    }
+
     /// Emergencies and transmit PDOs. What waits for an announcement has a place among those held, but for the time: that is
     /// sampled again when the bus is announced.
     fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        let withheld = self.withheld_time();
-        let Self { services, manager, held, is_time_pending, nmt, .. } = self;
+        let (withheld, state) = (self.withheld_time(), self.reporting_state());
+        let Self { services, manager, held, is_time_pending, .. } = self;
         let (bus, is_announced, mut lost) = (manager.active(), manager.is_announced(), false);
-        services.poll(until, now, nmt.state(), &mut |frame, expires, carries_time| {
+        services.poll(until, now, state, &mut |frame, expires, carries_time| {
             if withheld == Some(frame.id()) {
                 // Slaves have a better one.
             } else if is_announced {

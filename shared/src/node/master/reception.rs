@@ -173,6 +173,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.manager.on_sent(bus, stamp.at);
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
             self.manager.on_heartbeat_sent(bus, stamp.at);
+            self.is_booting = false;
             self.services.note_heartbeat(&stamp);
             self.services.on_heartbeat_sent();
         } else if frame.id() == self.sync.id() {
