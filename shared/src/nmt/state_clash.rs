@@ -8,12 +8,14 @@
 //! the other node reports is ignored.
 //!
 //! Limits: two nodes that report the same state are not told apart. A slave whose heartbeat period is more than one and a
-//! half times that of the master is not watched.
+//! half times that of the master shows no clash. At most eight Node-IDs are watched at a time.
+
+use heapless::Vec;
 
 use crate::types::{Duration, Instant, NmtState, NodeId};
 
-/// Node-IDs 0..=127.
-const PLACES: usize = 128;
+/// Node-IDs that are watched at a time: those that left Operational last.
+const WATCHED: usize = 8;
 /// Turns in a row that make a clash: a slave may report a change of its state at once, and be started at once.
 const TURNS: u8 = 3;
 /// Consumer times: a clash ends when one of the two nodes was silent for them, and turns further apart are not in a row.
@@ -22,20 +24,19 @@ const MEMORY: u32 = 10;
 /// Heartbeats of one Node-ID.
 #[derive(Clone, Copy, Debug)]
 struct Watch {
-    /// Last heartbeat that reported Operational; zero before the first.
+    node: NodeId,
+    /// Last heartbeat that reported Operational.
     operational: Instant,
-    /// Last heartbeat that reported another state; zero before the first.
+    /// Last heartbeat that reported another state.
     other: Instant,
     /// Turns in a row, at most [`TURNS`].
     turns: u8,
 }
 
-/// Watches all Node-IDs for state clashes.
-#[derive(Clone, Debug)]
+/// Watches Node-IDs for state clashes.
+#[derive(Clone, Debug, Default)]
 pub struct StateClashes {
-    watches: [Watch; PLACES],
-    /// Number of clashes.
-    known: u8,
+    watches: Vec<Watch, WATCHED>,
 }
 
 /// Meaning of a heartbeat.
@@ -47,54 +48,49 @@ pub struct Judged {
     pub is_new: bool,
 }
 
-impl Default for StateClashes {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
 impl StateClashes {
-    /// No heartbeat yet.
-    pub const fn new() -> Self {
-        StateClashes { watches: [Watch::NONE; PLACES], known: 0 }
-    }
-
-    /// Judges a heartbeat or boot-up message of `node` that ended at `at`. `period`: heartbeat period of the network.
+    /// Judges a heartbeat or boot-up message of `node` that ended at `at`. `operational`: its last heartbeat, when that
+    /// reported Operational. `period`: heartbeat period of the network.
     pub fn on_heartbeat(
         &mut self,
         node: NodeId,
         state: NmtState,
         at: Instant,
-        period: Duration,
-        consumer: Duration,
+        operational: Option<Instant>,
+        [period, consumer]: [Duration; 2],
     ) -> Judged {
-        let Some(watch) = self.watches.get_mut(usize::from(node.get())) else {
+        let known = self.watches.iter_mut().find(|watch| watch.node == node);
+        let Some(watch) = known else {
+            if let (NmtState::PreOperational | NmtState::Stopped, Some(operational)) = (state, operational) {
+                self.watch(Watch { node, operational, other: at, turns: 0 });
+            }
             return Judged { state, is_new: false };
         };
-        let was_known = watch.is_known();
+        let was_clash = watch.is_clash();
         let state = watch.on_heartbeat(state, at, period, consumer);
-        let is_new = watch.is_known() && !was_known;
-        self.known += u8::from(is_new);
-        Judged { state, is_new }
+        Judged { state, is_new: watch.is_clash() && !was_clash }
+    }
+
+    /// Takes the place of the watch that is no clash and whose node left Operational first, where none is free.
+    fn watch(&mut self, new: Watch) {
+        if let Err(new) = self.watches.push(new) {
+            let others = self.watches.iter_mut().filter(|watch| !watch.is_clash());
+            if let Some(oldest) = others.min_by_key(|watch| watch.other) {
+                *oldest = new;
+            }
+        }
     }
 
     /// The next clash that is over, once; call until `None`.
     pub fn poll(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
-        if self.known == 0 {
-            return None;
-        }
-        let is_over = |watch: &Watch| watch.is_known() && watch.quiet_at(consumer) <= now;
-        let (watch, raw) = self.watches.iter_mut().zip(0_u8..).find(|(watch, _)| is_over(watch))?;
-        *watch = Watch::NONE;
-        self.known = self.known.saturating_sub(1);
-        NodeId::new(raw)
+        let is_over = |watch: &Watch| watch.is_clash() && watch.quiet_at(consumer) <= now;
+        let nth = self.watches.iter().position(is_over)?;
+        Some(self.watches.swap_remove(nth).node)
     }
 }
 
 impl Watch {
-    const NONE: Watch = Watch { operational: Instant::ZERO, other: Instant::ZERO, turns: 0 };
-
-    const fn is_known(&self) -> bool {
+    const fn is_clash(&self) -> bool {
         self.turns == TURNS
     }
 
@@ -112,9 +108,11 @@ impl Watch {
         consumer: Duration,
     ) -> NmtState {
         match state {
+            // A slave that was reset is Operational soon.
             NmtState::Initialising => {
-                if !self.is_known() {
-                    *self = Watch::NONE;
+                if !self.is_clash() {
+                    self.turns = 0;
+                    self.operational = Instant::ZERO;
                 }
                 state
             }
@@ -123,11 +121,11 @@ impl Watch {
                 state
             }
             NmtState::PreOperational | NmtState::Stopped => {
-                if !self.is_known() && self.other + consumer.times(MEMORY) <= at {
+                if !self.is_clash() && self.other + consumer.times(MEMORY) <= at {
                     self.turns = 0;
                 }
                 self.other = at;
-                let is_running = self.is_known() && at < self.operational + consumer;
+                let is_running = self.is_clash() && at < self.operational + consumer;
                 if is_running { NmtState::Operational } else { state }
             }
         }
@@ -135,7 +133,7 @@ impl Watch {
 
     fn on_operational(&mut self, at: Instant, period: Duration) {
         let last = core::mem::replace(&mut self.operational, at);
-        if self.is_known() || self.other <= last || last == Instant::ZERO {
+        if self.is_clash() || self.other <= last || last == Instant::ZERO {
             return;
         }
         let is_turn = at < last + Duration::from_micros(period.times(3).as_micros() / 2);

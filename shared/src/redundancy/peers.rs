@@ -354,6 +354,11 @@ impl<const N: usize> Peers<N> {
         (!peer.heartbeat.is_missed()).then_some(peer.state)
     }
 
+    /// The last heartbeat of a node, when that reported Operational.
+    pub fn operational_at(&self, node: NodeId) -> Option<Instant> {
+        self.place(node).filter(|peer| peer.state == NmtState::Operational)?.heartbeat.last()
+    }
+
     const fn counted(&self) -> NodeSet {
         #[cfg(feature = "model")]
         if matches!(self.broken, Some(super::Broken::CountsEverybody)) {

@@ -107,7 +107,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             redundancy,
             nmt: NmtSlave::new(true),
             rivals: Rivals::default(),
-            clashes: StateClashes::new(),
+            clashes: StateClashes::default(),
             identification: Identification::default(),
             budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),

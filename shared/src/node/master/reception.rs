@@ -117,7 +117,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// The state that the master acts on. Reports a clash when it begins.
     fn judge_state(&mut self, node: NodeId, state: NmtState, at: Instant, out: &mut Out) -> NmtState {
         let Parameters { producer, consumer, .. } = self.redundancy;
-        let judged = self.clashes.on_heartbeat(node, state, at, producer, consumer);
+        let operational = self.manager.peers().operational_at(node);
+        let judged = self.clashes.on_heartbeat(node, state, at, operational, [producer, consumer]);
         if judged.is_new {
             self.services.raise(ErrorCode::CAN_ID_COLLISION, [node.get(), 0, 0, 0, 0]);
             self.services.next = Instant::ZERO;
