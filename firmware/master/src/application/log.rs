@@ -1,4 +1,4 @@
-//! What the master's application says: changes as they happen, frames only at debug level.
+//! Log of the master's application: changes as they happen, frames at debug level only.
 
 use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;

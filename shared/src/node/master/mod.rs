@@ -68,11 +68,11 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     held: Deque<Outgoing, HELD>,
     /// A spacecraft time was due while the active bus was not announced.
     is_time_pending: bool,
-    /// Its boot-up message was not acknowledged yet, nor a heartbeat after it: emergencies, which win arbitration, wait.
+    /// Neither its boot-up message nor a later heartbeat was acknowledged: emergencies, which would win arbitration, wait.
     is_booting: bool,
-    /// COB-IDs of RPDOs changed: the filters are to follow.
+    /// COB-IDs of RPDOs changed: the filters have to be set.
     are_filters_due: bool,
-    /// As its buses have them, but for the last.
+    /// Filters that the buses have, without the last one.
     filters_set: [Filter; FUNCTIONS as usize],
     /// The filter that is sent again with the next heartbeat.
     next_filter: u8,
@@ -132,7 +132,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.send(message.encode(), now, self.services.lifetimes.heartbeat, out)
     }
 
-    /// To the active bus, when it is announced. Whether there was room to wait for that.
+    /// Sends a frame on the active bus, when it is announced. Returns false when there was no room to wait for that.
     fn send(&mut self, frame: Frame, now: Instant, lifetime: Duration, out: &mut Out) -> bool {
         let bus = self.manager.active();
         if self.manager.is_announced() {
@@ -190,12 +190,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
                 self.scrub(now);
             }
             Action::Switched { from, to, cause } => {
-                // What waited for the bus that is left never goes out.
+                // Frames that waited for the bus that is left are never sent.
                 while self.held.pop_front().is_some() {
                     self.services.buses.left(from);
                 }
                 self.services.buses.change(from, to, out);
-                // With selective access nothing is known any more of the bus left, and nothing yet of the new one.
+                // With selective access the health of the bus left is unknown now, that of the new one still.
                 for bus in [from, to] {
                     self.manager.on_health(
                         bus,
@@ -220,7 +220,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    /// Does all that was due at `until`, which may be before `now`: a frame is judged as of its end.
     #[inline]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
         if until >= self.services.next {
@@ -228,7 +228,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Looks at everything, whether it is due or not.
+    /// Polls every service, due or not.
     #[inline(never)] // most frames find nothing due
     fn run_all(&mut self, until: Instant, now: Instant, out: &mut Out) {
         self.run_role(until, now, out);
@@ -344,7 +344,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
             None => {}
         }
         match event {
-            // What still went out when this master became the standby, or did not.
+            // Results of frames sent before this master became the standby.
             _ if !self.is_active() => {}
             LinkEvent::Transmitted { frame, stamp } => {
                 self.on_transmitted(bus, frame, *stamp, now, out);
@@ -377,7 +377,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         match request {
             MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), now, out),
             MasterRequest::StandBy => self.stand_by_commanded(now, out),
-            // Nothing of a standby goes out.
+            // A standby sends nothing.
             MasterRequest::Nmt(NmtMessage { target: Target::Node(node), .. }) | MasterRequest::Boot(node)
                 if !self.is_active() =>
             {

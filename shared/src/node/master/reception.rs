@@ -1,4 +1,4 @@
-//! What the master receives, and what became of the frames that it sent.
+//! Frames that the master receives, and results of those that it sent.
 
 #[cfg(feature = "model")]
 mod broken;
@@ -14,7 +14,7 @@ use crate::redundancy::Parameters;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// A received frame. Makes the next run as early as what it changes needs: most frames change nothing.
+    /// Takes a received frame. Schedules the next run as early as its effect needs: most frames have none.
     pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let active = self.manager.active();
         if !self.services.buses.is_joined(bus, active) {
@@ -105,7 +105,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let command = match state {
             // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
             _ if may_start => Command::Start,
-            // It is to be checked first, and answers nothing.
+            // It has to be checked first, and answers no SDO while it is stopped.
             NmtState::Stopped => Command::EnterPreOperational,
             _ => return,
         };
@@ -114,7 +114,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// The state that the master acts on. Reports a clash when it begins.
+    /// Returns the state that the master acts on, and reports a clash when it begins.
     fn judge_state(&mut self, node: NodeId, state: NmtState, at: Instant, out: &mut Out) -> NmtState {
         let Parameters { producer, consumer, .. } = self.redundancy;
         let operational = self.manager.peers().operational_at(node);
@@ -136,7 +136,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// The boot-up process may have something to do, or a node that is to be asked who it is.
+    /// Schedules the boot-up process and the identification of nodes.
     fn wake_boot(&mut self) {
         if self.boot.is_due() {
             self.services.next = Instant::ZERO;
@@ -144,7 +144,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.wake(self.identification_deadline());
     }
 
-    /// The master's heartbeat COB-ID in a frame of another node.
+    /// Takes the master's heartbeat COB-ID in a frame of another node.
     fn on_rival(&mut self, bus: Bus, at: Instant, out: &mut Out) {
         self.services.buses.ignored(bus);
         if self.rivals.on_heartbeat(bus, at) {
@@ -179,7 +179,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.services.on_heartbeat_sent();
         } else if frame.id() == self.sync.id() {
             self.boot.on_sync_sent();
-            // What it produces itself is as it should be.
+            // Its own SYNC has the right length.
             if let Ok(counter) = self.services.on_sync(bus, frame, &stamp)
                 && self.nmt.state().allows_pdo()
             {
