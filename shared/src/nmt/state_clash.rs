@@ -4,8 +4,8 @@
 //! change its state. A slave that leaves Operational and is started again reports Operational two heartbeat periods after
 //! the last time. In a clash it does so within one and a half, each time that the other node is heard in between.
 //!
-//! In a clash the master goes on commanding: while heartbeats report Operational within the consumer time, the state that
-//! the other node reports is ignored.
+//! In a clash the master goes on commanding: while heartbeats on the active bus report Operational within the consumer time,
+//! the state that the other node reports is ignored.
 //!
 //! Limits: two nodes that report the same state are not told apart. A slave whose heartbeat period is more than one and a
 //! half times that of the master shows no clash. At most eight Node-IDs are watched at a time.

@@ -106,6 +106,22 @@ fn silence_of_the_operational_node_ends_its_precedence() {
     assert_eq!(master.times(NOMINAL, 0x000), [2_160], "the start");
 }
 
+/// Given a clash, when the node that is Operational is heard on the other bus only, then it takes no commands here: the slave on
+/// the active bus is started.
+#[test]
+fn operational_node_on_the_other_bus_has_no_precedence() {
+    let mut master = powered(&STANDARD);
+    refused_commands(&mut master, PRE_OPERATIONAL, 100, 75);
+    master.clear();
+    for at in [2_010, 2_110, 2_210] {
+        master.run_until(ms(at));
+        master.receive(REDUNDANT, 0x702, &[OPERATIONAL]);
+        master.receive(NOMINAL, 0x702, &[PRE_OPERATIONAL]);
+    }
+    // A consumer time after 1,910 ms.
+    assert_eq!(master.times(NOMINAL, 0x000), [2_210], "the start");
+}
+
 /// Given a clash, when the foreign node is gone for ten consumer times, then that is an event, and the error register is
 /// clear at the next heartbeat of the master.
 #[test]

@@ -83,9 +83,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         out: &mut Out,
     ) {
         let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
-        let state = self.judge_state(node, state, stamp.at, out);
-        let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
         let is_here = bus == self.manager.active();
+        // A node that is Operational on the other bus takes no commands here.
+        let is_judged = is_here || state != NmtState::Operational;
+        let state = if is_judged { self.judge_state(node, state, stamp.at, out) } else { state };
+        let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
         #[cfg(feature = "model")]
         let heard = self.trusted(node, heard);
         let may_start = self.boot.on_heartbeat(node, state, is_here, heard.returned);
