@@ -37,7 +37,7 @@ pub struct Boot {
     assigned: u128,
     mandatory: u128,
     queued: u128,
-    /// Went through the process since its boot-up message.
+    /// Slaves that passed the process since their boot-up message.
     started: u128,
     synchronised: u128,
     /// Their next Pre-operational is not explained by a command of the master.
@@ -64,7 +64,7 @@ pub struct Boot {
 }
 
 impl Boot {
-    /// Nobody is assigned.
+    /// No slave is assigned.
     pub const fn new(policy: BootPolicy, objects: Identified, settings: &'static [Setting]) -> Boot {
         Boot {
             policy,
@@ -92,13 +92,13 @@ impl Boot {
         }
     }
 
-    /// Power-on: the boot time begins.
+    /// Starts the boot time at power-on.
     pub fn start(&mut self, now: Instant) {
         let limited = self.policy.time.as_micros() > 0 && self.mandatory != 0;
         self.deadline = limited.then(|| now + self.policy.time);
     }
 
-    /// An entry of 1F81h, at power-on or written. A slave that is new is booted when it is heard next.
+    /// Takes an entry of 1F81h, at power-on or written. A new slave is booted when it is heard next.
     pub fn assign(&mut self, node: NodeId, assignment: Assignment) {
         let bit = bit(node);
         let was_assigned = self.assigned & bit != 0;
@@ -119,15 +119,15 @@ impl Boot {
         self.progress.get(usize::from(node.get())).copied().unwrap_or_default()
     }
 
-    /// A heartbeat or boot-up message; `is_here`: on the active bus, `returned`: after it was lost. Whether the slave is
-    /// to be started at once if it waits.
+    /// Takes a heartbeat or boot-up message; `is_here`: on the active bus, `returned`: after it was lost. Returns whether the
+    /// slave is to be started at once if it waits.
     pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, is_here: bool, returned: bool) -> bool {
         let bit = bit(node);
         if self.assigned & bit == 0 {
             return true;
         }
         if state == NmtState::Initialising {
-            // Everything begins anew, wherever it was heard.
+            // The process begins again, on whichever bus it was heard.
             self.forget(node);
             self.set_progress(node, BootProgress::Awaited);
         }
@@ -154,7 +154,7 @@ impl Boot {
         self.started & bit != 0
     }
 
-    /// The master commands these slaves to stop, or to enter Pre-operational: their next Pre-operational is explained.
+    /// Notes that the master commands slaves to stop, or to enter Pre-operational: this explains their next Pre-operational.
     pub fn on_commanded(&mut self, target: Target) {
         match target {
             Target::All => self.operational = 0,
@@ -162,7 +162,7 @@ impl Boot {
         }
     }
 
-    /// A sign of a slave that it is Operational: its heartbeat or a PDO of it, on the active bus.
+    /// Notes that a slave is Operational: by its heartbeat or one of its PDOs, on the active bus.
     pub fn on_synchronous(&mut self, node: NodeId) {
         let is_synchronous = matches!(self.phase, Phase::Synchronising | Phase::Completed);
         if is_synchronous && self.progress(node) == BootProgress::Started {
@@ -171,7 +171,7 @@ impl Boot {
         }
     }
 
-    /// No heartbeat of a slave on either bus.
+    /// Takes the loss of a slave: no heartbeat on either bus.
     pub fn on_lost(&mut self, node: NodeId) {
         if self.process.as_ref().is_some_and(|process| process.node == node) {
             self.fail(node, BootFailure { error: BootError::Lost, cause: BootCause::Silence });
@@ -180,7 +180,8 @@ impl Boot {
         }
     }
 
-    /// Another bus is the active one: slaves not yet started have to be heard there first. A slave that is Pre-operational
+    /// Takes a change of the active bus: slaves not yet started, those that failed among them, begin again when they are heard
+    /// there. A slave that is Pre-operational
     /// when it is first heard there may have been reset on the bus that was left.
     pub fn on_bus_changed(&mut self) {
         self.operational |= self.started;
@@ -190,9 +191,14 @@ impl Boot {
         while let Some(node) = first(self.queued) {
             self.await_again(node);
         }
+        for node in (1..=127).filter_map(NodeId::new) {
+            if self.progress(node) == BootProgress::Failed {
+                self.await_again(node);
+            }
+        }
     }
 
-    /// A SYNC went out.
+    /// Takes the end of a SYNC.
     pub fn on_sync_sent(&mut self) {
         if self.phase == Phase::Released {
             self.phase = Phase::Synchronising;
@@ -200,7 +206,7 @@ impl Boot {
         }
     }
 
-    /// Boots a slave again, whatever was wrong with it. Nothing happens to one that is not assigned.
+    /// Boots a slave again, also one that failed. Ignores a slave that is not assigned.
     pub fn queue(&mut self, node: NodeId) {
         let bit = bit(node);
         if self.assigned & bit != 0 {
@@ -210,30 +216,30 @@ impl Boot {
         }
     }
 
-    /// Whether an SDO transfer is under way or wanted.
+    /// Returns whether an SDO transfer is running or wanted.
     pub const fn is_busy(&self) -> bool {
         self.process.is_some() || self.queued != 0
     }
 
-    /// Whether there is something to poll, to take or to ask for, deadline apart.
+    /// Returns whether a call of `poll`, a `take_...` function or `request` has work, apart from the deadline.
     pub const fn is_due(&self) -> bool {
         self.is_changed || self.queued != 0 && self.process.is_none()
     }
 
-    /// Whether the last transfer handed out is still wanted.
+    /// Returns whether the last transfer handed out is still wanted.
     pub fn is_asking(&self) -> bool {
         self.process.as_ref().is_some_and(|process| process.is_asked)
     }
 
-    /// The next SDO transfer, while none is under way. `expected` is asked what a slave should be; `time` is how the master
-    /// sends the spacecraft time, if it does.
+    /// Returns the next SDO transfer, while none is running. `expected` gives the expected identity of a slave; `time` describes
+    /// the Spacecraft Time PDO, where the master sends one.
     pub fn request(
         &mut self,
         expected: impl FnOnce(NodeId) -> Expected,
         time: Option<TimePdo>,
     ) -> Option<BootRequest<'_>> {
         if self.process.is_none() {
-            // In turn, so that one that does not answer does not keep others waiting.
+            // In turn: a slave that does not answer must not delay the others.
             let after = self.queued & (u128::MAX << self.last).wrapping_shl(1);
             let node = first(after).or_else(|| first(self.queued))?;
             self.queued &= !bit(node);
@@ -244,14 +250,14 @@ impl Boot {
         self.process.as_mut().filter(|process| !process.is_asked).map(Process::request)
     }
 
-    /// Bytes that a transfer read.
+    /// Takes bytes that a transfer read.
     pub fn on_data(&mut self, part: &[u8]) {
         if let Some(process) = &mut self.process {
             process.on_data(part);
         }
     }
 
-    /// A transfer ended.
+    /// Takes the outcome of a transfer.
     pub fn on_done(&mut self, outcome: Result<(), sdo::Error>) {
         let Some(process) = &mut self.process else { return };
         let node = process.node;
@@ -280,25 +286,25 @@ impl Boot {
         }
     }
 
-    /// The slave that is to be started now, once.
+    /// Returns the slave that is to be started now, once.
     pub fn take_start(&mut self) -> Option<NodeId> {
         self.start.take()
     }
 
-    /// A slave whose progress changed, once.
+    /// Returns a slave whose progress changed, once.
     pub fn take_change(&mut self) -> Option<(NodeId, BootProgress)> {
         let node = first(self.changed)?;
         self.changed &= !bit(node);
         Some((node, self.progress(node)))
     }
 
-    /// A slave that was started and has lost its configuration, and the first value that shows it; once. It is to enter
-    /// Pre-operational before the next transfer.
+    /// Returns a slave that was started and has lost its configuration, with the first value that differs; once. It has to
+    /// enter Pre-operational before the next transfer.
     pub fn take_deviation(&mut self) -> Option<(NodeId, Difference)> {
         self.deviation.take()
     }
 
-    /// A slave that failed, and why; once.
+    /// Returns a slave that failed, and the reason; once.
     pub fn take_failure(&mut self) -> Option<(NodeId, BootFailure)> {
         self.failure.take().or_else(|| {
             let node = first(self.silent)?;
@@ -307,8 +313,8 @@ impl Boot {
         })
     }
 
-    /// Goes on to the next phase when it is time. Whether all mandatory slaves have become synchronous, once; never without
-    /// mandatory slaves.
+    /// Enters the next phase when it is due. Returns whether all mandatory slaves have become synchronous, once; never
+    /// without mandatory slaves.
     pub fn poll(&mut self, now: Instant) -> bool {
         self.is_changed = false;
         if self.deadline.is_some_and(|deadline| deadline <= now) {
@@ -338,7 +344,7 @@ impl Boot {
         false
     }
 
-    /// Whether SYNC may go out.
+    /// Returns whether SYNC may be sent.
     pub fn is_released(&self) -> bool {
         self.phase != Phase::Configuring
     }
@@ -348,7 +354,7 @@ impl Boot {
         self.deadline
     }
 
-    /// What was known of a slave says nothing any more.
+    /// Discards all that is known of a slave.
     fn forget(&mut self, node: NodeId) {
         let bit = bit(node);
         self.queued &= !bit;
@@ -370,7 +376,7 @@ impl Boot {
         let was_started = self.started & bit(node);
         self.forget(node);
         if !matches!(failure.cause, BootCause::Difference(_)) {
-            // It ran when its check failed: nothing is known against it, and fail-over does not wait for SDO.
+            // It ran when its check failed: its identity was not refuted, and fail-over does not wait for SDO.
             self.started |= was_started;
         }
         self.failure = Some((node, failure));

@@ -1,4 +1,4 @@
-//! The boot-up of one slave: who it is, how it is configured, what it lacks.
+//! Boot-up of one slave: identity, comparison of its configuration, and writing of what differs.
 
 use crate::boot::{BootCause, BootError, BootFailure, BootProgress, Difference, Expected, Setting};
 use crate::od::CobIdEntry;
@@ -6,10 +6,10 @@ use crate::pdo::rules;
 use crate::sdo::Error;
 use crate::types::{AbortCode, Address, CobId, NodeId};
 
-/// A slave that does not answer is asked so many times in all: a frame may have been lost.
+/// Attempts with a slave that does not answer: a frame may have been lost.
 const ATTEMPTS: u8 = 3;
 
-/// Indices of what the process reads of every slave.
+/// Indices of the objects that the process reads from every slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identified {
     /// Device type.
@@ -22,7 +22,7 @@ pub struct Identified {
     pub rpdo: u16,
 }
 
-/// The Spacecraft Time PDO: its slaves must take it as it is meant (ECSS 7.2.2d).
+/// The Spacecraft Time PDO: transmission types of producer and slaves must match (ECSS 7.2.2d).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimePdo {
     /// Its identifier.
@@ -31,19 +31,19 @@ pub struct TimePdo {
     pub transmission: u8,
 }
 
-/// RPDOs of a slave that are looked at for that of the time.
+/// RPDOs of a slave that are searched for the spacecraft time.
 const RPDOS: u8 = 8;
 
-/// The SDO transfer that is next.
+/// The next SDO transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BootRequest<'a> {
-    /// Read a value of at most so many bytes.
+    /// Read a value.
     Read {
         /// The slave.
         node: NodeId,
         /// Object of the slave.
         at: Address,
-        /// Most bytes.
+        /// Largest number of bytes.
         most: usize,
     },
     /// Write a value.
@@ -74,9 +74,9 @@ enum Step {
 /// The step after a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Next {
-    /// Another one.
+    /// Do another transfer.
     Transfer,
-    /// It is to be started.
+    /// Start the slave.
     Start,
     /// The slave is not the expected one, or did not answer.
     Fail(BootFailure),
@@ -91,13 +91,15 @@ pub(super) struct Process {
     time: Option<TimePdo>,
     step: Step,
     attempts: u8,
-    /// It keeps 1020h.
+    /// An SDO abort ended the process once, and it began again.
+    is_retried: bool,
+    /// The slave keeps 1020h.
     is_stamped: bool,
     /// The first four bytes of the value that is read, or the value that is written to 1020h.
     number: [u8; 4],
     /// Bytes read.
     read: usize,
-    /// They are those of the setting.
+    /// The bytes read equal those of the setting.
     is_equal: bool,
     /// The transfer of this step was handed out.
     pub is_asked: bool,
@@ -122,6 +124,7 @@ impl Process {
             time,
             step: Step::DeviceType,
             attempts: 1,
+            is_retried: false,
             number: [0; 4],
             read: 0,
             is_equal: true,
@@ -141,7 +144,7 @@ impl Process {
         }
     }
 
-    /// The transfer of this step.
+    /// Returns the transfer of this step.
     pub fn request(&mut self) -> BootRequest<'_> {
         (self.is_asked, self.read, self.is_equal) = (true, 0, true);
         let (node, at) = (self.node, self.object());
@@ -169,7 +172,7 @@ impl Process {
         if sub == 1 { date } else { time }
     }
 
-    /// Bytes of what is read.
+    /// Takes bytes of the value that is read.
     pub fn on_data(&mut self, part: &[u8]) {
         if let Step::Compare(number) = self.step {
             let (_, value) = self.setting(number);
@@ -181,14 +184,13 @@ impl Process {
         self.read = self.read.saturating_add(part.len());
     }
 
-    /// The transfer ended.
+    /// Takes the outcome of the transfer.
     pub fn on_done(&mut self, outcome: Result<(), Error>) -> Next {
         self.is_asked = false;
         match outcome {
             Err(Error::Timeout) if self.attempts < ATTEMPTS => {
                 self.attempts = self.attempts.saturating_add(1);
-                self.step = Step::DeviceType;
-                Next::Transfer
+                self.begin_again()
             }
             outcome => match self.judge(outcome) {
                 Ok(Some(step)) => {
@@ -196,12 +198,22 @@ impl Process {
                     Next::Transfer
                 }
                 Ok(None) => Next::Start,
+                // The slave may have been busy, or in another state, for a moment.
+                Err(_) if is_abort(outcome) && !self.is_retried => {
+                    self.is_retried = true;
+                    self.begin_again()
+                }
                 Err(failure) => Next::Fail(failure),
             },
         }
     }
 
-    /// The next step, if there is one.
+    fn begin_again(&mut self) -> Next {
+        self.step = Step::DeviceType;
+        Next::Transfer
+    }
+
+    /// Returns the next step, if there is one.
     fn judge(&mut self, outcome: Result<(), Error>) -> Result<Option<Step>, BootFailure> {
         let found = u32::from_le_bytes(self.number);
         let at = self.object();
@@ -243,7 +255,7 @@ impl Process {
                         return Ok(self.compare_from(nth.saturating_add(1)));
                     }
                     Ok(()) => self.deviates(u32::from_le_bytes(first_four(value))),
-                    // What cannot be read is written unseen.
+                    // An object that cannot be read is written without comparison.
                     Err(Error::TooLarge | Error::Abort(_)) => {}
                     Err(cause) => return Err(failed(BootError::Configuration)(cause)),
                 }
@@ -287,7 +299,7 @@ impl Process {
         }
     }
 
-    /// The value just read is not that of the configuration.
+    /// Notes that the value just read is not that of the configuration.
     fn deviates(&mut self, expected: u32) {
         let found = u32::from_le_bytes(self.number);
         self.deviation.get_or_insert(Difference { at: self.object(), expected, found });
@@ -321,12 +333,12 @@ impl Process {
         }
     }
 
-    /// Whether there is something to write to it.
+    /// Returns whether the slave has settings to write.
     fn is_configured(&self) -> bool {
         self.is_stamped || self.settings.iter().any(|setting| setting.node == self.node)
     }
 
-    /// The look at the RPDOs from this one on.
+    /// Returns the step that searches the RPDOs from this one on.
     fn time_from(&self, nth: u8) -> Option<Step> {
         if self.time.is_some() && nth < RPDOS {
             return Some(Step::TimeId(nth));
@@ -334,10 +346,14 @@ impl Process {
         self.is_stamped.then_some(Step::WriteStamp(1))
     }
 
-    /// Whether a COB-ID of an RPDO is valid and that of the time.
+    /// Returns whether a COB-ID of an RPDO is valid and that of the time.
     fn is_of_time(&self, cob_id: u32) -> bool {
         CobIdEntry::from_raw(cob_id).cob_id().is_some_and(|id| self.time.is_some_and(|time| time.id == id))
     }
+}
+
+const fn is_abort(outcome: Result<(), Error>) -> bool {
+    matches!(outcome, Err(Error::Abort(_) | Error::UnknownAbort(_)))
 }
 
 /// The first four bytes of a value, zero behind its end.

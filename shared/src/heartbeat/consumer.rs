@@ -16,7 +16,7 @@ pub enum Consumer {
         /// The last heartbeat.
         last: Instant,
     },
-    /// Missed, and told so.
+    /// Overdue, and reported.
     Missed {
         /// The last heartbeat.
         last: Instant,
@@ -24,14 +24,14 @@ pub enum Consumer {
 }
 
 impl Consumer {
-    /// A heartbeat ended at `at`. Whether it resolves a miss.
+    /// A heartbeat ended at `at`. Returns whether it ends a miss.
     pub fn on_heartbeat(&mut self, at: Instant) -> bool {
         let resolved = matches!(self, Consumer::Missed { .. });
         *self = Consumer::Armed { last: at };
         resolved
     }
 
-    /// The instant of the last heartbeat, once, when the next is overdue.
+    /// Returns the instant of the last heartbeat, once, when the next one is overdue.
     pub fn poll(&mut self, now: Instant, time: Duration) -> Option<Instant> {
         match (*self, self.deadline(time)) {
             (Consumer::Armed { last }, Some(deadline)) if deadline <= now => {
@@ -42,7 +42,7 @@ impl Consumer {
         }
     }
 
-    /// When the next heartbeat is overdue.
+    /// Returns when the next heartbeat is overdue.
     pub fn deadline(&self, time: Duration) -> Option<Instant> {
         match *self {
             Consumer::Armed { last } if time > Duration::ZERO => Some(last + time),
@@ -50,7 +50,15 @@ impl Consumer {
         }
     }
 
-    /// Whether a heartbeat is missed now.
+    /// Returns when the last heartbeat ended.
+    pub const fn last(&self) -> Option<Instant> {
+        match *self {
+            Consumer::Unarmed => None,
+            Consumer::Armed { last } | Consumer::Missed { last } => Some(last),
+        }
+    }
+
+    /// Returns whether a heartbeat is missed now.
     pub fn is_missed(&self) -> bool {
         matches!(self, Consumer::Missed { .. })
     }

@@ -8,6 +8,7 @@ mod objects;
 mod reset_guard;
 mod slave;
 mod startup;
+mod state_clash;
 
 pub use clash::{Clash, ClashWatch};
 pub use command::{Command, NmtMessage, Target};
@@ -16,3 +17,4 @@ pub use objects::NmtObjects;
 pub use reset_guard::{ResetGuard, ResetVerdict};
 pub use slave::{NmtSlave, Reaction};
 pub use startup::NmtStartup;
+pub use state_clash::{Judged, StateClashes};

@@ -9,23 +9,23 @@ use crate::redundancy::{BabblingStep, RoleChange, SwitchCause};
 use crate::time::Step;
 use crate::types::{Address, Bus, CobId, Frame, NmtState, NodeId, Scet};
 
-/// What a master tells its application.
+/// Events that a master reports to its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 pub enum MasterEvent {
-    /// First word of a slave, also after it was lost, or another state than before.
+    /// A slave reported its first state, also after it was lost, or a new one.
     SlaveState {
-        /// Who.
+        /// The slave.
         node: NodeId,
-        /// Where it was heard.
+        /// Bus on which it was heard.
         bus: Bus,
         /// Its state; [`NmtState::Initialising`] is its boot-up message.
         state: NmtState,
     },
     /// No heartbeat of a slave for its consumer time, on neither bus.
     SlaveLost {
-        /// Who.
+        /// Slave that was lost.
         node: NodeId,
     },
     /// An assigned slave was heard on neither bus in the first two dwells after power-on.
@@ -36,6 +36,17 @@ pub enum MasterEvent {
     /// A node sends heartbeats and its SDO server does not answer: it does not count for the choice of the bus.
     Stranger {
         /// Its Node-ID.
+        node: NodeId,
+    },
+    /// Two nodes have this Node-ID: their heartbeats report Operational and another state in turn (EMCY 8150h). The master
+    /// goes on commanding the one that is Operational.
+    Clash {
+        /// Node-ID of both.
+        node: NodeId,
+    },
+    /// One of the two nodes with this Node-ID was silent for ten consumer times.
+    ClashOver {
+        /// Node-ID of both.
         node: NodeId,
     },
     /// Another node sends the master's heartbeat, 701h (EMCY 8150h).
@@ -53,16 +64,16 @@ pub enum MasterEvent {
     },
     /// A lost slave is heard again.
     SlaveReturned {
-        /// Who.
+        /// Slave that returned.
         node: NodeId,
-        /// Where.
+        /// Bus on which it was heard.
         bus: Bus,
     },
     /// A receive PDO took effect: its values are in the dictionary.
     Pdo {
-        /// Where it came.
+        /// Bus on which it was received.
         bus: Bus,
-        /// Which, 0 is the first.
+        /// Number of the PDO; 0 is the first.
         number: u16,
         /// Its payload, zero behind its end: the dictionary may hold a newer one already.
         data: [u8; 8],
@@ -76,7 +87,7 @@ pub enum MasterEvent {
     },
     /// A synchronous receive PDO took effect, at a SYNC of this master.
     Synchronised {
-        /// Which, 0 is the first.
+        /// Number of the PDO; 0 is the first.
         number: u16,
     },
     /// A spacecraft time arrived, and the clock follows it.
@@ -85,22 +96,22 @@ pub enum MasterEvent {
     Step(Step),
     /// An emergency message (ECSS 6.4).
     Emergency {
-        /// Of whom.
+        /// Node that sent it.
         node: NodeId,
-        /// Where it came.
+        /// Bus on which it was received.
         bus: Bus,
-        /// What.
+        /// Code, error register and information of the manufacturer.
         emergency: Emergency,
     },
-    /// The boot-up of an assigned slave went on (object 2040h).
+    /// The boot-up of an assigned slave made progress (object 2040h).
     Boot {
-        /// Of whom.
+        /// The slave.
         node: NodeId,
-        /// How far it is.
+        /// Step that it reached.
         progress: BootProgress,
     },
-    /// The boot-up of an assigned slave failed (objects 2041h and 2042h). It is not started until it boots up again or
-    /// returns; a slave that ran when it could not be checked goes on.
+    /// The boot-up of an assigned slave failed (objects 2041h and 2042h). It is not started until it boots up again, returns
+    /// or the bus changes; a slave that ran when it could not be checked goes on.
     BootFailed {
         /// The slave.
         node: NodeId,
@@ -125,30 +136,30 @@ pub enum MasterEvent {
     SelfTest,
     /// The active bus changed.
     BusSwitched {
-        /// The old one.
+        /// Bus that was left.
         from: Bus,
-        /// The new one.
+        /// Active bus from now on.
         to: Bus,
-        /// Why.
+        /// Reason of the change.
         cause: SwitchCause,
     },
     /// A SYNC went out.
     SyncSent {
-        /// Its end.
+        /// End of the frame.
         stamp: Stamp,
     },
     /// This master sends too much: a frame with this COB-ID was refused, with EMCY 8100h and object 2047h. Reported once until
     /// nothing was refused for a second. Above the budget of the node it is in Pre-operational for the time in its
     /// [profile](crate::profile::Profile::budget): heartbeat, NMT, SYNC, time and SDO go on.
     OverBudget {
-        /// Of the frame.
+        /// COB-ID of the frame.
         id: CobId,
     },
-    /// A slave sends too much on the active bus (EMCY 8000h with its Node-ID), and what the master did about it.
+    /// A slave sends too much on the active bus (EMCY 8000h with its Node-ID), and the step that the master took.
     Babbling {
         /// The slave whose COB-IDs these frames have.
         node: NodeId,
-        /// What was done.
+        /// Step that was taken.
         step: BabblingStep,
     },
     /// Another role: active, or the standby of another master board (ECSS 8.1a).

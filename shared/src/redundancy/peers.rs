@@ -10,6 +10,7 @@ use crate::nmt::Target;
 use crate::types::{Duration, Instant, NmtState, NodeId};
 
 mod heard;
+mod period;
 #[cfg(feature = "model")]
 mod relative;
 
@@ -27,13 +28,16 @@ pub struct Peers<const N: usize = PLACES> {
     places: [Option<Peer>; N],
     /// Consumer times of their own, milliseconds; zero for those that share the common one.
     times: [u16; N],
+    /// Heartbeat periods of nodes that 1F81h does not assign, milliseconds: the last gap between two heartbeats, where it
+    /// was longer than the common consumer time. Else zero.
+    periods: [u16; N],
     /// Assigned by 1F81h.
     assigned: NodeSet,
     /// Answered since their last boot-up message.
     answered: NodeSet,
     /// To be asked who they are, once they are heard on the active bus in a state that allows SDO.
     unasked: NodeSet,
-    /// Of these the ones that were heard so.
+    /// Those of them that were heard so.
     ready: NodeSet,
     /// Assigned and never heard.
     unheard: NodeSet,
@@ -75,15 +79,15 @@ impl Peer {
     }
 }
 
-/// What a heartbeat says.
+/// Meaning of a heartbeat for the master.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PeerHeartbeat {
-    /// The first heartbeat of this node, or another state than before.
+    /// First heartbeat of this node, or one that reports a new state.
     pub changed: bool,
-    /// It had been lost.
+    /// The node had been lost.
     pub returned: bool,
-    /// It is not Operational and not held: start it (ECSS 8.3.3f).
+    /// The node is not Operational and not held: start it (ECSS 8.3.3f).
     pub start: bool,
 }
 
@@ -100,6 +104,7 @@ impl<const N: usize> Peers<N> {
         Peers {
             places: [None; N],
             times: [0; N],
+            periods: [0; N],
             assigned: 0,
             answered: 0,
             unasked: 0,
@@ -112,10 +117,13 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// An entry of 1F81h. A slave that is taken out of it is forgotten: it counts again when it answers.
+    /// Takes an entry of 1F81h. A slave that is removed is forgotten: it counts again when it answers.
     pub fn assign(&mut self, node: NodeId, is_slave: bool) {
         let bit = node_bit(node);
         let was_slave = self.assigned & bit != 0;
+        if let Some(period) = self.periods.get_mut(usize::from(node.get())) {
+            *period = 0;
+        }
         if self.place(node).is_some() {
             self.recheck(Instant::ZERO);
         }
@@ -128,7 +136,7 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// Consumer times by 1016h: node << 16 | milliseconds. Those that it does not name share the common one.
+    /// Sets the consumer times of 1016h: node << 16 | milliseconds. Other nodes share the common one.
     pub fn set_times(&mut self, entries: &[u32]) {
         self.times = [0; N];
         for entry in entries {
@@ -138,17 +146,12 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// The consumer time of a node.
-    fn time(&self, node: NodeId, consumer: Duration) -> Duration {
-        own_time(self.times.get(usize::from(node.get())).copied().unwrap_or(0), consumer)
-    }
-
-    /// Whether `node` counts for the master's decisions.
+    /// Returns whether `node` counts for the master's decisions.
     pub fn counts(&self, node: NodeId) -> bool {
         self.counted() & node_bit(node) != 0
     }
 
-    /// A heartbeat or boot-up message of `node`; `active`: on the active bus.
+    /// Takes a heartbeat or boot-up message of `node`; `active`: on the active bus.
     pub fn on_heartbeat(
         &mut self,
         node: NodeId,
@@ -158,6 +161,7 @@ impl<const N: usize> Peers<N> {
         parameters: &Parameters,
     ) -> PeerHeartbeat {
         let (bit, consumer) = (node_bit(node), parameters.consumer);
+        self.observe(node, at, consumer);
         let (own, counts) = (self.time(node, consumer), self.counted() & bit != 0);
         let Some(place) = self.places.get_mut(usize::from(node.get())) else {
             return PeerHeartbeat::default();
@@ -166,7 +170,7 @@ impl<const N: usize> Peers<N> {
         let peer = place.get_or_insert_with(|| Peer {
             state,
             heartbeat: Consumer::Unarmed,
-            // What a slave heard on the other bus may take to come to the active one.
+            // Time in which a slave heard on the other bus may come to the active one.
             silent_at: at + parameters.settling_time().max(consumer),
             first_there: Instant::NEVER,
             last_there: Instant::ZERO,
@@ -186,7 +190,7 @@ impl<const N: usize> Peers<N> {
         #[cfg(feature = "model")]
         let waiting = waiting && !(state == NmtState::Stopped && relative::leaves_stopped(self.broken));
         let mut next = peer.heartbeat.deadline(own).unwrap_or(Instant::NEVER);
-        // What was due before this heartbeat was checked then.
+        // An instant before this heartbeat was checked when it was due.
         if counts && peer.silent_at > at {
             next = next.min(peer.silent_at);
         }
@@ -222,12 +226,12 @@ impl<const N: usize> Peers<N> {
         Some(node)
     }
 
-    /// Whether [`Peers::take_unasked`] has somebody.
+    /// Returns whether [`Peers::take_unasked`] has a node.
     pub const fn is_any_unasked(&self) -> bool {
         self.ready & !self.assigned != 0
     }
 
-    /// The question was lost with its bus: ask again.
+    /// Asks a node again: the question was lost with its bus.
     pub fn ask_again(&mut self, node: NodeId) {
         self.unasked |= node_bit(node);
     }
@@ -250,7 +254,7 @@ impl<const N: usize> Peers<N> {
         self.recheck(now);
     }
 
-    /// The application wants these slaves to run, or not to be started unasked; those too that were not heard yet.
+    /// Holds slaves, or ends that: a held slave is not started unasked. Slaves not heard yet included.
     pub fn hold(&mut self, target: Target, held: bool) {
         let nodes = match target {
             Target::All => NodeSet::MAX,
@@ -259,26 +263,28 @@ impl<const N: usize> Peers<N> {
         self.held = if held { self.held | nodes } else { self.held & !nodes };
     }
 
-    /// Whether the application wants this slave not to be started.
+    /// Returns whether the application holds this slave.
     pub fn is_held(&self, node: NodeId) -> bool {
         self.held & node_bit(node) != 0
     }
 
-    /// Checks every node again at `now`: the circumstances changed.
+    /// Requests a check of every node at `now`, after a change of the bus, the health or the assignment.
     pub fn recheck(&mut self, now: Instant) {
         self.check = Some(now);
     }
 
-    /// Whether one of the questions below may have a new answer.
+    /// Returns whether a check is due.
     pub fn is_due(&self, now: Instant) -> bool {
         self.check.is_some_and(|check| check <= now)
     }
 
     /// The next node whose heartbeat is overdue on both buses, each once.
     pub fn next_lost(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
-        self.places.iter_mut().zip(&self.times).zip(0_u8..).find_map(|((place, time), raw)| {
-            place.as_mut()?.heartbeat.poll(now, own_time(*time, consumer))?;
-            NodeId::new(raw)
+        (0..N).find_map(|nth| {
+            let node = NodeId::new(nth as u8)?;
+            let time = self.time(node, consumer);
+            self.places.get_mut(nth)?.as_mut()?.heartbeat.poll(now, time)?;
+            Some(node)
         })
     }
 
@@ -320,12 +326,12 @@ impl<const N: usize> Peers<N> {
                 next = due;
             }
         };
-        for ((place, time), raw) in self.places.iter().zip(&self.times).zip(0_u8..) {
-            let Some(peer) = place else { continue };
-            if let Some(due) = peer.heartbeat.deadline(own_time(*time, parameters.consumer)) {
+        for (node, peer) in self.each() {
+            if let Some(due) = peer.heartbeat.deadline(self.time(node, parameters.consumer)) {
                 add(due);
-            } else if let Some(due) = peer.forgotten_at(parameters.consumer)
-                && NodeId::new(raw).is_some_and(|node| !self.counts(node))
+            }
+            if !self.counts(node)
+                && let Some(due) = peer.forgotten_at(parameters.consumer)
             {
                 add(due);
             }
@@ -348,6 +354,11 @@ impl<const N: usize> Peers<N> {
         (!peer.heartbeat.is_missed()).then_some(peer.state)
     }
 
+    /// The last heartbeat of a node, when that reported Operational.
+    pub fn operational_at(&self, node: NodeId) -> Option<Instant> {
+        self.place(node).filter(|peer| peer.state == NmtState::Operational)?.heartbeat.last()
+    }
+
     const fn counted(&self) -> NodeSet {
         #[cfg(feature = "model")]
         if matches!(self.broken, Some(super::Broken::CountsEverybody)) {
@@ -356,7 +367,7 @@ impl<const N: usize> Peers<N> {
         self.assigned | self.answered
     }
 
-    /// Those that count and were heard.
+    /// Returns the nodes that count and were heard.
     fn each_counted(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
         let mut rest = self.counted();
         let counted = core::iter::from_fn(move || {
@@ -383,11 +394,6 @@ impl<const N: usize> Peers<N> {
     fn each(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
         self.places.iter().zip(0_u8..).filter_map(|(place, raw)| Some((NodeId::new(raw)?, place.as_ref()?)))
     }
-}
-
-/// Milliseconds, or the common one.
-fn own_time(time: u16, consumer: Duration) -> Duration {
-    if time == 0 { consumer } else { Duration::from_millis(u64::from(time)) }
 }
 
 fn node_bit(node: NodeId) -> NodeSet {

@@ -158,22 +158,74 @@ fn aborts_fail_with_the_letter_of_their_step_and_their_code() {
     let abort = Err(Error::Abort(AbortCode::NoObject));
     let mut boot = started(POLICY);
     boots_up(&mut boot, TWO);
-    next(&mut boot, expected());
-    boot.on_done(abort);
+    for _ in 0..2 {
+        assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1000, 0)));
+        boot.on_done(abort);
+    }
     let device_type = Address::new(0x1000, 0);
     let failure = transfer(TWO, BootError::NoResponse, device_type, 0x0602_0000);
     assert_eq!(boot.take_failure(), failure);
 
     let mut boot = started(POLICY);
     boots_up(&mut boot, TWO);
-    identify(&mut boot, 2);
-    next(&mut boot, expected());
-    answer(&mut boot, &[0, 0]);
-    next(&mut boot, expected());
-    boot.on_done(Err(Error::Abort(AbortCode::ReadOnly)));
+    for _ in 0..2 {
+        identify(&mut boot, 2);
+        next(&mut boot, expected());
+        answer(&mut boot, &[0, 0]);
+        next(&mut boot, expected());
+        boot.on_done(Err(Error::Abort(AbortCode::ReadOnly)));
+    }
     let failure = transfer(TWO, BootError::Configuration, Address::new(0x1017, 0), 0x0601_0002);
     assert_eq!(boot.take_failure(), failure);
     assert_eq!(failure.unwrap().1.cause.abort_code(), 0x0601_0002);
+}
+
+/// Given a slave that aborts a transfer once, because it is busy, then its check begins again and it is started.
+#[test]
+fn slave_that_aborts_once_is_checked_again() {
+    for busy in [Error::Abort(AbortCode::DeviceState), Error::UnknownAbort(0x1234_5678)] {
+        let mut boot = started(POLICY);
+        boots_up(&mut boot, TWO);
+        next(&mut boot, expected());
+        answer(&mut boot, &0x191_u32.to_le_bytes());
+        assert_eq!(next(&mut boot, expected()), Some(Asked::Read(2, 0x1018, 1)));
+        boot.on_done(Err(busy));
+        assert_eq!((boot.take_failure(), boot.progress(TWO)), (None, BootProgress::Checking));
+        identify(&mut boot, 2);
+        next(&mut boot, expected());
+        answer(&mut boot, &[100, 0]);
+        next(&mut boot, expected());
+        answer(&mut boot, &[1, 2, 3, 4, 5, 6]);
+        assert_eq!((boot.take_start(), boot.take_failure()), (Some(TWO), None));
+    }
+}
+
+/// Given slaves whose check failed, by a wrong identity and by silence, when the bus changes, then each is checked again once
+/// it is heard on the new bus, not before.
+#[test]
+fn failed_slave_begins_again_after_a_change_of_bus() {
+    let mut boot = started(POLICY);
+    boots_up(&mut boot, TWO);
+    boots_up(&mut boot, THREE);
+    next(&mut boot, expected());
+    answer(&mut boot, &0xBAD_u32.to_le_bytes());
+    for _ in 0..3 {
+        assert_eq!(next(&mut boot, expected()), Some(Asked::Read(3, 0x1000, 0)));
+        boot.on_done(Err(Error::Timeout));
+    }
+    assert_eq!([TWO, THREE].map(|node| boot.progress(node)), [BootProgress::Failed; 2]);
+    boot.on_bus_changed();
+    assert_eq!([TWO, THREE].map(|node| boot.progress(node)), [BootProgress::Awaited; 2]);
+    assert_eq!(next(&mut boot, expected()), None);
+    for node in [TWO, THREE] {
+        assert!(
+            !boot.on_heartbeat(node, NmtState::PreOperational, true, false),
+            "checked before it is started"
+        );
+    }
+    // In turn: 3 was the last one.
+    identify(&mut boot, 2);
+    assert_eq!(boot.progress(TWO), BootProgress::Comparing);
 }
 
 #[test]

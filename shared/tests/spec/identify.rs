@@ -142,3 +142,53 @@ fn a_selective_master_may_return_to_a_bus_that_failed() {
         master.run_until(until);
     }
 }
+
+/// How often node 32, which 1016h does not name, is lost, heard every `period` ms eight times.
+fn losses(answers: bool, period: u64) -> usize {
+    let mut master = powered(&STANDARD);
+    for beat in 0..8 {
+        master.run_until(ms(10 + period * beat));
+        master.receive(NOMINAL, 0x720, &[0x05]);
+        if beat == 0 && answers {
+            master.receive(NOMINAL, 0x5A0, &SOMEBODY);
+        }
+    }
+    master.events.iter().filter(|event| **event == MasterEvent::SlaveLost { node: node(32) }).count()
+}
+
+/// Given a node that neither 1F81h nor 1016h names, with a heartbeat period longer than the consumer time, then it is lost before
+/// its period is known, and not again at each heartbeat.
+#[test]
+fn unassigned_node_with_a_long_period_is_not_lost_each_time() {
+    for answers in [false, true] {
+        for period in [300, 1_000, 2_000] {
+            assert_eq!(losses(answers, period), 1, "{period} ms, answers: {answers}");
+        }
+    }
+}
+
+/// Given a node whose period of 1 s is known, when it is silent for two periods, then it is lost; and back in its old period
+/// of 100 ms it is lost after the common consumer time.
+#[test]
+fn unassigned_node_is_lost_after_two_of_its_periods() {
+    let lost = MasterEvent::SlaveLost { node: node(32) };
+    let mut master = powered(&STANDARD);
+    for at in [10, 1_010, 2_010] {
+        master.run_until(ms(at));
+        master.receive(NOMINAL, 0x720, &[0x05]);
+    }
+    master.clear_events();
+    master.run_until(ms(4_009));
+    assert!(!master.events.contains(&lost));
+    master.run_until(ms(4_010));
+    assert!(master.events.contains(&lost));
+    for at in [4_100, 4_200] {
+        master.run_until(ms(at));
+        master.receive(NOMINAL, 0x720, &[0x05]);
+    }
+    master.clear_events();
+    master.run_until(ms(4_449));
+    assert!(!master.events.contains(&lost));
+    master.run_until(ms(4_450));
+    assert!(master.events.contains(&lost));
+}

@@ -18,6 +18,7 @@ mod contradictions;
 mod counted;
 mod device;
 mod discipline;
+mod double_node_id;
 mod emcy;
 mod failed_bus;
 mod fleet;

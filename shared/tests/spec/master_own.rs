@@ -85,17 +85,55 @@ fn the_result_of_its_self_test_is_in_the_dictionary() {
 #[test]
 fn its_last_reset_is_reported() {
     let mut master = Bench::new(console::master(&STANDARD, None));
+    assert_eq!(read(&mut master, 0x1014, 0), 0x81);
     let record = PostMortem { cause: PostMortem::WATCHDOG, row: 3, pc: 0x0800_1234, ..PostMortem::default() };
     master.touch(|master, _| master.set_post_mortem(record));
-    // 1014h of this device is not valid at power-on.
-    assert_eq!(master.write((0x1014, 0), &[0x81, 0, 0, 0]), Ok(()));
-    let boot_up = frame(0x701, &[0]);
-    assert!(master.frames().contains(&(NOMINAL, boot_up)));
-    master.transmitted(NOMINAL, boot_up);
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
     master.run_until(ms(50));
     let emergency = master.sent.iter().find(|sent| sent.frame.id().raw() == 0x081).expect("an emergency");
     assert_eq!(emergency.frame.data(), [0x00, 0x61, 0x01, PostMortem::WATCHDOG, 0x34, 0x12, 0x00, 0x08]);
     assert_eq!((read(&mut master, 0x2032, 2), read(&mut master, 0x2032, 3)), (3, 0x0800_1234));
+}
+
+/// Emergencies that the master sent: code and source.
+fn emergencies(master: &Bench<Master>) -> Vec<[u8; 4]> {
+    let sent = master.sent.iter().filter(|sent| sent.frame.id().raw() == 0x081);
+    sent.map(|sent| [0, 1, 2, 3].map(|nth| sent.frame.data()[nth])).collect()
+}
+
+/// Error passive: nobody acknowledges.
+const UNACKNOWLEDGED: Health =
+    Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
+
+/// Given an error before the boot-up message left, then its emergency, which would win arbitration, waits for that message.
+///
+/// Verifies: ECSS 6.5.3a
+#[test]
+fn emergency_waits_for_the_boot_up_message() {
+    let mut master = Bench::new(console::master(&STANDARD, None));
+    master.run_until(ms(1));
+    master.health(NOMINAL, Health { last_error: LastError::BitRecessive, ..UNACKNOWLEDGED });
+    master.run_until(ms(90));
+    assert_eq!(emergencies(&master), [] as [[u8; 4]; 0]);
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
+    assert_eq!(emergencies(&master), [[0x20, 0x81, 0x11, 0]]);
+}
+
+/// Given a master that is the first node on its bus, when it becomes error passive because nobody acknowledges, then that is
+/// no error. When another node was there, it is one.
+///
+/// Verifies: ECSS 5.6.2b
+#[test]
+fn first_node_on_a_bus_reports_no_passive_controller() {
+    let mut master = powered(&STANDARD);
+    master.health(NOMINAL, UNACKNOWLEDGED);
+    assert_eq!((read(&mut master, 0x1003, 0), read(&mut master, 0x2020, 1)), (0, 1));
+    // A client's requests were frames of another node.
+    master.health(NOMINAL, Health::default());
+    master.health(NOMINAL, UNACKNOWLEDGED);
+    assert_eq!((read(&mut master, 0x1003, 0), read(&mut master, 0x1003, 1)), (1, 0x8120));
+    master.transmitted(NOMINAL, frame(0x701, &[0]));
+    assert_eq!(emergencies(&master).last(), Some(&[0x20, 0x81, 0x11, 0]));
 }
 
 /// Verifies: ECSS 5.6.2c

@@ -10,7 +10,7 @@ use ecss_can::profile::Profile;
 use ecss_can::sdo::Mode;
 use ecss_can::types::{Address, Bus, NodeId};
 
-use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, ms, node, span};
+use crate::bench::{Bench, Master, NOMINAL, REDUNDANT, frame, ms, node, span};
 use crate::master_device::{NO_RPDO, TWO, powered, read, requests, write};
 
 fn state(state: ErrorState) -> Health {
@@ -29,6 +29,7 @@ fn errors(master: &mut Bench<Master>) -> (u32, u32, u32) {
 fn errors_of_its_buses_stand_in_its_dictionary() {
     for (bus, health, source) in [(NOMINAL, 0x2020, 0), (REDUNDANT, 0x2021, 1 << 16)] {
         let mut master = powered(&STANDARD);
+        master.transmitted(NOMINAL, frame(0x701, &[0]));
         assert_eq!(errors(&mut master), (0, 0, 0));
         master.health(bus, Health { tec: 130, ..state(ErrorState::Passive) });
         assert_eq!(errors(&mut master), (0x11, 0x8120 | source, 0));
@@ -46,6 +47,9 @@ fn errors_of_its_buses_stand_in_its_dictionary() {
         assert_eq!(errors(&mut master), (0, 0x8110 | source, 0x8140 | source));
         assert_eq!(read(&mut master, health, 7), 3);
         assert_eq!(write(&mut master, 0x1003, 0, 0, 1), Ok(()));
+        // One emergency each 100 ms (1015h): while that of the overrun waits, another loss is not reported again.
+        let until = master.now + span(1_000);
+        master.run_until(until);
         master.link(bus, LinkEvent::Unsent { frames: 2 });
         assert_eq!(errors(&mut master), (0, 0x8110 | source, 0));
         assert_eq!(read(&mut master, health, 10), 2);

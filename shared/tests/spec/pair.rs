@@ -266,8 +266,9 @@ fn of_two_active_masters_the_one_with_fewer_slaves_yields() {
     board.run_until(ms(1_450));
     board.clear();
     board.receive(NOMINAL, 0x701, &[0x05]);
-    // Slave 2 is heard, slave 3 is not since the takeover.
-    assert_eq!(board.frames(), [(NOMINAL, frame(0x680, &[1, 0]))]);
+    // Slave 2 is heard, slave 3 is not since the takeover. The collision of the nominal bus is reported on the active bus.
+    let collision = frame(0x081, &[0x50, 0x81, 0x11, 0, 0, 0, 0, 0]);
+    assert_eq!(board.frames(), [(NOMINAL, frame(0x680, &[1, 0])), (REDUNDANT, collision)]);
     assert!(board.events.contains(&MasterEvent::SecondMaster { bus: NOMINAL }));
     board.clear();
     board.receive(NOMINAL, 0x681, &[1, 1]);

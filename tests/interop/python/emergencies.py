@@ -110,8 +110,8 @@ class Emergencies(Test):
         consumer.sdo[CONSUMERS][subindex].raw = 0
 
     def test_the_master_is_a_consumer_of_its_heartbeat(self) -> None:
-        """By default nobody consumes emergencies of the master, and it sends none."""
-        self.master.sdo[EMCY].raw = 0x81
+        """1014h of the master is valid at power-on, as that of a slave."""
+        self.assertEqual(self.master.sdo[EMCY].raw, 0x81)
         self.consumes(self.master, 8)
 
     def test_a_slave_is_a_consumer_of_its_heartbeat(self) -> None:

@@ -170,6 +170,26 @@ fn example(package: &str) -> PathBuf {
     built[0].clone()
 }
 
+/// Given a slave with an image of its own, when its program serves no bus from 3 s on, without a reset, then the flight of 6 s
+/// fails, and the summary names the node and its state.
+#[test]
+fn own_image_that_falls_silent_fails_the_flight() {
+    let here = tempfile::tempdir().expect("a temporary directory");
+    let slave = format!("3={}", example("test-silent").display());
+    let boards = ["--profile", "standard", "--slaves", "1", "--slave", &slave];
+    let output = fly(here.path(), &[&boards[..], &["--seconds", "6", "--cut-at", "never"]].concat());
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert!(stderr.contains("node 3 is silent on the nominal bus at the end"), "{stderr}");
+    assert!(!stderr.contains("node 3 reset itself") && !stderr.contains("node 2 is"), "{stderr}");
+    let summary: Value = serde_json::from_slice(&read(here.path(), "summary.json")).expect("JSON");
+    assert_eq!((&summary["verdict"], &summary["resets"]), (&"failed".into(), &0.into()), "{summary}");
+    assert_eq!(summary["slaves_operational_at_end"], 1);
+    // Heartbeats every 100 ms until about 3 s, none until 6 s.
+    let count = summary["heartbeats"]["3"].as_u64().expect("a number");
+    assert!((20..=32).contains(&count), "{count} heartbeats");
+}
+
 /// Given the thermometer and its master, when the nominal bus is cut, then the flight is judged by heartbeats and states. Of the
 /// one reset the master commanded one. Commands and telemetry are left out, and everything that is written says so.
 #[test]

@@ -1,4 +1,4 @@
-//! What the master's application says: changes as they happen, frames only at debug level.
+//! Log of the master's application: changes as they happen, frames at debug level only.
 
 use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;
@@ -24,6 +24,10 @@ pub fn event(event: &MasterEvent) {
             defmt::error!("SYNCs are not captured, check the wires: EMCY 9000h, clocks to 10 us");
         }
         MasterEvent::SecondMasterSilent { bus } => defmt::info!("no more 701h of others on {}", bus),
+        MasterEvent::Clash { node } => {
+            defmt::error!("two nodes have Node-ID {}: EMCY 8150h", node.get());
+        }
+        MasterEvent::ClashOver { node } => defmt::info!("one node has Node-ID {} again", node.get()),
         MasterEvent::OverBudget { id } => defmt::error!("sends too much: {=u16:03X}h refused", id.raw()),
         MasterEvent::Babbling { node, step } => {
             defmt::error!("slave {}: sends too much, {}", node.get(), step)

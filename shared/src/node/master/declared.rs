@@ -41,12 +41,11 @@ impl<D: Device> Device for MasterObjects<D> {
         self.device.utc()
     }
 
-    /// Produces SYNC (ECSS 6.9d). Sends no emergencies, as no node consumes them: 1003h lists its errors.
+    /// Produces SYNC (ECSS 6.9d), and reports its errors as a slave does (1014h).
     fn communication(id: NodeId) -> Communication {
         let mut communication = D::communication(id);
         communication.sync.cob_id |= PRODUCES;
         communication.nmt.startup = NmtStartup::MASTER.raw();
-        communication.emcy.cob_id |= INVALID;
         communication
     }
 

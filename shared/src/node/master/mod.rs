@@ -29,9 +29,9 @@ use super::services::Services;
 use super::{Device, MasterEvent, MasterRequest, Status};
 use crate::boot::Boot;
 use crate::link::Stamp;
-use crate::link::port::{Filter, Health};
+use crate::link::port::{ErrorState, Filter, Health, LastError};
 use crate::link::queue::Outgoing;
-use crate::nmt::{NmtMessage, NmtSlave, Target};
+use crate::nmt::{NmtMessage, NmtSlave, StateClashes, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
 use crate::profile::{MinimalNode, Profile};
 use crate::redundancy::{Action, Manager, Parameters, Rivals};
@@ -57,6 +57,7 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     nmt: NmtSlave,
     manager: Manager,
     rivals: Rivals,
+    clashes: StateClashes,
     identification: Identification,
     budgets: Budgets,
     sync: sync::Producer,
@@ -67,9 +68,11 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     held: Deque<Outgoing, HELD>,
     /// A spacecraft time was due while the active bus was not announced.
     is_time_pending: bool,
-    /// COB-IDs of RPDOs changed: the filters are to follow.
+    /// Neither its boot-up message nor a later heartbeat was acknowledged: emergencies, which would win arbitration, wait.
+    is_booting: bool,
+    /// COB-IDs of RPDOs changed: the filters have to be set.
     are_filters_due: bool,
-    /// As its buses have them, but for the last.
+    /// Filters that the buses have, without the last one.
     filters_set: [Filter; FUNCTIONS as usize],
     /// The filter that is sent again with the next heartbeat.
     next_filter: u8,
@@ -104,6 +107,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             redundancy,
             nmt: NmtSlave::new(true),
             rivals: Rivals::default(),
+            clashes: StateClashes::default(),
             identification: Identification::default(),
             budgets: Budgets::new(profile),
             sync: sync::Producer::with(initial.communication::<D>().sync.config()),
@@ -111,6 +115,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             minimal: profile.minimal,
             held: Deque::new(),
             is_time_pending: false,
+            is_booting: true,
             are_filters_due: false,
             filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
             next_filter: 0,
@@ -127,7 +132,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.send(message.encode(), now, self.services.lifetimes.heartbeat, out)
     }
 
-    /// To the active bus, when it is announced. Whether there was room to wait for that.
+    /// Sends a frame on the active bus, when it is announced. Returns false when there was no room to wait for that.
     fn send(&mut self, frame: Frame, now: Instant, lifetime: Duration, out: &mut Out) -> bool {
         let bus = self.manager.active();
         if self.manager.is_announced() {
@@ -158,10 +163,22 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
         self.manager.on_health(bus, health, self.services.buses.is_failed(bus), now);
-        self.services.on_health(bus, &health);
+        if !self.is_first(bus, &health) {
+            self.services.on_health(bus, &health);
+        }
         self.services.refresh_health();
         self.services.next = Instant::ZERO;
         out.event(MasterEvent::Health { bus, health });
+    }
+
+    /// Whether the master is error passive because it is the first node on this bus. That is no error: no other node was
+    /// there yet to acknowledge its frames.
+    fn is_first(&self, bus: Bus, health: &Health) -> bool {
+        let counters = &self.services.buses.counters[bus];
+        health.state == ErrorState::Passive
+            && health.last_error == LastError::Ack
+            && counters.received == 0
+            && counters.sent == 0
     }
 
     fn act(&mut self, action: Action, now: Instant, out: &mut Out) {
@@ -169,15 +186,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Action::Heartbeat { bus, frame } => {
                 out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
                 self.call_standby(now, out);
+                self.end_clashes(now, out);
                 self.scrub(now);
             }
             Action::Switched { from, to, cause } => {
-                // What waited for the bus that is left never goes out.
+                // Frames that waited for the bus that is left are never sent.
                 while self.held.pop_front().is_some() {
                     self.services.buses.left(from);
                 }
                 self.services.buses.change(from, to, out);
-                // With selective access nothing is known any more of the bus left, and nothing yet of the new one.
+                // With selective access the health of the bus left is unknown now, that of the new one still.
                 for bus in [from, to] {
                     self.manager.on_health(
                         bus,
@@ -202,7 +220,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    /// Does all that was due at `until`, which may be before `now`: a frame is judged as of its end.
     #[inline]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
         if until >= self.services.next {
@@ -210,7 +228,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Looks at everything, whether it is due or not.
+    /// Polls every service, due or not.
     #[inline(never)] // most frames find nothing due
     fn run_all(&mut self, until: Instant, now: Instant, out: &mut Out) {
         self.run_role(until, now, out);
@@ -326,7 +344,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
             None => {}
         }
         match event {
-            // What still went out when this master became the standby, or did not.
+            // Results of frames sent before this master became the standby.
             _ if !self.is_active() => {}
             LinkEvent::Transmitted { frame, stamp } => {
                 self.on_transmitted(bus, frame, *stamp, now, out);
@@ -359,7 +377,7 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
         match request {
             MasterRequest::SetTime(scet) => self.services.set_time(scet.into(), now, out),
             MasterRequest::StandBy => self.stand_by_commanded(now, out),
-            // Nothing of a standby goes out.
+            // A standby sends nothing.
             MasterRequest::Nmt(NmtMessage { target: Target::Node(node), .. }) | MasterRequest::Boot(node)
                 if !self.is_active() =>
             {

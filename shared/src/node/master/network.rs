@@ -13,6 +13,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     pub(super) fn boot_up(&mut self, now: Instant, out: &mut Out) {
         let boot_up = heartbeat::encode(NodeId::MASTER, NmtState::Initialising);
         out.send_for(self.manager.active(), boot_up, now, self.services.lifetimes.heartbeat);
+        self.is_booting = true;
         self.services.configure(now);
         let objects = &self.services.dictionary.objects;
         self.sync.configure(objects.communication.sync.config(), now);

@@ -1,4 +1,4 @@
-//! The dictionary of the master, and what a written object means to it.
+//! Dictionary of the master, and effects of written objects.
 
 use super::boards::MasterBoards;
 use super::declared::{MasterObjects, NetworkObjects, entry};
@@ -172,7 +172,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.dictionary.objects
     }
 
-    /// A request to the SDO server.
+    /// Takes a request to the SDO server.
     pub(super) fn on_sdo(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) {
         self.services.refresh_for(frame, now);
         if !self.manager.is_announced() || !self.nmt.state().allows_sdo() {
@@ -189,13 +189,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.next = now;
     }
 
-    /// Frames were lost on their way in or out.
+    /// Reports frames that were lost in the receiver or before they were sent.
     pub(super) fn lost(&mut self, bus: Bus) {
         self.services.occurred(ErrorCode::CAN_OVERRUN, bus);
         self.services.next = Instant::ZERO;
     }
 
-    /// An object was written over the bus: what depends on it follows.
+    /// Applies an object that was written over the bus.
     fn on_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         self.services.on_own_written(at, now, out);
         if at.index == REQUEST_NMT {
@@ -205,7 +205,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.report_written(at, now, out);
     }
 
-    /// An object that the master follows has another value.
+    /// Applies a new value of an object.
     pub(super) fn follow(&mut self, at: Address, now: Instant) {
         let objects = &self.services.dictionary.objects;
         self.sync.follow(at, &objects.communication.sync, now);
@@ -241,7 +241,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.manager.peers_mut().assign(node, assignment.is_slave());
     }
 
-    /// 1F82h was written: what is read there is the state of the node, not the command.
+    /// Executes a command written to 1F82h. The entry then shows the state of the node again.
     fn on_requested_nmt(&mut self, sub: u8, now: Instant, out: &mut Out) {
         let (nth, node) = (usize::from(sub).wrapping_sub(1), NodeId::new(sub));
         let network = &mut self.services.dictionary.objects.application.network;
@@ -281,7 +281,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     pub(super) fn device_deadline(&self) -> Option<Instant> {
-        let device = self.services.deadline(self.nmt.state());
+        let device = self.services.deadline(self.reporting_state());
         earliest(&[device, self.services.monitor.deadline()])
     }
 
@@ -303,15 +303,20 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Emergencies and transmit PDOs. What waits for an announcement has a place among those held, but for the time: that is
-    /// sampled again when the bus is announced.
+    /// Returns the state that decides whether emergencies may be sent.
+    fn reporting_state(&self) -> NmtState {
+        if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
+    }
+
+    /// Sends emergencies and transmit PDOs. Before the bus is announced they are held. The spacecraft time is not held: it is
+    /// sampled again at the announcement.
     fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
-        let withheld = self.withheld_time();
-        let Self { services, manager, held, is_time_pending, nmt, .. } = self;
+        let (withheld, state) = (self.withheld_time(), self.reporting_state());
+        let Self { services, manager, held, is_time_pending, .. } = self;
         let (bus, is_announced, mut lost) = (manager.active(), manager.is_announced(), false);
-        services.poll(until, now, nmt.state(), &mut |frame, expires, carries_time| {
+        services.poll(until, now, state, &mut |frame, expires, carries_time| {
             if withheld == Some(frame.id()) {
-                // Slaves have a better one.
+                // The time of the slaves is better.
             } else if is_announced {
                 out.send_until(bus, frame, expires);
             } else if carries_time {
@@ -326,7 +331,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// The SDO server runs.
-    #[inline(never)] // of three callers
+    #[inline(never)] // three callers
     pub(super) fn serve(&mut self, step: SdoStep, now: Instant, send: &mut dyn FnMut(Frame)) -> bool {
         self.services.serve(step, now, &mut |frame| send(frame))
     }

@@ -1,4 +1,4 @@
-//! What the master receives, and what became of the frames that it sent.
+//! Frames that the master receives, and results of those that it sent.
 
 #[cfg(feature = "model")]
 mod broken;
@@ -10,10 +10,11 @@ use crate::heartbeat;
 use crate::link::Stamp;
 use crate::nmt::{Command, NmtMessage, Target};
 use crate::node::{Device, FailCause};
+use crate::redundancy::Parameters;
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// A received frame. Makes the next run as early as what it changes needs: most frames change nothing.
+    /// Takes a received frame. Schedules the next run as early as its effect needs: most frames have none.
     pub(super) fn on_frame(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let active = self.manager.active();
         if !self.services.buses.is_joined(bus, active) {
@@ -82,8 +83,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         out: &mut Out,
     ) {
         let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
-        let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
         let is_here = bus == self.manager.active();
+        // A node that is Operational on the other bus takes no commands here.
+        let is_judged = is_here || state != NmtState::Operational;
+        let state = if is_judged { self.judge_state(node, state, stamp.at, out) } else { state };
+        let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
         #[cfg(feature = "model")]
         let heard = self.trusted(node, heard);
         let may_start = self.boot.on_heartbeat(node, state, is_here, heard.returned);
@@ -103,7 +107,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let command = match state {
             // ECSS 8.3.3f, unasked; also a slave that came back before it toggled.
             _ if may_start => Command::Start,
-            // It is to be checked first, and answers nothing.
+            // It has to be checked first, and answers no SDO while it is stopped.
             NmtState::Stopped => Command::EnterPreOperational,
             _ => return,
         };
@@ -112,7 +116,29 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// The boot-up process may have something to do, or a node that is to be asked who it is.
+    /// Returns the state that the master acts on, and reports a clash when it begins.
+    fn judge_state(&mut self, node: NodeId, state: NmtState, at: Instant, out: &mut Out) -> NmtState {
+        let Parameters { producer, consumer, .. } = self.redundancy;
+        let operational = self.manager.peers().operational_at(node);
+        let judged = self.clashes.on_heartbeat(node, state, at, operational, [producer, consumer]);
+        if judged.is_new {
+            self.services.raise(ErrorCode::CAN_ID_COLLISION, [node.get(), 0, 0, 0, 0]);
+            self.services.next = Instant::ZERO;
+            out.event(MasterEvent::Clash { node });
+        }
+        judged.state
+    }
+
+    /// Ends the clashes of slaves that are over.
+    pub(super) fn end_clashes(&mut self, now: Instant, out: &mut Out) {
+        while let Some(node) = self.clashes.poll(now, self.redundancy.consumer) {
+            self.services.clear(ErrorCode::CAN_ID_COLLISION, node.get());
+            self.services.next = Instant::ZERO;
+            out.event(MasterEvent::ClashOver { node });
+        }
+    }
+
+    /// Schedules the boot-up process and the identification of nodes.
     fn wake_boot(&mut self) {
         if self.boot.is_due() {
             self.services.next = Instant::ZERO;
@@ -120,7 +146,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.wake(self.identification_deadline());
     }
 
-    /// The master's heartbeat COB-ID in a frame of another node.
+    /// Takes the master's heartbeat COB-ID in a frame of another node.
     fn on_rival(&mut self, bus: Bus, at: Instant, out: &mut Out) {
         self.services.buses.ignored(bus);
         if self.rivals.on_heartbeat(bus, at) {
@@ -150,11 +176,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.manager.on_sent(bus, stamp.at);
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
             self.manager.on_heartbeat_sent(bus, stamp.at);
+            self.is_booting = false;
             self.services.note_heartbeat(&stamp);
             self.services.on_heartbeat_sent();
         } else if frame.id() == self.sync.id() {
             self.boot.on_sync_sent();
-            // What it produces itself is as it should be.
+            // Its own SYNC has the right length.
             if let Ok(counter) = self.services.on_sync(bus, frame, &stamp)
                 && self.nmt.state().allows_pdo()
             {

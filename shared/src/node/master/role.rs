@@ -49,7 +49,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.boards.standby()?.deadline()
     }
 
-    /// Becomes active when that is due.
+    /// Becomes active when it is due.
     pub(super) fn run_role(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let Some(standby) = self.boards.standby_mut() else { return };
         let Some(change) = standby.poll(until) else { return };
@@ -61,7 +61,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.on_role(change, out);
     }
 
-    /// Another active master stays; this one becomes its standby: nothing that waits goes out.
+    /// Becomes the standby of another active master: frames that wait are discarded.
     pub(super) fn stand_by(&mut self, change: RoleChange, now: Instant, out: &mut Out) {
         let bus = self.manager.active();
         while self.held.pop_front().is_some() {
@@ -74,6 +74,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.boot.stand_by();
         self.identification = super::Identification::default();
         self.rivals = Rivals::default();
+        self.end_clashes(Instant::NEVER, out);
         Bus::ALL.into_iter().for_each(|bus| self.services.clear(ErrorCode::CAN_ID_COLLISION, bus.bdefault()));
         self.nmt = NmtSlave::new(true);
         self.entered(NmtState::Initialising, now, out);
@@ -97,7 +98,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         (shown.role, shown.strap) = (role, strap);
     }
 
-    /// A frame while another master is active.
+    /// Takes a frame while another master is active.
     pub(super) fn overhear(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         let id = frame.id();
         if id == CobId::heartbeat(NodeId::MASTER) {
@@ -134,7 +135,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         id == self.sync.id() || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
     }
 
-    /// What only a master sends: perhaps in place of its heartbeat.
+    /// Takes a frame that only a master sends, perhaps in place of its heartbeat.
     fn overhear_unacknowledged(
         &mut self,
         bus: Bus,
@@ -162,7 +163,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// The heartbeat of another active master.
+    /// Takes the heartbeat of another active master.
     pub(super) fn on_other_master(&mut self, bus: Bus, at: Instant, now: Instant, out: &mut Out) {
         let slaves = self.manager.peers().heard(at, self.redundancy.consumer);
         let active = self.manager.active();
@@ -172,7 +173,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A frame that may be a claim of another active master. Whether it was one.
+    /// Takes a frame that may be a claim of another active master. Returns whether it was one.
     #[inline(always)] // nothing for one board
     pub(super) fn on_claim(
         &mut self,
@@ -214,7 +215,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// A heartbeat goes out: a standby that does not hear it there may be told elsewhere.
+    /// Sends a claim on the other bus with each heartbeat, to a standby that may not hear the heartbeat.
     #[inline(always)] // nothing for one board
     pub(super) fn call_standby(&mut self, now: Instant, out: &mut Out) {
         let slaves = || self.manager.peers().heard(now, self.redundancy.consumer);
@@ -224,7 +225,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// By command. Nothing happens where there is one board, or this one is not active.
+    /// Becomes the standby by command. Ignored where there is one board, or this one is not active.
     pub(super) fn stand_by_commanded(&mut self, now: Instant, out: &mut Out) {
         if let Some(standby) = self.boards.standby_mut().filter(|standby| standby.is_active()) {
             let change = standby.stand_by(now, RoleCause::Commanded);

@@ -2,7 +2,7 @@
 
 use super::{MEMORY, Peer, Peers};
 use crate::redundancy::{Broken, Parameters};
-use crate::types::{Duration, Instant, Rebase};
+use crate::types::{Duration, Instant, NodeId, Rebase};
 
 impl Peer {
     fn rebase(&mut self, to: &Rebase, time: Duration, memory: Duration, parameters: &Parameters) {
@@ -26,12 +26,11 @@ impl<const N: usize> Peers<N> {
     pub(in crate::redundancy) fn rebase(&mut self, now: Instant, parameters: &Parameters) {
         let to = Rebase::new(now);
         self.check = self.check.map(|check| to.due(check));
-        let counted = self.counted();
-        for (raw, (place, time)) in self.places.iter_mut().zip(&self.times).enumerate() {
-            let is_stranger = counted & (1 << raw) == 0;
-            let memory = if is_stranger { parameters.consumer.times(MEMORY) } else { Duration::ZERO };
-            if let Some(peer) = place {
-                peer.rebase(&to, super::own_time(*time, parameters.consumer), memory, parameters);
+        for node in (0..N).filter_map(|raw| NodeId::new(raw as u8)) {
+            let memory = if self.counts(node) { Duration::ZERO } else { parameters.consumer.times(MEMORY) };
+            let time = self.time(node, parameters.consumer);
+            if let Some(Some(peer)) = self.places.get_mut(usize::from(node.get())) {
+                peer.rebase(&to, time, memory, parameters);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! Isolated is who hears nothing and gets no acknowledgement; whoever was just acknowledged is not.
+//! A master is isolated when it hears nothing and gets no acknowledgement. One that was just acknowledged is not.
 
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
@@ -8,10 +8,10 @@ use twin::spacecraft::{Bus, GuestId};
 
 use crate::craft::*;
 
-/// COB-IDs of the master's frames: a telemetry request, SYNC, the spacecraft time.
+/// COB-IDs of the master's frames: a telemetry request, SYNC, the emergency of an error passive controller.
 const REQUEST_2: u16 = 0x402;
 const SYNC: u16 = 0x080;
-const TIME: u16 = 0x181;
+const EMERGENCY: u16 = 0x081;
 
 /// The guest acknowledges what the master sends until frame `id` completes. Returns its end.
 fn acknowledge(craft: &mut Craft, guest: GuestId, id: u16) -> Time {
@@ -28,7 +28,7 @@ fn ideal(seat: Seat) -> BoardConfig {
 }
 
 /// Given a master that is cut off and error passive, when a guest acknowledges its SYNC and, 1.3 to 1.7 ms later,
-/// its spacecraft time, then it leaves 2 ms after the spacecraft time at the earliest.
+/// its emergency, then it leaves 2 ms after the emergency at the earliest.
 ///
 /// Heartbeats on the other bus keep it busy: it reads the error register after the next attempt has failed, so that only
 /// the result of the mailbox shows that there is another node.
@@ -40,7 +40,7 @@ fn a_master_that_was_just_acknowledged_is_not_isolated() {
         let busy = craft.twin.add_guest(Bus::Redundant, 30.0);
         craft.twin.set_presence(guest, Presence::Listening);
         craft.fly_to(1_000);
-        // SYNC, spacecraft time and heartbeat follow, in this order by their COB-IDs.
+        // SYNC, emergency, spacecraft time and heartbeat follow, in this order by their COB-IDs.
         let cut = craft.fly_until(|seen| seen.id() == Some(REQUEST_2)).end;
         craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
         while craft.attempts(1, Bus::Nominal).filter(|at| *at > cut).count() < 17 {
@@ -54,7 +54,7 @@ fn a_master_that_was_just_acknowledged_is_not_isolated() {
             craft.twin.inject(busy, first + Time::from_us(1_150), heartbeat);
         }
         craft.fly(first + Time::from_us(after_us));
-        let last = acknowledge(&mut craft, guest, TIME);
+        let last = acknowledge(&mut craft, guest, EMERGENCY);
         craft.fly(last + ms(10));
         let isolated = craft.said(1, "Isolated", cut).unwrap();
         let active = craft.said(1, "error Active", first);
@@ -64,10 +64,6 @@ fn a_master_that_was_just_acknowledged_is_not_isolated() {
             "the flight is another one: {} us",
             last.since(first).as_us()
         );
-        assert!(
-            isolated > last + ms(2),
-            "isolated {} us after the spacecraft time",
-            isolated.since(last).as_us()
-        );
+        assert!(isolated > last + ms(2), "isolated {} us after the emergency", isolated.since(last).as_us());
     }
 }

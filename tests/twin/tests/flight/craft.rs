@@ -360,7 +360,12 @@ impl Craft {
             let name = &board.config().name;
             let counters = board.counters();
             assert_eq!(*board.state(), State::Running, "{name}\n{}", self.log(self.seats[id.0].node));
-            assert_eq!((counters.panics, counters.lockups), (0, 0), "{name}");
+            assert_eq!(
+                (counters.panics, counters.lockups),
+                (0, 0),
+                "{name}\n{}",
+                self.log(self.seats[id.0].node)
+            );
             assert_eq!(counters.malformed_logs, 0, "{name}");
         }
     }

@@ -195,6 +195,28 @@ fn application_of_a_selective_slave_chooses_the_bus() {
     craft.assert_nothing_lost();
 }
 
+/// Given a slave that has worked for a consumer time, when a foreign node sends heartbeats with its Node-ID and another state, in
+/// step with the slave, faster and slower, then the master reports the clash once and withholds few commands before.
+///
+/// Verifies: ECSS 6.10e
+#[test]
+fn foreign_double_of_a_slave_costs_few_commands() {
+    for period in [90, 250, 600] {
+        let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
+        let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
+        craft.fly_to(3000);
+        let before = craft.executed(2);
+        babble(&mut craft, guest, WireFrame::standard(0x702, &[PRE_OPERATIONAL]), period, [3001, 8001]);
+        craft.fly_to(8010);
+        let executed = craft.executed(2) - before;
+        assert!(executed >= 40, "{executed} of 50, every {period} ms\n{}", craft.log(1));
+        let reported: Vec<&[u8]> = craft.sent(MASTER, Bus::Nominal, 0x081).map(|seen| seen.data()).collect();
+        assert_eq!(reported, [[0x50, 0x81, 0x11, 2, 0, 0, 0, 0]], "{}", craft.log(1));
+        assert!(craft.said(1, "two nodes have Node-ID 2", ms(3000)).is_some(), "{}", craft.log(1));
+        craft.assert_nothing_lost();
+    }
+}
+
 /// Master, slave 2, and two boards with Node-ID 3; the second one is powered at `second_ms`.
 fn two_of_one_node_id(second_ms: u64) -> Craft {
     let [master, two, three, _] = MASTER_AND_THREE;

@@ -47,6 +47,16 @@ fn every_node_begins_with_its_boot_up_message_on_the_default_bus() {
     assert_eq!(FLIGHT.on(Bus::Redundant).count(), 0);
 }
 
+/// The master is powered first and error passive until a slave acknowledges it: that is no error.
+///
+/// Verifies: ECSS 6.4a.1
+#[test]
+fn nobody_reports_an_error_in_a_nominal_flight() {
+    let emergencies = |seen: &&Seen| seen.id().is_some_and(|id| (0x081..=0x0FF).contains(&id));
+    let reported: Vec<&Seen> = FLIGHT.frames.iter().filter(emergencies).collect();
+    assert!(reported.is_empty(), "{reported:?}");
+}
+
 #[test]
 fn a_slave_is_started_as_soon_as_it_has_booted() {
     for node in SLAVES {

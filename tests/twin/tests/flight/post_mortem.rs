@@ -269,8 +269,10 @@ fn other_resets_are_not_reported() {
     assert!(craft.said(VICTIM, "last reset", ms(0)).is_none(), "{}", craft.log(VICTIM));
 }
 
-/// Given the master, when one of its tasks hangs, then it is reset, and its slaves stay operational and execute each command
-/// before and after.
+/// Given the master, when one of its tasks hangs, then it is reset and reports that once, after its boot-up message. Its slaves
+/// stay operational and execute each command before and after.
+///
+/// Verifies: ECSS 6.4a.1
 #[test]
 fn hung_master_is_reset_and_goes_on() {
     let mut craft = flown();
@@ -279,6 +281,14 @@ fn hung_master_is_reset_and_goes_on() {
     let felled = fell(&mut craft, MASTER, task, &halfwords(&HANG));
     craft.fly(felled + ms(1_000));
     assert!(craft.said(MASTER, "last reset: cause 4", felled).is_some(), "{}", craft.log(MASTER));
+    let first = craft.first_after(felled, |seen| seen.sender == craft.board(MASTER).0).unwrap();
+    assert_eq!((first.id(), first.data()), (Some(0x701), &[BOOT_UP][..]), "before the emergency");
+    let reported: Vec<Vec<u8>> =
+        sent(&craft, MASTER, 0x081, felled).map(|seen| seen.data().to_vec()).collect();
+    // The program counter is that of the hook in flash.
+    let [a, b, c, d] = CODE.to_le_bytes();
+    let expected = [[0, 0x61, 1, LATE_TASK, a, b, c, d], [0, 0, 0, 0, 0x61, LATE_TASK, 0, 0]];
+    assert_eq!(reported, expected, "{}", craft.log(MASTER));
     for node in [2, 3] {
         assert!(craft.is_operational(node, Bus::Nominal), "{}", craft.log(node));
         assert_eq!(craft.executed(node) as usize, commanded(&craft, node));
