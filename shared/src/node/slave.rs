@@ -12,6 +12,7 @@ use super::canopen::{Canopen, Out, is_heartbeat};
 use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
 use crate::link::budget::Budget;
+use crate::link::port::Filter;
 use crate::nmt::{ClashWatch, ResetGuard};
 use crate::node::{Filters, LinkEvent, Node, TimeKeeper, Usual};
 use crate::profile::Profile;
@@ -223,6 +224,10 @@ impl<D: Device> Node for Slave<D> {
 
     fn filters(&self) -> Filters {
         self.canopen.filters()
+    }
+
+    fn filter(&self, number: usize) -> Option<Filter> {
+        self.canopen.wanted_filter(number)
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {

@@ -36,8 +36,6 @@ pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     marks: Marks,
     /// A bit for each filter that is to be sent to its buses.
     changed_filters: u32,
-    /// The bit of the filter that is sent with the next heartbeat, whether it has changed or not.
-    next_filter: u32,
 }
 
 impl<D: Device, E: Extension> Canopen<D, E> {
@@ -53,7 +51,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             is_maintained: false,
             marks: Marks::ALL,
             changed_filters: 0,
-            next_filter: 1,
         }
     }
 
@@ -148,15 +145,20 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.run_device(bus, until, now, out);
     }
 
-    /// Looks for flipped bits, a little with each heartbeat: in the Node-ID, in a COB-ID, and in a filter of both controllers.
+    /// Looks for flipped bits, a little with each heartbeat: in the Node-ID and in COB-IDs (ECSS 6.10d, k).
     #[inline(never)] // between heartbeats nothing is to be looked for
     fn scrub(&mut self, now: Instant) {
         self.services.compare_node_ids(&mut self.id);
         self.heartbeat.set_node(self.id);
-        self.services.compare_cob_ids(false, now);
-        // A bit may have flipped in a controller (ECSS 6.10d).
-        self.changed_filters |= self.next_filter;
-        self.next_filter = self.next_filter.rotate_left(1);
+        if self.services.compare_cob_ids(now) {
+            // A bus may have taken its filter from the object that was wrong.
+            self.admit_all();
+        }
+    }
+
+    /// Sends all filters to the buses. A controller that has them already is not disturbed.
+    fn admit_all(&mut self) {
+        (0..self.wanted_filters()).for_each(|number| self.admit(number));
     }
 
     /// When to poll next, at the latest; filters apart.
@@ -190,8 +192,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let communication = &self.services.dictionary.objects.communication;
         self.nmt.set_autostart(communication.nmt.startup().autostart());
         self.follow_heartbeat(now);
-        // A controller that has them already is not disturbed.
-        (0..self.wanted_filters()).for_each(|number| self.admit(number));
+        self.admit_all();
     }
 
     /// Object 1017h.
