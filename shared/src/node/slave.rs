@@ -153,10 +153,12 @@ impl<D: Device> Slave<D> {
         {
             self.apply(selection, now, out);
         }
-        if self.clashes.poll(until, self.selector.parameters().hold_off_time()) {
+        if self.clashes.is_known() && self.clashes.poll(until, self.selector.parameters().hold_off_time()) {
             self.on_clash_over(now, out);
         }
-        self.open_guard(until);
+        if self.guard.is_counting() {
+            self.open_guard(until);
+        }
         self.run_budget(until, now, out);
         self.canopen.poll(self.selector.selected(), until, now, out);
         self.canopen.set_filters(&Bus::ALL, out);
@@ -164,9 +166,11 @@ impl<D: Device> Slave<D> {
     }
 
     fn due(&self) -> Option<Instant> {
+        // Multiplications, seldom needed.
+        let hold_off = || self.selector.parameters().hold_off_time();
         let own = [
             self.warning.or_else(|| self.selector.deadline()),
-            self.clashes.deadline(self.selector.parameters().hold_off_time()),
+            if self.clashes.is_known() { self.clashes.deadline(hold_off()) } else { None },
             self.guard.deadline(self.pause()),
             self.budget.deadline(),
             self.canopen.due(),

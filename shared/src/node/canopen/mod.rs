@@ -134,7 +134,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.on_peer_missed(missed.node, now, out);
         }
         if E::IS_GUARDED && self.heartbeat.deadline().is_some_and(|due| due <= until) {
-            self.scrub(now);
+            self.check_node_id();
         }
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
@@ -145,11 +145,16 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.run_device(bus, until, now, out);
     }
 
-    /// Looks for flipped bits, a little with each heartbeat: in the Node-ID and in COB-IDs (ECSS 6.10d, k).
+    /// Looks for flipped bits in the Node-ID, before a heartbeat has it (ECSS 6.10k).
     #[inline(never)] // between heartbeats nothing is to be looked for
-    fn scrub(&mut self, now: Instant) {
+    fn check_node_id(&mut self) {
         self.services.compare_node_ids(&mut self.id);
         self.heartbeat.set_node(self.id);
+    }
+
+    /// Looks for flipped bits in COB-IDs, a few after each heartbeat (ECSS 6.10d): with it they would make a long step longer (row
+    /// `rx.inside_look`).
+    fn check_cob_ids(&mut self, now: Instant) {
         if self.services.compare_cob_ids(now) {
             // A bus may have taken its filter from the object that was wrong.
             self.admit_all();

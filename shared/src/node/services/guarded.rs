@@ -6,8 +6,8 @@
 //! | second, with its complement | [`Guarded`] | nothing else |
 //! | third | the service | the frames |
 //!
-//! The node compares [`EACH_HEARTBEAT`] of them with each heartbeat, in turn, so that this costs no wake-up of its own and no long
-//! step (row `rx.inside_look`). The second copy is right while it fits its complement, else the object is.
+//! The node compares one of them after each heartbeat, or a few, so that this costs no wake-up of its own and no long step (row
+//! `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while it fits its complement, else the object is.
 
 #[cfg(test)]
 mod tests;
@@ -24,8 +24,8 @@ use crate::types::{Address, CobId, Instant, NodeId};
 /// Source of the emergency that reports a flipped bit; the number of those that were mended follows.
 const FLIPPED: u8 = 1;
 
-/// COB-IDs that are compared with each heartbeat: the 59 of the mission's master in 7.5 s, at a heartbeat every 250 ms.
-const EACH_HEARTBEAT: usize = 2;
+/// All COB-IDs are compared within this number of heartbeats: 8 s, at one every 250 ms.
+const HEARTBEATS: usize = 32;
 
 /// Numbers of SYNC and emergencies among the COB-IDs. Receive PDOs follow, then transmit PDOs.
 const SYNC: usize = 0;
@@ -46,14 +46,25 @@ impl Copied {
         let Copied([cob_id, complement]) = self;
         (cob_id == !complement).then_some(cob_id)
     }
+}
 
-    /// Corrects the copy and the object. Returns whether one of them was wrong, or the COB-ID that the service has `in_use`.
-    /// `flags` are the bits of which the service takes notice.
-    fn correct(&mut self, object: &mut u32, flags: u32, in_use: Option<CobId>) -> bool {
-        let whole = self.whole();
-        let right = whole.unwrap_or(*object);
-        let is_right = whole == Some(*object) && CobIdEntry::from_raw(right & flags).cob_id() == in_use;
-        (*object, *self) = (right, Copied::of(right));
+/// The three copies of a COB-ID.
+struct Copies<'a> {
+    object: &'a mut u32,
+    second: &'a mut Copied,
+    in_use: Option<CobId>,
+    /// Bits of the object of which the service takes notice.
+    flags: u32,
+}
+
+impl Copies<'_> {
+    /// Corrects object and second copy. Returns whether one of the three was wrong.
+    fn correct(self) -> bool {
+        let whole = self.second.whole();
+        let right = whole.unwrap_or(*self.object);
+        let is_used = CobIdEntry::from_raw(right & self.flags).cob_id() == self.in_use;
+        let is_right = is_used && whole == Some(*self.object);
+        (*self.object, *self.second) = (right, Copied::of(right));
         !is_right
     }
 }
@@ -85,23 +96,13 @@ pub struct Guarded<S: PdoSlots> {
 impl<S: PdoSlots> Guarded<S> {
     /// COB-IDs of a node.
     const COB_IDS: usize = FIRST_RPDO + S::RECEIVE + S::TRANSMIT;
+    /// COB-IDs that are compared with each heartbeat.
+    const EACH_HEARTBEAT: usize = Self::COB_IDS.div_ceil(HEARTBEATS);
 
     pub fn new() -> Self {
         // They are copied before they are compared.
         let none = Copied([0; 2]);
         Guarded { sync: none, emcy: none, rpdos: S::receive(none), tpdos: S::transmit(none), next: 0 }
-    }
-
-    /// The second copy of a COB-ID.
-    fn copy(&mut self, number: usize) -> Option<&mut Copied> {
-        match number {
-            SYNC => Some(&mut self.sync),
-            EMCY => Some(&mut self.emcy),
-            _ => {
-                let pdos = self.rpdos.as_mut().iter_mut().chain(self.tpdos.as_mut());
-                pdos.skip(number.saturating_sub(FIRST_RPDO)).next()
-            }
-        }
     }
 }
 
@@ -140,11 +141,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    #[inline(never)] // once for both callers
     fn copy_cob_id(&mut self, number: usize) {
-        let Self { dictionary, guarded, .. } = self;
-        if let Some((object, copy)) = object(&mut dictionary.objects, number).zip(guarded.copy(number)) {
-            *copy = Copied::of(*object);
+        if let Some(Copies { object, second, .. }) = self.copies(number) {
+            *second = Copied::of(*object);
         }
     }
 
@@ -152,10 +151,10 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// an emergency reports it. Returns whether one was wrong.
     pub fn compare_cob_ids(&mut self, now: Instant) -> bool {
         let mut is_wrong = false;
-        for _ in 0..EACH_HEARTBEAT {
+        for _ in 0..Guarded::<D::Pdos>::EACH_HEARTBEAT {
             let number = self.guarded.next;
             self.guarded.next = (number + 1) % Guarded::<D::Pdos>::COB_IDS;
-            is_wrong |= self.correct_cob_id(number);
+            is_wrong |= self.copies(number).is_some_and(Copies::correct);
         }
         if is_wrong {
             let Dictionary {
@@ -171,20 +170,34 @@ impl<D: Device, E: Extension> Services<D, E> {
         is_wrong
     }
 
-    /// Corrects object and second copy of a COB-ID. Returns whether one of the three was wrong.
-    fn correct_cob_id(&mut self, number: usize) -> bool {
-        let Self { dictionary, guarded, .. } = self;
-        let (flags, in_use) = match number {
-            SYNC => (SYNC_IS_USED, Some(self.sync_id)),
-            EMCY => (u32::MAX, dictionary.emcy.id()),
-            _ => {
-                let pdo = number.saturating_sub(FIRST_RPDO);
-                let sent = pdo.checked_sub(D::Pdos::RECEIVE);
-                (u32::MAX, sent.map_or_else(|| dictionary.rpdos.id(pdo), |sent| dictionary.tpdos.id(sent)))
+    /// The copies of a COB-ID.
+    #[inline(never)] // once for all callers
+    fn copies(&mut self, number: usize) -> Option<Copies<'_>> {
+        let Self { dictionary, guarded, sync_id, .. } = self;
+        let Dictionary { objects: NodeObjects { communication, pdos, .. }, emcy, rpdos, tpdos, .. } =
+            dictionary;
+        let flags = u32::MAX;
+        match number {
+            SYNC => {
+                let (object, second) = (&mut communication.sync.cob_id, &mut guarded.sync);
+                Some(Copies { object, second, in_use: Some(*sync_id), flags: SYNC_IS_USED })
             }
-        };
-        let copies = object(&mut dictionary.objects, number).zip(guarded.copy(number));
-        copies.is_some_and(|(object, copy)| copy.correct(object, flags, in_use))
+            EMCY => {
+                let (object, second) = (&mut communication.emcy.cob_id, &mut guarded.emcy);
+                Some(Copies { object, second, in_use: emcy.id(), flags })
+            }
+            _ => {
+                let nth = number.checked_sub(FIRST_RPDO)?;
+                let (direction, nth, second, in_use) = match nth.checked_sub(D::Pdos::RECEIVE) {
+                    None => (Direction::Receive, nth, guarded.rpdos.as_mut().get_mut(nth)?, rpdos.id(nth)),
+                    Some(nth) => {
+                        (Direction::Transmit, nth, guarded.tpdos.as_mut().get_mut(nth)?, tpdos.id(nth))
+                    }
+                };
+                let (pdo, _) = pdos.pdo_mut(direction, nth)?;
+                Some(Copies { object: &mut pdo.cob_id, second, in_use, flags })
+            }
+        }
     }
 
     /// A flipped bit was mended.
@@ -194,21 +207,5 @@ impl<D: Device, E: Extension> Services<D, E> {
         objects.identity.mended = objects.identity.mended.saturating_add(1);
         let [low, high] = objects.identity.mended.to_le_bytes();
         self.report_past(ErrorCode::HARDWARE, [FLIPPED, low, high, 0, 0]);
-    }
-}
-
-/// The COB-ID that clients read and write.
-fn object<D: Device, E: Extension>(objects: &mut NodeObjects<D, E>, number: usize) -> Option<&mut u32> {
-    match number {
-        SYNC => Some(&mut objects.communication.sync.cob_id),
-        EMCY => Some(&mut objects.communication.emcy.cob_id),
-        _ => {
-            let pdo = number.saturating_sub(FIRST_RPDO);
-            let (direction, nth) = match pdo.checked_sub(D::Pdos::RECEIVE) {
-                None => (Direction::Receive, pdo),
-                Some(nth) => (Direction::Transmit, nth),
-            };
-            objects.pdos.pdo_mut(direction, nth).map(|(pdo, _)| &mut pdo.cob_id)
-        }
     }
 }
