@@ -76,6 +76,11 @@ impl ClashWatch {
         self.has_yielded
     }
 
+    /// Whether there is another node, as far as is known.
+    pub const fn is_known(&self) -> bool {
+        self.heard.is_some()
+    }
+
     /// Whether the other node has been silent for `quiet`; once.
     pub fn poll(&mut self, now: Instant, quiet: Duration) -> bool {
         let is_over = self.deadline(quiet).is_some_and(|end| end <= now);

@@ -120,6 +120,12 @@ pub trait Node: 'static {
     /// every frame where a port has [too few](crate::link::port::CanPort::FILTERS).
     fn filters(&self) -> Filters;
 
+    /// One of [`Node::filters`] as it is now. Each bus sets one of its filters anew at each look at its controller, as a bit may have
+    /// flipped there (ECSS 6.10d). `None` beyond the last one, and always from a node that does not guard them.
+    fn filter(&self, _number: usize) -> Option<Filter> {
+        None
+    }
+
     /// Power-on, at `now`. Called once, before anything else.
     fn start(&mut self, now: Instant, out: &mut Outbox<Self::Event, Self::Depth>);
 

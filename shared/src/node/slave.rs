@@ -12,6 +12,7 @@ use super::canopen::{Canopen, Out, is_heartbeat};
 use super::{BusCause, Counters, Device, NodeObjects, ParallelAccess, SlaveEvent, Status};
 use crate::link::Stamp;
 use crate::link::budget::Budget;
+use crate::link::port::Filter;
 use crate::nmt::{ClashWatch, ResetGuard};
 use crate::node::{Filters, LinkEvent, Node, TimeKeeper, Usual};
 use crate::profile::Profile;
@@ -152,10 +153,12 @@ impl<D: Device> Slave<D> {
         {
             self.apply(selection, now, out);
         }
-        if self.clashes.poll(until, self.selector.parameters().hold_off_time()) {
+        if self.clashes.is_known() && self.clashes.poll(until, self.selector.parameters().hold_off_time()) {
             self.on_clash_over(now, out);
         }
-        self.open_guard(until);
+        if self.guard.is_counting() {
+            self.open_guard(until);
+        }
         self.run_budget(until, now, out);
         self.canopen.poll(self.selector.selected(), until, now, out);
         self.canopen.set_filters(&Bus::ALL, out);
@@ -163,9 +166,11 @@ impl<D: Device> Slave<D> {
     }
 
     fn due(&self) -> Option<Instant> {
+        // Multiplications, seldom needed.
+        let hold_off = || self.selector.parameters().hold_off_time();
         let own = [
             self.warning.or_else(|| self.selector.deadline()),
-            self.clashes.deadline(self.selector.parameters().hold_off_time()),
+            if self.clashes.is_known() { self.clashes.deadline(hold_off()) } else { None },
             self.guard.deadline(self.pause()),
             self.budget.deadline(),
             self.canopen.due(),
@@ -223,6 +228,10 @@ impl<D: Device> Node for Slave<D> {
 
     fn filters(&self) -> Filters {
         self.canopen.filters()
+    }
+
+    fn filter(&self, number: usize) -> Option<Filter> {
+        self.canopen.wanted_filter(number)
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {

@@ -42,14 +42,22 @@ impl<B: Platform, N: Node> BusRunner<B, N> {
         let timer = pin!(None);
         let mut alarm = Alarm::new(timer);
         match poll_fn(|context| {
-            line.take_events(core, context);
-            let now = core.clock.now();
-            let is_new = core.lock(|shared| line.end_turn(shared, now, context));
-            let due = line.due;
-            if is_new {
-                alarm.arm(due, context, || core.clock.at(due));
-            } else {
-                alarm.set(due, now, context, || core.clock.at(due));
+            // Work that is due by time takes longer than a frame. One that came meanwhile is handled before the other tasks have
+            // their turn (row `rx.inside_look`).
+            for _ in 0..2 {
+                line.take_events(core, context);
+                let now = core.clock.now();
+                let is_due = now >= line.due;
+                let is_new = core.lock(|shared| line.end_turn(shared, now, context));
+                let due = line.due;
+                if is_new {
+                    alarm.arm(due, context, || core.clock.at(due));
+                } else {
+                    alarm.set(due, now, context, || core.clock.at(due));
+                }
+                if !is_due {
+                    break;
+                }
             }
             Poll::<Infallible>::Pending
         })
@@ -82,6 +90,8 @@ pub(super) struct Line<P: CanPort> {
     health: Health,
     /// When it was read last.
     looked: Instant,
+    /// The filter that is set anew next.
+    next_filter: u8,
     /// When this task has something to do without an event.
     due: Instant,
 }
@@ -101,6 +111,7 @@ impl<P: CanPort> Line<P> {
             mailboxes: Default::default(),
             health: Health::default(),
             looked: Instant::ZERO,
+            next_filter: 0,
             due: Instant::ZERO,
         }
     }
@@ -172,11 +183,26 @@ impl<P: CanPort> Line<P> {
                 self.port.leave();
             }
             BusCommand::Recover => self.port.recover(),
-            // The last one may be that for every frame.
-            BusCommand::Filter { number, filter } if usize::from(number) + 1 < P::FILTERS => {
-                self.port.set_filter(number, filter);
+            BusCommand::Filter { number, filter } => self.set_filter(number, filter),
+        }
+    }
+
+    /// Sets a filter, unless it is the last one of the port: that may be the one for every frame.
+    fn set_filter(&mut self, number: u8, filter: Filter) {
+        if usize::from(number) + 1 < P::FILTERS {
+            self.port.set_filter(number, filter);
+        }
+    }
+
+    /// Sets one filter anew, all of them in turn: a bit may have flipped in the controller (ECSS 6.10d). Each bus does so for
+    /// itself, at a moment of its own, as long steps delay frames (row `rx.inside_look`).
+    fn refresh_filter<N: Node>(&mut self, shared: &Shared<N>) {
+        match shared.node.filter(self.next_filter.into()) {
+            Some(filter) => {
+                self.set_filter(self.next_filter, filter);
+                self.next_filter = self.next_filter.wrapping_add(1);
             }
-            BusCommand::Filter { .. } => {}
+            None => self.next_filter = 0,
         }
     }
 
@@ -266,13 +292,14 @@ impl<P: CanPort> Line<P> {
         self.update_due(shared);
     }
 
-    /// Aborts what has outlived its lifetime and looks at the controller.
+    /// Aborts what has outlived its lifetime, looks at the controller, and sets a filter of it anew.
     #[inline(never)] // ten times a second
     fn on_time<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.give_up(shared, now, FailCause::Expired, now);
         if self.next_look() <= now {
             self.look(shared, now);
         }
+        self.refresh_filter(shared);
         self.update_due(shared);
     }
 

@@ -43,7 +43,7 @@ impl Periodic {
         // In 32 bits: whoever was not polled for an hour skips the rest the next time.
         let late = now.since(next).as_micros().min(u64::from(u32::MAX)) as u32;
         let skipped = late.checked_div(period.min(u64::from(u32::MAX)) as u32).unwrap_or(0);
-        self.next = Some(next + self.period + self.period.times(skipped));
+        self.next = Some(next + self.period.times(skipped.saturating_add(1)));
         Some(u64::from(skipped))
     }
 

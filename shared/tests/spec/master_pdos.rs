@@ -3,7 +3,7 @@
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::Filter;
 use ecss_can::nmt::{Command, NmtMessage, Target};
-use ecss_can::node::{BusCommand, Device, MasterEvent, MasterRequest, Refusal};
+use ecss_can::node::{BusCommand, Device, MasterEvent, MasterRequest, Node as _, Refusal};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{CobIdOf, PdoObjects, PdoSet};
 use ecss_can::types::{CobId, NmtState, NodeId, Scet};
@@ -97,8 +97,10 @@ fn a_slave_with_other_cob_ids_is_commanded_and_heard_there() {
     }
     // All nodes of that function code pass now.
     let filter = Filter::function(CobId::new(0x4C2).unwrap());
+    let heartbeats = Filter::function(CobId::new(0x701).unwrap());
     let admitted = |(_, command): &(_, BusCommand)| *command == BusCommand::Filter { number: 9, filter };
     assert!(master.controls.iter().any(admitted), "{:?}", master.controls);
+    assert_eq!([8, 9, 17].map(|number| master.node.filter(number)), [Some(heartbeats), Some(filter), None]);
     master.clear();
     assert_eq!(command(&mut master), Ok(()));
     assert_eq!(master.frames(), [(NOMINAL, frame(0x342, &[7, 0, 1, 2, 0, 0, 0, 0]))]);

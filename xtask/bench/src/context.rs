@@ -4,7 +4,7 @@ use std::cell::{OnceCell, RefCell};
 use std::ops::ControlFlow;
 
 use can_wire::time::Time;
-use firmware_images::Images;
+use firmware_images::{Images, LOG};
 
 use demo::flight::Flight;
 use demo::mission;
@@ -49,13 +49,19 @@ impl Context {
         Ok(self.demo.get_or_init(|| flight))
     }
 
-    /// Flies a plan.
+    /// Flies a plan with shipped images. Boards with one controller have an image of their own and are not among them.
     ///
     /// # Errors
     /// When the images cannot be built or flown.
     pub fn fly(&self, plan: Plan) -> anyhow::Result<Flight> {
         let built = self.images(plan.board, plan.profile)?;
-        let images = craft::shipped(&built, plan.boards.iter().map(|board| board.node))?;
+        let mut images = craft::shipped(&built, plan.boards.iter().map(|board| board.node))?;
+        let minimal: Vec<_> = plan.boards.iter().filter(|board| board.is_minimal).collect();
+        if !minimal.is_empty() {
+            let path = firmware_images::build_minimal(plan.board.name(), plan.profile.name(), LOG)?;
+            let image = craft::image(&path)?;
+            images.extend(minimal.iter().map(|board| (board.node, image.clone())));
+        }
         mission::fly(plan, &images, |_, _| ControlFlow::Continue(()))
     }
 }

@@ -9,6 +9,7 @@ mod areas;
 mod callgrind;
 mod clocks;
 mod context;
+mod page;
 mod rig;
 mod row;
 mod share;
@@ -72,7 +73,7 @@ struct Output {
     #[arg(long, conflicts_with = "store")]
     check: bool,
 
-    /// Store the rows of this run in xtask/bench/stored.json, with which --check compares
+    /// Store the rows of this run in xtask/bench/stored.json, with which --check compares, and in the tables of docs/performance.md
     #[arg(long)]
     store: bool,
 
@@ -192,7 +193,8 @@ fn judge(Measured { areas, compiler }: &Measured, output: &Output) -> anyhow::Re
     if output.store {
         let mut stored = if path.exists() { Stored::read(&path)? } else { Stored::default() };
         areas.iter().try_for_each(|(area, rows)| stored.replace(area, rows, compiler))?;
-        return stored.write(&path);
+        stored.write(&path)?;
+        return page::update(&page::path(), &stored);
     }
     if output.check {
         let stored = Stored::read(&path)?;

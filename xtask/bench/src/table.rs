@@ -27,7 +27,7 @@ fn line(area: &str, row: &Row) -> String {
 }
 
 /// Groups of three digits.
-fn number(number: &Number) -> String {
+pub fn number(number: &Number) -> String {
     let text = number.to_string();
     let (whole, rest) = text.split_at(text.find('.').unwrap_or(text.len()));
     let (sign, digits) = whole.split_at(usize::from(whole.starts_with('-')));

@@ -45,6 +45,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         if frame.id() == CobId::sdo_response(self.id) {
             self.services.on_sdo_sent();
             self.services.next = now;
+        } else if E::IS_GUARDED && frame.id() == CobId::heartbeat(self.id) {
+            self.check_cob_ids(now);
         }
     }
 

@@ -32,8 +32,13 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 
     /// What a filter admits, by the dictionary; NMT again where there is nothing.
-    pub fn filter(&self, number: usize) -> Filter {
+    fn filter(&self, number: usize) -> Filter {
         Filter::exact(self.admitted(number))
+    }
+
+    /// The same, if there is a filter with this number.
+    pub fn wanted_filter(&self, number: usize) -> Option<Filter> {
+        (number < self.wanted_filters().min(MAX_FILTERS)).then(|| self.filter(number))
     }
 
     #[inline(never)] // of two callers, neither in a hurry

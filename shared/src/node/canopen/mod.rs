@@ -36,8 +36,6 @@ pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     marks: Marks,
     /// A bit for each filter that is to be sent to its buses.
     changed_filters: u32,
-    /// The bit of the filter that is sent with the next heartbeat, whether it has changed or not.
-    next_filter: u32,
 }
 
 impl<D: Device, E: Extension> Canopen<D, E> {
@@ -53,7 +51,6 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             is_maintained: false,
             marks: Marks::ALL,
             changed_filters: 0,
-            next_filter: 1,
         }
     }
 
@@ -137,7 +134,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.on_peer_missed(missed.node, now, out);
         }
         if E::IS_GUARDED && self.heartbeat.deadline().is_some_and(|due| due <= until) {
-            self.scrub(now);
+            self.check_node_id();
         }
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
@@ -148,15 +145,25 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.run_device(bus, until, now, out);
     }
 
-    /// Looks for flipped bits, a little with each heartbeat: in the Node-ID, in a COB-ID, and in a filter of both controllers.
+    /// Looks for flipped bits in the Node-ID, before a heartbeat has it (ECSS 6.10k).
     #[inline(never)] // between heartbeats nothing is to be looked for
-    fn scrub(&mut self, now: Instant) {
+    fn check_node_id(&mut self) {
         self.services.compare_node_ids(&mut self.id);
         self.heartbeat.set_node(self.id);
-        self.services.compare_cob_ids(false, now);
-        // A bit may have flipped in a controller (ECSS 6.10d).
-        self.changed_filters |= self.next_filter;
-        self.next_filter = self.next_filter.rotate_left(1);
+    }
+
+    /// Looks for flipped bits in COB-IDs, a few after each heartbeat (ECSS 6.10d): with it they would make a long step longer (row
+    /// `rx.inside_look`).
+    fn check_cob_ids(&mut self, now: Instant) {
+        if self.services.compare_cob_ids(now) {
+            // A bus may have taken its filter from the object that was wrong.
+            self.admit_all();
+        }
+    }
+
+    /// Sends all filters to the buses. A controller that has them already is not disturbed.
+    fn admit_all(&mut self) {
+        (0..self.wanted_filters()).for_each(|number| self.admit(number));
     }
 
     /// When to poll next, at the latest; filters apart.
@@ -190,8 +197,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         let communication = &self.services.dictionary.objects.communication;
         self.nmt.set_autostart(communication.nmt.startup().autostart());
         self.follow_heartbeat(now);
-        // A controller that has them already is not disturbed.
-        (0..self.wanted_filters()).for_each(|number| self.admit(number));
+        self.admit_all();
     }
 
     /// Object 1017h.

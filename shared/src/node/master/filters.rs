@@ -37,19 +37,15 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Looks for flipped bits, a little with each heartbeat: in its Node-ID, in COB-IDs, and in a filter of both controllers
-    /// (ECSS 6.10d, k).
+    /// Looks for flipped bits, a little with each heartbeat: in its Node-ID and in COB-IDs (ECSS 6.10d, k).
     pub(super) fn scrub(&mut self, now: Instant) {
         self.services.compare_node_ids(&mut { NodeId::MASTER });
-        if self.services.compare_cob_ids(false, now) {
+        if self.services.compare_cob_ids(now) {
             self.follow(Address::new(SYNC_COB_ID, 0), now);
-        }
-        if let Some(told) = self.filters_set.get_mut(usize::from(self.next_filter)) {
-            // None that is wanted: it is sent again.
-            *told = Filter::ALL;
+            // A bus may have taken a filter from the object that was wrong. None that is wanted: each is sent again.
+            self.filters_set = [Filter::ALL; FUNCTIONS as usize];
             self.are_filters_due = true;
         }
-        self.next_filter = (self.next_filter + 1) % FUNCTIONS as u8;
     }
 
     /// What another master sends that this one takes: claims, and the spacecraft time.

@@ -74,8 +74,6 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     are_filters_due: bool,
     /// Filters that the buses have, without the last one.
     filters_set: [Filter; FUNCTIONS as usize],
-    /// The filter that is sent again with the next heartbeat.
-    next_filter: u8,
     initial: Initial,
 }
 
@@ -118,7 +116,6 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             is_booting: true,
             are_filters_due: false,
             filters_set: [Filter::exact(CobId::NMT); FUNCTIONS as usize],
-            next_filter: 0,
             // Large ones last: the compiler makes them in their places where no loop follows.
             boot: boot::at_power_on(profile),
             transfers: Transfers::new(profile.sdo_timeout, profile.network.bit_rate),
@@ -305,6 +302,10 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
 
     fn filters(&self) -> Filters {
         self.filters()
+    }
+
+    fn filter(&self, number: usize) -> Option<Filter> {
+        u16::try_from(number).ok().filter(|number| *number <= FUNCTIONS).map(|number| self.filter(number))
     }
 
     fn start(&mut self, now: Instant, out: &mut Out) {

@@ -29,7 +29,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.dictionary.set_pdos(now);
         self.note_mappings();
         if E::IS_GUARDED {
-            self.compare_cob_ids(true, now);
+            self.copy_cob_ids();
         }
         self.dictionary.emcy.restart();
         self.show_errors();
@@ -150,7 +150,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             self.note_mappings();
         }
         if E::IS_GUARDED {
-            self.compare_cob_ids(true, self.dictionary.now);
+            self.copy_written_cob_id(at);
         }
     }
 }

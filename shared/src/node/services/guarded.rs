@@ -6,22 +6,31 @@
 //! | second, with its complement | [`Guarded`] | nothing else |
 //! | third | the service | the frames |
 //!
-//! They are compared with each heartbeat, so that this costs no wake-up of its own. The second copy is right while it fits its
-//! complement, else the object is.
+//! The node compares one of them after each heartbeat, or a few, so that this costs no wake-up of its own and no long step (row
+//! `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while it fits its complement, else the object is.
 
 #[cfg(test)]
 mod tests;
 
-use super::Services;
+use super::{Dictionary, Services};
 use crate::emcy::ErrorCode;
+use crate::node::index::{EMCY_COB_ID, LAST_RPDO, LAST_TPDO, RPDO, SYNC_COB_ID, TPDO};
 use crate::node::services::rules::SYNC_IS_USED;
 use crate::node::{Communication, Device, Extension, NodeObjects};
 use crate::od::CobIdEntry;
-use crate::pdo::PdoSlots;
-use crate::types::{CobId, Instant, NodeId};
+use crate::pdo::{Direction, PdoSlots};
+use crate::types::{Address, CobId, Instant, NodeId};
 
 /// Source of the emergency that reports a flipped bit; the number of those that were mended follows.
 const FLIPPED: u8 = 1;
+
+/// All COB-IDs are compared within this number of heartbeats: 8 s, at one every 250 ms.
+const HEARTBEATS: usize = 32;
+
+/// Numbers of SYNC and emergencies among the COB-IDs. Receive PDOs follow, then transmit PDOs.
+const SYNC: usize = 0;
+const EMCY: usize = 1;
+const FIRST_RPDO: usize = 2;
 
 /// A COB-ID and its complement.
 #[derive(Clone, Copy, Debug)]
@@ -37,15 +46,25 @@ impl Copied {
         let Copied([cob_id, complement]) = self;
         (cob_id == !complement).then_some(cob_id)
     }
+}
 
-    /// Corrects the copy and the object. Returns whether one of them was wrong, or the COB-ID that the service has `in_use`.
-    /// `flags` are the bits of which the service takes notice. What was just written `is_new`: then the object is right.
-    #[inline(never)] // of several callers, with heartbeats
-    fn correct(&mut self, object: &mut u32, is_new: bool, flags: u32, in_use: Option<CobId>) -> bool {
-        let whole = if is_new { Some(*object) } else { self.whole() };
-        let right = whole.unwrap_or(*object);
-        let is_right = whole == Some(*object) && CobIdEntry::from_raw(right & flags).cob_id() == in_use;
-        (*object, *self) = (right, Copied::of(right));
+/// The three copies of a COB-ID.
+struct Copies<'a> {
+    object: &'a mut u32,
+    second: &'a mut Copied,
+    in_use: Option<CobId>,
+    /// Bits of the object of which the service takes notice.
+    flags: u32,
+}
+
+impl Copies<'_> {
+    /// Corrects object and second copy. Returns whether one of the three was wrong.
+    fn correct(self) -> bool {
+        let whole = self.second.whole();
+        let right = whole.unwrap_or(*self.object);
+        let is_used = CobIdEntry::from_raw(right & self.flags).cob_id() == self.in_use;
+        let is_right = is_used && whole == Some(*self.object);
+        (*self.object, *self.second) = (right, Copied::of(right));
         !is_right
     }
 }
@@ -70,13 +89,31 @@ pub struct Guarded<S: PdoSlots> {
     emcy: Copied,
     rpdos: S::Receive<Copied>,
     tpdos: S::Transmit<Copied>,
+    /// Number of the COB-ID that is compared next.
+    next: usize,
 }
 
 impl<S: PdoSlots> Guarded<S> {
+    /// COB-IDs of a node.
+    const COB_IDS: usize = FIRST_RPDO + S::RECEIVE + S::TRANSMIT;
+    /// COB-IDs that are compared with each heartbeat.
+    const EACH_HEARTBEAT: usize = Self::COB_IDS.div_ceil(HEARTBEATS);
+
     pub fn new() -> Self {
         // They are copied before they are compared.
         let none = Copied([0; 2]);
-        Guarded { sync: none, emcy: none, rpdos: S::receive(none), tpdos: S::transmit(none) }
+        Guarded { sync: none, emcy: none, rpdos: S::receive(none), tpdos: S::transmit(none), next: 0 }
+    }
+}
+
+/// Number of the COB-ID that an object has.
+fn number_of<S: PdoSlots>(index: u16) -> Option<usize> {
+    match index {
+        SYNC_COB_ID => Some(SYNC),
+        EMCY_COB_ID => Some(EMCY),
+        RPDO..=LAST_RPDO => Some(FIRST_RPDO + usize::from(index - RPDO)),
+        TPDO..=LAST_TPDO => Some(FIRST_RPDO + S::RECEIVE + usize::from(index - TPDO)),
+        _ => None,
     }
 }
 
@@ -91,31 +128,76 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Compares the copies of each COB-ID. Where one is wrong, all are right again, the services included, and an emergency
-    /// reports it. Where they `are_new`, taken over or written by a client, they are copied first. Returns whether one was
-    /// wrong.
-    #[inline(never)] // of several callers, neither in a hurry
-    pub fn compare_cob_ids(&mut self, are_new: bool, now: Instant) -> bool {
-        let Self { dictionary, guarded, .. } = self;
-        let NodeObjects { communication, pdos, .. } = &mut dictionary.objects;
-        let Communication { sync, emcy, .. } = communication;
-        let mut are_wrong = guarded.sync.correct(&mut sync.cob_id, are_new, SYNC_IS_USED, Some(self.sync_id));
-        are_wrong |= guarded.emcy.correct(&mut emcy.cob_id, are_new, u32::MAX, dictionary.emcy.id());
-        let copies = guarded.rpdos.as_mut().iter_mut().enumerate();
-        for ((number, copied), pdo) in copies.zip(pdos.rpdos_mut().0) {
-            are_wrong |= copied.correct(&mut pdo.cob_id, are_new, u32::MAX, dictionary.rpdos.id(number));
+    /// Copies all COB-IDs: the services have taken them over.
+    pub fn copy_cob_ids(&mut self) {
+        (0..Guarded::<D::Pdos>::COB_IDS).for_each(|number| self.copy_cob_id(number));
+    }
+
+    /// Copies the COB-ID of an object that was written, if it has one. The others stay as they are: a bit that has flipped in one of
+    /// them is still found.
+    pub fn copy_written_cob_id(&mut self, at: Address) {
+        if let Some(number) = number_of::<D::Pdos>(at.index) {
+            self.copy_cob_id(number);
         }
-        let copies = guarded.tpdos.as_mut().iter_mut().enumerate();
-        for ((number, copied), pdo) in copies.zip(pdos.tpdos_mut().0) {
-            are_wrong |= copied.correct(&mut pdo.cob_id, are_new, u32::MAX, dictionary.tpdos.id(number));
+    }
+
+    fn copy_cob_id(&mut self, number: usize) {
+        if let Some(Copies { object, second, .. }) = self.copies(number) {
+            *second = Copied::of(*object);
         }
-        if are_wrong && !are_new {
+    }
+
+    /// Compares the copies of the next COB-IDs in turn. Where one is wrong, all three are right again, the services included, and
+    /// an emergency reports it. Returns whether one was wrong.
+    pub fn compare_cob_ids(&mut self, now: Instant) -> bool {
+        let mut is_wrong = false;
+        for _ in 0..Guarded::<D::Pdos>::EACH_HEARTBEAT {
+            let number = self.guarded.next;
+            self.guarded.next = (number + 1) % Guarded::<D::Pdos>::COB_IDS;
+            is_wrong |= self.copies(number).is_some_and(Copies::correct);
+        }
+        if is_wrong {
+            let Dictionary {
+                objects: NodeObjects { communication: Communication { sync, emcy, .. }, .. },
+                ..
+            } = &mut self.dictionary;
             self.sync_id = sync.id();
-            dictionary.emcy.configure(emcy.config());
-            dictionary.set_pdos(now);
+            let emcy = emcy.config();
+            self.dictionary.emcy.configure(emcy);
+            self.dictionary.set_pdos(now);
             self.report_flipped();
         }
-        are_wrong
+        is_wrong
+    }
+
+    /// The copies of a COB-ID.
+    #[inline(never)] // once for all callers
+    fn copies(&mut self, number: usize) -> Option<Copies<'_>> {
+        let Self { dictionary, guarded, sync_id, .. } = self;
+        let Dictionary { objects: NodeObjects { communication, pdos, .. }, emcy, rpdos, tpdos, .. } =
+            dictionary;
+        let flags = u32::MAX;
+        match number {
+            SYNC => {
+                let (object, second) = (&mut communication.sync.cob_id, &mut guarded.sync);
+                Some(Copies { object, second, in_use: Some(*sync_id), flags: SYNC_IS_USED })
+            }
+            EMCY => {
+                let (object, second) = (&mut communication.emcy.cob_id, &mut guarded.emcy);
+                Some(Copies { object, second, in_use: emcy.id(), flags })
+            }
+            _ => {
+                let nth = number.checked_sub(FIRST_RPDO)?;
+                let (direction, nth, second, in_use) = match nth.checked_sub(D::Pdos::RECEIVE) {
+                    None => (Direction::Receive, nth, guarded.rpdos.as_mut().get_mut(nth)?, rpdos.id(nth)),
+                    Some(nth) => {
+                        (Direction::Transmit, nth, guarded.tpdos.as_mut().get_mut(nth)?, tpdos.id(nth))
+                    }
+                };
+                let (pdo, _) = pdos.pdo_mut(direction, nth)?;
+                Some(Copies { object: &mut pdo.cob_id, second, in_use, flags })
+            }
+        }
     }
 
     /// A flipped bit was mended.

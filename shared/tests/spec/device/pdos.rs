@@ -2,7 +2,7 @@
 
 use ecss_can::heartbeat::HeartbeatConsumers;
 use ecss_can::link::port::{Filter, Health};
-use ecss_can::node::{BusCommand, Device, NodeObjects, Slave, SlaveEvent};
+use ecss_can::node::{BusCommand, Device, Node as _, NodeObjects, Slave, SlaveEvent};
 use ecss_can::od::Objects;
 use ecss_can::pdo::{PdoObjects, PdoSet};
 use ecss_can::profile::Profile;
@@ -25,6 +25,7 @@ fn a_pdo_takes_another_cob_id_and_the_filters_follow() {
     for bus in Bus::ALL {
         assert!(slave.controls.contains(&(bus, BusCommand::Filter { number: 13, filter })));
     }
+    assert_eq!(slave.node.filter(13), Some(filter));
     slave.receive(NOMINAL, 0x701, &[5]);
     slave.receive(NOMINAL, 0x000, &[1, 5]);
     slave.clear();

@@ -38,6 +38,10 @@ impl Node for Probe {
         [Filter::function(id(0x700))].into_iter().chain(self.others.iter().copied()).collect()
     }
 
+    fn filter(&self, number: usize) -> Option<Filter> {
+        self.filters().get(number).copied()
+    }
+
     fn start(&mut self, _: Instant, out: &mut Outbox<()>) {
         out.command(Bus::Nominal, BusCommand::Join);
     }

@@ -423,6 +423,34 @@ fn too_few_filters_admit_every_frame() {
     }
 }
 
+/// Given a controller with a wrong filter, as after a flip of a bit, when its bus has looked at it often enough, then each of its
+/// filters is as the node has it.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn wrong_filter_is_set_anew_by_the_looks_of_its_bus() {
+    for wrong in 0..4 {
+        let sync = Filter::exact(CobId::SYNC);
+        let heartbeats = Filter::function(id(0x700));
+        let mut bench = Bench::with(Probe { others: vec![sync, sync, heartbeats], ..Probe::default() });
+        bench.start();
+        bench.see_eleven_recessive_bits();
+        for number in [0, 3] {
+            bench.wire.set_filter(number, sync);
+        }
+        bench.receive_heartbeats(1..2);
+        assert_eq!(bench.received(), []);
+        // What is right stays as it is.
+        bench.wire.set_filter(wrong, Filter::exact(id(0x18A)));
+        // Four filters, and a look that finds no more.
+        bench.run_for(Time::from_ms(500));
+        bench.receive_heartbeats(2..3);
+        bench.receive(WireFrame::standard(0x18A, &[3, 0]));
+        bench.pool.run_until_stalled();
+        assert_eq!(bench.received(), [2], "filter {wrong}");
+    }
+}
+
 /// Given a node that has one bus, then its tasks join that bus, send, and answer what they receive, as those of two do.
 #[test]
 fn a_node_on_one_bus_sends_and_receives() {

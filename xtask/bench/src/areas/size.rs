@@ -14,7 +14,9 @@ use super::Area;
 use crate::context::{Context, FLOWN};
 use crate::row::Row;
 use crate::share::{self, PROTOCOL};
+use demo::Options;
 use demo::flight::BoardCount;
+use demo::plan::Plan;
 use demo::record::MASTER;
 use support::board::BoardName;
 use support::board::Profile;
@@ -22,7 +24,7 @@ use support::elf::{Facts, Memory, Symbol};
 
 pub const AREA: Area = Area {
     name: "size",
-    about: "flash and RAM of the images, the deepest stack of the demo",
+    about: "flash and RAM of the images, the deepest stacks in flight",
     needs: &[],
     measure,
 };
@@ -88,15 +90,26 @@ fn parts(facts: &Facts) -> Vec<(&'static str, u64)> {
     parts
 }
 
-/// The deepest stack of the master and of any slave in the demo, from reset to its end.
-fn stacks(context: &Context) -> anyhow::Result<[Row; 2]> {
+/// The deepest stacks of the master and of any slave in the demo, and of a minimal slave in [`beside_a_minimal_slave`], from reset to
+/// the end of the flight.
+fn stacks(context: &Context) -> anyhow::Result<[Row; 3]> {
     let (master, slaves): (Vec<_>, Vec<_>) =
         context.demo()?.boards.iter().partition(|board| board.node == MASTER);
+    let plan = beside_a_minimal_slave()?;
+    let minimal: Vec<_> =
+        plan.boards.iter().filter(|board| board.is_minimal).map(|board| board.node).collect();
+    let flight = context.fly(plan)?;
+    let minimal: Vec<_> = flight.boards.iter().filter(|board| minimal.contains(&board.node)).collect();
     let deepest = |boards: &[&BoardCount]| boards.iter().map(|board| board.stack).max().unwrap_or(0);
     let row = |role: &str, boards: &[&BoardCount]| {
         Row::lower(format!("{}.{role}.stack", FLOWN.name()), u64::from(deepest(boards)), "bytes")
     };
-    Ok([row("master", &master), row("slave", &slaves)])
+    Ok([row("master", &master), row("slave", &slaves), row("minimal", &minimal)])
+}
+
+/// The flight of `cargo demo --minimal 1 --seconds 10`.
+fn beside_a_minimal_slave() -> anyhow::Result<Plan> {
+    Ok(Plan::new(&Options { minimal: 1, seconds: 10.0, ..Options::default() })?)
 }
 
 /// The `count` biggest symbols of each image, flash and RAM together.

@@ -8,7 +8,7 @@ use std::vec::Vec;
 use super::{Copied, correct};
 use crate::emcy::Config;
 use crate::heartbeat::HeartbeatConsumers;
-use crate::node::index::TPDO;
+use crate::node::index::{RPDO, TPDO};
 use crate::node::services::Services;
 use crate::node::{Device, NodeObjects, Outbox, SlaveEvent};
 use crate::od::{CobIdEntry, INVALID, NO_REMOTE, Objects};
@@ -68,11 +68,13 @@ fn state(services: &Services<Probe>) -> (Vec<u32>, Vec<Option<CobId>>, bool) {
     (written, used, are_whole)
 }
 
-/// A heartbeat: the errors that were mended.
+/// Heartbeats until each COB-ID was compared, at least one with each: the errors that were mended.
 fn compare(services: &mut Services<Probe>) -> u16 {
     let mended = |services: &Services<Probe>| services.dictionary.objects.spacecraft.identity.mended;
     let before = mended(services);
-    services.compare_cob_ids(false, NOW);
+    for _ in 0..OBJECTS {
+        services.compare_cob_ids(NOW);
+    }
     mended(services) - before
 }
 
@@ -188,6 +190,25 @@ fn what_a_client_writes_is_no_flipped_bit() {
         assert_eq!(compare(&mut services), 0);
     }
     assert_eq!(services.dictionary.tpdos.id(0), CobIdEntry::from_raw(0x6C5).cob_id());
+}
+
+/// Given a flipped bit in an object, when a client writes another one, then the bit is mended: what is written to one is no
+/// reason to take the others for right.
+///
+/// Verifies: ECSS 6.10d
+#[test]
+fn flipped_bit_is_mended_after_a_write_elsewhere() {
+    for number in [0, 1, 3, 4, 5] {
+        let mut services = services();
+        let before = state(&services);
+        *object(&mut services, number) ^= 1 << 4;
+        // RPDO 1 stays as it is.
+        let at = Address::new(RPDO, 1);
+        services.write(at, &0x205_u32.to_le_bytes(), NOW).unwrap();
+        services.on_own_written(at, NOW, &mut Outbox::<SlaveEvent>::new());
+        assert_eq!(compare(&mut services), 1, "object {number}");
+        assert_eq!(state(&services), before, "object {number}");
+    }
 }
 
 /// Verifies: ECSS 6.10k

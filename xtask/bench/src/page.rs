@@ -1,0 +1,185 @@
+//! The tables of `docs/performance.md`, made of the stored rows.
+//!
+//! The page has sections, and `cargo xtask bench --store` writes what is between their markers:
+//!
+//! ```text
+//! <!-- rows: size.*.*.ram size.canopen_only -->
+//! <!-- end of rows -->
+//! ```
+//!
+//! A pattern is the name of a row, in which `*` stands for any letters but a dot. Rows are in the order of the patterns, then of
+//! their names.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use serde_json::Value;
+
+use super::stored::Stored;
+use super::table::number;
+use support::project;
+
+const START: &str = "<!-- rows: ";
+const START_ENDS: &str = " -->";
+const END: &str = "<!-- end of rows -->";
+
+/// Path of the page.
+pub fn path() -> PathBuf {
+    project::path("docs/performance.md")
+}
+
+/// Writes the tables of the page at `path` anew.
+///
+/// # Errors
+/// When it cannot be read or written, or as [`with_tables`].
+pub fn update(path: &Path, stored: &Stored) -> anyhow::Result<()> {
+    let page = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let page = with_tables(&page, stored).with_context(|| format!("cannot update {}", path.display()))?;
+    fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))
+}
+
+/// Returns the page with tables of these rows.
+///
+/// # Errors
+/// When a section has no end.
+fn with_tables(page: &str, stored: &Stored) -> anyhow::Result<String> {
+    let mut text = String::new();
+    let mut lines = page.lines();
+    while let Some(line) = lines.next() {
+        writeln!(text, "{line}")?;
+        let Some(patterns) = patterns(line) else { continue };
+        if !lines.by_ref().any(|line| line == END) {
+            bail!("no line '{END}' follows '{line}'");
+        }
+        writeln!(text, "\n{}\n{END}", table(patterns, stored))?;
+    }
+    Ok(text)
+}
+
+/// The patterns of a marker.
+fn patterns(line: &str) -> Option<&str> {
+    line.strip_prefix(START)?.strip_suffix(START_ENDS)
+}
+
+/// A table in Markdown. Without rows it says how to measure them.
+fn table(patterns: &str, stored: &Stored) -> String {
+    let of_pattern = |pattern| stored.rows().filter(move |(name, _)| is_match(pattern, name));
+    let lines: String =
+        patterns.split_whitespace().flat_map(of_pattern).map(|(name, row)| line(name, row)).collect();
+    if lines.is_empty() {
+        return "No row is stored. `cargo xtask bench --only AREA --store` measures an area.\n".into();
+    }
+    format!("| row | value | target | |\n| --- | --- | --- | --- |\n{lines}")
+}
+
+/// Whether a name is one of a pattern.
+fn is_match(pattern: &str, name: &str) -> bool {
+    let Some((before, after)) = pattern.split_once('*') else { return pattern == name };
+    name.strip_prefix(before).is_some_and(|name| {
+        let word = name.find('.').unwrap_or(name.len());
+        (0..=word).any(|end| name.get(end..).is_some_and(|rest| is_match(after, rest)))
+    })
+}
+
+/// A row of a table.
+fn line(name: &str, row: &Value) -> String {
+    let text = |field: &str| row[field].as_str().unwrap_or_default();
+    let value = match &row["value"] {
+        Value::Number(value) => format!("{} {}", number(value), text("unit").replace('_', " ")),
+        other => other.as_str().unwrap_or_default().to_owned(),
+    };
+    let target = row["target"].as_number().map(number).unwrap_or_default();
+    let verdict = match row["holds"].as_bool() {
+        Some(true) => "holds".to_owned(),
+        Some(false) => format!("**does not hold**: {}", text("reason")),
+        None if row["noisy"] == true => "noisy".to_owned(),
+        None => String::new(),
+    };
+    format!("| `{name}` | {value} | {target} | {verdict} |\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::row::Row;
+
+    fn stored() -> Stored {
+        let mut stored = Stored::default();
+        let rows = [
+            Row::lower("slave.flash", 76_124, "bytes").within(73_728),
+            Row::lower("slave.flash.od", 1_000, "bytes"),
+            Row::lower("slave.ram", 14_660, "bytes").within(16_384),
+            Row::higher("speed", 2.9, "frames_per_second").noisy(),
+        ];
+        stored.replace("size", &rows, "rustc 1").unwrap();
+        stored
+    }
+
+    #[test]
+    fn section_becomes_a_table_of_its_rows() {
+        let page = "# Title\n\n<!-- rows: size.*.ram size.*.flash size.speed toolchain -->\nold\n<!-- end of rows -->\nText\n";
+        let expected = "# Title
+
+<!-- rows: size.*.ram size.*.flash size.speed toolchain -->
+
+| row | value | target | |
+| --- | --- | --- | --- |
+| `size.slave.ram` | 14 660 bytes | 16 384 | holds |
+| `size.slave.flash` | 76 124 bytes | 73 728 | **does not hold**:  |
+| `size.speed` | 2.9 frames per second |  | noisy |
+| `toolchain` | rustc 1 |  |  |
+
+<!-- end of rows -->
+Text
+";
+        let made = with_tables(page, &stored()).unwrap();
+        assert_eq!(made, expected);
+        assert_eq!(with_tables(&made, &stored()).unwrap(), expected, "again");
+    }
+
+    #[test]
+    fn star_stands_for_letters_up_to_a_dot() {
+        for (pattern, name, expected) in [
+            ("rx.*", "rx.inside_look", true),
+            ("rx.*_accelerated", "rx.inside_look_accelerated", true),
+            ("rx.*_accelerated", "rx.inside_look", false),
+            ("size.*.flash", "size.slave.flash.od", false),
+            ("size.*.*.flash", "size.pyboard-v11.slave.flash", true),
+            ("size.*", "size.slave.ram", false),
+            ("irq.cut_bus", "irq.cut_bus_error", false),
+        ] {
+            assert_eq!(is_match(pattern, name), expected, "{pattern} {name}");
+        }
+    }
+
+    #[test]
+    fn section_without_an_end_is_refused() {
+        let error = with_tables("<!-- rows: rx.* -->\ntext\n", &stored()).unwrap_err();
+        assert!(error.to_string().contains("no line '<!-- end of rows -->'"), "{error}");
+    }
+
+    /// Given the page and the stored rows of the repository, then the tables of the page have these rows.
+    #[test]
+    fn page_is_as_stored() {
+        let stored = Stored::read(&crate::stored::path()).unwrap();
+        let page = fs::read_to_string(path()).unwrap();
+        let expected = with_tables(&page, &stored).unwrap();
+        let differs = page.lines().zip(expected.lines()).find(|(page, expected)| page != expected);
+        assert!(
+            page == expected,
+            "`cargo xtask bench --store` writes the tables; first difference: {differs:?}"
+        );
+    }
+
+    #[test]
+    fn row_with_a_target_is_in_one_table_of_the_page() {
+        let stored = Stored::read(&crate::stored::path()).unwrap();
+        let page = fs::read_to_string(path()).unwrap();
+        let patterns: Vec<_> = page.lines().filter_map(patterns).flat_map(str::split_whitespace).collect();
+        for (name, _) in stored.rows().filter(|(_, row)| row.get("target").is_some()) {
+            assert_eq!(patterns.iter().filter(|pattern| is_match(pattern, name)).count(), 1, "{name}");
+        }
+    }
+}
