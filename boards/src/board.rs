@@ -98,7 +98,11 @@ fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore
     match store::open(flash) {
         Ok((log, opened)) => {
             if opened.damaged > 0 {
-                defmt::warn!("parameter store: power failed while it was written, {}", opened);
+                defmt::warn!("parameter store: a saved set is damaged, the one before holds or defaults: {}", opened);
+            } else if opened.is_interrupted {
+                defmt::warn!("parameter store: power failed during a save, the set before holds: {}", opened);
+            } else if opened.corrected > 0 {
+                defmt::info!("parameter store: flipped bits were corrected: {}", opened);
             }
             let log = cortex_m::singleton!(: ParameterLog<ChipFlash> = log)?;
             Some(log)

@@ -339,7 +339,7 @@ fn every_error_has_its_abort_code() {
     assert_eq!(codes, [0x0800_0022, 0x0800_0020, 0x0606_0000]);
 }
 
-/// Bdefault, by node 5: 0501h.
+/// Node 5 and Bdefault 1: Bh.
 #[test]
 fn a_note_holds_node_and_bdefault_and_is_of_its_node_alone() {
     let mut store = Memory::default();
@@ -348,9 +348,9 @@ fn a_note_holds_node_and_bdefault_and_is_of_its_node_alone() {
         assert_eq!(noted_bdefault(&store, NODE), Some(bus));
         assert_eq!(noted_bdefault(&store, NodeId::of::<6>()), None);
     }
-    assert_eq!(store.note, Some(0x0501));
-    // No Bdefault.
-    store.note = Some(0x0502);
+    assert_eq!(store.note, Some(0x00B));
+    // Node 5, with a bit that no note has.
+    store.note = Some(0x10B);
     assert_eq!(noted_bdefault(&store, NODE), None);
 }
 

@@ -3,7 +3,7 @@
 use crate::od::checked::find;
 use crate::od::{Object, Objects, checked, number};
 use crate::store;
-use crate::store::{Content, Group, Loaded, ParameterStore, SaveLimit, StoreError};
+use crate::store::{Content, Group, Loaded, Loss, ParameterStore, SaveLimit, StoreError};
 use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
 
 /// Where parameters are kept.
@@ -13,6 +13,9 @@ pub trait Storage: core::fmt::Debug {
 
     /// Whether there is one.
     fn is_there(&self) -> bool;
+
+    /// Checks the stored set. Returns the loss since the last save, if there is one.
+    fn check(&mut self) -> Option<Loss>;
 
     /// Applies what is stored of a group, numbers by the `rules` of their objects. `Ok(None)` without a store.
     ///
@@ -66,6 +69,10 @@ impl Storage for NoStore {
         false
     }
 
+    fn check(&mut self) -> Option<Loss> {
+        None
+    }
+
     fn load<D: Objects>(
         &mut self,
         _: NodeId,
@@ -110,6 +117,10 @@ impl Storage for Stored {
 
     fn is_there(&self) -> bool {
         self.store.is_some()
+    }
+
+    fn check(&mut self) -> Option<Loss> {
+        self.store.as_mut()?.check()
     }
 
     fn load<D: Objects>(

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use crate::instrument::{self, STANDARD};
 use ecss_can::node::{Device, Slave};
 use ecss_can::profile::Profile;
-use ecss_can::store::{ParameterStore, StoreError};
+use ecss_can::store::{Loss, ParameterStore, StoreError};
 use ecss_can::types::{Bus, Instant, NodeId};
 
 use crate::bench::{Bench, NOMINAL, node, span};
@@ -21,6 +21,8 @@ pub(crate) struct Memory {
     is_full: bool,
     /// Bytes of a set, if that is limited.
     room: Option<usize>,
+    /// Loss since the last save.
+    pub(crate) loss: Arc<Mutex<Option<Loss>>>,
 }
 
 impl Memory {
@@ -46,6 +48,10 @@ impl ParameterStore for Memory {
         Ok(())
     }
 
+    fn check(&mut self) -> Option<Loss> {
+        *self.loss.lock().unwrap()
+    }
+
     fn begin(&mut self, len: usize) -> Result<(), StoreError> {
         self.begun.clear();
         match self.room {
@@ -63,6 +69,7 @@ impl ParameterStore for Memory {
     fn commit(&mut self) -> Result<(), StoreError> {
         *self.stored.lock().unwrap() = std::mem::take(&mut self.begun);
         *self.note.lock().unwrap() = None;
+        *self.loss.lock().unwrap() = None;
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use crate::instrument::{self, STANDARD};
 use ecss_can::profile::Profile;
-use ecss_can::store::ParameterStore;
+use ecss_can::store::{Loss, ParameterStore};
 use ecss_can::types::NmtState;
 
 use super::fixture::{
@@ -53,6 +53,31 @@ fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() 
     let objects = slave.node.objects();
     assert_eq!((objects.communication.heartbeat.time, objects.application.value), (50, 9));
     assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
+}
+
+/// EMCY 6300h with the cause in its second byte, at each start until parameters are saved; the set before is applied.
+#[test]
+fn a_loss_in_the_store_is_reported_with_its_cause_until_the_next_save() {
+    for (loss, cause) in [(Loss::Interrupted, 1), (Loss::Damaged, 2)] {
+        let memory = Memory::default();
+        let mut slave = powered_with(&memory);
+        write(&mut slave, 0x6210, 0, &[7, 0, 0, 0]);
+        assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+        *memory.loss.lock().unwrap() = Some(loss);
+        for _ in 0..2 {
+            slave = powered_with(&memory);
+            slave.run_until(ms(100));
+            assert_eq!(payloads(&slave, 0x085)[0][..5], [0x00, 0x63, 0x01, 0, cause]);
+            assert_eq!(slave.node.objects().application.value, 7);
+        }
+        slave.clear();
+        assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+        slave.run_until(ms(200));
+        assert_eq!(errors(&mut slave).0, 0, "it is over");
+        let mut slave = powered_with(&memory);
+        slave.run_until(ms(100));
+        assert!(payloads(&slave, 0x085).is_empty());
+    }
 }
 
 /// Given a client that saves and restores in a loop, then ten are obeyed, and from then on one every six minutes.
