@@ -7,7 +7,7 @@
 //! copy    5000h to 7FFFh
 //! ```
 //!
-//! * Epoch, length, note and copy are control words (`word.rs`): one flipped bit is corrected, and a word whose write was
+//! * Magic, epoch, length, note and copy are control words (`word.rs`): one flipped bit is corrected, and a word whose write was
 //!   interrupted never reads as another one. The CRC of a set corrects one flipped bit of it (`crc.rs`).
 //! * The last word of a set, all zeros, *commits* it. Without it the save was interrupted and the set before is stored.
 //!   A committed set that cannot be corrected is *damaged*; the set before is stored, or none.
@@ -33,7 +33,8 @@ use super::word;
 pub const MAX_SET: usize = 16 * 1024 - 4;
 
 const WORD: u32 = 4;
-const MAGIC: u32 = u32::from_le_bytes(*b"ECP2");
+/// First word of a page in this format.
+const MAGIC: u16 = 0x4543;
 /// Magic and epoch.
 const PAGE_HEADER: u32 = 2 * WORD;
 const ERASED: u32 = u32::MAX;
@@ -168,7 +169,7 @@ impl<F: NorFlash> ParameterLog<F> {
         let Some(newest) = newest else {
             for page in pages {
                 // A page that holds something was in use: its epoch is damaged.
-                if (log.word(page)? ^ MAGIC).count_ones() <= 1 && log.word(page + PAGE_HEADER)? != ERASED {
+                if log.control(page)? == Some(MAGIC) && log.word(page + PAGE_HEADER)? != ERASED {
                     opened.damaged += 1;
                     log.loss = Some(Loss::Damaged);
                 }
@@ -218,13 +219,11 @@ impl<F: NorFlash> ParameterLog<F> {
 
     /// The epoch of a page that was made ready.
     fn epoch(&mut self, page: u32) -> Result<Option<u16>, StoreError> {
-        let flipped = (self.word(page)? ^ MAGIC).count_ones();
-        self.corrected += flipped;
-        Ok(if flipped <= 1 { self.control(page + WORD)? } else { None })
+        Ok(if self.control(page)? == Some(MAGIC) { self.control(page + WORD)? } else { None })
     }
 
     fn stamp(&mut self, epoch: u16) -> Result<(), StoreError> {
-        self.program(self.page, MAGIC)?;
+        self.program_control(self.page, MAGIC)?;
         self.program_control(self.page + WORD, epoch)
     }
 
@@ -291,8 +290,9 @@ impl<F: NorFlash> ParameterLog<F> {
                         continue;
                     }
                     self.free = record.end();
-                    // A flipped bit of the erased word commits nothing.
-                    is_interrupted = self.word(record.commit())?.count_zeros() <= 1;
+                    // Zeros in both halves: a flipped bit of the erased word commits nothing.
+                    let commit = self.word(record.commit())?;
+                    is_interrupted = commit as u16 == u16::MAX || commit >> 16 == 0xFFFF;
                     if !is_interrupted && at < before {
                         (self.stored, self.note) = (Some(record), None);
                     }

@@ -14,15 +14,25 @@
 
 /// The control word of a number of 15 bits.
 pub fn encode(number: u16) -> u32 {
-    let low = number | (number.count_ones() as u16 & 1) << 15;
-    u32::from(!low) << 16 | u32::from(low)
+    let low = u32::from(number | parity(number) << 15);
+    !low << 16 | low
 }
 
 /// The number of a control word with at most one flipped bit.
-#[inline(never)]
 pub fn decode(word: u32) -> Option<u16> {
     let (low, other) = (word as u16, !(word >> 16) as u16);
-    let number = if low.count_ones().is_multiple_of(2) { low } else { other };
-    let is_sound = (low ^ other).count_ones() <= 1 && number.count_ones().is_multiple_of(2);
+    let number = if parity(low) == 0 { low } else { other };
+    let differ = low ^ other;
+    // One bit at most.
+    let is_sound = differ & differ.wrapping_sub(1) == 0 && parity(number) == 0;
     is_sound.then_some(number & 0x7FFF)
+}
+
+/// One for an odd number of ones.
+#[inline(never)]
+fn parity(bits: u16) -> u16 {
+    let bits = bits ^ bits >> 8;
+    let bits = bits ^ bits >> 4;
+    // The parity of each number of four bits.
+    0x6996 >> (bits & 0xF) & 1
 }

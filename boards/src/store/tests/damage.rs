@@ -153,7 +153,7 @@ fn the_format_is_the_documented_one() {
     save(&mut log, b"123456789").unwrap();
     let expected = [
         // One has an odd number of ones, nine has not.
-        &b"ECP2\x01\x80\xFE\x7F"[..],
+        &b"CE\xBC\xBA\x01\x80\xFE\x7F"[..],
         b"\x09\x00\xF6\xFF123456789\xFF\xFF\xFF",
         &0xE306_9283_u32.to_le_bytes(),
         &[0; 4],

@@ -59,7 +59,7 @@ fn sets_notes_and_changes_of_pages_keep_the_node_id() {
         save(&mut log, &set(number, 9_000)).unwrap();
         log = open(log.into_flash()).0;
         assert_eq!((stored(&mut log), log.node_id()), (set(number, 9_000), id(3)));
-        let is_first = log.flash().bytes[..4] == *b"ECP2" && log.flash().bytes[PAGE..PAGE + 4] != *b"ECP2";
+        let is_first = log.flash().bytes[..4] == *b"CE\xBC\xBA" && log.flash().bytes[PAGE..PAGE + 4] != *b"CE\xBC\xBA";
         pages[usize::from(!is_first)] = true;
     }
     assert_eq!(pages, [true; 2]);

@@ -161,7 +161,7 @@ fn notes_leave_the_last_quarter_to_sets_and_a_start_makes_room() {
     assert_eq!(flash.bytes[PAGE * 3 / 4..], [0xFF; PAGE * 5 / 4], "not a word of the last quarter");
     let (mut log, _) = open(flash);
     assert_eq!((stored(&mut log), log.note()), (set(1, 40), last));
-    assert_eq!(log.flash().bytes[PAGE..PAGE + 4], *b"ECP2", "in the other page");
+    assert_eq!(log.flash().bytes[PAGE..PAGE + 4], *b"CE\xBC\xBA", "in the other page");
     log.write_note(7).unwrap();
     save(&mut log, &set(2, MAX_SET)).unwrap();
     assert_eq!(found(log.into_flash()), (set(2, MAX_SET), None, 0));
