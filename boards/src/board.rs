@@ -98,7 +98,10 @@ fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore
     match store::open(flash) {
         Ok((log, opened)) => {
             if opened.damaged > 0 {
-                defmt::warn!("parameter store: a saved set is damaged, the one before holds or defaults: {}", opened);
+                defmt::warn!(
+                    "parameter store: a saved set is damaged, the one before holds or defaults: {}",
+                    opened
+                );
             } else if opened.is_interrupted {
                 defmt::warn!("parameter store: power failed during a save, the set before holds: {}", opened);
             } else if opened.corrected > 0 {

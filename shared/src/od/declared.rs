@@ -61,6 +61,13 @@ impl Declared {
         self.groups.iter().find_map(|group| group.object(index, before))
     }
 
+    /// The object that covers an index, else the first one behind it.
+    pub(super) fn object_from(&'static self, index: u16) -> Option<&'static Object> {
+        let own = self.objects.partition_point(|object| end(object) <= u32::from(index));
+        let groups = self.groups.iter().filter_map(|group| group.object_from(index));
+        groups.chain(self.objects.get(own)).min_by_key(|object| object.index)
+    }
+
     /// Every object, groups included.
     pub(super) fn each_object(&'static self, visit: &mut dyn FnMut(&'static Object)) {
         self.objects.iter().for_each(&mut *visit);

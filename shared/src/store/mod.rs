@@ -1,6 +1,6 @@
 //! Store and restore of parameters: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 //!
-//! One set holds the stored parameters of all groups, so that whatever is saved, it is saved at once or not at all: saving
+//! One set holds the stored parameters of all groups, so that all of a save is stored or nothing of it: saving
 //! a group writes a new set, of the group's values as they are and of the others as they were stored. Restoring the
 //! defaults of a group writes a set without it. Both take effect at the next reset, when [`load`] runs before
 //! communication starts.
@@ -18,13 +18,15 @@ mod limit;
 mod note;
 mod objects;
 mod retained;
+mod save;
 mod set;
 
 pub use limit::SaveLimit;
 pub use note::{MOST_NOTES, note_bdefault, noted_bdefault};
 pub use objects::{StoreObjects, StoreRequest};
 pub use retained::{Retained, RetainedMemory};
-pub use set::{Apply, Content, Loaded, MAX_VALUE, Value, Values, load, restore_defaults, save};
+pub use save::{Parameters, Row, Save};
+pub use set::{Apply, Content, Loaded, MAX_VALUE, load};
 
 use crate::types::{AbortCode, NodeId};
 

@@ -1,7 +1,6 @@
 //! Bits that flip and bits that cannot be programmed.
 
 use ecss_can::store::Loss;
-use ecss_can::types::NodeId;
 
 use super::*;
 

@@ -1,7 +1,6 @@
 //! The Node-ID in three copies: whatever happens to one of them, and whenever power fails.
 
 use ecss_can::store::identity::{Straps, node_id};
-use ecss_can::types::NodeId;
 
 use super::power::{at_each_operation, start_on};
 use super::*;
@@ -59,7 +58,8 @@ fn sets_notes_and_changes_of_pages_keep_the_node_id() {
         save(&mut log, &set(number, 9_000)).unwrap();
         log = open(log.into_flash()).0;
         assert_eq!((stored(&mut log), log.node_id()), (set(number, 9_000), id(3)));
-        let is_first = log.flash().bytes[..4] == *b"CE\xBC\xBA" && log.flash().bytes[PAGE..PAGE + 4] != *b"CE\xBC\xBA";
+        let is_first =
+            log.flash().bytes[..4] == *b"CE\xBC\xBA" && log.flash().bytes[PAGE..PAGE + 4] != *b"CE\xBC\xBA";
         pages[usize::from(!is_first)] = true;
     }
     assert_eq!(pages, [true; 2]);

@@ -1,8 +1,7 @@
 //! Notes: one word each, the last one since the last set.
 
 use ecss_can::store;
-use ecss_can::store::{Content, Group};
-use ecss_can::types::{Address, NodeId};
+use ecss_can::store::Content;
 
 use super::power::{at_each_operation, start_on};
 use super::*;
@@ -231,12 +230,9 @@ fn a_noted_bdefault_follows_saves_and_restores() {
     };
     store::note_bdefault(&mut log, node, ecss_can::types::Bus::Redundant).unwrap();
     assert_eq!(loaded(&mut log), Some(1));
-    store::save(&mut log, node, Group::Communication, &mut |show| {
-        show(Address::new(0x1017, 0), &mut &[1, 0][..])
-    })
-    .unwrap();
+    store_values(&mut log, Group::Communication, Some(&[(Address::new(0x1017, 0), &[1, 0])]));
     let (mut log, _) = open(log.into_flash());
     assert_eq!((loaded(&mut log), log.note()), (Some(1), None), "it is in the set now");
-    store::restore_defaults(&mut log, node, Group::Manufacturer).unwrap();
+    store_values(&mut log, Group::Manufacturer, None);
     assert_eq!(loaded(&mut log), None);
 }

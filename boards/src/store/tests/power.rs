@@ -63,10 +63,17 @@ fn a_save_cut_short_leaves_the_old_set_or_the_new() {
                 |left, flash, done| {
                     let (found, opened) = after_restart(flash.clone());
                     assert!(found == new || found == old && !done, "{found:X?}");
-                    assert_eq!((opened.erased, opened.damaged), (0, 0), "an interrupted save damages nothing");
+                    assert_eq!(
+                        (opened.erased, opened.damaged),
+                        (0, 0),
+                        "an interrupted save damages nothing"
+                    );
                     // Up to the length nothing of the save is left, from a bit of the commit word on it is complete.
                     let is_new = found == new;
-                    assert!(!(opened.is_interrupted && is_new && new != old), "{left} operations before the end");
+                    assert!(
+                        !(opened.is_interrupted && is_new && new != old),
+                        "{left} operations before the end"
+                    );
                     assert!(opened.is_interrupted || is_new || left >= words - 1 || left == 0);
                     goes_on(flash);
                 },

@@ -1,8 +1,7 @@
 //! Room: what is erased and when, and what a full page answers.
 
 use ecss_can::store;
-use ecss_can::store::{Content, Group, Loaded};
-use ecss_can::types::{Address, NodeId};
+use ecss_can::store::{Content, Loaded};
 
 use super::*;
 
@@ -170,12 +169,10 @@ fn parameters_of_a_dictionary_are_saved_loaded_and_restored() {
     };
     for number in 0..=255 {
         let (mut log, _) = open(flash);
-        store::save(&mut log, node, Group::All, &mut |show| {
-            show(Address::new(0x1017, 0), &mut &[number, 0][..]);
-            show(Address::new(0x2000, 1), &mut &[0; 60][..]);
-        })
-        .unwrap();
-        store::restore_defaults(&mut log, node, Group::Manufacturer).unwrap();
+        let values: [(_, &[u8]); 2] =
+            [(Address::new(0x1017, 0), &[number, 0]), (Address::new(0x2000, 1), &[0; 60])];
+        store_values(&mut log, Group::All, Some(&values));
+        store_values(&mut log, Group::Manufacturer, None);
         let expected = (vec![(0x1017, vec![number, 0])], Loaded::Set { applied: 1, skipped: 0 });
         let (mut log, _) = open(log.into_flash());
         assert_eq!(load(&mut log), expected);

@@ -189,6 +189,16 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.next = now;
     }
 
+    /// Goes on with a save that runs, and answers its client at its end.
+    pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
+        if let Some(answer) = self.services.advance_save() {
+            out.send_for(self.manager.active(), answer, now, self.services.lifetimes.sdo);
+        }
+        if let Some(at) = self.services.take_written() {
+            self.on_written(at, now, out);
+        }
+    }
+
     /// Frames were lost on their way in or out.
     pub(super) fn lost(&mut self, bus: Bus) {
         self.services.occurred(ErrorCode::CAN_OVERRUN, bus);

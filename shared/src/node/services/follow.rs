@@ -14,6 +14,7 @@ use crate::types::{AbortCode, Address, Instant, NodeId};
 impl<D: Device, E: Extension> Services<D, E> {
     /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
     pub fn configure(&mut self, now: Instant) {
+        self.give_up_save();
         let Self { dictionary, server, .. } = self;
         server.reset(dictionary);
         dictionary.written = None;

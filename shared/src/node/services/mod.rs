@@ -34,6 +34,9 @@ pub use events::NodeEvent;
 pub use stored::{NoStore, Storage, Stored};
 pub use time::{Brings, carries_time};
 
+/// First byte of a request that aborts a transfer.
+const ABORT: u8 = 0x80;
+
 /// The first object whose changes an application is told; those below are the services'.
 pub const FIRST_TOLD: u16 = index::REDUNDANCY;
 
@@ -58,6 +61,8 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     /// What comes for the SDO server.
     sdo_id: CobId,
     server: sdo::Server,
+    /// The answer to "save" or "load", until that has ended.
+    held: Option<sdo::Payload>,
     pub time: E::Time,
     pub buses: Buses,
     pub lifetimes: Lifetimes,
@@ -108,6 +113,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             sync_id: CobId::SYNC,
             sdo_id: CobId::sdo_request(id),
             server: sdo::Server::new(profile.sdo_timeout),
+            held: None,
             time: E::Time::default(),
             buses: Buses::new(profile.access(id), profile.bus_off),
             lifetimes: Lifetimes {
@@ -268,18 +274,59 @@ impl<D: Device, E: Extension> Services<D, E> {
     #[inline(always)]
     pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let response = CobId::sdo_response(self.id);
-        let Self { dictionary, server, .. } = self;
+        let Self { dictionary, server, held, .. } = self;
         dictionary.now = now;
         let mut send = move |payload| send(Frame::of(response, payload));
         match step {
-            SdoStep::Request(frame) => match frame.full() {
-                Some(payload) => return server.on_request(payload, now, dictionary, &mut send),
-                None => return false,
-            },
+            SdoStep::Request(frame) => {
+                let Some(payload) = frame.full() else { return false };
+                let was_saving = dictionary.stored.is_saving();
+                if payload[0] == ABORT {
+                    *held = None;
+                }
+                let mut last = None;
+                let used = server.on_request(payload, now, dictionary, &mut |payload| {
+                    if let Some(before) = last.replace(payload) {
+                        send(before);
+                    }
+                });
+                if dictionary.stored.is_saving() && !was_saving {
+                    *held = last;
+                } else if let Some(last) = last {
+                    send(last);
+                }
+                return used;
+            }
             SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut send),
             SdoStep::Poll => server.poll(now, dictionary, &mut send),
         }
         true
+    }
+
+    /// Goes on with a save that runs, for a few words of flash. Returns the answer to its client at its end.
+    #[inline(never)]
+    pub fn advance_save(&mut self) -> Option<Frame> {
+        let (at, ended) = self.dictionary.advance_save()?;
+        self.next = Instant::ZERO;
+        let answer = self.held.take()?;
+        let answer = ended.map_or_else(|code| sdo::abort(at, code), |()| answer);
+        Some(Frame::of(CobId::sdo_response(self.id), answer))
+    }
+
+    /// Whether a save runs, which goes on as soon as there is nothing else to do.
+    pub fn is_saving(&self) -> bool {
+        self.dictionary.stored.is_saving()
+    }
+
+    /// When the SDO server was called last, while a save runs.
+    pub fn save_deadline(&self) -> Option<Instant> {
+        self.is_saving().then_some(self.dictionary.now)
+    }
+
+    /// Gives up a save that runs. Its client gets no answer.
+    pub fn give_up_save(&mut self) {
+        self.dictionary.stored.give_up();
+        self.held = None;
     }
 
     /// Whether the SDO server has a transfer.
@@ -295,6 +342,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Another NMT state. A transfer ends without a word where SDO is not allowed.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
         if !state.allows_sdo() {
+            self.give_up_save();
             let Self { dictionary, server, .. } = self;
             server.reset(dictionary);
         }

@@ -88,6 +88,19 @@ impl<D: Device> Slave<D> {
         self.canopen.services.report_written(at, now, out);
     }
 
+    /// Goes on with a save that runs, and answers its client at its end.
+    #[inline(never)]
+    pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
+        if let Some(answer) = self.canopen.services.advance_save() {
+            let lifetime = self.canopen.services.lifetimes.sdo;
+            out.send_for(self.selector.selected(), answer, now, lifetime);
+        }
+        if let Some(at) = self.canopen.services.take_written() {
+            self.on_written(at, now, out);
+        }
+        self.run(now, now, out);
+    }
+
     /// An object was written that the node itself follows.
     #[inline(never)] // those of the application need not pay for it
     fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {

@@ -34,6 +34,7 @@ fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
     assert_eq!(slave.times(REDUNDANT, 0x705), [50, 100]);
     // Defaults of the communication profile only, from the next reset on.
     slave.receive(REDUNDANT, 0x605, &[0x23, 0x11, 0x10, 2, b'l', b'o', b'a', b'd']);
+    slave.settle();
     assert!(slave.frames().contains(&(REDUNDANT, frame(0x585, &done(0x1011, 2)))));
     assert_eq!(slave.node.objects().communication.heartbeat.time, 50);
     let slave = powered_with(&memory);
@@ -120,6 +121,7 @@ fn stored_by_another() -> Memory {
         instrument::slave(node(6), &STANDARD, vec![]).with_store(Box::leak(Box::new(memory.clone()))),
     );
     other.receive(NOMINAL, 0x606, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
+    other.settle();
     assert_ne!(memory.stored_len(), 0);
     memory
 }
@@ -285,9 +287,9 @@ fn a_configuration_stays_verified_whatever_pdos_bring() {
 /// A set of node 5 with these parameters of four bytes, as no client could have saved it.
 fn stored(parameters: &[(u16, u8, u32)]) -> Memory {
     let mut memory = Memory::default();
-    memory.append(b"EP\x01\x05").unwrap();
+    memory.append(b"EP\x02\x05").unwrap();
     for (index, sub, value) in parameters {
-        memory.append(&[&index.to_le_bytes()[..], &[*sub, 4], &value.to_le_bytes()].concat()).unwrap();
+        memory.append(&[&index.to_le_bytes()[..], &[*sub, 1, 4], &value.to_le_bytes()].concat()).unwrap();
     }
     memory.commit().unwrap();
     memory
