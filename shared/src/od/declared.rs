@@ -62,10 +62,16 @@ impl Declared {
     }
 
     /// The object that covers an index, else the first one behind it.
-    pub(super) fn object_from(&'static self, index: u16) -> Option<&'static Object> {
-        let own = self.objects.partition_point(|object| end(object) <= u32::from(index));
-        let groups = self.groups.iter().filter_map(|group| group.object_from(index));
-        groups.chain(self.objects.get(own)).min_by_key(|object| object.index)
+    pub(super) fn object_from(&'static self, index: u16, found: &mut Option<&'static Object>) {
+        let own = self.objects.iter().find(|object| end(object) > u32::from(index));
+        if let Some(object) = own
+            && found.is_none_or(|first| object.index < first.index)
+        {
+            *found = own;
+        }
+        for group in self.groups {
+            group.object_from(index, found);
+        }
     }
 
     /// Every object, groups included.

@@ -52,7 +52,9 @@ pub trait Objects {
 
     /// The object that covers an index, else the first one behind it.
     fn object_from(index: u16) -> Option<&'static Object> {
-        Self::DECLARED.object_from(index)
+        let mut found = None;
+        Self::DECLARED.object_from(index, &mut found);
+        found
     }
 
     /// Every object, in no particular order.

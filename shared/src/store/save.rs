@@ -1,13 +1,13 @@
 //! Saves a set in steps of a few words, so that a node goes on with its work between them.
 //!
 //! ```
-//! # use ecss_can::store::{Group, Parameters, ParameterStore, Save, StoreError};
+//! # use ecss_can::store::{Group, Parameters, ParameterStore, Save, StoreError, StoreRequest};
 //! # use ecss_can::types::NodeId;
 //! # fn save(
 //! #     store: &mut dyn ParameterStore, values: &mut dyn Parameters, node: NodeId,
 //! # ) -> Result<(), StoreError> {
-//! let mut save = Save::begin(store, node, Group::All, Some(&mut *values))?;
-//! while !save.advance(store, Some(&mut *values))? {
+//! let mut save = Save::begin(store, node, Group::All, StoreRequest::Save)?;
+//! while !save.advance(store, values)? {
 //!     // The node does its other work.
 //! }
 //! # Ok(())
@@ -18,11 +18,13 @@
 
 use super::note::{BDEFAULT, noted_bdefault};
 use super::set::{HEADER, Header, LONG, MAGIC, MAX_VALUE, ROW, VERSION, header, row};
-use super::{Group, ParameterStore, StoreError};
+use super::{Group, ParameterStore, StoreError, StoreRequest};
 use crate::types::{Address, Bus, NodeId};
 
-/// Most bytes of values in one step.
+/// Most bytes of values that are written in one step.
 const STEP: usize = 8;
+/// Most rows that are counted in one step.
+const ROWS: usize = 4;
 
 /// Parameters of sub-indices in a row with values of one length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,23 +69,27 @@ pub trait Parameters {
 /// A save that runs. The set before is stored until it ends; dropped before, it is a save that was interrupted.
 #[derive(Clone, Debug)]
 pub struct Save {
+    node: NodeId,
     group: Group,
+    /// Bytes of the new set as far as they are counted; `None` once it is being written.
+    len: Option<usize>,
     /// The noted Bdefault, which becomes part of the set where it is not of the group.
     noted: Option<Bus>,
     /// Offset in the stored set, and the end of the bytes that are copied from there.
     offset: usize,
     end: usize,
-    /// Address of the next row of present values.
+    /// Address of the first and of the next row of present values.
+    first: Address,
     next: Address,
-    /// The row in progress, and how many bytes of it are written.
+    /// The values in progress, and how many bytes of the first one are written.
     row: Row,
     written: usize,
 }
 
 impl Save {
-    /// Begins a set with the present values of a group; those of the other groups are taken from the stored set. A note
-    /// that is not of this group becomes part of the set. Without `values` the defaults of the group hold after the next
-    /// reset.
+    /// Begins a set with the present values of a group, or without values of it: then its defaults hold after the next
+    /// reset. Those of the other groups are taken from the stored set. A note that is not of this group becomes part of
+    /// the set.
     ///
     /// # Errors
     /// [`StoreError`]; what was stored before holds.
@@ -91,50 +97,83 @@ impl Save {
         store: &mut dyn ParameterStore,
         node: NodeId,
         group: Group,
-        values: Option<&mut dyn Parameters>,
+        request: StoreRequest,
     ) -> Result<Save, StoreError> {
         // The other groups are copied: with what can be corrected of them.
         if group != Group::All {
             _ = store.check();
         }
         let noted = noted_bdefault(store, node).filter(|_| !group.contains(BDEFAULT.index));
-        let is_own = matches!(header(store, node)?, Header::Own);
-        let offset = if is_own && group != Group::All { HEADER } else { usize::MAX };
-        let next = Address::new(0, 0);
-        let mut save = Save { group, noted, offset, end: 0, next, row: Row::NONE, written: 0 };
-        let mut len = HEADER;
-        if noted.is_some() {
-            len = len.saturating_add(NOTED.stored_len());
-        }
-        while save.find_kept(store)? {
-            len = len.saturating_add(save.end.saturating_sub(save.offset));
-            save.offset = save.end;
-        }
-        (save.offset, save.end) = (offset, 0);
-        if let Some(values) = values {
-            while save.find_row(values) {
-                if save.row.len > MAX_VALUE {
-                    return Err(StoreError::Size);
-                }
-                len = len.saturating_add(save.row.stored_len());
-            }
-            (save.next, save.row) = (next, Row::NONE);
-        }
-        store.begin(len)?;
-        let [e, p] = MAGIC;
-        store.append(&[e, p, VERSION, node.get()])?;
+        let len = HEADER.saturating_add(noted.map_or(0, |_| NOTED.stored_len()));
+        let first = match request {
+            StoreRequest::Save => Address::new(0, 0),
+            StoreRequest::Restore => END,
+        };
+        let mut save = Save {
+            node,
+            group,
+            len: Some(len),
+            noted,
+            offset: 0,
+            end: 0,
+            first,
+            next: first,
+            row: Row::NONE,
+            written: 0,
+        };
+        save.rewind(store)?;
         Ok(save)
     }
 
-    /// Writes up to eight bytes of values. Returns whether the set is stored.
+    /// Goes back to the first row.
+    fn rewind(&mut self, store: &mut dyn ParameterStore) -> Result<(), StoreError> {
+        let is_kept = self.group != Group::All && matches!(header(store, self.node)?, Header::Own);
+        (self.offset, self.end) = (if is_kept { HEADER } else { usize::MAX }, 0);
+        (self.next, self.row) = (self.first, Row::NONE);
+        Ok(())
+    }
+
+    /// Counts the bytes of some rows; begins the set when all are counted.
+    fn count(
+        &mut self,
+        len: usize,
+        store: &mut dyn ParameterStore,
+        values: &mut dyn Parameters,
+    ) -> Result<(), StoreError> {
+        let mut len = len;
+        for _ in 0..ROWS {
+            if self.find_kept(store)? {
+                len = len.saturating_add(self.end.saturating_sub(self.offset));
+                self.offset = self.end;
+            } else if self.find_row(values) {
+                if self.row.len > MAX_VALUE {
+                    return Err(StoreError::Size);
+                }
+                len = len.saturating_add(self.row.stored_len());
+            } else {
+                self.rewind(store)?;
+                self.len = None;
+                store.begin(len)?;
+                let [e, p] = MAGIC;
+                return store.append(&[e, p, VERSION, self.node.get()]);
+            }
+        }
+        self.len = Some(len);
+        Ok(())
+    }
+
+    /// Counts the bytes of a few rows, or writes up to eight bytes of values. Returns whether the set is stored.
     ///
     /// # Errors
     /// [`StoreError`]; what was stored before holds. [`StoreError::Size`] when a value got shorter.
     pub fn advance(
         &mut self,
         store: &mut dyn ParameterStore,
-        values: Option<&mut dyn Parameters>,
+        values: &mut dyn Parameters,
     ) -> Result<bool, StoreError> {
+        if let Some(len) = self.len {
+            return self.count(len, store, values).map(|()| false);
+        }
         let mut buffer = [0; STEP];
         if self.offset < self.end {
             let rest = self.end.saturating_sub(self.offset).min(STEP);
@@ -143,26 +182,25 @@ impl Save {
             store.append(part)?;
             self.offset = self.offset.saturating_add(rest);
         } else if self.find_kept(store)? {
+            // Copied by the next steps.
         } else if let Some(bus) = self.noted.take() {
             append_header(store, NOTED)?;
             store.append(&[bus.bdefault()])?;
-        } else if let Some(values) = values {
-            if self.written < self.row.bytes() {
-                let nth = self.written / self.row.len.max(1);
-                let offset = self.written % self.row.len.max(1);
-                let rest = (self.row.len - offset).min(STEP);
-                let part = buffer.get_mut(..rest).unwrap_or_default();
-                let at = Address::new(self.row.at.index, self.row.at.sub.wrapping_add(nth as u8));
-                if values.read(at, offset, part) != rest {
-                    return Err(StoreError::Size);
-                }
-                store.append(part)?;
-                self.written = self.written.saturating_add(rest);
-            } else if self.find_row(values) {
-                append_header(store, self.row)?;
-            } else {
-                return store.commit().map(|()| true);
+        } else if self.row.count > 0 {
+            let rest = self.row.len.saturating_sub(self.written).min(STEP);
+            let part = buffer.get_mut(..rest).unwrap_or_default();
+            if values.read(self.row.at, self.written, part) != rest {
+                return Err(StoreError::Size);
             }
+            store.append(part)?;
+            self.written = self.written.saturating_add(rest);
+            if self.written >= self.row.len {
+                self.written = 0;
+                self.row.at.sub = self.row.at.sub.wrapping_add(1);
+                self.row.count -= 1;
+            }
+        } else if self.find_row(values) {
+            append_header(store, self.row)?;
         } else {
             return store.commit().map(|()| true);
         }
@@ -195,6 +233,9 @@ impl Save {
         false
     }
 }
+
+/// Address behind all parameters.
+const END: Address = Address::new(u16::MAX, u8::MAX);
 
 /// The row of a noted Bdefault.
 const NOTED: Row = Row { at: BDEFAULT, count: 1, len: 1 };

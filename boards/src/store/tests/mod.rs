@@ -7,7 +7,7 @@ mod notes;
 mod power;
 mod room;
 
-use ecss_can::store::{Group, ParameterStore, Parameters, Row, Save, StoreError};
+use ecss_can::store::{Group, ParameterStore, Parameters, Row, Save, StoreError, StoreRequest};
 use ecss_can::types::{Address, NodeId};
 use mock::{Flash, PAGE, Remains};
 
@@ -58,13 +58,9 @@ impl Parameters for Values<'_> {
 }
 
 /// Saves values of node 3, or restores the defaults of a group.
-fn store_values(log: &mut Log, group: Group, values: Option<&[(Address, &[u8])]>) {
-    let mut values = values.map(Values);
-    fn dynamic<'a>(values: &'a mut Option<Values<'_>>) -> Option<&'a mut dyn Parameters> {
-        values.as_mut().map(|values| values as &mut dyn Parameters)
-    }
-    let mut save = Save::begin(log, NodeId::of::<3>(), group, dynamic(&mut values)).unwrap();
-    while !save.advance(log, dynamic(&mut values)).unwrap() {}
+fn store_values(log: &mut Log, group: Group, request: StoreRequest, values: &[(Address, &[u8])]) {
+    let mut save = Save::begin(log, NodeId::of::<3>(), group, request).unwrap();
+    while !save.advance(log, &mut Values(values)).unwrap() {}
 }
 
 /// What is stored when the chip starts next time.

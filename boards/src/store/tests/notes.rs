@@ -230,9 +230,9 @@ fn a_noted_bdefault_follows_saves_and_restores() {
     };
     store::note_bdefault(&mut log, node, ecss_can::types::Bus::Redundant).unwrap();
     assert_eq!(loaded(&mut log), Some(1));
-    store_values(&mut log, Group::Communication, Some(&[(Address::new(0x1017, 0), &[1, 0])]));
+    store_values(&mut log, Group::Communication, StoreRequest::Save, &[(Address::new(0x1017, 0), &[1, 0])]);
     let (mut log, _) = open(log.into_flash());
     assert_eq!((loaded(&mut log), log.note()), (Some(1), None), "it is in the set now");
-    store_values(&mut log, Group::Manufacturer, None);
+    store_values(&mut log, Group::Manufacturer, StoreRequest::Restore, &[]);
     assert_eq!(loaded(&mut log), None);
 }

@@ -171,8 +171,8 @@ fn parameters_of_a_dictionary_are_saved_loaded_and_restored() {
         let (mut log, _) = open(flash);
         let values: [(_, &[u8]); 2] =
             [(Address::new(0x1017, 0), &[number, 0]), (Address::new(0x2000, 1), &[0; 60])];
-        store_values(&mut log, Group::All, Some(&values));
-        store_values(&mut log, Group::Manufacturer, None);
+        store_values(&mut log, Group::All, StoreRequest::Save, &values);
+        store_values(&mut log, Group::Manufacturer, StoreRequest::Restore, &[]);
         let expected = (vec![(0x1017, vec![number, 0])], Loaded::Set { applied: 1, skipped: 0 });
         let (mut log, _) = open(log.into_flash());
         assert_eq!(load(&mut log), expected);

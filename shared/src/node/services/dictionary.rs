@@ -191,7 +191,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         request.map_or(Ok(()), |request| request.check(number))?;
         if request.is_some() {
             // It is written when the save has ended.
-            return self.stored.begin(self.id, at, &mut self.objects, self.now);
+            return self.stored.begin(self.id, at, self.now);
         }
         if at.index <= rules::LAST {
             self.find(at)?.download(Some(value.len()))?;

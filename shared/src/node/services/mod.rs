@@ -276,31 +276,30 @@ impl<D: Device, E: Extension> Services<D, E> {
         let response = CobId::sdo_response(self.id);
         let Self { dictionary, server, held, .. } = self;
         dictionary.now = now;
-        let mut send = move |payload| send(Frame::of(response, payload));
+        let was_saving = dictionary.stored.is_saving();
+        let (mut last, mut used) = (None, true);
+        let mut note = |payload| {
+            if let Some(before) = last.replace(payload) {
+                send(Frame::of(response, before));
+            }
+        };
         match step {
             SdoStep::Request(frame) => {
                 let Some(payload) = frame.full() else { return false };
-                let was_saving = dictionary.stored.is_saving();
                 if payload[0] == ABORT {
                     *held = None;
                 }
-                let mut last = None;
-                let used = server.on_request(payload, now, dictionary, &mut |payload| {
-                    if let Some(before) = last.replace(payload) {
-                        send(before);
-                    }
-                });
-                if dictionary.stored.is_saving() && !was_saving {
-                    *held = last;
-                } else if let Some(last) = last {
-                    send(last);
-                }
-                return used;
+                used = server.on_request(payload, now, dictionary, &mut note);
             }
-            SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut send),
-            SdoStep::Poll => server.poll(now, dictionary, &mut send),
+            SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut note),
+            SdoStep::Poll => server.poll(now, dictionary, &mut note),
         }
-        true
+        if dictionary.stored.is_saving() && !was_saving {
+            *held = last;
+        } else if let Some(last) = last {
+            send(Frame::of(response, last));
+        }
+        used
     }
 
     /// Goes on with a save that runs, for a few words of flash. Returns the answer to its client at its end.

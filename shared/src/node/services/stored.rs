@@ -4,7 +4,7 @@ use crate::od::checked::find;
 use crate::od::{Entry, Objects, checked, number};
 use crate::store;
 use crate::store::{
-    Content, Group, Loaded, Loss, ParameterStore, Parameters, Row, Save, SaveLimit, StoreError, StoreObjects,
+    Content, Group, Loaded, Loss, ParameterStore, Parameters, Row, Save, SaveLimit, StoreError, StoreRequest,
 };
 use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
 
@@ -39,13 +39,7 @@ pub trait Storage: core::fmt::Debug {
     ///
     /// # Errors
     /// The abort code to answer; what was stored before holds.
-    fn begin<D: Objects>(
-        &mut self,
-        id: NodeId,
-        at: Address,
-        objects: &mut D,
-        now: Instant,
-    ) -> Result<(), AbortCode>;
+    fn begin(&mut self, id: NodeId, at: Address, now: Instant) -> Result<(), AbortCode>;
 
     /// Whether a save, or a restore, runs.
     fn is_saving(&self) -> bool;
@@ -93,7 +87,7 @@ impl Storage for NoStore {
         Ok(None)
     }
 
-    fn begin<D: Objects>(&mut self, _: NodeId, _: Address, _: &mut D, _: Instant) -> Result<(), AbortCode> {
+    fn begin(&mut self, _: NodeId, _: Address, _: Instant) -> Result<(), AbortCode> {
         Err(AbortCode::NoObject)
     }
 
@@ -165,20 +159,15 @@ impl Storage for Stored {
         store::load(&mut **store, id, apply).map(Some)
     }
 
-    fn begin<D: Objects>(
-        &mut self,
-        id: NodeId,
-        at: Address,
-        objects: &mut D,
-        now: Instant,
-    ) -> Result<(), AbortCode> {
+    fn begin(&mut self, id: NodeId, at: Address, now: Instant) -> Result<(), AbortCode> {
         let store = self.store.as_mut().ok_or(AbortCode::CannotTransfer)?;
         let group = Group::from_sub(at.sub).ok_or(AbortCode::NoSubIndex)?;
         if !self.limit.allows(now) {
             return Err(AbortCode::DeviceState);
         }
         self.limit.on_save(now);
-        let save = Save::begin(&mut **store, id, group, present(at, &mut Present(objects)));
+        let request = StoreRequest::of(at.index).ok_or(AbortCode::NoObject)?;
+        let save = Save::begin(&mut **store, id, group, request);
         self.saving = Some((save.map_err(StoreError::abort_code)?, at));
         Ok(())
     }
@@ -191,7 +180,7 @@ impl Storage for Stored {
         let ((save, at), store) = (self.saving.as_mut()?, self.store.as_mut()?);
         let at = *at;
         for _ in 0..STEPS {
-            let ended = match save.advance(&mut **store, present(at, &mut Present(objects))) {
+            let ended = match save.advance(&mut **store, &mut Present(objects)) {
                 Ok(false) => continue,
                 Ok(true) => Ok(()),
                 Err(error) => Err(error.abort_code()),
@@ -248,11 +237,6 @@ fn apply<D: Objects>(objects: &mut D, at: Address, content: Content<'_>) -> Resu
         value.cancel();
     }
     taken
-}
-
-/// The present values, which a save takes and a restore does not.
-fn present(at: Address, values: &mut dyn Parameters) -> Option<&mut dyn Parameters> {
-    (at.index == StoreObjects::STORE.index()).then_some(values)
 }
 
 /// The parameters of a dictionary.

@@ -65,13 +65,9 @@ fn ten_saves_in_a_row_at_every_node_disturb_nobody() {
         let from = loaded.craft.end;
         for node in NODES {
             let mut longest = Time::ZERO;
-            for number in 0..10 {
-                let (answer, took) = loaded.ask(node, [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
-                assert_eq!(
-                    answer,
-                    [0x60, 0x10, 0x10, 1, 0, 0, 0, 0],
-                    "{speed:?}, node {node}, save {number}"
-                );
+            for sub in [1, 1, 1, 1, 1, 1, 1, 2, 3, 4] {
+                let (answer, took) = loaded.ask(node, [0x23, 0x10, 0x10, sub, b's', b'a', b'v', b'e']);
+                assert_eq!(answer, [0x60, 0x10, 0x10, sub, 0, 0, 0, 0], "{speed:?}, node {node}, sub {sub}");
                 longest = longest.max(took);
             }
             println!("{speed:?}: a save of node {node} takes at most {} us", longest.as_us());
