@@ -6,7 +6,17 @@
 /// Generator, lowest power at the highest bit.
 const GENERATOR: u32 = 0x82F6_3B78;
 
-/// A checksum that is computed bit by bit: sets are short, and a table takes a KiB.
+/// Remainders of four bits: a table for bytes takes a KiB, and without one a set of 16 KiB takes 10 ms.
+const TABLE: [u32; 16] = {
+    let (mut table, mut bits) = ([0; 16], 0);
+    while bits < 16 {
+        table[bits] = step(step(step(step(bits as u32))));
+        bits += 1;
+    }
+    table
+};
+
+/// A checksum in progress.
 pub struct Crc(u32);
 
 impl Crc {
@@ -20,8 +30,8 @@ impl Crc {
     pub fn update(&mut self, bytes: &[u8]) {
         for byte in bytes {
             self.0 ^= u32::from(*byte);
-            for _ in 0..8 {
-                self.0 = step(self.0);
+            for _ in 0..2 {
+                self.0 = self.0 >> 4 ^ TABLE[self.0 as usize % 16];
             }
         }
     }

@@ -337,7 +337,7 @@ impl<F: NorFlash> ParameterLog<F> {
     fn control(&mut self, at: u32) -> Result<Option<u16>, StoreError> {
         let word = self.word(at)?;
         let number = word::decode(word);
-        self.corrected += u32::from(number.is_some_and(|number| word::encode(number) != word));
+        self.corrected += u32::from(number.is_some() && word::is_flipped(word));
         Ok(number)
     }
 

@@ -28,6 +28,11 @@ pub fn decode(word: u32) -> Option<u16> {
     is_sound.then_some(number & 0x7FFF)
 }
 
+/// Whether a bit of a word that [`decode`] reads was corrected.
+pub fn is_flipped(word: u32) -> bool {
+    !(word >> 16) as u16 != word as u16
+}
+
 /// One for an odd number of ones.
 #[inline(never)]
 fn parity(bits: u16) -> u16 {

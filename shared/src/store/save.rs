@@ -17,14 +17,12 @@
 //! changes between them may be stored with bytes of both. One that gets shorter fails the save.
 
 use super::note::{BDEFAULT, noted_bdefault};
-use super::set::{HEADER, Header, LONG, MAGIC, MAX_VALUE, ROW, VERSION, header, row};
+use super::set::{HEADER, Header, MAGIC, MAX_VALUE, VERSION, header, row};
 use super::{Group, ParameterStore, StoreError, StoreRequest};
 use crate::types::{Address, Bus, NodeId};
 
 /// Most bytes of values that are written in one step.
 const STEP: usize = 8;
-/// Most rows that are counted in one step.
-const ROWS: usize = 4;
 
 /// Parameters of sub-indices in a row with values of one length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,12 +41,6 @@ impl Row {
     /// Bytes of all values.
     const fn bytes(self) -> usize {
         self.len.saturating_mul(self.count as usize)
-    }
-
-    /// Bytes in a set.
-    const fn stored_len(self) -> usize {
-        let header = if self.len < LONG as usize { ROW } else { ROW + 2 };
-        self.bytes().saturating_add(header)
     }
 
     /// Address behind it.
@@ -72,7 +64,7 @@ pub struct Save {
     node: NodeId,
     group: Group,
     /// Bytes of the new set as far as they are counted; `None` once it is being written.
-    len: Option<usize>,
+    counted: Option<usize>,
     /// The noted Bdefault, which becomes part of the set where it is not of the group.
     noted: Option<Bus>,
     /// Offset in the stored set, and the end of the bytes that are copied from there.
@@ -103,21 +95,18 @@ impl Save {
         if group != Group::All {
             _ = store.check();
         }
-        let noted = noted_bdefault(store, node).filter(|_| !group.contains(BDEFAULT.index));
-        let len = HEADER.saturating_add(noted.map_or(0, |_| NOTED.stored_len()));
-        let first = match request {
-            StoreRequest::Save => Address::new(0, 0),
-            StoreRequest::Restore => END,
-        };
         let mut save = Save {
             node,
             group,
-            len: Some(len),
-            noted,
+            first: match request {
+                StoreRequest::Save => Address::new(0, 0),
+                StoreRequest::Restore => END,
+            },
+            counted: Some(HEADER),
+            noted: None,
             offset: 0,
             end: 0,
-            first,
-            next: first,
+            next: END,
             row: Row::NONE,
             written: 0,
         };
@@ -127,42 +116,38 @@ impl Save {
 
     /// Goes back to the first row.
     fn rewind(&mut self, store: &mut dyn ParameterStore) -> Result<(), StoreError> {
+        self.noted = noted_bdefault(store, self.node).filter(|_| !self.group.contains(BDEFAULT.index));
         let is_kept = self.group != Group::All && matches!(header(store, self.node)?, Header::Own);
         (self.offset, self.end) = (if is_kept { HEADER } else { usize::MAX }, 0);
-        (self.next, self.row) = (self.first, Row::NONE);
+        self.next = self.first;
         Ok(())
     }
 
-    /// Counts the bytes of some rows; begins the set when all are counted.
-    fn count(
-        &mut self,
-        len: usize,
-        store: &mut dyn ParameterStore,
-        values: &mut dyn Parameters,
-    ) -> Result<(), StoreError> {
-        let mut len = len;
-        for _ in 0..ROWS {
-            if self.find_kept(store)? {
-                len = len.saturating_add(self.end.saturating_sub(self.offset));
-                self.offset = self.end;
-            } else if self.find_row(values) {
-                if self.row.len > MAX_VALUE {
-                    return Err(StoreError::Size);
-                }
-                len = len.saturating_add(self.row.stored_len());
-            } else {
-                self.rewind(store)?;
-                self.len = None;
-                store.begin(len)?;
-                let [e, p] = MAGIC;
-                return store.append(&[e, p, VERSION, self.node.get()]);
-            }
-        }
-        self.len = Some(len);
+    /// Counts bytes of the set, or writes them.
+    fn put(&mut self, store: &mut dyn ParameterStore, bytes: &[u8]) -> Result<(), StoreError> {
+        let Some(counted) = &mut self.counted else { return store.append(bytes) };
+        *counted = counted.saturating_add(bytes.len());
         Ok(())
     }
 
-    /// Counts the bytes of a few rows, or writes up to eight bytes of values. Returns whether the set is stored.
+    fn put_header(&mut self, store: &mut dyn ParameterStore) -> Result<(), StoreError> {
+        let Row { at, count, len } = self.row;
+        let ([low, high], [len_low, len_high]) = (at.index.to_le_bytes(), (len as u16).to_le_bytes());
+        self.put(store, &[low, high, at.sub, count, len_low, len_high])
+    }
+
+    /// All rows are counted, which begins the set, or written, which ends it.
+    fn turn(&mut self, store: &mut dyn ParameterStore) -> Result<bool, StoreError> {
+        let Some(len) = self.counted.take() else { return store.commit().map(|()| true) };
+        self.rewind(store)?;
+        store.begin(len)?;
+        let [e, p] = MAGIC;
+        store.append(&[e, p, VERSION, self.node.get()])?;
+        Ok(false)
+    }
+
+    /// Counts the bytes of a row, or writes its header or up to eight bytes of its values. Returns whether the set is
+    /// stored.
     ///
     /// # Errors
     /// [`StoreError`]; what was stored before holds. [`StoreError::Size`] when a value got shorter.
@@ -171,22 +156,26 @@ impl Save {
         store: &mut dyn ParameterStore,
         values: &mut dyn Parameters,
     ) -> Result<bool, StoreError> {
-        if let Some(len) = self.len {
-            return self.count(len, store, values).map(|()| false);
-        }
         let mut buffer = [0; STEP];
         if self.offset < self.end {
             let rest = self.end.saturating_sub(self.offset).min(STEP);
             let part = buffer.get_mut(..rest).unwrap_or_default();
             store.read(self.offset, part)?;
-            store.append(part)?;
+            self.put(store, part)?;
             self.offset = self.offset.saturating_add(rest);
         } else if self.find_kept(store)? {
-            // Copied by the next steps.
+            // The next steps copy it.
         } else if let Some(bus) = self.noted.take() {
-            append_header(store, NOTED)?;
-            store.append(&[bus.bdefault()])?;
+            self.row = NOTED;
+            self.put_header(store)?;
+            self.row = Row::NONE;
+            self.put(store, &[bus.bdefault()])?;
         } else if self.row.count > 0 {
+            if let Some(counted) = &mut self.counted {
+                *counted = counted.saturating_add(self.row.bytes());
+                self.row.count = 0;
+                return Ok(false);
+            }
             let rest = self.row.len.saturating_sub(self.written).min(STEP);
             let part = buffer.get_mut(..rest).unwrap_or_default();
             if values.read(self.row.at, self.written, part) != rest {
@@ -200,9 +189,12 @@ impl Save {
                 self.row.count -= 1;
             }
         } else if self.find_row(values) {
-            append_header(store, self.row)?;
+            if self.row.len > MAX_VALUE {
+                return Err(StoreError::Size);
+            }
+            self.put_header(store)?;
         } else {
-            return store.commit().map(|()| true);
+            return self.turn(store);
         }
         Ok(false)
     }
@@ -239,11 +231,3 @@ const END: Address = Address::new(u16::MAX, u8::MAX);
 
 /// The row of a noted Bdefault.
 const NOTED: Row = Row { at: BDEFAULT, count: 1, len: 1 };
-
-fn append_header(store: &mut dyn ParameterStore, row: Row) -> Result<(), StoreError> {
-    let ([low, high], [len_low, len_high]) = (row.at.index.to_le_bytes(), (row.len as u16).to_le_bytes());
-    let is_long = row.len >= usize::from(LONG);
-    let len = if is_long { LONG } else { len_low };
-    store.append(&[low, high, row.at.sub, row.count, len])?;
-    if is_long { store.append(&[len_low, len_high]) } else { Ok(()) }
-}

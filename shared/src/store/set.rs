@@ -1,11 +1,10 @@
 //! The format of a set: a header, then rows of parameters.
 //!
 //! ```text
-//! 'E' 'P' version node-ID | index (u16) sub-index count length, values... | index ...
+//! 'E' 'P' version node-ID | index (u16) sub-index count length (u16), values... | index ...
 //! ```
-//! A *row* has `count` values of one length, of sub-indices in a row from `sub-index` on. Numbers are little-endian. A
-//! length of FFh is followed by the length itself, a u16. Values pass through a small buffer, so that a long one needs no
-//! memory. Integrity is the store's.
+//! A *row* has `count` values of one length, of sub-indices in a row from `sub-index` on. Numbers are little-endian.
+//! Values pass through a small buffer, so that a long one needs no memory. Integrity is the store's.
 
 use super::note::{BDEFAULT, noted_bdefault};
 use super::{ParameterStore, StoreError};
@@ -19,10 +18,8 @@ pub(super) const MAGIC: [u8; 2] = *b"EP";
 pub(super) const VERSION: u8 = 2;
 /// Bytes of the header of a set.
 pub(super) const HEADER: usize = 4;
-/// Bytes of the header of a row with values of up to 254 bytes.
-pub(super) const ROW: usize = 5;
-/// A length of 255 bytes and more follows in two bytes.
-pub(super) const LONG: u8 = u8::MAX;
+/// Bytes of the header of a row.
+pub(super) const ROW: usize = 6;
 
 /// Puts a stored parameter into the dictionary, with all its checks. After an error the rest of a long value is not given.
 pub type Apply<'a> = dyn FnMut(Address, Content<'_>) -> Result<(), AbortCode> + 'a;
@@ -120,23 +117,14 @@ pub(super) fn header(store: &mut dyn ParameterStore, own: NodeId) -> Result<Head
 
 /// The row at `offset`; `None` at the end, and where no row can be.
 pub(super) fn row(store: &mut dyn ParameterStore, offset: usize) -> Result<Option<Stored>, StoreError> {
-    let (mut bytes, mut long) = ([0; ROW], [0; 2]);
-    let mut start = offset.saturating_add(ROW);
+    let mut bytes = [0; ROW];
+    let start = offset.saturating_add(ROW);
     if start > store.stored_len() {
         return Ok(None);
     }
     store.read(offset, &mut bytes)?;
-    let [low, high, sub, count, len] = bytes;
-    let mut len = usize::from(len);
-    if len == usize::from(LONG) {
-        let at = start;
-        start = start.saturating_add(long.len());
-        if start > store.stored_len() {
-            return Ok(None);
-        }
-        store.read(at, &mut long)?;
-        len = usize::from(u16::from_le_bytes(long));
-    }
+    let [low, high, sub, count, len_low, len_high] = bytes;
+    let len = u16::from_le_bytes([len_low, len_high]).into();
     let found = Stored { at: Address::new(u16::from_le_bytes([low, high]), sub), count, start, len };
     Ok(Some(found).filter(|found| found.next() <= store.stored_len()))
 }

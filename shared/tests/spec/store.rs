@@ -173,8 +173,11 @@ fn what_was_saved_is_loaded() {
 fn a_set_has_the_documented_format() {
     let mut store = Memory::default();
     saved(&mut store, NODE, Group::Communication, &dictionary()).unwrap();
-    let expected =
-        [&b"EP\x02\x05"[..], &[0x17, 0x10, 0, 1, 2, 0xE8, 0x03], &[0x00, 0x18, 1, 1, 4, 0x85, 0x01, 0, 0]];
+    let expected = [
+        &b"EP\x02\x05"[..],
+        &[0x17, 0x10, 0, 1, 2, 0, 0xE8, 0x03],
+        &[0x00, 0x18, 1, 1, 4, 0, 0x85, 0x01, 0, 0],
+    ];
     assert_eq!(store.stored, expected.concat());
 }
 
@@ -186,9 +189,9 @@ fn values_of_sub_indices_in_a_row_share_a_header() {
         (0..5).map(|nth| ((0x1600, 1 + nth), if nth == 2 { vec![9] } else { vec![nth, 0x80] })).collect();
     saved(&mut store, NODE, Group::All, &values).unwrap();
     let rows = [
-        &[0x00, 0x16, 1, 2, 2, 0, 0x80, 1, 0x80][..],
-        &[0x00, 0x16, 3, 1, 1, 9],
-        &[0x00, 0x16, 4, 2, 2, 3, 0x80, 4, 0x80],
+        &[0x00, 0x16, 1, 2, 2, 0, 0, 0x80, 1, 0x80][..],
+        &[0x00, 0x16, 3, 1, 1, 0, 9],
+        &[0x00, 0x16, 4, 2, 2, 0, 3, 0x80, 4, 0x80],
     ];
     assert_eq!(store.stored, [&b"EP\x02\x05"[..], &rows.concat()].concat());
     let mut found = Dictionary::new();
@@ -314,14 +317,14 @@ fn a_set_that_ends_early_gives_what_is_whole_and_counts_the_rest() {
                 continue;
             }
             4 => (0, 0),
-            5..11 => (0, 1),
-            11 => (1, 0),
+            5..12 => (0, 1),
+            12 => (1, 0),
             _ => (1, 1),
         };
         assert_eq!(loaded(&mut store, NODE).1, Loaded::Set { applied, skipped }, "{len} bytes");
     }
     // A length that nothing of this format has.
-    store.stored = [&whole[..8], &[71], &[0; 70]].concat();
+    store.stored = [&whole[..8], &[71, 0], &[0; 70]].concat();
     assert_eq!(loaded(&mut store, NODE).1, Loaded::Set { applied: 0, skipped: 1 });
 }
 
@@ -377,10 +380,10 @@ fn values_of_any_length_are_saved_kept_and_loaded() {
 #[test]
 fn a_long_value_has_the_documented_format() {
     let mut store = Memory::default();
-    for (len, header) in [(254, &[254][..]), (255, &[255, 255, 0]), (300, &[255, 44, 1])] {
+    for (len, header) in [(254, [254, 0]), (255, [255, 0]), (300, [44, 1])] {
         let values = Dictionary::from([((0x2001, 3), vec![9; len])]);
         saved(&mut store, NODE, Group::All, &values).unwrap();
-        assert_eq!(store.stored, [&b"EP\x02\x05\x01\x20\x03\x01"[..], header, &vec![9; len]].concat());
+        assert_eq!(store.stored, [&b"EP\x02\x05\x01\x20\x03\x01"[..], &header, &vec![9; len]].concat());
     }
 }
 

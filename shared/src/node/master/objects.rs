@@ -191,9 +191,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Goes on with a save that runs, and answers its client at its end.
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        if let Some(answer) = self.services.advance_save() {
-            out.send_for(self.manager.active(), answer, now, self.services.lifetimes.sdo);
-        }
+        let (bus, lifetime) = (self.manager.active(), self.services.lifetimes.sdo);
+        self.serve(SdoStep::Poll, now, &mut |frame| out.send_for(bus, frame, now, lifetime));
         if let Some(at) = self.services.take_written() {
             self.on_written(at, now, out);
         }

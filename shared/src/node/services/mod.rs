@@ -46,7 +46,7 @@ pub enum SdoStep<'a> {
     Request(&'a Frame),
     /// The bus that its client was heard on was left.
     BusChanged,
-    /// Its deadline may have come, or a frame of it left.
+    /// Its deadline may have come, a frame of it left, or a save goes on.
     Poll,
 }
 
@@ -292,7 +292,15 @@ impl<D: Device, E: Extension> Services<D, E> {
                 used = server.on_request(payload, now, dictionary, &mut note);
             }
             SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut note),
-            SdoStep::Poll => server.poll(now, dictionary, &mut note),
+            SdoStep::Poll => {
+                server.poll(now, dictionary, &mut note);
+                if let Some((at, ended)) = dictionary.advance_save() {
+                    self.next = Instant::ZERO;
+                    if let Some(answer) = held.take() {
+                        note(ended.map_or_else(|code| sdo::abort(at, code), |()| answer));
+                    }
+                }
+            }
         }
         if dictionary.stored.is_saving() && !was_saving {
             *held = last;
@@ -300,16 +308,6 @@ impl<D: Device, E: Extension> Services<D, E> {
             send(Frame::of(response, last));
         }
         used
-    }
-
-    /// Goes on with a save that runs, for a few words of flash. Returns the answer to its client at its end.
-    #[inline(never)]
-    pub fn advance_save(&mut self) -> Option<Frame> {
-        let (at, ended) = self.dictionary.advance_save()?;
-        self.next = Instant::ZERO;
-        let answer = self.held.take()?;
-        let answer = ended.map_or_else(|code| sdo::abort(at, code), |()| answer);
-        Some(Frame::of(CobId::sdo_response(self.id), answer))
     }
 
     /// Whether a save runs, which goes on as soon as there is nothing else to do.

@@ -7,6 +7,7 @@ use crate::link::Stamp;
 use crate::node::index::{
     CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, RESTORE, SELF_TEST_START, STORE,
 };
+use crate::node::services::SdoStep;
 use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
 use crate::redundancy::Parameters;
 use crate::store::Group;
@@ -91,10 +92,7 @@ impl<D: Device> Slave<D> {
     /// Goes on with a save that runs, and answers its client at its end.
     #[inline(never)]
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        if let Some(answer) = self.canopen.services.advance_save() {
-            let lifetime = self.canopen.services.lifetimes.sdo;
-            out.send_for(self.selector.selected(), answer, now, lifetime);
-        }
+        self.canopen.serve(SdoStep::Poll, self.selector.selected(), now, out);
         if let Some(at) = self.canopen.services.take_written() {
             self.on_written(at, now, out);
         }

@@ -289,7 +289,7 @@ fn stored(parameters: &[(u16, u8, u32)]) -> Memory {
     let mut memory = Memory::default();
     memory.append(b"EP\x02\x05").unwrap();
     for (index, sub, value) in parameters {
-        memory.append(&[&index.to_le_bytes()[..], &[*sub, 1, 4], &value.to_le_bytes()].concat()).unwrap();
+        memory.append(&[&index.to_le_bytes()[..], &[*sub, 1, 4, 0], &value.to_le_bytes()].concat()).unwrap();
     }
     memory.commit().unwrap();
     memory
