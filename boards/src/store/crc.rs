@@ -46,25 +46,14 @@ const fn step(remainder: u32) -> u32 {
     remainder >> 1 ^ if remainder & 1 == 1 { GENERATOR } else { 0 }
 }
 
-/// A bit that is flipped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Flipped {
-    /// A bit of the data, the lowest bit of the first byte being 0.
-    Data(u32),
-    /// A bit of the stored checksum.
-    Checksum,
-}
-
-/// The one bit that makes checksums of `bits` bits differ by `difference`; `None` where more than one bit is flipped.
-pub fn flipped(difference: u32, bits: u32) -> Option<Flipped> {
-    if difference.is_power_of_two() {
-        return Some(Flipped::Checksum);
-    }
-    // The difference that a bit makes, from the last bit on.
-    let mut made = GENERATOR;
-    for bit in (0..bits).rev() {
+/// The one flipped bit that makes the checksums of `bits` bits differ by `difference`: the lowest bit of the first byte is 0,
+/// those of the checksum follow the data. `None` where more than one bit is flipped.
+pub fn flipped(difference: u32, bits: u32) -> Option<u32> {
+    // The difference that each bit makes, from the last bit of the checksum on.
+    let mut made = 1 << 31;
+    for bit in (0..bits + 32).rev() {
         if made == difference {
-            return Some(Flipped::Data(bit));
+            return Some(bit);
         }
         made = step(made);
     }

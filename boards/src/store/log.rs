@@ -26,7 +26,7 @@ use ecss_can::store::{Loss, ParameterStore, StoreError, identity};
 use ecss_can::types::NodeId;
 use embedded_storage::nor_flash::NorFlash;
 
-use super::crc::{Crc, Flipped, flipped};
+use super::crc::{Crc, flipped};
 use super::word;
 
 /// The longest set, bytes. [`ParameterLog::open`] leaves room for one.
@@ -67,7 +67,7 @@ struct StoredSet {
     at: u32,
     /// Length in bytes.
     len: u32,
-    /// A flipped bit of its bytes, if there is one.
+    /// A flipped bit, of its bytes or behind them of its CRC.
     flipped: Option<u32>,
 }
 
@@ -319,13 +319,10 @@ impl<F: NorFlash> ParameterLog<F> {
         let difference = self.crc_of(set)? ^ self.word(set.crc())?;
         set.flipped = None;
         if difference != 0 {
-            match flipped(difference, 8 * set.len) {
-                Some(Flipped::Data(bit)) => set.flipped = Some(bit),
-                Some(Flipped::Checksum) => {}
-                None => {
-                    (self.stored, self.loss) = (None, Some(Loss::Damaged));
-                    return Ok(false);
-                }
+            set.flipped = flipped(difference, 8 * set.len);
+            if set.flipped.is_none() {
+                (self.stored, self.loss) = (None, Some(Loss::Damaged));
+                return Ok(false);
             }
             self.corrected += 1;
         }

@@ -125,9 +125,14 @@ impl Save {
 
     /// Counts bytes of the set, or writes them.
     fn put(&mut self, store: &mut dyn ParameterStore, bytes: &[u8]) -> Result<(), StoreError> {
-        let Some(counted) = &mut self.counted else { return store.append(bytes) };
-        *counted = counted.saturating_add(bytes.len());
-        Ok(())
+        if self.is_counted(bytes.len()) { Ok(()) } else { store.append(bytes) }
+    }
+
+    /// Counts bytes while the length of the set is not known; returns whether it did.
+    fn is_counted(&mut self, bytes: usize) -> bool {
+        let Some(counted) = &mut self.counted else { return false };
+        *counted = counted.saturating_add(bytes);
+        true
     }
 
     fn put_header(&mut self, store: &mut dyn ParameterStore) -> Result<(), StoreError> {
@@ -158,21 +163,27 @@ impl Save {
     ) -> Result<bool, StoreError> {
         let mut buffer = [0; STEP];
         if self.offset < self.end {
-            let rest = self.end.saturating_sub(self.offset).min(STEP);
-            let part = buffer.get_mut(..rest).unwrap_or_default();
+            let rest = self.end.saturating_sub(self.offset);
+            if self.is_counted(rest) {
+                self.offset = self.end;
+                return Ok(false);
+            }
+            let part = buffer.get_mut(..rest.min(STEP)).unwrap_or_default();
             store.read(self.offset, part)?;
-            self.put(store, part)?;
-            self.offset = self.offset.saturating_add(rest);
-        } else if self.find_kept(store)? {
-            // The next steps copy it.
+            store.append(part)?;
+            self.offset = self.offset.saturating_add(part.len());
+        } else if let Some(found) = row(store, self.offset)? {
+            self.end = found.next();
+            if self.group.contains(found.at.index) || self.noted.is_some() && found.at == BDEFAULT {
+                self.offset = self.end;
+            }
         } else if let Some(bus) = self.noted.take() {
             self.row = NOTED;
             self.put_header(store)?;
             self.row = Row::NONE;
             self.put(store, &[bus.bdefault()])?;
         } else if self.row.count > 0 {
-            if let Some(counted) = &mut self.counted {
-                *counted = counted.saturating_add(self.row.bytes());
+            if self.is_counted(self.row.bytes()) {
                 self.row.count = 0;
                 return Ok(false);
             }
@@ -188,41 +199,19 @@ impl Save {
                 self.row.at.sub = self.row.at.sub.wrapping_add(1);
                 self.row.count -= 1;
             }
-        } else if self.find_row(values) {
-            if self.row.len > MAX_VALUE {
-                return Err(StoreError::Size);
+        } else if let Some(row) = values.find(self.next) {
+            self.next = row.next();
+            if self.group.contains(row.at.index) {
+                if row.len > MAX_VALUE {
+                    return Err(StoreError::Size);
+                }
+                self.row = row;
+                self.put_header(store)?;
             }
-            self.put_header(store)?;
         } else {
             return self.turn(store);
         }
         Ok(false)
-    }
-
-    /// Finds the next row of the stored set that is copied; returns whether there is one.
-    fn find_kept(&mut self, store: &mut dyn ParameterStore) -> Result<bool, StoreError> {
-        while let Some(found) = row(store, self.offset)? {
-            let at = found.at;
-            if !self.group.contains(at.index) && (self.noted.is_none() || at != BDEFAULT) {
-                self.end = found.next();
-                return Ok(true);
-            }
-            self.offset = found.next();
-        }
-        (self.offset, self.end) = (usize::MAX, 0);
-        Ok(false)
-    }
-
-    /// Finds the next row of present values; returns whether there is one.
-    fn find_row(&mut self, values: &mut dyn Parameters) -> bool {
-        while let Some(row) = values.find(self.next) {
-            self.next = row.next();
-            if self.group.contains(row.at.index) {
-                (self.row, self.written) = (row, 0);
-                return true;
-            }
-        }
-        false
     }
 }
 
