@@ -20,7 +20,7 @@
 //!   to correct something: erase the other page, copy set, note and Node-ID, write the epoch. Until the epoch is
 //!   written the old page holds; afterwards it is not read.
 //! * A set begins behind flipped bits of the erased area. A word that does not read back as it was written fails the set,
-//!   note or copy, but for one bit of a control word.
+//!   note or copy.
 
 use ecss_can::store::{Loss, ParameterStore, StoreError, identity};
 use ecss_can::types::NodeId;
@@ -223,8 +223,8 @@ impl<F: NorFlash> ParameterLog<F> {
     }
 
     fn stamp(&mut self, epoch: u16) -> Result<(), StoreError> {
-        self.program_control(self.page, MAGIC)?;
-        self.program_control(self.page + WORD, epoch)
+        self.program(self.page, word::encode(MAGIC))?;
+        self.program(self.page + WORD, word::encode(epoch))
     }
 
     /// Erases a page unless it is erased.
@@ -396,15 +396,14 @@ impl<F: NorFlash> ParameterLog<F> {
         Ok(u32::from_le_bytes(bytes))
     }
 
+    /// Programs a word. One that does not read back is programmed to zero: it must not read as corrected.
     fn program(&mut self, at: u32, word: u32) -> Result<(), StoreError> {
         self.write(at, word)?;
-        if self.word(at)? == word { Ok(()) } else { Err(StoreError::Hardware) }
-    }
-
-    /// Programs a control word. One bit may fail: it is mended at the next start.
-    fn program_control(&mut self, at: u32, number: u16) -> Result<(), StoreError> {
-        self.write(at, word::encode(number))?;
-        if self.control(at)? == Some(number) { Ok(()) } else { Err(StoreError::Hardware) }
+        if self.word(at)? == word {
+            return Ok(());
+        }
+        self.write(at, 0)?;
+        Err(StoreError::Hardware)
     }
 
     fn write(&mut self, at: u32, word: u32) -> Result<(), StoreError> {
@@ -455,7 +454,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
             let is_free = written == record.end();
             let len = if is_free { record.len } else { written - record.data() };
             let record = StoredSet { len, ..record };
-            self.program_control(record.at, len as u16)?;
+            self.program(record.at, word::encode(len as u16))?;
             self.free = record.end();
             if is_free {
                 self.writing = Some(Writing { record, taken: 0, word: [0xFF; 4], crc: Crc::new() });
@@ -513,7 +512,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
         }
         // If it fails it is no note.
         self.free += WORD;
-        self.program_control(at, NOTE | note)?;
+        self.program(at, word::encode(NOTE | note))?;
         self.note = Some(note);
         Ok(())
     }
@@ -532,7 +531,7 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
             let at = self.free;
             // If it fails it is no copy.
             self.free += WORD;
-            self.program_control(at, identity::copy(nth as u8 + 1, id))?;
+            self.program(at, word::encode(identity::copy(nth as u8 + 1, id)))?;
             self.copies.ids[nth] = id;
             let old = core::mem::replace(&mut self.copies.at[nth], at);
             // If the new copy is damaged, the old one must not take its place.

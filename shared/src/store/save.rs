@@ -156,6 +156,7 @@ impl Save {
     ///
     /// # Errors
     /// [`StoreError`]; what was stored before holds. [`StoreError::Size`] when a value got shorter.
+    #[inline(never)]
     pub fn advance(
         &mut self,
         store: &mut dyn ParameterStore,

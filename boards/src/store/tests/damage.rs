@@ -194,12 +194,6 @@ fn a_bit_that_does_not_take_fails_the_save_and_the_next_one_goes_elsewhere() {
         flash.stuck = Some((third + byte, 0xFF));
         let (mut log, _) = open(flash);
         let outcome = save(&mut log, &[0; 16]);
-        if outcome.is_ok() {
-            // One bit of the length, which is corrected.
-            assert!([2, 3].contains(&byte), "byte {byte}");
-            assert_eq!(after_restart(log.into_flash()).0, [0; 16]);
-            continue;
-        }
         assert_eq!(outcome, Err(StoreError::Hardware), "byte {byte}");
         assert_eq!(stored(&mut log), stored_set);
         save(&mut log, b"elsewhere").unwrap();

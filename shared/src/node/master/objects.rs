@@ -192,10 +192,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     /// Goes on with a save that runs, and answers its client at its end.
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
         let (bus, lifetime) = (self.manager.active(), self.services.lifetimes.sdo);
-        self.serve(SdoStep::Poll, now, &mut |frame| out.send_for(bus, frame, now, lifetime));
-        if let Some(at) = self.services.take_written() {
-            self.on_written(at, now, out);
-        }
+        self.serve(SdoStep::Save, now, &mut |frame| out.send_for(bus, frame, now, lifetime));
     }
 
     /// Frames were lost on their way in or out.

@@ -25,6 +25,8 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub stored: E::Storage,
     /// What was written last over the bus, and the node has not looked at yet.
     pub written: Option<Address>,
+    /// Object of 1010h or 1011h that was obeyed last, and the node has not looked at yet.
+    pub saved: Option<Address>,
     /// Where the value is that was asked for last over the bus.
     found: Option<(Address, Place, &'static Entry)>,
     pub(super) id: NodeId,
@@ -47,6 +49,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             emcy: emcy::Producer::new(emcy),
             stored: E::Storage::new(store),
             written: None,
+            saved: None,
             found: None,
             id,
             now: Instant::ZERO,
@@ -79,7 +82,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     pub fn advance_save(&mut self) -> Option<(Address, Result<(), AbortCode>)> {
         let (at, ended) = self.stored.advance(&mut self.objects)?;
         if ended.is_ok() {
-            self.written = Some(at);
+            self.saved = Some(at);
             if at.index == STORE || at.sub == ALL {
                 self.clear(ErrorCode::DATA_SET);
             }
@@ -190,7 +193,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         let request = StoreRequest::of(at.index);
         request.map_or(Ok(()), |request| request.check(number))?;
         if request.is_some() {
-            // It is written when the save has ended.
+            // Obeyed when the save has ended.
             return self.stored.begin(self.id, at, self.now);
         }
         if at.index <= rules::LAST {

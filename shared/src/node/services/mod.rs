@@ -46,8 +46,10 @@ pub enum SdoStep<'a> {
     Request(&'a Frame),
     /// The bus that its client was heard on was left.
     BusChanged,
-    /// Its deadline may have come, a frame of it left, or a save goes on.
+    /// Its deadline may have come, or a frame of it left.
     Poll,
+    /// A save that runs goes on.
+    Save,
 }
 
 /// Dictionary and services. `E` is what the node has beyond CANopen.
@@ -292,8 +294,8 @@ impl<D: Device, E: Extension> Services<D, E> {
                 used = server.on_request(payload, now, dictionary, &mut note);
             }
             SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut note),
-            SdoStep::Poll => {
-                server.poll(now, dictionary, &mut note);
+            SdoStep::Poll => server.poll(now, dictionary, &mut note),
+            SdoStep::Save => {
                 if let Some((at, ended)) = dictionary.advance_save() {
                     self.next = Instant::ZERO;
                     if let Some(answer) = held.take() {

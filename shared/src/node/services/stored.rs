@@ -253,12 +253,8 @@ impl<D: Objects> Parameters for Present<'_, D> {
             let kept = |entry: &&Entry| entry.is_kept() && entry.sub.saturating_add(entry.count) > from.sub;
             let Some(entry) = object.entries.iter().find(kept) else {
                 // All of several in a row are alike.
-                let behind = if from.sub == 0 {
-                    object.index.checked_add(object.count)
-                } else {
-                    from.index.checked_add(1)
-                };
-                from = Address::new(behind?, 0);
+                let behind = if from.sub == 0 { object.count } else { 1 };
+                from = Address::new(from.index.checked_add(behind)?, 0);
                 continue;
             };
             let at = Address::new(from.index, from.sub.max(entry.sub));

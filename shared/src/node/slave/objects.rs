@@ -4,9 +4,7 @@ use super::{Out, Slave};
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::ConsumerSlots;
 use crate::link::Stamp;
-use crate::node::index::{
-    CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, RESTORE, SELF_TEST_START, STORE,
-};
+use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
 use crate::node::services::SdoStep;
 use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
 use crate::redundancy::Parameters;
@@ -92,9 +90,11 @@ impl<D: Device> Slave<D> {
     /// Goes on with a save that runs, and answers its client at its end.
     #[inline(never)]
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
-        self.canopen.serve(SdoStep::Poll, self.selector.selected(), now, out);
-        if let Some(at) = self.canopen.services.take_written() {
-            self.on_written(at, now, out);
+        self.canopen.serve(SdoStep::Save, self.selector.selected(), now, out);
+        if let Some(at) = self.canopen.services.dictionary.saved.take()
+            && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
+        {
+            self.on_stored(at.index == STORE);
         }
         self.run(now, now, out);
     }
@@ -105,11 +105,6 @@ impl<D: Device> Slave<D> {
         self.canopen.on_own_written(at, now, out);
         if matches!(at.index, CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY) {
             self.selector.configure(self.written_redundancy());
-        }
-        if matches!(at.index, STORE | RESTORE)
-            && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
-        {
-            self.on_stored(at.index == STORE);
         }
     }
 

@@ -68,7 +68,6 @@ fn ten_saves_in_a_row_at_every_node_disturb_nobody() {
             for sub in [1, 1, 1, 1, 1, 1, 1, 2, 3, 4] {
                 let (answer, took) = loaded.ask(node, [0x23, 0x10, 0x10, sub, b's', b'a', b'v', b'e']);
                 assert_eq!(answer, [0x60, 0x10, 0x10, sub, 0, 0, 0, 0], "{speed:?}, node {node}, sub {sub}");
-                println!("node {node} sub {sub} ends {} took {}", loaded.craft.end.as_us(), took.as_us());
                 longest = longest.max(took);
             }
             println!("{speed:?}: a save of node {node} takes at most {} us", longest.as_us());
@@ -83,9 +82,6 @@ fn ten_saves_in_a_row_at_every_node_disturb_nobody() {
                     (at > from).then_some(at).inspect(|_| assert_eq!(state, OPERATIONAL))
                 })
                 .collect();
-            for pair in said.windows(2).filter(|pair| pair[1].since(pair[0]) > ms(102)) {
-                println!("gap {} at {}", pair[1].since(pair[0]).as_us(), pair[1].as_us());
-            }
             let longest = gaps(&said).max().unwrap();
             println!("{speed:?}: longest pause between heartbeats of node {node}: {} us", longest.as_us());
             assert!(longest <= HEARTBEAT + ms(5), "{speed:?}, node {node}: {} us", longest.as_us());
