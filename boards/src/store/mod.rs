@@ -9,9 +9,11 @@
 
 #[cfg(target_os = "none")]
 mod chip;
+mod crc;
 mod log;
 #[cfg(test)]
 mod tests;
+mod word;
 
 #[cfg(target_os = "none")]
 pub use chip::{ChipFlash, open};

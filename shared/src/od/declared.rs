@@ -61,6 +61,19 @@ impl Declared {
         self.groups.iter().find_map(|group| group.object(index, before))
     }
 
+    /// The object that covers an index, else the first one behind it.
+    pub(super) fn object_from(&'static self, index: u16, found: &mut Option<&'static Object>) {
+        let own = self.objects.iter().find(|object| end(object) > u32::from(index));
+        if let Some(object) = own
+            && found.is_none_or(|first| object.index < first.index)
+        {
+            *found = own;
+        }
+        for group in self.groups {
+            group.object_from(index, found);
+        }
+    }
+
     /// Every object, groups included.
     pub(super) fn each_object(&'static self, visit: &mut dyn FnMut(&'static Object)) {
         self.objects.iter().for_each(&mut *visit);

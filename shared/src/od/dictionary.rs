@@ -50,6 +50,13 @@ pub trait Objects {
         Self::DECLARED.object(index, &mut 0)
     }
 
+    /// The object that covers an index, else the first one behind it.
+    fn object_from(index: u16) -> Option<&'static Object> {
+        let mut found = None;
+        Self::DECLARED.object_from(index, &mut found);
+        found
+    }
+
     /// Every object, in no particular order.
     fn each_object(visit: &mut dyn FnMut(&'static Object)) {
         Self::DECLARED.each_object(visit);

@@ -32,9 +32,15 @@ mod objects;
 mod server;
 mod wire;
 
+use crate::types::{AbortCode, Address};
 pub use block::WINDOW;
 pub use client::{Client, Error, Mode, STAGING};
 pub use crc::Crc;
 pub use objects::{SdoParameters, SdoServerObjects};
 pub use server::Server;
 pub use wire::Payload;
+
+/// The frame that aborts a transfer.
+pub(crate) fn abort(at: Address, code: AbortCode) -> Payload {
+    wire::abort(at, code.code())
+}

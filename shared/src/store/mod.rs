@@ -1,6 +1,6 @@
 //! Store and restore of parameters: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 //!
-//! One set holds the stored parameters of all groups, so that whatever is saved, it is saved at once or not at all: saving
+//! One set holds the stored parameters of all groups, so that all of a save is stored or nothing of it: saving
 //! a group writes a new set, of the group's values as they are and of the others as they were stored. Restoring the
 //! defaults of a group writes a set without it. Both take effect at the next reset, when [`load`] runs before
 //! communication starts.
@@ -18,13 +18,15 @@ mod limit;
 mod note;
 mod objects;
 mod retained;
+mod save;
 mod set;
 
 pub use limit::SaveLimit;
 pub use note::{MOST_NOTES, note_bdefault, noted_bdefault};
 pub use objects::{StoreObjects, StoreRequest};
 pub use retained::{Retained, RetainedMemory};
-pub use set::{Apply, Content, Loaded, MAX_VALUE, Value, Values, load, restore_defaults, save};
+pub use save::{Parameters, Row, Save};
+pub use set::{Apply, Content, Loaded, MAX_VALUE, load};
 
 use crate::types::{AbortCode, NodeId};
 
@@ -93,6 +95,16 @@ impl StoreError {
     }
 }
 
+/// Why parameters that a client saved are not in the store.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Loss {
+    /// The last save did not end: power failed, or the memory refused a word. The set before is stored.
+    Interrupted = 1,
+    /// A saved set has more flipped bits than can be corrected. The set before is stored, or none.
+    Damaged = 2,
+}
+
 /// Keeps one set of parameters, whole: a new set replaces the old one when it is committed, or not at all, whenever
 /// power fails.
 pub trait ParameterStore {
@@ -104,6 +116,12 @@ pub trait ParameterStore {
     /// # Errors
     /// [`StoreError::Size`] beyond its end, [`StoreError::Hardware`].
     fn read(&mut self, offset: usize, into: &mut [u8]) -> Result<(), StoreError>;
+
+    /// Checks the set that is stored, before it is applied. Returns the loss since the last save, if there is one: one that
+    /// was found at start-up, or now. Without a check a store loses nothing.
+    fn check(&mut self) -> Option<Loss> {
+        None
+    }
 
     /// Begins a set of `len` bytes; one that was begun before and not committed is forgotten.
     ///
@@ -123,14 +141,14 @@ pub trait ParameterStore {
     /// [`StoreError::Size`] when it is shorter than announced, [`StoreError::Hardware`].
     fn commit(&mut self) -> Result<(), StoreError>;
 
-    /// The last note written since the stored set was committed, 0 to 7FFFh.
+    /// The last note written since the stored set was committed, 0 to FFFh.
     fn note(&self) -> Option<u16>;
 
-    /// Writes a note of 15 bits, which replaces the one before. It is stored at once or not at all, whenever power
+    /// Writes a note of 12 bits, which replaces the one before. It is stored at once or not at all, whenever power
     /// fails. A set that was begun and not committed is forgotten.
     ///
     /// # Errors
-    /// [`StoreError::Full`] in the last quarter of the room, which is for sets; [`StoreError::Size`] above 7FFFh;
+    /// [`StoreError::Full`] in the last quarter of the room, which is for sets; [`StoreError::Size`] above FFFh;
     /// [`StoreError::Hardware`].
     fn write_note(&mut self, note: u16) -> Result<(), StoreError>;
 

@@ -1,8 +1,8 @@
 //! The note that a slave leaves beside its parameters: where it found the master last.
 //!
 //! ```text
-//! bits 14 to 8   Node-ID
-//! bits 7 to 0    Bdefault
+//! bits 7 to 1   Node-ID
+//! bit 0         Bdefault
 //! ```
 //! A note holds for the node that wrote it, like a set.
 
@@ -18,8 +18,8 @@ pub(super) const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redunda
 
 /// The Bdefault that `node` noted, if no newer set has replaced it.
 pub fn noted_bdefault(store: &dyn ParameterStore, node: NodeId) -> Option<Bus> {
-    let [bdefault, own] = store.note()?.to_le_bytes();
-    if own == node.get() { Bus::from_bdefault(bdefault) } else { None }
+    let note = store.note().filter(|note| note >> 1 == node.get().into())?;
+    Bus::from_bdefault((note & 1) as u8)
 }
 
 /// Notes Bdefault: from now on it goes before the stored one.
@@ -27,5 +27,5 @@ pub fn noted_bdefault(store: &dyn ParameterStore, node: NodeId) -> Option<Bus> {
 /// # Errors
 /// [`StoreError::Full`], [`StoreError::Hardware`]; what was stored before holds.
 pub fn note_bdefault(store: &mut dyn ParameterStore, node: NodeId, bus: Bus) -> Result<(), StoreError> {
-    store.write_note(u16::from_le_bytes([bus.bdefault(), node.get()]))
+    store.write_note(u16::from(node.get()) << 1 | u16::from(bus.bdefault()))
 }

@@ -1,71 +1,30 @@
-//! The format of a set: a header, then index, sub-index, length and value of each parameter.
+//! The format of a set: a header, then rows of parameters.
 //!
 //! ```text
-//! 'E' 'P' version node-ID | index (u16) sub length value... | index ...
+//! 'E' 'P' version node-ID | index (u16) sub-index count length (u16), values... | index ...
 //! ```
-//! Numbers are little-endian. A length of FFh is followed by the length itself, a u16. Values pass through a small
-//! buffer, so that a long one needs no memory. Integrity is the store's.
+//! A *row* has `count` values of one length, of sub-indices in a row from `sub-index` on. Numbers are little-endian.
+//! Values pass through a small buffer, so that a long one needs no memory. Integrity is the store's.
 
 use super::note::{BDEFAULT, noted_bdefault};
-use super::{Group, ParameterStore, StoreError};
+use super::{ParameterStore, StoreError};
 use crate::od::WHOLE;
-use crate::od::checked::Found;
 use crate::types::{AbortCode, Address, NodeId};
 
 /// The longest value that is stored, bytes.
 pub const MAX_VALUE: usize = u16::MAX as usize;
 
-const MAGIC: [u8; 2] = *b"EP";
-const VERSION: u8 = 1;
-/// Bytes of the header of the set, and of that of a parameter of up to 254 bytes.
-const HEADER: usize = 4;
-/// A length of 255 bytes and more follows in two bytes.
-const LONG: u8 = u8::MAX;
-/// Bytes of a value that are copied at once into a new set.
-const PART: usize = 64;
-
-/// A parameter's present value.
-pub trait Value {
-    /// Its length in bytes.
-    fn len(&mut self) -> usize;
-
-    /// Whether it has no bytes.
-    fn is_empty(&mut self) -> bool {
-        self.len() == 0
-    }
-
-    /// Copies bytes from `offset` on; returns how many, fewer than `into` holds at the end of the value.
-    fn read(&mut self, offset: usize, into: &mut [u8]) -> usize;
-}
-
-impl Value for &[u8] {
-    fn len(&mut self) -> usize {
-        <[u8]>::len(self)
-    }
-
-    fn read(&mut self, offset: usize, into: &mut [u8]) -> usize {
-        let rest = self.get(offset..).unwrap_or_default();
-        into.iter_mut().zip(rest).map(|(to, from)| *to = *from).count()
-    }
-}
-
-impl Value for Found<'_> {
-    fn len(&mut self) -> usize {
-        Found::len(self)
-    }
-
-    fn read(&mut self, offset: usize, into: &mut [u8]) -> usize {
-        Found::read(self, offset, into)
-    }
-}
-
-/// Shows every parameter that may be stored, with its present value; called twice for each set, with the same values.
-pub type Values<'a> = dyn FnMut(&mut dyn FnMut(Address, &mut dyn Value)) + 'a;
+pub(super) const MAGIC: [u8; 2] = *b"EP";
+pub(super) const VERSION: u8 = 2;
+/// Bytes of the header of a set.
+pub(super) const HEADER: usize = 4;
+/// Bytes of the header of a row.
+pub(super) const ROW: usize = 6;
 
 /// Puts a stored parameter into the dictionary, with all its checks. After an error the rest of a long value is not given.
 pub type Apply<'a> = dyn FnMut(Address, Content<'_>) -> Result<(), AbortCode> + 'a;
 
-/// What is stored of a parameter: up to [`WHOLE`] bytes whole, more in parts.
+/// Stored value of a parameter: up to [`WHOLE`] bytes whole, more in parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content<'a> {
     /// The whole value.
@@ -78,7 +37,7 @@ pub enum Content<'a> {
     End(usize),
 }
 
-/// What was found at start-up.
+/// Result of loading a set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Loaded {
@@ -101,21 +60,25 @@ pub enum Loaded {
     },
 }
 
-/// One stored parameter.
-struct Parameter {
-    at: Address,
-    /// Where its value begins.
+/// A stored row.
+pub(super) struct Stored {
+    /// Address of its first value.
+    pub at: Address,
+    /// Values that are left.
+    count: u8,
+    /// Offset of the first of them in the set.
     start: usize,
+    /// Bytes of each.
     len: usize,
 }
 
-impl Parameter {
-    /// Where the next one begins.
-    const fn next(&self) -> usize {
-        self.start.saturating_add(self.len)
+impl Stored {
+    /// Offset of the next row.
+    pub const fn next(&self) -> usize {
+        self.start.saturating_add(self.len.saturating_mul(self.count as usize))
     }
 
-    /// Copies the part of the value that begins at `offset`, as much as a buffer takes.
+    /// Copies the part of the first value that begins at `offset`, as much as a buffer takes.
     fn part<'a>(
         &self,
         store: &mut dyn ParameterStore,
@@ -129,14 +92,14 @@ impl Parameter {
     }
 }
 
-/// What a header says of its set.
-enum Header {
+/// Owner of a set, by its header.
+pub(super) enum Header {
     Missing,
     Foreign { version: u8, node: u8 },
     Own,
 }
 
-fn header(store: &mut dyn ParameterStore, own: NodeId) -> Result<Header, StoreError> {
+pub(super) fn header(store: &mut dyn ParameterStore, own: NodeId) -> Result<Header, StoreError> {
     let mut bytes = [0; HEADER];
     if store.stored_len() < HEADER {
         return Ok(Header::Missing);
@@ -152,26 +115,17 @@ fn header(store: &mut dyn ParameterStore, own: NodeId) -> Result<Header, StoreEr
     })
 }
 
-/// The parameter at `offset`; `None` at the end, and where no parameter can be.
-fn parameter(store: &mut dyn ParameterStore, offset: usize) -> Result<Option<Parameter>, StoreError> {
-    let (mut bytes, mut long) = ([0; HEADER], [0; 2]);
-    let mut start = offset.saturating_add(HEADER);
+/// The row at `offset`; `None` at the end, and where no row can be.
+pub(super) fn row(store: &mut dyn ParameterStore, offset: usize) -> Result<Option<Stored>, StoreError> {
+    let mut bytes = [0; ROW];
+    let start = offset.saturating_add(ROW);
     if start > store.stored_len() {
         return Ok(None);
     }
     store.read(offset, &mut bytes)?;
-    let [low, high, sub, len] = bytes;
-    let mut len = usize::from(len);
-    if len == usize::from(LONG) {
-        let at = start;
-        start = start.saturating_add(long.len());
-        if start > store.stored_len() {
-            return Ok(None);
-        }
-        store.read(at, &mut long)?;
-        len = usize::from(u16::from_le_bytes(long));
-    }
-    let found = Parameter { at: Address::new(u16::from_le_bytes([low, high]), sub), start, len };
+    let [low, high, sub, count, len_low, len_high] = bytes;
+    let len = u16::from_le_bytes([len_low, len_high]).into();
+    let found = Stored { at: Address::new(u16::from_le_bytes([low, high]), sub), count, start, len };
     Ok(Some(found).filter(|found| found.next() <= store.stored_len()))
 }
 
@@ -188,9 +142,14 @@ pub fn load(store: &mut dyn ParameterStore, node: NodeId, apply: &mut Apply) -> 
     let found = header(store, node)?;
     if let Header::Own = found {
         let mut offset = HEADER;
-        while let Some(found) = parameter(store, offset)? {
-            count(is_applied(store, &found, apply)?);
+        while let Some(mut found) = row(store, offset)? {
             offset = found.next();
+            while found.count > 0 {
+                count(is_applied(store, &found, apply)?);
+                found.at.sub = found.at.sub.wrapping_add(1);
+                found.start = found.start.saturating_add(found.len);
+                found.count -= 1;
+            }
         }
         if offset != store.stored_len() {
             count(false);
@@ -207,11 +166,7 @@ pub fn load(store: &mut dyn ParameterStore, node: NodeId, apply: &mut Apply) -> 
     })
 }
 
-fn is_applied(
-    store: &mut dyn ParameterStore,
-    found: &Parameter,
-    apply: &mut Apply,
-) -> Result<bool, StoreError> {
+fn is_applied(store: &mut dyn ParameterStore, found: &Stored, apply: &mut Apply) -> Result<bool, StoreError> {
     let mut buffer = [0; WHOLE];
     let mut offset = 0;
     if found.len <= WHOLE {
@@ -224,120 +179,4 @@ fn is_applied(
         offset = offset.saturating_add(part.len());
     }
     Ok(is_taken && apply(found.at, Content::End(found.len)).is_ok())
-}
-
-/// Saves the present values of a group; the others stay as they are stored. A note that is not of this group becomes part
-/// of the set.
-///
-/// # Errors
-/// [`StoreError`]; what was stored before holds.
-pub fn save(
-    store: &mut dyn ParameterStore,
-    node: NodeId,
-    group: Group,
-    values: &mut Values,
-) -> Result<(), StoreError> {
-    let mut len = HEADER;
-    let mut fits = true;
-    let noted = noted_bdefault(store, node).filter(|_| !group.contains(BDEFAULT.index));
-    let is_kept = |at: Address| !group.contains(at.index) && (noted.is_none() || at != BDEFAULT);
-    if noted.is_some() {
-        len = len.saturating_add(stored_len(1));
-    }
-    kept(store, node, &is_kept, &mut |_, found| {
-        len = len.saturating_add(stored_len(found.len));
-        Ok(())
-    })?;
-    values(&mut |at, value| {
-        if group.contains(at.index) {
-            len = len.saturating_add(stored_len(value.len()));
-            fits &= value.len() <= MAX_VALUE;
-        }
-    });
-    if !fits {
-        return Err(StoreError::Size);
-    }
-    store.begin(len)?;
-    let [e, p] = MAGIC;
-    store.append(&[e, p, VERSION, node.get()])?;
-    kept(store, node, &is_kept, &mut |store, found| {
-        append_header(store, found.at, found.len)?;
-        let (mut buffer, mut offset) = ([0; PART], 0);
-        while offset < found.len {
-            let part = found.part(store, offset, &mut buffer)?;
-            store.append(part)?;
-            offset = offset.saturating_add(part.len());
-        }
-        Ok(())
-    })?;
-    if let Some(bus) = noted {
-        append(store, BDEFAULT, &mut &[bus.bdefault()][..])?;
-    }
-    let mut result = Ok(());
-    values(&mut |at, value| {
-        if group.contains(at.index) && result.is_ok() {
-            result = append(store, at, value);
-        }
-    });
-    result?;
-    store.commit()
-}
-
-/// After the next reset the defaults of a group hold; the other groups stay as they are stored.
-///
-/// # Errors
-/// [`StoreError`]; what was stored before holds.
-pub fn restore_defaults(
-    store: &mut dyn ParameterStore,
-    node: NodeId,
-    group: Group,
-) -> Result<(), StoreError> {
-    save(store, node, group, &mut |_| {})
-}
-
-/// Bytes that a parameter with a value of `len` bytes takes.
-const fn stored_len(len: usize) -> usize {
-    let header = if len < LONG as usize { HEADER } else { HEADER + 2 };
-    len.saturating_add(header)
-}
-
-fn append_header(store: &mut dyn ParameterStore, at: Address, len: usize) -> Result<(), StoreError> {
-    let ([low, high], [len_low, len_high]) = (at.index.to_le_bytes(), (len as u16).to_le_bytes());
-    if len < usize::from(LONG) {
-        store.append(&[low, high, at.sub, len_low])
-    } else {
-        store.append(&[low, high, at.sub, LONG, len_low, len_high])
-    }
-}
-
-fn append(store: &mut dyn ParameterStore, at: Address, value: &mut dyn Value) -> Result<(), StoreError> {
-    append_header(store, at, value.len())?;
-    let (mut buffer, mut offset) = ([0; PART], 0_usize);
-    while offset < value.len() {
-        let read = value.read(offset, &mut buffer);
-        let part = buffer.get(..read).filter(|part| !part.is_empty()).ok_or(StoreError::Size)?;
-        store.append(part)?;
-        offset = offset.saturating_add(read);
-    }
-    Ok(())
-}
-
-/// What a new set takes over from the stored one, if that is this node's: the parameters for which `is_kept` holds.
-fn kept(
-    store: &mut dyn ParameterStore,
-    node: NodeId,
-    is_kept: &dyn Fn(Address) -> bool,
-    keep: &mut dyn FnMut(&mut dyn ParameterStore, &Parameter) -> Result<(), StoreError>,
-) -> Result<(), StoreError> {
-    if !matches!(header(store, node)?, Header::Own) {
-        return Ok(());
-    }
-    let mut offset = HEADER;
-    while let Some(found) = parameter(store, offset)? {
-        if is_kept(found.at) {
-            keep(store, &found)?;
-        }
-        offset = found.next();
-    }
-    Ok(())
 }

@@ -31,6 +31,10 @@ pub(crate) fn powered(profile: &Profile) -> Bench<Master> {
 fn ask(master: &mut Bench<Master>, request: [u8; 8]) -> [u8; 8] {
     master.sent.clear();
     master.receive(NOMINAL, 0x601, &request);
+    if master.sent.iter().all(|sent| sent.frame.id().raw() != 0x581) {
+        // A save is answered when it has ended.
+        master.settle();
+    }
     let answers: Vec<[u8; 8]> = master
         .sent
         .iter()

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use ecss_can::store::{
-    Content, Group, LOAD, Loaded, MAX_VALUE, ParameterStore, Retained, SAVE, StoreError, load, note_bdefault,
-    noted_bdefault, restore_defaults, save,
+    Content, Group, LOAD, Loaded, MAX_VALUE, ParameterStore, Parameters, Retained, Row, SAVE, Save,
+    StoreError, StoreRequest, load, note_bdefault, noted_bdefault,
 };
 use ecss_can::types::{AbortCode, Address, Bus, NodeId};
 
@@ -44,7 +44,9 @@ impl ParameterStore for Memory {
 
     fn commit(&mut self) -> Result<(), StoreError> {
         let (len, written) = self.begun.take().expect("begun");
-        assert_eq!(written.len(), len, "as long as announced");
+        if written.len() != len {
+            return Err(StoreError::Size);
+        }
         self.stored = written;
         self.note = None;
         Ok(())
@@ -73,12 +75,44 @@ fn dictionary() -> Dictionary {
     ])
 }
 
+/// The values of a dictionary, for a save.
+struct Values<'a>(&'a Dictionary);
+
+impl Parameters for Values<'_> {
+    fn find(&mut self, from: Address) -> Option<Row> {
+        let mut values = self.0.range((from.index, from.sub)..);
+        let (&(index, sub), value) = values.next()?;
+        let is_next = |(nth, (at, next)): &(u8, (&(u16, u8), &Vec<u8>))| {
+            **at == (index, sub + nth) && next.len() == value.len()
+        };
+        let more = (1..).zip(values).take_while(is_next).count();
+        Some(Row { at: Address::new(index, sub), count: 1 + more as u8, len: value.len() })
+    }
+
+    fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> usize {
+        let Some(value) = self.0.get(&(at.index, at.sub)) else { return 0 };
+        into.iter_mut().zip(&value[offset..]).map(|(to, from)| *to = *from).count()
+    }
+}
+
+fn run(
+    store: &mut Memory,
+    node: NodeId,
+    group: Group,
+    request: StoreRequest,
+    values: &Dictionary,
+) -> Result<(), StoreError> {
+    let mut save = Save::begin(store, node, group, request)?;
+    while !save.advance(store, &mut Values(values))? {}
+    Ok(())
+}
+
 fn saved(store: &mut Memory, node: NodeId, group: Group, values: &Dictionary) -> Result<(), StoreError> {
-    save(store, node, group, &mut |show| {
-        values
-            .iter()
-            .for_each(|(&(index, sub), value)| show(Address::new(index, sub), &mut value.as_slice()));
-    })
+    run(store, node, group, StoreRequest::Save, values)
+}
+
+fn restore_defaults(store: &mut Memory, node: NodeId, group: Group) -> Result<(), StoreError> {
+    run(store, node, group, StoreRequest::Restore, &dictionary())
 }
 
 /// A dictionary that knows the objects of [`dictionary`] at their lengths.
@@ -139,9 +173,72 @@ fn what_was_saved_is_loaded() {
 fn a_set_has_the_documented_format() {
     let mut store = Memory::default();
     saved(&mut store, NODE, Group::Communication, &dictionary()).unwrap();
-    let expected =
-        [&b"EP\x01\x05"[..], &[0x17, 0x10, 0, 2, 0xE8, 0x03], &[0x00, 0x18, 1, 4, 0x85, 0x01, 0, 0]];
+    let expected = [
+        &b"EP\x02\x05"[..],
+        &[0x17, 0x10, 0, 1, 2, 0, 0xE8, 0x03],
+        &[0x00, 0x18, 1, 1, 4, 0, 0x85, 0x01, 0, 0],
+    ];
     assert_eq!(store.stored, expected.concat());
+}
+
+/// Five values in a row: the third is of another length.
+#[test]
+fn values_of_sub_indices_in_a_row_share_a_header() {
+    let mut store = Memory::default();
+    let values: Dictionary =
+        (0..5).map(|nth| ((0x1600, 1 + nth), if nth == 2 { vec![9] } else { vec![nth, 0x80] })).collect();
+    saved(&mut store, NODE, Group::All, &values).unwrap();
+    let rows = [
+        &[0x00, 0x16, 1, 2, 2, 0, 0, 0x80, 1, 0x80][..],
+        &[0x00, 0x16, 3, 1, 1, 0, 9],
+        &[0x00, 0x16, 4, 2, 2, 0, 3, 0x80, 4, 0x80],
+    ];
+    assert_eq!(store.stored, [&b"EP\x02\x05"[..], &rows.concat()].concat());
+    let mut found = Dictionary::new();
+    let outcome = load(&mut store, NODE, &mut |at, content| {
+        let Content::Whole(value) = content else { panic!("{content:?}") };
+        found.insert((at.index, at.sub), value.to_vec());
+        Ok(())
+    });
+    assert_eq!((found, outcome), (values, Ok(Loaded::Set { applied: 5, skipped: 0 })));
+}
+
+/// At most eight bytes of values and a header in each step.
+#[test]
+fn a_save_advances_a_few_words_at_a_time() {
+    let mut store = Memory::default();
+    let mut values = dictionary();
+    values.insert((0x5FFF, 0), vec![7; 300]);
+    for group in [Group::All, Group::Communication] {
+        let mut save = Save::begin(&mut store, NODE, group, StoreRequest::Save).unwrap();
+        let written = |store: &Memory| store.begun.as_ref().map_or(0, |(_, written)| written.len());
+        let mut before = 0;
+        while !save.advance(&mut store, &mut Values(&values)).unwrap() {
+            assert!(written(&store) - before <= 8, "{group:?}");
+            before = written(&store);
+        }
+        assert_eq!(loaded_in_parts(&mut store).len(), 5);
+    }
+}
+
+#[test]
+fn a_string_that_gets_shorter_during_a_save_fails_it() {
+    let mut store = Memory::default();
+    saved(&mut store, NODE, Group::All, &dictionary()).unwrap();
+    let before = store.stored.clone();
+    let mut values = dictionary();
+    let mut save = Save::begin(&mut store, NODE, Group::All, StoreRequest::Save).unwrap();
+    while store.begun.is_none() {
+        assert!(!save.advance(&mut store, &mut Values(&values)).unwrap());
+    }
+    values.insert((0x5FFF, 0), b"a".to_vec());
+    let outcome = loop {
+        match save.advance(&mut store, &mut Values(&values)) {
+            Ok(false) => {}
+            outcome => break outcome,
+        }
+    };
+    assert_eq!((outcome, store.stored), (Err(StoreError::Size), before));
 }
 
 #[test]
@@ -195,14 +292,14 @@ fn the_set_of_another_node_or_format_is_not_applied_and_not_taken_over() {
     let mut store = Memory::default();
     saved(&mut store, other, Group::All, &dictionary()).unwrap();
     let before = store.clone();
-    assert_eq!(loaded(&mut store, NODE), (Dictionary::new(), Loaded::Foreign { version: 1, node: 6 }));
+    assert_eq!(loaded(&mut store, NODE), (Dictionary::new(), Loaded::Foreign { version: 2, node: 6 }));
     assert_eq!(store, before, "back at its old place the board finds it again");
     saved(&mut store, NODE, Group::Communication, &dictionary()).unwrap();
     let (values, _) = loaded(&mut store, NODE);
     assert_eq!(values.keys().map(|at| at.0).collect::<Vec<_>>(), [0x1017, 0x1800]);
 
-    store.stored[2] = 2;
-    assert_eq!(loaded(&mut store, NODE).1, Loaded::Foreign { version: 2, node: 5 });
+    store.stored[2] = 1;
+    assert_eq!(loaded(&mut store, NODE).1, Loaded::Foreign { version: 1, node: 5 });
     store.stored[0] = 0;
     assert_eq!(loaded(&mut store, NODE).1, Loaded::Nothing);
 }
@@ -220,14 +317,14 @@ fn a_set_that_ends_early_gives_what_is_whole_and_counts_the_rest() {
                 continue;
             }
             4 => (0, 0),
-            5..10 => (0, 1),
-            10 => (1, 0),
+            5..12 => (0, 1),
+            12 => (1, 0),
             _ => (1, 1),
         };
         assert_eq!(loaded(&mut store, NODE).1, Loaded::Set { applied, skipped }, "{len} bytes");
     }
     // A length that nothing of this format has.
-    store.stored = [&whole[..7], &[71], &[0; 70]].concat();
+    store.stored = [&whole[..8], &[71, 0], &[0; 70]].concat();
     assert_eq!(loaded(&mut store, NODE).1, Loaded::Set { applied: 0, skipped: 1 });
 }
 
@@ -283,10 +380,10 @@ fn values_of_any_length_are_saved_kept_and_loaded() {
 #[test]
 fn a_long_value_has_the_documented_format() {
     let mut store = Memory::default();
-    for (len, header) in [(254, &[254][..]), (255, &[255, 255, 0]), (300, &[255, 44, 1])] {
+    for (len, header) in [(254, [254, 0]), (255, [255, 0]), (300, [44, 1])] {
         let values = Dictionary::from([((0x2001, 3), vec![9; len])]);
         saved(&mut store, NODE, Group::All, &values).unwrap();
-        assert_eq!(store.stored, [&b"EP\x01\x05\x01\x20\x03"[..], header, &vec![9; len]].concat());
+        assert_eq!(store.stored, [&b"EP\x02\x05\x01\x20\x03\x01"[..], &header, &vec![9; len]].concat());
     }
 }
 
@@ -339,7 +436,7 @@ fn every_error_has_its_abort_code() {
     assert_eq!(codes, [0x0800_0022, 0x0800_0020, 0x0606_0000]);
 }
 
-/// Bdefault, by node 5: 0501h.
+/// Node 5 and Bdefault 1: Bh.
 #[test]
 fn a_note_holds_node_and_bdefault_and_is_of_its_node_alone() {
     let mut store = Memory::default();
@@ -348,9 +445,9 @@ fn a_note_holds_node_and_bdefault_and_is_of_its_node_alone() {
         assert_eq!(noted_bdefault(&store, NODE), Some(bus));
         assert_eq!(noted_bdefault(&store, NodeId::of::<6>()), None);
     }
-    assert_eq!(store.note, Some(0x0501));
-    // No Bdefault.
-    store.note = Some(0x0502);
+    assert_eq!(store.note, Some(0x00B));
+    // Node 5, with a bit that no note has.
+    store.note = Some(0x10B);
     assert_eq!(noted_bdefault(&store, NODE), None);
 }
 
@@ -382,7 +479,7 @@ fn a_noted_bdefault_is_applied_after_the_stored_one() {
     assert_eq!(bdefaults(&mut store, NODE), (vec![0, 1], Loaded::Set { applied: 3, skipped: 0 }));
     // On top of the set of another node.
     store.stored[3] = 6;
-    assert_eq!(bdefaults(&mut store, NODE), (vec![1], Loaded::Foreign { version: 1, node: 6 }));
+    assert_eq!(bdefaults(&mut store, NODE), (vec![1], Loaded::Foreign { version: 2, node: 6 }));
 }
 
 #[test]

@@ -73,7 +73,7 @@ impl ParameterStore for Flash {
     }
 
     fn write_note(&mut self, note: u16) -> Result<(), StoreError> {
-        if note > 0x7FFF {
+        if note > 0x0FFF {
             return Err(StoreError::Size);
         }
         self.kept.lock().expect("one thread").note = Some(note);
@@ -105,8 +105,8 @@ mod tests {
     #[test]
     fn a_note_lasts_until_the_next_set() {
         let mut flash = Flash::default();
-        assert_eq!(flash.write_note(0x8000), Err(StoreError::Size));
-        flash.write_note(7).expect("fifteen bits");
+        assert_eq!(flash.write_note(0x1000), Err(StoreError::Size));
+        flash.write_note(7).expect("twelve bits");
         assert_eq!(flash.note(), Some(7));
         flash.begin(0).expect("room");
         flash.commit().expect("complete");

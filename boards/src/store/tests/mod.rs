@@ -7,7 +7,8 @@ mod notes;
 mod power;
 mod room;
 
-use ecss_can::store::{ParameterStore, StoreError};
+use ecss_can::store::{Group, ParameterStore, Parameters, Row, Save, StoreError, StoreRequest};
+use ecss_can::types::{Address, NodeId};
 use mock::{Flash, PAGE, Remains};
 
 use super::log::{MAX_SET, Opened, ParameterLog};
@@ -38,6 +39,28 @@ fn stored(log: &mut Log) -> Vec<u8> {
         log.read(0, &mut set).unwrap();
     }
     set
+}
+
+/// Values of a dictionary: address and bytes, in rising order.
+struct Values<'a>(&'a [(Address, &'a [u8])]);
+
+impl Parameters for Values<'_> {
+    fn find(&mut self, from: Address) -> Option<Row> {
+        let is_behind = |(at, _): &&(Address, &[u8])| (at.index, at.sub) >= (from.index, from.sub);
+        let (at, value) = self.0.iter().find(is_behind)?;
+        Some(Row { at: *at, count: 1, len: value.len() })
+    }
+
+    fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> usize {
+        let Some((_, value)) = self.0.iter().find(|(found, _)| *found == at) else { return 0 };
+        into.iter_mut().zip(&value[offset..]).map(|(to, from)| *to = *from).count()
+    }
+}
+
+/// Saves values of node 3, or restores the defaults of a group.
+fn store_values(log: &mut Log, group: Group, request: StoreRequest, values: &[(Address, &[u8])]) {
+    let mut save = Save::begin(log, NodeId::of::<3>(), group, request).unwrap();
+    while !save.advance(log, &mut Values(values)).unwrap() {}
 }
 
 /// What is stored when the chip starts next time.

@@ -1,8 +1,7 @@
 //! Notes: one word each, the last one since the last set.
 
 use ecss_can::store;
-use ecss_can::store::{Content, Group};
-use ecss_can::types::{Address, NodeId};
+use ecss_can::store::Content;
 
 use super::power::{at_each_operation, start_on};
 use super::*;
@@ -22,7 +21,7 @@ fn note_on(flash: Flash, note: u16) -> (Flash, bool) {
 #[test]
 fn a_note_costs_one_word_and_is_found_at_the_next_start() {
     for set in [vec![], set(1, 30)] {
-        for note in [0, 1, 0x0501, 0x7FFF] {
+        for note in [0, 1, 0x0501, 0x0FFF] {
             let (mut log, _) = open(Flash::erased());
             if !set.is_empty() {
                 save(&mut log, &set).unwrap();
@@ -36,13 +35,13 @@ fn a_note_costs_one_word_and_is_found_at_the_next_start() {
     }
 }
 
-/// The note 0501h: 8501h and its complement.
+/// The note 501h: 4501h, which has even parity, and its complement.
 #[test]
 fn a_note_has_the_documented_format() {
     let (mut log, _) = open(Flash::erased());
     log.write_note(0x0501).unwrap();
-    assert_eq!(log.flash().bytes[8..16], [0x01, 0x85, 0xFE, 0x7A, 0xFF, 0xFF, 0xFF, 0xFF]);
-    assert_eq!(log.write_note(0x8000), Err(StoreError::Size));
+    assert_eq!(log.flash().bytes[8..16], [0x01, 0x45, 0xFE, 0xBA, 0xFF, 0xFF, 0xFF, 0xFF]);
+    assert_eq!(log.write_note(0x1000), Err(StoreError::Size));
 }
 
 #[test]
@@ -74,25 +73,31 @@ fn a_note_between_a_set_and_a_damaged_one_holds() {
     save(&mut log, &set(2, 8)).unwrap();
     let mut flash = log.flash().clone();
     // Header, set, note, length: the second set.
-    flash.bytes[8 + 16 + 4 + 4] ^= 1;
+    flash.bytes[8 + 20 + 4 + 4] ^= 3;
     assert_eq!(found(flash), (set(1, 8), Some(1), 1));
     log.write_note(2).unwrap();
     let mut flash = log.into_flash();
-    flash.bytes[8 + 16 + 4 + 4] ^= 1;
+    flash.bytes[8 + 20 + 4 + 4] ^= 3;
     assert_eq!(found(flash), (set(1, 8), Some(2), 1), "the newest note");
 }
 
 #[test]
-fn a_changed_bit_in_a_note_leaves_the_one_before() {
+fn two_flipped_bits_in_a_note_leave_the_one_before() {
     let (mut log, _) = open(Flash::erased());
     save(&mut log, &set(1, 8)).unwrap();
     log.write_note(0x0300).unwrap();
     log.write_note(0x0301).unwrap();
     let flash = log.into_flash();
     for bit in 0..32 {
-        let mut flash = flash.clone();
-        flash.bytes[8 + 16 + 4 + bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(found(flash), (set(1, 8), Some(0x0300), 0), "bit {bit}");
+        let mut once = flash.clone();
+        let at = 8 + 20 + 4;
+        once.bytes[at + bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(found(once.clone()), (set(1, 8), Some(0x0301), 0), "bit {bit}");
+        for other in (0..32).filter(|other| *other != bit) {
+            let mut twice = once.clone();
+            twice.bytes[at + other / 8] ^= 1 << (other % 8);
+            assert_eq!(found(twice), (set(1, 8), Some(0x0300), 0), "bits {bit}, {other}");
+        }
     }
 }
 
@@ -102,7 +107,7 @@ fn a_bit_that_does_not_take_fails_the_note_and_the_next_goes_elsewhere() {
         let mut flash = open(Flash::erased()).0.into_flash();
         flash.stuck = Some((8 + byte, 0xFF));
         let (mut log, _) = open(flash);
-        assert_eq!(log.write_note(0x0102), Err(StoreError::Hardware), "byte {byte}");
+        assert_eq!(log.write_note(0x0330), Err(StoreError::Hardware), "byte {byte}");
         assert_eq!(log.note(), None);
         log.write_note(0x0103).unwrap();
         assert_eq!(found(log.into_flash()), (vec![], Some(0x0103), 0));
@@ -135,24 +140,27 @@ fn a_note_cut_short_leaves_the_old_one_or_the_new() {
 /// The room of a page: its header and three quarters less that, in words.
 const NOTES: usize = (PAGE * 3 / 4 - 8) / 4;
 
+/// Words of a set of 40 bytes: length, bytes, CRC, commit.
+const SET: usize = 1 + 10 + 1 + 1;
+
 /// Notes up to the last quarter of the page, on top of a set of 40 bytes.
 fn full_of_notes() -> Flash {
     let (mut log, _) = open(Flash::erased());
     save(&mut log, &set(1, 40)).unwrap();
-    let count = (0..).find(|&number| log.write_note(number) == Err(StoreError::Full)).unwrap();
-    assert_eq!(usize::from(count), NOTES - 12);
-    assert_eq!(log.note(), Some(count - 1));
+    let count = (0_u16..).find(|&number| log.write_note(number & 0xFFF) == Err(StoreError::Full)).unwrap();
+    assert_eq!(usize::from(count), NOTES - SET);
+    assert_eq!(log.note(), Some((count - 1) & 0xFFF));
     log.into_flash()
 }
 
 #[test]
 fn notes_leave_the_last_quarter_to_sets_and_a_start_makes_room() {
     let flash = full_of_notes();
-    let last = Some((NOTES - 12 - 1) as u16);
+    let last = Some(((NOTES - SET - 1) & 0xFFF) as u16);
     assert_eq!(flash.bytes[PAGE * 3 / 4..], [0xFF; PAGE * 5 / 4], "not a word of the last quarter");
     let (mut log, _) = open(flash);
     assert_eq!((stored(&mut log), log.note()), (set(1, 40), last));
-    assert_eq!(log.flash().bytes[PAGE..PAGE + 4], *b"ECPS", "in the other page");
+    assert_eq!(log.flash().bytes[PAGE..PAGE + 4], *b"CE\xBC\xBA", "in the other page");
     log.write_note(7).unwrap();
     save(&mut log, &set(2, MAX_SET)).unwrap();
     assert_eq!(found(log.into_flash()), (set(2, MAX_SET), None, 0));
@@ -161,12 +169,12 @@ fn notes_leave_the_last_quarter_to_sets_and_a_start_makes_room() {
 #[test]
 fn a_change_of_pages_cut_short_keeps_set_and_note() {
     let flash = full_of_notes();
-    let last = Some((NOTES - 12 - 1) as u16);
+    let last = Some(((NOTES - SET - 1) & 0xFFF) as u16);
     let operations = at_each_operation(&flash, 12, start_on, |_, flash, _| {
         assert_eq!(found(flash), (set(1, 40), last, 0));
     });
-    // Length, data, CRC, note, magic, epoch.
-    assert_eq!(operations, 1 + 10 + 1 + 1 + 2);
+    // Set, note, magic, epoch.
+    assert_eq!(operations, SET as u64 + 1 + 2);
 }
 
 /// Notes, sets, starts and failures of power in any order: what is found is what was done last, or what was before.
@@ -189,7 +197,7 @@ fn any_history_keeps_the_old_state_or_the_new() {
             assert_eq!((stored(&mut log), log.note()), holds, "seed {seed}, {number}");
             let (mut log, _) = if started { open(flash) } else { (log, Opened::default()) };
             let (new, outcome) = if random.bool() {
-                let note = random.u16(..0x8000);
+                let note = random.u16(..0x1000);
                 ((holds.0.clone(), Some(note)), log.write_note(note))
             } else {
                 let set = set(number, random.usize(0..900));
@@ -222,12 +230,9 @@ fn a_noted_bdefault_follows_saves_and_restores() {
     };
     store::note_bdefault(&mut log, node, ecss_can::types::Bus::Redundant).unwrap();
     assert_eq!(loaded(&mut log), Some(1));
-    store::save(&mut log, node, Group::Communication, &mut |show| {
-        show(Address::new(0x1017, 0), &mut &[1, 0][..])
-    })
-    .unwrap();
+    store_values(&mut log, Group::Communication, StoreRequest::Save, &[(Address::new(0x1017, 0), &[1, 0])]);
     let (mut log, _) = open(log.into_flash());
     assert_eq!((loaded(&mut log), log.note()), (Some(1), None), "it is in the set now");
-    store::restore_defaults(&mut log, node, Group::Manufacturer).unwrap();
+    store_values(&mut log, Group::Manufacturer, StoreRequest::Restore, &[]);
     assert_eq!(loaded(&mut log), None);
 }

@@ -1,8 +1,7 @@
 //! Room: what is erased and when, and what a full page answers.
 
 use ecss_can::store;
-use ecss_can::store::{Content, Group, Loaded};
-use ecss_can::types::{Address, NodeId};
+use ecss_can::store::{Content, Loaded};
 
 use super::*;
 
@@ -63,8 +62,8 @@ fn a_set_is_as_long_as_announced_and_no_longer_than_the_longest() {
 fn a_full_page_refuses_and_the_next_start_makes_room() {
     let (mut log, _) = open(Flash::erased());
     let count = fill(&mut log, 1000);
-    // 8 bytes of header; each set 1000 bytes, length and CRC.
-    assert_eq!(usize::from(count), (PAGE - 8) / 1008);
+    // 8 bytes of header; each set 1000 bytes, length, CRC and commit word.
+    assert_eq!(usize::from(count), (PAGE - 8) / 1012);
     let before = log.flash().operations();
     assert_eq!(save(&mut log, &set(0, 1000)).unwrap_err().abort_code().code(), 0x0800_0022);
     assert_eq!(log.flash().operations(), before, "nothing is written of a set without room");
@@ -113,15 +112,15 @@ fn foreign_content_is_erased_once() {
         let mut flash = Flash::erased();
         flash.bytes.chunks_mut(4).for_each(|chunk| chunk.copy_from_slice(&word.to_le_bytes()));
         let (mut log, opened) = open(flash);
-        assert_eq!((opened, stored(&mut log)), (Opened { erased: 1, damaged: 0 }, vec![]));
+        assert_eq!((opened, stored(&mut log)), (Opened { erased: 1, ..Opened::default() }, vec![]));
         save(&mut log, b"a set").unwrap();
         assert_eq!(after_restart(log.into_flash()), (b"a set".to_vec(), Opened::default()));
     }
 }
 
-/// The CRC of four bytes FFh is FFFF FFFFh, which is what stands there before a set is committed.
+/// These bytes have the CRC FFFF FFFFh, as CRC-32C of 32 ones is FFFF FFFFh.
 #[test]
-fn a_set_whose_crc_looks_erased_comes_back() {
+fn a_set_that_looks_erased_comes_back() {
     let (mut log, _) = open(Flash::erased());
     save(&mut log, &[0xFF; 4]).unwrap();
     assert_eq!(after_restart(log.into_flash()), (vec![0xFF; 4], Opened::default()));
@@ -129,13 +128,13 @@ fn a_set_whose_crc_looks_erased_comes_back() {
 
 /// Compared with another implementation of the CRC. Page header and length are 12 bytes.
 #[test]
-fn a_set_ends_with_the_crc_of_iso_hdlc() {
+fn a_set_ends_with_the_crc_of_castagnoli() {
     for len in [1, 4, 7, 64, 65, 300] {
         let (mut log, _) = open(Flash::erased());
         save(&mut log, &set(9, len)).unwrap();
         let at = 12 + len.next_multiple_of(4);
-        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&set(9, len));
-        assert_eq!(log.flash().bytes[at..at + 4], crc.to_le_bytes(), "{len} bytes");
+        let crc = crc::Crc::<u32>::new(&crc::CRC_32_ISCSI).checksum(&set(9, len));
+        assert_eq!(log.flash().bytes[at..at + 8], [crc.to_le_bytes(), [0; 4]].concat(), "{len} bytes");
     }
 }
 
@@ -170,12 +169,10 @@ fn parameters_of_a_dictionary_are_saved_loaded_and_restored() {
     };
     for number in 0..=255 {
         let (mut log, _) = open(flash);
-        store::save(&mut log, node, Group::All, &mut |show| {
-            show(Address::new(0x1017, 0), &mut &[number, 0][..]);
-            show(Address::new(0x2000, 1), &mut &[0; 60][..]);
-        })
-        .unwrap();
-        store::restore_defaults(&mut log, node, Group::Manufacturer).unwrap();
+        let values: [(_, &[u8]); 2] =
+            [(Address::new(0x1017, 0), &[number, 0]), (Address::new(0x2000, 1), &[0; 60])];
+        store_values(&mut log, Group::All, StoreRequest::Save, &values);
+        store_values(&mut log, Group::Manufacturer, StoreRequest::Restore, &[]);
         let expected = (vec![(0x1017, vec![number, 0])], Loaded::Set { applied: 1, skipped: 0 });
         let (mut log, _) = open(log.into_flash());
         assert_eq!(load(&mut log), expected);

@@ -393,11 +393,18 @@ impl<D: Device, B: MasterBoards> Node for Master<D, B> {
     }
 
     fn poll(&mut self, now: Instant, out: &mut Out) {
-        self.run_all(now, now, out);
+        if self.services.is_saving() {
+            self.run(now, now, out);
+            self.advance_save(now, out);
+            self.run(now, now, out);
+        } else {
+            self.run_all(now, now, out);
+        }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        (self.services.next < Instant::NEVER).then_some(self.services.next)
+        let next = (self.services.next < Instant::NEVER).then_some(self.services.next);
+        self.services.save_deadline().or(next)
     }
 
     fn may_send(&mut self, frame: &Frame, now: Instant, out: &mut Out) -> bool {

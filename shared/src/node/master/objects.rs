@@ -189,6 +189,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.next = now;
     }
 
+    /// Goes on with a save that runs, and answers its client at its end.
+    pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
+        let (bus, lifetime) = (self.manager.active(), self.services.lifetimes.sdo);
+        self.serve(SdoStep::Save, now, &mut |frame| out.send_for(bus, frame, now, lifetime));
+    }
+
     /// Reports frames that were lost in the receiver or before they were sent.
     pub(super) fn lost(&mut self, bus: Bus) {
         self.services.occurred(ErrorCode::CAN_OVERRUN, bus);

@@ -198,6 +198,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.transfers.pause = None;
         self.transfers.wake(now);
         self.serve(SdoStep::BusChanged, now, &mut |_| {});
+        self.services.give_up_save();
     }
 
     /// Lets the client do what is due.

@@ -4,7 +4,7 @@ use super::Storage;
 use super::rules;
 use crate::emcy;
 use crate::emcy::ErrorCode;
-use crate::node::index::{IDENTITY, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO};
+use crate::node::index::{IDENTITY, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, RPDO, STORE};
 use crate::node::{Communication, Device, Extension, NodeObjects, Spacecraft};
 use crate::od::checked::Found;
 use crate::od::{Entry, ObjectAccess, Objects, Place, Transfer, number};
@@ -25,6 +25,8 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub stored: E::Storage,
     /// What was written last over the bus, and the node has not looked at yet.
     pub written: Option<Address>,
+    /// Object of 1010h or 1011h that was obeyed last, and the node has not looked at yet.
+    pub saved: Option<Address>,
     /// Where the value is that was asked for last over the bus.
     found: Option<(Address, Place, &'static Entry)>,
     pub(super) id: NodeId,
@@ -47,6 +49,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             emcy: emcy::Producer::new(emcy),
             stored: E::Storage::new(store),
             written: None,
+            saved: None,
             found: None,
             id,
             now: Instant::ZERO,
@@ -73,6 +76,18 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             return Ok(Some(Loaded::Set { applied: 0, skipped: 2 }));
         }
         Ok(loaded)
+    }
+
+    /// Goes on with a save that runs. Returns the object it was asked by, and the abort code if it failed, at its end.
+    pub fn advance_save(&mut self) -> Option<(Address, Result<(), AbortCode>)> {
+        let (at, ended) = self.stored.advance(&mut self.objects)?;
+        if ended.is_ok() {
+            self.saved = Some(at);
+            if at.index == STORE || at.sub == ALL {
+                self.clear(ErrorCode::DATA_SET);
+            }
+        }
+        Some((at, ended))
     }
 
     fn clear(&mut self, code: ErrorCode) {
@@ -134,7 +149,7 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
 
     #[inline(always)] // called from one place
     fn store(&mut self, at: Address, bytes: [u8; 4], count: Option<u8>) -> Result<bool, AbortCode> {
-        if at.index <= rules::LAST || at.index == IDENTITY {
+        if at.index <= rules::LAST || at.index == IDENTITY || self.stored.is_saving() {
             return Ok(false);
         }
         let (place, entry) = self.place(at)?;
@@ -158,6 +173,10 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
     }
 
     fn download(&mut self, at: Address, size: Option<usize>) -> Result<Transfer, AbortCode> {
+        // What a save stores does not change meanwhile, and it is the only one.
+        if self.stored.is_saving() {
+            return Err(AbortCode::DeviceState);
+        }
         self.find(at)?.download(size)
     }
 
@@ -173,34 +192,24 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         let number = number(value) as u32;
         let request = StoreRequest::of(at.index);
         request.map_or(Ok(()), |request| request.check(number))?;
-        match request {
-            Some(StoreRequest::Save) => {
-                self.stored.save(self.id, at.sub, &mut self.objects, self.now)?;
-                self.clear(ErrorCode::DATA_SET);
-            }
-            Some(StoreRequest::Restore) => {
-                self.stored.restore(self.id, at.sub, self.now)?;
-                if at.sub == ALL {
-                    self.clear(ErrorCode::DATA_SET);
+        if request.is_some() {
+            // Obeyed when the save has ended.
+            return self.stored.begin(self.id, at, self.now);
+        }
+        if at.index <= rules::LAST {
+            self.find(at)?.download(Some(value.len()))?;
+            match at.index {
+                RPDO..=LAST_TPDO_MAPPING => {
+                    // Before the service takes it.
+                    self.objects.check(at, value)?;
+                    self.configure_pdo(at, number)?;
                 }
-            }
-            None => {
-                if at.index <= rules::LAST {
-                    self.find(at)?.download(Some(value.len()))?;
-                    match at.index {
-                        RPDO..=LAST_TPDO_MAPPING => {
-                            // Before the service takes it.
-                            self.objects.check(at, value)?;
-                            self.configure_pdo(at, number)?;
-                        }
-                        _ => rules::check(self.id, &self.objects, at, number)?,
-                    }
-                }
-                self.find(at)?.accepts(value)?;
-                self.objects.check(at, value)?;
-                self.find(at)?.take(value)?;
+                _ => rules::check(self.id, &self.objects, at, number)?,
             }
         }
+        self.find(at)?.accepts(value)?;
+        self.objects.check(at, value)?;
+        self.find(at)?.take(value)?;
         self.written = Some(at);
         Ok(())
     }

@@ -14,6 +14,7 @@ use crate::types::{AbortCode, Address, Instant, NodeId};
 impl<D: Device, E: Extension> Services<D, E> {
     /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
     pub fn configure(&mut self, now: Instant) {
+        self.give_up_save();
         let Self { dictionary, server, .. } = self;
         server.reset(dictionary);
         dictionary.written = None;
@@ -70,19 +71,20 @@ impl<D: Device, E: Extension> Services<D, E> {
         Ok(self.take_written())
     }
 
-    /// Applies what is stored of a group; the services take it with [`Services::configure`].
-    #[inline(never)] // of two callers, neither in a hurry
+    /// Applies what is stored of a group; the services take it with [`Services::configure`]. Defaults hold where nothing was
+    /// applied, which an emergency reports until parameters are saved anew. Its second byte is the [`Loss`](crate::store::Loss)
+    /// of the store: 1 when the last save did not end, 2 when a set is damaged, 0 when the set does not fit this node.
+    #[inline(never)]
     pub fn load(&mut self, group: Group) {
         let Dictionary { objects, stored, .. } = &mut self.dictionary;
         if let Some(objects) = objects.spacecraft.spacecraft() {
             objects.storage.show(stored.is_there());
         }
-        match self.dictionary.load(group) {
-            Ok(None | Some(Loaded::Nothing | Loaded::Set { skipped: 0, .. })) => {}
-            // Defaults hold where nothing was applied: until parameters are saved anew.
-            Ok(Some(Loaded::Foreign { .. } | Loaded::Set { .. })) | Err(_) => {
-                self.raise(ErrorCode::DATA_SET, [0; 5]);
-            }
+        let cause = stored.check().map_or(0, |loss| loss as u8);
+        let loaded = self.dictionary.load(group);
+        let is_applied = matches!(loaded, Ok(None | Some(Loaded::Nothing | Loaded::Set { skipped: 0, .. })));
+        if cause != 0 || !is_applied {
+            self.raise(ErrorCode::DATA_SET, [0, cause, 0, 0, 0]);
         }
     }
 

@@ -34,6 +34,9 @@ pub use events::NodeEvent;
 pub use stored::{NoStore, Storage, Stored};
 pub use time::{Brings, carries_time};
 
+/// First byte of a request that aborts a transfer.
+const ABORT: u8 = 0x80;
+
 /// The first object whose changes an application is told; those below are the services'.
 pub const FIRST_TOLD: u16 = index::REDUNDANCY;
 
@@ -45,6 +48,8 @@ pub enum SdoStep<'a> {
     BusChanged,
     /// Its deadline may have come, or a frame of it left.
     Poll,
+    /// A save that runs goes on.
+    Save,
 }
 
 /// Dictionary and services. `E` is what the node has beyond CANopen.
@@ -58,6 +63,8 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     /// What comes for the SDO server.
     sdo_id: CobId,
     server: sdo::Server,
+    /// The answer to "save" or "load", until that has ended.
+    held: Option<sdo::Payload>,
     pub time: E::Time,
     pub buses: Buses,
     pub lifetimes: Lifetimes,
@@ -108,6 +115,7 @@ impl<D: Device, E: Extension> Services<D, E> {
             sync_id: CobId::SYNC,
             sdo_id: CobId::sdo_request(id),
             server: sdo::Server::new(profile.sdo_timeout),
+            held: None,
             time: E::new_time(profile),
             buses: Buses::new(profile.access(id), profile.bus_off),
             lifetimes: Lifetimes {
@@ -285,18 +293,56 @@ impl<D: Device, E: Extension> Services<D, E> {
     #[inline(always)]
     pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let response = CobId::sdo_response(self.id);
-        let Self { dictionary, server, .. } = self;
+        let Self { dictionary, server, held, .. } = self;
         dictionary.now = now;
-        let mut send = move |payload| send(Frame::of(response, payload));
+        let was_saving = dictionary.stored.is_saving();
+        let (mut last, mut used) = (None, true);
+        let mut note = |payload| {
+            if let Some(before) = last.replace(payload) {
+                send(Frame::of(response, before));
+            }
+        };
         match step {
-            SdoStep::Request(frame) => match frame.full() {
-                Some(payload) => return server.on_request(payload, now, dictionary, &mut send),
-                None => return false,
-            },
-            SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut send),
-            SdoStep::Poll => server.poll(now, dictionary, &mut send),
+            SdoStep::Request(frame) => {
+                let Some(payload) = frame.full() else { return false };
+                if payload[0] == ABORT {
+                    *held = None;
+                }
+                used = server.on_request(payload, now, dictionary, &mut note);
+            }
+            SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut note),
+            SdoStep::Poll => server.poll(now, dictionary, &mut note),
+            SdoStep::Save => {
+                if let Some((at, ended)) = dictionary.advance_save() {
+                    self.next = Instant::ZERO;
+                    if let Some(answer) = held.take() {
+                        note(ended.map_or_else(|code| sdo::abort(at, code), |()| answer));
+                    }
+                }
+            }
         }
-        true
+        if dictionary.stored.is_saving() && !was_saving {
+            *held = last;
+        } else if let Some(last) = last {
+            send(Frame::of(response, last));
+        }
+        used
+    }
+
+    /// Whether a save runs, which goes on as soon as there is nothing else to do.
+    pub fn is_saving(&self) -> bool {
+        self.dictionary.stored.is_saving()
+    }
+
+    /// When the SDO server was called last, while a save runs.
+    pub fn save_deadline(&self) -> Option<Instant> {
+        self.is_saving().then_some(self.dictionary.now)
+    }
+
+    /// Gives up a save that runs. Its client gets no answer.
+    pub fn give_up_save(&mut self) {
+        self.dictionary.stored.give_up();
+        self.held = None;
     }
 
     /// Whether the SDO server has a transfer.
@@ -312,6 +358,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Another NMT state. A transfer ends without a word where SDO is not allowed.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
         if !state.allows_sdo() {
+            self.give_up_save();
             let Self { dictionary, server, .. } = self;
             server.reset(dictionary);
         }

@@ -4,9 +4,8 @@ use super::{Out, Slave};
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::ConsumerSlots;
 use crate::link::Stamp;
-use crate::node::index::{
-    CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, RESTORE, SELF_TEST_START, STORE,
-};
+use crate::node::index::{CONSUMER_HEARTBEAT, PRODUCER_HEARTBEAT, REDUNDANCY, SELF_TEST_START, STORE};
+use crate::node::services::SdoStep;
 use crate::node::{Device, DeviceNode, NodeObjects, SelfTest};
 use crate::redundancy::Parameters;
 use crate::store::Group;
@@ -88,17 +87,24 @@ impl<D: Device> Slave<D> {
         self.canopen.services.report_written(at, now, out);
     }
 
+    /// Goes on with a save that runs, and answers its client at its end.
+    #[inline(never)]
+    pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
+        self.canopen.serve(SdoStep::Save, self.selector.selected(), now, out);
+        if let Some(at) = self.canopen.services.dictionary.saved.take()
+            && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
+        {
+            self.on_stored(at.index == STORE);
+        }
+        self.run(now, now, out);
+    }
+
     /// An object was written that the node itself follows.
     #[inline(never)] // those of the application need not pay for it
     fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         self.canopen.on_own_written(at, now, out);
         if matches!(at.index, CONSUMER_HEARTBEAT | PRODUCER_HEARTBEAT | REDUNDANCY) {
             self.selector.configure(self.written_redundancy());
-        }
-        if matches!(at.index, STORE | RESTORE)
-            && Group::from_sub(at.sub).is_some_and(|group| group.contains(REDUNDANCY))
-        {
-            self.on_stored(at.index == STORE);
         }
     }
 

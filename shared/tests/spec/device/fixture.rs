@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use crate::instrument::{self, STANDARD};
 use ecss_can::node::{Device, Slave};
 use ecss_can::profile::Profile;
-use ecss_can::store::{ParameterStore, StoreError};
+use ecss_can::store::{Loss, ParameterStore, StoreError};
 use ecss_can::types::{Bus, Instant, NodeId};
 
 use crate::bench::{Bench, NOMINAL, node, span};
@@ -21,12 +21,21 @@ pub(crate) struct Memory {
     is_full: bool,
     /// Bytes of a set, if that is limited.
     room: Option<usize>,
+    /// The last word of a set does not take.
+    is_broken: bool,
+    /// Loss since the last save.
+    pub(crate) loss: Arc<Mutex<Option<Loss>>>,
 }
 
 impl Memory {
     /// One without room.
     pub(crate) fn full() -> Memory {
         Memory { is_full: true, ..Memory::default() }
+    }
+
+    /// One that does not take the last word of a set.
+    pub(crate) fn broken() -> Memory {
+        Memory { is_broken: true, ..Memory::default() }
     }
 
     /// One for sets of at most `room` bytes.
@@ -46,6 +55,10 @@ impl ParameterStore for Memory {
         Ok(())
     }
 
+    fn check(&mut self) -> Option<Loss> {
+        *self.loss.lock().unwrap()
+    }
+
     fn begin(&mut self, len: usize) -> Result<(), StoreError> {
         self.begun.clear();
         match self.room {
@@ -61,8 +74,12 @@ impl ParameterStore for Memory {
     }
 
     fn commit(&mut self) -> Result<(), StoreError> {
+        if self.is_broken {
+            return Err(StoreError::Hardware);
+        }
         *self.stored.lock().unwrap() = std::mem::take(&mut self.begun);
         *self.note.lock().unwrap() = None;
+        *self.loss.lock().unwrap() = None;
         Ok(())
     }
 
@@ -108,6 +125,10 @@ pub(crate) fn ask<A: Device>(slave: &mut Bench<Slave<A>>, request: [u8; 8]) -> [
 pub(crate) fn ask_on<A: Device>(slave: &mut Bench<Slave<A>>, bus: Bus, request: [u8; 8]) -> [u8; 8] {
     slave.sent.clear();
     slave.receive(bus, 0x605, &request);
+    if slave.sent.iter().all(|sent| sent.frame.id().raw() != 0x585) {
+        // A save is answered when it has ended.
+        slave.settle();
+    }
     let answers: Vec<_> = slave.sent.iter().filter(|sent| sent.frame.id().raw() == 0x585).collect();
     assert_eq!((answers.len(), answers[0].bus), (1, bus), "one answer to {request:02X?}");
     answers[0].frame.padded()

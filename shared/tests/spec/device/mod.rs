@@ -10,6 +10,7 @@ mod pdos;
 mod post_mortem;
 mod reset;
 mod samples;
+mod saving;
 mod storing;
 mod sync;
 mod transfers;

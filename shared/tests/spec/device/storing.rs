@@ -2,7 +2,7 @@
 
 use crate::instrument::{self, STANDARD};
 use ecss_can::profile::Profile;
-use ecss_can::store::ParameterStore;
+use ecss_can::store::{Loss, ParameterStore};
 use ecss_can::types::NmtState;
 
 use super::fixture::{
@@ -34,6 +34,7 @@ fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
     assert_eq!(slave.times(REDUNDANT, 0x705), [50, 100]);
     // Defaults of the communication profile only, from the next reset on.
     slave.receive(REDUNDANT, 0x605, &[0x23, 0x11, 0x10, 2, b'l', b'o', b'a', b'd']);
+    slave.settle();
     assert!(slave.frames().contains(&(REDUNDANT, frame(0x585, &done(0x1011, 2)))));
     assert_eq!(slave.node.objects().communication.heartbeat.time, 50);
     let slave = powered_with(&memory);
@@ -53,6 +54,31 @@ fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() 
     let objects = slave.node.objects();
     assert_eq!((objects.communication.heartbeat.time, objects.application.value), (50, 9));
     assert_eq!(slave.node.status(slave.now).state, NmtState::PreOperational);
+}
+
+/// EMCY 6300h with the cause in its second byte, at each start until parameters are saved; the set before is applied.
+#[test]
+fn a_loss_in_the_store_is_reported_with_its_cause_until_the_next_save() {
+    for (loss, cause) in [(Loss::Interrupted, 1), (Loss::Damaged, 2)] {
+        let memory = Memory::default();
+        let mut slave = powered_with(&memory);
+        write(&mut slave, 0x6210, 0, &[7, 0, 0, 0]);
+        assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+        *memory.loss.lock().unwrap() = Some(loss);
+        for _ in 0..2 {
+            slave = powered_with(&memory);
+            slave.run_until(ms(100));
+            assert_eq!(payloads(&slave, 0x085)[0][..5], [0x00, 0x63, 0x01, 0, cause]);
+            assert_eq!(slave.node.objects().application.value, 7);
+        }
+        slave.clear();
+        assert_eq!(write(&mut slave, 0x1010, 1, b"save"), done(0x1010, 1));
+        slave.run_until(ms(200));
+        assert_eq!(errors(&mut slave).0, 0, "it is over");
+        let mut slave = powered_with(&memory);
+        slave.run_until(ms(100));
+        assert!(payloads(&slave, 0x085).is_empty());
+    }
 }
 
 /// Given a client that saves and restores in a loop, then ten are obeyed, and from then on one every six minutes.
@@ -95,6 +121,7 @@ fn stored_by_another() -> Memory {
         instrument::slave(node(6), &STANDARD, vec![]).with_store(Box::leak(Box::new(memory.clone()))),
     );
     other.receive(NOMINAL, 0x606, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
+    other.settle();
     assert_ne!(memory.stored_len(), 0);
     memory
 }
@@ -260,9 +287,9 @@ fn a_configuration_stays_verified_whatever_pdos_bring() {
 /// A set of node 5 with these parameters of four bytes, as no client could have saved it.
 fn stored(parameters: &[(u16, u8, u32)]) -> Memory {
     let mut memory = Memory::default();
-    memory.append(b"EP\x01\x05").unwrap();
+    memory.append(b"EP\x02\x05").unwrap();
     for (index, sub, value) in parameters {
-        memory.append(&[&index.to_le_bytes()[..], &[*sub, 4], &value.to_le_bytes()].concat()).unwrap();
+        memory.append(&[&index.to_le_bytes()[..], &[*sub, 1, 4, 0], &value.to_le_bytes()].concat()).unwrap();
     }
     memory.commit().unwrap();
     memory

@@ -30,6 +30,7 @@ mod repeats;
 mod resets;
 mod retained;
 mod rivals;
+mod saves;
 mod segments;
 mod selftest;
 mod silicon;

@@ -113,7 +113,7 @@ fn full_page() -> (EmulatedBoard, u32) {
         let mut board = board(Model::PYBOARD_V11);
         board.write_flash(store + SECTOR, &[0x5A; SECTOR as usize]).unwrap();
         board.drive(STRAP, Some(false));
-        // Three quarters of 128 KiB, in steps of 4008 + 48 bytes; the next start makes room.
+        // Three quarters of 128 KiB, in steps of 4012 + 52 bytes; the next start makes room.
         for number in 1..=STARTS {
             assert_eq!(start(&mut board).saved, 2 * number);
         }
@@ -148,27 +148,27 @@ fn a_save_cut_short_leaves_the_old_set_or_the_new() {
     assert_eq!(start(&mut board).saved, 2);
     board.power(false);
     let operations = cut_at_each_operation(&board, 4, |operation, remains, report| {
-        // Length, ten words, CRC: what is whole before the last operation is the old set.
-        let found = if operation == 12 && report.found == 3 { 3 } else { 2 };
+        // Length, ten words, CRC, commit: before the last operation the old set is stored.
+        let found = if operation == 13 && report.found == 3 { 3 } else { 2 };
         assert_eq!(report.found, found, "operation {operation}, {remains:?}");
         match remains {
-            Remains::Old if operation == 12 => assert_eq!((report.found, report.damaged), (2, 0)),
-            Remains::New if operation == 12 => assert_eq!((report.found, report.damaged), (3, 0)),
-            _ => assert!(report.damaged == 0 || operation == 12),
+            Remains::Old if operation == 13 => assert_eq!((report.found, report.damaged), (2, 0)),
+            Remains::New if operation == 13 => assert_eq!((report.found, report.damaged), (3, 0)),
+            _ => assert_eq!(report.damaged, 0, "operation {operation}, {remains:?}"),
         }
     });
-    assert_eq!(operations, 12);
+    assert_eq!(operations, 13);
 }
 
 #[test]
 fn a_change_of_pages_at_a_start_cut_short_keeps_the_set() {
     let (board, saved) = full_page();
     let operations = cut_at_each_operation(&board, 3, |operation, remains, report| {
-        // Erasing, twelve operations to copy the set, magic, epoch; then the next set is saved.
-        let done = operation == 1 + 12 + 2 + 12 && report.found == saved + 1;
+        // Erasing, 13 operations to copy the set, magic, epoch; then the next set is saved.
+        let done = operation == 1 + 13 + 2 + 13 && report.found == saved + 1;
         assert_eq!(report.found, saved + u32::from(done), "operation {operation}, {remains:?}");
     });
-    assert_eq!(operations, 1 + 12 + 2 + 12);
+    assert_eq!(operations, 1 + 13 + 2 + 13);
 }
 
 /// The chip stands still for a second where it erases at x32, and for two where it does not.

@@ -1,0 +1,61 @@
+//! The checksum of a set: CRC-32C (Castagnoli), which also finds one flipped bit.
+//!
+//! Sets of any length that differ have checksums such that set and checksum differ in four bits at least (Koopman 2002).
+//! So one flipped bit is corrected, two are detected, and more are taken for one with a probability of one in 16,000.
+
+/// Generator, lowest power at the highest bit.
+const GENERATOR: u32 = 0x82F6_3B78;
+
+/// Remainders of four bits: a table for bytes takes a KiB, and without one a set of 16 KiB takes 10 ms.
+const TABLE: [u32; 16] = {
+    let (mut table, mut bits) = ([0; 16], 0);
+    while bits < 16 {
+        table[bits] = step(step(step(step(bits as u32))));
+        bits += 1;
+    }
+    table
+};
+
+/// A checksum in progress.
+pub struct Crc(u32);
+
+impl Crc {
+    /// Of no bytes.
+    pub const fn new() -> Crc {
+        Crc(u32::MAX)
+    }
+
+    /// Takes the next bytes.
+    #[inline(never)]
+    pub fn update(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 ^= u32::from(*byte);
+            for _ in 0..2 {
+                self.0 = self.0 >> 4 ^ TABLE[self.0 as usize % 16];
+            }
+        }
+    }
+
+    /// The checksum of all bytes taken.
+    pub const fn value(&self) -> u32 {
+        !self.0
+    }
+}
+
+const fn step(remainder: u32) -> u32 {
+    remainder >> 1 ^ if remainder & 1 == 1 { GENERATOR } else { 0 }
+}
+
+/// The one flipped bit that makes the checksums of `bits` bits differ by `difference`: the lowest bit of the first byte is 0,
+/// those of the checksum follow the data. `None` where more than one bit is flipped.
+pub fn flipped(difference: u32, bits: u32) -> Option<u32> {
+    // The difference that each bit makes, from the last bit of the checksum on.
+    let mut made = 1 << 31;
+    for bit in (0..bits + 32).rev() {
+        if made == difference {
+            return Some(bit);
+        }
+        made = step(made);
+    }
+    None
+}

@@ -1,0 +1,223 @@
+//! Saves a set in steps of a few words, so that a node goes on with its work between them.
+//!
+//! ```
+//! # use ecss_can::store::{Group, Parameters, ParameterStore, Save, StoreError, StoreRequest};
+//! # use ecss_can::types::NodeId;
+//! # fn save(
+//! #     store: &mut dyn ParameterStore, values: &mut dyn Parameters, node: NodeId,
+//! # ) -> Result<(), StoreError> {
+//! let mut save = Save::begin(store, node, Group::All, StoreRequest::Save)?;
+//! while !save.advance(store, values)? {
+//!     // The node does its other work.
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//! Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps: one that
+//! changes between them may be stored with bytes of both. One that gets shorter fails the save.
+
+use super::note::{BDEFAULT, noted_bdefault};
+use super::set::{HEADER, Header, MAGIC, MAX_VALUE, VERSION, header, row};
+use super::{Group, ParameterStore, StoreError, StoreRequest};
+use crate::types::{Address, Bus, NodeId};
+
+/// Most bytes of values that are written in one step.
+const STEP: usize = 8;
+
+/// Parameters of sub-indices in a row with values of one length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Address of the first one.
+    pub at: Address,
+    /// Number of parameters.
+    pub count: u8,
+    /// Bytes of each value.
+    pub len: usize,
+}
+
+impl Row {
+    const NONE: Row = Row { at: Address::new(0, 0), count: 0, len: 0 };
+
+    /// Bytes of all values.
+    const fn bytes(self) -> usize {
+        self.len.saturating_mul(self.count as usize)
+    }
+
+    /// Address behind it.
+    const fn next(self) -> Address {
+        Address::new(self.at.index, self.at.sub.saturating_add(self.count))
+    }
+}
+
+/// The parameters that may be stored, in rising order of their addresses.
+pub trait Parameters {
+    /// The first row at or behind an address.
+    fn find(&mut self, from: Address) -> Option<Row>;
+
+    /// Copies bytes of a value from `offset` on; returns how many.
+    fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> usize;
+}
+
+/// A save that runs. The set before is stored until it ends; dropped before, it is a save that was interrupted.
+#[derive(Clone, Debug)]
+pub struct Save {
+    node: NodeId,
+    group: Group,
+    /// Bytes of the new set as far as they are counted; `None` once it is being written.
+    counted: Option<usize>,
+    /// The noted Bdefault, which becomes part of the set where it is not of the group.
+    noted: Option<Bus>,
+    /// Offset in the stored set, and the end of the bytes that are copied from there.
+    offset: usize,
+    end: usize,
+    /// Address of the first and of the next row of present values.
+    first: Address,
+    next: Address,
+    /// The values in progress, and how many bytes of the first one are written.
+    row: Row,
+    written: usize,
+}
+
+impl Save {
+    /// Begins a set with the present values of a group, or without values of it: then its defaults hold after the next
+    /// reset. Those of the other groups are taken from the stored set. A note that is not of this group becomes part of
+    /// the set.
+    ///
+    /// # Errors
+    /// [`StoreError`]; what was stored before holds.
+    pub fn begin(
+        store: &mut dyn ParameterStore,
+        node: NodeId,
+        group: Group,
+        request: StoreRequest,
+    ) -> Result<Save, StoreError> {
+        // The other groups are copied: with what can be corrected of them.
+        if group != Group::All {
+            _ = store.check();
+        }
+        let mut save = Save {
+            node,
+            group,
+            first: match request {
+                StoreRequest::Save => Address::new(0, 0),
+                StoreRequest::Restore => END,
+            },
+            counted: Some(HEADER),
+            noted: None,
+            offset: 0,
+            end: 0,
+            next: END,
+            row: Row::NONE,
+            written: 0,
+        };
+        save.rewind(store)?;
+        Ok(save)
+    }
+
+    /// Goes back to the first row.
+    fn rewind(&mut self, store: &mut dyn ParameterStore) -> Result<(), StoreError> {
+        self.noted = noted_bdefault(store, self.node).filter(|_| !self.group.contains(BDEFAULT.index));
+        let is_kept = self.group != Group::All && matches!(header(store, self.node)?, Header::Own);
+        (self.offset, self.end) = (if is_kept { HEADER } else { usize::MAX }, 0);
+        self.next = self.first;
+        Ok(())
+    }
+
+    /// Counts bytes of the set, or writes them.
+    fn put(&mut self, store: &mut dyn ParameterStore, bytes: &[u8]) -> Result<(), StoreError> {
+        if self.is_counted(bytes.len()) { Ok(()) } else { store.append(bytes) }
+    }
+
+    /// Counts bytes while the length of the set is not known; returns whether it did.
+    fn is_counted(&mut self, bytes: usize) -> bool {
+        let Some(counted) = &mut self.counted else { return false };
+        *counted = counted.saturating_add(bytes);
+        true
+    }
+
+    fn put_header(&mut self, store: &mut dyn ParameterStore) -> Result<(), StoreError> {
+        let Row { at, count, len } = self.row;
+        let ([low, high], [len_low, len_high]) = (at.index.to_le_bytes(), (len as u16).to_le_bytes());
+        self.put(store, &[low, high, at.sub, count, len_low, len_high])
+    }
+
+    /// All rows are counted, which begins the set, or written, which ends it.
+    fn turn(&mut self, store: &mut dyn ParameterStore) -> Result<bool, StoreError> {
+        let Some(len) = self.counted.take() else { return store.commit().map(|()| true) };
+        self.rewind(store)?;
+        store.begin(len)?;
+        let [e, p] = MAGIC;
+        store.append(&[e, p, VERSION, self.node.get()])?;
+        Ok(false)
+    }
+
+    /// Counts the bytes of a row, or writes its header or up to eight bytes of its values. Returns whether the set is
+    /// stored.
+    ///
+    /// # Errors
+    /// [`StoreError`]; what was stored before holds. [`StoreError::Size`] when a value got shorter.
+    #[inline(never)]
+    pub fn advance(
+        &mut self,
+        store: &mut dyn ParameterStore,
+        values: &mut dyn Parameters,
+    ) -> Result<bool, StoreError> {
+        let mut buffer = [0; STEP];
+        if self.offset < self.end {
+            let rest = self.end.saturating_sub(self.offset);
+            if self.is_counted(rest) {
+                self.offset = self.end;
+                return Ok(false);
+            }
+            let part = buffer.get_mut(..rest.min(STEP)).unwrap_or_default();
+            store.read(self.offset, part)?;
+            store.append(part)?;
+            self.offset = self.offset.saturating_add(part.len());
+        } else if let Some(found) = row(store, self.offset)? {
+            self.end = found.next();
+            if self.group.contains(found.at.index) || self.noted.is_some() && found.at == BDEFAULT {
+                self.offset = self.end;
+            }
+        } else if let Some(bus) = self.noted.take() {
+            self.row = NOTED;
+            self.put_header(store)?;
+            self.row = Row::NONE;
+            self.put(store, &[bus.bdefault()])?;
+        } else if self.row.count > 0 {
+            if self.is_counted(self.row.bytes()) {
+                self.row.count = 0;
+                return Ok(false);
+            }
+            let rest = self.row.len.saturating_sub(self.written).min(STEP);
+            let part = buffer.get_mut(..rest).unwrap_or_default();
+            if values.read(self.row.at, self.written, part) != rest {
+                return Err(StoreError::Size);
+            }
+            store.append(part)?;
+            self.written = self.written.saturating_add(rest);
+            if self.written >= self.row.len {
+                self.written = 0;
+                self.row.at.sub = self.row.at.sub.wrapping_add(1);
+                self.row.count -= 1;
+            }
+        } else if let Some(row) = values.find(self.next) {
+            self.next = row.next();
+            if self.group.contains(row.at.index) {
+                if row.len > MAX_VALUE {
+                    return Err(StoreError::Size);
+                }
+                self.row = row;
+                self.put_header(store)?;
+            }
+        } else {
+            return self.turn(store);
+        }
+        Ok(false)
+    }
+}
+
+/// Address behind all parameters.
+const END: Address = Address::new(u16::MAX, u8::MAX);
+
+/// The row of a noted Bdefault.
+const NOTED: Row = Row { at: BDEFAULT, count: 1, len: 1 };
