@@ -131,7 +131,7 @@ impl Save {
     /// Counts bytes while the length of the set is not known; returns whether it did.
     fn is_counted(&mut self, bytes: usize) -> bool {
         let Some(counted) = &mut self.counted else { return false };
-        *counted = counted.saturating_add(bytes);
+        *counted = counted.wrapping_add(bytes);
         true
     }
 
@@ -164,7 +164,7 @@ impl Save {
     ) -> Result<bool, StoreError> {
         let mut buffer = [0; STEP];
         if self.offset < self.end {
-            let rest = self.end.saturating_sub(self.offset);
+            let rest = self.end.wrapping_sub(self.offset);
             if self.is_counted(rest) {
                 self.offset = self.end;
                 return Ok(false);
@@ -172,7 +172,7 @@ impl Save {
             let part = buffer.get_mut(..rest.min(STEP)).unwrap_or_default();
             store.read(self.offset, part)?;
             store.append(part)?;
-            self.offset = self.offset.saturating_add(part.len());
+            self.offset = self.offset.wrapping_add(part.len());
         } else if let Some(found) = row(store, self.offset)? {
             self.end = found.next();
             if self.group.contains(found.at.index) || self.noted.is_some() && found.at == BDEFAULT {
@@ -188,13 +188,13 @@ impl Save {
                 self.row.count = 0;
                 return Ok(false);
             }
-            let rest = self.row.len.saturating_sub(self.written).min(STEP);
+            let rest = self.row.len.wrapping_sub(self.written).min(STEP);
             let part = buffer.get_mut(..rest).unwrap_or_default();
             if values.read(self.row.at, self.written, part) != rest {
                 return Err(StoreError::Size);
             }
             store.append(part)?;
-            self.written = self.written.saturating_add(rest);
+            self.written = self.written.wrapping_add(rest);
             if self.written >= self.row.len {
                 self.written = 0;
                 self.row.at.sub = self.row.at.sub.wrapping_add(1);
