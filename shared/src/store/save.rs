@@ -135,8 +135,8 @@ impl Save {
         true
     }
 
-    fn put_header(&mut self, store: &mut dyn ParameterStore) -> Result<(), StoreError> {
-        let Row { at, count, len } = self.row;
+    fn put_header(&mut self, store: &mut dyn ParameterStore, row: &Row) -> Result<(), StoreError> {
+        let &Row { at, count, len } = row;
         let ([low, high], [len_low, len_high]) = (at.index.to_le_bytes(), (len as u16).to_le_bytes());
         self.put(store, &[low, high, at.sub, count, len_low, len_high])
     }
@@ -179,9 +179,7 @@ impl Save {
                 self.offset = self.end;
             }
         } else if let Some(bus) = self.noted.take() {
-            self.row = NOTED;
-            self.put_header(store)?;
-            self.row = Row::NONE;
+            self.put_header(store, &NOTED)?;
             self.put(store, &[bus.bdefault()])?;
         } else if self.row.count > 0 {
             if self.is_counted(self.row.bytes()) {
@@ -206,8 +204,8 @@ impl Save {
                 if row.len > MAX_VALUE {
                     return Err(StoreError::Size);
                 }
+                self.put_header(store, &row)?;
                 self.row = row;
-                self.put_header(store)?;
             }
         } else {
             return self.turn(store);
