@@ -422,10 +422,9 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
     }
 
     fn check(&mut self) -> Option<Loss> {
-        if let Some(set) = self.stored
-            && self.correct(set).is_err()
-        {
-            (self.stored, self.loss) = (None, Some(Loss::Damaged));
+        if let Some(set) = self.stored {
+            // A memory that cannot be read fails the load as well.
+            _ = self.correct(set);
         }
         self.loss
     }
