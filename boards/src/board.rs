@@ -13,7 +13,7 @@ use embassy_stm32::peripherals::FLASH;
 use crate::bxcan::Port;
 use crate::common::{Irqs, Leds, strap_bits, watch};
 use crate::pulse::Pulse;
-use crate::store::{self, ChipFlash, Opened, ParameterLog};
+use crate::store::{self, ChipFlash, ParameterLog};
 use crate::straps::{self, StrapError};
 use crate::{Resources, Uptime, capture, retained, spare, supervisor};
 
@@ -98,7 +98,7 @@ fn store(flash: Peri<'static, FLASH>) -> Option<&'static mut (dyn ParameterStore
     match store::open(flash) {
         Ok((log, opened)) => {
             // Reports what was lost and why, or how many bits were corrected.
-            if opened != Opened::default() {
+            if opened.damaged > 0 || opened.is_interrupted || opened.corrected > 0 {
                 defmt::warn!("parameter store: {}", opened);
             }
             let log = cortex_m::singleton!(: ParameterLog<ChipFlash> = log)?;

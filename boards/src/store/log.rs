@@ -160,13 +160,9 @@ impl<F: NorFlash> ParameterLog<F> {
         };
         let mut opened = Opened::default();
         let epochs = [log.epoch(pages[0])?, log.epoch(pages[1])?];
-        let newest = match epochs {
-            [Some(first), Some(second)] => Some(usize::from(second > first)),
-            [Some(_), None] => Some(0),
-            [None, Some(_)] => Some(1),
-            [None, None] => None,
-        };
-        let Some(newest) = newest else {
+        let newest = usize::from(epochs[1] > epochs[0]);
+        let epoch = epochs[newest];
+        if epoch == 0 {
             for page in pages {
                 // A page that holds something was in use: its epoch is damaged.
                 if log.control(page)? == Some(MAGIC) && log.word(page + PAGE_HEADER)? != ERASED {
@@ -178,13 +174,13 @@ impl<F: NorFlash> ParameterLog<F> {
             log.enter(pages[0]);
             log.stamp(1)?;
             return Ok((log, opened));
-        };
+        }
         log.find_stored(pages[newest], &mut opened)?;
         let has_room = StoredSet::new(log.free, MAX_SET as u32).end() <= log.page_end;
         if !has_room || log.free >= log.notes_end() || log.corrected > 0 {
             opened.corrected = log.corrected;
             log.clear(pages[1 - newest], &mut opened)?;
-            log.change_page(pages[1 - newest], epochs[newest].unwrap_or(0).saturating_add(1))?;
+            log.change_page(pages[1 - newest], epoch + 1)?;
         }
         Ok((log, opened))
     }
@@ -217,9 +213,10 @@ impl<F: NorFlash> ParameterLog<F> {
         self.page_end - Self::PAGE / 4
     }
 
-    /// The epoch of a page that was made ready.
-    fn epoch(&mut self, page: u32) -> Result<Option<u16>, StoreError> {
-        Ok(if self.control(page)? == Some(MAGIC) { self.control(page + WORD)? } else { None })
+    /// The epoch of a page that was made ready, else zero.
+    fn epoch(&mut self, page: u32) -> Result<u16, StoreError> {
+        let is_ready = self.control(page)? == Some(MAGIC);
+        Ok(if is_ready { self.control(page + WORD)?.unwrap_or(0) } else { 0 })
     }
 
     fn stamp(&mut self, epoch: u16) -> Result<(), StoreError> {
@@ -315,9 +312,9 @@ impl<F: NorFlash> ParameterLog<F> {
 
     /// Compares a set with its CRC: it is stored with at most one flipped bit, which reading corrects. Otherwise it is
     /// damaged, and none is stored.
-    fn correct(&mut self, mut set: StoredSet) -> Result<bool, StoreError> {
+    fn correct(&mut self, set: StoredSet) -> Result<bool, StoreError> {
+        let mut set = StoredSet { flipped: None, ..set };
         let difference = self.crc_of(set)? ^ self.word(set.crc())?;
-        set.flipped = None;
         if difference != 0 {
             set.flipped = flipped(difference, 8 * set.len);
             if set.flipped.is_none() {
@@ -342,7 +339,6 @@ impl<F: NorFlash> ParameterLog<F> {
         let mut crc = Crc::new();
         let mut bytes = [0; PART];
         let mut offset = 0;
-        let set = StoredSet { flipped: None, ..set };
         while offset < set.len {
             let part = &mut bytes[..((set.len - offset) as usize).min(PART)];
             self.copy(set, offset, part)?;
@@ -426,10 +422,9 @@ impl<F: NorFlash> ParameterStore for ParameterLog<F> {
     }
 
     fn check(&mut self) -> Option<Loss> {
-        if let Some(set) = self.stored
-            && self.correct(set).is_err()
-        {
-            (self.stored, self.loss) = (None, Some(Loss::Damaged));
+        if let Some(set) = self.stored {
+            // A memory that cannot be read fails the load as well.
+            _ = self.correct(set);
         }
         self.loss
     }

@@ -76,6 +76,12 @@ pub trait ObjectAccess {
     /// The abort code to answer; the stream is cancelled.
     fn finish(&mut self, at: Address, size: usize) -> Result<(), AbortCode>;
 
+    /// Whether the answer to the last write waits until the object has done its work. Then the dictionary keeps it, and
+    /// sends it later.
+    fn hold(&mut self, _answer: &[u8; 8]) -> bool {
+        false
+    }
+
     /// A stream ended before it was complete.
     fn cancel(&mut self, at: Address);
 }

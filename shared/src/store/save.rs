@@ -131,12 +131,12 @@ impl Save {
     /// Counts bytes while the length of the set is not known; returns whether it did.
     fn is_counted(&mut self, bytes: usize) -> bool {
         let Some(counted) = &mut self.counted else { return false };
-        *counted = counted.saturating_add(bytes);
+        *counted = counted.wrapping_add(bytes);
         true
     }
 
-    fn put_header(&mut self, store: &mut dyn ParameterStore) -> Result<(), StoreError> {
-        let Row { at, count, len } = self.row;
+    fn put_header(&mut self, store: &mut dyn ParameterStore, row: &Row) -> Result<(), StoreError> {
+        let &Row { at, count, len } = row;
         let ([low, high], [len_low, len_high]) = (at.index.to_le_bytes(), (len as u16).to_le_bytes());
         self.put(store, &[low, high, at.sub, count, len_low, len_high])
     }
@@ -164,7 +164,7 @@ impl Save {
     ) -> Result<bool, StoreError> {
         let mut buffer = [0; STEP];
         if self.offset < self.end {
-            let rest = self.end.saturating_sub(self.offset);
+            let rest = self.end.wrapping_sub(self.offset);
             if self.is_counted(rest) {
                 self.offset = self.end;
                 return Ok(false);
@@ -172,29 +172,27 @@ impl Save {
             let part = buffer.get_mut(..rest.min(STEP)).unwrap_or_default();
             store.read(self.offset, part)?;
             store.append(part)?;
-            self.offset = self.offset.saturating_add(part.len());
+            self.offset = self.offset.wrapping_add(part.len());
         } else if let Some(found) = row(store, self.offset)? {
             self.end = found.next();
             if self.group.contains(found.at.index) || self.noted.is_some() && found.at == BDEFAULT {
                 self.offset = self.end;
             }
         } else if let Some(bus) = self.noted.take() {
-            self.row = NOTED;
-            self.put_header(store)?;
-            self.row = Row::NONE;
+            self.put_header(store, &NOTED)?;
             self.put(store, &[bus.bdefault()])?;
         } else if self.row.count > 0 {
             if self.is_counted(self.row.bytes()) {
                 self.row.count = 0;
                 return Ok(false);
             }
-            let rest = self.row.len.saturating_sub(self.written).min(STEP);
+            let rest = self.row.len.wrapping_sub(self.written).min(STEP);
             let part = buffer.get_mut(..rest).unwrap_or_default();
             if values.read(self.row.at, self.written, part) != rest {
                 return Err(StoreError::Size);
             }
             store.append(part)?;
-            self.written = self.written.saturating_add(rest);
+            self.written = self.written.wrapping_add(rest);
             if self.written >= self.row.len {
                 self.written = 0;
                 self.row.at.sub = self.row.at.sub.wrapping_add(1);
@@ -206,8 +204,8 @@ impl Save {
                 if row.len > MAX_VALUE {
                     return Err(StoreError::Size);
                 }
+                self.put_header(store, &row)?;
                 self.row = row;
-                self.put_header(store)?;
             }
         } else {
             return self.turn(store);

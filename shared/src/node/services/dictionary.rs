@@ -15,6 +15,18 @@ use crate::types::{AbortCode, Address, CobId, Duration, Instant, NodeId};
 /// Sub-index of all parameters.
 const ALL: u8 = 1;
 
+/// Answer of the SDO server to "save" or "load", which waits for its end.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum Answer {
+    /// There is none.
+    #[default]
+    None,
+    /// The server is about to send it.
+    Due,
+    /// It is kept.
+    Held([u8; 8]),
+}
+
 /// The objects, and what a write to them reaches at once.
 #[derive(Debug)]
 pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
@@ -25,6 +37,8 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub stored: E::Storage,
     /// What was written last over the bus, and the node has not looked at yet.
     pub written: Option<Address>,
+    /// Answer to the save that runs.
+    pub answer: Answer,
     /// Object of 1010h or 1011h that was obeyed last, and the node has not looked at yet.
     pub saved: Option<Address>,
     /// Where the value is that was asked for last over the bus.
@@ -49,6 +63,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
             emcy: emcy::Producer::new(emcy),
             stored: E::Storage::new(store),
             written: None,
+            answer: Answer::None,
             saved: None,
             found: None,
             id,
@@ -194,7 +209,9 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         request.map_or(Ok(()), |request| request.check(number))?;
         if request.is_some() {
             // Obeyed when the save has ended.
-            return self.stored.begin(self.id, at, self.now);
+            self.stored.begin(self.id, at, self.now)?;
+            self.answer = Answer::Due;
+            return Ok(());
         }
         if at.index <= rules::LAST {
             self.find(at)?.download(Some(value.len()))?;
@@ -222,6 +239,14 @@ impl<D: Device, E: Extension> ObjectAccess for Dictionary<D, E> {
         self.find(at)?.bytes().ok_or(AbortCode::UnsupportedAccess)?.finish(size)?;
         self.written = Some(at);
         Ok(())
+    }
+
+    fn hold(&mut self, answer: &[u8; 8]) -> bool {
+        let is_due = matches!(self.answer, Answer::Due);
+        if is_due {
+            self.answer = Answer::Held(*answer);
+        }
+        is_due
     }
 
     fn cancel(&mut self, at: Address) {

@@ -1,6 +1,6 @@
 //! Objects of the services: what is stored of them, and what a service does when one has changed.
 
-use super::{Dictionary, FIRST_TOLD, NodeEvent, Services, Storage};
+use super::{Answer, Dictionary, FIRST_TOLD, NodeEvent, Services, Storage};
 use crate::emcy::ErrorCode;
 use crate::node::index::{
     CONFIGURATION, LAST_TPDO_MAPPING, PRE_DEFINED_ERRORS, REDUNDANCY, REQUEST_NMT, RESTORE, RPDO, SCET_SET,
@@ -62,7 +62,10 @@ impl<D: Device, E: Extension> Services<D, E> {
         let dictionary = &mut self.dictionary;
         dictionary.now = now;
         match dictionary.download(at, Some(value.len()))? {
-            Transfer::Whole(_) => dictionary.write(at, value)?,
+            Transfer::Whole(_) => {
+                dictionary.write(at, value)?;
+                dictionary.answer = Answer::None;
+            }
             Transfer::Stream(_) => {
                 dictionary.write_part(at, 0, value)?;
                 dictionary.finish(at, value.len())?;

@@ -29,6 +29,7 @@ use crate::profile::Profile;
 use crate::store::ParameterStore;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, earliest};
 use crate::{sdo, sync};
+use dictionary::Answer;
 pub use dictionary::Dictionary;
 pub use events::NodeEvent;
 pub use stored::{NoStore, Storage, Stored};
@@ -63,8 +64,6 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     /// What comes for the SDO server.
     sdo_id: CobId,
     server: sdo::Server,
-    /// The answer to "save" or "load", until that has ended.
-    held: Option<sdo::Payload>,
     pub time: E::Time,
     pub buses: Buses,
     pub lifetimes: Lifetimes,
@@ -115,7 +114,6 @@ impl<D: Device, E: Extension> Services<D, E> {
             sync_id: CobId::SYNC,
             sdo_id: CobId::sdo_request(id),
             server: sdo::Server::new(profile.sdo_timeout),
-            held: None,
             time: E::new_time(profile),
             buses: Buses::new(profile.access(id), profile.bus_off),
             lifetimes: Lifetimes {
@@ -293,40 +291,29 @@ impl<D: Device, E: Extension> Services<D, E> {
     #[inline(always)]
     pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let response = CobId::sdo_response(self.id);
-        let Self { dictionary, server, held, .. } = self;
+        let Self { dictionary, server, .. } = self;
         dictionary.now = now;
-        let was_saving = dictionary.stored.is_saving();
-        let (mut last, mut used) = (None, true);
-        let mut note = |payload| {
-            if let Some(before) = last.replace(payload) {
-                send(Frame::of(response, before));
-            }
-        };
+        let mut send = move |payload| send(Frame::of(response, payload));
         match step {
             SdoStep::Request(frame) => {
                 let Some(payload) = frame.full() else { return false };
                 if payload[0] == ABORT {
-                    *held = None;
+                    dictionary.answer = Answer::None;
                 }
-                used = server.on_request(payload, now, dictionary, &mut note);
+                return server.on_request(payload, now, dictionary, &mut send);
             }
-            SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut note),
-            SdoStep::Poll => server.poll(now, dictionary, &mut note),
+            SdoStep::BusChanged => server.on_bus_changed(now, dictionary, &mut send),
+            SdoStep::Poll => server.poll(now, dictionary, &mut send),
             SdoStep::Save => {
                 if let Some((at, ended)) = dictionary.advance_save() {
                     self.next = Instant::ZERO;
-                    if let Some(answer) = held.take() {
-                        note(ended.map_or_else(|code| sdo::abort(at, code), |()| answer));
+                    if let Answer::Held(answer) = core::mem::take(&mut dictionary.answer) {
+                        send(ended.map_or_else(|code| sdo::abort(at, code), |()| answer));
                     }
                 }
             }
         }
-        if dictionary.stored.is_saving() && !was_saving {
-            *held = last;
-        } else if let Some(last) = last {
-            send(Frame::of(response, last));
-        }
-        used
+        true
     }
 
     /// Whether a save runs, which goes on as soon as there is nothing else to do.
@@ -342,7 +329,7 @@ impl<D: Device, E: Extension> Services<D, E> {
     /// Gives up a save that runs. Its client gets no answer.
     pub fn give_up_save(&mut self) {
         self.dictionary.stored.give_up();
-        self.held = None;
+        self.dictionary.answer = Answer::None;
     }
 
     /// Whether the SDO server has a transfer.

@@ -96,7 +96,6 @@ impl<D: Device> Slave<D> {
         {
             self.on_stored(at.index == STORE);
         }
-        self.run(now, now, out);
     }
 
     /// An object was written that the node itself follows.

@@ -65,10 +65,12 @@ struct Turn<'a, O, S> {
     send: &'a mut S,
 }
 
-impl<O, S: FnMut(Payload)> Turn<'_, O, S> {
+impl<O: ObjectAccess, S: FnMut(Payload)> Turn<'_, O, S> {
     #[inline(never)] // from many places
     fn send(&mut self, payload: Payload) {
-        (self.send)(payload);
+        if !self.objects.hold(&payload) {
+            (self.send)(payload);
+        }
     }
 }
 
