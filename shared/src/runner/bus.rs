@@ -92,7 +92,7 @@ pub(super) struct Line<P: CanPort> {
     looked: Instant,
     /// The filter that is set anew next.
     next_filter: u8,
-    /// When this task has something to do without an event.
+    /// When this task has to run without an event: a look, or the end of a lifetime.
     due: Instant,
 }
 
@@ -116,7 +116,7 @@ impl<P: CanPort> Line<P> {
         }
     }
 
-    /// As if it had looked at its controller then.
+    /// Counts looks from `now`, as if it had looked at its controller then.
     fn look_from(&mut self, now: Instant) {
         (self.looked, self.due) = (now, now + LOOK);
     }
@@ -131,7 +131,7 @@ impl<P: CanPort> Line<P> {
         context.waker().wake_by_ref();
     }
 
-    /// Does what others want of this bus, and what is due; whether another task is to be woken from now on.
+    /// Does what is due, obeys commands for this bus and fills its mailboxes. Returns whether another task is to be woken from now on.
     #[inline]
     fn end_turn<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
         let is_new = register(&mut shared.buses[self.bus], context);
@@ -340,7 +340,7 @@ impl<P: CanPort> Line<P> {
         self.tell(shared, &LinkEvent::Failed { frame: lost.frame, cause }, now);
     }
 
-    /// Whether the node was told of frames whose lifetime has ended.
+    /// Puts frames that wait into mailboxes. Returns whether it reported frames whose lifetime has ended.
     fn fill_mailboxes<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) -> bool {
         if shared.queues[self.bus].is_empty() {
             return false;
@@ -414,7 +414,7 @@ pub(super) fn fit<P: CanPort>(filters: &mut Filters) {
     }
 }
 
-/// What decisions are taken by: the state, and whether nobody acknowledges.
+/// The part of health that decisions depend on: the state, and whether frames stay without acknowledgement.
 fn verdict(health: &Health) -> (ErrorState, bool) {
     (health.state, health.state == ErrorState::Passive && health.last_error == LastError::Ack)
 }
