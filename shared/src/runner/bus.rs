@@ -7,12 +7,13 @@ use core::task::{Context, Poll};
 
 use super::TURN;
 use super::alarm::Alarm;
+use super::filters::{self, Refresh};
 use super::resources::{Core, Lines, Platform};
 use super::shared::{Shared, register};
 use crate::link::Stamp;
-use crate::link::port::{CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent, is_urgent};
+use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
 use crate::link::queue::{Full, Outgoing};
-use crate::node::{BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node};
+use crate::node::{BusCommand, FailCause, Filters, LinkEvent, Node};
 use crate::time::Clock;
 use crate::types::{Bus, Duration, Frame, Instant};
 
@@ -90,8 +91,8 @@ pub(super) struct Line<P: CanPort> {
     health: Health,
     /// When it was read last.
     looked: Instant,
-    /// The filter that is set anew next.
-    next_filter: u8,
+    /// Its filters are set anew, one at a time.
+    refresh: Refresh,
     /// When this task has to run without an event: a look, or the end of a lifetime.
     due: Instant,
 }
@@ -111,7 +112,7 @@ impl<P: CanPort> Line<P> {
             mailboxes: Default::default(),
             health: Health::default(),
             looked: Instant::ZERO,
-            next_filter: 0,
+            refresh: Refresh::default(),
             due: Instant::ZERO,
         }
     }
@@ -183,26 +184,7 @@ impl<P: CanPort> Line<P> {
                 self.port.leave();
             }
             BusCommand::Recover => self.port.recover(),
-            BusCommand::Filter { number, filter } => self.set_filter(number, filter),
-        }
-    }
-
-    /// Sets a filter, unless it is the last one of the port: that may be the one for every frame.
-    fn set_filter(&mut self, number: u8, filter: Filter) {
-        if usize::from(number) + 1 < P::FILTERS {
-            self.port.set_filter(number, filter);
-        }
-    }
-
-    /// Sets one filter anew, all of them in turn: a bit may have flipped in the controller (ECSS 6.10d). Each bus does so for
-    /// itself, at a moment of its own, as long steps delay frames (row `rx.inside_look`).
-    fn refresh_filter<N: Node>(&mut self, shared: &Shared<N>) {
-        match shared.node.filter(self.next_filter.into()) {
-            Some(filter) => {
-                self.set_filter(self.next_filter, filter);
-                self.next_filter = self.next_filter.wrapping_add(1);
-            }
-            None => self.next_filter = 0,
+            BusCommand::Filter { number, filter } => filters::set(&mut self.port, number, filter),
         }
     }
 
@@ -299,7 +281,7 @@ impl<P: CanPort> Line<P> {
         if self.next_look() <= now {
             self.look(shared, now);
         }
-        self.refresh_filter(shared);
+        self.refresh.step(&mut self.port, &*shared.node);
         self.update_due(shared);
     }
 
@@ -401,16 +383,6 @@ impl<P: CanPort> Line<P> {
             }
         }
         self.due = shared.queues[self.bus].next_expiry().map_or(due, |expiry| due.min(expiry));
-    }
-}
-
-/// The filters that a port has. If those of the node are more, the last one admits every frame.
-#[inline]
-pub(super) fn fit<P: CanPort>(filters: &mut Filters) {
-    const { assert!(P::FILTERS > 0 && P::FILTERS <= MAX_FILTERS, "a port has 1 to 32 filters") };
-    if let Some(last) = filters.get_mut(P::FILTERS - 1) {
-        *last = Filter::ALL;
-        filters.truncate(P::FILTERS);
     }
 }
 
