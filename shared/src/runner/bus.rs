@@ -7,12 +7,13 @@ use core::task::{Context, Poll};
 
 use super::TURN;
 use super::alarm::Alarm;
+use super::filters::{self, Refresh};
 use super::resources::{Core, Lines, Platform};
 use super::shared::{Shared, register};
 use crate::link::Stamp;
-use crate::link::port::{CanPort, ErrorState, Filter, Health, LastError, Mailbox, PortEvent, is_urgent};
+use crate::link::port::{CanPort, ErrorState, Health, LastError, Mailbox, PortEvent, is_urgent};
 use crate::link::queue::{Full, Outgoing};
-use crate::node::{BusCommand, FailCause, Filters, LinkEvent, MAX_FILTERS, Node};
+use crate::node::{BusCommand, FailCause, Filters, LinkEvent, Node};
 use crate::time::Clock;
 use crate::types::{Bus, Duration, Frame, Instant};
 
@@ -90,9 +91,9 @@ pub(super) struct Line<P: CanPort> {
     health: Health,
     /// When it was read last.
     looked: Instant,
-    /// The filter that is set anew next.
-    next_filter: u8,
-    /// When this task has something to do without an event.
+    /// Its filters are set anew, one at a time.
+    refresh: Refresh,
+    /// When this task has to run without an event: a look, or the end of a lifetime.
     due: Instant,
 }
 
@@ -111,12 +112,12 @@ impl<P: CanPort> Line<P> {
             mailboxes: Default::default(),
             health: Health::default(),
             looked: Instant::ZERO,
-            next_filter: 0,
+            refresh: Refresh::default(),
             due: Instant::ZERO,
         }
     }
 
-    /// As if it had looked at its controller then.
+    /// Counts looks from `now`, as if it had looked at its controller then.
     fn look_from(&mut self, now: Instant) {
         (self.looked, self.due) = (now, now + LOOK);
     }
@@ -131,7 +132,7 @@ impl<P: CanPort> Line<P> {
         context.waker().wake_by_ref();
     }
 
-    /// Does what others want of this bus, and what is due; whether another task is to be woken from now on.
+    /// Does what is due, obeys commands for this bus and fills its mailboxes. Returns whether another task is to be woken from now on.
     #[inline]
     fn end_turn<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
         let is_new = register(&mut shared.buses[self.bus], context);
@@ -183,26 +184,7 @@ impl<P: CanPort> Line<P> {
                 self.port.leave();
             }
             BusCommand::Recover => self.port.recover(),
-            BusCommand::Filter { number, filter } => self.set_filter(number, filter),
-        }
-    }
-
-    /// Sets a filter, unless it is the last one of the port: that may be the one for every frame.
-    fn set_filter(&mut self, number: u8, filter: Filter) {
-        if usize::from(number) + 1 < P::FILTERS {
-            self.port.set_filter(number, filter);
-        }
-    }
-
-    /// Sets one filter anew, all of them in turn: a bit may have flipped in the controller (ECSS 6.10d). Each bus does so for
-    /// itself, at a moment of its own, as long steps delay frames (row `rx.inside_look`).
-    fn refresh_filter<N: Node>(&mut self, shared: &Shared<N>) {
-        match shared.node.filter(self.next_filter.into()) {
-            Some(filter) => {
-                self.set_filter(self.next_filter, filter);
-                self.next_filter = self.next_filter.wrapping_add(1);
-            }
-            None => self.next_filter = 0,
+            BusCommand::Filter { number, filter } => filters::set(&mut self.port, number, filter),
         }
     }
 
@@ -299,7 +281,7 @@ impl<P: CanPort> Line<P> {
         if self.next_look() <= now {
             self.look(shared, now);
         }
-        self.refresh_filter(shared);
+        self.refresh.step(&mut self.port, &*shared.node);
         self.update_due(shared);
     }
 
@@ -340,7 +322,7 @@ impl<P: CanPort> Line<P> {
         self.tell(shared, &LinkEvent::Failed { frame: lost.frame, cause }, now);
     }
 
-    /// Whether the node was told of frames whose lifetime has ended.
+    /// Puts frames that wait into mailboxes. Returns whether it reported frames whose lifetime has ended.
     fn fill_mailboxes<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) -> bool {
         if shared.queues[self.bus].is_empty() {
             return false;
@@ -404,17 +386,7 @@ impl<P: CanPort> Line<P> {
     }
 }
 
-/// The filters that a port has. If those of the node are more, the last one admits every frame.
-#[inline]
-pub(super) fn fit<P: CanPort>(filters: &mut Filters) {
-    const { assert!(P::FILTERS > 0 && P::FILTERS <= MAX_FILTERS, "a port has 1 to 32 filters") };
-    if let Some(last) = filters.get_mut(P::FILTERS - 1) {
-        *last = Filter::ALL;
-        filters.truncate(P::FILTERS);
-    }
-}
-
-/// What decisions are taken by: the state, and whether nobody acknowledges.
+/// The part of health that decisions depend on: the state, and whether frames stay without acknowledgement.
 fn verdict(health: &Health) -> (ErrorState, bool) {
     (health.state, health.state == ErrorState::Passive && health.last_error == LastError::Ack)
 }

@@ -19,6 +19,7 @@ mod alarm;
 mod bus;
 mod cable;
 mod due;
+mod filters;
 mod handle;
 mod resources;
 mod sdo_client;

@@ -6,7 +6,8 @@ use core::mem::MaybeUninit;
 
 use static_cell::StaticCell;
 
-use super::bus::{Line, fit};
+use super::bus::Line;
+use super::filters::fit;
 use super::shared::Shared;
 use super::{BusRunner, DueRunner, Events, Handle, Telltale};
 use crate::link::port::CanPort;

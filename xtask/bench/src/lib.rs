@@ -65,7 +65,7 @@ pub struct SizesOptions {
     output: Output,
 }
 
-/// What becomes of the figures.
+/// Where the figures go, and what they are compared with.
 #[derive(Args, Debug)]
 struct Output {
     /// Exit with 1 when a row is more than 3 % off its stored value, a target does not hold that held before, or one does not hold

@@ -81,7 +81,7 @@ impl Stored {
         Ok(())
     }
 
-    /// What the rows of an area contradict, one sentence each.
+    /// Compares the rows of an area with the stored ones. Returns a sentence for each difference that counts.
     pub fn findings(&self, area: &str, rows: &[Row]) -> Vec<String> {
         let key = |row: &Row| format!("{area}.{}", row.name);
         let mut findings: Vec<String> = rows.iter().filter_map(|row| self.finding(&key(row), row)).collect();

@@ -257,7 +257,6 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     fn due(&self) -> Option<Instant> {
-        let is_sync_sent = self.manager.is_announced() && self.produces_sync();
         let all = [
             self.manager.deadline(),
             self.services.buses.deadline(),
@@ -267,7 +266,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             self.rivals.deadline(self.redundancy.quiet_time()),
             self.budgets.deadline(),
             self.device_deadline(),
-            self.sync.deadline().filter(|_| is_sync_sent),
+            self.sync.deadline().filter(|_| self.manager.is_announced() && self.produces_sync()),
         ];
         earliest(&all)
     }

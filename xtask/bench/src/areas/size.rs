@@ -1,7 +1,7 @@
 //! Flash and static RAM of the images of every board, profile `standard`, and the deepest stack of the demo.
 //!
-//! Where the flash goes is told by the names in the symbol table: see [`share`](crate::share). The compiler inlines, so a
-//! part has what was inlined into it, and misses what was inlined elsewhere.
+//! The names in the symbol table say which part of the software takes the flash: see [`share`](crate::share). The compiler inlines, so
+//! a part includes code that was inlined into it, and misses code that was inlined elsewhere.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -33,7 +33,7 @@ pub const AREA: Area = Area {
 const SLAVE: [u64; 2] = [72 * 1024, 16 * 1024];
 const MINIMAL: [u64; 2] = [20 * 1024, 4 * 1024];
 
-/// What CANopenNode takes for the same services, and a little more.
+/// Budget of the services of CANopen: the flash that CANopenNode takes for them, and a little more.
 const CANOPEN: u64 = 26 << 10;
 
 /// Longest name of a symbol in a table; generic ones can be endless.
