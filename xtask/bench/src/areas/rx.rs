@@ -82,12 +82,19 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(cases.collect::<anyhow::Result<Vec<_>>>()?.concat())
 }
 
-/// Most cycles from the interrupt to the dictionary, by design.
-fn target(timing: FlashTiming) -> Option<u64> {
+/// Most cycles from the interrupt to the dictionary.
+#[derive(Default)]
+struct Targets {
+    /// Of all moments: those of the shortest frame that can follow, 47 bits.
+    worst: Option<u64>,
+    median: Option<u64>,
+}
+
+fn targets(timing: FlashTiming) -> Targets {
     match timing {
-        FlashTiming::Ideal => Some(1500),
-        FlashTiming::AsSet => Some(2200),
-        FlashTiming::Unaccelerated => None,
+        FlashTiming::Ideal => Targets { worst: None, median: Some(1_500) },
+        FlashTiming::AsSet => Targets { worst: Some(7_896), median: Some(2_200) },
+        FlashTiming::Unaccelerated => Targets::default(),
     }
 }
 
@@ -107,13 +114,14 @@ fn measure_with(context: &Context, timing: FlashTiming, case: &str) -> anyhow::R
         (cycles[cycles.len() - 1], cycles[cycles.len() / 2])
     });
     let row = |name: &str, cycles: u64| Row::lower(format!("{name}{case}"), cycles, "model_cycles");
-    let worst = row("interrupt_to_dictionary", node.0.max(inside_look));
+    let within = |row: Row, target: Option<u64>| match target {
+        Some(target) => row.within(target),
+        None => row,
+    };
+    let targets = targets(timing);
     Ok(vec![
-        match target(timing) {
-            Some(target) => worst.within(target),
-            None => worst,
-        },
-        row("interrupt_to_dictionary_median", node.1),
+        within(row("interrupt_to_dictionary", node.0.max(inside_look)), targets.worst),
+        within(row("interrupt_to_dictionary_median", node.1), targets.median),
         row("inside_look", inside_look),
         row("interrupt_to_application", application.0),
         row("interrupt_to_application_median", application.1),
