@@ -128,7 +128,10 @@ fn first_node_on_a_bus_reports_no_passive_controller() {
     let mut master = powered(&STANDARD);
     master.health(NOMINAL, UNACKNOWLEDGED);
     assert_eq!((read(&mut master, 0x1003, 0), read(&mut master, 0x2020, 1)), (0, 1));
-    // A client's requests were frames of another node.
+    // A client's requests and their answers are frames of two nodes.
+    for _ in 0..8 {
+        read(&mut master, 0x1001, 0);
+    }
     master.health(NOMINAL, Health::default());
     master.health(NOMINAL, UNACKNOWLEDGED);
     assert_eq!((read(&mut master, 0x1003, 0), read(&mut master, 0x1003, 1)), (1, 0x8120));

@@ -42,6 +42,9 @@ use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId, Scet, earliest}
 
 type Out = Outbox<MasterEvent>;
 
+/// Frames on a bus, in and out, before the first of which nobody may have been there to acknowledge.
+const FIRST_FRAMES: u32 = 8;
+
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
 
@@ -169,13 +172,13 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
     }
 
     /// Whether the master is error passive because it is the first node on this bus. That is no error: no other node was
-    /// there yet to acknowledge its frames.
+    /// there yet to acknowledge its frames. The first frames that were acknowledged may be handled before the state that preceded
+    /// them.
     fn is_first(&self, bus: Bus, health: &Health) -> bool {
         let counters = &self.services.buses.counters[bus];
         health.state == ErrorState::Passive
             && health.last_error == LastError::Ack
-            && counters.received == 0
-            && counters.sent == 0
+            && counters.received.saturating_add(counters.sent) < FIRST_FRAMES
     }
 
     fn act(&mut self, action: Action, now: Instant, out: &mut Out) {

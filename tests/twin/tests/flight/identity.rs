@@ -12,7 +12,7 @@ const MAINTENANCE: Pin = Pin::new('A', 7);
 const STRAPS: [Pin; 5] =
     [Pin::new('A', 2), Pin::new('A', 3), Pin::new('A', 4), Pin::new('A', 5), Pin::new('A', 6)];
 
-/// Three copies of a Node-ID, computed on paper: number, Node-ID, CRC of x5 + x2 + 1.
+/// Three copies of a Node-ID, computed on paper: number, Node-ID, CRC of x5 + x2 + 1, without parity.
 const COPIES: [(u8, [u16; 3]); 4] = [
     (2, [0x5044, 0x6056, 0x7058]),
     (3, [0x5061, 0x6073, 0x707D]),
@@ -33,8 +33,12 @@ fn store(craft: &mut Craft, node: u8, copies: &[u16]) {
     let board = craft.board(node);
     let board = craft.twin.board_mut(board);
     let at = board.symbol("__store_start").unwrap().address;
-    let word = |number: u16| [number.to_le_bytes(), (!number).to_le_bytes()].concat();
-    let log = [b"ECPS".to_vec(), word(1)].into_iter().chain(copies.iter().map(|copy| word(*copy)));
+    // Fifteen bits, even parity, and the complement of all of them.
+    let word = |number: u16| {
+        let low = number | (number.count_ones() as u16 & 1) << 15;
+        [low.to_le_bytes(), (!low).to_le_bytes()].concat()
+    };
+    let log = [b"CE\xBC\xBA".to_vec(), word(1)].into_iter().chain(copies.iter().map(|copy| word(*copy)));
     board.write_flash(at, &log.collect::<Vec<_>>().concat()).unwrap();
 }
 
@@ -44,7 +48,7 @@ fn stored(craft: &Craft, node: u8) -> Vec<u16> {
     let at = board.symbol("__store_start").unwrap().address;
     let bytes = board.read_memory(at + 8, 64).unwrap();
     let words = bytes.chunks(4).map(|word| u16::from_le_bytes([word[0], word[1]]));
-    words.filter(|word| ![0, 0xFFFF].contains(word)).collect()
+    words.filter(|word| ![0, 0xFFFF].contains(word)).map(|word| word & 0x7FFF).collect()
 }
 
 /// Ties the straps of a board; `None` leaves all open.
