@@ -48,8 +48,6 @@ mod nucleo_f446re;
 #[cfg(target_os = "none")]
 mod one_controller;
 #[cfg(target_os = "none")]
-mod panic;
-#[cfg(target_os = "none")]
 #[cfg_attr(not(feature = "full"), path = "unrecorded.rs")]
 mod post_mortem;
 #[cfg(all(target_os = "none", feature = "full"))]
@@ -78,6 +76,14 @@ use pyboard_v11::{OSCILLATOR, PREDIV};
 mod image {
     use defmt_rtt as _;
     use ecss_can::runner::Telltale;
+    use panic_probe as _;
+
+    /// A panic of `defmt`, whose message is in the log already.
+    #[defmt::panic_handler]
+    fn logged() -> ! {
+        cortex_m::interrupt::disable();
+        panic_probe::hard_fault()
+    }
 
     /// What a debugger or an emulator reads of the running image, by this symbol.
     // SAFETY: no other symbol of an image has this name.

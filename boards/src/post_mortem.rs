@@ -30,6 +30,8 @@ const WWDGRSTF: u32 = 1 << 30;
 const STKERR: u32 = 1 << 12;
 /// Upper byte of addresses in flash.
 const FLASH_PAGE: u32 = 0x08;
+/// `UDF #0`, by which `panic-probe` ends a panic. Traps of the compiler have another number.
+const PANIC: u16 = 0xDE00;
 /// More than can be in a row: what RAM holds after another program.
 const MOST_IN_A_ROW: u32 = 20;
 
@@ -60,8 +62,6 @@ static ROW: AtomicU32 = AtomicU32::new(0);
 static RUNNING: AtomicU32 = AtomicU32::new(0);
 /// The task that the program before this one polled last.
 static RAN: AtomicU32 = AtomicU32::new(0);
-/// Why the next fault is one: a panic ends in an instruction that is none.
-static CAUSE: AtomicU32 = AtomicU32::new(PostMortem::FAULT as u32);
 static mut DUMP: [u32; DUMP_WORDS] = [0; DUMP_WORDS];
 
 unsafe extern "C" {
@@ -70,12 +70,6 @@ unsafe extern "C" {
     static _stack_end: u8;
     /// Control block of the log. Words 7 to 9: buffer, its size, where the next byte goes.
     static _SEGGER_RTT: [AtomicU32; 10];
-}
-
-/// A panic ends the program, by a fault.
-pub(crate) fn panicked() -> ! {
-    CAUSE.store(PostMortem::PANIC.into(), Ordering::Relaxed);
-    cortex_m::asm::udf()
 }
 
 /// The first task is there, and has not been polled.
@@ -162,18 +156,24 @@ pub(crate) extern "C" fn end(frame: u32, cause: u32) -> ! {
     });
     let (top, bottom) = (addr_of!(_stack_start) as u32, addr_of!(_stack_end) as u32);
     // SAFETY: the record is RAM of its static, which only this function works on, once, as tasks run. Between both ends of the stack
-    // there is RAM, and any bits are a u32. The log is a static of `defmt-rtt` that holds bytes; its control block says where.
+    // there is RAM, and any bits are a u32. The program is flash, and a program counter is even. The log is a static of `defmt-rtt` that holds bytes; its control block says where.
     unsafe {
         let record = &mut *place();
         let is_lost = frame < bottom || (*SCB::PTR).cfsr.read() & STKERR != 0;
-        record[1] = if is_lost { PostMortem::STACK_OVERFLOW.into() } else { cause };
-        record[2] = if is_lost { 0 } else { word(frame + 4 * 6) };
+        let pc = if is_lost { 0 } else { word(frame + 4 * 6) };
+        let is_panic = cause == PostMortem::FAULT.into() && is_program(pc) && *(pc as *const u16) == PANIC;
+        record[1] = match (is_lost, is_panic) {
+            (true, _) => PostMortem::STACK_OVERFLOW.into(),
+            (_, true) => PostMortem::PANIC.into(),
+            _ => cause,
+        };
+        record[2] = pc;
         let mut at = frame.max(bottom);
         for address in &mut record[3..3 + ADDRESSES] {
             *address = 0;
             while at < top && *address == 0 {
                 let value = word(at);
-                if value & 1 == 1 && value >> 24 == FLASH_PAGE && value < addr_of!(__etext) as u32 {
+                if value & 1 == 1 && is_program(value) {
                     *address = value;
                 }
                 at += 4;
@@ -200,6 +200,11 @@ pub(crate) extern "C" fn end(frame: u32, cause: u32) -> ! {
     SCB::sys_reset()
 }
 
+/// Whether an address is in the program.
+fn is_program(address: u32) -> bool {
+    address >> 24 == FLASH_PAGE && address < addr_of!(__etext) as u32
+}
+
 /// # Safety
 /// There is RAM at this address.
 unsafe fn word(at: u32) -> u32 {
@@ -209,7 +214,7 @@ unsafe fn word(at: u32) -> u32 {
 
 /// From the handler of faults, on its own stack.
 extern "C" fn on_fault(frame: u32) -> ! {
-    end(frame, CAUSE.load(Ordering::Relaxed))
+    end(frame, PostMortem::FAULT.into())
 }
 
 /// From the NMI of the clock security system: the oscillator stopped.

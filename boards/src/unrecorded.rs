@@ -22,11 +22,6 @@ const MOST_IN_A_ROW: u32 = 20;
 #[unsafe(link_section = ".uninit.ROW")]
 static ROW: AtomicU32 = AtomicU32::new(0);
 
-/// A panic ends the program.
-pub(crate) fn panicked() -> ! {
-    end(0, 0)
-}
-
 /// The first task is there.
 pub(crate) fn begin() {}
 

@@ -233,6 +233,11 @@ impl EmulatedBoard {
         self.config.image.symbol(name)
     }
 
+    /// The function of its image that has an instruction at `address`.
+    pub fn function_at(&self, address: u32) -> Option<&str> {
+        self.config.image.function_at(address)
+    }
+
     /// Reads flash or RAM without side effects.
     ///
     /// # Errors

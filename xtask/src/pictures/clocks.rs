@@ -58,6 +58,10 @@ fn curve(name: &str, class: &str, points: Vec<(f64, f64)>) -> Curve {
 const ERROR: Scale =
     Scale { title: "error of the clock, without sign", range: Range::Decades(0, 5), text: duration };
 
+/// Errors and bounds without SYNC, from 1 ns to 10 ms.
+const HELD: Scale =
+    Scale { title: "error of the clock, without sign", range: Range::Decades(0, 7), text: duration };
+
 fn seconds(value: f64) -> String {
     format!("{value} s")
 }
@@ -93,7 +97,7 @@ fn holdover() -> String {
         text: seconds,
     };
     let title = "Holdover: errors of the clock and the bounds that it reports, without SYNC for 100 s";
-    curves(title, Layout::WIDE, [across, ERROR], &drawn).standalone()
+    curves(title, Layout::WIDE, [across, HELD], &drawn).standalone()
 }
 
 fn wires() -> String {

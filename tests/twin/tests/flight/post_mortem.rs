@@ -31,8 +31,8 @@ const OPERATIONAL_AFTER: Time = Time::from_ms(400);
 pub const HANG: [u16; 1] = [0xE7FE];
 /// `CPSID i; B .`
 pub const HANG_WITHOUT_INTERRUPTS: [u16; 2] = [0xB672, 0xE7FE];
-/// `UDF #0`
-pub const UNDEFINED: [u16; 1] = [0xDE00];
+/// `UDF #1`: `UDF #0` is the end of a panic.
+pub const UNDEFINED: [u16; 1] = [0xDE01];
 /// `PUSH {r0-r7}; B .-2`
 pub const OVERFLOW: [u16; 2] = [0xB4FF, 0xE7FD];
 /// `LDR r0, [pc, #4]; LDR r1, [pc, #4]; BX r1; NOP`, then both words.
@@ -86,6 +86,15 @@ fn is_operational(craft: &Craft, node: u8) -> bool {
 fn resets(craft: &Craft, node: u8) -> u64 {
     let counters = craft.twin.board(craft.board(node)).counters();
     counters.system_resets + counters.watchdog_resets
+}
+
+/// Functions of the return addresses in the record of a board.
+fn callers(craft: &Craft, node: u8) -> Vec<String> {
+    let board = craft.twin.board(craft.board(node));
+    let record = board.symbol("boards::post_mortem::POST_MORTEM").unwrap().address;
+    // Behind checksum, cause and program counter.
+    let addresses = (3..11).map(|n| word_at(craft, node, record + 4 * n));
+    addresses.filter_map(|at| board.function_at(at & !1)).map(str::to_owned).collect()
 }
 
 /// Lets `node` run `code` in place of a task; when its board was reset.
@@ -208,6 +217,13 @@ fn panic_is_recorded_and_reported() {
     let told = emergencies(&craft, felled);
     let pc = u32::from_le_bytes(told[0][4..8].try_into().unwrap());
     assert_eq!(word_at(&craft, VICTIM, pc) as u16, 0xDE00, "the trap behind the message");
+    // The first caller outside of `core`, `panic-probe` and the log: the code in place of the task is not in the image, so it
+    // is the executor that polled it.
+    let callers = callers(&craft, VICTIM);
+    let is_of_panic =
+        |name: &&String| ["core::", "panic_probe::", "defmt", "__rustc"].iter().any(|of| name.contains(of));
+    let place = callers.iter().find(|name| !is_of_panic(name));
+    assert!(place.is_some_and(|name| name.contains("embassy_executor")), "{callers:?}");
     assert_reported(&craft, felled, PANIC, pc);
 }
 
