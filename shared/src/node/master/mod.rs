@@ -173,11 +173,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Whether the master is error passive because it is the first node on this bus. That is no error: no other node was
     /// there yet to acknowledge its frames. The first frames that were acknowledged may be handled before the state that preceded
-    /// them.
+    /// them, and end its last error.
     fn is_first(&self, bus: Bus, health: &Health) -> bool {
         let counters = &self.services.buses.counters[bus];
         health.state == ErrorState::Passive
-            && health.last_error == LastError::Ack
+            && matches!(health.last_error, LastError::Ack | LastError::None)
             && counters.received.saturating_add(counters.sent) < FIRST_FRAMES
     }
 
