@@ -4,7 +4,7 @@ use std::task::Waker;
 
 use crate::instrument::STANDARD;
 use ecss_can::boot::{AssignedSlave, Expected, Setting};
-use ecss_can::link::port::{ErrorState, Health};
+use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{LinkEvent, MasterEvent};
 use ecss_can::profile::Profile;
 use ecss_can::sdo::Mode;
@@ -31,7 +31,9 @@ fn errors_of_its_buses_stand_in_its_dictionary() {
         let mut master = powered(&STANDARD);
         master.transmitted(NOMINAL, frame(0x701, &[0]));
         assert_eq!(errors(&mut master), (0, 0, 0));
-        master.health(bus, Health { tec: 130, ..state(ErrorState::Passive) });
+        // Not for want of an acknowledgement: that of a first node on a bus is no error.
+        let last_error = LastError::BitDominant;
+        master.health(bus, Health { tec: 130, last_error, ..state(ErrorState::Passive) });
         assert_eq!(errors(&mut master), (0x11, 0x8120 | source, 0));
         assert_eq!((read(&mut master, health, 1), read(&mut master, health, 2)), (1, 130));
         master.health(bus, state(ErrorState::Active));
