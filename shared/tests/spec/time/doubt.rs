@@ -89,7 +89,7 @@ fn saturated_clock_is_an_emergency() {
         sync(&mut slave);
         run(&mut slave, us(nth * 100_000 + 300));
         // 350 ppm, the profile has 300.
-        time(&mut slave, Scet::from_units(at(nth * 100).units() + nth * 587 | 1));
+        time(&mut slave, Scet::from_units((at(nth * 100).units() + nth * 587) | 1));
     }
     run(&mut slave, ms(4_050));
     assert_eq!(emergencies(&mut slave), [(0x9000, 0x12)]);
@@ -116,7 +116,7 @@ fn times_of_21_places_come_of_a_producer_without_capture() {
             run(&mut slave, us(nth * 100_000));
             sync(&mut slave);
             run(&mut slave, us(nth * 100_000 + 300));
-            time(&mut slave, Scet::from_units(at(nth * 100).units() & !7 | lowest));
+            time(&mut slave, Scet::from_units((at(nth * 100).units() & !7) | lowest));
         }
         let bound = u32::from_le_bytes(read(&mut slave, 0x2015, 1));
         (read(&mut slave, 0x2015, 2)[0], bound)
