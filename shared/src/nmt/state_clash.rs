@@ -7,7 +7,7 @@
 //! In a clash the master goes on commanding: while heartbeats on the active bus report Operational within the consumer time,
 //! the state that the other node reports is ignored.
 //!
-//! Limits: two nodes that report the same state are not told apart. A slave whose heartbeat period is more than one and a
+//! Limits: the master cannot distinguish two nodes that report the same state. A slave whose heartbeat period is more than one and a
 //! half times that of the master shows no clash. At most eight Node-IDs are watched at a time.
 
 use heapless::Vec;

@@ -59,8 +59,8 @@ const GATE: i64 = 5;
 /// Weight of an unexpected pair on the side of the one before; another one has a weight of 1.
 const ON_ONE_SIDE: i8 = 2;
 
-/// Pairs that contradict the clock may agree at a rate of so many times the largest one of the profile. Beyond the largest
-/// the clock is saturated.
+/// Multiple of the profile's largest rate at which contradicting pairs may agree with each other. A rate above the largest
+/// saturates the clock.
 const OTHER_RATES: i64 = 4;
 
 /// Time without a pair after which rate and drift are found anew: 64 s, in units of 2^-32 s.
@@ -264,7 +264,7 @@ impl LocalClock {
         source.error() + (1 << (31 - self.fine_bits))
     }
 
-    /// Variance of times that were cut to so many binary places: a uniform error, corrected by its mean.
+    /// Variance of the quantum of received times: a uniform error, corrected by its mean.
     fn quantum(&self) -> i64 {
         ((1_i64 << (64 - 2 * self.fine_bits)) / 12) << PLACES
     }

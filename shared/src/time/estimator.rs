@@ -25,7 +25,7 @@ pub(super) type Gains = State;
 /// Binary places of variances.
 pub(super) const PLACES: u32 = 8;
 
-/// A rate of 2^-40 has so many binary places more than one of 2^-32.
+/// Binary places of a rate in units of 2^-40 beyond those of one in units of 2^-32.
 pub(super) const SHIFT: u32 = 8;
 
 /// No entry grows beyond this, so that no sum of some of them overflows.

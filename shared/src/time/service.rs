@@ -193,7 +193,7 @@ impl TimeService {
         self.clock.set(at, scet)
     }
 
-    /// A spacecraft time was received, of so many places.
+    /// Notes the binary places of a spacecraft time that was received.
     pub fn on_places(&mut self, places: Places) {
         self.times = self.times.saturating_add(1);
         self.clock.set_fine_bits(places.bits);

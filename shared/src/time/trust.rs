@@ -1,6 +1,6 @@
 //! How far the clock may be off: what the pairs that it took prove, with nothing assumed but the limits of the crystals.
 //!
-//! At each pair the difference between pair and clock is known, and the pair itself is off by no more than its source allows.
+//! Each pair shows the difference between pair and clock; the error of the pair itself is limited by its source.
 //! Two pairs bound the rate, as the crystals drift no faster than the profile states. From the last pair on, the error
 //! grows by what is unknown of the rate and by the largest ramp that the profile admits. So the bound does not
 //! depend on how well the filter follows: while it lags, the difference is part of the bound.
@@ -73,7 +73,7 @@ impl Trust {
 
 /// An offset per span as a rate, 2^-40.
 pub(super) fn rate_of(offset: i64, span: i64) -> i64 {
-    // No more places than fit 62 bits.
+    // Keeps the dividend within 62 bits.
     let places = (offset.unsigned_abs().leading_zeros().max(2) - 2).min(40);
     ((offset << places) / span.max(1)).saturating_mul(1 << (40 - places))
 }

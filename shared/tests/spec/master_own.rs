@@ -101,7 +101,7 @@ fn emergencies(master: &Bench<Master>) -> Vec<[u8; 4]> {
     sent.map(|sent| [0, 1, 2, 3].map(|nth| sent.frame.data()[nth])).collect()
 }
 
-/// Error passive: nobody acknowledges.
+/// Error passive for want of an acknowledgement.
 const UNACKNOWLEDGED: Health =
     Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
 

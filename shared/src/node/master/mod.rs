@@ -42,7 +42,7 @@ use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId, Scet, earliest}
 
 type Out = Outbox<MasterEvent>;
 
-/// Frames on a bus, in and out, before the first of which nobody may have been there to acknowledge.
+/// Frames, sent and received on a bus, within which the master may have been its first node.
 const FIRST_FRAMES: u32 = 8;
 
 /// Frames that may wait until the active bus is announced.

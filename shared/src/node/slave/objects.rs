@@ -88,7 +88,7 @@ impl<D: Device> Slave<D> {
     }
 
     /// Goes on with a save that runs, and answers its client at its end.
-    #[inline(never)]
+    #[inline(never)] // row `size.pyboard-v11.slave.flash`: five of these save 40 bytes
     pub(super) fn advance_save(&mut self, now: Instant, out: &mut Out) {
         self.canopen.serve(SdoStep::Save, self.selector.selected(), now, out);
         if let Some(at) = self.canopen.services.dictionary.saved.take()
