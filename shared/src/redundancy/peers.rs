@@ -35,6 +35,8 @@ pub struct Peers<const N: usize = PLACES> {
     assigned: NodeSet,
     /// Answered since their last boot-up message.
     answered: NodeSet,
+    /// Answered before their last boot-up message and not since: heard, they speak for the active bus as before.
+    rebooted: NodeSet,
     /// To be asked who they are, once they are heard on the active bus in a state that allows SDO.
     unasked: NodeSet,
     /// Those of them that were heard so.
@@ -107,6 +109,7 @@ impl<const N: usize> Peers<N> {
             periods: [0; N],
             assigned: 0,
             answered: 0,
+            rebooted: 0,
             unasked: 0,
             ready: 0,
             unheard: 0,
@@ -207,6 +210,7 @@ impl<const N: usize> Peers<N> {
         }
         self.unheard &= !bit;
         if state == NmtState::Initialising {
+            self.rebooted |= self.answered & bit;
             self.answered &= !bit;
         }
         if !known || state == NmtState::Initialising {
@@ -240,6 +244,7 @@ impl<const N: usize> Peers<N> {
     pub fn on_answer(&mut self, node: NodeId, now: Instant) {
         if self.place(node).is_some() {
             self.answered |= node_bit(node);
+            self.rebooted &= !node_bit(node);
             self.recheck(now);
         }
     }
@@ -303,14 +308,14 @@ impl<const N: usize> Peers<N> {
         Some(node)
     }
 
-    /// Slaves that count and are silent on the active bus, and those that are heard there.
+    /// Slaves that count and are silent on the active bus, and those that are heard there, rebooted ones included.
     pub(super) fn silent_and_heard(&self, now: Instant) -> (NodeSet, NodeSet) {
         let (mut silent, mut heard) = (0, 0);
-        for (node, peer) in self.each_counted() {
+        for (node, peer) in self.each_of(self.counted() | self.rebooted) {
             let set = if peer.silent_at <= now { &mut silent } else { &mut heard };
             *set |= node_bit(node);
         }
-        (silent, heard)
+        (silent & self.counted(), heard)
     }
 
     /// Whether a slave that counts is silent on the active bus and heard on the other one for the hold time.
@@ -369,20 +374,27 @@ impl<const N: usize> Peers<N> {
 
     /// Returns the nodes that count and were heard.
     fn each_counted(&self) -> impl Iterator<Item = (NodeId, &Peer)> {
-        let mut rest = self.counted();
-        let counted = core::iter::from_fn(move || {
+        self.each_of(self.counted())
+    }
+
+    /// Returns those of `nodes` that were heard.
+    fn each_of(&self, nodes: NodeSet) -> impl Iterator<Item = (NodeId, &Peer)> {
+        let mut rest = nodes;
+        let each = core::iter::from_fn(move || {
             let node = first(rest)?;
             rest &= !node_bit(node);
             Some(node)
         });
-        counted.filter_map(|node| Some((node, self.place(node)?)))
+        each.filter_map(|node| Some((node, self.place(node)?)))
     }
 
     fn forget(&mut self, node: NodeId) {
         if let Some(place) = self.places.get_mut(usize::from(node.get())) {
             *place = None;
         }
-        for set in [&mut self.answered, &mut self.unasked, &mut self.ready, &mut self.unheard] {
+        let sets =
+            [&mut self.answered, &mut self.rebooted, &mut self.unasked, &mut self.ready, &mut self.unheard];
+        for set in sets {
             *set &= !node_bit(node);
         }
     }

@@ -75,6 +75,37 @@ fn a_slave_that_counts_stays_when_it_is_silent() {
     assert!(done.iter().all(|(_, action)| !matches!(action, Action::Forgotten(_))), "{done:?}");
 }
 
+/// Given three slaves that answered and one of them silent, When another one boots up, Then two of three are still heard
+/// here: the master stays.
+#[test]
+fn a_slave_that_boots_up_beside_a_lost_one_is_heard() {
+    let mut manager = unassigned();
+    for raw in [2, 3, 9] {
+        word(&mut manager, NOMINAL, raw, Operational, 10);
+        answer(&mut manager, raw, 11);
+    }
+    let mut done = vec![];
+    for at in (40..=400).step_by(40) {
+        done.extend(decisions(&mut manager, at));
+        if at == 240 {
+            word(&mut manager, NOMINAL, 2, Initialising, at);
+            manager.peers_mut().recheck(ms(at));
+        } else if at < 240 {
+            word(&mut manager, NOMINAL, 2, Operational, at);
+        }
+        word(&mut manager, NOMINAL, 3, Operational, at);
+    }
+    // Silent before it answers, it counts as little as any stranger.
+    assert_eq!(
+        done,
+        [
+            (110, Action::Lost(node(9))),
+            (340, Action::Lost(node(2))),
+            (340, switched(NOMINAL, SwitchCause::SlavesSilent))
+        ]
+    );
+}
+
 #[test]
 fn a_new_node_id_is_asked_once_and_again_after_its_boot_up() {
     let mut manager = unassigned();
