@@ -3,6 +3,9 @@
 use super::estimator::{SHIFT, scale};
 use crate::link::bit_timing::PartsPerMillion;
 
+/// Most spacecraft times in a row that a policy may ask for.
+const AGREEING: u8 = 40;
+
 /// Limits of the crystals that drive the clocks of a network.
 ///
 /// The error bound of a clock (2015h) holds as long as every crystal keeps within them.
@@ -28,7 +31,7 @@ impl ClockPolicy {
     pub const fn is_sound(&self) -> bool {
         let is_represented = 0 < self.tolerance.0 && self.tolerance.0 <= 900;
         let drifts = 0 < self.drift && self.drift <= 3_500 && self.excursion <= 1_000_000;
-        is_represented && drifts && 2 <= self.agreeing && self.agreeing <= 40
+        is_represented && drifts && 2 <= self.agreeing && self.agreeing <= AGREEING
     }
 
     pub(super) const fn limits(&self) -> Limits {
@@ -40,7 +43,7 @@ impl ClockPolicy {
             rate: rate(tolerance as i64 * 2_000),
             drift: rate(drift as i64),
             ramp,
-            agreeing: self.agreeing,
+            agreeing: if self.agreeing > AGREEING { AGREEING } else { self.agreeing },
         }
     }
 }

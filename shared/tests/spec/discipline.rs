@@ -133,6 +133,20 @@ fn the_profile_says_how_many_times_move_the_clock() {
     assert!(off(&clock, local(24, 60_000), scet(114, 60_050_000)).abs() < 20);
 }
 
+/// Given a profile that asks for more agreeing times than a policy may, then the clock waits for as many as it may.
+#[test]
+fn a_profile_cannot_keep_the_clock_from_moving() {
+    let mut clock = LocalClock::new(&ClockPolicy { agreeing: 255, ..ClockPolicy::DEFAULT });
+    for second in 10..20 {
+        pair(&mut clock, second, scet(second + 90, 0));
+    }
+    for second in 20..60 {
+        assert!(off(&clock, local(second, 0), scet(second + 90, 0)).abs() < 100, "at {second} s");
+        pair(&mut clock, second, scet(second + 90, 500_000));
+    }
+    assert!(off(&clock, local(59, 600_000), scet(149, 600_500_000)).abs() < 100);
+}
+
 /// Given crystals farther apart than the profile admits (300 ppm), then the clock has no bound.
 #[test]
 fn a_rate_beyond_the_profile_has_no_bound() {

@@ -1,6 +1,7 @@
 //! How a slave leaves a bus: the EMCY that goes before, and the choice of its application.
 
 use crate::instrument::STANDARD;
+use ecss_can::link::port::{ErrorState, Health, LastError};
 use ecss_can::node::{BusCause, BusCommand, FailCause, ParallelAccess, SlaveEvent};
 use ecss_can::profile::Profile;
 use ecss_can::types::{Bus, CobId, NmtState, NodeId};
@@ -70,6 +71,25 @@ fn heartbeat_while_the_switch_waits_keeps_the_bus() {
     slave.transmitted(NOMINAL, frame(0x085, &MISSED));
     slave.run_until(ms(270));
     assert_eq!(slave.node.status(slave.now).active, NOMINAL);
+}
+
+/// Given a slave that is the first node on its bus, When it becomes error passive because nobody acknowledges, Then that is no
+/// error.
+///
+/// Verifies: ECSS 5.6.2b
+#[test]
+fn first_slave_on_a_bus_reports_no_passive_controller() {
+    let mut slave = powered(&STANDARD);
+    let unacknowledged = Health { state: ErrorState::Passive, tec: 128, rec: 0, last_error: LastError::Ack };
+    let errors = |slave: &mut Bench<TestSlave>| {
+        slave.receive(NOMINAL, 0x605, &[0x40, 0x03, 0x10, 0, 0, 0, 0, 0]);
+        slave.frames().iter().rfind(|(_, frame)| frame.id().raw() == 0x585).map(|(_, frame)| frame.data()[4])
+    };
+    slave.health(NOMINAL, unacknowledged);
+    assert_eq!(slave.events.last(), Some(&SlaveEvent::Health { bus: NOMINAL, health: unacknowledged }));
+    assert_eq!(errors(&mut slave), Some(0));
+    slave.health(NOMINAL, Health { last_error: LastError::BitRecessive, ..unacknowledged });
+    assert_eq!(errors(&mut slave), Some(1));
 }
 
 /// Verifies: ECSS 8.2.3a

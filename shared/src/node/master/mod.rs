@@ -29,7 +29,7 @@ use super::services::Services;
 use super::{Device, MasterEvent, MasterRequest, Status};
 use crate::boot::Boot;
 use crate::link::Stamp;
-use crate::link::port::{ErrorState, Filter, Health, LastError};
+use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::nmt::{NmtMessage, NmtSlave, StateClashes, Target};
 use crate::node::{BusCommand, Filters, LinkEvent, Node, Outbox, TimeKeeper, Usual};
@@ -41,9 +41,6 @@ use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId, Scet, earliest};
 
 type Out = Outbox<MasterEvent>;
-
-/// Frames, sent and received on a bus, within which the master may have been its first node.
-const FIRST_FRAMES: u32 = 8;
 
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
@@ -163,22 +160,10 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     fn on_health(&mut self, bus: Bus, health: Health, now: Instant, out: &mut Out) {
         self.manager.on_health(bus, health, self.services.buses.is_failed(bus), now);
-        if !self.is_first(bus, &health) {
-            self.services.on_health(bus, &health);
-        }
+        self.services.on_health(bus, &health);
         self.services.refresh_health();
         self.services.next = Instant::ZERO;
         out.event(MasterEvent::Health { bus, health });
-    }
-
-    /// Whether the master is error passive because it is the first node on this bus. That is no error: no other node was
-    /// there yet to acknowledge its frames. The first frames that were acknowledged may be handled before the state that preceded
-    /// them, and end its last error.
-    fn is_first(&self, bus: Bus, health: &Health) -> bool {
-        let counters = &self.services.buses.counters[bus];
-        health.state == ErrorState::Passive
-            && matches!(health.last_error, LastError::Ack | LastError::None)
-            && counters.received.saturating_add(counters.sent) < FIRST_FRAMES
     }
 
     fn act(&mut self, action: Action, now: Instant, out: &mut Out) {

@@ -20,8 +20,7 @@ use super::{Device, Extension, NodeObjects, Spacecraft};
 use crate::emcy::{ErrorCode, PostMortem};
 use crate::heartbeat::{ConsumerSlots, Monitor};
 use crate::link::Stamp;
-use crate::link::port::{ErrorState, Health};
-
+use crate::link::port::{ErrorState, Health, LastError};
 use crate::node::{BusHealth, index};
 use crate::od::CobIdEntry;
 use crate::pdo::{PdoSlots, Taken};
@@ -34,6 +33,9 @@ pub use dictionary::Dictionary;
 pub use events::NodeEvent;
 pub use stored::{NoStore, Storage, Stored};
 pub use time::{Brings, carries_time};
+
+/// Frames, sent and received on a bus, within which a node may have been the first one there.
+const FIRST_FRAMES: u32 = 8;
 
 /// First byte of a request that aborts a transfer.
 const ABORT: u8 = 0x80;
@@ -220,6 +222,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         let source = bus.bdefault();
         match health.state {
             ErrorState::Active => self.clear(ErrorCode::CAN_PASSIVE, source),
+            ErrorState::Passive if self.is_first(bus, health) => {}
             ErrorState::Passive => {
                 self.raise(ErrorCode::CAN_PASSIVE, [source, 0, 0, 0, 0]);
             }
@@ -228,6 +231,15 @@ impl<D: Device, E: Extension> Services<D, E> {
         if self.buses.has_recovered(bus, health.state) {
             self.occurred(ErrorCode::BUS_OFF_RECOVERED, bus);
         }
+    }
+
+    /// Whether this node is error passive because it is the first one on its bus. That is no error: no other node was there
+    /// yet to acknowledge its frames. The first frames that were acknowledged may be handled before the state that preceded
+    /// them, and end its last error.
+    fn is_first(&self, bus: Bus, health: &Health) -> bool {
+        let counters = &self.buses.counters[bus];
+        matches!(health.last_error, LastError::Ack | LastError::None)
+            && counters.received.saturating_add(counters.sent) < FIRST_FRAMES
     }
 
     /// An error of a bus that is over when it is told.
