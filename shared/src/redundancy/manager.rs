@@ -146,8 +146,10 @@ impl<const N: usize> Manager<N> {
         self.heartbeat.stop();
     }
 
-    /// Becomes active on this bus: its heartbeat is the next action, and nothing else goes out before it did.
-    pub fn take_over(&mut self, bus: Bus, now: Instant) {
+    /// Becomes active on this bus: its heartbeat is the next action, and nothing else goes out before it did. `slaves`: those of
+    /// the master that was active before, a bit for each Node-ID; they count without being asked.
+    pub fn take_over(&mut self, bus: Bus, slaves: u128, now: Instant) {
+        self.peers.adopt(slaves);
         (self.unacknowledged, self.failed, self.wanted) = Default::default();
         self.trial = Trial::new();
         self.go_to(bus, 0, now);

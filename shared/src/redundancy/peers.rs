@@ -249,6 +249,12 @@ impl<const N: usize> Peers<N> {
         }
     }
 
+    /// Those of `slaves` that were heard count as if they had answered. They are asked all the same.
+    pub fn adopt(&mut self, slaves: NodeSet) {
+        let heard = self.each_of(slaves).fold(0, |heard, (node, _)| heard | node_bit(node));
+        self.answered |= heard;
+    }
+
     /// The active bus changed: every node gets until `silent_at` to be heard there.
     pub fn on_switch(&mut self, now: Instant, silent_at: Instant) {
         for peer in self.places.iter_mut().flatten() {

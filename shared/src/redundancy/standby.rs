@@ -2,9 +2,13 @@
 //!
 //! Both boards are node 1 and run the same program; a strap numbers them. Each listens first, without sending a dominant
 //! bit. The one that hears no master becomes active; the other one is the standby, and takes over when the active one is
-//! silent on both buses. Two active masters that hear each other exchange a [`Claim`]: one of them yields.
+//! silent on both buses.
+//!
+//! The active master says on both buses with each heartbeat that it is active: a [`Claim`]. The claims of the two boards have
+//! different COB-IDs. Equal frames that begin together are one frame on the wire, and neither sender hears the other; frames of
+//! two COB-IDs never are. So two active masters on one bus hear each other within a heartbeat period, and one of them yields.
 
-use crate::types::{Bus, CobId, Duration, Frame, Instant};
+use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
 #[cfg(feature = "model")]
 mod relative;
@@ -77,7 +81,7 @@ impl Pair {
     }
 }
 
-/// What an active master says to another one: who hears more slaves stays active, at a tie who is strapped prime.
+/// What an active master says of itself. Of two, who hears more slaves stays active, at a tie who is strapped prime.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Claim {
@@ -144,7 +148,7 @@ pub enum Answer {
     Nothing,
     /// Another role.
     Changed(RoleChange),
-    /// Send this claim on the bus on which that frame came: the other master is there.
+    /// Send this claim on the bus on which the other one came.
     Claim(Claim),
 }
 
@@ -160,19 +164,23 @@ pub struct Standby {
     heard: Option<Bus>,
     /// It was active once because it heard no master after power-on.
     has_begun: bool,
+    /// The last claim that it made since it became active.
+    said: Option<Claim>,
     encounter: Option<Encounter>,
-    /// Where the other master was heard last while it was not this one's active bus: it may be cut off from that.
-    elsewhere: Option<Bus>,
+    /// Slaves heard Operational since it is not active.
+    operational: u128,
+    /// Most slaves that the active master claimed since then.
+    claimed: u8,
     #[cfg(feature = "model")]
     broken: Option<super::Broken>,
 }
 
-/// Another active master is heard. Both compare the same two claims, so that one of them yields and not both: hence the
-/// claim stays as it is until nothing was heard for the consumer time.
+/// The claim of another active master is heard. Both compare the same two claims, so that one of them yields and not both: hence
+/// the own one stays as it was said before, until none was heard for the consumer time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Encounter {
     own: Claim,
-    /// The last frame of the other one.
+    /// The last claim of the other one.
     last: Instant,
     /// Nothing is sent before.
     pause: Instant,
@@ -188,8 +196,10 @@ impl Standby {
             until: Instant::NEVER,
             heard: None,
             has_begun: false,
+            said: None,
             encounter: None,
-            elsewhere: None,
+            operational: 0,
+            claimed: 0,
             #[cfg(feature = "model")]
             broken: None,
         }
@@ -231,16 +241,11 @@ impl Standby {
         self.heard
     }
 
-    /// Heartbeat or boot-up message of another master. `active`: the active bus; `slaves`: how many that count are heard there.
-    pub fn on_master(&mut self, bus: Bus, at: Instant, active: Bus, slaves: u8) -> Answer {
+    /// Heartbeat or boot-up message of another master. An active one is told by claims alone that its twin is active: a foreign
+    /// 701h is none of its business.
+    pub fn on_master(&mut self, bus: Bus, at: Instant) -> Answer {
         self.heard = Some(bus);
-        match self.role {
-            Role::Active => {
-                self.elsewhere = (bus != active).then_some(bus);
-                self.claim(at, slaves).map_or(Answer::Nothing, Answer::Claim)
-            }
-            Role::Standby | Role::Listening => self.alive(at),
-        }
+        if self.is_active() { Answer::Nothing } else { self.alive(at) }
     }
 
     /// SYNC or spacecraft time of another master. `slaves`: how many that count are heard on the active bus.
@@ -265,10 +270,21 @@ impl Standby {
         Answer::Nothing
     }
 
-    /// Claim of another active master. One that does not hear this master's heartbeat hears its claim. `slaves`: how many
-    /// that count are heard on the active bus.
+    /// A slave is heard Operational on the active bus: the active master has started it, so it is one of its slaves.
+    pub fn on_operational(&mut self, node: NodeId) {
+        self.operational |= 1 << node.get();
+    }
+
+    /// The slaves of the active master, as far as this board has heard them. None where it heard more of them than the active
+    /// one ever claimed: one of them is a stranger.
+    pub const fn overheard(&self) -> u128 {
+        if self.operational.count_ones() <= self.claimed as u32 { self.operational } else { 0 }
+    }
+
+    /// Claim of another active master. `slaves`: how many that count are heard on the active bus.
     pub fn on_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, slaves: u8) -> Answer {
         if !self.is_active() {
+            self.claimed = self.claimed.max(claim.slaves);
             // Its heartbeat may be on the other bus.
             self.heard.get_or_insert(bus);
             return self.alive(at);
@@ -277,43 +293,49 @@ impl Standby {
         if self.broken == Some(super::Broken::NeverYields) {
             return Answer::Nothing;
         }
-        let reply = self.claim(at, slaves);
-        if self.encounter.is_some_and(|encounter| claim.outranks(&encounter.own)) {
-            return Answer::Changed(self.stand_by(at, RoleCause::Yielded));
-        }
-        // Two boards strapped alike at a tie would answer each other for ever.
-        reply.filter(|own| own.strap != claim.strap).map_or(Answer::Nothing, Answer::Claim)
-    }
-
-    /// The claim to send beside each heartbeat on `active`, and its bus: there a standby that is cut off from the active bus
-    /// hears that this master lives. Without it that one would take over, and yield, again and again.
-    pub fn call(&self, active: Bus, slaves: u8) -> Option<(Bus, Claim)> {
-        #[cfg(feature = "model")]
-        if self.broken == Some(super::Broken::NeverCalls) {
-            return None;
-        }
-        let bus = self.elsewhere.filter(|bus| self.is_active() && *bus != active)?;
-        Some((bus, Claim { slaves, strap: self.strap }))
-    }
-
-    /// The claim to send at a sign of another active master, if none is on its way.
-    fn claim(&mut self, at: Instant, slaves: u8) -> Option<Claim> {
-        let present = self.encounter.filter(|encounter| at < encounter.last + self.pair.consumer);
-        let own = Claim { slaves, strap: self.strap };
-        let mut encounter = present.unwrap_or(Encounter { own, last: at, pause: at });
+        let said = self.said.unwrap_or(Claim { slaves, strap: self.strap });
+        let mut encounter = self.present(at).unwrap_or(Encounter { own: said, last: at, pause: at });
         encounter.last = at;
         let is_due = encounter.pause <= at;
         if is_due {
             encounter.pause = at + CLAIM_PAUSE;
         }
         self.encounter = Some(encounter);
-        is_due.then_some(encounter.own)
+        if claim.outranks(&encounter.own) {
+            return Answer::Changed(self.stand_by(at, RoleCause::Yielded));
+        }
+        // Two boards strapped alike at a tie would answer each other for ever.
+        if is_due && encounter.own.strap != claim.strap {
+            Answer::Claim(encounter.own)
+        } else {
+            Answer::Nothing
+        }
+    }
+
+    /// The claim to send on both buses with a heartbeat; `None` while it is not active.
+    ///
+    /// On the bus that is not active a standby hears it that is cut off from the active one. Without it that one would take over,
+    /// and yield, again and again.
+    pub fn call(&mut self, now: Instant, slaves: u8) -> Option<Claim> {
+        #[cfg(feature = "model")]
+        if self.broken == Some(super::Broken::NeverCalls) {
+            return None;
+        }
+        let fresh = Claim { slaves, strap: self.strap };
+        let claim = self.present(now).map_or(fresh, |encounter| encounter.own);
+        self.said = self.is_active().then_some(claim);
+        self.said
+    }
+
+    fn present(&self, now: Instant) -> Option<Encounter> {
+        self.encounter.filter(|encounter| now < encounter.last + self.pair.consumer)
     }
 
     /// Stops being active. It takes over again when no other master is heard for the consumer time.
     pub fn stand_by(&mut self, now: Instant, cause: RoleCause) -> RoleChange {
         (self.role, self.until) = (Role::Standby, now + self.pair.consumer);
-        (self.encounter, self.elsewhere) = (None, None);
+        (self.said, self.encounter) = (None, None);
+        (self.operational, self.claimed) = (0, 0);
         RoleChange { role: self.role, cause }
     }
 

@@ -94,9 +94,8 @@ impl Master {
             Action::Heartbeat { bus, frame } => {
                 self.outgoing.send(bus, frame, now);
                 let slaves = self.manager.peers().heard(now, PARAMETERS.consumer);
-                let call = self.standby.as_ref().and_then(|standby| standby.call(bus, slaves));
-                if let Some((bus, claim)) = call {
-                    self.outgoing.send(bus, PAIR.frame(claim), now);
+                if let Some(claim) = self.standby.as_mut().and_then(|standby| standby.call(now, slaves)) {
+                    Bus::ALL.into_iter().for_each(|bus| self.outgoing.send(bus, PAIR.frame(claim), now));
                 }
             }
             Action::Switched { from, cause, .. } => {
@@ -129,7 +128,7 @@ impl Master {
     fn take_over(&mut self, now: Instant) {
         let Some(standby) = &mut self.standby else { return };
         let Some(change) = standby.poll(now) else { return };
-        self.manager.take_over(standby.heard().unwrap_or(PARAMETERS.bdefault), now);
+        self.manager.take_over(standby.heard().unwrap_or(PARAMETERS.bdefault), standby.overheard(), now);
         self.boot_up(now);
         self.role_changed = Some(change);
     }
@@ -156,10 +155,8 @@ impl Master {
 
     /// 701h of another master.
     fn on_other_master(&mut self, bus: Bus, now: Instant) {
-        let slaves = self.manager.peers().heard(now, PARAMETERS.consumer);
-        let active = self.manager.active();
         if let Some(standby) = &mut self.standby {
-            let answer = standby.on_master(bus, now, active, slaves);
+            let answer = standby.on_master(bus, now);
             self.answer(bus, answer, now);
         }
     }

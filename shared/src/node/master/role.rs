@@ -54,7 +54,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         let Some(standby) = self.boards.standby_mut() else { return };
         let Some(change) = standby.poll(until) else { return };
         let bus = standby.heard().unwrap_or(self.redundancy.bdefault);
-        self.manager.take_over(bus, now);
+        self.manager.take_over(bus, standby.overheard(), now);
         self.services.buses.join(bus, out);
         self.boot_up(now, out);
         self.boot.start(now);
@@ -118,6 +118,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             let Some(state) = heartbeat::decode(frame) else { return self.services.buses.malformed(bus) };
             let heard = self.manager.on_heartbeat(bus, node, state, stamp.at);
             self.boot.on_overheard(node, state);
+            if state == NmtState::Operational
+                && bus == self.manager.active()
+                && let Some(standby) = self.boards.standby_mut()
+            {
+                standby.on_operational(node);
+            }
             if heard.changed {
                 self.show_state(node, state.byte());
                 out.event(MasterEvent::SlaveState { node, bus, state });
@@ -165,10 +171,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
 
     /// Takes the heartbeat of another active master.
     pub(super) fn on_other_master(&mut self, bus: Bus, at: Instant, now: Instant, out: &mut Out) {
-        let slaves = self.manager.peers().heard(at, self.redundancy.consumer);
-        let active = self.manager.active();
         if let Some(standby) = self.boards.standby_mut() {
-            let answer = standby.on_master(bus, at, active, slaves);
+            let answer = standby.on_master(bus, at);
             self.answer(bus, answer, now, out);
         }
     }
@@ -205,24 +209,27 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Answer::Nothing => {}
             Answer::Changed(change) if change.cause == RoleCause::MasterHeard => self.on_role(change, out),
             Answer::Changed(change) => self.stand_by(change, now, out),
-            Answer::Claim(claim) => self.send_claim(bus, claim, now, out),
+            Answer::Claim(claim) => {
+                if let Some(standby) = self.boards.standby() {
+                    out.send_for(bus, standby.pair().frame(claim), now, self.services.lifetimes.heartbeat);
+                }
+            }
         }
     }
 
-    fn send_claim(&mut self, bus: Bus, claim: Claim, now: Instant, out: &mut Out) {
-        if let Some(standby) = self.boards.standby() {
-            out.send_for(bus, standby.pair().frame(claim), now, self.services.lifetimes.heartbeat);
-        }
-    }
-
-    /// Sends a claim on the other bus with each heartbeat, to a standby that may not hear the heartbeat.
+    /// Sends a claim on both buses with each heartbeat: the other board hears that this one is active. On the active bus it goes
+    /// after the heartbeat that announces this master there.
     #[inline(always)] // nothing for one board
     pub(super) fn call_standby(&mut self, now: Instant, out: &mut Out) {
         let slaves = || self.manager.peers().heard(now, self.redundancy.consumer);
-        let call = self.boards.standby().and_then(|standby| standby.call(self.manager.active(), slaves()));
-        if let Some((bus, claim)) = call {
-            self.send_claim(bus, claim, now, out);
+        let Some(standby) = self.boards.standby_mut() else { return };
+        let Some(claim) = standby.call(now, slaves()) else { return };
+        let frame = standby.pair().frame(claim);
+        let (active, lifetime) = (self.manager.active(), self.services.lifetimes.heartbeat);
+        if self.services.buses.is_joined(active.other(), active) {
+            out.send_for(active.other(), frame, now, lifetime);
         }
+        self.send(frame, now, lifetime, out);
     }
 
     /// Becomes the standby by command. Ignored where there is one board, or this one is not active.
