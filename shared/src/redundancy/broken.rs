@@ -18,7 +18,7 @@ pub enum Broken {
     BdefaultByToggle,
     /// Of two active masters none yields.
     NeverYields,
-    /// A master tells nothing to a standby that is cut off from its bus.
+    /// An active master does not say that it is active.
     NeverCalls,
     /// Every node that was heard counts as a slave.
     CountsEverybody,

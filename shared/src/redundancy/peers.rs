@@ -249,6 +249,18 @@ impl<const N: usize> Peers<N> {
         }
     }
 
+    /// The SDO server of `node` did not answer. Returns whether it is a stranger: heard on the active bus, and without a server. A
+    /// node that is silent there is asked again when it is heard.
+    pub fn on_no_answer(&mut self, node: NodeId, now: Instant) -> bool {
+        let is_stranger = self.place(node).is_some_and(|peer| peer.silent_at > now);
+        if is_stranger {
+            self.answered &= !node_bit(node);
+        } else {
+            self.ask_again(node);
+        }
+        is_stranger
+    }
+
     /// Those of `slaves` that were heard count as if they had answered. They are asked all the same.
     pub fn adopt(&mut self, slaves: NodeSet) {
         let heard = self.each_of(slaves).fold(0, |heard, (node, _)| heard | node_bit(node));

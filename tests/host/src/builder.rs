@@ -1,6 +1,7 @@
 //! What a world is made of.
 
 use can_wire::time::Time;
+use can_wire::timing::BitTiming;
 use ecss_can::node::minimal::{MinimalDevice, MinimalSlave};
 use ecss_can::node::{Device, Master, MasterBoards, Slave};
 use ecss_can::types::NodeId;
@@ -12,9 +13,15 @@ use crate::world::World;
 
 /// Nodes before their world begins. Clocks are exact and all nodes get power at time zero, unless a call here says
 /// otherwise.
-#[derive(Default)]
 pub struct Builder {
     nodes: Vec<Planned>,
+    timing: BitTiming,
+}
+
+impl Default for Builder {
+    fn default() -> Self {
+        Builder { nodes: Vec::new(), timing: BitTiming::MEGABIT }
+    }
 }
 
 /// A node to be.
@@ -143,9 +150,19 @@ impl Builder {
         self
     }
 
+    /// Both buses at another bit rate than 1 Mbit/s. Nodes do not know it: their profile has to have the same.
+    ///
+    /// # Panics
+    /// When it is zero.
+    #[must_use]
+    pub fn kbit(mut self, kbit_per_s: u32) -> Self {
+        self.timing = BitTiming::kbit(kbit_per_s);
+        self
+    }
+
     /// The world at time zero.
     pub fn build(self) -> World {
-        World::new(self.nodes)
+        World::new(self.nodes, self.timing)
     }
 
     fn planned(&mut self, seat: Seat) -> &mut Planned {

@@ -80,8 +80,8 @@
 //! ```
 //!
 //! `tests/thermometer.rs` flies the thermometer of `firmware/examples` with its master, `tests/worlds` the demonstration
-//! mission. The buses run at 1 Mbit/s whatever the profile says. Flash takes no time here, and interrupts have none: those are
-//! the part of the emulated board.
+//! mission. The buses run at 1 Mbit/s whatever the profile says, unless [`Builder::kbit`] says otherwise. Flash takes no time
+//! here, and interrupts have none: those are the part of the emulated board.
 //!
 //! [`CanPort`]: ecss_can::link::port::CanPort
 //! [`Clock`]: ecss_can::time::Clock

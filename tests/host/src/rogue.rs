@@ -8,13 +8,19 @@ use can_wire::time::Time;
 use can_wire::timing::BitTiming;
 
 /// Acknowledges everything, obeys nothing, and sends what it is given, in order.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Rogue {
+    timing: BitTiming,
     queue: VecDeque<(Time, WireFrame)>,
     plugged_in: bool,
 }
 
 impl Rogue {
+    /// One that is not on the bus yet.
+    pub fn new(timing: BitTiming) -> Rogue {
+        Rogue { timing, queue: VecDeque::new(), plugged_in: false }
+    }
+
     /// Send a frame from `now` on; from the first one on it takes part in the bus.
     pub fn send(&mut self, now: Time, frame: WireFrame) {
         self.plugged_in = true;
@@ -24,7 +30,7 @@ impl Rogue {
 
 impl Controller for Rogue {
     fn attachment(&self) -> Option<Attachment> {
-        self.plugged_in.then(|| Attachment::new(BitTiming::MEGABIT))
+        self.plugged_in.then(|| Attachment::new(self.timing))
     }
 
     fn request_at(&self) -> Option<Time> {

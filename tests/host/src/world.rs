@@ -8,6 +8,7 @@ use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::{Counters, Destruction, Observation};
 use can_wire::time::Time;
+use can_wire::timing::BitTiming;
 use can_wire::wire::{Controllers, Wire, WireConfig};
 use ecss_can::nmt::{Command as NmtCommand, NmtMessage, Target};
 use ecss_can::node::minimal::MinimalEvent;
@@ -136,7 +137,7 @@ impl World {
         Builder::default()
     }
 
-    pub(crate) fn new(planned: Vec<Planned>) -> World {
+    pub(crate) fn new(planned: Vec<Planned>, timing: BitTiming) -> World {
         let timeline = Timeline::new();
         let entries = Rc::default();
         let mut switches: Vec<_> = planned.iter().map(|node| (node.power_on, node.seat)).collect();
@@ -157,10 +158,11 @@ impl World {
             // The rogue: at the end.
             let is_pair = units.iter().any(|unit| unit.seat == Seat::SECOND_MASTER);
             wire.attach(metres(end + 1 + u8::from(is_pair)));
-            let ports = units.iter().map(|unit| unit.port(bus).clone()).collect();
+            let ports: Vec<_> = units.iter().map(|unit| unit.port(bus).clone()).collect();
+            ports.iter().for_each(|port| port.set_timing(timing));
             Cable {
                 wire,
-                plugs: Plugs { ports, rogue: Rogue::default(), changed: changed[bus].clone() },
+                plugs: Plugs { ports, rogue: Rogue::new(timing), changed: changed[bus].clone() },
                 seen: Vec::new(),
                 torn: 0,
                 misread: 0,

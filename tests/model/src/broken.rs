@@ -27,5 +27,10 @@ pub const RULES: [Rule; 8] = [
     Rule { broken: Broken::TogglesOnceMore, property: property::CTOGGLE, faults: 1, crew: Crew::OneMaster },
     Rule { broken: Broken::BdefaultByToggle, property: property::BDEFAULT, faults: 1, crew: Crew::OneMaster },
     Rule { broken: Broken::NeverYields, property: property::ONE_ACTIVE, faults: 1, crew: Crew::TwoMasters },
-    Rule { broken: Broken::NeverCalls, property: property::ROLES, faults: 1, crew: Crew::TwoMasters },
+    Rule {
+        broken: Broken::NeverCalls,
+        property: property::ONE_ACTIVE,
+        faults: 1,
+        crew: Crew::TwoMastersInStep,
+    },
 ];

@@ -35,6 +35,10 @@ enum Masters {
     One,
     /// Two boards, one of which is the standby of the other
     Two,
+    /// The same with equal clocks: equal frames merge
+    TwoInStep,
+    /// The same, and no slave is assigned
+    TwoUnassigned,
 }
 
 /// A broken rule, by its number.
@@ -54,7 +58,7 @@ enum Rule {
     BdefaultByToggle,
     /// Of two active masters none yields
     NeverYields,
-    /// A master tells nothing to a standby that is cut off from its bus
+    /// An active master does not say that it is active: equal frames of two merge
     NeverCalls,
 }
 
@@ -68,6 +72,8 @@ fn main() -> ExitCode {
     let crew = match arguments.masters {
         Masters::One => Crew::OneMaster,
         Masters::Two => Crew::TwoMasters,
+        Masters::TwoInStep => Crew::TwoMastersInStep,
+        Masters::TwoUnassigned => Crew::TwoMastersUnassigned,
     };
     let report = search::search(crew, arguments.faults, arguments.threads.map_or(cores, usize::from));
     for violation in &report.violations {

@@ -21,6 +21,7 @@ pub struct Master {
     pub manager: Manager<PLACES>,
     /// Decides which of two masters is active.
     standby: Option<Standby>,
+    is_assigned: bool,
     broken: Option<Broken>,
     rivals: Rivals,
     sync: Periodic,
@@ -35,8 +36,9 @@ pub struct Master {
 }
 
 impl Master {
-    /// A master before power-on, one of two if it has a strap. `broken`: a rule that does not hold.
-    pub fn new(strap: Option<Strap>, broken: Option<Broken>) -> Self {
+    /// A master before power-on, one of two if it has a strap. `is_assigned`: it has both slaves in its list; `broken`: a rule that
+    /// does not hold.
+    pub fn new(strap: Option<Strap>, is_assigned: bool, broken: Option<Broken>) -> Self {
         let mut manager = Manager::new(PARAMETERS, SILENT_SHARE, DWELL, GRACE);
         manager.break_rule(broken);
         let standby = strap.map(|strap| {
@@ -47,6 +49,7 @@ impl Master {
         Master {
             manager,
             standby,
+            is_assigned,
             broken,
             rivals: Rivals::default(),
             sync: Periodic::new(PARAMETERS.producer),
@@ -116,7 +119,7 @@ impl Master {
     }
 
     fn restarted(&self) -> Master {
-        Master::new(self.standby.as_ref().map(Standby::strap), self.broken)
+        Master::new(self.standby.as_ref().map(Standby::strap), self.is_assigned, self.broken)
     }
 
     fn boot_up(&mut self, now: Instant) {
@@ -173,6 +176,13 @@ impl Master {
         }
     }
 
+    /// Asks new nodes who they are. A slave answers within the same moment, or its question waits for the next one.
+    fn identify(&mut self, now: Instant) {
+        while let Some(node) = self.manager.peers_mut().take_unasked() {
+            self.outgoing.send(self.manager.active(), Frame::of(CobId::sdo_request(node), []), now);
+        }
+    }
+
     /// A frame while another master is active.
     fn overhear(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         let id = frame.id();
@@ -195,6 +205,17 @@ impl Master {
             && let Some(state) = heartbeat::decode(frame)
         {
             self.manager.on_heartbeat(bus, node, state, now);
+            if state == NmtState::Operational
+                && bus == self.manager.active()
+                && let Some(standby) = &mut self.standby
+            {
+                standby.on_operational(node);
+            }
+        } else if let Some(node) = id.node()
+            && id == CobId::sdo_response(node)
+            && bus == self.manager.active()
+        {
+            self.manager.on_answer(node, now);
         }
     }
 }
@@ -202,8 +223,8 @@ impl Master {
 impl Station for Master {
     fn start(&mut self, now: Instant) {
         *self = self.restarted();
-        for node in [PARALLEL, SELECTIVE] {
-            self.manager.peers_mut().assign(node, true);
+        if self.is_assigned {
+            [PARALLEL, SELECTIVE].into_iter().for_each(|node| self.manager.peers_mut().assign(node, true));
         }
         if let Some(standby) = &mut self.standby {
             return standby.start(now);
@@ -255,9 +276,16 @@ impl Station for Master {
         } else if let Some(node) = node
             && id == CobId::heartbeat(node)
             && let Some(state) = heartbeat::decode(frame)
-            && self.manager.on_heartbeat(bus, node, state, now).start
         {
-            self.send_nmt(NmtMessage { command: Command::Start, target: Target::Node(node) }, now);
+            if self.manager.on_heartbeat(bus, node, state, now).start {
+                self.send_nmt(NmtMessage { command: Command::Start, target: Target::Node(node) }, now);
+            }
+            self.identify(now);
+        } else if let Some(node) = node
+            && id == CobId::sdo_response(node)
+            && bus == self.manager.active()
+        {
+            self.manager.on_answer(node, now);
         }
         self.poll(now);
     }
@@ -274,6 +302,9 @@ impl Station for Master {
     fn on_expired(&mut self, bus: Bus, frame: &Frame, now: Instant) {
         if frame.id() == CobId::heartbeat(NodeId::MASTER) {
             self.manager.on_heartbeat_failed(bus);
+        }
+        if let Some(node) = frame.id().node().filter(|node| frame.id() == CobId::sdo_request(*node)) {
+            self.manager.peers_mut().ask_again(node);
         }
         self.poll(now);
     }

@@ -202,6 +202,10 @@ impl Station for Slave {
         }
         if id == CobId::NMT {
             self.on_nmt(bus, frame, now);
+        } else if id == CobId::sdo_request(self.id) {
+            if bus == self.selector.selected() && self.nmt.state().allows_sdo() {
+                self.outgoing.send(bus, Frame::of(CobId::sdo_response(self.id), []), now);
+            }
         } else if id == CobId::heartbeat(NodeId::MASTER) {
             if heartbeat::decode(frame).is_none() {
                 return;

@@ -2,7 +2,7 @@
 
 use crate::world::Crew;
 
-/// Where the numbers are: masters, faults, states.
+/// Where the numbers are: masters (`2=`: two with equal clocks, `2?`: and slaves that are not assigned), faults, states.
 pub const PATH: &str = "tests/model/states.txt";
 
 /// States of a whole search with up to `faults` faults, as known.
@@ -10,6 +10,8 @@ pub fn states(crew: Crew, faults: u8) -> Option<usize> {
     let masters = match crew {
         Crew::OneMaster => "1",
         Crew::TwoMasters => "2",
+        Crew::TwoMastersInStep => "2=",
+        Crew::TwoMastersUnassigned => "2?",
     };
     let rows = include_str!("../states.txt").lines().map(|line| line.split(' ').collect::<Vec<_>>());
     let mut known = rows.filter_map(|row| match row[..] {

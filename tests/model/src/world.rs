@@ -69,8 +69,25 @@ pub enum Message {
 pub enum Crew {
     /// A master without a standby.
     OneMaster,
-    /// Two master boards.
+    /// Two master boards. Their clocks differ: of equal frames that both send, each hears that of the other one.
     TwoMasters,
+    /// Two master boards with equal clocks: equal frames of the same moment are one frame on the wire, and neither hears it.
+    TwoMastersInStep,
+    /// The same, and no slave is assigned: masters learn who their slaves are, and forget it when they are reset. Faults happen after
+    /// the active one has asked both slaves.
+    TwoMastersUnassigned,
+}
+
+impl Crew {
+    /// Masters before power-on. `broken`: a rule that does not hold.
+    fn masters(self, broken: Option<Broken>) -> Vec<Master> {
+        let straps = match self {
+            Crew::OneMaster => vec![None],
+            _ => vec![Some(Strap::Prime), Some(Strap::Second)],
+        };
+        let is_assigned = self != Crew::TwoMastersUnassigned;
+        straps.into_iter().map(|strap| Master::new(strap, is_assigned, broken)).collect()
+    }
 }
 
 /// A whole spacecraft, at [`Rebase::ORIGIN`].
@@ -88,6 +105,8 @@ pub struct World {
     losing: u8,
     /// Faults that may still happen.
     pub left: u8,
+    /// Equal frames of the same moment are one.
+    is_in_step: bool,
     /// The properties.
     pub watch: Watch,
 }
@@ -95,12 +114,8 @@ pub struct World {
 impl World {
     /// All nodes powered at the same instant. `broken`: a rule that does not hold.
     pub fn new(crew: Crew, faults: u8, broken: Option<Broken>) -> World {
-        let straps = match crew {
-            Crew::OneMaster => vec![None],
-            Crew::TwoMasters => vec![Some(Strap::Prime), Some(Strap::Second)],
-        };
         let mut world = World {
-            masters: straps.into_iter().map(|strap| Master::new(strap, broken)).collect(),
+            masters: crew.masters(broken),
             slaves: [
                 Slave::new(PARALLEL, BusAccess::Parallel, broken),
                 Slave::new(SELECTIVE, BusAccess::Selective, broken),
@@ -109,13 +124,25 @@ impl World {
             off: 0,
             losing: 0,
             left: faults,
+            is_in_step: matches!(crew, Crew::TwoMastersInStep | Crew::TwoMastersUnassigned),
             watch: Watch::default(),
         };
         let now = Rebase::ORIGIN;
         world.places().for_each(|place| world.station(place).start(now));
         world.settle(now);
         world.rebase(now);
+        while crew == Crew::TwoMastersUnassigned && !world.are_known() {
+            world.tick();
+        }
+        world.watch = Watch::default();
         world
+    }
+
+    /// Whether the active master has asked both slaves.
+    fn are_known(&self) -> bool {
+        let knows =
+            |master: &Master| [PARALLEL, SELECTIVE].iter().all(|node| master.manager.peers().counts(*node));
+        self.masters.iter().any(|master| master.is_active() && knows(master))
     }
 
     fn station(&mut self, place: usize) -> &mut dyn Station {
@@ -214,7 +241,7 @@ impl World {
                     Message::Heartbeat => heartbeat::encode(NodeId::MASTER, NmtState::Operational),
                     Message::Command(command) => NmtMessage { command, target: Target::All }.encode(),
                 };
-                self.deliver(bus, &frame, None, now);
+                self.deliver(bus, &frame, &[], now);
             }
         }
         self.settle(now);
@@ -274,8 +301,11 @@ impl World {
             for bus in Bus::ALL {
                 for place in self.places() {
                     let Some(frame) = self.seen(place).waiting().next(bus) else { continue };
+                    let senders = self.senders(bus, place, &frame);
                     let is_heard = self.takes_part(bus, place)
-                        && self.places().any(|other| other != place && self.takes_part(bus, other));
+                        && self
+                            .places()
+                            .any(|other| !senders.contains(&other) && self.takes_part(bus, other));
                     self.station(place).on_unacknowledged(bus, !is_heard, now);
                     if is_heard && next.is_none_or(|(id, ..)| frame.id() < id) {
                         next = Some((frame.id(), bus, place, frame));
@@ -283,9 +313,21 @@ impl World {
                 }
             }
             let Some((_, bus, place, frame)) = next else { return self.overhear(now) };
-            self.station(place).on_sent(bus, &frame, now);
-            self.deliver(bus, &frame, Some(place), now);
+            let senders = self.senders(bus, place, &frame);
+            senders.iter().for_each(|sender| self.station(*sender).on_sent(bus, &frame, now));
+            self.deliver(bus, &frame, &senders, now);
         }
+    }
+
+    /// Who sends this frame together with the node at `place`, that one first.
+    fn senders(&self, bus: Bus, place: usize, frame: &Frame) -> Vec<usize> {
+        let is_other = |other: &usize| {
+            self.is_in_step
+                && *other != place
+                && self.takes_part(bus, *other)
+                && self.seen(*other).waiting().next(bus) == Some(*frame)
+        };
+        std::iter::once(place).chain(self.places().filter(is_other)).collect()
     }
 
     /// A frame that nobody acknowledges is repeated, and who listens only receives it.
@@ -293,20 +335,21 @@ impl World {
         for bus in Bus::ALL {
             for place in self.places().filter(|place| self.takes_part(bus, *place)).collect::<Vec<_>>() {
                 if let Some(frame) = self.seen(place).waiting().next(bus) {
-                    self.deliver(bus, &frame, Some(place), now);
+                    let senders = self.senders(bus, place, &frame);
+                    self.deliver(bus, &frame, &senders, now);
                 }
             }
         }
     }
 
-    fn deliver(&mut self, bus: Bus, frame: &Frame, from: Option<usize>, now: Instant) {
+    fn deliver(&mut self, bus: Bus, frame: &Frame, senders: &[usize], now: Instant) {
         let kind = match frame.id() {
             CobId::NMT => Some(Kind::Command),
             id if id.function() == CobId::heartbeat(NodeId::MASTER).function() => Some(Kind::Heartbeat),
             _ => None,
         };
         for place in self.places() {
-            if Some(place) == from || !self.hears(bus, place) {
+            if senders.contains(&place) || !self.hears(bus, place) {
                 continue;
             }
             let lost = kind.map_or(0, |kind| loss(place, kind));

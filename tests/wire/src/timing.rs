@@ -40,6 +40,14 @@ impl BitTiming {
     pub const MEGABIT: BitTiming =
         BitTiming { quantum: Quantum(Fine::from_time(Time(16))), segment1: 16, segment2: 4, jump_width: 4 };
 
+    /// As [`BitTiming::MEGABIT`], at another bit rate.
+    ///
+    /// # Panics
+    /// When it is zero.
+    pub fn kbit(kbit_per_s: u32) -> Self {
+        BitTiming { quantum: Quantum::new(16_000, kbit_per_s.into()), ..BitTiming::MEGABIT }
+    }
+
     /// `segment1` holds PROP_SEG and PHASE_SEG1; all in quanta.
     ///
     /// # Panics

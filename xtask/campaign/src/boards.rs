@@ -10,7 +10,7 @@ use crate::scene::{News, Noted};
 use crate::script::{SPARE, Script};
 
 /// Two masters that hear each other are both active for two heartbeat periods at most (docs/decisions/standby-master.md), and for
-/// as long as their frames collide.
+/// as long as their frames collide. A controller that is bus-off hears nothing.
 const MEETING: Time = Time::from_ms(220);
 
 /// A board between two changes.
@@ -39,6 +39,8 @@ pub struct MasterBoard {
     pub switches: Vec<Switch>,
     /// When it became active, or the standby.
     pub roles: Vec<Time>,
+    /// Changes of its controllers: bus-off on which bus, or on it again.
+    hearing: Vec<(Time, Bus, bool)>,
 }
 
 /// The master boards of a script.
@@ -67,20 +69,38 @@ impl MasterBoard {
         self.stays.iter().rfind(|stay| stay.from <= at).copied()
     }
 
+    /// When the answers of [`MasterBoard::at`] and [`MasterBoard::hears`] changed.
+    fn changes(&self) -> impl Iterator<Item = Time> {
+        self.stays.iter().map(|stay| stay.from).chain(self.hearing.iter().map(|(at, ..)| *at))
+    }
+
+    /// Both controllers are set up anew.
+    fn begins_to_hear(&mut self, at: Time) {
+        self.hearing.extend(Bus::ALL.map(|bus| (at, bus, true)));
+    }
+
+    fn hears(&self, bus: Bus, at: Time) -> bool {
+        let last = self.hearing.iter().rfind(|(since, of, _)| *of == bus && *since <= at);
+        last.is_none_or(|(.., is_on)| *is_on)
+    }
+
     fn read(&mut self, at: Time, news: News, is_one_of_two: bool) {
-        let mut go = |bus| self.stays.push(Stay { from: at, bus });
+        let stay = |bus| Stay { from: at, bus };
         match news {
             News::PowerOn => {
                 self.lives += 1;
-                go(if is_one_of_two { None } else { Some(Bus::Nominal) });
+                self.begins_to_hear(at);
+                self.stays.push(stay(if is_one_of_two { None } else { Some(Bus::Nominal) }));
             }
-            News::PowerOff if is_one_of_two => go(None),
+            News::PowerOff if is_one_of_two => self.stays.push(stay(None)),
+            News::Hearing { bus, is_on } => self.hearing.push((at, bus, is_on)),
             News::Role(bus) => {
-                go(bus);
+                self.stays.push(stay(bus));
                 self.roles.push(at);
+                self.begins_to_hear(at);
             }
             News::Switched { from, to, cause } => {
-                go(Some(to));
+                self.stays.push(stay(Some(to)));
                 self.switches.push(Switch { at, from, cause });
             }
             _ => {}
@@ -92,8 +112,14 @@ impl Boards {
     /// Those of a script.
     pub fn new(script: &Script) -> Boards {
         let seats = [Seat::MASTER, Seat::SECOND_MASTER].into_iter().take(script.masters.into());
-        let board =
-            |seat| MasterBoard { seat, lives: 0, stays: Vec::new(), switches: Vec::new(), roles: Vec::new() };
+        let board = |seat| MasterBoard {
+            seat,
+            lives: 0,
+            stays: Vec::new(),
+            switches: Vec::new(),
+            roles: Vec::new(),
+            hearing: Vec::new(),
+        };
         Boards { all: seats.map(board).collect() }
     }
 
@@ -120,21 +146,22 @@ impl Boards {
         self.all.iter().filter_map(|board| Some((board, board.bus()?)))
     }
 
-    /// From when to when two masters were active for too long although they heard each other: each answers what the other one
-    /// sends on the bus where that one is active.
+    /// From when to when two masters were active for too long although they heard each other: each says on both buses that it is.
     pub fn meeting(&self, script: &Script) -> Option<(Time, Time)> {
         let [one, two] = self.all.as_slice() else { return None };
         let end = Time::from_us(script.length);
         // Nothing changes between two of these.
-        let mut instants: Vec<Time> = one.stays.iter().chain(&two.stays).map(|stay| stay.from).collect();
+        let boards = [one, two];
+        let mut instants: Vec<Time> = boards.iter().flat_map(|board| board.changes()).collect();
         instants.extend(reach::changes(script));
         instants.retain(|at| *at < end);
         instants.sort();
         instants.dedup();
         let meet = |at| {
-            let buses = [one, two].map(|board| board.at(at).and_then(|stay| stay.bus));
-            let [Some(first), Some(second)] = buses else { return false };
-            [first, second].into_iter().any(|bus| reach::surely_joins_masters(script, bus, at))
+            let are_active = boards.iter().all(|board| board.at(at).is_some_and(|stay| stay.bus.is_some()));
+            let is_shared = |bus| boards.iter().all(|board| board.hears(bus, at));
+            let mut buses = Bus::ALL.into_iter();
+            are_active && buses.any(|bus| is_shared(bus) && reach::surely_joins_masters(script, bus, at))
         };
         let mut since = None;
         for (index, &at) in instants.iter().enumerate() {

@@ -6,6 +6,7 @@ use std::rc::Rc;
 use can_wire::fault::Fault;
 use can_wire::frame::WireFrame;
 use can_wire::time::Time;
+use ecss_can::link::port::ErrorState;
 use ecss_can::node::{MasterEvent, SlaveEvent};
 use ecss_can::redundancy::Role;
 use ecss_can::types::{Bus, NodeId, PerBus};
@@ -177,6 +178,9 @@ fn news(what: &Happening) -> Option<News> {
         Happening::Master(event) => match event {
             MasterEvent::BusSwitched { from, to, cause } => News::Switched { from, to, cause },
             MasterEvent::SecondMaster { .. } => News::Collision,
+            MasterEvent::Health { bus, health } => {
+                News::Hearing { bus, is_on: health.state != ErrorState::BusOff }
+            }
             MasterEvent::Pdo { .. }
             | MasterEvent::Frame { .. }
             | MasterEvent::Synchronised { .. }

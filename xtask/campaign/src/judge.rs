@@ -93,7 +93,7 @@ impl<'a> Judge<'a> {
                 News::Switched { from, cause: SwitchCause::Isolated, .. } => {
                     self.judge_isolation(at, seat, &seen.frames[from]);
                 }
-                News::Switched { .. } | News::Role(_) => {}
+                News::Switched { .. } | News::Role(_) | News::Hearing { .. } => {}
                 News::State(state) => slave.state = Some(state),
                 News::ActiveBus(bus) => slave.bus = Some(bus),
                 // It may be earlier.

@@ -90,6 +90,13 @@ pub enum News {
         /// Why.
         cause: SwitchCause,
     },
+    /// A controller of a master is bus-off, and hears nothing, or is on its bus again.
+    Hearing {
+        /// Its bus.
+        bus: Bus,
+        /// Whether it hears.
+        is_on: bool,
+    },
     /// NMT state of a slave.
     State(NmtState),
     /// The bus that a slave considers active.

@@ -16,6 +16,7 @@ use std::task::{Context, Poll, Waker};
 
 use can_wire::controller::Attachment;
 use can_wire::time::{TICKS_PER_US, Time};
+use can_wire::timing::BitTiming;
 use ecss_can::link::Stamp;
 use ecss_can::link::port::{Busy, CanPort, ErrorState, Filter, Health, Mailbox, PortEvent};
 use ecss_can::types::Frame;
@@ -41,6 +42,7 @@ pub struct MockPort(Rc<RefCell<Chip>>);
 #[derive(Debug)]
 struct Chip {
     clock: MockClock,
+    timing: BitTiming,
     /// Set when the wire sees another thing than before.
     changed: Rc<Cell<bool>>,
     filters: Vec<Filter>,
@@ -85,13 +87,19 @@ impl MockPort {
         MockPort(Rc::new(RefCell::new(Chip::new(clock, changed, 0))))
     }
 
+    /// Sets the bit timing, in place of 1 Mbit/s. It outlives a reset.
+    pub(crate) fn set_timing(&self, timing: BitTiming) {
+        self.chip_mut().timing = timing;
+    }
+
     /// A chip reset, or another power-on with a new clock.
     pub fn reset(&self, clock: MockClock) {
         let power_cycle = self.chip().power_cycle + 1;
         let gone = self.chip().on_bus.is_some() || self.chip().gone.get();
-        let changed = self.chip().changed.clone();
+        let (changed, timing) = (self.chip().changed.clone(), self.chip().timing);
         changed.set(true);
-        *self.0.borrow_mut() = Chip { gone: Cell::new(gone), ..Chip::new(clock, changed, power_cycle) };
+        *self.0.borrow_mut() =
+            Chip { timing, gone: Cell::new(gone), ..Chip::new(clock, changed, power_cycle) };
     }
 
     /// Whether it is off the bus, and a frame that was on the wire has ended.
@@ -150,6 +158,7 @@ impl Chip {
     fn new(clock: MockClock, changed: Rc<Cell<bool>>, power_cycle: u32) -> Self {
         Chip {
             clock,
+            timing: BitTiming::MEGABIT,
             changed,
             filters: Vec::new(),
             on_bus: None,

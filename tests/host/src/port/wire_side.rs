@@ -3,7 +3,6 @@
 use can_wire::controller::{Attachment, Controller, ErrorCounters, WireEvent};
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::time::Time;
-use can_wire::timing::BitTiming;
 use ecss_can::link::port::{LastError, Mailbox, PortEvent};
 use ecss_can::types::{CobId, Frame};
 
@@ -63,7 +62,7 @@ impl Chip {
     pub(super) fn attachment(&self) -> Option<Attachment> {
         let since = self.on_bus?;
         let (recovers, power_cycle, silent) = (self.recovers, self.power_cycle, self.listens);
-        Some(Attachment { recovers, power_cycle, silent, since, ..Attachment::new(BitTiming::MEGABIT) })
+        Some(Attachment { recovers, power_cycle, silent, since, ..Attachment::new(self.timing) })
     }
 
     /// Since when a frame waits that may go out.

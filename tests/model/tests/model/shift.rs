@@ -27,7 +27,8 @@ fn seen(world: &World) -> Seen {
 #[test]
 fn a_world_relative_to_now_does_what_an_absolute_one_does() {
     for seed in 0..4_000 {
-        let crew = if seed % 2 == 0 { Crew::OneMaster } else { Crew::TwoMasters };
+        let crews = [Crew::OneMaster, Crew::TwoMasters, Crew::TwoMastersInStep, Crew::TwoMastersUnassigned];
+        let crew = crews[(seed % 4) as usize];
         let mut random = fastrand::Rng::with_seed(seed);
         let (mut relative, mut absolute) = (World::new(crew, 10, None), World::new(crew, 10, None));
         let mut now = Rebase::ORIGIN;
