@@ -25,6 +25,7 @@ pub mod results;
 mod scene;
 pub mod script;
 mod shrink;
+pub mod takeover;
 
 use std::num::NonZero;
 use std::process::Command;

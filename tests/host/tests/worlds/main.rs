@@ -20,7 +20,6 @@ mod scripts;
 mod sdo_client;
 mod start_up;
 mod support;
-mod takeover;
 mod thermometer;
 mod time;
 mod toggling;

@@ -15,6 +15,7 @@ mod sdo;
 mod size;
 mod stamp;
 mod sync;
+mod takeover;
 mod time;
 mod wire;
 
@@ -46,6 +47,7 @@ pub const ALL: &[Area] = &[
     load::AREA,
     master::AREA,
     failover::AREA,
+    takeover::AREA,
     demo::AREA,
     crowd::AREA,
     sdo::AREA,

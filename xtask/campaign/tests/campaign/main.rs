@@ -3,3 +3,4 @@
 mod broken;
 mod regressions;
 mod share;
+mod takeover;
