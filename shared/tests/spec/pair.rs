@@ -6,7 +6,7 @@ mod time;
 use ecss_can::nmt::{Command, NmtMessage, Target};
 use ecss_can::node::{BusCommand, Device, FailCause, Master, MasterEvent, MasterRequest, Refusal, TwoBoards};
 use ecss_can::profile::Profile;
-use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap};
+use ecss_can::redundancy::{Role, RoleCause, RoleChange, Strap, SwitchCause};
 use ecss_can::types::{Bus, Frame, NmtState};
 
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node};
@@ -66,6 +66,16 @@ fn fly_until(board: &mut Board, until: u64) {
         board.run_until(ms(at));
         board.receive(REDUNDANT, 0x702, &[0x05]);
         board.receive(REDUNDANT, 0x703, &[0x05]);
+    }
+    board.run_until(ms(until));
+}
+
+/// Heartbeats of slave 2 every 100 ms until then.
+fn fly_alone_until(board: &mut Board, until: u64) {
+    let first = board.now.as_micros() / 1_000;
+    for at in (first..until).step_by(100) {
+        board.run_until(ms(at));
+        board.receive(REDUNDANT, 0x702, &[0x05]);
     }
     board.run_until(ms(until));
 }
@@ -137,6 +147,34 @@ fn a_standby_sends_nothing_whatever_is_asked_of_it() {
     board.receive(REDUNDANT, 0x701, &[0x05]);
     board.run_until(ms(1_399));
     assert_eq!((board.frames(), board.controls), (vec![], LISTENS.to_vec()));
+}
+
+/// Given a standby that heard a slave Operational and never heard it answer, When it takes over, Then the slave counts: its silence
+/// makes the new master leave the bus.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn a_slave_that_a_standby_overheard_counts_when_it_takes_over() {
+    let mut board = powered(Strap::Second);
+    for beat in 1..=10 {
+        board.run_until(ms(100 * beat));
+        board.receive(REDUNDANT, 0x701, &[0x05]);
+        board.receive(REDUNDANT, 0x680, &[2, 0]);
+        board.receive(REDUNDANT, 0x702, &[0x05]);
+        board.receive(REDUNDANT, 0x703, &[0x05]);
+    }
+    board.run_until(ms(1_400));
+    board.transmitted(REDUNDANT, frame(0x701, &[0]));
+    board.transmitted(REDUNDANT, heartbeat());
+    board.clear();
+    // Slave 3 is cut off, and slave 2 has not been asked yet.
+    board.receive(REDUNDANT, 0x702, &[0x05]);
+    fly_alone_until(&mut board, 2_300);
+    let switched = board.events.iter().find_map(|event| match event {
+        MasterEvent::BusSwitched { cause, .. } => Some(*cause),
+        _ => None,
+    });
+    assert_eq!(switched, Some(SwitchCause::SlavesSilent), "{:?}", board.events);
 }
 
 /// Verifies: ECSS 8.1a, 8.3.3a

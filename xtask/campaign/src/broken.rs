@@ -32,7 +32,7 @@ pub enum Rule {
     Bdefault,
     /// Of two active masters that hear each other one yields
     OneMaster,
-    /// A standby that is cut off is told on the other bus that the master lives
+    /// An active master says on both buses that it is active
     Claims,
 }
 
@@ -63,7 +63,8 @@ impl Rule {
             Rule::OneNodeId => (Kind::Clash, None),
             Rule::Unconfigured => (Kind::Cut, Some(Kind::ResetSlave)),
             Rule::LostMinority | Rule::Bdefault => (Kind::Cut, None),
-            Rule::OneMaster | Rule::Claims => (Kind::Disconnect, None),
+            Rule::OneMaster => (Kind::Disconnect, Some(Kind::Disconnect)),
+            Rule::Claims => (Kind::Disconnect, None),
         }
     }
 

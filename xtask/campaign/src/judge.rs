@@ -258,7 +258,10 @@ impl<'a> Judge<'a> {
         // A master that was restarted has forgotten slaves that are not assigned. It cannot ask them on the other bus, so they
         // do not count (docs/decisions/who-counts.md).
         let is_first_life = self.boards.iter().any(|board| board.number() == master && board.lives <= 1);
-        if is_first_life && !is_whole(here) && is_whole(here.other()) {
+        // After a split a master may stay where it serves a part, also when the other bus serves all again
+        // (docs/decisions/lost-minority.md).
+        let is_known = is_first_life && !reach::was_split(self.script, master);
+        if is_known && !is_whole(here) && is_whole(here.other()) {
             self.complain(format!("the master is on {here:?}, all slaves are reached on the other bus"));
         }
         if work.is_empty() {

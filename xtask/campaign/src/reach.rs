@@ -25,6 +25,20 @@ pub fn reached(script: &Script, master: u8, bus: Bus) -> Vec<u8> {
     alive(script).into_iter().filter(|&node| is_joined(script, &here, master, node)).collect()
 }
 
+/// Whether at some time no bus joined all slaves to a master board.
+pub fn was_split(script: &Script, master: u8) -> bool {
+    let alive = alive(script);
+    let is_whole = |bus, at| {
+        let is_there = |fault: &&Fault| {
+            let is_over = fault.end().is_some_and(|end| end <= at);
+            fault.bus == bus && fault.kind.lasts() && !fault.kind.is_of_node() && fault.at <= at && !is_over
+        };
+        let here: Vec<Fault> = script.faults.iter().filter(is_there).copied().collect();
+        alive.iter().all(|&node| is_joined(script, &here, master, node))
+    };
+    script.faults.iter().any(|fault| !Bus::ALL.into_iter().any(|bus| is_whole(bus, fault.at)))
+}
+
 /// Whether a bus joins both master boards at the end.
 pub fn joins_masters(script: &Script, bus: Bus) -> bool {
     is_joined(script, &staying_on(script, bus), 1, SPARE)
@@ -130,6 +144,18 @@ mod tests {
         assert_eq!(left("babble at=1 node=3 value=2032"), [vec![2, 4], all.clone()]);
         assert_eq!(left("power-slave at=1 node=2"), [vec![3, 4], vec![3, 4]]);
         assert_eq!(left("noise at=1 value=4"), [all.clone(), all]);
+    }
+
+    #[test]
+    fn a_split_is_when_faults_of_both_buses_meet() {
+        let was = |faults: &str| {
+            let script: Script = format!("run slaves=3\n{faults}").parse().unwrap();
+            was_split(&script, 1)
+        };
+        assert!(!was("cut at=1 place=5"));
+        assert!(was("cut at=1 place=5\ndisconnect at=9 lasts=5 bus=redundant node=3"));
+        assert!(!was("cut at=1 lasts=8 place=5\ndisconnect at=9 bus=redundant node=3"));
+        assert!(!was("cut at=1 place=5\nreset-slave at=9 node=3"));
     }
 
     /// Master at 2 m, slaves 2 to 4 at 4 to 8 m, second master at 10 m.

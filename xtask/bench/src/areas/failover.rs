@@ -7,6 +7,8 @@
 //!   that was not lost never stopped, so none is overdue at the switch; the bound is on the outage.
 //! * Standby: of two masters the active one loses its power, at several moments of the heartbeat period (profile standby): from
 //!   the end of its last heartbeat to the end of the first message of the other board; the worst counts.
+//! * Load of claims: of the bus that is not active in these flights, where the active master sends nothing else. On the active bus
+//!   the claims add the same load.
 //! * Selective access: from the end of the last heartbeat that reached slave 4 on the cut bus to the end of its own
 //!   first frame on the other one; in the flight of `cargo demo`.
 
@@ -21,6 +23,7 @@ use demo::flight::Flight;
 use demo::meaning::Meaning;
 use demo::plan::Plan;
 use demo::record::{MASTER, Node, Seen};
+use twin::spacecraft::Bus;
 
 pub const AREA: Area =
     Area { name: "failover", about: "from a cut to commands on the other bus", needs: &[], measure };
@@ -43,6 +46,8 @@ const SELECTIVE: Node = 4;
 /// Of the profile `standby`: consumer time of the standby, and what it may take beyond that.
 const STANDBY_CONSUMER_MS: f64 = 400.0;
 const STANDBY_MARGIN_MS: f64 = 10.0;
+/// A claim of 2 bytes has at most 75 bits, one is sent in each heartbeat period of 100,000 bits.
+const CLAIMS_PERCENT: f64 = 0.075;
 
 /// Moments at which the active master loses its power, spread over a heartbeat period of 100 ms.
 const LOSSES_MS: [u64; 5] = [3000, 3020, 3040, 3060, 3080];
@@ -58,7 +63,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     let near = worst(context, Plan::default().cut.context("the demo has a cut")?.position_m, NEAR_MS)?;
     let partial = worst(context, behind_the_first_slave(&Plan::default()), PARTIAL_MS)?;
     let selective = selective(context.demo()?).context("slave 4 never came to the other bus")?;
-    let standby = standby(context)?;
+    let (standby, claims) = standby(context)?;
     let exact = TTOGGLE * CONSUMER_MS;
     let deviation = 100.0 * (selective - exact).abs() / exact;
     let limit = HEARTBEAT_MS + MARGIN_MS;
@@ -69,6 +74,7 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
         Row::lower("partial_cut_command_gap", partial.command_gap, "ms"),
         Row::lower("partial_cut_outage", partial.outage, "ms").within(limit + COMMAND_GAP_MS + CONSUMER_MS),
         Row::lower("standby_takeover", standby, "ms").within(STANDBY_CONSUMER_MS + STANDBY_MARGIN_MS),
+        Row::lower("claims_load", claims, "percent").within(CLAIMS_PERCENT),
         Row::lower("selective_access", selective, "ms"),
         Row::lower("selective_access_deviation", deviation, "percent").within(SELECTIVE_PERCENT),
     ])
@@ -126,16 +132,17 @@ fn selective(flight: &Flight) -> Option<f64> {
     Some(milliseconds(back.since(last)))
 }
 
-/// The longest time without a master, milliseconds.
-fn standby(context: &Context) -> anyhow::Result<f64> {
+/// The longest time without a master, milliseconds, and the largest load of the bus that is not active, percent.
+fn standby(context: &Context) -> anyhow::Result<(f64, f64)> {
     let options = Options { standby: true, seconds: 4.0, ..Options::default() }.resolved();
-    let mut worst: f64 = 0.0;
+    let (mut worst, mut load): (f64, f64) = (0.0, 0.0);
     for at in LOSSES_MS {
         let flight = context.fly(Plan { loss: Some(Time::from_ms(at)), ..Plan::new(&options)? })?;
         let takeover = flight.takeover().with_context(|| format!("no takeover after a loss at {at} ms"))?;
         worst = worst.max(milliseconds(takeover.took()));
+        load = load.max(100.0 * flight.load(Bus::Redundant));
     }
-    Ok(worst)
+    Ok((worst, load))
 }
 
 /// Halfway between the two slaves next to the master, metres.
