@@ -13,7 +13,7 @@ use embassy_stm32::peripherals::FLASH;
 use crate::bxcan::Port;
 use crate::common::{Irqs, Leds, strap_bits, watch};
 use crate::pulse::Pulse;
-use crate::store::{self, ChipFlash, ParameterLog};
+use crate::store::{self, ChipFlash, Crc, ParameterLog};
 use crate::straps::{self, StrapError};
 use crate::{Resources, Uptime, capture, retained, spare, supervisor};
 
@@ -83,6 +83,17 @@ impl Board {
             post_mortem,
             memory: spare::take(),
         }
+    }
+
+    /// Pattern of late heartbeats, different for each chip; for
+    /// [`Slave::with_late_heartbeats`](ecss_can::node::Slave::with_late_heartbeats).
+    ///
+    /// It is the CRC-32C of the unique ID, 96 bits. IDs that differ within 32 bits in a row have different ones. Chips of one wafer
+    /// do: they differ in their coordinates, the first 32 bits (RM0090 39.1). The CRC of the parameter store costs no more flash.
+    pub fn late_heartbeats() -> u32 {
+        let mut crc = Crc::new();
+        crc.update(&embassy_stm32::uid::uid());
+        crc.value()
     }
 }
 

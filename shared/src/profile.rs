@@ -17,6 +17,9 @@ pub struct Profile {
     pub network: Network,
     /// Producer heartbeat time (1017h) of every node, whole milliseconds, above zero.
     pub heartbeat: Duration,
+    /// Delay of the heartbeats that a slave sends late, at most a tenth of their period: four data frames of eight bytes, 540 bits.
+    /// See [`Slave::with_late_heartbeats`](crate::node::Slave::with_late_heartbeats).
+    pub late_heartbeat: Duration,
     /// Consumer heartbeat time (1016h), whole milliseconds.
     pub consumer: Duration,
     /// Bdefault (2000h sub 1).
@@ -86,6 +89,7 @@ impl Profile {
             oscillator_tolerance: PartsPerMillion(1_000),
         },
         heartbeat: Duration::from_millis(100),
+        late_heartbeat: Duration::from_micros(540),
         consumer: Duration::from_millis(250),
         bdefault: Bus::Nominal,
         ttoggle: 2,
@@ -131,7 +135,7 @@ impl Profile {
     };
 
     /// The same numbers at another bit rate. Spans that a bus needs become longer where it is slower: `grace` for 350 bits,
-    /// `patience` after bus-off for four times the 128 x 11 bits of a recovery. Periods stay as they are: `cargo xtask
+    /// `patience` after bus-off for four times the 128 x 11 bits of a recovery, `late_heartbeat` for 540 bits. Periods stay as they are: `cargo xtask
     /// schedule` says whether the bus can carry them.
     ///
     /// ```
@@ -139,16 +143,20 @@ impl Profile {
     /// use ecss_can::profile::Profile;
     /// const MISSION: Profile = Profile { name: "mine", ..Profile::DEFAULT.at(BitRate::KBIT_125) };
     /// assert_eq!(MISSION.grace.as_micros(), 2_800);
+    /// assert_eq!(MISSION.late_heartbeat.as_micros(), 4_320);
     /// ```
     #[must_use]
     pub const fn at(self, bit_rate: BitRate) -> Profile {
         let frames = bit_rate.span(350);
         let grace = if frames.as_micros() > self.grace.as_micros() { frames } else { self.grace };
+        let late_frames = bit_rate.span(4 * 135);
+        let is_slow = late_frames.as_micros() > self.late_heartbeat.as_micros();
+        let late_heartbeat = if is_slow { late_frames } else { self.late_heartbeat };
         let recoveries = bit_rate.span(4 * 128 * 11);
         let is_longer = recoveries.as_micros() > self.bus_off.patience.as_micros();
         let patience = if is_longer { recoveries } else { self.bus_off.patience };
         let bus_off = BusOffPolicy { patience, ..self.bus_off };
-        Profile { network: Network { bit_rate, ..self.network }, grace, bus_off, ..self }
+        Profile { network: Network { bit_rate, ..self.network }, grace, late_heartbeat, bus_off, ..self }
     }
 
     /// What to change where [`Profile::is_search_long_enough`] says no.

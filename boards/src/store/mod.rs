@@ -17,4 +17,6 @@ mod word;
 
 #[cfg(target_os = "none")]
 pub use chip::{ChipFlash, open};
+#[cfg(target_os = "none")]
+pub(crate) use crc::Crc;
 pub use log::{MAX_SET, Opened, ParameterLog};

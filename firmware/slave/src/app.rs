@@ -31,7 +31,7 @@ async fn main(spawner: Spawner) {
     let Ok(id) = node_id.inspect_err(|error| defmt::error!("{}, staying silent", error)) else { return };
     defmt::info!("slave {} starts, profile {=str}", id.get(), PROFILE.name);
     let slave = || {
-        let slave = mission::slave(id, PROFILE, memory);
+        let slave = mission::slave(id, PROFILE, memory).with_late_heartbeats(Board::late_heartbeats());
         if is_maintenance {
             slave.in_maintenance(store)
         } else {

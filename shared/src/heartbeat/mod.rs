@@ -4,11 +4,13 @@ mod consumer;
 mod monitor;
 mod objects;
 mod producer;
+mod staggered;
 
 pub use consumer::Consumer;
 pub use monitor::{Heard, Missed, Monitor, check_entry};
 pub use objects::{ConsumerSlots, HeartbeatConsumers, HeartbeatProducer};
 pub use producer::Producer;
+pub use staggered::Staggered;
 
 use crate::types::{CobId, Frame, NmtState, NodeId};
 

@@ -55,6 +55,16 @@ impl Producer {
         self.timer.due(now).then(|| encode(self.node, state))
     }
 
+    /// The period, zero for none.
+    pub const fn period(&self) -> Duration {
+        self.timer.period()
+    }
+
+    /// Moves the next heartbeat, and with it the grid, by so many microseconds: to earlier ones when negative.
+    pub fn shift(&mut self, us: i32) {
+        self.timer.shift(us);
+    }
+
     /// When the next one is due.
     pub fn deadline(&self) -> Option<Instant> {
         self.timer.deadline()

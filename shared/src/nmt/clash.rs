@@ -3,6 +3,9 @@
 //! Two boards with one Node-ID answer the same requests at the same time and destroy each other's frames. Heartbeats of
 //! the other one give it away. The node that booted last yields and is silent until the other one is. So a faulty or forged
 //! heartbeat does not take a node away that has worked for a while.
+//!
+//! Two nodes that booted together with equal clocks hear each other only when one of them sends a heartbeat late
+//! (`heartbeat::Staggered`). That may be the thirty-second one: the late node still yields then.
 
 use crate::types::{Duration, Instant, NmtState};
 
@@ -14,6 +17,7 @@ const CROSSING: Duration = Duration::from_millis(1);
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ClashWatch {
+    /// The last boot-up, `None` since a heartbeat showed that this node is the elder.
     booted: Option<Instant>,
     /// End of the last boot-up message or heartbeat of this node since its boot-up.
     sent: Option<Instant>,
@@ -54,21 +58,21 @@ impl ClashWatch {
     /// boot-up; of two boot-up messages the second one is the newcomer's.
     pub fn on_heartbeat(&mut self, state: NmtState, at: Instant, probation: Duration) -> Clash {
         let is_known = self.heard.replace(at).is_some();
-        let is_newcomer = match state {
-            NmtState::Initialising => self.sent.is_none(),
-            _ => {
-                let is_crossing = self.sent.is_some_and(|sent| at < sent + CROSSING);
-                !is_crossing && self.booted.is_some_and(|booted| at < booted + probation)
-            }
+        let is_crossing = self.sent.is_some_and(|sent| at < sent + CROSSING);
+        let is_newcomer = if state == NmtState::Initialising {
+            self.sent.is_none()
+        } else {
+            !is_crossing && self.booted.is_some_and(|booted| at < booted + probation)
         };
         if is_newcomer && !self.has_yielded {
             self.has_yielded = true;
-            Clash::Newcomer
-        } else if is_known {
-            Clash::Known
-        } else {
-            Clash::Elder
+            return Clash::Newcomer;
         }
+        // The other one booted later, or on another grid: this node is the elder from now on.
+        if !is_crossing {
+            self.booted = None;
+        }
+        if is_known { Clash::Known } else { Clash::Elder }
     }
 
     /// Whether this node is silent.

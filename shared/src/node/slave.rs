@@ -74,6 +74,15 @@ impl<D: Device> Slave<D> {
         self
     }
 
+    /// Sends some heartbeats late, by [`Profile::late_heartbeat`]: each heartbeat takes the next bit of `pattern`, and is late when it
+    /// is set. Give each chip another pattern, such as a CRC-32 of its unique ID. Two boards with one Node-ID find each other by it
+    /// when they boot together with equal clocks (EMCY 8150h). The default is zero: no heartbeat is late.
+    #[must_use]
+    pub fn with_late_heartbeats(mut self, pattern: u32) -> Self {
+        self.canopen.heartbeat.set_pattern(pattern);
+        self
+    }
+
     /// Boot-up on the bus selected, then Pre-operational (ECSS 8.3.2).
     fn boot(&mut self, now: Instant, out: &mut Out) {
         self.canopen.restore_communication(&self.initial, now);

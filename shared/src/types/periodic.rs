@@ -47,6 +47,18 @@ impl Periodic {
         Some(u64::from(skipped))
     }
 
+    /// The period, zero: never due.
+    pub const fn period(&self) -> Duration {
+        self.period
+    }
+
+    /// Moves the grid by so many microseconds, to earlier ones when negative.
+    pub fn shift(&mut self, us: i32) {
+        if let Some(next) = &mut self.next {
+            *next = Instant::from_micros(next.as_micros().wrapping_add_signed(us.into()));
+        }
+    }
+
     /// When it is due next.
     pub fn deadline(&self) -> Option<Instant> {
         self.next

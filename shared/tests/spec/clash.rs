@@ -1,13 +1,13 @@
 //! Two nodes with one Node-ID: who goes on and who is silent.
 
-use crate::instrument::STANDARD;
+use crate::instrument::{self, STANDARD};
 use ecss_can::link::port::Health;
 use ecss_can::nmt::{Clash, ClashWatch};
 use ecss_can::node::SlaveEvent;
-use ecss_can::types::Duration;
 use ecss_can::types::NmtState::{Initialising, Operational, PreOperational, Stopped};
+use ecss_can::types::{Duration, Instant};
 
-use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, span};
+use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 use crate::slave::{TestSlave, powered};
 
 /// A node that booted at 0 ms and whose boot-up message went out.
@@ -70,6 +70,67 @@ fn of_two_heartbeats_that_cross_one_node_yields() {
     let at = ms(50) + Duration::from_micros(58);
     assert_eq!(first.on_heartbeat(Operational, at, span(100)), Clash::Elder);
     assert!(!first.has_yielded() && second.has_yielded());
+}
+
+/// Given a newcomer that heard the boot-up message of another node, then that one is the newcomer, however soon its heartbeat
+/// follows.
+#[test]
+fn node_that_heard_the_other_boot_is_the_elder() {
+    let mut elder = booted();
+    assert_eq!(elder.on_heartbeat(Initialising, ms(50), span(100)), Clash::Elder);
+    assert_eq!(elder.on_heartbeat(PreOperational, ms(90), span(100)), Clash::Known);
+    assert!(!elder.has_yielded());
+}
+
+/// Given heartbeats that cross, then the node may still be a newcomer. One that is heard apart from its own ends that.
+#[test]
+fn heartbeat_heard_apart_makes_the_elder() {
+    let crossed = || {
+        let mut watch = booted();
+        watch.on_sent(ms(200));
+        assert_eq!(
+            watch.on_heartbeat(Operational, ms(200) + Duration::from_micros(60), span(100)),
+            Clash::Elder
+        );
+        watch
+    };
+    // Both on one grid: the probation of a late heartbeat is long.
+    assert_eq!(crossed().on_heartbeat(Operational, ms(300), span(6_400)), Clash::Newcomer);
+    let mut apart = crossed();
+    assert_eq!(apart.on_heartbeat(Operational, ms(250), span(100)), Clash::Known);
+    assert_eq!(apart.on_heartbeat(Operational, ms(300), span(6_400)), Clash::Known);
+}
+
+/// A slave whose heartbeats are all late, 700 ms after its boot-up: the next one is due at 700 ms, and goes out 540 us later.
+fn late_slave() -> Bench<TestSlave> {
+    let slave = instrument::slave(node(5), &STANDARD, vec![0; 1024]).with_late_heartbeats(u32::MAX);
+    let mut slave = Bench::new(slave);
+    slave.transmitted(NOMINAL, frame(0x705, &[0]));
+    for at in (50..=650).step_by(100) {
+        slave.run_until(ms(at));
+        slave.receive(NOMINAL, 0x701, &[0x7F]);
+    }
+    slave.run_until(ms(699));
+    slave.clear();
+    slave
+}
+
+/// Given a slave that has worked for seven heartbeat periods, when its own Node-ID is heard while its heartbeat is held back, then
+/// the other board has the same grid: the slave yields before its heartbeat goes out. At any other time it goes on.
+///
+/// Verifies: ECSS 6.10e
+#[test]
+fn slave_yields_to_a_heartbeat_while_its_own_is_late() {
+    for (at, yields) in [(699_900, false), (700_060, true), (700_530, true), (700_700, false)] {
+        let mut slave = late_slave();
+        slave.run_until(Instant::from_micros(at));
+        slave.receive(NOMINAL, 0x705, &[0x7F]);
+        slave.run_until(ms(900));
+        let clash = SlaveEvent::Clash { bus: NOMINAL, yields };
+        assert!(slave.events.contains(&clash), "{at} us: {:?}", slave.events);
+        let sent = slave.times(NOMINAL, 0x705).len() + slave.times(REDUNDANT, 0x705).len();
+        assert_eq!(sent == 0, yields, "{at} us: {sent} heartbeats");
+    }
 }
 
 fn clash_frames(slave: &Bench<TestSlave>) -> Vec<Vec<u8>> {

@@ -1,7 +1,7 @@
 //! Heartbeat, boot-up and the periodic timer under them.
 
 use ecss_can::heartbeat;
-use ecss_can::heartbeat::{Consumer, Heard, HeartbeatConsumers, Missed, Monitor};
+use ecss_can::heartbeat::{Consumer, Heard, HeartbeatConsumers, Missed, Monitor, Staggered};
 use ecss_can::types::{AbortCode, Duration, Instant, NmtState, Periodic};
 use proptest::prelude::*;
 
@@ -75,6 +75,61 @@ fn a_new_producer_time_takes_effect_at_once() {
     assert_eq!(producer.deadline(), Some(ms(1_200)));
     producer.stop();
     producer.set_period(span(100), ms(1_100));
+    assert_eq!(producer.deadline(), None);
+}
+
+/// Instants at which heartbeats go out, microseconds, when each is polled at its deadline.
+fn sent(producer: &mut Staggered, count: usize) -> Vec<u64> {
+    let beat = |_| {
+        let due = producer.deadline().unwrap();
+        assert!(producer.poll(Instant::from_micros(due.as_micros() - 1), NmtState::Operational).is_none());
+        assert!(producer.poll(due, NmtState::Operational).is_some());
+        producer.arrange_next();
+        due.as_micros()
+    };
+    (0..count).map(beat).collect()
+}
+
+/// Given a pattern, then a heartbeat whose bit is set is late by the delay, and all others are on the grid. After 32 heartbeats
+/// the pattern comes again.
+///
+/// Verifies: ECSS 6.5.2a
+#[test]
+fn heartbeats_are_late_by_the_pattern_and_the_grid_stays() {
+    let mut producer = Staggered::new(node(2), Duration::ZERO, Duration::from_micros(540));
+    producer.set_pattern(0b10110);
+    producer.set_period(span(100), ms(0));
+    producer.restart(ms(10));
+    let late = |number: u64| if [1, 2, 4].contains(&(number % 32)) { 540 } else { 0 };
+    let expected: Vec<u64> = (0..70).map(|number| 10_000 + 100_000 * (number + 1) + late(number)).collect();
+    assert_eq!(sent(&mut producer, 70), expected);
+}
+
+/// Given a short period, then the delay is a tenth of it.
+#[test]
+fn delay_is_at_most_a_tenth_of_the_period() {
+    let mut producer = Staggered::new(node(2), Duration::ZERO, Duration::from_micros(540));
+    producer.set_pattern(u32::MAX);
+    producer.set_period(span(5), ms(0));
+    producer.restart(ms(0));
+    assert_eq!(sent(&mut producer, 4), [5_000, 10_500, 15_500, 20_500]);
+}
+
+/// Given a late heartbeat that waits, when another one is announced or the period changes, then that is on time and begins a
+/// new grid.
+#[test]
+fn announced_heartbeat_is_on_time() {
+    let mut producer = Staggered::new(node(2), Duration::ZERO, Duration::from_micros(540));
+    producer.set_pattern(u32::MAX);
+    producer.set_period(span(100), ms(0));
+    producer.restart(ms(0));
+    assert_eq!(sent(&mut producer, 2), [100_000, 200_540]);
+    assert!(!producer.is_held_back(ms(300)) && producer.is_held_back(Instant::from_micros(300_001)));
+    producer.announce(ms(300));
+    assert_eq!(sent(&mut producer, 2), [300_000, 400_540]);
+    producer.set_period(span(50), ms(420));
+    assert_eq!(sent(&mut producer, 2), [420_000, 470_540]);
+    producer.stop();
     assert_eq!(producer.deadline(), None);
 }
 

@@ -7,6 +7,7 @@ use ecss_can::runner::{Platform, Resources, Runners, Telltale};
 use ecss_can::store::{ParameterStore, RetainedMemory};
 use ecss_can::types::{Bus, NodeId, PerBus};
 
+use crate::builder::Planned;
 use crate::clock::MockClock;
 use crate::log::{Entry, Happening};
 use crate::member::{Diary, Events, Handle, Member, Running};
@@ -20,6 +21,10 @@ use crate::timeline::Timeline;
 pub struct MockBoard {
     /// Its straps.
     pub node_id: NodeId,
+    /// Pattern by the unique ID of its chip, another one for each board; for [`Slave::with_late_heartbeats`].
+    ///
+    /// [`Slave::with_late_heartbeats`]: ecss_can::node::Slave::with_late_heartbeats
+    pub late_heartbeats: u32,
     /// Two words of RAM that outlive a reset.
     pub retained: &'static mut (dyn RetainedMemory + Send),
     /// Flash for parameters, which outlives a loss of power. It has room for sets of any length.
@@ -52,6 +57,7 @@ pub(crate) struct Unit {
     firmware: Firmware,
     drift_ppm: i32,
     has_one_controller: bool,
+    late_heartbeats: u32,
     diary: Diary,
     ports: PerBus<MockPort>,
     ram: Ram,
@@ -70,19 +76,28 @@ struct Powered {
 
 impl Unit {
     pub fn new(
-        seat: Seat,
-        firmware: Firmware,
-        drift_ppm: i32,
-        has_one_controller: bool,
+        planned: Planned,
         timeline: Rc<Timeline>,
         entries: Rc<RefCell<Vec<Entry>>>,
         changed: &PerBus<Rc<Cell<bool>>>,
     ) -> Self {
+        let Planned { seat, firmware, drift_ppm, has_one_controller, late_heartbeats, .. } = planned;
         let diary = Diary { seat, timeline, entries };
         let clock = MockClock::power_on(diary.timeline.clone(), drift_ppm);
         let ports = PerBus::from_fn(|bus| MockPort::that_sets(clock.clone(), changed[bus].clone()));
         let (ram, flash) = (Ram::of_power_on(), Flash::default());
-        Unit { seat, firmware, drift_ppm, has_one_controller, diary, ports, ram, flash, powered: None }
+        Unit {
+            seat,
+            firmware,
+            drift_ppm,
+            has_one_controller,
+            late_heartbeats,
+            diary,
+            ports,
+            ram,
+            flash,
+            powered: None,
+        }
     }
 
     pub fn power_on(&mut self) {
@@ -103,6 +118,7 @@ impl Unit {
         };
         let board = MockBoard {
             node_id: self.seat.node(),
+            late_heartbeats: self.late_heartbeats,
             retained: Box::leak(Box::new(self.ram.clone())),
             store: Box::leak(Box::new(self.flash.clone())),
         };

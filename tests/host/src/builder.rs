@@ -11,6 +11,9 @@ use crate::member::{Events, Handle, Member};
 use crate::seat::Seat;
 use crate::world::World;
 
+/// Odd: makes different patterns of different numbers. 2^32 by the golden ratio.
+const SCATTER: u32 = 0x9E37_79B1;
+
 /// Nodes before their world begins. Clocks are exact and all nodes get power at time zero, unless a call here says
 /// otherwise.
 pub struct Builder {
@@ -31,6 +34,7 @@ pub(crate) struct Planned {
     pub drift_ppm: i32,
     pub has_one_controller: bool,
     pub power_on: Time,
+    pub late_heartbeats: u32,
 }
 
 impl Builder {
@@ -76,6 +80,21 @@ impl Builder {
         self.node(id.into(), node, application)
     }
 
+    /// Adds a second slave board with the Node-ID of another one, [`Seat::double`]. It is a metre further on the cable.
+    ///
+    /// # Panics
+    /// When there is one, or the Node-ID is the master's.
+    #[must_use]
+    pub fn double<D: Device, A: Future<Output = ()> + 'static>(
+        self,
+        id: NodeId,
+        node: impl Fn(MockBoard) -> Slave<D> + 'static,
+        application: impl Fn(Handle<Slave<D>>, Events<Slave<D>>) -> A + 'static,
+    ) -> Self {
+        assert_ne!(id, NodeId::MASTER, "this Node-ID is the master's: use 2 to 127");
+        self.node(Seat::double(id), node, application)
+    }
+
     /// Adds a minimal slave (ECSS 9). At each power-on `node` makes it, and `application` runs beside it.
     ///
     /// # Panics
@@ -105,6 +124,7 @@ impl Builder {
             drift_ppm: 0,
             has_one_controller: false,
             power_on: Time::ZERO,
+            late_heartbeats: seat.number().wrapping_mul(SCATTER),
         });
         self
     }
@@ -116,6 +136,16 @@ impl Builder {
     #[must_use]
     pub fn drift(mut self, node: impl Into<Seat>, ppm: i32) -> Self {
         self.planned(node.into()).drift_ppm = ppm;
+        self
+    }
+
+    /// Sets the pattern of late heartbeats of a board, [`MockBoard::late_heartbeats`]. Each board has another one by default.
+    ///
+    /// # Panics
+    /// When there is no such node.
+    #[must_use]
+    pub fn late_heartbeats(mut self, node: impl Into<Seat>, pattern: u32) -> Self {
+        self.planned(node.into()).late_heartbeats = pattern;
         self
     }
 

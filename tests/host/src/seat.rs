@@ -2,7 +2,8 @@
 
 use ecss_can::types::NodeId;
 
-/// A board of a world: by its Node-ID. Two master boards share theirs, [`Seat::SECOND_MASTER`] is the other one.
+/// A board of a world: by its Node-ID. Two master boards share theirs, [`Seat::SECOND_MASTER`] is the other one. So do two slave
+/// boards that are strapped alike by mistake, [`Seat::double`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Seat {
     node: NodeId,
@@ -15,6 +16,26 @@ impl Seat {
     /// The other one of two master boards (ECSS 8.1a, Figure 4-2).
     pub const SECOND_MASTER: Seat = Seat { node: NodeId::MASTER, is_second: true };
 
+    /// The only board with this Node-ID, or the first one.
+    pub const fn of(node: NodeId) -> Seat {
+        Seat { node, is_second: false }
+    }
+
+    /// A second slave board with this Node-ID.
+    pub const fn double(node: NodeId) -> Seat {
+        Seat { node, is_second: true }
+    }
+
+    /// Whether it is the second board with its Node-ID.
+    pub const fn is_second(self) -> bool {
+        self.is_second
+    }
+
+    /// A number that no other board of a world has.
+    pub(crate) const fn number(self) -> u32 {
+        2 * self.node.get() as u32 + self.is_second as u32
+    }
+
     /// Its Node-ID.
     pub const fn node(self) -> NodeId {
         self.node
@@ -23,6 +44,6 @@ impl Seat {
 
 impl From<NodeId> for Seat {
     fn from(node: NodeId) -> Seat {
-        Seat { node, is_second: false }
+        Seat::of(node)
     }
 }

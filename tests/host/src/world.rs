@@ -32,6 +32,8 @@ const SPACING_M: f64 = 2.0;
 /// From this node on neighbours are closer: a cable for 1 Mbit/s has 40 m.
 const CROWDED: u8 = 16;
 const CROWDED_SPACING_M: f64 = 0.05;
+/// From a slave board to the second one with its Node-ID.
+const BESIDE_M: f64 = 1.0;
 /// Where a cut separates the master, the first of two, from all slaves.
 pub const NEXT_TO_MASTER_M: f64 = 3.0;
 /// Steps without time going on: somebody wakes for nothing.
@@ -143,17 +145,17 @@ impl World {
         let mut switches: Vec<_> = planned.iter().map(|node| (node.power_on, node.seat)).collect();
         switches.sort_by_key(|switch| std::cmp::Reverse(*switch));
         let changed = PerBus::from_fn(|_| Rc::new(Cell::new(true)));
-        let unit = |node: Planned| {
-            let Planned { seat, firmware, drift_ppm, has_one_controller: one, .. } = node;
-            Unit::new(seat, firmware, drift_ppm, one, timeline.clone(), Rc::clone(&entries), &changed)
-        };
+        let unit = |node: Planned| Unit::new(node, timeline.clone(), Rc::clone(&entries), &changed);
         let units: Vec<Unit> = planned.into_iter().map(unit).collect();
         let end = units.iter().map(|unit| unit.seat.node().get()).max().unwrap_or(0);
         let cables = PerBus::from_fn(|bus| {
             let mut wire = Wire::new(WireConfig::default());
             for unit in &units {
-                let is_second = unit.seat == Seat::SECOND_MASTER;
-                wire.attach(metres(if is_second { end + 1 } else { unit.seat.node().get() }));
+                wire.attach(match unit.seat {
+                    Seat::SECOND_MASTER => metres(end + 1),
+                    seat if seat.is_second() => metres(seat.node().get()) + BESIDE_M,
+                    seat => metres(seat.node().get()),
+                });
             }
             // The rogue: at the end.
             let is_pair = units.iter().any(|unit| unit.seat == Seat::SECOND_MASTER);

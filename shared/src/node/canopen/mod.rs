@@ -27,7 +27,7 @@ pub type Out = Outbox<SlaveEvent>;
 pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     pub id: NodeId,
     pub nmt: NmtSlave,
-    pub heartbeat: heartbeat::Producer,
+    pub heartbeat: heartbeat::Staggered,
     pub services: Services<D, E>,
     startup: NmtStartup,
     /// It receives SDO requests alone, and sends their answers alone.
@@ -45,7 +45,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         Canopen {
             id,
             nmt: NmtSlave::new(profile.autostart),
-            heartbeat: heartbeat::Producer::new(id, profile.heartbeat),
+            heartbeat: heartbeat::Staggered::new(id, profile.heartbeat, profile.late_heartbeat),
             services: Services::new(id, || objects, profile, None),
             startup,
             is_maintained: false,
@@ -137,6 +137,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
             self.check_node_id();
         }
         if let Some(frame) = self.heartbeat.poll(until, self.nmt.state()) {
+            self.heartbeat.arrange_next();
             out.send_for(bus, frame, now, self.services.lifetimes.heartbeat);
         }
         while let Some(bus) = self.services.buses.poll(until, out) {

@@ -9,6 +9,10 @@ use crate::node::{Device, SlaveEvent};
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Frame, Instant};
 
+/// Heartbeat periods after boot-up for which a node yields to one that it hears while its own heartbeat is late: two rounds of
+/// the pattern of late heartbeats.
+const ROUNDS: u32 = 2 * 32;
+
 impl<D: Device> Slave<D> {
     /// A heartbeat with the Node-ID of this node, which does not receive its own.
     pub(super) fn on_own_heartbeat(
@@ -25,7 +29,9 @@ impl<D: Device> Slave<D> {
         }
         let Some(state) = heartbeat::decode(frame) else { return self.canopen.services.buses.malformed(bus) };
         let Parameters { consumer, producer, .. } = *self.selector.parameters();
-        let probation = consumer.max(producer.times(2));
+        let heartbeat = &self.canopen.heartbeat;
+        let periods = if heartbeat.is_held_back(stamp.at) { ROUNDS } else { 2 };
+        let probation = consumer.max(producer.times(periods));
         let clash = self.clashes.on_heartbeat(state, stamp.at, probation);
         self.canopen.services.next = now;
         if clash == Clash::Known {

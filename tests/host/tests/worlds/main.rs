@@ -7,6 +7,7 @@ mod craft;
 mod crowd;
 mod determinism;
 mod disturbed;
+mod doubles;
 mod failover;
 mod messages;
 mod minimal;

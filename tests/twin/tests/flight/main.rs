@@ -13,6 +13,7 @@ mod cuts;
 mod division;
 mod driver;
 mod drivers_of_others;
+mod equal_boards;
 mod foreign;
 mod identity;
 mod intruders;

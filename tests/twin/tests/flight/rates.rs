@@ -11,7 +11,7 @@ const PERIOD: Time = ms(100);
 const CUT: Time = ms(1_530);
 
 /// Images of a profile for this bit rate.
-fn at(kbit: u64, profile: &str) -> Images {
+pub fn at(kbit: u64, profile: &str) -> Images {
     build("pyboard-v11", &format!("{profile}+kbit-{kbit}"))
 }
 

@@ -1,0 +1,112 @@
+//! Two slave boards with one Node-ID that boot together with equal clocks.
+//!
+//! Profile `standard`: heartbeat 100 ms. Their heartbeats are equal and start in the same bit, so they are one frame on the wire.
+//! The patterns of late heartbeats part the boards.
+
+use can_wire::time::Time;
+use ecss_can::node::SlaveEvent;
+use ecss_can::types::{Bus, NmtState};
+use host_worlds::log::Happening;
+use host_worlds::{MockBoard, Seat, World, idle, plain_master};
+use mission::STANDARD;
+use proptest::prelude::*;
+
+use crate::craft::MissionSlave;
+use crate::random::cases;
+use crate::support::{THREE, ms};
+
+/// Heartbeats that take a bit of the pattern: 32 of them, after the first one.
+const ALL_BITS: u64 = 33;
+/// The two boards.
+const BOTH: [Seat; 2] = [Seat::of(THREE), Seat::double(THREE)];
+
+/// A master and two boards with Node-ID 3 and these patterns, 3.5 s (35 heartbeats) after power-on.
+fn flown(patterns: Option<[u32; 2]>) -> World {
+    let slave = |board: MockBoard| -> MissionSlave {
+        mission::slave(board.node_id, &STANDARD, vec![0; 64]).with_late_heartbeats(board.late_heartbeats)
+    };
+    let world = World::builder().master(|_| plain_master(&STANDARD), idle);
+    let mut world = world.slave(THREE, slave, idle).double(THREE, slave, idle);
+    if let Some(patterns) = patterns {
+        for (seat, pattern) in BOTH.into_iter().zip(patterns) {
+            world = world.late_heartbeats(seat, pattern);
+        }
+    }
+    let mut world = world.build();
+    world.run_until(ms(3_500));
+    world
+}
+
+/// When a board yielded, the first time.
+fn yielded(world: &World, seat: Seat) -> Option<Time> {
+    let clash = Happening::Slave(SlaveEvent::Clash { bus: Bus::Nominal, yields: true });
+    world.log_of(seat).into_iter().find(|(_, what)| *what == clash).map(|(at, _)| at)
+}
+
+/// Heartbeats of a board that ended after `from`.
+fn heartbeats(world: &World, seat: Seat, from: Time) -> usize {
+    let all = world.frames(Bus::Nominal).iter();
+    all.filter(|sent| sent.id() == Some(0x703) && sent.seat == Some(seat) && sent.end > from).count()
+}
+
+/// One board yields within 33 heartbeats and is silent; the other one goes on as Operational, on its grid of 100 ms.
+fn assert_one_yields(world: &World, what: &str) {
+    let times = BOTH.map(|seat| yielded(world, seat));
+    let (silent, other, at) = match times {
+        [Some(at), None] => (BOTH[0], BOTH[1], at),
+        [None, Some(at)] => (BOTH[1], BOTH[0], at),
+        _ => panic!("one of them yields, not {times:?}, {what}"),
+    };
+    assert!(at < ms(10 + 100 * ALL_BITS), "{} us, {what}", at.as_us());
+    assert_eq!(heartbeats(world, silent, at), 0, "{what}");
+    assert_eq!(world.status(silent).state, NmtState::Stopped, "{what}");
+    // The one that was on time, and one each 100 ms from then on.
+    let rest = ms(3_500).since(at).as_us() / 100_000;
+    let sent = heartbeats(world, other, at) as u64;
+    assert!((rest.max(1) - 1..=rest + 1).contains(&sent), "{sent} of {rest}, {what}");
+    assert_eq!(world.status(other).state, NmtState::Operational, "{what}");
+}
+
+/// Given two boards with one Node-ID, equal clocks and one instant of power-on, when they fly, then one hears the other, reports it
+/// and is silent; the other one goes on.
+///
+/// Verifies: ECSS 6.10e
+#[test]
+fn one_of_two_equal_boards_yields() {
+    assert_one_yields(&flown(None), "patterns of their seats");
+}
+
+/// Given patterns that differ in a single bit, when that bit has its turn, then one of the boards yields.
+///
+/// Verifies: ECSS 6.10e
+#[test]
+fn a_single_bit_of_the_pattern_parts_two_boards() {
+    for bit in 0..32 {
+        for others in [0, 0xA5C3_0F69] {
+            let patterns = [others, others ^ 1 << bit];
+            assert_one_yields(&flown(Some(patterns)), &format!("{patterns:08X?}"));
+        }
+    }
+}
+
+/// Given equal patterns, when the boards fly, then neither hears the other: the pattern is what parts them.
+#[test]
+fn equal_patterns_part_nobody() {
+    for pattern in [0, 0x1234_5678] {
+        let world = flown(Some([pattern; 2]));
+        assert_eq!(BOTH.map(|seat| yielded(&world, seat)), [None, None], "{pattern:08X}");
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(32))]
+
+    /// Given any two different patterns, one of the boards yields.
+    ///
+    /// Verifies: ECSS 6.10e
+    #[test]
+    fn any_two_patterns_part_two_boards(first: u32, difference in 1_u32..) {
+        let patterns = [first, first ^ difference];
+        assert_one_yields(&flown(Some(patterns)), &format!("{patterns:08X?}"));
+    }
+}
