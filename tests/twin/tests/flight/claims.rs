@@ -159,3 +159,22 @@ fn masters_after_a_short_of_both_buses_become_one() {
     assert!(both <= HEARTBEAT + HEARTBEAT + COLLISIONS, "{} us", both.as_us());
     assert_prime_serves_all(&craft, SLAVES, Bus::Nominal, yielded + ms(1));
 }
+
+/// Given an active master whose claims drive it into bus-off on the redundant bus, which is short, when that bus is failed, then the
+/// core sleeps: it is awake for less than a twentieth of the time.
+#[test]
+fn core_of_a_master_sleeps_while_a_bus_is_failed() {
+    const CYCLES_PER_MS: u64 = 168_000;
+    const SPAN_MS: u64 = 500;
+    let mut craft = pair(2);
+    craft.fly_to(1_500);
+    let short = Fault::Short { position_m: 6.0, level: true };
+    craft.twin.wire_mut(Bus::Redundant).schedule(ms(1_500), short).unwrap();
+    craft.fly_to(1_700);
+    assert!(craft.said(PRIME, "Redundant failed", ms(1_500)).is_some(), "{}", craft.log(PRIME));
+    let awake = |craft: &Craft| craft.twin.board(craft.board(PRIME)).counters().cycles_awake;
+    let before = awake(&craft);
+    craft.fly_to(1_700 + SPAN_MS);
+    let spent = awake(&craft) - before;
+    assert!(spent < CYCLES_PER_MS * SPAN_MS / 20, "{spent} cycles in {SPAN_MS} ms");
+}
