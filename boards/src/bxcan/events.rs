@@ -41,6 +41,11 @@ impl EventQueue {
         })
     }
 
+    /// Adds what the task itself found. It takes events next, so it is not woken.
+    pub(super) fn note(&self, change: impl FnOnce(&mut Waiting)) {
+        self.with(|queue| change(&mut queue.waiting));
+    }
+
     /// Whether a frame waits in its mailbox.
     pub(super) fn holds_frame(&self) -> bool {
         self.held(|held| held.waits())

@@ -204,7 +204,7 @@ impl Port {
     }
 
     fn watch_recovery(&mut self) {
-        self.events.update(|waiting| note_errors(self.registers, waiting));
+        self.events.note(|waiting| note_errors(self.registers, waiting));
         self.recovering = self.is_bus_off();
     }
 }

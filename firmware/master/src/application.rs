@@ -91,7 +91,7 @@ impl Application {
         match event {
             MasterEvent::SlaveState { node, state: NmtState::Operational, .. } => self.work(*node),
             #[cfg(feature = "standby")]
-            MasterEvent::Role(_) => self.on_role(),
+            MasterEvent::Role(change) => self.on_role(*change),
             MasterEvent::SlaveState { node, .. } | MasterEvent::SlaveLost { node } => self.rest(*node),
             MasterEvent::Pdo { number, data, .. } => self.on_pdo(*number, *data),
             MasterEvent::ResetNode => boards::reset(),
@@ -148,8 +148,11 @@ impl Application {
 
     /// Commands begin anew to the slaves that run, or end.
     #[cfg(feature = "standby")]
-    fn on_role(&mut self) {
-        let is_active = self.master.with(|master, _| master.is_active());
+    fn on_role(&mut self, change: ecss_can::redundancy::RoleChange) {
+        let active = |master: &mut Node, now| master.is_active().then(|| master.status(now).active);
+        let bus = self.master.with(active);
+        log::role(change, bus);
+        let is_active = bus.is_some();
         if is_active {
             self.sequences = [Sequence::new(self.master.now(), COMMAND_PERIOD); SLAVES];
         }

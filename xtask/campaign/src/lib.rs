@@ -87,17 +87,19 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     if let Some(Action::Merge { files }) = &options.action {
         return report(&Results::merged(files)?);
     }
-    options.check_masters(options.masters)?;
-    if options.world == World::Twin {
-        on_twin::prepare(!options.no_build)?;
-    }
-    // A panic of a node is a result of its run.
-    std::panic::set_hook(Box::new(|_| {}));
+    let prepare = |masters| {
+        if options.world == World::Twin {
+            on_twin::prepare(masters, !options.no_build)?;
+        }
+        // A panic of a node is a result of its run.
+        std::panic::set_hook(Box::new(|_| {}));
+        anyhow::Ok(())
+    };
     if let Some(path) = &options.replay {
         let refuse = |text: String| Misuse::of("campaign", format!("--replay {}: {text}", path.display()));
         let text = std::fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
         let script: Script = text.parse().map_err(refuse)?;
-        options.check_masters(script.masters)?;
+        prepare(script.masters)?;
         let outcome = fly(options.world, &script);
         outcome.violations.iter().try_for_each(output::line)?;
         return match outcome.violations.len() {
@@ -106,6 +108,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         };
     }
     options.check()?;
+    prepare(options.masters)?;
     if let Some(rule) = options.broken {
         return find_broken(rule, options);
     }

@@ -1,62 +1,27 @@
 //! The twin: the images that are flashed, on emulated boards.
 //!
-//! What happens on a board is read from its log and its memory. Two things of the host's world cannot be seen: when a command was
+//! The log and the memory of a board show what happens on it. Two things of the host's world cannot be seen: when a command was
 //! made, and Bdefault of a slave.
 
-use std::sync::{Arc, OnceLock};
+mod craft;
+mod log;
+mod watched;
 
-use anyhow::Context;
 use can_wire::fault::Fault;
 use can_wire::frame::{WireFrame, WireId};
 use can_wire::record::Observation;
 use can_wire::time::Time;
-use ecss_can::redundancy::SwitchCause;
-use ecss_can::types::{Bus, NmtState, NodeId, PerBus, Scet};
+use ecss_can::types::{Bus, NodeId, PerBus, Scet};
 use host_worlds::Seat;
-use support::board::BoardName;
-use support::counters::Counters;
-use support::craft::image;
-use twin::board::{BoardConfig, EmulatedBoard, Fittings, State};
-use twin::crystal::Crystal;
 use twin::guest::Presence;
-use twin::image::Image;
-use twin::spacecraft::{BoardId, Event, GuestId, LogRecord, Spacecraft, SpacecraftConfig};
+use twin::spacecraft::{BoardId, Event, GuestId, LogRecord, Spacecraft};
+
+pub use craft::prepare;
+use watched::Watched;
 
 use crate::flight::BABBLED;
 use crate::scene::{News, Noted, Reading, Scene, Sent};
 use crate::script::Script;
-
-const BOARD: BoardName = BoardName::PyboardV11;
-const PROFILE: &str = "standard";
-/// Crystals are at most so many parts per million off.
-const CRYSTAL_PPM: f64 = 50.0;
-/// Boards get power within the first 50 ms.
-const POWER_ON_WITHIN_US: u64 = 50_000;
-/// Node n sits at n times this.
-const SPACING_M: f64 = 2.0;
-/// A command with the bytes of the last one is another one after so long: its lifetime.
-const LIFETIME: Time = Time::from_ms(100);
-
-/// Images of master and slave.
-static IMAGES: OnceLock<[Arc<Image>; 2]> = OnceLock::new();
-
-/// Builds the images, or takes those that were built last.
-///
-/// # Errors
-/// When they cannot be built or read, or were not built before and are not to be.
-pub fn prepare(build: bool) -> anyhow::Result<()> {
-    let board = BOARD.name();
-    let built = if build {
-        firmware_images::build(board, PROFILE)?
-    } else {
-        firmware_images::built(board, PROFILE).with_context(|| {
-            format!("nothing was built for {board}, profile {PROFILE}, yet: leave out --no-build")
-        })?
-    };
-    let images = [image(&built.master)?, image(&built.slave)?];
-    IMAGES.get_or_init(|| images);
-    Ok(())
-}
 
 /// Boards on both buses.
 pub struct Twin {
@@ -70,47 +35,15 @@ pub struct Twin {
     boards: Vec<Watched>,
 }
 
-/// What a board did so far.
-#[derive(Default)]
-struct Watched {
-    is_powered: bool,
-    /// Panics and lock-ups.
-    failures: u64,
-    has_stopped: bool,
-    /// Commands that it executed since its reset.
-    executed: u32,
-    /// Commands that reached it and may be executed yet.
-    pending: u32,
-    /// The last one, and when.
-    last: Option<(WireFrame, Time)>,
-}
-
 impl Twin {
     /// The spacecraft of a script.
     ///
     /// # Panics
-    /// Without [`prepare`] before.
+    /// Without [`prepare`] for its number of masters before.
     pub fn new(script: &Script) -> Twin {
-        let [master, slave] = IMAGES.get().expect("images of master and slave");
-        let mut random = fastrand::Rng::with_seed(script.seed);
-        let mut craft = Spacecraft::new(SpacecraftConfig::default());
-        for node in 1..=script.slaves + 1 {
-            craft.add_board(BoardConfig {
-                name: format!("node {node}"),
-                model: BOARD.model(),
-                image: if node == 1 { master.clone() } else { slave.clone() },
-                straps: BOARD.straps(node),
-                crystal: Crystal::ppm((2.0 * random.f64() - 1.0) * CRYSTAL_PPM),
-                position_m: f64::from(node) * SPACING_M,
-                power_on_at: Time::from_us(random.u64(0..POWER_ON_WITHIN_US)),
-                fittings: Fittings::default(),
-            });
-        }
-        let end_m = f64::from(script.slaves + 2) * SPACING_M;
-        let guests = PerBus::from_fn(|bus| craft.add_guest(there(bus), end_m));
-        Bus::ALL.into_iter().for_each(|bus| craft.set_presence(guests[bus], Presence::Away));
-        let on = || Watched { is_powered: true, ..Watched::default() };
-        let boards = (0..=script.slaves).map(|_| on()).collect();
+        let (craft, guests) = craft::spacecraft(script);
+        let nodes = (1..=script.slaves + 1).filter_map(NodeId::new).map(Seat::from);
+        let second = (script.masters == 2).then_some(Seat::SECOND_MASTER);
         Twin {
             craft,
             guests,
@@ -118,16 +51,17 @@ impl Twin {
             frames: PerBus::default(),
             clocks: Vec::new(),
             wrongs: Vec::new(),
-            boards,
+            boards: nodes.chain(second).map(Watched::new).collect(),
         }
     }
 
-    fn node(&self, index: usize) -> Option<NodeId> {
-        if index < self.boards.len() { NodeId::new(index as u8 + 1) } else { None }
+    /// Who sits at an index of both wires; `None` for a stranger.
+    fn seat(&self, index: usize) -> Option<Seat> {
+        self.boards.get(index).map(|board| board.seat)
     }
 
-    fn note(&mut self, node: NodeId, news: News) {
-        self.news.push(Noted { at: self.craft.now(), seat: node.into(), news });
+    fn note(&mut self, seat: Seat, news: News) {
+        self.news.push(Noted { at: self.craft.now(), seat, news });
     }
 
     fn read_wires(&mut self) {
@@ -135,8 +69,7 @@ impl Twin {
             let Some(bus) = here(wire.bus) else { continue };
             match wire.record {
                 Observation::Completed { trace, receivers, .. } => {
-                    let id = standard(&trace.frame);
-                    let seat = self.node(trace.transmitter).map(Seat::from);
+                    let (seat, id) = (self.seat(trace.transmitter), standard(&trace.frame));
                     let sent =
                         Sent { start: trace.start, end: trace.end, seat, id, receivers: receivers.len() };
                     self.frames[bus].push(sent);
@@ -159,57 +92,31 @@ impl Twin {
 
     fn read_command(&mut self, frame: &WireFrame, receivers: &[(usize, Time)]) {
         for &(index, at) in receivers {
-            let node = self.node(index).map_or(0, |node| u16::from(node.get()));
-            if node > 1 && standard(frame) == Some(0x300 + node) {
-                let board = &mut self.boards[index];
-                let is_repeat =
-                    board.last.is_some_and(|(last, then)| last == *frame && at <= then + LIFETIME);
-                board.pending += u32::from(!is_repeat);
-                board.last = Some((*frame, at));
+            let Some(board) = self.boards.get_mut(index) else { continue };
+            let node = board.seat.node();
+            if node != NodeId::MASTER && standard(frame) == Some(0x300 + u16::from(node.get())) {
+                board.on_command(frame, at);
             }
         }
     }
 
     fn read_logs(&mut self) {
         for LogRecord { at, board, text, .. } in self.craft.take_logs() {
-            let Some(node) = self.node(board.0) else { continue };
-            if let Some(news) = news(node, &text) {
+            let Some(watched) = self.boards.get_mut(board.0) else { continue };
+            let seat = watched.seat;
+            if let Some(news) = log::news(seat, &text) {
                 if news == News::PowerOn {
-                    self.boards[board.0].last = None;
+                    watched.on_start();
                 }
-                self.news.push(Noted { at, seat: node.into(), news });
+                self.news.push(Noted { at, seat, news });
             }
         }
     }
 
-    /// Panics, and commands that were executed more often than they came.
     fn read_boards(&mut self) {
-        let at = self.craft.now().as_us();
+        let at = self.craft.now();
         for (id, board) in self.craft.boards() {
-            let watched = &mut self.boards[id.0];
-            let node = id.0 + 1;
-            let counters = board.counters();
-            let failures = counters.panics + counters.lockups;
-            if failures > watched.failures {
-                self.wrongs.push(format!("node {node} panicked, {at} us"));
-                watched.failures = failures;
-            }
-            let stops = !matches!(board.state(), State::Running | State::Off);
-            if stops && !watched.has_stopped {
-                self.wrongs.push(format!("node {node} stopped: {:?}, {at} us", board.state()));
-                watched.has_stopped = true;
-            }
-            if node > 1 {
-                let executed = executed(board);
-                let new = executed.checked_sub(watched.executed).unwrap_or(executed);
-                watched.executed = executed;
-                if new > watched.pending {
-                    let came = watched.pending;
-                    self.wrongs.push(format!("slave {node} executed {new} of {came} commands, {at} us"));
-                }
-                // One may be between the wire and the application.
-                watched.pending = watched.pending.saturating_sub(new).min(1);
-            }
+            self.wrongs.append(&mut self.boards[id.0].look(board, at));
         }
     }
 }
@@ -271,13 +178,13 @@ impl Scene for Twin {
         self.boards[index].is_powered = on;
         self.craft.schedule(self.craft.now(), BoardId(index), Event::Power(on));
         if !on {
-            self.note(seat.node(), News::PowerOff);
+            self.note(seat, News::PowerOff);
         }
     }
 
     fn reset(&mut self, seat: Seat) {
         self.craft.reset(BoardId(self.index(seat)));
-        self.note(seat.node(), News::PowerOff);
+        self.note(seat, News::PowerOff);
     }
 
     fn nodes(&self) -> usize {
@@ -285,7 +192,8 @@ impl Scene for Twin {
     }
 
     fn index(&self, seat: Seat) -> usize {
-        usize::from(seat.node().get()) - 1
+        let at = self.boards.iter().position(|board| board.seat == seat);
+        at.expect("a board of the script")
     }
 
     fn strike(&mut self, bus: Bus, fault: Fault) {
@@ -318,87 +226,16 @@ fn standard(frame: &WireFrame) -> Option<u16> {
     }
 }
 
-fn executed(board: &EmulatedBoard) -> u32 {
-    Counters::read(board).ok().flatten().map_or(0, |counters| counters.commands)
-}
-
-/// The meaning of a line of the log; `None` for what is no change of state.
-fn news(node: NodeId, text: &str) -> Option<News> {
-    let is_master = node == NodeId::MASTER;
-    if text.contains(" starts, profile") {
-        return Some(News::PowerOn);
-    }
-    if text.ends_with(" written") {
-        return None;
-    }
-    Some(match text.split_once(": ") {
-        Some(("active bus", rest)) if is_master => return switched(rest),
-        Some(("active bus", rest)) => News::ActiveBus(named(&Bus::ALL, rest.split(' ').next()?)?),
-        Some(("clock set", _)) => News::ClockSet,
-        _ if text.contains("another master") || text.contains("another node") => News::Collision,
-        _ if is_master => News::Other,
-        _ => named(&STATES, text).map_or(News::Other, News::State),
-    })
-}
-
 /// The time in the first TPDO of a slave. What a controller sends while it babbles is not what the slave sent.
 fn clock(node: NodeId, id: Option<u16>, payload: &[u8]) -> Option<Scet> {
     let is_telemetry = node != NodeId::MASTER && id == Some(0x180 + u16::from(node.get()));
     if is_telemetry && payload != BABBLED { Scet::decode(payload) } else { None }
 }
 
-/// "redundant, no longer nominal (Isolated)".
-fn switched(text: &str) -> Option<News> {
-    let (to, rest) = text.split_once(", no longer ")?;
-    let (from, cause) = rest.trim_end_matches(')').split_once(" (")?;
-    let (from, to) = (named(&Bus::ALL, from)?, named(&Bus::ALL, to)?);
-    Some(News::Switched { from, to, cause: named(&CAUSES, cause)? })
-}
-
-/// The value that is called like that, in capitals or not, with hyphens or not.
-fn named<T: Copy + std::fmt::Debug>(all: &[T], name: &str) -> Option<T> {
-    let plain = |text: &str| text.to_lowercase().replace(['-', ' '], "");
-    all.iter().copied().find(|value| plain(&format!("{value:?}")) == plain(name))
-}
-
-const STATES: [NmtState; 4] =
-    [NmtState::Initialising, NmtState::Stopped, NmtState::Operational, NmtState::PreOperational];
-
-const CAUSES: [SwitchCause; 7] = [
-    SwitchCause::BusOff,
-    SwitchCause::Isolated,
-    SwitchCause::SlavesSilent,
-    SwitchCause::Unheard,
-    SwitchCause::Tried,
-    SwitchCause::TriedInVain,
-    SwitchCause::Commanded,
-];
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn lines_of_the_log_are_understood() {
-        let [master, slave] = [NodeId::MASTER, NodeId::of::<3>()];
-        let left =
-            News::Switched { from: Bus::Nominal, to: Bus::Redundant, cause: SwitchCause::SlavesSilent };
-        for (node, text, expected) in [
-            (master, "master starts, profile standard", Some(News::PowerOn)),
-            (slave, "slave 3 starts, profile standard", Some(News::PowerOn)),
-            (master, "active bus: Redundant, no longer Nominal (SlavesSilent)", Some(left)),
-            (slave, "active bus: Redundant (Followed)", Some(News::ActiveBus(Bus::Redundant))),
-            (slave, "PreOperational", Some(News::State(NmtState::PreOperational))),
-            (master, "Operational", Some(News::Other)),
-            (slave, "clock set: 7 s, was 8 s", Some(News::ClockSet)),
-            (slave, "another node with this Node-ID on Nominal, yields: false", Some(News::Collision)),
-            (master, "another master sends 701h on Nominal: EMCY 8150h", Some(News::Collision)),
-            (slave, "1029h:1 written", None),
-            (slave, "master missed on Nominal", Some(News::Other)),
-        ] {
-            assert_eq!(news(node, text), expected, "{text}");
-        }
-    }
     #[test]
     fn what_a_node_babbles_is_not_the_time_of_a_slave() {
         let time = [0x12, 0x34, 0x56, 0x78, 0x9A, 0xBC, 0, 1];

@@ -34,7 +34,7 @@ pub struct Options {
     #[arg(long, value_name = "WORLD", value_enum, default_value_t = World::Host)]
     pub(crate) world: World,
 
-    /// Masters in each run: 1, or in world host 2, of which one is the standby [1..2]
+    /// Masters in each run: 1, or 2 of which one is the standby [1..2]
     #[arg(long, value_name = "M", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=2))]
     pub(crate) masters: u8,
 
@@ -79,7 +79,7 @@ pub(crate) enum Action {
 pub enum World {
     /// The nodes' own code on mocks of ports and clocks
     Host,
-    /// The images on emulated boards: a master and two slaves
+    /// The images on emulated boards: one master, or two, and two slaves
     Twin,
 }
 
@@ -125,15 +125,6 @@ impl Options {
             let text = format!(
                 "--shard: {count} shards of {runs} runs leave some without any; allowed are 1 to {runs}"
             );
-            return Err(Misuse::of("campaign", text));
-        }
-        Ok(())
-    }
-
-    /// Checks that the world has so many masters.
-    pub(crate) fn check_masters(&self, masters: u8) -> Result<(), Misuse> {
-        if self.world == World::Twin && masters > 1 {
-            let text = format!("{masters} masters in world twin, allowed is 1; world host has two");
             return Err(Misuse::of("campaign", text));
         }
         Ok(())

@@ -4,6 +4,10 @@ use ecss_can::boot::{BootCause, BootFailure, BootProgress, Difference};
 use ecss_can::emcy::Emergency;
 use ecss_can::link::port::{ErrorState, Health};
 use ecss_can::node::{MasterEvent, Refusal};
+#[cfg(feature = "standby")]
+use ecss_can::redundancy::RoleChange;
+#[cfg(feature = "standby")]
+use ecss_can::types::Bus;
 use ecss_can::types::{NodeId, Scet};
 use mission::{Message, Telemetry};
 
@@ -81,15 +85,22 @@ pub fn event(event: &MasterEvent) {
         },
         MasterEvent::BusStalled { bus } => defmt::error!("{} neither joined nor left, trying on", bus),
         MasterEvent::BusFailed { bus } => defmt::error!("{} failed: bus-off too often", bus),
-        #[cfg(feature = "standby")]
-        MasterEvent::Role(change) => defmt::warn!("this master board: {} ({})", change.role, change.cause),
-        #[cfg(not(feature = "standby"))]
-        MasterEvent::Role(_) => {}
-        MasterEvent::Pdo { .. }
+        // It is logged with the bus.
+        MasterEvent::Role(_)
+        | MasterEvent::Pdo { .. }
         | MasterEvent::Frame { .. }
         | MasterEvent::Synchronised { .. }
         | MasterEvent::Time(_)
         | MasterEvent::SyncSent { .. } => {}
+    }
+}
+
+/// Another role of this board. `bus`: its active bus while it is active.
+#[cfg(feature = "standby")]
+pub fn role(RoleChange { role, cause }: RoleChange, bus: Option<Bus>) {
+    match bus {
+        Some(bus) => defmt::warn!("this master board: {} on {} ({})", role, bus, cause),
+        None => defmt::warn!("this master board: {} ({})", role, cause),
     }
 }
 

@@ -7,6 +7,7 @@ mod acknowledged;
 mod babble;
 mod boot;
 mod bus_off;
+mod claims;
 mod clocks;
 mod craft;
 mod cuts;

@@ -14,13 +14,14 @@ use crate::craft::*;
 static TWO_MASTERS: LazyLock<Images> = LazyLock::new(|| build("pyboard-v11", "standby"));
 
 /// The board strapped prime.
-const PRIME: u8 = MASTER;
+pub const PRIME: u8 = MASTER;
 /// Stands for the other master board, which is node 1 as well.
-const SECOND: u8 = 128;
+pub const SECOND: u8 = 128;
 /// Between the two of them.
 const BETWEEN_MASTERS_M: f64 = 2.0;
 
-const fn seat(node: u8, ppm: f64, position_m: f64, power_on_ms: u64) -> Seat {
+/// A pyboard.
+pub const fn seat(node: u8, ppm: f64, position_m: f64, power_on_ms: u64) -> Seat {
     Seat { node, model: Model::PYBOARD_V11, ppm, position_m, power_on_ms, parity: true }
 }
 
@@ -44,22 +45,24 @@ fn config(seat: Seat) -> BoardConfig {
     }
 }
 
-fn craft(seats: &[Seat]) -> Craft {
+/// Boards with the images of profile `standby`.
+pub fn craft(seats: &[Seat]) -> Craft {
     Craft::of(seats, config)
 }
 
 /// Heartbeats and boot-up messages of a master board, on both buses: when they began and ended, and the bus.
-fn heartbeats(craft: &Recording, board: BoardId) -> Vec<(Time, Time, Bus)> {
+pub fn heartbeats(craft: &Recording, board: BoardId) -> Vec<(Time, Time, Bus)> {
     let all = craft.frames.iter().filter(|seen| seen.sender == board.0 && seen.id() == Some(0x701));
     all.map(|seen| (seen.start, seen.end, seen.bus)).collect()
 }
 
-fn is_active(craft: &Recording, board: BoardId) -> bool {
+/// Whether the last heartbeat of a master board is at most one period old.
+pub fn is_active(craft: &Recording, board: BoardId) -> bool {
     heartbeats(craft, board).last().is_some_and(|(_, end, _)| craft.end.since(*end) < ms(110))
 }
 
 /// Everything that a board put on a wire, whole or not, after `from`.
-fn drove(craft: &Recording, node: u8, from: Time) -> usize {
+pub fn drove(craft: &Recording, node: u8, from: Time) -> usize {
     let frames = craft.frames.iter().filter(|seen| seen.sender == craft.board(node).0 && seen.start > from);
     frames.count()
         + Bus::ALL.into_iter().flat_map(|bus| craft.attempts(node, bus)).filter(|at| *at > from).count()

@@ -3,7 +3,7 @@
 use campaign::{World, fly};
 
 /// What was wrong, and the script.
-const SCRIPTS: [(&str, &str); 4] = [
+const SCRIPTS: [(&str, &str); 11] = [
     (
         "the master did not go back to a bus that had served more slaves",
         "run seed=1 slaves=5 length=60000000\n\
@@ -27,6 +27,47 @@ const SCRIPTS: [(&str, &str); 4] = [
         "run seed=1 slaves=6 length=60000000\n\
          cut at=8000000 bus=nominal place=9\n\
          short at=9800000 bus=redundant place=12\n",
+    ),
+    (
+        "two masters that met while the oscillator of one was wrong were active for too long",
+        "run seed=2168582732283471682 masters=2 slaves=2 length=60000000\n\
+         drift at=16000000 lasts=500000 bus=nominal node=128 value=86658\n",
+    ),
+    (
+        "the same, after a glitch on the bus",
+        "run seed=4300394883998841374 masters=2 slaves=2 length=60000000\n\
+         glitch at=3410000 lasts=100000 bus=nominal node=128 value=2\n\
+         drift at=3500000 lasts=300000 bus=nominal node=128 value=102681\n",
+    ),
+    (
+        "a standby that was restarted took over from a cut beside it, and yielded, without end",
+        "run seed=1 masters=2 slaves=5 length=60000000\n\
+         reset-master at=9000000 node=128\n\
+         cut at=17000000 bus=nominal place=11\n",
+    ),
+    (
+        "the same, with two slaves beyond the cut",
+        "run seed=1 masters=2 slaves=5 length=60000000\n\
+         reset-master at=9000000 node=128\n\
+         cut at=17000000 bus=nominal place=9\n",
+    ),
+    (
+        "a foreign heartbeat of the master made the active one forget a standby without a stub",
+        "run seed=1 masters=2 slaves=2 length=60000000\n\
+         disconnect at=10000000 bus=nominal node=128\n\
+         foreign-master at=11000000 bus=nominal node=1 value=5 times=46 every=1000000\n",
+    ),
+    (
+        "the same, with the stranger four seconds after the stub was lost",
+        "run seed=1 masters=2 slaves=2 length=60000000\n\
+         disconnect at=10000000 bus=nominal node=128\n\
+         foreign-master at=14000000 bus=nominal node=1 value=5 times=46 every=1000000\n",
+    ),
+    (
+        "time in which a master was bus-off counted as time in which it heard the other one",
+        "run seed=1 masters=2 slaves=2 length=60000000\n\
+         short at=8000000 bus=redundant place=6\n\
+         short at=16000000 lasts=300000 bus=nominal place=6\n",
     ),
 ];
 

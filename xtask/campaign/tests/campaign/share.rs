@@ -66,7 +66,7 @@ fn equal_scripts_give_equal_outcomes() {
 /// slaves on the redundant one. When the run ends before the change, it complains.
 #[test]
 fn twin_is_judged_like_the_host() {
-    campaign::prepare_twin(true).unwrap();
+    campaign::prepare_twin(1, true).unwrap();
     let cut = |length: u32| -> Script {
         format!("run seed=5 slaves=2 length={length}\ncut at=4000000 place=3\n").parse().unwrap()
     };
@@ -76,6 +76,23 @@ fn twin_is_judged_like_the_host() {
     assert!((1..250_000).contains(&detection), "{detection} us");
     let early = fly(World::Twin, &cut(4_001_000)).violations;
     assert_eq!(early.last().unwrap(), "the master is on Nominal, slaves are reached on the other bus only");
+}
+
+/// Given two master boards on the twin, when prime loses its power, then the judge sees the other one take over on the bus of the slaves.
+/// When the run ends before that, it complains.
+///
+/// Verifies: ECSS 8.1a
+#[test]
+fn takeover_on_the_twin_is_judged_like_one_on_the_host() {
+    campaign::prepare_twin(2, true).unwrap();
+    let lost = |length: u32| -> Script {
+        let text = format!("run seed=5 masters=2 slaves=2 length={length}\npower-master at=4000000 node=1\n");
+        text.parse().unwrap()
+    };
+    let flown = fly(World::Twin, &lost(8_000_000));
+    assert_eq!((flown.violations, flown.effective), (vec![], vec![true]));
+    let early = fly(World::Twin, &lost(4_100_000)).violations;
+    assert_eq!(early, ["0 of 1 masters are active, expected 1"]);
 }
 
 /// Given two faults of which the shorter one ends the other as well on the wire, then the other one goes on. A master that babbles is

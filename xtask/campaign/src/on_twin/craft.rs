@@ -1,0 +1,86 @@
+//! The boards of a script: images, straps, places on the cable.
+
+use std::sync::{Arc, OnceLock};
+
+use anyhow::Context;
+use can_wire::time::Time;
+use ecss_can::types::{Bus, PerBus};
+use support::board::{BoardName, Profile};
+use support::craft::{MASTER, SECOND_MASTER, image};
+use twin::board::{BoardConfig, Fittings};
+use twin::crystal::Crystal;
+use twin::guest::Presence;
+use twin::image::Image;
+use twin::spacecraft::{GuestId, Spacecraft, SpacecraftConfig};
+
+use super::there;
+use crate::script::{SPACING, SPARE, Script};
+
+const BOARD: BoardName = BoardName::PyboardV11;
+/// Crystals are at most so many parts per million off.
+const CRYSTAL_PPM: f64 = 50.0;
+/// Boards get power within the first 50 ms.
+const POWER_ON_WITHIN_US: u64 = 50_000;
+
+/// Images of master and slave.
+type Images = [Arc<Image>; 2];
+
+static ONE_MASTER: OnceLock<Images> = OnceLock::new();
+static TWO_MASTERS: OnceLock<Images> = OnceLock::new();
+
+/// The images for this number of masters, and their profile.
+fn images(masters: u8) -> (&'static OnceLock<Images>, Profile) {
+    if masters == 1 { (&ONE_MASTER, Profile::Standard) } else { (&TWO_MASTERS, Profile::Standby) }
+}
+
+/// Builds the images for scripts with this number of masters, or takes those that were built last.
+///
+/// # Errors
+/// When they cannot be built or read, or were not built before and are not to be.
+pub fn prepare(masters: u8, build: bool) -> anyhow::Result<()> {
+    let (prepared, profile) = images(masters);
+    let (board, profile) = (BOARD.name(), profile.name());
+    let built = if build {
+        firmware_images::build(board, profile)?
+    } else {
+        firmware_images::built(board, profile).with_context(|| {
+            format!("nothing was built for {board}, profile {profile}, yet: leave out --no-build")
+        })?
+    };
+    let images = [image(&built.master)?, image(&built.slave)?];
+    prepared.get_or_init(|| images);
+    Ok(())
+}
+
+/// The spacecraft of a script, and a guest of each bus that is away. Node n is board n - 1, the second master board is the last
+/// one.
+///
+/// # Panics
+/// Without [`prepare`] for this number of masters before.
+pub fn spacecraft(script: &Script) -> (Spacecraft, PerBus<GuestId>) {
+    let [master, slave] = images(script.masters).0.get().expect("images of master and slave");
+    let mut random = fastrand::Rng::with_seed(script.seed);
+    let mut craft = Spacecraft::new(SpacecraftConfig::default());
+    let second = (script.masters == 2).then_some(SPARE);
+    for node in (1..=script.slaves + 1).chain(second) {
+        let (name, image, board) = match node {
+            1 => ("node 1".into(), master, MASTER),
+            SPARE => ("second master".into(), master, SECOND_MASTER),
+            _ => (format!("node {node}"), slave, node),
+        };
+        craft.add_board(BoardConfig {
+            name,
+            model: BOARD.model(),
+            image: image.clone(),
+            straps: BOARD.straps(board),
+            crystal: Crystal::ppm((2.0 * random.f64() - 1.0) * CRYSTAL_PPM),
+            position_m: f64::from(script.place(node)),
+            power_on_at: Time::from_us(random.u64(0..POWER_ON_WITHIN_US)),
+            fittings: Fittings::default(),
+        });
+    }
+    let end_m = f64::from(SPACING * u32::from(script.slaves + 1 + script.masters));
+    let guests = PerBus::from_fn(|bus| craft.add_guest(there(bus), end_m));
+    Bus::ALL.into_iter().for_each(|bus| craft.set_presence(guests[bus], Presence::Away));
+    (craft, guests)
+}
