@@ -112,6 +112,8 @@ impl Wires {
 pub enum Crystals {
     /// Those of the requirement.
     Required,
+    /// Those of the requirement, which drift until then and keep their frequency afterwards.
+    Settling(Time),
     /// They do not drift, but those of the slaves change by 2 ppm within 10 s.
     Ramp,
     /// That of the master is 100 ppm fast, those of the slaves are 100 ppm slow. They drift by 0.02 ppm/s.
@@ -126,6 +128,10 @@ impl Crystals {
     fn of(self, node: u8, ppm: f64, drift_ppm_per_s: f64) -> Crystal {
         match self {
             Crystals::Required => Crystal { drift_ppm_per_s, ..Crystal::ppm(ppm) },
+            Crystals::Settling(end) => {
+                let ramp = Ramp { from: Time::ZERO, to: end, ppm: drift_ppm_per_s * end.as_secs_f64() };
+                Crystal { ramp: Some(ramp), ..Crystal::ppm(ppm) }
+            }
             Crystals::Ramp if node == 1 => Crystal::ppm(ppm),
             Crystals::Ramp => Crystal { ramp: Some(RAMP), ..Crystal::ppm(ppm) },
             Crystals::Far => {

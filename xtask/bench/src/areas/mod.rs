@@ -6,6 +6,7 @@ mod bound;
 mod crowd;
 mod demo;
 mod failover;
+mod holdover;
 mod instructions;
 mod irq;
 mod load;
@@ -55,6 +56,7 @@ pub const ALL: &[Area] = &[
     stamp::AREA,
     sync::AREA,
     time::AREA,
+    holdover::AREA,
     bound::AREA,
     wire::AREA,
 ];

@@ -8,7 +8,7 @@ use std::thread;
 
 use can_wire::time::Time;
 use firmware_images::Images;
-use twin::pulses::{Errors, Sample};
+use twin::pulses::Errors;
 
 use super::Area;
 use crate::clocks::{Crystals, Flight, PULSE_PERIOD, Scenario, Wires, most_left_ns};
@@ -37,12 +37,6 @@ const SPAN: [u64; 2] = [30, 60];
 const CUT: u64 = 30;
 const BEFORE_CUT: u64 = 2;
 const AFTER_CUT: u64 = 5;
-
-/// The master sends no SYNC from this second on.
-const SILENT: u64 = 30;
-/// Flights without SYNC, and how long they last, seconds.
-const HOLDOVERS: u64 = 5;
-const HOLDOVER: u64 = 100;
 
 /// A capture timer counts at 84 MHz, the spacecraft time has 24 bits of a second: standard deviations of what is rounded, ns.
 const CAPTURE_NS: f64 = 1e3 / 84.0 * UNIFORM;
@@ -103,7 +97,6 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
         rows.extend(outcome.into_iter().fold(Outcome::default(), Outcome::and).rows(case));
     }
     rows.extend(switched(&images)?);
-    rows.extend(held_over(&images)?);
     rows.extend([
         Row::lower("floor_capture", CAPTURE_NS, "ns"),
         Row::lower("floor_scet", SCET_NS, "ns"),
@@ -112,7 +105,8 @@ fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
     Ok(rows)
 }
 
-const fn seconds(count: u64) -> Time {
+/// A span of so many seconds.
+pub const fn seconds(count: u64) -> Time {
     Time(count * SECOND.0)
 }
 
@@ -239,54 +233,4 @@ fn switch(images: &Images, scenario: Scenario, seed: u64) -> anyhow::Result<(f64
         errors.samples.iter().map(move |sample| (sample.error_ns - before).abs())
     });
     Ok((moved.fold(0.0, f64::max), after.iter().map(|errors| errors.unpaired).sum()))
-}
-
-/// Rows of a master that sends no SYNC any more.
-fn held_over(images: &Images) -> anyhow::Result<Vec<Row>> {
-    let flights = in_all_seeds(HOLDOVERS, |seed| hold_over(images, seed))?;
-    let mut rows = Vec::new();
-    for count in [10, HOLDOVER] {
-        let end = (SILENT + count) as f64;
-        let held = || flights.iter().flatten().filter(move |pulse| pulse.at < end);
-        let error = held().map(|pulse| pulse.error_ns).fold(0.0, f64::max);
-        let bound = held().map(|pulse| pulse.bound_ns).fold(0.0, f64::max);
-        let outside = held().filter(|pulse| pulse.error_ns > pulse.bound_ns).count() as u64;
-        let name = |what: &str| format!("holdover_{count}_s{what}");
-        rows.extend([
-            Row::lower(name(""), error, "ns"),
-            Row::lower(name("_bound"), bound, "ns"),
-            Row::lower(name("_outside"), outside, "pulses").within(0_u64),
-            Row::higher(name("_pulses"), held().count() as u64, "pulses").within(3 * HOLDOVERS * (count - 1)),
-        ]);
-    }
-    Ok(rows)
-}
-
-/// A pulse of a slave in holdover.
-struct Held {
-    /// Seconds since the start of the simulation.
-    at: f64,
-    /// Without sign.
-    error_ns: f64,
-    /// Reported by the slave at the beginning of that second.
-    bound_ns: f64,
-}
-
-/// Pulses of all slaves, one each second, without SYNC.
-fn hold_over(images: &Images, seed: u64) -> anyhow::Result<Vec<Held>> {
-    let mut flight = Flight::new(images, scenario(1_000, 0.30, true, true), seed)?;
-    flight.run_until(seconds(SILENT))?;
-    flight.set_sync(Time::ZERO)?;
-    let mut pulses = Vec::new();
-    for second in SILENT..SILENT + HOLDOVER {
-        let bounds = flight.bounds()?.map(f64::from);
-        flight.run_until(seconds(second + 1))?;
-        let errors = flight.errors(seconds(second), seconds(second + 1));
-        pulses.extend(errors.iter().zip(bounds).flat_map(|(errors, bound_ns)| {
-            let held =
-                move |sample: &Sample| Held { at: sample.at, error_ns: sample.error_ns.abs(), bound_ns };
-            errors.samples.iter().map(held)
-        }));
-    }
-    Ok(pulses)
 }

@@ -1,0 +1,87 @@
+//! Clocks of slaves without SYNC: their errors by the edges of their pulses, and the bounds that they report (2015h).
+//!
+//! [`crate::clocks`] says what flies. The crystals drift as the requirement has it until 10 s after the last SYNC, so that each pair
+//! of them changes by the 2 ppm of the default profile, and keep their frequency then.
+
+use can_wire::time::Time;
+use firmware_images::Images;
+use support::board::Profile;
+use twin::pulses::Sample;
+
+use super::Area;
+use super::time::{in_all_seeds, seconds};
+use crate::clocks::{Crystals, Flight, Scenario, Wires};
+use crate::context::{Context, FLOWN};
+use crate::row::Row;
+
+pub const AREA: Area = Area {
+    name: "holdover",
+    about: "clocks of three slaves without SYNC for 100 s, five seeds",
+    needs: &[],
+    measure,
+};
+
+/// The master sends no SYNC from this second on.
+const SILENT: u64 = 30;
+/// Number of flights.
+const SEEDS: u64 = 5;
+/// Length of a flight without SYNC, seconds.
+const LENGTH: u64 = 100;
+
+const SCENARIO: Scenario = Scenario {
+    sync: Time::from_ms(1_000),
+    load: 0.30,
+    wires: Wires::All,
+    corrected: true,
+    crystals: Crystals::Settling(seconds(SILENT + 10)),
+};
+
+fn measure(context: &Context) -> anyhow::Result<Vec<Row>> {
+    let images = context.images(FLOWN, Profile::Standard)?;
+    let flights = in_all_seeds(SEEDS, |seed| hold_over(&images, seed))?;
+    let mut rows = Vec::new();
+    for count in [10, LENGTH] {
+        let end = (SILENT + count) as f64;
+        let held = || flights.iter().flatten().filter(move |pulse| pulse.at < end);
+        let error = held().map(|pulse| pulse.error_ns).fold(0.0, f64::max);
+        let bound = held().map(|pulse| pulse.bound_ns).fold(0.0, f64::max);
+        let outside = held().filter(|pulse| pulse.error_ns > pulse.bound_ns).count() as u64;
+        let name = |value: &str| format!("{count}_s_{value}");
+        rows.extend([
+            Row::lower(name("error"), error, "ns"),
+            Row::lower(name("bound"), bound, "ns"),
+            Row::lower(name("outside"), outside, "pulses").within(0_u64),
+            Row::higher(name("pulses"), held().count() as u64, "pulses").within(3 * SEEDS * (count - 1)),
+        ]);
+    }
+    Ok(rows)
+}
+
+/// A pulse of a slave in holdover.
+struct Held {
+    /// Seconds since the start of the simulation.
+    at: f64,
+    /// Without sign.
+    error_ns: f64,
+    /// Reported by the slave at the beginning of that second.
+    bound_ns: f64,
+}
+
+/// Pulses of all slaves, one each second, without SYNC.
+fn hold_over(images: &Images, seed: u64) -> anyhow::Result<Vec<Held>> {
+    let mut flight = Flight::new(images, SCENARIO, seed)?;
+    flight.run_until(seconds(SILENT))?;
+    flight.set_sync(Time::ZERO)?;
+    let mut pulses = Vec::new();
+    for second in SILENT..SILENT + LENGTH {
+        let bounds = flight.bounds()?.map(f64::from);
+        flight.run_until(seconds(second + 1))?;
+        let errors = flight.errors(seconds(second), seconds(second + 1));
+        pulses.extend(errors.iter().zip(bounds).flat_map(|(errors, bound_ns)| {
+            let held =
+                move |sample: &Sample| Held { at: sample.at, error_ns: sample.error_ns.abs(), bound_ns };
+            errors.samples.iter().map(held)
+        }));
+    }
+    Ok(pulses)
+}
