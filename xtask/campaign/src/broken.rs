@@ -63,7 +63,8 @@ impl Rule {
             Rule::OneNodeId => (Kind::Clash, None),
             Rule::Unconfigured => (Kind::Cut, Some(Kind::ResetSlave)),
             Rule::LostMinority | Rule::Bdefault => (Kind::Cut, None),
-            Rule::OneMaster => (Kind::Disconnect, Some(Kind::Disconnect)),
+            // Both boards are active only where the standby hears nothing on either bus.
+            Rule::OneMaster => (Kind::Short, Some(Kind::Short)),
             Rule::Claims => (Kind::Disconnect, None),
         }
     }

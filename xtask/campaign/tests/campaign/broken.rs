@@ -58,13 +58,13 @@ const FOUND: [(Rule, &str, &str); 11] = [
         Rule::OneMaster,
         "two masters that hear each other are active",
         "run seed=1 masters=2 slaves=2 length=60000000\n\
-         disconnect at=4000000 lasts=8000000 node=1\n\
-         disconnect at=5000000 lasts=1000000 bus=redundant node=128\n",
+         disconnect at=16000000 lasts=1000000 node=128\n\
+         disconnect at=16000000 lasts=1000000 bus=redundant node=128\n",
     ),
     (
         Rule::Claims,
         "two masters that hear each other are active",
-        "run seed=1 masters=2 slaves=2 length=60000000\ndisconnect at=16000000 lasts=1000000 node=128\n",
+        "run seed=1 masters=2 slaves=2 length=60000000\ndisconnect at=20000000 node=128\n",
     ),
 ];
 
