@@ -225,6 +225,10 @@ impl Station for Master {
         *self = self.restarted();
         if self.is_assigned {
             [PARALLEL, SELECTIVE].into_iter().for_each(|node| self.manager.peers_mut().assign(node, true));
+        } else {
+            // Named in 1016h: the master observes no periods, which an outage would make as long as itself.
+            let entry = |node: NodeId| u32::from(node.get()) << 16 | PARAMETERS.consumer.as_millis() as u32;
+            self.manager.peers_mut().set_times(&[PARALLEL, SELECTIVE].map(entry));
         }
         if let Some(standby) = &mut self.standby {
             return standby.start(now);

@@ -27,10 +27,9 @@ async fn main(spawner: Spawner) {
     let p = boards::start();
     let board = Board::new(boards::take!(p), const { boards::bit_timing(&PROFILE.network) });
     let Ok(id) = board.node_id else { return defmt::error!("no valid Node-ID on the straps") };
-    let (table, _) = board.memory.split_at_mut(2048);
     let slave = || {
-        let slave =
-            slave(id, table).with_late_heartbeats(Board::late_heartbeats()).with_retained(board.retained);
+        let slave = slave(id, board.memory.split_at_mut(2048).0).with_retained(board.retained);
+        let slave = slave.with_late_heartbeats(Board::late_heartbeats());
         if let Some(store) = board.store { slave.with_store(store) } else { slave }
     };
     let (slave, mut events, runners) = RESOURCES.start(slave, board.ports, board.clock, &TELLTALE);
