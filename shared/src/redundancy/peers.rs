@@ -249,16 +249,12 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// The SDO server of `node` did not answer. Returns whether it is a stranger: heard on the active bus, and without a server. A
-    /// node that is silent there is asked again when it is heard.
-    pub fn on_no_answer(&mut self, node: NodeId, now: Instant) -> bool {
-        let is_stranger = self.place(node).is_some_and(|peer| peer.silent_at > now);
-        if is_stranger {
+    /// The SDO server of `node` did not answer. A node that is heard on the active bus counts no more, also when it was
+    /// [adopted](Peers::adopt).
+    pub fn on_no_answer(&mut self, node: NodeId, now: Instant) {
+        if self.place(node).is_some_and(|peer| peer.silent_at > now) {
             self.answered &= !node_bit(node);
-        } else {
-            self.ask_again(node);
         }
-        is_stranger
     }
 
     /// Those of `slaves` that were heard count as if they had answered. They are asked all the same.

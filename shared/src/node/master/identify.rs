@@ -63,9 +63,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
             Err(Error::BusChanged) => self.manager.peers_mut().ask_again(node),
             Err(Error::Timeout) => {
                 self.identification.not_before = until + self.services.lifetimes.sdo;
-                if self.manager.peers_mut().on_no_answer(node, until) {
-                    out.event(MasterEvent::Stranger { node });
-                }
+                self.manager.peers_mut().on_no_answer(node, until);
+                out.event(MasterEvent::Stranger { node });
             }
         }
     }
