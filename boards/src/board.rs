@@ -85,11 +85,12 @@ impl Board {
         }
     }
 
-    /// Pattern of late heartbeats, different for each chip; for
+    /// Returns the pattern of late heartbeats of this chip, for
     /// [`Slave::with_late_heartbeats`](ecss_can::node::Slave::with_late_heartbeats).
     ///
-    /// It is the CRC-32C of the unique ID, 96 bits. IDs that differ within 32 bits in a row have different ones. Chips of one wafer
-    /// do: they differ in their coordinates, the first 32 bits (RM0090 39.1). The CRC of the parameter store costs no more flash.
+    /// The pattern is the CRC-32C of the unique ID (96 bits). Two IDs that differ within 32 consecutive bits have different CRCs.
+    /// Chips of one wafer differ in their coordinates, which are the first 32 bits (RM0090 39.1). The parameter store already
+    /// contains this CRC.
     pub fn late_heartbeats() -> u32 {
         let mut crc = Crc::new();
         crc.update(&embassy_stm32::uid::uid());

@@ -60,7 +60,7 @@ impl Producer {
         self.timer.period()
     }
 
-    /// Moves the next heartbeat, and with it the grid, by so many microseconds: to earlier ones when negative.
+    /// Moves the next heartbeat and all later ones by `us` microseconds; a negative value moves them earlier.
     pub fn shift(&mut self, us: i32) {
         self.timer.shift(us);
     }

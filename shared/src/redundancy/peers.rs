@@ -35,7 +35,7 @@ pub struct Peers<const N: usize = PLACES> {
     assigned: NodeSet,
     /// Answered since their last boot-up message.
     answered: NodeSet,
-    /// Answered before their last boot-up message and not since: heard, they speak for the active bus as before.
+    /// Answered before their last boot-up message and not since: while such a node is heard, it counts as heard on the active bus.
     rebooted: NodeSet,
     /// To be asked who they are, once they are heard on the active bus in a state that allows SDO.
     unasked: NodeSet,
@@ -249,15 +249,15 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// The SDO server of `node` did not answer. A node that is heard on the active bus counts no more, also when it was
-    /// [adopted](Peers::adopt).
+    /// Takes the timeout of the question to `node`. A node that is heard on the active bus and does not answer no longer counts,
+    /// even if it was [adopted](Peers::adopt).
     pub fn on_no_answer(&mut self, node: NodeId, now: Instant) {
         if self.place(node).is_some_and(|peer| peer.silent_at > now) {
             self.answered &= !node_bit(node);
         }
     }
 
-    /// Those of `slaves` that were heard count as if they had answered. They are asked all the same.
+    /// Counts each of `slaves` that was heard as if it had answered. The master asks them nevertheless.
     pub fn adopt(&mut self, slaves: NodeSet) {
         let heard = self.each_of(slaves).fold(0, |heard, (node, _)| heard | node_bit(node));
         self.answered |= heard;

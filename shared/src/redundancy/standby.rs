@@ -241,8 +241,8 @@ impl Standby {
         self.heard
     }
 
-    /// Heartbeat or boot-up message of another master. An active one is told by claims alone that its twin is active: a foreign
-    /// 701h is none of its business.
+    /// Takes a heartbeat or boot-up message of another master. An active master notes its bus and does nothing else: only a claim
+    /// shows that the other board is active, and a foreign node may send 701h.
     pub fn on_master(&mut self, bus: Bus, at: Instant) -> Answer {
         self.heard = Some(bus);
         if self.is_active() { Answer::Nothing } else { self.alive(at) }
@@ -270,13 +270,13 @@ impl Standby {
         Answer::Nothing
     }
 
-    /// A slave is heard Operational on the active bus: the active master has started it, so it is one of its slaves.
+    /// Notes that a slave reported Operational on the active bus: the active master started it, so it is a slave of that master.
     pub fn on_operational(&mut self, node: NodeId) {
         self.operational |= 1 << node.get();
     }
 
-    /// The slaves of the active master, as far as this board has heard them. None where it heard more of them than the active
-    /// one ever claimed: one of them is a stranger.
+    /// Returns the slaves that this board heard Operational, a bit for each Node-ID. Returns none if it heard more of them than the
+    /// active master ever claimed: then one of them is a stranger.
     pub const fn overheard(&self) -> u128 {
         if self.operational.count_ones() <= self.claimed as u32 { self.operational } else { 0 }
     }
@@ -314,8 +314,8 @@ impl Standby {
 
     /// The claim to send on both buses with a heartbeat; `None` while it is not active.
     ///
-    /// On the bus that is not active a standby hears it that is cut off from the active one. Without it that one would take over,
-    /// and yield, again and again.
+    /// A standby that is cut off from the active bus hears the claim on the other one. Without it that standby would take over and
+    /// yield again and again.
     pub fn call(&mut self, now: Instant, slaves: u8) -> Option<Claim> {
         #[cfg(feature = "model")]
         if self.broken == Some(super::Broken::NeverCalls) {

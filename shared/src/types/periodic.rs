@@ -52,7 +52,7 @@ impl Periodic {
         self.period
     }
 
-    /// Moves the grid by so many microseconds, to earlier ones when negative.
+    /// Moves the grid by `us` microseconds; a negative value moves it earlier.
     pub fn shift(&mut self, us: i32) {
         if let Some(next) = &mut self.next {
             *next = Instant::from_micros(next.as_micros().wrapping_add_signed(us.into()));

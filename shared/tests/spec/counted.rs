@@ -129,8 +129,8 @@ fn a_new_node_id_is_asked_once_and_again_after_its_boot_up() {
     assert_eq!(asked(&mut manager), Some(node(5)));
 }
 
-/// Given slaves of the master that was active before, When this one takes over, Then those that it has heard count. One that does
-/// not answer this master counts no more.
+/// Given slaves of the master that was active before, When this one takes over, Then those that it has heard count. A slave that is
+/// heard and does not answer this master no longer counts.
 #[test]
 fn overheard_slaves_count_after_a_takeover_until_one_does_not_answer() {
     let mut manager = unassigned();

@@ -73,7 +73,7 @@ fn heartbeat_while_the_switch_waits_keeps_the_bus() {
     assert_eq!(slave.node.status(slave.now).active, NOMINAL);
 }
 
-/// Given a slave that is the first node on its bus, When it becomes error passive because nobody acknowledges, Then that is no
+/// Given a slave that is the first node on its bus, When it becomes error passive for want of acknowledgements, Then it records no
 /// error.
 ///
 /// Verifies: ECSS 5.6.2b

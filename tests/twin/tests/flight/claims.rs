@@ -14,7 +14,7 @@ use crate::standby::{PRIME, SECOND, craft, drove, is_active, seat};
 
 const SPACING_M: f64 = 2.0;
 
-/// Two master boards and so many slaves.
+/// Makes a spacecraft of two master boards and `slaves` slaves.
 fn pair(slaves: u8) -> Craft {
     let last = slaves + 1;
     let place = |nth: u8| SPACING_M * f64::from(nth);
