@@ -101,11 +101,13 @@ impl Application {
                 self.leds.sync.toggle();
                 COUNTERS.on_sync_sent();
             }
-            MasterEvent::BusSwitched { to, .. } => {
-                self.leds.state.set_level((*to == Bus::Redundant).into());
-            }
+            MasterEvent::BusSwitched { to, .. } => self.show(*to),
             _ => {}
         }
+    }
+
+    fn show(&mut self, active: Bus) {
+        self.leds.state.set_level((active == Bus::Redundant).into());
     }
 
     fn on_pdo(&self, number: u16, data: [u8; 8]) {
@@ -149,10 +151,10 @@ impl Application {
     /// Commands begin anew to the slaves that run, or end.
     #[cfg(feature = "standby")]
     fn on_role(&mut self, change: ecss_can::redundancy::RoleChange) {
-        let active = |master: &mut Node, now| master.is_active().then(|| master.status(now).active);
-        let bus = self.master.with(active);
-        log::role(change, bus);
-        let is_active = bus.is_some();
+        let (is_active, bus) =
+            self.master.with(|master, now| (master.is_active(), master.status(now).active));
+        log::role(change, is_active.then_some(bus));
+        self.show(bus);
         if is_active {
             self.sequences = [Sequence::new(self.master.now(), COMMAND_PERIOD); SLAVES];
         }

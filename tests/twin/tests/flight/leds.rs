@@ -3,9 +3,11 @@
 use can_wire::time::Time;
 use twin::model::Model;
 use twin::peripherals::Pin;
+use twin::spacecraft::Bus;
 
 use crate::craft::*;
 use crate::minimal;
+use crate::standby;
 
 /// Heartbeat, SYNC and spacecraft time of the master.
 const HEARD: [u16; 3] = [0x701, 0x080, 0x181];
@@ -72,4 +74,22 @@ fn statistics_in_the_log_are_what_the_bus_carried() {
     assert!(found[0] == sent[0], "{} {sent:?}", line.text);
     assert!((0..=2).contains(&(found[1] - sent[1] - sent[2])), "{} {sent:?}", line.text);
     assert!((0..=2).contains(&(found[2] - sent[3] - sent[4])), "{} {sent:?}", line.text);
+}
+
+/// Given a nominal bus that is cut beside the active master, when that board then loses its power, then the yellow LED of the other
+/// one is lit: it is active on the redundant bus.
+#[test]
+fn yellow_led_shows_the_bus_of_a_takeover() {
+    let mut craft = standby::craft(&standby::ALL);
+    craft.fly_to(2_000);
+    craft.twin.wire_mut(Bus::Nominal).cut(1.0);
+    craft.fly_to(4_000);
+    craft.twin.power(craft.board(standby::PRIME), false);
+    craft.fly_to(5_000);
+    let second = craft.board(standby::SECOND);
+    let taken = craft.said(standby::SECOND, "Active on Redundant (MasterSilent)", ms(4_000));
+    assert!(taken.is_some(), "{}", craft.log(standby::SECOND));
+    let changes = craft.twin.board_mut(second).take_pin_changes();
+    let yellow = changes.iter().rfind(|change| change.pin == Pin::new('A', 15));
+    assert!(yellow.is_some_and(|change| change.high), "{yellow:?}");
 }

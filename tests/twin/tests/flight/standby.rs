@@ -26,7 +26,7 @@ pub const fn seat(node: u8, ppm: f64, position_m: f64, power_on_ms: u64) -> Seat
 }
 
 /// Prime at the left end, the slaves at the right one.
-const ALL: [Seat; 4] = [
+pub const ALL: [Seat; 4] = [
     seat(PRIME, 12.0, 0.0, 20),
     seat(SECOND, -31.0, 4.0, 20),
     seat(2, 48.0, 11.5, 60),
