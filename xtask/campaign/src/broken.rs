@@ -1,6 +1,6 @@
 //! Rules that are broken on purpose: the campaign must find each.
 //!
-//! Each was missing once, and a spacecraft did not fly (CHANGELOG). The campaign flies random scripts of the kinds that may
+//! Each was missing once, and a spacecraft did not fly (docs/verification.md). The campaign flies random scripts of the kinds that may
 //! meet it.
 
 use clap::ValueEnum;

@@ -8,12 +8,12 @@ use std::process::Command;
 use pulldown_cmark::{Event, Options, Parser, Tag, TagEnd};
 use serde_json::Value;
 
-fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned()
 }
 
 /// Markdown files below `folder`, without build results and hidden folders.
-fn documents(folder: &Path) -> Vec<PathBuf> {
+pub fn documents(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder") {
         let path = entry.expect("an entry").path();
@@ -29,11 +29,11 @@ fn documents(folder: &Path) -> Vec<PathBuf> {
 
 /// What a document refers to, and what others may refer to in it.
 #[derive(Default)]
-struct Document {
+pub struct Document {
     /// Anchors of its headings, as GitHub makes them.
     anchors: BTreeSet<String>,
     /// Destinations of links and pictures.
-    links: Vec<String>,
+    pub links: Vec<String>,
     /// Text in backticks.
     codes: Vec<String>,
     /// Headings of level 1 and 2.
@@ -50,7 +50,7 @@ fn anchor(heading: &str) -> String {
         .collect()
 }
 
-fn read(text: &str) -> Document {
+pub fn read(text: &str) -> Document {
     let mut document = Document::default();
     let mut heading: Option<String> = None;
     let mut repeats: BTreeMap<String, u32> = BTreeMap::new();
