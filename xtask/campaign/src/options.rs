@@ -16,7 +16,7 @@ const MOST_RUNS: u64 = 10_000_000;
 #[command(
     args_conflicts_with_subcommands = true,
     after_help = "Exit code 0: no violation; 1: a run violated something; 2: a wrong argument.\n\
-        On many machines: one shard on each, then merge. docs/verification.md shows it with GNU parallel and Slurm."
+        On many machines: one shard on each, then merge. docs/verification/campaign.md shows it with GNU parallel and Slurm."
 )]
 pub struct Options {
     #[command(subcommand)]
