@@ -256,10 +256,10 @@ impl<'a> Judge<'a> {
             return;
         }
         // A master that was restarted has forgotten slaves that are not assigned. It cannot ask them on the other bus, so they
-        // do not count (docs/decisions/who-counts.md).
+        // do not count (docs/decisions/master-bus-choice.md).
         let is_first_life = self.boards.iter().any(|board| board.number() == master && board.lives <= 1);
         // After a split a master may stay where it serves a part, also when the other bus serves all again
-        // (docs/decisions/lost-minority.md).
+        // (docs/decisions/master-bus-choice.md).
         let is_known = is_first_life && !reach::was_split(self.script, master);
         if is_known && !is_whole(here) && is_whole(here.other()) {
             self.complain(format!("the master is on {here:?}, all slaves are reached on the other bus"));

@@ -144,7 +144,7 @@ fn every_decision_is_in_the_index_and_has_its_parts() {
     let folder = root().join("docs/decisions");
     let index = read(&fs::read_to_string(folder.join("README.md")).expect("an index"));
     let pages: Vec<_> = documents(&folder).into_iter().filter(|file| !file.ends_with("README.md")).collect();
-    assert!(pages.len() > 30, "{pages:?}");
+    assert!(pages.len() > 15, "{pages:?}");
     let mut faults = Vec::new();
     for page in pages {
         let name = page.file_name().expect("a name").to_string_lossy().into_owned();
@@ -152,16 +152,10 @@ fn every_decision_is_in_the_index_and_has_its_parts() {
             faults.push(format!("{name}: no line in docs/decisions/README.md"));
         }
         let text = fs::read_to_string(&page).expect("a text");
-        let date = text.lines().nth(2).unwrap_or_default().get(..10).unwrap_or_default();
-        if !date.split('-').map(str::len).eq([4, 2, 2]) {
-            faults.push(format!(
-                "{name}: its third line begins with {date:?}, not with a date like 2026-11-22"
-            ));
-        }
         let titles = read(&text).titles;
         // A table of many small decisions has a reason in each row.
         let is_table = name == "where-the-standard-leaves-room.md";
-        for part in ["Decision", "Why", "What follows"] {
+        for part in ["Context", "Decision", "Consequences", "What would change it"] {
             if !is_table && !titles.iter().any(|title| title == part) {
                 faults.push(format!("{name}: no heading \"{part}\""));
             }

@@ -368,7 +368,7 @@ impl Registers {
     }
 
     /// When the next frame in loopback starts: with the first bit after its request. By then a mailbox with a lower identifier
-    /// may have come before it, as drivers rely on at low bit rates (docs/decisions/twin-foreign.md).
+    /// may have come before it, as drivers rely on at low bit rates (docs/decisions/twin.md).
     pub fn loopback_start(&self) -> Option<Time> {
         let request = self.mailboxes.request_at()?;
         let waited = request.since(self.on_bus_since);

@@ -1,7 +1,7 @@
 //! Two slave boards with one Node-ID that boot together with equal clocks.
 //!
 //! Their frames are equal and start in the same bit: on the wire they are one frame, and neither board hears the other. The
-//! unique IDs of the chips part them: see `docs/decisions/protected-identities.md`.
+//! unique IDs of the chips part them: see `docs/decisions/node-id-clashes.md`.
 
 use can_wire::time::Time;
 use twin::spacecraft::Bus;
