@@ -4,10 +4,11 @@ use std::time::Duration;
 
 use can_wire::time::Time;
 
+use super::change::Takeover;
 use super::clocks::Clock;
+use super::line::Line;
 use super::meaning::Meaning;
-use super::narrator::Line;
-use super::observer::{Observer, Takeover};
+use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen, is_master};
 use super::stamps::StampErrors;
@@ -133,7 +134,15 @@ impl Flight {
     /// When the cut was made, and on which bus.
     pub fn cut(&self) -> Option<(Time, Bus)> {
         self.records.iter().find_map(|record| match record.what {
-            Happening::Cut(bus) => Some((record.at, bus)),
+            Happening::Cut(cut) => Some((record.at, cut.bus)),
+            _ => None,
+        })
+    }
+
+    /// When the standby of two masters was reset, and which board that was.
+    pub fn standby_reset(&self) -> Option<(Time, Node)> {
+        self.records.iter().find_map(|record| match record.what {
+            Happening::Reset(board) => Some((record.at, board)),
             _ => None,
         })
     }
@@ -151,9 +160,15 @@ impl Flight {
         self.observer.takeover()
     }
 
-    /// The fault of the flight: the cut, or the loss of a master.
-    pub fn fault(&self) -> Option<Time> {
-        self.cut().map(|(at, _)| at).or(self.loss().map(|(at, _)| at))
+    /// The faults that the demo caused, in order of time: the name of each in the pictures, and when it was.
+    pub fn faults(&self) -> Vec<(&'static str, Time)> {
+        let fault = |record: &Occurrence| match record.what {
+            Happening::Reset(_) => Some(("reset", record.at)),
+            Happening::Cut(_) => Some(("cut", record.at)),
+            Happening::PowerOff(_) => Some(("power off", record.at)),
+            _ => None,
+        };
+        self.records.iter().filter_map(fault).collect()
     }
 
     /// Number of master boards.
@@ -161,9 +176,10 @@ impl Flight {
         self.boards.iter().filter(|board| is_master(board.node)).count()
     }
 
-    /// The master's first change of bus.
+    /// First change of bus of the active master, not after it lost its power. A standby changes with it.
     pub fn switch(&self) -> Option<Time> {
         let spans = &self.observer.nodes()[&MASTER].spans;
-        spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)
+        let switch = spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)?;
+        self.loss().is_none_or(|(loss, _)| switch < loss).then_some(switch)
     }
 }

@@ -2,9 +2,11 @@
 
 #![forbid(unsafe_code)]
 
+pub mod change;
 mod clocks;
 mod files;
 pub mod flight;
+mod line;
 pub mod liveness;
 pub mod meaning;
 pub mod mission;

@@ -6,6 +6,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use super::meaning::{Meaning, Scope};
+use super::plan::CutPlan;
 pub use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::spacecraft::Bus;
 
@@ -72,14 +73,16 @@ pub enum Level {
 }
 
 /// Something that happened.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Happening {
     /// A board got power.
     PowerOn(Node),
     /// A board lost its power.
     PowerOff(Node),
-    /// The demo cut a bus next to the master.
-    Cut(Bus),
+    /// The demo pulled the reset pin of a board.
+    Reset(Node),
+    /// The demo cut a bus.
+    Cut(CutPlan),
     /// A frame completed.
     Frame(Seen),
     /// A firmware logged a line.
@@ -94,7 +97,7 @@ pub enum Happening {
 }
 
 /// Something that happened, and when.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Occurrence {
     /// Virtual time; for a frame the end of its last bit.
     pub at: Time,

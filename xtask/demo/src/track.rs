@@ -2,9 +2,9 @@
 
 use can_wire::time::Time;
 
+use super::change::Change;
 use super::liveness::Liveness;
 use super::meaning::{NmtCommand, NmtState};
-use super::observer::Change;
 use super::record::{Bus, Node};
 
 /// How long a heartbeat can have waited for the bus: more than all frames that may be ahead of it.
@@ -93,8 +93,10 @@ pub struct Track {
     pub tc_due: u64,
     /// Resets of the node that the master commanded.
     pub resets_due: u64,
-    /// From the cut until it worked on the other bus, see [`Change::Recovered`].
+    /// From the cut until it worked on the other bus, see [`Change::Recovered`]. `None` also where the active master was lost before.
     pub failover: Option<Time>,
+    /// From the loss of the active master until it worked for the other one.
+    pub takeover: Option<Time>,
     pub(super) liveness: Liveness,
     pub(super) master_heard: Option<Time>,
     pub(super) settled: Time,
@@ -112,6 +114,7 @@ impl Track {
             tc_due: 0,
             resets_due: 0,
             failover: None,
+            takeover: None,
             liveness: Liveness::default(),
             master_heard: None,
             settled: Time::ZERO,
@@ -123,6 +126,14 @@ impl Track {
         let access = self.access.map_or("", BusAccess::name);
         let access = if self.has_one_controller { "1 controller" } else { access };
         if self.is_minimal { format!("{access}, minimal") } else { access.to_owned() }
+    }
+
+    /// Name of one of its phases, for people. The role of a master board is active, not operational.
+    pub fn name_of(&self, phase: Phase) -> &'static str {
+        match (self.access, phase) {
+            (None, Phase::Nmt(NmtState::Operational)) => "active",
+            _ => phase.name(),
+        }
     }
 
     /// What it is doing now.
