@@ -1,4 +1,4 @@
-//! What a flight left behind: the input of summary and report.
+//! Results of a flight: the input of summary and report.
 
 use std::time::Duration;
 
@@ -18,13 +18,13 @@ use support::telltale::Telltale;
 /// A finished flight.
 #[derive(Clone, Debug)]
 pub struct Flight {
-    /// What was to be flown.
+    /// Plan of the flight.
     pub plan: Plan,
-    /// When it really ended: at the first quiet moment after the planned end, or after the interruption.
+    /// End of the flight: the first quiet moment after the planned end, or after the interruption.
     pub end: Time,
     /// Why it ended before its planned end, if it did.
     pub interrupted: Option<Interruption>,
-    /// How long the flight took on the computer, without building images.
+    /// Time that the flight took on the computer, without building images.
     pub wall: Duration,
     /// Everything that happened, in order of time.
     pub records: Vec<Occurrence>,
@@ -45,7 +45,7 @@ pub struct Flight {
 /// Heartbeats of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Heartbeats {
-    /// How many completed.
+    /// Number of heartbeats that completed.
     pub count: u64,
     /// Longest time without one: between two of them, or from the last one to the end of the flight while the node has power.
     /// `None` without any, and with one of a node that has lost its power.
@@ -61,7 +61,7 @@ pub enum Interruption {
     Unread,
 }
 
-/// What the twin counted on one board.
+/// Counters of one board.
 #[derive(Clone, Debug, Default)]
 pub struct BoardCount {
     /// Node-ID.
@@ -82,14 +82,14 @@ pub struct BoardCount {
     pub stopped: Option<String>,
     /// Deepest stack since power-on, bytes.
     pub stack: u32,
-    /// What the firmware itself counted.
+    /// Counters of the firmware.
     pub telltale: Telltale,
-    /// What its application counted; `None` for one that is none of the mission's.
+    /// Counters of the application; `None` for an application that is not of the mission.
     pub counters: Option<Counters>,
 }
 
 impl BoardCount {
-    /// What the application counted, as text; a dash for one that does not count.
+    /// A counter of the application, as text; a dash for an application that does not count.
     pub fn counted(&self, which: impl Fn(&Counters) -> u32) -> String {
         self.counters.as_ref().map_or("-".into(), |counters| which(counters).to_string())
     }
@@ -125,13 +125,13 @@ impl Flight {
         heartbeats
     }
 
-    /// How often the master changed the bus.
+    /// Number of changes of bus of the first master.
     pub fn bus_changes(&self) -> usize {
         let spans = &self.observer.nodes()[&MASTER].spans;
         spans.windows(2).filter(|pair| pair[0].bus != pair[1].bus).count()
     }
 
-    /// When the cut was made, and on which bus.
+    /// Time and bus of the cut.
     pub fn cut(&self) -> Option<(Time, Bus)> {
         self.records.iter().find_map(|record| match record.what {
             Happening::Cut(cut) => Some((record.at, cut.bus)),
@@ -139,7 +139,7 @@ impl Flight {
         })
     }
 
-    /// When the standby of two masters was reset, and which board that was.
+    /// Time of the reset of the standby, and that board.
     pub fn standby_reset(&self) -> Option<(Time, Node)> {
         self.records.iter().find_map(|record| match record.what {
             Happening::Reset(board) => Some((record.at, board)),
@@ -147,7 +147,7 @@ impl Flight {
         })
     }
 
-    /// When the active one of two masters lost its power, and which board that was.
+    /// Time at which the active one of two masters lost its power, and that board.
     pub fn loss(&self) -> Option<(Time, Node)> {
         self.records.iter().find_map(|record| match record.what {
             Happening::PowerOff(board) => Some((record.at, board)),

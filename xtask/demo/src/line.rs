@@ -8,35 +8,35 @@ use super::record::Bus;
 /// A line of the story.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// When.
+    /// Virtual time.
     pub at: Time,
-    /// The bus it happened on, if it did.
+    /// Bus that the line is about, if it is about one.
     pub bus: Option<Bus>,
-    /// Who, for people: "master", "node 3", or empty.
+    /// Name of the board, for example "master" or "node 3"; empty for a line about all of them.
     pub who: String,
-    /// What.
+    /// Text without time, bus and board.
     pub text: String,
-    /// How it should look.
+    /// Emphasis of the text.
     pub tone: Tone,
 }
 
-/// How a line should look.
+/// Emphasis of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tone {
-    /// As it is.
+    /// No emphasis.
     Plain,
-    /// In the background.
+    /// Dimmed: routine.
     Quiet,
-    /// Good news.
+    /// A node works as it should.
     Good,
-    /// Look here.
+    /// Unusual.
     Warning,
-    /// Bad news.
+    /// A fault.
     Bad,
 }
 
 impl Line {
-    /// For a terminal, with colours where it has them.
+    /// Formats the line for a terminal, with colours where it has them.
     pub fn styled(&self) -> String {
         let seconds = format!("{:>10.4} s", self.at.as_secs_f64());
         let bus = match self.bus {

@@ -12,7 +12,7 @@ use support::craft::{MASTER, Node, SECOND_MASTER};
 /// Spacecraft Time PDO of the master (ECSS 7.2.2).
 const SPACECRAFT_TIME: u16 = 0x181;
 
-/// How much of the traffic has a meaning.
+/// Part of the traffic that has a meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// All of it: the images are the shipped ones, so commands and telemetry are known.
@@ -40,7 +40,7 @@ pub enum Meaning {
     TelemetryRequest { node: Node, code: u16 },
     /// Telemetry of a slave (ECSS 9.4.3).
     Telemetry { node: Node, code: u16, value: u64 },
-    /// What a minimal slave sends with SYNC (ECSS 9.4.3): commands executed.
+    /// Cyclic telemetry of a minimal slave, sent with SYNC (ECSS 9.4.3): number of commands executed.
     CyclicState { node: Node, executed: u32 },
     /// Claim of an active master board, sent on both buses with each heartbeat. `board`: 680h is of the board strapped prime, 681h of
     /// the second one. `slaves`: number of slaves that it hears on the active bus.

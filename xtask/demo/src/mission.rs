@@ -24,14 +24,14 @@ use support::craft::Images;
 use support::stack;
 use support::telltale::Telltale;
 
-/// How often the watchers look.
+/// Interval in which the watchers read the spacecraft.
 const STEP: Time = Time::from_ms(10);
 
 /// The flight goes on until both buses have been silent so long. A node handles a frame much faster, so no frame is
 /// between wire and node when the counters are read.
 const QUIET: Time = Time::from_ms(1);
 
-/// When the buses are never silent the flight ends all the same.
+/// Longest wait for silent buses after the planned end.
 const PATIENCE: Time = Time::from_ms(1000);
 
 /// Flies a plan with an image for each of its boards. `watch` gets the time and what happened, a moment after it happened; it can break the flight off. Frames
@@ -243,7 +243,7 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
     Ok(BoardCount {
         node,
         instructions: counters.instructions,
-        // What was between wire and node when the power went is nobody's loss.
+        // A board without power does not handle what its controllers received: this is no loss.
         lost_frames: if board.is_powered() { telltale.lost_frames(board) } else { 0 },
         aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
         lockups: counters.lockups,

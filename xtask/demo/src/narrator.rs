@@ -12,7 +12,7 @@ use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, SECOND_MAST
 use super::telemetry;
 use super::track::Phase;
 
-/// How often the traffic in between is summed up.
+/// Interval of the lines that sum up the traffic.
 const SUMMARY_EVERY: Time = Time::from_ms(5000);
 
 /// Traffic since the last summary.

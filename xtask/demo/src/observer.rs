@@ -1,4 +1,4 @@
-//! What the slaves must be doing, judged from the wires alone.
+//! Model of the states that the slaves must have, judged from the wires alone.
 //!
 //! A model per slave follows the frames that reached its controllers and the heartbeats it sent. In a flight of the shipped
 //! images it decides which commands were due (`tc_due`) without asking the firmware; the firmware's own count must then agree.
@@ -8,7 +8,9 @@
 //!   count: it may have waited in a mailbox since before.
 //! - Parallel access: any message of the master (NMT, heartbeat, boot-up) on the other bus moves it there
 //!   (ECSS 8.3.3g). Selective access: it hears one bus and says itself when it has changed.
-//! - The master silent for the consumer time, a boot-up, no power: not operational.
+//! - The master silent for the consumer time, a boot-up, a reset, no power: not operational.
+//! - A master board is active from its first 701h on. It is a standby while another board sends 701h. A reset board is neither until
+//!   the next 701h.
 //! - A minimal slave (ECSS 9): operational from its first heartbeat on. Of the master it hears heartbeats, and no NMT.
 //! - An image of the user's: neither its access nor its consumer time is known. Its own heartbeats alone show its bus, and that it is
 //!   alive ([`super::liveness`]). At the end of a flight the latter holds for every slave.
@@ -28,7 +30,7 @@ use super::track::{BusAccess, Phase, SETTLING, Span, Track};
 pub struct Observer {
     nodes: BTreeMap<Node, Track>,
     cut: Option<(Bus, Time)>,
-    /// When the active one of two masters lost its power.
+    /// Time at which the active one of two masters lost its power.
     lost: Option<Time>,
     /// The board that sent the last message of a master, and when.
     active: Option<(Node, Time)>,

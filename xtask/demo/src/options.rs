@@ -133,7 +133,7 @@ impl Options {
         Ok(())
     }
 
-    /// What `--standby` stands for, written out.
+    /// Returns the options with the profile that `--standby` stands for.
     #[must_use]
     pub fn resolved(&self) -> Options {
         let mut options = self.clone();

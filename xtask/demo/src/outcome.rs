@@ -43,7 +43,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
     )
 }
 
-/// What a flight with images of the user's leaves out.
+/// Notice of what a flight with images of the user's leaves out.
 pub const UNKNOWN_IMAGES: &str =
     "images of your own: their commands and telemetry are recorded, but neither read nor judged";
 

@@ -1,4 +1,4 @@
-//! What is decided before a flight: its boards and images; by the seed their crystals, places on the bus and power-on times.
+//! Plan of a flight: its boards, images and faults. The seed decides crystals, places on the bus and power-on times.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use support::board::{BoardName, Profile, TRANSCEIVER_SWITCH};
 use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 use support::misuse::Misuse;
 
-/// The usual seed.
+/// Seed of a flight without `--seed`.
 pub const SEED: u64 = 1;
 
 /// The slaves with selective access in the profile `librecube`.
@@ -35,13 +35,13 @@ const WARM: Time = Time::from_ms(40_000);
 const WHITE_PPB: f64 = 1.0;
 const WALK_PPB: f64 = 2.0;
 
-/// Where the slaves sit, metres from the master's end of the bus.
+/// Places of the slaves, metres from the master's end of the bus.
 const PLACES_M: std::ops::Range<f64> = 1.0..30.0;
 
-/// Where the second one of two masters sits, metres from the other one: at the far end of the bus, behind all slaves.
+/// Place of the second one of two masters, metres from the other one: the far end of the bus, behind all slaves.
 const SECOND_AT_M: f64 = 31.0;
 
-/// Where the bus of a flight with one master is cut, metres from the master.
+/// Place of the cut in a flight with one master, metres from the master.
 const CUT_AT_M: f64 = 0.5;
 
 /// With two masters the active one loses its power at the second of `--cut-at`. At these shares of that second the standby is
@@ -67,7 +67,7 @@ pub struct BoardPlan {
     pub crystal_ppm: f64,
     /// Place on both buses, metres from the master's end.
     pub position_m: f64,
-    /// When it gets power.
+    /// Time of its power-on.
     pub power_on: Time,
 }
 
@@ -115,26 +115,26 @@ pub struct Plan {
     pub board: BoardName,
     /// Mission profile of the shipped images.
     pub profile: Profile,
-    /// Where the numbers below come from.
+    /// Seed of the numbers below.
     pub seed: u64,
     /// Master first, then the slaves by Node-ID, then the second master, if there is one.
     pub boards: Vec<BoardPlan>,
     /// Length of the flight.
     pub end: Time,
-    /// When the standby of two masters is reset.
+    /// Time at which the standby of two masters is reset.
     pub standby_reset: Option<Time>,
     /// The cut: which bus, when, and how far from the master's end.
     pub cut: Option<CutPlan>,
-    /// When the active one of two masters loses its power.
+    /// Time at which the active one of two masters loses its power.
     pub loss: Option<Time>,
 }
 
 /// A cut to be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutPlan {
-    /// The bus.
+    /// Bus that is cut.
     pub bus: Bus,
-    /// When.
+    /// Time of the cut.
     pub at: Time,
     /// Metres from the master's end.
     pub position_m: f64,
@@ -177,7 +177,7 @@ impl Plan {
         })
     }
 
-    /// Where a cut is, for people.
+    /// Place of a cut among the boards, for people.
     pub fn place(&self, cut: &CutPlan) -> &'static str {
         let mut slaves = self.boards.iter().filter(|board| !is_master(board.node));
         let is_behind = |board: &BoardPlan| board.position_m > cut.position_m;
@@ -193,7 +193,7 @@ impl Plan {
         self.boards.iter().map(|other| other.node).find(|node| is_master(*node) && *node != board)
     }
 
-    /// How much of the traffic has a meaning.
+    /// Scope of the traffic that has a meaning.
     pub fn scope(&self) -> Scope {
         let is_shipped = self.boards.iter().all(|board| board.own_image.is_none());
         if is_shipped { Scope::Mission } else { Scope::Protocol }
@@ -220,7 +220,7 @@ impl Plan {
         }
     }
 
-    /// How long they listen on one bus: Ttoggle consumer times.
+    /// Time that they listen on one bus: Ttoggle consumer times.
     pub fn toggling_time(&self) -> Time {
         Time::from_us(self.consumer_time().as_us() * self.ttoggle())
     }

@@ -1,4 +1,4 @@
-//! What can happen in a flight, as the observers of the demo see it.
+//! Records of a flight, as the observers of the demo see it.
 //!
 //! Everything after the flight itself (narrator, observer, logs, report) works on these records, in order of time.
 
@@ -45,7 +45,7 @@ pub struct Seen {
     pub meaning: Option<Meaning>,
     /// Board that sent it.
     pub from: Node,
-    /// Whose controllers received it: live, on the same side of a cut.
+    /// Boards whose controllers received it: live, on the same side of a cut.
     pub reached: Nodes,
 }
 
@@ -87,9 +87,9 @@ pub enum Happening {
     Frame(Seen),
     /// A firmware logged a line.
     Log {
-        /// On which board.
+        /// Board of the firmware.
         node: Node,
-        /// How bad.
+        /// Severity.
         level: Level,
         /// The text, one line.
         text: String,
@@ -101,6 +101,6 @@ pub enum Happening {
 pub struct Occurrence {
     /// Virtual time; for a frame the end of its last bit.
     pub at: Time,
-    /// What.
+    /// The event.
     pub what: Happening,
 }

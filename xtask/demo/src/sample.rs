@@ -50,7 +50,7 @@ fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) 
     at(ms, Happening::Frame(Seen::new(bus, frame, Scope::Mission, from, reached)))
 }
 
-/// Where the master sends at `ms`, `None` while nobody acknowledges.
+/// Bus of the master at `ms`; `None` while no node acknowledges.
 fn master_bus(ms: u64) -> Option<Bus> {
     match ms {
         ..CUT_MS => Some(Bus::Nominal),
@@ -125,7 +125,7 @@ fn records() -> Vec<Occurrence> {
     records
 }
 
-/// What was to be flown.
+/// Plan of the flight.
 pub fn plan() -> Plan {
     let board = |node, crystal_ppm, position_m, power_on| BoardPlan {
         node,

@@ -65,7 +65,7 @@ pub struct Summary {
     pub frames: BTreeMap<&'static str, u64>,
     /// Load of each bus over the whole flight, percent.
     pub bus_load_percent: BTreeMap<&'static str, f64>,
-    /// How often the first master changed the bus.
+    /// Number of changes of bus of the first master.
     pub bus_changes: usize,
     /// Heartbeats of each node that completed; 127 is the second master.
     pub heartbeats: BTreeMap<Node, u64>,
@@ -95,7 +95,7 @@ pub struct Summary {
     pub panics: u64,
 }
 
-/// What only the shipped mission has.
+/// Commands and telemetry of the shipped mission.
 #[derive(Clone, Debug, Serialize)]
 pub struct MissionCounts {
     /// TC frames that completed on a wire.

@@ -1,4 +1,4 @@
-//! Whether a flight was a good one, and if not, why.
+//! Verdict on a flight, with the reasons why it did not pass.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use super::narrator::name;
 use super::record::MASTER;
 use super::track::BusAccess;
 
-/// How a flight ended.
+/// Result of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
@@ -23,7 +23,7 @@ pub enum Outcome {
 /// Outcome and reasons, as `summary.json` has them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Verdict {
-    /// How the flight ended.
+    /// Result of the flight.
     #[serde(rename = "verdict")]
     pub outcome: Outcome,
     /// Why it did not pass, one sentence each; empty when it passed.
@@ -89,9 +89,10 @@ fn of_masters(flight: &Flight) -> Vec<String> {
         format!("two masters were active: {rival} sent 701h at {at} s, while {active} had power")
     });
     let reset = match (flight.plan.standby_reset, flight.standby_reset()) {
-        (Some(at), None) => {
-            Some(format!("no master was active at {} s, so no standby was reset", at.as_secs_f64()))
-        }
+        (Some(at), None) => Some(format!(
+            "no master was active at {} s, so no standby was reset: give a later --cut-at",
+            at.as_secs_f64()
+        )),
         _ => None,
     };
     let takeover = match (flight.plan.loss, flight.loss()) {
@@ -104,7 +105,7 @@ fn of_masters(flight: &Flight) -> Vec<String> {
     [rivalry, reset, takeover].into_iter().flatten().collect()
 }
 
-/// What must not happen at any time of a flight.
+/// Faults that excuse nothing, not even an early end of the flight.
 fn damage(flight: &Flight) -> Vec<String> {
     let mut faults = Vec::new();
     for board in &flight.boards {
@@ -224,7 +225,10 @@ mod tests {
         flight.records.push(Occurrence { at: flight.end, what: Happening::PowerOff(1) });
         assert_eq!(faults(&flight), ["no board took over from master until the end"]);
         flight.plan.standby_reset = Some(Time::from_ms(500));
-        assert_eq!(faults(&flight)[0], "no master was active at 0.5 s, so no standby was reset");
+        assert_eq!(
+            faults(&flight)[0],
+            "no master was active at 0.5 s, so no standby was reset: give a later --cut-at"
+        );
     }
 
     /// Given a second board that sends 701h while the active master has power, then the flight fails and names both.

@@ -59,7 +59,7 @@ fn a_flight_too_short_for_the_selective_slave_fails_and_says_why() {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(stderr.contains("node 4 is pre-operational on the nominal bus at the end"), "{stderr}");
     let report = String::from_utf8(read(here.path(), "report.html")).expect("UTF-8");
-    assert!(report.contains("node 4 is pre-operational"), "the report must tell as well");
+    assert!(report.contains("node 4 is pre-operational"), "the report must say it as well");
 }
 
 /// Given two masters, when the standby is reset and the nominal bus is cut between the slaves, then the active one moves to the
@@ -264,7 +264,7 @@ fn own_images_are_judged_by_the_protocol_alone() {
     );
     assert_eq!(summary["slaves_operational_at_end"], 2);
     assert_eq!(summary["bus_changes"], 1);
-    // Heartbeats every 100 ms; the master gives its bus up after one that nobody acknowledged.
+    // Heartbeats every 100 ms; the master gives its bus up after one that no node acknowledged.
     for slave in ["3", "4"] {
         assert!(summary["failover_ms"][slave].as_f64().is_some_and(|took| took < 500.0), "{summary}");
     }

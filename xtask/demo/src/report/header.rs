@@ -55,7 +55,7 @@ fn faults(flight: &Flight) -> String {
     if faults.is_empty() { "No bus was cut.".into() } else { faults.join(" ") }
 }
 
-/// What became of a master that lost its power.
+/// A sentence about the master that lost its power, and about the takeover.
 fn loss(flight: &Flight) -> Option<String> {
     let (at, board) = flight.loss()?;
     let end = flight.takeover().map_or("; no board took over".into(), |takeover| {

@@ -1,4 +1,4 @@
-//! What every node did over time: a bar per node, coloured by state, underlined by bus.
+//! States of all nodes over time: a bar per node, coloured by state, underlined by bus.
 
 use can_wire::time::Time;
 
