@@ -98,13 +98,12 @@ impl Kind {
         match self {
             Kind::Network => "network",
             Kind::Master => "master",
-            Kind::Claim => "claim",
             Kind::Slave => "slave",
             Kind::Time => "time",
             Kind::Command | Kind::MasterPdo => "command",
             Kind::Request | Kind::Sdo => "request",
             Kind::Reply | Kind::SlavePdo => "reply",
-            Kind::Other => "other",
+            Kind::Claim | Kind::Other => "other",
         }
     }
 }

@@ -58,7 +58,6 @@ const CLASSES: &[(&str, &[Look])] = &[
     ("switch", &[Stroke(REDUNDANT), Width("2")]),
     ("network", &[NoFill, Stroke(Ink("#1b2330", "#f0f3f7")), Width("2")]),
     ("master", &[NoFill, Stroke(Ink("#1d6fd8", "#5ea6ff")), Width("1")]),
-    ("claim", &[NoFill, Stroke(Ink("#c2487b", "#ee8ab2")), Width("1")]),
     ("slave", &[NoFill, Stroke(Ink("#6aa5e8", "#3a6ea8")), Width("1")]),
     ("time", &[NoFill, Stroke(Ink("#b9770e", "#e5a83b")), Width("1")]),
     ("command", &[NoFill, Stroke(Ink("#0f8577", "#35b8a6")), Width("1")]),
