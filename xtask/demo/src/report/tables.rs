@@ -15,8 +15,9 @@ use crate::record::Bus;
 /// Fail-over time of every slave; in a flight of two masters also its time from the loss of the active one.
 pub fn failover(flight: &Flight) -> Markup {
     let has_takeover = flight.masters() > 1;
-    let took =
-        |time: Option<Time>| text(time.map_or("\u{2013}".into(), |took| duration(took.as_secs_f64() * 1e3)));
+    let took = |time: Option<Time>| {
+        unbroken(&time.map_or("\u{2013}".into(), |took| duration(took.as_secs_f64() * 1e3)))
+    };
     let rows = flight.observer.slaves().map(|(node, track)| {
         let now = track.now();
         let access = track.kind();
@@ -133,6 +134,11 @@ fn cards(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Markup {
             @for row in rows { tr { @for (title, cell) in head.iter().zip(row) { td data-label=(title) { (cell) } } } }
         }
     }
+}
+
+/// Text as a cell of one line, also where there is little room.
+fn unbroken(words: &str) -> Markup {
+    text(words.replace(' ', "\u{a0}"))
 }
 
 /// Plain text as a cell.
