@@ -1,13 +1,14 @@
-//! What a flight left behind: the input of summary and report.
+//! Results of a flight: the input of summary and report.
 
 use std::time::Duration;
 
 use can_wire::time::Time;
 
+use super::change::Takeover;
 use super::clocks::Clock;
+use super::line::Line;
 use super::meaning::Meaning;
-use super::narrator::Line;
-use super::observer::{Observer, Takeover};
+use super::observer::Observer;
 use super::plan::Plan;
 use super::record::{Bus, Happening, MASTER, Node, Occurrence, Seen, is_master};
 use super::stamps::StampErrors;
@@ -17,13 +18,13 @@ use support::telltale::Telltale;
 /// A finished flight.
 #[derive(Clone, Debug)]
 pub struct Flight {
-    /// What was to be flown.
+    /// Plan of the flight.
     pub plan: Plan,
-    /// When it really ended: at the first quiet moment after the planned end, or after the interruption.
+    /// End of the flight: the first quiet moment after the planned end, or after the interruption.
     pub end: Time,
     /// Why it ended before its planned end, if it did.
     pub interrupted: Option<Interruption>,
-    /// How long the flight took on the computer, without building images.
+    /// Time that the flight took on the computer, without building images.
     pub wall: Duration,
     /// Everything that happened, in order of time.
     pub records: Vec<Occurrence>,
@@ -44,7 +45,7 @@ pub struct Flight {
 /// Heartbeats of a node.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Heartbeats {
-    /// How many completed.
+    /// Number of heartbeats that completed.
     pub count: u64,
     /// Longest time without one: between two of them, or from the last one to the end of the flight while the node has power.
     /// `None` without any, and with one of a node that has lost its power.
@@ -60,7 +61,7 @@ pub enum Interruption {
     Unread,
 }
 
-/// What the twin counted on one board.
+/// Counters of one board.
 #[derive(Clone, Debug, Default)]
 pub struct BoardCount {
     /// Node-ID.
@@ -81,14 +82,14 @@ pub struct BoardCount {
     pub stopped: Option<String>,
     /// Deepest stack since power-on, bytes.
     pub stack: u32,
-    /// What the firmware itself counted.
+    /// Counters of the firmware.
     pub telltale: Telltale,
-    /// What its application counted; `None` for one that is none of the mission's.
+    /// Counters of the application; `None` for an application that is not of the mission.
     pub counters: Option<Counters>,
 }
 
 impl BoardCount {
-    /// What the application counted, as text; a dash for one that does not count.
+    /// A counter of the application, as text; a dash for an application that does not count.
     pub fn counted(&self, which: impl Fn(&Counters) -> u32) -> String {
         self.counters.as_ref().map_or("-".into(), |counters| which(counters).to_string())
     }
@@ -124,21 +125,29 @@ impl Flight {
         heartbeats
     }
 
-    /// How often the master changed the bus.
+    /// Number of changes of bus of the first master.
     pub fn bus_changes(&self) -> usize {
         let spans = &self.observer.nodes()[&MASTER].spans;
         spans.windows(2).filter(|pair| pair[0].bus != pair[1].bus).count()
     }
 
-    /// When the cut was made, and on which bus.
+    /// Time and bus of the cut.
     pub fn cut(&self) -> Option<(Time, Bus)> {
         self.records.iter().find_map(|record| match record.what {
-            Happening::Cut(bus) => Some((record.at, bus)),
+            Happening::Cut(cut) => Some((record.at, cut.bus)),
             _ => None,
         })
     }
 
-    /// When the active one of two masters lost its power, and which board that was.
+    /// Time of the reset of the standby, and that board.
+    pub fn standby_reset(&self) -> Option<(Time, Node)> {
+        self.records.iter().find_map(|record| match record.what {
+            Happening::Reset(board) => Some((record.at, board)),
+            _ => None,
+        })
+    }
+
+    /// Time at which the active one of two masters lost its power, and that board.
     pub fn loss(&self) -> Option<(Time, Node)> {
         self.records.iter().find_map(|record| match record.what {
             Happening::PowerOff(board) => Some((record.at, board)),
@@ -151,9 +160,15 @@ impl Flight {
         self.observer.takeover()
     }
 
-    /// The fault of the flight: the cut, or the loss of a master.
-    pub fn fault(&self) -> Option<Time> {
-        self.cut().map(|(at, _)| at).or(self.loss().map(|(at, _)| at))
+    /// The faults that the demo caused, in order of time: the name of each in the pictures, and when it was.
+    pub fn faults(&self) -> Vec<(&'static str, Time)> {
+        let fault = |record: &Occurrence| match record.what {
+            Happening::Reset(_) => Some(("reset", record.at)),
+            Happening::Cut(_) => Some(("cut", record.at)),
+            Happening::PowerOff(_) => Some(("power off", record.at)),
+            _ => None,
+        };
+        self.records.iter().filter_map(fault).collect()
     }
 
     /// Number of master boards.
@@ -161,9 +176,10 @@ impl Flight {
         self.boards.iter().filter(|board| is_master(board.node)).count()
     }
 
-    /// The master's first change of bus.
+    /// First change of bus of the active master, not after it lost its power. A standby changes with it.
     pub fn switch(&self) -> Option<Time> {
         let spans = &self.observer.nodes()[&MASTER].spans;
-        spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)
+        let switch = spans.windows(2).find(|pair| pair[0].bus != pair[1].bus).map(|pair| pair[1].from)?;
+        self.loss().is_none_or(|(loss, _)| switch < loss).then_some(switch)
     }
 }

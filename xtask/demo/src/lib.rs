@@ -2,9 +2,11 @@
 
 #![forbid(unsafe_code)]
 
+pub mod change;
 mod clocks;
 mod files;
 pub mod flight;
+mod line;
 pub mod liveness;
 pub mod meaning;
 pub mod mission;
@@ -57,7 +59,7 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
         has_counters(*node, image)?;
     }
     options.prepare_out()?;
-    // Whatever comes now, nobody takes the results of an earlier flight for those of this one.
+    // First of all: results of an earlier flight must not be taken for those of this one.
     files::remove(&options.out)?;
     options.add_shipped(&mut images)?;
     if plan.scope() == Scope::Protocol {

@@ -7,12 +7,12 @@ use std::fmt;
 
 use can_wire::frame::{WireFrame, WireId};
 
-use support::craft::{MASTER, Node};
+use support::craft::{MASTER, Node, SECOND_MASTER};
 
 /// Spacecraft Time PDO of the master (ECSS 7.2.2).
 const SPACECRAFT_TIME: u16 = 0x181;
 
-/// How much of the traffic has a meaning.
+/// Part of the traffic that has a meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// All of it: the images are the shipped ones, so commands and telemetry are known.
@@ -40,8 +40,11 @@ pub enum Meaning {
     TelemetryRequest { node: Node, code: u16 },
     /// Telemetry of a slave (ECSS 9.4.3).
     Telemetry { node: Node, code: u16, value: u64 },
-    /// What a minimal slave sends with SYNC (ECSS 9.4.3): commands executed.
+    /// Cyclic telemetry of a minimal slave, sent with SYNC (ECSS 9.4.3): number of commands executed.
     CyclicState { node: Node, executed: u32 },
+    /// Claim of an active master board, sent on both buses with each heartbeat. `board`: 680h is of the board strapped prime, 681h of
+    /// the second one. `slaves`: number of slaves that it hears on the active bus.
+    Claim { board: Node, slaves: u8 },
     /// A PDO of an image that is not known.
     Pdo,
     /// SDO, either way, with the server in a node (CiA 301 7.2.4).
@@ -100,6 +103,11 @@ impl Meaning {
                 Some(Meaning::Nmt { command: NmtCommand::from_byte(command)?, node })
             }
             (0x080, 0) => (data.len() <= 1).then_some(Meaning::Sync),
+            (0x680, 0 | 1) => {
+                let &[slaves, strap] = data else { return None };
+                let board = if strap == 0 { MASTER } else { SECOND_MASTER };
+                (strap == node).then_some(Meaning::Claim { board, slaves })
+            }
             (_, 0) => None,
             (0x080, _) => {
                 (data.len() == 8).then(|| Meaning::Emergency { node, code: little_endian(&data[..2]) as u16 })
@@ -257,6 +265,18 @@ mod tests {
         );
         assert_eq!(decode(0x602, &[0x40, 0x18, 0x10, 2, 0, 0, 0, 0]), Some(Meaning::Sdo { node: 2 }));
         assert_eq!(decode(0x582, &[0x43, 0x18, 0x10, 2, 0x15, 0x50, 0, 0]), Some(Meaning::Sdo { node: 2 }));
+    }
+
+    /// A claim has two bytes: the number of slaves, and the strap of the sender, which the COB-ID repeats.
+    #[test]
+    fn claims_of_both_master_boards_are_decoded() {
+        assert_eq!(decode(0x680, &[3, 0]), Some(Meaning::Claim { board: MASTER, slaves: 3 }));
+        assert_eq!(decode(0x681, &[0, 1]), Some(Meaning::Claim { board: SECOND_MASTER, slaves: 0 }));
+        for (id, data) in
+            [(0x680, &[3, 1][..]), (0x681, &[3, 0]), (0x680, &[3]), (0x681, &[3, 1, 0]), (0x682, &[3, 2])]
+        {
+            assert_eq!(decode(id, data), None, "{id:03X}h {data:02X?}");
+        }
     }
 
     #[test]

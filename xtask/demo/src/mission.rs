@@ -13,7 +13,8 @@ use twin::spacecraft::{BoardId, LogRecord, Spacecraft, SpacecraftConfig};
 
 use super::clocks::ClockWatch;
 use super::flight::{BoardCount, Flight, Interruption};
-use super::narrator::{Line, Narrator};
+use super::line::Line;
+use super::narrator::Narrator;
 use super::observer::Observer;
 use super::plan::{BoardPlan, Plan};
 use super::record::{Bus, Happening, Level, Node, Occurrence, Seen};
@@ -23,14 +24,14 @@ use support::craft::Images;
 use support::stack;
 use support::telltale::Telltale;
 
-/// How often the watchers look.
+/// Interval in which the watchers read the spacecraft.
 const STEP: Time = Time::from_ms(10);
 
 /// The flight goes on until both buses have been silent so long. A node handles a frame much faster, so no frame is
 /// between wire and node when the counters are read.
 const QUIET: Time = Time::from_ms(1);
 
-/// When the buses are never silent the flight ends all the same.
+/// Longest wait for silent buses after the planned end.
 const PATIENCE: Time = Time::from_ms(1000);
 
 /// Flies a plan with an image for each of its boards. `watch` gets the time and what happened, a moment after it happened; it can break the flight off. Frames
@@ -51,8 +52,8 @@ pub trait Watch: FnMut(Time, &[Line]) -> ControlFlow<Interruption> {}
 
 impl<F: FnMut(Time, &[Line]) -> ControlFlow<Interruption>> Watch for F {}
 
-/// Every [`STEP`] up to `end`, and the fault.
-fn stops(end: Time, fault: Option<Time>) -> impl Iterator<Item = Time> {
+/// Every [`STEP`] up to `end`, and each fault.
+fn stops(end: Time, faults: [Option<Time>; 3]) -> impl Iterator<Item = Time> {
     let mut now = None::<Time>;
     std::iter::from_fn(move || {
         let next = match now {
@@ -60,8 +61,8 @@ fn stops(end: Time, fault: Option<Time>) -> impl Iterator<Item = Time> {
             Some(now) if now >= end => return None,
             Some(now) => (now + STEP).min(end),
         };
-        let next = fault.filter(|at| now.is_none_or(|now| *at > now) && *at < next).unwrap_or(next);
-        now = Some(next);
+        let faults = faults.into_iter().flatten().filter(|at| now.is_none_or(|now| *at > now));
+        now = Some(faults.fold(next, Time::min));
         now
     })
 }
@@ -89,7 +90,7 @@ impl Mission {
         }
         Ok(Mission {
             observer: Observer::new(&plan),
-            narrator: Narrator::new(plan.scope()),
+            narrator: Narrator::new(&plan),
             plan,
             spacecraft,
             records: Vec::new(),
@@ -101,21 +102,36 @@ impl Mission {
     }
 
     fn fly(&mut self, watch: &mut impl Watch) -> ControlFlow<Interruption> {
-        let Plan { cut, loss, end, .. } = self.plan;
-        for stop in stops(end, cut.map(|cut| cut.at).or(loss)) {
+        let Plan { standby_reset, cut, loss, end, .. } = self.plan;
+        for stop in stops(end, [standby_reset, cut.map(|cut| cut.at), loss]) {
             self.advance(stop, watch)?;
-            if loss == Some(stop)
-                && let Some(active) = self.observer.active_master()
-            {
-                self.spacecraft.power(self.board(active), false);
-                self.take(vec![Occurrence { at: stop, what: Happening::PowerOff(active) }], watch)?;
-            }
-            if let Some(cut) = cut.filter(|cut| cut.at == stop) {
-                self.spacecraft.wire_mut(cut.bus).cut(cut.position_m);
-                self.take(vec![Occurrence { at: stop, what: Happening::Cut(cut.bus) }], watch)?;
+            let faults = self.cause_faults(stop);
+            if !faults.is_empty() {
+                self.take(faults.into_iter().map(|what| Occurrence { at: stop, what }).collect(), watch)?;
             }
         }
         ControlFlow::Continue(())
+    }
+
+    /// Causes the faults that are planned for `now`. Which board is the active master is known by its heartbeat only.
+    fn cause_faults(&mut self, now: Time) -> Vec<Happening> {
+        let Plan { standby_reset, cut, loss, .. } = self.plan;
+        let active = self.observer.active_master();
+        let standby = active.and_then(|active| self.plan.other_master(active));
+        let mut caused = Vec::new();
+        if let Some(standby) = standby.filter(|_| standby_reset == Some(now)) {
+            self.spacecraft.reset(self.board(standby));
+            caused.push(Happening::Reset(standby));
+        }
+        if let Some(cut) = cut.filter(|cut| cut.at == now) {
+            self.spacecraft.wire_mut(cut.bus).cut(cut.position_m);
+            caused.push(Happening::Cut(cut));
+        }
+        if let Some(active) = active.filter(|_| loss == Some(now)) {
+            self.spacecraft.power(self.board(active), false);
+            caused.push(Happening::PowerOff(active));
+        }
+        caused
     }
 
     /// Flies to `until`. A board that the twin had to stop stays behind; the verdict names it.
@@ -227,7 +243,7 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
     Ok(BoardCount {
         node,
         instructions: counters.instructions,
-        // What was between wire and node when the power went is nobody's loss.
+        // A board without power does not handle what its controllers received: this is no loss.
         lost_frames: if board.is_powered() { telltale.lost_frames(board) } else { 0 },
         aborted_frames: controllers.iter().map(|stats| stats.aborted).sum(),
         lockups: counters.lockups,
@@ -247,16 +263,18 @@ fn count(node: Node, board: &EmulatedBoard) -> anyhow::Result<BoardCount> {
 mod tests {
     use super::*;
 
-    fn milliseconds(end: u64, cut: Option<Time>) -> Vec<u64> {
-        stops(Time::from_ms(end), cut).map(|stop| stop.as_us() / 1000).collect()
+    fn milliseconds(end: u64, faults: [Option<u64>; 3]) -> Vec<u64> {
+        let faults = faults.map(|fault| fault.map(Time::from_ms));
+        stops(Time::from_ms(end), faults).map(|stop| stop.as_us() / 1000).collect()
     }
 
     #[test]
-    fn the_watchers_look_every_step_and_at_the_cut() {
-        assert_eq!(milliseconds(25, None), [0, 10, 20, 25]);
-        assert_eq!(milliseconds(25, Some(Time::from_ms(13))), [0, 10, 13, 23, 25]);
-        assert_eq!(milliseconds(20, Some(Time::from_ms(10))), [0, 10, 20]);
-        assert_eq!(milliseconds(20, Some(Time::ZERO)), [0, 10, 20]);
-        assert_eq!(milliseconds(20, Some(Time::from_ms(20))), [0, 10, 20]);
+    fn watchers_look_every_step_and_at_each_fault() {
+        assert_eq!(milliseconds(25, [None; 3]), [0, 10, 20, 25]);
+        assert_eq!(milliseconds(25, [None, Some(13), None]), [0, 10, 13, 23, 25]);
+        for step in [0, 10, 20] {
+            assert_eq!(milliseconds(20, [None, Some(step), None]), [0, 10, 20]);
+        }
+        assert_eq!(milliseconds(25, [Some(3), Some(6), Some(12)]), [0, 3, 6, 12, 22, 25]);
     }
 }

@@ -1,48 +1,19 @@
 //! Narrates a flight for people, line by line: what changed, not every frame.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use can_wire::time::Time;
-use console::{Style, style};
 
+use super::change::{Change, Since};
+use super::line::{Line, Tone};
 use super::meaning::{Meaning, NmtState, Scope};
-use super::observer::Change;
+use super::plan::Plan;
 use super::record::{Bus, Happening, Level, MASTER, Node, Occurrence, SECOND_MASTER, Seen, is_master};
 use super::telemetry;
 use super::track::Phase;
 
-/// How often the traffic in between is summed up.
+/// Interval of the lines that sum up the traffic.
 const SUMMARY_EVERY: Time = Time::from_ms(5000);
-
-/// A line of the story.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
-    /// When.
-    pub at: Time,
-    /// The bus it happened on, if it did.
-    pub bus: Option<Bus>,
-    /// Who, for people: "master", "node 3", or empty.
-    pub who: String,
-    /// What.
-    pub text: String,
-    /// How it should look.
-    pub tone: Tone,
-}
-
-/// How a line should look.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Tone {
-    /// As it is.
-    Plain,
-    /// In the background.
-    Quiet,
-    /// Good news.
-    Good,
-    /// Look here.
-    Warning,
-    /// Bad news.
-    Bad,
-}
 
 /// Traffic since the last summary.
 #[derive(Clone, Debug, Default)]
@@ -60,14 +31,15 @@ struct Traffic {
 /// Turns records and the observer's changes into lines.
 #[derive(Debug)]
 pub struct Narrator {
-    scope: Scope,
+    plan: Plan,
     traffic: Traffic,
     next_summary: Time,
     summaries: usize,
     master_bus: Option<Bus>,
-    /// When the cut was made, or the master lost its power.
-    cut: Option<Time>,
-    lost_master: bool,
+    /// Boards whose claims were seen, and on which bus.
+    claims: BTreeSet<(Node, Bus)>,
+    /// The last fault, and when the demo caused it.
+    fault: Option<(Since, Time)>,
 }
 
 /// A node's name in the story.
@@ -80,16 +52,16 @@ pub fn name(node: Node) -> String {
 }
 
 impl Narrator {
-    /// At the start of a flight.
-    pub fn new(scope: Scope) -> Self {
+    /// Narrator of a flight that begins.
+    pub fn new(plan: &Plan) -> Self {
         Narrator {
-            scope,
+            plan: plan.clone(),
             traffic: Traffic::default(),
             next_summary: SUMMARY_EVERY,
             summaries: 0,
             master_bus: None,
-            cut: None,
-            lost_master: false,
+            claims: BTreeSet::new(),
+            fault: None,
         }
     }
 
@@ -102,19 +74,16 @@ impl Narrator {
         match &record.what {
             Happening::PowerOn(node) => lines.push(line(record.at, None, *node, "power on", Tone::Quiet)),
             Happening::PowerOff(node) => {
-                (self.cut, self.lost_master) = (Some(record.at), true);
-                let text = format!("===== {} loses its power =====", name(*node));
-                lines.push(Line { who: String::new(), ..line(record.at, None, *node, text, Tone::Bad) });
+                self.fault = Some((Since::Loss, record.at));
+                lines.push(fault(record.at, None, &format!("{} loses its power", name(*node))));
             }
-            Happening::Cut(bus) => {
-                self.cut = Some(record.at);
-                lines.push(Line {
-                    at: record.at,
-                    bus: Some(*bus),
-                    who: String::new(),
-                    text: format!("===== the {} bus is cut next to the master =====", bus.name()),
-                    tone: Tone::Bad,
-                });
+            Happening::Reset(node) => {
+                lines.push(fault(record.at, None, &format!("{}, the standby, is reset", name(*node))));
+            }
+            Happening::Cut(cut) => {
+                self.fault = Some((Since::Cut, record.at));
+                let text = format!("the {} bus is cut {}", cut.bus.name(), self.plan.place(cut));
+                lines.push(fault(record.at, Some(cut.bus), &text));
             }
             Happening::Log { node, level, text } => {
                 let tone = match level {
@@ -148,18 +117,25 @@ impl Narrator {
             Some(Meaning::Heartbeat { node: MASTER, .. }) => {
                 let before = self.master_bus.replace(seen.bus);
                 if before != Some(seen.bus) {
-                    let text = match (before, self.cut) {
+                    let text = match (before, self.fault) {
                         (None, _) => {
                             format!("heartbeat on the {} bus: it is the active one", seen.bus.name())
                         }
                         (Some(_), None) => format!("heartbeat moved to the {} bus", seen.bus.name()),
-                        (Some(_), Some(cut)) => format!(
-                            "heartbeat moved to the {} bus, {} after the cut",
+                        (Some(_), Some((since, fault))) => format!(
+                            "heartbeat moved to the {} bus, {} after {}",
                             seen.bus.name(),
-                            milliseconds(at.since(cut))
+                            milliseconds(at.since(fault)),
+                            since.name()
                         ),
                     };
                     say(seen.board(MASTER), text, if before.is_none() { Tone::Plain } else { Tone::Warning });
+                }
+            }
+            Some(Meaning::Claim { board, .. }) => {
+                if self.claims.insert((board, seen.bus)) {
+                    let text = format!("first claim on the {} bus: it is the active master", seen.bus.name());
+                    say(board, text, Tone::Quiet);
                 }
             }
             Some(
@@ -184,7 +160,7 @@ impl Narrator {
         let at = self.next_summary;
         self.next_summary = at + SUMMARY_EVERY;
         let traffic = std::mem::take(&mut self.traffic);
-        let counts = match self.scope {
+        let counts = match self.plan.scope() {
             Scope::Mission => {
                 let Traffic { commands, requests, replies, latest, .. } = traffic;
                 // Another request each time, so that every kind of telemetry appears.
@@ -214,13 +190,11 @@ impl Narrator {
         match *change {
             Change::Now(_, span) if matches!(span.phase, Phase::Off | Phase::Starting) => None,
             // The master's own state and bus show in its messages.
-            Change::Now(node, span) if is_master(node) => {
-                (span.phase == Phase::Standby && self.cut.is_none()).then(|| {
-                    let text =
-                        format!("standby on the {} bus: silent, the other master is active", span.bus.name());
-                    line(span.from, Some(span.bus), node, text, Tone::Plain)
-                })
-            }
+            Change::Now(node, span) if is_master(node) => (span.phase == Phase::Standby).then(|| {
+                let text =
+                    format!("standby on the {} bus: silent, the other master is active", span.bus.name());
+                line(span.from, Some(span.bus), node, text, Tone::Plain)
+            }),
             Change::Now(node, span) => {
                 let tone = match span.phase {
                     Phase::Nmt(NmtState::Operational) => Tone::Good,
@@ -230,14 +204,13 @@ impl Narrator {
                 let text = format!("{} on the {} bus", span.phase.name(), span.bus.name());
                 Some(line(span.from, Some(span.bus), node, text, tone))
             }
-            Change::Recovered(node, took) => {
-                let what = match self.scope {
-                    Scope::Mission => "commands and telemetry flow again",
-                    Scope::Protocol if self.lost_master => "operational",
-                    Scope::Protocol => "operational on the other bus",
+            Change::Recovered(node, since, took) => {
+                let what = match (self.plan.scope(), since) {
+                    (Scope::Mission, _) => "commands and telemetry flow again",
+                    (Scope::Protocol, Since::Loss) => "operational",
+                    (Scope::Protocol, Since::Cut) => "operational on the other bus",
                 };
-                let since = if self.lost_master { "the loss of the master" } else { "the cut" };
-                let text = format!("{what}, {} after {since}", milliseconds(took));
+                let text = format!("{what}, {} after {}", milliseconds(took), since.name());
                 Some(line(now, None, node, text, Tone::Good))
             }
             Change::TookOver(takeover) => {
@@ -270,30 +243,13 @@ fn milliseconds(span: Time) -> String {
     format!("{:.1} ms", span.as_secs_f64() * 1e3)
 }
 
-fn line(at: Time, bus: Option<Bus>, node: Node, text: impl Into<String>, tone: Tone) -> Line {
-    Line { at, bus, who: name(node), text: text.into(), tone }
+/// A line about a fault that the demo causes.
+fn fault(at: Time, bus: Option<Bus>, text: &str) -> Line {
+    Line { at, bus, who: String::new(), text: format!("===== {text} ====="), tone: Tone::Bad }
 }
 
-impl Line {
-    /// For a terminal, with colours where it has them.
-    pub fn styled(&self) -> String {
-        let seconds = format!("{:>10.4} s", self.at.as_secs_f64());
-        let bus = match self.bus {
-            Some(bus) => style(format!("{:<9}", bus.name())).fg(match bus {
-                Bus::Nominal => console::Color::Blue,
-                _ => console::Color::Magenta,
-            }),
-            None => style(" ".repeat(9)),
-        };
-        let tone = match self.tone {
-            Tone::Plain => Style::new(),
-            Tone::Quiet => Style::new().dim(),
-            Tone::Good => Style::new().green(),
-            Tone::Warning => Style::new().yellow(),
-            Tone::Bad => Style::new().red().bold(),
-        };
-        format!("{}  {bus}  {:<8}  {}", style(seconds).dim(), self.who, tone.apply_to(&self.text))
-    }
+fn line(at: Time, bus: Option<Bus>, node: Node, text: impl Into<String>, tone: Tone) -> Line {
+    Line { at, bus, who: name(node), text: text.into(), tone }
 }
 
 #[cfg(test)]
@@ -302,6 +258,7 @@ mod tests {
 
     use super::*;
     use crate::record::Nodes;
+    use crate::sample;
 
     fn frame(ms: u64, bus: Bus, id: u16, data: &[u8]) -> Occurrence {
         let frame = WireFrame::standard(id, data);
@@ -318,12 +275,14 @@ mod tests {
 
     #[test]
     fn the_switch_is_told_once_with_its_delay() {
-        let mut narrator = Narrator::new(Scope::Mission);
+        let mut narrator = Narrator::new(&sample::plan());
         let beat = |ms, bus| frame(ms, bus, 0x701, &[0x05]);
         let first = texts(&mut narrator, &beat(100, Bus::Nominal));
         assert_eq!(first, ["master: heartbeat on the nominal bus: it is the active one"]);
         assert!(texts(&mut narrator, &beat(350, Bus::Nominal)).is_empty());
-        narrator.narrate(&Occurrence { at: Time::from_ms(500), what: Happening::Cut(Bus::Nominal) }, &[]);
+        let cut = sample::plan().cut.expect("a cut");
+        let cut = Occurrence { at: Time::from_ms(500), what: Happening::Cut(cut) };
+        assert_eq!(texts(&mut narrator, &cut), [": ===== the nominal bus is cut next to the master ====="]);
         assert_eq!(
             texts(&mut narrator, &beat(612, Bus::Redundant)),
             ["master: heartbeat moved to the redundant bus, 112.0 ms after the cut"]
@@ -333,7 +292,7 @@ mod tests {
 
     #[test]
     fn traffic_is_summed_up_every_five_seconds() {
-        let mut narrator = Narrator::new(Scope::Mission);
+        let mut narrator = Narrator::new(&sample::plan());
         assert!(texts(&mut narrator, &frame(10, Bus::Nominal, 0x302, &[1, 0])).is_empty());
         assert!(texts(&mut narrator, &frame(20, Bus::Nominal, 0x402, &[3, 1])).is_empty());
         assert!(texts(&mut narrator, &frame(21, Bus::Nominal, 0x382, &[3, 1, 99])).is_empty());
@@ -345,7 +304,9 @@ mod tests {
 
     #[test]
     fn traffic_of_unknown_images_is_counted_not_read() {
-        let mut narrator = Narrator::new(Scope::Protocol);
+        let mut plan = sample::plan();
+        plan.boards[1].own_image = Some("own".into());
+        let mut narrator = Narrator::new(&plan);
         let mut on = |ms, id, data: &[u8]| {
             let frame = WireFrame::standard(id, data);
             let seen = Seen::new(Bus::Nominal, frame, Scope::Protocol, 1, Nodes::default());
@@ -362,11 +323,42 @@ mod tests {
 
     #[test]
     fn network_management_is_told_in_words() {
-        let mut narrator = Narrator::new(Scope::Mission);
+        let mut narrator = Narrator::new(&sample::plan());
         assert_eq!(
             texts(&mut narrator, &frame(1, Bus::Redundant, 0x000, &[0x80, 3])),
             ["master: NMT enter pre-operational: node 3"]
         );
         assert_eq!(texts(&mut narrator, &frame(2, Bus::Nominal, 0x703, &[0])), ["node 3: boot-up"]);
+    }
+    #[test]
+    fn first_claim_on_each_bus_is_reported() {
+        let mut narrator = Narrator::new(&sample::plan());
+        let mut claim = |ms, bus| texts(&mut narrator, &frame(ms, bus, 0x680, &[2, 0]));
+        assert_eq!(
+            claim(100, Bus::Nominal),
+            ["master: first claim on the nominal bus: it is the active master"]
+        );
+        assert_eq!(
+            claim(101, Bus::Redundant),
+            ["master: first claim on the redundant bus: it is the active master"]
+        );
+        assert_eq!([claim(200, Bus::Nominal), claim(201, Bus::Redundant)], [[""; 0], [""; 0]]);
+    }
+
+    /// Given a cut and then the loss of the master, then each time is measured from its own fault.
+    #[test]
+    fn times_name_the_fault_that_they_are_measured_from() {
+        let mut narrator = Narrator::new(&sample::plan());
+        let at = Time::from_ms(900);
+        let loss = Occurrence { at, what: Happening::PowerOff(MASTER) };
+        let changes = [Since::Cut, Since::Loss].map(|since| Change::Recovered(2, since, Time::from_ms(400)));
+        let lines = narrator.narrate(&loss, &changes);
+        let texts: Vec<&str> = lines.iter().map(|line| line.text.as_str()).collect();
+        let expected = [
+            "===== master loses its power =====",
+            "commands and telemetry flow again, 400.0 ms after the cut",
+            "commands and telemetry flow again, 400.0 ms after the loss of the master",
+        ];
+        assert_eq!(texts, expected);
     }
 }

@@ -43,13 +43,15 @@ pub struct Options {
     #[arg(long, value_name = "S", default_value_t = 40.0, allow_negative_numbers = true, value_parser = seconds)]
     pub seconds: f64,
 
-    /// Fly two master boards, one of them the standby of the other (profile standby): no bus is cut, the active one loses its
-    /// power at the second of --cut-at
+    /// Fly two master boards at both ends of the buses, one of them the standby of the other (profile standby). At a quarter of
+    /// the second of --cut-at the standby is reset. At half of it the nominal bus is cut between the two halves of the slaves.
+    /// At the second of --cut-at the active master loses its power, and the standby takes over
     #[arg(long, conflicts_with_all = ["profile", "master"])]
     pub standby: bool,
 
     /// When the nominal bus is cut next to the master, in virtual seconds [0..SECONDS], or "never"
-    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again
+    /// [default: half of SECONDS]; node 4 needs 13 s after the cut to be found again. With --standby: when the active master
+    /// loses its power, at least 5; "never" leaves out all three faults
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub cut_at: Option<CutAt>,
 
@@ -66,7 +68,7 @@ pub struct Options {
 /// The value of `--cut-at`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CutAt {
-    /// No cut in this flight.
+    /// No cut in this flight, and no other fault.
     Never,
     /// Virtual seconds after the start.
     Second(f64),
@@ -131,7 +133,7 @@ impl Options {
         Ok(())
     }
 
-    /// What `--standby` stands for, written out.
+    /// Returns the options with the profile that `--standby` stands for.
     #[must_use]
     pub fn resolved(&self) -> Options {
         let mut options = self.clone();
@@ -173,7 +175,7 @@ impl Options {
         self.craft.add_shipped(&self.nodes(), images)
     }
 
-    /// Second of the cut, `None` for a flight without one.
+    /// Second of the cut, with two masters that of the loss of the active one; `None` for a flight without faults.
     ///
     /// # Errors
     /// When the cut lies after the end of the flight.

@@ -43,7 +43,7 @@ pub fn text(flight: &Flight, summary: &Summary) -> String {
     )
 }
 
-/// What a flight with images of the user's leaves out.
+/// Notice of what a flight with images of the user's leaves out.
 pub const UNKNOWN_IMAGES: &str =
     "images of your own: their commands and telemetry are recorded, but neither read nor judged";
 
@@ -60,7 +60,8 @@ fn mission_totals(mission: &MissionCounts) -> String {
 }
 
 fn mission_table(flight: &Flight) -> String {
-    let head = ["board", "access", "at the end", "fail-over", "TC due", "executed", "lost", "aborted"];
+    let head =
+        ["board", "access", "at the end", fail_over_title(flight), "TC due", "executed", "lost", "aborted"];
     let rows = flight.boards.iter().map(|board| {
         let track = &flight.observer.nodes()[&board.node];
         let of_slave = |text: String| track.access.map_or(String::new(), |_| text);
@@ -68,7 +69,7 @@ fn mission_table(flight: &Flight) -> String {
             name(board.node),
             track.kind(),
             at_the_end(track),
-            fail_over(track),
+            fail_over(flight, track),
             of_slave(track.tc_due.to_string()),
             of_slave(board.counted(|counters| counters.commands)),
             board.lost_frames.to_string(),
@@ -79,7 +80,16 @@ fn mission_table(flight: &Flight) -> String {
 }
 
 fn protocol_table(flight: &Flight) -> String {
-    let head = ["board", "image", "at the end", "fail-over", "heartbeats", "longest gap", "lost", "aborted"];
+    let head = [
+        "board",
+        "image",
+        "at the end",
+        fail_over_title(flight),
+        "heartbeats",
+        "longest gap",
+        "lost",
+        "aborted",
+    ];
     let rows = flight.plan.boards.iter().zip(&flight.boards).map(|(plan, board)| {
         let track = &flight.observer.nodes()[&board.node];
         let Heartbeats { count, longest_gap } = flight.heartbeats(board.node);
@@ -87,7 +97,7 @@ fn protocol_table(flight: &Flight) -> String {
             name(board.node),
             plan.image().into(),
             at_the_end(track),
-            fail_over(track),
+            fail_over(flight, track),
             count.to_string(),
             longest_gap.map_or("-".into(), milliseconds),
             board.lost_frames.to_string(),
@@ -99,13 +109,24 @@ fn protocol_table(flight: &Flight) -> String {
 
 fn at_the_end(track: &Track) -> String {
     let now = track.now();
-    format!("{}, {} bus", now.phase.name(), now.bus.name())
+    if !now.phase.is_powered() {
+        return now.phase.name().into();
+    }
+    format!("{}, {} bus", track.name_of(now.phase), now.bus.name())
 }
 
-/// Empty for the master.
-fn fail_over(track: &Track) -> String {
-    let unknown = if track.access.is_some() { "-" } else { "" };
-    track.failover.map_or(unknown.into(), milliseconds)
+fn fail_over_title(flight: &Flight) -> &'static str {
+    if flight.masters() > 1 { "fail-over / takeover" } else { "fail-over" }
+}
+
+/// Time from the cut; in a flight of two masters also that from the loss of the active one. Empty for a master.
+fn fail_over(flight: &Flight, track: &Track) -> String {
+    let text = |time: Option<Time>| time.map_or("-".into(), milliseconds);
+    match (track.access, flight.masters()) {
+        (None, _) => String::new(),
+        (Some(_), 1) => text(track.failover),
+        (Some(_), _) => format!("{} / {}", text(track.failover), text(track.takeover)),
+    }
 }
 
 fn milliseconds(time: Time) -> String {
@@ -160,10 +181,26 @@ mod tests {
         let flight = sample::flight();
         let text = text(&flight, &Summary::of(&flight));
         for expected in [
-            "master               operational, redundant bus",
+            "master               active, redundant bus     ",
             "node 4   selective   operational, redundant bus   12406.0 ms      271        271",
             "2 of 2 slaves operational; changes of bus: 1; load: nominal 2.25 %, redundant 1.5 %",
             "TC: 778 on the wire, 660 due, 660 executed, 0 repeats dropped",
+        ] {
+            assert!(text.contains(expected), "no {expected:?} in\n{text}");
+        }
+    }
+
+    /// Both master boards show their roles, and each slave its time from the cut and from the loss of the master.
+    #[test]
+    fn table_of_two_masters_has_roles_and_both_times() {
+        let flight = sample::standby::flight();
+        let text = text(&flight, &Summary::of(&flight));
+        for expected in [
+            "fail-over / takeover",
+            "master                off ",
+            "master 2              active, redundant bus",
+            "node 2     parallel   operational, redundant bus   1205.0 ms / 305.0 ms",
+            "master 2 took over 399.0 ms after the last heartbeat of master",
         ] {
             assert!(text.contains(expected), "no {expected:?} in\n{text}");
         }

@@ -1,4 +1,4 @@
-//! What is decided before a flight: its boards and images; by the seed their crystals, places on the bus and power-on times.
+//! Plan of a flight: its boards, images and faults. The seed decides crystals, places on the bus and power-on times.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use support::board::{BoardName, Profile, TRANSCEIVER_SWITCH};
 use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 use support::misuse::Misuse;
 
-/// The usual seed.
+/// Seed of a flight without `--seed`.
 pub const SEED: u64 = 1;
 
 /// The slaves with selective access in the profile `librecube`.
@@ -35,14 +35,19 @@ const WARM: Time = Time::from_ms(40_000);
 const WHITE_PPB: f64 = 1.0;
 const WALK_PPB: f64 = 2.0;
 
-/// Where the slaves sit, metres from the master's end of the bus.
+/// Places of the slaves, metres from the master's end of the bus.
 const PLACES_M: std::ops::Range<f64> = 1.0..30.0;
 
-/// Where the second one of two masters sits, metres from the other one: nearer than any slave.
-const SECOND_AT_M: f64 = 0.3;
+/// Place of the second one of two masters, metres from the other one: the far end of the bus, behind all slaves.
+const SECOND_AT_M: f64 = 31.0;
 
-/// Where the bus is cut, metres from the master.
+/// Place of the cut in a flight with one master, metres from the master.
 const CUT_AT_M: f64 = 0.5;
+
+/// With two masters the active one loses its power at the second of `--cut-at`. At these shares of that second the standby is
+/// reset, and the bus is cut.
+const RESET_SHARE: f64 = 0.25;
+const CUT_SHARE: f64 = 0.5;
 
 /// Latest power-on of a board after the start of the flight, microseconds.
 const POWER_ON_WITHIN_US: u64 = 300_000;
@@ -62,7 +67,7 @@ pub struct BoardPlan {
     pub crystal_ppm: f64,
     /// Place on both buses, metres from the master's end.
     pub position_m: f64,
-    /// When it gets power.
+    /// Time of its power-on.
     pub power_on: Time,
 }
 
@@ -110,24 +115,26 @@ pub struct Plan {
     pub board: BoardName,
     /// Mission profile of the shipped images.
     pub profile: Profile,
-    /// Where the numbers below come from.
+    /// Seed of the numbers below.
     pub seed: u64,
     /// Master first, then the slaves by Node-ID, then the second master, if there is one.
     pub boards: Vec<BoardPlan>,
     /// Length of the flight.
     pub end: Time,
+    /// Time at which the standby of two masters is reset.
+    pub standby_reset: Option<Time>,
     /// The cut: which bus, when, and how far from the master's end.
     pub cut: Option<CutPlan>,
-    /// When the active one of two masters loses its power.
+    /// Time at which the active one of two masters loses its power.
     pub loss: Option<Time>,
 }
 
 /// A cut to be made.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutPlan {
-    /// The bus.
+    /// Bus that is cut.
     pub bus: Bus,
-    /// When.
+    /// Time of the cut.
     pub at: Time,
     /// Metres from the master's end.
     pub position_m: f64,
@@ -153,16 +160,40 @@ impl Plan {
             board.is_minimal = options.minimal_nodes().contains(&board.node);
             board.has_one_controller = options.one_controller_nodes().contains(&board.node);
         }
-        let fault = options.cut_second()?.map(from_seconds);
+        let fault = options.cut_second()?;
+        let at = |share| fault.map(|second| from_seconds(share * second));
         let has_standby = boards.iter().any(|board| board.node == SECOND_MASTER);
-        let (loss, cut) = if has_standby { (fault, None) } else { (None, fault) };
-        let cut = cut.map(|at| CutPlan { bus: Bus::Nominal, at, position_m: CUT_AT_M });
-        let Options { craft, seed, seconds, .. } = options;
-        let (board, profile) = (craft.board, craft.profile);
-        Ok(Plan { board, profile, seed: *seed, boards, end: from_seconds(*seconds), cut, loss })
+        let (cut_at, position_m) =
+            if has_standby { (at(CUT_SHARE), between_halves(&boards)) } else { (at(1.0), CUT_AT_M) };
+        Ok(Plan {
+            board: options.craft.board,
+            profile: options.craft.profile,
+            seed: options.seed,
+            boards,
+            end: from_seconds(options.seconds),
+            standby_reset: at(RESET_SHARE).filter(|_| has_standby),
+            cut: cut_at.map(|at| CutPlan { bus: Bus::Nominal, at, position_m }),
+            loss: at(1.0).filter(|_| has_standby),
+        })
     }
 
-    /// How much of the traffic has a meaning.
+    /// Place of a cut among the boards, for people.
+    pub fn place(&self, cut: &CutPlan) -> &'static str {
+        let mut slaves = self.boards.iter().filter(|board| !is_master(board.node));
+        let is_behind = |board: &BoardPlan| board.position_m > cut.position_m;
+        match () {
+            () if slaves.clone().all(is_behind) => "next to the master",
+            () if slaves.any(is_behind) => "between the slaves",
+            () => "behind the last slave",
+        }
+    }
+
+    /// The other one of two master boards.
+    pub fn other_master(&self, board: Node) -> Option<Node> {
+        self.boards.iter().map(|other| other.node).find(|node| is_master(*node) && *node != board)
+    }
+
+    /// Scope of the traffic that has a meaning.
     pub fn scope(&self) -> Scope {
         let is_shipped = self.boards.iter().all(|board| board.own_image.is_none());
         if is_shipped { Scope::Mission } else { Scope::Protocol }
@@ -189,7 +220,7 @@ impl Plan {
         }
     }
 
-    /// How long they listen on one bus: Ttoggle consumer times.
+    /// Time that they listen on one bus: Ttoggle consumer times.
     pub fn toggling_time(&self) -> Time {
         Time::from_us(self.consumer_time().as_us() * self.ttoggle())
     }
@@ -225,6 +256,64 @@ pub fn boards(seed: u64, nodes: &BTreeSet<Node>) -> Vec<BoardPlan> {
         .collect()
 }
 
+/// Halfway between the two slaves in the middle of the bus, metres. Of an odd number of slaves the half with the first master has
+/// one more; of one slave, the other half is the second master alone.
+fn between_halves(boards: &[BoardPlan]) -> f64 {
+    let slaves = boards.iter().filter(|board| !is_master(board.node));
+    let mut places: Vec<f64> = slaves.map(|board| board.position_m).collect();
+    places.sort_by(f64::total_cmp);
+    let first_half = places.len().div_ceil(2);
+    places.push(SECOND_AT_M);
+    places[..=first_half].iter().rev().take(2).sum::<f64>() / 2.0
+}
+
 fn from_seconds(seconds: f64) -> Time {
     Time::from_us((seconds * 1e6).round() as u64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn planned(slaves: u8) -> Plan {
+        let mut options = Options { standby: true, ..Options::default() };
+        options.craft.slaves = slaves;
+        Plan::new(&options.resolved()).expect("the options fit together")
+    }
+
+    #[test]
+    fn flight_of_two_masters_has_three_faults() {
+        let plan = planned(3);
+        let at = [plan.standby_reset, plan.cut.map(|cut| cut.at), plan.loss];
+        assert_eq!(at, [5, 10, 20].map(|second| Some(Time::from_ms(1000 * second))));
+        let one = Plan::default();
+        assert_eq!((one.standby_reset, one.loss), (None, None));
+        assert_eq!(
+            one.cut.map(|cut| (cut.at, one.place(&cut))),
+            Some((Time::from_ms(20_000), "next to the master"))
+        );
+    }
+
+    /// Given 1, 2, 3 or 14 slaves, then the half of the first master has 1, 1, 2 or 7 of them, and the second master is in the other
+    /// half.
+    #[test]
+    fn cut_parts_the_slaves_into_halves() {
+        for (slaves, first_half) in [(1, 1), (2, 1), (3, 2), (14, 7)] {
+            let plan = planned(slaves);
+            let cut = plan.cut.expect("a cut");
+            let near = plan.boards.iter().filter(|board| board.position_m < cut.position_m);
+            assert_eq!(
+                near.map(|board| board.node).filter(|node| !is_master(*node)).count(),
+                first_half,
+                "{slaves} slaves"
+            );
+            assert!(
+                plan.boards
+                    .iter()
+                    .any(|board| board.node == SECOND_MASTER && board.position_m > cut.position_m)
+            );
+            let place = if slaves == 1 { "behind the last slave" } else { "between the slaves" };
+            assert_eq!(plan.place(&cut), place, "{slaves} slaves");
+        }
+    }
 }

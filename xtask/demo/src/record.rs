@@ -1,4 +1,4 @@
-//! What can happen in a flight, as the observers of the demo see it.
+//! Records of a flight, as the observers of the demo see it.
 //!
 //! Everything after the flight itself (narrator, observer, logs, report) works on these records, in order of time.
 
@@ -6,6 +6,7 @@ use can_wire::frame::WireFrame;
 use can_wire::time::Time;
 
 use super::meaning::{Meaning, Scope};
+use super::plan::CutPlan;
 pub use support::craft::{MASTER, Node, SECOND_MASTER, is_master};
 pub use twin::spacecraft::Bus;
 
@@ -44,7 +45,7 @@ pub struct Seen {
     pub meaning: Option<Meaning>,
     /// Board that sent it.
     pub from: Node,
-    /// Whose controllers received it: live, on the same side of a cut.
+    /// Boards whose controllers received it: live, on the same side of a cut.
     pub reached: Nodes,
 }
 
@@ -72,21 +73,23 @@ pub enum Level {
 }
 
 /// Something that happened.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Happening {
     /// A board got power.
     PowerOn(Node),
     /// A board lost its power.
     PowerOff(Node),
-    /// The demo cut a bus next to the master.
-    Cut(Bus),
+    /// The demo pulled the reset pin of a board.
+    Reset(Node),
+    /// The demo cut a bus.
+    Cut(CutPlan),
     /// A frame completed.
     Frame(Seen),
     /// A firmware logged a line.
     Log {
-        /// On which board.
+        /// Board of the firmware.
         node: Node,
-        /// How bad.
+        /// Severity.
         level: Level,
         /// The text, one line.
         text: String,
@@ -94,10 +97,10 @@ pub enum Happening {
 }
 
 /// Something that happened, and when.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Occurrence {
     /// Virtual time; for a frame the end of its last bit.
     pub at: Time,
-    /// What.
+    /// The event.
     pub what: Happening,
 }

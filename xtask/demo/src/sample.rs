@@ -1,6 +1,8 @@
-//! A made-up flight of a master and two slaves, for the tests of summary and report.
+//! A made-up flight of a master and two slaves, for the tests of summary and report; [`standby`] is one of two masters.
 //!
 //! 40 s, cut at 20 s, switch 600 ms later; slave 2 (parallel) follows at once, slave 4 (selective) 12.5 s later.
+
+pub mod standby;
 
 use std::time::Duration;
 
@@ -24,6 +26,7 @@ use twin::pulses::{Errors, Sample};
 const CUT_MS: u64 = 20_000;
 const SWITCH_MS: u64 = 20_600;
 const SELECTIVE_SWITCH_MS: u64 = 32_350;
+const CUT: CutPlan = CutPlan { bus: Bus::Nominal, at: Time::from_ms(CUT_MS), position_m: 0.5 };
 
 /// TC frames that complete: slave 2 has no gap but the isolation of the master, slave 4 is sent for all the same.
 pub const COMMANDS_ON_THE_WIRE: u64 = 2 * (195 + 194);
@@ -47,7 +50,7 @@ fn frame(ms: u64, bus: Bus, from: Node, id: u16, data: &[u8], reached: &[Node]) 
     at(ms, Happening::Frame(Seen::new(bus, frame, Scope::Mission, from, reached)))
 }
 
-/// Where the master sends at `ms`, `None` while nobody acknowledges.
+/// Bus of the master at `ms`; `None` while no node acknowledges.
 fn master_bus(ms: u64) -> Option<Bus> {
     match ms {
         ..CUT_MS => Some(Bus::Nominal),
@@ -65,7 +68,7 @@ fn records() -> Vec<Occurrence> {
         frame(112, Bus::Nominal, 2, 0x702, &[0], &[1]),
         frame(232, Bus::Nominal, 4, 0x704, &[0], &[1, 2]),
         frame(240, Bus::Nominal, 1, 0x000, &[1, 0], &[2, 4]),
-        at(CUT_MS, Happening::Cut(Bus::Nominal)),
+        at(CUT_MS, Happening::Cut(CUT)),
         at(
             SWITCH_MS - 1,
             Happening::Log { node: 1, level: Level::Warn, text: "nominal bus isolated, switching".into() },
@@ -122,7 +125,7 @@ fn records() -> Vec<Occurrence> {
     records
 }
 
-/// What was to be flown.
+/// Plan of the flight.
 pub fn plan() -> Plan {
     let board = |node, crystal_ppm, position_m, power_on| BoardPlan {
         node,
@@ -139,7 +142,8 @@ pub fn plan() -> Plan {
         seed: 1,
         boards: vec![board(1, 12.0, 0.0, 20), board(2, -31.5, 4.2, 110), board(4, 48.0, 17.0, 230)],
         end: Time::from_ms(40_000),
-        cut: Some(CutPlan { bus: Bus::Nominal, at: Time::from_ms(CUT_MS), position_m: 0.5 }),
+        standby_reset: None,
+        cut: Some(CUT),
         loss: None,
     }
 }
@@ -148,7 +152,7 @@ pub fn plan() -> Plan {
 pub fn flight() -> Flight {
     let plan = plan();
     let mut observer = Observer::new(&plan);
-    let mut narrator = Narrator::new(Scope::Mission);
+    let mut narrator = Narrator::new(&plan);
     let records = records();
     let story = records.iter().flat_map(|record| narrator.narrate(record, &observer.on(record))).collect();
     observer.conclude(plan.end);

@@ -9,6 +9,7 @@ use super::flight::Flight;
 use super::meaning::{Meaning, Scope};
 use super::plan::BoardPlan;
 use super::record::{Bus, Node, is_master};
+use super::track::Track;
 use super::verdict::Verdict;
 use twin::pulses::Errors;
 
@@ -42,6 +43,8 @@ pub struct Summary {
     pub wall_seconds: f64,
     /// Instructions of all emulated CPUs per microsecond of wall time.
     pub emulated_mips: f64,
+    /// Second at which the standby of two masters was reset, `null` without that.
+    pub standby_reset_at_seconds: Option<f64>,
     /// Second of the cut, `null` without one.
     pub cut_at_seconds: Option<f64>,
     /// Second at which the active one of two masters lost its power, `null` without that.
@@ -62,7 +65,7 @@ pub struct Summary {
     pub frames: BTreeMap<&'static str, u64>,
     /// Load of each bus over the whole flight, percent.
     pub bus_load_percent: BTreeMap<&'static str, f64>,
-    /// How often the first master changed the bus.
+    /// Number of changes of bus of the first master.
     pub bus_changes: usize,
     /// Heartbeats of each node that completed; 127 is the second master.
     pub heartbeats: BTreeMap<Node, u64>,
@@ -71,10 +74,11 @@ pub struct Summary {
     /// Commands and telemetry; only of flights with shipped images alone.
     #[serde(flatten)]
     pub mission: Option<MissionCounts>,
-    /// Per slave, from the cut to the first TC due or TM on the other bus, or from the loss of the master to the first TC due or TM
-    /// after the takeover; with an image of the user's in the flight, to the
-    /// first heartbeat as operational there. `null` when that never came.
+    /// Per slave, from the cut to the first TC due or TM on the other bus; with an image of the user's in the flight, to the first
+    /// heartbeat as operational there. `null` when that never came, or not before the loss of the active master.
     pub failover_ms: BTreeMap<Node, Option<f64>>,
+    /// Likewise, from the loss of the active master to the first TC due or TM, or heartbeat as operational, after the takeover.
+    pub takeover_failover_ms: BTreeMap<Node, Option<f64>>,
     /// Slaves that are operational on some bus at the end.
     pub slaves_operational_at_end: usize,
     /// Frames admitted by a filter and never handled by the node, all boards.
@@ -91,7 +95,7 @@ pub struct Summary {
     pub panics: u64,
 }
 
-/// What only the shipped mission has.
+/// Commands and telemetry of the shipped mission.
 #[derive(Clone, Debug, Serialize)]
 pub struct MissionCounts {
     /// TC frames that completed on a wire.
@@ -129,6 +133,7 @@ impl Summary {
             virtual_seconds: rounded(flight.end.as_secs_f64(), 6),
             wall_seconds: rounded(wall_seconds, 3),
             emulated_mips: rounded(instructions as f64 / 1e6 / wall_seconds, 2),
+            standby_reset_at_seconds: flight.standby_reset().map(|(at, _)| at.as_secs_f64()),
             cut_at_seconds: flight.cut().map(|(at, _)| at.as_secs_f64()),
             master_lost_at_seconds: flight.loss().map(|(at, _)| at.as_secs_f64()),
             takeover_ms: flight.takeover().map(|takeover| milliseconds(takeover.took())),
@@ -147,11 +152,8 @@ impl Summary {
                 .map(|(node, heartbeats)| (node, heartbeats.longest_gap.map(milliseconds)))
                 .collect(),
             mission: (flight.plan.scope() == Scope::Mission).then(|| MissionCounts::of(flight)),
-            failover_ms: flight
-                .observer
-                .slaves()
-                .map(|(node, track)| (node, track.failover.map(milliseconds)))
-                .collect(),
+            failover_ms: per_slave(flight, |track| track.failover),
+            takeover_failover_ms: per_slave(flight, |track| track.takeover),
             slaves_operational_at_end: flight
                 .observer
                 .slaves()
@@ -191,6 +193,10 @@ fn clock_errors(flight: &Flight, figure: fn(&Errors) -> f64) -> BTreeMap<Node, O
     let of = |node| flight.clocks.iter().find(|clock| clock.node == node)?.settled();
     let slaves = flight.observer.slaves();
     slaves.map(|(node, _)| (node, of(node).map(|settled| rounded(figure(&settled), 1)))).collect()
+}
+
+fn per_slave(flight: &Flight, time: fn(&Track) -> Option<Time>) -> BTreeMap<Node, Option<f64>> {
+    flight.observer.slaves().map(|(node, track)| (node, time(track).map(milliseconds))).collect()
 }
 
 fn milliseconds(time: Time) -> f64 {
@@ -280,6 +286,18 @@ mod tests {
         assert_eq!(summary.heartbeat_longest_gap_ms[&2], Some(250.0));
     }
 
+    /// Cut at 10 s, first TC on the redundant bus at 11.205 s; loss at 20 s, first TC of the other master at 20.305 s.
+    #[test]
+    fn flight_of_two_masters_has_both_times_of_each_slave() {
+        let summary = Summary::of(&sample::standby::flight());
+        let faults =
+            [summary.standby_reset_at_seconds, summary.cut_at_seconds, summary.master_lost_at_seconds];
+        assert_eq!(faults, [Some(5.0), Some(10.0), Some(20.0)]);
+        assert_eq!(summary.failover_ms, BTreeMap::from([(2, Some(1_205.0)), (4, Some(1_205.0))]));
+        assert_eq!(summary.takeover_failover_ms, BTreeMap::from([(2, Some(305.0)), (4, Some(305.0))]));
+        assert_eq!((summary.takeover_ms, summary.bus_changes), (Some(399.0), 1));
+    }
+
     #[test]
     fn unknown_images_have_their_names_and_no_commands() {
         let mut flight = sample::flight();
@@ -308,6 +326,8 @@ mod tests {
             "tm_requested",
             "tm_received",
             "failover_ms",
+            "takeover_failover_ms",
+            "standby_reset_at_seconds",
             "slaves_operational_at_end",
             "lost_frames",
             "aborted_frames",

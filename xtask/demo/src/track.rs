@@ -1,16 +1,16 @@
-//! What a node is doing, as far as the wires show it.
+//! State of a node over time, as far as the wires show it.
 
 use can_wire::time::Time;
 
+use super::change::Change;
 use super::liveness::Liveness;
 use super::meaning::{NmtCommand, NmtState};
-use super::observer::Change;
 use super::record::{Bus, Node};
 
-/// How long a heartbeat can have waited for the bus: more than all frames that may be ahead of it.
+/// Longest time that a heartbeat can have waited for the bus: longer than all frames that may be ahead of it.
 pub(super) const SETTLING: Time = Time::from_ms(5);
 
-/// How a slave uses the two buses (ECSS 4.8.1).
+/// Access of a slave to the two buses (ECSS 4.8.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusAccess {
     /// Both controllers live.
@@ -32,7 +32,7 @@ impl BusAccess {
     }
 }
 
-/// What a node is doing, as far as the wires show it.
+/// State of a node, as far as the wires show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Phase {
     /// No power.
@@ -48,7 +48,7 @@ pub enum Phase {
 }
 
 impl Phase {
-    /// Whether it can use a bus.
+    /// Returns whether the node has power.
     pub fn is_powered(self) -> bool {
         self != Phase::Off
     }
@@ -70,11 +70,11 @@ impl Phase {
 /// A node's phase and bus from an instant on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
-    /// From when.
+    /// Begin of the span.
     pub from: Time,
-    /// Doing what.
+    /// Phase of the node.
     pub phase: Phase,
-    /// On which bus.
+    /// Bus on which it works.
     pub bus: Bus,
 }
 
@@ -87,14 +87,16 @@ pub struct Track {
     pub is_minimal: bool,
     /// One with one controller and two transceivers.
     pub has_one_controller: bool,
-    /// Everything it did, oldest first, never empty.
+    /// All spans, oldest first, never empty.
     pub spans: Vec<Span>,
     /// Commands that it had to execute.
     pub tc_due: u64,
     /// Resets of the node that the master commanded.
     pub resets_due: u64,
-    /// From the cut until it worked on the other bus, see [`Change::Recovered`].
+    /// From the cut until it worked on the other bus, see [`Change::Recovered`]. `None` also where the active master was lost before.
     pub failover: Option<Time>,
+    /// From the loss of the active master until it worked for the other one.
+    pub takeover: Option<Time>,
     pub(super) liveness: Liveness,
     pub(super) master_heard: Option<Time>,
     pub(super) settled: Time,
@@ -112,20 +114,29 @@ impl Track {
             tc_due: 0,
             resets_due: 0,
             failover: None,
+            takeover: None,
             liveness: Liveness::default(),
             master_heard: None,
             settled: Time::ZERO,
         }
     }
 
-    /// How it uses the buses, for people; empty for a master. One controller has selective access.
+    /// Bus access of the node, for people; empty for a master. A node with one controller has selective access.
     pub fn kind(&self) -> String {
         let access = self.access.map_or("", BusAccess::name);
         let access = if self.has_one_controller { "1 controller" } else { access };
         if self.is_minimal { format!("{access}, minimal") } else { access.to_owned() }
     }
 
-    /// What it is doing now.
+    /// Name of one of its phases, for people. The role of a master board is active, not operational.
+    pub fn name_of(&self, phase: Phase) -> &'static str {
+        match (self.access, phase) {
+            (None, Phase::Nmt(NmtState::Operational)) => "active",
+            _ => phase.name(),
+        }
+    }
+
+    /// Returns the present span.
     pub fn now(&self) -> Span {
         *self.spans.last().expect("a track begins with a span")
     }

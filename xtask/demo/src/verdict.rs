@@ -1,4 +1,4 @@
-//! Whether a flight was a good one, and if not, why.
+//! Verdict on a flight, with the reasons why it did not pass.
 
 use serde::Serialize;
 
@@ -8,7 +8,7 @@ use super::narrator::name;
 use super::record::MASTER;
 use super::track::BusAccess;
 
-/// How a flight ended.
+/// Result of a flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Outcome {
@@ -23,7 +23,7 @@ pub enum Outcome {
 /// Outcome and reasons, as `summary.json` has them.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Verdict {
-    /// How the flight ended.
+    /// Result of the flight.
     #[serde(rename = "verdict")]
     pub outcome: Outcome,
     /// Why it did not pass, one sentence each; empty when it passed.
@@ -53,7 +53,7 @@ fn stopped(flight: &Flight, interruption: Interruption) -> String {
 
 /// Why a whole flight was not a good one; empty when it was.
 pub fn faults(flight: &Flight) -> Vec<String> {
-    [not_operational(flight), no_takeover(flight), damage(flight)].concat()
+    [not_operational(flight), of_masters(flight), damage(flight)].concat()
 }
 
 /// Slaves that are not operational at the end. Minimal ones are wherever they are: those that are not on the bus of the master.
@@ -82,19 +82,30 @@ fn not_operational(flight: &Flight) -> Vec<String> {
         .collect()
 }
 
-/// A master that was lost, and that no other one took over from; or that was not there to be lost.
-fn no_takeover(flight: &Flight) -> Vec<String> {
-    let fault = match (flight.plan.loss, flight.loss()) {
-        (Some(_), Some((_, board))) if flight.takeover().is_none() => {
-            format!("no board took over from {} until the end", name(board))
-        }
-        (Some(at), None) => format!("no master was active at {} s to lose its power", at.as_secs_f64()),
-        _ => return Vec::new(),
+/// Faults of two master boards: two were active at once, none took over, or none was active when the demo had to cause a fault.
+fn of_masters(flight: &Flight) -> Vec<String> {
+    let rivalry = flight.observer.rivalry().map(|rival| {
+        let (at, rival, active) = (rival.first.as_secs_f64(), name(rival.to), name(rival.from));
+        format!("two masters were active: {rival} sent 701h at {at} s, while {active} had power")
+    });
+    let reset = match (flight.plan.standby_reset, flight.standby_reset()) {
+        (Some(at), None) => Some(format!(
+            "no master was active at {} s, so no standby was reset: give a later --cut-at",
+            at.as_secs_f64()
+        )),
+        _ => None,
     };
-    vec![fault]
+    let takeover = match (flight.plan.loss, flight.loss()) {
+        (Some(_), Some((_, board))) if flight.takeover().is_none() => {
+            Some(format!("no board took over from {} until the end", name(board)))
+        }
+        (Some(at), None) => Some(format!("no master was active at {} s to lose its power", at.as_secs_f64())),
+        _ => None,
+    };
+    [rivalry, reset, takeover].into_iter().flatten().collect()
 }
 
-/// What must not happen at any time of a flight.
+/// Faults that excuse nothing, not even an early end of the flight.
 fn damage(flight: &Flight) -> Vec<String> {
     let mut faults = Vec::new();
     for board in &flight.boards {
@@ -213,6 +224,30 @@ mod tests {
         assert_eq!(faults(&flight), ["no master was active at 40 s to lose its power"]);
         flight.records.push(Occurrence { at: flight.end, what: Happening::PowerOff(1) });
         assert_eq!(faults(&flight), ["no board took over from master until the end"]);
+        flight.plan.standby_reset = Some(Time::from_ms(500));
+        assert_eq!(
+            faults(&flight)[0],
+            "no master was active at 0.5 s, so no standby was reset: give a later --cut-at"
+        );
+    }
+
+    /// Given a second board that sends 701h while the active master has power, then the flight fails and names both.
+    #[test]
+    fn flight_with_two_active_masters_fails() {
+        let mut flight = sample::standby::flight();
+        assert_eq!(faults(&flight), Vec::<String>::new());
+        flight.observer = crate::observer::Observer::new(&flight.plan);
+        let rival = (Bus::Redundant, WireFrame::standard(0x701, &[5]));
+        let rival =
+            Seen::new(rival.0, rival.1, Scope::Mission, crate::record::SECOND_MASTER, Nodes::default());
+        let rival = Occurrence { at: Time::from_ms(11_500), what: Happening::Frame(rival) };
+        let place = flight.records.partition_point(|record| record.at < rival.at);
+        flight.records.insert(place, rival);
+        for record in &flight.records {
+            flight.observer.on(record);
+        }
+        let expected = "two masters were active: master 2 sent 701h at 11.5 s, while master had power";
+        assert_eq!(faults(&flight)[0], expected);
     }
 
     /// Commands of a user's images are not judged, as the demo does not know how many were due.

@@ -137,7 +137,9 @@ fn standby(context: &Context) -> anyhow::Result<(f64, f64)> {
     let options = Options { standby: true, seconds: 4.0, ..Options::default() }.resolved();
     let (mut worst, mut load): (f64, f64) = (0.0, 0.0);
     for at in LOSSES_MS {
-        let flight = context.fly(Plan { loss: Some(Time::from_ms(at)), ..Plan::new(&options)? })?;
+        let loss = Some(Time::from_ms(at));
+        let plan = Plan { standby_reset: None, cut: None, loss, ..Plan::new(&options)? };
+        let flight = context.fly(plan)?;
         let takeover = flight.takeover().with_context(|| format!("no takeover after a loss at {at} ms"))?;
         worst = worst.max(milliseconds(takeover.took()));
         load = load.max(100.0 * flight.load(Bus::Redundant));

@@ -4,6 +4,7 @@ use can_wire::time::Time;
 
 use super::axis::{Axis, Layout};
 use super::chart::{self, CURVES, Row};
+use super::faults::Marks;
 use super::svg::Svg;
 use crate::flight::Flight;
 use crate::narrator::name;
@@ -29,7 +30,8 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
     let (lowest, highest) = (DECADES.0, DECADES.1.max(largest.log10().ceil() as i32));
     let names: Vec<String> = flight.clocks.iter().map(|clock| name(clock.node)).collect();
     let key = chart::key(&names.iter().map(String::as_str).collect::<Vec<_>>(), layout);
-    let top = TOP + key.last().map_or(0.0, |(_, y)| *y);
+    let marks = Marks::of(flight, &axis);
+    let top = TOP + key.last().map_or(0.0, |(_, y)| *y) + marks.height();
     let bottom = top + f64::from(highest - lowest) * DECADE;
     let height = |error_ns: f64| bottom - (error_ns.abs().max(1.0).log10() - f64::from(lowest)) * DECADE;
     let mut svg = Svg::new(layout.width, bottom + AXIS, "Error of the slaves' clocks over time");
@@ -42,11 +44,7 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
         svg.line("grid", (left, y), (right, y));
         svg.text("soft end", left - 12.0, y + 4.0, &chart::duration(10_f64.powi(exponent)));
     }
-    if let Some(cut) = flight.fault() {
-        let (x, label) = (axis.x(cut), if flight.cut().is_some() { "cut" } else { "power off" });
-        svg.line("cut", (x, top - 4.0), (x, bottom));
-        svg.text("cut-label middle", x, top - 8.0, label);
-    }
+    marks.draw(&mut svg, top, bottom, 8.0);
     for (place, (clock, &at)) in flight.clocks.iter().zip(&key).enumerate() {
         let dashed = if place < CURVES.len() { "" } else { " dashed" };
         let class = format!("{} close-up{dashed}", CURVES[place % CURVES.len()]);

@@ -3,20 +3,23 @@
 pub mod axis;
 pub mod chart;
 mod clocks;
+mod faults;
+mod flags;
+mod header;
+mod kind;
+mod labels;
 mod paint;
 mod states;
 pub mod svg;
 mod tables;
 mod timeline;
 
+use crate::change::Since;
 use crate::flight::Flight;
 use crate::meaning::Scope;
-use crate::narrator::name;
-use crate::outcome::UNKNOWN_IMAGES;
 use crate::record::Bus;
 use crate::summary::Summary;
 use crate::track::BusAccess;
-use crate::verdict::{Outcome, Verdict};
 use axis::Layout;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use support::board::Profile;
@@ -48,13 +51,17 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
             }
             body {
                 main {
-                    (header(flight, summary))
-                    (tiles(summary))
-                    (section("The two buses", BUSES_HELP, &both(|layout| timeline::overview(flight, layout))))
-                    @if let Some(wide) = timeline::close_up(flight, Layout::WIDE) {
-                        @let narrow = timeline::close_up(flight, Layout::NARROW);
-                        @let (title, help) = around(flight);
-                        (section(title, help, &each(&wide, narrow.as_ref())))
+                    (header::header(flight, summary))
+                    (header::tiles(summary))
+                    (section("The two buses", &buses_help(flight), &both(|layout| timeline::overview(flight, layout))))
+                    @for (since, title, help) in [
+                        (Since::Cut, "Around the cut", cut_help(flight)),
+                        (Since::Loss, "Around the takeover", LOSS_HELP.into()),
+                    ] {
+                        @if let Some(wide) = timeline::close_up(flight, since, Layout::WIDE) {
+                            @let narrow = timeline::close_up(flight, since, Layout::NARROW);
+                            (section(title, &help, &each(&wide, narrow.as_ref())))
+                        }
                     }
                     (section("What every node did", NODES_HELP, &html! {
                         (both(|layout| states::draw(flight, layout)))
@@ -70,7 +77,7 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
                         }))
                     }
                     .columns {
-                        (section("Fail-over", failover_help(flight), &tables::failover(flight)))
+                        (section("Fail-over", &failover_help(flight), &tables::failover(flight)))
                         (section("Frames", "Completed frames per bus, and the share of the flight in which the bus was busy.", &tables::frames(flight)))
                     }
                     (section("Boards", boards_help(scope), &tables::boards(flight)))
@@ -87,20 +94,37 @@ pub fn page(flight: &Flight, summary: &Summary) -> String {
 const BUSES_HELP: &str = "Every frame that completed is a tick in the row of its kind. The shaded stretch is the bus on \
     which the master sends its heartbeat: that is what makes a bus the active one.";
 
+const CLAIMS_HELP: &str = "The active master also sends claims, one with each heartbeat, on both buses. A standby that is cut off \
+    from the active bus hears them on the other one and stays silent.";
+
+fn buses_help(flight: &Flight) -> String {
+    if flight.masters() > 1 { format!("{BUSES_HELP} {CLAIMS_HELP}") } else { BUSES_HELP.into() }
+}
+
 const CUT_HELP: &str = "The same, stretched. After the cut, no node acknowledges the master. None of its frames completes \
     until it moves to the other bus and takes the slaves with parallel access along.";
+
+const PARTED_HELP: &str = "The same, stretched. The cut parts the nominal bus. The standby and the slaves on its side hear no \
+    701h any more. These slaves become pre-operational after their consumer time. The active master moves to the redundant bus, \
+    and all slaves follow. ";
+
+const UNMOVED_HELP: &str = "The same, stretched. The cut parts the nominal bus, and the active master stays there. The standby \
+    hears no 701h any more. ";
+
+const SILENT_HELP: &str = "The standby hears claims on the redundant bus all the time and stays silent: exactly one master is \
+    active.";
+
+fn cut_help(flight: &Flight) -> String {
+    match (flight.masters(), flight.switch()) {
+        (1, _) => CUT_HELP.into(),
+        (_, Some(_)) => format!("{PARTED_HELP}{SILENT_HELP}"),
+        (_, None) => format!("{UNMOVED_HELP}{SILENT_HELP}"),
+    }
+}
 
 const LOSS_HELP: &str = "The same, stretched. Without its master the network is silent but for the slaves, which become \
     pre-operational after their consumer time of 250 ms. The other board was silent up to then: after its own consumer time of \
     400 ms it sends 701h, and starts the slaves.";
-
-/// Title and help of the stretched picture.
-fn around(flight: &Flight) -> (&'static str, &'static str) {
-    match flight.loss() {
-        Some(_) => ("Around the takeover", LOSS_HELP),
-        None => ("Around the cut", CUT_HELP),
-    }
-}
 
 const NODES_HELP: &str = "Taken from the wires: heartbeats and commands that reached the node, not its own memory. The thin \
     line below a bar is the bus on which the node works. Point at a bar for its times.";
@@ -123,14 +147,17 @@ fn clocks_help(flight: &Flight) -> String {
     )
 }
 
-fn failover_help(flight: &Flight) -> &'static str {
-    match flight.plan.scope() {
-        _ if flight.plan.loss.is_some() => {
-            "From the loss of the active master until the slave worked for the other one."
+fn failover_help(flight: &Flight) -> String {
+    let works = match flight.plan.scope() {
+        Scope::Mission => {
+            "Fail-over: from the cut until the slave was commanded, or answered, on the other bus."
         }
-        Scope::Mission => "From the cut until the slave was commanded, or answered, on the other bus.",
-        Scope::Protocol => "From the cut to the slave's first heartbeat as operational on the other bus.",
-    }
+        Scope::Protocol => {
+            "Fail-over: from the cut to the slave's first heartbeat as operational on the other bus."
+        }
+    };
+    let takeover = " Takeover: from the loss of the active master until the slave worked for the other one.";
+    if flight.masters() > 1 { format!("{works}{takeover}") } else { works.into() }
 }
 
 fn boards_help(scope: Scope) -> &'static str {
@@ -181,90 +208,6 @@ fn how_to_read(flight: &Flight) -> Markup {
     }
 }
 
-fn header(flight: &Flight, summary: &Summary) -> Markup {
-    let Verdict { outcome, reasons } = &summary.verdict;
-    let (class, verdict) = match outcome {
-        Outcome::Passed => ("good", "flew as it should"),
-        Outcome::Failed => ("bad", "failed"),
-        Outcome::Interrupted => ("bad", "interrupted"),
-    };
-    let cut = flight.cut().map(|(at, bus)| {
-        format!("At {} s the {} bus was cut next to the master.", at.as_secs_f64(), bus.name())
-    });
-    let fault = cut.or_else(|| loss(flight)).unwrap_or("No bus was cut.".into());
-    let Summary { boards, board, profile, seed, virtual_seconds, own_images, .. } = summary;
-    let profile = if own_images.len() < *boards { format!(", profile {profile}") } else { String::new() };
-    html! {
-        header {
-            h1 { "A flight on two CAN buses" }
-            span.verdict.(class) { (verdict) }
-        }
-        p.lead {
-            (masters(summary)) " and " (boards - summary.masters) " slaves (" (board) (profile) ", seed " (seed) ") flew "
-            (format!("{virtual_seconds:.0}")) " s of virtual time. " (fault)
-        }
-        @if flight.plan.scope() == Scope::Protocol {
-            p.lead { (notice(flight)) }
-        }
-        @if !reasons.is_empty() {
-            ul.faults { @for reason in reasons { li { (reason) } } }
-        }
-    }
-}
-
-fn masters(summary: &Summary) -> &'static str {
-    if summary.masters == 1 { "One master" } else { "Two masters" }
-}
-
-/// What became of a master that lost its power.
-fn loss(flight: &Flight) -> Option<String> {
-    let (at, board) = flight.loss()?;
-    let end = flight.takeover().map_or("; no board took over".into(), |takeover| {
-        let took = duration(takeover.took().as_secs_f64() * 1e3);
-        format!("; {} took over {took} after its last heartbeat", name(takeover.to))
-    });
-    Some(format!("At {} s {}, the active one, lost its power{end}.", at.as_secs_f64(), name(board)))
-}
-
-/// The images of the user's, and what the report leaves out for them.
-fn notice(flight: &Flight) -> String {
-    let boards = flight.plan.boards.iter();
-    let own = boards.filter_map(|board| Some(format!("{}: {}", name(board.node), board.own_image.as_ref()?)));
-    let own = own.collect::<Vec<_>>().join(", ");
-    let mut left_out = UNKNOWN_IMAGES.to_owned();
-    left_out[..1].make_ascii_uppercase();
-    format!("{left_out} ({own}). The verdict is about NMT states, lost frames, lock-ups, panics and resets.")
-}
-
-fn tiles(summary: &Summary) -> Markup {
-    let slaves = summary.boards - summary.masters;
-    let fastest = summary.failover_ms.values().flatten().copied().reduce(f64::min);
-    let slowest = summary.failover_ms.values().flatten().copied().reduce(f64::max);
-    let mut tiles = vec![(
-        format!("{} of {slaves}", summary.slaves_operational_at_end),
-        "slaves operational at the end".into(),
-    )];
-    if let Some(mission) = &summary.mission {
-        tiles.push((mission.tc_executed.to_string(), format!("commands executed, {} due", mission.tc_due)));
-        tiles.push((mission.tm_received.to_string(), "telemetry replies received".into()));
-    } else {
-        tiles.push((summary.bus_changes.to_string(), "changes of bus by the master".into()));
-        let highest = summary.bus_load_percent.values().copied().fold(0.0, f64::max);
-        tiles.push((format!("{highest} %"), "load of the busier bus".into()));
-    }
-    if let Some(takeover) = summary.takeover_ms {
-        tiles.push((duration(takeover), "without a master's heartbeat".into()));
-    }
-    if let (Some(fastest), Some(slowest)) = (fastest, slowest) {
-        tiles.push((duration(fastest), "fastest fail-over".into()));
-        tiles.push((duration(slowest), "slowest fail-over".into()));
-    }
-    tiles.push((summary.lost_frames.to_string(), "frames lost".into()));
-    html! {
-        .tiles { @for (value, what) in tiles { .tile { b { (value) } span { (what) } } } }
-    }
-}
-
 /// A picture for wide pages and one for narrow ones; the style sheet shows one of them.
 fn both(draw: impl Fn(Layout) -> Svg) -> Markup {
     each(&draw(Layout::WIDE), Some(&draw(Layout::NARROW)))
@@ -293,7 +236,7 @@ fn states_key() -> Markup {
         ("phase-starting", "starting"),
         ("phase-standby", "standby"),
         ("phase-pre-operational", "pre-operational"),
-        ("phase-operational", "operational"),
+        ("phase-operational", "operational, of a master: active"),
         ("phase-stopped", "stopped"),
         ("phase-silent", "silent"),
         ("on-nominal", "on the nominal bus"),
@@ -351,145 +294,4 @@ fn duration(milliseconds: f64) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sample;
-
-    fn rendered(flight: &Flight) -> String {
-        page(flight, &Summary::of(flight))
-    }
-
-    #[test]
-    fn the_page_reports_the_flight() {
-        let page = rendered(&sample::flight());
-        for expected in [
-            "flew as it should",
-            "2 of 2",
-            "cut next to the master, 20.0 s",
-            "master switches, 600.0 ms after the cut",
-            "605.0 ms",
-            "12.41 s",
-            "node 4: pre-operational on the nominal bus, 22.3000 s to 32.3500 s",
-            "heartbeat moved to the redundant bus",
-        ] {
-            assert!(page.contains(expected), "{expected}");
-        }
-    }
-
-    #[test]
-    fn a_page_of_unknown_images_has_no_commands() {
-        let mut flight = sample::flight();
-        flight.plan.boards[1].own_image = Some("heater".into());
-        let page = rendered(&flight);
-        for expected in [
-            "(node 2: heater)",
-            "neither read nor judged",
-            "PDOs, slaves",
-            "800.0 ms",
-            "2.25 %",
-            "profile librecube",
-        ] {
-            assert!(page.contains(expected), "{expected}");
-        }
-        for forbidden in ["commands executed", "telemetry replies", "TM reply", "TC due"] {
-            assert!(!page.contains(forbidden), "{forbidden}");
-        }
-    }
-
-    #[test]
-    fn the_page_needs_nothing_else() {
-        let page = rendered(&sample::flight());
-        for forbidden in ["src=", "href=", "url(", "@import", "<script"] {
-            assert!(!page.contains(forbidden), "{forbidden}");
-        }
-    }
-
-    #[test]
-    fn faults_are_on_top_and_escaped() {
-        let flight = sample::flight();
-        let mut summary = Summary::of(&flight);
-        summary.verdict = Verdict { outcome: Outcome::Failed, reasons: vec!["node 2 <panicked>".into()] };
-        let page = page(&flight, &summary);
-        assert!(page.contains("<li>node 2 &lt;panicked&gt;</li>"));
-        assert!(!page.contains("flew as it should"));
-    }
-
-    #[test]
-    fn the_timeline_stands_alone() {
-        let picture = timeline(&sample::flight());
-        let first = picture.lines().next().expect("a line");
-        assert!(
-            first.starts_with("<svg ") && first.contains(" xmlns=\"http://www.w3.org/2000/svg\""),
-            "{first}"
-        );
-        assert!(picture.contains("prefers-color-scheme: dark"));
-    }
-
-    /// Given a renderer that knows no style sheets (librsvg, ImageMagick and Inkscape know no variables of CSS), Then every
-    /// element still has its paint.
-    #[test]
-    fn timeline_is_painted_without_style_sheets() {
-        let picture = timeline(&sample::flight());
-        assert!(!picture.contains("var("));
-        let (before, rest) = picture.split_once("<style>").expect("the sheet for dark ground");
-        let (_, body) = rest.split_once("</style>").expect("its end");
-        assert!(before.contains("font-family=") && before.contains("width=\"1160\""), "{before}");
-        let drawn: Vec<&str> = body
-            .lines()
-            .filter(|line| ["<rect", "<line", "<path", "<text"].iter().any(|tag| line.starts_with(tag)))
-            .collect();
-        assert!(drawn.len() > 40, "{}", drawn.len());
-        for element in &drawn {
-            let paint =
-                if element.starts_with("<line") || element.starts_with("<path") { "stroke" } else { "fill" };
-            assert!(element.contains(&format!(" {paint}=\"#")), "{element}");
-        }
-        let paths = drawn.iter().filter(|element| element.starts_with("<path"));
-        assert!(paths.clone().count() > 8 && paths.clone().all(|path| path.contains(" fill=\"none\"")));
-    }
-
-    /// Given a page of 400 px, Then the pictures for narrow pages fit into it, with the cut and all letters.
-    #[test]
-    fn narrow_pictures_fit_a_page_of_400_px() {
-        let number = |element: &str, name: &str| -> Option<f64> {
-            let (_, rest) = element.split_once(&format!(" {name}=\""))?;
-            rest.split_once('"')?.0.parse().ok()
-        };
-        let flight = sample::flight();
-        let pictures = [
-            timeline::overview(&flight, Layout::NARROW),
-            timeline::close_up(&flight, Layout::NARROW).expect("there was a cut"),
-            states::draw(&flight, Layout::NARROW),
-            clocks::draw(&flight, Layout::NARROW),
-            clocks::histogram(&flight, Layout::NARROW).expect("a clock has settled"),
-        ];
-        let mut cuts = 0;
-        for picture in pictures.map(|picture| picture.inline().into_string()) {
-            let width = number(&picture, "width").expect("a width");
-            assert!(width <= 400.0, "{width}");
-            if let Some(cut) = picture.lines().find(|line| line.contains("class=\"cut\"")) {
-                let cut = number(cut, "x1").expect("a place");
-                assert!((82.0..width).contains(&cut), "{cut}");
-                cuts += 1;
-            }
-            for text in picture.lines().filter(|line| line.starts_with("<text")) {
-                let words = text.split(['<', '>']).nth(2).expect("words");
-                // The narrowest letters that a reader may have.
-                let (x, length) = (number(text, "x").expect("a place"), 5.5 * words.len() as f64);
-                let (from, to) = match text {
-                    text if text.contains("\"end\"") => (x - length, x),
-                    text if text.contains("\"middle\"") => (x - length / 2.0, x + length / 2.0),
-                    _ => (x, x + length),
-                };
-                assert!(from >= 0.0 && to <= width, "{text}");
-            }
-        }
-        assert_eq!(cuts, 4, "all but the histogram show the cut");
-        let page = rendered(&flight);
-        assert_eq!(page.matches("<div class=\"narrow\">").count(), 5);
-        assert!(
-            !page.contains("min-width: 860px"),
-            "nothing may force the pictures to be wider than the page"
-        );
-    }
-}
+mod tests;

@@ -1,12 +1,14 @@
-//! What every node did over time: a bar per node, coloured by state, underlined by bus.
+//! States of all nodes over time: a bar per node, coloured by state, underlined by bus.
 
 use can_wire::time::Time;
 
 use super::axis::{Axis, Layout, text_width};
+use super::faults::Marks;
 use super::svg::Svg;
 use crate::flight::Flight;
 use crate::narrator::name;
 
+/// Top of the plot where the names of the faults need one row.
 const TOP: f64 = 26.0;
 const ROW: f64 = 40.0;
 const BAR: f64 = 20.0;
@@ -18,41 +20,36 @@ pub fn draw(flight: &Flight, layout: Layout) -> Svg {
     let Layout { width: whole, left, .. } = layout;
     let axis = Axis::new(layout, Time::ZERO, flight.end);
     let nodes = flight.observer.nodes();
-    let bottom = TOP + nodes.len() as f64 * ROW;
+    let marks = Marks::of(flight, &axis);
+    let top = TOP + marks.height();
+    let bottom = top + nodes.len() as f64 * ROW;
     let mut svg = Svg::new(whole, bottom + AXIS, "States of all nodes over time");
     svg.rect("paper", 0.0, 0.0, whole, bottom + AXIS);
-    axis.draw(&mut svg, TOP, bottom);
+    axis.draw(&mut svg, top, bottom);
     for (row, (&node, track)) in nodes.iter().enumerate() {
-        let y = TOP + row as f64 * ROW + 6.0;
+        let y = top + row as f64 * ROW + 6.0;
         svg.text("label end", left - 12.0, y + 11.0, &name(node));
         let kind = if track.is_minimal && layout.brief { "minimal".to_owned() } else { track.kind() };
         svg.text("soft end", left - 12.0, y + 25.0, &kind);
         let ends = track.spans.iter().skip(1).map(|span| span.from).chain([flight.end]);
         for (span, end) in track.spans.iter().zip(ends) {
             let (x, width) = (axis.x(span.from), axis.x(end) - axis.x(span.from));
-            let hint = format!(
-                "{}: {} on the {} bus, {:.4} s to {:.4} s",
-                name(node),
-                span.phase.name(),
-                span.bus.name(),
-                span.from.as_secs_f64(),
-                end.as_secs_f64()
-            );
+            let phase = track.name_of(span.phase);
+            let on = format!(" on the {} bus", span.bus.name());
+            let on = if span.phase.is_powered() { &on } else { "" };
+            let [from, to] = [span.from, end].map(|at| format!("{:.4} s", at.as_secs_f64()));
+            let hint = format!("{}: {phase}{on}, {from} to {to}", name(node));
             svg.rect_with_hint(&format!("phase-{}", span.phase.name()), [x, y, width, BAR], &hint);
             if span.phase.is_powered() {
                 svg.rect(&format!("on-{}", span.bus.name()), x, y + BAR, width, UNDERLINE);
             }
-            let phase = span.phase.name();
             let words = [format!("{phase}, {}", span.bus.name()), phase.to_owned()];
+            let words = if span.phase.is_powered() { &words } else { &words[1..] };
             if let Some(words) = words.iter().find(|words| text_width(words) + 16.0 <= width) {
                 svg.text("in-bar", x + 8.0, y + 14.0, words);
             }
         }
     }
-    if let Some(fault) = flight.fault() {
-        let (x, label) = (axis.x(fault), if flight.cut().is_some() { "cut" } else { "power off" });
-        svg.line("cut", (x, TOP - 4.0), (x, bottom));
-        svg.text("cut-label middle", x, TOP - 10.0, label);
-    }
+    marks.draw(&mut svg, top, bottom, 10.0);
     svg
 }

@@ -1,7 +1,8 @@
 //! The tables of a report.
 
 use super::duration;
-use super::timeline::Kind;
+use super::kind::Kind;
+use can_wire::time::Time;
 use maud::{Markup, html};
 use twin::pulses::Errors;
 
@@ -11,16 +12,24 @@ use crate::narrator::name;
 use crate::plan::BoardPlan;
 use crate::record::Bus;
 
-/// Fail-over time of every slave.
+/// Fail-over time of every slave; in a flight of two masters also its time from the loss of the active one.
 pub fn failover(flight: &Flight) -> Markup {
+    let has_takeover = flight.masters() > 1;
+    let took = |time: Option<Time>| {
+        unbroken(&time.map_or("\u{2013}".into(), |took| duration(took.as_secs_f64() * 1e3)))
+    };
     let rows = flight.observer.slaves().map(|(node, track)| {
-        let took = track.failover.map_or("\u{2013}".into(), |took| duration(took.as_secs_f64() * 1e3));
         let now = track.now();
         let access = track.kind();
         let second = if access.is_empty() { "\u{2013}".to_owned() } else { access };
-        vec![text(name(node)), text(second), text(took), html! { (now.phase.name()) ", " (bus(now.bus)) }]
+        let mut row = vec![text(name(node)), text(second), took(track.failover)];
+        row.extend(has_takeover.then(|| took(track.takeover)));
+        row.push(html! { (now.phase.name()) ", " (bus(now.bus)) });
+        row
     });
-    table(&["slave", "access", "fail-over", "at the end"].map(text), rows)
+    let takeover = has_takeover.then_some("takeover");
+    let head = ["slave", "access", "fail-over"].into_iter().chain(takeover).chain(["at the end"]);
+    table(&head.map(text).collect::<Vec<_>>(), rows)
 }
 
 /// Errors of the clocks of all slaves that were set.
@@ -44,7 +53,7 @@ pub fn frames(flight: &Flight) -> Markup {
     let scope = flight.plan.scope();
     let counts = |kind: Kind| (kind.name(), Bus::ALL.map(|bus| count(bus, kind)));
     let others = Kind::others(scope).iter().map(|kind| counts(*kind)).filter(|(_, counts)| *counts != [0, 0]);
-    let mut rows: Vec<Vec<Markup>> = Kind::rows(scope)
+    let mut rows: Vec<Vec<Markup>> = Kind::rows(flight)
         .into_iter()
         .map(counts)
         .chain(others)
@@ -125,6 +134,11 @@ fn cards(head: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> Markup {
             @for row in rows { tr { @for (title, cell) in head.iter().zip(row) { td data-label=(title) { (cell) } } } }
         }
     }
+}
+
+/// Text as a cell of one line, also where there is little room.
+fn unbroken(words: &str) -> Markup {
+    text(words.replace(' ', "\u{a0}"))
 }
 
 /// Plain text as a cell.

@@ -5,118 +5,53 @@ use std::collections::BTreeSet;
 use can_wire::time::Time;
 
 use super::axis::{Axis, Layout};
+use super::flags::Flags;
+use super::kind::Kind;
 use super::svg::Svg;
+use crate::change::Since;
 use crate::flight::Flight;
-use crate::meaning::{Meaning, Scope};
-use crate::narrator::name;
-use crate::record::{Bus, MASTER, Seen, is_master};
-
-/// Kinds of frames, in the order of their rows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Kind {
-    Network,
-    Master,
-    Slave,
-    Time,
-    Command,
-    Request,
-    Reply,
-    Sdo,
-    MasterPdo,
-    SlavePdo,
-    Other,
-}
-
-impl Kind {
-    /// Those with a row of their own in the pictures; the others share the first row.
-    pub fn rows(scope: Scope) -> [Kind; ROWS] {
-        let [network, master, slave, time] = [Kind::Network, Kind::Master, Kind::Slave, Kind::Time];
-        match scope {
-            Scope::Mission => [network, master, slave, time, Kind::Command, Kind::Request, Kind::Reply],
-            Scope::Protocol => [network, master, slave, time, Kind::Sdo, Kind::MasterPdo, Kind::SlavePdo],
-        }
-    }
-
-    /// Those without.
-    pub fn others(scope: Scope) -> &'static [Kind] {
-        match scope {
-            Scope::Mission => &[Kind::Sdo, Kind::Other],
-            Scope::Protocol => &[Kind::Other],
-        }
-    }
-
-    /// The kind of a frame.
-    pub fn of(seen: &Seen) -> Kind {
-        match seen.meaning {
-            Some(Meaning::Nmt { .. } | Meaning::BootUp { .. } | Meaning::Emergency { .. }) => Kind::Network,
-            Some(Meaning::Sdo { .. }) => Kind::Sdo,
-            Some(Meaning::Pdo) if is_master(seen.from) => Kind::MasterPdo,
-            Some(Meaning::Pdo) => Kind::SlavePdo,
-            Some(Meaning::Heartbeat { node: MASTER, .. }) => Kind::Master,
-            Some(Meaning::Heartbeat { .. }) => Kind::Slave,
-            Some(Meaning::Sync | Meaning::SpacecraftTime(_) | Meaning::LocalTime { .. }) => Kind::Time,
-            Some(Meaning::Telecommand { .. }) => Kind::Command,
-            Some(Meaning::TelemetryRequest { .. }) => Kind::Request,
-            Some(Meaning::Telemetry { .. } | Meaning::CyclicState { .. }) => Kind::Reply,
-            None => Kind::Other,
-        }
-    }
-
-    /// Its name for people.
-    pub fn name(self) -> &'static str {
-        match self {
-            Kind::Network => "NMT, boot-up, EMCY",
-            Kind::Master => "heartbeat, master",
-            Kind::Slave => "heartbeats, slaves",
-            Kind::Time => "SYNC and time",
-            Kind::Command => "TC",
-            Kind::Request => "TM request",
-            Kind::Reply => "TM reply",
-            Kind::Sdo => "SDO",
-            Kind::MasterPdo => "PDOs, master",
-            Kind::SlavePdo => "PDOs, slaves",
-            Kind::Other => "other",
-        }
-    }
-
-    /// Its name where there is little room.
-    fn brief(self) -> &'static str {
-        match self {
-            Kind::Network => "NMT, EMCY",
-            Kind::Master => "HB master",
-            Kind::Slave => "HB slaves",
-            Kind::Time => "SYNC, time",
-            Kind::MasterPdo => "PDO master",
-            Kind::SlavePdo => "PDO slaves",
-            _ => self.name(),
-        }
-    }
-
-    /// Its class in the pictures.
-    pub fn class(self) -> &'static str {
-        match self {
-            Kind::Network => "network",
-            Kind::Master => "master",
-            Kind::Slave => "slave",
-            Kind::Time => "time",
-            Kind::Command | Kind::MasterPdo => "command",
-            Kind::Request | Kind::Sdo => "request",
-            Kind::Reply | Kind::SlavePdo => "reply",
-            Kind::Other => "other",
-        }
-    }
-}
-
-const ROWS: usize = 7;
+use crate::record::Bus;
 
 const ROW: f64 = 16.0;
-const LANE: f64 = ROWS as f64 * ROW + 6.0;
 const TITLE: f64 = 32.0;
 const AXIS: f64 = 26.0;
-const HEIGHT: f64 = 2.0 * (TITLE + LANE) + AXIS;
 
-fn top(bus: Bus) -> f64 {
-    TITLE + bus as usize as f64 * (LANE + TITLE)
+/// Shown before a fault, and after it beyond the moment in which the first slave works again.
+const BEFORE: Time = Time::from_ms(400);
+const AFTER: Time = Time::from_ms(600);
+
+/// Places of the lanes and their rows.
+pub struct Lanes {
+    rows: Vec<Kind>,
+    /// Tops of the lanes, nominal first.
+    tops: [f64; 2],
+}
+
+impl Lanes {
+    fn new(flight: &Flight, flags: &Flags) -> Lanes {
+        let rows = Kind::rows(flight);
+        let lane = lane(&rows);
+        let [nominal, redundant] = Bus::ALL.map(|bus| TITLE + flags.height(bus));
+        Lanes { rows, tops: [nominal, nominal + lane + redundant] }
+    }
+
+    /// Top of a lane.
+    pub fn top(&self, bus: Bus) -> f64 {
+        self.tops[bus as usize]
+    }
+
+    /// Bottom of a lane.
+    pub fn bottom(&self, bus: Bus) -> f64 {
+        self.top(bus) + lane(&self.rows)
+    }
+
+    fn row_top(&self, bus: Bus, row: usize) -> f64 {
+        self.top(bus) + 5.0 + row as f64 * ROW
+    }
+}
+
+fn lane(rows: &[Kind]) -> f64 {
+    rows.len() as f64 * ROW + 6.0
 }
 
 /// The whole flight.
@@ -129,133 +64,118 @@ pub fn overview(flight: &Flight, layout: Layout) -> Svg {
     )
 }
 
-/// The moments around the cut, or the loss of a master, until the slaves with parallel access are back; `None` without.
-pub fn close_up(flight: &Flight, layout: Layout) -> Option<Svg> {
-    let cut = flight.fault()?;
-    let from = cut - Time::from_ms(400);
-    let back = flight.observer.slaves().filter_map(|(_, track)| track.failover).min();
-    let switch = flight.switch().map(|at| at.since(cut));
-    let after = back.or(switch).unwrap_or_default() + Time::from_ms(600);
-    let until = (cut + after).min(flight.end);
-    (until > cut)
-        .then(|| draw(flight, Axis::new(layout, from, until), " close-up", "Frames around the fault"))
+/// The moments around a fault, until the first slave works again; `None` in a flight without this fault.
+pub fn close_up(flight: &Flight, since: Since, layout: Layout) -> Option<Svg> {
+    let (fault, title) = match since {
+        Since::Cut => (flight.cut()?.0, "Frames around the cut"),
+        Since::Loss => (flight.loss()?.0, "Frames around the takeover"),
+    };
+    let times = flight.observer.slaves().filter_map(|(_, track)| match since {
+        Since::Cut => track.failover,
+        Since::Loss => track.takeover,
+    });
+    let switch = flight.switch().filter(|at| *at >= fault).map(|at| at.since(fault));
+    let after = times.min().or(switch).unwrap_or_default() + AFTER;
+    let until = (fault + after).min(flight.end);
+    (until > fault).then(|| draw(flight, Axis::new(layout, fault - BEFORE, until), " close-up", title))
 }
 
 fn draw(flight: &Flight, axis: Axis, tick_class: &str, title: &str) -> Svg {
-    let (layout, scope) = (axis.layout(), flight.plan.scope());
-    let mut svg = Svg::new(layout.width, HEIGHT, title);
+    let (layout, flags) = (axis.layout(), Flags::of(flight, &axis));
+    let lanes = Lanes::new(flight, &flags);
+    let height = lanes.bottom(Bus::Redundant) + AXIS;
+    let mut svg = Svg::new(layout.width, height, title);
     let (left, right) = axis.ends();
-    svg.rect("paper", 0.0, 0.0, layout.width, HEIGHT);
+    svg.rect("paper", 0.0, 0.0, layout.width, height);
     for bus in Bus::ALL {
-        svg.rect("lane", left, top(bus), right - left, LANE);
+        svg.rect("lane", left, lanes.top(bus), right - left, lane(&lanes.rows));
     }
-    shade_active(flight, &axis, &mut svg);
-    axis.draw(&mut svg, top(Bus::Nominal), top(Bus::Redundant) + LANE);
+    shade_active(flight, &axis, &lanes, &mut svg);
+    axis.draw(&mut svg, lanes.top(Bus::Nominal), lanes.bottom(Bus::Redundant));
     for bus in Bus::ALL {
-        let lane = format!("{} bus", capital(bus.name()));
         // Wider than the names of the rows where there is little room, so it begins at the border.
         let (anchor, x) = if layout.brief { ("", 0.0) } else { (" end", left - 12.0) };
-        svg.text(&format!("bus-{}{anchor}", bus.name()), x, top(bus) - 9.0, &lane);
-        for (row, kind) in Kind::rows(scope).into_iter().enumerate() {
-            let y = row_top(bus, row);
+        svg.text(&format!("bus-{}{anchor}", bus.name()), x, lanes.top(bus) - 9.0, &lane_title(bus));
+        for (row, kind) in lanes.rows.iter().enumerate() {
+            let y = lanes.row_top(bus, row);
             let name = if layout.brief { kind.brief() } else { kind.name() };
             svg.text("soft end", left - 12.0, y + 11.0, name);
         }
-        let others = Kind::others(scope).iter().map(|kind| (0, *kind));
-        for (row, kind) in Kind::rows(scope).into_iter().enumerate().chain(others) {
+        let others = Kind::others(flight.plan.scope()).iter().map(|kind| (0, kind));
+        for (row, &kind) in lanes.rows.iter().enumerate().chain(others) {
             let places: BTreeSet<i64> = flight
                 .frames()
                 .filter(|(at, seen)| seen.bus == bus && axis.shows(*at) && Kind::of(seen) == kind)
                 .map(|(at, _)| (axis.x(at) * 5.0).round() as i64 * 2)
                 .collect();
-            svg.ticks(&format!("{}{tick_class}", kind.class()), places, row_top(bus, row), ROW - 4.0);
+            svg.ticks(&format!("{}{tick_class}", kind.class()), places, lanes.row_top(bus, row), ROW - 4.0);
         }
     }
-    annotate(flight, &axis, &mut svg);
+    flags.draw(&mut svg, &lanes);
     svg
 }
 
-fn row_top(bus: Bus, row: usize) -> f64 {
-    top(bus) + 5.0 + row as f64 * ROW
+/// Title of a lane.
+pub fn lane_title(bus: Bus) -> String {
+    let mut letters = bus.name().chars();
+    let capital = letters.next().map(|first| first.to_ascii_uppercase());
+    format!("{} bus", capital.into_iter().chain(letters).collect::<String>())
 }
 
 /// The bus on which the master's heartbeat runs has another ground.
-fn shade_active(flight: &Flight, axis: &Axis, svg: &mut Svg) {
+fn shade_active(flight: &Flight, axis: &Axis, lanes: &Lanes, svg: &mut Svg) {
+    for (bus, begin, end) in active_spans(flight) {
+        let (x, until) = (axis.x(begin), axis.x(end));
+        svg.rect("active", x, lanes.top(bus), until - x, lanes.bottom(bus) - lanes.top(bus));
+    }
+}
+
+/// From the first to the last heartbeat of a master on a bus. Where a cut or a loss silenced it, to that fault; the last one of a
+/// flight to the end.
+fn active_spans(flight: &Flight) -> Vec<(Bus, Time, Time)> {
     let mut beats = flight
         .frames()
         .filter(|(_, seen)| Kind::of(seen) == Kind::Master)
         .map(|(at, seen)| (at, (seen.bus, seen.from)))
         .peekable();
+    let mut spans = Vec::new();
     while let Some((begin, place)) = beats.next() {
         let (mut last, (bus, board)) = (begin, place);
         while let Some((at, _)) = beats.next_if(|(_, next)| *next == place) {
             last = at;
         }
-        // Without a successor it runs to the end, or to the cut or the loss that silenced it.
-        let cut = flight.cut().filter(|(at, cut)| *cut == bus && *at >= last).map(|(at, _)| at);
-        let silenced = cut.or(flight.loss().filter(|(_, lost)| *lost == board).map(|(at, _)| at));
-        let end = silenced.unwrap_or(if beats.peek().is_some() { last } else { flight.end });
-        let (x, until) = (axis.x(begin), axis.x(end));
-        svg.rect("active", x, top(bus), until - x, LANE);
+        let next = beats.peek().map(|(at, _)| *at);
+        let cut = flight.cut().filter(|(_, cut)| *cut == bus).map(|(at, _)| at);
+        let loss = flight.loss().filter(|(_, lost)| *lost == board).map(|(at, _)| at);
+        let is_after = |at: &Time| *at >= last && next.is_none_or(|next| *at <= next);
+        let silenced = [cut, loss].into_iter().flatten().filter(is_after).min();
+        spans.push((bus, begin, silenced.unwrap_or(if next.is_some() { last } else { flight.end })));
     }
+    spans
 }
 
-fn annotate(flight: &Flight, axis: &Axis, svg: &mut Svg) {
-    annotate_takeover(flight, axis, svg);
-    let Some((cut, bus)) = flight.cut().filter(|(at, _)| axis.shows(*at)) else { return };
-    let brief = axis.layout().brief;
-    let label = if brief { "cut" } else { "cut next to the master" };
-    let label = format!("{label}, {:.1} s", cut.as_secs_f64());
-    flag(svg, axis, cut, bus, "cut", &label);
-    let Some(switch) = flight.switch().filter(|at| *at >= cut && axis.shows(*at)) else { return };
-    let delay = switch.since(cut).as_secs_f64() * 1e3;
-    let label = if brief {
-        format!("switch, +{delay:.1} ms")
-    } else {
-        format!("master switches, {delay:.1} ms after the cut")
-    };
-    flag(svg, axis, switch, bus.other(), "switch", &label);
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample;
 
-/// The loss of a master on the lane of the bus that was active, the takeover on that of the bus where it was.
-fn annotate_takeover(flight: &Flight, axis: &Axis, svg: &mut Svg) {
-    let brief = axis.layout().brief;
-    let bus_at = |at: Time| {
-        let beats = flight.frames().filter(|(end, seen)| *end <= at && Kind::of(seen) == Kind::Master);
-        beats.last().map_or(Bus::Nominal, |(_, seen)| seen.bus)
-    };
-    let Some((lost, board)) = flight.loss().filter(|(at, _)| axis.shows(*at)) else { return };
-    let label = if brief {
-        "off".into()
-    } else {
-        format!("{} loses its power, {:.1} s", name(board), lost.as_secs_f64())
-    };
-    flag(svg, axis, lost, bus_at(lost), "cut", &label);
-    let Some(takeover) = flight.takeover().filter(|takeover| axis.shows(takeover.first)) else { return };
-    let took = takeover.took().as_secs_f64() * 1e3;
-    let label = if brief {
-        format!("+{took:.1} ms")
-    } else {
-        format!("{} takes over, {took:.1} ms after the last heartbeat", name(takeover.to))
-    };
-    // Its words above the other lane, where those of the loss are not in the way.
-    let (bus, x) = (bus_at(takeover.first), axis.x(takeover.first));
-    svg.line("switch", (x, top(bus) - 8.0), (x, top(bus) + LANE));
-    flag(svg, axis, takeover.first, bus.other(), "switch", &label);
-}
-
-/// A vertical line through a lane and words above it, on the side where there is room.
-fn flag(svg: &mut Svg, axis: &Axis, at: Time, bus: Bus, class: &str, text: &str) {
-    let (x, y) = (axis.x(at), top(bus));
-    svg.line(class, (x, y - 8.0), (x, y + LANE));
-    if axis.layout().has_room(x + 6.0, text) {
-        svg.text(&format!("{class}-label"), x + 6.0, y - 9.0, text);
-    } else {
-        svg.text(&format!("{class}-label end"), x - 6.0, y - 9.0, text);
+    fn spans(flight: &Flight) -> Vec<(Bus, u64, u64)> {
+        let ms = |at: Time| at.as_us() / 1000;
+        active_spans(flight).into_iter().map(|(bus, begin, end)| (bus, ms(begin), ms(end))).collect()
     }
-}
 
-fn capital(word: &str) -> String {
-    let mut letters = word.chars();
-    letters.next().map(|first| first.to_uppercase().chain(letters).collect()).unwrap_or_default()
+    #[test]
+    fn active_bus_is_that_of_the_heartbeat() {
+        let expected = [(Bus::Nominal, 50, 20_000), (Bus::Redundant, 20_600, 40_000)];
+        assert_eq!(spans(&sample::flight()), expected);
+    }
+
+    /// Given claims on both buses, then only 701h makes a bus the active one. The cut leaves a slave that acknowledges, so the nominal
+    /// bus is active to the last heartbeat there; the redundant one until the loss of the master, and from the takeover on.
+    #[test]
+    fn claims_make_no_bus_the_active_one() {
+        let expected =
+            [(Bus::Nominal, 901, 11_101), (Bus::Redundant, 11_201, 20_000), (Bus::Redundant, 20_301, 40_000)];
+        assert_eq!(spans(&sample::standby::flight()), expected);
+    }
 }

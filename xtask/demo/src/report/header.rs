@@ -1,0 +1,108 @@
+//! Top of a report: what was flown, its faults and verdict, and the most important numbers.
+
+use maud::{Markup, html};
+
+use super::duration;
+use crate::flight::Flight;
+use crate::meaning::Scope;
+use crate::narrator::name;
+use crate::outcome::UNKNOWN_IMAGES;
+use crate::summary::Summary;
+use crate::verdict::{Outcome, Verdict};
+
+/// Title, verdict and a summary in sentences.
+pub fn header(flight: &Flight, summary: &Summary) -> Markup {
+    let Verdict { outcome, reasons } = &summary.verdict;
+    let (class, verdict) = match outcome {
+        Outcome::Passed => ("good", "flew as it should"),
+        Outcome::Failed => ("bad", "failed"),
+        Outcome::Interrupted => ("bad", "interrupted"),
+    };
+    let Summary { boards, board, profile, seed, virtual_seconds, own_images, .. } = summary;
+    let profile = if own_images.len() < *boards { format!(", profile {profile}") } else { String::new() };
+    html! {
+        header {
+            h1 { "A flight on two CAN buses" }
+            span.verdict.(class) { (verdict) }
+        }
+        p.lead {
+            (masters(summary)) " and " (boards - summary.masters) " slaves (" (board) (profile) ", seed " (seed) ") flew "
+            (format!("{virtual_seconds:.0}")) " s of virtual time. " (faults(flight))
+        }
+        @if flight.plan.scope() == Scope::Protocol {
+            p.lead { (notice(flight)) }
+        }
+        @if !reasons.is_empty() {
+            ul.faults { @for reason in reasons { li { (reason) } } }
+        }
+    }
+}
+
+fn masters(summary: &Summary) -> &'static str {
+    if summary.masters == 1 { "One master" } else { "Two masters" }
+}
+
+/// A sentence for each fault that the demo caused, in order of time.
+fn faults(flight: &Flight) -> String {
+    let reset = flight
+        .standby_reset()
+        .map(|(at, board)| format!("At {} s {}, the standby, was reset.", at.as_secs_f64(), name(board)));
+    let cut = flight.cut().map(|(at, bus)| {
+        let place = flight.plan.cut.map_or("", |cut| flight.plan.place(&cut));
+        format!("At {} s the {} bus was cut {place}.", at.as_secs_f64(), bus.name())
+    });
+    let faults: Vec<String> = [reset, cut, loss(flight)].into_iter().flatten().collect();
+    if faults.is_empty() { "No bus was cut.".into() } else { faults.join(" ") }
+}
+
+/// A sentence about the master that lost its power, and about the takeover.
+fn loss(flight: &Flight) -> Option<String> {
+    let (at, board) = flight.loss()?;
+    let end = flight.takeover().map_or("; no board took over".into(), |takeover| {
+        let took = duration(takeover.took().as_secs_f64() * 1e3);
+        format!("; {} took over {took} after its last heartbeat", name(takeover.to))
+    });
+    Some(format!("At {} s {}, the active one, lost its power{end}.", at.as_secs_f64(), name(board)))
+}
+
+/// The images of the user's, and what the report leaves out for them.
+fn notice(flight: &Flight) -> String {
+    let boards = flight.plan.boards.iter();
+    let own = boards.filter_map(|board| Some(format!("{}: {}", name(board.node), board.own_image.as_ref()?)));
+    let own = own.collect::<Vec<_>>().join(", ");
+    let mut left_out = UNKNOWN_IMAGES.to_owned();
+    left_out[..1].make_ascii_uppercase();
+    format!("{left_out} ({own}). The verdict is about NMT states, lost frames, lock-ups, panics and resets.")
+}
+
+/// The most important numbers.
+pub fn tiles(summary: &Summary) -> Markup {
+    let slaves = summary.boards - summary.masters;
+    let failovers = || summary.failover_ms.values().flatten().copied();
+    let mut tiles = vec![(
+        format!("{} of {slaves}", summary.slaves_operational_at_end),
+        "slaves operational at the end".into(),
+    )];
+    if let Some(mission) = &summary.mission {
+        tiles.push((mission.tc_executed.to_string(), format!("commands executed, {} due", mission.tc_due)));
+        tiles.push((mission.tm_received.to_string(), "telemetry replies received".into()));
+    } else {
+        tiles.push((summary.bus_changes.to_string(), "changes of bus by the master".into()));
+        let highest = summary.bus_load_percent.values().copied().fold(0.0, f64::max);
+        tiles.push((format!("{highest} %"), "load of the busier bus".into()));
+    }
+    if let (Some(fastest), Some(slowest)) = (failovers().reduce(f64::min), failovers().reduce(f64::max)) {
+        tiles.push((duration(fastest), "fastest fail-over".into()));
+        tiles.push((duration(slowest), "slowest fail-over".into()));
+    }
+    if let Some(takeover) = summary.takeover_ms {
+        tiles.push((duration(takeover), "without a master's heartbeat".into()));
+    }
+    if let Some(slowest) = summary.takeover_failover_ms.values().flatten().copied().reduce(f64::max) {
+        tiles.push((duration(slowest), "slowest slave after the loss of the master".into()));
+    }
+    tiles.push((summary.lost_frames.to_string(), "frames lost".into()));
+    html! {
+        .tiles { @for (value, what) in tiles { .tile { b { (value) } span { (what) } } } }
+    }
+}

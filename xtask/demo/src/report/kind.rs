@@ -1,0 +1,109 @@
+//! Kinds of frames, as pictures and tables of a report count them.
+
+use crate::flight::Flight;
+use crate::meaning::{Meaning, Scope};
+use crate::record::{MASTER, Seen, is_master};
+
+/// Kinds of frames, in the order of their rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Kind {
+    Network,
+    Master,
+    Claim,
+    Slave,
+    Time,
+    Command,
+    Request,
+    Reply,
+    Sdo,
+    MasterPdo,
+    SlavePdo,
+    Other,
+}
+
+impl Kind {
+    /// Kinds with a row of their own in the pictures of a flight; the others share the first row. Claims have one where two masters
+    /// fly.
+    pub fn rows(flight: &Flight) -> Vec<Kind> {
+        let traffic = match flight.plan.scope() {
+            Scope::Mission => [Kind::Command, Kind::Request, Kind::Reply],
+            Scope::Protocol => [Kind::Sdo, Kind::MasterPdo, Kind::SlavePdo],
+        };
+        let has_claims = flight.masters() > 1 && flight.plan.scope() == Scope::Mission;
+        let claims = has_claims.then_some(Kind::Claim);
+        let common = [Kind::Network, Kind::Master].into_iter().chain(claims).chain([Kind::Slave, Kind::Time]);
+        common.chain(traffic).collect()
+    }
+
+    /// Kinds without a row of their own.
+    pub fn others(scope: Scope) -> &'static [Kind] {
+        match scope {
+            Scope::Mission => &[Kind::Sdo, Kind::Other],
+            Scope::Protocol => &[Kind::Other],
+        }
+    }
+
+    /// The kind of a frame.
+    pub fn of(seen: &Seen) -> Kind {
+        match seen.meaning {
+            Some(Meaning::Nmt { .. } | Meaning::BootUp { .. } | Meaning::Emergency { .. }) => Kind::Network,
+            Some(Meaning::Sdo { .. }) => Kind::Sdo,
+            Some(Meaning::Claim { .. }) => Kind::Claim,
+            Some(Meaning::Pdo) if is_master(seen.from) => Kind::MasterPdo,
+            Some(Meaning::Pdo) => Kind::SlavePdo,
+            Some(Meaning::Heartbeat { node: MASTER, .. }) => Kind::Master,
+            Some(Meaning::Heartbeat { .. }) => Kind::Slave,
+            Some(Meaning::Sync | Meaning::SpacecraftTime(_) | Meaning::LocalTime { .. }) => Kind::Time,
+            Some(Meaning::Telecommand { .. }) => Kind::Command,
+            Some(Meaning::TelemetryRequest { .. }) => Kind::Request,
+            Some(Meaning::Telemetry { .. } | Meaning::CyclicState { .. }) => Kind::Reply,
+            None => Kind::Other,
+        }
+    }
+
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Network => "NMT, boot-up, EMCY",
+            Kind::Master => "heartbeat, master",
+            Kind::Claim => "claims, master",
+            Kind::Slave => "heartbeats, slaves",
+            Kind::Time => "SYNC and time",
+            Kind::Command => "TC",
+            Kind::Request => "TM request",
+            Kind::Reply => "TM reply",
+            Kind::Sdo => "SDO",
+            Kind::MasterPdo => "PDOs, master",
+            Kind::SlavePdo => "PDOs, slaves",
+            Kind::Other => "other",
+        }
+    }
+
+    /// Its name where there is little room.
+    pub fn brief(self) -> &'static str {
+        match self {
+            Kind::Network => "NMT, EMCY",
+            Kind::Master => "HB master",
+            Kind::Claim => "claims",
+            Kind::Slave => "HB slaves",
+            Kind::Time => "SYNC, time",
+            Kind::MasterPdo => "PDO master",
+            Kind::SlavePdo => "PDO slaves",
+            _ => self.name(),
+        }
+    }
+
+    /// Its class in the pictures.
+    pub fn class(self) -> &'static str {
+        match self {
+            Kind::Network => "network",
+            Kind::Master => "master",
+            Kind::Slave => "slave",
+            Kind::Time => "time",
+            Kind::Command | Kind::MasterPdo => "command",
+            Kind::Request | Kind::Sdo => "request",
+            Kind::Reply | Kind::SlavePdo => "reply",
+            Kind::Claim | Kind::Other => "other",
+        }
+    }
+}
