@@ -1,4 +1,4 @@
-//! `#[derive(Objects)]`.
+//! Expands `#[derive(Objects)]`.
 
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};

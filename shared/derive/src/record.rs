@@ -1,4 +1,4 @@
-//! `#[derive(Record)]`.
+//! Expands `#[derive(Record)]`.
 
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};

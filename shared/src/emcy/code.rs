@@ -1,6 +1,8 @@
 //! Emergency error codes (CiA 301 7.2.7.1).
 
-/// An error code. Codes of CiA 301 that end in 00h stand for a class of 256: the low byte is the device's to define.
+/// Emergency error code. A code of CiA 301 that ends in 00h stands for a class of 256 codes: the device defines
+/// the low byte.
+#[doc(alias = "EMCY error code")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorCode(u16);
@@ -91,12 +93,12 @@ codes! {
 }
 
 impl ErrorCode {
-    /// From the wire, or one of a device's own.
+    /// Makes a code from the value of a message, or a code that a device defines.
     pub const fn new(code: u16) -> ErrorCode {
         ErrorCode(code)
     }
 
-    /// The value on the wire.
+    /// Returns the value that the message carries.
     pub const fn get(self) -> u16 {
         self.0
     }

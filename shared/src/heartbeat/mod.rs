@@ -14,12 +14,13 @@ pub use staggered::Staggered;
 
 use crate::types::{CobId, Frame, NmtState, NodeId};
 
-/// The heartbeat of `node`; with [`NmtState::Initialising`] it is the boot-up message.
+/// Makes the heartbeat of `node`. With [`NmtState::Initialising`] it is the boot-up message.
 pub fn encode(node: NodeId, state: NmtState) -> Frame {
     Frame::of(CobId::heartbeat(node), [state.byte()])
 }
 
-/// State told by a heartbeat or boot-up message; `None` when malformed: length other than 1, unknown state.
+/// Returns the state that a heartbeat or boot-up message reports. `None` if the length is not 1 or the state is
+/// unknown.
 pub fn decode(frame: &Frame) -> Option<NmtState> {
     let &[byte] = frame.data() else { return None };
     NmtState::from_byte(byte)

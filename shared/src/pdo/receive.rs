@@ -15,19 +15,19 @@ use crate::od::Objects;
 use crate::pdo::PdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
-/// What becomes of the frame of an RPDO.
+/// Outcome of a frame of an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Taken {
-    /// All its values are in the dictionary.
+    /// All values are in the dictionary.
     Applied,
-    /// Some values are outside of their limits and were not written; the others are in the dictionary.
+    /// Some values are outside their limits and were not written. The others are in the dictionary.
     Refused,
-    /// It waits for SYNC.
+    /// The frame waits for SYNC.
     Held,
-    /// It is synchronous and came after the synchronous window (1007h): discarded.
+    /// The PDO is synchronous, and the frame came after the synchronous window (1007h). It was discarded.
     OutsideWindow,
-    /// It has fewer bytes than are mapped: not processed.
+    /// The frame has fewer bytes than are mapped. It was not processed.
     Rejected,
 }
 
@@ -44,6 +44,7 @@ const fn function(id: u16) -> usize {
 }
 
 /// All RPDOs of a node.
+#[doc(alias("RPDO", "receive PDO"))]
 #[derive(Debug)]
 pub struct Rpdos<S: PdoSlots> {
     ids: S::Receive<u16>,
@@ -115,7 +116,7 @@ impl<S: PdoSlots> Default for Rpdos<S> {
 }
 
 impl<S: PdoSlots> Rpdos<S> {
-    /// None is valid.
+    /// Makes the RPDOs of a node. None is valid.
     pub fn new() -> Self {
         Rpdos {
             ids: S::receive(NONE),
@@ -128,7 +129,7 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// None is valid any more.
+    /// Makes all RPDOs invalid.
     pub fn clear(&mut self) {
         for (id, pdo) in self.ids.as_mut().iter_mut().zip(self.pdos.as_mut()) {
             *id = NONE;
@@ -138,11 +139,12 @@ impl<S: PdoSlots> Rpdos<S> {
         self.index();
     }
 
-    /// New values of objects 1400h + `number` and 1600h + `number`, and what [`rules::resolve`] makes of them. What was held is
-    /// gone, its errors are resolved, the deadline waits for the next frame. `brings_time`: among its objects is a time to set.
+    /// Takes new values of objects 1400h + `number` and 1600h + `number`, resolved by [`rules::resolve`]. Drops a
+    /// frame that waits for SYNC, resolves its errors, and starts the deadline with the next frame. `brings_time`:
+    /// the PDO sets the time.
     ///
     /// # Errors
-    /// [`AbortCode::NoObject`] for a `number` without a slot. Nothing was changed.
+    /// [`AbortCode::NoObject`] for a `number` without a slot. Then nothing was changed.
     pub fn configure(
         &mut self,
         number: usize,
@@ -181,7 +183,8 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// Operational is left: what is held is gone, no deadline runs. Errors stay until a good frame comes.
+    /// Notes that Operational is left: drops frames that wait for SYNC and stops all deadlines. Errors last until
+    /// a good frame.
     pub fn stop(&mut self) {
         for pdo in self.pdos.as_mut() {
             pdo.waiting = false;
@@ -191,19 +194,19 @@ impl<S: PdoSlots> Rpdos<S> {
         self.next = Instant::NEVER;
     }
 
-    /// The COB-ID of this one, if it is valid.
+    /// Returns the COB-ID of an RPDO, if it is valid.
     pub fn id(&self, number: usize) -> Option<CobId> {
         CobId::new(*self.ids.as_ref().get(number)?)
     }
 
-    /// The first one with this COB-ID.
+    /// Returns the number of the first RPDO with this COB-ID.
     #[inline]
     pub fn first(&self, id: CobId) -> Option<usize> {
         let number = usize::from(*self.first.get(function(id.raw()))?);
         if self.ids.as_ref().get(number) == Some(&id.raw()) { Some(number) } else { self.next(id, number) }
     }
 
-    /// The next one behind `number` with this COB-ID.
+    /// Returns the number of the next RPDO after `number` with this COB-ID.
     #[inline(always)]
     pub fn next(&self, id: CobId, number: usize) -> Option<usize> {
         if self.is_shared { self.search(id, number) } else { None }
@@ -216,17 +219,17 @@ impl<S: PdoSlots> Rpdos<S> {
         behind.into_iter().find(|(_, other)| **other == id.raw()).map(|(number, _)| number)
     }
 
-    /// A frame with the COB-ID of this one, in Operational, if it takes effect at once, no deadline runs, and all is well
-    /// with it and with the one before. Returns whether that is so; if not, it may be in the dictionary already, but
-    /// [`Rpdos::on_frame`] has yet to take it.
+    /// Handles a frame of this RPDO in Operational, if it takes effect at once, has no deadline, and neither it
+    /// nor the frame before has an error. Returns whether that is so. If not, call [`Rpdos::on_frame`]; the
+    /// values may be in the dictionary already.
     #[inline(always)] // called from one place
     pub fn on_plain_frame<D: Objects>(&mut self, number: usize, frame: &Frame, objects: &mut D) -> bool {
         let pdo = self.pdos.as_ref().get(number).filter(|pdo| pdo.plain == frame.dlc());
         pdo.is_some_and(|pdo| pdo.layout.unpack(objects, frame.bits()))
     }
 
-    /// A frame with the COB-ID of this one, which ended `at`, in Operational. Synchronous ones are taken up to
-    /// `window_end`, or [`Instant::NEVER`] without a window.
+    /// Handles a frame of this RPDO that ended at `at`, in Operational. Frames of synchronous RPDOs are accepted
+    /// until `window_end`, which is [`Instant::NEVER`] without a window.
     #[inline(always)] // called from one place
     pub fn on_frame<D: Objects>(
         &mut self,
@@ -260,13 +263,13 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// Whether any waits for SYNC.
+    /// Returns whether a frame waits for SYNC.
     pub fn is_waiting(&self) -> bool {
         self.waiting
     }
 
-    /// SYNC: what is held takes effect (ECSS 6.9e). `ended` is given the number of each PDO, and whether all its values were
-    /// within their limits.
+    /// Handles a SYNC: frames that wait take effect (ECSS 6.9e). Calls `ended` with the number of each PDO and a
+    /// flag: all its values were within their limits.
     pub fn on_sync<D: Objects>(&mut self, objects: &mut D, ended: &mut impl FnMut(usize, bool)) {
         self.waiting = false;
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
@@ -278,7 +281,7 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// Finds those that are overdue at `now`, once until their next frame.
+    /// Finds RPDOs that are overdue at `now`, each once until its next frame.
     pub fn poll(&mut self, now: Instant) {
         if now < self.next {
             return;
@@ -294,13 +297,13 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// Whether an error appeared or is gone, and was not taken yet.
+    /// Returns whether an error appeared or is gone and was not taken yet.
     #[inline]
     pub fn has_events(&self) -> bool {
         self.has_events
     }
 
-    /// The next error that appeared or is gone, and the number of its PDO.
+    /// Returns the next error that appeared or is gone, with the number of its PDO.
     pub fn take_event(&mut self) -> Option<(usize, RpdoEvent)> {
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
             let changed = pdo.errors ^ pdo.taken;
@@ -317,7 +320,7 @@ impl<S: PdoSlots> Rpdos<S> {
         None
     }
 
-    /// When to poll next.
+    /// Returns when to poll next.
     pub fn deadline(&self) -> Option<Instant> {
         (self.next < Instant::NEVER).then_some(self.next)
     }

@@ -1,4 +1,4 @@
-//! One bus: events of its controller, mailboxes, lifetimes, leaving.
+//! Runner of one bus: events of its controller, mailboxes, lifetimes, leaving the bus.
 
 use core::convert::Infallible;
 use core::future::poll_fn;
@@ -24,7 +24,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// raises no event.
 const CLOSE_LOOK: Duration = Duration::from_millis(2);
 
-/// Runs the controller of one bus. For a task of its own.
+/// Runs the controller of one bus, in a task of its own.
 pub struct BusRunner<B: Platform, N: Node> {
     core: &'static Core<B, N>,
     // In the storage: the future of a task would hold a port twice, as an argument and in this future.
@@ -36,7 +36,10 @@ impl<B: Platform, N: Node> BusRunner<B, N> {
         BusRunner { core, line }
     }
 
-    /// Runs for ever.
+    /// Runs without end.
+    ///
+    /// # Cancel safety
+    /// The future must not be dropped: the frames in the mailboxes of the port would no longer be followed.
     pub async fn run(self) -> ! {
         let BusRunner { core, line } = self;
         line.look_from(core.clock.now());
@@ -132,7 +135,8 @@ impl<P: CanPort> Line<P> {
         context.waker().wake_by_ref();
     }
 
-    /// Does what is due, obeys commands for this bus and fills its mailboxes. Returns whether another task is to be woken from now on.
+    /// Does what is due, obeys commands for this bus and fills its mailboxes. Returns whether another task is to be
+    /// woken from now on.
     #[inline]
     fn end_turn<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
         let is_new = register(&mut shared.buses[self.bus], context);
@@ -348,8 +352,8 @@ impl<P: CanPort> Line<P> {
         told
     }
 
-    /// Makes room for an urgent frame when frames that go after it have all mailboxes: aborts the one of the lowest priority
-    /// that is alone with its COB-ID. Other nodes may hold the bus against that one for any time.
+    /// Makes room for an urgent frame when frames that go after it have all mailboxes: aborts the one of the lowest
+    /// priority that is alone with its COB-ID. Other nodes may hold the bus against that one for any time.
     #[inline(never)] // few frames find all mailboxes taken
     fn preempt(&mut self, next: &Frame) {
         if !is_urgent(next.id()) {

@@ -1,11 +1,12 @@
 //! Requests and responses, from and to the eight bytes of a frame (CiA 301 7.2.4.3).
 //!
-//! What comes is parsed into [`Request`] and [`Response`]; what goes has a function for each frame there is. Reserved bits are sent as zero and not looked at. Segments of a sub-block have no command specifier: see
+//! Received frames are parsed into [`Request`] and [`Response`]. For each frame to send there is a function.
+//! Reserved bits are sent as zero and ignored in reception. Segments of a sub-block have no command specifier: see
 //! [`sub_block_segment`].
 
 use crate::types::Address;
 
-/// The data of an SDO frame. CiA 301 knows no other length.
+/// Data of an SDO frame. CiA 301 defines no other length.
 pub type Payload = [u8; 8];
 
 /// What an initiate frame carries: bits e, s and n, and bytes 4 to 7.
@@ -13,9 +14,9 @@ pub type Payload = [u8; 8];
 pub(super) enum Content {
     /// The value itself, in the first so many of four bytes (`1..=4`).
     Expedited([u8; 4], u8),
-    /// The value itself in the first of four bytes; how many is not told.
+    /// The value itself, in the first of four bytes. Their number is not sent.
     Unsized([u8; 4]),
-    /// Segments follow. How many bytes, when that is told.
+    /// Segments follow, with this number of bytes if it was sent.
     Segmented(Option<u32>),
 }
 
@@ -30,7 +31,7 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// Whether it brings nothing: neither data nor the end.
+    /// Returns whether the segment has no effect: it has no data and does not end the transfer.
     pub const fn is_vain(&self) -> bool {
         self.len == 0 && !self.last
     }
@@ -118,7 +119,7 @@ impl Request {
         }
     }
 
-    /// Whether a transfer begins with it.
+    /// Returns whether a transfer begins with this request.
     pub fn is_initiate(&self) -> bool {
         matches!(
             self,
@@ -183,12 +184,12 @@ impl Segment {
         }
     }
 
-    /// The bytes that count.
+    /// Returns the bytes that count.
     pub fn bytes(&self) -> &[u8] {
         self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 
-    /// Download request or upload response: both have the command specifier 0.
+    /// Makes a download request or an upload response. Both have the command specifier 0.
     pub fn payload(&self) -> Payload {
         let unused = 7 - self.len.min(7);
         segment(bit(self.toggle, TOGGLE) | (unused << 1) | bit(self.last, LAST), self.data)
@@ -324,7 +325,7 @@ pub(super) fn is_upload(payload: &Payload) -> bool {
     command >> 5 == 2
 }
 
-/// The data of a download initiate request that brings them itself, and how many of them count when that is told.
+/// The data of an expedited download request, and the number of bytes that count if it was sent.
 #[inline]
 pub(super) fn expedited_download(payload: &Payload) -> Option<([u8; 4], Option<u8>)> {
     let [command, _, _, _, data @ ..] = *payload;

@@ -19,12 +19,15 @@ pub use service::{PairOutcome, Places, TimeService, mean_of_truncated};
 
 use crate::types::Instant;
 
-/// Where the protocol gets its time from. One per node, monotonic.
+/// Time source of the protocol: one for each node, monotonic.
 #[allow(async_fn_in_trait)] // spawned on single-threaded executors only
 pub trait Clock {
-    /// The present.
+    /// Returns the present instant.
     fn now(&self) -> Instant;
 
-    /// Completes at `deadline`, at once when it has passed.
+    /// Waits until `deadline`. Completes at once if it has passed.
+    ///
+    /// # Cancel safety
+    /// A dropped future must have no effect.
     async fn at(&self, deadline: Instant);
 }

@@ -1,7 +1,7 @@
-//! Asking new nodes who they are: one that answers counts as a slave.
+//! Asks each new node for its device type. A node that answers counts as a slave.
 //!
-//! Each new Node-ID is asked for its device type (1000h) once, and again after its next boot-up message. The boot-up
-//! process goes first, and after a question without an answer the client is left to others for as long.
+//! The master reads 1000h of each new Node-ID once, and again after its next boot-up message. The boot-up process goes
+//! first. After a question without an answer the SDO client is free for others for the same time.
 
 use super::boards::MasterBoards;
 use super::transfers::Owner;

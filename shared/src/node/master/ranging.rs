@@ -1,4 +1,4 @@
-//! Stamps of heartbeats, by which the cable to a slave is measured (objects 2016h and 2044h).
+//! Stamps of heartbeats, from which the length of the cable to a slave is measured (objects 2016h and 2044h).
 
 use super::Master;
 use super::boards::MasterBoards;

@@ -1,7 +1,7 @@
 //! A minimal slave: hard-coded objects, commands, telemetry, a choice of the bus, and nothing else (ECSS 9).
 //!
-//! There is no module control, boot-up message, emergency, SDO or time stamp: what a frame asks for is done while the frame is
-//! handled, or never. The master begins every exchange.
+//! There is no module control, boot-up message, emergency, SDO or time stamp: what a frame asks for is done while
+//! the frame is handled, or never. The master begins every exchange.
 
 mod api;
 mod objects;
@@ -24,7 +24,8 @@ use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBu
 const DEPTH: usize = 8;
 type Out = Outbox<MinimalEvent, Places<DEPTH>>;
 
-/// A slave of the minimal set, on both buses or on one at a time.
+/// Slave of the minimal set, on both buses or on one at a time.
+#[doc(alias("minimal slave", "reduced protocol"))]
 #[derive(Debug)]
 pub struct MinimalSlave<D: MinimalDevice> {
     id: NodeId,
@@ -38,7 +39,7 @@ pub struct MinimalSlave<D: MinimalDevice> {
 }
 
 impl<D: MinimalDevice> MinimalSlave<D> {
-    /// A slave before power-on. `id` is one of 2..=127.
+    /// Makes a slave before power-on. `id` is 2 to 127.
     pub fn new(id: NodeId, numbers: Numbers, device: D) -> Self {
         const { D::PDOS.assert_possible() };
         MinimalSlave {
@@ -52,22 +53,22 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         }
     }
 
-    /// The device.
+    /// Returns the device.
     pub const fn device(&self) -> &D {
         &self.device
     }
 
-    /// The bus that it considers active, or on which it searches.
+    /// Returns the bus that the node considers active, or on which it searches.
     pub const fn active(&self) -> Bus {
         self.selector.selected()
     }
 
-    /// Frames of each bus.
+    /// Returns the counters of the frames of each bus.
     pub const fn counters(&self) -> &PerBus<Counters> {
         &self.buses.counters
     }
 
-    /// Error state and counters of each controller (ECSS 5.6.2b, c).
+    /// Returns error state and counters of each controller (ECSS 5.6.2b, c).
     pub const fn health(&self) -> &PerBus<Health> {
         &self.buses.health
     }

@@ -158,7 +158,7 @@ impl Client {
         Ok(())
     }
 
-    /// Bytes that may be pulled: what of the last segment counts is told at the end.
+    /// Bytes that may be pulled. The number of bytes of the last segment that count is known at the end.
     pub(super) fn ready(&self) -> usize {
         match self.state {
             _ if self.is_downloading() => 0,
