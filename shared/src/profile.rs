@@ -1,4 +1,31 @@
-//! The numbers of a mission, the same for images, host worlds and documents.
+//! Numbers of a mission: bit rate, periods, redundancy parameters, slaves.
+//!
+//! A *profile* is a constant that all nodes of a mission share, in images, simulations and documents. Start from
+//! [`Profile::DEFAULT`], and assert the checks where the profile is declared. An unsound profile then does not
+//! compile.
+//!
+//! ```
+//! use ecss_can::link::bit_timing::BitRate;
+//! use ecss_can::profile::Profile;
+//! use ecss_can::types::{Duration, NodeId};
+//!
+//! const MISSION: Profile = Profile {
+//!     name: "mine",
+//!     heartbeat: Duration::from_millis(200),
+//!     consumer: Duration::from_millis(500),
+//!     selective: &[NodeId::of::<4>()],
+//!     ..Profile::DEFAULT.at(BitRate::KBIT_500)
+//! };
+//! const _: () = assert!(MISSION.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+//! const _: () = assert!(MISSION.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
+//! const _: () = assert!(MISSION.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
+//! ```
+//!
+//! # Limits
+//!
+//! - Values that a node stores by "save" have priority over those of the profile.
+//! - The checks compare the numbers of a profile with each other. `cargo xtask schedule` of the repository computes
+//!   the response times of the frames.
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};

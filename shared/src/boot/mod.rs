@@ -1,13 +1,43 @@
 //! Boot-up of the network by its master: every slave is checked, configured and started, then SYNC begins.
 //!
-//! ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors. Sans-IO: what the slaves say goes
-//! in, SDO transfers come out, one at a time, in the order of the Node-IDs.
+//! A slave is *assigned* if 1F81h of the master names it, and *mandatory* if SYNC has to wait for it. The *boot-up
+//! process* of a slave reads its device type and identity, compares its configuration, writes the values that
+//! differ, and starts it. ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors.
 //!
-//! The process is run with every assigned slave that boots up, is heard for the first time, or was lost and
-//! returns. One that went through it is started at once whenever it waits, unless it booted up again: fail-over
-//! does not wait for SDO. If no command of the master explains why it waits, it may have been reset without being
-//! heard: the process is then run with it after the start. A slave that has lost its configuration goes back to
-//! Pre-operational, is configured and started.
+//! ```
+//! use ecss_can::boot::{AssignedSlave, Boot, BootPolicy, BootProgress, BootRequest, Expected, Identified};
+//! use ecss_can::types::{Address, Duration, Instant, NmtState, NodeId};
+//!
+//! let node = NodeId::of::<2>();
+//! let expected = Expected { device_type: 0x191, identity: [0; 4], stamp: [0; 2] };
+//! let objects = Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020, rpdo: 0x1400 };
+//! let mut boot = Boot::new(BootPolicy { time: Duration::from_millis(500), goes_on: false }, objects, &[]);
+//! boot.assign(node, AssignedSlave { node, mandatory: true, expected }.assignment());
+//! boot.start(Instant::ZERO);
+//! boot.on_heartbeat(node, NmtState::Initialising, true, false); // its boot-up message on the active bus
+//!
+//! let request = boot.request(|_| expected, None);
+//! assert_eq!(request, Some(BootRequest::Read { node, at: Address::new(0x1000, 0), most: 4 }));
+//! boot.on_data(&0x191_u32.to_le_bytes());
+//! boot.on_done(Ok(()));
+//! assert_eq!(boot.take_start(), Some(node)); // nothing else to check
+//! assert_eq!(boot.progress(node), BootProgress::Started);
+//! ```
+//!
+//! The process runs for every assigned slave that boots up, is heard for the first time, or was lost and returns.
+//! After it the slave is started at once whenever it waits, until it boots up again. So a change of the bus does
+//! not wait for SDO.
+//!
+//! # A slave that was reset without being heard
+//!
+//! If no command of the master explains why a slave waits, the slave may have been reset. The process then runs
+//! after the start. A slave that lost its configuration returns to Pre-operational, is configured, and is started
+//! again.
+//!
+//! # Limits
+//!
+//! - There is one SDO transfer at a time, in the order of the Node-IDs.
+//! - Without mandatory slaves SYNC does not wait, and [`Boot::poll`] never reports the end of the boot-up.
 
 mod expected;
 mod overheard;

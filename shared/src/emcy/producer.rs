@@ -1,9 +1,4 @@
 //! Producer of emergency messages.
-//!
-//! An error is reported once when it appears and once when it is gone. It is known by its code and the first byte
-//! of its manufacturer-specific field, its *source*: with it heartbeat errors of two nodes or length errors of two
-//! PDOs are two errors. The end of an error whose message was never sent (no COB-ID, a full queue) is not reported
-//! either: "no error" without an error before it would mean another one.
 
 use heapless::Deque;
 
@@ -42,6 +37,13 @@ impl Config {
 }
 
 /// Error register, history, and the messages that report errors.
+///
+/// An error is reported once when it appears and once when it is gone. Its *source* is the first byte of the
+/// manufacturer-specific field. Two errors with one code and two sources are different: for example the missed
+/// heartbeats of two nodes.
+///
+/// The end of an error is not reported if its message was never sent, because there was no COB-ID or the queue was
+/// full. Otherwise "no error" would seem to mean another error.
 #[doc(alias("EMCY producer", "1014h", "1015h"))]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Producer {

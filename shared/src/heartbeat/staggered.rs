@@ -1,24 +1,28 @@
 //! Producer of a slave's heartbeat that sends some heartbeats late.
-//!
-//! Two slaves with one Node-ID that boot together with equal clocks send equal heartbeats. Equal frames that start
-//! in the same bit merge on the wire: neither node hears the other. So each node sends some of its heartbeats late,
-//! by a *pattern* of 32 bits that is different for each chip. A heartbeat that only one of the two sends late is
-//! heard by the late one, which then yields ([`ClashWatch`](crate::nmt::ClashWatch)).
-//!
-//! The delay is fixed: four of the longest frames at the bit rate of the network, at most a tenth of the heartbeat
-//! period. Two equal frames start together when both wait for the end of the same frame. The heartbeat on time
-//! waits for one frame at most (135 bits), takes 65 bits itself, and is heard long before the delay of 540 bits has
-//! passed. A burst of frames with higher priority may fill the whole delay, and both heartbeats wait for its end:
-//! the pattern tries again in the next period.
-//!
-//! Two patterns differ in at least one of 32 bits, on average in half of them. So one of the two nodes yields after two
-//! periods on average, after 33 at most. The grid of the period does not move, so the mean period is exact.
 
 use super::Producer;
 use crate::types::{Duration, Frame, Instant, NmtState, NodeId};
 
-/// Produces heartbeats of which some are late. Each heartbeat takes the next bit of a pattern, and is late if the
-/// bit is set. The first heartbeat after a boot-up message is on time, and so is an announced one.
+/// Produces heartbeats of which some are late, so that two slaves with one Node-ID detect each other.
+///
+/// Two slaves with one Node-ID that boot together with equal clocks send equal heartbeats. Equal frames that start
+/// in the same bit merge on the wire, and neither node hears the other. Therefore each node sends some of its
+/// heartbeats late, by a *pattern* of 32 bits that is different for each chip. If only one of the two sends a
+/// heartbeat late, it hears the other one and yields ([`ClashWatch`](crate::nmt::ClashWatch)).
+///
+/// Each heartbeat takes the next bit of the pattern, and is late if the bit is set. The first heartbeat after a
+/// boot-up message is on time, and so is an announced one.
+///
+/// # Delay
+///
+/// The delay is fixed: four of the longest frames at the bit rate of the network, at most a tenth of the heartbeat
+/// period. Two equal frames start together if both wait for the end of the same frame. The heartbeat on time waits
+/// for at most one frame (135 bits) and takes 65 bits. So it is heard long before the delay of 540 bits has passed.
+/// A burst of frames with higher priority may fill the whole delay. Then both heartbeats wait for its end, and the
+/// pattern decides again in the next period.
+///
+/// Two patterns differ in at least one of 32 bits, on average in half of them. So one of the two nodes yields after
+/// two periods on average, after 33 at most. The grid of the period does not move, so the mean period is exact.
 #[derive(Clone, Debug)]
 pub struct Staggered {
     producer: Producer,

@@ -1,28 +1,32 @@
 //! Bit timing of a CAN controller, computed by constants so that an impossible one stops the build.
 //!
+//! The *bit timing* divides a bit into time quanta (tq) and places the sample point. It limits the length of the
+//! bus and the tolerance of the oscillators.
+//!
 //! ```text
 //! | SYNC | PROP_SEG           | PHASE_SEG1 | PHASE_SEG2 |
 //! | 1 tq | TS1                             ^ TS2        |
 //!                                          sample point
 //! ```
 //!
-//! ECSS 5.4.3b, c names the method (iCC 2012): of all options, take the one with the longest propagation segment that
-//! still meets the oscillator tolerance. An option is a prescaler and the lengths of three segments. It must
+//! ECSS 5.4.3b, c defines the method (iCC 2012): of all options, take the one with the longest propagation segment
+//! that meets the oscillator tolerance. An option is a prescaler and the lengths of three segments. It must
 //!
-//! * give the bit rate exactly, with 8 to 25 time quanta to a bit (ISO 11898-1),
-//! * have PHASE_SEG2 = max(PHASE_SEG1, information processing time of 2 tq) (ISO 11898-1),
-//! * have SJW = min(4, PHASE_SEG1) (ECSS 5.4.3d),
-//! * sample where CiA 301 wants it for this bit rate,
-//! * fit the registers of the controller, its [`Limits`].
+//! - give the bit rate exactly, with 8 to 25 time quanta in a bit (ISO 11898-1),
+//! - have PHASE_SEG2 = max(PHASE_SEG1, information processing time of 2 tq) (ISO 11898-1),
+//! - have SJW = min(4, PHASE_SEG1) (ECSS 5.4.3d),
+//! - have the sample point where CiA 301 places it for this bit rate,
+//! - fit the registers of the controller, its [`Limits`].
 //!
-//! With N time quanta to a bit, oscillators may be off by `df` in either direction, where
+//! With N time quanta in a bit, oscillators may deviate by `df` in either direction, where
 //!
 //! ```text
 //! df <= SJW / (20 N)                                            ten bits from edge to edge, resynchronised
 //! df <= min(PHASE_SEG1, PHASE_SEG2) / (2 (13 N - PHASE_SEG2))   thirteen bits after an error flag
 //! ```
 //!
-//! and the propagation segment must hold twice the way from any node to any other: line and both nodes' delays.
+//! The propagation segment must hold twice the delay between any two nodes: the line and both nodes. [`Limits`] has
+//! an example.
 
 mod error;
 

@@ -1,16 +1,21 @@
-//! How many frames a node may send: a token bucket per COB-ID, and one for the node (ECSS 5.3.3.1b).
+//! Budget: the number of frames that a node may send (ECSS 5.3.3.1b).
+//!
+//! A *token bucket* holds a number of tokens. A frame takes one, and the bucket fills again at a fixed rate. There
+//! is a bucket for each COB-ID and one for the node:
 //!
 //! | frames | bucket of the COB-ID | bucket of the node |
 //! | --- | --- | --- |
-//! | what the network [lives on](is_vital), emergencies | yes | no |
+//! | [vital](is_vital) frames and emergencies | yes | no |
 //! | SDO | no | no |
 //! | all others | yes | yes |
 //!
-//! SDO is bounded by its confirmations: a client asks for each frame, or for a sub-block of at most 127. An empty
-//! bucket refuses frames until it is full again. When that of the node is empty, the node silences itself for a
-//! time.
+//! SDO is limited by its confirmations: a client asks for each frame, or for a sub-block of at most 127. An empty
+//! bucket refuses frames until it is full again. If the bucket of the node is empty, the node is silent for a time.
 //!
-//! The pre-defined COB-IDs of one slave have a bucket each. Those of a master for its slaves share sixteen.
+//! # Limits
+//!
+//! The pre-defined COB-IDs of one slave have a bucket each. The COB-IDs of a master for its slaves share sixteen
+//! buckets.
 
 use super::queue::is_vital;
 use crate::types::{CobId, Duration, Instant};

@@ -1,6 +1,6 @@
 //! One controller behind a transceiver switch: two ports, of which one at a time is on its bus.
 //!
-//! The selective bus access architecture with a single controller (ECSS A.4.1, Figure A-6):
+//! This is the selective bus access architecture with a single controller (ECSS A.4.1, Figure A-6):
 //!
 //! ```text
 //! Side nominal ───┐                           ┌── transceiver ── nominal bus
@@ -8,8 +8,8 @@
 //! Side redundant ─┘                           └── transceiver ── redundant bus
 //! ```
 //!
-//! The switch moves when the controller is silent and every event of the old bus was taken: a frame that is cut off
-//! would disturb both buses, and a result that comes later would be taken for one of the new bus.
+//! The switch moves when the controller is silent and every event of the old bus was taken. A frame that is cut off
+//! would disturb both buses. A result that comes later would count for the new bus.
 
 use core::cell::RefCell;
 use core::task::{Context, Poll, Waker};

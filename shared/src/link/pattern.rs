@@ -1,6 +1,6 @@
 //! Falling edges of a frame, in bit times after its start.
 //!
-//! Rebuilt from what the frame says: layout, CRC-15 and bit stuffing of ISO 11898-1 10.4 and 10.5.
+//! They follow from the frame by layout, CRC-15 and bit stuffing of ISO 11898-1 10.4 and 10.5.
 
 use heapless::Vec;
 

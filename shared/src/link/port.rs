@@ -1,6 +1,13 @@
 //! Port: the interface between the protocol and a CAN controller.
 //!
-//! Implemented by `boards` on bxCAN and by the mocks of the host tests. One port serves one bus.
+//! One port serves one bus. The package `boards` implements it for bxCAN, the module `mock` for tests. To support
+//! another controller, implement [`CanPort`]:
+//!
+//! - A port starts off the bus, and joins it at [`CanPort::join`].
+//! - Frames of one COB-ID leave in the order of [`CanPort::send`].
+//! - Every frame in a mailbox ends with one event: [`PortEvent::Transmitted`] or [`PortEvent::Failed`].
+//! - Events are handed out in the order of time. A lost frame is reported as [`PortEvent::Overrun`].
+//! - The port does not recover from bus-off by itself: the node calls [`CanPort::recover`].
 
 use core::future::poll_fn;
 use core::task::{Context, Poll};

@@ -1,6 +1,7 @@
-//! Transmit queue of a bus: lowest COB-ID first, each frame with its lifetime.
+//! Transmit queue of a bus: the lowest COB-ID first, each frame with its lifetime.
 //!
-//! Frames of one COB-ID keep their order. When the queue is full, what the network lives on displaces what it does not.
+//! Frames of one COB-ID keep their order. In a full queue a frame that the network depends on displaces one that it
+//! does not depend on: see [`is_vital`].
 
 use heapless::vec::VecInner;
 

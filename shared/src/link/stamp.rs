@@ -1,7 +1,8 @@
 //! Stamps of frames: the instant at which a frame ended, on the clock of the node.
 //!
-//! A timer captures every falling edge of CAN_RX into an [`EdgeRing`], without the CPU. When a frame is reported, the
-//! ring is searched for exactly the edges that this frame makes on the wire, and its end follows from one of them.
+//! A timer captures every falling edge of CAN_RX into an [`EdgeRing`], without the CPU. When a frame is reported,
+//! the ring is searched for exactly the edges that this frame makes on the wire. The end of the frame follows from
+//! one of them.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 

@@ -1,11 +1,4 @@
 //! Detects another node with the Node-ID of this one.
-//!
-//! Two boards with one Node-ID answer the same requests at the same time and destroy each other's frames.
-//! Heartbeats of the other one give it away. The node that booted last yields and is silent until the other one is.
-//! So a faulty or forged heartbeat does not take a node away that has worked for a while.
-//!
-//! Two nodes that booted together with equal clocks hear each other only when one of them sends a heartbeat late
-//! (`heartbeat::Staggered`). That may be the thirty-second one: the late node still yields then.
 
 use crate::types::{Duration, Instant, NmtState};
 
@@ -14,6 +7,14 @@ use crate::types::{Duration, Instant, NmtState};
 const CROSSING: Duration = Duration::from_millis(1);
 
 /// Watches for another node with the Node-ID of this one.
+///
+/// Two boards with one Node-ID answer the same requests at the same time and destroy each other's frames. A board
+/// detects the other one by its heartbeats. The node that booted last *yields*: it is silent until the other one is
+/// silent. So a faulty or forged heartbeat does not silence a node that has worked for a while.
+///
+/// Two nodes that booted together with equal clocks hear each other only if one of them sends a heartbeat late
+/// (`heartbeat::Staggered`). That may be the thirty-second one. The late node then still
+/// yields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ClashWatch {

@@ -1,13 +1,13 @@
 //! Guard against a reset that is sent again and again and would keep a slave out of operation.
-//!
-//! A reset without a heartbeat of the master since the last boot may come from anybody. It is obeyed three times in a
-//! row. The fourth is ignored, and so is every further one, until a heartbeat was heard or no reset came for the pause
-//! (two consumer times). An ignored reset begins the pause anew: a slave with selective access needs the time to search
-//! on the other bus.
 
 use crate::types::{Duration, Instant};
 
 /// Decides whether a slave obeys "reset node" and "reset communication".
+///
+/// Any node can send a reset. A heartbeat of the master since the last boot makes a reset credible. Without one,
+/// the slave obeys three resets in a row. It ignores the fourth and all further ones, until it hears a heartbeat of
+/// the master, or receives no reset for a *pause* of two consumer times. An ignored reset starts the pause again: a
+/// slave with selective access needs the time to search on the other bus.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ResetGuard {

@@ -1,15 +1,4 @@
-//! Two slaves with one Node-ID, as the master hears them.
-//!
-//! A *state clash* is a Node-ID whose heartbeats report Operational and another state in turn, faster than one
-//! slave can change its state. A slave that leaves Operational and is started again reports Operational two
-//! heartbeat periods after the last time. In a clash it does so within one and a half, each time that the other
-//! node is heard in between.
-//!
-//! In a clash the master goes on commanding: while heartbeats on the active bus report Operational within the
-//! consumer time, the state that the other node reports is ignored.
-//!
-//! Limits: the master cannot distinguish two nodes that report the same state. A slave whose heartbeat period is
-//! more than one and a half times that of the master shows no clash. At most eight Node-IDs are watched at a time.
+//! Detects two slaves with one Node-ID, in the master.
 
 use heapless::Vec;
 
@@ -36,6 +25,20 @@ struct Watch {
 }
 
 /// Watches the heartbeats of all Node-IDs for state clashes.
+///
+/// A *state clash* is a Node-ID whose heartbeats report Operational and another state in turn, faster than one
+/// slave can change its state. A slave that leaves Operational and is started again reports Operational two
+/// heartbeat periods after the last time. In a clash this happens within one and a half periods, each time that the
+/// other node is heard in between.
+///
+/// In a clash the master continues to command. While heartbeats on the active bus report Operational within the
+/// consumer time, it ignores the state that the other node reports.
+///
+/// # Limits
+///
+/// - Two nodes that report the same state are not detected.
+/// - A slave whose heartbeat period is more than one and a half times that of the master shows no clash.
+/// - At most eight Node-IDs are watched at a time.
 #[derive(Clone, Debug, Default)]
 pub struct StateClashes {
     watches: Vec<Watch, WATCHED>,

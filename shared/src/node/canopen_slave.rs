@@ -1,5 +1,4 @@
-//! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C: for a board of the test bench, or a bus inside of
-//! a unit.
+//! CANopen slave on one bus, without ECSS-E-ST-50-15C: for a board of the test bench, or for a bus inside a unit.
 
 use super::canopen::{Canopen, Out, is_heartbeat};
 use super::extension::Nothing;

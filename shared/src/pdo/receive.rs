@@ -1,14 +1,4 @@
-//! Receive PDOs: frames into the dictionary (CiA 301 7.2.2, ECSS 6.2, 6.9).
-//!
-//! * Types 0 to 240 take effect at the next SYNC, the newest frame of each PDO; 254 and 255 at once. One that brings the time
-//!   takes effect at once whatever its type: with types 0 to 240 it is the time of the last SYNC (ECSS 7.2.3c), not the next.
-//! * A frame with fewer bytes than are mapped is not processed. One with more is, as far as it is mapped. A value outside
-//!   of its limits is not written, the others of its frame are, and the frame does not count as applied. All three are
-//!   errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is gone.
-//! * A frame may end before a value that the device declares optional: what is left out reads as zero.
-//! * The event timer is a deadline. It runs from each good frame to the next, the first time from the first one in
-//!   Operational, or after it was configured.
-//! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
+//! Receive PDOs: from frames into the dictionary (CiA 301 7.2.2, ECSS 6.2, 6.9).
 
 use super::{Layout, PdoSlots, RpdoError, RpdoEvent, rules};
 use crate::od::Objects;
@@ -43,7 +33,19 @@ const fn function(id: u16) -> usize {
     id as usize >> 7
 }
 
-/// All RPDOs of a node.
+/// All RPDOs of a node: they move values from frames into the dictionary.
+///
+/// - With transmission type 0 to 240 the newest frame of a PDO takes effect at the next SYNC, with 254 and 255 at
+///   once. A PDO that carries the time takes effect at once with every type. With types 0 to 240 it is the time of
+///   the last SYNC (ECSS 7.2.3c).
+/// - A frame with fewer bytes than are mapped is not processed. Of a longer frame the mapped bytes are used. A
+///   value outside its limits is not written. The other values of its frame are, but the frame does not count as
+///   applied. All three are errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is
+///   gone.
+/// - A frame may end before a value that the device declares optional. Such a value is zero.
+/// - The event timer is a deadline from each good frame to the next. It starts with the first good frame in
+///   Operational, or after the PDO was configured.
+/// - Two PDOs may have the same COB-ID. Both take the frame, in the order of their numbers.
 #[doc(alias("RPDO", "receive PDO"))]
 #[derive(Debug)]
 pub struct Rpdos<S: PdoSlots> {

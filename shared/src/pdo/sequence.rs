@@ -1,17 +1,4 @@
 //! Commands that must not be executed twice: a sequence byte, and a filter of repeats.
-//!
-//! CAN delivers a frame *at least* once. A transmitter that sees an error in the last bit of EOF repeats a frame
-//! that its receivers have already accepted (ISO 11898-1, 10.7). Heartbeats, SYNC and telemetry do no harm twice; a
-//! command may.
-//!
-//! * The producer keeps a [`Sequence`] for each consumer and COB-ID, and puts its next number into each new command.
-//! * The consumer keeps a [`RepeatFilter`] for each COB-ID. A repeat has the sequence and the bytes of the last command and
-//!   arrives, on either bus, within the lifetime of that command: it is dropped and counted.
-//!
-//! Only the last command is compared: frames of one COB-ID leave a node in order, and those of the bus that it left
-//! are aborted. So 256 numbers are enough at any rate. A producer that starts, after a reset or in place of another
-//! one, begins at zero and does not know what its predecessor sent. It therefore sends no command until every
-//! command of the predecessor is past its lifetime: none of its own is taken for a repeat.
 
 use crate::types::{Duration, Instant};
 
@@ -20,6 +7,35 @@ use crate::types::{Duration, Instant};
 const SLACK: Duration = Duration::from_millis(5);
 
 /// Numbers the commands of one producer to one consumer under one COB-ID.
+///
+/// CAN delivers a frame *at least* once. A transmitter that sees an error in the last bit of EOF repeats a frame
+/// that its receivers have already accepted (ISO 11898-1, 10.7). A repeated heartbeat, SYNC or telemetry does no
+/// harm. A repeated command may. Therefore:
+///
+/// - The producer keeps a `Sequence` for each consumer and COB-ID, and puts its next number into each new command.
+/// - The consumer keeps a [`RepeatFilter`] for each COB-ID. A repeat has the sequence and the bytes of the last
+///   command. It arrives, on either bus, within the lifetime of that command. The filter drops and counts it.
+///
+/// ```
+/// use ecss_can::pdo::{RepeatFilter, Sequence};
+/// use ecss_can::types::{Duration, Instant};
+///
+/// let lifetime = Duration::from_millis(40);
+/// let mut sequence = Sequence::new(Instant::ZERO, lifetime);
+/// let now = sequence.ready_at();
+/// let command = [0x12, 0x34, sequence.step(now).unwrap()];
+///
+/// let mut filter = RepeatFilter::new(lifetime);
+/// assert!(filter.is_new(command, now)); // execute it
+/// assert!(!filter.is_new(command, now + Duration::from_millis(1))); // a repeat
+/// assert_eq!(filter.repeats(), 1);
+/// ```
+///
+/// Only the last command is compared: frames of one COB-ID leave a node in order, and frames for a bus that was
+/// left are aborted. So 256 numbers are enough at any rate. A producer that starts, after a reset or in place of
+/// another one, begins at zero. It does not know which commands the producer before it sent. It therefore sends no
+/// command until the lifetime of every such command has ended. So no consumer takes one of its commands for a
+/// repeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Sequence {

@@ -1,23 +1,23 @@
-//! Transmit PDOs: the dictionary into frames (CiA 301 7.2.2, ECSS 6.2, 6.9).
-//!
-//! | type | sent |
-//! | --- | --- |
-//! | 0 | at the next SYNC after an event |
-//! | 1 to 240 | at every n-th SYNC, the first time after n of them, or at the one whose counter is the SYNC start value |
-//! | 254, 255 | at an event, and when the event timer has run out since the last transmission |
-//!
-//! Entering Operational is no event: event timers start then, and an application that wants more triggers its PDOs. An
-//! event within the inhibit time is sent at its end, with the values of then.
-//!
-//! A SYNC samples before it actuates: give it to the TPDOs first and to the RPDOs after, so that a node reports what
-//! was so at the SYNC, and what a receive PDO sets off goes with the next one.
+//! Transmit PDOs: from the dictionary into frames (CiA 301 7.2.2, ECSS 6.2, 6.9).
 
 use super::{Layout, PdoSlots, rules};
 use crate::od::{Objects, Place};
 use crate::pdo::PdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
-/// All TPDOs of a node.
+/// All TPDOs of a node: they move values from the dictionary into frames.
+///
+/// | type | sent |
+/// | --- | --- |
+/// | 0 | at the next SYNC after an event |
+/// | 1 to 240 | at every n-th SYNC. The first time is after n of them, or at the SYNC whose counter is the SYNC start value |
+/// | 254, 255 | at an event, and when the event timer has expired since the last transmission |
+///
+/// Entering Operational is not an event. Event timers start then. An application that wants more triggers its PDOs.
+/// An event within the inhibit time is sent at the end of that time, with the values of that instant.
+///
+/// A node has to sample before it acts at a SYNC. Therefore pass the SYNC to the TPDOs first and to the RPDOs after
+/// them. So the node reports its values at the SYNC. Effects of a receive PDO are sent with the next SYNC.
 #[doc(alias("TPDO", "transmit PDO"))]
 #[derive(Debug)]
 pub struct Tpdos<S: PdoSlots> {

@@ -1,4 +1,4 @@
-//! The master's side: heartbeat on the active bus, and when to go to the other one (ECSS 8.3.3a, b).
+//! Choice of the active bus by the master (ECSS 8.3.3a, b).
 
 use super::dwell::Dwell;
 use super::peers::PLACES;
@@ -12,6 +12,32 @@ use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus, earl
 mod relative;
 
 /// Decides which bus is active, for the master. Hears nodes with Node-IDs below `N`.
+///
+/// The master makes a bus *active* by its heartbeat there. It leaves the bus for one of these reasons, see
+/// [`SwitchCause`]: its controller is bus-off too often, no node acknowledges, too many slaves are silent, or the
+/// application requests it. After a switch it *announces* the new bus: its heartbeat is the first frame.
+///
+/// ```
+/// use ecss_can::profile::Profile;
+/// use ecss_can::redundancy::{Action, Manager, SwitchCause};
+/// use ecss_can::types::{Bus, Duration, Instant};
+///
+/// let (dwell, grace) = (Duration::from_millis(10_000), Duration::from_millis(1));
+/// let mut manager: Manager = Manager::new(Profile::DEFAULT.redundancy(), 50, dwell, grace);
+/// manager.start(Instant::ZERO);
+/// let at = manager.deadline().unwrap();
+/// assert!(matches!(manager.poll(at), Some(Action::Heartbeat { bus: Bus::Nominal, .. })));
+///
+/// manager.request(Bus::Redundant);
+/// let (from, to) = (Bus::Nominal, Bus::Redundant);
+/// assert_eq!(manager.poll(at), Some(Action::Switched { from, to, cause: SwitchCause::Commanded }));
+/// assert!(matches!(manager.poll(at), Some(Action::Heartbeat { bus: Bus::Redundant, .. })));
+/// ```
+///
+/// # Limits
+///
+/// - Only nodes that count decide: those that 1F81h assigns, and those whose SDO server answered. See [`Peers`].
+/// - A master that hears no slave on either bus changes the bus once in a *dwell*: [`Parameters::dwell`].
 #[doc(alias("redundancy master", "active bus", "bus switch"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Manager<const N: usize = PLACES> {

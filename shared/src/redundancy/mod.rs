@@ -1,8 +1,45 @@
-//! Redundancy management: which of the two buses is the active one (ECSS 8).
+//! Redundancy management: the choice of the active bus (ECSS 8).
 //!
-//! The master decides by where it sends its heartbeat ([`Manager`]); slaves follow ([`Selector`]). Of two master
-//! boards one is active ([`Standby`]). All are pure: facts and the time in, decisions out, equal states compare and
-//! hash equal.
+//! A spacecraft has two buses, and exactly one of them is *active*: the one on which the master sends its
+//! heartbeat. A node with *parallel access* is on both buses all the time. A node with *selective access* is on one
+//! bus at a time. A slave that misses the master *searches*: it changes the bus every *Ttoggle* consumer times, at
+//! most *Ntoggle* times.
+//!
+//! | type | decides |
+//! | --- | --- |
+//! | [`Manager`] | which bus the master makes active, and when it changes |
+//! | [`Selector`] | which bus a slave considers active |
+//! | [`Standby`] | which of two master boards is active |
+//! | [`BusOffRecovery`] | when a controller returns from bus-off, and when its bus is failed |
+//! | [`Babblers`] | what the master does against a slave that sends too many frames |
+//! | [`Peers`] | which nodes count as slaves, and which of them are lost or silent |
+//!
+//! ```
+//! use ecss_can::redundancy::Parameters;
+//! use ecss_can::types::{Bus, Duration};
+//!
+//! let parameters = Parameters {
+//!     consumer: Duration::from_millis(250), // 1016h
+//!     producer: Duration::from_millis(100), // 1017h
+//!     bdefault: Bus::Nominal,               // 2000h sub 1
+//!     ttoggle: 2,                           // 2000h sub 2
+//!     ntoggle: 50,                          // 2000h sub 3
+//!     ctoggle: 0,                           // 2000h sub 4
+//! };
+//! assert_eq!(parameters.toggling_time().as_millis(), 500); // on one bus
+//! assert_eq!(parameters.search_time().as_millis(), 25_500); // until the slave gives up
+//! ```
+//!
+//! All types are pure state machines: they take facts and the time, and return decisions. Equal states are equal
+//! and have equal hashes, so that a model checker can visit them all.
+//!
+//! # Limits
+//!
+//! - A slave follows a forged heartbeat on the other bus, and returns when the old bus contradicts it (EMCY 8150h).
+//! - Two nodes that send the heartbeat of the master on one bus look like one to a slave.
+//! - A slave with selective access that gave up its search on a dead bus stays there (ECSS 8.3.3j). The profile
+//!   checks that a search is long enough:
+//!   [`is_search_long_enough`](crate::profile::Profile::is_search_long_enough).
 
 mod babblers;
 #[cfg(feature = "model")]

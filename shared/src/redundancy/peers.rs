@@ -1,8 +1,4 @@
 //! Nodes that the master hears: their states, and which of them count, are lost or silent.
-//!
-//! A node counts for the decisions of the master if 1F81h assigns it, or if its SDO server answered since its last
-//! boot-up message. Any other node is a *stranger*. The master follows its state, but neither its heartbeats nor
-//! its silence decide anything. After ten consumer times of silence the master forgets it.
 
 use super::Parameters;
 use crate::heartbeat::Consumer;
@@ -22,7 +18,11 @@ const MEMORY: u32 = 10;
 /// A set of nodes: bit n stands for Node-ID n.
 pub(super) type NodeSet = u128;
 
-/// Nodes heard since power-on. Strangers are kept until they are forgotten. Node-IDs are below `N`.
+/// Nodes heard since power-on. Node-IDs are below `N`.
+///
+/// A node counts for the decisions of the master if 1F81h assigns it, or if its SDO server answered since its last
+/// boot-up message. Any other node is a *stranger*. The master follows its state, but neither its heartbeats nor
+/// its silence decide anything. After ten consumer times of silence the master forgets it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Peers<const N: usize = PLACES> {
     places: [Option<Peer>; N],

@@ -1,4 +1,4 @@
-//! The slave's side: follow the master's heartbeat, search for it when it is missed (ECSS 8.3.3).
+//! Bus selection of a slave (ECSS 8.3.3).
 
 use super::Parameters;
 use super::hold_off::{Move, Rhythm, Work};
@@ -13,8 +13,43 @@ const MOST_DOUBLINGS: u8 = 7;
 
 /// Selects the active bus of a slave.
 ///
+/// A spacecraft has two buses, and exactly one of them is *active*: the one on which the master sends its
+/// heartbeat. A slave is always in one of three phases:
+///
+/// - **following**: heartbeats arrive on the selected bus, which therefore is the active one;
+/// - **searching**: a heartbeat was overdue. The slave listens on each bus for Ttoggle consumer times and changes
+///   to the other one, at most Ntoggle times. Then it gives up and listens on its bus;
+/// - **unconfirmed**: during a search a command was heard, but no heartbeat yet. A command alone may be a stray
+///   frame. So the search continues where it stopped, unless a heartbeat follows within one consumer time.
+///
+/// Pass the messages of the master to the selector, and call [`Selector::poll`] at [`Selector::deadline`]. It
+/// returns the [`Selection`] that the node has to carry out.
+///
+/// ```
+/// use ecss_can::profile::Profile;
+/// use ecss_can::redundancy::{MasterMessage, Selection, Selector};
+/// use ecss_can::types::{Bus, Duration, Instant};
+///
+/// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
+/// let mut selector = Selector::new(Profile::DEFAULT.redundancy()); // consumer time 250 ms, Ttoggle 2
+/// selector.start(ms(0));
+/// selector.on_master(Bus::Nominal, MasterMessage::Heartbeat, ms(10));
+/// assert_eq!(selector.poll(ms(260)), Some(Selection::Missed { bus: Bus::Nominal }));
+/// assert_eq!(selector.poll(ms(510)), Some(Selection::Toggled { to: Bus::Redundant }));
+/// ```
+///
 /// A slave with selective access passes on messages of the selected bus only. A slave with parallel access passes
 /// on those of both buses. The selector treats both alike.
+///
+/// # Two masters at once
+///
+/// A forged or faulty frame can imitate the master on the other bus. The slave follows it, because it looks like a
+/// real change of the bus. It returns as soon as the old bus contradicts it ([`Selection::Contradicted`]). Then it
+/// does not move on a heartbeat alone for [`Parameters::hold_off_time`], unless the selected bus is silent.
+///
+/// # Limits
+///
+/// With a consumer time, Ttoggle or Ntoggle of zero the slave does not change the bus by itself.
 #[doc(alias("redundancy slave", "bus selection", "Ttoggle", "Ntoggle", "Bdefault"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

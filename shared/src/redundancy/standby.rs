@@ -1,13 +1,10 @@
-//! Which of two master boards is the active one (ECSS 8.1a, Figure 4-2).
+//! Role of a master board: active, or standby of another board (ECSS 8.1a, Figure 4-2).
 //!
-//! Both boards are node 1 and run the same program; a strap numbers them. Each listens first, without sending a
-//! dominant bit. The one that hears no master becomes active; the other one is the standby, and takes over when the
-//! active one is silent on both buses.
+//! Both boards are node 1 and run the same program. A strap numbers them. Each board listens first, without a dominant bit. The
+//! board that hears no master becomes active.
 //!
-//! The active master says on both buses with each heartbeat that it is active: a [`Claim`]. The claims of the two
-//! boards have different COB-IDs. Equal frames that begin together are one frame on the wire, and neither sender
-//! hears the other; frames of two COB-IDs never are. So two active masters on one bus hear each other within a
-//! heartbeat period, and one of them yields.
+//! The claims of the two boards have different COB-IDs. Equal frames that begin together are one frame on the wire, and neither
+//! sender hears the other. Frames with two COB-IDs never merge.
 
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
@@ -156,6 +153,31 @@ pub enum Answer {
 }
 
 /// State machine for the role of a master board.
+///
+/// Of two master boards one is *active*: it manages the network. The other one is the *standby*: it sends no
+/// dominant bit, and takes over when the active board is silent on both buses. The active board sends a [`Claim`]
+/// on both buses with each heartbeat, so that two active boards hear each other within a heartbeat period.
+///
+/// ```
+/// use ecss_can::profile::Profile;
+/// use ecss_can::redundancy::{Answer, Role, RoleCause, RoleChange, Standby, Strap};
+/// use ecss_can::types::{Bus, Duration, Instant};
+///
+/// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
+/// let mut second = Standby::new(Profile::PAIR, Strap::Second);
+/// second.start(ms(0)); // listens
+/// let heard = RoleChange { role: Role::Standby, cause: RoleCause::MasterHeard };
+/// assert_eq!(second.on_master(Bus::Nominal, ms(700)), Answer::Changed(heard));
+///
+/// let silent = RoleChange { role: Role::Active, cause: RoleCause::MasterSilent };
+/// assert_eq!(second.poll(ms(1_099)), None);
+/// assert_eq!(second.poll(ms(1_100)), Some(silent)); // after its consumer time, 400 ms
+/// ```
+///
+/// # Limits
+///
+/// - Two boards with equal straps that hear the same number of slaves both yield: neither claim outranks the other.
+/// - 701h of a foreign node does not make an active board yield. Only a claim does.
 #[doc(alias("standby master", "Figure 4-2"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Standby {

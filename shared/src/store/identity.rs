@@ -1,10 +1,24 @@
-//! The Node-ID of a slave: three copies in the parameter store, of which two must agree, and straps (ECSS 6.10e, f,
-//! g, k).
+//! Node-ID of a slave: three copies in the parameter store, of which two must agree, and straps (ECSS 6.10e, f, g,
+//! k).
+//!
+//! ```
+//! use ecss_can::store::identity::{NoNodeId, Straps, node_id};
+//! use ecss_can::types::NodeId;
+//!
+//! let (three, four) = (NodeId::of::<3>(), NodeId::of::<4>());
+//! assert_eq!(node_id(Straps::Closed(three), None), Ok(three));
+//! assert_eq!(node_id(Straps::Open, Some(three)), Ok(three));
+//! let contradiction = NoNodeId::Contradiction { straps: three, stored: four };
+//! assert_eq!(node_id(Straps::Closed(three), Some(four)), Err(contradiction)); // the board stays silent
+//! ```
+//!
+//! A copy is a number of 16 bits:
 //!
 //! ```text
-//! copy    01 | number, 1 to 3 (2 bits) | Node-ID, 0 for none (7 bits) | CRC (5 bits)
+//! 01 | number, 1 to 3 (2 bits) | Node-ID, 0 for none (7 bits) | CRC (5 bits)
 //! ```
-//! The last copy of each number counts, so that a new Node-ID replaces the old one with the second of its copies.
+//!
+//! The last copy of each number counts. So a new Node-ID replaces the old one with the second of its copies.
 
 use crate::types::NodeId;
 

@@ -1,17 +1,73 @@
-//! Store and restore of parameters: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
+//! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 //!
-//! One set holds the stored parameters of all groups, so that all of a save is stored or nothing of it: saving
-//! a group writes a new set, of the group's values as they are and of the others as they were stored. Restoring the
-//! defaults of a group writes a set without it. Both take effect at the next reset, when [`load`] runs before
+//! A *set* is the stored parameters of all groups. A *save* writes a whole new set: the present values of one
+//! group, and the stored values of the others. So a save is stored whole or not at all. To restore the defaults of
+//! a group is to write a set without it. Both take effect at the next reset, when [`load`] runs before
 //! communication starts.
 //!
-//! A slave keeps Bdefault as well when it finds the master on another bus (ECSS 8.3.3k, l). That is no save: it is a
-//! *note* of one word beside the set, and ends with the next set that has a value of its own.
+//! ```
+//! use ecss_can::store::{Content, Group, Loaded, ParameterStore, Save, StoreRequest, load};
+//! use ecss_can::types::{Address, NodeId};
+//! # use ecss_can::store::{Parameters, Row, StoreError};
+//! # #[derive(Default)]
+//! # struct Memory { stored: Vec<u8>, begun: Vec<u8> }
+//! # impl ParameterStore for Memory {
+//! #     fn stored_len(&self) -> usize { self.stored.len() }
+//! #     fn read(&mut self, offset: usize, into: &mut [u8]) -> Result<(), StoreError> {
+//! #         into.copy_from_slice(&self.stored[offset..][..into.len()]);
+//! #         Ok(())
+//! #     }
+//! #     fn begin(&mut self, _: usize) -> Result<(), StoreError> { self.begun.clear(); Ok(()) }
+//! #     fn append(&mut self, bytes: &[u8]) -> Result<(), StoreError> { self.begun.extend(bytes); Ok(()) }
+//! #     fn commit(&mut self) -> Result<(), StoreError> { self.stored = std::mem::take(&mut self.begun); Ok(()) }
+//! #     fn note(&self) -> Option<u16> { None }
+//! #     fn write_note(&mut self, _: u16) -> Result<(), StoreError> { Ok(()) }
+//! # }
+//! # /// Object 1017h.
+//! # struct Values([u8; 2]);
+//! # impl Parameters for Values {
+//! #     fn find(&mut self, from: Address) -> Option<Row> {
+//! #         let at = Address::new(0x1017, 0);
+//! #         (from <= at).then_some(Row { at, count: 1, len: 2 })
+//! #     }
+//! #     fn read(&mut self, _: Address, offset: usize, into: &mut [u8]) -> usize {
+//! #         into.copy_from_slice(&self.0[offset..][..into.len()]);
+//! #         into.len()
+//! #     }
+//! # }
 //!
-//! Beside both, three copies of the Node-ID are kept, which no set replaces: [`identity`].
+//! const NODE: NodeId = NodeId::of::<3>();
+//! let (mut store, mut values) = (Memory::default(), Values([100, 0]));
+//! let mut save = Save::begin(&mut store, NODE, Group::All, StoreRequest::Save)?;
+//! while !save.advance(&mut store, &mut values)? {
+//!     // The node does its other work between two steps.
+//! }
 //!
-//! Where sets and notes are kept is behind [`ParameterStore`], which keeps them whole through a loss of power. What
-//! outlives a reset only is in RAM, behind [`RetainedMemory`].
+//! let apply = &mut |at: Address, content: Content| {
+//!     assert_eq!((at, content), (Address::new(0x1017, 0), Content::Whole(&[100, 0])));
+//!     Ok(())
+//! };
+//! assert_eq!(load(&mut store, NODE, apply)?, Loaded::Set { applied: 1, skipped: 0 });
+//! # Ok::<(), StoreError>(())
+//! ```
+//!
+//! Three things are kept:
+//!
+//! | kept | where | ends with |
+//! | --- | --- | --- |
+//! | set of parameters | [`ParameterStore`] | the next set |
+//! | *note*: Bdefault where a slave found its master (ECSS 8.3.3k, l) | one word beside the set | a newer set that has a Bdefault |
+//! | Node-ID in three copies | beside both, see [`identity`] | another Node-ID |
+//!
+//! Values that outlive a reset but not a loss of power are in RAM, behind [`RetainedMemory`].
+//!
+//! # Limits
+//!
+//! - Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps. If it
+//!   changes between them, it may be stored with bytes of both. If it becomes shorter, the save fails.
+//! - A set of another Node-ID is not applied.
+//! - [`SaveLimit`] allows ten saves in a row, then one every six minutes. A node writes at most [`MOST_NOTES`]
+//!   notes from power-on to power-off.
 
 pub mod identity;
 mod limit;

@@ -4,7 +4,8 @@
 //! bits 7 to 1   Node-ID
 //! bit 0         Bdefault
 //! ```
-//! A note holds for the node that wrote it, like a set.
+//!
+//! A note holds for the node that wrote it, as a set does.
 
 use super::{ParameterStore, StoreError};
 use crate::redundancy::{Redundancy, RedundancyObjects};

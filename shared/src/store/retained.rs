@@ -4,7 +4,8 @@
 //! word 0   Bdefault (0 nominal, 1 redundant, 2 none) | resets in a row | notes written | ECh
 //! word 1   complement of word 0
 //! ```
-//! RAM after power-on holds anything: only a pair of words that fits together is taken.
+//!
+//! After power-on the RAM has any content. Only two words that match are accepted.
 
 use crate::types::Bus;
 

@@ -1,20 +1,4 @@
-//! Saves a set in steps of a few words, so that a node goes on with its work between them.
-//!
-//! ```
-//! # use ecss_can::store::{Group, Parameters, ParameterStore, Save, StoreError, StoreRequest};
-//! # use ecss_can::types::NodeId;
-//! # fn save(
-//! #     store: &mut dyn ParameterStore, values: &mut dyn Parameters, node: NodeId,
-//! # ) -> Result<(), StoreError> {
-//! let mut save = Save::begin(store, node, Group::All, StoreRequest::Save)?;
-//! while !save.advance(store, values)? {
-//!     // The node does its other work.
-//! }
-//! # Ok(())
-//! # }
-//! ```
-//! Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps: one that
-//! changes between them may be stored with bytes of both. One that gets shorter fails the save.
+//! Saves a set in steps of a few words, so that a node continues its work between them.
 
 use super::note::{BDEFAULT, noted_bdefault};
 use super::set::{HEADER, Header, MAGIC, MAX_VALUE, VERSION, header, row};
@@ -60,6 +44,10 @@ pub trait Parameters {
 
 /// A save that is running. The set before it stays stored until it ends. A save that is dropped counts as
 /// interrupted.
+///
+/// Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps. If it
+/// changes between them, it may be stored with bytes of both values. If it becomes shorter, the save fails. The
+/// page of the [module](crate::store) has an example.
 #[derive(Clone, Debug)]
 pub struct Save {
     node: NodeId,

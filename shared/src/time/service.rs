@@ -1,5 +1,5 @@
-//! The time service of a node: its clock, the SYNCs that steer it, and what clients set and read in parts (ECSS
-//! 7.1, 7.2).
+//! Time service of a node: its clock, the SYNCs that steer it, and the times that clients set and read in parts
+//! (ECSS 7.1, 7.2).
 
 use super::clock::STEP_LIMIT;
 use super::objects::{ClockQuality, TimeCorrection};

@@ -1,7 +1,37 @@
-//! A minimal slave: hard-coded objects, commands, telemetry, a choice of the bus, and nothing else (ECSS 9).
+//! Minimal slave: hard-coded PDOs for commands and telemetry, and a choice of the bus (ECSS 9).
 //!
-//! There is no module control, boot-up message, emergency, SDO or time stamp: what a frame asks for is done while
-//! the frame is handled, or never. The master begins every exchange.
+//! The *minimal set* is a reduced protocol for very simple nodes. The master begins every exchange: a receive PDO
+//! is a command, a request for telemetry, or both. The slave handles it in the call that receives it.
+//!
+//! ```
+//! use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Numbers, Payload};
+//! use ecss_can::profile::Profile;
+//! use ecss_can::types::{Instant, NodeId};
+//!
+//! /// Answers each request with its first byte.
+//! struct Echo;
+//!
+//! impl MinimalDevice for Echo {
+//!     const PDOS: MinimalPdos = MinimalPdos::DEFAULT;
+//!
+//!     fn on_pdo(&mut self, number: usize, data: &[u8], _: Instant) -> Option<(usize, Payload)> {
+//!         Some((number, Payload::from_slice(data.get(..1)?).ok()?))
+//!     }
+//!
+//!     fn on_sync(&mut self, _: usize, _: Instant) -> Option<Payload> {
+//!         None // no PDO depends on SYNC
+//!     }
+//! }
+//!
+//! let id = NodeId::of::<5>();
+//! let slave = MinimalSlave::new(id, Numbers::of(&Profile::DEFAULT, id), Echo);
+//! assert_eq!(slave.active(), Profile::DEFAULT.bdefault);
+//! ```
+//!
+//! # Limits
+//!
+//! - There is no module control, boot-up message, emergency, SDO or time stamp.
+//! - A device has at most four PDOs in each direction.
 
 mod api;
 mod objects;

@@ -1,14 +1,14 @@
-//! COB-IDs that a flipped bit in memory does not change for long (ECSS 6.10d).
+//! Guards COB-IDs against a flipped bit in memory (ECSS 6.10d).
 //!
-//! | copy of a COB-ID | where | used for |
+//! | copy of a COB-ID | place | used for |
 //! | --- | --- | --- |
-//! | first | the object | what clients read and write |
+//! | first | the object | reads and writes of clients |
 //! | second, with its complement | [`Guarded`] | nothing else |
 //! | third | the service | the frames |
 //!
-//! The node compares one of them after each heartbeat, or a few, so that this costs no wake-up of its own and no
-//! long step (row `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while it
-//! fits its complement, else the object is.
+//! After each heartbeat the node compares one COB-ID, or a few. So the comparison needs no wake-up of its own and
+//! no long step (row `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while
+//! it fits its complement. Otherwise the object is right.
 
 #[cfg(test)]
 mod tests;

@@ -1,8 +1,4 @@
 //! SDO client: one transfer at a time, with the server of any node.
-//!
-//! A transfer is started, then fed with [`Client::push`] or emptied with [`Client::pull`] until it has an
-//! [`Client::outcome`]. Frames go out of [`Client::poll`] and [`Client::on_response`] only, so poll after every
-//! other call and when [`Client::deadline`] has come.
 
 mod answer;
 mod download;
@@ -39,7 +35,11 @@ pub enum Mode {
     Block,
 }
 
-/// Client of one SDO connection.
+/// Client of one SDO connection: one transfer at a time, with the server of any node.
+///
+/// Start a transfer, then [push](Client::push) or [pull](Client::pull) its bytes until it has an
+/// [outcome](Client::outcome). Only [`Client::poll`] and [`Client::on_response`] send frames. So poll after every
+/// other call, and when [`Client::deadline`] has come. The page of the [module](crate::sdo) has an example.
 #[doc(alias("SDO client", "CSDO", "1280h"))]
 #[derive(Debug)]
 pub struct Client {

@@ -1,8 +1,4 @@
 //! SDO server: answers the requests of one client.
-//!
-//! A new initiate request ends a transfer that runs, without a word: its client has begun anew. Every other request
-//! that does not belong to the transfer aborts it. What can be taken for a command though it is a segment that was
-//! on its way when its transfer ended is recognised and ignored.
 
 mod blocks;
 mod initiate;
@@ -24,6 +20,48 @@ const PAUSE: u64 = 4;
 /// SDO server of a node. Pass it the frames with the COB-ID of its requests, and send the payloads that it returns.
 ///
 /// Call [`Server::poll`] when [`Server::deadline`] has come and after [`Server::on_sent`].
+///
+/// ```
+/// # use ecss_can::od::{ObjectAccess, Transfer};
+/// use ecss_can::sdo::Server;
+/// # use ecss_can::types::{AbortCode, Address};
+/// use ecss_can::types::{Duration, Instant};
+/// # /// Object 1017h alone.
+/// # struct Dictionary(Vec<u8>);
+/// # impl ObjectAccess for Dictionary {
+/// #     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
+/// #         if at.index == 0x1017 { Ok(Transfer::Whole(self.0.len())) } else { Err(AbortCode::NoObject) }
+/// #     }
+/// #     fn read(&mut self, _: Address, offset: usize, into: &mut [u8]) -> Result<usize, AbortCode> {
+/// #         let rest = &self.0[offset..];
+/// #         let count = rest.len().min(into.len());
+/// #         into[..count].copy_from_slice(&rest[..count]);
+/// #         Ok(count)
+/// #     }
+/// #     fn download(&mut self, _: Address, _: Option<usize>) -> Result<Transfer, AbortCode> { Ok(Transfer::Whole(2)) }
+/// #     fn write(&mut self, _: Address, value: &[u8]) -> Result<(), AbortCode> { self.0 = value.to_vec(); Ok(()) }
+/// #     fn write_part(&mut self, _: Address, _: usize, _: &[u8]) -> Result<(), AbortCode> { Ok(()) }
+/// #     fn finish(&mut self, _: Address, _: usize) -> Result<(), AbortCode> { Ok(()) }
+/// #     fn cancel(&mut self, _: Address) {}
+/// # }
+///
+/// let mut objects = Dictionary(vec![100, 0]); // implements `ObjectAccess`, as the dictionary of a node does
+/// let mut server = Server::new(Duration::from_millis(500));
+/// let mut answers = Vec::new();
+/// let send = &mut |payload| answers.push(payload);
+/// let read_1017h = [0x40, 0x17, 0x10, 0, 0, 0, 0, 0];
+/// let read_1018h = [0x40, 0x18, 0x10, 1, 0, 0, 0, 0];
+/// assert!(server.on_request(&read_1017h, Instant::ZERO, &mut objects, send));
+/// assert!(server.on_request(&read_1018h, Instant::ZERO, &mut objects, send));
+/// assert_eq!(answers[0], [0x4B, 0x17, 0x10, 0, 100, 0, 0, 0]);
+/// assert_eq!(answers[1], [0x80, 0x18, 0x10, 1, 0x00, 0x00, 0x02, 0x06]); // 0602 0000h: no such object
+/// ```
+///
+/// # Limits
+///
+/// - A new initiate request ends a running transfer without an abort: the client has started again.
+/// - Any other request that does not belong to the transfer aborts it. A late segment of an ended transfer is
+///   recognised, and ignored.
 #[doc(alias("SDO server", "SSDO", "1200h"))]
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
