@@ -76,7 +76,7 @@ pub struct Boot {
     operational: u128,
     /// May have been reset without being heard.
     doubtful: u128,
-    /// Mandatory, but the boot time has ended and SYNC goes on without them.
+    /// Mandatory slaves without which SYNC continues after the boot time.
     excused: u128,
     /// Their progress is to be reported.
     changed: u128,

@@ -108,7 +108,7 @@ impl BootError {
         self as u8 as char
     }
 
-    /// Of the identity's sub-index.
+    /// Returns the error of a sub-index of the identity.
     pub(super) const fn of_identity(sub: u8) -> BootError {
         match sub {
             1 => BootError::Vendor,
@@ -119,7 +119,7 @@ impl BootError {
     }
 }
 
-/// How far the boot-up of the network is.
+/// Phase of the boot-up of the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     /// Mandatory slaves are awaited.

@@ -156,7 +156,7 @@ impl Producer {
         self.active.iter_mut().find(|place| **place & !TOLD == holding)
     }
 
-    /// Whether the message will be sent.
+    /// Returns whether the message will be sent.
     fn tell(&mut self, emergency: Emergency) -> bool {
         if self.config.id.is_none() {
             return false;

@@ -20,7 +20,7 @@ pub struct Monitor<S: ConsumerSlots> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Entry {
-    /// When the next heartbeat is overdue; never unless monitoring.
+    /// Instant at which the next heartbeat is overdue, never unless monitoring.
     deadline: Instant,
     /// Consumer time in microseconds.
     time: u32,

@@ -159,7 +159,7 @@ impl Range {
         self.first <= value && value <= self.last
     }
 
-    /// By how much a value is outside.
+    /// Returns the distance of a value from the range, zero within it.
     const fn distance(self, value: u16) -> u16 {
         if value < self.first { self.first - value } else { value.saturating_sub(self.last) }
     }
@@ -331,7 +331,7 @@ impl BitTiming {
         PartsPerMillion(if running < after_error { running } else { after_error })
     }
 
-    /// Whether it is to be preferred, by ECSS 5.4.3c.
+    /// Returns whether it is the better option by ECSS 5.4.3c.
     const fn is_better_than(&self, other: &BitTiming) -> bool {
         // As shares of the bit time, without rounding.
         let mine = self.propagation as u32 * other.quanta() as u32;

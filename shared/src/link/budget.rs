@@ -22,10 +22,10 @@ use crate::types::{CobId, Duration, Instant};
 
 /// Buckets of what the network lives on, and as many of all others: none of these can close one of those.
 const BUCKETS: usize = 16;
-/// Above the budget until nothing was refused for so long.
+/// Time without a refusal after which the error ends.
 const CALM: Duration = Duration::from_millis(1_000);
 
-/// Whether this is an SDO response or request.
+/// Returns whether this is an SDO response or request.
 pub(crate) const fn is_sdo(id: CobId) -> bool {
     matches!(id.function(), 0x580 | 0x600)
 }

@@ -87,7 +87,7 @@ impl<M: RawMutex, P, S> Side<M, P, S> {
 struct Shared<P, S> {
     controller: P,
     switch: S,
-    /// Where the switch is: what the controller reports is of this bus.
+    /// Bus that the switch selects: reports of the controller are of this bus.
     selected: Bus,
     /// The bus to be on, and whether only to listen there.
     wanted: Option<(Bus, bool)>,
@@ -99,7 +99,7 @@ struct Shared<P, S> {
 }
 
 impl<P: Movable, S: TransceiverSwitch> Shared<P, S> {
-    /// Whether a port has the controller: what it asks for is done at once.
+    /// Returns whether the port of a bus has the controller. Then its commands are executed at once.
     fn serves(&self, bus: Bus) -> bool {
         self.selected == bus && self.wanted.is_some_and(|(wanted, _)| wanted == bus)
     }

@@ -96,10 +96,11 @@ pub trait CanPort {
     }
 }
 
-/// Greatest number of ends of transmissions that a port may hand out after a frame that was received later. The
-/// SDO client and server rely on it: an acknowledgement of a sub-block (CiA 301 7.2.4.3.11) that names more
-/// segments than have left, apart from these, is an earlier one that was received twice. A port with at most
-/// three mailboxes fulfils it.
+/// Greatest number of ends of transmissions that a port may hand out after a frame that was received later.
+/// A port with at most three mailboxes fulfils it.
+///
+/// SDO server and client rely on it in block transfers (CiA 301 7.2.4.3.11). An acknowledgement may name more segments than
+/// have left, but only by this number. If it names more, it is an earlier one that was received twice.
 pub const LATE_RESULTS: u8 = 3;
 
 /// Returns whether a frame must never wait behind others: NMT, SYNC, EMCY, TIME and the Spacecraft Time PDO

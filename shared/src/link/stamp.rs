@@ -47,7 +47,8 @@ impl Stamp {
         Stamp { at: end.instant(), fraction: end.units() as u8, source: StampSource::Capture }
     }
 
-    /// When the low word was `low`: the time nearest to that of the interrupt. 32 bits are divided, not 64.
+    /// Returns the stamp of the low word `low`: the instant nearest to that of the interrupt. It divides 32 bits,
+    /// not 64.
     fn capture<const PER_MICRO: u32>(reported: Stamp, low: u32) -> Stamp {
         let apart = later(low, low_word(reported.at, PER_MICRO));
         let per_micro = PER_MICRO as i32;
@@ -103,7 +104,7 @@ pub struct Captured {
     pub alone_until: u32,
 }
 
-/// How far back a frame is searched, in lengths of it. A report that is later than the FIFO of a receiver is deep
+/// Number of frame lengths that the search goes back. A report that is later than the depth of a receive FIFO
 /// (three frames) finds no edges.
 const SEARCHED: u32 = 4;
 
@@ -268,7 +269,7 @@ impl Search<'_> {
     }
 }
 
-/// How much later `edge` is than `than`, within half a round of the timer.
+/// Returns the time from `than` to `edge`, within half a round of the timer.
 fn later(edge: u32, than: u32) -> i32 {
     edge.wrapping_sub(than) as i32
 }

@@ -15,7 +15,7 @@ pub struct NmtObjects {
     pub error_behaviour: [u8; 1],
     /// NMT startup
     ///
-    /// Bit 0: NMT master. Bit 2: not to Operational without a command. What is stored of it holds from the next
+    /// Bit 0: NMT master. Bit 2: not to Operational without a command. A stored value holds from the next
     /// reset on.
     #[object(0x1F80, rw, default = NmtStartup::of_slave(false).raw())]
     pub startup: u32,

@@ -99,7 +99,7 @@ impl Watch {
         self.turns == TURNS
     }
 
-    /// When one of the two nodes has been silent long enough.
+    /// Returns when one of the two nodes has been silent for long enough.
     fn quiet_at(&self, consumer: Duration) -> Instant {
         self.operational.min(self.other) + consumer.times(MEMORY)
     }

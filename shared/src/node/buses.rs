@@ -77,7 +77,7 @@ pub(super) struct Buses {
     joined: PerBus<bool>,
 }
 
-/// What a node has to report of a bus.
+/// Change of a bus that a node has to report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BusNews {
     /// The error state changed.

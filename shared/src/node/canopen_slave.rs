@@ -115,7 +115,7 @@ impl<D: Device> CanopenSlave<D> {
         self.canopen.services.report_written(at, now, out);
     }
 
-    /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    /// Does what was due at `until`, which may be before `now`: a frame is judged by its end.
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
         if until >= self.canopen.services.next && self.state() != NmtState::Initialising {
             self.canopen.poll(BUS, until, now, out);

@@ -253,7 +253,7 @@ impl<E, D: Depth> Outbox<E, D> {
         self.event(event);
     }
 
-    /// Whether the clock was set since the last call.
+    /// Returns whether the clock was set since the last call.
     pub(crate) fn take_clock_stepped(&mut self) -> bool {
         core::mem::take(&mut self.has_clock_stepped)
     }
@@ -275,13 +275,13 @@ impl<E, D: Depth> Outbox<E, D> {
         self.commands.storage_len()
     }
 
-    /// Whether there is no command to take and no loss to report.
+    /// Returns whether there is no command to take and no loss to report.
     #[inline]
     pub(crate) fn is_settled(&self) -> bool {
         self.commands.is_empty() && self.overflows == 0
     }
 
-    /// Whether there are events to take.
+    /// Returns whether there are events to take.
     #[inline]
     pub(crate) fn has_events(&self) -> bool {
         !self.events.is_empty()

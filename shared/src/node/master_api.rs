@@ -171,8 +171,8 @@ pub enum MasterEvent {
     Role(RoleChange),
     /// The NMT state of the master itself changed.
     State(NmtState),
-    /// A command was refused. Either it had to wait for the announcement of a new bus and too many waited already
-    /// (counted as refused on that bus), or this master is not active.
+    /// A command was refused: this master is not active, or too many commands wait for the announcement of a new
+    /// bus. In the second case the command is counted as refused on that bus.
     Refused {
         /// Node-ID that the command was for.
         node: NodeId,

@@ -41,7 +41,7 @@ pub struct Slave<D: Device> {
     wanted: Option<Bus>,
     /// An EMCY is on its way that goes before a change of the bus. Until then, at most.
     warning: Option<Instant>,
-    /// How long that is: [`Profile::grace`].
+    /// Length of that time: [`Profile::grace`].
     warning_time: Duration,
 }
 
@@ -143,7 +143,7 @@ impl<D: Device> Slave<D> {
         self.run(now, now, out);
     }
 
-    /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    /// Does what was due at `until`, which may be before `now`: a frame is judged by its end.
     #[inline(always)]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
         if until >= self.canopen.services.next {

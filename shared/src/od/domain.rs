@@ -65,6 +65,6 @@ impl<S: AsRef<[u8]> + AsMut<[u8]>> Bytes for Domain<S> {
 
 impl<S: AsRef<[u8]> + AsMut<[u8]>> Typed for Domain<S> {
     const TYPE: DataType = DataType::Domain;
-    /// What the storage holds is its own business.
+    /// The storage decides its size.
     const SIZE: usize = 0;
 }

@@ -48,7 +48,7 @@ impl CobIdOf {
         CobId::low_bits(if self.with_node { self.base as u32 + node.get() as u32 } else { self.base as u32 })
     }
 
-    /// Whether both are one COB-ID in some node.
+    /// Returns whether both are one COB-ID in some node.
     pub(crate) const fn may_equal(self, other: CobIdOf) -> bool {
         let apart = self.base.abs_diff(other.base);
         match (self.with_node, other.with_node) {

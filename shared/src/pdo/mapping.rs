@@ -38,7 +38,7 @@ impl Slot {
     const MOST: u32 = (1 << (Self::SUB - Self::MORE)) - 1;
     /// Number of no object: its bits go nowhere.
     const DUMMY: u32 = u32::MAX >> Self::OBJECT;
-    /// Where a mapping ends: no value has 15 bytes.
+    /// End of a mapping: no value has 15 bytes.
     const UNUSED: Slot = Slot(u32::MAX);
 
     /// `bits` are 1, or whole bytes up to 64.
@@ -234,7 +234,7 @@ fn read<D: Objects>(objects: &D, slot: Slot) -> u64 {
     objects.bits(slot.place(), slot.run()).unwrap_or(0)
 }
 
-/// What the dictionary takes from a PDO with one value, apart from those with several: each is as short as can be.
+/// Writes the value of a PDO with one value. It is apart from PDOs with several values, so that both are short.
 #[inline(never)]
 fn write<D: Objects>(objects: &mut D, slot: Slot, bits: u64) -> bool {
     take(objects, slot, bits)

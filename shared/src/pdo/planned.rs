@@ -13,7 +13,7 @@ pub struct Rpdo(Pdo);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tpdo(Pdo);
 
-/// Of both kinds.
+/// PDO of either direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Pdo {
     number: u16,
@@ -242,7 +242,7 @@ impl Pdo {
 }
 
 impl Direction {
-    /// How names of its PDOs begin.
+    /// Returns the first letter of the names of its PDOs.
     pub(super) const fn letter(self) -> &'static str {
         match self {
             Direction::Receive => "R",
@@ -250,7 +250,7 @@ impl Direction {
         }
     }
 
-    /// Whether PDOs of this direction may carry a value.
+    /// Returns whether PDOs of this direction may carry a value.
     pub(super) const fn carries(self, entry: &Entry) -> bool {
         let is_allowed = match self {
             Direction::Receive => entry.access.is_for_rpdo(),

@@ -28,7 +28,7 @@ const FUNCTIONS: usize = 16;
 /// No RPDO has this function code.
 const NOBODY: u16 = u16::MAX;
 
-/// Of a COB-ID; none of [`NONE`].
+/// Returns the function code of a COB-ID; out of range for [`NONE`].
 const fn function(id: u16) -> usize {
     id as usize >> 7
 }
@@ -53,12 +53,12 @@ pub struct Rpdos<S: PdoSlots> {
     /// The first that has a COB-ID with this function code, so that a frame is not compared with all: the pre-defined
     /// connection set has at most one. Or [`NOBODY`].
     first: [u16; FUNCTIONS],
-    /// Whether several share a function code.
+    /// `true`: several share a function code.
     is_shared: bool,
     pdos: S::Receive<Configured>,
-    /// Whether any frame waits for SYNC.
+    /// `true`: a frame waits for SYNC.
     waiting: bool,
-    /// Whether an error appeared or is gone, and was not taken yet.
+    /// `true`: an error appeared or is gone, and was not taken yet.
     has_events: bool,
     /// No deadline is before it.
     next: Instant,
@@ -221,9 +221,9 @@ impl<S: PdoSlots> Rpdos<S> {
         behind.into_iter().find(|(_, other)| **other == id.raw()).map(|(number, _)| number)
     }
 
-    /// Handles a frame of this RPDO in Operational, if it takes effect at once, has no deadline, and neither it
-    /// nor the frame before has an error. Returns whether that is so. If not, call [`Rpdos::on_frame`]; the
-    /// values may be in the dictionary already.
+    /// Handles a plain frame of this RPDO in Operational. A frame is plain if it takes effect at once, has no
+    /// deadline, and neither it nor the frame before has an error. Returns whether it was plain. If not, call
+    /// [`Rpdos::on_frame`]; the values may be in the dictionary already.
     #[inline(always)] // called from one place
     pub fn on_plain_frame<D: Objects>(&mut self, number: usize, frame: &Frame, objects: &mut D) -> bool {
         let pdo = self.pdos.as_ref().get(number).filter(|pdo| pdo.plain == frame.dlc());
@@ -334,7 +334,7 @@ impl Configured {
         self.plain = if is_plain { self.layout.bytes() } else { NOT_PLAIN };
     }
 
-    /// Whether a frame of this length is processed. Errors appear and go with it.
+    /// Returns whether a frame of this length is processed. Updates the errors of the length.
     #[cold]
     #[inline(never)]
     fn accepts(&mut self, dlc: u8) -> bool {

@@ -2,7 +2,7 @@
 
 use crate::types::{Duration, Instant};
 
-/// What completes after its lifetime: a frame that was on the wire then, and one that a task of the consumer takes
+/// Time after the lifetime in which a frame may still arrive: it was on the wire, or a task of the consumer takes it
 /// late.
 const SLACK: Duration = Duration::from_millis(5);
 

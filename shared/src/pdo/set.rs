@@ -56,9 +56,9 @@ impl PdoSet {
         PdoSet { rpdos, tpdos }
     }
 
-    /// Stops the build if a PDO is beyond the slots `S` of the device, or if the dictionary has no such value for
-    /// a PDO or another declaration of it. [`assert_device`](crate::node::assert_device) calls it for the whole
-    /// dictionary of a node.
+    /// Stops the build if a PDO is beyond the slots `S` of the device, or if the dictionary has another declaration
+    /// of a mapped value, or none. [`assert_device`](crate::node::assert_device) calls it for the whole dictionary
+    /// of a node.
     ///
     /// # Panics
     /// When called at run time, for the same reasons.

@@ -24,7 +24,7 @@ pub struct Tpdos<S: PdoSlots> {
     pdos: S::Transmit<Configured>,
     /// Behind the last valid one that a SYNC may send.
     synchronous: usize,
-    /// Whether an event sends any.
+    /// `true`: at least one is sent on events.
     has_events: bool,
     operational: bool,
     /// Nothing is due before it.
@@ -45,9 +45,9 @@ struct Configured {
     /// Milliseconds.
     event_timer: u16,
     inhibit_end: Instant,
-    /// When it is sent without a SYNC: at an event, or when the event timer runs out.
+    /// Instant at which it is sent without a SYNC: at an event, or when the event timer expires.
     due: Instant,
-    /// What it carried before the application changed its objects.
+    /// Content before the application changed its objects.
     before: u64,
 }
 
@@ -91,7 +91,7 @@ impl Configured {
         self.inhibit_end = Instant::ZERO;
     }
 
-    /// When the event timer runs out that started at `from`.
+    /// Returns when the event timer expires that started at `from`.
     fn timer(&self, from: Instant) -> Instant {
         match self.event_timer {
             0 => Instant::NEVER,
@@ -99,7 +99,7 @@ impl Configured {
         }
     }
 
-    /// Whether an event makes it go out, now or later.
+    /// Returns whether an event makes it go out, now or later.
     fn trigger(&mut self, now: Instant) -> bool {
         match self.transmission {
             _ if self.id.is_none() => return false,

@@ -10,9 +10,9 @@ use crate::types::{Duration, Instant, NodeId};
 const PLACES: usize = 128;
 /// Slaves that are silenced at the same time.
 const CASES: usize = 4;
-/// What was commanded has effect by then, and what was queued before has left.
+/// Time after which a command has its effect, and frames that were queued before have left.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// A slave that was silenced may run again when it was quiet for so long.
+/// Quiet time after which a slave that was silenced may run again.
 const HOLD: Duration = Duration::from_millis(10_000);
 
 /// Step that the master took against a babbling slave.

@@ -31,7 +31,7 @@ pub struct BusOffRecovery {
     failed: bool,
     /// The recovery sequence runs.
     recovering: bool,
-    /// When the recovery sequence begins, or should have ended.
+    /// Instant at which the recovery sequence begins, or should have ended.
     due: Instant,
     window_end: Instant,
     used: u8,

@@ -49,7 +49,7 @@ pub struct Manager<const N: usize = PLACES> {
     grace: Duration,
     active: Bus,
     heartbeat: Producer,
-    /// What heartbeats say of the master itself.
+    /// NMT state of the master, for its heartbeats.
     state: NmtState,
     announcing: bool,
     peers: Peers<N>,
@@ -67,7 +67,7 @@ pub struct Manager<const N: usize = PLACES> {
     left_behind: u32,
     dwell: Dwell,
     trial: Trial,
-    /// When assigned slaves that were never heard are reported.
+    /// Instant at which assigned slaves that were never heard are reported.
     report: Option<Instant>,
     #[cfg(feature = "model")]
     broken: Option<super::Broken>,
@@ -343,7 +343,7 @@ impl<const N: usize> Manager<N> {
         self.dwell.end(&self.parameters)
     }
 
-    /// Whether slaves that are silent here are a reason to leave, and how many they are.
+    /// Returns the reason to leave the bus because of silent slaves, and their number.
     fn silence(&mut self, now: Instant) -> Option<(SwitchCause, u32)> {
         if self.parameters.consumer == Duration::ZERO || !self.may_leave() {
             return None;
@@ -390,7 +390,7 @@ impl<const N: usize> Manager<N> {
         self.alone_since = self.alone_since.map(|since| since.max(at));
     }
 
-    /// How long after a switch slaves may take to be heard.
+    /// Returns the time after a switch in which slaves have to be heard.
     fn visit(&self) -> Duration {
         self.parameters.settling_time().max(self.parameters.consumer)
     }

@@ -38,7 +38,7 @@ pub struct Peers<const N: usize = PLACES> {
     /// Answered before their last boot-up message and not since: while such a node is heard, it counts as heard on
     /// the active bus.
     rebooted: NodeSet,
-    /// To be asked who they are, once they are heard on the active bus in a state that allows SDO.
+    /// Nodes whose device type has to be read, once they are heard on the active bus in a state that allows SDO.
     unasked: NodeSet,
     /// Those of them that were heard so.
     ready: NodeSet,
@@ -73,7 +73,7 @@ impl Peer {
         self.elsewhere_at(parameters) <= now && self.last_there + parameters.hold_time() > now
     }
 
-    /// When a stranger is forgotten.
+    /// Returns when a stranger is forgotten.
     fn forgotten_at(&self, consumer: Duration) -> Option<Instant> {
         match self.heartbeat {
             Consumer::Missed { last } => Some(last + consumer.times(MEMORY)),

@@ -61,7 +61,7 @@ pub struct Selector {
     rhythm: Rhythm,
     /// The last change of the bus by a heartbeat alone.
     moved: Option<Move>,
-    /// Where the master works, since the buses contradict each other.
+    /// Bus on which the master works, while the buses contradict each other.
     work: Work,
     /// Heartbeats on both buses: no change until then, unless the bus that is followed is silent.
     hold_off: Option<Instant>,
@@ -69,7 +69,7 @@ pub struct Selector {
     taken_back: u8,
     /// Bdefault as it is kept beyond power-off.
     kept: Bus,
-    /// When another bus that was found may be kept, a consumer time without contradiction, and which.
+    /// Instant at which a new Bdefault may be kept, after a consumer time without contradiction, and that bus.
     keep: Option<(Instant, Bus)>,
     #[cfg(feature = "model")]
     broken: Option<super::Broken>,

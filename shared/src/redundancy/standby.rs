@@ -1,10 +1,10 @@
 //! Role of a master board: active, or standby of another board (ECSS 8.1a, Figure 4-2).
 //!
-//! Both boards are node 1 and run the same program. A strap numbers them. Each board listens first, without a dominant bit. The
-//! board that hears no master becomes active.
+//! Both boards are node 1 and run the same program. A strap numbers them. Each board listens first, without a
+//! dominant bit. The board that hears no master becomes active.
 //!
-//! The claims of the two boards have different COB-IDs. Equal frames that begin together are one frame on the wire, and neither
-//! sender hears the other. Frames with two COB-IDs never merge.
+//! The claims of the two boards have different COB-IDs. Equal frames that begin together are one frame on the wire,
+//! and neither sender hears the other. Frames with two COB-IDs never merge.
 
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
@@ -184,9 +184,9 @@ pub struct Standby {
     pair: Pair,
     strap: Strap,
     role: Role,
-    /// When it becomes active, unless a master is heard before.
+    /// Instant at which it becomes active, unless it hears a master before.
     until: Instant,
-    /// Where another master was heard last.
+    /// Bus on which another master was heard last.
     heard: Option<Bus>,
     /// It was active once because it heard no master after power-on.
     has_begun: bool,

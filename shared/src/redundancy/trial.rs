@@ -15,7 +15,7 @@ pub(super) struct Trial {
 struct Running {
     /// The bus left.
     from: Bus,
-    /// How many slaves were heard on the bus left.
+    /// Number of slaves that were heard on the bus that was left.
     heard: u32,
     verdict: Instant,
 }

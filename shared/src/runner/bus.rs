@@ -92,11 +92,11 @@ pub(super) struct Line<P: CanPort> {
     mailboxes: P::PerMailbox<Option<Pending>>,
     /// As the node knows it.
     health: Health,
-    /// When it was read last.
+    /// Instant at which it was read last.
     looked: Instant,
-    /// Its filters are set anew, one at a time.
+    /// Sets its filters again, one at a time.
     refresh: Refresh,
-    /// When this task has to run without an event: a look, or the end of a lifetime.
+    /// Instant at which this task has to run without an event: a poll of the health, or the end of a lifetime.
     due: Instant,
 }
 
@@ -206,7 +206,7 @@ impl<P: CanPort> Line<P> {
         self.settle(shared, now);
     }
 
-    /// What is not a received frame.
+    /// Handles an event other than a received frame.
     #[inline(never)]
     fn on_other<N: Node>(&mut self, shared: &mut Shared<N>, event: &PortEvent, now: Instant) {
         let event = match *event {
@@ -278,7 +278,7 @@ impl<P: CanPort> Line<P> {
         self.update_due(shared);
     }
 
-    /// Aborts what has outlived its lifetime, looks at the controller, and sets a filter of it anew.
+    /// Aborts frames whose lifetime has ended, polls the health of the controller, and sets one of its filters again.
     #[inline(never)] // ten times a second
     fn on_time<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.give_up(shared, now, FailCause::Expired, now);

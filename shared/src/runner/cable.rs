@@ -14,7 +14,7 @@ use crate::types::{Bus, Duration, NodeId};
 
 /// Heartbeats that are measured.
 const SAMPLES: u32 = 16;
-/// How often the master looks for a heartbeat.
+/// Period at which the master checks for a heartbeat.
 const LOOK: Duration = Duration::from_millis(5);
 /// Looks in all: 16 heartbeats, one each second.
 const LOOKS: u32 = 3_200;
@@ -108,7 +108,7 @@ impl<B: Platform, D: Device, M: MasterBoards> Drop for Ends<'_, B, D, M> {
     }
 }
 
-/// Of units of 2^-32 s.
+/// Converts units of 2^-32 s.
 fn nanoseconds(units: i64) -> i64 {
     (units * 1_000_000_000) >> 32
 }

@@ -35,7 +35,7 @@ pub(super) struct Room<B: Platform, N: Node, L> {
     around: StaticCell<Around<B, N, L>>,
 }
 
-/// What a node works with. `L`: the lines of its buses.
+/// Surroundings of a node. `L`: the lines of its buses.
 struct Around<B: Platform, N: Node, L> {
     core: Core<B, N>,
     lines: L,
@@ -90,7 +90,7 @@ impl<B: Platform, N: Node, L: Lines> Room<B, N, L> {
     }
 }
 
-/// What all tasks of a node share.
+/// Data that all tasks of a node share.
 pub(super) struct Core<B: Platform, N: Node> {
     pub shared: RefCell<Shared<N>>,
     pub clock: B::Clock,

@@ -21,7 +21,7 @@ pub(super) struct Shared<N: Node> {
     pub buses: PerBus<Option<Waker>>,
     /// The task of what is due.
     pub timekeeper: Option<Waker>,
-    /// When that task looks at the node by itself.
+    /// Instant at which that task runs by itself.
     pub armed: Instant,
     /// The task of the application, while it waits for events.
     pub listener: Option<Waker>,

@@ -77,7 +77,7 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     }
 
     /// # Errors
-    /// When to look again.
+    /// Instant at which to check again.
     fn reached(&self, scet: Scet) -> Result<(), Instant> {
         let now = self.core.clock.now();
         self.core.lock(|shared| {

@@ -17,11 +17,11 @@ pub(super) const SEGMENT: u8 = 7;
 /// Most segments of a sub-block that are given to the bus before the first of them has left.
 pub const WINDOW: u8 = 8;
 
-/// How many sub-blocks in a row may bring nothing. If there are more, the peer has begun something else, which is not
-/// understood in a sub-block, or does not understand acknowledgements.
+/// Number of sub-blocks in a row that may have no effect. If there are more, the peer has begun another transfer,
+/// which is not understood in a sub-block, or does not understand acknowledgements.
 const PATIENCE: u8 = 8;
 
-/// Whether a peer may ask for sub-blocks of this size.
+/// Checks the size of sub-blocks that a peer requests.
 pub(super) fn check_size(block_size: u8) -> Result<(), AbortCode> {
     if (1..=MOST).contains(&block_size) { Ok(()) } else { Err(AbortCode::BlockSize) }
 }
@@ -55,7 +55,7 @@ pub(super) struct Receiver {
     fruitless: u8,
 }
 
-/// What a segment means.
+/// Meaning of a segment.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SegmentOutcome {
     /// Its data count.
@@ -155,7 +155,7 @@ pub(super) struct Strays {
 impl Strays {
     pub const NONE: Strays = Strays { next: 0, until: Instant::ZERO };
 
-    /// How many segments may be missing before a stray one.
+    /// Number of segments that may be missing before a late one.
     const GAP: u8 = 3;
 
     /// Returns whether the segment is one of them. They arrive in rising order within a short time.
@@ -175,7 +175,7 @@ impl Strays {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Sender {
-    /// Where in the value the sub-block begins.
+    /// Offset of the sub-block in the value.
     base: u32,
     /// Segments sent of it.
     sent: u8,
@@ -196,7 +196,7 @@ pub(super) struct Next {
     pub last: bool,
 }
 
-/// What an acknowledgement means.
+/// Meaning of an acknowledgement.
 pub(super) enum Ack {
     /// There is more to send, from this offset on.
     More(u32),

@@ -9,7 +9,7 @@ use crate::types::Address;
 /// Data of an SDO frame. CiA 301 defines no other length.
 pub type Payload = [u8; 8];
 
-/// What an initiate frame carries: bits e, s and n, and bytes 4 to 7.
+/// Content of an initiate frame: bits e, s and n, and bytes 4 to 7.
 #[derive(Clone, Copy)]
 pub(super) enum Content {
     /// The value itself, in the first so many of four bytes (`1..=4`).
@@ -37,7 +37,7 @@ impl Segment {
     }
 }
 
-/// What a client sends.
+/// Request that a client sends.
 #[derive(Clone, Copy)]
 pub(super) enum Request {
     DownloadSegment(Segment),
@@ -54,7 +54,7 @@ pub(super) enum Request {
     Unknown,
 }
 
-/// What a server sends.
+/// Response that a server sends.
 #[derive(Clone, Copy)]
 pub(super) enum Response {
     UploadSegment(Segment),
@@ -279,7 +279,7 @@ pub(super) fn block_end(unused: u8, crc: u16) -> Payload {
     short(0xC1 | ((unused & 7) << 2), low, high)
 }
 
-/// Whether a frame with this first byte is a [`block_end`].
+/// Returns whether a frame with this first byte is a [`block_end`].
 pub(super) fn is_block_end(command: u8) -> bool {
     command >> 5 == 6 && command & 1 != 0
 }
@@ -318,7 +318,7 @@ fn bit(on: bool, mask: u8) -> u8 {
     if on { mask } else { 0 }
 }
 
-/// Whether it is an upload initiate request.
+/// Returns whether it is an upload initiate request.
 #[inline]
 pub(super) fn is_upload(payload: &Payload) -> bool {
     let [command, ..] = *payload;

@@ -41,7 +41,7 @@ pub struct Producer {
     counter: u8,
     /// Each SYNC is late by at most this, microseconds.
     dither: u16,
-    /// By how much the next one is late.
+    /// Delay of the next SYNC.
     late: Duration,
     random: Random,
 }

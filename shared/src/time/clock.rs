@@ -22,7 +22,7 @@ use crate::types::{FineInstant, FineScet};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LocalClock {
     limits: Limits,
-    /// Where the parabola starts.
+    /// Instant at which the parabola starts.
     base: FineInstant,
     /// Its value there.
     scet: FineScet,
@@ -248,7 +248,7 @@ impl LocalClock {
         Some([scale(error, offset), scale(error << 8, rate), scale(error << 16, drift)])
     }
 
-    /// Whether enough pairs that the filter did not expect came in a row; this one is off by `error`.
+    /// Returns whether enough pairs that the filter did not expect came in a row; this one is off by `error`.
     fn is_manoeuvre(&mut self, error: i64, source: TimeSource) -> bool {
         let side = if error < 0 { -1 } else { 1 };
         let weight = self.unexpected.abs() + if self.unexpected * side > 0 { ON_ONE_SIDE } else { 1 };
@@ -386,7 +386,7 @@ impl LocalClock {
         (self.scet.plus(offset + scale((span - drifting) >> 8, rate)), rate)
     }
 
-    /// What is left of the residue, units of 2^-32 s.
+    /// Returns the rest of the residue, in units of 2^-32 s.
     fn residue_at(&self, at: FineInstant) -> i64 {
         let left = self.residue - scale(elapsed(self.base, at) >> 8, self.slew.into());
         // Of the other sign: it has gone to zero.
@@ -397,7 +397,7 @@ impl LocalClock {
 /// Units of [`FineInstant`] in a second.
 const UNITS_PER_SECOND: i64 = FineInstant::PER_MICRO as i64 * 1_000_000;
 
-/// What is too large is `u32::MAX`.
+/// Converts to a `u32`. A larger value becomes `u32::MAX`.
 fn saturated(value: i64) -> u32 {
     value.min(u32::MAX.into()) as u32
 }

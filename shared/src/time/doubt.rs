@@ -13,7 +13,7 @@ use crate::types::FineInstant;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Doubt {
-    /// What the last such pair differed by, units of 2^-32 s; zero when there is none.
+    /// Difference of the last such pair, in units of 2^-32 s; zero if there is none.
     differs: i64,
     /// Its instant.
     pub at: FineInstant,
@@ -31,7 +31,7 @@ pub(super) struct Doubt {
 /// tolerance of the crystals has a weight of 1.
 const AGREES: u8 = 3;
 
-/// How a pair agrees with the last one that contradicted the clock.
+/// Agreement of a pair with the last one that contradicted the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Agreement {
     /// At the rate of the clock.
@@ -42,7 +42,7 @@ pub(super) enum Agreement {
     None,
 }
 
-/// What a contradicting pair does.
+/// Effect of a contradicting pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     /// It is refused.

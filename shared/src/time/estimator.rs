@@ -20,7 +20,7 @@ pub(super) type State = [i64; 3];
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Covariance([State; 3]);
 
-/// What part of an innovation goes to offset, rate (per second) and drift (per square second). 2^-32.
+/// Parts of an innovation that go to offset, rate (per second) and drift (per square second), in units of 2^-32.
 pub(super) type Gains = State;
 
 /// Binary places of variances.

@@ -142,7 +142,8 @@ pub struct ClockQuality {
     pub age: u32,
     /// Rate
     ///
-    /// Of the spacecraft time against the node's oscillator, parts per billion: positive where that one is slow.
+    /// Rate of the spacecraft time against the oscillator of the node, parts per billion. Positive: the oscillator
+    /// is slow.
     #[sub(4, ro, pdo)]
     pub rate: i32,
     /// Steps

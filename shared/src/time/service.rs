@@ -8,7 +8,7 @@ use crate::link::bit_timing::Nanoseconds;
 use crate::link::{Stamp, StampSource};
 use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Instant};
 
-/// A part that was read or written waits so long for the others of its record.
+/// Time that a part that was read or written waits for the others of its record.
 const PATIENCE: Duration = Duration::from_millis(10_000);
 
 /// A time that fits the SYNC before the last is late. After that many in a row it is the spacecraft time that has
@@ -44,14 +44,14 @@ pub struct TimeService {
     sample: FineScet,
     read: Parts,
     written: Parts,
-    /// How many heartbeats of this node are still to be stamped.
+    /// Number of heartbeats of this node that are still to be stamped.
     ranged: u8,
 }
 
 /// Each read of 2016h has this number of heartbeats stamped. Who measures a cable reads it after each heartbeat.
 const RANGED: u8 = 8;
 
-/// When a SYNC ended.
+/// End of a SYNC.
 #[derive(Clone, Copy, Debug)]
 struct SyncEnd {
     bus: Bus,

@@ -10,7 +10,7 @@ use super::estimator::{SHIFT, elapsed, limited, scale};
 use super::policy::Limits;
 use crate::types::{FineInstant, FineScet};
 
-/// What the pairs prove.
+/// Error bound that follows from the pairs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Trust {

@@ -18,7 +18,7 @@ pub struct Utc {
 
 /// Milliseconds of a day without leap second.
 const DAY_MS: u32 = 86_400_000;
-/// Of the longest day, one with a leap second.
+/// Milliseconds of the longest day, one with a leap second.
 const LONGEST_DAY: u32 = DAY_MS + 1_000;
 const MS: u64 = 1_000;
 const DAY_MICROS: u64 = DAY_MS as u64 * MS;

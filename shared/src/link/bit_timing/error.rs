@@ -50,7 +50,7 @@ pub enum BitTimingError {
 }
 
 impl BitTimingError {
-    /// Whether the option behind it came closer to a bit timing.
+    /// Returns whether its option came closer to a bit timing.
     pub(super) const fn is_closer_than(&self, other: &BitTimingError) -> bool {
         use BitTimingError::{Propagation, SamplePoint, Segment1, Tolerance};
         match (self, other) {

@@ -6,7 +6,7 @@ use crate::node::{BusCommand, Device, Extension, Filters, MAX_FILTERS};
 use crate::pdo::PdoSlots;
 use crate::types::{Bus, CobId, Duration, Instant, NodeId};
 
-/// Until there may be room for more filters.
+/// Retry interval for changed filters.
 const FILTER_PAUSE: Duration = Duration::from_millis(1);
 
 /// Number of the filter of SYNC, behind that of NMT. The filters of SDO and of the master's heartbeat follow it.
@@ -32,7 +32,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         FILTERS_OF_PEERS + self.services.consumers()
     }
 
-    /// What a filter admits, by the dictionary; NMT again where there is nothing.
+    /// Returns the filter with this number by the dictionary, that of NMT again if it is not used.
     fn filter(&self, number: usize) -> Filter {
         Filter::exact(self.admitted(number))
     }

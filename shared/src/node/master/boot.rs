@@ -59,7 +59,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.transfers.wake(now);
     }
 
-    /// What the transfer of the boot-up process brought.
+    /// Collects the result of a transfer of the boot-up process.
     fn collect(&mut self) {
         if self.transfers.owner != Owner::Boot {
             return;

@@ -65,7 +65,7 @@ impl<D: Device> Device for MasterObjects<D> {
 pub struct NetworkObjects {
     /// SDO client parameter
     ///
-    /// Of the transfer that runs, or of the last one. Not valid (bit 31) before the first.
+    /// SDO channel of the running transfer, or of the last one. Not valid (bit 31) before the first.
     #[object(0x1280, record)]
     pub sdo_client: SdoClientParameters,
     /// Expected configuration date
@@ -131,7 +131,7 @@ pub struct NetworkObjects {
     pub boot_error: [u8; NODES],
     /// Boot abort code
     ///
-    /// Of the SDO transfer that failed; zero for none.
+    /// Abort code of the SDO transfer that failed; zero for none.
     #[object(0x2042, array, ro)]
     pub boot_abort: [u32; NODES],
     /// SYNC dither
@@ -208,7 +208,7 @@ pub(super) fn entry<T>(array: &mut [T], node: NodeId) -> Option<&mut T> {
 const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();
 
 impl NetworkObjects {
-    /// Whether a client may write `value` there. Other objects are not refused.
+    /// Checks a `value` that a client writes. Accepts every value for objects of other services.
     ///
     /// # Errors
     /// [`AbortCode::ValueRange`] for a request that is none.
@@ -217,7 +217,7 @@ impl NetworkObjects {
         if is_none { Err(AbortCode::ValueRange) } else { Ok(()) }
     }
 
-    /// What a slave should be: 1F26h, 1F27h, 1F84h to 1F88h.
+    /// Returns the identity that the master expects of a slave: 1F26h, 1F27h, 1F84h to 1F88h.
     pub(super) fn expected(&self, node: NodeId) -> Expected {
         let nth = usize::from(node.get()).wrapping_sub(1);
         let of = |array: &[u32; NODES]| array.get(nth).copied().unwrap_or(0);

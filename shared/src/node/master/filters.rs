@@ -17,7 +17,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         (0..=FUNCTIONS).map(|number| self.filter(number)).collect()
     }
 
-    /// What a filter admits: all of one function code, once more heartbeats where nothing of it is wanted, or the
+    /// Returns a filter: all COB-IDs of one function code, heartbeats again if none of these is needed, or the
     /// requests to this server.
     pub(super) fn filter(&self, number: u16) -> Filter {
         let is_of = |id: CobId| id.raw() >> 7 == number;
@@ -48,7 +48,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// What another master sends that this one takes: claims, and the spacecraft time.
+    /// Returns the COB-IDs of another master that this one takes: claims, and the spacecraft time.
     fn of_other_master(&self) -> impl Iterator<Item = CobId> {
         let pair = self.boards.standby().map(|standby| *standby.pair());
         let ids = pair.map(|pair| pair.both_claims());

@@ -14,14 +14,14 @@ const DEVICE_TYPE: Address = Communication::DEVICE_TYPE.address();
 /// Bytes of a device type.
 const BYTES: usize = 4;
 
-/// When the next question may be asked.
+/// Instants that limit the questions to new nodes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Identification {
     not_before: Instant,
 }
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// When a question can be asked that waits; `None` while the client is not free for it.
+    /// Returns when a waiting question can be asked. `None` while the client is not free for it.
     pub(super) fn identification_deadline(&self) -> Option<Instant> {
         let is_free = self.transfers.owner == Owner::Nobody && self.manager.is_announced();
         let is_wanted = self.manager.peers().is_any_unasked();
@@ -45,7 +45,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         true
     }
 
-    /// What became of the question.
+    /// Collects the answer to a question.
     pub(super) fn collect_answer(&mut self, until: Instant, out: &mut Out) {
         if self.transfers.owner != Owner::Identification {
             return;

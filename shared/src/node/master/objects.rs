@@ -21,7 +21,7 @@ use crate::redundancy::{Manager, Parameters};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
-/// Until there may be room for more filters.
+/// Retry interval for changed filters.
 const FILTER_PAUSE: Duration = Duration::from_millis(1);
 /// Transmission type of a PDO that goes with each SYNC.
 const EVERY_SYNC: u8 = 1;

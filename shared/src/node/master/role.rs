@@ -46,7 +46,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         true
     }
 
-    /// When a standby takes over.
+    /// Returns when a standby takes over.
     pub(super) fn role_deadline(&self) -> Option<Instant> {
         self.boards.standby()?.deadline()
     }
@@ -138,7 +138,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Whether only an active master sends this beside heartbeat and claims: SYNC, the spacecraft time.
+    /// Returns whether only an active master sends this beside heartbeat and claims: SYNC, the spacecraft time.
     fn is_of_master(&self, id: CobId) -> bool {
         id == self.sync.id() || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
     }

@@ -189,7 +189,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// What was on its way is lost, and no other node learns of it: another master is active.
+    /// Drops all transfers without an abort: another master is active.
     pub(super) fn drop_transfers(&mut self, now: Instant) {
         self.transfers.client.bus_changed(&mut |_| {});
         if matches!(self.transfers.owner, Owner::Boot | Owner::Identification) {

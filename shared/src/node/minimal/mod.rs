@@ -103,7 +103,7 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         &self.buses.health
     }
 
-    /// Whether it follows the master's heartbeat (ECSS 9.4.9.1.1a).
+    /// Returns whether it follows the master's heartbeat (ECSS 9.4.9.1.1a).
     const fn follows_master(&self) -> bool {
         self.numbers.redundancy.consumer.as_micros() > 0
     }

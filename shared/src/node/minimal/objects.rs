@@ -52,9 +52,12 @@ pub const fn permission(index: u16) -> Permission {
     Permission::Authorised
 }
 
-/// Stops the build if the dictionary `D` is not that of a minimal slave with these PDOs. The reasons are: an object
-/// that is forbidden or only for tests (ECSS 9.4.10b), a PDO in use without parameters or mapping (9.4.10e), an
-/// inhibit time or an event timer (9.4.1d, 9.4.4b), or a mapping that can be written (9.4.5a).
+/// Stops the build if the dictionary `D` is not that of a minimal slave with these PDOs. The reasons are:
+///
+/// - an object that is forbidden or only for tests (ECSS 9.4.10b);
+/// - a PDO in use without parameters or mapping (9.4.10e);
+/// - an inhibit time or an event timer (9.4.1d, 9.4.4b);
+/// - a mapping that can be written (9.4.5a).
 ///
 /// # Panics
 /// When called at run time, for the same reasons.

@@ -105,13 +105,13 @@ impl MinimalPdos {
         assert_distinct(&sent);
     }
 
-    /// Which receive PDO has this COB-ID in `node`: 0 is the first.
+    /// Returns the receive PDO with this COB-ID in `node`, and its number: 0 is the first.
     pub(super) fn received(&self, id: CobId, node: NodeId) -> Option<(usize, &MinimalRpdo)> {
         let pdos = self.receive.iter().enumerate().filter_map(|(nth, pdo)| Some((nth, pdo.as_ref()?)));
         pdos.into_iter().find(|(_, pdo)| pdo.cob_id.of(node) == id)
     }
 
-    /// Whether SYNC makes any of them go out.
+    /// Returns whether SYNC makes any of them go out.
     pub(super) fn follows_sync(&self) -> bool {
         self.transmit.iter().flatten().any(|pdo| matches!(pdo.trigger, Trigger::Sync(_)))
     }

@@ -41,7 +41,7 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub answer: Answer,
     /// Object of 1010h or 1011h that was obeyed last and the node did not yet handle.
     pub saved: Option<Address>,
-    /// Where the value is that was asked for last over the bus.
+    /// Place of the value that was last requested over the bus.
     found: Option<(Address, Place, &'static Entry)>,
     pub(super) id: NodeId,
     /// Instant of the last call of the SDO server.
@@ -118,7 +118,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         Found::at(&mut self.objects, place, entry)
     }
 
-    /// Where a value is. A transfer asks for the same one again and again.
+    /// Returns the place of a value. A transfer asks for the same one repeatedly.
     #[inline]
     fn place(&mut self, at: Address) -> Result<(Place, &'static Entry), AbortCode> {
         match self.found {

@@ -42,7 +42,7 @@ impl Copied {
         Copied([cob_id, !cob_id])
     }
 
-    /// What was copied, unless a bit has flipped.
+    /// Returns the copied value, unless a bit has flipped.
     fn whole(self) -> Option<u32> {
         let Copied([cob_id, complement]) = self;
         (cob_id == !complement).then_some(cob_id)

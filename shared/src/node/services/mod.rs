@@ -63,7 +63,7 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     pub monitor: Monitor<D::Consumers>,
     sync: sync::Consumer,
     sync_id: CobId,
-    /// What comes for the SDO server.
+    /// COB-ID of requests to the SDO server.
     sdo_id: CobId,
     server: sdo::Server,
     pub time: E::Time,
@@ -73,17 +73,17 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     guarded: Guarded<D::Pdos>,
     /// Receive PDOs that bring the time (2010h, 2012h).
     brings_time: <D::Pdos as PdoSlots>::Receive<Brings>,
-    /// Whether one of them brings that of the last SYNC.
+    /// `true`: one of them brings the time of the last SYNC.
     is_time_by_sync: bool,
     /// Transmit PDOs that carry the local time (2011h, 2013h).
     carries_time: <D::Pdos as PdoSlots>::Transmit<bool>,
-    /// Whether a transmit PDO carries a live value: the local time, 2015h, 2020h, 2021h.
+    /// `true`: a transmit PDO carries a live value: the local time, 2015h, 2020h, 2021h.
     carries_live_value: bool,
-    /// Whether one carries 2015h, which takes a thousand instructions.
+    /// `true`: a transmit PDO carries 2015h, which takes a thousand instructions.
     carries_quality: bool,
-    /// Whether the time of SYNCs is of use: for a live value, or for a time that is brought.
+    /// `true`: the time of SYNCs is needed, for a live value or for a time that a PDO brings.
     notes_syncs: bool,
-    /// How long a synchronous PDO may wait.
+    /// Lifetime of a synchronous PDO.
     synchronous_lifetime: Duration,
     /// The last reset is reported when the boot-up message was sent.
     is_reset_due: bool,
@@ -234,9 +234,9 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Whether this node is error passive because it is the first one on its bus. That is no error: no other node
-    /// was there yet to acknowledge its frames. The first frames that were acknowledged may be handled before the
-    /// state that preceded them, and end its last error.
+    /// Returns whether this node is error passive because it is the first one on its bus. That is no error: no
+    /// other node was there yet to acknowledge its frames. The first frames that were acknowledged may be handled
+    /// before the state that preceded them, and end its last error.
     fn is_first(&self, bus: Bus, health: &Health) -> bool {
         let counters = &self.buses.counters[bus];
         matches!(health.last_error, LastError::Ack | LastError::None)
@@ -252,7 +252,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Reports an error that is over already.
+    /// Reports an error that has already ended.
     #[inline(never)] // of several callers, neither in a hurry
     fn report_past(&mut self, code: ErrorCode, info: [u8; 5]) {
         self.raise(code, info);
@@ -412,7 +412,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         tpdos.on_sync(counter, objects, &mut |_, frame| send(frame));
     }
 
-    /// Whether RPDOs wait for a SYNC.
+    /// Returns whether RPDOs wait for a SYNC.
     fn is_rpdo_waiting(&self) -> bool {
         self.dictionary.rpdos.is_waiting()
     }

@@ -108,8 +108,8 @@ fn source_of(direction: Direction, number: usize) -> u8 {
     if direction == Direction::Receive { nth + 1 } else { nth + 129 }
 }
 
-/// Whether a PDO of the objects could be: if not, its COB-ID reads "not valid", and an emergency names the PDO, the
-/// index of its parameters, and the low half of the abort code that a client would get.
+/// Returns whether a PDO of the objects could be: if not, its COB-ID reads "not valid", and an emergency names the
+/// PDO, the index of its parameters, and the low half of the abort code that a client would get.
 fn report(
     emcy: &mut emcy::Producer,
     direction: Direction,

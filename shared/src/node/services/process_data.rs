@@ -13,13 +13,13 @@ use crate::types::{Bus, CobId, Duration, FineInstant, Frame, Instant, NmtState, 
 /// Lifetime of a frame with the time: a receiver's clock is late by what it waits.
 const TIME_LIFETIME: Duration = Duration::from_millis(5);
 
-/// Whether an object is sampled when it is read: local time, quality of the clock, health of the buses.
+/// Returns whether an object is sampled when it is read: local time, quality of the clock, health of the buses.
 fn is_live(index: u16) -> bool {
     is_local_time(index)
         || matches!(index, CLOCK_QUALITY | HEARTBEAT_SENT | HEALTH_NOMINAL | HEALTH_REDUNDANT)
 }
 
-/// Whether a mapping has an object for which `is_it` holds.
+/// Returns whether a mapping has an object for which `is_it` holds.
 fn has(mapping: &impl Mapping, is_it: impl Fn(u16) -> bool) -> bool {
     mapping.objects().iter().any(|object| is_it((object >> 16) as u16))
 }

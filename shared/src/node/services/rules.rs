@@ -84,7 +84,7 @@ pub fn are_possible(id: NodeId, communication: &Communication) -> bool {
         && !has(SYNC_IS_USED & sync, emcy)
 }
 
-/// Whether the node has the record or the array with this index.
+/// Returns whether the node has the record or the array with this index.
 const fn has_object<D: Device, E: Extension>(index: u16) -> bool {
     NodeObjects::<D, E>::DECLARED.find(Address::new(index, 1)).is_some()
 }
@@ -109,7 +109,7 @@ pub fn check_sender(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> 
     free(!is_anothers(id, consumers, cob_id))
 }
 
-/// Whether a valid COB-ID belongs to another node in the pre-defined connection set, as far as this one knows
+/// Returns whether a valid COB-ID belongs to another node in the pre-defined connection set, as far as this one knows
 /// others: the master, and those that 1016h names (ECSS 6.10l, m).
 fn is_anothers(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> bool {
     let is_heard = |owner: NodeId| {
@@ -127,14 +127,14 @@ fn free(is_free: bool) -> Result<(), AbortCode> {
     if is_free { Ok(()) } else { Err(AbortCode::ParameterIncompatible) }
 }
 
-/// Whether two COB-IDs are valid and have one identifier.
+/// Returns whether two COB-IDs are valid and have one identifier.
 #[inline(never)] // of several callers, neither in a hurry
 fn has(one: u32, other: u32) -> bool {
     let one = CobIdEntry::from_raw(one).cob_id();
     one.is_some() && one == CobIdEntry::from_raw(other).cob_id()
 }
 
-/// Whether a valid TPDO has this COB-ID.
+/// Returns whether a valid TPDO has this COB-ID.
 fn is_sent<D: Device, E: Extension>(objects: &NodeObjects<D, E>, cob_id: u32) -> bool {
     objects.pdos.tpdos().0.iter().any(|pdo| has(pdo.cob_id, cob_id))
 }

@@ -87,7 +87,7 @@ impl<D: Device> Services<D> {
 }
 
 impl<D: Device, E: Extension> Services<D, E> {
-    /// When the last SYNC ended, where it was sent.
+    /// Returns when the last SYNC ended at its producer.
     fn last_sync(&mut self) -> Option<FineInstant> {
         let objects = self.dictionary.objects.spacecraft.spacecraft()?;
         E::time(&mut self.time)?.last_sync(&objects.clock.correction)

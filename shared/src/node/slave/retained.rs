@@ -98,7 +98,7 @@ impl<D: Device> Slave<D> {
         self.retained.hold(Retained { bdefault: None, ..self.retained.held });
     }
 
-    /// Whether a command is a reset of this node that the guard does not let pass.
+    /// Returns whether a command is a reset of this node that the guard does not let pass.
     pub(super) fn is_refused(&mut self, bus: Bus, message: &NmtMessage, now: Instant, out: &mut Out) -> bool {
         let NmtMessage { command, target } = *message;
         if !matches!(command, Command::ResetNode | Command::ResetCommunication)

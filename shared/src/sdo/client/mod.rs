@@ -46,7 +46,7 @@ pub struct Client {
     state: State,
     mode: Mode,
     timeout: Duration,
-    /// When the transfer has waited too long, for the rest of a sub-block or for anything.
+    /// End of the time that the transfer waits, for the rest of a sub-block or for any frame.
     deadline: Instant,
     strays: Strays,
     at: Address,
@@ -55,12 +55,12 @@ pub struct Client {
     is_size_told: bool,
     /// Download: bytes that the server has acknowledged. Upload: bytes received.
     moved: u32,
-    /// Of all bytes pushed, or received but for the last segment.
+    /// Checksum of all bytes pushed, or of those received without the last segment.
     crc: Crc,
     staging: Staging,
 }
 
-/// What a transfer begins with.
+/// First request of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Protocol {
     Download,
@@ -308,7 +308,7 @@ impl Client {
         self.state = state;
     }
 
-    /// Whether the server knows of the transfer.
+    /// Returns whether the server knows the transfer.
     fn is_on_the_way(&self) -> bool {
         !matches!(self.state, State::Idle | State::Done(_) | State::Initiate(_))
     }

@@ -9,7 +9,7 @@ pub const STAGING: usize = MOST as usize * SEGMENT as usize;
 #[derive(Debug)]
 pub(super) struct Staging {
     bytes: [u8; STAGING],
-    /// Where the first byte is.
+    /// Offset of the first byte.
     head: usize,
     len: usize,
 }

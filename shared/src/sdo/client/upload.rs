@@ -10,7 +10,7 @@ use crate::types::{AbortCode, Address, Instant};
 /// Bytes of a segment.
 pub(super) const SEGMENT: usize = block::SEGMENT as usize;
 
-/// How many segments there is room for.
+/// Returns the number of segments for which there is room.
 pub(super) fn block_size(staging: &Staging) -> u8 {
     (staging.room() / SEGMENT).min(usize::from(MOST)) as u8
 }

@@ -68,7 +68,7 @@ const PAUSE: u64 = 4;
 pub struct Server {
     state: State,
     timeout: Duration,
-    /// When the transfer has waited too long, for the rest of a sub-block or for anything.
+    /// End of the time that the transfer waits, for the rest of a sub-block or for any frame.
     deadline: Instant,
     value: Value,
 }

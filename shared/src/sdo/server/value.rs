@@ -31,9 +31,9 @@ pub(super) struct Value {
     room: u32,
     /// Download: where in the buffer a full segment must end.
     end: usize,
-    /// Where in the value the buffer begins.
+    /// Offset of the buffer in the value.
     offset: u32,
-    /// How many bytes the checksum holds.
+    /// Number of bytes in the checksum.
     summed: u32,
     filled: usize,
     buffer: [u8; BUFFER],
@@ -149,7 +149,7 @@ impl Value {
         (self.room, self.end) = (room, BUFFER.min(room as usize));
     }
 
-    /// An error if so many bytes in the buffer are too much.
+    /// Returns an error if the buffer has too many bytes.
     #[inline]
     fn check(&self, filled: usize) -> Result<(), AbortCode> {
         if filled <= self.room as usize {
