@@ -1,6 +1,6 @@
 //! ECSS-E-ST-50-15C, the CANbus extension protocol for spacecraft, on top of CANopen.
 //!
-//! A spacecraft has two CAN buses, *nominal* and *redundant*. One **master** and up to 126 **slaves** are connected to both. The
+//! A spacecraft has two CAN buses, *nominal* and *redundant*. A **master** and its **slaves** are connected to both. The
 //! master sends its heartbeat on one of them, the *active* bus, and the slaves follow it. All nodes share one time.
 //!
 //! The protocol is *sans-IO*: each service is a plain struct without input or output of its own. It takes frames and the

@@ -51,7 +51,7 @@ impl ErrorRegister {
         self.0
     }
 
-    /// Returns the bits that are set in one of the two.
+    /// Returns the bits that are set in at least one of the two.
     #[must_use]
     pub const fn and(self, other: ErrorRegister) -> ErrorRegister {
         ErrorRegister(self.0 | other.0)

@@ -13,8 +13,7 @@ const CROSSING: Duration = Duration::from_millis(1);
 /// silent. So a faulty or forged heartbeat does not silence a node that has worked for a while.
 ///
 /// Two nodes that booted together with equal clocks hear each other only if one of them sends a heartbeat late
-/// (`heartbeat::Staggered`). That may be the thirty-second one. The late node then still
-/// yields.
+/// (`heartbeat::Staggered`). That may be the thirty-second one. The late node then still yields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ClashWatch {

@@ -45,7 +45,6 @@
 //! - A node has the depth of its queues in its type, [`Node::Depth`]: 32 places, a minimal slave 8. A full queue
 //!   refuses a frame and reports it.
 //! - A slow application loses events. They are counted, and the node never waits.
-//! - A call of a node must not come from within another one.
 
 mod buses;
 mod canopen;

@@ -13,9 +13,9 @@ mod relative;
 
 /// Decides which bus is active, for the master. Hears nodes with Node-IDs below `N`.
 ///
-/// The master makes a bus *active* by its heartbeat there. It leaves the bus for one of these reasons, see
-/// [`SwitchCause`]: its controller is bus-off too often, no node acknowledges, too many slaves are silent, or the
-/// application requests it. After a switch it *announces* the new bus: its heartbeat is the first frame.
+/// The master makes a bus *active* by its heartbeat there. [`SwitchCause`] has the reasons to leave it. For
+/// example, no node acknowledges any more, too many slaves are silent, or the application requests it. After a
+/// switch it *announces* the new bus: its heartbeat is the first frame.
 ///
 /// ```
 /// use ecss_can::profile::Profile;

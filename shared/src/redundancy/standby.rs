@@ -91,8 +91,8 @@ pub struct Claim {
 }
 
 impl Claim {
-    /// Returns whether the sender of this claim stays active against `other`. `false` in both boards if their
-    /// straps are equal and they hear the same number of slaves.
+    /// Returns whether the sender of `other` has to yield to this claim. Two claims with equal straps and equal
+    /// numbers of slaves do not outrank each other: both senders stay active.
     pub const fn outranks(&self, other: &Claim) -> bool {
         let is_prime = matches!(self.strap, Strap::Prime);
         let is_tie = self.slaves == other.slaves;
@@ -176,7 +176,7 @@ pub enum Answer {
 ///
 /// # Limits
 ///
-/// - Two boards with equal straps that hear the same number of slaves both yield: neither claim outranks the other.
+/// - Two boards with equal straps that hear the same number of slaves both stay active: neither claim outranks the other.
 /// - 701h of a foreign node does not make an active board yield. Only a claim does.
 #[doc(alias("standby master", "Figure 4-2"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

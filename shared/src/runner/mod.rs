@@ -45,8 +45,8 @@
 //! # How frames and events move
 //!
 //! The runner of a bus takes a received frame from its port, and the node handles it in place, without a channel.
-//! Small values move, in words. Events and commands have a tag of one word (`repr(u32)`): after a tag of one byte
-//! the compiler would move the rest byte by byte.
+//! Events and commands are small and are moved in words: they have a tag of one word (`repr(u32)`). After a tag of
+//! one byte the compiler would move the rest byte by byte.
 //!
 //! # Limits
 //!

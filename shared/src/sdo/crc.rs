@@ -5,12 +5,12 @@
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Crc(u16);
 
-/// The remainder of `bits` times x16: what up to four bytes, added to the checksum before them, make of it.
+/// Returns the remainder of `bits` times x16: up to four bytes, added to the checksum of the bytes before them.
 ///
-/// Without a table, which would have 512 bytes. The quotient is `bits` divided by P, the polynomial over x16: P = 1
-/// + x^-4 + x^-11 + x^-16. Squared thrice P is 1 + x^-32 and more, and of 32 bits nothing is left when they move
-/// down by 32; so 1 / P is P to the 7th here. P times its 4th power is 1 + (x^-4 + x^-11) (1 + x^-16), its square 1
-/// + x^-8 + x^-22.
+/// There is no table, which would have 512 bytes. The quotient is `bits` divided by P, the polynomial over x16:
+/// `P = 1 + x^-4 + x^-11 + x^-16`. Squared three times, P is `1 + x^-32` and more. Of 32 bits nothing is left when
+/// they move down by 32. So `1 / P` is the 7th power of P here. P times its 4th power is
+/// `1 + (x^-4 + x^-11) (1 + x^-16)`, and its square is `1 + x^-8 + x^-22`.
 #[inline]
 fn remainder(bits: u32) -> u32 {
     let moved = (bits ^ bits >> 7) >> 4;

@@ -40,7 +40,8 @@
 //! - In a sub-block every frame but an abort is a segment, even if it looks like a request. Therefore a download
 //!   that fails in a sub-block is aborted at its end. Late segments of a transfer that was ended are ignored.
 //! - A block download of an empty value is announced with size zero. Clients send one empty segment or none, and 7
-//!   or 0 unused bytes at its end. The server accepts all four. Our client sends one segment and 7 unused bytes.
+//!   or 0 unused bytes at its end. The server accepts all four. The client of this crate
+//!   sends one segment and 7 unused bytes.
 //! - A sub-block that stops in the middle is acknowledged after a quarter of the timeout: its last segments are
 //!   lost. A sub-block that does not begin is a timeout. After eight sub-blocks in a row without data the transfer
 //!   is aborted (0504 0003h).
