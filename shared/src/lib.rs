@@ -1,143 +1,110 @@
-//! ECSS-E-ST-50-15C, the CANbus extension protocol, on top of CANopen.
+//! ECSS-E-ST-50-15C, the CANbus extension protocol for spacecraft, on top of CANopen.
 //!
-//! The protocol is *sans-IO*: every service is a plain struct that is given frames and the time and puts what it wants
-//! done into an outbox. Only [`runner`] is async; it joins a node to two CAN controllers through the traits
-//! [`link::port::CanPort`] and [`time::Clock`], which boards implement on bxCAN and host tests on mocks.
+//! A spacecraft has two CAN buses, *nominal* and *redundant*. A **master** and its **slaves** are connected to both. The
+//! master sends its heartbeat on one of them, the *active* bus, and the slaves follow it. All nodes share one time.
+//!
+//! The protocol is *sans-IO*: each service is a plain struct without input or output of its own. It takes frames and the
+//! time, and returns frames and actions. Only [`runner`] is async.
+//!
+//! # Where to begin
+//!
+//! | you want to | read |
+//! | --- | --- |
+//! | write a slave | the tour below, [`node::Device`], [`od`] for objects, [`pdo`] for PDOs, [`node::SlaveEvent`] |
+//! | write a master | [`node::Master`], [`profile::Profile`], [`boot`], [`runner::SdoClient`], [`node::MasterEvent`] |
+//! | port it to another chip | [`link::port::CanPort`], [`time::Clock`], [`runner::Platform`], [`link::bit_timing`] |
 //!
 //! # A tour
 //!
-//! A device is a struct of objects and the PDOs that carry them. What cannot work does not compile.
+//! A device is a struct of objects, with the PDOs that carry them. The mock board stands for a real one: a port for each bus
+//! and a clock.
 //!
-//! ```
+#![cfg_attr(feature = "mock", doc = "```")]
+#![cfg_attr(not(feature = "mock"), doc = "```ignore")]
+//! use ecss_can::mock::{LoopbackPort, ManualClock, MockBoard, Tasks};
+//! use ecss_can::nmt::Command;
 //! use ecss_can::prelude::*;
 //!
 //! /// A thermometer.
 //! #[derive(Objects)]
 //! #[objects(device)]
 //! struct Thermometer {
-//!     /// Temperature
-//!     ///
-//!     /// 0.1 °C.
+//!     /// Temperature in units of 0.1 °C
 //!     #[object(0x6000, ro, pdo)]
 //!     temperature: i16,
-//!     /// Offset
-//!     ///
-//!     /// 0.1 °C.
-//!     #[object(0x6001, rw, low = -50, high = 50)]
-//!     offset: i16,
 //! }
-//!
-//! /// Sent on every change: 283h from node 3.
-//! const CHANGE: Tpdo = Tpdo::new(2, CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE);
 //!
 //! impl Device for Thermometer {
 //!     type Pdos = PdoObjects<4, 4>;
 //!     type Consumers = HeartbeatConsumers<1>;
-//!     const PDOS: PdoSet = PdoSet::new(&[], &[CHANGE]);
+//!     const PDOS: PdoSet = PdoSet::new(&[], &[Tpdo::new(2, CobIdOf::node(0x280)).map(Thermometer::TEMPERATURE)]);
 //! }
 //!
-//! // The numbers of a mission, the same in all its nodes.
-//! const MISSION: Profile = Profile { autostart: true, ..Profile::DEFAULT };
-//!
-//! // A board is a port for each bus and a clock: `boards::Board`. This one is a mock.
 //! static TELLTALE: Telltale = Telltale::new();
-//! let (clock, ports) = (Clock::default(), PerBus::from_fn(|_| Port::default()));
-//! let (time, nominal) = (clock.clone(), ports.nominal.clone());
+//! static RESOURCES: Resources<MockBoard, Slave<Thermometer>> = Resources::new();
 //!
-//! // The user owns the storage. The node is made where it stays.
-//! static RESOURCES: Resources<Mock, Slave<Thermometer>> = Resources::new();
-//! let slave = || Slave::new(NodeId::of::<3>(), &MISSION, Thermometer::default());
-//! let (slave, mut events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
-//!
-//! // On a board each runner is the argument of a task of one line. A task is a future.
-//! let mut tasks: [Pin<Box<dyn Future<Output = ()>>>; 3] = [
-//!     Box::pin(async { runners.nominal.run().await }),
-//!     Box::pin(async { runners.redundant.run().await }),
-//!     Box::pin(async { runners.due.run().await }),
-//! ];
-//! let context = &mut Context::from_waker(Waker::noop());
-//! tasks.iter_mut().for_each(|task| assert!(task.as_mut().poll(context).is_pending()));
-//! assert_eq!(nominal.sent(), [(0x703, vec![0])], "the boot-up message");
-//!
-//! // The application awaits events and changes objects. The PDO goes out by itself.
-//! assert_eq!(pin!(events.next()).poll(context), Poll::Ready(SlaveEvent::ActiveBus {
-//!     bus: Bus::Nominal,
-//!     cause: BusCause::PowerOn,
-//! }));
+//! let clock = ManualClock::new();
+//! let ports = PerBus::from_fn(|_| LoopbackPort::new(&clock));
+//! let slave = || Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Thermometer::default());
+//! let (slave, _events, runners) = RESOURCES.start(slave, ports.clone(), clock, &TELLTALE);
+//! let mut tasks = Tasks::new(runners); // on a board: one task for each runner
+//! tasks.run();
+//! ports.nominal.receive(NmtMessage { command: Command::Start, target: Target::All }.encode());
+//! tasks.run();
 //! slave.change(|thermometer| thermometer.temperature = 215);
-//! tasks.iter_mut().for_each(|task| assert!(task.as_mut().poll(context).is_pending()));
-//! assert_eq!(nominal.sent(), [(0x283, 215_i16.to_le_bytes().to_vec())]);
+//! tasks.run();
 //!
-//! // A client of its SDO server writes an object: the 60 of 6001h is too much, -20 is not.
-//! for (value, answer) in [(60, [0x80, 0x01, 0x60, 0, 0x31, 0, 9, 6]), (-20, [0x60, 0x01, 0x60, 0, 0, 0, 0, 0])] {
-//!     let [low, high] = i16::to_le_bytes(value);
-//!     nominal.receive(Frame::of(CobId::sdo_request(NodeId::of::<3>()), [0x2B, 0x01, 0x60, 0, low, high, 0, 0]), &time);
-//!     tasks.iter_mut().for_each(|task| assert!(task.as_mut().poll(context).is_pending()));
-//!     assert_eq!(nominal.sent(), [(0x583, answer.to_vec())]);
-//! }
-//! assert_eq!(slave.with(|slave, _| slave.objects().application.offset), -20);
-//! # use core::cell::{Cell, RefCell};
-//! # use core::pin::{Pin, pin};
-//! # use core::task::{Context, Poll, Waker};
-//! # use std::{collections::VecDeque, rc::Rc};
-//! # use ecss_can::link::{Stamp, port::{self, CanPort, Filter, Health, Mailbox, PortEvent}};
-//! # use ecss_can::node::BusCause;
-//! # struct Mock;
-//! # impl Platform for Mock {
-//! #     type Port = Port;
-//! #     type Clock = Clock;
-//! # }
-//! # #[derive(Clone, Default)]
-//! # struct Clock(Rc<Cell<u64>>);
-//! # impl ecss_can::time::Clock for Clock {
-//! #     fn now(&self) -> Instant { Instant::from_micros(self.0.get()) }
-//! #     async fn at(&self, _: Instant) { core::future::pending().await }
-//! # }
-//! # #[derive(Clone, Default)]
-//! # struct Port(Rc<RefCell<(VecDeque<PortEvent>, Vec<(u16, Vec<u8>)>)>>);
-//! # impl Port {
-//! #     fn sent(&self) -> Vec<(u16, Vec<u8>)> { core::mem::take(&mut self.0.borrow_mut().1) }
-//! #     fn receive(&self, frame: Frame, clock: &Clock) {
-//! #         let stamp = Stamp::interrupt(ecss_can::time::Clock::now(clock));
-//! #         self.0.borrow_mut().0.push_back(PortEvent::Received { frame, stamp });
-//! #     }
-//! # }
-//! # impl CanPort for Port {
-//! #     type PerMailbox<T: Default> = [T; 3];
-//! #     const FILTERS: usize = 28;
-//! #     fn set_filters(&mut self, _: &[Filter]) {}
-//! #     fn set_filter(&mut self, _: u8, _: Filter) {}
-//! #     fn join(&mut self) {}
-//! #     fn listen(&mut self) {}
-//! #     fn leave(&mut self) {}
-//! #     fn send(&mut self, frame: &Frame) -> Result<Mailbox, port::Busy> {
-//! #         let (events, sent) = &mut *self.0.borrow_mut();
-//! #         sent.push((frame.id().raw(), frame.data().to_vec()));
-//! #         events.push_back(PortEvent::Transmitted { mailbox: Mailbox(0), stamp: Stamp::interrupt(Instant::ZERO) });
-//! #         Ok(Mailbox(0))
-//! #     }
-//! #     fn abort(&mut self, _: Mailbox) {}
-//! #     fn health(&self) -> Health { Health::default() }
-//! #     fn recover(&mut self) {}
-//! #     fn poll_event(&mut self, _: &mut Context<'_>) -> Poll<PortEvent> {
-//! #         self.0.borrow_mut().0.pop_front().map_or(Poll::Pending, Poll::Ready)
-//! #     }
-//! # }
+//! // Boot-up message, heartbeat after the start command, and the PDO with the new temperature.
+//! let sent: Vec<_> = ports.nominal.sent().iter().map(|frame| (frame.id().raw(), frame.data().to_vec())).collect();
+//! assert_eq!(sent, [(0x703, vec![0x00]), (0x703, vec![0x05]), (0x283, vec![215, 0])]);
 //! ```
 //!
-//! `firmware/examples` has the same as an image for a board, and its master.
+//! `firmware/examples` has the same as an image for a board, with its master.
+//!
+//! # Modules
+//!
+//! A module uses only modules above it in this table.
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | [`types`] | frames, identifiers, instants, spacecraft time: words of the field without behaviour |
+//! | [`link`] | ports, filters, transmit queue, bit timing, budgets, stamps |
+//! | [`od`] | object dictionary: declarations, data types, access |
+//! | [`time`] | local clock, and the service that steers it |
+//! | [`nmt`] | network management: NMT state machine, commands, guards |
+//! | [`heartbeat`], [`sync`], [`emcy`] | producers and consumers of heartbeats, SYNC, emergencies |
+//! | [`sdo`] | SDO server and client |
+//! | [`pdo`] | receive and transmit PDOs, their declaration, sequences of commands |
+//! | [`redundancy`] | choice of the active bus: master, standby, slave |
+//! | [`store`] | parameters that outlive a reset |
+//! | [`boot`] | boot-up of the network by its master |
+//! | [`profile`] | numbers of a mission |
+//! | [`node`] | master and slave of a spacecraft, plain CANopen slave, minimal slave |
+//! | [`runner`] | async shell: tasks of a node, handle of the application |
+//! | [`prelude`] | names for a device and its `main` |
+//! | `mock` | mock board for tests and examples (feature `mock`) |
+//!
+//! # Features
+//!
+//! - `defmt`: every public type implements `defmt::Format`.
+//! - `mock`: the module `mock`. It needs an allocator; the rest of the crate has no heap.
+//! - `model`: for the model checker of this project only.
 
 #![no_std]
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
 // The derive macros name this crate from outside, also in here.
+#[cfg(feature = "mock")]
+extern crate alloc;
 extern crate self as ecss_can;
 
 pub mod boot;
 pub mod emcy;
 pub mod heartbeat;
 pub mod link;
+#[cfg(feature = "mock")]
+pub mod mock;
 pub mod nmt;
 pub mod node;
 pub mod od;

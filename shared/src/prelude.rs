@@ -1,4 +1,4 @@
-//! What a device, its application and its `main` name: `use ecss_can::prelude::*;`
+//! Names for a device, its application and its `main`: `use ecss_can::prelude::*;`
 
 pub use crate::heartbeat::HeartbeatConsumers;
 pub use crate::nmt::{NmtMessage, Target};

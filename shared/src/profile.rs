@@ -1,4 +1,31 @@
-//! The numbers of a mission, the same for images, host worlds and documents.
+//! Numbers of a mission: bit rate, periods, redundancy parameters, slaves.
+//!
+//! A *profile* is a constant that all nodes of a mission share, in images, simulations and documents. Start from
+//! [`Profile::DEFAULT`], and assert the checks where the profile is declared. An unsound profile then does not
+//! compile.
+//!
+//! ```
+//! use ecss_can::link::bit_timing::BitRate;
+//! use ecss_can::profile::Profile;
+//! use ecss_can::types::{Duration, NodeId};
+//!
+//! const MISSION: Profile = Profile {
+//!     name: "mine",
+//!     heartbeat: Duration::from_millis(200),
+//!     consumer: Duration::from_millis(500),
+//!     selective: &[NodeId::of::<4>()],
+//!     ..Profile::DEFAULT.at(BitRate::KBIT_500)
+//! };
+//! const _: () = assert!(MISSION.is_search_long_enough(), "{}", Profile::SEARCH_TOO_SHORT);
+//! const _: () = assert!(MISSION.is_budget_sound(), "{}", Profile::BUDGET_UNSOUND);
+//! const _: () = assert!(MISSION.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
+//! ```
+//!
+//! # Limits
+//!
+//! - Values that a node stores by "save" have priority over those of the profile.
+//! - The checks compare the numbers of a profile with each other. `cargo xtask schedule` of the repository computes
+//!   the response times of the frames.
 
 use crate::boot::{AssignedSlave, BootPolicy, Setting};
 use crate::link::bit_timing::{BitRate, Metres, Network, PartsPerMillion};
@@ -7,79 +34,84 @@ use crate::redundancy::{BusAccess, BusOffPolicy, Pair, Parameters};
 use crate::time::ClockPolicy;
 use crate::types::{Bus, CobId, Duration, NodeId};
 
-/// The numbers of a mission.
+/// Numbers of a mission.
+#[doc(alias("mission", "configuration"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Profile {
-    /// What it is called on command lines and in reports.
+    /// Name of the profile on command lines and in reports.
     pub name: &'static str,
-    /// Both buses, as the bit timing of every node sees them.
+    /// Properties of both buses, from which every node computes its bit timing.
     pub network: Network,
-    /// Producer heartbeat time (1017h) of every node, whole milliseconds, above zero.
+    /// Producer heartbeat time (1017h) of every node, in whole milliseconds, above zero.
     pub heartbeat: Duration,
-    /// Delay of the heartbeats that a slave sends late, at most a tenth of their period: four data frames of eight bytes, 540 bits.
-    /// See [`Slave::with_late_heartbeats`](crate::node::Slave::with_late_heartbeats).
+    /// Delay of the heartbeats that a slave sends late, at most a tenth of their period: four data frames of
+    /// eight bytes, 540 bits. See [`Slave::with_late_heartbeats`](crate::node::Slave::with_late_heartbeats).
     pub late_heartbeat: Duration,
-    /// Consumer heartbeat time (1016h), whole milliseconds.
+    /// Consumer heartbeat time (1016h), in whole milliseconds.
     pub consumer: Duration,
-    /// Bdefault (2000h sub 1).
+    /// Bus after power-on: Bdefault (2000h sub 1).
     pub bdefault: Bus,
-    /// Ttoggle (2000h sub 2), consumer times.
+    /// Number of consumer times on a bus before a switch: Ttoggle (2000h sub 2).
     pub ttoggle: u8,
-    /// Ntoggle (2000h sub 3).
+    /// Number of switches before a search ends: Ntoggle (2000h sub 3).
     pub ntoggle: u8,
-    /// Communication cycle period (1006h).
+    /// Communication cycle period: time between two SYNCs (1006h).
     pub sync: Duration,
     /// Period of the Spacecraft Time PDO.
     pub time: Duration,
-    /// How long a PDO of an event may wait for its bus.
+    /// Lifetime of an event-driven PDO that waits for its bus.
     pub event: Duration,
-    /// Nodes with selective access; all others have parallel access.
+    /// Nodes with selective access. All others have parallel access.
     pub selective: &'static [NodeId],
-    /// Share of the slaves whose silence makes the master switch buses at once, percent, `1..=100`.
+    /// Share of the slaves whose silence makes the master switch the bus at once, in percent, `1..=100`.
     pub silent_share: u8,
-    /// Shortest time that a master which hears no slave on either bus stays on one. Two toggling times and two heartbeat
-    /// periods are the least in any case.
+    /// Shortest time that a master stays on a bus while it hears no slave on either. It is never less than two
+    /// toggling times and two heartbeat periods.
     pub dwell: Duration,
-    /// Frames whose end is measured in hardware, received and sent, where a board can.
+    /// COB-IDs of frames whose end is measured in hardware if the board can, received and sent.
     pub stamped: &'static [CobId],
-    /// What the crystals of the nodes may do against each other: the error bound of every clock (2015h) relies on it.
+    /// Limits of the crystals of the nodes. The error bound of every clock (2015h) relies on them.
     pub clocks: ClockPolicy,
-    /// After so long without progress an SDO transfer is given up, by its server and by its client.
+    /// Time without progress after which server and client abort an SDO transfer.
     pub sdo_timeout: Duration,
-    /// Slaves that the master checks, configures and starts (1F81h to 1F88h). All others it starts as they are.
+    /// Slaves that the master checks, configures and starts (1F81h to 1F88h). It starts all others without a
+    /// check.
     pub slaves: &'static [AssignedSlave],
-    /// What they are configured with.
+    /// Values that the master writes to these slaves.
     pub settings: &'static [Setting],
-    /// Slaves of the minimal set (ECSS 9), none of them in `slaves`: the master neither boots them nor asks who they are.
+    /// Slaves of the minimal set (ECSS 9), none of them in `slaves`. The master neither boots them nor asks for
+    /// their device type.
     pub minimal: &'static [MinimalNode],
-    /// How long the network waits for mandatory slaves.
+    /// Limits of the time that the network waits for mandatory slaves.
     pub boot: BootPolicy,
-    /// How long errors on a bus may last before they mean something: two frames and the error frame between them.
+    /// Time that errors on a bus may last without an effect: two frames and the error frame between them.
     pub grace: Duration,
-    /// Recovery from bus-off.
+    /// Policy for the recovery from bus-off.
     pub bus_off: BusOffPolicy,
-    /// What a node may send before it silences itself.
+    /// Number of frames that a node may send before it silences itself.
     pub budget: BudgetPolicy,
-    /// Slaves go to Operational by themselves after boot-up and reset communication (ECSS Table 11-1).
+    /// `true`: slaves enter Operational by themselves after boot-up and "reset communication" (ECSS Table 11-1).
     pub autostart: bool,
-    /// Two master boards, one of them the standby of the other (ECSS 8.1a). `None`: one master board, active at power-on.
+    /// Parameters of two master boards, one of them the standby of the other (ECSS 8.1a). `None`: one master
+    /// board, active at power-on.
     pub standby: Option<Pair>,
 }
 
-/// A slave of the minimal set, as its master knows it.
+/// Slave of the minimal set in the profile of its master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MinimalNode {
-    /// Its Node-ID.
+    /// Node-ID of the slave.
     pub node: NodeId,
-    /// Whether it sends a heartbeat. One that sends none is commanded from power-on, and is never reported as lost.
+    /// `true`: the slave sends a heartbeat. Without one, the master commands it from power-on and never reports
+    /// it as lost.
     pub has_heartbeat: bool,
 }
 
 impl Profile {
-    /// 1 Mbit/s, heartbeat 100 ms, SYNC 100 ms; a slave changes the bus by itself after half a second and searches for
-    /// 25.5 s; parallel access everywhere; no slave assigned.
+    /// Default profile: 1 Mbit/s, heartbeat 100 ms, SYNC 100 ms. A slave changes the bus by itself after half a
+    /// second, and searches for 25.5 s. All nodes have parallel access. No slave is assigned.
     pub const DEFAULT: Profile = Profile {
         name: "default",
         network: Network {
@@ -125,7 +157,8 @@ impl Profile {
         standby: None,
     };
 
-    /// Two master boards that fit [`Profile::DEFAULT`]: the standby takes over after 400 ms, before slaves change the bus.
+    /// Parameters of two master boards that fit [`Profile::DEFAULT`]. The standby takes over after 400 ms, before
+    /// slaves change the bus.
     pub const PAIR: Pair = Pair {
         consumer: Duration::from_millis(400),
         prime_listens: Duration::from_millis(700),
@@ -134,9 +167,9 @@ impl Profile {
         second_claims: CobId::low_bits(0x681),
     };
 
-    /// The same numbers at another bit rate. Spans that a bus needs become longer where it is slower: `grace` for 350 bits,
-    /// `patience` after bus-off for four times the 128 x 11 bits of a recovery, `late_heartbeat` for 540 bits. Periods stay as they are: `cargo xtask
-    /// schedule` says whether the bus can carry them.
+    /// Returns the same profile at another bit rate. Times that depend on the bus become longer at a lower rate:
+    /// `grace` is 350 bits, `patience` after bus-off four times the 128 x 11 bits of a recovery, `late_heartbeat`
+    /// 540 bits. Periods stay as they are: `cargo xtask schedule` checks whether the bus can carry them.
     ///
     /// ```
     /// use ecss_can::link::bit_timing::BitRate;
@@ -159,20 +192,21 @@ impl Profile {
         Profile { network: Network { bit_rate, ..self.network }, grace, late_heartbeat, bus_off, ..self }
     }
 
-    /// What to change where [`Profile::is_search_long_enough`] says no.
+    /// Advice for a profile that fails [`Profile::is_search_long_enough`].
     pub const SEARCH_TOO_SHORT: &'static str = "slaves with selective access give up before the master has tried both \
         buses: raise `ntoggle` until ttoggle x consumer x (ntoggle + 1) is at least two dwells, each the longer one of \
         `dwell` and 2 x ttoggle x consumer + 2 x heartbeat";
 
-    /// What to change where [`Profile::is_standby_sound`] says no.
+    /// Advice for a profile that fails [`Profile::is_standby_sound`].
     pub const STANDBY_UNSOUND: &'static str = "two master boards: their `consumer` is at least `consumer` + `heartbeat` of \
         the profile, and shorter than ttoggle x consumer; `prime_listens` is at least that time and two heartbeat periods, \
         `second_listens` two heartbeat periods more; claims have two COB-IDs that CANopen does not keep";
 
-    /// Whether the numbers of two master boards fit the others. Assert it where a profile is declared.
+    /// Returns whether the parameters of two master boards fit the others. Assert it where a profile is declared.
     ///
-    /// The standby is slower than the active master, which may change the bus first, and faster than the slaves, which stay
-    /// on their bus. A board that was reset listens until the other one has taken over. True without a standby.
+    /// The standby is slower than the active master, which may change the bus first. It is faster than the slaves,
+    /// which stay on their bus. A board that was reset listens until the other one has taken over. `true` without a
+    /// standby.
     ///
     /// ```
     /// use ecss_can::profile::Profile;
@@ -203,12 +237,13 @@ impl Profile {
         are_claims_free && is_in_time && waits
     }
 
-    /// What to change where [`Profile::is_budget_sound`] says no.
+    /// Advice for a profile that fails [`Profile::is_budget_sound`].
     pub const BUDGET_UNSOUND: &'static str = "a node of this mission would silence itself: the rate of a COB-ID in `budget` \
         admits at least twice the frames that `heartbeat`, `sync` and `time` make, no node has \
         less than a COB-ID, and the master hears as much of a slave as that may send";
 
-    /// Whether the budget admits twice what the periods of this profile make. Assert it where a profile is declared.
+    /// Returns whether the budget admits twice the frames that follow from the periods of the profile. Assert it
+    /// where a profile is declared.
     ///
     /// ```
     /// use ecss_can::profile::Profile;
@@ -231,20 +266,20 @@ impl Profile {
         admits && slave.is_at_least(cob_id) && master.is_at_least(cob_id) && heard.is_at_least(slave)
     }
 
-    /// What to change where [`Profile::is_clock_sound`] says no.
+    /// Advice for a profile that fails [`Profile::is_clock_sound`].
     pub const CLOCKS_UNSOUND: &'static str = "clocks cannot follow these crystals: `clocks.tolerance` is 1 to 900 ppm and at \
         most `network.oscillator_tolerance`, `clocks.drift` 1 to 3,500 ppb/s, `clocks.excursion` at most 1,000,000 ppb, \
         `clocks.agreeing` 2 to 40";
 
-    /// Whether the estimator of every clock can follow the crystals that this profile admits, and the bit timing too. Assert
-    /// it where a profile is declared.
+    /// Returns whether every clock and the bit timing can follow the crystals that the profile admits. Assert it
+    /// where a profile is declared.
     ///
     /// ```
     /// use ecss_can::profile::Profile;
     /// const _: () = assert!(Profile::DEFAULT.is_clock_sound(), "{}", Profile::CLOCKS_UNSOUND);
     /// ```
     ///
-    /// Crystals that are farther off than the bit timing takes do not compile:
+    /// Crystals beyond the tolerance of the bit timing do not compile:
     ///
     /// ```compile_fail,E0080
     /// # use ecss_can::{link::bit_timing::PartsPerMillion, profile::Profile, time::ClockPolicy};
@@ -256,13 +291,14 @@ impl Profile {
         self.clocks.is_sound() && self.clocks.tolerance.0 <= self.network.oscillator_tolerance.0
     }
 
-    /// How a node reaches its buses.
+    /// Returns how a node reaches its buses.
     pub fn access(&self, node: NodeId) -> BusAccess {
         if self.selective.contains(&node) { BusAccess::Selective } else { BusAccess::Parallel }
     }
 
-    /// Whether slaves with selective access search for as long as a master may take to try both buses. A slave that gives
-    /// up before stays where it is (ECSS 8.3.3j), on a dead bus for ever. Assert it where a profile is declared:
+    /// Returns whether slaves with selective access search long enough for a master that tries both buses. A
+    /// slave that gives up earlier stays on its bus (ECSS 8.3.3j), even if that bus is dead. Assert it where a
+    /// profile is declared:
     ///
     /// ```
     /// use ecss_can::profile::Profile;
@@ -283,7 +319,7 @@ impl Profile {
         self.selective.is_empty() || redundancy.search_time().as_micros() >= both_buses.as_micros()
     }
 
-    /// The redundancy parameters of every node.
+    /// Returns the redundancy parameters of every node.
     pub const fn redundancy(&self) -> Parameters {
         Parameters {
             consumer: self.consumer,

@@ -13,16 +13,17 @@ use crate::errors::Errors;
 const KNOWN: &str =
     "ro, wo, rw, rwr, rww, constant, record, array, pdo, optional, keep, volatile, low, high, default";
 
-/// How the value of a field is laid out.
+/// Layout of the value of a field.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// A single value.
     Var,
     /// Values of one type, sub-indices 1 and up.
     Array,
-    /// A struct with `derive(Record)`; `record, array`: EDS and DCF describe it as an ARRAY, its entries are of one type.
+    /// A struct with `derive(Record)`. With `record, array` EDS and DCF describe it as an ARRAY: its entries are
+    /// of one type.
     Record {
-        /// Whether it is described as an ARRAY.
+        /// `true`: EDS and DCF describe the record as an ARRAY.
         as_array: bool,
     },
 }
@@ -31,30 +32,30 @@ pub enum Shape {
 pub struct Attribute {
     /// Index or sub-index.
     pub number: LitInt,
-    /// Several in a row from there on.
+    /// Several values with consecutive numbers, from [`Attribute::number`] on.
     pub in_a_row: bool,
-    /// Layout.
+    /// Layout of the value.
     pub shape: Shape,
-    /// Access right; none for records, whose entries have their own.
+    /// Access right. `None` for a record: each of its entries has its own.
     pub access: Option<Ident>,
     /// PDOs may carry it.
     pub pdo: bool,
-    /// A frame of a receive PDO may leave it out.
+    /// A frame of a receive PDO may end before this value.
     pub optional: bool,
-    /// "save" keeps it, a DOMAIN; place of the word.
+    /// Place of the word `keep`: "save" stores this DOMAIN.
     pub keep: Option<Span>,
-    /// "save" does not keep it; place of the word.
+    /// Place of the word `volatile`: "save" does not store this value.
     pub volatile: Option<Span>,
-    /// Least value.
+    /// Least value that a client may write.
     pub low: Option<Expr>,
-    /// Greatest value.
+    /// Greatest value that a client may write.
     pub high: Option<Expr>,
     /// Value at power-on.
     pub default: Option<Expr>,
 }
 
 impl Attribute {
-    /// The index or sub-index as a number, at most `most`.
+    /// Returns the index or sub-index as a number. `most`: the greatest one that is allowed.
     pub fn value(&self, most: u16) -> syn::Result<u16> {
         let value = self.number.base10_parse().ok().filter(|value| *value <= most);
         let range =
@@ -62,7 +63,7 @@ impl Attribute {
         value.ok_or_else(|| Error::new(self.number.span(), range))
     }
 
-    /// The limits, as an expression.
+    /// Returns the limits as an expression.
     pub fn limits(&self) -> TokenStream {
         let bound = |bound: &Option<Expr>| match bound {
             Some(value) => quote!(::core::option::Option::Some(#value)),
@@ -75,14 +76,14 @@ impl Attribute {
         quote!(::core::option::Option::Some(const { &::ecss_can::od::Limits::new(#low, #high) }))
     }
 
-    /// The access right of a value, as an expression.
+    /// Returns the access right of the value as an expression.
     pub fn required_access(&self) -> syn::Result<TokenStream> {
         let message = "missing access right: add `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`";
         let access = self.access.as_ref().ok_or_else(|| Error::new(self.number.span(), message))?;
         Ok(quote!(::ecss_can::od::Access::#access))
     }
 
-    /// An `Entry` with what is declared beside type and access right.
+    /// Adds to the expression `entry` all that the attribute declares beside type and access right.
     pub fn qualified(&self, entry: TokenStream) -> TokenStream {
         let pdo = match (self.pdo, self.optional) {
             (false, _) => quote!(No),
@@ -104,7 +105,7 @@ impl Attribute {
         entry
     }
 
-    /// Whether transmit PDOs, and whether receive PDOs may carry it.
+    /// Returns two flags: transmit PDOs may carry the value, and receive PDOs may carry it.
     pub fn directions(&self) -> (bool, bool) {
         let is_among = |rights: &[&str]| {
             self.pdo && self.access.as_ref().is_some_and(|own| rights.iter().any(|right| own == right))

@@ -8,7 +8,7 @@ use syn::{Error, Result};
 pub struct Errors(Option<Error>);
 
 impl Errors {
-    /// Adds one.
+    /// Adds one error.
     pub fn add(&mut self, error: Error) {
         match &mut self.0 {
             Some(errors) => errors.combine(error),
@@ -21,7 +21,7 @@ impl Errors {
         result.map_err(|error| self.add(error)).ok()
     }
 
-    /// Adds an error for each number that stands a second time, at its place.
+    /// Adds an error for each number that occurs again, at the place where it does.
     pub fn add_repeated(&mut self, mut numbers: Vec<(u16, Span)>, message: impl Fn(u16) -> String) {
         // Stable: the first one stays first.
         numbers.sort_by_key(|(number, _)| *number);
@@ -30,10 +30,10 @@ impl Errors {
         }
     }
 
-    /// All of them as one error.
+    /// Returns all errors as one.
     ///
     /// # Errors
-    /// When there are any.
+    /// If there is at least one error.
     pub fn finish(self) -> Result<()> {
         self.0.map_or(Ok(()), Err)
     }

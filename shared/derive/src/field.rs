@@ -8,10 +8,10 @@ use syn::{Attribute as Syntax, Error, Expr, ExprLit, Field, Ident, Lit, Meta, Ty
 
 use crate::attribute::Attribute;
 
-/// The attribute with this name, if the field has it.
+/// Returns the attribute with this name, if the field has it.
 ///
 /// # Errors
-/// When the field has several.
+/// If the field has more than one.
 pub fn attribute<'a>(field: &'a Field, name: &str) -> syn::Result<Option<&'a Syntax>> {
     let mut all = field.attrs.iter().filter(|attribute| attribute.path().is_ident(name));
     match (all.next(), all.next()) {
@@ -20,20 +20,20 @@ pub fn attribute<'a>(field: &'a Field, name: &str) -> syn::Result<Option<&'a Syn
     }
 }
 
-/// What a field is declared as.
+/// Declaration of a field: a value, a group, or skipped.
 pub enum Declared {
     /// A value, an object or a sub-index.
     Value(Box<Attribute>),
-    /// A group of objects.
+    /// A group of objects, declared by a struct of its own.
     Group,
-    /// Nothing: no client sees it.
+    /// A field that no client sees.
     Skipped,
 }
 
-/// How a field is declared: `value` is the name of the attribute of a value, `group` that of a group.
+/// Returns how a field is declared. `value` is the name of the attribute of a value, `group` that of a group.
 ///
 /// # Errors
-/// When it is not declared, or in two ways.
+/// If the field has no declaration, or two.
 pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<Declared> {
     let group_syntax = group.map(|group| attribute(field, group)).transpose()?.flatten();
     let found = [attribute(field, value)?, group_syntax, attribute(field, "skip")?];
@@ -55,12 +55,12 @@ pub fn declared(field: &Field, value: &str, group: Option<&str>) -> syn::Result<
     }
 }
 
-/// The name of a field.
+/// Returns the name of a field.
 pub fn ident(field: &Field) -> syn::Result<&Ident> {
     field.ident.as_ref().ok_or_else(|| Error::new_spanned(field, "its values need names"))
 }
 
-/// The first line of its documentation: what it is called in EDS and DCF.
+/// Returns the name in EDS and DCF: the first line of the documentation.
 pub fn title(field: &Field) -> syn::Result<String> {
     let lines = field.attrs.iter().filter(|attribute| attribute.path().is_ident("doc"));
     let texts = lines.filter_map(|line| match &line.meta {
@@ -75,7 +75,7 @@ pub fn title(field: &Field) -> syn::Result<String> {
     first.filter(|text| !text.is_empty()).ok_or_else(|| Error::new_spanned(&field.ident, message))
 }
 
-/// The constant of a field: its name in capitals, as visible as the field.
+/// Returns the constant of a field. It has the name of the field in capitals and the same visibility.
 pub fn constant(field: &Field, number: &str, of: &TokenStream, value: &TokenStream) -> Option<TokenStream> {
     let name = field.ident.as_ref()?;
     let constant = Ident::new(&name.unraw().to_string().to_uppercase(), name.span());
@@ -87,7 +87,7 @@ pub fn constant(field: &Field, number: &str, of: &TokenStream, value: &TokenStre
     })
 }
 
-/// The type of an array field.
+/// Returns the type of an array field.
 pub fn array(field: &Field) -> syn::Result<&TypeArray> {
     match &field.ty {
         Type::Array(array) => Ok(array),
@@ -95,12 +95,12 @@ pub fn array(field: &Field) -> syn::Result<&TypeArray> {
     }
 }
 
-/// As many sub-indices as an array has elements. More than there can be are an error at its length.
+/// Returns the length of an array as a number of sub-indices. A length above 254 is an error at its place.
 pub fn sub_indices(len: &Expr) -> TokenStream {
     quote_spanned!(len.span()=> ::ecss_can::od::sub_indices(#len))
 }
 
-/// The value at power-on.
+/// Returns the value at power-on.
 pub fn initial(field: &Field, declared: Option<&Attribute>) -> TokenStream {
     match (declared.and_then(|attribute| attribute.default.as_ref()), &field.ty) {
         (Some(value), _) => quote!(#value),
@@ -111,17 +111,18 @@ pub fn initial(field: &Field, declared: Option<&Attribute>) -> TokenStream {
     }
 }
 
-/// What a transmit PDO reads of a value.
+/// Returns the expression by which a transmit PDO reads a value.
 pub fn bits(value: &TokenStream) -> TokenStream {
     quote!(::core::option::Option::Some(::ecss_can::od::Variable::bits(#value)))
 }
 
-/// What a transmit PDO reads of several in a row.
+/// Returns the expression by which a transmit PDO reads consecutive values.
 pub fn run_bits(values: &TokenStream, nth: &TokenStream) -> TokenStream {
     quote!(run.read(&#values[..], #nth))
 }
 
-/// What a receive PDO writes to several in a row, with limits only what keeps them.
+/// Returns the expression by which a receive PDO writes consecutive values. It writes only values within the
+/// limits.
 pub fn set_run_bits(values: &TokenStream, nth: &TokenStream, attribute: &Attribute) -> TokenStream {
     if attribute.low.is_none() && attribute.high.is_none() {
         return quote!(run.write(&mut #values[..], #nth, bits));
@@ -133,7 +134,7 @@ pub fn set_run_bits(values: &TokenStream, nth: &TokenStream, attribute: &Attribu
     })
 }
 
-/// What a receive PDO writes to a value, with limits only what keeps them.
+/// Returns the expression by which a receive PDO writes a value. It writes only a value within the limits.
 pub fn set_bits(value: &TokenStream, of: &Type, attribute: &Attribute) -> TokenStream {
     let write = quote!(::core::option::Option::Some(::ecss_can::od::Variable::set_bits(#value, bits)));
     if attribute.low.is_none() && attribute.high.is_none() {

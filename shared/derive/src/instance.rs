@@ -4,7 +4,7 @@ use proc_macro2::{Group, Span, TokenStream, TokenTree};
 use quote::{ToTokens, quote, quote_spanned};
 use syn::{DeriveInput, GenericParam, Ident, Lifetime};
 
-/// Arguments of the type: each parameter has its default. `None` when one has none.
+/// Returns the arguments of the type: the default of each parameter. `None` if one has no default.
 pub fn arguments(input: &DeriveInput) -> Option<Vec<TokenStream>> {
     let argument = |parameter: &GenericParam| match parameter {
         GenericParam::Lifetime(_) => {
@@ -17,7 +17,7 @@ pub fn arguments(input: &DeriveInput) -> Option<Vec<TokenStream>> {
     input.generics.params.iter().map(argument).collect()
 }
 
-/// A type of the declaration with the defaults of the type's parameters, as in [`constants`].
+/// Replaces each type parameter by its default, as in [`constants`].
 pub fn filled(input: &DeriveInput, tokens: TokenStream) -> TokenStream {
     let Some(arguments) = inferred(input) else { return tokens };
     let names: Vec<_> = input.generics.params.iter().map(name).collect();
@@ -52,8 +52,8 @@ fn replaced(tokens: TokenStream, names: &[Option<&Ident>], arguments: &[TokenStr
     tokens.into_iter().flat_map(replace).collect()
 }
 
-/// Constants of the type, for their own `impl`. A parameter with a default has it, so that `Type::CONSTANT` needs no
-/// argument.
+/// Returns an `impl` block with constants of the type. Each parameter has its default there, so that
+/// `Type::CONSTANT` needs no argument.
 pub fn constants(input: &DeriveInput, constants: &[TokenStream]) -> TokenStream {
     let ident = &input.ident;
     match inferred(input) {
@@ -65,8 +65,8 @@ pub fn constants(input: &DeriveInput, constants: &[TokenStream]) -> TokenStream 
     }
 }
 
-/// An assertion about the type: as a constant beside it, at `span`, and as a statement in its constructor where it is
-/// generic.
+/// Returns an assertion about the type, reported at `span`. It is a constant beside the type. For a generic type
+/// it is also a statement in the constructor.
 pub fn assertion(
     input: &DeriveInput,
     span: Span,

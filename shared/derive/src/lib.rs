@@ -1,30 +1,38 @@
-//! An object dictionary declared as a struct.
+//! Declares an object dictionary as a struct.
 //!
-//! `#[derive(Objects)]` makes a struct of values a dictionary or a group of its objects, `#[derive(Record)]` a structure
-//! under one index. Both implement `Default` from the `default`s of the declaration. See `ecss_can::od` for an example.
+//! `#[derive(Objects)]` turns a struct of values into a dictionary, or into a group of objects of a dictionary.
+//! `#[derive(Record)]` turns a struct into a record: several values under one index. Both implement `Default` with
+//! the values of `default = ..`. The module `ecss_can::od` has an example.
 //!
-//! | attribute | of | meaning |
+//! | attribute | stands on | meaning |
 //! | --- | --- | --- |
 //! | `#[object(0x1017, ..)]` | a field | an object |
-//! | `#[object(0x1400.., ..)]` | an array field | objects with indices in a row, one for each element |
+//! | `#[object(0x1400.., ..)]` | an array field | objects with consecutive indices, one for each element |
 //! | `#[objects]` | a field | a group of objects: another struct with `derive(Objects)` |
 //! | `#[sub(1, ..)]` | a field of a record | a sub-index |
-//! | `#[sub(1.., ..)]` | an array field of a record | sub-indices in a row |
+//! | `#[sub(1.., ..)]` | an array field of a record | consecutive sub-indices, one for each element |
 //! | `#[record(0x40)]` | a record | index of its structure (DEFSTRUCT) |
-//! | `#[skip]` | a field | no client sees it; a field without any of these is an error |
-//! | `#[objects(check = function)]` | a struct | the function refuses what clients write |
-//! | `#[objects(device)]` | a struct | it is the application of a `Device`, which is checked with its PDOs |
+//! | `#[skip]` | a field | no client sees the field; a field with none of these attributes is an error |
+//! | `#[objects(check = function)]` | a struct | the function may refuse a value that a client writes |
+//! | `#[objects(device)]` | a struct | the struct is the application of a `Device`, and is checked with its PDOs |
 //!
-//! Inside the parentheses: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`; `record` or `array` for objects that are no
-//! single value; `pdo` for values that PDOs may carry; `keep` for a DOMAIN that "save" (1010h) keeps, `volatile` for
-//! a value that it does not keep; `low = ..`, `high = ..`, `default = ..`.
+//! Inside the parentheses stand, separated by commas:
 //!
-//! Each field becomes a constant, named as the field in capitals: an `ecss_can::od::Field` or `Fields` of an object, a
-//! `SubIndex` of an entry of a record. A type parameter with a default has it there, so that `Device::VALUE` needs no argument.
+//! - the access right: `ro`, `wo`, `rw`, `rwr`, `rww` or `constant`;
+//! - `record` or `array` for an object that is more than a single value;
+//! - `pdo` for a value that PDOs may carry, `optional` if a frame of a receive PDO may end before it;
+//! - `keep` for a DOMAIN that "save" (1010h) stores, `volatile` for a value that "save" does not store;
+//! - `low = ..`, `high = ..` and `default = ..`.
 //!
-//! All errors of a declaration are reported at once. An index or sub-index that two fields have, also in groups of groups and
-//! in rows of them, is refused by a constant beside the declaration, so that `cargo check` shows it. A type parameter has its
-//! default there; a declaration with a parameter without default is checked where its `Default` is used.
+//! Each field becomes a constant with the name of the field in capitals: `ecss_can::od::Field` or `Fields` for an
+//! object, `SubIndex` for an entry of a record. There each type parameter has its default, so that `Device::VALUE`
+//! needs no argument.
+//!
+//! # Errors
+//!
+//! The macro reports all errors of a declaration at once. A constant beside the declaration refuses an index or
+//! sub-index that occurs twice, also across groups and consecutive indices. So `cargo check` shows the error. A
+//! declaration that has a type parameter without a default is checked where its `Default` is used.
 
 mod attribute;
 mod errors;
@@ -40,14 +48,14 @@ use proc_macro::TokenStream;
 use proc_macro2::TokenStream as TokenStream2;
 use syn::{Data, DeriveInput, Error, Fields, FieldsNamed, parse_macro_input};
 
-/// A dictionary, or a group of its objects.
+/// Makes a struct a dictionary, or a group of objects of a dictionary.
 #[proc_macro_derive(Objects, attributes(object, objects, skip))]
 pub fn objects(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
     objects::expand(&input).unwrap_or_else(|errors| beside(errors, stub::objects(&input))).into()
 }
 
-/// A structure of values under one index.
+/// Makes a struct a record: several values under one index.
 #[proc_macro_derive(Record, attributes(record, sub, skip))]
 pub fn record(input: TokenStream) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);

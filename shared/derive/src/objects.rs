@@ -1,4 +1,4 @@
-//! `#[derive(Objects)]`.
+//! Expands `#[derive(Objects)]`.
 
 use proc_macro2::{Span, TokenStream};
 use quote::{ToTokens, quote, quote_spanned};
@@ -23,9 +23,9 @@ struct Object<'a> {
     is_single: bool,
     /// The value at a place, an `Option<&mut dyn Variable>`.
     variable: TokenStream,
-    /// What a transmit PDO reads at a place, an `Option<u64>`, if it may.
+    /// Expression for the value that a transmit PDO reads at a place, an `Option<u64>`. `None`: it may not.
     bits: Option<TokenStream>,
-    /// What a receive PDO writes at a place, an `Option<()>`, if it may.
+    /// Expression that writes the value of a receive PDO at a place, an `Option<()>`. `None`: it may not.
     set_bits: Option<TokenStream>,
 }
 
@@ -279,7 +279,7 @@ fn object<'a>(field: &'a Field, attribute: &Attribute, errors: &mut Errors) -> O
     Some(Object { number, declaration, names, field, record, is_single, variable, bits, set_bits })
 }
 
-/// What depends on the shape of an object. All are expressions.
+/// Expressions that depend on the shape of an object.
 struct Parts {
     code: TokenStream,
     entries: TokenStream,

@@ -1,4 +1,4 @@
-//! `#[derive(Record)]`.
+//! Expands `#[derive(Record)]`.
 
 use proc_macro2::TokenStream;
 use quote::{quote, quote_spanned};
@@ -17,9 +17,9 @@ struct Sub {
     /// The constant of its field.
     constant: Option<TokenStream>,
     arm: TokenStream,
-    /// Of what a transmit PDO reads, if it may.
+    /// Match arm for the value that a transmit PDO reads. `None`: it may not.
     bits: Option<TokenStream>,
-    /// Of what a receive PDO writes, if it may.
+    /// Match arm that writes the value of a receive PDO. `None`: it may not.
     set_bits: Option<TokenStream>,
     /// The last sub-index, as an expression.
     last: TokenStream,

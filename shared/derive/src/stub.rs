@@ -1,10 +1,11 @@
-//! Implementations beside the errors of a declaration, so that the compiler shows these alone and not every use of the type.
+//! Implementations that stand beside the errors of a declaration. The compiler then shows these errors alone, and
+//! no error for each use of the type.
 
 use proc_macro2::TokenStream;
 use quote::quote;
 use syn::DeriveInput;
 
-/// A dictionary without objects.
+/// Returns an implementation of `Objects` without objects.
 pub fn objects(input: &DeriveInput) -> TokenStream {
     let (ident, default) = (&input.ident, default(input));
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();
@@ -47,7 +48,7 @@ pub fn objects(input: &DeriveInput) -> TokenStream {
     }
 }
 
-/// A record without entries.
+/// Returns an implementation of `Record` without entries.
 pub fn record(input: &DeriveInput) -> TokenStream {
     let (ident, default) = (&input.ident, default(input));
     let (impl_generics, type_generics, bounds) = input.generics.split_for_impl();

@@ -8,7 +8,7 @@ fn refused(expanded: syn::Result<proc_macro2::TokenStream>) -> String {
     expanded.unwrap_err().to_string()
 }
 
-/// What is said to an object with this attribute, for a field with the type.
+/// The error of an object with this attribute, for a field of this type.
 macro_rules! object {
     ($attribute:meta, $type:ty) => {{
         let input: DeriveInput = parse_quote! {

@@ -1,11 +1,12 @@
-//! What a slave is expected to be, and how it is to be configured.
+//! Slaves that the master boots: their assignment, their expected identity and their settings.
 
 use super::Boot;
 use crate::od::CobIdEntry;
 use crate::pdo::PdoObjects;
 use crate::types::{Address, CobId, NodeId};
 
-/// View of an entry of 1F81h, slave assignment (CiA 302-2).
+/// Entry of 1F81h, slave assignment (CiA 302-2).
+#[doc(alias("1F81h", "slave assignment"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Assignment(u32);
@@ -18,41 +19,42 @@ impl Assignment {
     /// Bit 3: the network waits for it.
     const MANDATORY: u32 = 1 << 3;
 
-    /// As it is stored.
+    /// Views the value of the object as an assignment.
     pub const fn from_raw(raw: u32) -> Assignment {
         Assignment(raw)
     }
 
-    /// As it is stored.
+    /// Returns the value of the object.
     pub const fn raw(self) -> u32 {
         self.0
     }
 
-    /// Whether it is a slave of this master.
+    /// Returns whether the node is a slave of this master (bit 0).
     pub const fn is_slave(self) -> bool {
         self.0 & Self::SLAVE != 0
     }
 
-    /// Whether the boot-up process is run with it.
+    /// Returns whether the master runs the boot-up process with the slave (bit 2).
     pub const fn is_booted(self) -> bool {
         self.0 & (Self::SLAVE | Self::BOOT) == Self::SLAVE | Self::BOOT
     }
 
-    /// Whether SYNC waits for it.
+    /// Returns whether SYNC waits for the slave (bit 3).
     pub const fn is_mandatory(self) -> bool {
         self.is_booted() && self.0 & Self::MANDATORY != 0
     }
 }
 
-/// What a slave says of itself when it is the right one. Zero: whatever it says.
+/// Values that identify the right slave. A value of zero is not compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Expected {
-    /// Device type (1000h).
+    /// Expected device type (1000h).
     pub device_type: u32,
-    /// Vendor-ID, product code, revision and serial number (1018h).
+    /// Expected vendor-ID, product code, revision number and serial number (1018h).
     pub identity: [u32; 4],
-    /// Date and time of its configuration (1020h). When it has these, its settings are not compared one by one.
+    /// Expected date and time of the configuration (1020h). If the slave has both, its settings are not compared
+    /// one by one.
     pub stamp: [u32; 2],
 }
 
@@ -60,31 +62,31 @@ pub struct Expected {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AssignedSlave {
-    /// Who.
+    /// Node-ID of the slave.
     pub node: NodeId,
-    /// SYNC waits for it.
+    /// `true`: SYNC waits until this slave is started.
     pub mandatory: bool,
-    /// What it should be.
+    /// Identity that the master expects.
     pub expected: Expected,
 }
 
 impl AssignedSlave {
-    /// Its entry of 1F81h.
+    /// Returns the entry of 1F81h of this slave.
     pub const fn assignment(&self) -> Assignment {
         let mandatory = if self.mandatory { Assignment::MANDATORY } else { 0 };
         Assignment(Assignment::SLAVE | Assignment::BOOT | mandatory)
     }
 }
 
-/// A value that a slave is configured with.
+/// Value that the master writes to a slave during boot-up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Setting {
-    /// Of which slave.
+    /// Node-ID of the slave that is configured.
     pub node: NodeId,
-    /// Where.
+    /// Object of the slave that is written.
     pub at: Address,
-    /// What, little-endian, at most [`STAGING`](crate::sdo::STAGING) bytes.
+    /// Value, little-endian, at most [`STAGING`](crate::sdo::STAGING) bytes.
     pub value: &'static [u8],
 }
 
@@ -103,19 +105,22 @@ impl Setting {
 }
 
 impl Boot {
-    /// Who sends PDOs with this COB-ID: as the slaves are configured, else as the pre-defined connection set has it.
+    /// Returns the node that sends PDOs with this COB-ID: by the settings of the slaves, else by the pre-defined
+    /// connection set.
     pub fn producer(&self, id: CobId) -> Option<NodeId> {
         let configured = self.settings.iter().find(|setting| setting.transmits() == Some(id));
         configured.map_or_else(|| id.node(), |setting| Some(setting.node))
     }
 }
 
-/// How long the network waits for mandatory slaves.
+/// Limits of the time that the network waits for mandatory slaves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BootPolicy {
-    /// Boot time (1F89h), whole milliseconds: mandatory slaves that were not heard by then are told. Zero: never.
+    /// Boot time (1F89h), in whole milliseconds. A mandatory slave that was not heard by then is reported. Zero:
+    /// no limit.
     pub time: crate::types::Duration,
-    /// After the boot time SYNC begins without the mandatory slaves that are not started. Else it waits for ever.
+    /// `true`: after the boot time SYNC begins even if mandatory slaves are not started. `false`: SYNC waits for
+    /// them without a limit.
     pub goes_on: bool,
 }

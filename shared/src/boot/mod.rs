@@ -1,12 +1,43 @@
 //! Boot-up of the network by its master: every slave is checked, configured and started, then SYNC begins.
 //!
-//! ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors. Sans-IO: what the slaves say goes in, SDO
-//! transfers come out, one at a time, in the order of the Node-IDs.
+//! A slave is *assigned* if 1F81h of the master names it, and *mandatory* if SYNC has to wait for it. The *boot-up
+//! process* of a slave reads its device type and identity, compares its configuration, writes the values that
+//! differ, and starts it. ECSS Table 11-1 (7.3.1) has the order, CiA 302-2 the objects and the errors.
 //!
-//! The process is run with every assigned slave that boots up, is heard for the first time, or was lost and returns. One
-//! that went through it is started at once whenever it waits, unless it booted up again: fail-over does not wait for SDO.
-//! If no command of the master explains why it waits, it may have been reset without being heard: the process is then run
-//! with it after the start. A slave that has lost its configuration goes back to Pre-operational, is configured and started.
+//! ```
+//! use ecss_can::boot::{AssignedSlave, Boot, BootPolicy, BootProgress, BootRequest, Expected, Identified};
+//! use ecss_can::types::{Address, Duration, Instant, NmtState, NodeId};
+//!
+//! let node = NodeId::of::<2>();
+//! let expected = Expected { device_type: 0x191, identity: [0; 4], stamp: [0; 2] };
+//! let objects = Identified { device_type: 0x1000, identity: 0x1018, configuration: 0x1020, rpdo: 0x1400 };
+//! let mut boot = Boot::new(BootPolicy { time: Duration::from_millis(500), goes_on: false }, objects, &[]);
+//! boot.assign(node, AssignedSlave { node, mandatory: true, expected }.assignment());
+//! boot.start(Instant::ZERO);
+//! boot.on_heartbeat(node, NmtState::Initialising, true, false); // its boot-up message on the active bus
+//!
+//! let request = boot.request(|_| expected, None);
+//! assert_eq!(request, Some(BootRequest::Read { node, at: Address::new(0x1000, 0), most: 4 }));
+//! boot.on_data(&0x191_u32.to_le_bytes());
+//! boot.on_done(Ok(()));
+//! assert_eq!(boot.take_start(), Some(node)); // nothing else to check
+//! assert_eq!(boot.progress(node), BootProgress::Started);
+//! ```
+//!
+//! The process runs for every assigned slave that boots up, is heard for the first time, or was lost and returns.
+//! After it the slave is started at once whenever it waits, until it boots up again. So a change of the bus does
+//! not wait for SDO.
+//!
+//! # A slave that was reset without being heard
+//!
+//! If no command of the master explains why a slave waits, the slave may have been reset. The process then runs
+//! after the start. A slave that lost its configuration returns to Pre-operational, is configured, and is started
+//! again.
+//!
+//! # Limits
+//!
+//! - There is one SDO transfer at a time, in the order of the Node-IDs.
+//! - Without mandatory slaves SYNC does not wait, and [`Boot::poll`] never reports the end of the boot-up.
 
 mod expected;
 mod overheard;
@@ -26,7 +57,8 @@ use crate::types::{Instant, NmtState, NodeId};
 /// Node-IDs 0..=127.
 const PLACES: usize = 128;
 
-/// The boot-up processes of all slaves.
+/// Runs the boot-up processes of all slaves.
+#[doc(alias("NMT boot-up", "CiA 302-2", "1F80h", "1F81h", "1F89h"))]
 #[derive(Clone, Debug)]
 pub struct Boot {
     policy: BootPolicy,
@@ -44,7 +76,7 @@ pub struct Boot {
     operational: u128,
     /// May have been reset without being heard.
     doubtful: u128,
-    /// Mandatory, but the boot time has ended and SYNC goes on without them.
+    /// Mandatory slaves without which SYNC continues after the boot time.
     excused: u128,
     /// Their progress is to be reported.
     changed: u128,
@@ -64,7 +96,7 @@ pub struct Boot {
 }
 
 impl Boot {
-    /// No slave is assigned.
+    /// Makes the process of a network to which no slave is assigned yet.
     pub const fn new(policy: BootPolicy, objects: Identified, settings: &'static [Setting]) -> Boot {
         Boot {
             policy,
@@ -114,13 +146,13 @@ impl Boot {
         }
     }
 
-    /// Progress of a slave.
+    /// Returns the progress of a slave.
     pub fn progress(&self, node: NodeId) -> BootProgress {
         self.progress.get(usize::from(node.get())).copied().unwrap_or_default()
     }
 
-    /// Takes a heartbeat or boot-up message; `is_here`: on the active bus, `returned`: after it was lost. Returns whether the
-    /// slave is to be started at once if it waits.
+    /// Takes a heartbeat or boot-up message. `is_here`: it came on the active bus. `returned`: the slave was lost
+    /// before. Returns whether the slave has to be started at once if it waits.
     pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, is_here: bool, returned: bool) -> bool {
         let bit = bit(node);
         if self.assigned & bit == 0 {
@@ -154,7 +186,8 @@ impl Boot {
         self.started & bit != 0
     }
 
-    /// Notes that the master commands slaves to stop, or to enter Pre-operational: this explains their next Pre-operational.
+    /// Notes that the master commands slaves to stop or to enter Pre-operational. The command explains their next
+    /// Pre-operational.
     pub fn on_commanded(&mut self, target: Target) {
         match target {
             Target::All => self.operational = 0,
@@ -162,7 +195,7 @@ impl Boot {
         }
     }
 
-    /// Notes that a slave is Operational: by its heartbeat or one of its PDOs, on the active bus.
+    /// Notes that a slave is Operational: one of its heartbeats or PDOs on the active bus shows it.
     pub fn on_synchronous(&mut self, node: NodeId) {
         let is_synchronous = matches!(self.phase, Phase::Synchronising | Phase::Completed);
         if is_synchronous && self.progress(node) == BootProgress::Started {
@@ -171,7 +204,7 @@ impl Boot {
         }
     }
 
-    /// Takes the loss of a slave: no heartbeat on either bus.
+    /// Takes the loss of a slave: there is no heartbeat on either bus.
     pub fn on_lost(&mut self, node: NodeId) {
         if self.process.as_ref().is_some_and(|process| process.node == node) {
             self.fail(node, BootFailure { error: BootError::Lost, cause: BootCause::Silence });
@@ -180,9 +213,9 @@ impl Boot {
         }
     }
 
-    /// Takes a change of the active bus: slaves not yet started, those that failed among them, begin again when they are heard
-    /// there. A slave that is Pre-operational
-    /// when it is first heard there may have been reset on the bus that was left.
+    /// Takes a change of the active bus. Slaves that are not started, also those that failed, begin again when
+    /// they are heard there. A slave that is Pre-operational when it is first heard there may have been reset on
+    /// the bus that was left.
     pub fn on_bus_changed(&mut self) {
         self.operational |= self.started;
         if let Some(process) = self.process.take() {
@@ -206,7 +239,7 @@ impl Boot {
         }
     }
 
-    /// Boots a slave again, also one that failed. Ignores a slave that is not assigned.
+    /// Boots a slave again, also one that failed. Does nothing if the slave is not assigned.
     pub fn queue(&mut self, node: NodeId) {
         let bit = bit(node);
         if self.assigned & bit != 0 {
@@ -221,18 +254,18 @@ impl Boot {
         self.process.is_some() || self.queued != 0
     }
 
-    /// Returns whether a call of `poll`, a `take_...` function or `request` has work, apart from the deadline.
+    /// Returns whether `poll`, a `take_...` function or `request` has work before the deadline.
     pub const fn is_due(&self) -> bool {
         self.is_changed || self.queued != 0 && self.process.is_none()
     }
 
-    /// Returns whether the last transfer handed out is still wanted.
+    /// Returns whether the result of the last transfer is still needed.
     pub fn is_asking(&self) -> bool {
         self.process.as_ref().is_some_and(|process| process.is_asked)
     }
 
-    /// Returns the next SDO transfer, while none is running. `expected` gives the expected identity of a slave; `time` describes
-    /// the Spacecraft Time PDO, where the master sends one.
+    /// Returns the next SDO transfer if none is running. `expected` returns the expected identity of a slave.
+    /// `time` describes the Spacecraft Time PDO if the master sends one.
     pub fn request(
         &mut self,
         expected: impl FnOnce(NodeId) -> Expected,
@@ -286,7 +319,7 @@ impl Boot {
         }
     }
 
-    /// Returns the slave that is to be started now, once.
+    /// Returns the slave to start now, once.
     pub fn take_start(&mut self) -> Option<NodeId> {
         self.start.take()
     }
@@ -298,13 +331,13 @@ impl Boot {
         Some((node, self.progress(node)))
     }
 
-    /// Returns a slave that was started and has lost its configuration, with the first value that differs; once. It has to
-    /// enter Pre-operational before the next transfer.
+    /// Returns a slave that was started and lost its configuration, with the first value that differs, once. The
+    /// slave has to enter Pre-operational before the next transfer.
     pub fn take_deviation(&mut self) -> Option<(NodeId, Difference)> {
         self.deviation.take()
     }
 
-    /// Returns a slave that failed, and the reason; once.
+    /// Returns a slave whose boot-up failed, with the reason, once.
     pub fn take_failure(&mut self) -> Option<(NodeId, BootFailure)> {
         self.failure.take().or_else(|| {
             let node = first(self.silent)?;
@@ -313,8 +346,8 @@ impl Boot {
         })
     }
 
-    /// Enters the next phase when it is due. Returns whether all mandatory slaves have become synchronous, once; never
-    /// without mandatory slaves.
+    /// Enters the next phase when it is due. Returns `true` once: when all mandatory slaves are synchronous.
+    /// Without mandatory slaves it never does.
     pub fn poll(&mut self, now: Instant) -> bool {
         self.is_changed = false;
         if self.deadline.is_some_and(|deadline| deadline <= now) {
@@ -349,7 +382,7 @@ impl Boot {
         self.phase != Phase::Configuring
     }
 
-    /// The end of the boot time.
+    /// Returns the end of the boot time.
     pub const fn deadline(&self) -> Option<Instant> {
         self.deadline
     }

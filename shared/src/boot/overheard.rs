@@ -1,4 +1,4 @@
-//! What a standby learns of the slaves of the active master.
+//! A standby learns about the slaves of the active master.
 
 use super::BootProgress;
 use super::progress::Phase;
@@ -6,7 +6,8 @@ use super::{Boot, bit, first};
 use crate::types::{NmtState, NodeId};
 
 impl Boot {
-    /// Another master is active: what this one knows of its slaves will be old when it takes over.
+    /// Notes that another master is active. The knowledge of this one about its slaves is out of date when it
+    /// takes over.
     pub fn stand_by(&mut self) {
         let mut rest = self.assigned;
         while let Some(node) = first(rest) {
@@ -18,8 +19,9 @@ impl Boot {
         (self.silent, self.excused, self.phase) = (0, 0, Phase::Configuring);
     }
 
-    /// A heartbeat or boot-up message of a slave while another master is active. A slave that runs was started by that master:
-    /// it is not kept waiting, and its configuration is checked when it is heard after a takeover.
+    /// Takes a heartbeat or boot-up message of a slave while another master is active. That master started each
+    /// slave that is Operational. After a takeover such a slave is not kept waiting, and its configuration is
+    /// checked when it is heard.
     pub fn on_overheard(&mut self, node: NodeId, state: NmtState) {
         let bit = bit(node);
         if self.assigned & bit == 0 {
@@ -34,7 +36,7 @@ impl Boot {
         }
     }
 
-    /// A SYNC of another active master, which waits for no slave any more.
+    /// Takes a SYNC of another active master: that master no longer waits for any slave.
     pub fn on_sync_overheard(&mut self) {
         if self.phase == Phase::Configuring {
             self.phase = Phase::Released;

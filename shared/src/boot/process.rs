@@ -1,4 +1,4 @@
-//! Boot-up of one slave: identity, comparison of its configuration, and writing of what differs.
+//! Boot-up of one slave: checks its identity, compares its configuration, and writes the values that differ.
 
 use crate::boot::{BootCause, BootError, BootFailure, BootProgress, Difference, Expected, Setting};
 use crate::od::CobIdEntry;
@@ -12,43 +12,43 @@ const ATTEMPTS: u8 = 3;
 /// Indices of the objects that the process reads from every slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Identified {
-    /// Device type.
+    /// Index of the device type (1000h).
     pub device_type: u16,
-    /// Identity object.
+    /// Index of the identity object (1018h).
     pub identity: u16,
-    /// Verify configuration.
+    /// Index of "verify configuration" (1020h).
     pub configuration: u16,
-    /// Communication parameter of RPDO 1.
+    /// Index of the communication parameters of RPDO 1 (1400h).
     pub rpdo: u16,
 }
 
-/// The Spacecraft Time PDO: transmission types of producer and slaves must match (ECSS 7.2.2d).
+/// Spacecraft Time PDO. The transmission types of its producer and of the slaves must match (ECSS 7.2.2d).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimePdo {
-    /// Its identifier.
+    /// COB-ID of the PDO.
     pub id: CobId,
-    /// Transmission type at the producer.
+    /// Transmission type that the producer uses.
     pub transmission: u8,
 }
 
 /// RPDOs of a slave that are searched for the spacecraft time.
 const RPDOS: u8 = 8;
 
-/// The next SDO transfer.
+/// Next SDO transfer of the boot-up process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BootRequest<'a> {
-    /// Read a value.
+    /// Reads a value of a slave.
     Read {
-        /// The slave.
+        /// Node-ID of the slave.
         node: NodeId,
         /// Object of the slave.
         at: Address,
-        /// Largest number of bytes.
+        /// Largest number of bytes that the value may have.
         most: usize,
     },
-    /// Write a value.
+    /// Writes a value to a slave.
     Write {
-        /// The slave.
+        /// Node-ID of the slave.
         node: NodeId,
         /// Object of the slave.
         at: Address,
@@ -144,7 +144,7 @@ impl Process {
         }
     }
 
-    /// Returns the transfer of this step.
+    /// Returns the SDO transfer of this step.
     pub fn request(&mut self) -> BootRequest<'_> {
         (self.is_asked, self.read, self.is_equal) = (true, 0, true);
         let (node, at) = (self.node, self.object());
@@ -172,7 +172,7 @@ impl Process {
         if sub == 1 { date } else { time }
     }
 
-    /// Takes bytes of the value that is read.
+    /// Takes bytes that the running transfer read.
     pub fn on_data(&mut self, part: &[u8]) {
         if let Step::Compare(number) = self.step {
             let (_, value) = self.setting(number);
@@ -305,7 +305,7 @@ impl Process {
         self.deviation.get_or_insert(Difference { at: self.object(), expected, found });
     }
 
-    /// The first deviation from the configuration, once.
+    /// Returns the first difference from the configuration, once.
     pub fn take_deviation(&mut self) -> Option<Difference> {
         self.deviation.take()
     }

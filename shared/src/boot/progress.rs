@@ -1,77 +1,77 @@
-//! How far the boot-up of a slave is, and why it failed.
+//! Progress of the boot-up of a slave, and the reason if it failed.
 
 use crate::types::Address;
 
-/// How far the boot-up process is with a slave; its byte stands in object 2040h.
+/// Step that the boot-up of a slave reached. Object 2040h has its byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum BootProgress {
-    /// Not a slave that the master boots.
+    /// The master does not boot this node.
     #[default]
     Unassigned,
-    /// Not heard on the active bus.
+    /// The slave was not heard on the active bus.
     Awaited,
-    /// Heard; others are before it.
+    /// The slave was heard. The master boots others first.
     Queued,
-    /// Device type and identity are read.
+    /// The master reads device type and identity.
     Checking,
-    /// Its configuration is compared.
+    /// The master compares the configuration.
     Comparing,
-    /// Its configuration is written.
+    /// The master writes the configuration.
     Configuring,
-    /// Started, and not yet seen to have followed a SYNC.
+    /// The slave is started. It did not yet follow a SYNC.
     Started,
-    /// Operational, and synchronised.
+    /// The slave is Operational and follows SYNC.
     Booted,
-    /// It was not started: see the error.
+    /// The slave was not started. The error has the reason.
     Failed,
 }
 
-/// Why the boot-up of a slave failed, by the letters of CiA 302-2. The character code stands in object 2041h.
+/// Error of the boot-up of a slave, with the letter of CiA 302-2. Object 2041h has its character code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum BootError {
-    /// Its device type (1000h) could not be read.
+    /// The device type (1000h) could not be read.
     NoResponse = b'B',
-    /// Another device type than 1F84h says.
+    /// The device type is not the one in 1F84h.
     DeviceType = b'C',
-    /// Another vendor than 1F85h says, or it could not be read.
+    /// The vendor-ID is not the one in 1F85h, or could not be read.
     Vendor = b'D',
-    /// A mandatory slave was not heard in the boot time.
+    /// A mandatory slave was not heard within the boot time.
     Silent = b'E',
-    /// Its configuration could not be read or written.
+    /// The configuration could not be read or written.
     Configuration = b'J',
-    /// Its heartbeat stopped in the middle.
+    /// The heartbeat of the slave stopped during the boot-up.
     Lost = b'K',
-    /// Another product code than 1F86h says, or it could not be read.
+    /// The product code is not the one in 1F86h, or could not be read.
     Product = b'M',
-    /// Another revision number than 1F87h says, or it could not be read.
+    /// The revision number is not the one in 1F87h, or could not be read.
     Revision = b'N',
-    /// Another serial number than 1F88h says, or it could not be read.
+    /// The serial number is not the one in 1F88h, or could not be read.
     Serial = b'O',
 }
 
-/// A value of a slave that is not the expected one.
+/// Value of a slave that differs from the expected one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Difference {
-    /// Object of the slave.
+    /// Object that has the value.
     pub at: Address,
-    /// Value that the master expects; of a longer one the first four bytes.
+    /// Value that the master expects. Of a longer value: the first four bytes.
     pub expected: u32,
-    /// Value that the slave has; of a longer one the first four bytes.
+    /// Value that the slave has. Of a longer value: the first four bytes.
     pub found: u32,
 }
 
-/// How the boot-up of a slave failed.
+/// Cause of a boot-up that failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BootCause {
-    /// The slave was not heard, or is no longer heard.
+    /// The slave was never heard, or is not heard any more.
     Silence,
-    /// A value is not the expected one.
+    /// A value differs from the expected one.
     Difference(Difference),
     /// An SDO transfer with the slave failed.
     Transfer {
@@ -83,7 +83,7 @@ pub enum BootCause {
 }
 
 impl BootCause {
-    /// The SDO abort code for object 2042h; zero for none.
+    /// Returns the SDO abort code for object 2042h, zero if there is none.
     pub const fn abort_code(&self) -> u32 {
         match self {
             BootCause::Transfer { code, .. } => *code,
@@ -92,23 +92,23 @@ impl BootCause {
     }
 }
 
-/// Why the boot-up of a slave failed, and where.
+/// Reason why the boot-up of a slave failed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BootFailure {
-    /// What failed; its letter stands in object 2041h.
+    /// Step that failed. Object 2041h has its letter.
     pub error: BootError,
-    /// The object concerned, and what is wrong with it.
+    /// Cause, with the object that is concerned.
     pub cause: BootCause,
 }
 
 impl BootError {
-    /// The letter of CiA 302-2, as in object 2041h.
+    /// Returns the letter of CiA 302-2, as object 2041h has it.
     pub const fn letter(self) -> char {
         self as u8 as char
     }
 
-    /// Of the identity's sub-index.
+    /// Returns the error of a sub-index of the identity.
     pub(super) const fn of_identity(sub: u8) -> BootError {
         match sub {
             1 => BootError::Vendor,
@@ -119,7 +119,7 @@ impl BootError {
     }
 }
 
-/// How far the boot-up of the network is.
+/// Phase of the boot-up of the network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     /// Mandatory slaves are awaited.

@@ -1,6 +1,8 @@
 //! Emergency error codes (CiA 301 7.2.7.1).
 
-/// An error code. Codes of CiA 301 that end in 00h stand for a class of 256: the low byte is the device's to define.
+/// Emergency error code. A code of CiA 301 that ends in 00h stands for a class of 256 codes: the device defines
+/// the low byte.
+#[doc(alias = "EMCY error code")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorCode(u16);
@@ -11,7 +13,7 @@ macro_rules! codes {
         impl ErrorCode {
             $($(#[$doc])* pub const $name: ErrorCode = ErrorCode($code);)*
 
-            /// Every code that CiA 301 names (ECSS 6.4b).
+            /// All codes that CiA 301 names (ECSS 6.4b).
             pub const ALL: &[ErrorCode] = &[$(ErrorCode::$name),*];
         }
     };
@@ -20,57 +22,57 @@ macro_rules! codes {
 codes! {
     /// Error reset, or no error.
     NO_ERROR = 0x0000;
-    /// Generic error.
+    /// Generic error without a better code.
     GENERIC = 0x1000;
-    /// Current.
+    /// Error of a current.
     CURRENT = 0x2000;
-    /// Current, CANopen device input side.
+    /// Error of a current at the input side of the device.
     CURRENT_INPUT = 0x2100;
-    /// Current inside the CANopen device.
+    /// Error of a current inside the device.
     CURRENT_INSIDE = 0x2200;
-    /// Current, CANopen device output side.
+    /// Error of a current at the output side of the device.
     CURRENT_OUTPUT = 0x2300;
-    /// Voltage.
+    /// Error of a voltage.
     VOLTAGE = 0x3000;
-    /// Mains voltage.
+    /// Error of the mains voltage.
     VOLTAGE_MAINS = 0x3100;
-    /// Voltage inside the CANopen device.
+    /// Error of a voltage inside the device.
     VOLTAGE_INSIDE = 0x3200;
-    /// Output voltage.
+    /// Error of an output voltage.
     VOLTAGE_OUTPUT = 0x3300;
-    /// Temperature.
+    /// Error of a temperature.
     TEMPERATURE = 0x4000;
-    /// Ambient temperature.
+    /// Error of the ambient temperature.
     TEMPERATURE_AMBIENT = 0x4100;
-    /// Temperature of the CANopen device.
+    /// Error of the temperature of the device.
     TEMPERATURE_DEVICE = 0x4200;
-    /// Hardware of the CANopen device.
+    /// Error of the hardware of the device.
     HARDWARE = 0x5000;
-    /// Software of the CANopen device.
+    /// Error of the software of the device.
     SOFTWARE = 0x6000;
-    /// Internal software.
+    /// Error of the internal software.
     SOFTWARE_INTERNAL = 0x6100;
-    /// User software.
+    /// Error of the user software.
     SOFTWARE_USER = 0x6200;
-    /// Data set.
+    /// Error of a data set.
     DATA_SET = 0x6300;
-    /// Additional modules.
+    /// Error of additional modules.
     MODULES = 0x7000;
-    /// Monitoring.
+    /// Error of the monitoring.
     MONITORING = 0x8000;
-    /// Communication.
+    /// Error of the communication.
     COMMUNICATION = 0x8100;
-    /// CAN overrun: objects lost.
+    /// CAN overrun: frames were lost.
     CAN_OVERRUN = 0x8110;
-    /// CAN in error passive mode.
+    /// CAN controller in error passive.
     CAN_PASSIVE = 0x8120;
     /// Life guard or heartbeat error.
     HEARTBEAT = 0x8130;
-    /// Recovered from bus-off.
+    /// Recovery from bus-off.
     BUS_OFF_RECOVERED = 0x8140;
-    /// CAN-ID collision.
+    /// Collision of a CAN-ID: two nodes send it.
     CAN_ID_COLLISION = 0x8150;
-    /// Protocol error.
+    /// Error of the protocol.
     PROTOCOL = 0x8200;
     /// PDO not processed because it is too short.
     PDO_LENGTH = 0x8210;
@@ -80,23 +82,23 @@ codes! {
     MPDO_DESTINATION = 0x8230;
     /// Unexpected SYNC data length.
     SYNC_LENGTH = 0x8240;
-    /// RPDO timeout.
+    /// Timeout of an RPDO.
     RPDO_TIMEOUT = 0x8250;
-    /// External error.
+    /// Error outside of the device.
     EXTERNAL = 0x9000;
-    /// Additional functions.
+    /// Error of additional functions.
     ADDITIONAL_FUNCTIONS = 0xF000;
-    /// CANopen device specific.
+    /// Error that the device defines.
     DEVICE_SPECIFIC = 0xFF00;
 }
 
 impl ErrorCode {
-    /// From the wire, or one of a device's own.
+    /// Makes a code from the value of a message, or a code that a device defines.
     pub const fn new(code: u16) -> ErrorCode {
         ErrorCode(code)
     }
 
-    /// The value on the wire.
+    /// Returns the value that the message carries.
     pub const fn get(self) -> u16 {
         self.0
     }

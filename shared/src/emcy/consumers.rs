@@ -1,4 +1,4 @@
-//! Object 1028h: whose emergencies a master consumes.
+//! Object 1028h: the nodes whose emergencies a master consumes.
 
 use crate::od::{INVALID, Objects};
 use crate::types::{AbortCode, Address, CobId, NodeId};
@@ -6,7 +6,8 @@ use crate::types::{AbortCode, Address, CobId, NodeId};
 /// Slaves that an array has entries for: sub-index is Node-ID.
 const NODES: usize = 127;
 
-/// Emergencies that are consumed (CiA 301 7.5.2).
+/// Emergencies that a node consumes (CiA 301 7.5.2).
+#[doc(alias("1028h", "emergency consumer object"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct EmcyConsumers {
     /// Emergency consumer object
@@ -17,7 +18,7 @@ pub struct EmcyConsumers {
 }
 
 impl EmcyConsumers {
-    /// Of all nodes but this one.
+    /// Consumes the emergencies of all nodes except `own`.
     #[inline(never)] // made in its place
     pub fn of_others(own: NodeId) -> EmcyConsumers {
         let entry = |nth: usize| {
@@ -27,17 +28,18 @@ impl EmcyConsumers {
         EmcyConsumers { cob_ids: core::array::from_fn(|nth| entry(nth).unwrap_or(INVALID)) }
     }
 
-    /// Whether emergencies of `node` are consumed.
+    /// Returns whether the emergencies of `node` are consumed.
     pub fn consumes(&self, node: NodeId) -> bool {
         let nth = usize::from(node.get()).wrapping_sub(1);
         self.cob_ids.get(nth).is_some_and(|cob_id| cob_id & INVALID == 0)
     }
 
-    /// Whether a client may write `value` there, at a node with the Node-ID `own`. Other objects are not refused.
+    /// Checks a `value` that a client writes at a node with the Node-ID `own`. Accepts every value for objects of other
+    /// services.
     ///
     /// # Errors
-    /// [`AbortCode::ValueRange`] for another COB-ID than that of the pre-defined connection set (ECSS 6.10l), and for emergencies
-    /// of its own.
+    /// [`AbortCode::ValueRange`] for another COB-ID than that of the pre-defined connection set (ECSS 6.10l), and
+    /// for the emergencies of the node itself.
     pub fn may_write(own: NodeId, at: Address, value: u32) -> Result<(), AbortCode> {
         let Some(node) = NodeId::new(at.sub).filter(|_| at.index == EmcyConsumers::COB_IDS.index()) else {
             return Ok(());

@@ -1,9 +1,10 @@
-//! Pre-defined error field, object 1003h (CiA 301 7.5.2.4): the errors of the past, newest first.
+//! Pre-defined error field, object 1003h (CiA 301 7.5.2.4): the latest errors, the newest first.
 
 use super::ErrorCode;
 use crate::types::AbortCode;
 
-/// The last errors, at most `N`; the oldest falls off.
+/// The latest errors, at most `N`. A new error removes the oldest.
+#[doc(alias("1003h", "pre-defined error field"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct History<const N: usize> {
@@ -45,20 +46,21 @@ impl<const N: usize> History<N> {
         self.len = kept as u8;
     }
 
-    /// Sub-index 0: how many errors there are.
+    /// Returns the number of errors (sub-index 0).
     pub const fn len(&self) -> u8 {
         self.len
     }
 
-    /// Whether there is none.
+    /// Returns whether there is no error.
     pub const fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Sub-index 1 and up: error code in the low half, the first two manufacturer-specific bytes in the high half.
+    /// Returns an error (sub-index 1 and up). The low half is the error code, the high half the first two
+    /// manufacturer-specific bytes.
     ///
     /// # Errors
-    /// [`AbortCode::NoData`] beyond the last error, [`AbortCode::NoSubIndex`] beyond the last place.
+    /// [`AbortCode::NoData`] above the last error, [`AbortCode::NoSubIndex`] above the last place.
     pub fn read(&self, sub: u8) -> Result<u32, AbortCode> {
         let place = usize::from(sub).checked_sub(1).and_then(|place| self.entries.get(place));
         match place {
@@ -68,10 +70,10 @@ impl<const N: usize> History<N> {
         }
     }
 
-    /// A write to sub-index 0: zero forgets everything.
+    /// Takes a write to sub-index 0: zero removes all errors.
     ///
     /// # Errors
-    /// [`AbortCode::ValueRange`] for anything but zero.
+    /// [`AbortCode::ValueRange`] for any value except zero.
     pub fn write_len(&mut self, value: u8) -> Result<(), AbortCode> {
         if value != 0 {
             return Err(AbortCode::ValueRange);

@@ -3,28 +3,29 @@
 use super::{ErrorCode, ErrorRegister};
 use crate::types::{CobId, Frame, NodeId};
 
-/// What an emergency message tells.
+/// Content of an emergency message.
+#[doc(alias = "EMCY")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Emergency {
-    /// The error; [`ErrorCode::NO_ERROR`] when one is gone.
+    /// Error code, [`ErrorCode::NO_ERROR`] when an error is gone.
     pub code: ErrorCode,
-    /// What was active when the message was made.
+    /// Error register (1001h) at the time of the message.
     pub register: ErrorRegister,
-    /// Manufacturer-specific error field.
+    /// Manufacturer-specific error field. In messages of this crate the first byte is the source.
     pub info: [u8; 5],
 }
 
 impl Emergency {
-    /// The frame, 8 data bytes.
+    /// Makes the frame of the message, with 8 data bytes.
     pub fn encode(self, id: CobId) -> Frame {
         let [low, high] = self.code.get().to_le_bytes();
         let [a, b, c, d, e] = self.info;
         Frame::of(id, [low, high, self.register.bits(), a, b, c, d, e])
     }
 
-    /// That of any node, with the node by the pre-defined COB-ID. `None` when malformed: length other than 8, or no
-    /// EMCY at all.
+    /// Decodes the message of any node. The node follows from the pre-defined COB-ID. `None` if the length is not
+    /// 8, or if the frame is not an EMCY.
     pub fn decode(frame: &Frame) -> Option<(NodeId, Emergency)> {
         let id = frame.id();
         let node = id.node().filter(|_| id.function() == CobId::SYNC.function())?;

@@ -1,10 +1,11 @@
-//! Objects 1001h, 1003h, 1014h and 1015h, and what may be written to them.
+//! Objects 1001h, 1003h, 1014h and 1015h, and the rules for writing them.
 
 use super::{Config, Producer};
 use crate::od::{CobIdEntry, EntryUse, INVALID, Objects, Record};
 use crate::types::{AbortCode, Address, CobId, NodeId};
 
-/// Objects of emergencies (CiA 301 7.5.2).
+/// Objects of the emergency service (CiA 301 7.5.2).
+#[doc(alias("1001h", "1003h", "1014h", "1015h", "COB-ID EMCY", "inhibit time EMCY"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct EmcyObjects {
     /// Error register
@@ -41,23 +42,24 @@ pub(super) const COB_ID: u16 = EmcyObjects::COB_ID.index();
 pub(super) const INHIBIT: u16 = EmcyObjects::INHIBIT.index();
 
 impl EmcyObjects {
-    /// The defaults of a node.
+    /// Makes the objects with the defaults of a node.
     pub fn new(node: NodeId) -> Self {
         Self { cob_id: u32::from(CobId::emcy(node).raw()), ..Self::default() }
     }
 
-    /// How emergencies are sent.
+    /// Returns the parameters for the [`Producer`].
     #[inline(never)] // of several callers, neither in a hurry
     pub const fn config(&self) -> Config {
         Config::new(self.cob_id, self.inhibit)
     }
 
-    /// Whether there is an error to read there: sub-indices of 1003h beyond the last error have none.
+    /// Returns whether there is a value to read. Sub-indices of 1003h above the last error have none.
     pub fn has_data(&self, at: Address) -> bool {
         at.index != ERRORS || at.sub <= self.errors.count
     }
 
-    /// Whether a client may write `value` there. Zero to 1003h forgets the errors. Other objects are not refused.
+    /// Checks a `value` that a client writes. Zero to 1003h removes the errors. Accepts every value for objects of
+    /// other services.
     ///
     /// # Errors
     /// As [`CobIdEntry::written`]; [`AbortCode::ValueRange`] for another value than zero to 1003h.
@@ -69,7 +71,7 @@ impl EmcyObjects {
         }
     }
 
-    /// Shows register and history of the producer.
+    /// Copies register and history of the producer into the objects.
     pub fn show(&mut self, producer: &Producer) {
         let history = producer.history();
         self.register = producer.register().bits();

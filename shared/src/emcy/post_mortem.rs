@@ -1,9 +1,10 @@
-//! Object 2032h: how the program before this one ended.
+//! Object 2032h: how the previous run of the program ended.
 
 use super::ErrorCode;
 use crate::od::{Objects, Record};
 
-/// The end of the program before this one, as its board recorded it.
+/// End of the previous run of the program, as its board recorded it.
+#[doc(alias = "2032h")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct PostMortem {
     /// Cause
@@ -35,21 +36,21 @@ pub struct PostMortem {
 }
 
 impl PostMortem {
-    /// Value of the cause: none.
+    /// Value of `cause`: none.
     pub const NONE: u8 = 0;
-    /// Value of the cause: panic.
+    /// Value of `cause`: panic.
     pub const PANIC: u8 = 1;
-    /// Value of the cause: fault of the processor.
+    /// Value of `cause`: fault of the processor.
     pub const FAULT: u8 = 2;
-    /// Value of the cause: stack overflow.
+    /// Value of `cause`: stack overflow.
     pub const STACK_OVERFLOW: u8 = 3;
-    /// Value of the cause: a task did not answer in its time.
+    /// Value of `cause`: a task did not answer in time.
     pub const LATE_TASK: u8 = 4;
-    /// Value of the cause: the watchdog ran out, with interrupts off.
+    /// Value of `cause`: the watchdog expired while interrupts were off.
     pub const WATCHDOG: u8 = 5;
-    /// Value of the cause: the supply fell below its threshold.
+    /// Value of `cause`: the supply voltage fell below its threshold.
     pub const BROWN_OUT: u8 = 6;
-    /// Value of the cause: the oscillator stopped.
+    /// Value of `cause`: the oscillator stopped.
     pub const OSCILLATOR: u8 = 7;
 
     /// The emergency that reports it: cause and program counter, little-endian. `None` without a cause.
@@ -65,7 +66,7 @@ impl PostMortem {
     }
 }
 
-/// The object of the last reset.
+/// Object of the last reset (2032h).
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct PostMortemObjects {
     /// Post-mortem record

@@ -1,9 +1,4 @@
 //! Producer of emergency messages.
-//!
-//! An error is reported once when it appears and once when it is gone. It is known by its code and the first byte of its
-//! manufacturer-specific field, its *source*: with it heartbeat errors of two nodes or length errors of two PDOs are
-//! two errors. The end of an error whose message was never sent (no COB-ID, a full queue) is not reported either: "no error"
-//! without an error before it would mean another one.
 
 use heapless::Deque;
 
@@ -21,18 +16,18 @@ const ACTIVE: usize = 16;
 /// Flag of an active error: its message was sent or waits.
 const TOLD: u32 = 1 << 31;
 
-/// Objects 1014h and 1015h.
+/// Values of objects 1014h and 1015h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
-    /// COB-ID (1014h); `None` when not valid: nothing is sent, but history and error register go on.
+    /// COB-ID (1014h). `None` if not valid: no message is sent, but history and error register are kept.
     pub id: Option<CobId>,
-    /// Time between two messages.
+    /// Least time between two messages (1015h).
     pub inhibit: Duration,
 }
 
 impl Config {
-    /// From the values of 1014h and 1015h, the latter in units of 100 us.
+    /// Takes the values of 1014h and 1015h. `inhibit` is in units of 100 us.
     pub const fn new(cob_id: u32, inhibit: u16) -> Self {
         Config {
             id: CobIdEntry::from_raw(cob_id).cob_id(),
@@ -41,7 +36,15 @@ impl Config {
     }
 }
 
-/// Error register, history, and the messages that tell of them.
+/// Error register, history, and the messages that report errors.
+///
+/// An error is reported once when it appears and once when it is gone. Its *source* is the first byte of the
+/// manufacturer-specific field. Two errors with one code and two sources are different: for example the missed
+/// heartbeats of two nodes.
+///
+/// The end of an error is not reported if its message was never sent, because there was no COB-ID or the queue was
+/// full. Otherwise "no error" would seem to mean another error.
+#[doc(alias("EMCY producer", "1014h", "1015h"))]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Producer {
     config: Config,
@@ -54,7 +57,7 @@ pub struct Producer {
 }
 
 impl Producer {
-    /// No error yet.
+    /// Makes a producer without errors.
     pub const fn new(config: Config) -> Self {
         Producer {
             config,
@@ -66,13 +69,13 @@ impl Producer {
         }
     }
 
-    /// The COB-ID of its messages, if there are any.
+    /// Returns the COB-ID of the messages. `None`: no message is sent.
     pub const fn id(&self) -> Option<CobId> {
         self.config.id
     }
 
-    /// New values of 1014h and 1015h. The inhibit time counts from the last message that was sent; messages that wait
-    /// are dropped when the COB-ID is not valid any more.
+    /// Takes new values of 1014h and 1015h. The inhibit time counts from the last message that was sent. If the
+    /// COB-ID is not valid any more, messages that wait are dropped.
     pub fn configure(&mut self, config: Config) {
         self.config = config;
         while config.id.is_none()
@@ -85,7 +88,7 @@ impl Producer {
         }
     }
 
-    /// Follows its objects when one of them was written.
+    /// Takes the new value of one of its objects that was written.
     pub fn follow(&mut self, at: Address, objects: &mut EmcyObjects) {
         match at.index {
             ERRORS => {
@@ -97,17 +100,17 @@ impl Producer {
         }
     }
 
-    /// Communication is reset: the history holds the errors that are still active, as the register does (CiA 301: the
-    /// communication profile returns to its power-on values).
+    /// Takes a reset of the communication. The history then holds the errors that are still active, like the
+    /// register (CiA 301: the communication profile returns to its power-on values).
     pub fn restart(&mut self) {
         let Self { active, history, .. } = self;
         history.keep(|code, source| active.iter().any(|error| error & !TOLD == key(code, source)));
     }
 
-    /// An error appeared. The first byte of `info` is its source, zero when the code has only one. Returns whether that
-    /// is news: an active error is not told again.
+    /// Takes an error that appeared. The first byte of `info` is its source, zero if the code has only one. Returns
+    /// `false` if the error is active already: then it is not reported again.
     ///
-    /// With 16 errors active another one is told, but not known as active.
+    /// At most 16 errors are active. One more is reported, but not recorded as active.
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) -> bool {
         let [source, detail, ..] = info;
         let error = key(code, source);
@@ -127,8 +130,9 @@ impl Producer {
         true
     }
 
-    /// An error is gone: "error reset", with what remains in the error register, and code and source of this error in
-    /// the manufacturer-specific field. Returns whether it was active.
+    /// Notes that an error is gone. The message is "error reset" with the errors that remain in the error
+    /// register. Its manufacturer-specific field has code and source of this error. Returns whether the error was
+    /// active.
     pub fn clear(&mut self, code: ErrorCode, source: u8) -> bool {
         if code == ErrorCode::NO_ERROR {
             return false;
@@ -143,7 +147,7 @@ impl Producer {
         true
     }
 
-    /// Whether a message of this error waits.
+    /// Returns whether a message of this error waits.
     pub fn is_waiting(&self, code: ErrorCode, source: u8) -> bool {
         self.waiting.iter().any(|message| message.code == code && message.info.first() == Some(&source))
     }
@@ -152,7 +156,7 @@ impl Producer {
         self.active.iter_mut().find(|place| **place & !TOLD == holding)
     }
 
-    /// Whether the message will be sent.
+    /// Returns whether the message will be sent.
     fn tell(&mut self, emergency: Emergency) -> bool {
         if self.config.id.is_none() {
             return false;
@@ -162,28 +166,28 @@ impl Producer {
         is_taken
     }
 
-    /// Object 1001h.
+    /// Returns the error register (1001h).
     pub fn register(&self) -> ErrorRegister {
         let kinds = self.active.iter().map(|error| ErrorRegister::of(ErrorCode::new((error >> 8) as u16)));
         kinds.fold(ErrorRegister::default(), ErrorRegister::and)
     }
 
-    /// Object 1003h.
+    /// Returns the history of errors (1003h).
     pub const fn history(&self) -> &History<HISTORY> {
         &self.history
     }
 
-    /// Object 1003h, to be cleared.
+    /// Returns the history of errors (1003h), to remove errors.
     pub const fn history_mut(&mut self) -> &mut History<HISTORY> {
         &mut self.history
     }
 
-    /// Messages that found too many waiting before them. Their errors are in the history.
+    /// Returns the number of messages lost because too many waited before them. The history has their errors.
     pub const fn lost(&self) -> u32 {
         self.lost
     }
 
-    /// The next message, when one waits, the inhibit time is over, and `state` allows it.
+    /// Returns the next message if one waits, the inhibit time is over, and `state` allows it.
     pub fn poll(&mut self, now: Instant, state: NmtState) -> Option<Frame> {
         let id = self.config.id?;
         self.deadline(state).filter(|due| *due <= now)?;
@@ -192,7 +196,8 @@ impl Producer {
         Some(emergency.encode(id))
     }
 
-    /// When the next message may go out, which may have passed; `None` when none waits or `state` forbids it.
+    /// Returns when the next message may go out, which may be in the past. `None` if none waits or `state`
+    /// forbids it.
     pub fn deadline(&self, state: NmtState) -> Option<Instant> {
         if self.waiting.is_empty() || !state.allows_emcy() {
             return None;

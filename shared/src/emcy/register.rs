@@ -2,29 +2,31 @@
 
 use super::ErrorCode;
 
-/// Which kinds of error are active.
+/// Kinds of error that are active (1001h).
+#[doc(alias("1001h", "error register"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ErrorRegister(u8);
 
 impl ErrorRegister {
-    /// Set with every error.
+    /// Generic error: set with every error.
     pub const GENERIC: ErrorRegister = ErrorRegister(1 << 0);
-    /// Current.
+    /// Error of a current.
     pub const CURRENT: ErrorRegister = ErrorRegister(1 << 1);
-    /// Voltage.
+    /// Error of a voltage.
     pub const VOLTAGE: ErrorRegister = ErrorRegister(1 << 2);
-    /// Temperature.
+    /// Error of a temperature.
     pub const TEMPERATURE: ErrorRegister = ErrorRegister(1 << 3);
-    /// Communication: overrun, error state, protocol.
+    /// Communication error: overrun, error state, protocol.
     pub const COMMUNICATION: ErrorRegister = ErrorRegister(1 << 4);
-    /// Specific to the device profile.
+    /// Error that the device profile defines.
     pub const PROFILE: ErrorRegister = ErrorRegister(1 << 5);
-    /// Specific to the manufacturer.
+    /// Error that the manufacturer defines.
     pub const MANUFACTURER: ErrorRegister = ErrorRegister(1 << 7);
 
-    /// What an error of this code sets. CiA 301 names the bits but not the codes that set them; here additional
-    /// functions (F0xxh) belong to the device profile and device specific errors (FFxxh) to the manufacturer.
+    /// Returns the bits that an error with this code sets. CiA 301 names the bits but not the codes that set
+    /// them. Here additional functions (F0xxh) set the bit of the device profile, and device specific errors
+    /// (FFxxh) that of the manufacturer.
     pub const fn of(code: ErrorCode) -> ErrorRegister {
         let kind = match code.get() >> 8 {
             0x00 => return ErrorRegister(0),
@@ -39,23 +41,23 @@ impl ErrorRegister {
         kind.and(Self::GENERIC)
     }
 
-    /// As it stands in a message.
+    /// Makes a register from the byte of a message.
     pub const fn from_bits(bits: u8) -> ErrorRegister {
         ErrorRegister(bits)
     }
 
-    /// The value of the object.
+    /// Returns the value of the object.
     pub const fn bits(self) -> u8 {
         self.0
     }
 
-    /// The bits of both.
+    /// Returns the bits that are set in at least one of the two.
     #[must_use]
     pub const fn and(self, other: ErrorRegister) -> ErrorRegister {
         ErrorRegister(self.0 | other.0)
     }
 
-    /// Whether all bits of `other` are set.
+    /// Returns whether all bits of `other` are set.
     pub const fn contains(self, other: ErrorRegister) -> bool {
         self.0 & other.0 == other.0
     }

@@ -2,36 +2,39 @@
 
 use crate::types::{Duration, Instant};
 
-/// Armed by the first heartbeat; one timeout event; the next heartbeat resolves it.
+/// Consumer of the heartbeat of one node.
+///
+/// The first heartbeat starts the monitoring. A missed heartbeat is reported once. The next heartbeat ends the miss.
 ///
 /// The consumer time is an argument because many consumers share it. A consumer time of zero disables the monitoring.
+#[doc(alias("consumer heartbeat time", "1016h"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Consumer {
-    /// No heartbeat yet.
+    /// There was no heartbeat yet.
     #[default]
     Unarmed,
-    /// Heard in time.
+    /// The last heartbeat came in time.
     Armed {
-        /// The last heartbeat.
+        /// End of the last heartbeat.
         last: Instant,
     },
-    /// Overdue, and reported.
+    /// A heartbeat is overdue, and was reported.
     Missed {
-        /// The last heartbeat.
+        /// End of the last heartbeat.
         last: Instant,
     },
 }
 
 impl Consumer {
-    /// A heartbeat ended at `at`. Returns whether it ends a miss.
+    /// Takes a heartbeat that ended at `at`. Returns whether it ends a miss.
     pub fn on_heartbeat(&mut self, at: Instant) -> bool {
         let resolved = matches!(self, Consumer::Missed { .. });
         *self = Consumer::Armed { last: at };
         resolved
     }
 
-    /// Returns the instant of the last heartbeat, once, when the next one is overdue.
+    /// Returns the instant of the last heartbeat when the next one is overdue, once.
     pub fn poll(&mut self, now: Instant, time: Duration) -> Option<Instant> {
         match (*self, self.deadline(time)) {
             (Consumer::Armed { last }, Some(deadline)) if deadline <= now => {
@@ -63,7 +66,7 @@ impl Consumer {
         matches!(self, Consumer::Missed { .. })
     }
 
-    /// Shifts the clock. `memory`: how long the age of a miss matters.
+    /// Shifts the clock. `memory`: time for which the age of a miss has an effect.
     #[cfg(feature = "model")]
     pub fn rebase(&mut self, to: &crate::types::Rebase, time: Duration, memory: Duration) {
         match self {

@@ -4,11 +4,12 @@ use super::ConsumerSlots;
 use super::objects::CONSUMERS;
 use crate::types::{AbortCode, Address, Duration, Instant, NmtState, NodeId};
 
-/// One consumer for each entry of 1016h.
+/// Monitors the heartbeats of many nodes: one [`Consumer`](super::Consumer) for each entry of 1016h.
 ///
-/// An entry is node << 16 | milliseconds; with a node other than 1..=127 or no time it is not in use. Writing it arms
-/// it: monitoring begins with the first heartbeat after. A boot-up message alone begins nothing, but counts as a sign of
-/// life of a node that is monitored already.
+/// An entry is node << 16 | milliseconds. It is not in use if the node is not in 1 to 127 or the time is zero.
+/// Monitoring begins with the first heartbeat after the entry was written. A boot-up message alone does not start
+/// it. For a node that is monitored already, a boot-up message counts as a sign of life.
+#[doc(alias("1016h", "consumer heartbeat time", "heartbeat consumer"))]
 #[derive(Debug)]
 pub struct Monitor<S: ConsumerSlots> {
     entries: S::Each<Entry>,
@@ -19,7 +20,7 @@ pub struct Monitor<S: ConsumerSlots> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Entry {
-    /// When the next heartbeat is overdue; never unless monitoring.
+    /// Instant at which the next heartbeat is overdue, never unless monitoring.
     deadline: Instant,
     /// Consumer time in microseconds.
     time: u32,
@@ -41,24 +42,24 @@ enum Phase {
     Missed,
 }
 
-/// What a heartbeat or boot-up message of a monitored node means.
+/// Meaning of a heartbeat or boot-up message of a monitored node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Heard {
-    /// The state before; `None` until the first heartbeat after the entry was written. Initialising after
-    /// another state: the node started over.
+    /// State before. `None` until the first heartbeat after the entry was written. A boot-up message after
+    /// another state: the node restarted.
     pub before: Option<NmtState>,
-    /// It had been missed, and is no more.
+    /// `true`: the heartbeat was missed before.
     pub resolved: bool,
 }
 
-/// A heartbeat is overdue.
+/// Report of a heartbeat that is overdue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Missed {
-    /// Whose.
+    /// Node-ID of the producer.
     pub node: NodeId,
-    /// When it was heard last.
+    /// End of its last heartbeat.
     pub last: Instant,
 }
 
@@ -89,13 +90,13 @@ impl<S: ConsumerSlots> Default for Monitor<S> {
 }
 
 impl<S: ConsumerSlots> Monitor<S> {
-    /// No entry in use.
+    /// Makes a monitor without entries in use.
     pub fn new() -> Self {
         Monitor { entries: S::each(Entry::UNUSED), check: Instant::NEVER }
     }
 
-    /// The entry of sub-index `sub` was written. Returns the node it monitored before when that is missed: nobody will
-    /// resolve this miss any more.
+    /// Takes a new value of the entry at sub-index `sub`. Returns the node that it monitored before, if that was
+    /// missed: the monitor will not report that it returns.
     pub fn set(&mut self, sub: u8, value: u32) -> Option<NodeId> {
         let place = usize::from(sub).checked_sub(1)?;
         let entry = self.entries.as_mut().get_mut(place)?;
@@ -103,21 +104,22 @@ impl<S: ConsumerSlots> Monitor<S> {
         NodeId::new(before.node).filter(|_| before.is_missed())
     }
 
-    /// Follows its objects when one of them was written. Returns a node as [`Monitor::set`] does.
+    /// Takes the new value of an object that was written. Returns a node as [`Monitor::set`] does.
     pub fn follow(&mut self, at: Address, objects: &S) -> Option<NodeId> {
         let entry = usize::from(at.sub).wrapping_sub(1);
         let value = objects.entries().get(entry).copied().unwrap_or(0);
         if at.index == CONSUMERS { self.set(at.sub, value) } else { None }
     }
 
-    /// Takes all entries anew. `missed`: gets each node as [`Monitor::set`] returns it.
+    /// Takes all entries from the objects. Calls `missed` with each node that [`Monitor::set`] would return.
     pub fn configure(&mut self, objects: &S, missed: &mut dyn FnMut(NodeId)) {
         for (value, sub) in objects.entries().iter().zip(1..) {
             self.set(sub, *value).into_iter().for_each(&mut *missed);
         }
     }
 
-    /// A heartbeat or boot-up message of `node` ended at `at`; `None` when it is not monitored.
+    /// Takes a heartbeat or boot-up message of `node` that ended at `at`. Returns `None` if the node is not
+    /// monitored.
     pub fn on_heartbeat(&mut self, node: NodeId, state: NmtState, at: Instant) -> Option<Heard> {
         let entry = self.entries.as_mut().iter_mut().find(|entry| entry.node == node.get())?;
         let heard = Heard { before: entry.state, resolved: entry.is_missed() };
@@ -130,7 +132,7 @@ impl<S: ConsumerSlots> Monitor<S> {
         Some(heard)
     }
 
-    /// The next node whose heartbeat is overdue, each once; call until `None`.
+    /// Returns the next node whose heartbeat is overdue, each once. Call it until `None`.
     pub fn poll(&mut self, now: Instant) -> Option<Missed> {
         if now < self.check {
             return None;
@@ -152,17 +154,17 @@ impl<S: ConsumerSlots> Monitor<S> {
         None
     }
 
-    /// When to poll next. Something may be overdue then.
+    /// Returns when to poll next: a heartbeat may be overdue then.
     pub fn deadline(&self) -> Option<Instant> {
         (self.check < Instant::NEVER).then_some(self.check)
     }
 }
 
-/// Whether `value` may be written to sub-index `sub` of 1016h, which holds `present`.
+/// Checks a `value` that a client writes to sub-index `sub` of 1016h, whose entries are `present`.
 ///
 /// # Errors
-/// [`AbortCode::NoSubIndex`] without such an entry, [`AbortCode::ValueRange`] for reserved bits,
-/// [`AbortCode::ParameterIncompatible`] when another entry monitors the same node.
+/// [`AbortCode::NoSubIndex`] if there is no such entry, [`AbortCode::ValueRange`] for reserved bits,
+/// [`AbortCode::ParameterIncompatible`] if another entry monitors the same node.
 pub fn check_entry(present: &[u32], sub: u8, value: u32) -> Result<(), AbortCode> {
     let place = usize::from(sub).checked_sub(1).filter(|place| *place < present.len());
     let Some(place) = place else { return Err(AbortCode::NoSubIndex) };

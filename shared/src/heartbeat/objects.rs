@@ -1,4 +1,4 @@
-//! Objects 1016h and 1017h: whose heartbeats a node consumes, and how often it sends its own.
+//! Objects 1016h and 1017h: the heartbeats that a node consumes, and the period of its own.
 
 use core::fmt::Debug;
 
@@ -6,7 +6,8 @@ use super::check_entry;
 use crate::od::Objects;
 use crate::types::{AbortCode, Address};
 
-/// Object 1017h.
+/// Period of the heartbeat of a node (1017h).
+#[doc(alias("1017h", "producer heartbeat time"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct HeartbeatProducer {
     /// Producer heartbeat time
@@ -16,7 +17,8 @@ pub struct HeartbeatProducer {
     pub time: u16,
 }
 
-/// Object 1016h with `N` entries, at most 127.
+/// Nodes whose heartbeats are consumed (1016h): `N` entries, at most 127.
+#[doc(alias("1016h", "consumer heartbeat time"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct HeartbeatConsumers<const N: usize = 8> {
     /// Consumer heartbeat time
@@ -28,21 +30,21 @@ pub struct HeartbeatConsumers<const N: usize = 8> {
 
 pub(super) const CONSUMERS: u16 = <HeartbeatConsumers>::CONSUMER_HEARTBEAT.index();
 
-/// Room for the heartbeats that a device consumes: [`HeartbeatConsumers`] of any size.
+/// Storage for the heartbeats that a device consumes: [`HeartbeatConsumers`] of any size.
 pub trait ConsumerSlots: Objects + Default + Clone + Debug {
-    /// Something for each entry.
+    /// Array with one element for each entry.
     type Each<X: Copy + Debug>: AsRef<[X]> + AsMut<[X]> + Debug;
 
-    /// The same for all entries.
+    /// Returns an array with the same value for each entry.
     fn each<X: Copy + Debug>(value: X) -> Self::Each<X>;
 
-    /// The entries.
+    /// Returns the entries of 1016h.
     fn entries(&self) -> &[u32];
 
-    /// The entries, to be changed.
+    /// Returns the entries of 1016h, to be changed.
     fn entries_mut(&mut self) -> &mut [u32];
 
-    /// Whether a client may write `value` there. Other objects are not refused.
+    /// Checks a `value` that a client writes. Accepts every value for objects of other services.
     ///
     /// # Errors
     /// As [`check_entry`].

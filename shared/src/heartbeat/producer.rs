@@ -3,7 +3,8 @@
 use super::encode;
 use crate::types::{Duration, Frame, Instant, NmtState, NodeId, Periodic};
 
-/// The producer.
+/// Produces the heartbeat of a node (1017h).
+#[doc(alias("1017h", "producer heartbeat time", "heartbeat producer"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Producer {
@@ -13,36 +14,37 @@ pub struct Producer {
 }
 
 impl Producer {
-    /// Silent until [`Producer::announce`]d or [`Producer::restart`]ed. A period of zero keeps it silent.
+    /// Makes a producer that is silent until [`Producer::announce`] or [`Producer::restart`]. With a period of
+    /// zero it stays silent.
     pub const fn new(node: NodeId, period: Duration) -> Self {
         Producer { node, running: false, timer: Periodic::new(period) }
     }
 
-    /// Its heartbeats are those of this node.
+    /// Sets the Node-ID of the heartbeats.
     pub const fn set_node(&mut self, node: NodeId) {
         self.node = node;
     }
 
-    /// The next heartbeat is due at once.
+    /// Makes the next heartbeat due at once.
     pub fn announce(&mut self, now: Instant) {
         self.running = true;
         self.timer.start(now);
     }
 
-    /// The next heartbeat is due a period from now: one went out, or a boot-up message did.
+    /// Makes the next heartbeat due a period from `now`, after a heartbeat or boot-up message was sent.
     pub fn restart(&mut self, now: Instant) {
         self.running = true;
         self.timer.restart(now);
     }
 
-    /// No more heartbeats.
+    /// Stops the heartbeats.
     pub fn stop(&mut self) {
         self.running = false;
         self.timer.stop();
     }
 
-    /// A new period, zero for none. When it runs, a heartbeat is due at once: consumers wait for none longer than for
-    /// the old period or the new one.
+    /// Takes a new period, zero for none. If the producer runs, a heartbeat is due at once. So no consumer waits
+    /// longer than the old or the new period.
     pub fn set_period(&mut self, period: Duration, now: Instant) {
         self.timer = Periodic::new(period);
         if self.running {
@@ -50,12 +52,12 @@ impl Producer {
         }
     }
 
-    /// The heartbeat, when it is due.
+    /// Returns the heartbeat when it is due.
     pub fn poll(&mut self, now: Instant, state: NmtState) -> Option<Frame> {
         self.timer.due(now).then(|| encode(self.node, state))
     }
 
-    /// The period, zero for none.
+    /// Returns the period, zero for none.
     pub const fn period(&self) -> Duration {
         self.timer.period()
     }
@@ -65,7 +67,7 @@ impl Producer {
         self.timer.shift(us);
     }
 
-    /// When the next one is due.
+    /// Returns when the next heartbeat is due.
     pub fn deadline(&self) -> Option<Instant> {
         self.timer.deadline()
     }

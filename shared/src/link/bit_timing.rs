@@ -1,4 +1,7 @@
-//! Bit timing of a controller, computed where it can still fail the build.
+//! Bit timing of a CAN controller, computed by constants so that an impossible one stops the build.
+//!
+//! The *bit timing* divides a bit into time quanta (tq) and places the sample point. It limits the length of the
+//! bus and the tolerance of the oscillators.
 //!
 //! ```text
 //! | SYNC | PROP_SEG           | PHASE_SEG1 | PHASE_SEG2 |
@@ -6,23 +9,24 @@
 //!                                          sample point
 //! ```
 //!
-//! ECSS 5.4.3b, c names the method (iCC 2012): of all options, take the one with the longest propagation segment that
-//! still meets the oscillator tolerance. An option is a prescaler and the lengths of three segments. It must
+//! ECSS 5.4.3b, c defines the method (iCC 2012): of all options, take the one with the longest propagation segment
+//! that meets the oscillator tolerance. An option is a prescaler and the lengths of three segments. It must
 //!
-//! * give the bit rate exactly, with 8 to 25 time quanta to a bit (ISO 11898-1),
-//! * have PHASE_SEG2 = max(PHASE_SEG1, information processing time of 2 tq) (ISO 11898-1),
-//! * have SJW = min(4, PHASE_SEG1) (ECSS 5.4.3d),
-//! * sample where CiA 301 wants it for this bit rate,
-//! * fit the registers of the controller, its [`Limits`].
+//! - give the bit rate exactly, with 8 to 25 time quanta in a bit (ISO 11898-1),
+//! - have PHASE_SEG2 = max(PHASE_SEG1, information processing time of 2 tq) (ISO 11898-1),
+//! - have SJW = min(4, PHASE_SEG1) (ECSS 5.4.3d),
+//! - have the sample point where CiA 301 places it for this bit rate,
+//! - fit the registers of the controller, its [`Limits`].
 //!
-//! With N time quanta to a bit, oscillators may be off by `df` in either direction, where
+//! With N time quanta in a bit, oscillators may deviate by `df` in either direction, where
 //!
 //! ```text
 //! df <= SJW / (20 N)                                            ten bits from edge to edge, resynchronised
 //! df <= min(PHASE_SEG1, PHASE_SEG2) / (2 (13 N - PHASE_SEG2))   thirteen bits after an error flag
 //! ```
 //!
-//! and the propagation segment must hold twice the way from any node to any other: line and both nodes' delays.
+//! The propagation segment must hold twice the delay between any two nodes: the line and both nodes. [`Limits`] has
+//! an example.
 
 mod error;
 
@@ -30,32 +34,32 @@ pub use error::{BitTimingError, ErrorText};
 
 use crate::types::Duration;
 
-/// A frequency in Hz.
+/// Frequency in Hz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Hertz(pub u32);
 
-/// A length in metres.
+/// Length in metres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Metres(pub u16);
 
-/// A span in nanoseconds.
+/// Time in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Nanoseconds(pub u32);
 
-/// A relative error in parts per million, in either direction.
+/// Relative error in parts per million, in either direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PartsPerMillion(pub u32);
 
-/// A share of the bit time, in thousandths.
+/// Share of the bit time, in thousandths.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Permille(pub u16);
 
-/// A bit rate of high-speed CAN: 10 kbit/s to 1 Mbit/s.
+/// Bit rate of high-speed CAN: 10 kbit/s to 1 Mbit/s.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BitRate(u32);
@@ -76,7 +80,7 @@ impl BitRate {
     /// 10 kbit/s (CiA 301).
     pub const KBIT_10: BitRate = BitRate(10_000);
 
-    /// `None` outside 10,000 to 1,000,000 bit/s.
+    /// Makes a bit rate. `None` outside 10,000 to 1,000,000 bit/s.
     pub const fn new(bits_per_second: u32) -> Option<BitRate> {
         match bits_per_second {
             10_000..=1_000_000 => Some(BitRate(bits_per_second)),
@@ -84,67 +88,69 @@ impl BitRate {
         }
     }
 
-    /// Bit/s.
+    /// Returns the rate in bit/s.
     pub const fn get(self) -> u32 {
         self.0
     }
 
-    /// How long `bits` take, `0..=4_000_000` of them, rounded up. The rate counts in whole kbit/s, rounded down.
+    /// Returns the time that `bits` take, `0..=4_000_000` of them, rounded up. The rate counts in whole kbit/s,
+    /// rounded down.
     pub const fn span(self, bits: u32) -> Duration {
         Duration::from_micros((bits * 1_000).div_ceil(self.0 / 1_000) as u64)
     }
 
-    /// First and last place of the sample point that interoperates (CiA 301 5.4, table of bit rates).
+    /// Returns the first and the last place of the sample point that interoperates (CiA 301 5.4, table of bit
+    /// rates).
     pub const fn sample_points(self) -> (Permille, Permille) {
         (Permille(if self.0 >= 800_000 { 750 } else { 850 }), Permille(900))
     }
 }
 
-/// What the bus asks of the bit timing of all its nodes.
+/// Properties of a network that decide the bit timing of all its nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Network {
-    /// Bit rate.
+    /// Bit rate of both buses.
     pub bit_rate: BitRate,
-    /// Between the two nodes farthest apart.
+    /// Length of the line between the two nodes that are farthest apart.
     pub length: Metres,
-    /// From a controller's CAN_TX through its transceiver and that of another node to its CAN_RX, without the line.
+    /// Delay from CAN_TX of one controller to CAN_RX of another one: both transceivers, without the line.
     pub node_delay: Nanoseconds,
-    /// Worst oscillator of any node.
+    /// Tolerance of the worst oscillator of any node.
     pub oscillator_tolerance: PartsPerMillion,
 }
 
 impl Network {
-    /// Node delay with common transceivers, some reserve included: an SN65HVD230 takes at most 135 ns.
+    /// Node delay with common transceivers, with a reserve: an SN65HVD230 takes at most 135 ns.
     pub const NODE_DELAY: Nanoseconds = Nanoseconds(150);
 
-    /// Of a twisted pair, per metre.
+    /// Delay of a twisted pair, per metre.
     pub const LINE_DELAY: Nanoseconds = Nanoseconds(5);
 
-    /// One way, between the two nodes farthest apart.
+    /// Returns the delay in one direction between the two nodes that are farthest apart.
     pub const fn longest_delay(&self) -> Nanoseconds {
         Nanoseconds(self.propagation().0 / 2)
     }
 
-    /// There and back, between the two nodes farthest apart.
+    /// Returns the delay there and back between the two nodes that are farthest apart.
     pub const fn propagation(&self) -> Nanoseconds {
         let line = self.length.0 as u32 * Self::LINE_DELAY.0;
         Nanoseconds(line.saturating_add(self.node_delay.0).saturating_mul(2))
     }
 }
 
-/// First and last value that a field of a register can be set to.
+/// First and last value that a field of a register can have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Range {
-    /// The least.
+    /// Least value of the field.
     pub first: u16,
-    /// The most.
+    /// Greatest value of the field.
     pub last: u16,
 }
 
 impl Range {
-    /// From `first` to `last`, both included.
+    /// Makes the range from `first` to `last`, both included.
     pub const fn new(first: u16, last: u16) -> Range {
         Range { first, last }
     }
@@ -153,13 +159,13 @@ impl Range {
         self.first <= value && value <= self.last
     }
 
-    /// By how much a value is outside.
+    /// Returns the distance of a value from the range, zero within it.
     const fn distance(self, value: u16) -> u16 {
         if value < self.first { self.first - value } else { value.saturating_sub(self.last) }
     }
 }
 
-/// What the registers of a controller can be set to. Those of FDCAN, for example:
+/// Ranges of the timing registers of a controller. Those of FDCAN, for example:
 ///
 /// ```
 /// use ecss_can::link::bit_timing::{BitTiming, Hertz, Limits, Range};
@@ -177,13 +183,13 @@ impl Range {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limits {
-    /// Clocks to a time quantum.
+    /// Clock cycles in a time quantum.
     pub prescaler: Range,
     /// Time quanta from the synchronisation segment to the sample point.
     pub segment1: Range,
     /// Time quanta after the sample point.
     pub segment2: Range,
-    /// Most time quanta that one resynchronisation moves.
+    /// Greatest number of time quanta by which one resynchronisation moves.
     pub jump_width: u16,
 }
 
@@ -196,7 +202,7 @@ const PHASE: u8 = 8;
 /// Longest SJW (ECSS 5.4.3d).
 const JUMP_WIDTH: u8 = 4;
 
-/// A setting of a controller.
+/// Bit timing for the registers of a controller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BitTiming {
@@ -209,13 +215,13 @@ pub struct BitTiming {
 }
 
 impl BitTiming {
-    /// The bit rate that it was computed for.
+    /// Returns the bit rate that the timing was computed for.
     pub const fn bit_rate(&self) -> BitRate {
         self.bit_rate
     }
 
-    /// The option with the longest propagation segment that meets the oscillator tolerance (ECSS 5.4.3c); of equals the
-    /// one with more tolerance. `clock` drives the controller.
+    /// Finds the option with the longest propagation segment that meets the oscillator tolerance (ECSS 5.4.3c).
+    /// Of equal options it takes the one with more tolerance. `clock` drives the controller.
     ///
     /// # Errors
     /// [`BitTimingError`]: the first constraint that no option meets.
@@ -280,43 +286,43 @@ impl BitTiming {
         Ok(self)
     }
 
-    /// Clocks to a time quantum.
+    /// Returns the clock cycles in a time quantum.
     pub const fn prescaler(&self) -> u16 {
         self.prescaler
     }
 
-    /// Time quanta from the synchronisation segment to the sample point.
+    /// Returns the time quanta from the synchronisation segment to the sample point.
     pub const fn segment1(&self) -> u8 {
         self.propagation + self.phase1
     }
 
-    /// Time quanta after the sample point.
+    /// Returns the time quanta after the sample point.
     pub const fn segment2(&self) -> u8 {
         self.phase2
     }
 
-    /// SJW: most time quanta that one resynchronisation moves, `1..=4`.
+    /// Returns SJW, the greatest number of time quanta by which one resynchronisation moves: `1..=4`.
     pub const fn jump_width(&self) -> u8 {
         self.jump_width
     }
 
-    /// Time quanta to a bit, `8..=25`.
+    /// Returns the time quanta in a bit, `8..=25`.
     pub const fn quanta(&self) -> u8 {
         1 + self.propagation + self.phase1 + self.phase2
     }
 
-    /// Place of the sample point, rounded down.
+    /// Returns the place of the sample point, rounded down.
     pub const fn sample_point(&self) -> Permille {
         Permille((self.quanta() - self.phase2) as u16 * 1000 / self.quanta() as u16)
     }
 
-    /// What the propagation segment holds, there and back, rounded down.
+    /// Returns the delay there and back that the propagation segment allows, rounded down.
     pub const fn propagation(&self) -> Nanoseconds {
         let quanta_per_second = self.bit_rate.0 as u64 * self.quanta() as u64;
         Nanoseconds((self.propagation as u64 * 1_000_000_000 / quanta_per_second) as u32)
     }
 
-    /// What every oscillator on the bus may be off, rounded down.
+    /// Returns the tolerance that every oscillator on the bus may have, rounded down.
     pub const fn oscillator_tolerance(&self) -> PartsPerMillion {
         let quanta = self.quanta() as u32;
         let phase = if self.phase1 < self.phase2 { self.phase1 } else { self.phase2 };
@@ -325,7 +331,7 @@ impl BitTiming {
         PartsPerMillion(if running < after_error { running } else { after_error })
     }
 
-    /// Whether it is to be preferred, by ECSS 5.4.3c.
+    /// Returns whether it is the better option by ECSS 5.4.3c.
     const fn is_better_than(&self, other: &BitTiming) -> bool {
         // As shares of the bit time, without rounding.
         let mine = self.propagation as u32 * other.quanta() as u32;

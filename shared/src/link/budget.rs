@@ -1,30 +1,36 @@
-//! How many frames a node may send: a token bucket per COB-ID, and one for the node (ECSS 5.3.3.1b).
+//! Budget: the number of frames that a node may send (ECSS 5.3.3.1b).
+//!
+//! A *token bucket* holds a number of tokens. A frame takes one, and the bucket fills again at a fixed rate. There
+//! is a bucket for each COB-ID and one for the node:
 //!
 //! | frames | bucket of the COB-ID | bucket of the node |
 //! | --- | --- | --- |
-//! | what the network [lives on](is_vital), emergencies | yes | no |
+//! | [vital](is_vital) frames and emergencies | yes | no |
 //! | SDO | no | no |
 //! | all others | yes | yes |
 //!
-//! SDO is bounded by its confirmations: a client asks for each frame, or for a sub-block of at most 127. An empty bucket refuses
-//! frames until it is full again. When that of the node is empty, the node silences itself for a time.
+//! SDO is limited by its confirmations: a client asks for each frame, or for a sub-block of at most 127. An empty
+//! bucket refuses frames until it is full again. If the bucket of the node is empty, the node is silent for a time.
 //!
-//! The pre-defined COB-IDs of one slave have a bucket each. Those of a master for its slaves share sixteen.
+//! # Limits
+//!
+//! The pre-defined COB-IDs of one slave have a bucket each. The COB-IDs of a master for its slaves share sixteen
+//! buckets.
 
 use super::queue::is_vital;
 use crate::types::{CobId, Duration, Instant};
 
 /// Buckets of what the network lives on, and as many of all others: none of these can close one of those.
 const BUCKETS: usize = 16;
-/// Above the budget until nothing was refused for so long.
+/// Time without a refusal after which the error ends.
 const CALM: Duration = Duration::from_millis(1_000);
 
-/// Whether this is an SDO response or request.
+/// Returns whether this is an SDO response or request.
 pub(crate) const fn is_sdo(id: CobId) -> bool {
     matches!(id.function(), 0x580 | 0x600)
 }
 
-/// Frames in a row, and frames per second.
+/// Frames that may be sent at once, and frames per second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Rate {
@@ -35,46 +41,47 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// `burst` frames at once, from a full bucket, and `per_second` on average.
+    /// Allows `burst` frames at once from a full bucket, and `per_second` on average.
     ///
     /// # Panics
-    /// When one of them is zero. In a constant that is an error of the compiler.
+    /// If one of them is zero. In a constant this is a compile error.
     pub const fn new(burst: u16, per_second: u16) -> Rate {
         assert!(burst > 0 && per_second > 0, "a rate without frames");
         let period = 1_000_000 / per_second as u32;
         Rate { period, whole: period.saturating_mul(burst as u32) }
     }
 
-    /// Whether frames with this period take half of it at most. Zero: there are none.
+    /// Returns whether frames with this period take at most half of the rate. A period of zero means no frames.
     pub const fn is_twice(self, period: Duration) -> bool {
         let us = period.as_micros();
         us == 0 || (us >= 2 * self.period as u64 && self.whole > self.period)
     }
 
-    /// Whether it admits all that `other` admits.
+    /// Returns whether the rate admits everything that `other` admits.
     pub const fn is_at_least(self, other: Rate) -> bool {
         self.period <= other.period && self.whole / self.period >= other.whole / other.period
     }
 }
 
-/// What the nodes of a mission may send, and what happens above it.
+/// Number of frames that the nodes of a mission may send, and reaction to more.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BudgetPolicy {
-    /// Frames with one COB-ID.
+    /// Rate of the frames with one COB-ID.
     pub cob_id: Rate,
-    /// All frames of a slave that count for the node.
+    /// Rate of all frames of a slave that count for the node.
     pub slave: Rate,
-    /// The same of the master, which sends to every slave.
+    /// Rate of all frames of the master that count for the node. The master sends to every slave.
     pub master: Rate,
-    /// What the master hears of a slave on the active bus, SDO apart. Above it the master stops that slave.
+    /// Rate of the frames that the master receives from one slave on the active bus, without SDO. Above it the
+    /// master stops that slave.
     pub heard: Rate,
-    /// How long a node is silent above its budget.
+    /// Time for which a node above its budget is silent.
     pub silence: Duration,
 }
 
-/// Tokens of a COB-ID, or of the node. Microseconds, which wrap after 71 minutes: on a chip of 32 bits they cost a third. Who
-/// sends nothing for just so long finds the bucket as it was then.
+/// Tokens of a COB-ID, or of the node. Microseconds, which wrap after 71 minutes: on a chip of 32 bits they cost a
+/// third. Who sends nothing for just so long finds the bucket as it was then.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Bucket {
     full_at: u32,
@@ -102,29 +109,29 @@ impl Bucket {
     }
 }
 
-/// Why a frame is refused.
+/// Reason why a frame is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Over {
-    /// Its COB-ID is above its budget.
+    /// The frames with this COB-ID are above their budget.
     CobId,
-    /// The node is above its budget, and falls silent.
+    /// The node is above its budget and becomes silent.
     Node,
-    /// The node is silent.
+    /// The node is silent already.
     Silent,
 }
 
-/// What is over for a node that was above its budget.
+/// Change of state of a node that was above its budget.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BudgetStep {
-    /// Its silence.
+    /// The silence is over: the node sends again.
     Resume,
-    /// What was reported: nothing was refused for a second.
+    /// No frame was refused for a second: the error is gone.
     Calm,
 }
 
-/// The tokens of a node.
+/// Token buckets of a node.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Budget {
     cob_id: Rate,
@@ -138,12 +145,12 @@ pub struct Budget {
 }
 
 impl Budget {
-    /// Of a slave, all buckets full.
+    /// Makes the budget of a slave. All buckets are full.
     pub const fn of_slave(policy: &BudgetPolicy) -> Self {
         Self::new(policy.cob_id, policy.slave, policy.silence)
     }
 
-    /// Of a master, all buckets full.
+    /// Makes the budget of a master. All buckets are full.
     pub const fn of_master(policy: &BudgetPolicy) -> Self {
         Self::new(policy.cob_id, policy.master, policy.silence)
     }
@@ -161,12 +168,12 @@ impl Budget {
         }
     }
 
-    /// Whether the node silences itself.
+    /// Returns whether the node is silent because it was above its budget.
     pub const fn is_silent(&self) -> bool {
         self.is_silent
     }
 
-    /// A frame is to go out. Returns why not.
+    /// Takes the tokens for a frame that is to go out. Returns the reason if the frame is refused.
     #[inline(never)] // registers of its own: half the code
     pub fn take(&mut self, id: CobId, now: Instant) -> Option<Over> {
         let over = self.over(id, now.as_micros() as u32)?;
@@ -198,7 +205,7 @@ impl Budget {
         (!is_vital && !self.whole.take(self.node, now)).then_some(Over::Node)
     }
 
-    /// One thing that is due; call until `None`.
+    /// Returns one change that is due. Call it until `None`.
     pub fn poll(&mut self, now: Instant) -> Option<BudgetStep> {
         if now < self.until {
             return None;
@@ -211,7 +218,7 @@ impl Budget {
         Some(BudgetStep::Calm)
     }
 
-    /// When [`Budget::poll`] has something to do.
+    /// Returns when to call [`Budget::poll`] next.
     pub fn deadline(&self) -> Option<Instant> {
         (self.until < Instant::NEVER).then_some(self.until)
     }

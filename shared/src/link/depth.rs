@@ -1,23 +1,23 @@
-//! How much may wait in the queues of a node: a type, so that a small node has small queues.
+//! Depth of the queues of a node. It is a type, so that a small node has small queues.
 
 use heapless::deque::{Deque, DequeInner};
 use heapless::vec::{OwnedVecStorage, Vec, VecInner, VecStorage};
 
-/// Depth of the queues of a node: commands and events in its outbox, frames in the priority queue of each bus.
+/// Depth of the queues of a node: commands and events in its outbox, frames in the transmit queue of each bus.
 pub trait Depth: 'static {
-    /// Places of each queue.
+    /// Number of places of each queue.
     const PLACES: usize;
-    /// Storage of a queue.
+    /// Storage type of a queue.
     type Of<T>: VecStorage<T>;
 
-    /// An empty queue, first in, first out.
+    /// Makes an empty queue, first in, first out.
     fn deque<T>() -> DequeInner<T, Self::Of<T>>;
 
-    /// An empty list.
+    /// Makes an empty list.
     fn list<T>() -> VecInner<T, usize, Self::Of<T>>;
 }
 
-/// `N` places.
+/// Depth of `N` places for each queue.
 #[derive(Debug)]
 pub struct Places<const N: usize>;
 

@@ -1,6 +1,6 @@
 //! One controller behind a transceiver switch: two ports, of which one at a time is on its bus.
 //!
-//! The selective bus access architecture with a single controller (ECSS A.4.1, Figure A-6):
+//! This is the selective bus access architecture with a single controller (ECSS A.4.1, Figure A-6):
 //!
 //! ```text
 //! Side nominal ───┐                           ┌── transceiver ── nominal bus
@@ -8,8 +8,8 @@
 //! Side redundant ─┘                           └── transceiver ── redundant bus
 //! ```
 //!
-//! The switch moves when the controller is silent and every event of the old bus was taken: a frame that is cut off would
-//! disturb both buses, and a result that comes later would be taken for one of the new bus.
+//! The switch moves when the controller is silent and every event of the old bus was taken. A frame that is cut off
+//! would disturb both buses. A result that comes later would count for the new bus.
 
 use core::cell::RefCell;
 use core::task::{Context, Poll, Waker};
@@ -21,34 +21,34 @@ use crate::link::Stamp;
 use crate::link::port::{Busy, CanPort, Filter, Health, Mailbox, PortEvent};
 use crate::types::{Bus, Frame, PerBus};
 
-/// Connects the controller with one of two transceivers (ECSS 8.2.3a).
+/// Connects the controller to one of two transceivers (ECSS 8.2.3a).
 ///
-/// The driver input of the other transceiver is recessive.
+/// The driver input of the other transceiver stays recessive.
 pub trait TransceiverSwitch {
-    /// Connects it with the transceiver of this bus.
+    /// Connects the controller to the transceiver of this bus.
     fn select(&mut self, bus: Bus);
 }
 
-/// A controller that may be moved from one bus to another.
+/// Controller that can be moved from one bus to the other.
 ///
 /// Its filters are set once for each bus, with equal ones.
 pub trait Movable: CanPort {
-    /// Whether it is off its bus and drives no dominant bit any more. While that is to come, the task that polled for events
-    /// last is woken when it has come.
+    /// Returns whether the controller is off its bus and drives no dominant bit. While it is not, the controller
+    /// wakes the task that last polled for events when it becomes silent.
     fn is_silent(&self) -> bool;
 }
 
-/// A controller that the two ports of a node share.
+/// Controller that the two ports of a node share.
 ///
-/// The port that joined or listens last has it. The other one is off its bus from then on: it sends nothing, hands out the
-/// events of its past and then none, and keeps the health that it had. Each node has the same filters on both of its buses,
-/// so they are the controller's.
+/// The port that called `join` or `listen` last has the controller. From then on the other port is off its bus. It
+/// sends nothing, hands out the events that it still has and then none, and keeps its last health. A node has the
+/// same filters on both buses, so the controller has one set of them.
 pub struct OneController<M: RawMutex, P, S> {
     shared: Mutex<M, RefCell<Shared<P, S>>>,
 }
 
 impl<M: RawMutex, P: Movable, S: TransceiverSwitch> OneController<M, P, S> {
-    /// Of a controller that is off its bus. The nominal bus is selected.
+    /// Takes a controller that is off its bus, and selects the nominal bus.
     pub fn new(controller: P, mut switch: S) -> Self {
         switch.select(Bus::Nominal);
         let shared = Shared {
@@ -63,15 +63,15 @@ impl<M: RawMutex, P: Movable, S: TransceiverSwitch> OneController<M, P, S> {
         OneController { shared: Mutex::new(RefCell::new(shared)) }
     }
 
-    /// The ports of both buses. Each needs a task, also for the other one: the controller moves while the port that loses it is
-    /// polled.
+    /// Returns the ports of both buses. Each port needs a task, also the one that is not in use: the controller
+    /// moves while the port that loses it is polled.
     pub fn ports(&'static mut self) -> PerBus<Side<M, P, S>> {
         let controller: &'static Self = self;
         PerBus::from_fn(|bus| Side { bus, controller })
     }
 }
 
-/// A bus as a port of a controller that serves the other one, too.
+/// Port of one bus, on a controller that also serves the other bus.
 pub struct Side<M: RawMutex + 'static, P: 'static, S: 'static> {
     bus: Bus,
     controller: &'static OneController<M, P, S>,
@@ -87,7 +87,7 @@ impl<M: RawMutex, P, S> Side<M, P, S> {
 struct Shared<P, S> {
     controller: P,
     switch: S,
-    /// Where the switch is: what the controller reports is of this bus.
+    /// Bus that the switch selects: reports of the controller are of this bus.
     selected: Bus,
     /// The bus to be on, and whether only to listen there.
     wanted: Option<(Bus, bool)>,
@@ -99,7 +99,7 @@ struct Shared<P, S> {
 }
 
 impl<P: Movable, S: TransceiverSwitch> Shared<P, S> {
-    /// Whether a port has the controller: what it asks for is done at once.
+    /// Returns whether the port of a bus has the controller. Then its commands are executed at once.
     fn serves(&self, bus: Bus) -> bool {
         self.selected == bus && self.wanted.is_some_and(|(wanted, _)| wanted == bus)
     }
@@ -140,7 +140,7 @@ impl<P: Movable, S: TransceiverSwitch> Shared<P, S> {
         let Some((to, listens)) = self.wanted.filter(|(to, _)| event.is_pending() && *to != bus) else {
             return event;
         };
-        // A bus that is dominant all the time lets nobody off: it must not keep the node from the other one.
+        // A controller cannot leave a bus that is dominant all the time. That must not keep the node from the other bus.
         if !self.is_stuck && !self.controller.is_silent() {
             return Poll::Pending;
         }

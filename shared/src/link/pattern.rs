@@ -1,6 +1,6 @@
-//! Where the falling edges of a frame are, in bit times after its start.
+//! Falling edges of a frame, in bit times after its start.
 //!
-//! Rebuilt from what the frame says: layout, CRC-15 and bit stuffing of ISO 11898-1 10.4 and 10.5.
+//! They follow from the frame by layout, CRC-15 and bit stuffing of ISO 11898-1 10.4 and 10.5.
 
 use heapless::Vec;
 
@@ -23,7 +23,7 @@ pub(super) struct Pattern {
 }
 
 impl Pattern {
-    /// That of a frame on the wire. One that was sent with a DLC above 8 has another.
+    /// Returns the edges of a frame on the wire. A frame that was sent with a DLC above 8 has other edges.
     pub fn of(frame: &Frame) -> Pattern {
         let mut bits = Bits { edges: Vec::new(), length: 0, recessive: true, run: 0, crc: 0 };
         bits.push(u32::from(frame.id().raw()), 12); // SOF and identifier
@@ -37,7 +37,7 @@ impl Pattern {
         Pattern { edges: bits.edges, reference, length: bits.length + 8 }
     }
 
-    /// The ACK slot, bit times after SOF.
+    /// Returns the place of the ACK slot, in bit times after SOF.
     pub fn ack(&self) -> u8 {
         self.length - 9
     }

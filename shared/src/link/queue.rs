@@ -1,6 +1,7 @@
-//! Transmit queue of a bus: lowest COB-ID first, each frame with its lifetime.
+//! Transmit queue of a bus: the lowest COB-ID first, each frame with its lifetime.
 //!
-//! Frames of one COB-ID keep their order. When the queue is full, what the network lives on displaces what it does not.
+//! Frames of one COB-ID keep their order. In a full queue a frame that the network depends on displaces one that it
+//! does not depend on: see [`is_vital`].
 
 use heapless::vec::VecInner;
 
@@ -11,29 +12,29 @@ use crate::types::{CobId, Frame, Instant};
 /// Function code of NMT error control.
 const HEARTBEATS: u16 = 0x700;
 
-/// A frame on its way out.
+/// Frame that waits for transmission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Outgoing {
-    /// What to send.
+    /// Frame to send.
     pub frame: Frame,
-    /// Not to be sent from this instant on.
+    /// End of the lifetime. From this instant on the frame is not sent.
     pub expires: Instant,
 }
 
 impl Outgoing {
-    /// Whether its lifetime has ended.
+    /// Returns whether the lifetime has ended.
     pub fn is_expired(&self, now: Instant) -> bool {
         self.expires <= now
     }
 }
 
-/// The queue is full; nothing was taken.
+/// The queue is full, and did not take the frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Full;
 
-/// A priority queue of frames, with as many places as `D` has.
+/// Priority queue of frames, with the number of places of `D`.
 pub struct TxQueue<D: Depth> {
     /// Sorted by COB-ID, the next to go last; equal COB-IDs in reverse order of arrival.
     frames: VecInner<Outgoing, usize, D::Of<Outgoing>>,
@@ -46,17 +47,17 @@ impl<D: Depth> Default for TxQueue<D> {
 }
 
 impl<D: Depth> TxQueue<D> {
-    /// An empty queue.
+    /// Makes an empty queue.
     #[inline]
     pub fn new() -> Self {
         TxQueue { frames: D::list() }
     }
 
-    /// Queue a frame behind those of its COB-ID. In a full queue a [vital](is_vital) frame displaces the one that would
-    /// go last of those that are not vital; that one is returned.
+    /// Puts a frame behind those of its COB-ID. In a full queue a [vital](is_vital) frame displaces the frame
+    /// that is not vital and would be sent last. The displaced frame is returned.
     ///
     /// # Errors
-    /// [`Full`] when all places are taken, and there is none to displace.
+    /// [`Full`] if all places are taken and no frame can be displaced.
     pub fn push(&mut self, outgoing: Outgoing) -> Result<Option<Outgoing>, Full> {
         let id = outgoing.frame.id();
         let displaced = if !self.frames.is_full() {
@@ -72,10 +73,10 @@ impl<D: Depth> TxQueue<D> {
         Ok(displaced)
     }
 
-    /// Puts a frame back that was taken: it goes before those of its COB-ID.
+    /// Puts back a frame that was taken, in front of those of its COB-ID.
     ///
     /// # Errors
-    /// [`Full`]; nothing is displaced.
+    /// [`Full`]: no frame is displaced.
     pub fn put_back(&mut self, outgoing: Outgoing) -> Result<(), Full> {
         self.insert(outgoing, outgoing.frame.id().raw())
     }
@@ -93,22 +94,22 @@ impl<D: Depth> TxQueue<D> {
         self.frames.push(carried).map_err(|_| Full)
     }
 
-    /// Whether there is no frame.
+    /// Returns whether there is no frame.
     pub fn is_empty(&self) -> bool {
         self.frames.is_empty()
     }
 
-    /// The next frame to send.
+    /// Returns the next frame to send, without taking it.
     pub fn peek(&self) -> Option<&Outgoing> {
         self.frames.last()
     }
 
-    /// Take the next frame.
+    /// Takes the next frame to send.
     pub fn pop(&mut self) -> Option<Outgoing> {
         self.frames.pop()
     }
 
-    /// Take one frame whose lifetime has ended.
+    /// Takes one frame whose lifetime has ended.
     pub fn pop_expired(&mut self, now: Instant) -> Option<Outgoing> {
         let at = self.frames.iter().position(|queued| queued.is_expired(now))?;
         self.take(at)
@@ -124,13 +125,13 @@ impl<D: Depth> TxQueue<D> {
         Some(carried)
     }
 
-    /// The earliest end of a lifetime.
+    /// Returns the earliest end of a lifetime.
     pub fn next_expiry(&self) -> Option<Instant> {
         self.frames.iter().map(|queued| queued.expires).min()
     }
 }
 
-/// Frames that the network lives on: the [urgent](is_urgent) ones and heartbeats.
+/// Returns whether the network depends on frames with this COB-ID: the [urgent](is_urgent) ones and heartbeats.
 pub fn is_vital(id: CobId) -> bool {
     is_urgent(id) || id.function() == HEARTBEATS
 }

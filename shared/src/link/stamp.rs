@@ -1,51 +1,54 @@
-//! Stamps of frames: when a frame ended, on the clock of the node that saw it.
+//! Stamps of frames: the instant at which a frame ended, on the clock of the node.
 //!
-//! A timer captures every falling edge of CAN_RX into an [`EdgeRing`], without the CPU. When a frame is reported, the
-//! ring is searched for exactly the edges that this frame makes on the wire, and its end follows from one of them.
+//! A timer captures every falling edge of CAN_RX into an [`EdgeRing`], without the CPU. When a frame is reported,
+//! the ring is searched for exactly the edges that this frame makes on the wire. The end of the frame follows from
+//! one of them.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
 use super::pattern::Pattern;
 use crate::types::{FineInstant, Frame, Instant};
 
-/// When a frame ended: the last bit of its EOF, as the node's CAN_RX shows it.
+/// Instant at which a frame ended: the last bit of its EOF, as the CAN_RX of the node shows it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct Stamp {
-    /// Rounded down to a microsecond, for protocol timers.
+    /// End of the frame, rounded down to a microsecond, for protocol timers.
     pub at: Instant,
     /// Units of 2^-8 µs beyond that; zero without a capture timer.
     fraction: u8,
-    /// How it was measured.
+    /// Way in which the end was measured.
     pub source: StampSource,
 }
 
-/// How a [`Stamp`] was measured.
+/// Way in which a [`Stamp`] was measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StampSource {
-    /// Read in the interrupt at the end of the frame: late by the interrupt latency, some microseconds, which has no
-    /// bound of its own; early by at most one bit, as a receiver has a frame one bit before its end.
+    /// Read in the interrupt at the end of the frame. Late by the interrupt latency: some microseconds, without a
+    /// bound. Early by at most one bit, because a receiver accepts a frame one bit before its end.
     Interrupt,
-    /// A captured edge of the frame and the known rest of it: off by at most [`EdgeRing::ERROR`], plus the
-    /// constant delay of the timer's input. A disturbance that moves this edge moves the stamp by as much, at most by a
-    /// quarter of a bit: beyond that the others do not fit.
+    /// Computed from a captured edge and the known rest of the frame. The error is at most [`EdgeRing::ERROR`]
+    /// plus the constant delay of the timer's input. A disturbance that moves this edge moves the stamp by the
+    /// same time, at most by a quarter of a bit: beyond that the other edges do not match.
     Capture,
 }
 
 impl Stamp {
-    /// Read in the interrupt that the frame raised.
+    /// Makes a stamp that was read in the interrupt of the frame.
     pub const fn interrupt(at: Instant) -> Stamp {
         Stamp { at, fraction: 0, source: StampSource::Interrupt }
     }
 
-    /// Measured by a timer that captures edges: one of a port that has its own way to find the edge of a frame.
+    /// Makes a stamp that a timer measured by captured edges, for a port that finds the edges of a frame in its
+    /// own way.
     pub const fn captured(end: FineInstant) -> Stamp {
         Stamp { at: end.instant(), fraction: end.units() as u8, source: StampSource::Capture }
     }
 
-    /// When the low word was `low`: the time nearest to that of the interrupt. 32 bits are divided, not 64.
+    /// Returns the stamp of the low word `low`: the instant nearest to that of the interrupt. It divides 32 bits,
+    /// not 64.
     fn capture<const PER_MICRO: u32>(reported: Stamp, low: u32) -> Stamp {
         let apart = later(low, low_word(reported.at, PER_MICRO));
         let per_micro = PER_MICRO as i32;
@@ -54,13 +57,13 @@ impl Stamp {
         Stamp { at: Instant::from_micros(at), fraction, source: StampSource::Capture }
     }
 
-    /// In full.
+    /// Returns the end of the frame with its full resolution.
     pub fn fine(&self) -> FineInstant {
         let whole: FineInstant = self.at.into();
         FineInstant::from_units(whole.units().saturating_add(u64::from(self.fraction)))
     }
 
-    /// The low word of a timer that counts `PER_MICRO` in a microsecond and runs since power-on.
+    /// Returns the low word of a timer that counts `PER_MICRO` in a microsecond and runs since power-on.
     pub const fn low<const PER_MICRO: u32>(&self) -> u32 {
         const UNITS: u32 = FineInstant::PER_MICRO as u32;
         low_word(self.at, PER_MICRO).wrapping_add((self.fraction as u32 * PER_MICRO + UNITS / 2) / UNITS)
@@ -77,41 +80,41 @@ const fn fraction_of(ticks: u32, per_micro: u32) -> u8 {
     ((ticks * FineInstant::PER_MICRO as u32 + per_micro / 2) / per_micro) as u8
 }
 
-/// Why the edges of a frame gave no stamp.
+/// Reason why the edges of a frame gave no stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Miss {
-    /// No edge is left from the time of the frame: no wire, or later edges took their places.
+    /// There is no edge from the time of the frame: a wire is missing, or later edges replaced it.
     Silent,
-    /// There are edges, but one is missing, one too many, or one in a wrong place.
+    /// Edges were found, but one is missing, one is too many, or one is in a wrong place.
     Mismatch,
-    /// The interrupt came a frame late: an earlier frame may have these edges.
+    /// The interrupt came a frame late. An earlier frame may have these edges.
     Late,
-    /// Found more than once, or another frame like it was reported meanwhile.
+    /// The edges were found more than once, or another frame like this one was reported meanwhile.
     Ambiguous,
 }
 
-/// What was captured of a line when a stamp is asked for.
+/// State of the capture of a line when a stamp is requested.
 #[derive(Clone, Copy, Debug)]
 pub struct Captured {
-    /// The cell that the next edge goes to, `0..EDGES`.
+    /// Cell of the next edge, `0..EDGES`.
     pub next: usize,
-    /// Until then no later frame like the one in question was received or sent: low word of the timer, at least a bit
-    /// after the report.
+    /// Instant until which no later frame like this one was received or sent: low word of the timer, at least a
+    /// bit after the report.
     pub alone_until: u32,
 }
 
-/// How far back a frame is searched, in lengths of it. A report that is later than the FIFO of a receiver is deep (three
-/// frames) finds no edges.
+/// Number of frame lengths that the search goes back. A report that is later than the depth of a receive FIFO
+/// (three frames) finds no edges.
 const SEARCHED: u32 = 4;
 
-/// Edges in a ring: at least 512 bits of any traffic.
+/// Number of edges in a ring. They cover at least 512 bits of any traffic.
 pub const EDGES: usize = 256;
 
-/// Falling edges of one CAN_RX line, written round and round by a DMA: low words of a timer that counts `PER_MICRO` in a
-/// microsecond, 1 to 256, and runs since power-on.
+/// Falling edges of one CAN_RX line, which a DMA writes into a ring. Each is the low word of a timer that counts
+/// `PER_MICRO`, 1 to 256, in a microsecond and runs since power-on.
 ///
-/// No count of laps is kept: an edge that took the place of another does not fit the pattern of its neighbours.
+/// The ring has no count of laps: an edge that replaced another one does not match the pattern of its neighbours.
 pub struct EdgeRing<const PER_MICRO: u32> {
     cells: [AtomicU32; EDGES],
 }
@@ -122,28 +125,28 @@ const LONGEST: u32 = 119;
 const APART: u32 = 200;
 
 impl<const PER_MICRO: u32> EdgeRing<PER_MICRO> {
-    /// Most that a captured stamp is off at 1 Mbit/s, ticks: one for the phase of the edge against the timer, one for its
-    /// rounding, the others for 200 ppm between the clocks over the longest frame. 48 ns at 84 MHz.
+    /// Greatest error of a captured stamp at 1 Mbit/s, in ticks: one for the phase of the edge against the timer,
+    /// one for rounding, the others for 200 ppm between the clocks over the longest frame. 48 ns at 84 MHz.
     pub const ERROR: u32 = 2 + (PER_MICRO * LONGEST * APART).div_ceil(1_000_000);
 
-    /// Without edges.
+    /// Makes a ring without edges.
     pub const fn new() -> Self {
         const { assert!(1 <= PER_MICRO && PER_MICRO <= 256, "a capture timer of 1 to 256 MHz") };
         EdgeRing { cells: [const { AtomicU32::new(0) }; EDGES] }
     }
 
-    /// Where the edges go.
+    /// Returns the cells that the DMA writes to.
     pub const fn cells(&self) -> &[AtomicU32; EDGES] {
         &self.cells
     }
 
-    /// The stamp of a frame that was reported with the stamp `reported`. `bit` is the length of a bit in ticks.
+    /// Returns the stamp of a frame that was reported with the stamp `reported`. `bit` is the length of a bit in ticks.
     ///
-    /// Each call takes what it finds out of the ring, so that nothing is found again, not even when the low word has come
-    /// round to the same value.
+    /// Each call removes from the ring the edges that it uses. So they are not found again, not even when the low
+    /// word has returned to the same value.
     ///
     /// # Errors
-    /// A [`Miss`] rather than a doubt.
+    /// [`Miss`] if the end of the frame is not certain.
     pub fn stamp(&self, line: Captured, frame: &Frame, reported: Stamp, bit: u32) -> Result<Stamp, Miss> {
         let pattern = Pattern::of(frame);
         let search = Search { cells: &self.cells, next: line.next, bit, pattern: &pattern };
@@ -266,7 +269,7 @@ impl Search<'_> {
     }
 }
 
-/// How much later `edge` is than `than`, within half a round of the timer.
+/// Returns the time from `than` to `edge`, within half a round of the timer.
 fn later(edge: u32, than: u32) -> i32 {
     edge.wrapping_sub(than) as i32
 }

@@ -1,19 +1,19 @@
-//! Another node with the Node-ID of this one.
-//!
-//! Two boards with one Node-ID answer the same requests at the same time and destroy each other's frames. Heartbeats of
-//! the other one give it away. The node that booted last yields and is silent until the other one is. So a faulty or forged
-//! heartbeat does not take a node away that has worked for a while.
-//!
-//! Two nodes that booted together with equal clocks hear each other only when one of them sends a heartbeat late
-//! (`heartbeat::Staggered`). That may be the thirty-second one: the late node still yields then.
+//! Detects another node with the Node-ID of this one.
 
 use crate::types::{Duration, Instant, NmtState};
 
-/// Within this time after its own heartbeat a node does not yield: that of the other one was on its way already, and the
-/// other one yields. Both would otherwise.
+/// Within this time after its own heartbeat a node does not yield: that of the other one was on its way already,
+/// and the other one yields. Both would otherwise.
 const CROSSING: Duration = Duration::from_millis(1);
 
 /// Watches for another node with the Node-ID of this one.
+///
+/// Two boards with one Node-ID answer the same requests at the same time and destroy each other's frames. A board
+/// detects the other one by its heartbeats. The node that booted last *yields*: it is silent until the other one is
+/// silent. So a faulty or forged heartbeat does not silence a node that has worked for a while.
+///
+/// Two nodes that booted together with equal clocks hear each other only if one of them sends a heartbeat late
+/// (`heartbeat::Staggered`). That may be the thirty-second one. The late node then still yields.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ClashWatch {
@@ -26,36 +26,36 @@ pub struct ClashWatch {
     has_yielded: bool,
 }
 
-/// What a heartbeat with the node's own Node-ID means.
+/// Meaning of a heartbeat with the node's own Node-ID.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Clash {
-    /// It is known already.
+    /// The other node is known already.
     Known,
-    /// It is news; this node goes on.
+    /// The other node was not known. This node continues.
     Elder,
-    /// This node booted last: it yields.
+    /// This node booted last: it yields and becomes silent.
     Newcomer,
 }
 
 impl ClashWatch {
-    /// Alone, before boot-up.
+    /// Makes a watch before boot-up. No other node is known.
     pub const fn new() -> Self {
         ClashWatch { booted: None, sent: None, heard: None, has_yielded: false }
     }
 
-    /// The node queues its boot-up message.
+    /// Notes that the node queues its boot-up message.
     pub fn boot(&mut self, now: Instant) {
         (self.booted, self.sent, self.has_yielded) = (Some(now), None, false);
     }
 
-    /// A boot-up message or heartbeat of this node ended at `at`.
+    /// Takes a boot-up message or heartbeat of this node that ended at `at`.
     pub fn on_sent(&mut self, at: Instant) {
         self.sent = Some(at);
     }
 
-    /// A heartbeat or boot-up message of the other node ended at `at`. A node is a newcomer for `probation` after its
-    /// boot-up; of two boot-up messages the second one is the newcomer's.
+    /// Takes a heartbeat or boot-up message of the other node that ended at `at`. A node is a newcomer for
+    /// `probation` after its boot-up. Of two boot-up messages the second one is the newcomer's.
     pub fn on_heartbeat(&mut self, state: NmtState, at: Instant, probation: Duration) -> Clash {
         let is_known = self.heard.replace(at).is_some();
         let is_crossing = self.sent.is_some_and(|sent| at < sent + CROSSING);
@@ -75,17 +75,17 @@ impl ClashWatch {
         if is_known { Clash::Known } else { Clash::Elder }
     }
 
-    /// Whether this node is silent.
+    /// Returns whether this node yielded and is silent.
     pub const fn has_yielded(&self) -> bool {
         self.has_yielded
     }
 
-    /// Whether there is another node, as far as is known.
+    /// Returns whether another node is known.
     pub const fn is_known(&self) -> bool {
         self.heard.is_some()
     }
 
-    /// Whether the other node has been silent for `quiet`; once.
+    /// Returns `true` once when the other node has been silent for `quiet`.
     pub fn poll(&mut self, now: Instant, quiet: Duration) -> bool {
         let is_over = self.deadline(quiet).is_some_and(|end| end <= now);
         if is_over {
@@ -94,12 +94,12 @@ impl ClashWatch {
         is_over
     }
 
-    /// The clash is over. Returns whether this node was silent.
+    /// Ends the clash. Returns whether this node was silent.
     pub fn restore(&mut self) -> bool {
         core::mem::take(&mut self.has_yielded)
     }
 
-    /// When the other node has been silent for `quiet`.
+    /// Returns when the other node will have been silent for `quiet`.
     pub fn deadline(&self, quiet: Duration) -> Option<Instant> {
         self.heard.map(|heard| heard + quiet)
     }

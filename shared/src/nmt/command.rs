@@ -1,21 +1,21 @@
-//! Module control: what the NMT master commands (CiA 301 7.2.8.3.1).
+//! Module control: the commands of the NMT master (CiA 301 7.2.8.3.1).
 
 use crate::types::{CobId, Frame, NodeId};
 
-/// Command specifier, first byte of an NMT frame.
+/// Command specifier: the first byte of an NMT frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Command {
-    /// Enter Operational.
+    /// Enter the state Operational.
     Start = 0x01,
-    /// Enter Stopped.
+    /// Enter the state Stopped.
     Stop = 0x02,
-    /// Enter Pre-operational.
+    /// Enter the state Pre-operational.
     EnterPreOperational = 0x80,
     /// Reset the whole node.
     ResetNode = 0x81,
-    /// Reset the communication profile area only.
+    /// Reset only the communication profile area.
     ResetCommunication = 0x82,
 }
 
@@ -32,18 +32,18 @@ impl Command {
     }
 }
 
-/// Whom a command addresses.
+/// Nodes that a command addresses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Target {
-    /// Every slave; node 0 on the wire.
+    /// Every slave: node 0 on the wire.
     All,
-    /// One slave.
+    /// The slave with this Node-ID.
     Node(NodeId),
 }
 
 impl Target {
-    /// Whether `node` is meant.
+    /// Returns whether the command addresses `node`.
     pub fn includes(self, node: NodeId) -> bool {
         match self {
             Target::All => true,
@@ -52,18 +52,19 @@ impl Target {
     }
 }
 
-/// A module control message.
+/// Module control message of the NMT master.
+#[doc(alias("NMT master", "NMT command"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NmtMessage {
-    /// What to do.
+    /// Command to the addressed nodes.
     pub command: Command,
-    /// Who.
+    /// Nodes that the command addresses.
     pub target: Target,
 }
 
 impl NmtMessage {
-    /// The frame: COB-ID 000h, command, node.
+    /// Makes the frame: COB-ID 000h, command, node.
     pub fn encode(self) -> Frame {
         let node = match self.target {
             Target::All => 0,
@@ -72,7 +73,7 @@ impl NmtMessage {
         Frame::of(CobId::NMT, [self.command as u8, node])
     }
 
-    /// `None` when malformed: length other than 2, unknown command, node above 127.
+    /// Decodes a frame. `None` if it is malformed: length other than 2, unknown command, node above 127.
     pub fn decode(frame: &Frame) -> Option<NmtMessage> {
         let &[command, node] = frame.data() else { return None };
         let target = if node == 0 { Target::All } else { Target::Node(NodeId::new(node)?) };

@@ -1,23 +1,24 @@
-//! Error behaviour, object 1029h sub-index 1: what a communication error does to the NMT state.
+//! Error behaviour, object 1029h sub-index 1: reaction of the NMT state to a communication error.
 
 use crate::types::AbortCode;
 
-/// Reaction to a communication error. A missed master always leads to Pre-operational (ECSS 8.3.3e.1).
+/// Reaction of a node to a communication error. A missed master always leads to Pre-operational (ECSS 8.3.3e.1).
+#[doc(alias("1029h", "error behaviour"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum ErrorBehaviour {
-    /// Pre-operational when Operational.
+    /// Change from Operational to Pre-operational.
     #[default]
     PreOperational = 0,
-    /// No change of state.
+    /// Keep the present state.
     Unchanged = 1,
-    /// Stopped.
+    /// Enter the state Stopped.
     Stopped = 2,
 }
 
 impl ErrorBehaviour {
-    /// From the value of the object.
+    /// Converts the value of the object.
     ///
     /// # Errors
     /// [`AbortCode::ValueRange`] for values that CiA 301 reserves.

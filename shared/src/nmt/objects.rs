@@ -1,10 +1,11 @@
-//! Objects 1029h and 1F80h, and what may be written to them.
+//! Objects 1029h and 1F80h, and the rules for writing them.
 
 use super::{ErrorBehaviour, NmtStartup};
 use crate::od::Objects;
 use crate::types::{AbortCode, Address};
 
-/// Objects of network management.
+/// Objects of network management (1029h, 1F80h).
+#[doc(alias("1029h", "1F80h"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct NmtObjects {
     /// Error behaviour
@@ -14,7 +15,8 @@ pub struct NmtObjects {
     pub error_behaviour: [u8; 1],
     /// NMT startup
     ///
-    /// Bit 0: NMT master. Bit 2: not to Operational without a command. What is stored of it holds from the next reset on.
+    /// Bit 0: NMT master. Bit 2: not to Operational without a command. A stored value holds from the next
+    /// reset on.
     #[object(0x1F80, rw, default = NmtStartup::of_slave(false).raw())]
     pub startup: u32,
 }
@@ -23,18 +25,18 @@ const ERROR_BEHAVIOUR: u16 = NmtObjects::ERROR_BEHAVIOUR.index();
 const STARTUP: u16 = NmtObjects::STARTUP.index();
 
 impl NmtObjects {
-    /// Reaction to a communication error.
+    /// Returns the reaction to a communication error.
     pub fn error_behaviour(&self) -> ErrorBehaviour {
         let [behaviour] = self.error_behaviour;
         ErrorBehaviour::from_byte(behaviour).unwrap_or_default()
     }
 
-    /// How the node goes to Operational.
+    /// Returns how the node enters Operational after its boot-up.
     pub const fn startup(&self) -> NmtStartup {
         NmtStartup::from_raw(self.startup)
     }
 
-    /// Whether a client may write `value` there. Other objects are not refused.
+    /// Checks a `value` that a client writes. Accepts every value for objects of other services.
     ///
     /// # Errors
     /// As [`ErrorBehaviour::from_byte`] and [`NmtStartup::written`].

@@ -3,7 +3,8 @@
 use super::{Command, ErrorBehaviour};
 use crate::types::NmtState;
 
-/// The state machine.
+/// NMT state machine of a slave.
+#[doc(alias("NMT slave", "module control"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NmtSlave {
@@ -11,44 +12,44 @@ pub struct NmtSlave {
     autostart: bool,
 }
 
-/// What a command led to.
+/// Effect of a command or of an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Reaction {
-    /// The state stays as it was.
+    /// The state does not change.
     Unchanged,
-    /// A new state.
+    /// The node entered this state.
     Entered(NmtState),
-    /// The node is to be reset; it says nothing more until then.
+    /// The node has to be reset. It sends nothing more until then.
     ResetNode,
-    /// Communication starts over: [`NmtSlave::boot`] comes next.
+    /// The communication starts again: call [`NmtSlave::boot`] next.
     ResetCommunication,
 }
 
 impl NmtSlave {
-    /// Initialising. With `autostart` the node goes on to Operational by itself after its boot-up message (CiA 301
-    /// 7.3.2.2.1), else it waits in Pre-operational.
+    /// Makes a state machine in Initialising. With `autostart` the node enters Operational by itself after its
+    /// boot-up message (CiA 301 7.3.2.2.1). Otherwise it waits in Pre-operational.
     pub const fn new(autostart: bool) -> Self {
         NmtSlave { state: NmtState::Initialising, autostart }
     }
 
-    /// Where the next [`NmtSlave::boot`] leads to.
+    /// Sets the state that the next [`NmtSlave::boot`] leads to.
     pub fn set_autostart(&mut self, autostart: bool) {
         self.autostart = autostart;
     }
 
-    /// The present state.
+    /// Returns the present state.
     pub const fn state(&self) -> NmtState {
         self.state
     }
 
-    /// The boot-up message goes out: leave Initialising. Returns the state entered.
+    /// Notes that the boot-up message is sent: leaves Initialising. Returns the state that was entered.
     pub fn boot(&mut self) -> NmtState {
         self.state = if self.autostart { NmtState::Operational } else { NmtState::PreOperational };
         self.state
     }
 
-    /// A command that addresses this node.
+    /// Takes a command that addresses this node.
     pub fn on_command(&mut self, command: Command) -> Reaction {
         if self.state == NmtState::Initialising {
             return Reaction::Unchanged;
@@ -68,7 +69,8 @@ impl NmtSlave {
         }
     }
 
-    /// The master is missed: Pre-operational from any state that communicates (ECSS 8.3.3e.1, Figure 8-2).
+    /// Notes that the master is missed: Pre-operational from any state that communicates (ECSS 8.3.3e.1, Figure
+    /// 8-2).
     pub fn on_master_missed(&mut self) -> Reaction {
         match self.state {
             NmtState::Initialising => Reaction::Unchanged,
@@ -76,7 +78,7 @@ impl NmtSlave {
         }
     }
 
-    /// A communication error other than a missed master: heartbeat of another node, bus-off.
+    /// Takes a communication error other than a missed master: missed heartbeat of another node, or bus-off.
     pub fn on_communication_error(&mut self, behaviour: ErrorBehaviour) -> Reaction {
         match (behaviour, self.state) {
             (ErrorBehaviour::PreOperational, NmtState::Operational) => self.enter(NmtState::PreOperational),

@@ -1,14 +1,4 @@
-//! Two slaves with one Node-ID, as the master hears them.
-//!
-//! A *state clash* is a Node-ID whose heartbeats report Operational and another state in turn, faster than one slave can
-//! change its state. A slave that leaves Operational and is started again reports Operational two heartbeat periods after
-//! the last time. In a clash it does so within one and a half, each time that the other node is heard in between.
-//!
-//! In a clash the master goes on commanding: while heartbeats on the active bus report Operational within the consumer time,
-//! the state that the other node reports is ignored.
-//!
-//! Limits: the master cannot distinguish two nodes that report the same state. A slave whose heartbeat period is more than one and a
-//! half times that of the master shows no clash. At most eight Node-IDs are watched at a time.
+//! Detects two slaves with one Node-ID, in the master.
 
 use heapless::Vec;
 
@@ -18,7 +8,8 @@ use crate::types::{Duration, Instant, NmtState, NodeId};
 const WATCHED: usize = 8;
 /// Turns in a row that make a clash: a slave may report a change of its state at once, and be started at once.
 const TURNS: u8 = 3;
-/// Consumer times: a clash ends when one of the two nodes was silent for them, and turns further apart are not in a row.
+/// Consumer times: a clash ends when one of the two nodes was silent for them, and turns further apart are not in a
+/// row.
 const MEMORY: u32 = 10;
 
 /// Heartbeats of one Node-ID.
@@ -33,7 +24,21 @@ struct Watch {
     turns: u8,
 }
 
-/// Watches Node-IDs for state clashes.
+/// Watches the heartbeats of all Node-IDs for state clashes.
+///
+/// A *state clash* is a Node-ID whose heartbeats report Operational and another state in turn, faster than one
+/// slave can change its state. A slave that leaves Operational and is started again reports Operational two
+/// heartbeat periods after the last time. In a clash this happens within one and a half periods, each time that the
+/// other node is heard in between.
+///
+/// In a clash the master continues to command. While heartbeats on the active bus report Operational within the
+/// consumer time, it ignores the state that the other node reports.
+///
+/// # Limits
+///
+/// - Two nodes that report the same state are not detected.
+/// - A slave whose heartbeat period is more than one and a half times that of the master shows no clash.
+/// - At most eight Node-IDs are watched at a time.
 #[derive(Clone, Debug, Default)]
 pub struct StateClashes {
     watches: Vec<Watch, WATCHED>,
@@ -44,13 +49,13 @@ pub struct StateClashes {
 pub struct Judged {
     /// State that the master acts on.
     pub state: NmtState,
-    /// A clash begins.
+    /// `true`: a clash begins with this heartbeat.
     pub is_new: bool,
 }
 
 impl StateClashes {
-    /// Judges a heartbeat or boot-up message of `node` that ended at `at`. `operational`: its last heartbeat, when that
-    /// reported Operational. `period`: heartbeat period of the network.
+    /// Judges a heartbeat or boot-up message of `node` that ended at `at`. `operational`: end of its last
+    /// heartbeat, if that reported Operational. `period`: heartbeat period of the network.
     pub fn on_heartbeat(
         &mut self,
         node: NodeId,
@@ -81,7 +86,7 @@ impl StateClashes {
         }
     }
 
-    /// The next clash that is over, once; call until `None`.
+    /// Returns the next clash that is over, once. Call it until `None`.
     pub fn poll(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
         let is_over = |watch: &Watch| watch.is_clash() && watch.quiet_at(consumer) <= now;
         let nth = self.watches.iter().position(is_over)?;
@@ -94,7 +99,7 @@ impl Watch {
         self.turns == TURNS
     }
 
-    /// When one of the two nodes has been silent long enough.
+    /// Returns when one of the two nodes has been silent for long enough.
     fn quiet_at(&self, consumer: Duration) -> Instant {
         self.operational.min(self.other) + consumer.times(MEMORY)
     }

@@ -1,4 +1,4 @@
-//! What every node does with its two buses: counting, health, recovery, joining and leaving.
+//! Buses of a node: counters, health, recovery from bus-off, joining and leaving.
 
 use crate::link::depth::Depth;
 use crate::link::port::{ErrorState, Health};
@@ -6,34 +6,35 @@ use crate::node::{BusCommand, FailCause, LinkEvent, Outbox};
 use crate::redundancy::{BusAccess, BusOffPolicy, BusOffRecovery, Parameters, RecoveryStep};
 use crate::types::{Bus, Duration, Instant, NmtState, PerBus, Scet, earliest};
 
-/// Frames of one bus. The first two wrap, all others stay at their maximum.
+/// Counters of the frames of one bus. `received` and `sent` wrap; all others stay at their maximum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Counters {
-    /// Received, whatever became of them.
+    /// Frames received, whatever the node did with them.
     pub received: u32,
-    /// Sent and acknowledged.
+    /// Frames sent and acknowledged.
     pub sent: u32,
-    /// Received, but not as the protocol has them: wrong length, unknown command or state.
+    /// Received frames with an error in the protocol: wrong length, unknown command or state.
     pub malformed: u16,
-    /// Received well-formed, but not for this node in this state on this bus.
+    /// Received frames without an error that were not for this node in this state on this bus.
     pub ignored: u16,
-    /// Lost in the receiver, at least: an overrun of its FIFO counts as one, however many frames it cost.
+    /// Least number of frames lost in the receiver. An overrun of its FIFO counts as one, however many frames it
+    /// lost.
     pub lost: u16,
-    /// Not sent: refused by this node, in the wrong state, on the inactive bus, or above its budget.
+    /// Frames not sent: refused by this node, in the wrong state, on the inactive bus, or above its budget.
     pub refused: u16,
-    /// Not sent: the bus was left.
+    /// Frames not sent: the bus was left.
     pub bus_left: u16,
-    /// Not sent: the lifetime ended.
+    /// Frames not sent: the lifetime ended.
     pub expired: u16,
-    /// Not sent: a queue was full, of the node or of the bus.
+    /// Frames not sent: a queue of the node or of the bus was full.
     pub queue_full: u16,
-    /// Not sent: the controller gave up.
+    /// Frames not sent: the controller aborted them.
     pub aborted: u16,
 }
 
 impl Counters {
-    /// Not sent, for whatever cause.
+    /// Returns the number of frames that were not sent, for any cause.
     pub const fn failed(&self) -> u16 {
         self.refused
             .saturating_add(self.bus_left)
@@ -43,21 +44,21 @@ impl Counters {
     }
 }
 
-/// A node as it is now.
+/// State of a node at one instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Status {
-    /// Since power-on.
+    /// Time since power-on.
     pub uptime: Duration,
     /// Local spacecraft time (object 2011h).
     pub scet: Scet,
-    /// NMT state.
+    /// NMT state of the node.
     pub state: NmtState,
-    /// The bus considered active.
+    /// Bus that the node considers active.
     pub active: Bus,
-    /// Redundancy parameters, Bdefault and Ctoggle as they are now (objects 1016h, 1017h, 2000h).
+    /// Redundancy parameters (objects 1016h, 1017h, 2000h), with the present Bdefault and Ctoggle.
     pub redundancy: Parameters,
-    /// Frames of each bus.
+    /// Counters of the frames of each bus.
     pub counters: PerBus<Counters>,
     /// Error state and counters of each bus (objects 2020h, 2021h).
     pub health: PerBus<Health>,
@@ -76,7 +77,7 @@ pub(super) struct Buses {
     joined: PerBus<bool>,
 }
 
-/// What a node has to report of a bus.
+/// Change of a bus that a node has to report.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum BusNews {
     /// The error state changed.
@@ -99,17 +100,17 @@ impl Buses {
         }
     }
 
-    /// How the node reaches its buses.
+    /// Returns how the node reaches its buses.
     pub const fn access(&self) -> BusAccess {
         self.access
     }
 
-    /// From power-on the node takes part in one bus, and chooses no other.
+    /// Keeps the node on one bus from power-on on. It never chooses the other one.
     pub const fn keep_to_one(&mut self) {
         self.access = BusAccess::Selective;
     }
 
-    /// Go on the bus or buses, at power-on, or from being silent there.
+    /// Joins the bus or buses, at power-on or after the node was silent there.
     pub fn join<E, D: Depth>(&mut self, active: Bus, out: &mut Outbox<E, D>) {
         for bus in Bus::ALL {
             self.joined[bus] = self.is_joined(bus, active);
@@ -119,7 +120,7 @@ impl Buses {
         }
     }
 
-    /// Go on both buses, silent: abort what is pending, receive, and drive no dominant bit.
+    /// Listens on both buses: aborts what is pending, receives, and drives no dominant bit.
     pub fn listen<E>(&mut self, out: &mut Outbox<E>) {
         for bus in Bus::ALL {
             self.joined[bus] = false;
@@ -128,13 +129,13 @@ impl Buses {
         }
     }
 
-    /// Go on the only bus, at power-on.
+    /// Joins the only bus, at power-on.
     pub fn join_one<E>(&mut self, bus: Bus, out: &mut Outbox<E>) {
         self.joined[bus] = true;
         out.command(bus, BusCommand::Join);
     }
 
-    /// The active bus changed: nothing that was meant for the old one may go out there later.
+    /// Changes the active bus. Nothing that waits for the old bus may be sent there later.
     pub fn change<E, D: Depth>(&mut self, from: Bus, to: Bus, out: &mut Outbox<E, D>) {
         match self.access {
             BusAccess::Parallel => out.command(from, BusCommand::Abandon),
@@ -149,12 +150,12 @@ impl Buses {
         }
     }
 
-    /// Whether the node takes part in `bus`: what a left one still reports is of the past.
+    /// Returns whether the node takes part in `bus`. A bus that was left only reports what happened before.
     pub fn is_joined(&self, bus: Bus, active: Bus) -> bool {
         self.access == BusAccess::Parallel || bus == active
     }
 
-    /// Counts an event and follows the error state.
+    /// Counts an event and follows the error state. Returns a change that the node has to report.
     pub fn on_link(&mut self, bus: Bus, event: &LinkEvent, now: Instant) -> Option<BusNews> {
         let counters = &mut self.counters[bus];
         match event {
@@ -188,39 +189,39 @@ impl Buses {
         None
     }
 
-    /// Takes the error state of a controller. Returns whether it was bus-off and is no more.
+    /// Takes the error state of a controller. Returns whether the controller was bus-off and has recovered.
     pub fn has_recovered(&mut self, bus: Bus, state: ErrorState) -> bool {
         let was_off = core::mem::replace(&mut self.reported[bus], state) == ErrorState::BusOff;
         was_off && state != ErrorState::BusOff
     }
 
-    /// A received frame.
+    /// Counts a received frame.
     pub fn received(&mut self, bus: Bus) {
         let counters = &mut self.counters[bus];
         counters.received = counters.received.wrapping_add(1);
     }
 
-    /// A received frame that is not as the protocol has it.
+    /// Counts a received frame with an error in the protocol.
     pub fn malformed(&mut self, bus: Bus) {
         count(&mut self.counters[bus].malformed);
     }
 
-    /// A received frame that is not for this node in this state.
+    /// Counts a received frame that is not for this node in this state.
     pub fn ignored(&mut self, bus: Bus) {
         count(&mut self.counters[bus].ignored);
     }
 
-    /// Something that this node will not send.
+    /// Counts a frame that this node refuses to send.
     pub fn refused(&mut self, bus: Bus) {
         count(&mut self.counters[bus].refused);
     }
 
-    /// A frame held back until its lifetime ended.
+    /// Counts a frame that was held back until its lifetime ended.
     pub fn expired(&mut self, bus: Bus) {
         count(&mut self.counters[bus].expired);
     }
 
-    /// A frame held back until its bus was left.
+    /// Counts a frame that was held back until its bus was left.
     pub fn left(&mut self, bus: Bus) {
         count(&mut self.counters[bus].bus_left);
     }
@@ -229,7 +230,8 @@ impl Buses {
         self.recovery[bus].is_failed()
     }
 
-    /// Begins the recoveries that are due. A bus that did not come back in time and is failed now; call until `None`.
+    /// Begins the recoveries that are due. Returns a bus that did not recover in time and is failed now. Call it
+    /// until `None`.
     pub fn poll<E, D: Depth>(&mut self, now: Instant, out: &mut Outbox<E, D>) -> Option<Bus> {
         for &bus in &Bus::ALL {
             match self.recovery[bus].poll(now) {

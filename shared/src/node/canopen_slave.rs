@@ -1,4 +1,4 @@
-//! A CANopen slave on one bus, with nothing of ECSS-E-ST-50-15C: for a board of the test bench, or a bus inside of a unit.
+//! CANopen slave on one bus, without ECSS-E-ST-50-15C: for a board of the test bench, or for a bus inside a unit.
 
 use super::canopen::{Canopen, Out, is_heartbeat};
 use super::extension::Nothing;
@@ -13,10 +13,11 @@ use crate::types::{AbortCode, Address, Bus, CobId, Frame, Instant, NmtState, Nod
 /// Its only bus.
 const BUS: Bus = Bus::Nominal;
 
-/// NMT slave, heartbeat, EMCY, SYNC, PDOs, SDO server: what CiA 301 gives a slave. It has no redundancy, no time, no parameter
-/// store, and obeys every reset.
+/// CANopen slave on one bus: NMT slave, heartbeat, EMCY, SYNC, PDOs and SDO server, as CiA 301 defines them.
 ///
-/// Runs on the port of [`Single`](crate::runner::Single).
+/// It has no redundancy, no spacecraft time and no parameter store, and obeys every reset. It runs on the port of
+/// [`Single`](crate::runner::Single).
+#[doc(alias("CANopen slave", "NMT slave"))]
 #[derive(Debug)]
 pub struct CanopenSlave<D: Device> {
     canopen: Canopen<D, Nothing>,
@@ -24,8 +25,8 @@ pub struct CanopenSlave<D: Device> {
 }
 
 impl<D: Device> CanopenSlave<D> {
-    /// A slave before power-on. `id` is one of 2..=127. Of the profile it takes heartbeat, lifetimes, time-out of SDO, recovery
-    /// from bus-off and autostart.
+    /// Makes a slave before power-on. `id` is 2 to 127. The profile gives heartbeat, lifetimes, time-out of SDO,
+    /// recovery from bus-off and autostart.
     #[inline(never)]
     pub fn new(id: NodeId, profile: &Profile, device: D) -> Self {
         let initial = profile.redundancy();
@@ -33,34 +34,34 @@ impl<D: Device> CanopenSlave<D> {
         CanopenSlave { canopen: Canopen::new(id, profile, objects), initial }
     }
 
-    /// The object dictionary.
+    /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<D, Nothing> {
         &self.canopen.services.dictionary.objects
     }
 
-    /// NMT state.
+    /// Returns the NMT state of the slave.
     pub fn state(&self) -> NmtState {
         self.canopen.nmt.state()
     }
 
-    /// Frames of the bus.
+    /// Returns the counters of the frames of the bus.
     pub fn counters(&self) -> &Counters {
         &self.canopen.services.buses.counters[BUS]
     }
 
-    /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and
-    /// counted, unless Operational and the PDO is valid.
+    /// Takes an event of the application: sends a transmit PDO (0 is the first) by its transmission type. Refuses
+    /// it, and counts that, unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
         self.canopen.send_pdo(BUS, number, now);
     }
 
-    /// An error of the device appeared: reports it, with five bytes of which the first is its source.
+    /// Reports an error of the device that appeared. The first of the five bytes is its source.
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
         self.canopen.services.raise(code, info);
         self.canopen.services.next = Instant::ZERO;
     }
 
-    /// An error of the device is gone.
+    /// Reports that an error of the device is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
         self.canopen.services.clear(code, source);
         self.canopen.services.next = Instant::ZERO;
@@ -114,7 +115,7 @@ impl<D: Device> CanopenSlave<D> {
         self.canopen.services.report_written(at, now, out);
     }
 
-    /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    /// Does what was due at `until`, which may be before `now`: a frame is judged by its end.
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
         if until >= self.canopen.services.next && self.state() != NmtState::Initialising {
             self.canopen.poll(BUS, until, now, out);

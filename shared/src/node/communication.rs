@@ -1,4 +1,4 @@
-//! Communication profile area, 1000h..=1FFFh: what every node has (CiA 301 7.5.2).
+//! Communication profile area, 1000h to 1FFFh: the objects of every node (CiA 301 7.5.2).
 
 use crate::emcy::EmcyObjects;
 use crate::heartbeat::HeartbeatProducer;
@@ -7,8 +7,8 @@ use crate::od::{Objects, Record};
 use crate::sync::SyncObjects;
 use crate::types::NodeId;
 
-/// The communication profile of a node but for its heartbeat consumers and PDOs, of which each device has as many as it
-/// needs. Objects of a service are declared by its module.
+/// Communication profile of a node, without its heartbeat consumers and PDOs: their number depends on the device.
+/// The module of each service declares its objects.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Communication {
     /// Device type
@@ -34,28 +34,28 @@ pub struct Communication {
     /// Date (days since 1984) and time (milliseconds since midnight) of the configuration. Zero: it was changed.
     #[object(0x1020, array, rw)]
     pub configuration: [u32; 2],
-    /// SYNC
+    /// Objects of SYNC
     #[objects]
     pub sync: SyncObjects,
-    /// Emergencies
+    /// Objects of emergencies
     #[objects]
     pub emcy: EmcyObjects,
-    /// Heartbeat of the node
+    /// Objects of the heartbeat producer
     #[objects]
     pub heartbeat: HeartbeatProducer,
-    /// Network management
+    /// Objects of network management
     #[objects]
     pub nmt: NmtObjects,
 }
 
 impl Communication {
-    /// The defaults of a node.
+    /// Makes the objects with the defaults of a node.
     pub fn new(node: NodeId) -> Self {
         Self { emcy: EmcyObjects::new(node), ..Self::default() }
     }
 }
 
-/// Identity (0023h).
+/// Identity of the device (record 0023h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x23)]
 pub struct Identity {

@@ -1,6 +1,6 @@
-//! What a node and its surroundings agree on: events and time in, commands and application events out.
+//! Interface between a node and its surroundings: events and time go in, commands and application events come out.
 //!
-//! Sans-IO: the async shell is [`crate::runner`], tests call a node directly.
+//! A node is sans-IO. [`crate::runner`] is its async shell; tests call a node directly.
 
 use heapless::deque::DequeInner;
 
@@ -10,15 +10,15 @@ use crate::link::port::{Filter, Health};
 use crate::link::queue::Outgoing;
 use crate::types::{Bus, Duration, Frame, Instant, PerBus};
 
-/// Commands in an outbox, frames in the priority queue of a bus, and events that may wait for the application: of a node with
-/// the whole protocol.
+/// Depth of the queues of a node with the whole protocol: commands in its outbox, frames in the transmit queue of
+/// a bus, events that wait for the application.
 pub const QUEUE_DEPTH: usize = 32;
 /// [`Depth`] of a node with the whole protocol.
 pub type Usual = Places<QUEUE_DEPTH>;
-/// Most acceptance filters that a node asks a port for: it notes those that have changed in the bits of a word.
+/// Greatest number of acceptance filters that a node asks a port for. A node keeps one bit of a word for each.
 pub const MAX_FILTERS: usize = u32::BITS as usize;
 
-/// Acceptance filters of a node. A full list may lack some: then its port admits every frame.
+/// Acceptance filters of a node. A full list may lack some. Then its port admits every frame.
 pub type Filters = heapless::Vec<Filter, MAX_FILTERS>;
 
 /// Report of a bus to its node.
@@ -26,58 +26,59 @@ pub type Filters = heapless::Vec<Filter, MAX_FILTERS>;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 pub enum LinkEvent {
-    /// A frame that passed the filters.
+    /// A frame passed the filters.
     Received {
-        /// The frame.
+        /// Received frame, with its data.
         frame: Frame,
-        /// End of the frame.
+        /// End of the frame on the clock of the node.
         stamp: Stamp,
     },
-    /// A frame of ours was acknowledged by a peer.
+    /// A frame of this node was acknowledged.
     Transmitted {
-        /// The frame.
+        /// Frame that was sent.
         frame: Frame,
-        /// End of the frame.
+        /// End of the frame on the clock of the node.
         stamp: Stamp,
     },
-    /// A frame of ours did not go out.
+    /// A frame of this node was not sent.
     Failed {
-        /// The frame.
+        /// Frame that was not sent.
         frame: Frame,
-        /// Why.
+        /// Reason why it was not sent.
         cause: FailCause,
     },
-    /// Frames of ours were dropped before they came to the bus: the outbox was full.
+    /// Frames of this node were dropped before they reached the bus: the outbox was full.
     Unsent {
-        /// How many since the last report.
+        /// Number of frames since the last report.
         frames: u16,
     },
     /// Received frames were lost before the node could see them.
     Overrun {
-        /// How many since the last report, at least.
+        /// Least number of frames since the last report.
         lost: u16,
     },
     /// The error state of the controller changed.
     Health(Health),
-    /// Its error counters moved since the last report. Reported before the next event of the controller.
+    /// The error counters of the controller moved since the last report. Reported before the next event of the
+    /// controller.
     Counters(Health),
-    /// The controller does not get on or off the bus: it is defective, or the bus is dominant all the time.
+    /// The controller does not join or leave the bus: it is defective, or the bus is dominant all the time.
     Stalled,
 }
 
-/// Why a frame did not go out.
+/// Reason why a frame was not sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FailCause {
     /// The node left the bus while the frame was pending.
     BusLeft,
-    /// Its lifetime ended.
+    /// The lifetime of the frame ended.
     Expired,
-    /// The transmit queue was full, or a frame that the network lives on took its place there.
+    /// The transmit queue was full, or a frame that the network depends on displaced this one.
     QueueFull,
-    /// The controller gave the frame up by itself (bus-off, reset).
+    /// The controller aborted the frame by itself (bus-off, reset).
     Aborted,
-    /// The node sends too much: its [budget](crate::link::budget) is spent.
+    /// The node sends too many frames: its [budget](crate::link::budget) is spent.
     OverBudget,
 }
 
@@ -88,13 +89,13 @@ pub enum FailCause {
 pub enum BusCommand {
     /// Send a frame.
     Send(Outgoing),
-    /// Abort everything pending, queue and mailboxes; stay on the bus (parallel access).
+    /// Abort everything pending, in queue and mailboxes, and stay on the bus (parallel access).
     Abandon,
     /// Take part in the bus.
     Join,
-    /// Abort everything pending and listen: receive, and drive no dominant bit, not even an acknowledgement.
+    /// Abort everything pending and listen: receive, but drive no dominant bit, not even an acknowledgement.
     Listen,
-    /// Abort everything pending and go off the bus, silent (selective access).
+    /// Abort everything pending and leave the bus, silent (selective access).
     Leave,
     /// Begin recovery from bus-off.
     Recover,
@@ -102,34 +103,36 @@ pub enum BusCommand {
     Filter {
         /// Number of the filter.
         number: u8,
-        /// What it admits from now on.
+        /// Frames that the filter admits from now on.
         filter: Filter,
     },
 }
 
-/// A protocol node: master or slave, sans-IO.
+/// Protocol node, master or slave, without input and output of its own.
 pub trait Node: 'static {
-    /// Events for its application.
+    /// Event that the node reports to its application.
     type Event;
-    /// Requests of its application.
+    /// Request that the application makes.
     type Request;
-    /// Depth of its queues: [`Usual`], or less for a small node.
+    /// Depth of the queues: [`Usual`], or less for a small node.
     type Depth: Depth;
 
-    /// What it receives, by its dictionary. Each bus has these filters before power-on; the last ones become one that admits
-    /// every frame where a port has [too few](crate::link::port::CanPort::FILTERS).
+    /// Returns the frames that the node receives, by its dictionary. Each bus has these filters before power-on.
+    /// If a port has [too few](crate::link::port::CanPort::FILTERS), its last filters become one that admits
+    /// every frame.
     fn filters(&self) -> Filters;
 
-    /// One of [`Node::filters`] as it is now. Each bus sets one of its filters anew at each look at its controller, as a bit may have
-    /// flipped there (ECSS 6.10d). `None` beyond the last one, and always from a node that does not guard them.
+    /// Returns one of [`Node::filters`] as it is now. Each bus sets one filter again at each poll of its
+    /// controller, because a bit may have flipped there (ECSS 6.10d). `None` above the last filter, and always
+    /// for a node that does not guard its filters.
     fn filter(&self, _number: usize) -> Option<Filter> {
         None
     }
 
-    /// Power-on, at `now`. Called once, before anything else.
+    /// Powers the node on at `now`. Called once, before everything else.
     fn start(&mut self, now: Instant, out: &mut Outbox<Self::Event, Self::Depth>);
 
-    /// Something happened on a bus.
+    /// Handles an event of a bus.
     fn on_link(
         &mut self,
         bus: Bus,
@@ -138,7 +141,7 @@ pub trait Node: 'static {
         out: &mut Outbox<Self::Event, Self::Depth>,
     );
 
-    /// A frame was received: as [`LinkEvent::Received`], without the copies.
+    /// Handles a received frame: as [`LinkEvent::Received`], without copying the frame.
     fn on_received(
         &mut self,
         bus: Bus,
@@ -150,7 +153,7 @@ pub trait Node: 'static {
         self.on_link(bus, &LinkEvent::Received { frame: *frame, stamp: *stamp }, now, out);
     }
 
-    /// The application made a request.
+    /// Handles a request of the application.
     fn on_request(
         &mut self,
         request: Self::Request,
@@ -158,14 +161,14 @@ pub trait Node: 'static {
         out: &mut Outbox<Self::Event, Self::Depth>,
     );
 
-    /// Do what is due at `now`.
+    /// Does what is due at `now`.
     fn poll(&mut self, now: Instant, out: &mut Outbox<Self::Event, Self::Depth>);
 
-    /// When to call [`Node::poll`] next, `None`: not before another event.
+    /// Returns when to call [`Node::poll`] next. `None`: not before another event.
     fn deadline(&self) -> Option<Instant>;
 
-    /// Whether this frame may go out. Asked once for each, when it leaves the outbox; a frame that may not is reported as
-    /// [`FailCause::OverBudget`].
+    /// Returns whether this frame may be sent. Called once for each frame, when it leaves the outbox. A refused
+    /// frame is reported as [`FailCause::OverBudget`].
     fn may_send(
         &mut self,
         _frame: &Frame,
@@ -175,11 +178,12 @@ pub trait Node: 'static {
         true
     }
 
-    /// Whether the exact end of this frame matters, received or transmitted: a search for its edges costs as much as ten frames.
+    /// Returns whether the node needs the exact end of this frame, received or transmitted. The search for its
+    /// edges takes as much time as ten frames.
     fn is_stamped(&self, bus: Bus, frame: &Frame) -> bool;
 }
 
-/// Where a node puts what it wants done.
+/// Queue of the commands and events that a node hands out.
 pub struct Outbox<E, D: Depth = Usual> {
     commands: DequeInner<(Bus, BusCommand), D::Of<(Bus, BusCommand)>>,
     events: DequeInner<E, D::Of<E>>,
@@ -195,7 +199,7 @@ impl<E, D: Depth> Outbox<E, D> {
         D::PLACES / 4
     };
 
-    /// An empty outbox.
+    /// Makes an empty outbox.
     #[inline]
     pub fn new() -> Self {
         Outbox {
@@ -207,19 +211,19 @@ impl<E, D: Depth> Outbox<E, D> {
         }
     }
 
-    /// Send a frame now or within `lifetime` of `now`; after that it is stale and dies.
+    /// Sends a frame now or within `lifetime` of `now`. After that the frame is dropped.
     #[inline]
     pub fn send_for(&mut self, bus: Bus, frame: Frame, now: Instant, lifetime: Duration) {
         self.send_until(bus, frame, now + lifetime);
     }
 
-    /// Send a frame before `expires`; from then on it is stale and dies.
+    /// Sends a frame before `expires`. From then on the frame is dropped.
     #[inline(never)] // sent from many places
     pub fn send_until(&mut self, bus: Bus, frame: Frame, expires: Instant) {
         self.command(bus, BusCommand::Send(Outgoing { frame, expires }));
     }
 
-    /// Command a bus. The last quarter of the places is kept for commands other than sending.
+    /// Sends a command to a bus. The last quarter of the places is reserved for commands other than frames.
     pub fn command(&mut self, bus: Bus, command: BusCommand) {
         let sends = matches!(command, BusCommand::Send(_));
         let reserve = if sends { Self::CONTROL_RESERVE } else { 0 };
@@ -231,7 +235,7 @@ impl<E, D: Depth> Outbox<E, D> {
         }
     }
 
-    /// Whether frames have at least half of it to themselves: commands that can wait should, if not.
+    /// Returns whether frames still have at least half of the places. If not, commands that can wait should wait.
     pub fn has_room(&self) -> bool {
         self.commands.storage_len() < D::PLACES / 2
     }
@@ -243,18 +247,18 @@ impl<E, D: Depth> Outbox<E, D> {
         }
     }
 
-    /// Reports an event, which is that the clock was set: who waits for a time looks again.
+    /// Reports an event that means a step of the clock. Tasks that wait for a time check it again.
     pub fn step(&mut self, event: E) {
         self.has_clock_stepped = true;
         self.event(event);
     }
 
-    /// Whether the clock was set since the last call.
+    /// Returns whether the clock was set since the last call.
     pub(crate) fn take_clock_stepped(&mut self) -> bool {
         core::mem::take(&mut self.has_clock_stepped)
     }
 
-    /// The next command, in order.
+    /// Takes the next command, in order.
     pub fn pop_command(&mut self) -> Option<(Bus, BusCommand)> {
         self.commands.pop_front()
     }
@@ -271,29 +275,29 @@ impl<E, D: Depth> Outbox<E, D> {
         self.commands.storage_len()
     }
 
-    /// Whether there is no command to take and no loss to report.
+    /// Returns whether there is no command to take and no loss to report.
     #[inline]
     pub(crate) fn is_settled(&self) -> bool {
         self.commands.is_empty() && self.overflows == 0
     }
 
-    /// Whether there are events to take.
+    /// Returns whether there are events to take.
     #[inline]
     pub(crate) fn has_events(&self) -> bool {
         !self.events.is_empty()
     }
 
-    /// The next event, in order.
+    /// Takes the next event, in order.
     pub fn pop_event(&mut self) -> Option<E> {
         self.events.pop_front()
     }
 
-    /// Frames for `bus` lost since the last call because this outbox was full.
+    /// Returns the number of frames for `bus` lost since the last call because the outbox was full.
     pub fn take_unsent(&mut self, bus: Bus) -> u16 {
         core::mem::take(&mut self.unsent[bus])
     }
 
-    /// Commands and events lost since the last call because this outbox was full.
+    /// Returns the number of commands and events lost since the last call because the outbox was full.
     pub fn take_overflows(&mut self) -> u32 {
         core::mem::take(&mut self.overflows)
     }

@@ -1,4 +1,4 @@
-//! What the maker of a device declares: its objects, its PDOs, its names.
+//! Declaration of a device: its objects, its PDOs, its names.
 
 use super::{Communication, Node, Outbox};
 use crate::heartbeat::ConsumerSlots;
@@ -7,11 +7,11 @@ use crate::pdo::{PdoSet, PdoSlots};
 use crate::time::{LocalClock, LocalUtc};
 use crate::types::{AbortCode, Address, CobId, Instant, NodeId, UtcRelation};
 
-/// A device, for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs, and what
-/// its communication profile is at power-on.
+/// Device for a [`Slave`](super::Slave) or a [`Master`](super::Master): the objects of its application, its PDOs,
+/// and its communication profile at power-on.
 ///
-/// `#[objects(device)]` beside the derive makes `cargo check` refuse a device that cannot be; without it the build of the
-/// image does.
+/// With `#[objects(device)]` beside the derive, `cargo check` refuses a device that is not possible. Without it the
+/// build of the image refuses it.
 ///
 /// ```
 /// use ecss_can::heartbeat::HeartbeatConsumers;
@@ -40,59 +40,60 @@ use crate::types::{AbortCode, Address, CobId, Instant, NodeId, UtcRelation};
 /// }
 /// ```
 pub trait Device: Objects + Default + 'static {
-    /// Its PDO slots, those that only clients configure included.
+    /// Storage of the PDOs, including those that only clients configure.
     type Pdos: PdoSlots;
-    /// Its entries of 1016h. In a slave the first one is for the master.
+    /// Entries of 1016h. In a slave the first one is for the master.
     type Consumers: ConsumerSlots;
 
-    /// PDOs at power-on and after reset communication.
+    /// PDOs at power-on and after "reset communication".
     const PDOS: PdoSet;
-    /// COB-IDs whose frames a master hands to its application as they are: for what no PDO covers.
+    /// COB-IDs of frames that no PDO covers. A master passes these frames to its application unchanged.
     const RAW_FRAMES: &'static [CobId] = &[];
 
-    /// Bits of fine time that it keeps, 0 to 24: those below are sent as zero and not looked at (ECSS 7.1.2g, h).
+    /// Number of bits of fine time that the device keeps, 0 to 24. The lower bits are sent as zero and ignored in
+    /// reception (ECSS 7.1.2g, h).
     const FINE_BITS: u32 = 24;
-    /// What UTC it is by the SCET, for a device that has the objects of [`LocalUtc`].
+    /// Relation of UTC and SCET, for a device that has the objects of [`LocalUtc`].
     const UTC: Option<UtcRelation> = None;
-    /// Whether it keeps submilliseconds of the UTC (ECSS 7.1.3f, g).
+    /// `true`: the device keeps the submilliseconds of UTC (ECSS 7.1.3f, g).
     const SUBMILLISECONDS: bool = true;
 
-    /// Its objects 2012h and 2013h, if it keeps UTC.
+    /// Returns the objects 2012h and 2013h if the device keeps UTC.
     fn utc(&mut self) -> Option<&mut LocalUtc> {
         None
     }
 
-    /// The communication profile at power-on and after reset communication: names and identity, and whatever else is not as
-    /// [`Communication::new`] has it.
+    /// Returns the communication profile at power-on and after "reset communication": names, identity, and all
+    /// other values that differ from [`Communication::new`].
     fn communication(id: NodeId) -> Communication {
         Communication::new(id)
     }
 
-    /// 1016h at power-on and after reset communication. The node fills in the master's entry itself.
+    /// Returns 1016h at power-on and after "reset communication". The node fills in the entry of the master.
     fn consumers(_id: NodeId) -> Self::Consumers {
         Self::Consumers::default()
     }
 
-    /// PDO parameters at power-on and after reset communication: those of [`Device::PDOS`].
+    /// Returns the PDO parameters at power-on and after "reset communication": those of [`Device::PDOS`].
     fn pdos(id: NodeId) -> Self::Pdos {
         Self::Pdos::at_power_on(id, &Self::PDOS)
     }
 }
 
-/// A node with the objects of a device: what its application does with them.
+/// Node with the objects of a device, which its application reads and changes.
 pub trait DeviceNode: Node {
-    /// The device.
+    /// Type of the device.
     type Device: Device;
 
-    /// Changes objects of the application. Each PDO that is sent on events goes out when it carries something else
-    /// afterwards, as its transmission type and its inhibit time have it.
+    /// Changes objects of the application. Each PDO that is sent on events and has another content afterwards
+    /// goes out, by its transmission type and its inhibit time.
     fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut Self::Device) -> R) -> R;
 
-    /// Writes an object, of a service or of the application, as a client of the SDO server does: with the same checks, and
-    /// what depends on it follows.
+    /// Writes an object, of a service or of the application, as a client of the SDO server does. The same checks
+    /// apply, and the services follow the new value.
     ///
     /// # Errors
-    /// The abort code that a client would be answered; nothing has changed.
+    /// The abort code that a client would receive. Then nothing has changed.
     fn write(
         &mut self,
         at: Address,
@@ -102,8 +103,8 @@ pub trait DeviceNode: Node {
     ) -> Result<(), AbortCode>;
 }
 
-/// A node that keeps the spacecraft time.
+/// Node that keeps the spacecraft time.
 pub trait TimeKeeper: Node {
-    /// Its clock.
+    /// Returns the local clock.
     fn spacecraft_clock(&self) -> &LocalClock;
 }

@@ -1,4 +1,4 @@
-//! What a node has beyond CANopen: the objects of ECSS-E-ST-50-15C and a parameter store, or nothing.
+//! Parts of a node beyond CANopen: the objects of ECSS-E-ST-50-15C and a parameter store, or none.
 
 use core::fmt::Debug;
 
@@ -8,28 +8,27 @@ use crate::od::Objects;
 use crate::profile::Profile;
 use crate::time::TimeService;
 
-/// Objects beside those of CANopen, and where parameters are kept. What a node does not have costs it nothing: its image holds
-/// no code for it.
+/// Parts of a node beyond CANopen. The image of a node has no code for parts that the node does not have.
 pub trait Extension: Objects + Debug + Default {
-    /// Its parameter store.
+    /// Type of the parameter store.
     type Storage: Storage;
 
-    /// Its clock and what belongs to it.
+    /// Type of the time service.
     type Time: Debug;
 
-    /// Whether it has a clock with its objects.
+    /// `true`: the node has a clock and its objects.
     const HAS_TIME: bool;
 
-    /// Whether it looks for flipped bits in its Node-ID, its COB-IDs and its filters (ECSS 6.10d, k).
+    /// `true`: the node looks for flipped bits in its Node-ID, its COB-IDs and its filters (ECSS 6.10d, k).
     const IS_GUARDED: bool;
 
-    /// The objects of a node of a spacecraft, if it has them.
+    /// Returns the objects of a node of a spacecraft, if the node has them.
     fn spacecraft(&mut self) -> Option<&mut Spacecraft>;
 
-    /// Its clock, never set.
+    /// Makes the time service. The clock is not set.
     fn new_time(profile: &Profile) -> Self::Time;
 
-    /// The time service, if it has one.
+    /// Returns the time service, if the node has one.
     fn time(time: &mut Self::Time) -> Option<&mut TimeService>;
 }
 
@@ -57,7 +56,7 @@ impl Extension for Spacecraft {
     }
 }
 
-/// Nothing beyond CANopen.
+/// Extension of a node that has CANopen only.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Nothing {}
 

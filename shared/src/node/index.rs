@@ -1,5 +1,5 @@
-//! Indices of the objects that a node checks and follows: taken from their declarations, by the names that CiA 301 and
-//! ECSS-E-ST-50-15C give them.
+//! Indices of the objects that a node checks and follows. Constants take them from the declarations. Their names
+//! are those of CiA 301 and ECSS-E-ST-50-15C.
 
 use super::{Communication, NetworkObjects, Spacecraft};
 use crate::emcy::EmcyObjects;
@@ -37,13 +37,13 @@ pub const HEALTH_REDUNDANT: u16 = Spacecraft::HEALTH_REDUNDANT.index();
 pub const SELF_TEST_START: u16 = Spacecraft::SELF_TEST_START.index();
 pub const IDENTITY: u16 = Spacecraft::IDENTITY.index();
 
-/// RPDO 1, communication parameter.
+/// Communication parameter of RPDO 1.
 pub const RPDO: u16 = <PdoObjects>::RPDOS.nth(0).index();
-/// RPDO 1, mapping parameter.
+/// Mapping parameter of RPDO 1.
 pub const RPDO_MAPPING: u16 = <PdoObjects>::RPDO_MAPPINGS.nth(0).index();
-/// TPDO 1, communication parameter.
+/// Communication parameter of TPDO 1.
 pub const TPDO: u16 = <PdoObjects>::TPDOS.nth(0).index();
-/// TPDO 1, mapping parameter.
+/// Mapping parameter of TPDO 1.
 pub const TPDO_MAPPING: u16 = <PdoObjects>::TPDO_MAPPINGS.nth(0).index();
 
 /// Last of 512 indices in a row (CiA 301 7.5.1).
@@ -51,11 +51,11 @@ const fn last_of(first: u16) -> u16 {
     first + 0x1FF
 }
 
-/// RPDO 512.
+/// Communication parameter of RPDO 512.
 pub const LAST_RPDO: u16 = last_of(RPDO);
-/// RPDO 512.
+/// Mapping parameter of RPDO 512.
 pub const LAST_RPDO_MAPPING: u16 = last_of(RPDO_MAPPING);
-/// TPDO 512.
+/// Communication parameter of TPDO 512.
 pub const LAST_TPDO: u16 = last_of(TPDO);
-/// TPDO 512.
+/// Mapping parameter of TPDO 512.
 pub const LAST_TPDO_MAPPING: u16 = last_of(TPDO_MAPPING);

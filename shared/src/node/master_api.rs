@@ -1,4 +1,4 @@
-//! What a master and its application tell each other.
+//! Events and requests between a master and its application.
 
 use crate::boot::{BootFailure, BootProgress, Difference};
 use crate::emcy::Emergency;
@@ -9,37 +9,37 @@ use crate::redundancy::{BabblingStep, RoleChange, SwitchCause};
 use crate::time::Step;
 use crate::types::{Address, Bus, CobId, Frame, NmtState, NodeId, Scet};
 
-/// Events that a master reports to its application.
+/// Event that a master reports to its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 pub enum MasterEvent {
-    /// A slave reported its first state, also after it was lost, or a new one.
+    /// A slave reported its first NMT state, also after it was lost, or a new one.
     SlaveState {
-        /// The slave.
+        /// Node-ID of the slave.
         node: NodeId,
         /// Bus on which it was heard.
         bus: Bus,
-        /// Its state; [`NmtState::Initialising`] is its boot-up message.
+        /// NMT state of the slave. [`NmtState::Initialising`] is its boot-up message.
         state: NmtState,
     },
-    /// No heartbeat of a slave for its consumer time, on neither bus.
+    /// The master heard no heartbeat of a slave for its consumer time on either bus.
     SlaveLost {
-        /// Slave that was lost.
+        /// Node-ID of the slave that was lost.
         node: NodeId,
     },
     /// An assigned slave was heard on neither bus in the first two dwells after power-on.
     SlaveUnheard {
-        /// The slave.
+        /// Node-ID of the slave.
         node: NodeId,
     },
-    /// A node sends heartbeats and its SDO server does not answer: it does not count for the choice of the bus.
+    /// A node sends heartbeats, but its SDO server does not answer. It does not count for the choice of the bus.
     Stranger {
-        /// Its Node-ID.
+        /// Node-ID of the stranger.
         node: NodeId,
     },
-    /// Two nodes have this Node-ID: their heartbeats report Operational and another state in turn (EMCY 8150h). The master
-    /// goes on commanding the one that is Operational.
+    /// Two nodes have this Node-ID: their heartbeats report Operational and another state in turn (EMCY 8150h).
+    /// The master continues to command the node that is Operational.
     Clash {
         /// Node-ID of both.
         node: NodeId,
@@ -54,17 +54,17 @@ pub enum MasterEvent {
         /// Bus on which it was heard.
         bus: Bus,
     },
-    /// SYNCs of this master are not captured: without wires, or with broken ones, they are stamped in the interrupt (EMCY
-    /// 9000h). Its slaves widen their error bounds.
+    /// The SYNCs of this master are not captured because wires are missing or broken. They are stamped in the
+    /// interrupt (EMCY 9000h). Slaves widen their error bounds.
     SyncUncaptured,
-    /// 701h of another node was absent long enough: this collision is over.
+    /// The collision is over: no 701h of another node was heard for long enough.
     SecondMasterSilent {
         /// Bus on which it had been heard.
         bus: Bus,
     },
     /// A lost slave is heard again.
     SlaveReturned {
-        /// Slave that returned.
+        /// Node-ID of the slave that returned.
         node: NodeId,
         /// Bus on which it was heard.
         bus: Bus,
@@ -75,14 +75,15 @@ pub enum MasterEvent {
         bus: Bus,
         /// Number of the PDO; 0 is the first.
         number: u16,
-        /// Its payload, zero behind its end: the dictionary may hold a newer one already.
+        /// Payload of the PDO, zero above its length. The dictionary may already have a newer one.
         data: [u8; 8],
     },
-    /// A frame with a COB-ID of [`Device::RAW_FRAMES`](crate::node::Device::RAW_FRAMES) on the active bus.
+    /// A frame arrived on the active bus with a COB-ID of
+    /// [`Device::RAW_FRAMES`](crate::node::Device::RAW_FRAMES).
     Frame {
         /// The active bus.
         bus: Bus,
-        /// The frame.
+        /// Received frame, with its data.
         frame: Frame,
     },
     /// A synchronous receive PDO took effect, at a SYNC of this master.
@@ -92,9 +93,9 @@ pub enum MasterEvent {
     },
     /// A spacecraft time arrived, and the clock follows it.
     Time(Scet),
-    /// The clock was set, instead of steered: by command, for the first time, or because it was too far off.
+    /// The clock was set instead of steered: by command, for the first time, or because it was too far off.
     Step(Step),
-    /// An emergency message (ECSS 6.4).
+    /// An emergency message arrived (ECSS 6.4).
     Emergency {
         /// Node that sent it.
         node: NodeId,
@@ -105,34 +106,36 @@ pub enum MasterEvent {
     },
     /// The boot-up of an assigned slave made progress (object 2040h).
     Boot {
-        /// The slave.
+        /// Node-ID of the slave.
         node: NodeId,
         /// Step that it reached.
         progress: BootProgress,
     },
-    /// The boot-up of an assigned slave failed (objects 2041h and 2042h). It is not started until it boots up again, returns
-    /// or the bus changes; a slave that ran when it could not be checked goes on.
+    /// The boot-up of an assigned slave failed (objects 2041h and 2042h). The master does not start it until it
+    /// boots up again, returns, or the active bus changes. A slave that was running and could not be checked
+    /// continues.
     BootFailed {
-        /// The slave.
+        /// Node-ID of the slave.
         node: NodeId,
-        /// Error, object, expected and found value or abort code.
+        /// Error and cause: the object, and the values or the abort code.
         failure: BootFailure,
     },
-    /// A slave that was started has lost its configuration: reset without being heard, most likely. It was commanded to
-    /// Pre-operational, and is configured and started again.
+    /// A slave that was started lost its configuration. Most likely it was reset and not heard. The master
+    /// commanded it to Pre-operational, and configures and starts it again.
     ConfigurationLost {
-        /// The slave.
+        /// Node-ID of the slave.
         node: NodeId,
-        /// The first value that shows it: 1020h where the slave keeps one.
+        /// First value that differs: 1020h if the slave keeps one.
         difference: Difference,
     },
-    /// All mandatory slaves are configured, started and synchronised. Never reported where no slave is mandatory.
+    /// All mandatory slaves are configured, started and synchronised. Never reported if no slave is mandatory.
     BootCompleted,
-    /// An object of the application was written by SDO.
+    /// A client wrote an object of the application by SDO.
     Written(Address),
-    /// Reset the chip: the application, or a client in 1F82h, wants the master to be reset. It goes on until then.
+    /// Reset the chip: the application, or a client in 1F82h, requested a reset of the master. The master
+    /// continues until then.
     ResetNode,
-    /// Start the self-test (ECSS 6.7b); its result goes to object 2031h.
+    /// Start the self-test (ECSS 6.7b), and write its result to object 2031h.
     SelfTest,
     /// The active bus changed.
     BusSwitched {
@@ -148,76 +151,80 @@ pub enum MasterEvent {
         /// End of the frame.
         stamp: Stamp,
     },
-    /// This master sends too much: a frame with this COB-ID was refused, with EMCY 8100h and object 2047h. Reported once until
-    /// nothing was refused for a second. Above the budget of the node it is in Pre-operational for the time in its
-    /// [profile](crate::profile::Profile::budget): heartbeat, NMT, SYNC, time and SDO go on.
+    /// This master sends too many frames: a frame with this COB-ID was refused, with EMCY 8100h and object 2047h.
+    /// Reported once until no frame was refused for a second. Above the budget of the node, the master is in
+    /// Pre-operational for the time in its [profile](crate::profile::Profile::budget). Heartbeat, NMT, SYNC, time
+    /// and SDO continue.
     OverBudget {
-        /// COB-ID of the frame.
+        /// COB-ID of the refused frame.
         id: CobId,
     },
-    /// A slave sends too much on the active bus (EMCY 8000h with its Node-ID), and the step that the master took.
+    /// A slave sends too many frames on the active bus (EMCY 8000h with its Node-ID), and the master took this
+    /// step.
     Babbling {
-        /// The slave whose COB-IDs these frames have.
+        /// Node-ID of the slave: its COB-IDs are those of the frames.
         node: NodeId,
-        /// Step that was taken.
+        /// Step that the master took.
         step: BabblingStep,
     },
-    /// Another role: active, or the standby of another master board (ECSS 8.1a).
+    /// The role of this board changed: active, or standby of another master board (ECSS 8.1a).
     Role(RoleChange),
-    /// Another NMT state of the master itself.
+    /// The NMT state of the master itself changed.
     State(NmtState),
-    /// A command had to wait for a new bus to be announced, and too much waited already (counted as refused on that bus). Or
-    /// this master is not active.
+    /// A command was refused: this master is not active, or too many commands wait for the announcement of a new
+    /// bus. In the second case the command is counted as refused on that bus.
     Refused {
-        /// For whom it was.
+        /// Node-ID that the command was for.
         node: NodeId,
     },
     /// The error state of a controller changed.
     Health {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
-        /// What it is now.
+        /// Present error state and error counters.
         health: Health,
     },
-    /// A controller does not get on or off its bus: it is defective, or the bus is dominant all the time. It tries on.
+    /// A controller does not join or leave its bus: it is defective, or the bus is dominant all the time. It goes
+    /// on trying.
     BusStalled {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
     },
-    /// A controller went bus-off too often; it is tried again when its window ends.
+    /// A controller went bus-off too often. It tries again when its window ends.
     BusFailed {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
     },
 }
 
-/// Why a PDO for a slave was not sent.
+/// Reason why a PDO for a slave was not sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Refusal {
-    /// The slave is lost, was never heard, or is not operational.
+    /// The slave is lost, was never heard, or is not Operational.
     NotOperational,
-    /// The PDO is not valid, or the master itself is not operational.
+    /// The PDO is not valid, or the master itself is not Operational.
     NotValid,
-    /// Too much waits for a new bus to be announced.
+    /// Too many commands wait for the announcement of a new bus.
     Busy,
 }
 
-/// What the application may ask of a master.
+/// Request that the application makes to a master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 pub enum MasterRequest {
     /// Make this bus the active one.
     SwitchBus(Bus),
-    /// Send a module control command. A slave that is stopped or made pre-operational here is not started unasked until
-    /// it is started or reset here.
+    /// Send a module control command. A slave that is stopped or made Pre-operational by it is not started again
+    /// before the application starts or resets it.
     Nmt(NmtMessage),
     /// Run the boot-up process with an assigned slave again, as if it had just been heard.
     Boot(NodeId),
     /// Set the spacecraft time, as of now.
     SetTime(Scet),
-    /// Become the standby of another master board, which takes over after its consumer time. If it does not, this one becomes
-    /// active again after its own. Nothing happens where there is one board, or another one is active.
+    /// Become the standby of another master board, which takes over after its consumer time. If it does not, this
+    /// board becomes active again after its own consumer time. Does nothing with one master board, or if another
+    /// one is active.
     StandBy,
 }

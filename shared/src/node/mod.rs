@@ -1,4 +1,50 @@
-//! The services put together: a master and a slave, both sans-IO [`crate::node::Node`]s.
+//! Nodes: all services put together, without input and output of their own.
+//!
+//! A *node* takes events of its buses and the time, and puts commands and events into an [`Outbox`]. A *device* is
+//! the user's part of a node: its objects, its PDOs and its names, by the trait [`Device`].
+//!
+//! | node | for |
+//! | --- | --- |
+//! | [`Slave`] | a slave of a spacecraft: CANopen, redundancy, spacecraft time |
+//! | [`Master`] | the master of a spacecraft, alone or as one of [`TwoBoards`] |
+//! | [`CanopenSlave`] | a plain CANopen slave on one bus |
+//! | [`minimal::MinimalSlave`] | a slave of the minimal set (ECSS 9) |
+//!
+//! The [`runner`](crate::runner) runs a node on two CAN controllers. A test can call it directly:
+//!
+//! ```
+//! use ecss_can::node::{BusCommand, Outbox};
+//! use ecss_can::prelude::*;
+//! # /// A device without objects.
+//! # #[derive(Objects)]
+//! # #[objects(device)]
+//! # struct Bare {}
+//! # impl Device for Bare {
+//! #     type Pdos = PdoObjects<0, 0>;
+//! #     type Consumers = HeartbeatConsumers<1>;
+//! #     const PDOS: PdoSet = PdoSet::NONE;
+//! # }
+//!
+//! let mut slave = Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
+//! let mut out = Outbox::new();
+//! slave.start(Instant::ZERO, &mut out);
+//!
+//! let mut sent = Vec::new();
+//! while let Some((bus, command)) = out.pop_command() {
+//!     if let BusCommand::Send(outgoing) = command {
+//!         sent.push((bus, outgoing.frame.id().raw(), outgoing.frame.data().to_vec()));
+//!     }
+//! }
+//! assert_eq!(sent, [(Bus::Nominal, 0x703, vec![0])]); // the boot-up message
+//! assert!(matches!(out.pop_event(), Some(SlaveEvent::State(NmtState::PreOperational) | SlaveEvent::ActiveBus { .. })));
+//! assert!(slave.deadline().is_some()); // call `poll` then
+//! ```
+//!
+//! # Limits
+//!
+//! - A node has the depth of its queues in its type, [`Node::Depth`]: 32 places, a minimal slave 8. A full queue
+//!   refuses a frame and reports it.
+//! - A slow application loses events. They are counted, and the node never waits.
 
 mod buses;
 mod canopen;

@@ -7,25 +7,25 @@ use crate::redundancy::Parameters;
 use crate::sdo::SdoServerObjects;
 use crate::types::{Duration, NodeId};
 
-/// Everything a node holds. `E` is what it has beyond CANopen.
+/// All objects of a node. `E`: parts of the node beyond CANopen.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct NodeObjects<D: Device, E: Extension = Spacecraft> {
-    /// Of the application
+    /// Objects of the application
     #[objects]
     pub application: D,
-    /// Of ECSS-E-ST-50-15C
+    /// Objects of ECSS-E-ST-50-15C
     #[objects]
     pub spacecraft: E,
-    /// Of the communication profile
+    /// Objects of the communication profile
     #[objects]
     pub communication: Communication,
-    /// Heartbeats that it consumes
+    /// Objects of the heartbeat consumers
     #[objects]
     pub consumers: D::Consumers,
-    /// PDOs
+    /// Objects of the PDOs
     #[objects]
     pub pdos: D::Pdos,
-    /// Of the SDO server
+    /// Objects of the SDO server
     #[objects]
     pub sdo: SdoServerObjects,
 }
@@ -66,7 +66,8 @@ impl<D: Device, E: Extension> NodeObjects<D, E> {
 }
 
 impl<D: Device> NodeObjects<D> {
-    /// The objects of a node of a spacecraft at power-on. An application whose indices are those of the node does not compile.
+    /// Makes the objects of a node of a spacecraft at power-on. An application that uses indices of the node does
+    /// not compile.
     pub fn new(id: NodeId, redundancy: &Parameters, application: D) -> Self {
         let mut objects = Self::at_power_on(id, redundancy, application);
         objects.set_redundancy(redundancy);
@@ -79,7 +80,7 @@ impl<D: Device> NodeObjects<D> {
     }
 }
 
-/// Stops the build when a node cannot have the PDOs of this device, or when the device has indices of the node.
+/// Stops the build if a node cannot have the PDOs of this device, or if the device uses indices of the node.
 /// `#[objects(device)]` writes a call of it.
 ///
 /// # Panics

@@ -22,7 +22,8 @@ use crate::sync::is_sync_length;
 use crate::time::LocalClock;
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBus, Scet, earliest};
 
-/// NMT slave, redundancy slave, SYNC and time consumer, CANopen device.
+/// Slave of a spacecraft: NMT slave, redundancy slave, consumer of SYNC and time, CANopen device.
+#[doc(alias("NMT slave", "redundancy slave", "SYNC consumer", "time consumer"))]
 #[derive(Debug)]
 pub struct Slave<D: Device> {
     canopen: Canopen<D>,
@@ -40,12 +41,12 @@ pub struct Slave<D: Device> {
     wanted: Option<Bus>,
     /// An EMCY is on its way that goes before a change of the bus. Until then, at most.
     warning: Option<Instant>,
-    /// How long that is: [`Profile::grace`].
+    /// Length of that time: [`Profile::grace`].
     warning_time: Duration,
 }
 
 impl<D: Device> Slave<D> {
-    /// A slave before power-on. `id` is one of 2..=127.
+    /// Makes a slave before power-on. `id` is 2 to 127.
     #[inline(never)] // places on a small stack are reached by short instructions
     pub fn new(id: NodeId, profile: &Profile, application: D) -> Self {
         let redundancy = profile.redundancy();
@@ -65,7 +66,7 @@ impl<D: Device> Slave<D> {
         }
     }
 
-    /// With a parameter store: objects 1010h and 1011h work, and power-on begins with what is stored.
+    /// Adds a parameter store: objects 1010h and 1011h work, and the stored parameters apply from power-on.
     #[must_use]
     pub fn with_store(mut self, store: &'static mut (dyn ParameterStore + Send)) -> Self {
         self.show_node_id(store);
@@ -74,9 +75,11 @@ impl<D: Device> Slave<D> {
         self
     }
 
-    /// Sends some heartbeats late, by [`Profile::late_heartbeat`]: each heartbeat takes the next bit of `pattern`, and is late when it
-    /// is set. Give each chip another pattern, such as a CRC-32 of its unique ID. Two boards with one Node-ID find each other by it
-    /// when they boot together with equal clocks (EMCY 8150h). The default is zero: no heartbeat is late.
+    /// Sends some heartbeats late, by [`Profile::late_heartbeat`]. Each heartbeat takes the next bit of `pattern`
+    /// and is late if the bit is set. The default is zero: no heartbeat is late.
+    ///
+    /// Give each chip another pattern, such as a CRC-32 of its unique ID. By it two boards with one Node-ID find
+    /// each other when they boot together with equal clocks (EMCY 8150h).
     #[must_use]
     pub fn with_late_heartbeats(mut self, pattern: u32) -> Self {
         self.canopen.heartbeat.set_pattern(pattern);
@@ -121,7 +124,7 @@ impl<D: Device> Slave<D> {
             self.control_frames[bus] = self.control_frames[bus].wrapping_add(1);
         }
         if self.canopen.nmt.state() == NmtState::Initialising {
-            // Told again with every frame: were it lost in a full channel, the node would stay silent for ever.
+            // Reported again with every frame: if the event were lost in a full queue, the node would stay silent.
             out.event(SlaveEvent::ResetNode);
             self.canopen.services.buses.ignored(bus);
         } else if !self.canopen.services.buses.is_joined(bus, active) {
@@ -140,7 +143,7 @@ impl<D: Device> Slave<D> {
         self.run(now, now, out);
     }
 
-    /// What was due at `until`, which may be before `now`: a frame is judged as of its end.
+    /// Does what was due at `until`, which may be before `now`: a frame is judged by its end.
     #[inline(always)]
     fn run(&mut self, until: Instant, now: Instant, out: &mut Out) {
         if until >= self.canopen.services.next {
@@ -187,7 +190,7 @@ impl<D: Device> Slave<D> {
         earliest(&own)
     }
 
-    /// The node as it is at `now`.
+    /// Returns the state of the node at `now`.
     pub fn status(&self, now: Instant) -> Status {
         Status {
             uptime: now.since(Instant::ZERO),
@@ -200,8 +203,8 @@ impl<D: Device> Slave<D> {
         }
     }
 
-    /// Chooses the bus, with selective access (ECSS 8.2.3a): the node goes to Pre-operational and searches the master,
-    /// beginning on `bus`, Ctoggle zero. [`SlaveEvent::ActiveBus`] reports it.
+    /// Chooses the bus of a node with selective access (ECSS 8.2.3a). The node enters Pre-operational and searches
+    /// the master, beginning on `bus` with Ctoggle zero. [`SlaveEvent::ActiveBus`] reports the choice.
     ///
     /// # Errors
     /// [`ParallelAccess`]: the master chooses the bus of a node with parallel access.
@@ -213,18 +216,18 @@ impl<D: Device> Slave<D> {
         Ok(())
     }
 
-    /// Zero the counters of both buses.
+    /// Resets the counters of both buses to zero.
     pub fn reset_counters(&mut self) {
         self.canopen.services.buses.counters = PerBus::<Counters>::default();
     }
 
-    /// Breaks a rule on purpose.
+    /// Breaks a rule, for tests.
     #[cfg(feature = "model")]
     pub fn break_rule(&mut self, broken: Option<crate::redundancy::Broken>) {
         self.selector.break_rule(broken);
     }
 
-    /// Local spacecraft time.
+    /// Returns the local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
         self.canopen.services.scet(now)
     }

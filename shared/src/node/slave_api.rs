@@ -1,4 +1,4 @@
-//! What a slave and its application tell each other.
+//! Events between a slave and its application.
 
 use crate::link::Stamp;
 use crate::link::port::Health;
@@ -6,18 +6,18 @@ use crate::nmt::Command;
 use crate::time::Step;
 use crate::types::{Address, Bus, CobId, NmtState, NodeId, Scet};
 
-/// What a slave tells its application.
+/// Event that a slave reports to its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 pub enum SlaveEvent {
-    /// Another NMT state.
+    /// The NMT state changed.
     State(NmtState),
     /// The bus considered active was confirmed or changed.
     ActiveBus {
-        /// Which it is now.
+        /// Bus that the slave considers active now.
         bus: Bus,
-        /// Why.
+        /// Reason for the choice of the bus.
         cause: BusCause,
     },
     /// The master is missed on the active bus.
@@ -25,133 +25,137 @@ pub enum SlaveEvent {
         /// The active bus.
         bus: Bus,
     },
-    /// Ntoggle switches in vain: the node stays on this bus and listens.
+    /// The search ended without the master after Ntoggle switches. The node stays on this bus and listens.
     GaveUp {
-        /// Where it stays.
+        /// Bus on which the node stays.
         bus: Bus,
     },
     /// A receive PDO took effect: its values are in the dictionary.
     Pdo {
-        /// Where it came.
+        /// Bus on which it arrived.
         bus: Bus,
-        /// Which, 0 is the first.
+        /// Number of the PDO; 0 is the first.
         number: u16,
-        /// Its payload, zero behind its end: the dictionary may hold a newer one already.
+        /// Payload of the PDO, zero above its length. The dictionary may already have a newer one.
         data: [u8; 8],
     },
     /// A synchronous receive PDO took effect, at a SYNC.
     Synchronised {
-        /// Which, 0 is the first.
+        /// Number of the PDO; 0 is the first.
         number: u16,
     },
-    /// An object of the application was written by SDO.
+    /// A client wrote an object of the application by SDO.
     Written(Address),
-    /// Start the self-test (ECSS 6.7b); its result goes to object 2031h.
+    /// Start the self-test (ECSS 6.7b), and write its result to object 2031h.
     SelfTest,
-    /// Another slave that 1016h names told a state for the first time, or another one.
+    /// A monitored peer (1016h) reported its first NMT state, or a new one.
     PeerState {
-        /// Who.
+        /// Node-ID of the peer.
         node: NodeId,
-        /// Its state.
+        /// NMT state of the peer.
         state: NmtState,
     },
     /// A heartbeat of another slave that 1016h names is overdue.
     PeerMissed {
-        /// Who.
+        /// Node-ID of the peer.
         node: NodeId,
     },
-    /// A heartbeat of the master.
+    /// A heartbeat of the master arrived.
     Heartbeat {
-        /// Where.
+        /// Bus on which it arrived.
         bus: Bus,
     },
-    /// A SYNC on the active bus.
+    /// A SYNC arrived on the active bus.
     Sync {
         /// The active bus.
         bus: Bus,
-        /// Its end.
+        /// End of the SYNC.
         stamp: Stamp,
     },
     /// A spacecraft time arrived, and the clock follows it.
     Time(Scet),
-    /// The clock was set, instead of steered: by command, for the first time, or because it was too far off.
+    /// The clock was set instead of steered: by command, for the first time, or because it was too far off.
     Step(Step),
     /// The error state of a controller changed.
     Health {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
-        /// What it is now.
+        /// Present error state and error counters.
         health: Health,
     },
-    /// A controller does not get on or off its bus: it is defective, or the bus is dominant all the time. It tries on.
+    /// A controller does not join or leave its bus: it is defective, or the bus is dominant all the time. It goes
+    /// on trying.
     BusStalled {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
     },
-    /// A controller went bus-off too often; it is tried again when its window ends.
+    /// A controller went bus-off too often. It tries again when its window ends.
     BusFailed {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
     },
-    /// Another node sends heartbeats with this Node-ID (EMCY 8150h). The node that booted last yields: it is silent, in
-    /// Stopped, until the other one is.
+    /// Another node sends heartbeats with this Node-ID (EMCY 8150h). The node that booted last yields: it is in
+    /// Stopped and silent until the other one is silent.
     Clash {
         /// Bus on which it was heard.
         bus: Bus,
-        /// Whether this node yields.
+        /// `true`: this node yields.
         yields: bool,
     },
     /// The other node with this Node-ID is silent.
     ClashOver,
-    /// A reset was ignored, and those that follow are too: the fourth in a row since the master was heard last. Sent once,
-    /// with EMCY 8100h and the command; resets are obeyed again after a heartbeat of the master, or two consumer times
-    /// without a reset.
+    /// A reset was ignored: it is the fourth in a row since the last heartbeat of the master. Those that follow
+    /// are ignored, too. Reported once, with EMCY 8100h and the command. Resets are obeyed again after a
+    /// heartbeat of the master, or after two consumer times without a reset.
     ResetIgnored {
-        /// Bus on which it came.
+        /// Bus on which it arrived.
         bus: Bus,
-        /// Reset node or reset communication.
+        /// Command that was ignored: "reset node" or "reset communication".
         command: Command,
     },
-    /// A new Bdefault was to be kept beyond power-off.
+    /// The slave tried to keep a new Bdefault beyond power-off.
     BdefaultNoted {
         /// Bus on which the master was found.
         bus: Bus,
-        /// Whether the parameter store holds it now. If not: eight were kept since power-on, the rest of the room is for
-        /// "save", or the store fails.
+        /// `true`: the parameter store holds it. `false`: eight were kept since power-on, the rest of the room is
+        /// reserved for "save", or the store failed.
         is_kept: bool,
     },
-    /// This node sends too much: a frame with this COB-ID was refused, with EMCY 8100h and object 2047h. Sent once until nothing
-    /// was refused for a second. Above the budget of the node it enters Pre-operational, sends no PDO for the time in its
-    /// [profile](crate::profile::Profile::budget), and boots up then.
+    /// This node sends too many frames: a frame with this COB-ID was refused, with EMCY 8100h and object 2047h.
+    /// Reported once until no frame was refused for a second. Above the budget of the node, it enters
+    /// Pre-operational, sends no PDO for the time in its [profile](crate::profile::Profile::budget), and then
+    /// boots up.
     OverBudget {
-        /// Of the frame.
+        /// COB-ID of the refused frame.
         id: CobId,
     },
-    /// Reset the chip. The node is silent until then and tells this again with every frame it receives.
+    /// Reset the chip. The node is silent until then, and reports this event again for each frame that it
+    /// receives.
     ResetNode,
 }
 
-/// Why a slave considers a bus the active one.
+/// Reason why a slave considers a bus the active one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusCause {
-    /// Power-on: it is the default (ECSS 8.3.2a).
+    /// Power-on: the bus is Bdefault (ECSS 8.3.2a).
     PowerOn,
-    /// Searching: nothing was heard on the other one (ECSS 8.3.3e, h).
+    /// The search continues on this bus: the master was not heard on the other one (ECSS 8.3.3e, h).
     Toggled,
-    /// The master was heard there: the search ended (ECSS 8.3.3g, k).
+    /// The master was heard on this bus: the search ended (ECSS 8.3.3g, k).
     Found,
-    /// The master changed to it (ECSS 8.3.3g).
+    /// The master changed to this bus (ECSS 8.3.3g).
     Followed,
-    /// No heartbeat followed the command that was heard on the other one, or here: the search goes on.
+    /// A command was heard, but no heartbeat followed it: the search continues on this bus.
     Unconfirmed,
-    /// The master was still heard there after the node had followed a heartbeat on the other one (EMCY 8150h).
+    /// The slave returned to this bus: the master was still heard here after the slave followed a heartbeat on
+    /// the other one (EMCY 8150h).
     TakenBack,
-    /// The application chose it (ECSS 8.2.3a).
+    /// The application chose this bus (ECSS 8.2.3a).
     Selected,
 }
 
-/// A node with parallel access cannot choose its bus.
+/// Error: a node with parallel access cannot choose its bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParallelAccess;

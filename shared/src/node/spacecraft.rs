@@ -1,4 +1,4 @@
-//! Objects that a node of a spacecraft has beside those of CANopen: redundancy, time, health of both buses, self-test,
+//! Objects that a node of a spacecraft has beyond CANopen: redundancy, time, health of both buses, self-test,
 //! parameter store.
 
 use crate::emcy::PostMortemObjects;
@@ -9,19 +9,19 @@ use crate::redundancy::RedundancyObjects;
 use crate::store::StoreObjects;
 use crate::time::{ClockObjects, LocalScet};
 
-/// The objects 2000h to 203Fh, 2046h, 2047h, 1010h and 1011h.
+/// Objects 2000h to 203Fh, 2046h, 2047h, 1010h and 1011h.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct Spacecraft {
-    /// Of the redundancy
+    /// Objects of the redundancy
     #[objects]
     pub redundancy: RedundancyObjects,
-    /// Of the time
+    /// Objects of the spacecraft time
     #[objects]
     pub time: LocalScet,
-    /// Of the clock
+    /// Objects of the clock
     #[objects]
     pub clock: ClockObjects,
-    /// Parameter store
+    /// Objects of the parameter store
     #[objects]
     pub storage: StoreObjects,
     /// Health of the nominal bus
@@ -38,7 +38,7 @@ pub struct Spacecraft {
     /// Self-test result
     #[object(0x2031, record)]
     pub self_test: SelfTest,
-    /// Of the last reset
+    /// Objects of the last reset
     #[objects]
     pub post_mortem: PostMortemObjects,
     /// Protected identity
@@ -49,13 +49,13 @@ pub struct Spacecraft {
     pub over_budget: OverBudget,
 }
 
-/// Node-ID and COB-IDs, protected against failures (ECSS 6.10d, g, k).
+/// Node-ID and COB-IDs that are protected against failures (2046h; ECSS 6.10d, g, k).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct ProtectedIdentity {
     /// Stored Node-ID
     ///
-    /// Reads 0 where none is stored. Written in maintenance mode only: Node-ID, its complement, 49h, 44h from the lowest byte on;
-    /// Node-ID 0 stores none. Takes effect with the next reset.
+    /// Reads 0 where none is stored. Written in maintenance mode only: Node-ID, its complement, 49h, 44h from the
+    /// lowest byte on; Node-ID 0 stores none. Takes effect with the next reset.
     #[sub(1, rw, volatile)]
     pub stored: u32,
     /// Flipped bits mended
@@ -65,7 +65,8 @@ pub struct ProtectedIdentity {
     pub mended: u16,
 }
 
-/// Error state, error counters and lost frames of a bus (ECSS 5.6.2).
+/// Error state, error counters and lost frames of a bus (2020h, 2021h; ECSS 5.6.2).
+#[doc(alias("2020h", "2021h"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct BusHealth {
     /// Error state
@@ -105,7 +106,7 @@ pub struct BusHealth {
 }
 
 impl BusHealth {
-    /// As the node has it.
+    /// Copies error state and counters of the node.
     pub fn new(health: &Health, counters: &Counters) -> BusHealth {
         BusHealth {
             state: health.state as u8,
@@ -122,7 +123,7 @@ impl BusHealth {
     }
 }
 
-/// Frames of this node that were not sent, because it sends too much (ECSS 5.3.3.1b).
+/// Frames that this node did not send because it was above its budget (2047h; ECSS 5.3.3.1b).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct OverBudget {
     /// Frames refused
@@ -136,7 +137,7 @@ pub struct OverBudget {
     pub silenced: u16,
 }
 
-/// The built-in self-test (ECSS 6.7c).
+/// Built-in self-test (2031h; ECSS 6.7c).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct SelfTest {
     /// Progress
@@ -152,10 +153,10 @@ pub struct SelfTest {
 }
 
 impl SelfTest {
-    /// Value of the progress: it runs.
+    /// Value of `progress`: the self-test is running.
     pub const RUNNING: u8 = 1;
-    /// Value of the progress: no check failed.
+    /// Value of `progress`: no check failed.
     pub const PASSED: u8 = 2;
-    /// Value of the progress: some check failed.
+    /// Value of `progress`: at least one check failed.
     pub const FAILED: u8 = 3;
 }

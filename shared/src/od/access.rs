@@ -1,33 +1,33 @@
-//! Access by index and sub-index: what SDO servers and parameter stores see of a dictionary.
+//! Access by index and sub-index: the interface between a dictionary and SDO servers or parameter stores.
 
 use crate::types::{AbortCode, Address};
 
-/// Most bytes of a value that moves [whole](Transfer::Whole): one buffer of this size serves SDO server and store.
+/// Most bytes of a value that moves [whole](Transfer::Whole). SDO server and store need one buffer of this size.
 pub const WHOLE: usize = 256;
 
-/// How a value is moved.
+/// Way in which a value is moved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Transfer {
-    /// All bytes at once. Upload: the size; download: the most that is taken.
+    /// All bytes at once. The number is the size of an upload, or the most bytes that a download may have.
     Whole(usize),
-    /// In parts (a DOMAIN; an upload of more than [`WHOLE`] bytes), so that nobody needs the value in memory twice. Upload:
-    /// the size; download: the most that is taken.
+    /// Part by part, so that the value is in memory once: a DOMAIN, or an upload of more than [`WHOLE`] bytes.
+    /// The number is as in [`Transfer::Whole`].
     Stream(usize),
 }
 
-/// Access to the values of a dictionary, all checks included: existence, access right, length, limits, rules of the object.
+/// Access to the values of a dictionary with all checks: existence, access right, length, limits, rules of the object.
 ///
 /// A refused access changes nothing.
 pub trait ObjectAccess {
-    /// An upload begins: how many bytes, and how.
+    /// Begins an upload. Returns the number of bytes and the way in which they move.
     ///
     /// # Errors
     /// The abort code to answer.
     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode>;
 
-    /// A number of at most four bytes as nearly all uploads ask for: its bytes, and how many. `None` for all else, and
-    /// for what may not be read: [`ObjectAccess::upload`] knows.
+    /// Reads a number of at most four bytes: the short way of nearly all uploads. Returns the bytes and their
+    /// number. `None` for other values and for values that may not be read; then call [`ObjectAccess::upload`].
     ///
     /// # Errors
     /// The abort code to answer.
@@ -35,8 +35,9 @@ pub trait ObjectAccess {
         Ok(None)
     }
 
-    /// Writes a number of at most four bytes as nearly all downloads do; how many of them count when that was told.
-    /// Returns whether it was one: for all else, and for what may not be written, [`ObjectAccess::download`] knows.
+    /// Writes a number of at most four bytes: the short way of nearly all downloads. `count` is the number of
+    /// bytes if the client sent it. Returns `false` for other values and for values that may not be written; then
+    /// call [`ObjectAccess::download`].
     ///
     /// # Errors
     /// The abort code to answer.
@@ -44,15 +45,16 @@ pub trait ObjectAccess {
         Ok(false)
     }
 
-    /// Copies bytes of the value from `offset` on; returns how many, fewer than `into` holds at the end of the value.
+    /// Copies bytes of the value from `offset` on. Returns their number, which is less than the length of `into`
+    /// at the end of the value.
     ///
     /// # Errors
     /// The abort code to answer.
     fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> Result<usize, AbortCode>;
 
-    /// A download begins, of `size` bytes when that was told. [`Transfer::Whole`] is followed by one
-    /// [`ObjectAccess::write`]; [`Transfer::Stream`] by [`ObjectAccess::write_part`]s in order and then
-    /// [`ObjectAccess::finish`] or [`ObjectAccess::cancel`].
+    /// Begins a download, of `size` bytes if the client sent the size. After [`Transfer::Whole`] one
+    /// [`ObjectAccess::write`] follows. After [`Transfer::Stream`] calls of [`ObjectAccess::write_part`] follow
+    /// in order, and then [`ObjectAccess::finish`] or [`ObjectAccess::cancel`].
     ///
     /// # Errors
     /// The abort code to answer.
@@ -64,24 +66,24 @@ pub trait ObjectAccess {
     /// The abort code to answer.
     fn write(&mut self, at: Address, value: &[u8]) -> Result<(), AbortCode>;
 
-    /// Writes a part of a stream, the bytes from `offset` on.
+    /// Writes a part of a stream: the bytes from `offset` on.
     ///
     /// # Errors
-    /// The abort code to answer; the stream is cancelled.
+    /// The abort code to answer. Then the stream is cancelled.
     fn write_part(&mut self, at: Address, offset: usize, part: &[u8]) -> Result<(), AbortCode>;
 
-    /// A stream is complete, `size` bytes.
+    /// Ends a stream of `size` bytes that is complete.
     ///
     /// # Errors
-    /// The abort code to answer; the stream is cancelled.
+    /// The abort code to answer. Then the stream is cancelled.
     fn finish(&mut self, at: Address, size: usize) -> Result<(), AbortCode>;
 
-    /// Whether the answer to the last write waits until the object has done its work. Then the dictionary keeps it, and
-    /// sends it later.
+    /// Returns whether the answer to the last write has to wait until the object has done its work. Then the
+    /// dictionary keeps the answer and sends it later.
     fn hold(&mut self, _answer: &[u8; 8]) -> bool {
         false
     }
 
-    /// A stream ended before it was complete.
+    /// Ends a stream that is not complete.
     fn cancel(&mut self, at: Address);
 }

@@ -1,30 +1,30 @@
-//! Reads and writes with all that the declaration says: existence, access right, length, limits.
+//! Reads and writes with all checks of the declaration: existence, access right, length, limits.
 
 use super::variable::{copy_from, number};
 use super::{Bytes, DataType, Entry, Objects, Place, Transfer, Variable, WHOLE};
 use crate::types::{AbortCode, Address};
 
-/// A value that was found.
+/// Value that was found by its address.
 pub struct Found<'a> {
-    /// Where it is.
+    /// Place of the value in the dictionary.
     pub place: Place,
-    /// What is declared of it.
+    /// Declaration of the value.
     pub entry: &'static Entry,
-    /// The value; `None` where [`Entry::fixed`] is it.
+    /// The value itself. `None` if [`Entry::fixed`] is the value.
     pub variable: Option<&'a mut dyn Variable>,
 }
 
-/// Writes a whole value with all checks, those of its owner included.
+/// Writes a whole value with all checks, including those of its owner.
 ///
 /// # Errors
-/// As [`find`], [`Found::write`] and [`Objects::check`]; nothing was changed.
+/// As [`find`], [`Found::write`] and [`Objects::check`]. Then nothing was changed.
 pub fn write<D: Objects>(objects: &mut D, at: Address, value: &[u8]) -> Result<(), AbortCode> {
     find(objects, at)?.accepts(value)?;
     objects.check(at, value)?;
     find(objects, at)?.take(value)
 }
 
-/// Finds a value.
+/// Finds a value by its address.
 ///
 /// # Errors
 /// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`].
@@ -34,10 +34,10 @@ pub fn find<D: Objects>(objects: &mut D, at: Address) -> Result<Found<'_>, Abort
 }
 
 impl<'a> Found<'a> {
-    /// A value whose place is known.
+    /// Returns the value at a known place.
     ///
     /// # Errors
-    /// [`AbortCode::NoSubIndex`] when there is none.
+    /// [`AbortCode::NoSubIndex`] if there is no such value.
     pub fn at<D: Objects>(
         objects: &'a mut D,
         place: Place,
@@ -50,12 +50,12 @@ impl<'a> Found<'a> {
         Ok(Found { place, entry, variable })
     }
 
-    /// The value, where it is no number.
+    /// Returns the value if it is a string or a block.
     pub fn bytes(&mut self) -> Option<&mut dyn Bytes> {
         self.variable.as_mut()?.bytes()
     }
 
-    /// Whether, and how, an SDO may read it.
+    /// Begins an SDO upload: checks the access right, and returns the way in which the value moves.
     ///
     /// # Errors
     /// [`AbortCode::WriteOnly`].
@@ -67,18 +67,18 @@ impl<'a> Found<'a> {
         Ok(if self.entry.size == 0 || len > WHOLE { Transfer::Stream(len) } else { Transfer::Whole(len) })
     }
 
-    /// Bytes that an upload gives now.
+    /// Returns the number of bytes that an upload gives now.
     pub fn len(&mut self) -> usize {
         let size = self.entry.size.into();
         self.bytes().map_or(size, |bytes| bytes.len())
     }
 
-    /// Whether an upload gives nothing.
+    /// Returns whether an upload gives no bytes.
     pub fn is_empty(&mut self) -> bool {
         self.len() == 0
     }
 
-    /// Copies bytes from `offset` on; returns how many.
+    /// Copies bytes from `offset` on. Returns their number.
     pub fn read(&mut self, offset: usize, into: &mut [u8]) -> usize {
         if let Some(bytes) = self.bytes() {
             return bytes.read(offset, into);
@@ -88,7 +88,7 @@ impl<'a> Found<'a> {
         copy_from(bits.get(..self.entry.size.into()).unwrap_or(&bits), offset, into)
     }
 
-    /// Whether, and how, an SDO may write it.
+    /// Begins an SDO download: checks access right and size, and returns the way in which the value moves.
     ///
     /// # Errors
     /// [`AbortCode::ReadOnly`], [`AbortCode::TooLong`], [`AbortCode::TooShort`], [`AbortCode::OutOfMemory`].
@@ -123,7 +123,8 @@ impl<'a> Found<'a> {
     /// Writes a whole value that was [accepted](Found::accepts).
     ///
     /// # Errors
-    /// [`AbortCode::ReadOnly`] for what is no variable; what a string does not take.
+    /// [`AbortCode::ReadOnly`] for an entry without a variable, or the error of a string that does not accept the
+    /// bytes.
     pub fn take(&mut self, value: &[u8]) -> Result<(), AbortCode> {
         let variable = self.variable.as_mut().ok_or(AbortCode::ReadOnly)?;
         if let Some(bytes) = variable.bytes() {
@@ -133,7 +134,7 @@ impl<'a> Found<'a> {
         Ok(())
     }
 
-    /// Whether a whole value has the right length and keeps its limits.
+    /// Checks the length and the limits of a whole value.
     ///
     /// # Errors
     /// As [`Found::write`].

@@ -1,30 +1,32 @@
-//! COB-ID entries: what objects like 1005h, 1014h, 1400h and 1800h hold.
+//! COB-ID entries: the values of objects such as 1005h, 1014h, 1400h and 1800h.
 //!
-//! An unsigned of 32 bits: the identifier in the low 29, and three flags above. Bit 29 asks for an extended frame,
-//! which this system does not speak.
+//! An entry is an unsigned number of 32 bits. The identifier is in the low 29 bits, and three flags are above. Bit
+//! 29 requests an extended frame, which this system does not support.
 
 use crate::types::{AbortCode, CobId};
 
-/// A COB-ID entry. Anything can be viewed as one; [`CobIdEntry::written`] has the rules of writing.
+/// COB-ID entry. Any number can be viewed as one; [`CobIdEntry::written`] has the rules for writing.
+#[doc(alias = "COB-ID")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CobIdEntry(u32);
 
-/// What an entry is for. It decides about flags and restricted identifiers.
+/// Object that an entry belongs to. It decides about flags and restricted identifiers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum EntryUse {
-    /// 1005h: bit 31 does not matter, bit 30 makes the node produce SYNC.
+    /// Entry of 1005h: bit 31 is ignored, bit 30 makes the node produce SYNC.
     Sync,
-    /// 1014h: bit 31 is "not valid", bit 30 is reserved.
+    /// Entry of 1014h: bit 31 is "not valid", bit 30 is reserved.
     Emcy,
-    /// 1400h, 1800h and their like: bit 31 is "not valid", bit 30 "no RTR".
+    /// Entry of 1400h, 1800h and the following: bit 31 is "not valid", bit 30 is "no RTR".
     Pdo,
 }
 
-/// Bit 31 of a COB-ID entry: the object does not exist, is not valid.
+/// Bit 31 of a COB-ID entry: the communication object is not valid.
 pub const INVALID: u32 = 1 << 31;
-/// Bit 30 of a PDO's entry: no remote frames. Always set: there are none here (ECSS Table 11-1, 7.2.2.4.3).
+/// Bit 30 of the entry of a PDO: no remote frames. Always set, because this system has none (ECSS Table 11-1,
+/// 7.2.2.4.3).
 pub const NO_REMOTE: u32 = FLAG;
 /// Bit 30.
 const FLAG: u32 = 1 << 30;
@@ -32,37 +34,39 @@ const FLAG: u32 = 1 << 30;
 const EXTENDED: u32 = 0x3FFF_F800;
 
 impl CobIdEntry {
-    /// As it is stored.
+    /// Views the value of an object as an entry.
     pub const fn from_raw(raw: u32) -> CobIdEntry {
         CobIdEntry(raw)
     }
 
-    /// As it is stored.
+    /// Returns the value of the object.
     pub const fn raw(self) -> u32 {
         self.0
     }
 
-    /// The identifier, whether the object is valid or not.
+    /// Returns the identifier, even if the communication object is not valid.
     pub const fn id(self) -> CobId {
         CobId::low_bits(self.0)
     }
 
-    /// The identifier of a valid object. An entry for extended frames is not valid.
+    /// Returns the identifier if the communication object is valid. An entry for extended frames is not valid.
     pub const fn cob_id(self) -> Option<CobId> {
         if self.0 & (INVALID | EXTENDED) == 0 { Some(self.id()) } else { None }
     }
 
-    /// Bit 30: the node produces SYNC (1005h), RTR is not allowed (PDO).
+    /// Returns bit 30: the node produces SYNC (1005h), or RTR is not allowed (PDO).
     pub const fn flag(self) -> bool {
         self.0 & FLAG != 0
     }
 
-    /// The entry after a write. While the object is in use (valid, or the producer of SYNC), its identifier stays, also in
-    /// the write that ends its use (CiA 301 7.5.2.5, 7.5.2.17, 7.5.2.35).
+    /// Returns the entry after a write.
+    ///
+    /// The identifier stays while the communication object is in use: valid, or the producer of SYNC. The write
+    /// that ends the use may not change it either (CiA 301 7.5.2.5, 7.5.2.17, 7.5.2.35).
     ///
     /// # Errors
     /// [`AbortCode::ValueRange`] for an extended or restricted identifier (ECSS 6.10b) or a reserved bit. Another
-    /// identifier for an object in use: [`AbortCode::UnsupportedAccess`] for a PDO, else [`AbortCode::ValueRange`].
+    /// identifier while in use: [`AbortCode::UnsupportedAccess`] for a PDO, otherwise [`AbortCode::ValueRange`].
     pub const fn written(self, raw: u32, entry_use: EntryUse) -> Result<CobIdEntry, AbortCode> {
         let new = CobIdEntry(raw);
         let reserved = match entry_use {

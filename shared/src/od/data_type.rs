@@ -1,69 +1,69 @@
 //! Data types of the object dictionary (CiA 301 7.4.7, ECSS Table 9-11).
 
-/// A type, with its index in the dictionary.
+/// Data type, with its index in the dictionary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum DataType {
-    /// One bit in a PDO, one byte in an SDO.
+    /// BOOLEAN: one bit in a PDO, one byte in an SDO.
     Boolean = 0x01,
-    /// Two's complement, 8 bits.
+    /// INTEGER8: two's complement, 8 bits.
     Integer8 = 0x02,
-    /// Two's complement, 16 bits.
+    /// INTEGER16: two's complement, 16 bits.
     Integer16 = 0x03,
-    /// Two's complement, 32 bits.
+    /// INTEGER32: two's complement, 32 bits.
     Integer32 = 0x04,
-    /// 8 bits.
+    /// UNSIGNED8: unsigned, 8 bits.
     Unsigned8 = 0x05,
-    /// 16 bits.
+    /// UNSIGNED16: unsigned, 16 bits.
     Unsigned16 = 0x06,
-    /// 32 bits.
+    /// UNSIGNED32: unsigned, 32 bits.
     Unsigned32 = 0x07,
-    /// IEEE 754 single precision.
+    /// REAL32: IEEE 754 single precision.
     Real32 = 0x08,
-    /// ASCII.
+    /// VISIBLE_STRING: ASCII characters.
     VisibleString = 0x09,
-    /// Bytes.
+    /// OCTET_STRING: any bytes.
     OctetString = 0x0A,
-    /// UTF-16 code units.
+    /// UNICODE_STRING: UTF-16 code units.
     UnicodeString = 0x0B,
-    /// Milliseconds since midnight, days since 1984-01-01.
+    /// TIME_OF_DAY: milliseconds since midnight, days since 1984-01-01.
     TimeOfDay = 0x0C,
-    /// Milliseconds and days.
+    /// TIME_DIFFERENCE: milliseconds and days.
     TimeDifference = 0x0D,
-    /// A block of bytes that is moved in parts.
+    /// DOMAIN: a block of bytes that moves in parts.
     Domain = 0x0F,
-    /// Two's complement, 24 bits.
+    /// INTEGER24: two's complement, 24 bits.
     Integer24 = 0x10,
-    /// IEEE 754 double precision.
+    /// REAL64: IEEE 754 double precision.
     Real64 = 0x11,
-    /// Two's complement, 40 bits.
+    /// INTEGER40: two's complement, 40 bits.
     Integer40 = 0x12,
-    /// Two's complement, 48 bits.
+    /// INTEGER48: two's complement, 48 bits.
     Integer48 = 0x13,
-    /// Two's complement, 56 bits.
+    /// INTEGER56: two's complement, 56 bits.
     Integer56 = 0x14,
-    /// Two's complement, 64 bits.
+    /// INTEGER64: two's complement, 64 bits.
     Integer64 = 0x15,
-    /// 24 bits.
+    /// UNSIGNED24: unsigned, 24 bits.
     Unsigned24 = 0x16,
-    /// 40 bits.
+    /// UNSIGNED40: unsigned, 40 bits.
     Unsigned40 = 0x18,
-    /// 48 bits.
+    /// UNSIGNED48: unsigned, 48 bits.
     Unsigned48 = 0x19,
-    /// 56 bits.
+    /// UNSIGNED56: unsigned, 56 bits.
     Unsigned56 = 0x1A,
-    /// 64 bits.
+    /// UNSIGNED64: unsigned, 64 bits.
     Unsigned64 = 0x1B,
 }
 
 impl DataType {
-    /// Its index in the dictionary (DEFTYPE).
+    /// Returns the index of the type in the dictionary (DEFTYPE).
     pub const fn index(self) -> u16 {
         self as u16
     }
 
-    /// Bytes of a value over SDO; `None` when that is up to the value.
+    /// Returns the number of bytes of a value over SDO. `None` if it depends on the value.
     pub const fn size(self) -> Option<usize> {
         use DataType as T;
         Some(match self {
@@ -79,7 +79,7 @@ impl DataType {
         })
     }
 
-    /// Bits of a value in a PDO, `1..=64`; `None`: it cannot be mapped.
+    /// Returns the number of bits of a value in a PDO, `1..=64`. `None` if the type cannot be mapped.
     pub const fn bits(self) -> Option<u8> {
         match (self, self.size()) {
             (DataType::Boolean, _) => Some(1),
@@ -88,7 +88,7 @@ impl DataType {
         }
     }
 
-    /// Whether values below zero exist.
+    /// Returns whether the type has values below zero.
     pub const fn is_signed(self) -> bool {
         use DataType as T;
         matches!(
@@ -104,7 +104,7 @@ impl DataType {
         )
     }
 
-    /// Whether its values are whole numbers.
+    /// Returns whether the values are whole numbers.
     pub const fn is_integer(self) -> bool {
         use DataType as T;
         let unsigned = matches!(
@@ -121,7 +121,8 @@ impl DataType {
         unsigned || self.is_signed()
     }
 
-    /// The type of a dummy entry of a receive PDO, which is mapped by the index of its type (CiA 301 7.4.8.2).
+    /// Returns the type of a dummy entry of a receive PDO. Such an entry is mapped by the index of its type (CiA
+    /// 301 7.4.8.2).
     pub const fn of_dummy(index: u16) -> Option<DataType> {
         Some(match index {
             0x01 => DataType::Boolean,

@@ -1,15 +1,16 @@
-//! The tree of a dictionary's declarations, read by constants: errors of a declaration stop the build.
+//! Tree of the declarations of a dictionary. Constants read it, so that an error of a declaration stops the
+//! build.
 
 use super::reason::Reason;
 use super::{Entry, Object};
 use crate::types::Address;
 
-/// Objects of a declaration, and those of its groups.
+/// Objects of a declaration and of its groups.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Declared {
-    /// Objects of its own, in rising order.
+    /// Objects of the declaration itself, in rising order.
     pub objects: &'static [Object],
-    /// Its groups.
+    /// Groups of objects below it.
     pub groups: &'static [&'static Declared],
 }
 
@@ -23,8 +24,8 @@ impl Declared {
         count
     }
 
-    /// The entry of a value, the number of its object, and which it is of several in a row, as
-    /// [`Objects::find`](super::Objects::find) has them.
+    /// Finds the entry of a value. Returns the number of the object, the number of the instance for consecutive
+    /// objects, and the entry, as [`Objects::find`](super::Objects::find) does.
     pub const fn find(&self, at: Address) -> Option<(u16, u16, &'static Entry)> {
         let mut nth = 0;
         while nth < self.objects.len() {
@@ -47,8 +48,8 @@ impl Declared {
         None
     }
 
-    /// The object with this index, its number beyond `before`, and which it is of several in a row. One function for all
-    /// dictionaries: what each has of its own is data.
+    /// The object with this index, its number beyond `before`, and which it is of several in a row. One function
+    /// for all dictionaries: what each has of its own is data.
     pub(super) fn object(&'static self, index: u16, before: &mut u16) -> Option<(&'static Object, u16, u16)> {
         let after = self.objects.partition_point(|object| object.index <= index);
         if let Some(number) = after.checked_sub(1)
@@ -80,7 +81,7 @@ impl Declared {
         self.groups.iter().for_each(|group| group.each_object(visit));
     }
 
-    /// Stops the build when two objects have one index, or when an index is beyond FFFFh.
+    /// Stops the build if two objects have the same index, or if an index is above FFFFh.
     ///
     /// # Panics
     /// When called at run time, for the same reasons.
@@ -179,7 +180,7 @@ const fn refuse_twice(index: u16) -> ! {
     Reason::new("index ").hex(index, 4).text(" is declared twice: an index belongs to one field").refuse()
 }
 
-/// Stops the build when two entries of a record have one sub-index, or when one is beyond 254.
+/// Stops the build if two entries of a record have the same sub-index, or if one is above 254.
 ///
 /// # Panics
 /// When called at run time, for the same reasons.

@@ -1,92 +1,95 @@
-//! A dictionary: objects found by index, values by place.
+//! Dictionary: objects are found by index, values are reached by place.
 
 use super::{Declared, Entry, Names, Object, Run, Variable};
 use crate::types::{AbortCode, Address};
 
-/// Where a value is: found once by its address, then reached without searching.
+/// Place of a value: found once by its address, then reached without a search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Place {
     /// Number of the object in its dictionary.
     pub object: u16,
-    /// Which of several objects in a row.
+    /// Number of the instance, for consecutive objects; otherwise 0.
     pub instance: u16,
-    /// Sub-index.
+    /// Sub-index of the value.
     pub sub: u8,
 }
 
-/// A structure of values under one index; implemented by `#[derive(Record)]`.
+/// Record: several values under one index. Implemented by `#[derive(Record)]`.
 pub trait Record {
-    /// Sub-indices, in rising order.
+    /// Entries in rising order of their sub-indices.
     const ENTRIES: &'static [Entry];
-    /// What they are called.
+    /// Names of the entries, for EDS and DCF.
     const NAMES: &'static [&'static str];
     /// Index of the structure (DEFSTRUCT), zero for none.
     const STRUCTURE: u16 = 0;
 
-    /// The value of a sub-index; `None` where there is none, or where [`Entry::fixed`] is the value.
+    /// Returns the value of a sub-index. `None` if there is none, or if [`Entry::fixed`] is the value.
     fn variable(&mut self, sub: u8) -> Option<&mut dyn Variable>;
 
-    /// The values of sub-indices from `sub` on in a transmit PDO, if that may carry them.
+    /// Returns the values of the sub-indices from `sub` on in a transmit PDO, if it may carry them.
     fn bits(&self, _sub: u8, _run: Run) -> Option<u64> {
         None
     }
 
-    /// Takes the values of sub-indices from `sub` on from a receive PDO, if that may carry them and limits are kept.
+    /// Takes the values of the sub-indices from `sub` on from a receive PDO, if it may carry them and they are
+    /// within limits.
     fn set_bits(&mut self, _sub: u8, _run: Run, _bits: u64) -> Option<()> {
         None
     }
 }
 
-/// Objects of a node; implemented by `#[derive(Objects)]`. Groups of objects nest.
+/// Objects of a node. Implemented by `#[derive(Objects)]`. Groups of objects may contain groups.
 pub trait Objects {
-    /// How many there are, groups included; several in a row count as one.
+    /// Number of objects, including groups. Consecutive objects of one field count as one.
     const COUNT: u16;
-    /// All of them, for constants that check a declaration.
+    /// Tree of all objects, for constants that check a declaration.
     const DECLARED: &'static Declared;
 
-    /// The object with this index, its number, and which it is of several in a row.
+    /// Returns the object with this index, its number, and the number of the instance for consecutive objects.
     fn object(index: u16) -> Option<(&'static Object, u16, u16)> {
         Self::DECLARED.object(index, &mut 0)
     }
 
-    /// The object that covers an index, else the first one behind it.
+    /// Returns the object that covers an index, otherwise the first one above it.
     fn object_from(index: u16) -> Option<&'static Object> {
         let mut found = None;
         Self::DECLARED.object_from(index, &mut found);
         found
     }
 
-    /// Every object, in no particular order.
+    /// Calls `visit` with every object, in no particular order.
     fn each_object(visit: &mut dyn FnMut(&'static Object)) {
         Self::DECLARED.each_object(visit);
     }
 
-    /// Every object with its names, in no particular order.
+    /// Calls `visit` with every object and its names, in no particular order.
     fn describe(visit: &mut dyn FnMut(&'static Object, &'static Names));
 
-    /// The value at a place; `None` where there is none, or where [`Entry::fixed`] is the value.
+    /// Returns the value at a place. `None` if there is none, or if [`Entry::fixed`] is the value.
     fn variable(&mut self, place: Place) -> Option<&mut dyn Variable>;
 
-    /// The values from a place on in a transmit PDO, in the low bits, if that may carry them.
+    /// Returns the values from a place on in a transmit PDO, in the low bits, if it may carry them.
     fn bits(&self, place: Place, run: Run) -> Option<u64>;
 
-    /// Takes the values from a place on from a receive PDO, the low bits, if that may carry them. `None` if not, and when
-    /// some do not keep their limits, which are not written.
+    /// Takes the values from a place on from a receive PDO, in the low bits. `None` if it may not carry them, or
+    /// if some are outside their limits; those are not written.
     fn set_bits(&mut self, place: Place, run: Run, bits: u64) -> Option<()>;
 
-    /// Whether a value may be written by SDO, or come from the parameter store, beyond what its declaration says: asked
-    /// with a whole value that keeps type and limits. `#[objects(check = function)]` on a declaration gives one. What moves in
-    /// parts is not asked about: a DOMAIN, and a stored string of more than 256 bytes, which only the application itself makes.
+    /// Checks a value beyond its declaration. It comes by SDO or from the parameter store, is whole, and has the
+    /// right type and limits. `#[objects(check = function)]` on a declaration provides the check.
+    ///
+    /// Values that move in parts are not checked here: a DOMAIN, and a stored string of more than 256 bytes. Only
+    /// the application itself makes such a string.
     ///
     /// # Errors
-    /// The abort code to answer; the value stays as it is.
+    /// The abort code to answer. Then the value stays as it is.
     #[inline]
     fn check(&self, _at: Address, _value: &[u8]) -> Result<(), AbortCode> {
         Ok(())
     }
 
-    /// Finds a value.
+    /// Finds a value by its address.
     ///
     /// # Errors
     /// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`].

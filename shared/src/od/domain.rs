@@ -1,12 +1,12 @@
-//! DOMAIN: a block of bytes that is moved in parts.
+//! DOMAIN: a block of bytes that moves in parts.
 
 use super::variable::{copy, copy_from};
 use super::{Bytes, DataType, Typed, Variable};
 use crate::types::AbortCode;
 
-/// A block in memory that somebody lends, such as `[u8; 512]` or `&'static mut [u8]`.
+/// Block in borrowed or owned memory, such as `[u8; 512]` or `&'static mut [u8]`.
 ///
-/// It is empty from the first part of a download until the last: nobody reads a mixture.
+/// It is empty from the first part of a download until the last one, so that no reader sees a mixture of two values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Domain<S> {
     storage: S,
@@ -14,12 +14,12 @@ pub struct Domain<S> {
 }
 
 impl<S: AsRef<[u8]> + AsMut<[u8]>> Domain<S> {
-    /// An empty block.
+    /// Makes an empty block.
     pub const fn new(storage: S) -> Self {
         Domain { storage, len: 0 }
     }
 
-    /// What was written last.
+    /// Returns the bytes that were written last.
     pub fn as_bytes(&self) -> &[u8] {
         self.storage.as_ref().get(..self.len).unwrap_or(&[])
     }
@@ -65,6 +65,6 @@ impl<S: AsRef<[u8]> + AsMut<[u8]>> Bytes for Domain<S> {
 
 impl<S: AsRef<[u8]> + AsMut<[u8]>> Typed for Domain<S> {
     const TYPE: DataType = DataType::Domain;
-    /// What the storage holds is its own business.
+    /// The storage decides its size.
     const SIZE: usize = 0;
 }

@@ -1,7 +1,8 @@
-//! Constants of a declaration: the address of each value, and what is declared of it.
+//! Constants of a declaration: address and declaration of each value.
 //!
-//! `derive(Objects)` makes one of each field that is an object, named as the field in capitals: a [`Field`] of a single value,
-//! [`Fields`] of an ARRAY, a RECORD and of objects in a row. `derive(Record)` makes a [`SubIndex`] of each field.
+//! `derive(Objects)` makes one of each field that is an object, with the name of the field in capitals: a [`Field`]
+//! for a single value, [`Fields`] for an ARRAY, a RECORD and consecutive objects. `derive(Record)` makes a
+//! [`SubIndex`] of each field.
 
 use core::marker::PhantomData;
 
@@ -9,7 +10,7 @@ use super::reason::Reason;
 use super::{DataType, Entry, Object};
 use crate::types::Address;
 
-/// A value: its address, and what is declared of it.
+/// A value: its address and its declaration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Field {
@@ -18,31 +19,31 @@ pub struct Field {
 }
 
 impl Field {
-    /// The value of an object that has no other.
+    /// Makes the constant of an object with a single value.
     ///
     /// # Panics
-    /// When the object has several; a constant does not compile then.
+    /// If the object has several values. In a constant this is a compile error.
     #[track_caller]
     pub const fn of(object: &Object) -> Field {
         Fields::<()>::of(object).sub(0)
     }
 
-    /// The index.
+    /// Returns the index of the object.
     pub const fn index(self) -> u16 {
         self.at.index
     }
 
-    /// Index and sub-index.
+    /// Returns index and sub-index.
     pub const fn address(self) -> Address {
         self.at
     }
 
-    /// What is declared of it.
+    /// Returns the declaration of the value.
     pub const fn entry(&self) -> &Entry {
         &self.entry
     }
 
-    /// Type of the value.
+    /// Returns the type of the value.
     pub const fn data_type(self) -> DataType {
         self.entry.data_type
     }
@@ -54,7 +55,7 @@ impl From<Field> for Address {
     }
 }
 
-/// An object with several values, or several objects in a row. `R` is its record, `()` where there is none.
+/// An object with several values, or several consecutive objects. `R` is its record, `()` if it has none.
 #[derive(Debug)]
 pub struct Fields<R: ?Sized> {
     index: u16,
@@ -72,15 +73,15 @@ impl<R: ?Sized> Clone for Fields<R> {
 impl<R: ?Sized> Copy for Fields<R> {}
 
 impl<R: ?Sized> Fields<R> {
-    /// The values of an object.
+    /// Makes the constant of an object.
     pub const fn of(object: &Object) -> Self {
         Fields { index: object.index, count: object.count, entries: object.entries, of: PhantomData }
     }
 
-    /// One of several in a row, counted from zero.
+    /// Returns one of several consecutive objects, counted from zero.
     ///
     /// # Panics
-    /// When there is none; a constant does not compile then.
+    /// If there is no such object. In a constant this is a compile error.
     #[track_caller]
     pub const fn nth(self, nth: u16) -> Self {
         if nth >= self.count {
@@ -90,10 +91,10 @@ impl<R: ?Sized> Fields<R> {
         Fields { index: self.index + nth, count: 1, ..self }
     }
 
-    /// The value of a sub-index.
+    /// Returns the value of a sub-index.
     ///
     /// # Panics
-    /// When there is none, or for several objects in a row; a constant does not compile then.
+    /// If there is no such sub-index, or for several consecutive objects. In a constant this is a compile error.
     #[track_caller]
     pub const fn sub(self, sub: u8) -> Field {
         self.assert_one();
@@ -109,10 +110,10 @@ impl<R: ?Sized> Fields<R> {
         none.text(": its last one is ").number(last).refuse()
     }
 
-    /// The value of a field of its record.
+    /// Returns the value of a field of its record.
     ///
     /// # Panics
-    /// For several in a row; a constant does not compile then.
+    /// For several consecutive objects or sub-indices. In a constant this is a compile error.
     #[track_caller]
     pub const fn field(self, field: SubIndex<R>) -> Field {
         if field.count != 1 {
@@ -122,10 +123,10 @@ impl<R: ?Sized> Fields<R> {
         self.sub(field.sub)
     }
 
-    /// The index.
+    /// Returns the index of the object.
     ///
     /// # Panics
-    /// For several objects in a row; a constant does not compile then.
+    /// For several consecutive objects. In a constant this is a compile error.
     #[track_caller]
     pub const fn index(self) -> u16 {
         self.assert_one();
@@ -144,7 +145,7 @@ impl<R: ?Sized> Fields<R> {
     }
 }
 
-/// A field of a record, or several in a row. `R` is the record.
+/// A field of a record: one sub-index, or several consecutive ones. `R` is the record.
 #[derive(Debug)]
 pub struct SubIndex<R: ?Sized> {
     sub: u8,
@@ -161,15 +162,15 @@ impl<R: ?Sized> Clone for SubIndex<R> {
 impl<R: ?Sized> Copy for SubIndex<R> {}
 
 impl<R: ?Sized> SubIndex<R> {
-    /// `count` sub-indices in a row.
+    /// Makes the constant of `count` consecutive sub-indices.
     pub const fn new(sub: u8, count: u8) -> Self {
         SubIndex { sub, count, of: PhantomData }
     }
 
-    /// One of several in a row, counted from zero.
+    /// Returns one of several consecutive sub-indices, counted from zero.
     ///
     /// # Panics
-    /// When there is none; a constant does not compile then.
+    /// If there is no such sub-index. In a constant this is a compile error.
     #[track_caller]
     pub const fn nth(self, nth: u8) -> Self {
         if nth >= self.count {
@@ -180,7 +181,7 @@ impl<R: ?Sized> SubIndex<R> {
         SubIndex::new(self.sub + nth, 1)
     }
 
-    /// The sub-index, of several in a row the first.
+    /// Returns the sub-index; of several consecutive ones the first.
     pub const fn get(self) -> u8 {
         self.sub
     }

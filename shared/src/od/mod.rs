@@ -1,9 +1,10 @@
-//! Object dictionary: what a node holds under index and sub-index (CiA 301 7.4).
+//! Object dictionary: the values of a node under index and sub-index (CiA 301 7.4).
 //!
-//! A device is declared once, as a struct: its fields are the values, typed, and belong to the node. `#[derive(Objects)]`
-//! makes of it what SDO and PDO need (index and sub-index, types, access rights, limits) and what EDS and DCF tell. The
-//! first line of a field's documentation is its name there. What a value must be beyond type and limits, a function of the
-//! device decides.
+//! An *object* is a value, an array or a record with an *index*. A *sub-index* selects a value of an array or
+//! record. A device is declared once, as a struct. Its fields are the values, and belong to the node.
+//! `#[derive(Objects)]` makes from it all that SDO and PDO need: index and sub-index, types, access rights, limits.
+//! The same declaration gives EDS and DCF; there the name of an object is the first line of its documentation. A
+//! function of the device checks a value beyond type and limits.
 //!
 //! ```
 //! use ecss_can::od::{Objects, Record, U24, checked};
@@ -62,8 +63,15 @@
 //! assert_eq!(StarTracker::TEMPERATURES.sub(4).address(), Address::new(0x6020, 4));
 //! ```
 //!
-//! Two fields with one index do not compile, also when they are in different groups (`#[objects]`) or in rows
-//! (`#[object(0x6000.., record)]`). A field without attribute is an error; `#[skip]` keeps it from clients.
+//! Two fields with one index do not compile, even in different groups (`#[objects]`) or consecutive objects
+//! (`#[object(0x6000.., record)]`). A field without attribute is an error; `#[skip]` hides it from clients. The
+//! documentation of the derive macro [`Objects`] lists all attributes.
+//!
+//! # Limits
+//!
+//! - A client writes at most [`WHOLE`] bytes of a string. A DOMAIN moves in parts, and takes any length up to its capacity.
+//! - A PDO carries neither a string nor a DOMAIN.
+//! - The check of a device sees one value at a time.
 
 mod access;
 pub mod checked;

@@ -1,59 +1,59 @@
-//! Numbers of every width the dictionary has: 8 to 64 bits, REAL, BOOLEAN.
+//! Numbers of every width in the dictionary: 8 to 64 bits, REAL, BOOLEAN.
 
 use super::{DataType, Typed, Variable};
 
-/// An unsigned number of 24, 40, 48 or 56 bits.
+/// Unsigned number of 24, 40, 48 or 56 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Unsigned<const BITS: u32>(u64);
 
-/// A signed number of 24, 40, 48 or 56 bits.
+/// Signed number of 24, 40, 48 or 56 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Signed<const BITS: u32>(i64);
 
-/// UNSIGNED24.
+/// UNSIGNED24, an unsigned number of 24 bits.
 pub type U24 = Unsigned<24>;
-/// UNSIGNED40.
+/// UNSIGNED40, an unsigned number of 40 bits.
 pub type U40 = Unsigned<40>;
-/// UNSIGNED48.
+/// UNSIGNED48, an unsigned number of 48 bits.
 pub type U48 = Unsigned<48>;
-/// UNSIGNED56.
+/// UNSIGNED56, an unsigned number of 56 bits.
 pub type U56 = Unsigned<56>;
-/// INTEGER24.
+/// INTEGER24, a signed number of 24 bits.
 pub type I24 = Signed<24>;
-/// INTEGER40.
+/// INTEGER40, a signed number of 40 bits.
 pub type I40 = Signed<40>;
-/// INTEGER48.
+/// INTEGER48, a signed number of 48 bits.
 pub type I48 = Signed<48>;
-/// INTEGER56.
+/// INTEGER56, a signed number of 56 bits.
 pub type I56 = Signed<56>;
 
 impl<const BITS: u32> Unsigned<BITS> {
-    /// The low bits of a number; what does not fit is cut off.
+    /// Takes the low bits of a number. Higher bits are cut off.
     pub const fn new(value: u64) -> Self {
         Unsigned(value & (u64::MAX >> (64 - BITS)))
     }
 
-    /// The number.
+    /// Returns the number as a `u64`.
     pub const fn get(self) -> u64 {
         self.0
     }
 }
 
 impl<const BITS: u32> Signed<BITS> {
-    /// The low bits of a number, the uppermost of them is the sign; what does not fit is cut off.
+    /// Takes the low bits of a number. The highest of them is the sign. Higher bits are cut off.
     pub const fn new(value: i64) -> Self {
         Signed(value << (64 - BITS) >> (64 - BITS))
     }
 
-    /// The number.
+    /// Returns the number as an `i64`.
     pub const fn get(self) -> i64 {
         self.0
     }
 }
 
-/// A number as the low bits of a `u64`.
+/// Implements [`Variable`] for a number that is the low bits of a `u64`.
 macro_rules! number {
     ($type:ty, $data_type:ident, $size:expr, $value:ident => $to:expr, $bits:ident => $from:expr) => {
         impl Variable for $type {

@@ -1,4 +1,4 @@
-//! What is declared of an object and its entries: all that an access is checked against.
+//! Declaration of an object and its entries: the values that every access is checked against.
 
 use super::{DataType, Typed};
 use crate::types::AbortCode;
@@ -12,28 +12,28 @@ pub enum ObjectCode {
     Domain = 2,
     /// A single value.
     Var = 7,
-    /// Values of one type, sub-indices 1 and up.
+    /// Values of one type at the sub-indices 1 and up.
     Array = 8,
     /// Values of several types.
     Record = 9,
 }
 
-/// Who may do what with a value (CiA 301 7.4.5, CiA 306).
+/// Access right of a value (CiA 301 7.4.5, CiA 306).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Access {
-    /// Read only; changes by itself.
+    /// `ro`: read only; the value may change by itself.
     Ro,
-    /// Write only.
+    /// `wo`: write only.
     Wo,
-    /// Read and write.
+    /// `rw`: read and write.
     Rw,
-    /// Read and write, for transmit PDOs.
+    /// `rwr`: read and write, for transmit PDOs.
     Rwr,
-    /// Read and write, for receive PDOs.
+    /// `rww`: read and write, for receive PDOs.
     Rww,
-    /// Never changes.
+    /// `const`: read only; the value never changes.
     Const,
 }
 
@@ -50,28 +50,28 @@ impl Access {
         }
     }
 
-    /// Whether an SDO reads it.
+    /// Returns whether an SDO may read the value.
     pub const fn is_readable(self) -> bool {
         !matches!(self, Access::Wo)
     }
 
-    /// Whether an SDO writes it.
+    /// Returns whether an SDO may write the value.
     pub const fn is_writable(self) -> bool {
         !matches!(self, Access::Ro | Access::Const)
     }
 
-    /// Whether a transmit PDO may carry it, once it is mappable.
+    /// Returns whether a transmit PDO may carry the value if it is mappable.
     pub const fn is_for_tpdo(self) -> bool {
         matches!(self, Access::Ro | Access::Rw | Access::Rwr | Access::Const)
     }
 
-    /// Whether a receive PDO may carry it, once it is mappable.
+    /// Returns whether a receive PDO may carry the value if it is mappable.
     pub const fn is_for_rpdo(self) -> bool {
         matches!(self, Access::Wo | Access::Rw | Access::Rww)
     }
 }
 
-/// Least and greatest value of a number, both allowed.
+/// Least and greatest value of a number. Both are allowed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Limits {
@@ -82,23 +82,23 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// From the least to the greatest value; `None` where the type alone limits it.
+    /// Makes limits. `None`: the type alone limits that side.
     pub const fn new(low: Option<i64>, high: Option<i64>) -> Limits {
         let low = if let Some(low) = low { low } else { i64::MIN };
         Limits { low, high: if let Some(high) = high { high } else { i64::MAX } }
     }
 
-    /// Least value, if there is one.
+    /// Returns the least value, if there is one.
     pub fn low(&self) -> Option<i64> {
         (self.low != i64::MIN).then_some(self.low)
     }
 
-    /// Greatest value, if there is one.
+    /// Returns the greatest value, if there is one.
     pub fn high(&self) -> Option<i64> {
         (self.high != i64::MAX).then_some(self.high)
     }
 
-    /// Whether the low bits of `bits`, as many as the type has, are a number that keeps them.
+    /// Checks the number in the low bits of `bits`, as many as the type has.
     ///
     /// # Errors
     /// [`AbortCode::ValueTooHigh`], [`AbortCode::ValueTooLow`].
@@ -121,34 +121,34 @@ impl Limits {
     }
 }
 
-/// Whether PDOs may carry a value (CiA 301 7.4.8.2).
+/// Use of a value in PDOs (CiA 301 7.4.8.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum PdoUse {
-    /// They may not.
+    /// PDOs may not carry the value.
     No,
-    /// They may. A receive PDO whose frame ends before it is not processed.
+    /// PDOs may carry the value. A receive PDO whose frame ends before it is not processed.
     Required,
-    /// They may. A frame of a receive PDO may end before it: the value is zero then.
+    /// PDOs may carry the value. A frame of a receive PDO may end before it. Then the value is zero.
     Optional,
 }
 
-/// A sub-index, or several in a row of one kind.
+/// Declaration of a sub-index, or of several consecutive ones of one kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entry {
-    /// The first sub-index.
+    /// First sub-index.
     pub sub: u8,
-    /// How many sub-indices in a row.
+    /// Number of consecutive sub-indices.
     pub count: u8,
     /// Type of the value.
     pub data_type: DataType,
-    /// Access right.
+    /// Access right of the value.
     pub access: Access,
-    /// Most bytes of a value; zero for a DOMAIN.
+    /// Most bytes of a value, zero for a DOMAIN.
     pub size: u16,
-    /// Limits, for numbers.
+    /// Limits of a number. `None`: the type alone limits it.
     pub limits: Option<&'static Limits>,
     marks: u8,
     /// With [`FIXED`].
@@ -169,7 +169,7 @@ const fn mark(mark: u8, holds: bool) -> u8 {
 }
 
 impl Entry {
-    /// An entry for values of type `T`.
+    /// Makes an entry for values of type `T`.
     pub const fn of<T: Typed>(sub: u8, count: u8, access: Access) -> Entry {
         let is_short = T::SIZE <= 4 && T::TYPE.bits().is_some();
         let is_stored = access.is_writable() && !matches!(T::TYPE, DataType::Boolean);
@@ -188,7 +188,7 @@ impl Entry {
         }
     }
 
-    /// Sub-index 0: the highest one supported.
+    /// Makes the entry of sub-index 0: the highest sub-index supported.
     pub const fn highest(sub: u8) -> Entry {
         Entry { value: sub, ..Entry::of::<u8>(0, 1, Access::Const) }.with(FIXED)
     }
@@ -201,28 +201,29 @@ impl Entry {
         self.marks & mark != 0
     }
 
-    /// Whether it is a number of at most four bytes that an SDO may read.
+    /// Returns whether it is a number of at most four bytes that an SDO may read.
     pub const fn is_fetched(&self) -> bool {
         self.has(FETCHED)
     }
 
-    /// Whether it is a number of at most four bytes that an SDO may write. A BOOLEAN is none: not every byte is one.
+    /// Returns whether it is a number of at most four bytes that an SDO may write. A BOOLEAN is not: only some
+    /// bytes are valid.
     pub const fn is_stored(&self) -> bool {
         self.has(STORED)
     }
 
-    /// Whether "save" (1010h) keeps it: what a client may write (`rw`, `rwr`) without `volatile`, and a DOMAIN with `keep`.
-    /// What receive PDOs write (`rww`) is not kept.
+    /// Returns whether "save" (1010h) stores it. It stores values that a client may write (`rw`, `rwr`) unless
+    /// they are `volatile`, and a DOMAIN with `keep`. It does not store values that receive PDOs write (`rww`).
     pub const fn is_kept(&self) -> bool {
         self.has(KEPT)
     }
 
-    /// The value itself where it follows from the declaration: sub-index 0 of arrays and records.
+    /// Returns the value itself if it follows from the declaration: sub-index 0 of arrays and records.
     pub const fn fixed(&self) -> Option<u8> {
         if self.has(FIXED) { Some(self.value) } else { None }
     }
 
-    /// The same with this use in PDOs.
+    /// Returns the same entry with this use in PDOs.
     #[must_use]
     pub const fn for_pdo(self, pdo: PdoUse) -> Entry {
         match pdo {
@@ -232,17 +233,18 @@ impl Entry {
         }
     }
 
-    /// Whether PDOs may carry it.
+    /// Returns whether PDOs may carry the value.
     pub const fn is_mappable(&self) -> bool {
         self.has(MAPPABLE)
     }
 
-    /// Whether a frame of a receive PDO may end before it: [`PdoUse::Optional`].
+    /// Returns whether a frame of a receive PDO may end before the value: [`PdoUse::Optional`].
     pub const fn is_optional(&self) -> bool {
         self.has(OPTIONAL)
     }
 
-    /// The same, a DOMAIN that "save" keeps. What is none, or what a client may not read and write, does not compile:
+    /// Returns the same entry for a DOMAIN that "save" stores. An entry that is no DOMAIN, or that a client may
+    /// not read and write, does not compile:
     ///
     /// ```compile_fail
     /// # use ecss_can::od::{Access, Entry};
@@ -259,8 +261,8 @@ impl Entry {
         self.with(KEPT)
     }
 
-    /// The same, a value that "save" does not keep although a client may write it: a command, a counter. What is not kept
-    /// anyway does not compile:
+    /// Returns the same entry for a value that "save" does not store although a client may write it: a command, a
+    /// counter. An entry that "save" does not store anyway does not compile:
     ///
     /// ```compile_fail
     /// # use ecss_can::od::{Access, Entry};
@@ -276,7 +278,7 @@ impl Entry {
         Entry { marks: self.marks & !KEPT, ..self }
     }
 
-    /// The same within limits; those of a type that is no integer do not compile.
+    /// Returns the same entry with limits. For a type that is no integer this does not compile.
     #[must_use]
     #[track_caller]
     pub const fn within(self, limits: Option<&'static Limits>) -> Entry {
@@ -285,34 +287,34 @@ impl Entry {
     }
 }
 
-/// So many sub-indices in a row; more than 254 do not compile.
+/// Returns `count` as a number of sub-indices. More than 254 do not compile.
 #[track_caller]
 pub const fn sub_indices(count: usize) -> u8 {
     assert!(count <= 254, "an object has at most 254 sub-indices");
     count as u8
 }
 
-/// An object, or several with indices in a row and alike.
+/// Declaration of an object, or of several alike with consecutive indices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Object {
-    /// The first index.
+    /// First index of the object.
     pub index: u16,
-    /// How many indices in a row.
+    /// Number of consecutive indices.
     pub count: u16,
-    /// Sub-indices, in rising order.
+    /// Entries in rising order of their sub-indices.
     pub entries: &'static [Entry],
 }
 
-/// What kind of object it is, and what it and its entries are called: for EDS and DCF, not for images.
+/// Kind of an object and the names of its entries, for EDS and DCF. Images do not have them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Names {
-    /// Kind.
+    /// Kind of the object.
     pub code: ObjectCode,
-    /// The object. With several in a row, their number is told where `{}` stands.
+    /// Name of the object. For consecutive objects `{}` stands for the number.
     pub object: &'static str,
-    /// Its entries, beside [`Object::entries`].
+    /// Names of the entries, in the order of [`Object::entries`].
     pub entries: &'static [&'static str],
-    /// Index of its structure (DEFSTRUCT), zero for none.
+    /// Index of the structure (DEFSTRUCT), zero for none.
     pub structure: u16,
 }

@@ -1,4 +1,4 @@
-//! Texts of errors that the compiler shows, put together in constants: numbers and words.
+//! Texts of errors that the compiler shows. Constants build them from numbers and words.
 
 /// Bytes of a text.
 const LEN: usize = 240;
@@ -11,12 +11,12 @@ pub(crate) struct Reason {
 }
 
 impl Reason {
-    /// Begins with these words.
+    /// Makes a text that begins with these words.
     pub const fn new(text: &str) -> Reason {
         Reason { bytes: [0; LEN], len: 0 }.text(text)
     }
 
-    /// Adds words.
+    /// Adds words to the text.
     pub const fn text(mut self, text: &str) -> Reason {
         let (bytes, mut nth) = (text.as_bytes(), 0);
         while nth < bytes.len() && self.len < LEN {
@@ -35,7 +35,7 @@ impl Reason {
         }
     }
 
-    /// Adds a number in hexadecimal as the standards write it: `1017h`.
+    /// Adds a number in hexadecimal, in the form of the standards: `1017h`.
     pub const fn hex(mut self, number: u16, digits: u32) -> Reason {
         let mut digit = digits;
         while digit > 0 && self.len < LEN {
@@ -59,7 +59,7 @@ impl Reason {
         self
     }
 
-    /// Ends the build with this text.
+    /// Stops the build with this text.
     #[track_caller]
     pub const fn refuse(&self) -> ! {
         let (text, _) = self.bytes.split_at(self.len);

@@ -1,19 +1,19 @@
-//! Values side by side: what a PDO carries of an array, moved at one stroke.
+//! Values side by side in a PDO that are consecutive in the dictionary: they are moved at once.
 
 use super::{Limits, Typed, Variable};
 
-/// Values that lie side by side in a PDO and are sub-indices in a row in the dictionary, all of one kind.
+/// Consecutive values of one kind that are side by side in a PDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Run {
-    /// How many, at least one; all together have at most 64 bits.
+    /// Number of values, at least one. Together they have at most 64 bits.
     pub count: u32,
-    /// Bytes of each, `1..=8`; zero for a single bit.
+    /// Bytes of each value, `1..=8`; zero for a single bit.
     pub bytes: u32,
 }
 
 impl Run {
-    /// The values from `first` on, the first one lowest. `None` when there are not as many.
+    /// Returns the values from `first` on. The first one is in the lowest bits. `None` if there are too few.
     #[inline]
     pub fn read<T: Variable>(self, values: &[T], first: usize) -> Option<u64> {
         let (lowest, others) = values.get(first..)?.get(..self.count as usize)?.split_first()?;
@@ -25,13 +25,13 @@ impl Run {
         Some(all)
     }
 
-    /// Bits of each.
+    /// Returns the number of bits of each value.
     pub const fn bits(self) -> u32 {
         if self.bytes == 0 { 1 } else { self.bytes.wrapping_mul(8) }
     }
 
-    /// Writes the values from `first` on, the lowest bits to the first. `None` when there are not as many; nothing is
-    /// written then.
+    /// Writes the values from `first` on. The lowest bits go to the first one. `None` if there are too few; then
+    /// nothing is written.
     #[inline]
     pub fn write<T: Variable>(self, values: &mut [T], first: usize, bits: u64) -> Option<()> {
         let values = values.get_mut(first..)?.get_mut(..self.count as usize)?;
@@ -45,7 +45,7 @@ impl Run {
         Some(())
     }
 
-    /// As [`Run::write`]; `None` also when some do not keep `limits`, which are not written.
+    /// Writes as [`Run::write`]. Also `None` if some values are outside `limits`; those are not written.
     pub fn write_within<T: Typed>(
         self,
         values: &mut [T],

@@ -1,8 +1,8 @@
 //! Strings: VISIBLE_STRING, OCTET_STRING, UNICODE_STRING.
 //!
-//! The declaration is their capacity. A client reads a string of any length and writes at most 256 bytes
-//! ([`WHOLE`](super::WHOLE)), because its owner's check sees whole values; a DOMAIN takes more. "Save" keeps strings of any
-//! length, the application's own as well.
+//! The declaration gives their capacity. A client reads a string of any length, and writes at most 256 bytes
+//! ([`WHOLE`](super::WHOLE)), because the check of the owner needs the whole value. A DOMAIN takes more. "Save"
+//! stores strings of any length, also those that the application itself wrote.
 
 use super::variable::copy_from;
 use super::{Bytes, DataType, Typed, Variable};
@@ -103,7 +103,7 @@ impl<const N: usize> Buffer<N> {
     }
 }
 
-/// A string type in `N` bytes: its rule says which bytes it takes.
+/// Defines a string type with a capacity of `N` bytes. Its rule decides which bytes it accepts.
 macro_rules! string {
     ($(#[$doc:meta])* $name:ident, $data_type:ident, $rule:expr) => {
         $(#[$doc])*

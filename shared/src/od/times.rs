@@ -5,7 +5,7 @@ use super::{DataType, Typed, Variable};
 /// Bits of the milliseconds; four reserved bits follow.
 const MS: u64 = (1 << 28) - 1;
 
-/// A time in milliseconds and days.
+/// Defines a type for a time in milliseconds and days.
 macro_rules! time {
     ($(#[$doc:meta])* $name:ident, $data_type:ident) => {
         $(#[$doc])*

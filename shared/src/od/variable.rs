@@ -1,74 +1,75 @@
-//! A value under an index and sub-index, whatever its type.
+//! Value under an index and sub-index, of any type.
 
 use super::DataType;
 use crate::types::AbortCode;
 
-/// A value of the object dictionary: a number, which is its bits, or [`Bytes`].
+/// Value of the object dictionary: a number, which is a pattern of bits, or [`Bytes`].
 pub trait Variable {
-    /// The number, in the low bits; those above are zero. Zero for [`Bytes`].
+    /// Returns the number in the low bits. The bits above are zero. Zero for [`Bytes`].
     fn bits(&self) -> u64 {
         0
     }
 
-    /// Takes a number, the low bits. Nothing happens to [`Bytes`].
+    /// Takes a number in the low bits. Does nothing for [`Bytes`].
     fn set_bits(&mut self, _bits: u64) {}
 
-    /// The value, where it is no number.
+    /// Returns the value if it is a string or a block.
     fn bytes(&mut self) -> Option<&mut dyn Bytes> {
         None
     }
 }
 
-/// A string or a block: a value whose size is its own business.
+/// String or block: a value that has a length of its own.
 pub trait Bytes {
-    /// Bytes that an upload gives now.
+    /// Returns the number of bytes that an upload gives now.
     fn len(&self) -> usize;
 
-    /// Whether an upload gives nothing.
+    /// Returns whether an upload gives no bytes.
     fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Copies bytes from `offset` on; returns how many.
+    /// Copies bytes from `offset` on. Returns their number.
     fn read(&self, offset: usize, into: &mut [u8]) -> usize;
 
     /// Takes a whole value.
     ///
     /// # Errors
-    /// [`AbortCode::TooLong`], or what its type forbids; nothing was changed.
+    /// [`AbortCode::TooLong`], or an error of its type. Then nothing was changed.
     fn write(&mut self, value: &[u8]) -> Result<(), AbortCode>;
 
-    /// Most bytes that a DOMAIN takes; zero for strings.
+    /// Returns the most bytes that a DOMAIN takes; zero for strings.
     fn capacity(&self) -> usize {
         0
     }
 
-    /// Takes a part, from `offset` on; the parts come in order.
+    /// Takes the part from `offset` on. Parts come in order.
     ///
     /// # Errors
-    /// [`AbortCode::UnsupportedAccess`] where no parts are taken; beyond its capacity [`AbortCode::OutOfMemory`] from a
-    /// DOMAIN, [`AbortCode::TooLong`] from a string.
+    /// [`AbortCode::UnsupportedAccess`] if the value does not move in parts. Beyond its capacity:
+    /// [`AbortCode::OutOfMemory`] from a DOMAIN, [`AbortCode::TooLong`] from a string.
     fn write_part(&mut self, _offset: usize, _part: &[u8]) -> Result<(), AbortCode> {
         Err(AbortCode::UnsupportedAccess)
     }
 
-    /// All parts were written, `size` bytes.
+    /// Ends a value of `size` bytes after its last part.
     ///
     /// # Errors
-    /// [`AbortCode::UnsupportedAccess`] where no parts are taken, or what is wrong with the value.
+    /// [`AbortCode::UnsupportedAccess`] if the value does not move in parts, or the error of a value that is not
+    /// accepted.
     fn finish(&mut self, _size: usize) -> Result<(), AbortCode> {
         Err(AbortCode::UnsupportedAccess)
     }
 
-    /// The value will not be written to its end.
+    /// Ends a value that is not complete.
     fn cancel(&mut self) {}
 }
 
-/// What a declaration needs to know of a type.
+/// Properties of a type that a declaration needs.
 pub trait Typed: Variable {
     /// Type in the dictionary.
     const TYPE: DataType;
-    /// Bytes of a number, most bytes of a string, zero for a DOMAIN.
+    /// Number of bytes of a number, most bytes of a string, zero for a DOMAIN.
     const SIZE: usize;
 }
 

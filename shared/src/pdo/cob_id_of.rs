@@ -3,7 +3,7 @@
 use crate::od::Reason;
 use crate::types::{CobId, NodeId};
 
-/// The COB-ID of a PDO: the same in every node, or a base to which the Node-ID is added.
+/// COB-ID of a PDO: the same in every node, or a base to which the Node-ID is added.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CobIdOf {
@@ -18,20 +18,21 @@ pub(super) const OWN_EMCY: CobIdOf = CobIdOf { base: 0x080, with_node: true };
 const NODES: u16 = 127;
 
 impl CobIdOf {
-    /// The same COB-ID in every node, as 181h for the time of the master.
+    /// Makes a COB-ID that is the same in every node, such as 181h for the time of the master.
     ///
     /// # Panics
-    /// For a restricted COB-ID (CiA 301 7.3.5, ECSS 6.10b) and that of SYNC; a constant does not compile then.
+    /// For a restricted COB-ID (CiA 301 7.3.5, ECSS 6.10b) and that of SYNC. In a constant this is a compile
+    /// error.
     #[track_caller]
     pub const fn fixed(raw: u16) -> CobIdOf {
         assert_allowed(raw);
         CobIdOf { base: raw, with_node: false }
     }
 
-    /// `base` + Node-ID.
+    /// Makes the COB-ID `base` + Node-ID.
     ///
     /// # Panics
-    /// When that is a restricted COB-ID for any node of 1 to 127; a constant does not compile then.
+    /// If the result is a restricted COB-ID for any node of 1 to 127. In a constant this is a compile error.
     #[track_caller]
     pub const fn node(base: u16) -> CobIdOf {
         let mut node = 1;
@@ -42,12 +43,12 @@ impl CobIdOf {
         CobIdOf { base, with_node: true }
     }
 
-    /// The COB-ID in a node.
+    /// Returns the COB-ID in a node.
     pub const fn of(self, node: NodeId) -> CobId {
         CobId::low_bits(if self.with_node { self.base as u32 + node.get() as u32 } else { self.base as u32 })
     }
 
-    /// Whether both are one COB-ID in some node.
+    /// Returns whether both are one COB-ID in some node.
     pub(crate) const fn may_equal(self, other: CobIdOf) -> bool {
         let apart = self.base.abs_diff(other.base);
         match (self.with_node, other.with_node) {

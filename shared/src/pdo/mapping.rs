@@ -1,18 +1,18 @@
-//! What a PDO carries: values of the dictionary, one behind the other (CiA 301 7.4.8.2).
+//! Mapping of a PDO: the values of the dictionary that it carries, one after the other (CiA 301 7.4.8.2).
 //!
-//! A mapping is resolved once, when its PDO becomes valid. From then on its values are reached without searching.
+//! A mapping is resolved once, when its PDO becomes valid. From then on its values are reached without a search.
 
 use crate::od::{DataType, Objects, Place, Run};
 use crate::pdo::MAPPED;
 use crate::types::{AbortCode, Address};
 
-/// Which way a PDO goes.
+/// Direction of a PDO, seen from the node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
-    /// RPDO.
+    /// Receive PDO (RPDO).
     Receive,
-    /// TPDO.
+    /// Transmit PDO (TPDO).
     Transmit,
 }
 
@@ -38,7 +38,7 @@ impl Slot {
     const MOST: u32 = (1 << (Self::SUB - Self::MORE)) - 1;
     /// Number of no object: its bits go nowhere.
     const DUMMY: u32 = u32::MAX >> Self::OBJECT;
-    /// Where a mapping ends: no value has 15 bytes.
+    /// End of a mapping: no value has 15 bytes.
     const UNUSED: Slot = Slot(u32::MAX);
 
     /// `bits` are 1, or whole bytes up to 64.
@@ -96,7 +96,7 @@ impl Slot {
     }
 }
 
-/// A resolved mapping: where in the dictionary the bits of a PDO are.
+/// Resolved mapping: the places of the dictionary from which the bits of a PDO come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Layout {
@@ -106,15 +106,15 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Of a PDO without data.
+    /// Layout of a PDO without data.
     pub const EMPTY: Layout = Layout { slots: [Slot::UNUSED; MAPPED], bytes: 0, least: 0 };
 
     /// Resolves mapping entries: index, sub-index and bits, as objects 1600h and 1A00h hold them.
     ///
     /// # Errors
-    /// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`]; [`AbortCode::NotMappable`]: a value is not for PDOs or not for
-    /// this direction, or its type has another number of bits; [`AbortCode::PdoLength`] for more than [`MAPPED`] entries
-    /// or 64 bits.
+    /// [`AbortCode::NoObject`], [`AbortCode::NoSubIndex`]. [`AbortCode::NotMappable`] if a value may not be in PDOs
+    /// or not in this direction, or if its type has another number of bits. [`AbortCode::PdoLength`] for more than
+    /// [`MAPPED`] entries or 64 bits.
     pub fn new<D: Objects>(direction: Direction, entries: &[u32]) -> Result<Layout, AbortCode> {
         let (mut layout, mut bits, mut least) = (Layout::EMPTY, 0_u32, 0);
         let mut slots = layout.slots.iter_mut();
@@ -140,17 +140,18 @@ impl Layout {
         Ok(layout)
     }
 
-    /// Data bytes of the PDO, `0..=8`. The last one may be mapped in part.
+    /// Returns the data bytes of the PDO, `0..=8`. The last one may be mapped in part.
     pub const fn bytes(&self) -> u8 {
         self.bytes
     }
 
-    /// Bytes that a frame has at least: up to the last value that is not [optional](crate::od::PdoUse::Optional).
+    /// Returns the least number of bytes of a frame: up to the last value that is not
+    /// [optional](crate::od::PdoUse::Optional).
     pub const fn least(&self) -> u8 {
         self.least
     }
 
-    /// The PDO with the present values. Bits that are not mapped are zero.
+    /// Returns the PDO with the present values. Bits that are not mapped are zero.
     #[inline]
     pub fn pack<D: Objects>(&self, objects: &D) -> u64 {
         match self.only() {
@@ -173,8 +174,8 @@ impl Layout {
         pdo
     }
 
-    /// Writes the values of a PDO. Bits that are not mapped do not matter. Returns whether all values were within their
-    /// limits; others are not written.
+    /// Writes the values of a PDO. Bits that are not mapped are ignored. Returns whether all values were within
+    /// their limits; the others are not written.
     #[inline(always)]
     pub fn unpack<D: Objects>(&self, objects: &mut D, pdo: u64) -> bool {
         match self.only() {
@@ -205,7 +206,7 @@ impl Layout {
         (second == Slot::UNUSED).then_some(first)
     }
 
-    /// Whether it has this value.
+    /// Returns whether the PDO carries this value.
     pub fn carries(&self, place: Place) -> bool {
         self.slots().any(|slot| slot.carries(place))
     }
@@ -233,7 +234,7 @@ fn read<D: Objects>(objects: &D, slot: Slot) -> u64 {
     objects.bits(slot.place(), slot.run()).unwrap_or(0)
 }
 
-/// What the dictionary takes from a PDO with one value, apart from those with several: each is as short as can be.
+/// Writes the value of a PDO with one value. It is apart from PDOs with several values, so that both are short.
 #[inline(never)]
 fn write<D: Objects>(objects: &mut D, slot: Slot, bits: u64) -> bool {
     take(objects, slot, bits)

@@ -1,10 +1,19 @@
-//! Process data objects.
+//! Process data objects: declaration, mapping, reception, transmission (CiA 301 7.2.2, ECSS 6.2).
 //!
-//! The PDOs that a device has at power-on are a [`PdoSet`], a constant. It is built from the constants that the derive makes of
-//! each field (`Thermometer::TEMPERATURE`), so that no index, sub-index or number of bits is written twice. What cannot work
-//! does not compile: a value that is not for PDOs or not for this direction, more than 64 bits or 8 values, a PDO number, a
-//! transmission type or a COB-ID that is not allowed, two PDOs with one number. `#[objects(device)]` on the declaration
-//! checks the set of the device against its objects.
+//! A *PDO* is a message with up to 8 bytes of values, without confirmation. A node receives *RPDOs* and transmits
+//! *TPDOs*. The *mapping* of a PDO is the list of its values. The *transmission type* decides when a PDO is sent
+//! and takes effect: 0 to 240 with SYNC, 254 and 255 on events.
+//!
+//! The PDOs that a device has at power-on are a [`PdoSet`], a constant. It is built from the constants that the
+//! derive macro makes of each field (`Thermometer::TEMPERATURE`), so that no index, sub-index or number of bits is
+//! written twice. An impossible set does not compile. The reasons are:
+//!
+//! - a value that is not for PDOs, or not for this direction;
+//! - more than 64 bits or 8 values;
+//! - a PDO number, transmission type or COB-ID that is not allowed;
+//! - two PDOs with one number.
+//!
+//! `#[objects(device)]` on the declaration checks the set of the device against its objects.
 //!
 //! ```
 //! use ecss_can::emcy::EmcyObjects;
@@ -65,8 +74,8 @@
 //! assert_eq!(objects.tpdo_mappings[1].objects[..2], [0x6000_0010, 0x1001_0008]);
 //! ```
 //!
-//! The temperature is read only. A receive PDO that carries it is refused with "object 6000h sub-index 0 is `ro`: a receive PDO
-//! carries `wo`, `rw` and `rww`":
+//! The temperature is read only. A receive PDO that carries it is refused with "object 6000h sub-index 0 is `ro`: a
+//! receive PDO carries `wo`, `rw` and `rww`":
 //!
 //! ```compile_fail,E0080
 //! # use ecss_can::od::Objects;
@@ -80,6 +89,20 @@
 //! # }
 //! const WRONG: Rpdo = Rpdo::new(1, CobIdOf::node(0x200)).map(Thermometer::TEMPERATURE);
 //! ```
+//!
+//! | type | purpose |
+//! | --- | --- |
+//! | [`PdoSet`], [`Rpdo`], [`Tpdo`], [`CobIdOf`] | declaration of the PDOs at power-on |
+//! | [`PdoObjects`] | objects 1400h, 1600h, 1800h, 1A00h |
+//! | [`Rpdos`], [`Tpdos`] | PDOs at run time |
+//! | [`rules`] | rules for writing these objects by SDO |
+//! | [`Sequence`], [`RepeatFilter`] | commands that must not be executed twice |
+//!
+//! # Limits
+//!
+//! - A device has at most 512 PDOs in each direction. A PDO carries at most 8 values.
+//! - There are no remote requests: transmission types 252 and 253 are refused.
+//! - CAN may deliver a PDO twice. A command needs a [`Sequence`].
 
 mod cob_id_of;
 mod mapping;

@@ -1,4 +1,4 @@
-//! Objects of PDOs: 1400h, 1600h, 1800h, 1A00h and those in a row with them.
+//! Objects of PDOs: 1400h, 1600h, 1800h, 1A00h and the following ones.
 
 use core::fmt::Debug;
 use core::ops::{Deref, DerefMut};
@@ -7,8 +7,9 @@ use super::{Direction, Mapping, PdoMapping, PdoParameters, PdoSet, RpdoParameter
 use crate::od::{INVALID, NO_REMOTE, Objects};
 use crate::types::NodeId;
 
-/// `R` receive and `T` transmit PDOs, at most 512 of each. `M` is how they are mapped: [`PdoMapping`] or
-/// [`StaticMapping`](super::StaticMapping).
+/// PDOs of a device: `R` receive and `T` transmit PDOs, at most 512 of each. `M` is the kind of their mapping:
+/// [`PdoMapping`] or [`StaticMapping`](super::StaticMapping).
+#[doc(alias("1400h", "1600h", "1800h", "1A00h"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct PdoObjects<const R: usize = 8, const T: usize = 8, M: Mapping = PdoMapping> {
     /// Receive PDO communication parameter
@@ -25,35 +26,35 @@ pub struct PdoObjects<const R: usize = 8, const T: usize = 8, M: Mapping = PdoMa
     pub tpdo_mappings: [M; T],
 }
 
-/// Room for the PDOs of a device: [`PdoObjects`] of any size.
+/// Storage for the PDOs of a device: [`PdoObjects`] of any size.
 pub trait PdoSlots: Objects + Default + Clone + Debug {
-    /// Receive PDOs.
+    /// Number of receive PDOs.
     const RECEIVE: usize;
-    /// Transmit PDOs.
+    /// Number of transmit PDOs.
     const TRANSMIT: usize;
 
-    /// How they are mapped.
+    /// Kind of their mapping.
     type Mapping: Mapping;
-    /// Something for each receive PDO.
+    /// Array with one element for each receive PDO.
     type Receive<X: Copy + Debug>: AsRef<[X]> + AsMut<[X]> + Debug;
-    /// Something for each transmit PDO.
+    /// Array with one element for each transmit PDO.
     type Transmit<X: Copy + Debug>: AsRef<[X]> + AsMut<[X]> + Debug;
 
-    /// The same for all receive PDOs.
+    /// Returns an array with the same value for all receive PDOs.
     fn receive<X: Copy + Debug>(value: X) -> Self::Receive<X>;
-    /// The same for all transmit PDOs.
+    /// Returns an array with the same value for all transmit PDOs.
     fn transmit<X: Copy + Debug>(value: X) -> Self::Transmit<X>;
 
-    /// Parameters of receive PDOs, and what these carry.
+    /// Returns parameters and mappings of the receive PDOs.
     fn rpdos(&self) -> (&[RpdoParameters], &[Self::Mapping]);
-    /// The same, to be changed.
+    /// Returns parameters and mappings of the receive PDOs, to be changed.
     fn rpdos_mut(&mut self) -> (&mut [RpdoParameters], &mut [Self::Mapping]);
-    /// Parameters of transmit PDOs, and what these carry.
+    /// Returns parameters and mappings of the transmit PDOs.
     fn tpdos(&self) -> (&[PdoParameters], &[Self::Mapping]);
-    /// The same, to be changed.
+    /// Returns parameters and mappings of the transmit PDOs, to be changed.
     fn tpdos_mut(&mut self) -> (&mut [PdoParameters], &mut [Self::Mapping]);
 
-    /// One of them, counted from zero.
+    /// Returns one PDO, counted from zero.
     fn pdo(&self, direction: Direction, number: usize) -> Option<(&PdoParameters, &Self::Mapping)> {
         match direction {
             Direction::Receive => {
@@ -67,7 +68,7 @@ pub trait PdoSlots: Objects + Default + Clone + Debug {
         }
     }
 
-    /// One of them, to be changed.
+    /// Returns one PDO, counted from zero, to be changed.
     fn pdo_mut(
         &mut self,
         direction: Direction,
@@ -85,8 +86,8 @@ pub trait PdoSlots: Objects + Default + Clone + Debug {
         }
     }
 
-    /// The PDOs of `node` at power-on. Those that are not in the set are not valid and carry nothing; the first four of
-    /// each kind then have the COB-IDs of the generic pre-defined connection set (CiA 301 7.3.3).
+    /// Returns the PDOs of `node` at power-on. PDOs that are not in the set are invalid and empty. The first four
+    /// of each kind then have the COB-IDs of the generic pre-defined connection set (CiA 301 7.3.3).
     fn at_power_on(node: NodeId, set: &PdoSet) -> Self {
         let mut all = Self::default();
         for direction in [Direction::Receive, Direction::Transmit] {

@@ -1,13 +1,13 @@
-//! Structures of the communication profile (CiA 301 7.4.8).
+//! Structures of the communication profile for PDOs (CiA 301 7.4.8).
 
 use core::ops::{Deref, DerefMut};
 
 use crate::od::{Entry, INVALID, NO_REMOTE, Record, Variable};
 
-/// Entries of a PDO mapping.
+/// Most entries of a PDO mapping.
 pub const MAPPED: usize = 8;
 
-/// Communication parameters of a PDO (0020h), all of them: a transmit PDO has them.
+/// Communication parameters of a transmit PDO (record 0020h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x20)]
 pub struct PdoParameters {
@@ -32,7 +32,7 @@ pub struct PdoParameters {
     pub sync_start: u8,
 }
 
-/// Communication parameters of a receive PDO: the same without SYNC start value.
+/// Communication parameters of a receive PDO: the same without the SYNC start value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RpdoParameters(PdoParameters);
 
@@ -68,7 +68,7 @@ impl Record for RpdoParameters {
     }
 }
 
-/// What a PDO carries (0021h), variable: written by SDO.
+/// Variable mapping of a PDO (record 0021h): clients write it by SDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x21)]
 pub struct PdoMapping {
@@ -82,7 +82,7 @@ pub struct PdoMapping {
     pub objects: [u32; MAPPED],
 }
 
-/// What a PDO carries (0021h), static: as the device was made.
+/// Static mapping of a PDO (record 0021h): the device fixes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x21)]
 pub struct StaticMapping {
@@ -96,16 +96,16 @@ pub struct StaticMapping {
     pub objects: [u32; MAPPED],
 }
 
-/// The mapping parameters of a PDO, variable or static.
+/// Mapping parameters of a PDO, variable or static.
 pub trait Mapping: 'static + Record + Default + Clone + core::fmt::Debug {
-    /// The objects mapped.
+    /// Returns the mapped objects: index, sub-index, bits.
     fn objects(&self) -> &[u32];
 
-    /// Maps these, at most [`MAPPED`]; more are cut off.
+    /// Maps these objects, at most [`MAPPED`]. More are cut off.
     fn map(&mut self, objects: &[u32]);
 }
 
-/// Both kinds have the same fields.
+/// Implements [`Mapping`] for both kinds, which have the same fields.
 macro_rules! mapping {
     ($type:ty) => {
         impl Mapping for $type {

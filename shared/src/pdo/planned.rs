@@ -1,19 +1,19 @@
-//! A PDO of a set: number, COB-ID, transmission and the values that it carries, checked while the constant is built.
+//! A PDO of a set: number, COB-ID, transmission type and mapped values, checked when the constant is built.
 
 use super::cob_id_of::{CobIdOf, OWN_EMCY};
 use super::{Direction, MAPPED, rules};
 use crate::od::{DataType, Entry, Field, Reason};
 use crate::types::Address;
 
-/// A receive PDO.
+/// Receive PDO of a [`PdoSet`](super::PdoSet).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rpdo(Pdo);
 
-/// A transmit PDO.
+/// Transmit PDO of a [`PdoSet`](super::PdoSet).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Tpdo(Pdo);
 
-/// Of both kinds.
+/// PDO of either direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Pdo {
     number: u16,
@@ -28,16 +28,16 @@ pub(crate) struct Pdo {
 }
 
 impl Rpdo {
-    /// Receive PDO 1 to 512 with this COB-ID, transmission type 254: values take effect when they arrive.
+    /// Makes receive PDO 1 to 512 with this COB-ID and transmission type 254: values take effect when they arrive.
     ///
     /// # Panics
-    /// For another number, and for the COB-ID of SYNC. All panics in this module are errors of the compiler in a constant.
+    /// For another number, and for the COB-ID of SYNC. In a constant all panics of this module are compile errors.
     #[track_caller]
     pub const fn new(number: u16, cob_id: CobIdOf) -> Rpdo {
         Rpdo(Pdo::new(number, cob_id))
     }
 
-    /// Transmission type: 0 to 240, values take effect at the next SYNC; 254 and 255, when they arrive.
+    /// Sets the transmission type. 0 to 240: values take effect at the next SYNC. 254 and 255: when they arrive.
     ///
     /// # Panics
     /// For 241 to 253.
@@ -46,15 +46,15 @@ impl Rpdo {
         Rpdo(self.0.transmission(transmission))
     }
 
-    /// Event timer: the longest time between two frames in milliseconds, zero for no limit.
+    /// Sets the event timer: the longest time between two frames, in milliseconds. Zero: no limit.
     pub const fn event_timer(self, ms: u16) -> Rpdo {
         Rpdo(Pdo { event_timer: ms, ..self.0 })
     }
 
-    /// Carries this value behind those mapped before.
+    /// Maps this value behind those that are mapped already.
     ///
     /// # Panics
-    /// When no receive PDO may carry it, after 8 values, or beyond 64 bits.
+    /// If no receive PDO may carry the value, after 8 values, or beyond 64 bits.
     #[track_caller]
     pub const fn map(self, field: Field) -> Rpdo {
         Rpdo(self.0.map(Direction::Receive, field))
@@ -63,7 +63,7 @@ impl Rpdo {
     /// Skips the bits of a value of this type (CiA 301 7.4.8.2, dummy mapping).
     ///
     /// # Panics
-    /// For a type that stands for no dummy, after 8 values, or beyond 64 bits.
+    /// For a type without a dummy entry, after 8 values, or beyond 64 bits.
     #[track_caller]
     pub const fn skip(self, data_type: DataType) -> Rpdo {
         match (DataType::of_dummy(data_type.index()), data_type.bits()) {
@@ -72,7 +72,7 @@ impl Rpdo {
         }
     }
 
-    /// Its place among those of the device, from zero: as events have it.
+    /// Returns the number of the PDO in the device, from zero, as events report it.
     pub const fn slot(&self) -> usize {
         self.0.slot()
     }
@@ -83,7 +83,8 @@ impl Rpdo {
 }
 
 impl Tpdo {
-    /// Transmit PDO 1 to 512 with this COB-ID, transmission type 254: sent on an event of the application.
+    /// Makes transmit PDO 1 to 512 with this COB-ID and transmission type 254: sent on an event of the
+    /// application.
     ///
     /// # Panics
     /// For another number, and for the COB-ID of SYNC or of the node's own EMCY.
@@ -96,7 +97,8 @@ impl Tpdo {
         Tpdo(Pdo::new(number, cob_id))
     }
 
-    /// Transmission type: 0, at the SYNC after an event; 1 to 240, at every n-th SYNC; 254 and 255, on an event.
+    /// Sets the transmission type. 0: at the SYNC after an event. 1 to 240: at every n-th SYNC. 254 and 255: on
+    /// an event.
     ///
     /// # Panics
     /// For 241 to 253: remote requests (252, 253) are not supported.
@@ -105,17 +107,17 @@ impl Tpdo {
         Tpdo(self.0.transmission(transmission))
     }
 
-    /// Inhibit time: the shortest time between two events, multiples of 100 us.
+    /// Sets the inhibit time: the least time between two events, in multiples of 100 us.
     pub const fn inhibit(self, inhibit: u16) -> Tpdo {
         Tpdo(Pdo { inhibit, ..self.0 })
     }
 
-    /// Event timer: the longest time between two frames in milliseconds, zero for no limit.
+    /// Sets the event timer: the longest time between two frames, in milliseconds. Zero: no limit.
     pub const fn event_timer(self, ms: u16) -> Tpdo {
         Tpdo(Pdo { event_timer: ms, ..self.0 })
     }
 
-    /// Counter of the first SYNC that it counts; zero for any.
+    /// Sets the counter of the first SYNC that counts. Zero: any.
     ///
     /// # Panics
     /// Above 240.
@@ -128,16 +130,16 @@ impl Tpdo {
         Tpdo(Pdo { sync_start: counter, ..self.0 })
     }
 
-    /// Carries this value behind those mapped before.
+    /// Maps this value behind those that are mapped already.
     ///
     /// # Panics
-    /// When no transmit PDO may carry it, after 8 values, or beyond 64 bits.
+    /// If no transmit PDO may carry the value, after 8 values, or beyond 64 bits.
     #[track_caller]
     pub const fn map(self, field: Field) -> Tpdo {
         Tpdo(self.0.map(Direction::Transmit, field))
     }
 
-    /// Its place among those of the device, from zero: as events and requests have it.
+    /// Returns the number of the PDO in the device, from zero, as events and requests use it.
     pub const fn slot(&self) -> usize {
         self.0.slot()
     }
@@ -233,14 +235,14 @@ impl Pdo {
         Some((Address::new(u16::from_be_bytes([index_high, index_low]), sub), bits))
     }
 
-    /// Values that it carries, as objects 1600h and 1A00h hold them.
+    /// Returns the mapped values in the form of objects 1600h and 1A00h.
     pub fn mapping(&self) -> &[u32] {
         self.mapping.get(..usize::from(self.count)).unwrap_or(&self.mapping)
     }
 }
 
 impl Direction {
-    /// How names of its PDOs begin.
+    /// Returns the first letter of the names of its PDOs.
     pub(super) const fn letter(self) -> &'static str {
         match self {
             Direction::Receive => "R",
@@ -248,7 +250,7 @@ impl Direction {
         }
     }
 
-    /// Whether PDOs of this direction may carry a value.
+    /// Returns whether PDOs of this direction may carry a value.
     pub(super) const fn carries(self, entry: &Entry) -> bool {
         let is_allowed = match self {
             Direction::Receive => entry.access.is_for_rpdo(),

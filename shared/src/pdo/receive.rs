@@ -1,33 +1,23 @@
-//! Receive PDOs: frames into the dictionary (CiA 301 7.2.2, ECSS 6.2, 6.9).
-//!
-//! * Types 0 to 240 take effect at the next SYNC, the newest frame of each PDO; 254 and 255 at once. One that brings the time
-//!   takes effect at once whatever its type: with types 0 to 240 it is the time of the last SYNC (ECSS 7.2.3c), not the next.
-//! * A frame with fewer bytes than are mapped is not processed. One with more is, as far as it is mapped. A value outside
-//!   of its limits is not written, the others of its frame are, and the frame does not count as applied. All three are
-//!   errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is gone.
-//! * A frame may end before a value that the device declares optional: what is left out reads as zero.
-//! * The event timer is a deadline. It runs from each good frame to the next, the first time from the first one in
-//!   Operational, or after it was configured.
-//! * Two PDOs may have one COB-ID: both take the frame, in the order of their numbers.
+//! Receive PDOs: from frames into the dictionary (CiA 301 7.2.2, ECSS 6.2, 6.9).
 
 use super::{Layout, PdoSlots, RpdoError, RpdoEvent, rules};
 use crate::od::Objects;
 use crate::pdo::PdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
-/// What becomes of the frame of an RPDO.
+/// Outcome of a frame of an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Taken {
-    /// All its values are in the dictionary.
+    /// All values are in the dictionary.
     Applied,
-    /// Some values are outside of their limits and were not written; the others are in the dictionary.
+    /// Some values are outside their limits and were not written. The others are in the dictionary.
     Refused,
-    /// It waits for SYNC.
+    /// The frame waits for SYNC.
     Held,
-    /// It is synchronous and came after the synchronous window (1007h): discarded.
+    /// The PDO is synchronous, and the frame came after the synchronous window (1007h). It was discarded.
     OutsideWindow,
-    /// It has fewer bytes than are mapped: not processed.
+    /// The frame has fewer bytes than are mapped. It was not processed.
     Rejected,
 }
 
@@ -38,24 +28,37 @@ const FUNCTIONS: usize = 16;
 /// No RPDO has this function code.
 const NOBODY: u16 = u16::MAX;
 
-/// Of a COB-ID; none of [`NONE`].
+/// Returns the function code of a COB-ID; out of range for [`NONE`].
 const fn function(id: u16) -> usize {
     id as usize >> 7
 }
 
-/// All RPDOs of a node.
+/// All RPDOs of a node: they move values from frames into the dictionary.
+///
+/// - With transmission type 0 to 240 the newest frame of a PDO takes effect at the next SYNC, with 254 and 255 at
+///   once. A PDO that carries the time takes effect at once with every type. With types 0 to 240 it is the time of
+///   the last SYNC (ECSS 7.2.3c).
+/// - A frame with fewer bytes than are mapped is not processed. Of a longer frame the mapped bytes are used. A
+///   value outside its limits is not written. The other values of its frame are, but the frame does not count as
+///   applied. All three are errors of their PDO: [`Rpdos::take_event`] returns each when it appears and when it is
+///   gone.
+/// - A frame may end before a value that the device declares optional. Such a value is zero.
+/// - The event timer is a deadline from each good frame to the next. It starts with the first good frame in
+///   Operational, or after the PDO was configured.
+/// - Two PDOs may have the same COB-ID. Both take the frame, in the order of their numbers.
+#[doc(alias("RPDO", "receive PDO"))]
 #[derive(Debug)]
 pub struct Rpdos<S: PdoSlots> {
     ids: S::Receive<u16>,
     /// The first that has a COB-ID with this function code, so that a frame is not compared with all: the pre-defined
     /// connection set has at most one. Or [`NOBODY`].
     first: [u16; FUNCTIONS],
-    /// Whether several share a function code.
+    /// `true`: several share a function code.
     is_shared: bool,
     pdos: S::Receive<Configured>,
-    /// Whether any frame waits for SYNC.
+    /// `true`: a frame waits for SYNC.
     waiting: bool,
-    /// Whether an error appeared or is gone, and was not taken yet.
+    /// `true`: an error appeared or is gone, and was not taken yet.
     has_events: bool,
     /// No deadline is before it.
     next: Instant,
@@ -115,7 +118,7 @@ impl<S: PdoSlots> Default for Rpdos<S> {
 }
 
 impl<S: PdoSlots> Rpdos<S> {
-    /// None is valid.
+    /// Makes the RPDOs of a node. None is valid.
     pub fn new() -> Self {
         Rpdos {
             ids: S::receive(NONE),
@@ -128,7 +131,7 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// None is valid any more.
+    /// Makes all RPDOs invalid.
     pub fn clear(&mut self) {
         for (id, pdo) in self.ids.as_mut().iter_mut().zip(self.pdos.as_mut()) {
             *id = NONE;
@@ -138,11 +141,12 @@ impl<S: PdoSlots> Rpdos<S> {
         self.index();
     }
 
-    /// New values of objects 1400h + `number` and 1600h + `number`, and what [`rules::resolve`] makes of them. What was held is
-    /// gone, its errors are resolved, the deadline waits for the next frame. `brings_time`: among its objects is a time to set.
+    /// Takes new values of objects 1400h + `number` and 1600h + `number`, resolved by [`rules::resolve`]. Drops a
+    /// frame that waits for SYNC, resolves its errors, and starts the deadline with the next frame. `brings_time`:
+    /// the PDO sets the time.
     ///
     /// # Errors
-    /// [`AbortCode::NoObject`] for a `number` without a slot. Nothing was changed.
+    /// [`AbortCode::NoObject`] for a `number` without a slot. Then nothing was changed.
     pub fn configure(
         &mut self,
         number: usize,
@@ -181,7 +185,8 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// Operational is left: what is held is gone, no deadline runs. Errors stay until a good frame comes.
+    /// Notes that Operational is left: drops frames that wait for SYNC and stops all deadlines. Errors last until
+    /// a good frame.
     pub fn stop(&mut self) {
         for pdo in self.pdos.as_mut() {
             pdo.waiting = false;
@@ -191,19 +196,19 @@ impl<S: PdoSlots> Rpdos<S> {
         self.next = Instant::NEVER;
     }
 
-    /// The COB-ID of this one, if it is valid.
+    /// Returns the COB-ID of an RPDO, if it is valid.
     pub fn id(&self, number: usize) -> Option<CobId> {
         CobId::new(*self.ids.as_ref().get(number)?)
     }
 
-    /// The first one with this COB-ID.
+    /// Returns the number of the first RPDO with this COB-ID.
     #[inline]
     pub fn first(&self, id: CobId) -> Option<usize> {
         let number = usize::from(*self.first.get(function(id.raw()))?);
         if self.ids.as_ref().get(number) == Some(&id.raw()) { Some(number) } else { self.next(id, number) }
     }
 
-    /// The next one behind `number` with this COB-ID.
+    /// Returns the number of the next RPDO after `number` with this COB-ID.
     #[inline(always)]
     pub fn next(&self, id: CobId, number: usize) -> Option<usize> {
         if self.is_shared { self.search(id, number) } else { None }
@@ -216,17 +221,17 @@ impl<S: PdoSlots> Rpdos<S> {
         behind.into_iter().find(|(_, other)| **other == id.raw()).map(|(number, _)| number)
     }
 
-    /// A frame with the COB-ID of this one, in Operational, if it takes effect at once, no deadline runs, and all is well
-    /// with it and with the one before. Returns whether that is so; if not, it may be in the dictionary already, but
-    /// [`Rpdos::on_frame`] has yet to take it.
+    /// Handles a plain frame of this RPDO in Operational. A frame is plain if it takes effect at once, has no
+    /// deadline, and neither it nor the frame before has an error. Returns whether it was plain. If not, call
+    /// [`Rpdos::on_frame`]; the values may be in the dictionary already.
     #[inline(always)] // called from one place
     pub fn on_plain_frame<D: Objects>(&mut self, number: usize, frame: &Frame, objects: &mut D) -> bool {
         let pdo = self.pdos.as_ref().get(number).filter(|pdo| pdo.plain == frame.dlc());
         pdo.is_some_and(|pdo| pdo.layout.unpack(objects, frame.bits()))
     }
 
-    /// A frame with the COB-ID of this one, which ended `at`, in Operational. Synchronous ones are taken up to
-    /// `window_end`, or [`Instant::NEVER`] without a window.
+    /// Handles a frame of this RPDO that ended at `at`, in Operational. Frames of synchronous RPDOs are accepted
+    /// until `window_end`, which is [`Instant::NEVER`] without a window.
     #[inline(always)] // called from one place
     pub fn on_frame<D: Objects>(
         &mut self,
@@ -260,13 +265,13 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// Whether any waits for SYNC.
+    /// Returns whether a frame waits for SYNC.
     pub fn is_waiting(&self) -> bool {
         self.waiting
     }
 
-    /// SYNC: what is held takes effect (ECSS 6.9e). `ended` is given the number of each PDO, and whether all its values were
-    /// within their limits.
+    /// Handles a SYNC: frames that wait take effect (ECSS 6.9e). Calls `ended` with the number of each PDO and a
+    /// flag: all its values were within their limits.
     pub fn on_sync<D: Objects>(&mut self, objects: &mut D, ended: &mut impl FnMut(usize, bool)) {
         self.waiting = false;
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
@@ -278,7 +283,7 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// Finds those that are overdue at `now`, once until their next frame.
+    /// Finds RPDOs that are overdue at `now`, each once until its next frame.
     pub fn poll(&mut self, now: Instant) {
         if now < self.next {
             return;
@@ -294,13 +299,13 @@ impl<S: PdoSlots> Rpdos<S> {
         }
     }
 
-    /// Whether an error appeared or is gone, and was not taken yet.
+    /// Returns whether an error appeared or is gone and was not taken yet.
     #[inline]
     pub fn has_events(&self) -> bool {
         self.has_events
     }
 
-    /// The next error that appeared or is gone, and the number of its PDO.
+    /// Returns the next error that appeared or is gone, with the number of its PDO.
     pub fn take_event(&mut self) -> Option<(usize, RpdoEvent)> {
         for (number, pdo) in self.pdos.as_mut().iter_mut().enumerate() {
             let changed = pdo.errors ^ pdo.taken;
@@ -317,7 +322,7 @@ impl<S: PdoSlots> Rpdos<S> {
         None
     }
 
-    /// When to poll next.
+    /// Returns when to poll next.
     pub fn deadline(&self) -> Option<Instant> {
         (self.next < Instant::NEVER).then_some(self.next)
     }
@@ -329,7 +334,7 @@ impl Configured {
         self.plain = if is_plain { self.layout.bytes() } else { NOT_PLAIN };
     }
 
-    /// Whether a frame of this length is processed. Errors appear and go with it.
+    /// Returns whether a frame of this length is processed. Updates the errors of the length.
     #[cold]
     #[inline(never)]
     fn accepts(&mut self, dlc: u8) -> bool {

@@ -1,18 +1,18 @@
-//! What may be wrong with a receive PDO, and how it is told.
+//! Errors of a receive PDO, and their emergencies.
 
 use crate::emcy::ErrorCode;
 
-/// What is wrong with an RPDO.
+/// Error of an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RpdoError {
-    /// The last frame had fewer bytes than are mapped; it was not processed.
+    /// The last frame had fewer bytes than are mapped. It was not processed.
     TooShort,
     /// The last frame had more bytes than are mapped.
     TooLong,
-    /// No frame came in time.
+    /// No frame arrived in time.
     Overdue,
-    /// A value was outside of its limits; it was not written.
+    /// A value was outside its limits. It was not written.
     OutOfRange,
 }
 
@@ -24,7 +24,7 @@ impl RpdoError {
         1 << self as u8
     }
 
-    /// The emergency that reports it.
+    /// Returns the error code of the emergency that reports it.
     pub const fn code(self) -> ErrorCode {
         match self {
             RpdoError::TooShort => ErrorCode::PDO_LENGTH,
@@ -35,7 +35,7 @@ impl RpdoError {
     }
 }
 
-/// An error of an RPDO came or went.
+/// Change of an error of an RPDO.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RpdoEvent {

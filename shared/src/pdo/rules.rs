@@ -1,7 +1,7 @@
-//! What an SDO may write to the parameters of a PDO (CiA 301 7.5.2.35 to 7.5.2.38).
+//! Rules for writing the parameters of a PDO by SDO (CiA 301 7.5.2.35 to 7.5.2.38).
 //!
-//! The procedure: make the PDO invalid (bit 31 of its COB-ID), set the number of mapped objects to zero, write them, set
-//! their number, make it valid. Where CiA 301 leaves the abort code open:
+//! The procedure: make the PDO invalid (bit 31 of its COB-ID), set the number of mapped objects to zero, write
+//! them, set their number, make the PDO valid. CiA 301 leaves some abort codes open. Here they are:
 //!
 //! | refused | with |
 //! | --- | --- |
@@ -20,18 +20,18 @@ use crate::od::{CobIdEntry, EntryUse, INVALID, NO_REMOTE, Objects};
 use crate::pdo::{MAPPED, Mapping, PdoParameters};
 use crate::types::{AbortCode, CobId};
 
-/// Transmission type of a PDO of each 240th SYNC: those above do not depend on SYNC.
+/// Greatest cyclic transmission type: every 240th SYNC. Types above it do not depend on SYNC.
 pub const LAST_CYCLIC: u8 = 240;
 
-/// Whether a transmission type depends on SYNC.
+/// Returns whether a transmission type depends on SYNC.
 pub const fn is_synchronous(transmission: u8) -> bool {
     transmission <= LAST_CYCLIC
 }
 
-/// The parameters of a PDO after a write.
+/// Returns the parameters of a PDO after a write.
 ///
 /// # Errors
-/// See the table above; [`AbortCode::ValueTooHigh`] for what does not fit, [`AbortCode::NoSubIndex`].
+/// See the table above. [`AbortCode::ValueTooHigh`] for a value that does not fit, [`AbortCode::NoSubIndex`].
 pub fn parameters(
     direction: Direction,
     old: &PdoParameters,
@@ -68,7 +68,8 @@ fn check(direction: Direction, cob_id: u32, sub: u8, value: u32) -> Result<(), A
     }
 }
 
-/// Whether a transmission type may be used: neither reserved (241 to 251), nor for remote requests (252, 253).
+/// Returns whether a transmission type may be used. Reserved types (241 to 251) and remote requests (252, 253)
+/// may not.
 pub const fn is_transmission_type(transmission: u8) -> bool {
     matches!(transmission, 0..=240 | 254 | 255)
 }
@@ -77,7 +78,7 @@ fn check_transmission(value: u32) -> Result<(), AbortCode> {
     if u8::try_from(value).is_ok_and(is_transmission_type) { Ok(()) } else { Err(AbortCode::ValueRange) }
 }
 
-/// Whether `value` may be written to a sub-index of the mapping of the PDO that has `cob_id`.
+/// Checks a `value` that a client writes to a sub-index of the mapping of the PDO that has `cob_id`.
 ///
 /// # Errors
 /// See the table above; as [`Layout::new`] for a mapped object, zero excepted, and for their number;
@@ -109,11 +110,11 @@ pub fn mapping<D: Objects>(
     }
 }
 
-/// What a PDO with these parameters and this mapping is: `None` when it is not valid.
+/// Returns the PDO with these parameters and this mapping, `None` if it is not valid.
 ///
 /// # Errors
-/// [`AbortCode::ValueRange`] for a restricted identifier, that of an extended frame and a reserved transmission type,
-/// [`AbortCode::ParameterIncompatible`] when nothing is mapped; as [`Layout::new`].
+/// [`AbortCode::ValueRange`] for a restricted identifier, an extended frame, and a reserved transmission type.
+/// [`AbortCode::ParameterIncompatible`] if nothing is mapped. As [`Layout::new`].
 #[inline(never)] // once for both directions
 pub fn resolve<D: Objects>(
     direction: Direction,

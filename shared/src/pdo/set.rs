@@ -1,14 +1,15 @@
-//! PDOs of a device at power-on, built in constants: what cannot work does not compile.
+//! PDOs of a device at power-on, as constants: an impossible set does not compile.
 
 use super::mapping::{MOST_IN_A_ROW, MOST_OBJECTS};
 use super::planned::{Pdo, tell_object};
 use super::{Direction, PdoSlots, Rpdo, Tpdo};
 use crate::od::{DataType, Declared};
 
-/// PDOs of a device at power-on. Those that are not in the set are not valid until a client configures them.
+/// PDOs of a device at power-on. PDOs that are not in the set are invalid until a client configures them.
 ///
-/// `#[objects(device)]` on the declaration of the application checks its [`Device::PDOS`](crate::node::Device::PDOS) against
-/// all objects of the node, so that `cargo check` shows what is wrong.
+/// `#[objects(device)]` on the declaration of the application checks its
+/// [`Device::PDOS`](crate::node::Device::PDOS) against all objects of the node, so that `cargo check` shows the
+/// error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PdoSet {
     rpdos: &'static [Rpdo],
@@ -16,14 +17,14 @@ pub struct PdoSet {
 }
 
 impl PdoSet {
-    /// No PDO.
+    /// Set without PDOs.
     pub const NONE: Self = PdoSet { rpdos: &[], tpdos: &[] };
 
-    /// The PDOs of a device, in any order.
+    /// Makes the set of the PDOs of a device, in any order.
     ///
     /// # Panics
-    /// When one carries nothing, when two have one number, or when two transmit PDOs may have one COB-ID. In a constant all
-    /// panics of a set are errors of the compiler.
+    /// If a PDO carries nothing, if two have one number, or if two transmit PDOs may have one COB-ID. In a
+    /// constant all panics of a set are compile errors.
     #[track_caller]
     pub const fn new(rpdos: &'static [Rpdo], tpdos: &'static [Tpdo]) -> Self {
         let mut nth = 0;
@@ -55,8 +56,9 @@ impl PdoSet {
         PdoSet { rpdos, tpdos }
     }
 
-    /// Stops the build when a PDO is beyond the slots `S` of the device, or carries what the dictionary does not have, or
-    /// has in another way. [`assert_device`](crate::node::assert_device) calls it for the whole dictionary of a node.
+    /// Stops the build if a PDO is beyond the slots `S` of the device, or if the dictionary has another declaration
+    /// of a mapped value, or none. [`assert_device`](crate::node::assert_device) calls it for the whole dictionary
+    /// of a node.
     ///
     /// # Panics
     /// When called at run time, for the same reasons.
@@ -83,12 +85,12 @@ impl PdoSet {
         }
     }
 
-    /// Receive PDOs.
+    /// Returns the receive PDOs.
     pub const fn rpdos(&self) -> &'static [Rpdo] {
         self.rpdos
     }
 
-    /// Transmit PDOs.
+    /// Returns the transmit PDOs.
     pub const fn tpdos(&self) -> &'static [Tpdo] {
         self.tpdos
     }

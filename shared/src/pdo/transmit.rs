@@ -1,29 +1,30 @@
-//! Transmit PDOs: the dictionary into frames (CiA 301 7.2.2, ECSS 6.2, 6.9).
-//!
-//! | type | sent |
-//! | --- | --- |
-//! | 0 | at the next SYNC after an event |
-//! | 1 to 240 | at every n-th SYNC, the first time after n of them, or at the one whose counter is the SYNC start value |
-//! | 254, 255 | at an event, and when the event timer has run out since the last transmission |
-//!
-//! Entering Operational is no event: event timers start then, and an application that wants more triggers its PDOs. An
-//! event within the inhibit time is sent at its end, with the values of then.
-//!
-//! A SYNC samples before it actuates: give it to the TPDOs first and to the RPDOs after, so that a node reports what
-//! was so at the SYNC, and what a receive PDO sets off goes with the next one.
+//! Transmit PDOs: from the dictionary into frames (CiA 301 7.2.2, ECSS 6.2, 6.9).
 
 use super::{Layout, PdoSlots, rules};
 use crate::od::{Objects, Place};
 use crate::pdo::PdoParameters;
 use crate::types::{AbortCode, CobId, Duration, Frame, Instant};
 
-/// All TPDOs of a node.
+/// All TPDOs of a node: they move values from the dictionary into frames.
+///
+/// | type | sent |
+/// | --- | --- |
+/// | 0 | at the next SYNC after an event |
+/// | 1 to 240 | at every n-th SYNC. The first time is after n of them, or at the SYNC whose counter is the SYNC start value |
+/// | 254, 255 | at an event, and when the event timer has expired since the last transmission |
+///
+/// Entering Operational is not an event. Event timers start then. An application that wants more triggers its PDOs.
+/// An event within the inhibit time is sent at the end of that time, with the values of that instant.
+///
+/// A node has to sample before it acts at a SYNC. Therefore pass the SYNC to the TPDOs first and to the RPDOs after
+/// them. So the node reports its values at the SYNC. Effects of a receive PDO are sent with the next SYNC.
+#[doc(alias("TPDO", "transmit PDO"))]
 #[derive(Debug)]
 pub struct Tpdos<S: PdoSlots> {
     pdos: S::Transmit<Configured>,
     /// Behind the last valid one that a SYNC may send.
     synchronous: usize,
-    /// Whether an event sends any.
+    /// `true`: at least one is sent on events.
     has_events: bool,
     operational: bool,
     /// Nothing is due before it.
@@ -44,13 +45,13 @@ struct Configured {
     /// Milliseconds.
     event_timer: u16,
     inhibit_end: Instant,
-    /// When it is sent without a SYNC: at an event, or when the event timer runs out.
+    /// Instant at which it is sent without a SYNC: at an event, or when the event timer expires.
     due: Instant,
-    /// What it carried before the application changed its objects.
+    /// Content before the application changed its objects.
     before: u64,
 }
 
-/// PDOs sent in one go without a SYNC: whoever takes the frames has room for as many.
+/// Most PDOs sent in one call without a SYNC. The receiver of the frames has room for them.
 pub const AT_ONCE: usize = 8;
 
 /// No SYNC sends it.
@@ -90,7 +91,7 @@ impl Configured {
         self.inhibit_end = Instant::ZERO;
     }
 
-    /// When the event timer runs out that started at `from`.
+    /// Returns when the event timer expires that started at `from`.
     fn timer(&self, from: Instant) -> Instant {
         match self.event_timer {
             0 => Instant::NEVER,
@@ -98,7 +99,7 @@ impl Configured {
         }
     }
 
-    /// Whether an event makes it go out, now or later.
+    /// Returns whether an event makes it go out, now or later.
     fn trigger(&mut self, now: Instant) -> bool {
         match self.transmission {
             _ if self.id.is_none() => return false,
@@ -140,7 +141,7 @@ impl<S: PdoSlots> Default for Tpdos<S> {
 }
 
 impl<S: PdoSlots> Tpdos<S> {
-    /// None is valid.
+    /// Makes the TPDOs of a node. None is valid.
     pub fn new() -> Self {
         Tpdos {
             pdos: S::transmit(Configured::INVALID),
@@ -151,18 +152,18 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// None is valid any more.
+    /// Makes all TPDOs invalid.
     pub fn clear(&mut self) {
         self.pdos.as_mut().fill(Configured::INVALID);
         self.index();
     }
 
-    /// New values of objects 1800h + `number` and 1A00h + `number`, and what [`rules::resolve`] makes of them. It starts as if
-    /// Operational had just been entered; an event that waits for the inhibit time is still sent.
+    /// Takes new values of objects 1800h + `number` and 1A00h + `number`, resolved by [`rules::resolve`]. The TPDO
+    /// starts as if Operational had just been entered. An event that waits for the inhibit time is still sent.
     ///
     /// # Errors
-    /// [`AbortCode::NoObject`] for a `number` without a slot, [`AbortCode::ParameterIncompatible`] for the COB-ID of another
-    /// valid TPDO: no two may send the same. Nothing was changed.
+    /// [`AbortCode::NoObject`] for a `number` without a slot. [`AbortCode::ParameterIncompatible`] for the COB-ID
+    /// of another valid TPDO. Then nothing was changed.
     pub fn configure(
         &mut self,
         number: usize,
@@ -203,22 +204,22 @@ impl<S: PdoSlots> Tpdos<S> {
         self.has_events = self.pdos.as_ref().iter().any(Configured::is_by_event);
     }
 
-    /// The COB-ID of this one, if it is valid.
+    /// Returns the COB-ID of a TPDO, if it is valid.
     pub fn id(&self, number: usize) -> Option<CobId> {
         self.pdos.as_ref().get(number)?.id
     }
 
-    /// Whether this one is valid.
+    /// Returns whether a TPDO is valid.
     pub fn is_valid(&self, number: usize) -> bool {
         self.pdos.as_ref().get(number).is_some_and(|pdo| pdo.id.is_some())
     }
 
-    /// Whether an event sends any.
+    /// Returns whether any TPDO is sent on events.
     pub fn has_events(&self) -> bool {
         self.has_events
     }
 
-    /// Operational is entered.
+    /// Notes that Operational is entered.
     pub fn start(&mut self, now: Instant) {
         self.operational = true;
         for pdo in self.pdos.as_mut() {
@@ -227,15 +228,15 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// Operational is left: nothing is sent any more, events are forgotten.
+    /// Notes that Operational is left: nothing is sent any more, and events are dropped.
     pub fn stop(&mut self) {
         self.operational = false;
         self.next = Instant::NEVER;
         self.pdos.as_mut().iter_mut().for_each(Configured::stop);
     }
 
-    /// An event for one of them. Returns whether that makes it go out: at the next SYNC, or when polled next. Nothing
-    /// happens to cyclic ones, and outside of Operational.
+    /// Takes an event for one TPDO. Returns whether the event makes it go out, at the next SYNC or at the next
+    /// poll. Does nothing for a cyclic TPDO, and outside of Operational.
     pub fn trigger(&mut self, number: usize, now: Instant) -> bool {
         let Some(pdo) = self.pdos.as_mut().get_mut(number).filter(|_| self.operational) else { return false };
         let goes = pdo.trigger(now);
@@ -243,7 +244,7 @@ impl<S: PdoSlots> Tpdos<S> {
         goes
     }
 
-    /// A value changed: an event for all that carry it.
+    /// Notes that a value changed: an event for all TPDOs that carry it.
     pub fn on_changed(&mut self, place: Place, now: Instant) {
         if !self.operational {
             return;
@@ -256,7 +257,8 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// The application is about to change its objects: remembers what those carry that are sent on events.
+    /// Remembers the contents of the TPDOs that are sent on events. Call it before the application changes its
+    /// objects.
     #[inline(never)] // an application need not have it twice
     pub fn remember<D: Objects>(&mut self, objects: &D) {
         for pdo in self.pdos.as_mut().iter_mut().filter(|pdo| pdo.is_by_event()) {
@@ -264,7 +266,7 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// The application has changed its objects: an event for all that carry something else than they did.
+    /// Compares with the contents remembered before: an event for each TPDO with another content.
     #[inline(never)] // an application need not have it twice
     pub fn trigger_changed<D: Objects>(&mut self, objects: &D, now: Instant) {
         if !self.operational {
@@ -278,7 +280,8 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// SYNC, with its counter, or zero when it has none (ECSS 6.9b, e): sends what is synchronous and due.
+    /// Handles a SYNC with its counter, zero if it has none (ECSS 6.9b, e). Sends the synchronous TPDOs that are
+    /// due.
     #[inline(always)] // called from one place
     pub fn on_sync<D: Objects>(&mut self, counter: u8, objects: &D, send: &mut impl FnMut(usize, Frame)) {
         for (number, pdo) in self.pdos.as_mut().iter_mut().take(self.synchronous).enumerate() {
@@ -300,7 +303,7 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// Sends what is due at `now`, at most [`AT_ONCE`]: the others are still due then.
+    /// Sends what is due at `now`, at most [`AT_ONCE`] frames. The others stay due.
     pub fn poll<D: Objects>(&mut self, now: Instant, objects: &D, send: &mut impl FnMut(usize, Frame)) {
         if now < self.next {
             return;
@@ -317,7 +320,7 @@ impl<S: PdoSlots> Tpdos<S> {
         }
     }
 
-    /// When to poll next.
+    /// Returns when to poll next.
     pub fn deadline(&self) -> Option<Instant> {
         (self.next < Instant::NEVER).then_some(self.next)
     }

@@ -1,4 +1,4 @@
-//! Slaves that send too much: stopped, then reset, then left behind on their bus (ECSS 5.3.3.1b).
+//! Babbling slaves: the master stops them, then resets them, then leaves their bus (ECSS 5.3.3.1b).
 
 use heapless::Vec;
 
@@ -10,22 +10,23 @@ use crate::types::{Duration, Instant, NodeId};
 const PLACES: usize = 128;
 /// Slaves that are silenced at the same time.
 const CASES: usize = 4;
-/// What was commanded has effect by then, and what was queued before has left.
+/// Time after which a command has its effect, and frames that were queued before have left.
 const PATIENCE: Duration = Duration::from_millis(500);
-/// A slave that was silenced may run again when it was quiet for so long.
+/// Quiet time after which a slave that was silenced may run again.
 const HOLD: Duration = Duration::from_millis(10_000);
 
-/// What the master did about a babbling slave.
+/// Step that the master took against a babbling slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BabblingStep {
-    /// Commanded it to stop. It is not started unasked until it was quiet for 10 s.
+    /// The master stopped the slave. It does not start it again before it was quiet for 10 s, unless the
+    /// application does.
     Stopped = 1,
-    /// Reset it: it babbled on for 500 ms.
+    /// The master reset the slave, which went on babbling for 500 ms.
     Reset = 2,
-    /// Left the bus: it babbled on for 500 ms more.
+    /// The master left the bus, because the slave went on babbling for another 500 ms.
     BusLeft = 3,
-    /// It was quiet for 10 s and may be started again, or the application has commanded it.
+    /// The slave was quiet for 10 s and may be started again, or the application commanded it.
     Quiet = 4,
 }
 
@@ -39,7 +40,7 @@ struct Case {
     was_held: bool,
 }
 
-/// The slaves that the master hears, and those among them that babble.
+/// Watches the slaves that the master hears for babbling ones.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Babblers {
     rate: Rate,
@@ -51,14 +52,14 @@ pub struct Babblers {
 }
 
 impl Babblers {
-    /// Nobody babbles. The bus is left again after `dwell` at the earliest.
+    /// Makes a watch without babbling slaves. `dwell`: least time before the bus is left again.
     pub const fn new(rate: Rate, dwell: Duration) -> Self {
         let buckets = [Bucket::FULL; PLACES];
         Babblers { rate, dwell, not_before: Instant::ZERO, cases: Vec::new(), buckets }
     }
 
-    /// A frame of a slave on the active bus. Returns what is to be done about it. `is_held`: the application keeps it from
-    /// running.
+    /// Takes a frame of a slave on the active bus. Returns the step to take. `is_held`: the application keeps the
+    /// slave from running.
     pub fn on_frame(&mut self, node: NodeId, is_held: bool, at: Instant) -> Option<BabblingStep> {
         let bucket = self.buckets.get_mut(usize::from(node.get()))?;
         if bucket.take(self.rate, at.as_micros() as u32) {
@@ -86,20 +87,22 @@ impl Babblers {
         Some(next)
     }
 
-    /// The application commands these slaves: it knows what it does. The next one that was silenced, call until `None`.
+    /// Takes a command of the application to these slaves, which ends their babbling. Returns the next slave that
+    /// was silenced. Call it until `None`.
     pub fn on_commanded(&mut self, target: Target) -> Option<NodeId> {
         let place = self.cases.iter().position(|case| target.includes(case.node))?;
         Some(self.cases.swap_remove(place).node)
     }
 
-    /// The next slave that was quiet long enough, and whether the application keeps it from running; call until `None`.
+    /// Returns the next slave that was quiet for long enough, and a flag: the application keeps it from running.
+    /// Call it until `None`.
     pub fn poll(&mut self, now: Instant) -> Option<(NodeId, bool)> {
         let place = self.cases.iter().position(|case| case.last + HOLD <= now)?;
         let Case { node, was_held, .. } = self.cases.swap_remove(place);
         Some((node, was_held))
     }
 
-    /// When to poll next.
+    /// Returns when to poll next.
     pub fn deadline(&self) -> Option<Instant> {
         self.cases.iter().map(|case| case.last + HOLD).min()
     }

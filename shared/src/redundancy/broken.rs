@@ -1,24 +1,24 @@
-//! Rules that are broken on purpose: the model checker or the campaign of faults must find every one.
+//! Rules that tests break on purpose. The model checker or the fault campaign must find every one.
 
-/// A rule that does not hold.
+/// Rule that is broken on purpose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Broken {
-    /// The master stays where it hears no slave, for ever.
+    /// The master stays without a limit on a bus where it hears no slave.
     NoDwell,
-    /// The master does not start slaves that somebody else stopped.
+    /// The master does not start slaves that another node stopped.
     LeavesStopped,
-    /// The master tries the other bus again and again for the same slaves.
+    /// The master tries the other bus repeatedly for the same slaves.
     TriesForEver,
-    /// A slave that follows the master does not go to its bus.
+    /// A slave that follows the master does not change to its bus.
     StaysBehind,
-    /// A search has a switch too many.
+    /// A search makes one switch too many.
     TogglesOnceMore,
     /// Each switch of a search changes Bdefault.
     BdefaultByToggle,
-    /// Of two active masters none yields.
+    /// Neither of two active masters yields.
     NeverYields,
-    /// An active master does not say that it is active.
+    /// An active master sends no claims.
     NeverCalls,
     /// Every node that was heard counts as a slave.
     CountsEverybody,
@@ -28,8 +28,8 @@ pub enum Broken {
     TrustsStarted,
     /// A slave follows every message of a master to the other bus at once.
     FollowsEverybody,
-    /// A master that is found does not become Bdefault.
+    /// The bus on which the master was found does not become Bdefault.
     KeepsBdefault,
-    /// A slave takes no notice of another node with its Node-ID.
+    /// A slave ignores another node with its Node-ID.
     IgnoresClash,
 }

@@ -3,22 +3,22 @@
 use crate::link::port::ErrorState;
 use crate::types::{Duration, Instant};
 
-/// How often a controller may come back from bus-off.
+/// Policy for the recovery from bus-off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusOffPolicy {
-    /// Between bus-off and the start of the recovery sequence.
+    /// Time from bus-off to the start of the recovery sequence.
     pub pause: Duration,
-    /// What a recovery sequence may take; then it counts as another bus-off. Above 128 of the longest frames, each of
-    /// which ends in 11 recessive bits: 17 ms at 1 Mbit/s.
+    /// Longest time of a recovery sequence. Beyond it counts as another bus-off. It is above 128 of the longest
+    /// frames, each of which ends in 11 recessive bits: 17 ms at 1 Mbit/s.
     pub patience: Duration,
-    /// Recoveries allowed in a window.
+    /// Number of recoveries allowed in a window.
     pub attempts: u8,
-    /// Counts from the first bus-off. A failed bus is tried again when it ends.
+    /// Length of the window from the first bus-off on. A failed bus is tried again when the window ends.
     pub window: Duration,
 }
 
-/// The recovery of one controller.
+/// State of the recovery of one controller.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct BusOffRecovery {
@@ -31,24 +31,24 @@ pub struct BusOffRecovery {
     failed: bool,
     /// The recovery sequence runs.
     recovering: bool,
-    /// When the recovery sequence begins, or should have ended.
+    /// Instant at which the recovery sequence begins, or should have ended.
     due: Instant,
     window_end: Instant,
     used: u8,
 }
 
-/// What is due.
+/// Step of a recovery that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RecoveryStep {
-    /// Begin the recovery sequence.
+    /// Begin the recovery sequence of the controller.
     Recover,
-    /// Too many bus-offs in the window: the bus is failed.
+    /// Declare the bus failed: there were too many bus-offs in the window.
     Failed,
 }
 
 impl BusOffRecovery {
-    /// On the bus.
+    /// Makes the state of a controller on its bus.
     pub const fn new(policy: BusOffPolicy) -> Self {
         let BusOffPolicy { pause, patience, attempts, window } = policy;
         BusOffRecovery {
@@ -65,7 +65,7 @@ impl BusOffRecovery {
         }
     }
 
-    /// The controller is in this state now.
+    /// Takes the present state of the controller. Returns the step that is due.
     pub fn on_state(&mut self, state: ErrorState, now: Instant) -> Option<RecoveryStep> {
         let was_off = core::mem::replace(&mut self.off, state == ErrorState::BusOff);
         if !self.off {
@@ -89,12 +89,12 @@ impl BusOffRecovery {
         (!core::mem::replace(&mut self.failed, true)).then_some(RecoveryStep::Failed)
     }
 
-    /// The bus was left: nothing to recover any more.
+    /// Notes that the bus was left: there is nothing to recover.
     pub fn leave(&mut self) {
         (self.off, self.failed, self.recovering, self.due) = (false, false, false, Instant::NEVER);
     }
 
-    /// What is due at `now`.
+    /// Returns the step that is due at `now`.
     pub fn poll(&mut self, now: Instant) -> Option<RecoveryStep> {
         if now < self.due {
             return None;
@@ -106,12 +106,12 @@ impl BusOffRecovery {
         Some(RecoveryStep::Recover)
     }
 
-    /// When something is due.
+    /// Returns when a step is due.
     pub fn deadline(&self) -> Option<Instant> {
         (self.due < Instant::NEVER).then_some(self.due)
     }
 
-    /// Whether the bus is failed: until the controller is back on it.
+    /// Returns whether the bus is failed. It is until the controller is on it again.
     pub const fn is_failed(&self) -> bool {
         self.failed
     }

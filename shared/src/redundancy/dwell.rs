@@ -1,4 +1,4 @@
-//! How long a master that hears none of its slaves stays on a bus.
+//! Dwell: time that a master stays on a bus on which it hears none of its slaves.
 
 use super::Parameters;
 use crate::types::{Duration, Instant};
@@ -15,7 +15,7 @@ impl Dwell {
         Dwell { since: Instant::ZERO, shortest }
     }
 
-    /// A slave was heard, or the bus changed. An instant before the last one changes nothing.
+    /// Restarts the dwell: a slave was heard, or the bus changed. An instant before the last one changes nothing.
     pub fn restart(&mut self, at: Instant) {
         self.since = self.since.max(at);
     }
@@ -24,7 +24,7 @@ impl Dwell {
         parameters.dwell(self.shortest)
     }
 
-    /// When the other bus is to be tried; `None` while slaves are not monitored.
+    /// Returns when to try the other bus. `None` while slaves are not monitored.
     pub fn end(&self, parameters: &Parameters) -> Option<Instant> {
         let is_monitoring = parameters.consumer > Duration::ZERO;
         is_monitoring.then(|| self.since + self.length(parameters))

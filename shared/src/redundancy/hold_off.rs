@@ -1,9 +1,9 @@
-//! What a slave with parallel access makes of heartbeats of the master on both buses.
+//! Resolves contradicting heartbeats: a slave with parallel access hears a master on both buses.
 //!
-//! There is one master, so one of the two is forged, or comes from a faulty node. A slave cannot know which from the
-//! first one: it may be the first message after a change of the bus, and it follows. The next heartbeat on the bus that
-//! it left is the contradiction. Then the bus counts on which the master works, and where that does not decide, the one on
-//! which it was before.
+//! There is one master, so one of the two heartbeats is forged, or comes from a faulty node. The first heartbeat on
+//! the other bus does not show which: it may be the first message after a change of the bus, and the slave follows
+//! it. The next heartbeat on the old bus is the contradiction. Then the bus counts on which the master works. If
+//! that does not decide, the bus counts on which the master was before.
 
 use super::Parameters;
 use crate::types::{Bus, Duration, Instant, PerBus};
@@ -23,12 +23,12 @@ pub(super) struct Rhythm {
 }
 
 impl Rhythm {
-    /// No heartbeats yet.
+    /// Makes an empty record of gaps.
     pub const fn new() -> Self {
         Rhythm { gaps: [0; 4], count: 0 }
     }
 
-    /// Two heartbeats in a row on one bus.
+    /// Records the time between two consecutive heartbeats on one bus.
     #[inline]
     pub fn note(&mut self, gap: Duration) {
         if let Some(oldest) = self.gaps.get_mut(usize::from(self.count & 3)) {
@@ -37,9 +37,11 @@ impl Rhythm {
         self.count = self.count.wrapping_add(1);
     }
 
-    /// Silence after which the master has left a bus: one and a half of the longest gap, half the consumer time when no
-    /// gap is known. Heartbeats of an intruder on the same bus shorten the gaps: the period of this node's own heartbeat
-    /// counts as one.
+    /// Returns the silence after which the master counts as gone from a bus: 1.5 times the longest recorded gap, or
+    /// half the consumer time if none was recorded.
+    ///
+    /// Heartbeats of an intruder on the same bus make gaps shorter. Therefore the period of this node's own
+    /// heartbeat is the least gap that counts.
     pub fn patience(&self, parameters: &Parameters) -> Duration {
         let longest = self.gaps.iter().copied().max().unwrap_or(0);
         if longest == 0 {
@@ -54,31 +56,32 @@ impl Rhythm {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Move {
-    /// When.
+    /// End of the heartbeat that caused the move.
     pub at: Instant,
-    /// The last heartbeat on the bus that was left.
+    /// End of the last heartbeat on the bus that was left.
     pub last: Instant,
-    /// Bdefault before.
+    /// Bdefault before the move.
     pub bdefault: Bus,
-    /// The heartbeats on the bus that was left.
+    /// Gaps between the heartbeats on the bus that was left.
     pub rhythm: Rhythm,
 }
 
 impl Move {
-    /// Whether a heartbeat on the bus that was left, which ended at `at`, was under way when the master left.
+    /// Returns whether a heartbeat on the bus that was left, which ended at `at`, was on its way when the master
+    /// left.
     pub fn was_under_way(&self, at: Instant) -> bool {
         at <= self.at + UNDER_WAY
     }
 
-    /// Whether a heartbeat on the bus that was left, which ended at `at`, continues those before the move: later the master
-    /// has left that bus, whatever comes there.
+    /// Returns whether a heartbeat on the bus that was left, which ended at `at`, continues those before the
+    /// move. Later the master has left that bus, and what arrives there does not count.
     pub fn is_open(&self, at: Instant, parameters: &Parameters) -> bool {
         at < self.at + self.rhythm.patience(parameters)
     }
 }
 
-/// On which bus the master works: frames of its services (SYNC, SDO, PDO) that came on each. A node that forges or repeats
-/// heartbeats does not do the master's work.
+/// On which bus the master works: frames of its services (SYNC, SDO, PDO) that came on each. A node that forges or
+/// repeats heartbeats does not do the master's work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Work {
@@ -90,25 +93,25 @@ pub(super) struct Work {
 }
 
 impl Work {
-    /// None seen.
+    /// Makes a record without frames.
     pub const fn new() -> Self {
         let none = PerBus { nominal: 0, redundant: 0 };
         Work { frames: none, before: none, since: Instant::ZERO }
     }
 
-    /// Looks at what comes from now on.
+    /// Starts the observation at `now`.
     pub fn restart(&mut self, now: Instant) {
         (self.before, self.since) = (self.frames, now);
     }
 
-    /// Looks at what comes from now on, unless that has just begun.
+    /// Starts the observation again, unless it began less than `patience` ago.
     pub fn renew(&mut self, now: Instant, patience: Duration) {
         if now >= self.since + patience {
             self.restart(now);
         }
     }
 
-    /// Whether all work was done on `bus`, and some was.
+    /// Returns whether the master worked on `bus`, and not on the other one.
     pub fn is_only_on(&self, bus: Bus) -> bool {
         let is_done = |bus| self.frames[bus] != self.before[bus];
         is_done(bus) && !is_done(bus.other())

@@ -1,4 +1,4 @@
-//! The master's side: heartbeat on the active bus, and when to go to the other one (ECSS 8.3.3a, b).
+//! Choice of the active bus by the master (ECSS 8.3.3a, b).
 
 use super::dwell::Dwell;
 use super::peers::PLACES;
@@ -11,18 +11,45 @@ use crate::types::{Bus, Duration, Frame, Instant, NmtState, NodeId, PerBus, earl
 #[cfg(feature = "model")]
 mod relative;
 
-/// Decides which bus is active. Hears nodes with Node-IDs below `N`.
+/// Decides which bus is active, for the master. Hears nodes with Node-IDs below `N`.
+///
+/// The master makes a bus *active* by its heartbeat there. [`SwitchCause`] has the reasons to leave it. For
+/// example, no node acknowledges any more, too many slaves are silent, or the application requests it. After a
+/// switch it *announces* the new bus: its heartbeat is the first frame.
+///
+/// ```
+/// use ecss_can::profile::Profile;
+/// use ecss_can::redundancy::{Action, Manager, SwitchCause};
+/// use ecss_can::types::{Bus, Duration, Instant};
+///
+/// let (dwell, grace) = (Duration::from_millis(10_000), Duration::from_millis(1));
+/// let mut manager: Manager = Manager::new(Profile::DEFAULT.redundancy(), 50, dwell, grace);
+/// manager.start(Instant::ZERO);
+/// let at = manager.deadline().unwrap();
+/// assert!(matches!(manager.poll(at), Some(Action::Heartbeat { bus: Bus::Nominal, .. })));
+///
+/// manager.request(Bus::Redundant);
+/// let (from, to) = (Bus::Nominal, Bus::Redundant);
+/// assert_eq!(manager.poll(at), Some(Action::Switched { from, to, cause: SwitchCause::Commanded }));
+/// assert!(matches!(manager.poll(at), Some(Action::Heartbeat { bus: Bus::Redundant, .. })));
+/// ```
+///
+/// # Limits
+///
+/// - Only nodes that count decide: those that 1F81h assigns, and those whose SDO server answered. See [`Peers`].
+/// - A master that hears no slave on either bus changes the bus once in a *dwell*: [`Parameters::dwell`].
+#[doc(alias("redundancy master", "active bus", "bus switch"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Manager<const N: usize = PLACES> {
     parameters: Parameters,
     /// Share of the slaves whose silence makes a bus bad, percent.
     silent_share: u8,
-    /// Error passive this long without an acknowledgement or a received frame: the master is isolated. Rules out a burst
-    /// of errors that ends with a frame of another node.
+    /// Error passive this long without an acknowledgement or a received frame: the master is isolated. Rules out a
+    /// burst of errors that ends with a frame of another node.
     grace: Duration,
     active: Bus,
     heartbeat: Producer,
-    /// What heartbeats say of the master itself.
+    /// NMT state of the master, for its heartbeats.
     state: NmtState,
     announcing: bool,
     peers: Peers<N>,
@@ -35,38 +62,38 @@ pub struct Manager<const N: usize = PLACES> {
     unacknowledged: PerBus<bool>,
     failed: PerBus<bool>,
     wanted: Option<Bus>,
-    /// Slaves that were silent on the other bus when it was left. A bus that failed counts as one that serves a single slave:
-    /// any that serves more is better, and one without any is not.
+    /// Slaves that were silent on the other bus when it was left. A bus that failed counts as one that serves a
+    /// single slave: any that serves more is better, and one without any is not.
     left_behind: u32,
     dwell: Dwell,
     trial: Trial,
-    /// When assigned slaves that were never heard are reported.
+    /// Instant at which assigned slaves that were never heard are reported.
     report: Option<Instant>,
     #[cfg(feature = "model")]
     broken: Option<super::Broken>,
 }
 
-/// Why the master left a bus.
+/// Reason why the master left a bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SwitchCause {
-    /// Its controller went bus-off too often.
+    /// Its controller went bus-off too often on this bus.
     BusOff,
-    /// No node acknowledges there any more.
+    /// No node acknowledges on this bus any more.
     Isolated,
-    /// Too many slaves went silent there.
+    /// Too many slaves became silent on this bus.
     SlavesSilent,
     /// No slave was heard on either bus for a dwell.
     Unheard,
-    /// Some slaves are silent there and heard on the other bus, which is tried.
+    /// Some slaves are silent on this bus and heard on the other one, which is tried.
     Tried,
-    /// It was tried, and fewer slaves are heard than on the bus before.
+    /// The bus was tried, and fewer slaves are heard on it than on the one before.
     TriedInVain,
-    /// The application requested it, or a slave babbled there in spite of a reset.
+    /// The application requested it, or a slave babbled on this bus after it was reset.
     Commanded,
 }
 
-/// One thing that is due.
+/// Action that is due.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Action {
@@ -74,29 +101,30 @@ pub enum Action {
     Heartbeat {
         /// The active bus.
         bus: Bus,
-        /// 701h.
+        /// Heartbeat of the master, 701h.
         frame: Frame,
     },
-    /// The active bus changed. Its heartbeat is the next action; nothing else goes out there before it did.
+    /// The active bus changed. The next action is the heartbeat on it. Nothing else may be sent on it before.
     Switched {
-        /// Bus on which everything pending is abandoned.
+        /// Bus that was left. Everything that waits for it is aborted.
         from: Bus,
-        /// The active bus now.
+        /// Bus that is active now.
         to: Bus,
-        /// Why.
+        /// Reason for the change.
         cause: SwitchCause,
     },
-    /// No heartbeat of this node on either bus for the consumer time.
+    /// This node sent no heartbeat on either bus for the consumer time.
     Lost(NodeId),
-    /// This node does not count as a slave and was silent for ten consumer times: nothing is known of it any more.
+    /// This node does not count as a slave and was silent for ten consumer times. The manager has forgotten it.
     Forgotten(NodeId),
-    /// This slave is assigned and was heard on neither bus in the first two dwells after power-on.
+    /// This slave is assigned and was not heard on either bus in the first two dwells after power-on.
     Unheard(NodeId),
 }
 
 impl<const N: usize> Manager<N> {
-    /// On the default bus (ECSS 8.3.2a). `silent_share` in percent, `1..=100`; `dwell`: shortest time on a bus without a
-    /// slave on either; `grace`: how long errors may last before they mean something. Idle until [`Manager::start`].
+    /// Makes a manager on the default bus (ECSS 8.3.2a), idle until [`Manager::start`]. `silent_share`: in
+    /// percent, `1..=100`. `dwell`: shortest time on a bus while no slave is heard on either. `grace`: time that
+    /// errors may last without an effect.
     #[inline(never)] // made in its place
     pub const fn new(parameters: Parameters, silent_share: u8, dwell: Duration, grace: Duration) -> Self {
         Manager {
@@ -124,30 +152,31 @@ impl<const N: usize> Manager<N> {
         }
     }
 
-    /// The NMT state of the master, for its heartbeats.
+    /// Sets the NMT state of the master, for its heartbeats.
     pub fn set_state(&mut self, state: NmtState) {
         self.state = state;
     }
 
-    /// The boot-up message went out: heartbeats from now on.
+    /// Notes that the boot-up message was sent. From now on the manager sends heartbeats.
     pub fn start(&mut self, now: Instant) {
         self.heartbeat.announce(now);
         self.dwell.restart(now);
         self.report = Some(now + self.dwell.length(&self.parameters).times(2));
     }
 
-    /// Another master is active on this bus.
+    /// Notes that another master is active on this bus.
     pub const fn follow(&mut self, bus: Bus) {
         self.active = bus;
     }
 
-    /// Another master is active: no heartbeat of this one.
+    /// Stops the heartbeat: another master is active.
     pub fn stand_by(&mut self) {
         self.heartbeat.stop();
     }
 
-    /// Becomes active on this bus: its heartbeat is the next action, and nothing else goes out before it did. `slaves`: those of
-    /// the master that was active before, a bit for each Node-ID; they count without being asked.
+    /// Becomes active on this bus. The next action is its heartbeat, and nothing else may be sent before.
+    /// `slaves`: slaves of the master that was active before, a bit for each Node-ID. They count without an
+    /// answer by SDO.
     pub fn take_over(&mut self, bus: Bus, slaves: u128, now: Instant) {
         self.peers.adopt(slaves);
         (self.unacknowledged, self.failed, self.wanted) = Default::default();
@@ -156,36 +185,37 @@ impl<const N: usize> Manager<N> {
         self.report = Some(now + self.dwell.length(&self.parameters).times(2));
     }
 
-    /// New values of 1016h, 1017h and 2000h. The heartbeat goes on in a new period; the default bus is that of the next
-    /// power-on.
+    /// Takes new values of 1016h, 1017h and 2000h. The heartbeat continues with the new period. The new Bdefault
+    /// holds from the next power-on.
     pub fn configure(&mut self, parameters: Parameters, now: Instant) {
         self.parameters = parameters;
         self.heartbeat.set_period(parameters.producer, now);
     }
 
-    /// The active bus.
+    /// Returns the active bus.
     pub const fn active(&self) -> Bus {
         self.active
     }
 
-    /// Whether the active bus is announced by a heartbeat. Until then nothing else may go out on it: slaves that follow
-    /// later would miss what came first, and most COB-IDs win arbitration against 701h.
+    /// Returns whether the active bus was announced by a heartbeat. Until then nothing else may be sent on it:
+    /// slaves that follow later would miss it, and most COB-IDs win arbitration against 701h.
     pub const fn is_announced(&self) -> bool {
         !self.announcing
     }
 
-    /// The nodes heard.
+    /// Returns the nodes that were heard.
     pub const fn peers(&self) -> &Peers<N> {
         &self.peers
     }
 
-    /// The nodes heard, to assign, hold or ask some.
+    /// Returns the nodes that were heard, to assign, hold or ask some of them.
     pub fn peers_mut(&mut self) -> &mut Peers<N> {
         &mut self.peers
     }
 
-    /// Any frame on `bus`; `node`: its sender, where its COB-ID has one. Returns whether it is the first of a slave that
-    /// counts since the active bus changed: [`Manager::deadline`] may be earlier than it was. Other frames never make it so.
+    /// Takes a frame on `bus`. `node`: its sender, if the COB-ID has one. Returns `true` for the first frame of a
+    /// slave that counts since the active bus changed: then [`Manager::deadline`] may be earlier than before.
+    /// Other frames never make it earlier.
     pub fn on_frame(&mut self, bus: Bus, node: Option<NodeId>, at: Instant) -> bool {
         if bus == self.active {
             self.not_alone(at);
@@ -197,25 +227,25 @@ impl<const N: usize> Manager<N> {
         bus == self.active && !core::mem::replace(&mut self.heard_here, true)
     }
 
-    /// A heartbeat or boot-up message of another node.
+    /// Takes a heartbeat or boot-up message of another node.
     pub fn on_heartbeat(&mut self, bus: Bus, node: NodeId, state: NmtState, at: Instant) -> PeerHeartbeat {
         self.peers.on_heartbeat(node, state, bus == self.active, at, &self.parameters)
     }
 
-    /// The SDO server of `node` answered on the active bus: it counts as a slave.
+    /// Takes an answer of the SDO server of `node` on the active bus: the node counts as a slave.
     pub fn on_answer(&mut self, node: NodeId, at: Instant) {
         self.peers.on_answer(node, at);
         self.on_frame(self.active, Some(node), at);
     }
 
-    /// A frame of ours was acknowledged on `bus`.
+    /// Notes that a frame of this node was acknowledged on `bus`.
     pub fn on_sent(&mut self, bus: Bus, at: Instant) {
         if bus == self.active {
             self.not_alone(at);
         }
     }
 
-    /// Our heartbeat was acknowledged on `bus`.
+    /// Notes that the heartbeat of this node was acknowledged on `bus`.
     pub fn on_heartbeat_sent(&mut self, bus: Bus, at: Instant) {
         if bus == self.active {
             self.announcing = false;
@@ -225,14 +255,14 @@ impl<const N: usize> Manager<N> {
         }
     }
 
-    /// Our heartbeat was not sent on `bus`, for another reason than leaving it.
+    /// Notes that the heartbeat of this node was not sent on `bus`, for another reason than leaving it.
     pub fn on_heartbeat_failed(&mut self, bus: Bus) {
         if bus == self.active {
             self.announcing = false;
         }
     }
 
-    /// State of a controller; `failed`: it went bus-off too often.
+    /// Takes the state of a controller. `failed`: it went bus-off too often.
     pub fn on_health(&mut self, bus: Bus, health: Health, failed: bool, now: Instant) {
         let unacknowledged = health.state == ErrorState::Passive && health.last_error == LastError::Ack;
         self.unacknowledged[bus] = unacknowledged;
@@ -243,12 +273,12 @@ impl<const N: usize> Manager<N> {
         self.peers.recheck(now);
     }
 
-    /// Requests this bus; nothing happens if it is the active one.
+    /// Requests this bus. Does nothing if it is active already.
     pub fn request(&mut self, bus: Bus) {
         self.wanted = Some(bus);
     }
 
-    /// One thing that is due at `now`; call until `None`.
+    /// Returns one action that is due at `now`. Call it until `None`.
     pub fn poll(&mut self, now: Instant) -> Option<Action> {
         if let Some(wanted) = self.wanted.take()
             && wanted != self.active
@@ -289,7 +319,7 @@ impl<const N: usize> Manager<N> {
         Some(Action::Heartbeat { bus: self.active, frame })
     }
 
-    /// When [`Manager::poll`] has something to do.
+    /// Returns when to call [`Manager::poll`] next.
     pub fn deadline(&self) -> Option<Instant> {
         let leaving =
             if self.may_leave() { earliest(&[self.isolated_at(), self.unheard_at()]) } else { None };
@@ -313,7 +343,7 @@ impl<const N: usize> Manager<N> {
         self.dwell.end(&self.parameters)
     }
 
-    /// Whether slaves that are silent here are a reason to leave, and how many they are.
+    /// Returns the reason to leave the bus because of silent slaves, and their number.
     fn silence(&mut self, now: Instant) -> Option<(SwitchCause, u32)> {
         if self.parameters.consumer == Duration::ZERO || !self.may_leave() {
             return None;
@@ -360,7 +390,7 @@ impl<const N: usize> Manager<N> {
         self.alone_since = self.alone_since.map(|since| since.max(at));
     }
 
-    /// How long after a switch slaves may take to be heard.
+    /// Returns the time after a switch in which slaves have to be heard.
     fn visit(&self) -> Duration {
         self.parameters.settling_time().max(self.parameters.consumer)
     }

@@ -1,7 +1,45 @@
-//! Redundancy management: which of the two buses is the active one (ECSS 8).
+//! Redundancy management: the choice of the active bus (ECSS 8).
 //!
-//! The master decides by where it sends its heartbeat ([`Manager`]); slaves follow ([`Selector`]). Of two master boards one is
-//! active ([`Standby`]). All are pure: facts and the time in, decisions out, equal states compare and hash equal.
+//! A spacecraft has two buses, and exactly one of them is *active*: the one on which the master sends its
+//! heartbeat. A node with *parallel access* is on both buses all the time. A node with *selective access* is on one
+//! bus at a time. A slave that misses the master *searches*: it changes the bus every *Ttoggle* consumer times, at
+//! most *Ntoggle* times.
+//!
+//! | type | decides |
+//! | --- | --- |
+//! | [`Manager`] | which bus the master makes active, and when it changes |
+//! | [`Selector`] | which bus a slave considers active |
+//! | [`Standby`] | which of two master boards is active |
+//! | [`BusOffRecovery`] | when a controller returns from bus-off, and when its bus is failed |
+//! | [`Babblers`] | what the master does against a slave that sends too many frames |
+//! | [`Peers`] | which nodes count as slaves, and which of them are lost or silent |
+//!
+//! ```
+//! use ecss_can::redundancy::Parameters;
+//! use ecss_can::types::{Bus, Duration};
+//!
+//! let parameters = Parameters {
+//!     consumer: Duration::from_millis(250), // 1016h
+//!     producer: Duration::from_millis(100), // 1017h
+//!     bdefault: Bus::Nominal,               // 2000h sub 1
+//!     ttoggle: 2,                           // 2000h sub 2
+//!     ntoggle: 50,                          // 2000h sub 3
+//!     ctoggle: 0,                           // 2000h sub 4
+//! };
+//! assert_eq!(parameters.toggling_time().as_millis(), 500); // on one bus
+//! assert_eq!(parameters.search_time().as_millis(), 25_500); // until the slave gives up
+//! ```
+//!
+//! All types are pure state machines: they take facts and the time, and return decisions. Equal states are equal
+//! and have equal hashes, so that a model checker can visit them all.
+//!
+//! # Limits
+//!
+//! - A slave follows a forged heartbeat on the other bus, and returns when the old bus contradicts it (EMCY 8150h).
+//! - Two nodes that send the heartbeat of the master on one bus look like one to a slave.
+//! - A slave with selective access that gave up its search on a dead bus stays there (ECSS 8.3.3j). The profile
+//!   checks that a search is long enough:
+//!   [`is_search_long_enough`](crate::profile::Profile::is_search_long_enough).
 
 mod babblers;
 #[cfg(feature = "model")]
@@ -30,18 +68,20 @@ pub use standby::{Answer, Claim, Pair, Role, RoleCause, RoleChange, Standby, Str
 
 use crate::types::{Bus, Duration};
 
-/// How a node reaches its two buses (ECSS 8.2).
+/// Access of a node to its two buses (ECSS 8.2).
+#[doc(alias("parallel access", "selective access"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusAccess {
-    /// Two controllers, both on their bus all the time.
+    /// Two controllers, each on its bus all the time.
     #[default]
     Parallel,
-    /// On one bus at a time; off the other, silent.
+    /// On one bus at a time. The node is silent on the other one.
     Selective,
 }
 
-/// Bus redundancy management parameters of a node (ECSS Tables 8-1 and 8-2).
+/// Parameters of the bus redundancy management of a node (ECSS Tables 8-1 and 8-2).
+#[doc(alias("2000h", "Bdefault", "Ttoggle", "Ntoggle", "Ctoggle"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Parameters {
@@ -49,57 +89,60 @@ pub struct Parameters {
     pub consumer: Duration,
     /// Producer heartbeat time (1017h). Zero: no heartbeat.
     pub producer: Duration,
-    /// Bdefault (2000h sub 1): the active bus after power-on or hardware reset.
+    /// Bus that is active after power-on or hardware reset: Bdefault (2000h sub 1).
     pub bdefault: Bus,
-    /// Ttoggle (2000h sub 2): consumer times to listen on a bus before switching. Zero: no toggling.
+    /// Number of consumer times to listen on a bus before switching: Ttoggle (2000h sub 2). Zero: no toggling.
     pub ttoggle: u8,
-    /// Ntoggle (2000h sub 3): bus switches before giving up. Zero: no toggling.
+    /// Number of switches before the search ends: Ntoggle (2000h sub 3). Zero: no toggling.
     pub ntoggle: u8,
-    /// Ctoggle (2000h sub 4): switches done so far in this search.
+    /// Number of switches so far in this search: Ctoggle (2000h sub 4).
     pub ctoggle: u8,
 }
 
 impl Parameters {
-    /// How long a slave listens on one bus: Ttoggle consumer times.
+    /// Returns the time that a slave listens on one bus: Ttoggle consumer times.
     pub const fn toggling_time(&self) -> Duration {
         self.consumer.times(self.ttoggle as u32)
     }
 
-    /// How long a contradiction counts: Ttoggle consumer times, a consumer time and two heartbeats at least.
+    /// Returns the time that a contradiction counts: Ttoggle consumer times, but at least one consumer time and
+    /// two heartbeats.
     pub fn hold_off_time(&self) -> Duration {
         self.toggling_time().max(self.consumer).max(self.producer.times(2))
     }
 
-    /// How long after a switch of the master every reachable slave has been heard on the new bus, at the latest.
+    /// Returns the time after a switch of the master within which every reachable slave is heard on the new bus.
     pub fn settling_time(&self) -> Duration {
         self.toggling_time() + self.producer.times(2)
     }
 
-    /// How long a master stays on a bus while it hears no slave on either: slaves that search come there meanwhile.
-    /// At least `shortest`.
+    /// Returns the time that a master stays on a bus while it hears no slave on either, at least `shortest`.
+    /// Slaves that search reach the bus within it.
     pub const fn dwell(&self, shortest: Duration) -> Duration {
         let search = self.toggling_time().times(2).as_micros() + self.producer.times(2).as_micros();
         if search > shortest.as_micros() { Duration::from_micros(search) } else { shortest }
     }
 
-    /// How long a slave listens in vain before it gives up: on each bus in turn, Ntoggle times and once more.
+    /// Returns the time that a slave searches before it gives up: on each bus in turn, Ntoggle times and once
+    /// more.
     pub const fn search_time(&self) -> Duration {
         self.toggling_time().times(self.ntoggle as u32 + 1)
     }
 
-    /// How long a slave must be silent on the active bus and heard on the other one before the master tries that. A slave
-    /// that was reset on the other bus is back by then, and one that searches is still there.
+    /// Returns the time that a slave must be silent on the active bus and heard on the other one before the
+    /// master tries that one. Within it, a slave that was reset on the other bus returns. A slave that searches
+    /// is still there.
     pub fn hold_time(&self) -> Duration {
         let stay = self.toggling_time().as_micros().saturating_sub(self.producer.as_micros());
         Duration::from_micros(stay).max(self.consumer)
     }
 
-    /// How long 701h of another node must be absent before its collision with the master's is over.
+    /// Returns the time without 701h of another node after which its collision with the master's is over.
     pub fn quiet_time(&self) -> Duration {
         self.toggling_time().max(self.consumer).max(self.producer.times(2))
     }
 
-    /// Whether a slave may change the bus by itself.
+    /// Returns whether a slave may change the bus by itself.
     pub const fn toggling_enabled(&self) -> bool {
         self.toggling_time().as_micros() > 0 && self.ntoggle > 0
     }

@@ -1,10 +1,10 @@
-//! Object 2000h, and what may be written to it.
+//! Object 2000h, and the rules for writing it.
 
 use super::Parameters;
 use crate::od::{Objects, Record};
 use crate::types::{AbortCode, Address, Bus, Duration};
 
-/// The object of redundancy.
+/// Objects of the redundancy (2000h).
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct RedundancyObjects {
     /// Redundancy
@@ -14,7 +14,8 @@ pub struct RedundancyObjects {
 
 /// Redundancy parameters (2000h, ECSS 8.3.1).
 ///
-/// Written by SDO only, which the redundancy hears of; a PDO would change no more than the value here.
+/// Clients write them by SDO, and the redundancy follows. A PDO would change the value here and nothing else.
+#[doc(alias("2000h", "Bdefault", "Ttoggle", "Ntoggle", "Ctoggle"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct Redundancy {
     /// Bdefault
@@ -40,7 +41,7 @@ pub struct Redundancy {
 const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
 
 impl RedundancyObjects {
-    /// Whether a client may write `value` there. Other objects are not refused.
+    /// Checks a `value` that a client writes. Accepts every value for objects of other services.
     ///
     /// # Errors
     /// [`AbortCode::ValueRange`] for a Bdefault that is no bus.
@@ -51,7 +52,7 @@ impl RedundancyObjects {
 }
 
 impl Redundancy {
-    /// The parameters of a node, with its consumer and its producer heartbeat time.
+    /// Returns the parameters of a node with this consumer and this producer heartbeat time.
     pub fn parameters(&self, consumer: Duration, producer: Duration) -> Parameters {
         Parameters {
             consumer,

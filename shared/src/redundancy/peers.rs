@@ -1,8 +1,4 @@
-//! The nodes that the master hears: their states, which of them count, which are lost or silent.
-//!
-//! A node counts for the master's decisions when 1F81h assigns it, or when its SDO server has answered since its last
-//! boot-up message. Any other node is a stranger: followed, but neither its heartbeats nor its silence decide anything,
-//! and it is forgotten after ten consumer times of silence.
+//! Nodes that the master hears: their states, and which of them count, are lost or silent.
 
 use super::Parameters;
 use crate::heartbeat::Consumer;
@@ -22,22 +18,27 @@ const MEMORY: u32 = 10;
 /// A set of nodes: bit n stands for Node-ID n.
 pub(super) type NodeSet = u128;
 
-/// Every node heard since power-on, strangers until they are forgotten. Node-IDs below `N`.
+/// Nodes heard since power-on. Node-IDs are below `N`.
+///
+/// A node counts for the decisions of the master if 1F81h assigns it, or if its SDO server answered since its last
+/// boot-up message. Any other node is a *stranger*. The master follows its state, but neither its heartbeats nor
+/// its silence decide anything. After ten consumer times of silence the master forgets it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Peers<const N: usize = PLACES> {
     places: [Option<Peer>; N],
     /// Consumer times of their own, milliseconds; zero for those that share the common one.
     times: [u16; N],
-    /// Heartbeat periods of nodes that 1F81h does not assign, milliseconds: the last gap between two heartbeats, where it
-    /// was longer than the common consumer time. Else zero.
+    /// Heartbeat periods of nodes that 1F81h does not assign, milliseconds: the last gap between two heartbeats,
+    /// where it was longer than the common consumer time. Else zero.
     periods: [u16; N],
     /// Assigned by 1F81h.
     assigned: NodeSet,
     /// Answered since their last boot-up message.
     answered: NodeSet,
-    /// Answered before their last boot-up message and not since: while such a node is heard, it counts as heard on the active bus.
+    /// Answered before their last boot-up message and not since: while such a node is heard, it counts as heard on
+    /// the active bus.
     rebooted: NodeSet,
-    /// To be asked who they are, once they are heard on the active bus in a state that allows SDO.
+    /// Nodes whose device type has to be read, once they are heard on the active bus in a state that allows SDO.
     unasked: NodeSet,
     /// Those of them that were heard so.
     ready: NodeSet,
@@ -72,7 +73,7 @@ impl Peer {
         self.elsewhere_at(parameters) <= now && self.last_there + parameters.hold_time() > now
     }
 
-    /// When a stranger is forgotten.
+    /// Returns when a stranger is forgotten.
     fn forgotten_at(&self, consumer: Duration) -> Option<Instant> {
         match self.heartbeat {
             Consumer::Missed { last } => Some(last + consumer.times(MEMORY)),
@@ -85,11 +86,11 @@ impl Peer {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PeerHeartbeat {
-    /// First heartbeat of this node, or one that reports a new state.
+    /// `true`: first heartbeat of this node, or one that reports a new state.
     pub changed: bool,
-    /// The node had been lost.
+    /// `true`: the node was lost before.
     pub returned: bool,
-    /// The node is not Operational and not held: start it (ECSS 8.3.3f).
+    /// `true`: the node is not Operational and not held. Start it (ECSS 8.3.3f).
     pub start: bool,
 }
 
@@ -100,7 +101,7 @@ impl<const N: usize> Default for Peers<N> {
 }
 
 impl<const N: usize> Peers<N> {
-    /// No node heard or assigned.
+    /// Makes a record without nodes.
     #[inline(never)] // made in their place
     pub const fn new() -> Self {
         Peers {
@@ -120,7 +121,7 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// Takes an entry of 1F81h. A slave that is removed is forgotten: it counts again when it answers.
+    /// Takes an entry of 1F81h. A slave that is removed is forgotten. It counts again when it answers.
     pub fn assign(&mut self, node: NodeId, is_slave: bool) {
         let bit = node_bit(node);
         let was_slave = self.assigned & bit != 0;
@@ -139,7 +140,7 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// Sets the consumer times of 1016h: node << 16 | milliseconds. Other nodes share the common one.
+    /// Sets the consumer times of 1016h: node << 16 | milliseconds. Other nodes have the common one.
     pub fn set_times(&mut self, entries: &[u32]) {
         self.times = [0; N];
         for entry in entries {
@@ -154,7 +155,7 @@ impl<const N: usize> Peers<N> {
         self.counted() & node_bit(node) != 0
     }
 
-    /// Takes a heartbeat or boot-up message of `node`; `active`: on the active bus.
+    /// Takes a heartbeat or boot-up message of `node`. `active`: it came on the active bus.
     pub fn on_heartbeat(
         &mut self,
         node: NodeId,
@@ -222,7 +223,8 @@ impl<const N: usize> Peers<N> {
         PeerHeartbeat { changed, returned, start: active && waiting && self.held & bit == 0 }
     }
 
-    /// The next stranger whose device type (1000h) is to be read, once per new Node-ID and boot-up message.
+    /// Returns the next stranger whose device type (1000h) has to be read, once for each new Node-ID and boot-up
+    /// message.
     pub fn take_unasked(&mut self) -> Option<NodeId> {
         let node = first(self.ready & !self.assigned)?;
         self.ready &= !node_bit(node);
@@ -235,12 +237,12 @@ impl<const N: usize> Peers<N> {
         self.ready & !self.assigned != 0
     }
 
-    /// Asks a node again: the question was lost with its bus.
+    /// Makes a node be asked again, because the question was lost with its bus.
     pub fn ask_again(&mut self, node: NodeId) {
         self.unasked |= node_bit(node);
     }
 
-    /// The SDO server of `node` answered: it counts.
+    /// Takes an answer of the SDO server of `node`: the node counts.
     pub fn on_answer(&mut self, node: NodeId, now: Instant) {
         if self.place(node).is_some() {
             self.answered |= node_bit(node);
@@ -249,21 +251,21 @@ impl<const N: usize> Peers<N> {
         }
     }
 
-    /// Takes the timeout of the question to `node`. A node that is heard on the active bus and does not answer no longer counts,
-    /// even if it was [adopted](Peers::adopt).
+    /// Takes the timeout of the question to `node`. A node that is heard on the active bus but does not answer no
+    /// longer counts, even if it was [adopted](Peers::adopt).
     pub fn on_no_answer(&mut self, node: NodeId, now: Instant) {
         if self.place(node).is_some_and(|peer| peer.silent_at > now) {
             self.answered &= !node_bit(node);
         }
     }
 
-    /// Counts each of `slaves` that was heard as if it had answered. The master asks them nevertheless.
+    /// Counts each of `slaves` that was heard as if it had answered. The master asks them anyway.
     pub fn adopt(&mut self, slaves: NodeSet) {
         let heard = self.each_of(slaves).fold(0, |heard, (node, _)| heard | node_bit(node));
         self.answered |= heard;
     }
 
-    /// The active bus changed: every node gets until `silent_at` to be heard there.
+    /// Notes that the active bus changed. Every node has until `silent_at` to be heard there.
     pub fn on_switch(&mut self, now: Instant, silent_at: Instant) {
         for peer in self.places.iter_mut().flatten() {
             peer.silent_at = silent_at;
@@ -273,7 +275,8 @@ impl<const N: usize> Peers<N> {
         self.recheck(now);
     }
 
-    /// Holds slaves, or ends that: a held slave is not started unasked. Slaves not heard yet included.
+    /// Holds slaves or releases them: a held slave is not started by the master itself. Slaves not heard yet are
+    /// included.
     pub fn hold(&mut self, target: Target, held: bool) {
         let nodes = match target {
             Target::All => NodeSet::MAX,
@@ -287,7 +290,7 @@ impl<const N: usize> Peers<N> {
         self.held & node_bit(node) != 0
     }
 
-    /// Requests a check of every node at `now`, after a change of the bus, the health or the assignment.
+    /// Requests a check of every node at `now`, after a change of the bus, of the health or of the assignment.
     pub fn recheck(&mut self, now: Instant) {
         self.check = Some(now);
     }
@@ -297,7 +300,7 @@ impl<const N: usize> Peers<N> {
         self.check.is_some_and(|check| check <= now)
     }
 
-    /// The next node whose heartbeat is overdue on both buses, each once.
+    /// Returns the next node whose heartbeat is overdue on both buses, each once.
     pub fn next_lost(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
         (0..N).find_map(|nth| {
             let node = NodeId::new(nth as u8)?;
@@ -307,7 +310,7 @@ impl<const N: usize> Peers<N> {
         })
     }
 
-    /// The next stranger that was silent for ten consumer times, each once.
+    /// Returns the next stranger that was silent for ten consumer times, each once.
     pub fn next_forgotten(&mut self, now: Instant, consumer: Duration) -> Option<NodeId> {
         let is_over = |peer: &Peer| peer.forgotten_at(consumer).is_some_and(|at| at <= now);
         let (node, _) = self.each().find(|(node, peer)| is_over(peer) && !self.counts(*node))?;
@@ -315,7 +318,7 @@ impl<const N: usize> Peers<N> {
         Some(node)
     }
 
-    /// The next assigned slave that was never heard, each once.
+    /// Returns the next assigned slave that was never heard, each once.
     pub fn next_unheard(&mut self) -> Option<NodeId> {
         let node = first(self.unheard)?;
         self.unheard &= !node_bit(node);
@@ -332,12 +335,13 @@ impl<const N: usize> Peers<N> {
         (silent & self.counted(), heard)
     }
 
-    /// Whether a slave that counts is silent on the active bus and heard on the other one for the hold time.
+    /// Returns whether a slave that counts is silent on the active bus and heard on the other one for the hold
+    /// time.
     pub fn is_any_elsewhere(&self, now: Instant, parameters: &Parameters) -> bool {
         self.each_counted().any(|(_, peer)| peer.is_elsewhere(now, parameters))
     }
 
-    /// All questions were asked at `now`: finds the next instant with something due.
+    /// Notes that every check was made at `now`: finds the next instant with something due.
     pub fn checked(&mut self, now: Instant, parameters: &Parameters) {
         let mut next = Instant::NEVER;
         let mut add = |due: Instant| {
@@ -362,18 +366,18 @@ impl<const N: usize> Peers<N> {
         self.check = (next < Instant::NEVER).then_some(next);
     }
 
-    /// When a node may have something due next.
+    /// Returns the next instant at which a node may have something due.
     pub fn deadline(&self) -> Option<Instant> {
         self.check
     }
 
-    /// The last state of a node; `None` when it was never heard, is lost or forgotten.
+    /// Returns the last state of a node. `None` if it was never heard, is lost or forgotten.
     pub fn state(&self, node: NodeId) -> Option<NmtState> {
         let peer = self.place(node)?;
         (!peer.heartbeat.is_missed()).then_some(peer.state)
     }
 
-    /// The last heartbeat of a node, when that reported Operational.
+    /// Returns the end of the last heartbeat of a node, if that reported Operational.
     pub fn operational_at(&self, node: NodeId) -> Option<Instant> {
         self.place(node).filter(|peer| peer.state == NmtState::Operational)?.heartbeat.last()
     }

@@ -1,25 +1,26 @@
-//! Others that send the master's heartbeat.
+//! Other nodes that send the heartbeat of the master.
 
 use crate::types::{Bus, Duration, Instant, PerBus};
 
-/// When 701h of somebody else was last heard on each bus.
+/// Instants at which 701h of another node was last heard on each bus.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Rivals {
     last: PerBus<Option<Instant>>,
 }
 
 impl Rivals {
-    /// A frame with the master's heartbeat COB-ID arrived. Returns `true` if it begins a collision on that bus.
+    /// Takes a frame of another node with the COB-ID of the master's heartbeat. Returns whether a collision
+    /// begins on that bus.
     pub fn on_heartbeat(&mut self, bus: Bus, at: Instant) -> bool {
         self.last[bus].replace(at).is_none()
     }
 
-    /// The next bus where none was heard for `silence`, once; call until `None`.
+    /// Returns the next bus without such a frame for `silence`, once. Call it until `None`.
     pub fn poll(&mut self, now: Instant, silence: Duration) -> Option<Bus> {
         Bus::ALL.into_iter().find(|bus| self.last[*bus].take_if(|last| *last + silence <= now).is_some())
     }
 
-    /// When to poll next.
+    /// Returns when to poll next.
     pub fn deadline(&self, silence: Duration) -> Option<Instant> {
         Bus::ALL.into_iter().filter_map(|bus| self.last[bus]).min().map(|last| last + silence)
     }

@@ -1,4 +1,4 @@
-//! The slave's side: follow the master's heartbeat, search for it when it is missed (ECSS 8.3.3).
+//! Bus selection of a slave (ECSS 8.3.3).
 
 use super::Parameters;
 use super::hold_off::{Move, Rhythm, Work};
@@ -7,14 +7,51 @@ use crate::types::{Bus, Duration, Instant, PerBus, earliest};
 #[cfg(feature = "model")]
 mod relative;
 
-/// An intruder that is heard more seldom than Ttoggle consumer times costs a heartbeat period each time, so hold-offs get
-/// longer: up to 128 times that.
+/// An intruder that is heard more seldom than Ttoggle consumer times costs a heartbeat period each time, so
+/// hold-offs get longer: up to 128 times that.
 const MOST_DOUBLINGS: u8 = 7;
 
-/// Decides which bus a slave considers active.
+/// Selects the active bus of a slave.
 ///
-/// A slave with selective access hears the selected bus only; one with parallel access passes on master messages of
-/// both. The selector makes no difference between them.
+/// A spacecraft has two buses, and exactly one of them is *active*: the one on which the master sends its
+/// heartbeat. A slave is always in one of three phases:
+///
+/// - **following**: heartbeats arrive on the selected bus, which therefore is the active one;
+/// - **searching**: a heartbeat was overdue. The slave listens on each bus for Ttoggle consumer times and changes
+///   to the other one, at most Ntoggle times. Then it gives up and listens on its bus;
+/// - **unconfirmed**: during a search a command was heard, but no heartbeat yet. A command alone may be a stray
+///   frame. So the search continues where it stopped, unless a heartbeat follows within one consumer time.
+///
+/// Pass the messages of the master to the selector, and call [`Selector::poll`] at [`Selector::deadline`]. It
+/// returns the [`Selection`] that the node has to carry out.
+///
+/// ```
+/// use ecss_can::profile::Profile;
+/// use ecss_can::redundancy::{MasterMessage, Selection, Selector};
+/// use ecss_can::types::{Bus, Duration, Instant};
+///
+/// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
+/// let mut selector = Selector::new(Profile::DEFAULT.redundancy()); // consumer time 250 ms, Ttoggle 2
+/// selector.start(ms(0));
+/// selector.on_master(Bus::Nominal, MasterMessage::Heartbeat, ms(10));
+/// assert_eq!(selector.poll(ms(260)), Some(Selection::Missed { bus: Bus::Nominal }));
+/// assert_eq!(selector.poll(ms(510)), Some(Selection::Toggled { to: Bus::Redundant }));
+/// ```
+///
+/// A slave with selective access passes on messages of the selected bus only. A slave with parallel access passes
+/// on those of both buses. The selector treats both alike.
+///
+/// # Two masters at once
+///
+/// A forged or faulty frame can imitate the master on the other bus. The slave follows it, because it looks like a
+/// real change of the bus. It returns as soon as the old bus contradicts it ([`Selection::Contradicted`]). Then it
+/// does not move on a heartbeat alone for [`Parameters::hold_off_time`], unless the selected bus is silent. Each
+/// further move that is reverted doubles this time, to at most 128 times its length.
+///
+/// # Limits
+///
+/// With a consumer time, Ttoggle or Ntoggle of zero the slave does not change the bus by itself.
+#[doc(alias("redundancy slave", "bus selection", "Ttoggle", "Ntoggle", "Bdefault"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Selector {
@@ -25,7 +62,7 @@ pub struct Selector {
     rhythm: Rhythm,
     /// The last change of the bus by a heartbeat alone.
     moved: Option<Move>,
-    /// Where the master works, since the buses contradict each other.
+    /// Bus on which the master works, while the buses contradict each other.
     work: Work,
     /// Heartbeats on both buses: no change until then, unless the bus that is followed is silent.
     hold_off: Option<Instant>,
@@ -33,7 +70,7 @@ pub struct Selector {
     taken_back: u8,
     /// Bdefault as it is kept beyond power-off.
     kept: Bus,
-    /// When another bus that was found may be kept, a consumer time without contradiction, and which.
+    /// Instant at which a new Bdefault may be kept, after a consumer time without contradiction, and that bus.
     keep: Option<(Instant, Bus)>,
     #[cfg(feature = "model")]
     broken: Option<super::Broken>,
@@ -62,17 +99,17 @@ struct Search {
     since: Option<Instant>,
 }
 
-/// What the master said: "NMT message" of ECSS 8.3.3g is any of these, well-formed.
+/// Message of the master. An "NMT message" of ECSS 8.3.3g is any of these without an error.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MasterMessage {
-    /// Its heartbeat or its boot-up message.
+    /// Heartbeat or boot-up message of the master.
     Heartbeat,
-    /// A module control command, to any node.
+    /// Module control command of the master, to any node.
     Command,
 }
 
-/// What the selector decided.
+/// Decision of the selector, which the node carries out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Selection {
@@ -81,55 +118,56 @@ pub enum Selection {
         /// Bus on which it was heard last.
         bus: Bus,
     },
-    /// The node changes to the other bus, in Pre-operational, and sends its heartbeat there.
+    /// Change to the other bus in Pre-operational, and send the heartbeat there.
     Toggled {
-        /// The bus selected now.
+        /// Bus that is selected now.
         to: Bus,
     },
-    /// The master was heard on neither bus: the node stays where it is, listening.
+    /// The search ended without the master: stay on the selected bus and listen.
     GaveUp {
-        /// The bus on which it stays.
+        /// Bus on which the node stays.
         bus: Bus,
     },
-    /// The search ended: the selected bus is the active one.
+    /// The master was found: the selected bus is the active one.
     Found {
-        /// The active bus.
+        /// Bus that is active now.
         bus: Bus,
-        /// Whether the node had selected the other one until now.
+        /// `true`: the node changes the bus with this decision.
         moved: bool,
     },
-    /// A heartbeat confirmed the bus that a command alone had found.
+    /// A heartbeat confirmed the bus that was found by a command alone.
     Confirmed,
-    /// No heartbeat confirmed the bus that a command alone had found: Pre-operational, the search goes on.
+    /// No heartbeat confirmed the bus that was found by a command alone: enter Pre-operational, and the search
+    /// continues.
     Unconfirmed {
-        /// The bus of the search.
+        /// Bus on which the search continues.
         bus: Bus,
-        /// Whether the node had selected the other one until now.
+        /// `true`: the node changes the bus with this decision.
         moved: bool,
     },
-    /// The master went to the other bus before it was missed: the node follows at once.
+    /// The master changed to the other bus before it was missed: follow it at once.
     Followed {
-        /// The bus active now.
+        /// Bus that is active now.
         to: Bus,
     },
-    /// The master is heard on both buses: the node stays, or goes back to the bus that it left.
+    /// The master is heard on both buses: stay, or return to the bus that was left.
     Contradicted {
-        /// The bus active now.
+        /// Bus that is active now.
         bus: Bus,
-        /// Whether the node goes back.
+        /// `true`: the node returns to the bus that it left.
         moved: bool,
     },
-    /// The master was heard on one bus only for Ttoggle consumer times.
+    /// The master was heard on only one bus for Ttoggle consumer times.
     Undisputed,
-    /// The new Bdefault may be kept beyond power-off: nothing contradicted it for a consumer time.
+    /// Nothing contradicted the new Bdefault for a consumer time: it may be kept beyond power-off.
     KeepBdefault {
-        /// The new Bdefault.
+        /// New value of Bdefault.
         bus: Bus,
     },
 }
 
 impl Selector {
-    /// On the default bus, Ctoggle zero (ECSS 8.3.2a). Idle until [`Selector::start`].
+    /// Makes a selector on the default bus with Ctoggle zero (ECSS 8.3.2a), idle until [`Selector::start`].
     pub const fn new(parameters: Parameters) -> Self {
         let bus = parameters.bdefault;
         Selector {
@@ -148,32 +186,34 @@ impl Selector {
         }
     }
 
-    /// The bus that the node considers active, or on which it searches.
+    /// Returns the bus that the node considers active, or on which it searches.
     pub const fn selected(&self) -> Bus {
         self.selected
     }
 
-    /// Bdefault as it is kept beyond power-off: that of [`Selector::new`], or of the last [`Selection::KeepBdefault`].
+    /// Returns Bdefault as it is kept beyond power-off: of [`Selector::new`], or of the last
+    /// [`Selection::KeepBdefault`].
     pub const fn kept(&self) -> Bus {
         self.kept
     }
 
-    /// `bus` is kept beyond power-off now, by "save", say. What was found before is not to be kept any more.
+    /// Notes that `bus` is kept beyond power-off, for example by "save". A Bdefault that was found before is not
+    /// kept any more.
     pub fn set_kept(&mut self, bus: Bus) {
         (self.kept, self.keep) = (bus, None);
     }
 
-    /// Whether a heartbeat of the master was heard on the selected bus, and is not missed.
+    /// Returns whether a heartbeat of the master was heard on the selected bus and is not missed.
     pub const fn is_confirmed(&self) -> bool {
         matches!(self.phase, Phase::Following { .. })
     }
 
-    /// The parameters, Bdefault and Ctoggle as they are now.
+    /// Returns the parameters with the present Bdefault and Ctoggle.
     pub const fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// New parameters. What runs goes on with them; a search ends when they disable switching.
+    /// Takes new parameters. A search continues with them. It ends if they disable switching.
     pub fn configure(&mut self, parameters: Parameters) {
         self.parameters = parameters;
         if let Phase::Searching(search) | Phase::Unconfirmed { search, .. } = &mut self.phase
@@ -183,13 +223,13 @@ impl Selector {
         }
     }
 
-    /// Pre-operational was entered after power-on or reset communication: search, beginning with the bus selected now
-    /// (ECSS 8.3.2b). Reset communication keeps the bus; only power-on selects Bdefault.
+    /// Starts the search on the selected bus, when Pre-operational was entered after power-on or "reset
+    /// communication" (ECSS 8.3.2b). "Reset communication" keeps the bus. Only power-on selects Bdefault.
     pub fn start(&mut self, now: Instant) {
         self.search(now);
     }
 
-    /// The application chose this bus (ECSS 8.2.3a): search, beginning there. Returns whether that is another bus.
+    /// Starts a search on the bus that the application chose (ECSS 8.2.3a). Returns whether it is another bus.
     pub fn select(&mut self, bus: Bus, now: Instant) -> bool {
         let moved = bus != self.selected;
         self.selected = bus;
@@ -197,13 +237,14 @@ impl Selector {
         moved
     }
 
-    /// Frames of the master's services (SYNC, SDO, PDO) that came on each bus since power-on, to know where it works.
+    /// Takes the number of frames of the master's services (SYNC, SDO, PDO) received on each bus since power-on.
+    /// They show where the master works.
     pub fn on_work(&mut self, frames: PerBus<u32>) {
         self.work.frames = frames;
     }
 
-    /// A heartbeat as nearly all are: on the bus that is followed, where it ended at `at`. Whether it was one; if not,
-    /// [`Selector::on_master`] takes it. Deadlines only move away.
+    /// Takes the heartbeat of nearly every call: on the selected bus, while it is followed. Returns whether it
+    /// was such a heartbeat. If not, call [`Selector::on_master`]. Deadlines only become later.
     #[inline]
     pub fn on_beat(&mut self, bus: Bus, at: Instant) -> bool {
         match &mut self.phase {
@@ -216,7 +257,7 @@ impl Selector {
         }
     }
 
-    /// A message of the master on `bus` ended at `at`.
+    /// Takes a message of the master on `bus` that ended at `at`.
     pub fn on_master(&mut self, bus: Bus, message: MasterMessage, at: Instant) -> Option<Selection> {
         let is_heartbeat = message == MasterMessage::Heartbeat;
         let is_here = bus == self.selected;
@@ -313,7 +354,7 @@ impl Selector {
         self.keep = self.keep.map(|(_, bus)| (at + self.parameters.consumer, bus));
     }
 
-    /// One decision that is due at `now`; call until `None`.
+    /// Returns one decision that is due at `now`. Call it until `None`.
     pub fn poll(&mut self, now: Instant) -> Option<Selection> {
         if self.hold_off.is_some_and(|until| until <= now) {
             self.hold_off = None;
@@ -366,7 +407,7 @@ impl Selector {
         Selection::Toggled { to: self.selected }
     }
 
-    /// When [`Selector::poll`] has something to decide.
+    /// Returns when to call [`Selector::poll`] next.
     pub fn deadline(&self) -> Option<Instant> {
         earliest(&[self.phase_deadline(), self.hold_off, self.keep.map(|(at, _)| at)])
     }
@@ -382,8 +423,8 @@ impl Selector {
         }
     }
 
-    /// Searches on the selected bus, which was listened to since `since`. Ctoggle keeps the count of the last search until
-    /// then, so that the master can read it (ECSS Table 8-1).
+    /// Searches on the selected bus, which was listened to since `since`. Ctoggle keeps the count of the last
+    /// search until then, so that the master can read it (ECSS Table 8-1).
     fn search(&mut self, since: Instant) {
         self.parameters.ctoggle = 0;
         (self.moved, self.keep) = (None, None);

@@ -1,12 +1,10 @@
-//! Which of two master boards is the active one (ECSS 8.1a, Figure 4-2).
+//! Role of a master board: active, or standby of another board (ECSS 8.1a, Figure 4-2).
 //!
-//! Both boards are node 1 and run the same program; a strap numbers them. Each listens first, without sending a dominant
-//! bit. The one that hears no master becomes active; the other one is the standby, and takes over when the active one is
-//! silent on both buses.
+//! Both boards are node 1 and run the same program. A strap numbers them. Each board listens first, without a
+//! dominant bit. The board that hears no master becomes active.
 //!
-//! The active master says on both buses with each heartbeat that it is active: a [`Claim`]. The claims of the two boards have
-//! different COB-IDs. Equal frames that begin together are one frame on the wire, and neither sender hears the other; frames of
-//! two COB-IDs never are. So two active masters on one bus hear each other within a heartbeat period, and one of them yields.
+//! The claims of the two boards have different COB-IDs. Equal frames that begin together are one frame on the wire,
+//! and neither sender hears the other. Frames with two COB-IDs never merge.
 
 use crate::types::{Bus, CobId, Duration, Frame, Instant, NodeId};
 
@@ -16,35 +14,35 @@ mod relative;
 /// A claim that went out so lately is still on its way: no other one follows. Bounds what a babbling node can provoke.
 const CLAIM_PAUSE: Duration = Duration::from_millis(10);
 
-/// Which of the two master boards this one is, by its strap.
+/// Number of a master board, set by its strap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Strap {
-    /// Becomes active when both get power together, and stays active at a tie.
+    /// Board that becomes active if both get power together, and stays active at a tie.
     Prime,
-    /// The other one.
+    /// The other board.
     Second,
 }
 
-/// Numbers of a mission with two master boards.
+/// Parameters of a mission with two master boards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Pair {
-    /// Consumer time of the standby: silence of the active master on both buses after which it takes over.
+    /// Silence of the active master on both buses after which the standby takes over.
     pub consumer: Duration,
-    /// How long the board strapped prime listens after power-on.
+    /// Time that the prime board listens after power-on.
     pub prime_listens: Duration,
-    /// How long the other one does: longer.
+    /// Time that the second board listens after power-on, longer than that of the prime board.
     pub second_listens: Duration,
-    /// COB-ID of claims of the board strapped prime.
+    /// COB-ID of the claims of the prime board.
     pub prime_claims: CobId,
-    /// COB-ID of claims of the other one. Not the same: two senders of one COB-ID with different data destroy each other's
-    /// frames.
+    /// COB-ID of the claims of the second board. It must differ: two nodes that send one COB-ID with different
+    /// data destroy each other's frames.
     pub second_claims: CobId,
 }
 
 impl Pair {
-    /// How long a board listens after power-on.
+    /// Returns the time that a board listens after power-on.
     pub const fn listens(&self, strap: Strap) -> Duration {
         match strap {
             Strap::Prime => self.prime_listens,
@@ -52,7 +50,7 @@ impl Pair {
         }
     }
 
-    /// COB-ID of the claims of a board.
+    /// Returns the COB-ID of the claims of a board.
     pub const fn claims(&self, strap: Strap) -> CobId {
         match strap {
             Strap::Prime => self.prime_claims,
@@ -60,12 +58,12 @@ impl Pair {
         }
     }
 
-    /// COB-IDs of the claims of both boards.
+    /// Returns the COB-IDs of the claims of both boards.
     pub const fn both_claims(&self) -> [CobId; 2] {
         [self.prime_claims, self.second_claims]
     }
 
-    /// The claim in a frame; `None` for another frame, and for a malformed one.
+    /// Decodes a claim. `None` for another frame and for a malformed one.
     pub fn claim(&self, frame: &Frame) -> Option<Claim> {
         let strap =
             [Strap::Prime, Strap::Second].into_iter().find(|strap| self.claims(*strap) == frame.id())?;
@@ -75,24 +73,26 @@ impl Pair {
         }
     }
 
-    /// A claim as a frame: number of slaves, then 0 from the board strapped prime, 1 from the other one.
+    /// Makes the frame of a claim: number of slaves, then 0 from the prime board, 1 from the second one.
     pub fn frame(&self, claim: Claim) -> Frame {
         Frame::of(self.claims(claim.strap), [claim.slaves, claim.strap as u8])
     }
 }
 
-/// What an active master says of itself. Of two, who hears more slaves stays active, at a tie who is strapped prime.
+/// Claim of an active master. Of two masters, the one that hears more slaves stays active; at a tie the prime
+/// board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Claim {
-    /// Slaves that count and are heard on its active bus.
+    /// Number of slaves that count and are heard on the active bus.
     pub slaves: u8,
-    /// Which board it is.
+    /// Board that sends the claim.
     pub strap: Strap,
 }
 
 impl Claim {
-    /// Whether who sent this one stays active against `other`. False for both of two boards strapped alike that hear as many.
+    /// Returns whether the sender of `other` has to yield to this claim. Two claims with equal straps and equal
+    /// numbers of slaves do not outrank each other: both senders stay active.
     pub const fn outranks(&self, other: &Claim) -> bool {
         let is_prime = matches!(self.strap, Strap::Prime);
         let is_tie = self.slaves == other.slaves;
@@ -100,67 +100,93 @@ impl Claim {
     }
 }
 
-/// What a master board does now. Its byte stands in an object.
+/// Role of a master board. Object 2045h has its byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum Role {
-    /// Listens after power-on, silent.
+    /// Listens after power-on, and is silent.
     Listening,
-    /// Hears the active master, silent.
+    /// Hears the active master, and is silent.
     Standby,
     /// Manages the network.
     #[default]
     Active,
 }
 
-/// Why the role changed.
+/// Reason for a change of the role.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RoleCause {
     /// Active: no master was heard after power-on.
     Alone,
-    /// Standby: a master is active.
+    /// Standby: another master is active.
     MasterHeard,
     /// Active: the other master was silent on both buses for the consumer time.
     MasterSilent,
-    /// Standby: another active master hears more slaves, or as many and is strapped prime.
+    /// Standby: another active master hears more slaves, or the same number and is the prime board.
     Yielded,
-    /// Standby: by command.
+    /// Standby: the application commanded it.
     Commanded,
 }
 
-/// Another role.
+/// Change of the role of a master board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RoleChange {
-    /// The role now.
+    /// Role from now on.
     pub role: Role,
-    /// Why.
+    /// Reason for the change.
     pub cause: RoleCause,
 }
 
-/// What a frame of another master leads to.
+/// Reaction to a frame of another master.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Answer {
-    /// Nothing.
+    /// Nothing to do.
     Nothing,
-    /// Another role.
+    /// The role of this board changed.
     Changed(RoleChange),
-    /// Send this claim on the bus on which the other one came.
+    /// Send this claim on the bus on which the other master was heard.
     Claim(Claim),
 }
 
-/// The role of this board.
+/// State machine for the role of a master board.
+///
+/// Of two master boards one is *active*: it manages the network. The other one is the *standby*: it sends no
+/// dominant bit, and takes over when the active board is silent on both buses. The active board sends a [`Claim`]
+/// on both buses with each heartbeat, so that two active boards hear each other within a heartbeat period.
+///
+/// ```
+/// use ecss_can::profile::Profile;
+/// use ecss_can::redundancy::{Answer, Role, RoleCause, RoleChange, Standby, Strap};
+/// use ecss_can::types::{Bus, Duration, Instant};
+///
+/// let ms = |ms| Instant::ZERO + Duration::from_millis(ms);
+/// let mut second = Standby::new(Profile::PAIR, Strap::Second);
+/// second.start(ms(0)); // listens
+/// let heard = RoleChange { role: Role::Standby, cause: RoleCause::MasterHeard };
+/// assert_eq!(second.on_master(Bus::Nominal, ms(700)), Answer::Changed(heard));
+///
+/// let silent = RoleChange { role: Role::Active, cause: RoleCause::MasterSilent };
+/// assert_eq!(second.poll(ms(1_099)), None);
+/// assert_eq!(second.poll(ms(1_100)), Some(silent)); // after its consumer time, 400 ms
+/// ```
+///
+/// # Limits
+///
+/// - Two boards with equal straps that hear the same number of slaves both stay active: neither claim outranks the other.
+/// - 701h of a foreign node does not make an active board yield. Only a claim does.
+#[doc(alias("standby master", "Figure 4-2"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Standby {
     pair: Pair,
     strap: Strap,
     role: Role,
-    /// When it becomes active, unless a master is heard before.
+    /// Instant at which it becomes active, unless it hears a master before.
     until: Instant,
-    /// Where another master was heard last.
+    /// Bus on which another master was heard last.
     heard: Option<Bus>,
     /// It was active once because it heard no master after power-on.
     has_begun: bool,
@@ -175,8 +201,8 @@ pub struct Standby {
     broken: Option<super::Broken>,
 }
 
-/// The claim of another active master is heard. Both compare the same two claims, so that one of them yields and not both: hence
-/// the own one stays as it was said before, until none was heard for the consumer time.
+/// The claim of another active master is heard. Both compare the same two claims, so that one of them yields and
+/// not both: hence the own one stays as it was said before, until none was heard for the consumer time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Encounter {
     own: Claim,
@@ -187,7 +213,7 @@ struct Encounter {
 }
 
 impl Standby {
-    /// Listening, from [`Standby::start`] on.
+    /// Makes the role of a board that listens from [`Standby::start`] on.
     pub const fn new(pair: Pair, strap: Strap) -> Standby {
         Standby {
             pair,
@@ -205,54 +231,55 @@ impl Standby {
         }
     }
 
-    /// Power-on.
+    /// Takes power-on at `now`.
     pub fn start(&mut self, now: Instant) {
         self.until = now + self.pair.listens(self.strap);
     }
 
-    /// The numbers of the mission.
+    /// Returns the parameters of the mission.
     pub const fn pair(&self) -> &Pair {
         &self.pair
     }
 
-    /// Which board it is.
+    /// Returns the number of this board.
     pub const fn strap(&self) -> Strap {
         self.strap
     }
 
-    /// The role now.
+    /// Returns the present role.
     pub const fn role(&self) -> Role {
         self.role
     }
 
-    /// Whether it manages the network.
+    /// Returns whether this board manages the network.
     pub const fn is_active(&self) -> bool {
         matches!(self.role, Role::Active)
     }
 
-    /// Whether its clock is that of the network from the beginning: no master was there when it became active first. Else slaves
-    /// have the time of another board.
+    /// Returns whether the clock of this board is that of the network from the beginning: no other master was
+    /// there when it first became active. Otherwise slaves have the time of another board.
     pub const fn has_begun(&self) -> bool {
         self.has_begun
     }
 
-    /// Where another master was heard last; `None` before the first.
+    /// Returns the bus on which another master was heard last. `None` before the first time.
     pub const fn heard(&self) -> Option<Bus> {
         self.heard
     }
 
-    /// Takes a heartbeat or boot-up message of another master. An active master notes its bus and does nothing else: only a claim
-    /// shows that the other board is active, and a foreign node may send 701h.
+    /// Takes a heartbeat or boot-up message of another master. An active master only notes the bus: 701h may come
+    /// from a foreign node, and only a claim shows that the other board is active.
     pub fn on_master(&mut self, bus: Bus, at: Instant) -> Answer {
         self.heard = Some(bus);
         if self.is_active() { Answer::Nothing } else { self.alive(at) }
     }
 
-    /// SYNC or spacecraft time of another master. `slaves`: how many that count are heard on the active bus.
+    /// Takes a SYNC or a spacecraft time of another master. `slaves`: number of slaves that count and are heard on
+    /// the active bus.
     ///
-    /// A sign of its life where no slave is heard: then nobody acknowledges, and a frame that wins arbitration against the
-    /// heartbeat is repeated in its place. Where slaves acknowledge, the heartbeat gets out, and such a frame without it is
-    /// of somebody else.
+    /// The frame is a sign of life only if no slave is heard. Without slaves no node acknowledges, and a frame that
+    /// wins arbitration against the heartbeat is repeated in its place. With slaves the heartbeat is sent, and such
+    /// a frame without it comes from another node.
     pub fn on_other_frame(&mut self, bus: Bus, at: Instant, slaves: u8) -> Answer {
         if self.is_active() || slaves > 0 {
             return Answer::Nothing;
@@ -270,18 +297,20 @@ impl Standby {
         Answer::Nothing
     }
 
-    /// Notes that a slave reported Operational on the active bus: the active master started it, so it is a slave of that master.
+    /// Notes that a slave reported Operational on the active bus: the active master started it, so it is a slave of
+    /// that master.
     pub fn on_operational(&mut self, node: NodeId) {
         self.operational |= 1 << node.get();
     }
 
-    /// Returns the slaves that this board heard Operational, a bit for each Node-ID. Returns none if it heard more of them than the
-    /// active master ever claimed: then one of them is a stranger.
+    /// Returns the slaves that this board heard Operational, a bit for each Node-ID. Returns none if they are
+    /// more than the active master ever claimed, because then one of them is a stranger.
     pub const fn overheard(&self) -> u128 {
         if self.operational.count_ones() <= self.claimed as u32 { self.operational } else { 0 }
     }
 
-    /// Claim of another active master. `slaves`: how many that count are heard on the active bus.
+    /// Takes a claim of another active master. `slaves`: number of slaves that count and are heard on the active
+    /// bus.
     pub fn on_claim(&mut self, bus: Bus, claim: &Claim, at: Instant, slaves: u8) -> Answer {
         if !self.is_active() {
             self.claimed = self.claimed.max(claim.slaves);
@@ -312,10 +341,10 @@ impl Standby {
         }
     }
 
-    /// The claim to send on both buses with a heartbeat; `None` while it is not active.
+    /// Returns the claim to send on both buses with a heartbeat. `None` while this board is not active.
     ///
-    /// A standby that is cut off from the active bus hears the claim on the other one. Without it that standby would take over and
-    /// yield again and again.
+    /// A standby that is cut off from the active bus hears the claim on the other one. Without the claim it would
+    /// take over and yield again and again.
     pub fn call(&mut self, now: Instant, slaves: u8) -> Option<Claim> {
         #[cfg(feature = "model")]
         if self.broken == Some(super::Broken::NeverCalls) {
@@ -331,7 +360,7 @@ impl Standby {
         self.encounter.filter(|encounter| now < encounter.last + self.pair.consumer)
     }
 
-    /// Stops being active. It takes over again when no other master is heard for the consumer time.
+    /// Stops being active. The board takes over again if no other master is heard for the consumer time.
     pub fn stand_by(&mut self, now: Instant, cause: RoleCause) -> RoleChange {
         (self.role, self.until) = (Role::Standby, now + self.pair.consumer);
         (self.said, self.encounter) = (None, None);
@@ -339,7 +368,7 @@ impl Standby {
         RoleChange { role: self.role, cause }
     }
 
-    /// Becomes active when it is time: where a master was [heard](Standby::heard) last.
+    /// Becomes active when it is due, on the bus where a master was [heard](Standby::heard) last.
     pub fn poll(&mut self, now: Instant) -> Option<RoleChange> {
         if self.deadline().is_none_or(|due| now < due) {
             return None;
@@ -351,7 +380,7 @@ impl Standby {
         Some(RoleChange { role: self.role, cause })
     }
 
-    /// When [`Standby::poll`] has something to do.
+    /// Returns when to call [`Standby::poll`] next.
     pub fn deadline(&self) -> Option<Instant> {
         (!self.is_active()).then_some(self.until)
     }

@@ -1,4 +1,4 @@
-//! Trying the other bus for a few slaves that are heard only there.
+//! Trial of the other bus for a few slaves that are heard only there.
 
 use super::peers::NodeSet;
 use crate::types::{Bus, Instant, PerBus};
@@ -15,7 +15,7 @@ pub(super) struct Trial {
 struct Running {
     /// The bus left.
     from: Bus,
-    /// How many slaves were heard on the bus left.
+    /// Number of slaves that were heard on the bus that was left.
     heard: u32,
     verdict: Instant,
 }
@@ -25,24 +25,25 @@ impl Trial {
         Trial { running: None, tried: PerBus { nominal: None, redundant: None } }
     }
 
-    /// Whether the other bus may be tried while these slaves are silent on `bus`.
+    /// Returns whether the other bus may be tried while these slaves are silent on `bus`.
     pub fn is_allowed(&self, bus: Bus, silent: NodeSet) -> bool {
         self.running.is_none() && self.tried[bus] != Some(silent)
     }
 
-    /// `bus` is left because of these slaves; the other one is judged at `verdict`.
+    /// Begins a trial: `bus` is left because of these slaves. The other bus is judged at `verdict`.
     pub fn begin(&mut self, bus: Bus, silent: NodeSet, heard: u32, verdict: Instant) {
         self.running = Some(Running { from: bus, heard, verdict });
         self.tried[bus] = Some(silent);
     }
 
-    /// The bus changes for another reason.
+    /// Ends the trial: the bus changes for another reason.
     pub fn abandon(&mut self) {
         self.running = None;
     }
 
-    /// Ends a try that is due, given what is heard on the bus tried. `true`: fewer slaves than before, go back. A tie
-    /// stays. More are a reason to try again, should that bus be lost and come back.
+    /// Ends a trial that is due, with the slaves that are `heard` on the bus that is tried. `true`: they are
+    /// fewer than before, so return. A tie stays. More slaves allow another trial if that bus is lost and
+    /// returns.
     pub fn judge(&mut self, now: Instant, heard: u32) -> Option<bool> {
         let running = self.running.take_if(|running| running.verdict <= now)?;
         if heard > running.heard {
@@ -51,7 +52,7 @@ impl Trial {
         Some(heard < running.heard)
     }
 
-    /// Every try is allowed again.
+    /// Allows every trial again.
     #[cfg(feature = "model")]
     pub fn forget(&mut self) {
         self.tried = PerBus::default();

@@ -1,4 +1,4 @@
-//! One bus: events of its controller, mailboxes, lifetimes, leaving.
+//! Runner of one bus: events of its controller, mailboxes, lifetimes, leaving the bus.
 
 use core::convert::Infallible;
 use core::future::poll_fn;
@@ -24,7 +24,7 @@ const LOOK: Duration = Duration::from_millis(100);
 /// raises no event.
 const CLOSE_LOOK: Duration = Duration::from_millis(2);
 
-/// Runs the controller of one bus. For a task of its own.
+/// Runs the controller of one bus, in a task of its own.
 pub struct BusRunner<B: Platform, N: Node> {
     core: &'static Core<B, N>,
     // In the storage: the future of a task would hold a port twice, as an argument and in this future.
@@ -36,7 +36,10 @@ impl<B: Platform, N: Node> BusRunner<B, N> {
         BusRunner { core, line }
     }
 
-    /// Runs for ever.
+    /// Runs without end.
+    ///
+    /// # Cancel safety
+    /// The future must not be dropped: the frames in the mailboxes of the port would no longer be followed.
     pub async fn run(self) -> ! {
         let BusRunner { core, line } = self;
         line.look_from(core.clock.now());
@@ -89,11 +92,11 @@ pub(super) struct Line<P: CanPort> {
     mailboxes: P::PerMailbox<Option<Pending>>,
     /// As the node knows it.
     health: Health,
-    /// When it was read last.
+    /// Instant at which it was read last.
     looked: Instant,
-    /// Its filters are set anew, one at a time.
+    /// Sets its filters again, one at a time.
     refresh: Refresh,
-    /// When this task has to run without an event: a look, or the end of a lifetime.
+    /// Instant at which this task has to run without an event: a poll of the health, or the end of a lifetime.
     due: Instant,
 }
 
@@ -132,7 +135,8 @@ impl<P: CanPort> Line<P> {
         context.waker().wake_by_ref();
     }
 
-    /// Does what is due, obeys commands for this bus and fills its mailboxes. Returns whether another task is to be woken from now on.
+    /// Does what is due, obeys commands for this bus and fills its mailboxes. Returns whether another task is to be
+    /// woken from now on.
     #[inline]
     fn end_turn<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant, context: &Context<'_>) -> bool {
         let is_new = register(&mut shared.buses[self.bus], context);
@@ -202,7 +206,7 @@ impl<P: CanPort> Line<P> {
         self.settle(shared, now);
     }
 
-    /// What is not a received frame.
+    /// Handles an event other than a received frame.
     #[inline(never)]
     fn on_other<N: Node>(&mut self, shared: &mut Shared<N>, event: &PortEvent, now: Instant) {
         let event = match *event {
@@ -274,7 +278,7 @@ impl<P: CanPort> Line<P> {
         self.update_due(shared);
     }
 
-    /// Aborts what has outlived its lifetime, looks at the controller, and sets a filter of it anew.
+    /// Aborts frames whose lifetime has ended, polls the health of the controller, and sets one of its filters again.
     #[inline(never)] // ten times a second
     fn on_time<N: Node>(&mut self, shared: &mut Shared<N>, now: Instant) {
         self.give_up(shared, now, FailCause::Expired, now);
@@ -348,8 +352,8 @@ impl<P: CanPort> Line<P> {
         told
     }
 
-    /// Makes room for an urgent frame when frames that go after it have all mailboxes: aborts the one of the lowest priority
-    /// that is alone with its COB-ID. Other nodes may hold the bus against that one for any time.
+    /// Makes room for an urgent frame when frames that go after it have all mailboxes: aborts the one of the lowest
+    /// priority that is alone with its COB-ID. Other nodes may hold the bus against that one for any time.
     #[inline(never)] // few frames find all mailboxes taken
     fn preempt(&mut self, next: &Frame) {
         if !is_urgent(next.id()) {

@@ -1,8 +1,9 @@
-//! The delay of the cable between the master and a slave, measured both ways.
+//! Measures the delay of the cable between the master and a slave, in both directions.
 //!
-//! A slave sets its clock by SYNCs of the master: it is late by the cable, less what 2014h of the slave corrects. So the end of a
-//! heartbeat of this slave is one cable early by its clock, and the master receives it one cable later. What receivers delay
-//! falls out, as each end stamps its own frames by its own receiver.
+//! A slave sets its clock by SYNCs of the master. So its clock is late by the delay of the cable, less the
+//! correction in 2014h of the slave. By that clock, the end of a heartbeat of the slave is early by one delay. The
+//! master receives the heartbeat one delay later. The delays of the receivers cancel, because each end stamps its
+//! own frames by its own receiver.
 
 use super::Handle;
 use super::resources::Platform;
@@ -13,33 +14,38 @@ use crate::types::{Bus, Duration, NodeId};
 
 /// Heartbeats that are measured.
 const SAMPLES: u32 = 16;
-/// How often the master looks for a heartbeat.
+/// Period at which the master checks for a heartbeat.
 const LOOK: Duration = Duration::from_millis(5);
 /// Looks in all: 16 heartbeats, one each second.
 const LOOKS: u32 = 3_200;
 /// Two times that differ by more are of two heartbeats: 1 ms, in units of 2^-32 s.
 const SAME: u64 = (1 << 32) / 1_000;
 
-/// A cable that was measured.
+/// Result of the measurement of a cable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cable {
-    /// The bus.
+    /// Bus whose cable was measured.
     pub bus: Bus,
-    /// From the connector of the master to that of the slave, nanoseconds.
+    /// Delay from the connector of the master to that of the slave, in nanoseconds.
     pub delay_ns: i32,
 }
 
 impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
-    /// Measures the cable to a slave on the active bus, by 16 of its heartbeats. Its clock follows SYNCs of this master, and both
-    /// stamp in hardware. For 2014h of the slave add the delay of its receiver, which cannot be measured so.
+    /// Measures the cable to a slave on the active bus by 16 of its heartbeats. Its clock has to follow the SYNCs
+    /// of this master, and both have to stamp in hardware. For 2014h of the slave add the delay of its receiver,
+    /// which this method does not measure.
     ///
     /// # Errors
-    /// Those of the SDO client, which reads 2014h and 2016h; [`Error::BusChanged`]; [`Error::Timeout`] when there is no
-    /// heartbeat that both have stamped.
+    /// Those of the SDO client, which reads 2014h and 2016h. [`Error::BusChanged`]. [`Error::Timeout`] if there is
+    /// no heartbeat that both have stamped.
     ///
     /// # Panics
-    /// When its future is dropped from within [`Handle::with`].
+    /// If its future is dropped within [`Handle::with`].
+    ///
+    /// # Cancel safety
+    /// A dropped future ends the measurement and aborts a transfer that is running. Call it again to measure from
+    /// the start.
     pub async fn measure_cable(&self, node: NodeId) -> Result<Cable, Error> {
         self.range(node.get())?;
         let _ends = Ends(self);
@@ -102,7 +108,7 @@ impl<B: Platform, D: Device, M: MasterBoards> Drop for Ends<'_, B, D, M> {
     }
 }
 
-/// Of units of 2^-32 s.
+/// Converts units of 2^-32 s.
 fn nanoseconds(units: i64) -> i64 {
     (units * 1_000_000_000) >> 32
 }

@@ -1,4 +1,4 @@
-//! What is due by time.
+//! Runner of everything that is due by time.
 
 use core::convert::Infallible;
 use core::future::poll_fn;
@@ -12,7 +12,7 @@ use crate::node::Node;
 use crate::time::Clock;
 use crate::types::Instant;
 
-/// Runs what is due by time. For a task of its own.
+/// Runs everything that is due by time, in a task of its own.
 pub struct DueRunner<B: Platform, N: Node> {
     core: &'static Core<B, N>,
 }
@@ -22,7 +22,10 @@ impl<B: Platform, N: Node> DueRunner<B, N> {
         DueRunner { core }
     }
 
-    /// Runs for ever.
+    /// Runs without end.
+    ///
+    /// # Cancel safety
+    /// The future must not be dropped: nothing would be done when it is due.
     pub async fn run(self) -> ! {
         let core = self.core;
         let timer = pin!(None);

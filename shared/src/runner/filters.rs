@@ -1,4 +1,4 @@
-//! Acceptance filters of a port: as many as it has, and set anew in turn.
+//! Acceptance filters of a port: fitted to their number, and set again in turn.
 
 use crate::link::port::{CanPort, Filter};
 use crate::node::{Filters, MAX_FILTERS, Node};
@@ -20,8 +20,8 @@ pub(super) fn set<P: CanPort>(port: &mut P, number: u8, filter: Filter) {
     }
 }
 
-/// Sets the filters of a port anew, as a bit may have flipped in the controller (ECSS 6.10d). Each bus does so for itself, at a moment
-/// of its own, as long steps delay frames (row `rx.inside_look`).
+/// Sets the filters of a port anew, as a bit may have flipped in the controller (ECSS 6.10d). Each bus does so for
+/// itself, at a moment of its own, as long steps delay frames (row `rx.inside_look`).
 #[derive(Default)]
 pub(super) struct Refresh {
     next: u8,

@@ -1,4 +1,4 @@
-//! What an application has of its node.
+//! Handle of a node, and its events, for an application.
 
 use core::future::poll_fn;
 use core::task::Poll;
@@ -28,7 +28,7 @@ impl<B: Platform, N: Node> Handle<B, N> {
         Handle { core }
     }
 
-    /// Reads or changes the node at the present instant. What has become due by it, such as a PDO, is done at once.
+    /// Reads or changes the node at the present instant. What becomes due by it, such as a PDO, is done at once.
     ///
     /// # Panics
     /// When called from within itself.
@@ -40,7 +40,7 @@ impl<B: Platform, N: Node> Handle<B, N> {
         })
     }
 
-    /// Makes a request to the node; frames that it needs go out in their turn.
+    /// Makes a request to the node. The frames that it needs are sent in their turn.
     ///
     /// # Panics
     /// When called from within [`Handle::with`].
@@ -49,7 +49,8 @@ impl<B: Platform, N: Node> Handle<B, N> {
         self.core.lock(|shared| shared.step(now, |node, out| node.on_request(request, now, out)));
     }
 
-    /// Changes objects of the application. PDOs that are sent on events and carry something else now go out.
+    /// Changes objects of the application. PDOs that are sent on events and have another content afterwards go
+    /// out.
     ///
     /// # Panics
     /// When called from within [`Handle::with`] or itself.
@@ -60,10 +61,11 @@ impl<B: Platform, N: Node> Handle<B, N> {
         self.with(|node, now| node.change(now, change))
     }
 
-    /// Writes an object as a client of the SDO server does: with the same checks, and what depends on it follows.
+    /// Writes an object as a client of the SDO server does. The same checks apply, and the services follow the
+    /// new value.
     ///
     /// # Errors
-    /// The abort code that a client would be answered; nothing has changed.
+    /// The abort code that a client would receive. Then nothing has changed.
     ///
     /// # Panics
     /// When called from within [`Handle::with`].
@@ -75,37 +77,41 @@ impl<B: Platform, N: Node> Handle<B, N> {
         self.core.lock(|shared| shared.step(now, |node, out| node.write(at, value, now, out)))
     }
 
-    /// The present.
+    /// Returns the present instant of the node's clock.
     pub fn now(&self) -> Instant {
         self.core.clock.now()
     }
 
     /// Waits until `deadline`.
+    ///
+    /// # Cancel safety
+    /// A dropped future has no effect.
     pub async fn wait_until(&self, deadline: Instant) {
         self.core.clock.at(deadline).await;
     }
 
-    /// Counters that a debugger or an emulator reads.
+    /// Returns the counters that a debugger or an emulator reads.
     pub fn telltale(&self) -> &'static Telltale {
         self.core.telltale
     }
 }
 
 impl<B: Platform, N: TimeKeeper> Handle<B, N> {
-    /// The spacecraft time.
+    /// Returns the clock of the spacecraft time.
     pub const fn clock(&self) -> SpacecraftClock<B, N> {
         SpacecraftClock::new(self.core)
     }
 }
 
 impl<B: Platform, D: Device, M: MasterBoards> Handle<B, Master<D, M>> {
-    /// The SDO client, shared with the boot-up process.
+    /// Returns the SDO client, which the boot-up process uses as well.
     pub const fn sdo(&self) -> SdoClient<B, D, M> {
         SdoClient::new(self.core)
     }
 }
 
-/// Events of a node, for its application. One that is slow loses events (counted in [`Telltale`]); the node never waits.
+/// Events of a node for its application. A slow application loses events (counted in [`Telltale`]). The node
+/// never waits.
 pub struct Events<B: Platform, N: Node> {
     core: &'static Core<B, N>,
 }
@@ -115,7 +121,10 @@ impl<B: Platform, N: Node> Events<B, N> {
         Events { core }
     }
 
-    /// Waits for the next event. Cancel-safe: a dropped future loses no event.
+    /// Waits for the next event.
+    ///
+    /// # Cancel safety
+    /// A dropped future loses no event.
     pub async fn next(&mut self) -> N::Event {
         poll_fn(|context| {
             self.core.lock(|shared| match shared.out.pop_event() {

@@ -1,4 +1,9 @@
-//! The async shell: a runner per bus, a runner for what is due, and the node that they share.
+//! Async shell of a node: a runner for each bus, a runner for everything that is due, and the handle of the
+//! application.
+//!
+//! A *runner* is the future of a task. The user owns the storage of the node, [`Resources`]. [`Resources::start`]
+//! powers the node on. It returns three runners, each for a task of its own, a [`Handle`] to the node, and its
+//! [`Events`].
 //!
 //! ```text
 //! CanPort ── BusRunner ──┐
@@ -7,13 +12,47 @@
 //! Clock ──── DueRunner ──┘
 //! ```
 //!
-//! The user owns the storage, [`Resources`]. [`Resources::start`] powers the node on and returns the three runners, each for a
-//! task of its own, and what the application has: a [`Handle`] to the node and its [`Events`]. Nothing here knows a HAL or an
-//! executor. All tasks of a node run in one executor: its storage cannot be shared with another thread or an interrupt.
+//! The mock board of this example stands for a real one:
 //!
-//! A received frame passes through no channel: the runner of its bus takes it from the port, and the node handles it in place.
-//! What moves is small and moves in words: events and commands have a tag of a word (`repr(u32)`), because the compiler moves
-//! tag and rest apart, and behind a tag of a byte the rest goes byte by byte.
+#![cfg_attr(feature = "mock", doc = "```")]
+#![cfg_attr(not(feature = "mock"), doc = "```ignore")]
+//! # use ecss_can::mock::{LoopbackPort, ManualClock, MockBoard, Tasks, poll_once};
+//! # use ecss_can::prelude::*;
+//! # /// A device without objects.
+//! # #[derive(Objects)]
+//! # #[objects(device)]
+//! # struct Bare {}
+//! # impl Device for Bare {
+//! #     type Pdos = PdoObjects<0, 0>;
+//! #     type Consumers = HeartbeatConsumers<1>;
+//! #     const PDOS: PdoSet = PdoSet::NONE;
+//! # }
+//! type Resources = ecss_can::runner::Resources<MockBoard, Slave<Bare>>;
+//! static RESOURCES: Resources = Resources::new();
+//! static TELLTALE: Telltale = Telltale::new();
+//!
+//! let clock = ManualClock::new();
+//! let ports = PerBus::from_fn(|_| LoopbackPort::new(&clock));
+//! let slave = || Slave::new(NodeId::of::<3>(), &Profile::DEFAULT, Bare::default());
+//! let (slave, mut events, runners) = RESOURCES.start(slave, ports, clock, &TELLTALE);
+//!
+//! let mut tasks = Tasks::new(runners); // on a board: `runners.nominal.run().await` in a task, and so on
+//! tasks.run();
+//! assert!(poll_once(events.next()).is_some()); // in the application: `events.next().await`
+//! slave.with(|slave, now| assert_eq!(slave.status(now).active, Bus::Nominal));
+//! ```
+//!
+//! # How frames and events move
+//!
+//! The runner of a bus takes a received frame from its port, and the node handles it in place, without a channel.
+//! Events and commands are small and are moved in words: they have a tag of one word (`repr(u32)`). After a tag of
+//! one byte the compiler would move the rest byte by byte.
+//!
+//! # Limits
+//!
+//! - All tasks of a node run in one executor. The storage cannot be shared with another thread or an interrupt.
+//! - The module uses no HAL and no executor.
+//! - `Handle::with` must not be called within `Handle::with`, and [`Resources::start`] not twice: both panic.
 
 mod alarm;
 mod bus;

@@ -1,4 +1,4 @@
-//! Storage of a node, and how it is powered on.
+//! Storage of a node, and its start.
 
 use core::cell::RefCell;
 use core::hint::black_box;
@@ -15,15 +15,15 @@ use crate::node::{Filters, Node};
 use crate::time::Clock;
 use crate::types::{Bus, PerBus};
 
-/// A board, by the types that the protocol needs of it.
+/// Board, by the types that the protocol needs.
 pub trait Platform: 'static {
-    /// Its CAN controllers.
+    /// Type of its CAN controllers.
     type Port: CanPort;
-    /// Its time.
+    /// Type of its clock.
     type Clock: Clock;
 }
 
-/// Everything that lives as long as a node: the node, its queues, both ports and the clock. The user owns it, in a `static`.
+/// Storage of a node: the node, its queues, both ports and the clock. The user owns it in a `static`.
 pub struct Resources<B: Platform, N: Node> {
     room: Room<B, N, PerBus<Line<B::Port>>>,
 }
@@ -35,7 +35,7 @@ pub(super) struct Room<B: Platform, N: Node, L> {
     around: StaticCell<Around<B, N, L>>,
 }
 
-/// What a node works with. `L`: the lines of its buses.
+/// Surroundings of a node. `L`: the lines of its buses.
 struct Around<B: Platform, N: Node, L> {
     core: Core<B, N>,
     lines: L,
@@ -70,7 +70,7 @@ impl<B: Platform, N: Node, L: Lines> Room<B, N, L> {
         Room { node: StaticCell::new(), around: StaticCell::new() }
     }
 
-    /// Makes everything and powers the node on.
+    /// Makes everything in its place and powers the node on.
     #[inline(always)] // its callers are not inlined
     pub fn start(
         &'static self,
@@ -90,7 +90,7 @@ impl<B: Platform, N: Node, L: Lines> Room<B, N, L> {
     }
 }
 
-/// What all tasks of a node share.
+/// Data that all tasks of a node share.
 pub(super) struct Core<B: Platform, N: Node> {
     pub shared: RefCell<Shared<N>>,
     pub clock: B::Clock,
@@ -98,7 +98,7 @@ pub(super) struct Core<B: Platform, N: Node> {
 }
 
 impl<B: Platform, N: Node> Core<B, N> {
-    /// Works on the node in place.
+    /// Calls `f` with the node in its place.
     #[inline]
     pub fn lock<R>(&self, f: impl FnOnce(&mut Shared<N>) -> R) -> R {
         f(&mut self.shared.borrow_mut())
@@ -106,15 +106,15 @@ impl<B: Platform, N: Node> Core<B, N> {
 }
 
 impl<B: Platform, N: Node> Resources<B, N> {
-    /// Room for a node.
+    /// Makes storage without a node.
     pub const fn new() -> Self {
         Resources { room: Room::new() }
     }
 
-    /// Makes the node and powers it on: sets the filters of both ports by its dictionary, and starts it. The ports come off
-    /// their buses.
+    /// Makes the node and powers it on: sets the filters of both ports by its dictionary, and starts it. The ports
+    /// must be off their buses.
     ///
-    /// It takes part in its buses as soon as each of the runners has a task.
+    /// The node takes part in its buses as soon as each of the runners has a task.
     ///
     /// # Panics
     /// When called twice.
@@ -140,8 +140,8 @@ impl<B: Platform, N: Node> Resources<B, N> {
     }
 }
 
-/// Makes a value in its place. The compiler leaves out the copy on the stack only where it knows nothing of the place but
-/// that nobody else has it: hence a function of its own, and the black boxes.
+/// Makes a value in its place. The compiler omits the copy on the stack only if it knows nothing about the place
+/// except that it is exclusive. Therefore this is a function of its own, and there are black boxes.
 #[inline(never)]
 fn make<T>(place: &mut MaybeUninit<T>, value: impl FnOnce() -> T) -> &mut T {
     place.write(value())
@@ -153,12 +153,12 @@ impl<B: Platform, N: Node> Default for Resources<B, N> {
     }
 }
 
-/// What the tasks of a node run.
+/// Runners of a node on two buses, each for a task of its own.
 pub struct Runners<B: Platform, N: Node> {
-    /// For the task of the nominal bus.
+    /// Runner for the task of the nominal bus.
     pub nominal: BusRunner<B, N>,
-    /// For the task of the redundant bus.
+    /// Runner for the task of the redundant bus.
     pub redundant: BusRunner<B, N>,
-    /// For the task of what is due by time.
+    /// Runner for the task of everything that is due by time.
     pub due: DueRunner<B, N>,
 }

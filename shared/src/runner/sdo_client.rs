@@ -1,4 +1,4 @@
-//! The SDO client for applications: `master.sdo().read(node, at, &mut buffer).await`.
+//! SDO client for applications: `master.sdo().read(node, at, &mut buffer).await`.
 
 use core::future::poll_fn;
 use core::task::{Context, Poll};
@@ -14,9 +14,13 @@ const CHUNK: usize = 112;
 
 /// Reads and writes the objects of slaves, one transfer at a time.
 ///
-/// A transfer waits for the one before it, of whichever task, and for the boot-up process: that lets a transfer end, and
-/// goes before the next. What stands still for the SDO timeout of the profile ends with [`Error::Timeout`], a switch of
-/// the active bus with [`Error::BusChanged`]. A future that is dropped aborts its transfer.
+/// A transfer waits for the one before it, of any task, and for the boot-up process. The boot-up process lets a
+/// running transfer end, and goes before the next one. A transfer without progress for the SDO timeout of the
+/// profile ends with [`Error::Timeout`]. A switch of the active bus ends it with [`Error::BusChanged`].
+///
+/// # Cancel safety
+/// A dropped future aborts its transfer.
+#[doc(alias("SDO client", "CSDO"))]
 pub struct SdoClient<B: Platform, D: Device, M: MasterBoards = OneBoard> {
     core: &'static Core<B, Master<D, M>>,
     mode: Mode,
@@ -36,16 +40,19 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
         SdoClient { core, mode: Mode::Auto }
     }
 
-    /// The same client, with this protocol for values that do not fit into one frame.
+    /// Returns the same client with this protocol for values that do not fit into one frame.
     #[must_use]
     pub const fn with_mode(self, mode: Mode) -> Self {
         SdoClient { mode, ..self }
     }
 
-    /// Reads a value; how many bytes it has.
+    /// Reads a value. Returns the number of its bytes.
     ///
     /// # Errors
-    /// See [`Error`]; [`Error::TooLarge`] when it does not fit into `into`.
+    /// See [`Error`]. [`Error::TooLarge`] if the value does not fit into `into`.
+    ///
+    /// # Cancel safety
+    /// A dropped future aborts the transfer. `into` may have a part of the value.
     pub async fn read(&self, node: NodeId, at: Address, into: &mut [u8]) -> Result<usize, Error> {
         let most = into.len();
         let mut turn = self.turn(node, |client| client.start_upload(at, most, self.mode)).await;
@@ -57,17 +64,23 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
     ///
     /// # Errors
     /// See [`Error`].
+    ///
+    /// # Cancel safety
+    /// A dropped future aborts the transfer, unless the server has the whole value already.
     pub async fn write(&self, node: NodeId, at: Address, value: &[u8]) -> Result<(), Error> {
         let mut turn = self.turn(node, |client| client.start_download(at, value.len(), self.mode)).await;
         let mut given = 0;
         turn.run(|client| given += client.push(value.get(given..).unwrap_or_default())).await.map(drop)
     }
 
-    /// Reads a value of at most `most` bytes part by part, each given to `sink` in order; how many bytes it has. It is whole
-    /// only when this succeeds.
+    /// Reads a value of at most `most` bytes part by part. `sink` gets each part in order. Returns the number of
+    /// bytes. The value is complete only if this succeeds.
     ///
     /// # Errors
     /// See [`Error`].
+    ///
+    /// # Cancel safety
+    /// A dropped future aborts the transfer. `sink` got a part of the value.
     pub async fn upload_to(
         &self,
         node: NodeId,
@@ -88,10 +101,13 @@ impl<B: Platform, D: Device, M: MasterBoards> SdoClient<B, D, M> {
         turn.run(drain).await
     }
 
-    /// Writes a value of `size` bytes part by part: `source` fills each part in order.
+    /// Writes a value of `size` bytes part by part. `source` fills each part in order.
     ///
     /// # Errors
     /// See [`Error`].
+    ///
+    /// # Cancel safety
+    /// A dropped future aborts the transfer, unless the server has the whole value already.
     pub async fn download_from(
         &self,
         node: NodeId,

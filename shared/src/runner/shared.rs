@@ -1,4 +1,5 @@
-//! A node with its queues, shared by the tasks of its buses, the task of what is due, and its application.
+//! A node with its queues, shared by the tasks of its buses, the task of everything that is due, and its
+//! application.
 
 use core::task::{Context, Waker};
 
@@ -8,7 +9,7 @@ use crate::link::queue::{Full, Outgoing, TxQueue};
 use crate::node::{BusCommand, FailCause, LinkEvent, Node, Outbox};
 use crate::types::{Bus, Frame, Instant, PerBus};
 
-/// So many tasks that wait for a spacecraft time are told of a step at once.
+/// Number of tasks that can wait for a step of the clock.
 const WAITERS: usize = 4;
 
 /// A node and what it wants sent.
@@ -20,7 +21,7 @@ pub(super) struct Shared<N: Node> {
     pub buses: PerBus<Option<Waker>>,
     /// The task of what is due.
     pub timekeeper: Option<Waker>,
-    /// When that task looks at the node by itself.
+    /// Instant at which that task runs by itself.
     pub armed: Instant,
     /// The task of the application, while it waits for events.
     pub listener: Option<Waker>,
@@ -45,12 +46,12 @@ impl<N: Node> Shared<N> {
         }
     }
 
-    /// Starts the node. What it wants done waits for the tasks.
+    /// Starts the node. Its commands wait for the tasks.
     pub fn power_on(&mut self, now: Instant) {
         self.node.start(now, &mut self.out);
     }
 
-    /// A step that the application makes.
+    /// Makes a step for the application.
     pub fn step<R>(
         &mut self,
         now: Instant,
@@ -62,16 +63,16 @@ impl<N: Node> Shared<N> {
         result
     }
 
-    /// Whether there is something to send on a bus, or to deliver.
+    /// Returns whether there is a frame to send on a bus, or a command to deliver.
     #[inline]
     pub fn is_asked(&self, bus: Bus) -> bool {
         !(self.out.is_settled() && self.queues[bus].is_empty())
     }
 
-    /// Delivers what a step of the node wants done: frames go into the queues of their buses. Other commands to `here` are
-    /// returned one by one, those to the other bus wait for its task.
+    /// Delivers the commands of a step of the node. Frames go into the queues of their buses. Other commands for
+    /// `here` are returned one by one. Other commands for the other bus wait for its task.
     ///
-    /// Call until `None`.
+    /// Call it until `None`.
     #[inline]
     pub fn deliver(&mut self, here: Option<Bus>, now: Instant) -> Option<BusCommand> {
         if self.out.is_settled() { None } else { self.empty_outbox(here, now) }
@@ -97,8 +98,8 @@ impl<N: Node> Shared<N> {
         found
     }
 
-    /// Looks at every command once. One that has to wait goes behind the others, and so do all after it for the same bus:
-    /// each bus has its own in order.
+    /// Looks at every command once. One that has to wait goes behind the others, and so do all after it for the
+    /// same bus: each bus has its own in order.
     fn take_commands(&mut self, here: Option<Bus>, now: Instant) -> Option<BusCommand> {
         let mut waits = PerBus { nominal: false, redundant: false };
         let (mut found, mut losses) = (None, 0);
@@ -158,7 +159,8 @@ impl<N: Node> Shared<N> {
         }
     }
 
-    /// Ends a step of the node: wakes the application for its events, and the task of what is due when it would look too late.
+    /// Ends a step of the node: wakes the application for its events, and the task of everything that is due if
+    /// it would run too late.
     #[inline]
     pub fn end_step(&mut self) {
         self.tell_application();
@@ -169,7 +171,8 @@ impl<N: Node> Shared<N> {
         }
     }
 
-    /// Wakes the application, once until it waits again, and who waits for a time when the clock was set.
+    /// Wakes the application, once until it waits again. When the clock was set, also wakes the tasks that wait
+    /// for a time.
     #[inline]
     pub fn tell_application(&mut self) {
         if !self.out.has_events() {

@@ -6,19 +6,20 @@ use super::{BusRunner, DueRunner, Events, Handle, Platform, Telltale};
 use crate::node::Node;
 use crate::types::Bus;
 
-/// As [`Resources`](super::Resources), for a node on one bus, such as a [`CanopenSlave`](crate::node::CanopenSlave).
+/// Storage as [`Resources`](super::Resources), for a node on one bus such as a
+/// [`CanopenSlave`](crate::node::CanopenSlave).
 pub struct Single<B: Platform, N: Node> {
     room: Room<B, N, Line<B::Port>>,
 }
 
 impl<B: Platform, N: Node> Single<B, N> {
-    /// Room for a node.
+    /// Makes storage without a node.
     pub const fn new() -> Self {
         Single { room: Room::new() }
     }
 
-    /// Makes the node and powers it on: sets the filters of the port by its dictionary, and starts it. The port comes off its
-    /// bus.
+    /// Makes the node and powers it on: sets the filters of the port by its dictionary, and starts it. The port
+    /// must be off its bus.
     ///
     /// # Panics
     /// When called twice.
@@ -46,10 +47,10 @@ impl<B: Platform, N: Node> Default for Single<B, N> {
     }
 }
 
-/// What the tasks of a node on one bus run.
+/// Runners of a node on one bus, each for a task of its own.
 pub struct SingleRunners<B: Platform, N: Node> {
-    /// For the task of the bus.
+    /// Runner for the task of the bus.
     pub bus: BusRunner<B, N>,
-    /// For the task of what is due by time.
+    /// Runner for the task of everything that is due by time.
     pub due: DueRunner<B, N>,
 }

@@ -1,4 +1,4 @@
-//! The spacecraft time, for an application.
+//! Clock of the spacecraft time, for an application.
 
 use core::future::poll_fn;
 use core::pin::pin;
@@ -9,10 +9,11 @@ use crate::node::TimeKeeper;
 use crate::time::{Clock, Quality};
 use crate::types::{Duration, FineInstant, Instant, Scet};
 
-/// How often a task looks at the clock that waits and is not told of a step.
+/// Period at which a waiting task without a place checks the clock for a step.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// The clock of a node that keeps the spacecraft time.
+/// Clock of a node that keeps the spacecraft time.
+#[doc(alias("SCET", "spacecraft elapsed time"))]
 pub struct SpacecraftClock<B: Platform, N: TimeKeeper> {
     core: &'static Core<B, N>,
 }
@@ -30,29 +31,33 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
         SpacecraftClock { core }
     }
 
-    /// The spacecraft time at the present microsecond.
+    /// Returns the spacecraft time at the present microsecond.
     ///
     /// # Panics
-    /// As all that is here, when called from within [`Handle::with`](super::Handle::with).
+    /// When called from within [`Handle::with`](super::Handle::with), like all methods of this type.
     pub fn now(&self) -> Scet {
         let now = self.core.clock.now();
         self.core.lock(|shared| shared.node.spacecraft_clock().at(now.into()).scet())
     }
 
-    /// How good it is.
+    /// Returns the quality of the clock.
     pub fn quality(&self) -> Quality {
         let now = self.core.clock.now();
         self.core.lock(|shared| shared.node.spacecraft_clock().quality(now.into()))
     }
 
-    /// The instant of the node's timers at which it is, or was, `scet`: for a timer that makes an edge then. As the clock is
-    /// steered it moves a little; ask as late as there is time for.
+    /// Returns the instant of the node's timers at which the spacecraft time is, or was, `scet`: for a timer that
+    /// makes an edge then. The instant moves a little while the clock is steered, so call it as late as possible.
     pub fn when(&self, scet: Scet) -> FineInstant {
         self.core.lock(|shared| shared.node.spacecraft_clock().when(scet.into()))
     }
 
-    /// Waits until it is `scet`, or the clock is set to that time or beyond; no longer when that is past, as the nearer half of
-    /// the counter is. Where more than four wait, those beyond notice a step within 100 ms.
+    /// Waits until the spacecraft time is `scet`, or until the clock is set to that time or a later one. Completes
+    /// at once if `scet` is in the past: in the half of the counter's range before the present. Of more than four
+    /// tasks that wait, the others notice a step of the clock within 100 ms.
+    ///
+    /// # Cancel safety
+    /// A dropped future has no effect.
     pub async fn at(&self, scet: Scet) {
         let seat = Seat::take(self.core);
         while let Err(due) = self.reached(scet) {
@@ -72,7 +77,7 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     }
 
     /// # Errors
-    /// When to look again.
+    /// Instant at which to check again.
     fn reached(&self, scet: Scet) -> Result<(), Instant> {
         let now = self.core.clock.now();
         self.core.lock(|shared| {
@@ -87,7 +92,7 @@ impl<B: Platform, N: TimeKeeper> SpacecraftClock<B, N> {
     }
 }
 
-/// A place among those who are told of a step, while somebody waits.
+/// Place among the tasks that are woken at a step of the clock.
 struct Seat<B: Platform, N: TimeKeeper> {
     core: &'static Core<B, N>,
     nth: Option<usize>,
@@ -97,7 +102,7 @@ impl<B: Platform, N: TimeKeeper> Seat<B, N> {
     fn take(core: &'static Core<B, N>) -> Self {
         let nth = core.lock(|shared| {
             let nth = shared.waiters.iter().position(Option::is_none)?;
-            // Taken, though nobody waits yet.
+            // Reserved: the task waits soon.
             *shared.waiters.get_mut(nth)? = Some(Waker::noop().clone());
             Some(nth)
         });

@@ -5,9 +5,10 @@ use core::sync::atomic::{AtomicU32, Ordering};
 use crate::link::Miss;
 use crate::types::Bus;
 
-/// A block of counters at a fixed, documented layout: 32-bit words in the order below, little-endian.
+/// Block of counters with a fixed layout: 32-bit words in the order below, little-endian.
 ///
-/// An image exports one as the symbol `TELLTALE`. What an application counts is its own part, in a `static` of [`Tally`]s.
+/// An image exports one as the symbol `TELLTALE`. Counters of an application are in a `static` of [`Tally`]s of its
+/// own.
 #[repr(C)]
 #[derive(Debug)]
 pub struct Telltale {
@@ -18,23 +19,23 @@ pub struct Telltale {
     app_overflows: Tally,
     /// Interrupts of both controllers.
     pub interrupts: Interrupts,
-    /// Stamps that were to be measured in hardware.
+    /// Results of stamps that were to be measured in hardware.
     pub stamps: Stamps,
 }
 
-/// Interrupts by their kind: how often a controller called.
+/// Number of interrupts of each kind.
 #[repr(C)]
 #[derive(Debug)]
 pub struct Interrupts {
-    /// Results of transmissions.
+    /// Interrupts for results of transmissions.
     pub transmit: Tally,
-    /// Received frames.
+    /// Interrupts for received frames.
     pub receive: Tally,
-    /// Changes of the error state.
+    /// Interrupts for changes of the error state.
     pub error: Tally,
 }
 
-/// What became of stamps that were to be measured in hardware, on both buses.
+/// Results of stamps that were to be measured in hardware, on both buses.
 #[repr(C)]
 #[derive(Debug)]
 pub struct Stamps {
@@ -58,7 +59,7 @@ impl Stamps {
         }
     }
 
-    /// Counts a stamp, by the low word of its timer, or why there is none.
+    /// Counts a stamp, given by the low word of its timer, or the reason why there is none.
     pub fn note(&self, result: Result<u32, Miss>) {
         match result {
             Ok(low) => {
@@ -74,28 +75,28 @@ impl Stamps {
     }
 }
 
-/// A counter that only rises; it wraps at 2^32.
+/// Counter that only rises. It wraps at 2^32.
 #[repr(transparent)]
 #[derive(Debug, Default)]
 pub struct Tally(AtomicU32);
 
 impl Tally {
-    /// Zero.
+    /// Makes a counter at zero.
     pub const fn new() -> Self {
         Tally(AtomicU32::new(0))
     }
 
-    /// Counts one more.
+    /// Adds one to the counter.
     pub fn count(&self) {
         self.add(1);
     }
 
-    /// Counts `n` more.
+    /// Adds `n` to the counter.
     pub fn add(&self, n: u32) {
         self.0.fetch_add(n, Ordering::Relaxed);
     }
 
-    /// The count.
+    /// Returns the present count.
     pub fn get(&self) -> u32 {
         self.0.load(Ordering::Relaxed)
     }
@@ -105,7 +106,7 @@ impl Telltale {
     /// First word: `"ECAN"` in ASCII, little-endian.
     pub const MAGIC: u32 = u32::from_le_bytes(*b"ECAN");
 
-    /// All zero.
+    /// Makes a block in which all counters are zero.
     pub const fn new() -> Self {
         Telltale {
             magic: AtomicU32::new(Self::MAGIC),
@@ -118,7 +119,7 @@ impl Telltale {
         }
     }
 
-    /// Frames of this bus that the node has dealt with.
+    /// Returns the counter of frames of this bus that the node handled.
     pub fn handled(&self, bus: Bus) -> &Tally {
         match bus {
             Bus::Nominal => &self.handled_nominal,
@@ -126,12 +127,12 @@ impl Telltale {
         }
     }
 
-    /// Received frames lost in the port.
+    /// Returns the counter of received frames that the port lost.
     pub fn overruns(&self) -> &Tally {
         &self.overruns
     }
 
-    /// Events the application was too slow to take.
+    /// Returns the counter of events that the application lost because it was too slow.
     pub fn app_overflows(&self) -> &Tally {
         &self.app_overflows
     }

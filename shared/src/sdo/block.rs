@@ -1,8 +1,8 @@
-//! Sub-blocks: what the receiver of segments takes, what their sender sends again (CiA 301 7.2.4.3.9 to 7.2.4.3.14).
+//! Sub-blocks: the receiver acknowledges segments, the sender repeats lost ones (CiA 301 7.2.4.3.9 to 7.2.4.3.14).
 //!
-//! A download has its receiver in the server, an upload in the client; the rules are the same. A segment counts when it
-//! is the next one. What comes after a lost one is ignored to the end of the sub-block; the acknowledgement names the last
-//! that counted, and the next sub-block begins behind it, numbered from 1.
+//! The server receives the segments of a download, the client those of an upload. The rules are the same. A segment
+//! counts if it is the next one. After a lost segment, all others of the sub-block are ignored. The acknowledgement
+//! has the number of the last segment that counted. The next sub-block begins after it, numbered from 1.
 
 use super::wire::LAST_OF_BLOCKS;
 use crate::link::port::LATE_RESULTS;
@@ -14,14 +14,14 @@ pub(super) const MOST: u8 = 127;
 /// Bytes of a segment.
 pub(super) const SEGMENT: u8 = 7;
 
-/// How many segments of a sub-block are given to the bus before the first of them has left.
+/// Most segments of a sub-block that are given to the bus before the first of them has left.
 pub const WINDOW: u8 = 8;
 
-/// How many sub-blocks in a row may bring nothing. If there are more, the peer has begun something else, which is not
-/// understood in a sub-block, or does not understand acknowledgements.
+/// Number of sub-blocks in a row that may have no effect. If there are more, the peer has begun another transfer,
+/// which is not understood in a sub-block, or does not understand acknowledgements.
 const PATIENCE: u8 = 8;
 
-/// Whether a peer may ask for sub-blocks of this size.
+/// Checks the size of sub-blocks that a peer requests.
 pub(super) fn check_size(block_size: u8) -> Result<(), AbortCode> {
     if (1..=MOST).contains(&block_size) { Ok(()) } else { Err(AbortCode::BlockSize) }
 }
@@ -55,7 +55,7 @@ pub(super) struct Receiver {
     fruitless: u8,
 }
 
-/// What a segment means.
+/// Meaning of a segment.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum SegmentOutcome {
     /// Its data count.
@@ -86,7 +86,7 @@ impl Receiver {
         SegmentOutcome::Taken
     }
 
-    /// Whether it is the segment that counts next, and neither begins nor ends its sub-block.
+    /// Returns whether the segment is the next one, and is neither the first nor the last of its sub-block.
     #[inline]
     pub fn is_plain(&self, command: u8) -> bool {
         command == self.next && command < self.open
@@ -117,13 +117,14 @@ impl Receiver {
         if is_last { SegmentOutcome::TakenLast } else { SegmentOutcome::TakenAtEnd }
     }
 
-    /// Whether it may be the segment that ended the last sub-block, received twice: a frame is valid for its receivers a
-    /// bit before it is for its transmitter, which repeats it after an error in that bit (ISO 11898-1).
+    /// Returns whether it may be the segment that ended the last sub-block, received twice. A frame is valid for
+    /// its receivers one bit before it is valid for its transmitter. The transmitter repeats it after an error in
+    /// that bit (ISO 11898-1).
     pub fn is_repeat(&self, command: u8) -> bool {
         command == self.ended_by && command != 0
     }
 
-    /// The sub-block ends, the next one has `size` segments. The number to acknowledge.
+    /// Ends the sub-block. The next one has `size` segments. Returns the number to acknowledge.
     pub fn acknowledge(&mut self, size: u8) -> Result<u8, AbortCode> {
         let good = self.next.saturating_sub(1);
         count_fruitless(&mut self.fruitless, good)?;
@@ -131,12 +132,12 @@ impl Receiver {
         Ok(good)
     }
 
-    /// Whether a sub-block has begun and not ended.
+    /// Returns whether a sub-block has begun and not ended.
     pub fn is_heard(&self) -> bool {
         self.open > 0
     }
 
-    /// What a sender that was stopped may send next.
+    /// Returns the segments that a sender may still send after its transfer was ended.
     pub fn strays(&self, until: Instant) -> Strays {
         Strays { next: self.next, until }
     }
@@ -154,10 +155,10 @@ pub(super) struct Strays {
 impl Strays {
     pub const NONE: Strays = Strays { next: 0, until: Instant::ZERO };
 
-    /// How many segments may be missing before a stray one.
+    /// Number of segments that may be missing before a late one.
     const GAP: u8 = 3;
 
-    /// Whether this is one of them. They come in rising order and soon.
+    /// Returns whether the segment is one of them. They arrive in rising order within a short time.
     pub fn claim(&mut self, command: u8, now: Instant) -> bool {
         let seqno = command & !LAST_OF_BLOCKS;
         let claimed = now < self.until && (self.next..=self.next.saturating_add(Self::GAP)).contains(&seqno);
@@ -174,7 +175,7 @@ impl Strays {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Sender {
-    /// Where in the value the sub-block begins.
+    /// Offset of the sub-block in the value.
     base: u32,
     /// Segments sent of it.
     sent: u8,
@@ -195,7 +196,7 @@ pub(super) struct Next {
     pub last: bool,
 }
 
-/// What an acknowledgement means.
+/// Meaning of an acknowledgement.
 pub(super) enum Ack {
     /// There is more to send, from this offset on.
     More(u32),
@@ -210,12 +211,12 @@ impl Sender {
         Sender { base: 0, sent: 0, size, in_flight: 0, acked: 0, fruitless: 0 }
     }
 
-    /// Whether no sub-block was acknowledged yet.
+    /// Returns whether no sub-block was acknowledged yet.
     pub fn is_first(&self) -> bool {
         self.base == 0 && self.acked == 0
     }
 
-    /// The next segment of a value of `total` bytes, when the sub-block has one and the bus has room.
+    /// Returns the next segment of a value of `total` bytes, if the sub-block has one and the bus has room.
     pub fn next(&self, total: u32) -> Option<Next> {
         let offset = self.base.saturating_add(u32::from(self.sent) * u32::from(SEGMENT));
         let is_due = self.sent < self.size && self.in_flight < WINDOW && (offset < total || self.sent == 0);
@@ -223,18 +224,18 @@ impl Sender {
         is_due.then(|| Next { seqno: self.sent + 1, offset, last })
     }
 
-    /// That one was sent.
+    /// Notes that this segment was sent.
     pub fn on_send(&mut self) {
         self.sent += 1;
         self.in_flight += 1;
     }
 
-    /// One of them left the bus, or failed.
+    /// Notes that a segment left the bus, or failed.
     pub fn on_sent(&mut self) {
         self.in_flight = self.in_flight.saturating_sub(1);
     }
 
-    /// The receiver ends the sub-block.
+    /// Takes the acknowledgement of the receiver, which ends the sub-block.
     pub fn on_ack(&mut self, ackseq: u8, size: u8, total: u32) -> Result<Ack, AbortCode> {
         let left = self.sent.saturating_sub(self.in_flight);
         if ackseq == self.acked && ackseq > left.saturating_add(LATE_RESULTS).min(self.sent) {

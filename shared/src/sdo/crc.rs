@@ -1,15 +1,16 @@
 //! The checksum of block transfers: CRC-CCITT, x16 + x12 + x5 + 1 (CiA 301 7.2.4.3.16).
 
-/// A checksum in the making: initial value zero, nothing reflected, nothing inverted.
+/// Checksum that is being computed: initial value zero, neither reflected nor inverted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Crc(u16);
 
-/// The remainder of `bits` times x16: what up to four bytes, added to the checksum before them, make of it.
+/// Returns the remainder of `bits` times x16: up to four bytes, added to the checksum of the bytes before them.
 ///
-/// Without a table, which would have 512 bytes. The quotient is `bits` divided by P, the polynomial over x16:
-/// P = 1 + x^-4 + x^-11 + x^-16. Squared thrice P is 1 + x^-32 and more, and of 32 bits nothing is left when they move down
-/// by 32; so 1 / P is P to the 7th here. P times its 4th power is 1 + (x^-4 + x^-11) (1 + x^-16), its square 1 + x^-8 + x^-22.
+/// There is no table, which would have 512 bytes. The quotient is `bits` divided by P, the polynomial over x16:
+/// `P = 1 + x^-4 + x^-11 + x^-16`. Squared three times, P is `1 + x^-32` and more. Of 32 bits nothing is left when
+/// they move down by 32. So `1 / P` is the 7th power of P here. P times its 4th power is
+/// `1 + (x^-4 + x^-11) (1 + x^-16)`, and its square is `1 + x^-8 + x^-22`.
 #[inline]
 fn remainder(bits: u32) -> u32 {
     let moved = (bits ^ bits >> 7) >> 4;
@@ -19,12 +20,12 @@ fn remainder(bits: u32) -> u32 {
 }
 
 impl Crc {
-    /// Of no bytes.
+    /// Makes the checksum of zero bytes.
     pub const fn new() -> Crc {
         Crc(0)
     }
 
-    /// Takes in the next bytes.
+    /// Adds the next bytes.
     pub fn update(&mut self, bytes: &[u8]) {
         let (fours, rest) = bytes.as_chunks::<4>();
         let crc = fours
@@ -34,7 +35,7 @@ impl Crc {
             as u16;
     }
 
-    /// Of all bytes so far.
+    /// Returns the checksum of all bytes so far.
     pub const fn value(self) -> u16 {
         self.0
     }

@@ -1,9 +1,9 @@
-//! Object 1200h.
+//! Object 1200h: the SDO channel of the server.
 
 use crate::od::{Objects, Record};
 use crate::types::{CobId, NodeId};
 
-/// SDO parameters (0022h).
+/// SDO parameters (record 0022h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x22)]
 pub struct SdoParameters {
@@ -15,7 +15,8 @@ pub struct SdoParameters {
     pub response: u32,
 }
 
-/// The default SDO channel of a server.
+/// Default SDO channel of the server (1200h).
+#[doc(alias("1200h", "SSDO", "SDO server parameter"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct SdoServerObjects {
     /// SDO server parameter
@@ -24,7 +25,7 @@ pub struct SdoServerObjects {
 }
 
 impl SdoServerObjects {
-    /// The channel of a node.
+    /// Returns the channel of a node.
     pub fn of(id: NodeId) -> Self {
         let request = u32::from(CobId::sdo_request(id).raw());
         let response = u32::from(CobId::sdo_response(id).raw());

@@ -1,21 +1,22 @@
 //! Requests and responses, from and to the eight bytes of a frame (CiA 301 7.2.4.3).
 //!
-//! What comes is parsed into [`Request`] and [`Response`]; what goes has a function for each frame there is. Reserved bits are sent as zero and not looked at. Segments of a sub-block have no command specifier: see
+//! Received frames are parsed into [`Request`] and [`Response`]. For each frame to send there is a function.
+//! Reserved bits are sent as zero and ignored in reception. Segments of a sub-block have no command specifier: see
 //! [`sub_block_segment`].
 
 use crate::types::Address;
 
-/// The data of an SDO frame. CiA 301 knows no other length.
+/// Data of an SDO frame. CiA 301 defines no other length.
 pub type Payload = [u8; 8];
 
-/// What an initiate frame carries: bits e, s and n, and bytes 4 to 7.
+/// Content of an initiate frame: bits e, s and n, and bytes 4 to 7.
 #[derive(Clone, Copy)]
 pub(super) enum Content {
     /// The value itself, in the first so many of four bytes (`1..=4`).
     Expedited([u8; 4], u8),
-    /// The value itself in the first of four bytes; how many is not told.
+    /// The value itself, in the first of four bytes. Their number is not sent.
     Unsized([u8; 4]),
-    /// Segments follow. How many bytes, when that is told.
+    /// Segments follow, with this number of bytes if it was sent.
     Segmented(Option<u32>),
 }
 
@@ -30,13 +31,13 @@ pub(super) struct Segment {
 }
 
 impl Segment {
-    /// Whether it brings nothing: neither data nor the end.
+    /// Returns whether the segment has no effect: it has no data and does not end the transfer.
     pub const fn is_vain(&self) -> bool {
         self.len == 0 && !self.last
     }
 }
 
-/// What a client sends.
+/// Request that a client sends.
 #[derive(Clone, Copy)]
 pub(super) enum Request {
     DownloadSegment(Segment),
@@ -53,7 +54,7 @@ pub(super) enum Request {
     Unknown,
 }
 
-/// What a server sends.
+/// Response that a server sends.
 #[derive(Clone, Copy)]
 pub(super) enum Response {
     UploadSegment(Segment),
@@ -118,7 +119,7 @@ impl Request {
         }
     }
 
-    /// Whether a transfer begins with it.
+    /// Returns whether a transfer begins with this request.
     pub fn is_initiate(&self) -> bool {
         matches!(
             self,
@@ -183,12 +184,12 @@ impl Segment {
         }
     }
 
-    /// The bytes that count.
+    /// Returns the bytes that count.
     pub fn bytes(&self) -> &[u8] {
         self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 
-    /// Download request or upload response: both have the command specifier 0.
+    /// Makes a download request or an upload response. Both have the command specifier 0.
     pub fn payload(&self) -> Payload {
         let unused = 7 - self.len.min(7);
         segment(bit(self.toggle, TOGGLE) | (unused << 1) | bit(self.last, LAST), self.data)
@@ -278,7 +279,7 @@ pub(super) fn block_end(unused: u8, crc: u16) -> Payload {
     short(0xC1 | ((unused & 7) << 2), low, high)
 }
 
-/// Whether a frame with this first byte is a [`block_end`].
+/// Returns whether a frame with this first byte is a [`block_end`].
 pub(super) fn is_block_end(command: u8) -> bool {
     command >> 5 == 6 && command & 1 != 0
 }
@@ -317,14 +318,14 @@ fn bit(on: bool, mask: u8) -> u8 {
     if on { mask } else { 0 }
 }
 
-/// Whether it is an upload initiate request.
+/// Returns whether it is an upload initiate request.
 #[inline]
 pub(super) fn is_upload(payload: &Payload) -> bool {
     let [command, ..] = *payload;
     command >> 5 == 2
 }
 
-/// The data of a download initiate request that brings them itself, and how many of them count when that is told.
+/// The data of an expedited download request, and the number of bytes that count if it was sent.
 #[inline]
 pub(super) fn expedited_download(payload: &Payload) -> Option<([u8; 4], Option<u8>)> {
     let [command, _, _, _, data @ ..] = *payload;

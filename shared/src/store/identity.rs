@@ -1,13 +1,29 @@
-//! The Node-ID of a slave: three copies in the parameter store, of which two must agree, and straps (ECSS 6.10e, f, g, k).
+//! Node-ID of a slave: three copies in the parameter store, of which two must agree, and straps (ECSS 6.10e, f, g,
+//! k).
+//!
+//! ```
+//! use ecss_can::store::identity::{NoNodeId, Straps, node_id};
+//! use ecss_can::types::NodeId;
+//!
+//! let (three, four) = (NodeId::of::<3>(), NodeId::of::<4>());
+//! assert_eq!(node_id(Straps::Closed(three), None), Ok(three));
+//! assert_eq!(node_id(Straps::Open, Some(three)), Ok(three));
+//! let contradiction = NoNodeId::Contradiction { straps: three, stored: four };
+//! assert_eq!(node_id(Straps::Closed(three), Some(four)), Err(contradiction)); // the board stays silent
+//! ```
+//!
+//! A copy is a number of 16 bits:
 //!
 //! ```text
-//! copy    01 | number, 1 to 3 (2 bits) | Node-ID, 0 for none (7 bits) | CRC (5 bits)
+//! 01 | number, 1 to 3 (2 bits) | Node-ID, 0 for none (7 bits) | CRC (5 bits)
 //! ```
-//! The last copy of each number counts, so that a new Node-ID replaces the old one with the second of its copies.
+//!
+//! The last copy of each number counts. So a new Node-ID replaces the old one with the second of its copies.
 
 use crate::types::NodeId;
 
-/// Node-ID of a board in maintenance mode, whatever its straps and its store say: no slave of the network has it.
+/// Node-ID of a board in maintenance mode, whatever its straps and its store contain. No slave of the network has
+/// it.
 pub const MAINTENANCE: NodeId = NodeId::of::<127>();
 
 /// The upper two bits of a copy.
@@ -16,18 +32,18 @@ const MARK: u16 = 0b01;
 const GENERATOR: u16 = 0b10_0101;
 const DEGREE: u32 = 5;
 
-/// What the straps of a board say.
+/// Reading of the straps of a board.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Straps {
-    /// None is closed: the harness of this board has none, and the store decides.
+    /// No strap is closed: the harness of this board has none, and the store decides.
     Open,
-    /// A Node-ID of a slave.
+    /// The straps have the Node-ID of a slave.
     Closed(NodeId),
-    /// A wire is lost or shorted, or it is no Node-ID of a slave.
+    /// A wire is lost or shorted, or the number is not the Node-ID of a slave.
     Wrong,
 }
 
-/// Why a board has no Node-ID: it does not communicate (ECSS 6.10f).
+/// Reason why a board has no Node-ID. It does not communicate (ECSS 6.10f).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum NoNodeId {
@@ -35,16 +51,16 @@ pub enum NoNodeId {
     Straps,
     /// No strap is closed, and no two stored copies agree.
     Missing,
-    /// The store holds another one than the straps say.
+    /// The store has another Node-ID than the straps.
     Contradiction {
-        /// That of the straps.
+        /// Node-ID of the straps.
         straps: NodeId,
-        /// That of the store.
+        /// Node-ID of the store.
         stored: NodeId,
     },
 }
 
-/// The Node-ID of a slave by its straps and its store (ECSS 6.10k).
+/// Returns the Node-ID of a slave by its straps and its store (ECSS 6.10k).
 ///
 /// # Errors
 /// [`NoNodeId`]: the board stays silent.
@@ -59,20 +75,21 @@ pub const fn node_id(straps: Straps, stored: Option<NodeId>) -> Result<NodeId, N
     }
 }
 
-/// What two of three copies agree on, each a Node-ID or 0 for none; `None` where no two do, or where it is no Node-ID of a slave.
+/// Returns the Node-ID that two of three copies agree on. Each copy is a Node-ID, or 0 for none. `None` if no two
+/// agree, or if the number is not the Node-ID of a slave.
 pub fn agreed([first, second, third]: [u8; 3]) -> Option<NodeId> {
     let value = if second == third { second } else { first };
     let is_agreed = value == second || value == third;
     NodeId::new(value).filter(|id| is_agreed && *id != NodeId::MASTER)
 }
 
-/// A copy with its `number`, 1 to 3, of a Node-ID or 0: 4001h to 7FFFh.
+/// Makes a copy with its `number`, 1 to 3, of a Node-ID or 0: 4001h to 7FFFh.
 pub const fn copy(number: u8, id: u8) -> u16 {
     let copy = (MARK << 2 | number as u16) << 7 | id as u16;
     copy << DEGREE | remainder(copy << DEGREE)
 }
 
-/// Number and value of a copy, unless a bit of it has changed.
+/// Returns number and Node-ID of a copy. `None` if a bit has changed.
 pub const fn of_copy(copy: u16) -> Option<(u8, u8)> {
     let [number, id] = [(copy >> 12 & 0b11) as u8, (copy >> DEGREE & 0x7F) as u8];
     if copy >> 14 != MARK || number == 0 || remainder(copy) != 0 { None } else { Some((number, id)) }

@@ -1,4 +1,4 @@
-//! Limits how often parameters are saved: a client that saves in a loop must not wear the flash out.
+//! Limit of the number of saves: a client that saves in a loop must not wear out the flash.
 
 use crate::types::{Duration, Instant};
 
@@ -7,7 +7,7 @@ const BURST: u32 = 10;
 /// Time after which one more save is allowed.
 const INTERVAL: Duration = Duration::from_millis(6 * 60 * 1_000);
 
-/// Allows ten saves in a row, then one every six minutes: twenty in any hour at most.
+/// Allows ten saves in a row, then one every six minutes. That is at most twenty in any hour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SaveLimit {
     /// An interval later for each save. At most `BURST` intervals in the future.
@@ -15,12 +15,12 @@ pub struct SaveLimit {
 }
 
 impl SaveLimit {
-    /// As at power-on: all ten saves are left.
+    /// Makes a limit as at power-on: all ten saves are left.
     pub const fn new() -> SaveLimit {
         SaveLimit { earned_until: Instant::ZERO }
     }
 
-    /// Whether a save is allowed at `now`.
+    /// Returns whether a save is allowed at `now`.
     pub fn allows(&self, now: Instant) -> bool {
         self.earned_until.since(now) <= INTERVAL.times(BURST - 1)
     }

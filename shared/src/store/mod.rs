@@ -1,17 +1,73 @@
-//! Store and restore of parameters: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
+//! Parameters that outlive a reset: objects 1010h and 1011h (CiA 301 7.5.2.13, 7.5.2.14).
 //!
-//! One set holds the stored parameters of all groups, so that all of a save is stored or nothing of it: saving
-//! a group writes a new set, of the group's values as they are and of the others as they were stored. Restoring the
-//! defaults of a group writes a set without it. Both take effect at the next reset, when [`load`] runs before
+//! A *set* is the stored parameters of all groups. A *save* writes a whole new set: the present values of one
+//! group, and the stored values of the others. So a save is stored whole or not at all. To restore the defaults of
+//! a group is to write a set without it. Both take effect at the next reset, when [`load`] runs before
 //! communication starts.
 //!
-//! A slave keeps Bdefault as well when it finds the master on another bus (ECSS 8.3.3k, l). That is no save: it is a
-//! *note* of one word beside the set, and ends with the next set that has a value of its own.
+//! ```
+//! use ecss_can::store::{Content, Group, Loaded, ParameterStore, Save, StoreRequest, load};
+//! use ecss_can::types::{Address, NodeId};
+//! # use ecss_can::store::{Parameters, Row, StoreError};
+//! # #[derive(Default)]
+//! # struct Memory { stored: Vec<u8>, begun: Vec<u8> }
+//! # impl ParameterStore for Memory {
+//! #     fn stored_len(&self) -> usize { self.stored.len() }
+//! #     fn read(&mut self, offset: usize, into: &mut [u8]) -> Result<(), StoreError> {
+//! #         into.copy_from_slice(&self.stored[offset..][..into.len()]);
+//! #         Ok(())
+//! #     }
+//! #     fn begin(&mut self, _: usize) -> Result<(), StoreError> { self.begun.clear(); Ok(()) }
+//! #     fn append(&mut self, bytes: &[u8]) -> Result<(), StoreError> { self.begun.extend(bytes); Ok(()) }
+//! #     fn commit(&mut self) -> Result<(), StoreError> { self.stored = std::mem::take(&mut self.begun); Ok(()) }
+//! #     fn note(&self) -> Option<u16> { None }
+//! #     fn write_note(&mut self, _: u16) -> Result<(), StoreError> { Ok(()) }
+//! # }
+//! # /// Object 1017h.
+//! # struct Values([u8; 2]);
+//! # impl Parameters for Values {
+//! #     fn find(&mut self, from: Address) -> Option<Row> {
+//! #         let at = Address::new(0x1017, 0);
+//! #         (from <= at).then_some(Row { at, count: 1, len: 2 })
+//! #     }
+//! #     fn read(&mut self, _: Address, offset: usize, into: &mut [u8]) -> usize {
+//! #         into.copy_from_slice(&self.0[offset..][..into.len()]);
+//! #         into.len()
+//! #     }
+//! # }
 //!
-//! Beside both, three copies of the Node-ID are kept, which no set replaces: [`identity`].
+//! const NODE: NodeId = NodeId::of::<3>();
+//! let (mut store, mut values) = (Memory::default(), Values([100, 0]));
+//! let mut save = Save::begin(&mut store, NODE, Group::All, StoreRequest::Save)?;
+//! while !save.advance(&mut store, &mut values)? {
+//!     // The node does its other work between two steps.
+//! }
 //!
-//! Where sets and notes are kept is behind [`ParameterStore`], which keeps them whole through a loss of power. What
-//! outlives a reset only is in RAM, behind [`RetainedMemory`].
+//! let apply = &mut |at: Address, content: Content| {
+//!     assert_eq!((at, content), (Address::new(0x1017, 0), Content::Whole(&[100, 0])));
+//!     Ok(())
+//! };
+//! assert_eq!(load(&mut store, NODE, apply)?, Loaded::Set { applied: 1, skipped: 0 });
+//! # Ok::<(), StoreError>(())
+//! ```
+//!
+//! Three things are kept:
+//!
+//! | kept | where | ends with |
+//! | --- | --- | --- |
+//! | set of parameters | [`ParameterStore`] | the next set |
+//! | *note*: Bdefault where a slave found its master (ECSS 8.3.3k, l) | one word beside the set | a newer set that has a Bdefault |
+//! | Node-ID in three copies | beside both, see [`identity`] | another Node-ID |
+//!
+//! Values that outlive a reset but not a loss of power are in RAM, behind [`RetainedMemory`].
+//!
+//! # Limits
+//!
+//! - Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps. If it
+//!   changes between them, it may be stored with bytes of both. If it becomes shorter, the save fails.
+//! - A set of another Node-ID is not applied.
+//! - [`SaveLimit`] allows ten saves in a row, then one every six minutes. A node writes at most [`MOST_NOTES`]
+//!   notes from power-on to power-off.
 
 pub mod identity;
 mod limit;
@@ -30,27 +86,27 @@ pub use set::{Apply, Content, Loaded, MAX_VALUE, load};
 
 use crate::types::{AbortCode, NodeId};
 
-/// What is written to 1010h to save: "save".
+/// Signature that a client writes to 1010h to save: "save".
 pub const SAVE: u32 = u32::from_le_bytes(*b"save");
-/// What is written to 1011h to restore defaults: "load".
+/// Signature that a client writes to 1011h to restore defaults: "load".
 pub const LOAD: u32 = u32::from_le_bytes(*b"load");
 
-/// Which parameters: the sub-indices of 1010h and 1011h.
+/// Group of parameters: a sub-index of 1010h and 1011h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Group {
-    /// Sub 1: all parameters.
+    /// All parameters (sub-index 1).
     All,
-    /// Sub 2: communication profile, 1000h to 1FFFh.
+    /// Communication profile, 1000h to 1FFFh (sub-index 2).
     Communication,
-    /// Sub 3: device profiles and above, from 6000h.
+    /// Device profiles and above, from 6000h on (sub-index 3).
     Application,
-    /// Sub 4: manufacturer-specific, 2000h to 5FFFh, and what lies below 1000h.
+    /// Manufacturer-specific objects, 2000h to 5FFFh, and objects below 1000h (sub-index 4).
     Manufacturer,
 }
 
 impl Group {
-    /// `None` for a sub-index that names no group.
+    /// Returns the group of a sub-index. `None` if it has no group.
     pub const fn from_sub(sub: u8) -> Option<Group> {
         Some(match sub {
             1 => Group::All,
@@ -61,7 +117,8 @@ impl Group {
         })
     }
 
-    /// Whether the object `index` belongs to it. Every object belongs to [`Group::All`] and to one other.
+    /// Returns whether the object `index` belongs to the group. Every object belongs to [`Group::All`] and to one
+    /// other group.
     pub const fn contains(self, index: u16) -> bool {
         match self {
             Group::All => true,
@@ -72,20 +129,20 @@ impl Group {
     }
 }
 
-/// Why parameters were not stored, or not read.
+/// Reason why parameters were not stored, or not read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreError {
-    /// No room before the next start, which makes some.
+    /// There is no room before the next start, which makes room.
     Full,
-    /// A value or a set is longer than can be stored, or a set is not as long as it was announced.
+    /// A value or a set is too long, or a set has another length than announced.
     Size,
-    /// The memory does not hold what was written, or does not answer.
+    /// The memory does not hold the bytes that were written, or does not answer.
     Hardware,
 }
 
 impl StoreError {
-    /// What the client of the SDO server is told.
+    /// Returns the abort code for the client of the SDO server.
     pub const fn abort_code(self) -> AbortCode {
         match self {
             StoreError::Full => AbortCode::DeviceState,
@@ -95,35 +152,36 @@ impl StoreError {
     }
 }
 
-/// Why parameters that a client saved are not in the store.
+/// Reason why parameters that a client saved are not in the store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Loss {
-    /// The last save did not end: power failed, or the memory refused a word. The set before is stored.
+    /// The last save did not end: power failed, or the memory refused a word. The set before it is stored.
     Interrupted = 1,
-    /// A saved set has more flipped bits than can be corrected. The set before is stored, or none.
+    /// A saved set has more flipped bits than can be corrected. The set before it is stored, or none.
     Damaged = 2,
 }
 
-/// Keeps one set of parameters, whole: a new set replaces the old one when it is committed, or not at all, whenever
+/// Store for one set of parameters. A new set replaces the old one when it is committed, or not at all, even if
 /// power fails.
+#[doc(alias("1010h", "1011h", "store parameters", "restore default parameters", "non-volatile memory"))]
 pub trait ParameterStore {
-    /// Bytes of the set that is stored; 0 without one.
+    /// Returns the number of bytes of the stored set, 0 without one.
     fn stored_len(&self) -> usize;
 
-    /// Copies from the set that is stored, also while another is being written. `into` ends within it.
+    /// Copies from the stored set, also while another one is being written. `into` must end within the set.
     ///
     /// # Errors
-    /// [`StoreError::Size`] beyond its end, [`StoreError::Hardware`].
+    /// [`StoreError::Size`] beyond the end of the set, [`StoreError::Hardware`].
     fn read(&mut self, offset: usize, into: &mut [u8]) -> Result<(), StoreError>;
 
-    /// Checks the set that is stored, before it is applied. Returns the loss since the last save, if there is one: one that
-    /// was found at start-up, or now. Without a check a store loses nothing.
+    /// Checks the stored set before it is applied. Returns the loss since the last save, if there is one. It was
+    /// found at start-up or now. The default implementation reports no loss.
     fn check(&mut self) -> Option<Loss> {
         None
     }
 
-    /// Begins a set of `len` bytes; one that was begun before and not committed is forgotten.
+    /// Begins a set of `len` bytes. A set that was begun before and not committed is dropped.
     ///
     /// # Errors
     /// [`StoreError::Full`], [`StoreError::Size`], [`StoreError::Hardware`].
@@ -135,33 +193,34 @@ pub trait ParameterStore {
     /// [`StoreError::Size`] beyond its length, [`StoreError::Hardware`].
     fn append(&mut self, bytes: &[u8]) -> Result<(), StoreError>;
 
-    /// The set that was begun is complete: from now on it is the one that is stored.
+    /// Commits the set that was begun: from now on it is the stored one.
     ///
     /// # Errors
-    /// [`StoreError::Size`] when it is shorter than announced, [`StoreError::Hardware`].
+    /// [`StoreError::Size`] if it is shorter than announced, [`StoreError::Hardware`].
     fn commit(&mut self) -> Result<(), StoreError>;
 
-    /// The last note written since the stored set was committed, 0 to FFFh.
+    /// Returns the last note since the stored set was committed, 0 to FFFh.
     fn note(&self) -> Option<u16>;
 
-    /// Writes a note of 12 bits, which replaces the one before. It is stored at once or not at all, whenever power
-    /// fails. A set that was begun and not committed is forgotten.
+    /// Writes a note of 12 bits, which replaces the one before. It is stored at once or not at all, even if power
+    /// fails. A set that was begun and not committed is dropped.
     ///
     /// # Errors
-    /// [`StoreError::Full`] in the last quarter of the room, which is for sets; [`StoreError::Size`] above FFFh;
-    /// [`StoreError::Hardware`].
+    /// [`StoreError::Full`] in the last quarter of the room, which is reserved for sets. [`StoreError::Size`] above
+    /// FFFh. [`StoreError::Hardware`].
     fn write_note(&mut self, note: u16) -> Result<(), StoreError>;
 
-    /// The Node-ID that two of three stored copies agree on (ECSS 6.10k). A store that keeps none has none.
+    /// Returns the Node-ID that two of three stored copies agree on (ECSS 6.10k). `None` for a store without
+    /// Node-IDs.
     fn node_id(&mut self) -> Option<NodeId> {
         None
     }
 
-    /// Stores three copies of a Node-ID, each read back, or of none. The old one or the new one is stored, whenever power
-    /// fails. A set that was begun and not committed is forgotten.
+    /// Stores three copies of a Node-ID, or of none, and reads each of them back. The old or the new Node-ID is
+    /// stored, even if power fails. A set that was begun and not committed is dropped.
     ///
     /// # Errors
-    /// [`StoreError::Full`], [`StoreError::Hardware`]; [`StoreError::Size`] where the store keeps none.
+    /// [`StoreError::Full`], [`StoreError::Hardware`]. [`StoreError::Size`] if the store keeps no Node-ID.
     fn store_node_id(&mut self, _id: Option<NodeId>) -> Result<(), StoreError> {
         Err(StoreError::Size)
     }

@@ -1,31 +1,32 @@
-//! The note that a slave leaves beside its parameters: where it found the master last.
+//! Note of a slave beside its parameters: the bus where it last found the master.
 //!
 //! ```text
 //! bits 7 to 1   Node-ID
 //! bit 0         Bdefault
 //! ```
-//! A note holds for the node that wrote it, like a set.
+//!
+//! A note holds for the node that wrote it, as a set does.
 
 use super::{ParameterStore, StoreError};
 use crate::redundancy::{Redundancy, RedundancyObjects};
 use crate::types::{Address, Bus, NodeId};
 
-/// Notes that a node may write from power-on to power-off: they must not use up the room for sets.
+/// Most notes that a node may write from power-on to power-off. They must not use up the room for sets.
 pub const MOST_NOTES: u8 = 8;
 
 /// The parameter that a note stands for.
 pub(super) const BDEFAULT: Address = RedundancyObjects::PARAMETERS.field(Redundancy::BDEFAULT).address();
 
-/// The Bdefault that `node` noted, if no newer set has replaced it.
+/// Returns the Bdefault that `node` noted, if no newer set replaced it.
 pub fn noted_bdefault(store: &dyn ParameterStore, node: NodeId) -> Option<Bus> {
     let note = store.note().filter(|note| note >> 1 == node.get().into())?;
     Bus::from_bdefault((note & 1) as u8)
 }
 
-/// Notes Bdefault: from now on it goes before the stored one.
+/// Writes Bdefault as a note. From now on it has priority over the stored one.
 ///
 /// # Errors
-/// [`StoreError::Full`], [`StoreError::Hardware`]; what was stored before holds.
+/// [`StoreError::Full`], [`StoreError::Hardware`]. Then the note before stays.
 pub fn note_bdefault(store: &mut dyn ParameterStore, node: NodeId, bus: Bus) -> Result<(), StoreError> {
     store.write_note(u16::from(node.get()) << 1 | u16::from(bus.bdefault()))
 }

@@ -1,10 +1,11 @@
-//! Objects 1010h and 1011h, and what is asked for by writing to them.
+//! Objects 1010h and 1011h, and the requests that clients make by writing to them.
 
 use super::{LOAD, SAVE};
 use crate::od::Objects;
 use crate::types::AbortCode;
 
 /// Objects of the parameter store (CiA 301 7.5.2).
+#[doc(alias("1010h", "1011h"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct StoreObjects {
     /// Store parameters
@@ -22,7 +23,7 @@ pub struct StoreObjects {
 const STORE: u16 = StoreObjects::STORE.index();
 const RESTORE: u16 = StoreObjects::RESTORE.index();
 
-/// What a client asks of the parameter store. The sub-index of its object is that of the group.
+/// Request of a client to the parameter store. The sub-index of its object is that of the group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StoreRequest {
@@ -33,7 +34,7 @@ pub enum StoreRequest {
 }
 
 impl StoreRequest {
-    /// The request that a write to this object is; `None` for the objects of others.
+    /// Returns the request of a write to this object. `None` for objects of other services.
     pub const fn of(index: u16) -> Option<StoreRequest> {
         match index {
             STORE => Some(StoreRequest::Save),
@@ -42,11 +43,11 @@ impl StoreRequest {
         }
     }
 
-    /// Whether `value` is the signature of this request. It is no value of the object: what is read back is what the device
-    /// can do.
+    /// Checks that `value` is the signature of this request. It is not stored as the value of the object: a read
+    /// returns the capabilities of the device.
     ///
     /// # Errors
-    /// [`AbortCode::CannotTransfer`].
+    /// [`AbortCode::CannotTransfer`] for any other value.
     pub const fn check(self, value: u32) -> Result<(), AbortCode> {
         let signature = match self {
             StoreRequest::Save => SAVE,
@@ -57,7 +58,7 @@ impl StoreRequest {
 }
 
 impl StoreObjects {
-    /// Shows whether the device has a parameter store.
+    /// Sets the values of the objects: they show whether the device has a parameter store.
     pub fn show(&mut self, has_store: bool) {
         self.store = [u32::from(has_store); 4];
         self.restore = self.store;

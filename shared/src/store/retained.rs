@@ -1,10 +1,11 @@
-//! What a slave keeps over a reset of its chip, in RAM that no start initialises.
+//! Values that a slave keeps over a reset of its chip, in RAM that no start initialises.
 //!
 //! ```text
 //! word 0   Bdefault (0 nominal, 1 redundant, 2 none) | resets in a row | notes written | ECh
 //! word 1   complement of word 0
 //! ```
-//! RAM after power-on holds anything: only a pair of words that fits together is taken.
+//!
+//! After power-on the RAM has any content. Only two words that match are accepted.
 
 use crate::types::Bus;
 
@@ -17,16 +18,16 @@ const NONE: u8 = 2;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Retained {
-    /// Bdefault since the last find; `None` when the stored one holds (ECSS 8.3.3k, l).
+    /// Bdefault since the master was last found. `None` if the stored one holds (ECSS 8.3.3k, l).
     pub bdefault: Option<Bus>,
-    /// Resets obeyed in a row: [`crate::nmt::ResetGuard::row`].
+    /// Number of resets obeyed in a row: [`crate::nmt::ResetGuard::row`].
     pub resets: u8,
-    /// Notes written to the parameter store since power-on.
+    /// Number of notes written to the parameter store since power-on.
     pub notes: u8,
 }
 
 impl Retained {
-    /// As two words.
+    /// Encodes the values as two words.
     pub const fn encode(self) -> [u32; 2] {
         let bdefault = match self.bdefault {
             Some(bus) => bus.bdefault(),
@@ -36,7 +37,7 @@ impl Retained {
         [word, !word]
     }
 
-    /// From two words; `None` when they are not those of [`Retained::encode`], as after power-on.
+    /// Decodes two words. `None` if [`Retained::encode`] did not make them, for example after power-on.
     pub const fn decode([word, check]: [u32; 2]) -> Option<Retained> {
         let [bdefault, resets, notes, mark] = word.to_le_bytes();
         if check != !word || mark != MARK || bdefault > NONE {
@@ -48,7 +49,7 @@ impl Retained {
 
 /// Two words of RAM that outlive a reset.
 pub trait RetainedMemory {
-    /// The words as they were written last; anything after power-on.
+    /// Returns the words that were written last. After power-on they have any value.
     fn read(&self) -> [u32; 2];
 
     /// Replaces both words.

@@ -1,20 +1,4 @@
-//! Saves a set in steps of a few words, so that a node goes on with its work between them.
-//!
-//! ```
-//! # use ecss_can::store::{Group, Parameters, ParameterStore, Save, StoreError, StoreRequest};
-//! # use ecss_can::types::NodeId;
-//! # fn save(
-//! #     store: &mut dyn ParameterStore, values: &mut dyn Parameters, node: NodeId,
-//! # ) -> Result<(), StoreError> {
-//! let mut save = Save::begin(store, node, Group::All, StoreRequest::Save)?;
-//! while !save.advance(store, values)? {
-//!     // The node does its other work.
-//! }
-//! # Ok(())
-//! # }
-//! ```
-//! Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps: one that
-//! changes between them may be stored with bytes of both. One that gets shorter fails the save.
+//! Saves a set in steps of a few words, so that a node continues its work between them.
 
 use super::note::{BDEFAULT, noted_bdefault};
 use super::set::{HEADER, Header, MAGIC, MAX_VALUE, VERSION, header, row};
@@ -24,14 +8,14 @@ use crate::types::{Address, Bus, NodeId};
 /// Most bytes of values that are written in one step.
 const STEP: usize = 8;
 
-/// Parameters of sub-indices in a row with values of one length.
+/// Parameters at consecutive sub-indices, with values of one length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Row {
-    /// Address of the first one.
+    /// Address of the first parameter.
     pub at: Address,
     /// Number of parameters.
     pub count: u8,
-    /// Bytes of each value.
+    /// Number of bytes of each value.
     pub len: usize,
 }
 
@@ -49,16 +33,21 @@ impl Row {
     }
 }
 
-/// The parameters that may be stored, in rising order of their addresses.
+/// Parameters that may be stored, in rising order of their addresses.
 pub trait Parameters {
-    /// The first row at or behind an address.
+    /// Returns the first row at or above an address.
     fn find(&mut self, from: Address) -> Option<Row>;
 
-    /// Copies bytes of a value from `offset` on; returns how many.
+    /// Copies bytes of a value from `offset` on. Returns their number.
     fn read(&mut self, at: Address, offset: usize, into: &mut [u8]) -> usize;
 }
 
-/// A save that runs. The set before is stored until it ends; dropped before, it is a save that was interrupted.
+/// A save that is running. The set before it stays stored until it ends. A save that is dropped counts as
+/// interrupted.
+///
+/// Each value is stored as it is when its turn comes. A value of more than eight bytes takes several steps. If it
+/// changes between them, it may be stored with bytes of both values. If it becomes shorter, the save fails. The
+/// page of the [module](crate::store) has an example.
 #[derive(Clone, Debug)]
 pub struct Save {
     node: NodeId,
@@ -79,12 +68,12 @@ pub struct Save {
 }
 
 impl Save {
-    /// Begins a set with the present values of a group, or without values of it: then its defaults hold after the next
-    /// reset. Those of the other groups are taken from the stored set. A note that is not of this group becomes part of
-    /// the set.
+    /// Begins a set with the present values of a group, or without values of it: then its defaults hold after the
+    /// next reset. The values of other groups come from the stored set. A note that does not belong to this group
+    /// becomes part of the set.
     ///
     /// # Errors
-    /// [`StoreError`]; what was stored before holds.
+    /// [`StoreError`]. Then the set that was stored before stays.
     pub fn begin(
         store: &mut dyn ParameterStore,
         node: NodeId,
@@ -151,11 +140,11 @@ impl Save {
         Ok(false)
     }
 
-    /// Counts the bytes of a row, or writes its header or up to eight bytes of its values. Returns whether the set is
-    /// stored.
+    /// Counts the bytes of a row, or writes its header or up to eight bytes of its values. Returns whether the set
+    /// is stored.
     ///
     /// # Errors
-    /// [`StoreError`]; what was stored before holds. [`StoreError::Size`] when a value got shorter.
+    /// [`StoreError`]. Then the set that was stored before stays. [`StoreError::Size`] if a value became shorter.
     #[inline(never)] // row `size.pyboard-v11.slave.flash`: five of these save 40 bytes
     pub fn advance(
         &mut self,

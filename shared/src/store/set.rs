@@ -1,17 +1,18 @@
-//! The format of a set: a header, then rows of parameters.
+//! Format of a set: a header, then rows of parameters.
 //!
 //! ```text
 //! 'E' 'P' version node-ID | index (u16) sub-index count length (u16), values... | index ...
 //! ```
-//! A *row* has `count` values of one length, of sub-indices in a row from `sub-index` on. Numbers are little-endian.
-//! Values pass through a small buffer, so that a long one needs no memory. Integrity is the store's.
+//! A *row* has `count` values of one length, at consecutive sub-indices from `sub-index` on. Numbers are
+//! little-endian. Values pass through a small buffer, so that a long one needs no memory. The store guards the
+//! integrity.
 
 use super::note::{BDEFAULT, noted_bdefault};
 use super::{ParameterStore, StoreError};
 use crate::od::WHOLE;
 use crate::types::{AbortCode, Address, NodeId};
 
-/// The longest value that is stored, bytes.
+/// Most bytes of a value that is stored.
 pub const MAX_VALUE: usize = u16::MAX as usize;
 
 pub(super) const MAGIC: [u8; 2] = *b"EP";
@@ -21,19 +22,20 @@ pub(super) const HEADER: usize = 4;
 /// Bytes of the header of a row.
 pub(super) const ROW: usize = 6;
 
-/// Puts a stored parameter into the dictionary, with all its checks. After an error the rest of a long value is not given.
+/// Function that puts a stored parameter into the dictionary, with all its checks. After an error it does not get
+/// the rest of a long value.
 pub type Apply<'a> = dyn FnMut(Address, Content<'_>) -> Result<(), AbortCode> + 'a;
 
-/// Stored value of a parameter: up to [`WHOLE`] bytes whole, more in parts.
+/// Stored value of a parameter: whole up to [`WHOLE`] bytes, otherwise in parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content<'a> {
     /// The whole value.
     Whole(&'a [u8]),
-    /// A value of this many bytes begins; parts follow, then the end.
+    /// Beginning of a value of this many bytes. Parts and the end follow.
     Begin(usize),
-    /// The next bytes, and where in the value they begin.
+    /// Next bytes of the value, and their offset in it.
     Part(usize, &'a [u8]),
-    /// The value is complete; its length in bytes.
+    /// End of the value, with its length in bytes.
     End(usize),
 }
 
@@ -41,21 +43,22 @@ pub enum Content<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Loaded {
-    /// Nothing is stored: defaults hold.
+    /// Nothing is stored. The defaults hold.
     Nothing,
-    /// The set of another node, or of another format, with its version and Node-ID: defaults hold. COB-IDs follow the
-    /// Node-ID, so that a board at another place would disturb its old one. The set stays until the next one is saved.
+    /// The set is of another node or has another format. The defaults hold: COB-IDs follow the Node-ID, so a
+    /// board at another place would disturb the node at its old place. The set stays until the next one is saved.
     Foreign {
         /// Version of the format.
         version: u8,
-        /// Node-ID that it was saved under.
+        /// Node-ID under which the set was saved.
         node: u8,
     },
-    /// A set of this node.
+    /// The set is of this node.
     Set {
-        /// Parameters that hold what was stored.
+        /// Number of parameters that have their stored value.
         applied: u32,
-        /// Parameters that the dictionary does not know or does not take, as after a change of firmware: defaults hold.
+        /// Number of parameters that the dictionary does not have or does not accept, for example after a change
+        /// of firmware. Their defaults hold.
         skipped: u32,
     },
 }
@@ -73,7 +76,7 @@ pub(super) struct Stored {
 }
 
 impl Stored {
-    /// Offset of the next row.
+    /// Returns the offset of the next row.
     pub const fn next(&self) -> usize {
         self.start.saturating_add(self.len.saturating_mul(self.count as usize))
     }
@@ -129,10 +132,10 @@ pub(super) fn row(store: &mut dyn ParameterStore, offset: usize) -> Result<Optio
     Ok(Some(found).filter(|found| found.next() <= store.stored_len()))
 }
 
-/// Applies the stored parameters, before communication starts; the noted Bdefault last.
+/// Applies the stored parameters before communication starts. The noted Bdefault comes last.
 ///
 /// # Errors
-/// [`StoreError::Hardware`]; what was applied before stays.
+/// [`StoreError::Hardware`]. Parameters that were applied before stay.
 pub fn load(store: &mut dyn ParameterStore, node: NodeId, apply: &mut Apply) -> Result<Loaded, StoreError> {
     let (mut applied, mut skipped) = (0_u32, 0_u32);
     let mut count = |is_applied: bool| {

@@ -3,17 +3,18 @@
 use super::objects::{COB_ID, OVERFLOW, SyncObjects, WINDOW};
 use crate::types::{Address, Duration, Frame, Instant};
 
-/// A SYNC whose data length is not what 1019h says: it is ignored, and EMCY 8240h tells of it.
+/// Error: the length of a SYNC does not match 1019h. The SYNC is ignored, and EMCY 8240h reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct UnexpectedLength;
 
-/// The consumer.
+/// Consumer of SYNC: checks its length, reads its counter, and opens the synchronous window.
+#[doc(alias("1005h", "1007h", "1019h", "COB-ID SYNC", "synchronous window length"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Consumer {
     counted: bool,
-    /// Neither counter nor window, the last SYNC was as expected, and nobody wants to know of each.
+    /// Plain SYNC: no counter, no window, the last SYNC was good, and no other part needs every SYNC.
     plain: bool,
     /// Somebody wants to know of each.
     watched: bool,
@@ -24,7 +25,8 @@ pub struct Consumer {
 }
 
 impl Consumer {
-    /// `overflow` is 1019h, `window` 1007h in microseconds, zero for none. Open until the first SYNC.
+    /// Makes a consumer whose window is open until the first SYNC. `overflow`: value of 1019h. `window`: value of
+    /// 1007h in microseconds, zero for none.
     pub const fn new(overflow: u8, window: u32) -> Self {
         Consumer {
             counted: overflow != 0,
@@ -36,7 +38,8 @@ impl Consumer {
         }
     }
 
-    /// New values of 1019h and 1007h, for the SYNCs to come. Without a window all is open at once.
+    /// Takes new values of 1019h and 1007h, which hold from the next SYNC on. Without a window everything is open
+    /// at once.
     pub fn configure(&mut self, overflow: u8, window: u32) {
         let window_end = if window == 0 { Instant::NEVER } else { self.window_end };
         *self =
@@ -44,7 +47,7 @@ impl Consumer {
         self.note_plain();
     }
 
-    /// Whether somebody wants to know of each SYNC: none is plain then.
+    /// Sets whether another part of the node needs every SYNC. Then none is plain.
     pub fn watch(&mut self, watched: bool) {
         self.watched = watched;
         self.note_plain();
@@ -54,7 +57,7 @@ impl Consumer {
         self.plain = !(self.wrong || self.counted || self.watched || self.window > Duration::ZERO);
     }
 
-    /// Follows its objects when one that it depends on was written. Returns whether it was.
+    /// Takes the new value of an object that was written. Returns whether the consumer depends on it.
     pub fn follow(&mut self, at: Address, objects: &SyncObjects) -> bool {
         let is_own = matches!(at.index, COB_ID | WINDOW | OVERFLOW);
         if is_own {
@@ -63,27 +66,27 @@ impl Consumer {
         is_own
     }
 
-    /// Open until the next SYNC.
+    /// Opens the window until the next SYNC.
     pub fn open(&mut self) {
         self.window_end = Instant::NEVER;
     }
 
-    /// Whether it is a SYNC as most are, without counter and window, and of interest for nobody: there is nothing to do, its
+    /// Returns whether the SYNC needs no processing: no counter, no window, and no other part needs it. Its
     /// counter is zero.
     #[inline]
     pub fn is_plain(&self, frame: &Frame) -> bool {
         self.plain && frame.dlc() == 0
     }
 
-    /// Whether the last SYNC was of unexpected length.
+    /// Returns whether the last SYNC had an unexpected length.
     pub fn is_wrong(&self) -> bool {
         self.wrong
     }
 
-    /// A SYNC ended at `at`. Its counter; zero when SYNCs have none.
+    /// Handles a SYNC that ended at `at`. Returns its counter, zero if SYNCs have none.
     ///
     /// # Errors
-    /// [`UnexpectedLength`] unless it has one byte with a counter, none without.
+    /// [`UnexpectedLength`]: with a counter (1019h) a SYNC has one byte, otherwise none.
     pub fn on_sync(&mut self, frame: &Frame, at: Instant) -> Result<u8, UnexpectedLength> {
         let counter = match (frame.data(), self.counted) {
             (&[], false) => Ok(0),
@@ -99,7 +102,8 @@ impl Consumer {
         counter
     }
 
-    /// Until when synchronous PDOs of the last SYNC may go out: how long they live. Never over without a window.
+    /// Returns the end of the window of the last SYNC, until which synchronous PDOs may be sent.
+    /// [`Instant::NEVER`] without a window.
     pub const fn window_end(&self) -> Instant {
         self.window_end
     }

@@ -1,10 +1,11 @@
-//! Objects 1005h to 1007h and 1019h, and what may be written to them.
+//! Objects 1005h to 1007h and 1019h, and the rules for writing them.
 
 use super::{Config, check_overflow, check_period};
 use crate::od::{CobIdEntry, EntryUse, Objects};
 use crate::types::{AbortCode, Address, CobId};
 
 /// Objects of SYNC (CiA 301 7.5.2).
+#[doc(alias("1005h", "1006h", "1007h", "1019h", "COB-ID SYNC", "communication cycle period"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct SyncObjects {
     /// COB-ID SYNC message
@@ -31,21 +32,22 @@ pub(super) const WINDOW: u16 = SyncObjects::WINDOW.index();
 pub(super) const OVERFLOW: u16 = SyncObjects::OVERFLOW.index();
 
 impl SyncObjects {
-    /// COB-ID of SYNC.
+    /// Returns the COB-ID of SYNC.
     pub const fn id(&self) -> CobId {
         CobIdEntry::from_raw(self.cob_id).id()
     }
 
-    /// How SYNC is produced.
+    /// Returns the parameters for the [`Producer`](super::Producer).
     pub const fn config(&self) -> Config {
         Config::new(self.cob_id, self.cycle_period, self.overflow)
     }
 
-    /// Whether a client may write `value` there. Only the master `is_producer` (ECSS 6.9d). Other objects are not refused.
+    /// Checks a `value` that a client writes. Only in the master `is_producer` is `true` (ECSS 6.9d). Accepts every
+    /// value for objects of other services.
     ///
     /// # Errors
-    /// As [`CobIdEntry::written`], [`check_period`] and [`check_overflow`]; [`AbortCode::ValueRange`] for a slave that is to
-    /// produce SYNC.
+    /// As [`CobIdEntry::written`], [`check_period`] and [`check_overflow`]. [`AbortCode::ValueRange`] if a slave
+    /// would produce SYNC.
     pub fn may_write(&self, at: Address, value: u32, is_producer: bool) -> Result<(), AbortCode> {
         match at.index {
             COB_ID if !is_producer && CobIdEntry::from_raw(value).flag() => Err(AbortCode::ValueRange),

@@ -1,26 +1,27 @@
 //! Producer of SYNC (objects 1005h, 1006h, 1019h), with dither.
 //!
-//! Times have a quantum. SYNCs that are a whole number of quanta apart all meet the same part of it, and then no consumer can
-//! average its error away. A random delay of each SYNC spreads them over the quantum.
+//! Time stamps have a quantum. SYNCs that are a whole number of quanta apart all fall on the same part of it. Then
+//! no consumer can average its error. A random delay of each SYNC, the *dither*, spreads the SYNCs over the
+//! quantum.
 
 use super::objects::{COB_ID, CYCLE_PERIOD, OVERFLOW, SyncObjects};
 use crate::od::CobIdEntry;
 use crate::types::{Address, CobId, Duration, Frame, Instant, Periodic};
 
-/// How SYNC is produced.
+/// Parameters of the production of SYNC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Config {
-    /// COB-ID.
+    /// COB-ID of the SYNC.
     pub id: CobId,
-    /// Communication cycle period; zero: not produced.
+    /// Communication cycle period. Zero: SYNC is not produced.
     pub period: Duration,
-    /// The counter goes from 1 to this value; zero: no counter.
+    /// Greatest value of the counter, which starts at 1. Zero: no counter.
     pub overflow: u8,
 }
 
 impl Config {
-    /// From the values of 1005h (which says whether SYNC is produced), 1006h (microseconds) and 1019h.
+    /// Takes the values of 1005h (bit 30: SYNC is produced), 1006h (microseconds) and 1019h.
     pub const fn new(cob_id: u32, period: u32, overflow: u8) -> Config {
         let entry = CobIdEntry::from_raw(cob_id);
         let period = if entry.flag() { Duration::from_micros(period as u64) } else { Duration::ZERO };
@@ -28,7 +29,8 @@ impl Config {
     }
 }
 
-/// The producer. It runs in Pre-operational and Operational.
+/// Producer of SYNC. It runs in Pre-operational and Operational.
+#[doc(alias("1005h", "1006h", "1019h", "SYNC producer", "communication cycle period"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Producer {
@@ -39,7 +41,7 @@ pub struct Producer {
     counter: u8,
     /// Each SYNC is late by at most this, microseconds.
     dither: u16,
-    /// By how much the next one is late.
+    /// Delay of the next SYNC.
     late: Duration,
     random: Random,
 }
@@ -61,7 +63,7 @@ impl Random {
 }
 
 impl Producer {
-    /// Silent until started.
+    /// Makes a producer that is silent until it is started.
     pub const fn with(config: Config) -> Self {
         let timer = Periodic::new(config.period);
         Producer {
@@ -75,22 +77,22 @@ impl Producer {
         }
     }
 
-    /// From now on each SYNC is late by a random whole number of microseconds, `0..=most`, on the grid of its period: being late
-    /// does not shift what follows. At most half of the period.
+    /// Sets the dither: from now on each SYNC is late by a random whole number of microseconds, `0..=most`, at
+    /// most half of the period. The grid of the period does not move.
     pub fn set_dither(&mut self, most: u16) {
         self.dither = most;
         self.late = Duration::ZERO;
     }
 
-    /// Its production begins, or begins anew: the first SYNC is due a period from now and has counter 1.
+    /// Starts the production, or starts it again. The first SYNC is due a period from `now` and has counter 1.
     pub fn start(&mut self, now: Instant) {
         self.running = true;
         self.counter = 0;
         self.timer.restart(now);
     }
 
-    /// New values of 1005h, 1006h or 1019h. The next SYNC is due a new period from now; the counter goes on when only
-    /// the period changed, and begins anew otherwise.
+    /// Takes new values of 1005h, 1006h or 1019h. The next SYNC is due a new period from `now`. The counter
+    /// continues if only the period changed. Otherwise it starts again.
     pub fn configure(&mut self, config: Config, now: Instant) {
         if config == self.config {
             return;
@@ -107,19 +109,19 @@ impl Producer {
         }
     }
 
-    /// Follows its objects when one that it depends on was written.
+    /// Takes the new value of an object that was written, if the producer depends on it.
     pub fn follow(&mut self, at: Address, objects: &SyncObjects, now: Instant) {
         if matches!(at.index, COB_ID | CYCLE_PERIOD | OVERFLOW) {
             self.configure(objects.config(), now);
         }
     }
 
-    /// Its COB-ID.
+    /// Returns the COB-ID of the SYNC.
     pub const fn id(&self) -> CobId {
         self.config.id
     }
 
-    /// The SYNC, when it is due.
+    /// Returns the SYNC when it is due.
     pub fn poll(&mut self, now: Instant) -> Option<Frame> {
         if self.deadline().is_none_or(|due| now < due) {
             return None;
@@ -137,7 +139,7 @@ impl Producer {
         Some(Frame::of(id, [self.counter]))
     }
 
-    /// When the next one is due.
+    /// Returns when the next SYNC is due.
     pub fn deadline(&self) -> Option<Instant> {
         self.timer.deadline().map(|due| due + self.late)
     }

@@ -1,10 +1,10 @@
-//! The local clock: spacecraft time at every instant of this node, disciplined by pairs of both.
+//! Local clock: the spacecraft time at every instant of this node, disciplined by pairs.
 //!
-//! A pair says: at this instant of the node it was this spacecraft time. [`LocalClock::discipline`] predicts the pair with a
-//! Kalman filter of offset, rate and drift (`estimator.rs`), and takes the difference with the gains of the filter. What it
-//! finds is a parabola, the best guess of spacecraft time. The clock itself joins it in a straight line within 31 ms, or
-//! more slowly so that it never runs more than 0.1 % fast or slow for it. `trust.rs` bounds the error, and `doubt.rs` decides
-//! about pairs that are outside of this bound.
+//! A *pair* is an instant of the node and the spacecraft time at that instant. [`LocalClock::discipline`] predicts
+//! the pair with a Kalman filter of offset, rate and drift (`estimator.rs`), and corrects the difference with the
+//! gains of the filter. The result is a parabola, the best estimate of spacecraft time. The clock joins this
+//! parabola in a straight line within 31 ms. It takes longer if it would otherwise run more than 0.1 % fast or
+//! slow. `trust.rs` bounds the error, and `doubt.rs` decides about pairs outside of this bound.
 
 use super::doubt::{Agreement, Doubt, Verdict};
 use super::estimator::{Covariance, PLACES, SHIFT, State, advance, elapsed, limited, scale};
@@ -13,15 +13,16 @@ use super::quality::{Quality, Step, TimeSource};
 use super::trust::{Trust, rate_of};
 use crate::types::{FineInstant, FineScet};
 
-/// Spacecraft time as a function of the node's own.
+/// Spacecraft time as a function of the time of the node.
 ///
-/// From the instant `base` on it is the parabola of the filter, plus a residue that goes to zero. Before, it is a straight
-/// line of the same slope.
+/// From the instant `base` on it is the parabola of the filter plus a residue that goes to zero. Before, it is a
+/// straight line of the same slope.
+#[doc(alias("SCET", "spacecraft elapsed time", "local time"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LocalClock {
     limits: Limits,
-    /// Where the parabola starts.
+    /// Instant at which the parabola starts.
     base: FineInstant,
     /// Its value there.
     scet: FineScet,
@@ -52,15 +53,15 @@ pub struct LocalClock {
 /// A pair that differs from the clock by more than this steps it: 10 ms, in units of 2^-32 s.
 pub(super) const STEP_LIMIT: u64 = 42_949_673;
 
-/// The filter does not expect a pair that is off by more than this many standard deviations: it is an outlier, or a crystal
-/// that changes its rate.
+/// The filter does not expect a pair that is off by more than this many standard deviations: it is an outlier, or a
+/// crystal that changes its rate.
 const GATE: i64 = 5;
 
 /// Weight of an unexpected pair on the side of the one before; another one has a weight of 1.
 const ON_ONE_SIDE: i8 = 2;
 
-/// Multiple of the profile's largest rate at which contradicting pairs may agree with each other. A rate above the largest
-/// saturates the clock.
+/// Multiple of the profile's largest rate at which contradicting pairs may agree with each other. A rate above the
+/// largest saturates the clock.
 const OTHER_RATES: i64 = 4;
 
 /// Time without a pair after which rate and drift are found anew: 64 s, in units of 2^-32 s.
@@ -79,7 +80,7 @@ impl Default for LocalClock {
 }
 
 impl LocalClock {
-    /// Counts from zero at the instant zero, at the nominal rate, until it is set.
+    /// Makes a clock that counts from zero at the instant zero, at the nominal rate, until it is set.
     pub const fn new(policy: &ClockPolicy) -> Self {
         let limits = policy.limits();
         LocalClock {
@@ -103,8 +104,8 @@ impl LocalClock {
         }
     }
 
-    /// Times that are received from now on have this many binary places of a second (7.1.2g): 24 when this was not called; fewer
-    /// than 8 count as 8.
+    /// Sets the number of binary places of a second in times that are received from now on (7.1.2g). The default
+    /// is 24. Numbers below 8 count as 8.
     pub const fn set_fine_bits(&mut self, bits: u32) {
         self.fine_bits = if bits < 8 {
             8
@@ -115,17 +116,18 @@ impl LocalClock {
         };
     }
 
-    /// Whether it was set: it does not count from power-on any more.
+    /// Returns whether the clock was set. Before, it counts from power-on.
     pub fn is_set(&self) -> bool {
         self.source != TimeSource::None
     }
 
-    /// Whether it follows spacecraft times: there was one since power-on.
+    /// Returns whether the clock follows spacecraft times: one arrived since power-on.
     pub const fn is_synchronised(&self) -> bool {
         self.is_synchronised
     }
 
-    /// It is `scet` at the instant `at`, by command. Always a step. What is known of the rate stays known.
+    /// Sets the clock by command: at the instant `at` the spacecraft time is `scet`. This is always a step. The
+    /// known rate stays.
     pub fn set(&mut self, at: FineInstant, scet: FineScet) -> Step {
         // From one command to the next there is nothing new to be known of the rate.
         let span =
@@ -134,9 +136,10 @@ impl LocalClock {
         self.step(at, scet, TimeSource::Command)
     }
 
-    /// A pair: at the instant `at` it was `scet`. Constant delays and the mean of the truncation are corrected in it. `now`
-    /// is the present: no later instant was asked for yet. Returns the step when there was one: at the first pair, and
-    /// when enough pairs agree that the clock is wrong by more than 10 ms. Ignored when `at` is not later than the last `now`.
+    /// Takes a pair: at the instant `at` the spacecraft time was `scet`, corrected by constant delays and by the
+    /// mean of the truncation. `now` is the present; no later instant was read yet. Returns the step if there was
+    /// one: at the first pair, or when enough pairs agree that the clock is wrong by more than 10 ms. Ignores the
+    /// pair if `at` is not later than the last `now`.
     pub fn discipline(
         &mut self,
         at: FineInstant,
@@ -185,12 +188,13 @@ impl LocalClock {
         None
     }
 
-    /// Whether the clock was corrected after the instant `at`: a pair of it is ignored.
+    /// Returns whether the clock was corrected after the instant `at`. A pair of that instant is ignored.
     pub fn is_over(&self, at: FineInstant) -> bool {
         at < self.base
     }
 
-    /// Correction by a pair that contradicts the clock, if it moves the clock; `uncertain` is what two pairs may be off.
+    /// Correction by a pair that contradicts the clock, if it moves the clock; `uncertain` is what two pairs may be
+    /// off.
     fn contradicted(
         &mut self,
         at: FineInstant,
@@ -244,7 +248,7 @@ impl LocalClock {
         Some([scale(error, offset), scale(error << 8, rate), scale(error << 16, drift)])
     }
 
-    /// Whether enough pairs that the filter did not expect came in a row; this one is off by `error`.
+    /// Returns whether enough pairs that the filter did not expect came in a row; this one is off by `error`.
     fn is_manoeuvre(&mut self, error: i64, source: TimeSource) -> bool {
         let side = if error < 0 { -1 } else { 1 };
         let weight = self.unexpected.abs() + if self.unexpected * side > 0 { ON_ONE_SIDE } else { 1 };
@@ -269,7 +273,7 @@ impl LocalClock {
         ((1_i64 << (64 - 2 * self.fine_bits)) / 12) << PLACES
     }
 
-    /// Spacecraft time at an instant, also before the last correction, or after the present.
+    /// Returns the spacecraft time at an instant, also before the last correction or after the present.
     pub fn at(&self, at: FineInstant) -> FineScet {
         if at < self.base {
             let ago = elapsed(at, self.base);
@@ -279,8 +283,9 @@ impl LocalClock {
         }
     }
 
-    /// The first instant at which [`at`](Self::at) gives `scet` or more, the shorter way round the counter. In the past when
-    /// that time has passed; power-on when it was before.
+    /// Returns the first instant at which [`at`](Self::at) returns `scet` or more, in the nearer half of the
+    /// counter's range. The instant is in the past if that time has passed. It is power-on if the time was before
+    /// it.
     pub fn when(&self, scet: FineScet) -> FineInstant {
         // By the rate: what this is off by comes from the drift and the residue, and each turn leaves a thousandth of it. A turn
         // takes 700 cycles of an application (row `rx.inside_look`).
@@ -303,7 +308,7 @@ impl LocalClock {
         FineInstant::from_units(at)
     }
 
-    /// How far the clock can be trusted at the instant `now`.
+    /// Returns the quality of the clock at the instant `now`.
     pub fn quality(&self, now: FineInstant) -> Quality {
         let silence = elapsed(self.heard, now);
         let differs = self.residue_at(now).abs() + self.doubt.widens();
@@ -319,12 +324,13 @@ impl LocalClock {
         }
     }
 
-    /// Whether its rate is at the limit that the crystals of the profile have: it may be unable to follow.
+    /// Returns whether the rate is at the limit that the profile sets for its crystals. Then the clock may be
+    /// unable to follow.
     pub const fn is_saturated(&self) -> bool {
         self.rate.abs() >= self.limits.rate
     }
 
-    /// Pairs that were refused because they did not agree with the others, wrapping.
+    /// Returns the number of pairs refused because they did not agree with the others. It wraps.
     pub const fn refused(&self) -> u16 {
         self.refused
     }
@@ -340,7 +346,8 @@ impl LocalClock {
         Step { from, to: scet.scet() }
     }
 
-    /// The parabola changes at the instant `at` by an offset, a rate and a drift. What the clock shows does not, at `now`.
+    /// The parabola changes at the instant `at` by an offset, a rate and a drift. What the clock shows does not, at
+    /// `now`.
     fn correct(&mut self, at: FineInstant, change: State, now: FineInstant) {
         let shown = self.at(now);
         self.move_base(at);
@@ -379,7 +386,7 @@ impl LocalClock {
         (self.scet.plus(offset + scale((span - drifting) >> 8, rate)), rate)
     }
 
-    /// What is left of the residue, units of 2^-32 s.
+    /// Returns the rest of the residue, in units of 2^-32 s.
     fn residue_at(&self, at: FineInstant) -> i64 {
         let left = self.residue - scale(elapsed(self.base, at) >> 8, self.slew.into());
         // Of the other sign: it has gone to zero.
@@ -390,7 +397,7 @@ impl LocalClock {
 /// Units of [`FineInstant`] in a second.
 const UNITS_PER_SECOND: i64 = FineInstant::PER_MICRO as i64 * 1_000_000;
 
-/// What is too large is `u32::MAX`.
+/// Converts to a `u32`. A larger value becomes `u32::MAX`.
 fn saturated(value: i64) -> u32 {
     value.min(u32::MAX.into()) as u32
 }

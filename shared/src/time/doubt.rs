@@ -1,9 +1,10 @@
-//! Pairs that contradict the clock: who is wrong?
+//! Pairs that contradict the clock: decides whether the pairs or the clock are wrong.
 //!
-//! A pair that differs from the clock by more than both may be off contradicts it. One that is forged or corrupted must not move
-//! the clock; a clock that is wrong must be moved. Pairs in a row that agree with each other decide. They
-//! agree when the clock, shifted to one of them and running at its own rate, predicts the next. After the clock was moved it
-//! has yet to be confirmed by three times as many pairs; until then the distance is part of the reported bound.
+//! A pair contradicts the clock if it differs from it by more than the error bounds of both. A forged or corrupted
+//! pair must not move the clock. A wrong clock must be moved. Consecutive pairs that agree with each other decide.
+//! They agree if the clock, shifted to one of them and running at its own rate, predicts the next one. After a
+//! move, three times as many pairs have to confirm the clock. Until then the distance of the move is part of the
+//! reported bound.
 
 use super::estimator::MOST;
 use crate::types::FineInstant;
@@ -12,7 +13,7 @@ use crate::types::FineInstant;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Doubt {
-    /// What the last such pair differed by, units of 2^-32 s; zero when there is none.
+    /// Difference of the last such pair, in units of 2^-32 s; zero if there is none.
     differs: i64,
     /// Its instant.
     pub at: FineInstant,
@@ -30,7 +31,7 @@ pub(super) struct Doubt {
 /// tolerance of the crystals has a weight of 1.
 const AGREES: u8 = 3;
 
-/// How a pair agrees with the last one that contradicted the clock.
+/// Agreement of a pair with the last one that contradicted the clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Agreement {
     /// At the rate of the clock.
@@ -41,7 +42,7 @@ pub(super) enum Agreement {
     None,
 }
 
-/// What a contradicting pair does.
+/// Effect of a contradicting pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Verdict {
     /// It is refused.
@@ -58,12 +59,12 @@ impl Doubt {
         Doubt { differs: 0, at, weight: 0, is_other_rate: false, moved: 0, unconfirmed: 0 }
     }
 
-    /// How much farther than the last one this pair differs; zero for the first.
+    /// Returns the distance by which this pair differs more than the last one, zero for the first.
     pub fn beyond(&self, differs: i64) -> i64 {
         if self.weight == 0 { 0 } else { differs.saturating_sub(self.differs) }
     }
 
-    /// A pair at `at` differs from the clock by `differs`.
+    /// Takes a pair at `at` that differs from the clock by `differs`.
     pub fn contradicted(
         &mut self,
         at: FineInstant,
@@ -86,14 +87,14 @@ impl Doubt {
         verdict
     }
 
-    /// A pair agreed with the clock.
+    /// Takes a pair that agrees with the clock.
     pub fn agreed(&mut self) {
         let unconfirmed = self.unconfirmed.saturating_sub(1);
         let moved = if unconfirmed == 0 { 0 } else { self.moved };
         *self = Doubt { moved, unconfirmed, ..Doubt::new() };
     }
 
-    /// What the reported bound is wider by, units of 2^-32 s.
+    /// Returns the width that is added to the reported bound, in units of 2^-32 s.
     pub fn widens(&self) -> i64 {
         self.differs.abs() + self.moved
     }

@@ -1,11 +1,12 @@
-//! Kalman filter of the local clock: how well offset, rate and drift are known, and the gains that follow.
+//! Kalman filter of the local clock: the uncertainty of offset, rate and drift, and the gains that follow.
 //!
-//! The three states of the usual clock model: offset from spacecraft time, rate (its derivative) and drift (the derivative
-//! of the rate), each with process noise. White frequency noise walks the offset, random walk of frequency walks the rate,
-//! and a small noise lets the drift follow the temperature. R. E. Kalman, "A New Approach to Linear Filtering and Prediction
-//! Problems" (1960); the clock model is that of C. Zucca and P. Tavella, "The Clock Model and Its Relationship with the Allan
-//! and Related Variances" (IEEE Trans. UFFC, 2005). The full covariance is kept, so that intervals may be irregular, and
-//! the bound of a holdover is that of the filter itself.
+//! The three states of the usual clock model: offset from spacecraft time, rate (its derivative) and drift (the
+//! derivative of the rate), each with process noise. White frequency noise walks the offset, random walk of
+//! frequency walks the rate, and a small noise lets the drift follow the temperature. R. E. Kalman, "A New Approach
+//! to Linear Filtering and Prediction Problems" (1960); the clock model is that of C. Zucca and P. Tavella, "The
+//! Clock Model and Its Relationship with the Allan and Related Variances" (IEEE Trans. UFFC, 2005). The full
+//! covariance is kept, so that intervals may be irregular, and the bound of a holdover is that of the filter
+//! itself.
 //!
 //! One unit is 2^-32 s (0.23 ns), one of rate a unit per second (0.23 ppb). Variances have 8 binary places.
 
@@ -19,7 +20,7 @@ pub(super) type State = [i64; 3];
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Covariance([State; 3]);
 
-/// What part of an innovation goes to offset, rate (per second) and drift (per square second). 2^-32.
+/// Parts of an innovation that go to offset, rate (per second) and drift (per square second), in units of 2^-32.
 pub(super) type Gains = State;
 
 /// Binary places of variances.
@@ -61,21 +62,21 @@ pub(super) const fn units(ns: i64) -> i64 {
 }
 
 impl Covariance {
-    /// An offset by one pair of the variance `noise`, and 16 times that, as there is none to check it by. Nothing is known of
-    /// rate and drift.
+    /// Makes the covariance after one pair with the variance `noise`. The variance of the offset is 16 times
+    /// that, because no other pair confirms it. Rate and drift are unknown.
     #[inline(never)] // more than a call
     pub const fn fresh(noise: i64) -> Self {
         Covariance([[noise * 16, 0, 0], [0, PRIOR_RATE, 0], [0, 0, PRIOR_DRIFT]])
     }
 
-    /// The offset was replaced by one of the variance `noise`, `span` after the last pair.
+    /// Replaces the offset by one with the variance `noise`, `span` after the last pair.
     pub fn replace_offset(&mut self, noise: i64, span: i64) {
         *self = self.after(span);
         let [[p00, ..], ..] = &mut self.0;
         *p00 = noise;
     }
 
-    /// After `span`, units of time, without a pair.
+    /// Returns the covariance after `span`, in units of time, without a pair.
     #[must_use]
     pub fn after(&self, span: i64) -> Self {
         let mut this = self.clone();
@@ -99,12 +100,12 @@ impl Covariance {
         self.0 = [[p00, p10, p20], [p01, p11, p21], [p02, p12, p22]];
     }
 
-    /// Standard deviation of the offset, or of a pair of the variance `noise` against it, in units.
+    /// Returns the standard deviation of the offset, or of a pair with the variance `noise` against it, in units.
     pub fn deviation(&self, noise: i64) -> u32 {
         root(((self.0[0][0] + noise) >> PLACES) as u64)
     }
 
-    /// A pair of the variance `noise` is taken.
+    /// Takes a pair with the variance `noise`. Returns the gains for it.
     pub fn update(&mut self, noise: i64) -> Gains {
         let first = self.0[0];
         let innovation = first[0] + noise.max(first[0] >> RESOLVED);
@@ -140,7 +141,8 @@ pub(super) const fn scale(value: i64, factor: i64) -> i64 {
     if high == sign { low } else { MOST ^ sign }
 }
 
-/// From an instant to a later one, in units of 2^-32 s, rounded down; none when it is the earlier one, 35 years at most.
+/// From an instant to a later one, in units of 2^-32 s, rounded down; none when it is the earlier one, 35 years at
+/// most.
 #[inline(never)] // 128 bits on a chip of 32
 pub(super) fn elapsed(from: FineInstant, to: FineInstant) -> i64 {
     let units = to.units().saturating_sub(from.units()).min(1 << 58) as i64;

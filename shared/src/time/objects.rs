@@ -1,10 +1,11 @@
-//! Objects 2010h to 2015h: spacecraft time, set and read; how a node corrects its stamps; how good its clock is.
+//! Objects 2010h to 2016h: spacecraft time, set and read; correction of stamps; quality of the clock.
 
 use super::Quality;
 use crate::od::{Objects, Record, U24};
 use crate::types::{Bus, Scet, Utc};
 
-/// The time objects of every node (ECSS 7.1.2).
+/// Time objects of every node (ECSS 7.1.2).
+#[doc(alias("2010h", "2011h", "SCET", "Local SCET"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct LocalScet {
     /// Local SCET set
@@ -19,7 +20,8 @@ pub struct LocalScet {
     pub scet_get: ScetGet,
 }
 
-/// How a node corrects its stamps, and how good its clock is.
+/// Objects of the correction of stamps and of the quality of the clock (2014h to 2016h).
+#[doc(alias("2014h", "2015h", "2016h"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct ClockObjects {
     /// Time correction
@@ -30,8 +32,8 @@ pub struct ClockObjects {
     pub quality: ClockQuality,
     /// Time of the last heartbeat
     ///
-    /// Local SCET at the end of a heartbeat that this node has sent, units of 2^-32 s: of the last one, while this is read
-    /// at least with every eighth.
+    /// Local SCET at the end of a heartbeat that this node has sent, units of 2^-32 s: of the last one, while this
+    /// is read at least with every eighth.
     #[object(0x2016, ro)]
     pub heartbeat_sent: u64,
 }
@@ -41,7 +43,7 @@ impl LocalScet {
     pub(crate) const PARTS: u8 = 2;
 }
 
-/// Spacecraft elapsed time as it is set (0040h, ECSS 7.1.2).
+/// Spacecraft elapsed time that a client or a PDO sets (record 0040h, ECSS 7.1.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x40)]
 pub struct ScetSet {
@@ -57,7 +59,7 @@ pub struct ScetSet {
     pub fine: U24,
 }
 
-/// Spacecraft elapsed time as it is read (0040h, ECSS 7.1.2).
+/// Spacecraft elapsed time that a client or a PDO reads (record 0040h, ECSS 7.1.2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x40)]
 pub struct ScetGet {
@@ -85,13 +87,14 @@ impl From<Scet> for ScetGet {
     }
 }
 
-/// What makes the stamps of a node late, and the spacecraft time that it receives coarse.
+/// Delays of the stamps of a node, and resolution of the received spacecraft time (2014h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct TimeCorrection {
     /// Delay on the nominal bus
     ///
-    /// How much later than at the connector of the producer of SYNC this node sees it: cable and receiver, nanoseconds. At
-    /// the producer: its receiver. 80000000h: not known, the error bound includes the longest of the network.
+    /// How much later than at the connector of the producer of SYNC this node sees it: cable and receiver,
+    /// nanoseconds. At the producer: its receiver. 80000000h: not known, the error bound includes the longest of
+    /// the network.
     #[sub(1, rw, default = i32::MIN)]
     pub nominal: i32,
     /// Delay on the redundant bus
@@ -105,7 +108,7 @@ pub struct TimeCorrection {
 }
 
 impl TimeCorrection {
-    /// Delay on a bus, nanoseconds, where it is known.
+    /// Returns the delay on a bus in nanoseconds, if it is known.
     pub const fn of(&self, bus: Bus) -> Option<i32> {
         Self::known(match bus {
             Bus::Nominal => self.nominal,
@@ -119,7 +122,7 @@ impl TimeCorrection {
     }
 }
 
-/// How good the clock of a node is.
+/// Quality of the clock of a node (2015h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct ClockQuality {
     /// Bound of the error
@@ -134,12 +137,13 @@ pub struct ClockQuality {
     pub source: u8,
     /// Age
     ///
-    /// Since the source told the time last, milliseconds.
+    /// Since the source sent a time last, milliseconds.
     #[sub(3, ro, pdo)]
     pub age: u32,
     /// Rate
     ///
-    /// Of the spacecraft time against the node's oscillator, parts per billion: positive where that one is slow.
+    /// Rate of the spacecraft time against the oscillator of the node, parts per billion. Positive: the oscillator
+    /// is slow.
     #[sub(4, ro, pdo)]
     pub rate: i32,
     /// Steps
@@ -173,8 +177,9 @@ impl ClockQuality {
     }
 }
 
-/// The time objects of a device that keeps UTC (ECSS 7.1.3): for its own `#[objects]`, and
-/// [`Device::utc`](crate::node::Device::utc).
+/// Time objects of a device that keeps UTC (ECSS 7.1.3). The device has it as a field with `#[objects]` and
+/// returns it from [`Device::utc`](crate::node::Device::utc).
+#[doc(alias("2012h", "2013h", "UTC", "Local UTC"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct LocalUtc {
     /// Local UTC set
@@ -194,7 +199,7 @@ impl LocalUtc {
     pub(crate) const PARTS: u8 = 3;
 }
 
-/// Spacecraft UTC as it is set (0041h, ECSS 7.1.3).
+/// Spacecraft UTC that a client or a PDO sets (record 0041h, ECSS 7.1.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x41)]
 pub struct UtcSet {
@@ -213,7 +218,7 @@ pub struct UtcSet {
     pub submilliseconds: u16,
 }
 
-/// Spacecraft UTC as it is read (0041h, ECSS 7.1.3).
+/// Spacecraft UTC that a client or a PDO reads (record 0041h, ECSS 7.1.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x41)]
 pub struct UtcGet {
@@ -246,7 +251,7 @@ impl From<Utc> for UtcGet {
     }
 }
 
-/// More milliseconds than a day has, or more microseconds than a millisecond.
+/// Error: more milliseconds than a day has, or more microseconds than a millisecond.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct NoTime;

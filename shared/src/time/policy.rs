@@ -1,4 +1,4 @@
-//! What two crystals of a network may do against each other, as the profile of a mission states it.
+//! Limits of the crystals of a network against each other, as the profile of a mission states them.
 
 use super::estimator::{SHIFT, scale};
 use crate::link::bit_timing::PartsPerMillion;
@@ -8,26 +8,27 @@ const AGREEING: u8 = 40;
 
 /// Limits of the crystals that drive the clocks of a network.
 ///
-/// The error bound of a clock (2015h) holds as long as every crystal keeps within them.
+/// The error bound of a clock (2015h) holds as long as every crystal stays within them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ClockPolicy {
-    /// Largest deviation of a crystal from its nominal frequency, at any temperature and age: at most 900 ppm.
+    /// Largest deviation of a crystal from its nominal frequency, at any temperature and age. At most 900 ppm.
     pub tolerance: PartsPerMillion,
-    /// Largest drift of two crystals against each other, parts per billion in a second: at most 3,500.
+    /// Largest drift of two crystals against each other, in parts per billion per second. At most 3,500.
     pub drift: u32,
-    /// Largest change of their rates against each other with temperature, parts per billion.
+    /// Largest change of their rates against each other with temperature, in parts per billion.
     pub excursion: u32,
-    /// Spacecraft times in a row that must agree with each other before they move a clock that they contradict: 2 to 40.
+    /// Number of consecutive spacecraft times, 2 to 40, that have to agree with each other before they move a
+    /// clock that they contradict.
     pub agreeing: u8,
 }
 
 impl ClockPolicy {
-    /// Crystals of ±150 ppm that drift apart by at most 0.2 ppm/s and 2 ppm; three times move a clock.
+    /// Crystals of ±150 ppm that drift apart by at most 0.2 ppm/s and 2 ppm. Three times move a clock.
     pub const DEFAULT: ClockPolicy =
         ClockPolicy { tolerance: PartsPerMillion(150), drift: 200, excursion: 2_000, agreeing: 3 };
 
-    /// Whether the estimator can follow crystals of this kind.
+    /// Returns whether the estimator can follow such crystals.
     pub const fn is_sound(&self) -> bool {
         let is_represented = 0 < self.tolerance.0 && self.tolerance.0 <= 900;
         let drifts = 0 < self.drift && self.drift <= 3_500 && self.excursion <= 1_000_000;
@@ -62,12 +63,12 @@ pub(super) struct Limits {
 }
 
 impl Limits {
-    /// Largest change of the rate within a span. 2^-40.
+    /// Returns the largest change of the rate within a span, in units of 2^-40.
     pub fn drift_over(&self, span: i64) -> i64 {
         scale(self.drift.into(), span.min(self.ramp))
     }
 
-    /// Largest offset that this change adds, units of 2^-32 s.
+    /// Returns the largest offset that this change adds, in units of 2^-32 s.
     pub fn ramp_over(&self, span: i64) -> i64 {
         ramp(self.drift.into(), self.ramp, span)
     }

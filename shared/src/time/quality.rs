@@ -1,22 +1,22 @@
-//! Where the time comes from, and how far it can be trusted.
+//! Source of the time, and its error bound.
 
 use super::estimator::{units, variance};
 use crate::types::Scet;
 
-/// Where the time came from last; its byte stands in 2015h.
+/// Source of the last time. Object 2015h has its byte.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum TimeSource {
-    /// Never set.
+    /// The clock was never set.
     #[default]
     None,
-    /// Set by a command: an SDO, or the application.
+    /// A command set the clock: an SDO, or the application.
     Command,
     /// A SYNC that the capture unit stamped.
     Capture,
     /// A SYNC that was stamped in the interrupt.
     Interrupt,
-    /// The plain protocol (ECSS 7.2.2): the time of sending, taken at reception.
+    /// The plain protocol (ECSS 7.2.2): the time of sending, applied at reception.
     Reception,
 }
 
@@ -31,7 +31,8 @@ impl TimeSource {
         }
     }
 
-    /// Most that a pair is off, units of 2^-32 s, without the quantum of what was sent: the stamps of producer and consumer.
+    /// Most that a pair is off, units of 2^-32 s, without the quantum of what was sent: the stamps of producer and
+    /// consumer.
     pub(super) const fn error(self) -> i64 {
         let ns = match self {
             // Two edges and two roundings of a timer of 84 MHz, and 200 ppm of the rest of a SYNC.
@@ -44,7 +45,8 @@ impl TimeSource {
         units(ns)
     }
 
-    /// Weight of unexpected pairs in a row that are no outliers: two on one side, or four, or at the latest the seventh.
+    /// Weight of unexpected pairs in a row that are no outliers: two on one side, or four, or at the latest the
+    /// seventh.
     pub(super) const fn outliers(self) -> i8 {
         if matches!(self, TimeSource::Capture) { 3 } else { 7 }
     }
@@ -60,30 +62,30 @@ impl TimeSource {
     }
 }
 
-/// The clock was stepped.
+/// Step of the clock: it was set instead of steered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Step {
-    /// Time by the clock before the step.
+    /// Time of the clock before the step.
     pub from: Scet,
-    /// Time at the same instant after it.
+    /// Time of the clock at the same instant, after the step.
     pub to: Scet,
 }
 
-/// How far the clock can be trusted.
+/// Quality of the clock of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Quality {
-    /// Largest error to be expected against the spacecraft time, in nanoseconds; `u32::MAX` when it is larger or unknown.
+    /// Largest expected error against the spacecraft time, in nanoseconds. `u32::MAX` if it is larger or unknown.
     pub bound_ns: u32,
-    /// Where the time came from last.
+    /// Source of the last time.
     pub source: TimeSource,
-    /// Milliseconds since then, saturating.
+    /// Time since then, in milliseconds. It stays at its maximum.
     pub age_ms: u32,
-    /// How much faster spacecraft time runs than the clock of this node, in 10^-9.
+    /// Rate of spacecraft time against the clock of this node, in 10^-9. Positive if spacecraft time is faster.
     pub rate_ppb: i32,
-    /// Steps since power-on, wrapping.
+    /// Number of steps since power-on. It wraps.
     pub steps: u16,
-    /// Spacecraft times that were refused since power-on because they did not agree with the others, wrapping.
+    /// Number of spacecraft times refused since power-on because they did not agree with the others. It wraps.
     pub refused: u16,
 }

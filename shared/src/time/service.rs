@@ -1,4 +1,5 @@
-//! The time service of a node: its clock, the SYNCs that steer it, and what clients set and read in parts (ECSS 7.1, 7.2).
+//! Time service of a node: its clock, the SYNCs that steer it, and the times that clients set and read in parts
+//! (ECSS 7.1, 7.2).
 
 use super::clock::STEP_LIMIT;
 use super::objects::{ClockQuality, TimeCorrection};
@@ -7,20 +8,22 @@ use crate::link::bit_timing::Nanoseconds;
 use crate::link::{Stamp, StampSource};
 use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Instant};
 
-/// A part that was read or written waits so long for the others of its record.
+/// Time that a part that was read or written waits for the others of its record.
 const PATIENCE: Duration = Duration::from_millis(10_000);
 
-/// A time that fits the SYNC before the last is late. After that many in a row it is the spacecraft time that has changed.
+/// A time that fits the SYNC before the last is late. After that many in a row it is the spacecraft time that has
+/// changed.
 const LATE_IN_A_ROW: u8 = 3;
 
 /// That many short times in a row show that the producer stamps in the interrupt. By chance one of 2^15 sequences does.
 const SHORT_IN_A_ROW: u8 = 5;
 /// SYNCs of a node, stamped in the interrupt one after the other, after which it has no capture wires.
 const UNCAPTURED_IN_A_ROW: u8 = 5;
-/// SYNCs in a row with more than one time after which there are two producers. One alone may be a repetition, or a late time.
+/// SYNCs in a row with more than one time after which there are two producers. One alone may be a repetition, or a
+/// late time.
 const TWICE_IN_A_ROW: u8 = 3;
 
-/// Clock of a node and what belongs to it.
+/// Time service of a node: its clock, and the SYNCs and times that steer it.
 #[derive(Clone, Debug)]
 pub struct TimeService {
     clock: LocalClock,
@@ -41,14 +44,14 @@ pub struct TimeService {
     sample: FineScet,
     read: Parts,
     written: Parts,
-    /// How many heartbeats of this node are still to be stamped.
+    /// Number of heartbeats of this node that are still to be stamped.
     ranged: u8,
 }
 
 /// Each read of 2016h has this number of heartbeats stamped. Who measures a cable reads it after each heartbeat.
 const RANGED: u8 = 8;
 
-/// When a SYNC ended.
+/// End of a SYNC.
 #[derive(Clone, Copy, Debug)]
 struct SyncEnd {
     bus: Bus,
@@ -97,34 +100,36 @@ impl Parts {
 
 /// Binary places of a received time.
 ///
-/// A producer that stamps its SYNCs in the interrupt sends *short* times: the lowest three bits are zero. So its consumers know
-/// how it stamps. This quantum is small against the latency of an interrupt.
+/// A producer that stamps its SYNCs in the interrupt sends *short* times: the lowest three bits are zero. So its
+/// consumers know how it stamps. This quantum is small against the latency of an interrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Places {
     /// Number of places, also of a short time.
     pub bits: u32,
-    /// The lowest three of 24 places, or bits of the microseconds, are zero.
+    /// `true`: the lowest three of 24 places, or bits of the microseconds, are zero.
     pub is_short: bool,
 }
 
 impl Places {
-    /// Places of a short time.
+    /// Number of places of a short time.
     pub const SHORT: u32 = 21;
 }
 
-/// What became of a spacecraft time.
+/// Effect of a spacecraft time that arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairOutcome {
     /// The clock follows it.
     Steered,
     /// The clock was set to it.
     Stepped(Step),
-    /// It belongs to no SYNC that this node has received, is late, or contradicts the clock: counted.
+    /// The time was not used, and was counted: it belongs to no SYNC that this node received, is late, or
+    /// contradicts the clock.
     Unused,
 }
 
 impl TimeService {
-    /// Its clock was never set. `longest_delay`: that of the network between two nodes.
+    /// Makes a service whose clock was never set. `longest_delay`: delay between the two nodes of the network
+    /// that are farthest apart.
     pub fn new(clocks: &ClockPolicy, longest_delay: Nanoseconds) -> Self {
         TimeService {
             clock: LocalClock::new(clocks),
@@ -145,12 +150,12 @@ impl TimeService {
         }
     }
 
-    /// The clock.
+    /// Returns the local clock.
     pub const fn clock(&self) -> &LocalClock {
         &self.clock
     }
 
-    /// A SYNC ended on the active bus, sent or received.
+    /// Takes a SYNC that ended on the active bus, sent or received.
     pub fn on_sync(&mut self, bus: Bus, stamp: &Stamp) {
         let [last, _] = self.syncs;
         self.syncs = [Some(SyncEnd { bus, at: stamp.fine(), source: stamp.source }), last];
@@ -161,33 +166,33 @@ impl TimeService {
         self.times = 0;
     }
 
-    /// Whether this node stamps its SYNCs in the interrupt: it has no capture wires, or they are broken.
+    /// Returns whether this node stamps its SYNCs in the interrupt: it has no capture wires, or they are broken.
     pub const fn is_uncaptured(&self) -> bool {
         self.uncaptured.is_whole()
     }
 
-    /// Whether times at SYNCs are sent short.
+    /// Returns whether times at SYNCs are sent short.
     pub const fn is_coarse(&self) -> bool {
         !self.was_captured || self.is_uncaptured()
     }
 
-    /// Whether two nodes send the spacecraft time: more than one came after each of the last SYNCs.
+    /// Returns whether two nodes send the spacecraft time: more than one came after each of the last SYNCs.
     pub const fn has_two_producers(&self) -> bool {
         self.twice.is_whole()
     }
 
-    /// Neither SYNCs nor PDOs are consumed any more.
+    /// Stops the consumption of SYNCs and times.
     pub fn stop(&mut self) {
         self.syncs = [None; 2];
     }
 
-    /// When the last SYNC ended at the connector of its producer.
+    /// Returns the instant at which the last SYNC ended at the connector of its producer.
     pub fn last_sync(&self, correction: &TimeCorrection) -> Option<FineInstant> {
         let [last, _] = self.syncs;
         last.map(|sync| sync.corrected(correction))
     }
 
-    /// Set by command: always a step.
+    /// Sets the clock by command, which is always a step.
     pub fn set(&mut self, scet: FineScet, at: FineInstant) -> Step {
         self.written = Parts::default();
         self.clock.set(at, scet)
@@ -200,7 +205,8 @@ impl TimeService {
         self.short.note(places.is_short);
     }
 
-    /// A value of the Spacecraft Time PDO with a type of 0 to 240: the spacecraft time at the last SYNC (ECSS 7.2.3c).
+    /// Takes a value of the Spacecraft Time PDO with transmission type 0 to 240: the spacecraft time at the last
+    /// SYNC (ECSS 7.2.3c).
     pub fn at_last_sync(&mut self, scet: FineScet, correction: &TimeCorrection, now: Instant) -> PairOutcome {
         let [last, before] = self.syncs;
         let Some(last) = last else { return self.unused() };
@@ -212,8 +218,8 @@ impl TimeService {
         self.pair(last.corrected(correction), before, scet, source, now)
     }
 
-    /// A value of the Spacecraft Time PDO with type 254 or 255: the spacecraft time when it was sent, applied when it was
-    /// received (ECSS 7.2.2).
+    /// Takes a value of the Spacecraft Time PDO with transmission type 254 or 255: the spacecraft time when it
+    /// was sent, applied at its reception (ECSS 7.2.2).
     pub fn at_reception(&mut self, scet: FineScet, at: FineInstant, now: Instant) -> PairOutcome {
         self.pair(at, None, scet, TimeSource::Reception, now)
     }
@@ -251,7 +257,8 @@ impl TimeService {
         PairOutcome::Unused
     }
 
-    /// The sample for a client that reads one of `count` sub-indices: a new one, unless it read another one before.
+    /// Returns the sample for a client that reads one of `count` sub-indices: a new sample, unless the client
+    /// read another sub-index before.
     pub fn read(&mut self, at: Address, count: u8, now: Instant) -> FineScet {
         if !self.read.take(at, count, now) {
             self.sample = self.clock.at(now.into());
@@ -259,23 +266,23 @@ impl TimeService {
         self.sample
     }
 
-    /// A client reads the time of a heartbeat: the next ones are stamped.
+    /// Notes that a client reads the time of a heartbeat: the next heartbeats are stamped.
     pub fn range(&mut self) {
         self.ranged = RANGED;
     }
 
-    /// Whether heartbeats of this node are stamped.
+    /// Returns whether heartbeats of this node are stamped.
     pub const fn is_ranged(&self) -> bool {
         self.ranged > 0
     }
 
-    /// A heartbeat of this node ended then. Its time, if it was to be stamped.
+    /// Takes the end of a heartbeat of this node. Returns its spacecraft time if it was to be stamped.
     pub fn on_heartbeat(&mut self, at: FineInstant) -> Option<FineScet> {
         self.ranged = self.ranged.checked_sub(1)?;
         Some(self.clock.at(at))
     }
 
-    /// A client wrote one of `count` sub-indices. Whether that was the last one.
+    /// Notes that a client wrote one of `count` sub-indices. Returns whether it was the last one.
     pub fn is_written(&mut self, at: Address, count: u8, now: Instant) -> bool {
         self.written.take(at, count, now);
         let is_whole = self.written.left == 0;
@@ -285,7 +292,8 @@ impl TimeService {
         is_whole
     }
 
-    /// Object 2015h. Until the delay of the bus is known, it may be as long as the network allows.
+    /// Returns the value of object 2015h. Until the delay of the bus is known, it counts as the longest of the
+    /// network.
     pub fn quality(&self, correction: &TimeCorrection, now: Instant) -> ClockQuality {
         let mut quality = self.clock.quality(now.into());
         let [last, _] = self.syncs;
@@ -308,7 +316,7 @@ impl SyncEnd {
     }
 }
 
-/// The mean of what is lost below the lowest of `bits`, 0 to 24, of a fine time, units of 2^-32 s.
+/// Returns the mean of what is lost below the lowest of `bits`, 0 to 24, of a fine time, in units of 2^-32 s.
 pub fn mean_of_truncated(bits: u32) -> i64 {
     // The mean of 0 to 2^n - 1 units of 2^-24 s.
     ((1i64 << 24u32.saturating_sub(bits)) - 1) << 7

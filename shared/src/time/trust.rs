@@ -1,15 +1,16 @@
-//! How far the clock may be off: what the pairs that it took prove, with nothing assumed but the limits of the crystals.
+//! Error bound of the clock. It follows from the pairs that the clock took, with no other assumption than the
+//! limits of the crystals.
 //!
-//! Each pair shows the difference between pair and clock; the error of the pair itself is limited by its source.
-//! Two pairs bound the rate, as the crystals drift no faster than the profile states. From the last pair on, the error
-//! grows by what is unknown of the rate and by the largest ramp that the profile admits. So the bound does not
-//! depend on how well the filter follows: while it lags, the difference is part of the bound.
+//! Each pair shows the difference between pair and clock. The source of a pair limits the error of the pair itself.
+//! Two pairs bound the rate, because the crystals drift no faster than the profile states. After the last pair the
+//! error grows by the unknown part of the rate, and by the largest ramp that the profile admits. So the bound does
+//! not depend on how well the filter follows: while the filter lags, the difference is part of the bound.
 
 use super::estimator::{SHIFT, elapsed, limited, scale};
 use super::policy::Limits;
 use crate::types::{FineInstant, FineScet};
 
-/// What the pairs prove.
+/// Error bound that follows from the pairs.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Trust {
@@ -24,24 +25,25 @@ pub(super) struct Trust {
 }
 
 impl Trust {
-    /// Nothing is known but the tolerance of the crystals.
+    /// Makes a bound with no other knowledge than the tolerance of the crystals.
     pub const fn new(limits: &Limits) -> Self {
         let from = (FineInstant::from_units(0), FineScet::from_units(0));
         Trust { off: 0, from, rate: 0, unsure: limits.rate }
     }
 
-    /// The clock was set to `scet` at `at`, `silence` after the last pair. Its rate is as it was.
+    /// Notes that the clock was set to `scet` at `at`, `silence` after the last pair. Its rate did not change.
     pub fn set(&mut self, at: FineInstant, scet: FineScet, silence: i64, limits: &Limits) {
         (self.off, self.from) = (0, (at, scet));
         self.unsure = limited(i64::from(self.unsure) + limits.drift_over(silence), limits.rate);
     }
 
-    /// The rate is not known any more.
+    /// Forgets the rate.
     pub fn forget_rate(&mut self, limits: &Limits) {
         (self.rate, self.unsure) = (0, limits.rate);
     }
 
-    /// A pair of the same source as the one before, `silence` earlier. Each is off by at most `error`.
+    /// Takes a pair of the same source as the one before, `silence` earlier. The error of each is at most
+    /// `error`.
     pub fn measure(&mut self, at: FineInstant, scet: FineScet, silence: i64, error: i64, limits: &Limits) {
         let aged = i64::from(self.unsure) + limits.drift_over(silence);
         let (before, then) = self.from;
@@ -60,12 +62,13 @@ impl Trust {
         }
     }
 
-    /// Largest error of `rate`, 2^-40, at the last pair.
+    /// Returns the largest error of `rate`, in units of 2^-40, at the last pair.
     pub fn rate_error(&self, rate: i32) -> i64 {
         (i64::from(rate) - i64::from(self.rate)).abs() + i64::from(self.unsure)
     }
 
-    /// Most that the error grows by in a span after the last pair, units of 2^-32 s, at a rate that is off by `rate_error`.
+    /// Returns the most that the error grows by in a span after the last pair, in units of 2^-32 s. `rate_error`:
+    /// error of the rate.
     pub fn growth(rate_error: i64, span: i64, limits: &Limits) -> i64 {
         scale(span >> SHIFT, rate_error) + limits.ramp_over(span)
     }

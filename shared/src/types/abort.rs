@@ -1,6 +1,7 @@
 //! Why an access to the object dictionary is refused: SDO abort codes (CiA 301 7.2.4.3.17).
 
-/// An abort code, with the value that goes over the wire.
+/// Abort code, with its value on the bus.
+#[doc(alias = "SDO abort code")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)]
@@ -15,7 +16,7 @@ pub enum AbortCode {
     BlockSize = 0x0504_0002,
     /// Invalid sequence number.
     SequenceNumber = 0x0504_0003,
-    /// CRC error.
+    /// CRC error of a block transfer.
     Crc = 0x0504_0004,
     /// Out of memory.
     OutOfMemory = 0x0504_0005,
@@ -55,7 +56,7 @@ pub enum AbortCode {
     MaximumBelowMinimum = 0x0609_0036,
     /// Resource not available: SDO connection.
     NoConnection = 0x060A_0023,
-    /// General error.
+    /// General error without a better code.
     General = 0x0800_0000,
     /// Data cannot be transferred or stored to the application.
     CannotTransfer = 0x0800_0020,
@@ -70,7 +71,7 @@ pub enum AbortCode {
 }
 
 impl AbortCode {
-    /// Every code.
+    /// All codes that CiA 301 defines.
     pub const ALL: [AbortCode; 31] = [
         AbortCode::Toggle,
         AbortCode::Timeout,
@@ -105,12 +106,12 @@ impl AbortCode {
         AbortCode::NoData,
     ];
 
-    /// The value on the wire.
+    /// Returns the value on the bus.
     pub const fn code(self) -> u32 {
         self as u32
     }
 
-    /// From the wire; `None` for a value that CiA 301 does not define.
+    /// Returns the code of a value on the bus. `None` for a value that CiA 301 does not define.
     pub fn from_code(code: u32) -> Option<AbortCode> {
         Self::ALL.into_iter().find(|known| known.code() == code)
     }

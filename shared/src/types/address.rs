@@ -1,4 +1,4 @@
-//! Where a value is in an object dictionary.
+//! Address of a value in an object dictionary.
 
 /// Index and sub-index of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -6,12 +6,12 @@
 pub struct Address {
     /// Index, `0001h..=FFFFh`.
     pub index: u16,
-    /// Sub-index.
+    /// Sub-index, `00h..=FFh`.
     pub sub: u8,
 }
 
 impl Address {
-    /// A value of an object.
+    /// Makes the address of a value.
     pub const fn new(index: u16, sub: u8) -> Address {
         Address { index, sub }
     }

@@ -5,9 +5,9 @@
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)] // moves in words: see `runner`
 pub enum Bus {
-    /// The bus in use by default; value 0 in object 2000h.
+    /// Nominal bus, in use by default. Value 0 in object 2000h.
     Nominal = 0,
-    /// The other one; value 1 in object 2000h.
+    /// Redundant bus. Value 1 in object 2000h.
     Redundant = 1,
 }
 
@@ -15,7 +15,7 @@ impl Bus {
     /// Both buses, nominal first.
     pub const ALL: [Bus; 2] = [Bus::Nominal, Bus::Redundant];
 
-    /// The alternate bus: always the other physical one, never a stored parameter (ECSS 8.3.3e).
+    /// Returns the alternate bus: always the other physical one, never a stored parameter (ECSS 8.3.3e).
     #[must_use]
     pub const fn other(self) -> Bus {
         match self {
@@ -24,7 +24,7 @@ impl Bus {
         }
     }
 
-    /// From the value of Bdefault (object 2000h sub 1); `None` for anything but 0 and 1.
+    /// Returns the bus of a value of Bdefault (object 2000h sub 1). `None` for a value other than 0 and 1.
     pub const fn from_bdefault(value: u8) -> Option<Bus> {
         match value {
             0 => Some(Bus::Nominal),
@@ -33,7 +33,7 @@ impl Bus {
         }
     }
 
-    /// Value of Bdefault for this bus.
+    /// Returns the value of Bdefault for this bus.
     pub const fn bdefault(self) -> u8 {
         self as u8
     }
@@ -43,14 +43,14 @@ impl Bus {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PerBus<T> {
-    /// That of the nominal bus.
+    /// Value of the nominal bus.
     pub nominal: T,
-    /// That of the redundant bus.
+    /// Value of the redundant bus.
     pub redundant: T,
 }
 
 impl<T> PerBus<T> {
-    /// The same function for each bus.
+    /// Calls the function for each bus.
     pub fn from_fn(mut value: impl FnMut(Bus) -> T) -> Self {
         PerBus { nominal: value(Bus::Nominal), redundant: value(Bus::Redundant) }
     }

@@ -4,18 +4,19 @@
 
 use crate::types::NodeId;
 
-/// A communication object identifier, `000h..=7FFh`.
+/// Communication object identifier, `000h..=7FFh`.
+#[doc(alias("COB-ID", "CAN-ID", "pre-defined connection set"))]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct CobId(u16);
 
 impl CobId {
-    /// NMT module control.
+    /// COB-ID of NMT module control.
     pub const NMT: CobId = CobId(0x000);
-    /// SYNC object.
+    /// Default COB-ID of SYNC, 080h.
     pub const SYNC: CobId = CobId(0x080);
 
-    /// `None` above 7FFh.
+    /// Makes a COB-ID. `None` above 7FFh.
     pub const fn new(raw: u16) -> Option<CobId> {
         if raw <= 0x7FF { Some(CobId(raw)) } else { None }
     }
@@ -29,12 +30,13 @@ impl CobId {
         CobId(base + node.get() as u16)
     }
 
-    /// EMCY of a node: 080h + node.
+    /// Returns the COB-ID of the EMCY of a node: 080h + node.
     pub const fn emcy(node: NodeId) -> CobId {
         Self::with_node(0x080, node)
     }
 
-    /// TPDO 1 to 4 of a node: 180h, 280h, 380h, 480h + node. `None` for others, which have no pre-defined COB-ID.
+    /// Returns the COB-ID of TPDO 1 to 4 of a node: 180h, 280h, 380h, 480h + node. `None` for others, which have
+    /// no pre-defined COB-ID.
     pub const fn tpdo(number: u16, node: NodeId) -> Option<CobId> {
         match number {
             1..=4 => Some(Self::with_node(0x080 + 0x100 * number, node)),
@@ -42,7 +44,8 @@ impl CobId {
         }
     }
 
-    /// RPDO 1 to 4 of a node: 200h, 300h, 400h, 500h + node. `None` for others, which have no pre-defined COB-ID.
+    /// Returns the COB-ID of RPDO 1 to 4 of a node: 200h, 300h, 400h, 500h + node. `None` for others, which have
+    /// no pre-defined COB-ID.
     pub const fn rpdo(number: u16, node: NodeId) -> Option<CobId> {
         match number {
             1..=4 => Some(Self::with_node(0x100 + 0x100 * number, node)),
@@ -50,37 +53,39 @@ impl CobId {
         }
     }
 
-    /// TPDO1 of a node, 180h + node: the Local Time PDO; that of the master is the Spacecraft Time PDO.
+    /// Returns the COB-ID of TPDO 1 of a node, 180h + node: the Local Time PDO. That of the master is the
+    /// Spacecraft Time PDO.
     pub const fn local_time(node: NodeId) -> CobId {
         Self::with_node(0x180, node)
     }
 
-    /// SDO from the server in a node to its client: 580h + node.
+    /// Returns the COB-ID of SDO from the server in a node to its client: 580h + node.
     pub const fn sdo_response(node: NodeId) -> CobId {
         Self::with_node(0x580, node)
     }
 
-    /// SDO from a client to the server in a node: 600h + node.
+    /// Returns the COB-ID of SDO from a client to the server in a node: 600h + node.
     pub const fn sdo_request(node: NodeId) -> CobId {
         Self::with_node(0x600, node)
     }
 
-    /// NMT error control (heartbeat and boot-up) of a node: 700h + node.
+    /// Returns the COB-ID of NMT error control (heartbeat and boot-up) of a node: 700h + node.
     pub const fn heartbeat(node: NodeId) -> CobId {
         Self::with_node(0x700, node)
     }
 
-    /// The identifier as it stands in the arbitration field, `0..=0x7FF`.
+    /// Returns the identifier in the arbitration field, `0..=0x7FF`.
     pub const fn raw(self) -> u16 {
         self.0
     }
 
-    /// The node in the low seven bits, `None` for node 0 (broadcast objects).
+    /// Returns the node in the low seven bits. `None` for node 0 (broadcast objects).
     pub const fn node(self) -> Option<NodeId> {
         NodeId::new((self.0 & 0x7F) as u8)
     }
 
-    /// The node that sends it in the pre-defined connection set, where it is an emergency or a TPDO.
+    /// Returns the node that sends this COB-ID in the pre-defined connection set, if it is an emergency or a
+    /// TPDO.
     pub const fn sender(self) -> Option<NodeId> {
         match self.function() {
             0x080 | 0x180 | 0x280 | 0x380 | 0x480 => self.node(),
@@ -88,12 +93,13 @@ impl CobId {
         }
     }
 
-    /// The function code in the upper four bits, as the base identifier (`080h`, `180h`, .. `700h`).
+    /// Returns the function code in the upper four bits, as the base identifier (`080h`, `180h`, .. `700h`).
     pub const fn function(self) -> u16 {
         self.0 & 0x780
     }
 
-    /// Whether CANopen keeps it for one purpose, so that no configurable object may use it (ECSS 6.10b).
+    /// Returns whether CANopen reserves it for one purpose, so that no configurable object may use it (ECSS
+    /// 6.10b).
     pub const fn is_restricted(self) -> bool {
         matches!(
             self.0,

@@ -1,44 +1,45 @@
-//! Time to fractions of a nanosecond: what stamps are in, and what the local clock makes of them.
+//! Time to fractions of a nanosecond, for stamps and for the local clock.
 
 use super::{Instant, Scet};
 
-/// An instant of this node's clock in units of 2^-8 µs (3.9 ns): [`Instant`] with eight more bits. Timers that capture frames
-/// count in units of their own; 84 MHz, say, is converted to the nearest of these.
+/// Instant of this node's clock in units of 2^-8 µs (3.9 ns): [`Instant`] with eight more bits. Timers that
+/// capture frames count in units of their own. Their counts, for example at 84 MHz, are converted to the nearest
+/// of these units.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FineInstant(u64);
 
 impl FineInstant {
-    /// Units in a microsecond.
+    /// Number of units in a microsecond.
     pub const PER_MICRO: u64 = 256;
 
-    /// From units of 2^-8 µs since power-on.
+    /// Takes units of 2^-8 µs since power-on.
     pub const fn from_units(units: u64) -> Self {
         FineInstant(units)
     }
 
-    /// Units of 2^-8 µs since power-on.
+    /// Returns the units of 2^-8 µs since power-on.
     pub const fn units(self) -> u64 {
         self.0
     }
 
-    /// The nearest one to a count of a timer that makes `per_micro`, above zero, in a microsecond.
+    /// Returns the instant nearest to a count of a timer that makes `per_micro`, above zero, in a microsecond.
     pub const fn from_ticks(ticks: u64, per_micro: u32) -> Self {
         FineInstant(scaled(ticks, per_micro, Self::PER_MICRO as u32))
     }
 
-    /// The nearest count of a timer that makes `per_micro` in a microsecond.
+    /// Returns the nearest count of a timer that makes `per_micro` in a microsecond.
     pub const fn ticks(self, per_micro: u32) -> u64 {
         scaled(self.0, Self::PER_MICRO as u32, per_micro)
     }
 
-    /// Later by this many units, earlier if negative; saturates.
+    /// Returns the instant later by this many units, earlier if negative. Saturates.
     #[must_use]
     pub const fn plus(self, units: i64) -> Self {
         FineInstant(self.0.saturating_add_signed(units))
     }
 
-    /// Rounded down to a microsecond.
+    /// Returns the instant rounded down to a microsecond.
     pub const fn instant(self) -> Instant {
         Instant::from_micros(self.0 / Self::PER_MICRO)
     }
@@ -51,36 +52,36 @@ impl From<Instant> for FineInstant {
     }
 }
 
-/// Spacecraft elapsed time in units of 2^-32 s (0.23 ns): [`Scet`] with eight more bits. A free-running counter that wraps
-/// after 2^32 s, as all arithmetic with it does.
+/// Spacecraft elapsed time in units of 2^-32 s (0.23 ns): [`Scet`] with eight more bits. It is a free-running
+/// counter that wraps after 2^32 s. All arithmetic with it wraps, too.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FineScet(u64);
 
 impl FineScet {
-    /// From units of 2^-32 s.
+    /// Takes units of 2^-32 s.
     pub const fn from_units(units: u64) -> Self {
         FineScet(units)
     }
 
-    /// Units of 2^-32 s.
+    /// Returns the units of 2^-32 s.
     pub const fn units(self) -> u64 {
         self.0
     }
 
-    /// What a frame can carry of it, to the nearest unit of 2^-24 s.
+    /// Returns the time in the resolution of a frame, to the nearest unit of 2^-24 s.
     pub const fn scet(self) -> Scet {
         Scet::from_units(self.0.wrapping_add(0x80) >> 8)
     }
 
-    /// Later by this many units of 2^-32 s, earlier if negative.
+    /// Returns the time later by this many units of 2^-32 s, earlier if negative.
     #[must_use]
     pub const fn plus(self, units: i64) -> Self {
         FineScet(self.0.wrapping_add_signed(units))
     }
 
-    /// Units of 2^-32 s from `reference` to this time, negative when this is the earlier one. The shorter way round, so at most
-    /// 2^31 s either way.
+    /// Returns the units of 2^-32 s from `reference` to this time, negative if this time is the earlier one. It
+    /// counts the nearer way round the counter, so at most 2^31 s in either direction.
     pub const fn since(self, reference: FineScet) -> i64 {
         self.0.wrapping_sub(reference.0) as i64
     }

@@ -1,10 +1,10 @@
-//! The only frames this system speaks: 11-bit data frames.
+//! Frames of this system: data frames with an 11-bit identifier.
 //!
-//! Remote and extended frames cannot be expressed here (ECSS 5.6 allows neither); ports filter those of others.
+//! Remote and extended frames cannot be expressed (ECSS 5.6 allows neither). Ports filter those of other systems.
 
 use crate::types::CobId;
 
-/// A CAN 2.0A data frame. Aligned to words, so that it moves in words.
+/// CAN 2.0A data frame. It is aligned to words, so that it is moved in words.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(align(4))]
@@ -15,16 +15,16 @@ pub struct Frame {
     data: [u8; 8],
 }
 
-/// Why a frame cannot be built.
+/// Error: the frame cannot be built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
-    /// More than 8 data bytes.
+    /// There are more than 8 data bytes.
     TooLong,
 }
 
 impl Frame {
-    /// A frame with up to 8 data bytes.
+    /// Makes a frame with up to 8 data bytes.
     ///
     /// # Errors
     /// [`FrameError::TooLong`] for more than 8.
@@ -35,7 +35,7 @@ impl Frame {
         Ok(Frame { id, len: payload.len() as u8, data })
     }
 
-    /// A frame whose length is known at compile time; `N` above 8 does not compile.
+    /// Makes a frame whose length is known at compile time. `N` above 8 does not compile.
     pub fn of<const N: usize>(id: CobId, payload: [u8; N]) -> Frame {
         const { assert!(N <= 8, "a CAN frame has at most 8 data bytes") };
         let mut data = [0; 8];
@@ -45,7 +45,7 @@ impl Frame {
         Frame { id, len: N as u8, data }
     }
 
-    /// From a controller's registers: DLC 9..15 mean 8 data bytes (ISO 11898-1 8.4.2.4).
+    /// Makes a frame from the registers of a controller. DLC 9 to 15 mean 8 data bytes (ISO 11898-1 8.4.2.4).
     pub const fn from_dlc(id: CobId, dlc: u8, data: [u8; 8]) -> Frame {
         if dlc >= 8 {
             return Frame { id, len: 8, data };
@@ -59,17 +59,17 @@ impl Frame {
         Frame { id, len, data: bits.to_le_bytes() }
     }
 
-    /// The COB-ID.
+    /// Returns the COB-ID.
     pub const fn id(&self) -> CobId {
         self.id
     }
 
-    /// The data bytes.
+    /// Returns the data bytes.
     pub fn data(&self) -> &[u8] {
         self.data.get(..usize::from(self.len)).unwrap_or(&self.data)
     }
 
-    /// The data, if they are eight bytes.
+    /// Returns the data if they are eight bytes.
     pub const fn full(&self) -> Option<&[u8; 8]> {
         if self.len == 8 { Some(&self.data) } else { None }
     }
@@ -79,12 +79,12 @@ impl Frame {
         u64::from_le_bytes(self.data)
     }
 
-    /// The data length, `0..=8`.
+    /// Returns the data length, `0..=8`.
     pub const fn dlc(&self) -> u8 {
         self.len
     }
 
-    /// All eight bytes, zero above the length: what a controller's data registers take.
+    /// Returns all eight bytes, zero above the length, for the data registers of a controller.
     pub const fn padded(&self) -> [u8; 8] {
         self.data
     }

@@ -4,13 +4,13 @@
 
 use core::ops::{Add, AddAssign, Sub};
 
-/// Microseconds since the node's power-on. Aligned to words: with an alignment of eight, every event and every deadline of a
-/// node would carry four bytes of padding.
+/// Microseconds since the power-on of the node. Aligned to words: with an alignment of eight, every event and
+/// every deadline of a node would have four bytes of padding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(C, packed(4))]
 pub struct Instant(u64);
 
-/// A span of microseconds. Aligned to words, as [`Instant`] is.
+/// Time span in microseconds. Aligned to words, as [`Instant`] is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(C, packed(4))]
 pub struct Duration(u64);
@@ -30,60 +30,60 @@ impl defmt::Format for Duration {
 }
 
 impl Instant {
-    /// Power-on.
+    /// Instant of power-on.
     pub const ZERO: Instant = Instant(0);
 
-    /// After everything else.
+    /// Instant after all others.
     pub const NEVER: Instant = Instant(u64::MAX);
 
-    /// From microseconds since power-on.
+    /// Takes microseconds since power-on.
     pub const fn from_micros(us: u64) -> Instant {
         Instant(us)
     }
 
-    /// Microseconds since power-on.
+    /// Returns the microseconds since power-on.
     pub const fn as_micros(self) -> u64 {
         self.0
     }
 
-    /// The span since `earlier`, zero when that is later.
+    /// Returns the span since `earlier`, zero if `earlier` is later.
     #[must_use]
     pub const fn since(self, earlier: Instant) -> Duration {
         Duration(self.0.saturating_sub(earlier.0))
     }
 }
 
-/// The first of several deadlines, if there are any.
+/// Returns the first of several deadlines, if there is one.
 #[inline(never)] // asked for in many places
 pub fn earliest(deadlines: &[Option<Instant>]) -> Option<Instant> {
     deadlines.iter().flatten().min().copied()
 }
 
 impl Duration {
-    /// No time.
+    /// Duration of zero.
     pub const ZERO: Duration = Duration(0);
 
-    /// From microseconds.
+    /// Takes a number of microseconds.
     pub const fn from_micros(us: u64) -> Duration {
         Duration(us)
     }
 
-    /// From milliseconds.
+    /// Takes a number of milliseconds.
     pub const fn from_millis(ms: u64) -> Duration {
         Duration(ms.saturating_mul(1_000))
     }
 
-    /// Microseconds.
+    /// Returns the number of microseconds.
     pub const fn as_micros(self) -> u64 {
         self.0
     }
 
-    /// Whole milliseconds, rounded down.
+    /// Returns whole milliseconds, rounded down.
     pub const fn as_millis(self) -> u64 {
         self.0 / 1_000
     }
 
-    /// `factor` times as long.
+    /// Returns a span that is `factor` times as long.
     #[must_use]
     #[inline(always)]
     pub const fn times(self, factor: u32) -> Duration {
@@ -126,8 +126,8 @@ impl Add for Duration {
     }
 }
 
-/// On a chip of 32 bits a call is a third of the code, and it is in 60 places. With numbers all of it is in registers: an
-/// instant would be returned in memory.
+/// On a chip of 32 bits a call is a third of the code, and it is in 60 places. With numbers all of it is in
+/// registers: an instant would be returned in memory.
 #[cfg_attr(target_os = "none", inline(never))]
 const fn sum(one: u64, other: u64) -> u64 {
     one.saturating_add(other)

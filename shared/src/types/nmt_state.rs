@@ -1,23 +1,23 @@
 //! NMT states and their heartbeat bytes (CiA 301 7.2.8.3.2.2, 7.3.2.2).
 
-/// State of a node, with the byte that its heartbeat carries.
+/// NMT state of a node, with the byte that its heartbeat carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum NmtState {
-    /// Sends nothing but its boot-up message, which carries this byte.
+    /// The node sends nothing but its boot-up message, which carries this byte.
     #[default]
     Initialising = 0x00,
-    /// Heartbeat and module control only.
+    /// Only heartbeat and module control work.
     Stopped = 0x04,
-    /// Everything.
+    /// All services work.
     Operational = 0x05,
-    /// Everything but PDOs.
+    /// All services but PDOs work.
     PreOperational = 0x7F,
 }
 
 impl NmtState {
-    /// From the byte of a heartbeat; `None` for one that CiA 301 does not define.
+    /// Returns the state of the byte of a heartbeat. `None` for a byte that CiA 301 does not define.
     pub const fn from_byte(byte: u8) -> Option<NmtState> {
         match byte {
             0x00 => Some(NmtState::Initialising),
@@ -28,27 +28,27 @@ impl NmtState {
         }
     }
 
-    /// The byte of the heartbeat.
+    /// Returns the byte of the heartbeat.
     pub const fn byte(self) -> u8 {
         self as u8
     }
 
-    /// Whether PDOs are sent and obeyed (CiA 301 table 37).
+    /// Returns whether PDOs are sent and obeyed (CiA 301 table 37).
     pub const fn allows_pdo(self) -> bool {
         matches!(self, NmtState::Operational)
     }
 
-    /// Whether the SYNC object is produced and consumed.
+    /// Returns whether SYNC is produced and consumed.
     pub const fn allows_sync(self) -> bool {
         matches!(self, NmtState::Operational | NmtState::PreOperational)
     }
 
-    /// Whether SDOs are served.
+    /// Returns whether SDOs are served.
     pub const fn allows_sdo(self) -> bool {
         self.allows_sync()
     }
 
-    /// Whether EMCY is sent.
+    /// Returns whether EMCYs are sent.
     pub const fn allows_emcy(self) -> bool {
         self.allows_sync()
     }

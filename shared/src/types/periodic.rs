@@ -1,8 +1,8 @@
-//! A timer that comes round.
+//! Periodic timer on a fixed grid.
 
 use crate::types::{Duration, Instant};
 
-/// Due every period, on the grid of its start: being polled late does not shift what follows.
+/// Timer that is due every period, on the grid of its start. A late poll does not move the grid.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Periodic {
@@ -11,32 +11,33 @@ pub struct Periodic {
 }
 
 impl Periodic {
-    /// Stopped. A period of zero never starts.
+    /// Makes a timer that is stopped. With a period of zero it never starts.
     pub const fn new(period: Duration) -> Self {
         Periodic { period, next: None }
     }
 
-    /// Due at `now`, then every period.
+    /// Starts the timer: due at `now`, then every period.
     pub fn start(&mut self, now: Instant) {
         self.next = (self.period > Duration::ZERO).then_some(now);
     }
 
-    /// Due a period from now, then every period.
+    /// Starts the timer: due a period from `now`, then every period.
     pub fn restart(&mut self, now: Instant) {
         self.start(now + self.period);
     }
 
-    /// Never due.
+    /// Stops the timer: it is never due.
     pub fn stop(&mut self) {
         self.next = None;
     }
 
-    /// Whether it is due; if so, it is due again at the next point of its grid after `now`. Missed points are skipped.
+    /// Returns whether the timer is due. If so, it is next due at the next point of its grid after `now`. Missed
+    /// points are skipped.
     pub fn due(&mut self, now: Instant) -> bool {
         self.take(now).is_some()
     }
 
-    /// As [`Periodic::due`]; tells how many points were skipped.
+    /// Works as [`Periodic::due`]. Returns the number of points that were skipped.
     pub fn take(&mut self, now: Instant) -> Option<u64> {
         let next = self.next.filter(|next| *next <= now)?;
         let period = self.period.as_micros();
@@ -47,19 +48,19 @@ impl Periodic {
         Some(u64::from(skipped))
     }
 
-    /// The period, zero: never due.
+    /// Returns the period. Zero: never due.
     pub const fn period(&self) -> Duration {
         self.period
     }
 
-    /// Moves the grid by `us` microseconds; a negative value moves it earlier.
+    /// Moves the grid by `us` microseconds. A negative value moves it earlier.
     pub fn shift(&mut self, us: i32) {
         if let Some(next) = &mut self.next {
             *next = Instant::from_micros(next.as_micros().wrapping_add_signed(us.into()));
         }
     }
 
-    /// When it is due next.
+    /// Returns when the timer is due next.
     pub fn deadline(&self) -> Option<Instant> {
         self.next
     }

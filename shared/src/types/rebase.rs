@@ -1,17 +1,18 @@
-//! Time relative to now, for the model checker: states that differ in nothing but their age become equal.
+//! Time relative to now, for the model checker: states that differ only in age become equal.
 
 use super::{Duration, Instant};
 
 /// Shifts the instants of a state machine so that now becomes [`Rebase::ORIGIN`].
 ///
-/// An instant whose age does not matter any more moves to the last one that did: all later decisions stay the same.
+/// An instant whose age has no effect any more moves to the last one whose age has. So all later decisions stay the
+/// same.
 #[derive(Clone, Copy, Debug)]
 pub struct Rebase {
     now: Instant,
 }
 
 impl Rebase {
-    /// Now, in every rebased state. 12 days: nothing that matters is as old.
+    /// The present in every rebased state: 12 days. No age that has an effect is as long.
     pub const ORIGIN: Instant = Instant::from_micros(1 << 40);
 
     /// Shifts `now` to [`Rebase::ORIGIN`].

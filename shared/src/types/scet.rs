@@ -2,7 +2,9 @@
 
 use crate::types::Duration;
 
-/// 32 bits of seconds and 24 bits of binary fractions (59.6 ns): a free-running counter that wraps after 2^32 s.
+/// Spacecraft elapsed time: 32 bits of seconds and 24 bits of binary fractions (59.6 ns). It is a free-running
+/// counter that wraps after 2^32 s.
+#[doc(alias("SCET", "spacecraft elapsed time", "CUC"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Scet {
@@ -16,10 +18,10 @@ const MASK: u64 = (1 << 56) - 1;
 const MICROS: u64 = 1_000_000;
 
 impl Scet {
-    /// Length in a frame, bytes.
+    /// Length in a frame, in bytes.
     pub const LEN: usize = 7;
 
-    /// From seconds and units of 2^-24 s; `None` for a fine time of 2^24 or more.
+    /// Makes a time of seconds and units of 2^-24 s. `None` for a fine time of 2^24 or more.
     pub const fn new(coarse: u32, fine: u32) -> Option<Scet> {
         if fine as u64 > FINE_MASK {
             return None;
@@ -27,42 +29,43 @@ impl Scet {
         Some(Scet { units: (coarse as u64) << FINE_BITS | fine as u64 })
     }
 
-    /// From units of 2^-24 s; what is beyond 2^56 of them wraps.
+    /// Takes units of 2^-24 s. From 2^56 units on it wraps.
     pub const fn from_units(units: u64) -> Scet {
         Scet { units: units & MASK }
     }
 
-    /// Units of 2^-24 s, `0..2^56`.
+    /// Returns the units of 2^-24 s, `0..2^56`.
     pub const fn units(self) -> u64 {
         self.units
     }
 
-    /// Seconds.
+    /// Returns the whole seconds.
     pub const fn coarse(self) -> u32 {
         (self.units >> FINE_BITS) as u32
     }
 
-    /// Units of 2^-24 s, `0..2^24`.
+    /// Returns the units of 2^-24 s, `0..2^24`.
     pub const fn fine(self) -> u32 {
         (self.units & FINE_MASK) as u32
     }
 
-    /// With the highest `bits` of fine time, 0 to 24; the others are zero. What a device with less sends, and how it takes what
-    /// it receives (7.1.2g, h).
+    /// Returns the time with the highest `bits` of fine time, 0 to 24. The others are zero. A device with less
+    /// resolution sends and receives times in this form (7.1.2g, h).
     #[must_use]
     pub const fn truncated(self, bits: u32) -> Scet {
         let unused = FINE_BITS.saturating_sub(bits);
         Scet { units: self.units >> unused << unused }
     }
 
-    /// Whether it is before the other, the shorter way round the counter: it has no first time and no last, so that times have
-    /// no order of their own.
+    /// Returns whether this time is before the other, the nearer way round the counter. The counter has no first
+    /// and no last time, so times have no total order.
     pub const fn is_before(self, other: Scet) -> bool {
         let ahead = other.units.wrapping_sub(self.units) & MASK;
         ahead != 0 && ahead <= MASK / 2
     }
 
-    /// The first time after this at which a second, or one of `parts` equal parts of it, begins: rounded up to a unit.
+    /// Returns the first time after this one at which a second begins, or one of `parts` equal parts of it,
+    /// rounded up to a unit.
     #[must_use]
     pub const fn next_part(self, parts: u16) -> Scet {
         let parts = if parts == 0 { 1 } else { parts as u64 };
@@ -71,20 +74,21 @@ impl Scet {
         Scet::from_units((self.units & !FINE_MASK) + fine)
     }
 
-    /// Later by `span`, rounded to the nearest unit; wraps after 2^32 s.
+    /// Returns the time later by `span`, rounded to the nearest unit. It wraps after 2^32 s.
     #[must_use]
     pub const fn plus(self, span: Duration) -> Scet {
         Scet { units: self.units.wrapping_add(units(span)) & MASK }
     }
 
-    /// Earlier by `span`, rounded to the nearest unit; wraps below zero.
+    /// Returns the time earlier by `span`, rounded to the nearest unit. It wraps below zero.
     #[must_use]
     pub const fn minus(self, span: Duration) -> Scet {
         Scet { units: self.units.wrapping_sub(units(span)) & MASK }
     }
 
-    /// Microseconds from `reference` to this time, rounded to the nearest; negative when this is the earlier one. The
-    /// shorter way round the counter, so at most 2^31 s either way.
+    /// Returns the microseconds from `reference` to this time, rounded to the nearest. They are negative if this
+    /// time is the earlier one. It counts the nearer way round the counter, so at most 2^31 s in either
+    /// direction.
     pub const fn micros_since(self, reference: Scet) -> i64 {
         let forward = self.units.wrapping_sub(reference.units) & MASK;
         if forward <= MASK / 2 {
@@ -94,14 +98,14 @@ impl Scet {
         }
     }
 
-    /// The octets of Figure 7-1: fine time, then coarse time, each little-endian.
+    /// Returns the octets of Figure 7-1: fine time, then coarse time, each little-endian.
     pub const fn encode(self) -> [u8; Self::LEN] {
         let [f0, f1, f2, _] = self.fine().to_le_bytes();
         let [c0, c1, c2, c3] = self.coarse().to_le_bytes();
         [f0, f1, f2, c0, c1, c2, c3]
     }
 
-    /// From the first seven octets of a PDO; `None` when there are fewer.
+    /// Decodes the first seven octets of a PDO. `None` if there are fewer.
     pub const fn decode(octets: &[u8]) -> Option<Scet> {
         let Some(&[f0, f1, f2, c0, c1, c2, c3]) = octets.first_chunk() else { return None };
         Scet::new(u32::from_le_bytes([c0, c1, c2, c3]), u32::from_le_bytes([f0, f1, f2, 0]))

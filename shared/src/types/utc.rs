@@ -1,12 +1,13 @@
 //! Spacecraft UTC, CCSDS Day Segmented time code (ECSS 7.1.3).
 //!
-//! A network uses either this or the [`Scet`](crate::types::Scet) (ECSS 7.1.1d). Nodes count the SCET; what UTC it is follows
-//! from [`UtcRelation`].
+//! A network uses either this or the [`Scet`](crate::types::Scet) (ECSS 7.1.1d). Nodes count the SCET.
+//! [`UtcRelation`] gives the UTC.
 
 use super::{Duration, FineScet, Scet};
 
-/// Days since an epoch of the agency, milliseconds of the day, microseconds of the millisecond (CCSDS 301.0-B-4 3.3, 16 bits
-/// each but the milliseconds' 32).
+/// Days since an epoch of the agency, milliseconds of the day, microseconds of the millisecond (CCSDS 301.0-B-4
+/// 3.3). The milliseconds have 32 bits, the others 16.
+#[doc(alias("UTC", "CDS"))]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Utc {
@@ -17,61 +18,65 @@ pub struct Utc {
 
 /// Milliseconds of a day without leap second.
 const DAY_MS: u32 = 86_400_000;
-/// Of the longest day, one with a leap second.
+/// Milliseconds of the longest day, one with a leap second.
 const LONGEST_DAY: u32 = DAY_MS + 1_000;
 const MS: u64 = 1_000;
 const DAY_MICROS: u64 = DAY_MS as u64 * MS;
 
 impl Utc {
-    /// Length in a frame, bytes.
+    /// Length in a frame, in bytes.
     pub const LEN: usize = 8;
 
-    /// From days, milliseconds and microseconds; `None` for milliseconds that no day has, and for 1000 microseconds or more.
+    /// Makes a time of days, milliseconds and microseconds. `None` for milliseconds that no day has, and for 1000
+    /// microseconds or more.
     pub const fn new(day: u16, ms: u32, micros: u16) -> Option<Utc> {
         if ms < LONGEST_DAY && (micros as u64) < MS { Some(Utc { day, ms, micros }) } else { None }
     }
 
-    /// Days since the epoch.
+    /// Returns the days since the epoch.
     pub const fn day(self) -> u16 {
         self.day
     }
 
-    /// Milliseconds of the day, `0..86_401_000`.
+    /// Returns the milliseconds of the day, `0..86_401_000`.
     pub const fn ms(self) -> u32 {
         self.ms
     }
 
-    /// Microseconds of the millisecond, `0..1000`.
+    /// Returns the microseconds of the millisecond, `0..1000`.
     pub const fn micros(self) -> u16 {
         self.micros
     }
 
-    /// Without the microseconds: what a device without that field sends, and how it takes what it receives (7.1.3f, g).
+    /// Returns the time without the microseconds. A device without that field sends and receives times in this
+    /// form (7.1.3f, g).
     #[must_use]
     pub const fn whole_ms(self) -> Utc {
         Utc { micros: 0, ..self }
     }
 
-    /// Later by `span`; days have 86,400 s, so a leap second within is not counted. Wraps after 2^16 days.
+    /// Returns the time later by `span`. Days have 86,400 s, so a leap second within is not counted. It wraps
+    /// after 2^16 days.
     #[must_use]
     pub const fn plus(self, span: Duration) -> Utc {
         Self::from_day_micros(self.day as u64, self.of_day() + span.as_micros() % (DAY_MICROS << 16))
     }
 
-    /// Earlier by `span`; wraps below the epoch.
+    /// Returns the time earlier by `span`. It wraps below the epoch.
     #[must_use]
     pub const fn minus(self, span: Duration) -> Utc {
         const AROUND: u64 = DAY_MICROS << 16;
         Self::from_day_micros(self.day as u64, self.of_day() + AROUND - span.as_micros() % AROUND)
     }
 
-    /// Microseconds from `reference` to this time, negative when this is the earlier one. The shorter way round the days.
+    /// Returns the microseconds from `reference` to this time, negative if this time is the earlier one. It
+    /// counts the nearer way round the days.
     pub const fn micros_since(self, reference: Utc) -> i64 {
         let days = self.day.wrapping_sub(reference.day) as i16 as i64;
         days * DAY_MICROS as i64 + self.of_day() as i64 - reference.of_day() as i64
     }
 
-    /// The octets of Figure 7-2: microseconds, milliseconds, days, each little-endian.
+    /// Returns the octets of Figure 7-2: microseconds, milliseconds, days, each little-endian.
     pub const fn encode(self) -> [u8; Self::LEN] {
         let [s0, s1] = self.micros.to_le_bytes();
         let [m0, m1, m2, m3] = self.ms.to_le_bytes();
@@ -79,7 +84,7 @@ impl Utc {
         [s0, s1, m0, m1, m2, m3, d0, d1]
     }
 
-    /// From the octets of a PDO; `None` when there are fewer, and for what [`Utc::new`] refuses.
+    /// Decodes the octets of a PDO. `None` if there are fewer, and for values that [`Utc::new`] refuses.
     pub const fn decode(octets: &[u8]) -> Option<Utc> {
         let Some(&[s0, s1, m0, m1, m2, m3, d0, d1]) = octets.first_chunk() else { return None };
         let (day, ms) = (u16::from_le_bytes([d0, d1]), u32::from_le_bytes([m0, m1, m2, m3]));
@@ -100,19 +105,18 @@ impl Utc {
     }
 }
 
-/// At one instant it was `scet` and `utc`: what both clocks are to each other, until a leap second or a command makes it
-/// another.
+/// Relation of UTC and SCET: both times at one instant. It holds until a leap second or a command.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct UtcRelation {
-    /// By the one.
+    /// SCET at that instant.
     pub scet: Scet,
-    /// By the other.
+    /// UTC at that instant.
     pub utc: Utc,
 }
 
 impl UtcRelation {
-    /// The UTC of a SCET, to the nearest microsecond.
+    /// Returns the UTC of a SCET, to the nearest microsecond.
     pub const fn utc(&self, scet: FineScet) -> Utc {
         let ahead = scet.units().wrapping_sub(self.scet.units() << 8) as i64;
         // Seconds, then the fraction: their product with a million would not fit in 64 bits.
@@ -123,7 +127,7 @@ impl UtcRelation {
         at_second.plus(Duration::from_micros(micros))
     }
 
-    /// The SCET of a UTC, at most 2^31 s from that of the relation, rounded to the nearest unit.
+    /// Returns the SCET of a UTC, at most 2^31 s from that of the relation, rounded to the nearest unit.
     pub const fn scet(&self, utc: Utc) -> Scet {
         let micros = utc.micros_since(self.utc);
         let span = Duration::from_micros(micros.unsigned_abs());

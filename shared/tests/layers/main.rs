@@ -9,7 +9,7 @@ use arrows::{Source, offences};
 use indices::repeated;
 
 /// From the ground floor up.
-const LAYERS: [&str; 17] = [
+const LAYERS: [&str; 18] = [
     "types",
     "link",
     "od",
@@ -27,6 +27,7 @@ const LAYERS: [&str; 17] = [
     "node",
     "runner",
     "prelude",
+    "mock",
 ];
 
 fn sources() -> Vec<Source> {

@@ -11,6 +11,7 @@ mod examples;
 mod flash;
 mod licences;
 mod mutants;
+mod public_docs;
 mod selftest;
 mod twin;
 mod typed;

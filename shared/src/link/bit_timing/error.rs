@@ -1,57 +1,56 @@
-//! Which constraint leaves no bit timing, and by how much.
+//! Reason why a network has no bit timing, with the figures of the option that comes closest.
 
 use core::fmt;
 
 use super::{BitRate, Hertz, Nanoseconds, PartsPerMillion, Permille, Range};
 
-/// Why a network has no bit timing: the first constraint, in this order, that no option meets. Its figures are those of
-/// the option that comes closest.
+/// First constraint, in this order, that no option meets. Its figures are those of the option that comes closest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BitTimingError {
     /// No prescaler divides the clock into 8 to 25 time quanta per bit: take another clock.
     Prescaler {
-        /// That of the controller.
+        /// Clock of the controller.
         clock: Hertz,
-        /// As asked for.
+        /// Bit rate that was requested.
         bit_rate: BitRate,
-        /// Prescalers of the controller.
+        /// Prescalers that the controller can be set to.
         allowed: Range,
     },
     /// The sample point lies too early or too late: take another clock.
     SamplePoint {
-        /// The nearest that can be had.
+        /// Nearest place that is possible.
         place: Permille,
-        /// Earliest place for the bit rate.
+        /// Earliest place that the bit rate allows.
         first: Permille,
-        /// Latest place for the bit rate.
+        /// Latest place that the bit rate allows.
         last: Permille,
     },
-    /// The segment before the sample point cannot be as long, or as short, as is needed: take another clock.
+    /// The segment before the sample point cannot have the length that is needed: take another clock.
     Segment1 {
-        /// Time quanta needed.
+        /// Time quanta that are needed.
         needed: u8,
         /// Time quanta that the controller can be set to.
         allowed: Range,
     },
-    /// The propagation segment is too short: take a shorter bus, faster transceivers, a lower bit rate.
+    /// The propagation segment is too short: take a shorter bus, faster transceivers, or a lower bit rate.
     Propagation {
-        /// There and back.
+        /// Delay there and back that the network needs.
         needed: Nanoseconds,
-        /// The most of any option.
+        /// Longest delay that any option allows.
         available: Nanoseconds,
     },
-    /// With enough propagation the phase segments are too short: take better oscillators or a shorter bus.
+    /// Enough propagation leaves phase segments that are too short: take better oscillators or a shorter bus.
     Tolerance {
-        /// As asked for.
+        /// Tolerance that was requested.
         needed: PartsPerMillion,
-        /// The most of any option with enough propagation.
+        /// Greatest tolerance of any option with enough propagation.
         available: PartsPerMillion,
     },
 }
 
 impl BitTimingError {
-    /// Whether the option behind it came closer to a bit timing.
+    /// Returns whether its option came closer to a bit timing.
     pub(super) const fn is_closer_than(&self, other: &BitTimingError) -> bool {
         use BitTimingError::{Propagation, SamplePoint, Segment1, Tolerance};
         match (self, other) {
@@ -78,7 +77,7 @@ impl BitTimingError {
         }
     }
 
-    /// The error in words, also for a build that fails with it.
+    /// Returns the error in words, also for a build that it stops.
     pub const fn message(&self) -> ErrorText {
         let text = ErrorText::new("no bit timing: ");
         match *self {
@@ -127,7 +126,7 @@ impl core::error::Error for BitTimingError {}
 /// Longest message.
 const LENGTH: usize = 128;
 
-/// A line of text that is put together while compiling, where `core::fmt` is out of reach.
+/// Line of text that a constant builds, where `core::fmt` cannot be used.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorText {
     bytes: [u8; LENGTH],
@@ -164,7 +163,7 @@ impl ErrorText {
         }
     }
 
-    /// As a string; all of it is ASCII.
+    /// Returns the text, which is ASCII.
     pub const fn as_str(&self) -> &str {
         match core::str::from_utf8(self.bytes.split_at(self.len).0) {
             Ok(text) => text,

@@ -1,4 +1,4 @@
-//! The dictionary of a slave at work: SDO, SYNC and PDOs.
+//! Dictionary of a slave at run time: SDO, SYNC and PDOs.
 
 use super::{Canopen, FILTERS_OF_PEERS, Out, SYNC_FILTER};
 use crate::link::Stamp;
@@ -8,7 +8,7 @@ use crate::node::{Device, Extension, SlaveEvent};
 use crate::types::{Address, Bus, Frame, Instant};
 
 impl<D: Device, E: Extension> Canopen<D, E> {
-    /// An SDO request. Returns the object that it has written.
+    /// Handles an SDO request. Returns the object that it wrote.
     #[inline(always)] // called from one place
     pub fn on_request(&mut self, bus: Bus, frame: &Frame, now: Instant, out: &mut Out) -> Option<Address> {
         self.services.refresh_for(frame, now);
@@ -19,14 +19,14 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.services.take_written()
     }
 
-    /// The SDO server runs; what it sends goes to `bus`.
+    /// Runs the SDO server and sends its responses on `bus`.
     #[inline(never)] // of three callers
     pub fn serve(&mut self, step: SdoStep, bus: Bus, now: Instant, out: &mut Out) -> bool {
         let expires = now + self.services.lifetimes.sdo;
         self.services.serve(step, now, &mut move |frame| out.send_until(bus, frame, expires))
     }
 
-    /// A SYNC.
+    /// Handles a received SYNC.
     #[inline]
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, now: Instant, out: &mut Out) {
         if let Ok(counter) = self.services.on_sync(bus, frame, stamp) {
@@ -39,7 +39,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         }
     }
 
-    /// An object of CANopen was written: services and filters follow.
+    /// Notes that an object of CANopen was written: services and filters follow.
     pub fn on_own_written(&mut self, at: Address, now: Instant, out: &mut Out) {
         self.services.on_own_written(at, now, out);
         match at.index {
@@ -52,7 +52,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.set_marks();
     }
 
-    /// What the services have to send.
+    /// Sends what the services have to send.
     pub fn run_device(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
         let send = &mut |frame, expires, _| out.send_until(bus, frame, expires);
         self.services.poll(until, now, self.nmt.state(), send);

@@ -1,4 +1,4 @@
-//! What the controllers of a slave report beside received frames.
+//! Events of a slave's controllers other than received frames.
 
 use super::{Canopen, Out};
 use crate::emcy::ErrorCode;
@@ -8,7 +8,7 @@ use crate::node::{Device, Extension, LinkEvent, SlaveEvent};
 use crate::types::{Bus, CobId, Frame, Instant};
 
 impl<D: Device, E: Extension> Canopen<D, E> {
-    /// Counts, follows the error state, and passes the ends of transmissions to the SDO server.
+    /// Counts the event, follows the error state, and passes the ends of transmissions to the SDO server.
     pub fn on_bus_event(&mut self, bus: Bus, event: &LinkEvent, now: Instant, out: &mut Out) {
         match self.services.buses.on_link(bus, event, now) {
             Some(BusNews::Health(health)) => self.on_health(bus, health, now, out),

@@ -1,4 +1,4 @@
-//! Which frames a slave takes: the filters of its controllers, and its marks.
+//! Acceptance filters of a slave, and the marks of the frames that it takes.
 
 use super::{Canopen, Out};
 use crate::link::port::Filter;
@@ -6,37 +6,38 @@ use crate::node::{BusCommand, Device, Extension, Filters, MAX_FILTERS};
 use crate::pdo::PdoSlots;
 use crate::types::{Bus, CobId, Duration, Instant, NodeId};
 
-/// Until there may be room for more filters.
+/// Retry interval for changed filters.
 const FILTER_PAUSE: Duration = Duration::from_millis(1);
 
-/// Behind NMT. SDO and heartbeat of the master follow it.
+/// Number of the filter of SYNC, behind that of NMT. The filters of SDO and of the master's heartbeat follow it.
 pub const SYNC_FILTER: usize = 1;
-/// The first of those that 1016h monitors.
+/// Number of the first filter of a node that 1016h monitors.
 pub const FILTERS_OF_PEERS: usize = 4;
 
 impl<D: Device, E: Extension> Canopen<D, E> {
-    /// What it receives: exact COB-IDs only. A filter for each entry of 1016h and for each RPDO, valid or not, then one for
-    /// heartbeats of another node with this Node-ID, as long as there are filters.
+    /// Returns the filters: exact COB-IDs only. There is one for each entry of 1016h and for each RPDO, valid or
+    /// not. The last one is for heartbeats of another node with this Node-ID. Filters above [`MAX_FILTERS`] are
+    /// left out.
     pub fn filters(&self) -> Filters {
         (0..self.wanted_filters().min(MAX_FILTERS)).map(|number| self.filter(number)).collect()
     }
 
-    /// How many filters it would have if there were as many.
+    /// Returns the number of filters that the node would have without a limit.
     pub fn wanted_filters(&self) -> usize {
         self.filters_of_rpdos() + D::Pdos::RECEIVE + 1
     }
 
-    /// The first filter of the RPDOs.
+    /// Returns the number of the first filter of an RPDO.
     pub fn filters_of_rpdos(&self) -> usize {
         FILTERS_OF_PEERS + self.services.consumers()
     }
 
-    /// What a filter admits, by the dictionary; NMT again where there is nothing.
+    /// Returns the filter with this number by the dictionary, that of NMT again if it is not used.
     fn filter(&self, number: usize) -> Filter {
         Filter::exact(self.admitted(number))
     }
 
-    /// The same, if there is a filter with this number.
+    /// Returns the filter with this number as the dictionary has it, `None` if there is no such filter.
     pub fn wanted_filter(&self, number: usize) -> Option<Filter> {
         (number < self.wanted_filters().min(MAX_FILTERS)).then(|| self.filter(number))
     }
@@ -70,7 +71,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         }
     }
 
-    /// Sends the filters that have changed to `buses`, as many as there is room for beside the frames: those of RPDOs first.
+    /// Sends changed filters to `buses` while there is room beside the frames. Filters of RPDOs go first.
     #[inline]
     pub fn set_filters(&mut self, buses: &[Bus], out: &mut Out) {
         while self.changed_filters != 0 && out.has_room() {
@@ -81,19 +82,19 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         }
     }
 
-    /// Notes when something is due next. Filters that found no room have to wait a little.
+    /// Notes when something is due next. Changed filters that found no room wait for a short pause.
     pub fn rest(&mut self, due: Option<Instant>, now: Instant) {
         let due = due.unwrap_or(Instant::NEVER);
         self.services.next = if self.changed_filters == 0 { due } else { due.min(now + FILTER_PAUSE) };
     }
 
-    /// Whether a frame may be for this node.
+    /// Returns whether a frame with this COB-ID may be for this node.
     #[inline]
     pub fn may_take(&self, id: CobId) -> bool {
         self.marks.may_have(id)
     }
 
-    /// Notes which frames are taken.
+    /// Computes the marks of the frames that the node takes.
     pub fn set_marks(&mut self) {
         self.marks = (0..self.wanted_filters()).map(|number| self.admitted(number)).collect();
     }

@@ -1,4 +1,4 @@
-//! A sieve for received frames: a set of COB-IDs in two words.
+//! Fast test of received frames: a set of COB-IDs in two words.
 
 use crate::types::CobId;
 
@@ -9,7 +9,7 @@ pub(super) struct Marks([u32; 2]);
 impl Marks {
     pub const ALL: Marks = Marks([u32::MAX; 2]);
 
-    /// Whether the set has this COB-ID, or another one with its bit.
+    /// Returns whether the set has this COB-ID, or another one that shares its bit.
     #[inline]
     pub fn may_have(&self, id: CobId) -> bool {
         let (word, bit) = mark(id);

@@ -1,6 +1,6 @@
-//! What a slave is by CiA 301 alone: NMT slave, heartbeat, its services, and which frames they take.
+//! CANopen part of a slave (CiA 301): NMT slave, heartbeat, services, and the frames that they take.
 //!
-//! It knows one bus at a time, that of each call. Redundancy, where a node has it, is built around it.
+//! Each call names the bus to use. A node with redundancy has its choice of the bus around this part.
 
 mod device;
 mod events;
@@ -22,7 +22,7 @@ use marks::Marks;
 
 pub type Out = Outbox<SlaveEvent>;
 
-/// NMT slave, SYNC consumer, CANopen device. `E` is what the node has beyond CANopen.
+/// NMT slave, SYNC consumer and CANopen device. `E`: parts of the node beyond CANopen.
 #[derive(Debug)]
 pub struct Canopen<D: Device, E: Extension = Spacecraft> {
     pub id: NodeId,
@@ -54,14 +54,15 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         }
     }
 
-    /// Maintenance mode: SDO on one bus. Before power-on.
+    /// Enters maintenance mode: SDO on one bus. Call it before power-on.
     pub fn maintain(&mut self) {
         self.is_maintained = true;
         self.startup = NmtStartup::of_slave(false);
         self.services.buses.keep_to_one();
     }
 
-    /// Boot-up on `bus`, then Pre-operational (ECSS 8.3.2). The communication profile is as at power-on before.
+    /// Sends the boot-up message on `bus`, and enters Pre-operational (ECSS 8.3.2). The caller restores the
+    /// communication profile of power-on before.
     pub fn boot(&mut self, bus: Bus, now: Instant, out: &mut Out) {
         // A master that hears of a node starts it, and misses it later.
         if !self.is_maintained {
@@ -74,14 +75,14 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.set_marks();
     }
 
-    /// Another NMT state.
+    /// Notes that the node entered another NMT state.
     pub fn entered(&mut self, state: NmtState, now: Instant, out: &mut Out) {
         self.services.entered(state, now);
         self.services.next = now;
         out.event(SlaveEvent::State(state));
     }
 
-    /// Obeys a command for this node. A reset is left to the caller.
+    /// Obeys a command for this node, except a reset: the caller handles the returned reaction.
     pub fn on_command(&mut self, command: Command, now: Instant, out: &mut Out) -> Reaction {
         let reaction = self.nmt.on_command(command);
         if let Reaction::Entered(state) = reaction {
@@ -92,7 +93,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         reaction
     }
 
-    /// Silent until the chip is reset.
+    /// Becomes silent until the chip is reset.
     pub fn wait_for_reset(&mut self, out: &mut Out) {
         self.heartbeat.stop();
         self.marks = Marks::ALL;
@@ -100,7 +101,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         out.event(SlaveEvent::ResetNode);
     }
 
-    /// A heartbeat of another node that 1016h may name.
+    /// Handles a heartbeat of another node that 1016h may name.
     #[inline(always)] // called from one place
     pub fn on_peer_heartbeat(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp, out: &mut Out) {
         let Some((state, node)) = heartbeat::decode(frame).zip(frame.id().node()) else {
@@ -128,7 +129,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         }
     }
 
-    /// Does what was due at `until`, which may be before `now`; it goes out on `bus`.
+    /// Does what was due at `until`, which may be before `now`. Frames go out on `bus`.
     pub fn poll(&mut self, bus: Bus, until: Instant, now: Instant, out: &mut Out) {
         while let Some(missed) = self.services.monitor.poll(until) {
             self.on_peer_missed(missed.node, now, out);
@@ -153,8 +154,8 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.heartbeat.set_node(self.id);
     }
 
-    /// Looks for flipped bits in COB-IDs, a few after each heartbeat (ECSS 6.10d): with it they would make a long step longer (row
-    /// `rx.inside_look`).
+    /// Looks for flipped bits in COB-IDs, a few after each heartbeat (ECSS 6.10d): with it they would make a long
+    /// step longer (row `rx.inside_look`).
     fn check_cob_ids(&mut self, now: Instant) {
         if self.services.compare_cob_ids(now) {
             // A bus may have taken its filter from the object that was wrong.
@@ -167,7 +168,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         (0..self.wanted_filters()).for_each(|number| self.admit(number));
     }
 
-    /// When to poll next, at the latest; filters apart.
+    /// Returns when to poll next at the latest, without regard to filters.
     #[inline(never)] // smaller than in its callers
     pub fn due(&self) -> Option<Instant> {
         let own = [
@@ -179,13 +180,13 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         earliest(&own)
     }
 
-    /// When to poll next, `None`: it waits for its reset, or nothing will be due.
+    /// Returns when to poll next. `None`: the node waits for its reset, or nothing will be due.
     pub fn deadline(&self) -> Option<Instant> {
         let silent = self.nmt.state() == NmtState::Initialising || self.services.next == Instant::NEVER;
         if silent { None } else { Some(self.services.next) }
     }
 
-    /// The communication profile as at power-on; stored parameters apply.
+    /// Restores the communication profile of power-on, with the stored parameters.
     pub fn restore_communication(&mut self, initial: &Parameters, now: Instant) {
         let objects = &mut self.services.dictionary.objects;
         objects.restore_communication(self.id, initial);
@@ -201,14 +202,14 @@ impl<D: Device, E: Extension> Canopen<D, E> {
         self.admit_all();
     }
 
-    /// Object 1017h.
+    /// Takes the new period of the heartbeat (1017h).
     pub fn follow_heartbeat(&mut self, now: Instant) {
         let time = self.services.dictionary.objects.communication.heartbeat.time;
         self.heartbeat.set_period(Duration::from_millis(u64::from(time)), now);
     }
 
-    /// Sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and counted on `bus`, unless Operational
-    /// and the PDO is valid.
+    /// Sends a transmit PDO (0 is the first) by its transmission type. Refuses it, and counts that on `bus`,
+    /// unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, bus: Bus, number: usize, now: Instant) {
         if self.nmt.state().allows_pdo() && self.services.dictionary.tpdos.is_valid(number) {
             self.services.dictionary.tpdos.trigger(number, now);
@@ -219,7 +220,7 @@ impl<D: Device, E: Extension> Canopen<D, E> {
     }
 }
 
-/// Whether this COB-ID has the function code of heartbeats.
+/// Returns whether this COB-ID has the function code of heartbeats.
 pub fn is_heartbeat(id: CobId) -> bool {
     id.function() == CobId::heartbeat(NodeId::MASTER).function()
 }

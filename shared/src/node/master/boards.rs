@@ -1,4 +1,4 @@
-//! One master board, or two of which one is the standby of the other.
+//! Master boards of a mission: one, or two of which one is the standby of the other.
 
 use core::fmt::Debug;
 
@@ -8,20 +8,21 @@ use crate::profile::Profile;
 use crate::redundancy::{Standby, Strap};
 use crate::store::ParameterStore;
 
-/// Master boards of a mission. What a mission does not have costs it nothing: its image holds no code for it.
+/// Master boards of a mission. The image of a mission with one board has no code for a standby.
 pub trait MasterBoards: Debug + 'static {
-    /// Which of two boards is active; `None` where there is one.
+    /// Returns the role of this board. `None`: the mission has one master board.
     fn standby(&self) -> Option<&Standby>;
 
-    /// As [`MasterBoards::standby`], to change it.
+    /// Returns the role of this board, to be changed. `None`: the mission has one master board.
     fn standby_mut(&mut self) -> Option<&mut Standby>;
 }
 
-/// One master board: active at power-on.
+/// One master board, which is active at power-on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct OneBoard;
 
 /// Two master boards (ECSS 8.1a, Figure 4-2), if the profile has numbers for them.
+#[doc(alias("standby master", "redundant master"))]
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TwoBoards(Option<Standby>);
 
@@ -50,8 +51,9 @@ impl MasterBoards for TwoBoards {
 }
 
 impl<D: Device> Master<D, TwoBoards> {
-    /// One of two masters before power-on, `strap` says which one (ECSS 8.1a, Figure 4-2). It listens before it becomes active,
-    /// or the standby. In a profile without numbers for two boards ([`Profile::standby`]) it is as [`Master::new`] makes it.
+    /// Makes one of two masters before power-on. `strap` is the number of the board (ECSS 8.1a, Figure 4-2). The
+    /// board listens first, and then becomes active or the standby. With a profile that has no numbers for two
+    /// boards ([`Profile::standby`]) it is the same as [`Master::new`].
     #[inline(always)] // a copy of a master is 20 kB of stack
     pub fn of_two(
         profile: &Profile,

@@ -1,4 +1,4 @@
-//! The boot-up process in the master: its transfers, what it starts, what it tells.
+//! Boot-up process in the master: SDO transfers, starts of slaves, and reports.
 
 use super::boards::MasterBoards;
 use super::transfers::Owner;
@@ -33,7 +33,7 @@ pub(super) fn at_power_on(profile: &Profile) -> Boot {
 }
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// Whoever had a transfer is told that it failed; the boot-up process waits to hear its slaves on the new bus.
+    /// The transfer that was running fails. The boot-up process waits to hear its slaves on the new bus.
     pub(super) fn on_bus_changed(&mut self, now: Instant, out: &mut Out) {
         self.boot.on_bus_changed();
         self.abort_transfers(now, out);
@@ -59,7 +59,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.transfers.wake(now);
     }
 
-    /// What the transfer of the boot-up process brought.
+    /// Collects the result of a transfer of the boot-up process.
     fn collect(&mut self) {
         if self.transfers.owner != Owner::Boot {
             return;

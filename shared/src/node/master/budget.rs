@@ -10,7 +10,7 @@ use crate::profile::Profile;
 use crate::redundancy::{Babblers, BabblingStep};
 use crate::types::{Bus, CobId, Instant, NodeId, earliest};
 
-/// What the master sends, and what it hears of its slaves.
+/// Budgets of the frames that the master sends, and of those that it hears from its slaves.
 #[derive(Debug)]
 pub(super) struct Budgets {
     own: Budget,
@@ -32,8 +32,8 @@ impl Budgets {
 }
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// A frame is to go out. Silence is Pre-operational: no PDO, and no frame of the application. What the network lives on has
-    /// bounds of its own and goes on: slaves that miss their master would search it.
+    /// A frame is to go out. Silence is Pre-operational: no PDO, and no frame of the application. What the network
+    /// lives on has bounds of its own and goes on: slaves that miss their master would search it.
     pub(super) fn takes_token(&mut self, id: CobId, now: Instant, out: &mut Out) -> bool {
         let Some(over) = self.budgets.own.take(id, now) else { return true };
         if self.services.over_budget(id, over, now) {
@@ -45,8 +45,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         false
     }
 
-    /// A frame of a node. One that does not count as a slave decides nothing. SDO does not count: another client may have a
-    /// transfer with it.
+    /// A frame of a node. One that does not count as a slave decides nothing. SDO does not count: another client
+    /// may have a transfer with it.
     pub(super) fn watch(
         &mut self,
         bus: Bus,

@@ -14,16 +14,16 @@ const NODES: usize = 127;
 /// 1005h: it produces SYNC.
 const PRODUCES: u32 = 1 << 30;
 
-/// What a master has beside the objects of every node: those of its device, and those for the management of its network.
+/// Objects of a master beside those of every node: the objects of its device and of its network management.
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct MasterObjects<D: Device> {
-    /// Of the device
+    /// Objects of the device
     #[objects]
     pub device: D,
-    /// Emergencies of others
+    /// Objects of the EMCY consumer
     #[objects]
     pub emergencies: EmcyConsumers,
-    /// Of the network
+    /// Objects of the network management
     #[objects]
     pub network: NetworkObjects,
 }
@@ -58,13 +58,14 @@ impl<D: Device> Device for MasterObjects<D> {
     }
 }
 
-/// Management of the network: the boot-up process and its SDO client (CiA 302-2). Entries of arrays have the Node-ID of the
-/// slave as sub-index.
+/// Objects for the management of the network: the boot-up process and its SDO client (CiA 302-2). The sub-index
+/// of an entry is the Node-ID of the slave.
+#[doc(alias("1280h", "1F80h", "1F81h", "1F82h", "request NMT"))]
 #[derive(Clone, Debug, PartialEq, Objects)]
 pub struct NetworkObjects {
     /// SDO client parameter
     ///
-    /// Of the transfer that runs, or of the last one. Not valid (bit 31) before the first.
+    /// SDO channel of the running transfer, or of the last one. Not valid (bit 31) before the first.
     #[object(0x1280, record)]
     pub sdo_client: SdoClientParameters,
     /// Expected configuration date
@@ -84,8 +85,8 @@ pub struct NetworkObjects {
     pub assignment: [u32; NODES],
     /// Request NMT
     ///
-    /// Read: 0 unknown, 1 missing, 4 stopped, 5 operational, 127 pre-operational. Written: 4 stop, 5 start, 6 reset node,
-    /// 7 reset communication, 127 enter pre-operational. Sub-index 128: all slaves.
+    /// Read: 0 unknown, 1 missing, 4 stopped, 5 operational, 127 pre-operational. Written: 4 stop, 5 start, 6 reset
+    /// node, 7 reset communication, 127 enter pre-operational. Sub-index 128: all slaves.
     #[object(0x1F82, array, rw)]
     pub request_nmt: [u8; NODES + 1],
     /// Device type identification
@@ -130,13 +131,13 @@ pub struct NetworkObjects {
     pub boot_error: [u8; NODES],
     /// Boot abort code
     ///
-    /// Of the SDO transfer that failed; zero for none.
+    /// Abort code of the SDO transfer that failed; zero for none.
     #[object(0x2042, array, ro)]
     pub boot_abort: [u32; NODES],
     /// SYNC dither
     ///
-    /// Microseconds: each SYNC is late by a random time up to this. Where SYNCs are exactly a second apart, 15 makes the clocks
-    /// of the slaves better.
+    /// Microseconds: each SYNC is late by a random time up to this. Where SYNCs are exactly a second apart, 15
+    /// makes the clocks of the slaves better.
     #[object(0x2043, rw, high = 1_000)]
     pub sync_dither: u16,
     /// Heartbeat of a slave
@@ -149,7 +150,7 @@ pub struct NetworkObjects {
     pub role: MasterRole,
 }
 
-/// Which of two master boards this one is, and what it does.
+/// Role of this board among two master boards (2045h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct MasterRole {
     /// Role
@@ -169,7 +170,7 @@ pub struct MasterRole {
     pub taken: u8,
 }
 
-/// When the heartbeat of a slave was received.
+/// Instant at which the heartbeat of a slave was received (2044h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 pub struct Ranging {
     /// Node-ID
@@ -184,7 +185,7 @@ pub struct Ranging {
     pub heard: u64,
 }
 
-/// SDO parameters of a client (0022h).
+/// SDO parameters of a client (record 0022h).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Record)]
 #[record(0x22)]
 pub struct SdoClientParameters {
@@ -207,7 +208,7 @@ pub(super) fn entry<T>(array: &mut [T], node: NodeId) -> Option<&mut T> {
 const REQUEST_NMT: u16 = NetworkObjects::REQUEST_NMT.index();
 
 impl NetworkObjects {
-    /// Whether a client may write `value` there. Other objects are not refused.
+    /// Checks a `value` that a client writes. Accepts every value for objects of other services.
     ///
     /// # Errors
     /// [`AbortCode::ValueRange`] for a request that is none.
@@ -216,7 +217,7 @@ impl NetworkObjects {
         if is_none { Err(AbortCode::ValueRange) } else { Ok(()) }
     }
 
-    /// What a slave should be: 1F26h, 1F27h, 1F84h to 1F88h.
+    /// Returns the identity that the master expects of a slave: 1F26h, 1F27h, 1F84h to 1F88h.
     pub(super) fn expected(&self, node: NodeId) -> Expected {
         let nth = usize::from(node.get()).wrapping_sub(1);
         let of = |array: &[u32; NODES]| array.get(nth).copied().unwrap_or(0);

@@ -11,14 +11,14 @@ use crate::types::{Address, Bus, CobId, Instant, NodeId};
 pub(super) const FUNCTIONS: u16 = 16;
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// What it receives, by function codes: heartbeats, SDO responses, EMCY and foreign SYNCs, PDOs; and requests to its own
-    /// SDO server.
+    /// Returns the filters by function codes: heartbeats, SDO responses, EMCY, foreign SYNCs, PDOs, and requests
+    /// to the SDO server of the master.
     pub fn filters(&self) -> Filters {
         (0..=FUNCTIONS).map(|number| self.filter(number)).collect()
     }
 
-    /// What a filter admits: all of one function code, once more heartbeats where nothing of it is wanted, or the requests to
-    /// this server.
+    /// Returns a filter: all COB-IDs of one function code, heartbeats again if none of these is needed, or the
+    /// requests to this server.
     pub(super) fn filter(&self, number: u16) -> Filter {
         let is_of = |id: CobId| id.raw() >> 7 == number;
         let node = NodeId::MASTER;
@@ -48,7 +48,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// What another master sends that this one takes: claims, and the spacecraft time.
+    /// Returns the COB-IDs of another master that this one takes: claims, and the spacecraft time.
     fn of_other_master(&self) -> impl Iterator<Item = CobId> {
         let pair = self.boards.standby().map(|standby| *standby.pair());
         let ids = pair.map(|pair| pair.both_claims());
@@ -56,8 +56,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         ids.into_iter().flatten().chain(time)
     }
 
-    /// Sends both buses the filters that have changed, as many as fit into the outbox beside frames. Returns whether that is
-    /// all.
+    /// Sends both buses the filters that have changed, as many as fit into the outbox beside frames. Returns
+    /// whether that is all.
     pub(super) fn set_filters(&mut self, out: &mut Out) -> bool {
         for number in 0..FUNCTIONS {
             let filter = self.filter(number);

@@ -1,7 +1,7 @@
-//! Asking new nodes who they are: one that answers counts as a slave.
+//! Asks each new node for its device type. A node that answers counts as a slave.
 //!
-//! Each new Node-ID is asked for its device type (1000h) once, and again after its next boot-up message. The boot-up
-//! process goes first, and after a question without an answer the client is left to others for as long.
+//! The master reads 1000h of each new Node-ID once, and again after its next boot-up message. The boot-up process goes
+//! first. After a question without an answer the SDO client is free for others for the same time.
 
 use super::boards::MasterBoards;
 use super::transfers::Owner;
@@ -14,14 +14,14 @@ const DEVICE_TYPE: Address = Communication::DEVICE_TYPE.address();
 /// Bytes of a device type.
 const BYTES: usize = 4;
 
-/// When the next question may be asked.
+/// Instants that limit the questions to new nodes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Identification {
     not_before: Instant,
 }
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// When a question can be asked that waits; `None` while the client is not free for it.
+    /// Returns when a waiting question can be asked. `None` while the client is not free for it.
     pub(super) fn identification_deadline(&self) -> Option<Instant> {
         let is_free = self.transfers.owner == Owner::Nobody && self.manager.is_announced();
         let is_wanted = self.manager.peers().is_any_unasked();
@@ -45,7 +45,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         true
     }
 
-    /// What became of the question.
+    /// Collects the answer to a question.
     pub(super) fn collect_answer(&mut self, until: Instant, out: &mut Out) {
         if self.transfers.owner != Owner::Identification {
             return;

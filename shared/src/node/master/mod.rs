@@ -45,8 +45,11 @@ type Out = Outbox<MasterEvent>;
 /// Frames that may wait until the active bus is announced.
 const HELD: usize = 16;
 
-/// NMT master, redundancy master, SYNC and time producer, SDO client, CANopen device; commands and telemetry.
-/// `B`: [`TwoBoards`] where it may be the standby of another board.
+/// Master of a spacecraft: NMT master, redundancy master, producer of SYNC and time, SDO client, CANopen device;
+/// commands and telemetry.
+///
+/// `B` is [`TwoBoards`] if another board may take over from this one.
+#[doc(alias("NMT master", "redundancy master", "SYNC producer", "time producer"))]
 #[derive(Debug)]
 pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     boards: B,
@@ -68,7 +71,8 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
     held: Deque<Outgoing, HELD>,
     /// A spacecraft time was due while the active bus was not announced.
     is_time_pending: bool,
-    /// Neither its boot-up message nor a later heartbeat was acknowledged: emergencies, which would win arbitration, wait.
+    /// Neither its boot-up message nor a later heartbeat was acknowledged: emergencies, which would win
+    /// arbitration, wait.
     is_booting: bool,
     /// COB-IDs of RPDOs changed: the filters have to be set.
     are_filters_due: bool,
@@ -78,7 +82,8 @@ pub struct Master<D: Device, B: MasterBoards = OneBoard> {
 }
 
 impl<D: Device> Master<D> {
-    /// A master before power-on. With a parameter store objects 1010h and 1011h work, and power-on begins with what is stored.
+    /// Makes a master before power-on. With a parameter store objects 1010h and 1011h work, and the stored
+    /// parameters apply from power-on.
     #[inline(always)] // a copy of a master is 20 kB of stack
     pub fn new(
         profile: &Profile,
@@ -263,12 +268,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.boot.is_released() && self.nmt.state().allows_sync()
     }
 
-    /// The spacecraft time when the last SYNC was sent.
+    /// Returns the spacecraft time at which the last SYNC was sent.
     pub fn scet_at_sync(&mut self) -> Option<Scet> {
         self.services.scet_at_sync()
     }
 
-    /// The node as it is at `now`.
+    /// Returns the state of the node at `now`.
     pub fn status(&self, now: Instant) -> Status {
         Status {
             uptime: now.since(Instant::ZERO),

@@ -1,4 +1,4 @@
-//! The NMT state of the master itself (CiA 301 7.3.2).
+//! NMT state of the master itself (CiA 301 7.3.2).
 
 use super::boards::MasterBoards;
 use super::{Master, MasterEvent, Out, objects};

@@ -21,7 +21,7 @@ use crate::redundancy::{Manager, Parameters};
 use crate::sdo::SdoServerObjects;
 use crate::types::{AbortCode, Address, Bus, Duration, Frame, Instant, NmtState, NodeId, earliest};
 
-/// Until there may be room for more filters.
+/// Retry interval for changed filters.
 const FILTER_PAUSE: Duration = Duration::from_millis(1);
 /// Transmission type of a PDO that goes with each SYNC.
 const EVERY_SYNC: u8 = 1;
@@ -55,13 +55,13 @@ impl Initial {
         }
     }
 
-    /// The manager of the buses with these parameters.
+    /// Makes the manager of the buses with these parameters.
     #[inline(always)] // made in its place
     pub fn manager(&self, redundancy: Parameters) -> Manager {
         Manager::new(redundancy, self.silent_share, self.dwell, self.grace)
     }
 
-    /// The objects at power-on.
+    /// Makes the objects at power-on.
     #[inline(never)] // made in their place
     pub fn objects<D: Device>(&self, profile: &Profile, device: D) -> NodeObjects<MasterObjects<D>> {
         const { assert_device::<MasterObjects<D>>() };
@@ -88,7 +88,7 @@ impl Initial {
         spacecraft
     }
 
-    /// With the periods of the profile.
+    /// Returns the communication profile with the periods of the mission.
     pub fn communication<D: Device>(&self) -> Communication {
         let mut communication = MasterObjects::<D>::communication(NodeId::MASTER);
         communication.heartbeat.time = self.redundancy.producer.as_millis() as u16;
@@ -162,12 +162,12 @@ pub(super) fn written_redundancy<D: Device>(
 }
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// The object dictionary.
+    /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<MasterObjects<D>> {
         &self.services.dictionary.objects
     }
 
-    /// The object dictionary alone, for a data sheet.
+    /// Returns the object dictionary alone, for a data sheet.
     pub fn into_objects(self) -> NodeObjects<MasterObjects<D>> {
         self.services.dictionary.objects
     }
@@ -314,8 +314,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         if self.is_booting { NmtState::Initialising } else { self.nmt.state() }
     }
 
-    /// Sends emergencies and transmit PDOs. Before the bus is announced they are held. The spacecraft time is not held: it is
-    /// sampled again at the announcement.
+    /// Sends emergencies and transmit PDOs. Before the bus is announced they are held. The spacecraft time is not
+    /// held: it is sampled again at the announcement.
     fn send_due(&mut self, until: Instant, now: Instant, out: &mut Out) {
         let (withheld, state) = (self.withheld_time(), self.reporting_state());
         let Self { services, manager, held, is_time_pending, .. } = self;
@@ -347,8 +347,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.services.change(now, |objects| objects.spacecraft.self_test = result);
     }
 
-    /// Puts the record of the last reset into object 2032h. Before the tasks of the node run: an emergency (6100h, 3200h for a
-    /// brown-out, 5000h for the oscillator) follows the boot-up message.
+    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An
+    /// emergency follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
     pub fn set_post_mortem(&mut self, record: PostMortem) {
         self.services.set_post_mortem(record);
     }

@@ -1,4 +1,4 @@
-//! Stamps of heartbeats, by which the cable to a slave is measured (objects 2016h and 2044h).
+//! Stamps of heartbeats, from which the length of the cable to a slave is measured (objects 2016h and 2044h).
 
 use super::Master;
 use super::boards::MasterBoards;
@@ -7,14 +7,14 @@ use crate::link::Stamp;
 use crate::node::Device;
 use crate::types::{Bus, CobId, NodeId};
 
-/// What the master knows of a slave whose cable is measured.
+/// Values of a slave whose cable is measured, in the master.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ranged {
     /// The active bus.
     pub bus: Bus,
     /// Local SCET at the end of the last heartbeat, units of 2^-32 s; zero before the first.
     pub heard: u64,
-    /// By how much the master corrects its stamps on that bus, nanoseconds.
+    /// Correction of the master's stamps on that bus, in nanoseconds.
     pub correction: i32,
 }
 
@@ -37,7 +37,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         &self.services.dictionary.objects.application.network.ranging
     }
 
-    /// What is known of the slave in 2044h.
+    /// Returns the values of the slave in 2044h.
     pub(crate) fn ranged(&self) -> Ranged {
         let bus = self.manager.active();
         let correction = &self.services.dictionary.objects.spacecraft.clock.correction;

@@ -1,4 +1,4 @@
-//! Frames that the master receives, and results of those that it sent.
+//! Received frames of the master, and the results of the frames that it sent.
 
 #[cfg(feature = "model")]
 mod broken;

@@ -1,7 +1,7 @@
 //! The role of a master board: standby or active (ECSS 8.1a, Figure 4-2).
 //!
-//! A standby sends no dominant bit. It follows the active master: where its heartbeat is, what the slaves say, and the
-//! spacecraft time, so that time goes on when it takes over.
+//! A standby sends no dominant bit. It follows the active master: the bus of its heartbeat, the states of the
+//! slaves, and the spacecraft time. So the time continues when it takes over.
 
 use super::boards::MasterBoards;
 use super::declared::MasterRole;
@@ -15,15 +15,17 @@ use crate::redundancy::{Answer, Claim, Rivals, Role, RoleCause, RoleChange, Stan
 use crate::types::{Bus, CobId, Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// Whether it manages the network. False while it listens or is the standby of the active master.
+    /// Returns whether the board manages the network. `false` while it listens or is the standby.
     #[inline(always)] // constant for one board
     pub fn is_active(&self) -> bool {
         self.boards.standby().is_none_or(Standby::is_active)
     }
 
-    /// COB-ID of the spacecraft time while it is not sent: this board took over before it heard a time, and slaves have that of
-    /// the other board. Until the clock is set: by [`MasterRequest::SetTime`](crate::node::MasterRequest::SetTime), or by a
-    /// client (2010h, 2012h). `None` for one board.
+    /// Returns the COB-ID of the spacecraft time while it must not be sent.
+    ///
+    /// That is so if this board took over before it received a time: the slaves have the time of the other board.
+    /// It ends when the clock is set by [`MasterRequest::SetTime`](crate::node::MasterRequest::SetTime) or by a
+    /// client (2010h, 2012h). Always `None` with one master board.
     #[inline(always)] // constant for one board
     pub fn withheld_time(&self) -> Option<CobId> {
         let is_known = self.boards.standby().is_none_or(Standby::has_begun);
@@ -44,7 +46,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         true
     }
 
-    /// When a standby takes over.
+    /// Returns when a standby takes over.
     pub(super) fn role_deadline(&self) -> Option<Instant> {
         self.boards.standby()?.deadline()
     }
@@ -136,7 +138,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Whether only an active master sends this beside heartbeat and claims: SYNC, the spacecraft time.
+    /// Returns whether only an active master sends this beside heartbeat and claims: SYNC, the spacecraft time.
     fn is_of_master(&self, id: CobId) -> bool {
         id == self.sync.id() || self.services.time_pdo().is_some_and(|pdo| pdo.id == id)
     }
@@ -217,8 +219,8 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// Sends a claim on both buses with each heartbeat: the other board hears that this one is active. On the active bus it goes
-    /// after the heartbeat that announces this master there.
+    /// Sends a claim on both buses with each heartbeat: the other board hears that this one is active. On the
+    /// active bus it goes after the heartbeat that announces this master there.
     #[inline(always)] // nothing for one board
     pub(super) fn call_standby(&mut self, now: Instant, out: &mut Out) {
         let slaves = || self.manager.peers().heard(now, self.redundancy.consumer);

@@ -1,4 +1,4 @@
-//! What the application of the master sends.
+//! Frames that the application of the master sends.
 
 use super::Master;
 use super::boards::MasterBoards;
@@ -9,12 +9,13 @@ use crate::profile::MinimalNode;
 use crate::types::{Frame, Instant, NmtState, NodeId};
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// The last state of a slave; `None` when it was never heard, is lost or forgotten.
+    /// Returns the last state of a slave. `None` if the slave was never heard, is lost or forgotten.
     pub fn slave_state(&self, node: NodeId) -> Option<NmtState> {
         self.manager.peers().state(node)
     }
 
-    /// Whether a slave takes commands: it is Operational by its heartbeat, or a [minimal one](MinimalNode) that sends none.
+    /// Returns whether a slave takes commands. It is Operational by its heartbeat, or it is a [minimal
+    /// slave](MinimalNode) without a heartbeat.
     pub fn may_command(&self, node: NodeId) -> bool {
         let is_silent = self.minimal(node).is_some_and(|minimal| !minimal.has_heartbeat);
         is_silent || self.slave_state(node) == Some(NmtState::Operational)
@@ -25,11 +26,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.minimal.iter().find(|minimal| minimal.node == node)
     }
 
-    /// Sends a command or a telemetry request to a minimal slave by any of its four receive PDOs (0 is the first; ECSS 9.4.2c).
+    /// Sends a command or a telemetry request to a minimal slave by one of its four receive PDOs (0 is the first;
+    /// ECSS 9.4.2c).
     ///
     /// # Errors
-    /// As [`Master::send_frame`]; [`Refusal::NotValid`] for a fifth PDO or more than 8 bytes, [`Refusal::NotOperational`] is about
-    /// the slave.
+    /// As [`Master::send_frame`]. [`Refusal::NotValid`] for a fifth PDO or more than 8 bytes.
+    /// [`Refusal::NotOperational`] if the slave does not take commands.
     pub fn send_to_minimal(
         &mut self,
         node: NodeId,
@@ -48,7 +50,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Err(refusal)
     }
 
-    /// Sends a transmit PDO (0 is the first) as its transmission type has it, whether its content has changed or not.
+    /// Sends a transmit PDO (0 is the first) by its transmission type, even if its content has not changed.
     ///
     /// # Errors
     /// [`Refusal::NotValid`], [`Refusal::Busy`]; both are counted on the active bus.
@@ -67,11 +69,12 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Err(refusal)
     }
 
-    /// Fills the objects of a transmit PDO that one slave consumes, and sends it. Other PDOs are not compared: `fill` changes
-    /// objects of this one only.
+    /// Fills the objects of a transmit PDO that one slave consumes, and sends it. `fill` changes only objects of
+    /// this PDO: the contents of the others are not compared.
     ///
     /// # Errors
-    /// [`Refusal`], counted on the active bus; nothing is filled. [`Refusal::NotOperational`] is about the slave.
+    /// [`Refusal`], counted on the active bus. Then nothing is filled. [`Refusal::NotOperational`] if the slave
+    /// does not take commands.
     pub fn send_pdo_to(
         &mut self,
         node: NodeId,
@@ -89,11 +92,11 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Ok(())
     }
 
-    /// Sends a frame that no PDO covers, within the lifetime of PDOs of events.
+    /// Sends a frame that no PDO covers, with the lifetime of event-driven PDOs.
     ///
     /// # Errors
-    /// [`Refusal::NotValid`] for a restricted COB-ID (CiA 301 7.3.5) and outside Operational, [`Refusal::Busy`]; both are counted
-    /// on the active bus.
+    /// [`Refusal::NotValid`] for a restricted COB-ID (CiA 301 7.3.5) and if the master is not Operational,
+    /// [`Refusal::Busy`]. Both are counted on the active bus.
     pub fn send_frame(&mut self, frame: Frame, now: Instant) -> Result<(), Refusal> {
         let expires = now + self.services.lifetimes.event;
         let refusal = if frame.id().is_restricted() || !self.nmt.state().allows_pdo() {

@@ -1,5 +1,5 @@
-//! The SDO client of the master: one transfer at a time, of the boot-up process, of the application, or the question who a
-//! node is.
+//! SDO client of the master: one transfer at a time, for the boot-up process, the application, or the
+//! identification of a new node.
 
 use core::task::Waker;
 
@@ -77,7 +77,7 @@ impl Transfers {
         &mut self.client
     }
 
-    /// Wakes the tasks that can go on.
+    /// Wakes the tasks that can continue.
     pub fn wake(&mut self, now: Instant) {
         let is_at_gap = self.client.fills_bus() && self.client.needs_application();
         if is_at_gap && !self.is_at_gap {
@@ -97,9 +97,9 @@ impl Transfers {
 
 /// For [`runner::SdoClient`](crate::runner::SdoClient), which knows whose turn it is.
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// The SDO client, for a transfer with the server in `node`, if nobody has it and the boot-up process does not want it.
-    /// Else the task is woken when it may ask again. Start the transfer at once; when it is over, [release](Master::release_sdo)
-    /// the client.
+    /// Returns the SDO client for a transfer with the server in `node`, if no task has it and the boot-up process
+    /// does not need it. Otherwise the task is woken when it may ask again. Start the transfer at once, and
+    /// [release](Master::release_sdo) the client when it is over.
     pub fn claim_sdo(&mut self, node: NodeId, task: &Waker) -> Option<&mut Client> {
         if self.transfers.owner != Owner::Nobody || self.boot.is_busy() || !self.is_active() {
             self.transfers.tasks.register(task);
@@ -108,14 +108,14 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         Some(self.transfers.take(Owner::Application, node))
     }
 
-    /// The SDO client that was claimed. The task is woken when the transfer needs it.
+    /// Returns the SDO client that was claimed. The task is woken when the transfer needs it.
     pub fn claimed_sdo(&mut self, task: &Waker) -> &mut Client {
         self.transfers.tasks.register(task);
         self.transfers.is_due = true;
         &mut self.transfers.client
     }
 
-    /// Gives the SDO client back; a transfer that is not over is aborted.
+    /// Releases the SDO client. A transfer that is not over is aborted.
     pub fn release_sdo(&mut self) {
         (self.transfers.owner, self.transfers.is_due) = (Owner::Abandoned, true);
     }
@@ -171,7 +171,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         self.lost(bus);
     }
 
-    /// What was on its way is lost, and servers and clients are told so where they are now, once that bus is announced.
+    /// Aborts running transfers. Servers and clients get the abort on the new bus, once that bus is announced.
     pub(super) fn abort_transfers(&mut self, now: Instant, out: &mut Out) {
         let mut abort = None;
         let mut note = |payload| abort = Some(payload);
@@ -189,7 +189,7 @@ impl<D: Device, B: MasterBoards> Master<D, B> {
         }
     }
 
-    /// What was on its way is lost, and no other node learns of it: another master is active.
+    /// Drops all transfers without an abort: another master is active.
     pub(super) fn drop_transfers(&mut self, now: Instant) {
         self.transfers.client.bus_changed(&mut |_| {});
         if matches!(self.transfers.owner, Owner::Boot | Owner::Identification) {

@@ -1,4 +1,4 @@
-//! What a minimal slave and its device tell each other.
+//! Events and methods between a minimal slave and its device.
 
 use super::pdos::{MinimalPdos, Payload};
 use crate::link::port::Health;
@@ -7,42 +7,43 @@ use crate::profile::Profile;
 use crate::redundancy::{BusAccess, BusOffPolicy, Parameters};
 use crate::types::{Bus, Duration, Instant, NodeId};
 
-/// What a minimal slave does for its mission.
+/// Device of a minimal slave: its PDOs and its reactions.
 pub trait MinimalDevice: 'static {
-    /// Its PDOs.
+    /// PDOs of the device.
     const PDOS: MinimalPdos;
-    /// Whether SYNC matters to it, also when no PDO follows it.
+    /// `true`: the device needs SYNC even if no PDO depends on it.
     const LISTENS_TO_SYNC: bool = false;
 
-    /// Receive PDO `number` (0 is the first) came with `data`, whose last bit was on the bus at `at`. The data say whether that
-    /// is a command, a request for telemetry, or both (ECSS 9.4.2). What is returned goes out at once: the number of a transmit
-    /// PDO (0 is the first) that is [sent on request](super::Trigger::Request), and its payload.
+    /// Handles receive PDO `number` (0 is the first) with `data`. Its last bit was on the bus at `at`. The data are
+    /// a command, a request for telemetry, or both (ECSS 9.4.2). The returned payload is sent at once. It belongs
+    /// to a transmit PDO (0 is the first) that is [sent on request](super::Trigger::Request).
     ///
-    /// A frame may come twice: CAN repeats one whose sender saw an error in its last bit.
+    /// A frame may arrive twice: CAN repeats a frame whose sender saw an error in its last bit.
     fn on_pdo(&mut self, number: usize, data: &[u8], at: Instant) -> Option<(usize, Payload)>;
 
-    /// A SYNC that ended at `at` asks for transmit PDO `number`. `None`: it has nothing to say.
+    /// Returns the payload of transmit PDO `number`, which a SYNC that ended at `at` requests. `None`: there is
+    /// nothing to send.
     fn on_sync(&mut self, number: usize, at: Instant) -> Option<Payload>;
 }
 
-/// The numbers of a minimal slave, of a mission's profile or its own.
+/// Parameters of a minimal slave, from the profile of a mission or of its own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Numbers {
-    /// How it reaches its two buses.
+    /// Access of the node to its two buses.
     pub access: BusAccess,
-    /// When it changes the bus by itself. A consumer time of zero: it does not, and stays on Bdefault. A producer time of
-    /// zero: it sends no heartbeat.
+    /// Parameters of the change of the bus. With a consumer time of zero the node does not change the bus and
+    /// stays on Bdefault. With a producer time of zero it sends no heartbeat.
     pub redundancy: Parameters,
-    /// Recovery from bus-off.
+    /// Policy for the recovery from bus-off.
     pub bus_off: BusOffPolicy,
-    /// How long telemetry may wait for its bus.
+    /// Lifetime of telemetry that waits for its bus.
     pub lifetime: Duration,
 }
 
 impl Numbers {
-    /// Those of node `id` in a mission. It follows the master's heartbeat, and sends its own unless
-    /// [`Profile::minimal`] says that it has none.
+    /// Takes the parameters of node `id` from a profile. It follows the master's heartbeat. It sends its own
+    /// heartbeat unless [`Profile::minimal`] lists it without one.
     pub fn of(profile: &Profile, id: NodeId) -> Numbers {
         let is_silent = profile.minimal.iter().any(|minimal| minimal.node == id && !minimal.has_heartbeat);
         let numbers = Numbers {
@@ -54,26 +55,26 @@ impl Numbers {
         if is_silent { numbers.without_heartbeat() } else { numbers }
     }
 
-    /// The same on one bus at a time, for a board with one controller.
+    /// Returns the same parameters for a board with one controller: one bus at a time.
     pub const fn on_one_bus(self) -> Numbers {
         Numbers { access: BusAccess::Selective, ..self }
     }
 
-    /// The same without a heartbeat of its own: other nodes learn of it by its telemetry alone.
+    /// Returns the same parameters without a heartbeat. Other nodes notice the slave only by its telemetry.
     pub fn without_heartbeat(self) -> Numbers {
         Numbers { redundancy: Parameters { producer: Duration::ZERO, ..self.redundancy }, ..self }
     }
 }
 
-/// What a minimal slave tells its application.
+/// Event that a minimal slave reports to its application.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MinimalEvent {
     /// The bus considered active was confirmed or changed.
     ActiveBus {
-        /// Which it is now.
+        /// Bus that the slave considers active now.
         bus: Bus,
-        /// Why.
+        /// Reason for the choice of the bus.
         cause: BusCause,
     },
     /// The master is missed on the active bus.
@@ -81,43 +82,43 @@ pub enum MinimalEvent {
         /// The active bus.
         bus: Bus,
     },
-    /// Ntoggle switches in vain: the node stays on this bus and listens.
+    /// The search ended without the master after Ntoggle switches. The node stays on this bus and listens.
     GaveUp {
-        /// Where it stays.
+        /// Bus on which the node stays.
         bus: Bus,
     },
-    /// A heartbeat of the master.
+    /// A heartbeat of the master arrived.
     Heartbeat {
-        /// Where.
+        /// Bus on which it arrived.
         bus: Bus,
     },
-    /// A SYNC on the active bus.
+    /// A SYNC arrived on the active bus.
     Sync {
-        /// Where.
+        /// Bus on which it arrived.
         bus: Bus,
     },
-    /// The device took a receive PDO.
+    /// The device handled a receive PDO.
     Pdo {
-        /// Where it came.
+        /// Bus on which it arrived.
         bus: Bus,
-        /// Which, 0 is the first.
+        /// Number of the PDO; 0 is the first.
         number: u8,
     },
     /// The error state of a controller changed.
     Health {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
-        /// What it is now.
+        /// Present error state and error counters.
         health: Health,
     },
-    /// A controller does not get on or off its bus. It tries on.
+    /// A controller does not join or leave its bus. It goes on trying.
     BusStalled {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
     },
-    /// A controller went bus-off too often; it is tried again when its window ends.
+    /// A controller went bus-off too often. It tries again when its window ends.
     BusFailed {
-        /// Which bus.
+        /// Bus of the controller.
         bus: Bus,
     },
 }

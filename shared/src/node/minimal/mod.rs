@@ -1,7 +1,37 @@
-//! A minimal slave: hard-coded objects, commands, telemetry, a choice of the bus, and nothing else (ECSS 9).
+//! Minimal slave: hard-coded PDOs for commands and telemetry, and a choice of the bus (ECSS 9).
 //!
-//! There is no module control, boot-up message, emergency, SDO or time stamp: what a frame asks for is done while the frame is
-//! handled, or never. The master begins every exchange.
+//! The *minimal set* is a reduced protocol for very simple nodes. The master begins every exchange: a receive PDO
+//! is a command, a request for telemetry, or both. The slave handles it in the call that receives it.
+//!
+//! ```
+//! use ecss_can::node::minimal::{MinimalDevice, MinimalPdos, MinimalSlave, Numbers, Payload};
+//! use ecss_can::profile::Profile;
+//! use ecss_can::types::{Instant, NodeId};
+//!
+//! /// Answers each request with its first byte.
+//! struct Echo;
+//!
+//! impl MinimalDevice for Echo {
+//!     const PDOS: MinimalPdos = MinimalPdos::DEFAULT;
+//!
+//!     fn on_pdo(&mut self, number: usize, data: &[u8], _: Instant) -> Option<(usize, Payload)> {
+//!         Some((number, Payload::from_slice(data.get(..1)?).ok()?))
+//!     }
+//!
+//!     fn on_sync(&mut self, _: usize, _: Instant) -> Option<Payload> {
+//!         None // no PDO depends on SYNC
+//!     }
+//! }
+//!
+//! let id = NodeId::of::<5>();
+//! let slave = MinimalSlave::new(id, Numbers::of(&Profile::DEFAULT, id), Echo);
+//! assert_eq!(slave.active(), Profile::DEFAULT.bdefault);
+//! ```
+//!
+//! # Limits
+//!
+//! - There is no module control, boot-up message, emergency, SDO or time stamp.
+//! - A device has at most four PDOs in each direction.
 
 mod api;
 mod objects;
@@ -24,7 +54,8 @@ use crate::types::{Bus, CobId, Duration, Frame, Instant, NmtState, NodeId, PerBu
 const DEPTH: usize = 8;
 type Out = Outbox<MinimalEvent, Places<DEPTH>>;
 
-/// A slave of the minimal set, on both buses or on one at a time.
+/// Slave of the minimal set, on both buses or on one at a time.
+#[doc(alias("minimal slave", "reduced protocol"))]
 #[derive(Debug)]
 pub struct MinimalSlave<D: MinimalDevice> {
     id: NodeId,
@@ -38,7 +69,7 @@ pub struct MinimalSlave<D: MinimalDevice> {
 }
 
 impl<D: MinimalDevice> MinimalSlave<D> {
-    /// A slave before power-on. `id` is one of 2..=127.
+    /// Makes a slave before power-on. `id` is 2 to 127.
     pub fn new(id: NodeId, numbers: Numbers, device: D) -> Self {
         const { D::PDOS.assert_possible() };
         MinimalSlave {
@@ -52,27 +83,27 @@ impl<D: MinimalDevice> MinimalSlave<D> {
         }
     }
 
-    /// The device.
+    /// Returns the device.
     pub const fn device(&self) -> &D {
         &self.device
     }
 
-    /// The bus that it considers active, or on which it searches.
+    /// Returns the bus that the node considers active, or on which it searches.
     pub const fn active(&self) -> Bus {
         self.selector.selected()
     }
 
-    /// Frames of each bus.
+    /// Returns the counters of the frames of each bus.
     pub const fn counters(&self) -> &PerBus<Counters> {
         &self.buses.counters
     }
 
-    /// Error state and counters of each controller (ECSS 5.6.2b, c).
+    /// Returns error state and counters of each controller (ECSS 5.6.2b, c).
     pub const fn health(&self) -> &PerBus<Health> {
         &self.buses.health
     }
 
-    /// Whether it follows the master's heartbeat (ECSS 9.4.9.1.1a).
+    /// Returns whether it follows the master's heartbeat (ECSS 9.4.9.1.1a).
     const fn follows_master(&self) -> bool {
         self.numbers.redundancy.consumer.as_micros() > 0
     }

@@ -1,20 +1,20 @@
-//! Which objects a minimal slave may have (ECSS Tables 9-11 and 9-12), as a table that constants are checked against.
+//! Objects that a minimal slave may have (ECSS Tables 9-11 and 9-12), as a table for the checks of constants.
 //!
-//! A minimal slave has no dictionary at run time. The one that its data sheet shows is checked here.
+//! A minimal slave has no dictionary at run time. The dictionary of its data sheet is checked here.
 
 use super::pdos::{MinimalPdos, PDOS};
 use crate::od::Objects;
 use crate::types::Address;
 
-/// What Table 9-12 says of an object of a minimal slave. Table 9-11 authorises every data type.
+/// Permission of an object of a minimal slave by Table 9-12. Table 9-11 authorises every data type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Permission {
-    /// Requested, authorised, or not in the tables (ECSS 9.4.10a).
+    /// The object is requested, authorised, or not in the tables (ECSS 9.4.10a).
     Authorised,
-    /// For tests alone, after agreement.
+    /// The object is only for tests, after agreement.
     Tests,
-    /// If it exists it is not used, and has its unused value.
+    /// The object is not used if it exists, and has its unused value.
     Forbidden,
 }
 
@@ -39,7 +39,7 @@ const TPDO: [u16; 2] = [0x1800, 0x1A00];
 /// Inhibit time and event timer of a PDO.
 const TIMERS: [u8; 2] = [3, 5];
 
-/// What Table 9-12 says of the object with this index.
+/// Returns the permission of the object with this index by Table 9-12.
 pub const fn permission(index: u16) -> Permission {
     let mut nth = 0;
     while nth < RESTRICTED.len() {
@@ -52,9 +52,12 @@ pub const fn permission(index: u16) -> Permission {
     Permission::Authorised
 }
 
-/// Stops the build when the dictionary `D` is not that of a minimal slave with these PDOs: it has an object that is forbidden
-/// or for tests alone (ECSS 9.4.10b), a PDO in use without parameters or mapping (9.4.10e), an inhibit time, an event timer
-/// (9.4.1d, 9.4.4b), or a mapping that can be written (9.4.5a).
+/// Stops the build if the dictionary `D` is not that of a minimal slave with these PDOs. The reasons are:
+///
+/// - an object that is forbidden or only for tests (ECSS 9.4.10b);
+/// - a PDO in use without parameters or mapping (9.4.10e);
+/// - an inhibit time or an event timer (9.4.1d, 9.4.4b);
+/// - a mapping that can be written (9.4.5a).
 ///
 /// # Panics
 /// When called at run time, for the same reasons.

@@ -3,44 +3,44 @@
 use crate::pdo::CobIdOf;
 use crate::types::{CobId, NodeId};
 
-/// PDOs in each direction (ECSS Table 9-1).
+/// Number of PDOs in each direction (ECSS Table 9-1).
 pub const PDOS: usize = 4;
 
-/// Payload of a PDO.
+/// Payload of a PDO, at most 8 bytes.
 pub type Payload = heapless::Vec<u8, 8>;
 
-/// A receive PDO: commands, requests for telemetry, or both. Its transmission type is 254.
+/// Receive PDO of a minimal slave: commands, requests for telemetry, or both. Its transmission type is 254.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MinimalRpdo {
-    /// Its COB-ID.
+    /// COB-ID of the PDO.
     pub cob_id: CobIdOf,
-    /// Fewest bytes that it may have, 0 to 8: fewer are a protocol error, and dropped (ECSS 9.4.8a).
+    /// Least number of bytes, 0 to 8. A frame with fewer is a protocol error and is dropped (ECSS 9.4.8a).
     pub least: u8,
 }
 
-/// A transmit PDO.
+/// Transmit PDO of a minimal slave.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MinimalTpdo {
-    /// Its COB-ID.
+    /// COB-ID of the PDO.
     pub cob_id: CobIdOf,
-    /// What makes it go out.
+    /// Event that makes the slave send the PDO.
     pub trigger: Trigger,
 }
 
-/// What makes a transmit PDO go out; nothing else does (ECSS 9.4.3b).
+/// Event that makes a minimal slave send a transmit PDO. There is no other one (ECSS 9.4.3b).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Trigger {
-    /// A request for telemetry; transmission type 254.
+    /// A request for telemetry: transmission type 254.
     Request,
-    /// Every so many SYNCs, 1 to 240, which is the transmission type.
+    /// Every n-th SYNC, 1 to 240. The number is the transmission type.
     Sync(u8),
 }
 
 impl Trigger {
-    /// The transmission type.
+    /// Returns the transmission type.
     pub const fn transmission_type(self) -> u8 {
         match self {
             Trigger::Request => 254,
@@ -49,13 +49,13 @@ impl Trigger {
     }
 }
 
-/// The PDOs of a device. The first of a list is PDO 1.
+/// PDOs of a minimal slave. The first of a list is PDO 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct MinimalPdos {
-    /// Receive PDOs; `None`: not in use.
+    /// Receive PDOs. `None`: not in use.
     pub receive: [Option<MinimalRpdo>; PDOS],
-    /// Transmit PDOs; `None`: not in use.
+    /// Transmit PDOs. `None`: not in use.
     pub transmit: [Option<MinimalTpdo>; PDOS],
 }
 
@@ -64,7 +64,7 @@ const RECEIVE: [u16; PDOS] = [0x200, 0x300, 0x400, 0x500];
 const TRANSMIT: [u16; PDOS] = [0x180, 0x280, 0x380, 0x480];
 
 impl MinimalPdos {
-    /// All eight under the COB-IDs of Tables 9-4 and 9-6: any length, telemetry on request.
+    /// All eight PDOs with the COB-IDs of Tables 9-4 and 9-6: receive PDOs of any length, telemetry on request.
     pub const DEFAULT: MinimalPdos = MinimalPdos::by_tables();
 
     const fn by_tables() -> MinimalPdos {
@@ -79,7 +79,8 @@ impl MinimalPdos {
         pdos
     }
 
-    /// Stops the build when two PDOs of one direction have one COB-ID in some node, or when a number is out of range.
+    /// Stops the build if two PDOs of one direction have the same COB-ID in some node, or if a number is out of
+    /// range.
     ///
     /// # Panics
     /// When called at run time, for the same reasons.
@@ -104,13 +105,13 @@ impl MinimalPdos {
         assert_distinct(&sent);
     }
 
-    /// Which receive PDO has this COB-ID in `node`: 0 is the first.
+    /// Returns the receive PDO with this COB-ID in `node`, and its number: 0 is the first.
     pub(super) fn received(&self, id: CobId, node: NodeId) -> Option<(usize, &MinimalRpdo)> {
         let pdos = self.receive.iter().enumerate().filter_map(|(nth, pdo)| Some((nth, pdo.as_ref()?)));
         pdos.into_iter().find(|(_, pdo)| pdo.cob_id.of(node) == id)
     }
 
-    /// Whether SYNC makes any of them go out.
+    /// Returns whether SYNC makes any of them go out.
     pub(super) fn follows_sync(&self) -> bool {
         self.transmit.iter().flatten().any(|pdo| matches!(pdo.trigger, Trigger::Sync(_)))
     }

@@ -1,4 +1,4 @@
-//! The dictionary at work: declared checks, rules of the objects, the services that follow a write, and a note of it.
+//! Dictionary access: checks, rules of the objects, and notification of the services.
 
 use super::Storage;
 use super::rules;
@@ -15,19 +15,19 @@ use crate::types::{AbortCode, Address, CobId, Duration, Instant, NodeId};
 /// Sub-index of all parameters.
 const ALL: u8 = 1;
 
-/// Answer of the SDO server to "save" or "load", which waits for its end.
+/// State of the SDO server's answer to "save" or "load", which waits until the work is done.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum Answer {
-    /// There is none.
+    /// No answer waits.
     #[default]
     None,
-    /// The server is about to send it.
+    /// The server is about to send the answer.
     Due,
-    /// It is kept.
+    /// The answer waits until the save ends.
     Held([u8; 8]),
 }
 
-/// The objects, and what a write to them reaches at once.
+/// Objects, and the services that a write changes at once.
 #[derive(Debug)]
 pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub objects: NodeObjects<D, E>,
@@ -35,16 +35,16 @@ pub struct Dictionary<D: Device, E: Extension = Spacecraft> {
     pub tpdos: Tpdos<D::Pdos>,
     pub emcy: emcy::Producer,
     pub stored: E::Storage,
-    /// What was written last over the bus, and the node has not looked at yet.
+    /// Object that a client wrote last and the node did not yet handle.
     pub written: Option<Address>,
-    /// Answer to the save that runs.
+    /// State of the answer to the running save.
     pub answer: Answer,
-    /// Object of 1010h or 1011h that was obeyed last, and the node has not looked at yet.
+    /// Object of 1010h or 1011h that was obeyed last and the node did not yet handle.
     pub saved: Option<Address>,
-    /// Where the value is that was asked for last over the bus.
+    /// Place of the value that was last requested over the bus.
     found: Option<(Address, Place, &'static Entry)>,
     pub(super) id: NodeId,
-    /// When the SDO server was called last.
+    /// Instant of the last call of the SDO server.
     pub now: Instant,
 }
 
@@ -73,10 +73,10 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         }
     }
 
-    /// Applies what is stored of a group. `Ok(None)` without a store.
+    /// Applies the stored parameters of a group. Returns `Ok(None)` without a store.
     ///
     /// # Errors
-    /// [`StoreError::Hardware`]; what was applied before stays.
+    /// [`StoreError::Hardware`]. Parameters that were applied before stay.
     pub fn load(&mut self, group: Group) -> Result<Option<Loaded>, StoreError> {
         let (id, Communication { sync, emcy, .. }) = (self.id, &self.objects.communication);
         let before = (sync.cob_id, emcy.cob_id);
@@ -93,7 +93,8 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         Ok(loaded)
     }
 
-    /// Goes on with a save that runs. Returns the object it was asked by, and the abort code if it failed, at its end.
+    /// Continues a running save. At its end, returns the object that requested it, and the abort code if it
+    /// failed.
     pub fn advance_save(&mut self) -> Option<(Address, Result<(), AbortCode>)> {
         let (at, ended) = self.stored.advance(&mut self.objects)?;
         if ended.is_ok() {
@@ -117,7 +118,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         Found::at(&mut self.objects, place, entry)
     }
 
-    /// Where a value is. A transfer asks for the same one again and again.
+    /// Returns the place of a value. A transfer asks for the same one repeatedly.
     #[inline]
     fn place(&mut self, at: Address) -> Result<(Place, &'static Entry), AbortCode> {
         match self.found {
@@ -133,7 +134,7 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
         Ok((place, entry))
     }
 
-    /// A value changed by a write over the bus: an event for all TPDOs that carry it.
+    /// Notes that a client changed a value: an event for all TPDOs that carry it.
     pub fn on_changed(&mut self, at: Address, now: Instant) {
         if self.tpdos.has_events()
             && let Ok((place, _)) = self.place(at)

@@ -1,26 +1,26 @@
-//! Events that masters and slaves report alike.
+//! Events that masters and slaves have in common.
 
 use crate::node::{MasterEvent, SlaveEvent};
 use crate::time::Step;
 use crate::types::{Address, Bus, Scet};
 
-/// Events of the objects of a node.
+/// Event that concerns the objects of a node.
 pub trait NodeEvent {
-    /// A receive PDO took effect; its payload, zero behind its end.
+    /// Makes the event: a receive PDO took effect. `data` is its payload, zero above its length.
     fn pdo(bus: Bus, number: u16, data: [u8; 8]) -> Self;
-    /// A synchronous receive PDO took effect.
+    /// Makes the event: a synchronous receive PDO took effect.
     fn synchronised(number: u16) -> Self;
-    /// A spacecraft time arrived.
+    /// Makes the event: a spacecraft time arrived.
     fn time(scet: Scet) -> Self;
-    /// The clock was set.
+    /// Makes the event: the clock was set.
     fn step(step: Step) -> Self;
-    /// An object was written by SDO.
+    /// Makes the event: a client wrote an object by SDO.
     fn written(at: Address) -> Self;
-    /// The self-test is to start.
+    /// Makes the event: the self-test is to start.
     fn self_test() -> Self;
 }
 
-/// Both name them alike.
+/// Implements [`NodeEvent`] for an event type of a node: the variants have the same names in all of them.
 macro_rules! node_event {
     ($event:ident) => {
         impl NodeEvent for $event {

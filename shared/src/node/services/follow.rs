@@ -1,4 +1,4 @@
-//! Objects of the services: what is stored of them, and what a service does when one has changed.
+//! Objects of the services: applies stored values, and makes the services follow a change.
 
 use super::{Answer, Dictionary, FIRST_TOLD, NodeEvent, Services, Storage};
 use crate::emcy::ErrorCode;
@@ -12,7 +12,8 @@ use crate::store::{Group, Loaded};
 use crate::types::{AbortCode, Address, Instant, NodeId};
 
 impl<D: Device, E: Extension> Services<D, E> {
-    /// Takes all services' parameters from the dictionary, at power-on and when communication is reset.
+    /// Takes the parameters of all services from the dictionary, at power-on and after a reset of the
+    /// communication.
     pub fn configure(&mut self, now: Instant) {
         self.give_up_save();
         let Self { dictionary, server, .. } = self;
@@ -36,7 +37,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.show_errors();
     }
 
-    /// The application changes objects. PDOs that are sent on events go out when they carry something else now.
+    /// Lets the application change objects. PDOs that are sent on events go out if their content is another one
+    /// afterwards.
     #[inline]
     pub fn change<R>(&mut self, now: Instant, change: impl FnOnce(&mut NodeObjects<D, E>) -> R) -> R {
         let Dictionary { objects, tpdos, .. } = &mut self.dictionary;
@@ -53,11 +55,11 @@ impl<D: Device, E: Extension> Services<D, E> {
         result
     }
 
-    /// The application writes an object as a client of the SDO server does, all checks included. The object, if it is to
-    /// be followed.
+    /// Writes an object for the application, with all checks of a write by SDO. Returns the object if a service has
+    /// to follow it.
     ///
     /// # Errors
-    /// The abort code that a client would be answered.
+    /// The abort code that a client would receive.
     pub fn write(&mut self, at: Address, value: &[u8], now: Instant) -> Result<Option<Address>, AbortCode> {
         let dictionary = &mut self.dictionary;
         dictionary.now = now;
@@ -74,9 +76,10 @@ impl<D: Device, E: Extension> Services<D, E> {
         Ok(self.take_written())
     }
 
-    /// Applies what is stored of a group; the services take it with [`Services::configure`]. Defaults hold where nothing was
-    /// applied, which an emergency reports until parameters are saved anew. Its second byte is the [`Loss`](crate::store::Loss)
-    /// of the store: 1 when the last save did not end, 2 when a set is damaged, 0 when the set does not fit this node.
+    /// Applies the stored parameters of a group; [`Services::configure`] passes them to the services. If nothing
+    /// was applied, the defaults hold, and an emergency reports this until parameters are saved again. Its second
+    /// byte is the [`Loss`](crate::store::Loss) of the store: 1 if the last save did not end, 2 if a set is
+    /// damaged, 0 if the set does not fit this node.
     #[inline(never)]
     pub fn load(&mut self, group: Group) {
         let Dictionary { objects, stored, .. } = &mut self.dictionary;
@@ -91,8 +94,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Returns the object that was written last over the bus, once. A written parameter clears 1020h: the configuration is no
-    /// longer the one that was verified (CiA 301 7.5.2.23).
+    /// Returns the object that a client wrote last, once. A written parameter clears 1020h: the configuration is
+    /// no longer the verified one (CiA 301 7.5.2.23).
     #[inline]
     pub fn take_written(&mut self) -> Option<Address> {
         let at = self.dictionary.written.take()?;
@@ -114,7 +117,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         Some(at)
     }
 
-    /// An object that is not the application's was written over the bus: services and clock follow.
+    /// Notes that a client wrote an object of a service: services and clock follow.
     pub fn on_own_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
             if at.index == SELF_TEST_START {
@@ -129,7 +132,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// An object was written over the bus: an event for the application, and for the TPDOs that carry it.
+    /// Notes that a client wrote an object: an event for the application, and for the TPDOs that carry the
+    /// object.
     #[inline]
     pub fn report_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
         if at.index >= FIRST_TOLD {

@@ -1,13 +1,14 @@
-//! COB-IDs that a flipped bit in memory does not change for long (ECSS 6.10d).
+//! Guards COB-IDs against a flipped bit in memory (ECSS 6.10d).
 //!
-//! | copy of a COB-ID | where | used for |
+//! | copy of a COB-ID | place | used for |
 //! | --- | --- | --- |
-//! | first | the object | what clients read and write |
+//! | first | the object | reads and writes of clients |
 //! | second, with its complement | [`Guarded`] | nothing else |
 //! | third | the service | the frames |
 //!
-//! The node compares one of them after each heartbeat, or a few, so that this costs no wake-up of its own and no long step (row
-//! `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while it fits its complement, else the object is.
+//! After each heartbeat the node compares one COB-ID, or a few. So the comparison needs no wake-up of its own and
+//! no long step (row `rx.inside_look`). Within [`HEARTBEATS`] it has compared all. The second copy is right while
+//! it fits its complement. Otherwise the object is right.
 
 #[cfg(test)]
 mod tests;
@@ -41,7 +42,7 @@ impl Copied {
         Copied([cob_id, !cob_id])
     }
 
-    /// What was copied, unless a bit has flipped.
+    /// Returns the copied value, unless a bit has flipped.
     fn whole(self) -> Option<u32> {
         let Copied([cob_id, complement]) = self;
         (cob_id == !complement).then_some(cob_id)
@@ -69,7 +70,8 @@ impl Copies<'_> {
     }
 }
 
-/// Corrects the one of three copies of a Node-ID that differs from the others (ECSS 6.10k). Returns whether there was one.
+/// Corrects the one of three copies of a Node-ID that differs from the others (ECSS 6.10k). Returns whether one
+/// differed.
 pub fn correct(copies: [&mut NodeId; 3]) -> bool {
     let [first, second, third] = copies;
     let wrong = match (first == second, second == third) {
@@ -118,8 +120,8 @@ fn number_of<S: PdoSlots>(index: u16) -> Option<usize> {
 }
 
 impl<D: Device, E: Extension> Services<D, E> {
-    /// Compares the Node-ID of the node with those of its services, which follow it (ECSS 6.10k). Where one of three is wrong, all
-    /// are right again, and an emergency reports it.
+    /// Compares the Node-ID of the node with the copies in its services (ECSS 6.10k). If one of three is wrong,
+    /// all are corrected, and an emergency reports it.
     #[inline(never)] // with heartbeats
     pub fn compare_node_ids(&mut self, own: &mut NodeId) {
         if correct([own, &mut self.id, &mut self.dictionary.id]) {
@@ -128,13 +130,13 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Copies all COB-IDs: the services have taken them over.
+    /// Copies all COB-IDs after the services took them.
     pub fn copy_cob_ids(&mut self) {
         (0..Guarded::<D::Pdos>::COB_IDS).for_each(|number| self.copy_cob_id(number));
     }
 
-    /// Copies the COB-ID of an object that was written, if it has one. The others stay as they are: a bit that has flipped in one of
-    /// them is still found.
+    /// Copies the COB-ID of an object that was written, if it has one. The other copies stay as they are, so that
+    /// a flipped bit in one of them is still found.
     pub fn copy_written_cob_id(&mut self, at: Address) {
         if let Some(number) = number_of::<D::Pdos>(at.index) {
             self.copy_cob_id(number);
@@ -147,8 +149,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Compares the copies of the next COB-IDs in turn. Where one is wrong, all three are right again, the services included, and
-    /// an emergency reports it. Returns whether one was wrong.
+    /// Compares the copies of the next COB-IDs in turn. If one is wrong, all three are corrected, also in the
+    /// services, and an emergency reports it. Returns whether one was wrong.
     pub fn compare_cob_ids(&mut self, now: Instant) -> bool {
         let mut is_wrong = false;
         for _ in 0..Guarded::<D::Pdos>::EACH_HEARTBEAT {

@@ -1,7 +1,7 @@
-//! The CANopen device in a node: its object dictionary and the services that live on it.
+//! CANopen device in a node: its object dictionary and the services that use it.
 //!
-//! It knows neither buses nor redundancy: the node gives it frames of the active bus and the NMT state, and sends what it
-//! hands out.
+//! It knows neither buses nor redundancy. The node passes it frames of the active bus and the NMT state, and sends
+//! the frames that it returns.
 
 mod dictionary;
 mod events;
@@ -40,22 +40,22 @@ const FIRST_FRAMES: u32 = 8;
 /// First byte of a request that aborts a transfer.
 const ABORT: u8 = 0x80;
 
-/// The first object whose changes an application is told; those below are the services'.
+/// First object whose changes are reported to the application. Objects below belong to the services.
 pub const FIRST_TOLD: u16 = index::REDUNDANCY;
 
-/// What the SDO server is to do.
+/// Task of the SDO server.
 pub enum SdoStep<'a> {
-    /// A frame came for it.
+    /// Handle a frame for the server.
     Request(&'a Frame),
-    /// The bus that its client was heard on was left.
+    /// End the transfer: the bus of its client was left.
     BusChanged,
-    /// Its deadline may have come, or a frame of it left.
+    /// Check the deadline, or continue after one of its frames was sent.
     Poll,
-    /// A save that runs goes on.
+    /// Continue a running save.
     Save,
 }
 
-/// Dictionary and services. `E` is what the node has beyond CANopen.
+/// Dictionary and services of a node. `E`: parts of the node beyond CANopen.
 #[derive(Debug)]
 pub struct Services<D: Device, E: Extension = Spacecraft> {
     id: NodeId,
@@ -63,7 +63,7 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     pub monitor: Monitor<D::Consumers>,
     sync: sync::Consumer,
     sync_id: CobId,
-    /// What comes for the SDO server.
+    /// COB-ID of requests to the SDO server.
     sdo_id: CobId,
     server: sdo::Server,
     pub time: E::Time,
@@ -73,25 +73,25 @@ pub struct Services<D: Device, E: Extension = Spacecraft> {
     guarded: Guarded<D::Pdos>,
     /// Receive PDOs that bring the time (2010h, 2012h).
     brings_time: <D::Pdos as PdoSlots>::Receive<Brings>,
-    /// Whether one of them brings that of the last SYNC.
+    /// `true`: one of them brings the time of the last SYNC.
     is_time_by_sync: bool,
     /// Transmit PDOs that carry the local time (2011h, 2013h).
     carries_time: <D::Pdos as PdoSlots>::Transmit<bool>,
-    /// Whether a transmit PDO carries a live value: the local time, 2015h, 2020h, 2021h.
+    /// `true`: a transmit PDO carries a live value: the local time, 2015h, 2020h, 2021h.
     carries_live_value: bool,
-    /// Whether one carries 2015h, which takes a thousand instructions.
+    /// `true`: a transmit PDO carries 2015h, which takes a thousand instructions.
     carries_quality: bool,
-    /// Whether the time of SYNCs is of use: for a live value, or for a time that is brought.
+    /// `true`: the time of SYNCs is needed, for a live value or for a time that a PDO brings.
     notes_syncs: bool,
-    /// How long a synchronous PDO may wait.
+    /// Lifetime of a synchronous PDO.
     synchronous_lifetime: Duration,
     /// The last reset is reported when the boot-up message was sent.
     is_reset_due: bool,
-    /// Nothing is due before. May be early, never late.
+    /// Earliest instant at which something is due. It may be too early, never too late.
     pub next: Instant,
 }
 
-/// How long frames may wait for their bus.
+/// Lifetimes of frames that wait for their bus.
 #[derive(Clone, Copy, Debug)]
 pub struct Lifetimes {
     pub heartbeat: Duration,
@@ -101,7 +101,7 @@ pub struct Lifetimes {
 }
 
 impl<D: Device, E: Extension> Services<D, E> {
-    /// `objects` makes the dictionary in its place.
+    /// Makes the services. `objects` makes the dictionary in its place.
     #[inline(never)] // made in their place
     pub fn new(
         id: NodeId,
@@ -139,44 +139,45 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// COB-ID of an RPDO, if it is valid.
+    /// Returns the COB-ID of an RPDO, if it is valid.
     pub fn rpdo_id(&self, number: usize) -> Option<CobId> {
         let pdo = self.dictionary.objects.pdos.rpdos().0.get(number)?;
         CobIdEntry::from_raw(pdo.cob_id).cob_id()
     }
 
-    /// COB-IDs of all valid RPDOs.
+    /// Returns the COB-IDs of all valid RPDOs.
     pub fn rpdo_ids(&self) -> impl Iterator<Item = CobId> {
         (0..D::Pdos::RECEIVE).filter_map(|number| self.rpdo_id(number))
     }
 
-    /// Entries of 1016h.
+    /// Returns the number of entries of 1016h.
     pub fn consumers(&self) -> usize {
         self.dictionary.objects.consumers.entries().len()
     }
 
-    /// COB-ID of the heartbeat that an entry of 1016h consumes, valid or not.
+    /// Returns the COB-ID of the heartbeat that an entry of 1016h consumes, valid or not.
     pub fn monitored(&self, entry: usize) -> Option<CobId> {
         let entry = self.dictionary.objects.consumers.entries().get(entry)?;
         NodeId::new((entry >> 16) as u8).map(CobId::heartbeat)
     }
 
-    /// COB-ID of SYNC.
+    /// Returns the COB-ID of SYNC.
     pub fn sync_id(&self) -> CobId {
         self.sync_id
     }
 
-    /// COB-ID of SDO requests.
+    /// Returns the COB-ID of SDO requests.
     pub fn sdo_id(&self) -> CobId {
         self.sdo_id
     }
 
-    /// COB-ID of SYNC as it was just written.
+    /// Returns the COB-ID of SYNC as it was just written.
     pub fn written_sync_id(&self) -> CobId {
         self.dictionary.objects.communication.sync.id()
     }
 
-    /// An error appeared: history and register in the dictionary follow. Returns whether that is news.
+    /// Takes an error that appeared: history and register in the dictionary follow. Returns `false` if the error
+    /// is active already.
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) -> bool {
         let Dictionary { objects, emcy, .. } = &mut self.dictionary;
         let is_news = emcy.raise(code, info);
@@ -186,7 +187,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         is_news
     }
 
-    /// An error is gone.
+    /// Notes that an error is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
         self.has_cleared(code, source);
     }
@@ -217,7 +218,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         objects.communication.emcy.show(emcy);
     }
 
-    /// The error state of a controller changed, or its counters moved.
+    /// Takes the error state and the counters of a controller.
     pub fn on_health(&mut self, bus: Bus, health: &Health) {
         let source = bus.bdefault();
         match health.state {
@@ -233,25 +234,25 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Whether this node is error passive because it is the first one on its bus. That is no error: no other node was there
-    /// yet to acknowledge its frames. The first frames that were acknowledged may be handled before the state that preceded
-    /// them, and end its last error.
+    /// Returns whether this node is error passive because it is the first one on its bus. That is no error: no
+    /// other node was there yet to acknowledge its frames. The first frames that were acknowledged may be handled
+    /// before the state that preceded them, and end its last error.
     fn is_first(&self, bus: Bus, health: &Health) -> bool {
         let counters = &self.buses.counters[bus];
         matches!(health.last_error, LastError::Ack | LastError::None)
             && counters.received.saturating_add(counters.sent) < FIRST_FRAMES
     }
 
-    /// An error of a bus that is over when it is told.
+    /// Reports an error of a bus that has already ended.
     pub fn occurred(&mut self, code: ErrorCode, bus: Bus) {
         let source = bus.bdefault();
-        // Told once while the messages wait.
+        // Reported once while the messages wait.
         if !self.dictionary.emcy.is_waiting(code, source) {
             self.report_past(code, [source, 0, 0, 0, 0]);
         }
     }
 
-    /// Reports an error that is over already.
+    /// Reports an error that has already ended.
     #[inline(never)] // of several callers, neither in a hurry
     fn report_past(&mut self, code: ErrorCode, info: [u8; 5]) {
         self.raise(code, info);
@@ -259,7 +260,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.next = Instant::ZERO;
     }
 
-    /// Object 2032h; an emergency reports it when the boot-up message was sent.
+    /// Writes object 2032h. An emergency reports it after the boot-up message.
     pub fn set_post_mortem(&mut self, record: PostMortem) {
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft() {
             objects.post_mortem.record = record;
@@ -267,7 +268,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// A heartbeat or boot-up message was sent.
+    /// Notes that a heartbeat or boot-up message was sent.
     #[inline]
     pub fn on_heartbeat_sent(&mut self) {
         if core::mem::take(&mut self.is_reset_due) {
@@ -283,7 +284,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Objects 2020h and 2021h.
+    /// Updates objects 2020h and 2021h.
     pub fn refresh_health(&mut self) {
         let of = |bus| BusHealth::new(&self.buses.health[bus], &self.buses.counters[bus]);
         let health = (of(Bus::Nominal), of(Bus::Redundant));
@@ -292,14 +293,15 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// A segment of a block download that needs no object. Whether it was one.
+    /// Handles a segment of a block download that needs no object. Returns whether it was one.
     #[inline]
     pub fn on_plain_segment(&mut self, frame: &Frame, now: Instant) -> bool {
         let Self { dictionary, server, .. } = self;
         frame.full().is_some_and(|payload| server.on_plain_segment(payload, now, dictionary))
     }
 
-    /// The SDO server runs. Call it from one place, so that images carry it once. Whether a frame was of use.
+    /// Runs the SDO server. Returns whether a frame was of use. Call it from one place, so that an image has its
+    /// code once.
     #[inline(always)]
     pub fn serve(&mut self, step: SdoStep, now: Instant, send: &mut impl FnMut(Frame)) -> bool {
         let response = CobId::sdo_response(self.id);
@@ -328,33 +330,33 @@ impl<D: Device, E: Extension> Services<D, E> {
         true
     }
 
-    /// Whether a save runs, which goes on as soon as there is nothing else to do.
+    /// Returns whether a save is running. It continues when there is nothing else to do.
     pub fn is_saving(&self) -> bool {
         self.dictionary.stored.is_saving()
     }
 
-    /// When the SDO server was called last, while a save runs.
+    /// Returns the last call of the SDO server while a save is running.
     pub fn save_deadline(&self) -> Option<Instant> {
         self.is_saving().then_some(self.dictionary.now)
     }
 
-    /// Gives up a save that runs. Its client gets no answer.
+    /// Aborts a running save. Its client gets no answer.
     pub fn give_up_save(&mut self) {
         self.dictionary.stored.give_up();
         self.dictionary.answer = Answer::None;
     }
 
-    /// Whether the SDO server has a transfer.
+    /// Returns whether the SDO server has a transfer.
     pub fn is_sdo_busy(&self) -> bool {
         self.server.is_busy()
     }
 
-    /// A response of the SDO server left, or failed to.
+    /// Notes that a response of the SDO server was sent, or failed.
     pub fn on_sdo_sent(&mut self) {
         self.server.on_sent();
     }
 
-    /// Another NMT state. A transfer ends without a word where SDO is not allowed.
+    /// Takes a new NMT state. A transfer ends without an abort if SDO is not allowed in it.
     pub fn entered(&mut self, state: NmtState, now: Instant) {
         if !state.allows_sdo() {
             self.give_up_save();
@@ -373,7 +375,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// SYNC: its counter, zero when it has none.
+    /// Handles a SYNC. Returns its counter, zero if it has none.
     #[inline(always)] // called from one place
     pub fn on_sync(&mut self, bus: Bus, frame: &Frame, stamp: &Stamp) -> Result<u8, sync::UnexpectedLength> {
         if self.sync.is_plain(frame) { Ok(0) } else { self.on_special_sync(bus, frame, stamp) }
@@ -410,7 +412,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         tpdos.on_sync(counter, objects, &mut |_, frame| send(frame));
     }
 
-    /// Whether RPDOs wait for a SYNC.
+    /// Returns whether RPDOs wait for a SYNC.
     fn is_rpdo_waiting(&self) -> bool {
         self.dictionary.rpdos.is_waiting()
     }
@@ -440,12 +442,12 @@ impl<D: Device, E: Extension> Services<D, E> {
         (taken, is_told)
     }
 
-    /// When the SDO server has something to do.
+    /// Returns when the SDO server has something to do.
     pub fn sdo_deadline(&self) -> Option<Instant> {
         self.server.deadline()
     }
 
-    /// Something is due then, at the latest.
+    /// Makes sure that the node runs at `deadline` at the latest.
     #[inline]
     pub fn wake(&mut self, deadline: Option<Instant>) {
         if let Some(deadline) = deadline {
@@ -453,7 +455,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// When to poll next, the SDO server included.
+    /// Returns when to poll next, including the SDO server.
     pub fn deadline(&self, state: NmtState) -> Option<Instant> {
         let Dictionary { emcy, rpdos, tpdos, .. } = &self.dictionary;
         let all = [emcy.deadline(state), rpdos.deadline(), tpdos.deadline(), self.server.deadline()];

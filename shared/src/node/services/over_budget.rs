@@ -1,4 +1,4 @@
-//! A node that sends too much: counted, and reported (ECSS 5.3.3.1b).
+//! Budget of a node that sends too many frames: counted and reported (ECSS 5.3.3.1b).
 
 use super::Services;
 use crate::emcy::ErrorCode;
@@ -12,7 +12,7 @@ const COB_ID: u8 = 0x10;
 const NODE: u8 = 0x20;
 
 impl<D: Device, E: Extension> Services<D, E> {
-    /// A frame was refused. Returns whether that is news.
+    /// Counts a refused frame. Returns `false` if this error is active already.
     #[inline(always)] // called from one place
     pub fn over_budget(&mut self, id: CobId, over: Over, now: Instant) -> bool {
         let raw = id.raw();
@@ -31,7 +31,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.raise(ErrorCode::COMMUNICATION, [source, low, high, 0, 0])
     }
 
-    /// Nothing was refused for a while.
+    /// Notes that no frame was refused for a while: the error is gone.
     pub fn within_budget(&mut self) {
         let mut source = COB_ID;
         while source <= NODE {

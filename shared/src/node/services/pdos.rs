@@ -1,4 +1,4 @@
-//! PDOs as the dictionary has them: what a client writes, what defaults and the application want, and what of it can be.
+//! Applies the PDO configuration from SDO, from defaults and from the application.
 
 use super::{Brings, Dictionary, rules};
 use crate::emcy;
@@ -10,8 +10,8 @@ use crate::pdo::{Direction, Mapping, PdoParameters, PdoSlots, RpdoEvent, rules a
 use crate::types::{AbortCode, Address, Frame, Instant, NmtState};
 
 impl<D: Device, E: Extension> Dictionary<D, E> {
-    /// Takes all PDOs from the objects. Those that cannot be read so (bit 31 of their COB-ID), which is an error until they can,
-    /// or are not to be.
+    /// Takes all PDOs from the objects. A PDO that is impossible becomes invalid (bit 31 of its COB-ID). That is
+    /// an error until a possible one is written, or the PDO is switched off.
     pub fn set_pdos(&mut self, now: Instant) {
         // First of all none is valid: an old one must not be in the way of a new one.
         self.rpdos.clear();
@@ -101,15 +101,15 @@ impl<D: Device, E: Extension> Dictionary<D, E> {
     }
 }
 
-/// Source of the error that a PDO cannot be: 1 to 127 the first RPDOs, 129 to 255 the first TPDOs. Those beyond share the
-/// last one; the index follows in the message.
+/// Source of the error that a PDO cannot be: 1 to 127 the first RPDOs, 129 to 255 the first TPDOs. Those beyond
+/// share the last one; the index follows in the message.
 fn source_of(direction: Direction, number: usize) -> u8 {
     let nth = number.min(126) as u8;
     if direction == Direction::Receive { nth + 1 } else { nth + 129 }
 }
 
-/// Whether a PDO of the objects could be: if not, its COB-ID reads "not valid", and an emergency names the PDO, the index of
-/// its parameters, and the low half of the abort code that a client would get.
+/// Returns whether a PDO of the objects could be: if not, its COB-ID reads "not valid", and an emergency names the
+/// PDO, the index of its parameters, and the low half of the abort code that a client would get.
 fn report(
     emcy: &mut emcy::Producer,
     direction: Direction,

@@ -1,4 +1,5 @@
-//! Process data of a node: received frames, SYNC, events and timers, and values that are sampled when they are sent.
+//! Process data of a node: received frames, SYNC, events and timers, and values that are sampled for
+//! transmission.
 
 use super::time::{self, Brings, is_local_time};
 use super::{Dictionary, NodeEvent, Services};
@@ -12,13 +13,13 @@ use crate::types::{Bus, CobId, Duration, FineInstant, Frame, Instant, NmtState, 
 /// Lifetime of a frame with the time: a receiver's clock is late by what it waits.
 const TIME_LIFETIME: Duration = Duration::from_millis(5);
 
-/// Whether an object is sampled when it is read: local time, quality of the clock, health of the buses.
+/// Returns whether an object is sampled when it is read: local time, quality of the clock, health of the buses.
 fn is_live(index: u16) -> bool {
     is_local_time(index)
         || matches!(index, CLOCK_QUALITY | HEARTBEAT_SENT | HEALTH_NOMINAL | HEALTH_REDUNDANT)
 }
 
-/// Whether a mapping has an object for which `is_it` holds.
+/// Returns whether a mapping has an object for which `is_it` holds.
 fn has(mapping: &impl Mapping, is_it: impl Fn(u16) -> bool) -> bool {
     mapping.objects().iter().any(|object| is_it((object >> 16) as u16))
 }
@@ -73,8 +74,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// SYNC with this counter, in Operational: synchronous PDOs, sampled before RPDOs take effect. `withheld`: one that is not
-    /// sent.
+    /// Handles a SYNC with this counter in Operational. Synchronous TPDOs are sampled before RPDOs take effect.
+    /// `withheld`: COB-ID of a PDO that is not sent.
     #[inline(always)] // called from one place
     pub fn exchange<V: NodeEvent>(
         &mut self,
@@ -111,7 +112,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// A frame on the active bus, in Operational. Whether it was one of RPDOs.
+    /// Handles a frame on the active bus in Operational. Returns whether its COB-ID is that of an RPDO.
     #[inline(always)] // called from one place
     pub fn on_pdo<V: NodeEvent>(
         &mut self,
@@ -164,8 +165,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.wake(self.dictionary.rpdos.deadline());
     }
 
-    /// Sends what is due, SDO responses apart: each frame with the end of its lifetime, and whether it carries the time.
-    /// Emergencies go first: their COB-ID wins.
+    /// Sends what is due, except SDO responses. Each frame has the end of its lifetime and a flag: it carries the
+    /// time. Emergencies go first because their COB-IDs have the higher priority.
     pub fn poll(
         &mut self,
         until: Instant,

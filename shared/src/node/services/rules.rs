@@ -1,5 +1,5 @@
-//! What a write must obey beyond type and limits (CiA 301 7.5.2, ECSS 6.10b, 8.3.1): each service has the rules of its objects,
-//! those that concern several are here.
+//! Rules for writing beyond type and limits (CiA 301 7.5.2, ECSS 6.10b, 8.3.1). Each service has the rules of its
+//! objects. The rules that concern several services are here.
 
 use crate::emcy::EmcyConsumers;
 use crate::heartbeat::{ConsumerSlots, check_entry};
@@ -10,10 +10,10 @@ use crate::redundancy::RedundancyObjects;
 use crate::sync;
 use crate::types::{AbortCode, Address, CobId, NodeId};
 
-/// Objects above have no rules here.
+/// Index above which no object has a rule here.
 pub const LAST: u16 = index::REDUNDANCY;
 
-/// Whether `value`, a number of the right length, may be written to an object that is no PDO's.
+/// Checks a `value`, a number of the right length, that a client writes to an object other than those of PDOs.
 ///
 /// # Errors
 /// The abort code to answer.
@@ -50,9 +50,9 @@ pub fn check<D: Device, E: Extension>(
     }
 }
 
-/// Whether a stored value may be taken before communication starts: as [`check`], but nothing is in use yet, so that what
-/// a client may only write in steps may be as it was in the end. [`are_possible`] looks at SYNC and emergencies when all is
-/// loaded; PDOs are checked when they are set up.
+/// Checks a stored value before communication starts. As [`check`], except that nothing is in use yet: a value that
+/// a client has to write in steps may be the final one. [`are_possible`] checks SYNC and emergencies after
+/// everything is loaded. PDOs are checked when they are set up.
 ///
 /// # Errors
 /// As [`check`].
@@ -74,7 +74,7 @@ pub fn check_stored<D: Device, E: Extension>(
     }
 }
 
-/// Whether SYNC and emergencies may have the identifiers that they have.
+/// Returns whether SYNC and emergencies may have their present identifiers.
 pub fn are_possible(id: NodeId, communication: &Communication) -> bool {
     let (sync, emcy) = (communication.sync.cob_id, communication.emcy.cob_id);
     let unused = CobIdEntry::from_raw(INVALID);
@@ -84,12 +84,13 @@ pub fn are_possible(id: NodeId, communication: &Communication) -> bool {
         && !has(SYNC_IS_USED & sync, emcy)
 }
 
-/// Whether the node has the record or the array with this index.
+/// Returns whether the node has the record or the array with this index.
 const fn has_object<D: Device, E: Extension>(index: u16) -> bool {
     NodeObjects::<D, E>::DECLARED.find(Address::new(index, 1)).is_some()
 }
 
-/// Whether a PDO that becomes valid may have its identifier: SYNC (1005h) is no PDO, and emergencies (1014h) are no TPDO.
+/// Checks the identifier of a PDO that becomes valid: no PDO may have that of SYNC (1005h), no TPDO that of the
+/// emergencies (1014h).
 ///
 /// # Errors
 /// [`AbortCode::ParameterIncompatible`].
@@ -99,8 +100,8 @@ pub fn check_pdo(direction: Direction, communication: &Communication, cob_id: u3
     free(!(has(SYNC_IS_USED & sync.cob_id, cob_id) || is_emergency))
 }
 
-/// Whether a client may give this COB-ID to a TPDO or to the emergencies of the node: not that of another node. What a device
-/// declares is the mission's allocation, and stays.
+/// Checks the COB-ID that a client gives to a TPDO or to the emergencies of the node: it must not belong to
+/// another node. A COB-ID that the device declares is the allocation of the mission, and is accepted.
 ///
 /// # Errors
 /// [`AbortCode::ParameterIncompatible`].
@@ -108,8 +109,8 @@ pub fn check_sender(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> 
     free(!is_anothers(id, consumers, cob_id))
 }
 
-/// Whether a valid COB-ID belongs to another node in the pre-defined connection set, as far as this one knows others: the
-/// master, and those that 1016h names (ECSS 6.10l, m).
+/// Returns whether a valid COB-ID belongs to another node in the pre-defined connection set, as far as this one knows
+/// others: the master, and those that 1016h names (ECSS 6.10l, m).
 fn is_anothers(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> bool {
     let is_heard = |owner: NodeId| {
         let of_owner = |entry: &u32| *entry as u16 != 0 && *entry >> 16 == u32::from(owner.get());
@@ -119,21 +120,21 @@ fn is_anothers(id: NodeId, consumers: &impl ConsumerSlots, cob_id: u32) -> bool 
     owner.is_some_and(|owner| owner != id && is_heard(owner))
 }
 
-/// 1005h is an identifier in use whatever its bit 31.
+/// Mask of 1005h: its identifier is in use whatever bit 31 is.
 pub const SYNC_IS_USED: u32 = !(3 << 30);
 
 fn free(is_free: bool) -> Result<(), AbortCode> {
     if is_free { Ok(()) } else { Err(AbortCode::ParameterIncompatible) }
 }
 
-/// Whether two COB-IDs are valid and have one identifier.
+/// Returns whether two COB-IDs are valid and have one identifier.
 #[inline(never)] // of several callers, neither in a hurry
 fn has(one: u32, other: u32) -> bool {
     let one = CobIdEntry::from_raw(one).cob_id();
     one.is_some() && one == CobIdEntry::from_raw(other).cob_id()
 }
 
-/// Whether a valid TPDO has this COB-ID.
+/// Returns whether a valid TPDO has this COB-ID.
 fn is_sent<D: Device, E: Extension>(objects: &NodeObjects<D, E>, cob_id: u32) -> bool {
     objects.pdos.tpdos().0.iter().any(|pdo| has(pdo.cob_id, cob_id))
 }

@@ -11,21 +11,22 @@ use crate::types::{AbortCode, Address, Bus, Instant, NodeId};
 /// Steps of a save in one call: 32 bytes of values at most, 0.8 ms where flash takes 100 µs for a word.
 const STEPS: u32 = 4;
 
-/// Where parameters are kept.
+/// Parameter store as a node uses it.
 pub trait Storage: core::fmt::Debug {
-    /// With the store of the board, if there is one.
+    /// Takes the store of the board, if there is one.
     fn new(store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self;
 
-    /// Whether there is one.
+    /// Returns whether there is a store.
     fn is_there(&self) -> bool;
 
     /// Checks the stored set. Returns the loss since the last save, if there is one.
     fn check(&mut self) -> Option<Loss>;
 
-    /// Applies what is stored of a group, numbers by the `rules` of their objects. `Ok(None)` without a store.
+    /// Applies the stored parameters of a group. Numbers are checked by the `rules` of their objects. Returns
+    /// `Ok(None)` without a store.
     ///
     /// # Errors
-    /// [`StoreError::Hardware`]; what was applied before stays.
+    /// [`StoreError::Hardware`]. Parameters that were applied before stay.
     fn load<D: Objects>(
         &mut self,
         id: NodeId,
@@ -34,33 +35,33 @@ pub trait Storage: core::fmt::Debug {
         rules: impl Fn(&D, Address, u32) -> Result<(), AbortCode>,
     ) -> Result<Option<Loaded>, StoreError>;
 
-    /// Begins to save a group, or to restore its defaults at the next reset, as the object and sub-index `at` of 1010h or
-    /// 1011h ask.
+    /// Begins to save a group, or to restore its defaults at the next reset. `at` is the object and sub-index of
+    /// 1010h or 1011h that was written.
     ///
     /// # Errors
-    /// The abort code to answer; what was stored before holds.
+    /// The abort code to answer. Then the set that was stored before stays.
     fn begin(&mut self, id: NodeId, at: Address, now: Instant) -> Result<(), AbortCode>;
 
-    /// Whether a save, or a restore, runs.
+    /// Returns whether a save or a restore is running.
     fn is_saving(&self) -> bool;
 
-    /// Goes on with the save that runs, for a few words of flash. Returns the object it was asked by, and the abort code if it failed, at
-    /// its end.
+    /// Continues a running save by a few words of flash. At its end, returns the object that requested it, and
+    /// the abort code if it failed.
     fn advance<D: Objects>(&mut self, objects: &mut D) -> Option<(Address, Result<(), AbortCode>)>;
 
-    /// Gives the save up that runs; what was stored before holds.
+    /// Aborts a running save. The set that was stored before stays.
     fn give_up(&mut self);
 
-    /// Stores a Node-ID, or none, in maintenance mode (ECSS 6.10g): Node-ID or 0, its complement, 49h, 44h from the lowest byte
-    /// on. Returns what is stored now.
+    /// Stores a Node-ID, or none, in maintenance mode (ECSS 6.10g). The bytes from the lowest one on are: Node-ID
+    /// or 0, its complement, 49h, 44h. Returns the Node-ID that is stored now.
     ///
     /// # Errors
     /// [`AbortCode::DeviceState`] outside of maintenance mode, [`AbortCode::CannotTransfer`] for other bytes,
-    /// [`AbortCode::ValueRange`] for the master's Node-ID and above 127, or that of the store.
+    /// [`AbortCode::ValueRange`] for the master's Node-ID and above 127, or an error of the store.
     fn store_node_id(&mut self, value: &[u8]) -> Result<u32, AbortCode>;
 }
 
-/// A device that keeps none.
+/// Storage of a device that has no parameter store.
 #[derive(Debug)]
 pub struct NoStore;
 
@@ -106,10 +107,10 @@ impl Storage for NoStore {
     }
 }
 
-/// A parameter store, if the device has one.
+/// Storage of a device that may have a parameter store.
 pub struct Stored {
     pub store: Option<&'static mut (dyn ParameterStore + Send)>,
-    /// The store in maintenance mode, in which it has no parameters.
+    /// Store in maintenance mode, in which it has no parameters.
     pub maintained: Option<&'static mut (dyn ParameterStore + Send)>,
     limit: SaveLimit,
     /// The save that runs, and the object it was asked by.
@@ -211,14 +212,14 @@ impl Storage for Stored {
 }
 
 impl Stored {
-    /// Notes Bdefault. `None` without a store.
+    /// Writes Bdefault as a note. Returns `None` without a store.
     pub fn note_bdefault(&mut self, id: NodeId, bus: Bus) -> Option<Result<(), StoreError>> {
         Some(store::note_bdefault(&mut **self.store.as_mut()?, id, bus))
     }
 }
 
-/// Takes a stored value into the dictionary. A long one comes in parts, of which its owner's check is not asked: only the
-/// application itself makes strings of more than 256 bytes.
+/// Takes a stored value into the dictionary. A long one comes in parts, of which its owner's check is not asked:
+/// only the application itself makes strings of more than 256 bytes.
 fn apply<D: Objects>(objects: &mut D, at: Address, content: Content<'_>) -> Result<(), AbortCode> {
     if let Content::Whole(value) = content {
         return checked::write(objects, at, value);

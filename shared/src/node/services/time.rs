@@ -1,4 +1,4 @@
-//! The time in a node: what PDOs and clients bring of it and ask for (ECSS 7.1, 7.2).
+//! Time objects of a node: times that PDOs and clients bring, and times that they request (ECSS 7.1, 7.2).
 
 use super::{NodeEvent, Services};
 use crate::boot::TimePdo;
@@ -13,15 +13,15 @@ use crate::pdo::{Mapping, PdoSlots};
 use crate::time::{LocalScet, LocalUtc, PairOutcome, Places, mean_of_truncated};
 use crate::types::{Address, Bus, Duration, FineInstant, FineScet, Frame, Instant, Scet, Utc};
 
-/// What a receive PDO brings.
+/// Kind of time that a receive PDO carries.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Brings {
-    /// No time.
+    /// No time at all.
     #[default]
     Nothing,
-    /// 2010h.
+    /// SCET by object 2010h.
     Scet,
-    /// 2012h.
+    /// UTC by object 2012h.
     Utc,
 }
 
@@ -31,8 +31,8 @@ const BITS_OF_MS: u32 = 10;
 /// The mean of what is lost without microseconds, 499.5 of them in units of 2^-32 s.
 const MEAN_OF_MICROS: i64 = 2_145_336;
 
-/// Sources of EMCY 9000h: the clock was stepped because the spacecraft times contradict it; SYNCs of this master are stamped in the
-/// interrupt; the rate of the clock is at the limit of the crystals.
+/// Sources of EMCY 9000h: the clock was stepped because the spacecraft times contradict it; SYNCs of this master
+/// are stamped in the interrupt; the rate of the clock is at the limit of the crystals.
 const CLOCK_STEPPED: u8 = 0x10;
 const SYNC_UNCAPTURED: u8 = 0x11;
 const CLOCK_SATURATED: u8 = 0x12;
@@ -45,7 +45,7 @@ const LOWEST: u16 = 7;
 const HALF_OF_SCET: i64 = 1 << 10;
 const HALF_OF_UTC: i64 = 17_180;
 
-/// Bits of a command specifier that tell an upload from all else.
+/// Bits of a command specifier that distinguish an upload from all other requests.
 const UPLOADS: u8 = 0xE3;
 /// Initiate upload.
 const UPLOAD: u8 = 0x40;
@@ -63,23 +63,23 @@ impl Brings {
     }
 }
 
-/// Whether a mapping has the local time.
+/// Returns whether a mapping has the local time.
 pub fn carries_time(mapping: &impl Mapping) -> bool {
     mapping.objects().iter().any(|object| is_local_time((object >> 16) as u16))
 }
 
-/// Whether an object is the local time.
+/// Returns whether the object with this index is the local time.
 pub fn is_local_time(index: u16) -> bool {
     matches!(index, SCET_GET | UTC_GET)
 }
 
 impl<D: Device> Services<D> {
-    /// Local spacecraft time.
+    /// Returns the local spacecraft time.
     pub fn scet(&self, now: Instant) -> Scet {
         self.time.clock().at(now.into()).scet()
     }
 
-    /// The spacecraft time at the last SYNC.
+    /// Returns the spacecraft time at the last SYNC.
     pub fn scet_at_sync(&mut self) -> Option<Scet> {
         let at = self.last_sync()?;
         Some(self.time.clock().at(at).scet())
@@ -87,7 +87,7 @@ impl<D: Device> Services<D> {
 }
 
 impl<D: Device, E: Extension> Services<D, E> {
-    /// When the last SYNC ended, where it was sent.
+    /// Returns when the last SYNC ended at its producer.
     fn last_sync(&mut self) -> Option<FineInstant> {
         let objects = self.dictionary.objects.spacecraft.spacecraft()?;
         E::time(&mut self.time)?.last_sync(&objects.clock.correction)
@@ -119,14 +119,15 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Samples the local time for transmit PDOs that are sent without SYNC: that of the last SYNC where the spacecraft time is
-    /// distributed so (ECSS 7.2.3k), else the present one (7.2.2).
+    /// Samples the local time for transmit PDOs that are sent without SYNC. It is the time of the last SYNC if
+    /// the spacecraft time is distributed with SYNC (ECSS 7.2.3k), otherwise the present time (7.2.2).
     pub fn refresh_time_of_events(&mut self, now: Instant) {
         let of_sync = if self.is_time_by_sync { self.last_sync() } else { None };
         self.refresh_time(of_sync.unwrap_or_else(|| now.into()));
     }
 
-    /// Samples the objects of the time that an SDO request may read: one sample for all sub-indices of a record.
+    /// Samples the time objects that an SDO request may read. There is one sample for all sub-indices of a
+    /// record.
     pub fn refresh_time_for(&mut self, request: &Frame, now: Instant) {
         let [command, low, high, sub, ..] = request.bits().to_le_bytes();
         let at = Address::new(u16::from_le_bytes([low, high]), sub);
@@ -148,7 +149,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// Object 2015h.
+    /// Updates object 2015h.
     pub fn refresh_quality(&mut self, now: Instant) {
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft()
             && let Some(time) = E::time(&mut self.time)
@@ -157,7 +158,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// A SYNC on the active bus: its PDOs are sampled (ECSS 7.2.3k: the local time at its end).
+    /// Takes a SYNC on the active bus: its PDOs are sampled at its end (ECSS 7.2.3k).
     pub fn note_sync(&mut self, bus: Bus, stamp: &Stamp) {
         if let Some(time) = E::time(&mut self.time) {
             time.on_sync(bus, stamp);
@@ -169,8 +170,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// The heartbeat of this node ended (2016h): by this and the instant at which another node has received it the cable
-    /// between them is measured.
+    /// Takes the end of a heartbeat of this node (2016h). This instant and the one at which another node received
+    /// the heartbeat give the delay of the cable between them.
     pub fn note_heartbeat(&mut self, stamp: &Stamp) {
         if let Some(objects) = self.dictionary.objects.spacecraft.spacecraft()
             && let Some(sent) = E::time(&mut self.time).and_then(|time| time.on_heartbeat(stamp.fine()))
@@ -179,7 +180,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// A receive PDO has brought the time.
+    /// Takes the time that a receive PDO brought.
     #[inline(never)] // seldom
     pub fn take_time<V: NodeEvent>(
         &mut self,
@@ -198,7 +199,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// A spacecraft time of another master, as this one would send it. Whether it was one.
+    /// Takes a spacecraft time that another master sent, as this one would send it. Returns whether the frame was
+    /// one.
     pub fn overhear_time<V: NodeEvent>(
         &mut self,
         frame: &Frame,
@@ -280,14 +282,14 @@ impl<D: Device, E: Extension> Services<D, E> {
         self.set_error(ErrorCode::EXTERNAL, CLOCK_SATURATED, is_saturated);
     }
 
-    /// This node has sent a SYNC, which is noted. Whether it was just found that none of them is captured.
+    /// Notes that this node sent a SYNC. Returns whether it was found just now that its SYNCs are not captured.
     pub fn on_sync_produced(&mut self) -> bool {
         let is_uncaptured = E::time(&mut self.time).is_some_and(|time| time.is_uncaptured());
         self.set_error(ErrorCode::EXTERNAL, SYNC_UNCAPTURED, is_uncaptured)
     }
 
-    /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and its places. `None`: it is no
-    /// time.
+    /// The value that a PDO has put into 2010h or 2012h, with the mean of what is lost of it, and its places.
+    /// `None`: it is no time.
     fn brought_time(&mut self, brings: Brings) -> Option<(FineScet, Places)> {
         let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
         let objects = spacecraft.spacecraft()?;
@@ -311,7 +313,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// A client has written 2010h or 2012h: when the last sub-index of a record comes, the clock is set.
+    /// Takes a write to 2010h or 2012h by a client. The clock is set when the last sub-index of the record is
+    /// written.
     pub fn on_time_written<V: NodeEvent>(&mut self, at: Address, now: Instant, out: &mut Outbox<V>) {
         let NodeObjects { application, spacecraft, .. } = &mut self.dictionary.objects;
         let Some(objects) = spacecraft.spacecraft() else { return };
@@ -331,7 +334,7 @@ impl<D: Device, E: Extension> Services<D, E> {
         }
     }
 
-    /// The first valid transmit PDO that carries the local time.
+    /// Returns the first valid transmit PDO that carries the local time.
     pub fn time_pdo(&self) -> Option<TimePdo> {
         self.numbered_time_pdo().map(|(_, pdo)| pdo)
     }
@@ -345,7 +348,8 @@ impl<D: Device, E: Extension> Services<D, E> {
         })
     }
 
-    /// How long a synchronous PDO may wait: one that carries the time must not be taken for that of the next SYNC.
+    /// Returns the lifetime of a synchronous PDO. A PDO that carries the time must not be taken for that of the
+    /// next SYNC.
     pub fn synchronous_lifetime(&self) -> Duration {
         let pdos = &self.dictionary.objects.pdos;
         let mut tpdos = pdos.tpdos().0.iter().zip(self.carries_time.as_ref());

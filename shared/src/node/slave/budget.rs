@@ -1,4 +1,4 @@
-//! A slave that sends too much is silent for a time (ECSS 5.3.3.1b).
+//! Budget of a slave: above it the slave is silent for a time (ECSS 5.3.3.1b).
 
 use super::{Out, Slave};
 use crate::link::budget::{BudgetStep, Over};
@@ -6,8 +6,8 @@ use crate::node::{Device, SlaveEvent};
 use crate::types::{CobId, Instant};
 
 impl<D: Device> Slave<D> {
-    /// A frame was refused. Silence is Pre-operational without a way out but a reset: no PDO, while the master hears the node
-    /// and may ask it.
+    /// A frame was refused. Silence is Pre-operational without a way out but a reset: no PDO, while the master
+    /// hears the node and may ask it.
     #[inline(never)] // seldom
     pub(super) fn on_over_budget(&mut self, id: CobId, over: Over, now: Instant, out: &mut Out) {
         if self.canopen.services.over_budget(id, over, now) {

@@ -1,4 +1,4 @@
-//! What the controllers of a slave report beside received frames, as far as its redundancy depends on it.
+//! Events of a slave's controllers that its redundancy depends on, except received frames.
 
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;

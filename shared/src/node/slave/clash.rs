@@ -1,4 +1,4 @@
-//! Two nodes with one Node-ID: reported, and the one that booted last is silent.
+//! Two nodes with one Node-ID: the clash is reported, and the node that booted last is silent.
 
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;
@@ -9,8 +9,8 @@ use crate::node::{Device, SlaveEvent};
 use crate::redundancy::Parameters;
 use crate::types::{Bus, Frame, Instant};
 
-/// Heartbeat periods after boot-up for which a node yields to one that it hears while its own heartbeat is late: two rounds of
-/// the pattern of late heartbeats.
+/// Heartbeat periods after boot-up for which a node yields to one that it hears while its own heartbeat is late:
+/// two rounds of the pattern of late heartbeats.
 const ROUNDS: u32 = 2 * 32;
 
 impl<D: Device> Slave<D> {

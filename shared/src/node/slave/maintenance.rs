@@ -1,4 +1,4 @@
-//! Maintenance mode: the only one in which a Node-ID can be stored (ECSS 6.10g).
+//! Maintenance mode: the only mode in which a Node-ID can be stored (ECSS 6.10g).
 
 use super::Slave;
 use crate::node::Device;
@@ -7,11 +7,12 @@ use crate::store::ParameterStore;
 use crate::types::{Bus, Duration};
 
 impl<D: Device> Slave<D> {
-    /// In maintenance mode, with the Node-ID [`MAINTENANCE`](crate::store::identity::MAINTENANCE). Takes the place of
-    /// [`Slave::with_store`] and [`Slave::with_retained`].
+    /// Makes it a slave in maintenance mode, with the Node-ID [`MAINTENANCE`](crate::store::identity::MAINTENANCE).
+    /// Use it in place of [`Slave::with_store`] and [`Slave::with_retained`].
     ///
-    /// The node is on the nominal bus alone, in Pre-operational, and answers SDO requests. It sends nothing else, receives nothing
-    /// else, and loads and saves no parameters. A client stores a Node-ID by object 2046h, which is refused in every other mode.
+    /// The node is on the nominal bus alone, in Pre-operational, and answers SDO requests. It sends and receives
+    /// nothing else, and neither loads nor saves parameters. A client stores a Node-ID by object 2046h, which every
+    /// other mode refuses.
     #[must_use]
     pub fn in_maintenance(mut self, store: Option<&'static mut (dyn ParameterStore + Send)>) -> Self {
         self.maintain(store);

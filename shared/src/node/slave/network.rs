@@ -1,4 +1,4 @@
-//! Module control, heartbeats, and what follows from them: NMT state and bus.
+//! Module control and heartbeats of a slave, and their effect on NMT state and bus.
 
 use super::{Out, Slave};
 use crate::emcy::ErrorCode;

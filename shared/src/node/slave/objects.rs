@@ -1,4 +1,4 @@
-//! The dictionary of a slave at work: SDO, SYNC and PDOs, and what a written object means to the node.
+//! Dictionary of a slave at run time: SDO, SYNC and PDOs, and the effect of a written object.
 
 use super::{Out, Slave};
 use crate::emcy::{ErrorCode, PostMortem};
@@ -15,29 +15,30 @@ use crate::types::{AbortCode, Address, Duration, Frame, Instant, NodeId};
 const LAST_OWN: u16 = SELF_TEST_START;
 
 impl<D: Device> Slave<D> {
-    /// The object dictionary.
+    /// Returns the object dictionary.
     pub fn objects(&self) -> &NodeObjects<D> {
         &self.canopen.services.dictionary.objects
     }
 
-    /// The object dictionary alone, for a data sheet.
+    /// Returns the object dictionary alone, for a data sheet.
     pub fn into_objects(self) -> NodeObjects<D> {
         self.canopen.services.dictionary.objects
     }
 
-    /// An event of the application: sends a transmit PDO (0 is the first) as its transmission type has it. Refused, and
-    /// counted on the active bus, unless Operational and the PDO is valid.
+    /// Takes an event of the application: sends a transmit PDO (0 is the first) by its transmission type. Refuses
+    /// it, and counts that on the active bus, unless the node is Operational and the PDO is valid.
     pub fn send_pdo(&mut self, number: usize, now: Instant) {
         self.canopen.send_pdo(self.selector.selected(), number, now);
     }
 
-    /// An error of the device appeared: sends an EMCY with five bytes of which the first is its source (ECSS 6.4).
+    /// Reports an error of the device that appeared by an EMCY with five bytes. The first of them is its source
+    /// (ECSS 6.4).
     pub fn raise(&mut self, code: ErrorCode, info: [u8; 5]) {
         self.canopen.services.raise(code, info);
         self.canopen.services.next = Instant::ZERO;
     }
 
-    /// An error of the device is gone.
+    /// Reports that an error of the device is gone.
     pub fn clear(&mut self, code: ErrorCode, source: u8) {
         self.canopen.services.clear(code, source);
         self.canopen.services.next = Instant::ZERO;
@@ -123,8 +124,8 @@ impl<D: Device> Slave<D> {
         self.canopen.services.change(now, |objects| objects.spacecraft.self_test = result);
     }
 
-    /// Puts the record of the last reset into object 2032h. Before the tasks of the node run: an emergency (6100h, 3200h for a
-    /// brown-out, 5000h for the oscillator) follows the boot-up message.
+    /// Puts the record of the last reset into object 2032h. Call it before the tasks of the node run. An
+    /// emergency follows the boot-up message: 6100h, 3200h for a brown-out, 5000h for the oscillator.
     pub fn set_post_mortem(&mut self, record: PostMortem) {
         self.canopen.services.set_post_mortem(record);
     }

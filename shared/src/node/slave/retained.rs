@@ -1,4 +1,5 @@
-//! What a slave keeps over a reset and beyond power-off: Bdefault where it found its master, and resets in a row.
+//! Values that a slave keeps over a reset or beyond power-off: Bdefault as the bus where it found its master, and
+//! resets in a row.
 //!
 //! | kept | since | until |
 //! | --- | --- | --- |
@@ -40,8 +41,8 @@ impl Memory {
 }
 
 impl<D: Device> Slave<D> {
-    /// With memory that outlives a reset: the slave starts on the bus where it found its master last, and counts resets in
-    /// a row over those of its chip.
+    /// Adds memory that outlives a reset. The slave starts on the bus where it last found its master, and counts
+    /// resets in a row across resets of its chip.
     #[must_use]
     pub fn with_retained(mut self, words: &'static mut (dyn RetainedMemory + Send)) -> Self {
         let held = Retained::decode(words.read()).unwrap_or_default();
@@ -97,7 +98,7 @@ impl<D: Device> Slave<D> {
         self.retained.hold(Retained { bdefault: None, ..self.retained.held });
     }
 
-    /// Whether a command is a reset of this node that the guard does not let pass.
+    /// Returns whether a command is a reset of this node that the guard does not let pass.
     pub(super) fn is_refused(&mut self, bus: Bus, message: &NmtMessage, now: Instant, out: &mut Out) -> bool {
         let NmtMessage { command, target } = *message;
         if !matches!(command, Command::ResetNode | Command::ResetCommunication)

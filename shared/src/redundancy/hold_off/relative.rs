@@ -1,11 +1,11 @@
-//! Relative to now, for the model checker.
+//! Shifts the clock of the hold-off, for the model checker.
 
 use super::{Move, Rhythm, UNDER_WAY, Work};
 use crate::redundancy::Parameters;
 use crate::types::{Duration, Instant, PerBus, Rebase};
 
 impl Rhythm {
-    /// Rhythms that will always have the same patience become equal.
+    /// Makes records equal that will always have the same patience.
     pub fn rebase(&mut self) {
         // Oldest first; one that is shorter than a later one is forgotten before it and never counts.
         self.gaps.rotate_left(usize::from(self.count & 3));
@@ -19,7 +19,7 @@ impl Rhythm {
 }
 
 impl Move {
-    /// Shifts the clock. `None`: it can neither be taken back nor be contradicted any more.
+    /// Shifts the clock. `None`: the move can neither be taken back nor be contradicted any more.
     pub fn rebased(mut self, to: &Rebase, parameters: &Parameters, now: Instant) -> Option<Move> {
         if !self.is_open(now, parameters) && !self.was_under_way(now) {
             return None;
@@ -33,7 +33,7 @@ impl Move {
 }
 
 impl Work {
-    /// Shifts the clock. Only whether there was work on a bus counts.
+    /// Shifts the clock. Keeps only whether there was work on each bus.
     pub fn rebase(&mut self, to: &Rebase, patience: Duration) {
         let frames = PerBus::from_fn(|bus| u32::from(self.frames[bus] != self.before[bus]));
         (self.frames, self.before) = (frames, PerBus::default());

@@ -1,17 +1,17 @@
-//! Relative to now, for the model checker.
+//! Shifts the clock of the manager, for the model checker.
 
 use super::Manager;
 use crate::redundancy::Broken;
 use crate::types::{Instant, Rebase};
 
 impl<const N: usize> Manager<N> {
-    /// Breaks a rule.
+    /// Breaks a rule, for tests.
     pub fn break_rule(&mut self, broken: Option<Broken>) {
         self.broken = broken;
         self.peers.broken = broken;
     }
 
-    /// Whether this rule is broken.
+    /// Returns whether this rule is broken.
     pub fn is_broken(&self, rule: Broken) -> bool {
         self.broken == Some(rule)
     }

@@ -1,10 +1,10 @@
-//! How many slaves a master hears: what its claim says.
+//! Number of slaves that a master hears, for its claim.
 
 use super::{Peer, Peers};
 use crate::types::{Duration, Instant};
 
 impl<const N: usize> Peers<N> {
-    /// Number of slaves that count and were heard last on the active bus, within the consumer time.
+    /// Returns the number of slaves that count and were last heard on the active bus, within the consumer time.
     pub fn heard(&self, now: Instant, consumer: Duration) -> u8 {
         // The silence of one whose last heartbeat came elsewhere, or before a change of the bus, begins at another instant.
         let is_here = |peer: &Peer| peer.heartbeat.deadline(consumer) == Some(peer.silent_at);

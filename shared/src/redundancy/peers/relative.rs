@@ -1,4 +1,4 @@
-//! Relative to now, for the model checker.
+//! Shifts the clock of the peers, for the model checker.
 
 use super::{MEMORY, Peer, Peers};
 use crate::redundancy::{Broken, Parameters};

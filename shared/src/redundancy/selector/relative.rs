@@ -1,16 +1,16 @@
-//! Relative to now, for the model checker.
+//! Shifts the clock of the selector, for the model checker.
 
 use super::{Phase, Selection, Selector};
 use crate::redundancy::Broken;
 use crate::types::{Bus, Instant, PerBus, Rebase};
 
 impl Selector {
-    /// Breaks a rule.
+    /// Breaks a rule, for tests.
     pub fn break_rule(&mut self, broken: Option<Broken>) {
         self.broken = broken;
     }
 
-    /// Whether this rule is broken.
+    /// Returns whether this rule is broken.
     pub fn is_broken(&self, rule: Broken) -> bool {
         self.broken == Some(rule)
     }
@@ -50,8 +50,8 @@ impl Selector {
         }
     }
 
-    /// Shifts the clock from `now`, when everything due was polled. `frames` as for [`Selector::on_work`]; returns the
-    /// counts to go on with.
+    /// Shifts the clock from `now`, when everything due was polled. `frames`: as for [`Selector::on_work`].
+    /// Returns the counts to continue with.
     pub fn rebase(&mut self, frames: PerBus<u32>, now: Instant) -> PerBus<u32> {
         let (to, parameters) = (Rebase::new(now), self.parameters);
         // Later than that, a switch that is overdue does not count from its time.

@@ -1,11 +1,11 @@
-//! Relative to now, for the model checker.
+//! Shifts the clock of the standby, for the model checker.
 
 use super::{Encounter, Standby};
 use crate::redundancy::Broken;
 use crate::types::{Instant, Rebase};
 
 impl Standby {
-    /// Breaks a rule.
+    /// Breaks a rule, for tests.
     pub fn break_rule(&mut self, broken: Option<Broken>) {
         self.broken = broken;
     }

@@ -1,4 +1,4 @@
-//! What a server answers, and what does not belong.
+//! Responses of a server, and frames that do not belong to the transfer.
 
 use super::{Client, Error, Mode, Protocol, State};
 use crate::sdo::wire;
@@ -6,8 +6,8 @@ use crate::sdo::wire::{Payload, Response};
 use crate::types::{AbortCode, Address, Instant};
 
 impl Client {
-    /// A response came in. Whether it was of use: frames without a transfer, segments out of order, repeated frames and
-    /// aborts of other transfers are ignored.
+    /// Handles a response. Returns whether it was of use. Frames without a transfer, segments out of order,
+    /// repeated frames and aborts of other transfers are ignored.
     pub fn on_response(&mut self, payload: &Payload, now: Instant, send: &mut impl FnMut(Payload)) -> bool {
         let [command, data @ ..] = payload;
         if !self.is_on_the_way() || self.strays.claim(*command, now) {
@@ -85,8 +85,8 @@ impl Client {
         used.map(|()| true)
     }
 
-    /// The server aborts. Whether it means this transfer: the abort of an earlier one may be late. A server that does not
-    /// know what it aborts says 0000h.
+    /// The server aborts. Whether it means this transfer: the abort of an earlier one may be late. A server that
+    /// does not know what it aborts says 0000h.
     fn on_abort(&mut self, at: Address, code: u32) -> bool {
         if at != self.at && at != Address::new(0, 0) {
             return false;

@@ -67,7 +67,7 @@ impl Client {
         Ok(())
     }
 
-    /// What the bus has room for of a sub-block, as far as its bytes are there.
+    /// Sends the segments of a sub-block for which the bus has room and whose bytes are available.
     pub(super) fn send_sub_block(&mut self, now: Instant, send: &mut impl FnMut(Payload)) {
         let State::BlockDownload { sender, .. } = &mut self.state else { return };
         while let Some(next) = sender.next(self.size) {

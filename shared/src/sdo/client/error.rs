@@ -1,8 +1,8 @@
-//! How a transfer fails.
+//! Errors of a transfer of the client.
 
 use crate::types::AbortCode;
 
-/// Why a transfer of a client ended without success.
+/// Reason why a transfer of a client ended without success.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Error {
@@ -10,18 +10,19 @@ pub enum Error {
     Abort(AbortCode),
     /// The server aborted the transfer, with a code that CiA 301 does not define.
     UnknownAbort(u32),
-    /// No answer in time, or an application that did not give or take data in time. The server was told.
+    /// No response came in time, or the application did not give or take data in time. The client sent an abort.
     Timeout,
-    /// What the server sent does not belong to the transfer or is not what it said. It was told this code.
+    /// The response does not belong to the transfer, or contradicts the request. The client sent an abort with
+    /// this code.
     Protocol(AbortCode),
-    /// The value has more bytes than the application takes. The server was told.
+    /// The value has more bytes than the application takes. The client sent an abort.
     TooLarge,
-    /// The active bus changed. The server was told, on the bus that is active now.
+    /// The active bus changed. The client sent an abort on the bus that is active now.
     BusChanged,
 }
 
 impl Error {
-    /// The abort code that was received or sent; every failed transfer has one.
+    /// Returns the abort code that was received or sent. Every failed transfer has one.
     pub const fn code(self) -> u32 {
         match self {
             Error::Abort(code) | Error::Protocol(code) => code.code(),

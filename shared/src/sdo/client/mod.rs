@@ -1,8 +1,4 @@
 //! SDO client: one transfer at a time, with the server of any node.
-//!
-//! A transfer is started, then fed with [`Client::push`] or emptied with [`Client::pull`] until it has an
-//! [`Client::outcome`]. Frames go out of [`Client::poll`] and [`Client::on_response`] only, so poll after every other call
-//! and when [`Client::deadline`] has come.
 
 mod answer;
 mod download;
@@ -26,40 +22,45 @@ const THRESHOLD: u8 = 28;
 /// A pause in a sub-block as long as this part of the timeout means that its last segments are lost.
 const PAUSE: u64 = 4;
 
-/// Which protocol moves a value that does not fit into one frame.
+/// Protocol for a value that does not fit into one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mode {
-    /// Blocks for values of more than 28 bytes, if the server knows them; else segments.
+    /// Blocks for values of more than 28 bytes if the server supports them, otherwise segments.
     #[default]
     Auto,
-    /// Segments.
+    /// Segments for values of any size.
     Segmented,
-    /// Blocks, whatever the size.
+    /// Blocks for values of any size.
     Block,
 }
 
-/// The client of one SDO connection.
+/// Client of one SDO connection: one transfer at a time, with the server of any node.
+///
+/// Start a transfer, then [push](Client::push) or [pull](Client::pull) its bytes until it has an
+/// [outcome](Client::outcome). Only [`Client::poll`] and [`Client::on_response`] send frames. So poll after every
+/// other call, and when [`Client::deadline`] has come. The page of the [module](crate::sdo) has an example.
+#[doc(alias("SDO client", "CSDO", "1280h"))]
 #[derive(Debug)]
 pub struct Client {
     state: State,
     mode: Mode,
     timeout: Duration,
-    /// When the transfer has waited too long, for the rest of a sub-block or for anything.
+    /// End of the time that the transfer waits, for the rest of a sub-block or for any frame.
     deadline: Instant,
     strays: Strays,
     at: Address,
-    /// Download: the size. Upload: the size when it is told, before that the most that is taken.
+    /// Download: the size. Upload: the size once the server sent it, before that the most that is accepted.
     size: u32,
     is_size_told: bool,
     /// Download: bytes that the server has acknowledged. Upload: bytes received.
     moved: u32,
-    /// Of all bytes pushed, or received but for the last segment.
+    /// Checksum of all bytes pushed, or of those received without the last segment.
     crc: Crc,
     staging: Staging,
 }
 
-/// What a transfer begins with.
+/// First request of a transfer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Protocol {
     Download,
@@ -72,7 +73,7 @@ enum Protocol {
 enum State {
     /// No transfer.
     Idle,
-    /// It is over, which nobody has asked for yet.
+    /// Finished. The outcome was not fetched yet.
     Done(Result<usize, Error>),
     /// The request is to be sent.
     Initiate(Protocol),
@@ -93,7 +94,7 @@ enum State {
 }
 
 impl Client {
-    /// Without a transfer. One that stands still for `timeout` is aborted.
+    /// Makes a client without a transfer. A transfer without progress for `timeout` is aborted.
     pub const fn new(timeout: Duration) -> Client {
         Client {
             state: State::Idle,
@@ -110,18 +111,18 @@ impl Client {
         }
     }
 
-    /// Begins to read a value of at most `most` bytes. A transfer that runs is forgotten: [cancel](Client::cancel) it
-    /// first.
+    /// Begins to read a value of at most `most` bytes. Drops a running transfer without an abort:
+    /// [cancel](Client::cancel) it first.
     ///
-    /// [`Mode::Auto`] asks for a block upload and lets the server choose segments for a small value; a server that knows
-    /// no blocks costs one exchange more.
+    /// [`Mode::Auto`] requests a block upload and lets the server choose segments for a small value. With a server
+    /// that does not support blocks it costs one exchange more.
     pub fn start_upload(&mut self, at: Address, most: usize, mode: Mode) {
         let protocol = if mode == Mode::Segmented { Protocol::Upload } else { Protocol::BlockUpload };
         self.start(at, u32::try_from(most).unwrap_or(u32::MAX), mode, protocol);
     }
 
-    /// Begins to write a value of `size` bytes, all of which are to be [pushed](Client::push). A transfer that runs is
-    /// forgotten: [cancel](Client::cancel) it first.
+    /// Begins to write a value of `size` bytes; [push](Client::push) all of them. Drops a running transfer
+    /// without an abort: [cancel](Client::cancel) it first.
     pub fn start_download(&mut self, at: Address, size: usize, mode: Mode) {
         let is_small = size <= usize::from(THRESHOLD);
         let protocol = match mode {
@@ -142,14 +143,14 @@ impl Client {
         (self.is_size_told, self.moved, self.crc) = (false, 0, Crc::new());
     }
 
-    /// Gives bytes of a download; how many were taken.
+    /// Takes bytes of a download. Returns the number of bytes taken.
     pub fn push(&mut self, bytes: &[u8]) -> usize {
         let taken = bytes.get(..bytes.len().min(self.room())).unwrap_or_default();
         self.crc.update(taken);
         self.staging.push(taken)
     }
 
-    /// How many bytes [`Client::push`] takes now.
+    /// Returns the number of bytes that [`Client::push`] takes now.
     pub fn room(&self) -> usize {
         if !self.is_downloading() {
             return 0;
@@ -158,8 +159,8 @@ impl Client {
         to_come.min(self.staging.room())
     }
 
-    /// Takes bytes of an upload; how many there were. Those received last stay here after the outcome, until the next
-    /// transfer starts.
+    /// Copies bytes of an upload. Returns their number. The last bytes stay available after the outcome, until
+    /// the next transfer starts.
     pub fn pull(&mut self, into: &mut [u8]) -> usize {
         let ready = self.ready();
         let most = into.len().min(ready);
@@ -168,14 +169,14 @@ impl Client {
         pulled
     }
 
-    /// How the transfer ended, once: how many bytes the value has, or why not.
+    /// Returns the outcome of the transfer, once: the number of bytes of the value, or the error.
     pub fn outcome(&mut self) -> Option<Result<usize, Error>> {
         let State::Done(outcome) = self.state else { return None };
         self.state = State::Idle;
         Some(outcome)
     }
 
-    /// Whether it is the application that the transfer waits for: to push, to pull, or to ask for the outcome.
+    /// Returns whether the transfer waits for the application: to push, to pull, or to fetch the outcome.
     pub fn needs_application(&self) -> bool {
         match self.state {
             State::Done(_) => true,
@@ -186,12 +187,12 @@ impl Client {
         }
     }
 
-    /// Whether blocks are moved, whose frames leave no room for those of lower priority.
+    /// Returns whether blocks are moved. Their frames leave no room for frames of lower priority.
     pub const fn fills_bus(&self) -> bool {
         matches!(self.state, State::BlockDownload { .. } | State::BlockUpload { .. })
     }
 
-    /// The time is `now`: what is due is sent or given up.
+    /// Sends or aborts what is due at `now`.
     pub fn poll(&mut self, now: Instant, send: &mut impl FnMut(Payload)) {
         if self.is_on_the_way() && self.deadline <= now {
             match &mut self.state {
@@ -259,19 +260,19 @@ impl Client {
         })
     }
 
-    /// When to [poll](Client::poll) at the latest.
+    /// Returns when to [poll](Client::poll) at the latest.
     pub fn deadline(&self) -> Option<Instant> {
         self.is_on_the_way().then_some(self.deadline)
     }
 
-    /// A frame of this client left the bus, or failed to.
+    /// Notes that a frame of this client left the bus, or failed.
     pub fn on_sent(&mut self) {
         if let State::BlockDownload { sender, .. } = &mut self.state {
             sender.on_sent();
         }
     }
 
-    /// Ends a transfer that nobody waits for any more; there is no outcome.
+    /// Aborts the running transfer. There is no outcome.
     pub fn cancel(&mut self, send: &mut impl FnMut(Payload)) {
         if self.is_on_the_way() {
             send(wire::abort(self.at, AbortCode::LocalControl.code()));
@@ -280,14 +281,14 @@ impl Client {
         self.staging.clear();
     }
 
-    /// The active bus changed: what was on its way is lost.
+    /// Aborts the running transfer, because the active bus changed.
     pub fn bus_changed(&mut self, send: &mut impl FnMut(Payload)) {
         if self.is_on_the_way() {
             self.fail(Error::BusChanged, send);
         }
     }
 
-    /// Ends the transfer, tells the server.
+    /// Ends the transfer and sends the server an abort.
     fn fail(&mut self, error: Error, send: &mut impl FnMut(Payload)) {
         send(wire::abort(self.at, error.code()));
         self.done(Err(error));
@@ -307,7 +308,7 @@ impl Client {
         self.state = state;
     }
 
-    /// Whether the server knows of the transfer.
+    /// Returns whether the server knows the transfer.
     fn is_on_the_way(&self) -> bool {
         !matches!(self.state, State::Idle | State::Done(_) | State::Initiate(_))
     }

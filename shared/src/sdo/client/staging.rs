@@ -1,15 +1,15 @@
-//! Bytes between the application and the wire: one sub-block of them.
+//! Buffer between the application and the bus: the bytes of one sub-block.
 
 use crate::sdo::block::{MOST, SEGMENT};
 
-/// Bytes of the largest sub-block.
+/// Number of bytes of the largest sub-block.
 pub const STAGING: usize = MOST as usize * SEGMENT as usize;
 
 /// A ring of bytes. What is in it can be read at any place, because a sub-block may have to be sent again.
 #[derive(Debug)]
 pub(super) struct Staging {
     bytes: [u8; STAGING],
-    /// Where the first byte is.
+    /// Offset of the first byte.
     head: usize,
     len: usize,
 }
@@ -31,7 +31,7 @@ impl Staging {
         STAGING.saturating_sub(self.len)
     }
 
-    /// Takes in as many bytes as there is room for; how many.
+    /// Takes as many bytes as there is room for. Returns their number.
     pub fn push(&mut self, from: &[u8]) -> usize {
         let (before, after) = self.bytes.split_at_mut_checked(self.head).unwrap_or_default();
         // Free are the bytes behind the last one, then those before the first.
@@ -44,7 +44,7 @@ impl Staging {
         taken
     }
 
-    /// Copies the bytes from the `at`th on; how many there were.
+    /// Copies the bytes from the `at`th on. Returns their number.
     pub fn peek(&self, at: usize, into: &mut [u8]) -> usize {
         let most = into.len().min(self.len.saturating_sub(at));
         let into = into.get_mut(..most).unwrap_or_default();
@@ -55,14 +55,14 @@ impl Staging {
         copied + before.get(wrapped..).map_or(0, |before| copy(rest, before))
     }
 
-    /// Whether these are the bytes that were pushed last.
+    /// Returns whether these are the bytes that were pushed last.
     pub fn ends_with(&self, bytes: &[u8; SEGMENT as usize]) -> bool {
         let mut last = [0; SEGMENT as usize];
         self.peek(self.len.saturating_sub(last.len()), &mut last);
         last == *bytes
     }
 
-    /// Forgets the first bytes.
+    /// Removes the first bytes.
     pub fn consume(&mut self, count: usize) {
         let count = count.min(self.len);
         self.head += count;
@@ -72,7 +72,7 @@ impl Staging {
         self.len -= count;
     }
 
-    /// Forgets the last bytes.
+    /// Removes the last bytes.
     pub fn truncate(&mut self, count: usize) {
         self.len = self.len.saturating_sub(count);
     }

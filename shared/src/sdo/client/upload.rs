@@ -10,7 +10,7 @@ use crate::types::{AbortCode, Address, Instant};
 /// Bytes of a segment.
 pub(super) const SEGMENT: usize = block::SEGMENT as usize;
 
-/// How many segments there is room for.
+/// Returns the number of segments for which there is room.
 pub(super) fn block_size(staging: &Staging) -> u8 {
     (staging.room() / SEGMENT).min(usize::from(MOST)) as u8
 }
@@ -158,7 +158,7 @@ impl Client {
         Ok(())
     }
 
-    /// Bytes that may be pulled: what of the last segment counts is told at the end.
+    /// Bytes that may be pulled. The number of bytes of the last segment that count is known at the end.
     pub(super) fn ready(&self) -> usize {
         match self.state {
             _ if self.is_downloading() => 0,

@@ -9,8 +9,9 @@ use crate::sdo::wire::Payload;
 use crate::types::{AbortCode, Instant};
 
 impl Server {
-    /// A segment of a download as nearly all are: it comes in its turn, neither first nor last of its sub-block, and it
-    /// fits, so that the deadline only moves away. Whether it was one; if not, [`Server::on_request`] takes it.
+    /// Handles a segment of nearly every call: it is the next one, neither first nor last of its sub-block, and
+    /// it fits. The deadline then only becomes later. Returns whether it was such a segment. If not, call
+    /// [`Server::on_request`].
     #[inline]
     pub fn on_plain_segment(
         &mut self,
@@ -78,7 +79,7 @@ impl Server {
         !matches!(heard, SegmentOutcome::Ends | SegmentOutcome::Ignored)
     }
 
-    /// The download fails, which is told at the end of the sub-block.
+    /// The download fails. The client gets the abort at the end of the sub-block.
     fn refuse(&mut self, code: AbortCode, objects: &mut impl ObjectAccess) {
         self.value.close(objects);
         if let State::BlockDownload { refused, .. } = &mut self.state {
@@ -90,7 +91,7 @@ impl Server {
         matches!(&self.state, State::BlockDownload { receiver, .. } if receiver.is_heard())
     }
 
-    /// Acknowledges a sub-block, or tells that the download is refused.
+    /// Acknowledges a sub-block, or aborts a download that is refused.
     pub(super) fn end_sub_block(
         &mut self,
         is_complete: bool,

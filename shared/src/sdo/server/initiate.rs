@@ -1,4 +1,4 @@
-//! Requests that begin a transfer; expedited ones complete it at once.
+//! Requests that begin a transfer. An expedited request completes it at once.
 
 use super::{BLOCK_SIZE, Server, State, Turn};
 use crate::od::{ObjectAccess, Transfer};

@@ -1,8 +1,4 @@
 //! SDO server: answers the requests of one client.
-//!
-//! A new initiate request ends a transfer that runs, without a word: its client has begun anew. Every other request that
-//! does not belong to the transfer aborts it. What can be taken for a command though it is a segment that was on its way
-//! when its transfer ended is recognised and ignored.
 
 mod blocks;
 mod initiate;
@@ -21,15 +17,58 @@ const BLOCK_SIZE: u8 = MOST;
 /// A pause in a sub-block as long as this part of the timeout means that its last segments are lost.
 const PAUSE: u64 = 4;
 
-/// The server of a node. Give it what comes to the COB-ID of its requests, send what it hands out.
+/// SDO server of a node. Pass it the frames with the COB-ID of its requests, and send the payloads that it returns.
 ///
 /// Call [`Server::poll`] when [`Server::deadline`] has come and after [`Server::on_sent`].
+///
+/// ```
+/// # use ecss_can::od::{ObjectAccess, Transfer};
+/// use ecss_can::sdo::Server;
+/// # use ecss_can::types::{AbortCode, Address};
+/// use ecss_can::types::{Duration, Instant};
+/// # /// Object 1017h alone.
+/// # struct Dictionary(Vec<u8>);
+/// # impl ObjectAccess for Dictionary {
+/// #     fn upload(&mut self, at: Address) -> Result<Transfer, AbortCode> {
+/// #         if at.index == 0x1017 { Ok(Transfer::Whole(self.0.len())) } else { Err(AbortCode::NoObject) }
+/// #     }
+/// #     fn read(&mut self, _: Address, offset: usize, into: &mut [u8]) -> Result<usize, AbortCode> {
+/// #         let rest = &self.0[offset..];
+/// #         let count = rest.len().min(into.len());
+/// #         into[..count].copy_from_slice(&rest[..count]);
+/// #         Ok(count)
+/// #     }
+/// #     fn download(&mut self, _: Address, _: Option<usize>) -> Result<Transfer, AbortCode> { Ok(Transfer::Whole(2)) }
+/// #     fn write(&mut self, _: Address, value: &[u8]) -> Result<(), AbortCode> { self.0 = value.to_vec(); Ok(()) }
+/// #     fn write_part(&mut self, _: Address, _: usize, _: &[u8]) -> Result<(), AbortCode> { Ok(()) }
+/// #     fn finish(&mut self, _: Address, _: usize) -> Result<(), AbortCode> { Ok(()) }
+/// #     fn cancel(&mut self, _: Address) {}
+/// # }
+///
+/// let mut objects = Dictionary(vec![100, 0]); // implements `ObjectAccess`, as the dictionary of a node does
+/// let mut server = Server::new(Duration::from_millis(500));
+/// let mut answers = Vec::new();
+/// let send = &mut |payload| answers.push(payload);
+/// let read_1017h = [0x40, 0x17, 0x10, 0, 0, 0, 0, 0];
+/// let read_1018h = [0x40, 0x18, 0x10, 1, 0, 0, 0, 0];
+/// assert!(server.on_request(&read_1017h, Instant::ZERO, &mut objects, send));
+/// assert!(server.on_request(&read_1018h, Instant::ZERO, &mut objects, send));
+/// assert_eq!(answers[0], [0x4B, 0x17, 0x10, 0, 100, 0, 0, 0]);
+/// assert_eq!(answers[1], [0x80, 0x18, 0x10, 1, 0x00, 0x00, 0x02, 0x06]); // 0602 0000h: no such object
+/// ```
+///
+/// # Limits
+///
+/// - A new initiate request ends a running transfer without an abort: the client has started again.
+/// - Any other request that does not belong to the transfer aborts it. A late segment of an ended transfer is
+///   recognised, and ignored.
+#[doc(alias("SDO server", "SSDO", "1200h"))]
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Server {
     state: State,
     timeout: Duration,
-    /// When the transfer has waited too long, for the rest of a sub-block or for anything.
+    /// End of the time that the transfer waits, for the rest of a sub-block or for any frame.
     deadline: Instant,
     value: Value,
 }
@@ -46,7 +85,7 @@ enum State {
     Download { toggle: bool },
     /// Upload segment request for the bytes from `offset` on.
     Upload { toggle: bool, offset: u32 },
-    /// Segments of a sub-block. Once refused, the rest of the sub-block is let pass before that is told.
+    /// Segments of a sub-block. After a refusal the rest of the sub-block is ignored before the abort is sent.
     BlockDownload { receiver: Receiver, refused: Option<AbortCode> },
     /// End of a block download.
     BlockDownloadEnd(Receiver),
@@ -75,13 +114,13 @@ impl<O: ObjectAccess, S: FnMut(Payload)> Turn<'_, O, S> {
 }
 
 impl Server {
-    /// Without a transfer. One that stands still for `timeout` is aborted.
+    /// Makes a server without a transfer. A transfer without progress for `timeout` is aborted.
     pub const fn new(timeout: Duration) -> Server {
         Server { state: State::Idle, timeout, deadline: Instant::ZERO, value: Value::new() }
     }
 
-    /// A request came in. Whether it was of use: segments out of order, repeated frames and aborts without a transfer are
-    /// ignored.
+    /// Handles a request. Returns whether it was of use. Segments out of order, repeated frames and aborts
+    /// without a transfer are ignored.
     #[inline(always)] // called from one place
     pub fn on_request(
         &mut self,
@@ -248,7 +287,7 @@ impl Server {
         Ok(())
     }
 
-    /// The time is `now`: what is due is sent or given up.
+    /// Sends or aborts what is due at `now`.
     pub fn poll(&mut self, now: Instant, objects: &mut impl ObjectAccess, send: &mut impl FnMut(Payload)) {
         let turn = &mut Turn { now, objects, send };
         if self.is_busy() && self.deadline <= now {
@@ -266,24 +305,24 @@ impl Server {
         }
     }
 
-    /// When to [poll](Server::poll) at the latest.
+    /// Returns when to [poll](Server::poll) at the latest.
     pub fn deadline(&self) -> Option<Instant> {
         self.is_busy().then_some(self.deadline)
     }
 
-    /// A frame of this server left the bus, or failed to.
+    /// Notes that a frame of this server left the bus, or failed.
     pub fn on_sent(&mut self) {
         if let State::BlockUpload(sender) = &mut self.state {
             sender.on_sent();
         }
     }
 
-    /// Whether a transfer runs.
+    /// Returns whether a transfer is running.
     pub fn is_busy(&self) -> bool {
         !matches!(self.state, State::Idle | State::Drain(_))
     }
 
-    /// Ends a transfer without a word, as the reset of the communication does.
+    /// Ends a transfer without an abort, as a reset of the communication does.
     pub fn reset(&mut self, objects: &mut impl ObjectAccess) {
         self.value.close(objects);
         self.state = match &self.state {
@@ -292,8 +331,8 @@ impl Server {
         };
     }
 
-    /// The bus that the client was heard on was left: ends a transfer and tells the client why, where it is now. Nothing of
-    /// the transfer is on its way there.
+    /// Ends a transfer because the bus of the client was left. Sends the client an abort on the new bus. No other
+    /// frame of the transfer is sent there.
     pub fn on_bus_changed(
         &mut self,
         now: Instant,
@@ -304,7 +343,7 @@ impl Server {
         self.state = State::Idle;
     }
 
-    /// Ends a transfer and tells the client why.
+    /// Ends a transfer and sends the client an abort with the reason.
     fn abort(&mut self, code: AbortCode, turn: &mut Turn<impl ObjectAccess, impl FnMut(Payload)>) {
         if self.is_busy() {
             turn.send(wire::abort(self.value.at, code.code()));

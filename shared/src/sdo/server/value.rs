@@ -1,4 +1,4 @@
-//! The value of a transfer on its way between the wire and the dictionary.
+//! Value of a transfer between the bus and the dictionary.
 
 use crate::od::{ObjectAccess, Transfer, WHOLE};
 use crate::sdo::block::SEGMENT;
@@ -13,15 +13,15 @@ const BUFFER: usize = WHOLE + 8;
 
 /// Bytes of a value, and what must hold for all of it.
 ///
-/// A download of [`Transfer::Whole`] is complete here before it is written, an upload of one is read at its start: nobody
-/// sees half of it. A stream passes through in parts.
+/// A download of [`Transfer::Whole`] is complete here before it is written. An upload of one is read at its start.
+/// So no reader sees half of the value. A stream passes through in parts.
 #[derive(Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub(super) struct Value {
     pub at: Address,
     /// The checksum, when it is wanted.
     pub crc: Option<Crc>,
-    /// Upload: the size. Download: the size if it is told, else the most that is taken.
+    /// Upload: the size. Download: the size if the client sent it, otherwise the most that is accepted.
     size: u32,
     is_size_told: bool,
     is_stream: bool,
@@ -31,9 +31,9 @@ pub(super) struct Value {
     room: u32,
     /// Download: where in the buffer a full segment must end.
     end: usize,
-    /// Where in the value the buffer begins.
+    /// Offset of the buffer in the value.
     offset: u32,
-    /// How many bytes the checksum holds.
+    /// Number of bytes in the checksum.
     summed: u32,
     filled: usize,
     buffer: [u8; BUFFER],
@@ -57,7 +57,7 @@ impl Value {
         }
     }
 
-    /// The size of an upload.
+    /// Returns the size of an upload.
     pub fn size(&self) -> u32 {
         self.size
     }
@@ -70,7 +70,7 @@ impl Value {
         (self.offset, self.summed, self.filled) = (0, 0, 0);
     }
 
-    /// An upload begins.
+    /// Begins an upload.
     pub fn open_upload(
         &mut self,
         at: Address,
@@ -98,7 +98,7 @@ impl Value {
         if self.filled < least { Err(AbortCode::CannotTransfer) } else { Ok(()) }
     }
 
-    /// The segment of an upload that begins at `offset`, and how many bytes of it count.
+    /// Returns the segment of an upload that begins at `offset`, and the number of its bytes that count.
     pub fn segment(
         &mut self,
         offset: u32,
@@ -124,7 +124,7 @@ impl Value {
         Ok((data, len))
     }
 
-    /// A download begins.
+    /// Begins a download.
     pub fn open_download(
         &mut self,
         at: Address,
@@ -149,7 +149,7 @@ impl Value {
         (self.room, self.end) = (room, BUFFER.min(room as usize));
     }
 
-    /// An error if so many bytes in the buffer are too much.
+    /// Returns an error if the buffer has too many bytes.
     #[inline]
     fn check(&self, filled: usize) -> Result<(), AbortCode> {
         if filled <= self.room as usize {
@@ -162,7 +162,7 @@ impl Value {
         }
     }
 
-    /// The next `len` bytes of a download.
+    /// Takes the next `len` bytes of a download.
     #[inline]
     pub fn push(
         &mut self,
@@ -174,16 +174,16 @@ impl Value {
         self.take(data, len, objects)
     }
 
-    /// Whether a full segment can be taken as it is.
+    /// Returns whether there is room for a full segment.
     #[inline]
     pub fn has_room(&self) -> bool {
         self.filled + STEP <= self.end
     }
 
-    /// Room for a full segment of a stream, if it fits into the value.
+    /// Makes room for a full segment of a stream, if it fits into the value.
     ///
     /// # Errors
-    /// What the object answers.
+    /// The abort code of the object.
     pub fn make_room(&mut self, objects: &mut impl ObjectAccess) -> Result<bool, AbortCode> {
         if self.check(self.filled + STEP).is_err() {
             return Ok(false);
@@ -192,13 +192,13 @@ impl Value {
         Ok(self.has_room())
     }
 
-    /// The next full segment of a download that [has room](Value::has_room) for it.
+    /// Takes the next full segment of a download that [has room](Value::has_room) for it.
     #[inline]
     pub fn push_full(&mut self, data: &[u8; STEP]) {
         self.place(data, STEP);
     }
 
-    /// The last segment of a block download; how much of it counts is told to [`Value::finish`].
+    /// Takes the last segment of a block download. [`Value::finish_blocks`] gets the number of its unused bytes.
     pub fn push_last(&mut self, data: &[u8; STEP], objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
         self.take(data, STEP, objects)
     }
@@ -226,7 +226,7 @@ impl Value {
         self.filled += len;
     }
 
-    /// Whether these are the bytes that were taken last.
+    /// Returns whether these are the bytes that were taken last.
     pub fn ends_with(&self, data: &[u8; STEP]) -> bool {
         self.buffer.get(..self.filled).is_some_and(|taken| taken.ends_with(data))
     }
@@ -246,7 +246,7 @@ impl Value {
         written
     }
 
-    /// A block download is complete but for `unused` bytes of its last segment.
+    /// Ends a block download, except for `unused` bytes of its last segment.
     pub fn finish_blocks(
         &mut self,
         unused: u8,
@@ -270,17 +270,17 @@ impl Value {
         self.finish(objects)
     }
 
-    /// Whether a download has no bytes: the client says so, or the object takes none.
+    /// Returns whether a download has no bytes: its size is zero, or the object accepts no bytes.
     pub fn is_empty(&self) -> bool {
         self.size == 0
     }
 
-    /// Less has come than was told.
+    /// Fewer bytes arrived than the client announced.
     fn is_short(&self) -> bool {
         self.is_size_told && self.room as usize > self.filled
     }
 
-    /// A download is complete.
+    /// Ends a download that is complete.
     pub fn finish(&mut self, objects: &mut impl ObjectAccess) -> Result<(), AbortCode> {
         if self.is_short() {
             return Err(AbortCode::TooShort);
@@ -296,7 +296,7 @@ impl Value {
         objects.finish(self.at, self.offset as usize + self.filled)
     }
 
-    /// The transfer is over. A stream that is not complete is cancelled.
+    /// Ends the transfer. A stream that is not complete is cancelled.
     pub fn close(&mut self, objects: &mut impl ObjectAccess) {
         if self.is_open {
             self.is_open = false;

@@ -1,4 +1,4 @@
-//! Rules that are broken on purpose.
+//! Rules that tests break on purpose.
 
 use crate::nmt::Target;
 use crate::node::Device;
@@ -8,7 +8,7 @@ use crate::redundancy::{Broken, PeerHeartbeat};
 use crate::types::NodeId;
 
 impl<D: Device, B: MasterBoards> Master<D, B> {
-    /// Breaks a rule.
+    /// Breaks a rule, for tests.
     pub fn break_rule(&mut self, broken: Option<Broken>) {
         self.manager.break_rule(broken);
         if let Some(standby) = self.boards.standby_mut() {

@@ -1,4 +1,4 @@
-//! Every bit of every copy, flipped.
+//! Flips every bit of every copy.
 
 extern crate std;
 
@@ -192,8 +192,8 @@ fn what_a_client_writes_is_no_flipped_bit() {
     assert_eq!(services.dictionary.tpdos.id(0), CobIdEntry::from_raw(0x6C5).cob_id());
 }
 
-/// Given a flipped bit in an object, when a client writes another one, then the bit is mended: what is written to one is no
-/// reason to take the others for right.
+/// Given a flipped bit in an object, when a client writes another one, then the bit is mended: what is written to
+/// one is no reason to take the others for right.
 ///
 /// Verifies: ECSS 6.10d
 #[test]
