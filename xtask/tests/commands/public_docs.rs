@@ -1,4 +1,5 @@
-//! Public documentation of the protocol crate is plain English: the rules that a program can check.
+//! Public documentation of the protocol crate, pages and names of tests are plain English: the rules that a program can
+//! check.
 //!
 //! The check reads every public item of `shared/src` and `shared/derive/src`, also in private modules, because these export
 //! items. It judges words alone: a sentence that passes can still be hard to read.
@@ -17,6 +18,9 @@ const VAGUE: [&str; 4] = ["told", "tell", "tells", "nobody"];
 
 /// Least number of words. A shorter text repeats the name of the item.
 const LEAST_WORDS: usize = 3;
+
+/// Longest name of a test.
+const LONGEST_NAME: usize = 60;
 
 /// A documentation comment and where it begins.
 struct Doc {
@@ -191,6 +195,25 @@ fn line(attribute: &Attribute) -> Option<String> {
     }
 }
 
+/// Returns the names of functions with the attribute `test` that are too long.
+fn long_names(source: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut is_test = false;
+    for line in source.lines().map(str::trim) {
+        if line == "#[test]" {
+            is_test = true;
+        } else if let Some(rest) = line.strip_prefix("fn ")
+            && std::mem::take(&mut is_test)
+        {
+            let name = rest.split('(').next().unwrap_or_default();
+            if name.len() > LONGEST_NAME {
+                found.push(name.to_owned());
+            }
+        }
+    }
+    found
+}
+
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).parent().expect("a workspace").to_owned()
 }
@@ -311,4 +334,37 @@ fn a_fault_has_the_line_of_its_comment() {
     let source =
         "//! A module of this crate.\n\npub struct S;\n\n/// Of a slave.\n#[inline]\npub fn f() {}\n";
     assert_eq!(faults(source), [Fault { line: 5, item: "f".to_owned(), rule: Rule::Opening }]);
+}
+
+/// The pages use the verbs of the field.
+#[test]
+fn pages_are_plain_english() {
+    let mut pages = files(&root().join("docs"), "md");
+    pages.extend(["README.md", "CONTRIBUTING.md", "CHANGELOG.md"].map(|name| root().join(name)));
+    let mut found = Vec::new();
+    for page in pages {
+        for (line, text) in (1..).zip(text(&page).lines()) {
+            if is_vague(text) {
+                found.push(format!("{}:{line}: {text}", page.strip_prefix(root()).expect("below").display()));
+            }
+        }
+    }
+    assert!(found.is_empty(), "{} lines to rewrite:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn names_of_tests_are_short() {
+    let sources = files(&root(), "rs");
+    let found: Vec<_> = sources.iter().flat_map(|source| long_names(&text(source))).collect();
+    assert!(found.is_empty(), "{} names to shorten:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn a_long_name_of_a_test_is_found() {
+    let long = "a".repeat(61);
+    let source = |attribute: &str, name: &str| format!("{attribute}\nfn {name}() {{}}\n");
+    assert_eq!(long_names(&source("#[test]", &long)), [long.clone()]);
+    assert_eq!(long_names(&source("#[test]\n#[should_panic]", &long)), [long.clone()]);
+    assert_eq!(long_names(&source("#[test]", &long[1..])), [""; 0]);
+    assert_eq!(long_names(&source("#[inline]", &long)), [""; 0]);
 }
