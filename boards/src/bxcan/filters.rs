@@ -23,7 +23,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exact_filter_compares_every_identifier_bit_and_rtr_and_ide() {
+    fn exact_filter_compares_every_identifier_bit_and_rtr_and_ide() {
         // STID 31:21 of the 16-bit register layout: 701h << 5 = E020h, mask 7FFh << 5 | 18h = FFF8h.
         assert_eq!(half_bank(Filter::exact(id(0x701))), 0xFFF8_E020);
     }

@@ -201,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_set_before_init_mode_is_reached_and_a_wish_to_join_waits_for_that() {
+    fn settings_and_a_request_to_join_wait_for_init_mode() {
         let mut mode = Mode::entering(FAST, ms(0));
         assert!(!mode.is_wanted_to_send());
         mode.want(true, false);
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bus_joined_again_while_it_is_being_left_is_joined_from_init_mode() {
+    fn bus_joined_again_while_being_left_is_joined_from_init_mode() {
         let mut mode = on_bus();
         mode.want(false, false);
         assert_eq!(requests(&mut mode, NORMAL, ms(10)), [Request::Abort, Request::Init]);
@@ -268,7 +268,7 @@ mod tests {
 
     /// Verifies: ECSS 5.6.2a
     #[test]
-    fn recovery_waits_for_init_mode_however_long_it_takes_and_says_so_once() {
+    fn recovery_waits_for_init_mode_and_reports_a_long_wait_once() {
         let mut mode = on_bus();
         assert_eq!(mode.recover(ms(10)), Some(Request::Init));
         assert_eq!(mode.recover(ms(11)), None, "under way");
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn a_controller_that_listens_is_configured_in_init_mode_and_may_not_send() {
+    fn listening_controller_is_configured_in_init_and_does_not_send() {
         let mut mode = silent();
         mode.want(true, true);
         assert!(!mode.is_wanted_to_send() && !mode.is_settled());
@@ -306,7 +306,7 @@ mod tests {
     }
 
     #[test]
-    fn from_listening_to_sending_and_back_the_way_leads_through_init_mode() {
+    fn change_from_listening_to_sending_and_back_passes_init_mode() {
         let mut mode = on_bus();
         mode.want(true, true);
         assert_eq!(requests(&mut mode, SENDING, ms(10)), [Request::Abort]);

@@ -230,7 +230,7 @@ mod tests {
 
     /// A controller that interrupts for every error while a flag stands: no storm on a cut bus.
     #[test]
-    fn an_interrupt_without_a_new_flag_masks_those_that_stand_until_the_next_look() {
+    fn interrupt_without_new_flag_masks_set_flags_until_next_poll() {
         let mut log = ErrorLog::new();
         assert_eq!(log.on_interrupt(PASSIVE, false), Enables::ALL);
         let masked = Enables { warning: false, passive: false, bus_off: true };
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn unchanged_register_is_noted_again_only_while_flags_are_masked() {
+    fn unchanged_register_is_noted_again_only_if_flags_are_masked() {
         let mut log = ErrorLog::new();
         assert!(log.is_news(PASSIVE));
         log.on_interrupt(PASSIVE, false);
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn a_worse_state_that_is_over_when_the_task_looks_is_told_before_the_present_one() {
+    fn worse_state_that_ended_is_reported_before_the_present_one() {
         let mut log = ErrorLog::new();
         [WARNING, PASSIVE, WARNING].into_iter().for_each(|status| _ = log.note(status));
         assert_eq!(news(&mut log), [PASSIVE.health(), WARNING.health()]);
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_second_bus_off_before_the_end_of_the_first_was_seen_is_told_as_another() {
+    fn second_bus_off_before_end_of_first_is_reported_separately() {
         use ErrorState::{Active, BusOff};
         let mut log = ErrorLog::new();
         log.on_interrupt(OFF, false);
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn flags_that_repeat_their_interrupt_are_masked_while_they_stand() {
+    fn flags_that_repeat_their_interrupt_are_masked_while_set() {
         let mut log = ErrorLog::new();
         let enables = log.on_interrupt(PASSIVE, true);
         assert_eq!(enables, Enables { warning: false, passive: false, bus_off: true });

@@ -123,7 +123,7 @@ fn a_module_without_a_layer_is_refused() {
 }
 
 #[test]
-fn arrows_down_and_words_in_comments_and_strings_are_no_offences() {
+fn arrows_down_comments_and_strings_are_no_offences() {
     let text = r#"
         //! Not an arrow: crate::node::Slave.
         use super::Layout;

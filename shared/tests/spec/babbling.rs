@@ -111,7 +111,7 @@ fn a_babbling_slave_is_silent_for_its_time_and_boots_up() {
 
 /// A master with reset communication of its slave: the reset is the other way out of silence.
 #[test]
-fn a_reset_ends_the_pre_operational_state_of_a_silent_slave_not_its_silence() {
+fn reset_ends_pre_operational_of_silent_slave_not_its_silence() {
     let mut slave = operational(&OF_NODE);
     assert_eq!(babble(&mut slave, 5), 4);
     slave.receive(NOMINAL, 0x000, &[0x82, 5]);

@@ -248,7 +248,7 @@ fn a_slave_that_does_not_answer_is_asked_three_times() {
 }
 
 #[test]
-fn a_stamp_that_is_there_spares_the_comparison_and_one_that_is_not_is_written_last() {
+fn matching_stamp_skips_comparison_and_other_is_written_last() {
     let stamped = Expected { device_type: 0, identity: [0; 4], stamp: [5, 6] };
     let mut boot = started(POLICY);
     boots_up(&mut boot, THREE);
@@ -312,7 +312,7 @@ fn a_queued_slave_that_is_lost_is_awaited() {
 }
 
 #[test]
-fn a_switch_of_the_bus_waits_for_slaves_to_be_heard_on_the_new_one() {
+fn boot_after_bus_switch_waits_for_slaves_heard_on_new_bus() {
     let mut boot = started(POLICY);
     boots_up(&mut boot, TWO);
     boots_up(&mut boot, THREE);
@@ -338,7 +338,7 @@ fn configure_two(boot: &mut Boot) {
 }
 
 #[test]
-fn a_slave_that_was_started_is_started_again_at_once_until_it_boots_up() {
+fn started_slave_is_started_again_at_once_until_it_boots_up() {
     let mut boot = started(POLICY);
     configure_two(&mut boot);
     assert!(
@@ -500,7 +500,7 @@ fn completion_is_never_told_without_mandatory_slaves() {
 }
 
 #[test]
-fn sync_waits_for_mandatory_slaves_and_completion_for_their_following_it() {
+fn sync_waits_for_mandatory_slaves_completion_until_they_follow() {
     let mut boot = started(POLICY);
     assert!(!boot.poll(ms(1)) && !boot.is_released());
     configure_two(&mut boot);
@@ -536,7 +536,7 @@ fn after_the_boot_time_silent_mandatory_slaves_are_told_once() {
 }
 
 #[test]
-fn without_a_boot_time_nobody_is_told_silent_and_without_slaves_sync_is_free() {
+fn no_boot_time_reports_no_silence_and_no_slaves_release_sync() {
     let boot = started(BootPolicy { time: span(0), ..POLICY });
     assert_eq!(boot.deadline(), None);
     let mut boot = Boot::new(POLICY, OBJECTS, &[]);
@@ -549,7 +549,7 @@ fn without_a_boot_time_nobody_is_told_silent_and_without_slaves_sync_is_free() {
 }
 
 #[test]
-fn assigned_in_flight_a_slave_is_booted_at_its_next_heartbeat_and_released_it_is_left_alone() {
+fn slave_assigned_in_flight_boots_at_heartbeat_until_released() {
     let mut boot = started(POLICY);
     let nine = AssignedSlave { node: node(9), mandatory: false, expected: expected() }.assignment();
     boot.assign(node(9), nine);

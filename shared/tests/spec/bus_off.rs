@@ -27,7 +27,7 @@ fn a_pause_and_then_the_recovery_once() {
 }
 
 #[test]
-fn too_many_in_a_window_and_the_bus_is_failed_until_it_comes_back() {
+fn too_many_bus_offs_in_a_window_fail_the_bus_until_it_recovers() {
     let mut recovery = BusOffRecovery::new(POLICY);
     for at in [100, 200] {
         assert_eq!(recovery.on_state(BusOff, ms(at)), None);
@@ -56,7 +56,7 @@ fn a_bus_that_was_left_is_not_recovered() {
 }
 
 #[test]
-fn a_recovery_that_does_not_end_is_tried_again_and_counts_until_the_bus_is_failed() {
+fn unending_recovery_is_retried_and_counted_until_bus_failed() {
     let mut recovery = BusOffRecovery::new(POLICY);
     recovery.on_state(BusOff, ms(100));
     assert_eq!(recovery.poll(ms(110)), Some(RecoveryStep::Recover));
@@ -75,7 +75,7 @@ fn a_recovery_that_does_not_end_is_tried_again_and_counts_until_the_bus_is_faile
 }
 
 #[test]
-fn another_bus_off_before_the_end_of_the_first_was_told_is_another_attempt() {
+fn bus_off_before_end_of_the_first_was_reported_is_new_attempt() {
     let mut recovery = BusOffRecovery::new(POLICY);
     recovery.on_state(BusOff, ms(100));
     assert_eq!(recovery.poll(ms(110)), Some(RecoveryStep::Recover));

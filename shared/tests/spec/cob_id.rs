@@ -33,7 +33,7 @@ fn the_pre_defined_connection_set() {
 ///
 /// Verifies: ECSS 9.1a
 #[test]
-fn the_master_wins_arbitration_against_the_same_object_of_any_slave() {
+fn master_wins_arbitration_against_same_object_of_any_slave() {
     let objects = |id| {
         let single = [CobId::emcy(id), CobId::sdo_response(id), CobId::sdo_request(id), CobId::heartbeat(id)];
         let pdos = (1..=4).flat_map(move |number| [CobId::tpdo(number, id), CobId::rpdo(number, id)]);

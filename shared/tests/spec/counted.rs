@@ -132,7 +132,7 @@ fn a_new_node_id_is_asked_once_and_again_after_its_boot_up() {
 /// Given slaves of the master that was active before, When this one takes over, Then those that it has heard count. A slave that is
 /// heard and does not answer this master no longer counts.
 #[test]
-fn overheard_slaves_count_after_a_takeover_until_one_does_not_answer() {
+fn overheard_slaves_count_after_takeover_until_no_answer() {
     let mut manager = unassigned();
     word(&mut manager, NOMINAL, 2, Operational, 10);
     word(&mut manager, NOMINAL, 3, Operational, 10);

@@ -151,7 +151,7 @@ fn an_error_is_told_once_and_so_is_its_end() {
 
 /// Verifies: ECSS 6.4a.2
 #[test]
-fn when_one_of_several_errors_is_gone_the_register_tells_what_remains() {
+fn register_shows_remaining_errors_when_one_of_several_is_gone() {
     let mut producer = producer(0);
     producer.raise(ErrorCode::VOLTAGE_MAINS, [0; 5]);
     producer.raise(ErrorCode::TEMPERATURE_DEVICE, [0; 5]);
@@ -259,7 +259,7 @@ fn a_new_inhibit_time_counts_from_the_last_message() {
 }
 
 #[test]
-fn a_full_queue_counts_the_message_and_the_history_has_its_error() {
+fn full_queue_counts_the_message_and_history_has_its_error() {
     let mut producer = producer(1_000);
     for number in 1..=10 {
         assert!(producer.raise(ErrorCode::new(0xFF00 + number), [0; 5]));

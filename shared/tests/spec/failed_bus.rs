@@ -43,7 +43,7 @@ fn a_bus_that_serves_some_is_not_left_for_one_that_failed() {
 }
 
 #[test]
-fn a_bus_where_nobody_acknowledged_is_no_better_than_one_that_failed() {
+fn bus_without_acknowledgement_is_no_better_than_a_failed_one() {
     let mut manager = started();
     assert_eq!(fly(&mut manager, 20, 1_000, &ALL, &[]), []);
     manager.on_health(NOMINAL, ALONE, false, ms(1_000));
@@ -55,7 +55,7 @@ fn a_bus_where_nobody_acknowledged_is_no_better_than_one_that_failed() {
 
 /// When the slaves that are lost are heard on the mended bus for the hold time, then it is tried.
 #[test]
-fn a_bus_that_failed_is_tried_when_the_lost_slaves_are_heard_there() {
+fn failed_bus_is_tried_when_lost_slaves_are_heard_there() {
     let mut manager = half_is_lost();
     assert_eq!(fly(&mut manager, 2_100, 5_000, &[2, 3, 4], &[]), []);
     let done = fly(&mut manager, 5_000, 5_300, &[2, 3, 4], &[5, 6, 7]);
@@ -66,7 +66,7 @@ fn a_bus_that_failed_is_tried_when_the_lost_slaves_are_heard_there() {
 
 /// A bus on which nobody is heard is no better than one that failed.
 #[test]
-fn a_bus_that_failed_is_tried_again_when_nobody_is_heard_any_more() {
+fn failed_bus_is_tried_again_when_no_slave_is_heard_any_more() {
     let mut manager = half_is_lost();
     let done = fly(&mut manager, 2_100, 2_300, &[], &[]);
     assert_eq!(done, [(2_180, switched(NOMINAL, SwitchCause::SlavesSilent))]);

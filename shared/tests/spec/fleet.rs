@@ -227,7 +227,7 @@ impl Fleet {
 }
 
 #[test]
-fn everybody_is_operational_and_commanded_within_a_heartbeat_period() {
+fn all_are_operational_and_commanded_in_one_heartbeat_period() {
     let mut fleet = Fleet::new(&STANDARD, 2..=4);
     fleet.run_until(100);
     assert_eq!(fleet.commanded(), [2, 3, 4]);
@@ -236,7 +236,7 @@ fn everybody_is_operational_and_commanded_within_a_heartbeat_period() {
 }
 
 #[test]
-fn a_near_cut_parallel_slaves_follow_within_milliseconds_a_selective_one_after_its_toggling_time() {
+fn after_near_cut_parallel_slaves_follow_then_the_selective_one() {
     let mut fleet = Fleet::new(&SLOW, 2..=4);
     fleet.run_until(20_000);
     fleet.master().connected.nominal = false;
@@ -297,7 +297,7 @@ fn a_master_long_before_its_slaves_does_not_switch() {
 }
 
 #[test]
-fn slaves_long_before_their_master_are_found_wherever_they_listen() {
+fn slaves_long_before_master_are_found_wherever_they_listen() {
     for wait in [300, 700, 1_300, 10_000] {
         let mut fleet = Fleet::new(&SELECTIVE, 2..=4);
         fleet.master = None;
@@ -322,7 +322,7 @@ fn after_an_outage(milliseconds: u64, restored: &[Bus]) -> Vec<u8> {
 }
 
 #[test]
-fn both_buses_cut_and_one_or_both_restored_while_the_slaves_search() {
+fn both_buses_cut_then_one_or_both_restored_reaches_all_slaves() {
     for outage in [200, 700, 1_000, 1_600, 3_000] {
         for restored in [&[NOMINAL][..], &[REDUNDANT], &[NOMINAL, REDUNDANT]] {
             assert_eq!(after_an_outage(outage, restored), [2, 3, 4], "{outage} ms, {restored:?}");
@@ -332,7 +332,7 @@ fn both_buses_cut_and_one_or_both_restored_while_the_slaves_search() {
 
 /// Verifies: ECSS 8.3.3j
 #[test]
-fn restored_after_the_slaves_gave_up_a_selective_one_is_reached_where_it_listens() {
+fn after_giving_up_selective_slave_is_reached_where_it_listens() {
     // After 25.5 s. Ntoggle is even: it listens on the default bus.
     assert_eq!(after_an_outage(27_000, &[NOMINAL]), [2, 3, 4]);
     assert_eq!(after_an_outage(27_000, &[REDUNDANT]), [2, 3]);

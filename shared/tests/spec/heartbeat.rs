@@ -246,7 +246,7 @@ fn a_change_of_state_is_seen() {
 
 /// Verifies: ECSS 6.5.3a
 #[test]
-fn a_monitored_node_that_boots_up_again_is_seen_and_stays_monitored() {
+fn boot_up_of_monitored_node_is_seen_and_it_stays_monitored() {
     let mut monitor = monitor();
     monitor.on_heartbeat(node(3), OPERATIONAL, ms(0));
     let heard = monitor.on_heartbeat(node(3), BOOT_UP, ms(80));

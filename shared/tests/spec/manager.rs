@@ -83,7 +83,7 @@ fn heartbeats_on_the_active_bus_every_period() {
 
 /// Verifies: ECSS 8.3.3b, 8.3.3b.1, 8.3.3b.2
 #[test]
-fn a_commanded_switch_stops_the_heartbeat_here_and_starts_it_there_at_once() {
+fn commanded_switch_stops_heartbeat_here_and_starts_it_there() {
     let mut manager = started();
     actions(&mut manager, 50);
     manager.request(REDUNDANT);
@@ -102,7 +102,7 @@ fn a_switch_to_the_active_bus_is_none() {
 }
 
 #[test]
-fn a_new_bus_is_announced_when_its_heartbeat_went_out_or_could_not() {
+fn new_bus_is_announced_once_its_heartbeat_was_sent_or_failed() {
     for failed in [false, true] {
         let mut manager = started();
         actions(&mut manager, 0);
@@ -125,7 +125,7 @@ fn a_new_bus_is_announced_when_its_heartbeat_went_out_or_could_not() {
 }
 
 #[test]
-fn a_heartbeat_that_still_went_out_on_the_bus_left_is_followed_by_one_on_the_active_bus() {
+fn late_heartbeat_on_old_bus_is_followed_by_one_on_active_bus() {
     let mut manager = started();
     actions(&mut manager, 0);
     manager.request(REDUNDANT);
@@ -177,7 +177,7 @@ fn error_passive_for_another_reason_is_no_isolation() {
 }
 
 #[test]
-fn after_a_switch_isolation_waits_for_the_settling_time_and_a_slave_heard_there() {
+fn after_switch_isolation_waits_for_settling_and_a_heard_slave() {
     let mut manager = started();
     hear(&mut manager, NOMINAL, 2, 30);
     manager.on_health(REDUNDANT, ALONE, false, ms(40));
@@ -255,7 +255,7 @@ fn half_of_the_slaves_silent_is_enough_less_is_not() {
 }
 
 #[test]
-fn of_two_buses_with_half_of_the_slaves_each_the_present_one_is_kept() {
+fn equal_halves_of_slaves_on_both_buses_keep_the_present_bus() {
     let mut manager = started();
     hear(&mut manager, NOMINAL, 2, 10);
     hear(&mut manager, NOMINAL, 3, 10);
@@ -270,7 +270,7 @@ fn of_two_buses_with_half_of_the_slaves_each_the_present_one_is_kept() {
 }
 
 #[test]
-fn with_everybody_silent_the_master_leaves_at_once_and_then_every_dwell() {
+fn with_all_slaves_silent_master_leaves_at_once_and_every_dwell() {
     let mut manager = started();
     hear(&mut manager, NOMINAL, 2, 10);
     let silent = |from| switched(from, SwitchCause::SlavesSilent);
@@ -288,7 +288,7 @@ fn with_everybody_silent_the_master_leaves_at_once_and_then_every_dwell() {
 
 /// Verifies: ECSS 8.2.2a
 #[test]
-fn slaves_heard_on_the_other_bus_only_draw_the_master_there_after_the_settling_time() {
+fn slaves_heard_only_on_other_bus_draw_master_after_settling() {
     let mut manager = started();
     // Given a master that was reset while its slaves were on the redundant bus, and the nominal one is cut
     for at in (10..390).step_by(40) {
@@ -301,7 +301,7 @@ fn slaves_heard_on_the_other_bus_only_draw_the_master_there_after_the_settling_t
 
 /// Verifies: ECSS 8.3.3f
 #[test]
-fn slaves_that_wait_are_to_be_started_on_the_active_bus_unless_held() {
+fn waiting_slaves_are_to_be_started_on_active_bus_unless_held() {
     let mut manager = started();
     let start = |manager: &mut Manager, bus, state| manager.on_heartbeat(bus, node(2), state, ms(1)).start;
     assert!(start(&mut manager, NOMINAL, PreOperational));

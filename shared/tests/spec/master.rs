@@ -47,7 +47,7 @@ fn command(master: &mut Bench<Master>, raw: u8) -> Result<(), Refusal> {
 
 /// Verifies: ECSS 8.3.2a, 8.3.3a
 #[test]
-fn power_on_joins_boots_up_and_sends_heartbeats_on_the_default_bus() {
+fn power_on_joins_boots_up_and_sends_heartbeat_on_default_bus() {
     let mut master = powered(&STANDARD);
     assert_eq!(master.controls, [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)]);
     assert_eq!(master.frames(), [(NOMINAL, frame(0x701, &[0])), (NOMINAL, frame(0x701, &[0x05]))]);
@@ -58,7 +58,7 @@ fn power_on_joins_boots_up_and_sends_heartbeats_on_the_default_bus() {
 }
 
 #[test]
-fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
+fn filters_are_function_codes_of_slaves_and_own_sdo_server() {
     let id = |raw| CobId::new(raw).unwrap();
     let mut expected = [0x701, 0x381, 0x181, 0x581, 0x080].map(|raw| Filter::function(id(raw))).to_vec();
     expected.push(Filter::exact(id(0x601)));
@@ -69,7 +69,7 @@ fn its_filters_are_the_function_codes_of_slaves_and_its_own_sdo_server() {
 
 /// Verifies: ECSS 6.9c, 7.2.2b
 #[test]
-fn sync_and_spacecraft_time_each_in_its_period_none_outliving_it() {
+fn sync_and_spacecraft_time_are_periodic_and_expire_in_a_period() {
     let mut master = powered(&STANDARD);
     master.run_until(ms(2_000));
     assert_eq!(master.times(NOMINAL, 0x080).len(), 20);
@@ -116,7 +116,7 @@ fn slaves_that_boot_up_or_wait_are_started_unasked() {
 }
 
 #[test]
-fn a_slave_that_the_application_stopped_is_left_alone_until_it_is_started() {
+fn slave_stopped_by_application_is_left_alone_until_started() {
     let mut master = flying();
     let nmt = |command| MasterRequest::Nmt(NmtMessage { command, target: Target::Node(node(2)) });
     master.request(nmt(Command::EnterPreOperational));
@@ -153,7 +153,7 @@ fn commands_and_requests_go_to_operational_slaves_only() {
 }
 
 #[test]
-fn telemetry_and_local_time_of_the_active_bus_reach_the_application() {
+fn telemetry_and_local_time_of_active_bus_reach_application() {
     let mut master = flying();
     let time = Scet::new(0, 0x0080_0000).unwrap();
     master.receive(NOMINAL, 0x382, &[1, 0, 0, 0, 0, 0, 0, 0]);
@@ -227,7 +227,7 @@ fn emergencies_are_consumed_by_1028h() {
 
 /// Verifies: ECSS 8.1b, 8.3.3b, 8.3.3b.1, 8.3.3b.2
 #[test]
-fn a_switch_abandons_the_old_bus_and_announces_the_new_one_before_using_it() {
+fn switch_abandons_old_bus_and_announces_new_one_before_use() {
     let mut master = flying();
     master.run_until(ms(95));
     master.request(MasterRequest::SwitchBus(REDUNDANT));

@@ -200,7 +200,7 @@ fn a_slave_is_asked_checked_and_started() {
 }
 
 #[test]
-fn a_failure_stands_in_the_dictionary_until_the_slave_is_started() {
+fn boot_failure_stays_in_dictionary_until_slave_is_started() {
     let mut master = powered(&BOOTS_TWO);
     master.receive(NOMINAL, 0x702, &[0x00]);
     // An abort is asked for once more.
@@ -225,7 +225,7 @@ fn a_failure_stands_in_the_dictionary_until_the_slave_is_started() {
 }
 
 #[test]
-fn a_bus_switch_in_the_middle_aborts_on_the_new_bus_once_that_is_announced() {
+fn bus_switch_in_boot_aborts_on_new_bus_once_it_is_announced() {
     let mut master = powered(&BOOTS_TWO);
     master.receive(NOMINAL, 0x702, &[0x00]);
     master.clear();

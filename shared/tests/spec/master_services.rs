@@ -211,7 +211,7 @@ fn its_own_startup_is_that_of_a_master() {
 
 /// Verifies: ECSS 6.1a
 #[test]
-fn a_block_that_its_client_downloads_goes_on_when_the_outbox_was_full() {
+fn client_block_download_goes_on_after_the_outbox_was_full() {
     const NINE: NodeId = NodeId::of::<9>();
     const VALUE: [u8; 200] = [0xA5; 200];
     // 29 segments.

@@ -223,7 +223,7 @@ fn services_that_are_forbidden_are_not_answered() {
 
 /// Verifies: ECSS 9.4.8a
 #[test]
-fn a_frame_that_is_not_as_the_protocol_has_it_is_dropped_and_counted() {
+fn frame_against_the_protocol_is_dropped_and_counted() {
     let mut slave = powered::<Cyclic>();
     slave.receive(NOMINAL, 0x181, &[]);
     slave.receive(NOMINAL, 0x181, &[9]);
@@ -281,7 +281,7 @@ fn it_looks_for_the_masters_heartbeat_by_itself() {
 }
 
 #[test]
-fn with_parallel_access_it_follows_at_once_and_obeys_on_the_active_bus_alone() {
+fn parallel_slave_follows_at_once_and_obeys_active_bus_only() {
     let mut slave = powered::<Probe>();
     slave.receive(NOMINAL, 0x701, &[0x05]);
     slave.run_until(ms(20));

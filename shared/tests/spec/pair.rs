@@ -369,7 +369,7 @@ fn an_active_master_says_so_on_both_buses_with_each_heartbeat() {
 }
 
 #[test]
-fn heartbeats_of_another_master_are_a_collision_and_move_nobody_without_a_claim() {
+fn heartbeats_without_a_claim_are_a_collision_and_move_no_board() {
     let mut board = taken_over();
     board.clear();
     for beat in 0..5 {
@@ -382,7 +382,7 @@ fn heartbeats_of_another_master_are_a_collision_and_move_nobody_without_a_claim(
 }
 
 #[test]
-fn a_commanded_standby_is_silent_and_takes_over_again_when_nobody_else_does() {
+fn commanded_standby_is_silent_then_takes_over_if_no_other_does() {
     let mut board = taken_over();
     board.clear();
     board.request(MasterRequest::StandBy);

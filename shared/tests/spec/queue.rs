@@ -34,7 +34,7 @@ fn a_full_queue_takes_nothing_ordinary_and_keeps_what_it_has() {
 }
 
 #[test]
-fn in_a_full_queue_what_the_network_lives_on_displaces_what_would_go_last() {
+fn in_full_queue_vital_frame_displaces_what_would_go_last() {
     // NMT, SYNC, Spacecraft Time, heartbeats.
     for vital in [0x000, 0x080, 0x181, 0x701, 0x77F] {
         let mut queue = TxQueue::<Places<4>>::new();
@@ -57,7 +57,7 @@ fn a_queue_full_of_what_the_network_lives_on_takes_nothing() {
 }
 
 #[test]
-fn frames_expire_at_the_end_of_their_lifetime_wherever_they_stand() {
+fn frames_expire_at_end_of_lifetime_wherever_they_are_queued() {
     let mut queue = TxQueue::<Places<4>>::new();
     queue.push(outgoing(0x080, 1, Some(30))).unwrap();
     queue.push(outgoing(0x302, 2, Some(20))).unwrap();

@@ -313,7 +313,7 @@ fn a_save_that_fails_leaves_the_retained_bdefault() {
 ///
 /// Verifies: ECSS 8.3.3k
 #[test]
-fn a_bus_found_by_a_command_is_retained_when_a_heartbeat_confirms_it() {
+fn bus_found_by_command_is_retained_once_heartbeat_confirms_it() {
     let board = Memories::new();
     let mut slave = board.start();
     slave.run_until(ms(50));
@@ -357,7 +357,7 @@ impl Flight {
 
 /// Verifies: ECSS 6.5.1a.4, 6.5.1a.5
 #[test]
-fn the_fourth_reset_in_a_row_is_ignored_counted_and_reported_once() {
+fn fourth_reset_in_a_row_is_ignored_counted_and_reported_once() {
     for (raw, command) in [(0x81, Command::ResetNode), (0x82, Command::ResetCommunication)] {
         let mut flight = Flight::new();
         for _ in 0..3 {

@@ -17,7 +17,7 @@ fn figure_7_1_fine_time_first_little_endian() {
 }
 
 #[test]
-fn a_longer_pdo_is_used_as_far_as_it_is_mapped_a_shorter_one_is_none() {
+fn longer_time_pdo_is_used_as_mapped_and_shorter_one_is_none() {
     assert_eq!(Scet::decode(&[1, 0, 0, 2, 0, 0, 0, 99]), Some(scet(2, 1)));
     assert_eq!(Scet::decode(&[1, 0, 0, 2, 0, 0]), None);
 }

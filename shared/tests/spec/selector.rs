@@ -58,7 +58,7 @@ fn power_on_selects_the_default_bus_and_clears_ctoggle() {
 
 /// Verifies: ECSS 8.3.2b, 8.3.3h, 8.3.3i
 #[test]
-fn before_the_first_heartbeat_ever_the_search_runs_from_pre_operational() {
+fn search_before_first_heartbeat_runs_from_pre_operational() {
     let mut selector = started(PARAMETERS);
     let toggled = decisions(&mut selector, 1_200);
     assert_eq!(
@@ -101,7 +101,7 @@ fn after_an_odd_ntoggle_it_stays_and_a_late_find_is_bdefault() {
 
 /// Verifies: ECSS 8.3.3e, 8.3.3e.1, 8.3.3e.2
 #[test]
-fn missed_at_the_first_consumer_time_switched_exactly_ttoggle_of_them_after_the_last_heartbeat() {
+fn miss_after_one_consumer_time_and_toggle_after_ttoggle() {
     let mut selector = following(PARAMETERS);
     selector.on_master(NOMINAL, Heartbeat, ms(1_090));
     let made = decisions(&mut selector, 1_390);
@@ -151,7 +151,7 @@ fn a_command_on_the_active_bus_is_no_heartbeat() {
 
 /// Verifies: ECSS 8.3.3k
 #[test]
-fn the_master_returns_on_the_same_bus_after_the_miss_before_the_switch() {
+fn master_back_on_same_bus_between_miss_and_switch_is_found() {
     let mut selector = following(PARAMETERS);
     assert_eq!(selector.poll(ms(1_100)), Some(Selection::Missed { bus: NOMINAL }));
     let found = selector.on_master(NOMINAL, Heartbeat, ms(1_250));
@@ -161,7 +161,7 @@ fn the_master_returns_on_the_same_bus_after_the_miss_before_the_switch() {
 
 /// Verifies: ECSS 8.3.3g, 8.3.3k, 8.3.3l
 #[test]
-fn a_heartbeat_on_the_bus_toggled_to_ends_the_search_and_becomes_bdefault() {
+fn heartbeat_on_toggled_bus_ends_search_and_sets_bdefault() {
     let mut selector = following(PARAMETERS);
     decisions(&mut selector, 1_300);
     let found = selector.on_master(REDUNDANT, Heartbeat, ms(1_310));
@@ -172,7 +172,7 @@ fn a_heartbeat_on_the_bus_toggled_to_ends_the_search_and_becomes_bdefault() {
 
 /// Verifies: ECSS 8.3.3l
 #[test]
-fn after_the_last_toggle_a_message_within_the_toggling_time_still_updates_bdefault() {
+fn message_in_toggling_time_after_last_toggle_updates_bdefault() {
     let mut selector = started(Parameters { ntoggle: 1, ..PARAMETERS });
     decisions(&mut selector, 300);
     selector.on_master(REDUNDANT, Heartbeat, ms(599));
@@ -194,7 +194,7 @@ fn any_master_message_ends_the_search_also_on_the_other_bus() {
 
 /// Verifies: ECSS 8.3.3g, 8.3.3l
 #[test]
-fn a_parallel_slave_follows_at_once_when_the_master_changes_the_bus() {
+fn parallel_slave_follows_at_once_when_master_changes_bus() {
     let mut selector = following(PARAMETERS);
     let followed = selector.on_master(REDUNDANT, Heartbeat, ms(1_020));
     assert_eq!(followed, Some(Selection::Followed { to: REDUNDANT }));
@@ -203,7 +203,7 @@ fn a_parallel_slave_follows_at_once_when_the_master_changes_the_bus() {
 }
 
 #[test]
-fn a_message_told_late_that_is_older_than_the_last_heartbeat_does_not_take_it_back() {
+fn late_message_older_than_last_heartbeat_does_not_move_back() {
     let mut selector = following(PARAMETERS);
     selector.on_master(REDUNDANT, Heartbeat, ms(1_020));
     assert_eq!(selector.on_master(NOMINAL, Heartbeat, ms(1_019)), None);
@@ -235,7 +235,7 @@ fn with_a_consumer_time_of_zero_nothing_is_monitored() {
 }
 
 #[test]
-fn reset_communication_keeps_the_bus_and_the_alternate_is_the_other_physical_one() {
+fn reset_communication_keeps_bus_and_alternate_is_the_other_one() {
     let mut selector = following(PARAMETERS);
     selector.on_master(REDUNDANT, Heartbeat, ms(1_020));
     selector.start(ms(1_030));
@@ -260,7 +260,7 @@ fn a_search_ends_when_switching_is_disabled_meanwhile() {
 }
 
 #[test]
-fn a_toggling_time_that_is_shortened_in_a_search_makes_one_switch_at_a_time() {
+fn toggling_time_shortened_in_search_switches_once_at_a_time() {
     let mut selector = started(PARAMETERS);
     selector.configure(Parameters { consumer: span(1), ..PARAMETERS });
     assert_eq!(selector.poll(ms(290)), Some(Selection::Toggled { to: REDUNDANT }));

@@ -37,7 +37,7 @@ const MESSAGE: [u8; 8] = [0x34, 0x12, 9, 0, 0, 0, 0, 0];
 
 /// Verifies: ECSS 8.3.2a, 6.5.3a
 #[test]
-fn power_on_joins_boots_up_on_the_default_bus_and_waits_pre_operational() {
+fn power_on_joins_boots_up_on_default_bus_waits_pre_operational() {
     for bus in Bus::ALL {
         let slave = powered(&Profile { bdefault: bus, ..STANDARD });
         assert_eq!(slave.controls, [(NOMINAL, BusCommand::Join), (REDUNDANT, BusCommand::Join)]);
@@ -75,7 +75,7 @@ fn its_filters_are_exact() {
 
 /// Verifies: ECSS 6.5.2a, 8.3.3d
 #[test]
-fn heartbeats_on_the_bus_considered_active_each_living_one_period() {
+fn heartbeats_go_out_on_the_active_bus_and_live_one_period() {
     let mut slave = powered(&STANDARD);
     slave.clear();
     slave.run_until(ms(250));
@@ -148,7 +148,7 @@ fn with_selective_access_it_leaves_one_bus_and_joins_the_other() {
 
 /// Verifies: ECSS 8.3.3j
 #[test]
-fn after_ntoggle_switches_in_vain_it_gives_up_and_keeps_its_heartbeat() {
+fn slave_gives_up_after_ntoggle_switches_and_keeps_heartbeat() {
     let mut slave = powered(&Profile { ntoggle: 2, ..STANDARD });
     slave.run_until(ms(1_500));
     assert_eq!(slave.events.last(), Some(&SlaveEvent::GaveUp { bus: NOMINAL }));
@@ -160,7 +160,7 @@ fn after_ntoggle_switches_in_vain_it_gives_up_and_keeps_its_heartbeat() {
 
 /// Verifies: ECSS 8.3.3g
 #[test]
-fn a_parallel_slave_follows_the_heartbeat_at_once_and_stays_operational() {
+fn parallel_slave_follows_heartbeat_and_stays_operational() {
     let mut slave = operational(&STANDARD);
     slave.run_until(ms(60));
     slave.receive(REDUNDANT, 0x701, &[0x05]);
@@ -180,7 +180,7 @@ fn a_parallel_slave_follows_the_heartbeat_at_once_and_stays_operational() {
 
 /// Verifies: ECSS 8.3.3g
 #[test]
-fn start_on_the_other_bus_while_searching_finds_it_and_is_obeyed_there() {
+fn start_while_searching_moves_slave_to_its_bus_and_is_obeyed() {
     let mut slave = powered(&STANDARD);
     slave.run_until(ms(50));
     slave.clear();
@@ -242,7 +242,7 @@ fn reset_node_silences_it_until_the_application_resets_the_chip() {
 }
 
 #[test]
-fn commands_and_requests_only_when_operational_on_the_active_bus() {
+fn commands_are_taken_only_when_operational_on_the_active_bus() {
     let mut slave = operational(&STANDARD);
     slave.receive(NOMINAL, 0x305, &MESSAGE);
     assert_eq!(slave.events, [SlaveEvent::Pdo { bus: NOMINAL, number: 1, data: MESSAGE }]);
@@ -292,7 +292,7 @@ fn telemetry_goes_out_for_one_period_on_the_active_bus() {
 
 /// Verifies: ECSS 6.9e, 7.2.2e, 7.2.2f, 7.2.2g, 7.2.3k
 #[test]
-fn each_sync_is_answered_with_the_local_time_at_its_end_when_operational() {
+fn sync_is_answered_with_local_time_at_its_end_if_operational() {
     let mut slave = operational(&STANDARD);
     slave.run_until(ms(60));
     // Given the spacecraft time 100 s at 50 ms
@@ -335,7 +335,7 @@ fn a_short_time_pdo_is_malformed_and_sets_nothing() {
 }
 
 #[test]
-fn a_heartbeat_that_ended_in_time_is_in_time_however_late_it_is_handled() {
+fn heartbeat_that_ended_in_time_counts_however_late_handled() {
     let mut slave = operational(&STANDARD);
     slave.run_until(ms(259));
     slave.now = ms(265);
@@ -393,7 +393,7 @@ fn a_selective_slave_does_not_recover_a_bus_it_left() {
 
 /// Verifies: ECSS 6.5.4a
 #[test]
-fn with_autostart_it_goes_to_operational_by_itself_and_back_when_the_search_toggles() {
+fn autostart_goes_operational_and_back_when_the_search_toggles() {
     let mut slave = powered(&Profile { autostart: true, ..STANDARD });
     assert_eq!(slave.events.last(), Some(&SlaveEvent::State(NmtState::Operational)));
     slave.run_until(ms(500));

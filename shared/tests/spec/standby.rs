@@ -55,7 +55,7 @@ fn a_board_that_hears_no_master_becomes_active_prime_first() {
 
 /// Verifies: ECSS 8.1a
 #[test]
-fn a_board_that_hears_a_master_is_the_standby_for_as_long_as_it_hears_it() {
+fn board_that_hears_a_master_is_the_standby_while_it_hears_it() {
     for strap in [Strap::Prime, Strap::Second] {
         let mut standby = started(strap);
         assert_eq!(standby.on_master(NOMINAL, ms(699)), Answer::Changed(HEARD));
@@ -69,7 +69,7 @@ fn a_board_that_hears_a_master_is_the_standby_for_as_long_as_it_hears_it() {
 
 /// Verifies: ECSS 8.1a
 #[test]
-fn a_standby_takes_over_after_silence_on_both_buses_for_its_consumer_time() {
+fn standby_takes_over_after_consumer_time_silent_on_both_buses() {
     let mut standby = standing_by(100);
     // The active one changes the bus: no silence.
     assert_eq!(standby.on_master(NOMINAL, ms(480)), Answer::Nothing);
@@ -128,7 +128,7 @@ fn claims_that_cross_while_slaves_come_and_go_make_one_yield() {
 }
 
 #[test]
-fn a_claim_is_as_at_the_first_contact_until_a_consumer_time_of_silence() {
+fn claim_is_as_at_first_contact_until_consumer_time_of_silence() {
     let mut prime = active(Strap::Prime);
     let fewer = claim(2, Strap::Second);
     assert_eq!(call(&mut prime, 1_900, 3), claim(3, Strap::Prime));
@@ -230,7 +230,7 @@ fn who_yielded_takes_over_again_when_the_other_one_falls_silent() {
 }
 
 #[test]
-fn a_commanded_standby_waits_for_the_other_board_a_consumer_time_and_takes_over_again() {
+fn commanded_standby_waits_a_consumer_time_and_takes_over_again() {
     let mut prime = active(Strap::Prime);
     let change = prime.stand_by(ms(3_000), RoleCause::Commanded);
     assert_eq!(change, RoleChange { role: Role::Standby, cause: RoleCause::Commanded });

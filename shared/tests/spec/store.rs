@@ -287,7 +287,7 @@ fn new_firmware_skips_and_counts_what_it_does_not_take() {
 }
 
 #[test]
-fn the_set_of_another_node_or_format_is_not_applied_and_not_taken_over() {
+fn set_of_another_node_or_format_is_not_applied_nor_taken_over() {
     let other = NodeId::of::<6>();
     let mut store = Memory::default();
     saved(&mut store, other, Group::All, &dictionary()).unwrap();
@@ -305,7 +305,7 @@ fn the_set_of_another_node_or_format_is_not_applied_and_not_taken_over() {
 }
 
 #[test]
-fn a_set_that_ends_early_gives_what_is_whole_and_counts_the_rest() {
+fn set_that_ends_early_gives_whole_values_and_counts_the_rest() {
     let mut store = Memory::default();
     saved(&mut store, NODE, Group::Communication, &dictionary()).unwrap();
     let whole = store.stored.clone();
@@ -329,7 +329,7 @@ fn a_set_that_ends_early_gives_what_is_whole_and_counts_the_rest() {
 }
 
 #[test]
-fn a_value_that_is_too_long_is_refused_before_anything_is_written() {
+fn value_too_long_is_refused_before_anything_is_written() {
     let mut store = Memory::default();
     let mut values = dictionary();
     values.insert((0x5FFF, 0), vec![0; MAX_VALUE + 1]);

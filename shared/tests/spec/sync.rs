@@ -73,7 +73,7 @@ fn only_a_node_whose_1005h_says_so_produces_sync() {
 
 /// Verifies: ECSS 6.9c
 #[test]
-fn the_period_changes_while_sync_is_produced_and_the_counter_goes_on() {
+fn period_changes_while_sync_is_produced_and_counter_goes_on() {
     let mut producer = Producer::with(Config::new(PRODUCER, 100_000, 10));
     producer.start(ms(0));
     next(&mut producer, 2);
@@ -114,7 +114,7 @@ fn a_period_is_zero_or_leaves_room_for_others() {
 
 /// Verifies: ECSS 6.3b
 #[test]
-fn an_overflow_value_is_0_or_2_to_240_and_stays_while_there_is_a_period() {
+fn overflow_is_0_or_2_to_240_and_fixed_while_there_is_a_period() {
     for overflow in 0..=255 {
         let legal = overflow == 0 || (2..=240).contains(&overflow);
         let expected = if legal { Ok(()) } else { Err(AbortCode::ValueRange) };
@@ -198,7 +198,7 @@ fn due(producer: &mut Producer, count: usize) -> Vec<u64> {
 
 /// Verifies: ECSS 6.9c
 #[test]
-fn dither_delays_each_sync_by_a_part_of_the_quantum_and_moves_no_grid() {
+fn dither_delays_each_sync_by_part_of_quantum_and_keeps_grid() {
     const PERIOD: u64 = 1_000_000;
     let mut producer = Producer::with(Config::new(PRODUCER, PERIOD as u32, 0));
     producer.set_dither(15);

@@ -88,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn the_clock_shows_a_deadline_when_it_wakes_and_not_a_tick_before() {
+    fn clock_shows_a_deadline_when_it_wakes_and_not_a_tick_before() {
         let clock = MockClock::power_on(Timeline::new(), -37);
         for us in [1, 999, 1_000_003, 86_400_000_001] {
             let at = clock.world_time(Instant::from_micros(us));

@@ -83,7 +83,7 @@ fn tests_in_macros_and_modules_and_of_async_functions_count() {
 }
 
 #[test]
-fn all_tags_of_a_test_and_all_members_of_a_range_count_for_its_limit() {
+fn all_tags_of_a_test_and_members_of_a_range_count_for_limit() {
     let ids = |lines: &[&str]| source(lines)[0].ids.clone();
     assert_eq!(
         ids(&["MARK 7.1.3a to d", "#[test]", "fn utc() {}"]),
@@ -112,7 +112,7 @@ fn a_row_without_a_reason_is_found() {
 }
 
 #[test]
-fn modules_are_followed_and_what_no_target_leads_to_runs_nothing() {
+fn modules_are_followed_and_files_without_target_run_nothing() {
     let folder = tempfile::tempdir().expect("a temporary directory");
     let write = |name: &str, id: &str, rest: &str| {
         let file = folder.path().join(name);

@@ -420,7 +420,7 @@ mod tests {
     }
 
     #[test]
-    fn who_leaves_a_bus_that_takes_nothing_is_gone_when_it_is_given_up() {
+    fn client_that_leaves_a_stalled_bus_is_gone_when_given_up() {
         let mut client = open();
         client.stream.to_read.extend(b"t0800\r".repeat(IN_FLIGHT + 1));
         client.stream.closed = true;

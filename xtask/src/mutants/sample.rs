@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_smaller_sample_is_the_beginning_of_a_larger_one_and_another_seed_draws_another_order() {
+    fn smaller_sample_begins_a_larger_one_and_seeds_change_order() {
         let all = read(&LIST);
         let orders: Vec<_> = (0..20).map(|seed| draw(&all, 5, seed)).collect();
         for (seed, order) in (0..).zip(&orders) {

@@ -39,7 +39,8 @@ fn every_page_is_in_the_contents_of_the_book_once() {
     let docs = root().join("docs");
     let pages: BTreeSet<PathBuf> =
         documents(&docs).into_iter().filter(|file| !file.ends_with("SUMMARY.md")).collect();
-    let listed: Vec<PathBuf> = read(&text("docs/SUMMARY.md")).links.iter().map(|link| docs.join(link)).collect();
+    let listed: Vec<PathBuf> =
+        read(&text("docs/SUMMARY.md")).links.iter().map(|link| docs.join(link)).collect();
     let once: BTreeSet<PathBuf> = listed.iter().cloned().collect();
     assert_eq!(once, pages, "docs/SUMMARY.md lists the left ones, these are the right ones");
     assert_eq!(listed.len(), once.len(), "docs/SUMMARY.md lists a page twice");
@@ -47,7 +48,8 @@ fn every_page_is_in_the_contents_of_the_book_once() {
 
 #[test]
 fn pages_for_people_have_at_most_1500_words() {
-    let pages = documents(&root().join("docs")).into_iter().map(|file| (words(&text(&name(&file))), name(&file)));
+    let pages =
+        documents(&root().join("docs")).into_iter().map(|file| (words(&text(&name(&file))), name(&file)));
     let long: Vec<_> =
         pages.filter(|(count, name)| *count > 1_500 && !GENERATED.contains(&name.as_str())).collect();
     assert!(long.is_empty(), "split these pages by question: {long:?}");
@@ -69,7 +71,9 @@ fn rust(text: &str) -> Vec<String> {
     let (mut lines, mut is_rust) = (Vec::new(), false);
     for event in Parser::new(text) {
         match event {
-            Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(language))) => is_rust = language.starts_with("rust"),
+            Event::Start(Tag::CodeBlock(CodeBlockKind::Fenced(language))) => {
+                is_rust = language.starts_with("rust")
+            }
             Event::End(TagEnd::CodeBlock) => is_rust = false,
             Event::Text(code) if is_rust => lines.extend(code.lines().map(str::to_owned)),
             _ => {}

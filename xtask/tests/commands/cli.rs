@@ -208,7 +208,7 @@ fn one_port_for_both_buses_is_refused() {
 }
 
 #[test]
-fn rows_that_cannot_be_written_are_refused_before_anything_is_measured() {
+fn unwritable_rows_are_refused_before_anything_is_measured() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let file = here.path().join("file");
     std::fs::write(&file, "in the way").expect("a file");

@@ -52,7 +52,7 @@ fn the_other_board_flies_as_well() {
 }
 
 #[test]
-fn a_flight_too_short_for_the_selective_slave_fails_and_says_why() {
+fn flight_too_short_for_selective_slave_fails_and_reports_why() {
     let here = tempfile::tempdir().expect("a temporary directory");
     let output = fly(here.path(), &["--seconds", "4", "--cut-at", "1"]);
     assert_eq!(output.status.code(), Some(1));

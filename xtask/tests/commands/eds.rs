@@ -68,7 +68,7 @@ fn every_slave_that_is_named_gets_its_dcf() {
 }
 
 #[test]
-fn the_bit_rates_are_those_that_the_clock_of_the_boards_can_make() {
+fn bit_rates_are_those_that_the_clock_of_the_boards_can_make() {
     let here = tempfile::tempdir().expect("a temporary directory");
     assert!(eds(&["--out", here.path().to_str().unwrap()]).status.success());
     let text = std::fs::read_to_string(here.path().join("slave.eds")).unwrap();

@@ -78,7 +78,7 @@ fn five_hundred_flipped_bits_lose_nothing() {
 }
 
 #[test]
-fn two_flipped_bits_in_the_last_set_are_reported_and_the_one_before_holds() {
+fn two_flips_in_last_set_are_reported_and_the_set_before_holds() {
     let (flash, old, new) = two_sets();
     for bit in 1..8 * new.len() {
         let mut flash = flash.clone();
@@ -91,7 +91,7 @@ fn two_flipped_bits_in_the_last_set_are_reported_and_the_one_before_holds() {
 }
 
 #[test]
-fn two_flipped_bits_in_the_only_set_leave_defaults_until_the_next_save() {
+fn two_flipped_bits_in_only_set_leave_defaults_until_next_save() {
     let (mut log, _) = open(Flash::erased());
     save(&mut log, &set(3, 40)).unwrap();
     let mut flash = log.into_flash();
@@ -117,7 +117,7 @@ fn a_page_whose_epoch_is_damaged_is_reported() {
 }
 
 #[test]
-fn a_bit_that_flips_after_the_start_is_corrected_when_the_set_is_checked() {
+fn bit_flipped_after_start_is_corrected_when_the_set_is_checked() {
     let (flash, _, new) = two_sets();
     let (mut log, _) = open(flash);
     log.flash_mut().bytes[SECOND + 17] ^= 4;
@@ -133,7 +133,7 @@ fn a_bit_that_flips_after_the_start_is_corrected_when_the_set_is_checked() {
 }
 
 #[test]
-fn whatever_two_bits_flip_a_set_is_found_as_it_was_saved_or_not_at_all() {
+fn any_two_flipped_bits_leave_a_set_as_saved_or_no_set() {
     let (flash, old, new) = two_sets();
     let mut random = fastrand::Rng::with_seed(2);
     for _ in 0..20_000 {
@@ -185,7 +185,7 @@ fn a_length_beyond_the_page_is_none() {
 }
 
 #[test]
-fn a_bit_that_does_not_take_fails_the_save_and_the_next_one_goes_elsewhere() {
+fn stuck_bit_fails_the_save_and_the_next_save_goes_elsewhere() {
     let (flash, _, stored_set) = two_sets();
     // Where the third set goes: length, data, CRC, commit.
     let third = SECOND + 32 + 8;

@@ -179,7 +179,7 @@ fn a_change_of_pages_cut_short_keeps_the_node_id() {
 }
 
 #[test]
-fn a_bit_that_does_not_take_is_reported_and_gives_no_other_node_id() {
+fn stuck_bit_is_reported_and_gives_no_other_node_id() {
     for byte in 0..12 {
         let (mut log, _) = open(Flash::erased());
         log.store_node_id(id(7)).unwrap();

@@ -102,7 +102,7 @@ fn two_flipped_bits_in_a_note_leave_the_one_before() {
 }
 
 #[test]
-fn a_bit_that_does_not_take_fails_the_note_and_the_next_goes_elsewhere() {
+fn stuck_bit_fails_the_note_and_the_next_note_goes_elsewhere() {
     for byte in 0..4 {
         let mut flash = open(Flash::erased()).0.into_flash();
         flash.stuck = Some((8 + byte, 0xFF));

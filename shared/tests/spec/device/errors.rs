@@ -24,7 +24,7 @@ fn misses_seven(slave: &mut Bench<TestSlave>) {
 
 /// Verifies: ECSS 6.4a.1
 #[test]
-fn a_missed_heartbeat_ends_with_reset_communication_and_is_told_again_after_it() {
+fn reset_communication_clears_missed_heartbeat_until_next_miss() {
     let mut slave = powered();
     slave.receive(NOMINAL, 0x701, &[5]);
     misses_seven(&mut slave);
@@ -83,7 +83,7 @@ fn a_missed_heartbeat_ends_when_nobody_monitors_it_any_more() {
 
 /// Verifies: ECSS 6.4a.1
 #[test]
-fn a_burst_of_losses_is_one_error_of_its_bus_while_its_messages_wait() {
+fn burst_of_losses_is_one_error_per_bus_while_messages_wait() {
     let overrun = |source| [0x10, 0x81, 0x11, source, 0, 0, 0, 0];
     let no_error = |source| [0, 0, 0, 0x10, 0x81, source, 0, 0];
     let mut slave = operational();
@@ -126,7 +126,7 @@ fn a_loss_of_frames_either_way_is_an_error() {
 
 /// Verifies: ECSS 6.4a.1
 #[test]
-fn a_burst_of_losses_does_not_crowd_out_other_errors_in_the_inhibit_time() {
+fn burst_of_losses_in_inhibit_time_displaces_no_other_error() {
     let mut slave = operational();
     // 50 ms.
     write_all(&mut slave, &[(0x1015, 0, &500_u16.to_le_bytes())]);

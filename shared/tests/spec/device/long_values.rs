@@ -156,7 +156,7 @@ fn a_string_of_200_bytes_is_written_checked_and_kept() {
 ///
 /// Verifies: ECSS 6.8a
 #[test]
-fn a_stored_string_of_200_bytes_that_is_refused_leaves_the_default() {
+fn refused_stored_string_of_200_bytes_leaves_the_default() {
     let memory = Memory::default();
     let mut slave = powered(&memory);
     slave.touch(|slave, now| {

@@ -82,7 +82,7 @@ fn what_must_not_be_written_is_refused_with_the_right_code() {
 
 /// Verifies: ECSS 6.5.2a
 #[test]
-fn the_heartbeat_of_another_slave_passes_the_filters_once_it_is_monitored() {
+fn heartbeat_of_another_slave_passes_filters_once_monitored() {
     let mut slave = powered();
     // Filters that boot-up sends again have to wait for room.
     slave.run_until(ms(5));

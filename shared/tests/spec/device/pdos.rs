@@ -116,7 +116,7 @@ fn the_default_bus_and_the_toggles_so_far_go_out_by_pdo() {
 
 /// Verifies: ECSS 6.9e
 #[test]
-fn a_synchronous_pdo_that_has_not_left_at_the_end_of_the_window_is_stale() {
+fn synchronous_pdo_not_sent_by_the_end_of_the_window_is_stale() {
     let mut slave = Bench::new(instrument::slave(node(5), &Profile { autostart: true, ..STANDARD }, vec![]));
     let expires = |slave: &mut Bench<TestSlave>| {
         slave.clear();
@@ -181,7 +181,7 @@ fn values_of_the_moment(slave: &Bench<TestSlave>) -> Vec<(u32, u32)> {
 
 /// Verifies: ECSS 6.2a
 #[test]
-fn a_pdo_of_the_event_timer_carries_time_and_health_as_they_are_then() {
+fn pdo_by_event_timer_carries_present_time_and_health() {
     let mut slave = operational();
     write_all(&mut slave, &[(0x2010, 1, &1_000_u32.to_le_bytes()), (0x2010, 2, &[0; 3])]);
     write_all(&mut slave, &MAPS_VALUES_OF_THE_MOMENT);
@@ -196,7 +196,7 @@ fn a_pdo_of_the_event_timer_carries_time_and_health_as_they_are_then() {
 
 /// Verifies: ECSS 6.2a
 #[test]
-fn a_pdo_of_an_event_or_of_a_sync_carries_time_and_health_as_they_are_then() {
+fn pdo_by_event_or_sync_carries_present_time_and_health() {
     for transmission in [254, 0, 1] {
         let mut slave = operational();
         write_all(&mut slave, &[(0x2010, 1, &1_000_u32.to_le_bytes()), (0x2010, 2, &[0; 3])]);
@@ -214,7 +214,7 @@ fn a_pdo_of_an_event_or_of_a_sync_carries_time_and_health_as_they_are_then() {
 
 /// Verifies: ECSS 6.2a, 8.3.3g
 #[test]
-fn a_change_of_bus_is_an_event_for_the_pdo_that_carries_the_default_bus() {
+fn change_of_bus_triggers_the_pdo_that_carries_the_default_bus() {
     let mut slave = operational();
     write_all(
         &mut slave,
@@ -250,7 +250,7 @@ fn a_change_of_bus_is_an_event_for_the_pdo_that_carries_the_default_bus() {
 
 /// Verifies: ECSS 6.9e
 #[test]
-fn what_was_triggered_goes_out_at_the_sync_whatever_is_written_before() {
+fn triggered_pdo_goes_out_at_the_sync_despite_writes_before() {
     let mut slave = operational();
     write_all(
         &mut slave,

@@ -65,7 +65,7 @@ fn a_pdo_has_its_cob_id_again_that_another_one_took() {
 
 /// Verifies: ECSS 6.10a, 6.10c
 #[test]
-fn all_filters_go_back_to_their_defaults_beside_the_boot_up_message() {
+fn all_filters_return_to_defaults_beside_the_boot_up_message() {
     let mut slave = powered();
     assert_eq!(write(&mut slave, 0x1005, 0, &[0x81, 0, 0, 0]), done(0x1005, 0));
     for sub in 1..=8 {

@@ -12,7 +12,7 @@ use super::fixture::{
 use crate::bench::{Bench, NOMINAL, REDUNDANT, frame, ms, node, span};
 
 #[test]
-fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
+fn stored_values_survive_a_reset_and_defaults_return_on_command() {
     let memory = Memory::default();
     let mut slave = powered_with(&memory);
     write(&mut slave, 0x1017, 0, &[50, 0]);
@@ -43,7 +43,7 @@ fn what_is_stored_is_there_after_a_reset_and_defaults_come_back_on_command() {
 }
 
 #[test]
-fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() {
+fn reset_communication_restores_stored_communication_profile() {
     let memory = Memory::default();
     let mut slave = powered_with(&memory);
     write(&mut slave, 0x1017, 0, &[50, 0]);
@@ -58,7 +58,7 @@ fn reset_communication_returns_to_what_is_stored_of_the_communication_profile() 
 
 /// EMCY 6300h with the cause in its second byte, at each start until parameters are saved; the set before is applied.
 #[test]
-fn a_loss_in_the_store_is_reported_with_its_cause_until_the_next_save() {
+fn store_loss_is_reported_with_its_cause_until_the_next_save() {
     for (loss, cause) in [(Loss::Interrupted, 1), (Loss::Damaged, 2)] {
         let memory = Memory::default();
         let mut slave = powered_with(&memory);
@@ -140,7 +140,7 @@ fn that_a_stored_set_is_no_error_any_more_is_told_at_once() {
 
 /// Verifies: ECSS 6.4a.1
 #[test]
-fn what_is_stored_but_does_not_hold_here_is_told_until_parameters_are_saved() {
+fn stored_set_that_does_not_apply_is_reported_until_next_save() {
     let memory = stored_by_another();
     // The board is in another place now.
     let mut slave = powered_with(&memory);
@@ -237,7 +237,7 @@ fn startup_is_as_its_profile_has_it_until_then() {
 
 /// Verifies: ECSS 6.8a
 #[test]
-fn a_parameter_that_is_written_is_not_the_configuration_that_was_verified() {
+fn parameter_write_forgets_the_verified_configuration() {
     let memory = Memory::default();
     let mut slave = powered_with(&memory);
     let stamp = |slave: &Bench<_>| {

@@ -85,7 +85,7 @@ fn a_transfer_ends_without_a_word_when_the_node_is_stopped() {
 }
 
 #[test]
-fn a_block_of_bytes_stays_until_the_first_byte_of_another_one_is_there() {
+fn block_of_bytes_stays_until_a_byte_of_another_is_written() {
     type End = fn(&mut Bench<TestSlave>);
     let ends: [(&str, End); 6] = [
         ("aborted", |slave| slave.receive(NOMINAL, 0x605, &ABORT)),
@@ -120,7 +120,7 @@ fn a_block_of_bytes_stays_until_the_first_byte_of_another_one_is_there() {
 }
 
 #[test]
-fn a_block_of_bytes_is_empty_once_some_of_another_one_is_in_its_place() {
+fn block_of_bytes_is_empty_once_part_of_another_replaces_it() {
     let mut slave = filled();
     assert_eq!(ask(&mut slave, initiate(STORE, 0, 1_000)), done(STORE, 0));
     let mut toggle = 0;

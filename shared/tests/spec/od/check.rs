@@ -257,7 +257,7 @@ impl Device for OldCamera {
 
 /// Verifies: ECSS 6.4a.1
 #[test]
-fn a_stored_value_that_is_refused_is_not_applied_and_an_emergency_tells_of_it() {
+fn refused_stored_value_is_not_applied_and_raises_an_emcy() {
     let memory = Memory::default();
     let store = || -> &'static mut Memory { Box::leak(Box::new(memory.clone())) };
     let old = OldCamera { name: VisibleString::new(b"fisheye").unwrap(), blades: [9, 4] };

@@ -321,7 +321,7 @@ fn limits_have_their_abort_codes() {
 }
 
 #[test]
-fn a_download_is_refused_before_its_data_when_its_size_says_enough() {
+fn download_of_wrong_size_is_refused_before_its_data() {
     let mut device = Device::default();
     let mut download = |index, size| checked::find(&mut device, at(index, 0)).unwrap().download(size);
     assert_eq!(download(0x2004, Some(2)), Ok(Transfer::Whole(2)));

@@ -11,7 +11,7 @@ use super::{read, write};
 
 /// Verifies: ECSS 6.10a
 #[test]
-fn a_node_has_the_cob_ids_of_the_pre_defined_connection_set_until_it_is_told_otherwise() {
+fn node_has_pre_defined_connection_set_until_configured() {
     let objects = <PdoObjects<6, 5>>::at_power_on(NodeId::of::<5>(), &PdoSet::NONE);
     assert_eq!(Communication::new(NodeId::of::<5>()).emcy.cob_id, 0x85);
     let ids = |cob_ids: &[u32]| cob_ids.iter().map(|raw| raw & !(INVALID | NO_REMOTE)).collect::<Vec<_>>();

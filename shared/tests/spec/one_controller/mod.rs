@@ -36,7 +36,7 @@ fn controller_leaves_moves_and_joins_in_this_order() {
 
 /// The commands to two buses are for two tasks: either may be the first one.
 #[test]
-fn controller_moves_also_when_the_new_bus_is_joined_before_the_old_one_is_left() {
+fn controller_moves_even_if_new_bus_is_joined_before_old_left() {
     let mut bench = Bench::joined();
     bench.ports.redundant.join();
     bench.ports.nominal.leave();
@@ -173,7 +173,7 @@ fn port_that_leaves_may_abort_its_mailbox() {
 }
 
 #[test]
-fn health_is_that_of_the_controller_and_of_the_past_on_the_other_bus() {
+fn health_is_live_on_joined_bus_and_last_known_on_the_other() {
     let mut bench = Bench::joined();
     bench.with(|chip| chip.health = PASSIVE);
     assert_eq!(bench.ports.nominal.health(), PASSIVE);
@@ -211,7 +211,7 @@ fn port_may_listen_on_either_bus() {
 /// Given a bus that is dominant all the time, which lets no controller off, when the node goes to the other bus, then the
 /// controller is moved as it is.
 #[test]
-fn bus_that_is_dominant_all_the_time_does_not_keep_the_controller() {
+fn always_dominant_bus_does_not_keep_the_controller() {
     let mut bench = Bench::joined();
     bench.happens(PortEvent::Stalled);
     assert_eq!(bench.poll(NOMINAL), Poll::Ready(PortEvent::Stalled), "it does not get on the bus");

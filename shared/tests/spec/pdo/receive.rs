@@ -140,7 +140,7 @@ fn an_event_driven_one_is_in_the_dictionary_at_once() {
 
 /// Verifies: ECSS 6.2a, 6.9a, 6.9b, 6.9e
 #[test]
-fn a_synchronous_one_takes_effect_at_the_next_sync_and_the_newest_frame_counts() {
+fn synchronous_rpdo_applies_newest_frame_at_the_next_sync() {
     for transmission in [0, 1, 2, 240] {
         let mut node = Node::with(0, parameters(0x205, transmission, 0), &WORDS);
         assert!(node.receive(0x205, &[0xFF; 8], ms(1)));
@@ -170,7 +170,7 @@ fn a_frame_of_others_is_none() {
 
 /// Verifies: ECSS 6.2a
 #[test]
-fn a_frame_too_short_is_not_processed_and_told_once_until_a_good_one() {
+fn frame_too_short_is_rejected_and_reported_once_until_good_one() {
     let mut node = Node::with(0, parameters(0x205, 254, 0), &WORDS);
     for length in [0, 1, 7] {
         assert!(node.receive(0x205, &DATA[..length], ms(1)));
@@ -186,7 +186,7 @@ fn a_frame_too_short_is_not_processed_and_told_once_until_a_good_one() {
 
 /// Verifies: ECSS 6.2a
 #[test]
-fn a_frame_too_long_is_processed_as_far_as_it_is_mapped_and_told_once() {
+fn frame_too_long_is_processed_as_mapped_and_reported_once() {
     let mut node = Node::with(0, parameters(0x205, 254, 0), &WORDS[..2]);
     node.receive(0x205, &DATA, ms(1));
     assert_eq!(node.device.words, [0x1111, 0x2222, 0, 0, 0]);
@@ -316,7 +316,7 @@ fn leaving_operational_forgets_what_is_held_and_stops_deadlines() {
 
 /// Verifies: ECSS 6.9e
 #[test]
-fn synchronous_frames_after_the_window_are_discarded_until_the_next_sync() {
+fn synchronous_frames_after_window_are_discarded_until_sync() {
     let mut node = Node::with(0, parameters(0x205, 1, 0), &WORDS);
     node.configure(1, parameters(0x305, 254, 0), &[entry(0x6000, 5, 16)]).unwrap();
     node.sync(ms(10));

@@ -186,7 +186,7 @@ fn an_event_driven_one_goes_at_its_event_and_not_before() {
 
 /// Verifies: ECSS 6.2a
 #[test]
-fn an_event_within_the_inhibit_time_goes_at_its_end_with_the_values_of_then() {
+fn event_in_inhibit_time_goes_at_its_end_with_current_values() {
     // 5 ms.
     let mut node = Node::with(event_driven(50, 0));
     node.trigger(ms(10));
@@ -207,7 +207,7 @@ fn an_event_within_the_inhibit_time_goes_at_its_end_with_the_values_of_then() {
 }
 
 #[test]
-fn the_inhibit_time_counts_from_the_transmission_even_when_that_was_late() {
+fn inhibit_time_counts_from_the_transmission_even_if_late() {
     let mut node = Node::with(event_driven(50, 0));
     node.trigger(ms(10));
     assert_eq!(node.poll(ms(13)), [0]);
@@ -217,7 +217,7 @@ fn the_inhibit_time_counts_from_the_transmission_even_when_that_was_late() {
 
 /// Verifies: ECSS 6.2a
 #[test]
-fn the_event_timer_runs_from_operational_and_again_from_every_transmission() {
+fn event_timer_runs_from_operational_and_every_transmission() {
     let mut node = Node::with(event_driven(0, 10));
     assert_eq!(node.run(ms(35)), [10_000, 20_000, 30_000]);
     node.trigger(ms(36));
@@ -319,7 +319,7 @@ fn new_parameters_take_effect_at_once() {
 }
 
 #[test]
-fn an_event_that_waits_for_the_inhibit_time_survives_new_parameters() {
+fn event_waiting_for_inhibit_time_survives_new_parameters() {
     let mut node = Node::with(event_driven(100, 0));
     node.trigger(ms(1));
     node.poll(ms(1));

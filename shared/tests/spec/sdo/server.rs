@@ -37,7 +37,7 @@ fn values_of_one_to_four_bytes_are_downloaded_expedited() {
 
 /// Verifies: ECSS 6.1a
 #[test]
-fn an_expedited_download_that_does_not_tell_its_size_has_that_of_the_object() {
+fn expedited_download_without_size_has_the_size_of_the_object() {
     for (request, response, value) in [
         ("22 01 20 00 11 22 33 44", "60 01 20 00", &[0x11][..]),
         ("22 02 20 00 11 22 33 44", "60 02 20 00", &[0x11, 0x22]),
@@ -53,7 +53,7 @@ fn an_expedited_download_that_does_not_tell_its_size_has_that_of_the_object() {
 
 /// Verifies: ECSS 6.1a
 #[test]
-fn longer_values_are_uploaded_in_segments_that_tell_their_size_first() {
+fn longer_values_are_uploaded_in_segments_with_the_size_first() {
     let mut bench = Bench::new();
     bench.exchange(&[
         ("40 04 20 00", "41 04 20 00 10 00 00 00"),

@@ -132,7 +132,7 @@ fn the_time_of_a_sync_that_was_not_heard_moves_nothing() {
 }
 
 #[test]
-fn a_spacecraft_time_that_was_set_anew_is_followed_by_one_step_at_the_third_time() {
+fn time_set_anew_is_followed_by_one_step_at_the_third_time() {
     let mut slave = operational::<Keeper>();
     follow(&mut slave, 1_000);
     slave.clear();
@@ -150,7 +150,7 @@ fn a_spacecraft_time_that_was_set_anew_is_followed_by_one_step_at_the_third_time
 
 /// 3 ms, below the limit of a step: refused, counted and not reported as a time that is followed.
 #[test]
-fn a_time_that_does_not_agree_with_the_others_is_counted_and_moves_nothing() {
+fn disagreeing_time_is_counted_and_moves_nothing() {
     let mut slave = operational::<Keeper>();
     follow(&mut slave, 1_000);
     slave.clear();
@@ -171,7 +171,7 @@ fn a_time_that_does_not_agree_with_the_others_is_counted_and_moves_nothing() {
 
 /// By exactly a SYNC period: the first three look late, the next three agree.
 #[test]
-fn a_spacecraft_time_set_back_by_a_sync_period_is_followed_at_the_sixth_time() {
+fn time_set_back_by_a_sync_period_is_followed_at_the_sixth_time() {
     let mut slave = operational::<Keeper>();
     follow(&mut slave, 1_000);
     slave.clear();
@@ -200,7 +200,7 @@ fn a_time_of_type_255_holds_when_it_arrives() {
 
 /// Verifies: ECSS 7.2.3h, 7.2.3i, 7.2.3j, 7.2.3k
 #[test]
-fn the_local_time_pdo_has_the_time_at_the_last_sync_by_event_too() {
+fn local_time_pdo_by_event_has_the_time_at_the_last_sync() {
     let mut slave = operational::<Keeper>();
     for (sub, value) in [(1, &[0x85, 1, 0, 0xC0][..]), (2, &[254]), (1, &[0x85, 1, 0, 0x40])] {
         write(&mut slave, 0x1800, sub, value);
@@ -215,7 +215,7 @@ fn the_local_time_pdo_has_the_time_at_the_last_sync_by_event_too() {
 
 /// As above, where the spacecraft time is not distributed by SYNC: the local time is the present one.
 #[test]
-fn the_local_time_pdo_has_the_present_time_by_event_without_times_by_sync() {
+fn local_time_pdo_by_event_has_present_time_without_sync_times() {
     let mut slave = operational::<Keeper>();
     for (index, id) in [(0x1400, 0x81), (0x1800, 0x85)] {
         for (sub, value) in [(1, &[id, 1, 0, 0xC0][..]), (2, &[254]), (1, &[id, 1, 0, 0x40])] {
@@ -232,7 +232,7 @@ fn the_local_time_pdo_has_the_present_time_by_event_without_times_by_sync() {
 
 /// Synchronous PDOs wait for half of the SYNC period where one of them has the time at the SYNC, else for all of it.
 #[test]
-fn the_time_at_a_sync_does_not_wait_until_it_could_be_that_of_the_next() {
+fn time_at_a_sync_expires_before_it_could_be_that_of_the_next() {
     for (of_time, lifetime) in [(1, 50), (254, 100)] {
         let mut slave = operational::<Keeper>();
         let steps: [(u16, u8, &[u8]); 7] = [

@@ -40,7 +40,7 @@ fn sync_sent(master: &mut Bench<Master>, at: FineInstant) {
 ///
 /// Verifies: ECSS 7.2.3a, 7.2.3b, 7.2.3c, 7.2.3e, 7.2.3f
 #[test]
-fn with_a_type_of_1_to_240_the_value_is_the_time_at_the_end_of_the_last_sync() {
+fn types_1_to_240_send_the_time_at_the_end_of_the_last_sync() {
     let mut master = high_resolution(1);
     master.request(MasterRequest::SetTime(scet(1_000, 0)));
     master.run_until(us(1_000_060));

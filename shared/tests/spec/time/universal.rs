@@ -89,7 +89,7 @@ fn utc_is_right_far_from_the_relation() {
 ///
 /// Verifies: ECSS 7.1.3f, 7.1.3g
 #[test]
-fn a_device_without_submilliseconds_sends_zero_and_does_not_look_at_them() {
+fn device_without_submilliseconds_sends_zero_and_ignores_them() {
     let mut slave = operational::<Universal<false>>();
     run(&mut slave, ms(50));
     sync(&mut slave);

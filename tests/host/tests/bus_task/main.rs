@@ -130,7 +130,7 @@ fn a_frame_dies_at_the_end_of_its_lifetime_in_queue_and_mailbox() {
 }
 
 #[test]
-fn a_frame_on_the_wire_at_the_end_of_its_lifetime_is_reported_as_it_ends() {
+fn frame_on_wire_at_end_of_lifetime_is_reported_as_it_ends() {
     let mut bench = Bench::joined(0);
     bench.send_for(0x701, 1, Duration::from_micros(50));
     bench.begin().expect("a frame waits");
@@ -146,7 +146,7 @@ fn a_frame_on_the_wire_at_the_end_of_its_lifetime_is_reported_as_it_ends() {
 
 /// Verifies: ECSS 8.3.3b.1
 #[test]
-fn abandoning_a_bus_reports_everything_pending_and_nothing_stale_goes_out() {
+fn abandoned_bus_reports_all_pending_and_sends_nothing_stale() {
     let mut bench = Bench::joined(0);
     for byte in 0..6 {
         bench.send(0x701, byte);
@@ -201,7 +201,7 @@ fn a_full_transmit_queue_refuses_and_reports() {
 }
 
 #[test]
-fn a_node_that_is_behind_holds_the_bus_back_and_losses_are_counted() {
+fn slow_node_holds_the_bus_back_and_losses_are_counted() {
     let mut bench = Bench::new(0);
     // While its task does not run, the port's queue fills up.
     let mut port = bench.wire.clone();
@@ -247,7 +247,7 @@ fn commands_and_receptions_at_the_same_instant_are_all_handled() {
 }
 
 #[test]
-fn overload_of_both_directions_neither_deadlocks_nor_loses_count() {
+fn overload_of_both_directions_neither_deadlocks_nor_miscounts() {
     // Every frame received causes three to be sent on a wire that takes none.
     let mut bench = Bench::joined(3);
     let mut fed = 0_u16;
@@ -322,7 +322,7 @@ fn counters_that_move_without_an_event_are_told_too() {
 
 /// Verifies: ECSS 5.6.2b, 5.6.2c
 #[test]
-fn error_warning_and_error_passive_are_told_and_the_counters_are_those_of_the_controller() {
+fn warning_and_passive_are_reported_with_controller_counters() {
     let mut bench = Bench::joined(0);
     bench.send(0x701, 1);
     // Nobody acknowledges: 8 each until error passive, then none (ISO 11898-1, 12.1.4.2 c).
@@ -365,7 +365,7 @@ fn a_cut_wire_is_told_to_a_passive_sender() {
 }
 
 #[test]
-fn bus_off_gives_up_everything_pending_and_recovery_begins_on_command() {
+fn bus_off_gives_up_all_pending_and_recovers_on_command() {
     let mut bench = Bench::joined(0);
     for byte in 0..2 {
         bench.send(0x701, byte);

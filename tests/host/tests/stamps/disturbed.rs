@@ -15,7 +15,7 @@ const FLAG: usize = 6;
 /// Most that an edge of the transmitter may be off and still be taken for it, ticks (250 ns).
 const QUARTER: f64 = BIT / 4.0;
 
-/// A frame with which random faults once found what [`an_edge_from_nowhere_in_the_place_of_a_lost_one_is_taken_for_it`]
+/// A frame with which random faults once found what [`spurious_edge_in_place_of_a_lost_one_is_taken_for_it`]
 /// shows.
 fn found() -> WireFrame {
     WireFrame::standard(0x528, &[0xFF, 0x55, 0x00, 0x55, 0x22, 0x55])
@@ -45,7 +45,7 @@ fn a_missing_edge_is_missed() {
 }
 
 #[test]
-fn an_edge_too_many_is_noticed_from_the_idle_bus_to_the_end_of_the_frame() {
+fn extra_edge_is_noticed_from_idle_bus_to_end_of_frame() {
     for tenth in -100..=465 {
         let mut line = Line::new(1e6);
         let complete = line.frame(&sync(), Sent::default());
@@ -70,7 +70,7 @@ fn an_edge_in_a_wrong_place_is_noticed() {
 
 /// An edge may be early or late by jitter, and nothing tells jitter from a disturbance that moves it.
 #[test]
-fn a_stamp_is_off_by_as_much_as_its_edge_is_up_to_a_quarter_of_a_bit() {
+fn stamp_follows_an_edge_off_by_up_to_a_quarter_of_a_bit() {
     for frame in [sync(), found()] {
         for (moved, at) in falls(&frame).into_iter().enumerate() {
             for off in -42..=42 {
@@ -99,7 +99,7 @@ fn a_stamp_is_off_by_as_much_as_its_edge_is_up_to_a_quarter_of_a_bit() {
 /// Two faults that undo each other: after two destroyed attempts the frame loses the edge of its stamp, and an edge from
 /// nowhere falls 0.094 bits later.
 #[test]
-fn an_edge_from_nowhere_in_the_place_of_a_lost_one_is_taken_for_it() {
+fn spurious_edge_in_place_of_a_lost_one_is_taken_for_it() {
     let mut line = Line::new(1e6);
     line.frame(&WireFrame::standard(0x163, &[]), Sent::default());
     line.idle(3.0);

@@ -94,7 +94,7 @@ fn wherever_the_ring_begins_and_the_timer_wraps() {
 
 /// ISO 11898-1 8.4.2.4: a receiver has the frame one bit before its end.
 #[test]
-fn the_interrupt_may_come_from_a_bit_before_the_end_to_almost_a_frame_after_it() {
+fn interrupt_may_be_a_bit_early_to_almost_a_frame_late() {
     for late in -1..=40 {
         let mut line = Line::new(1e6 + f64::from(late));
         let complete = line.frame(&sync(), Sent::default());
@@ -106,7 +106,7 @@ fn the_interrupt_may_come_from_a_bit_before_the_end_to_almost_a_frame_after_it()
 }
 
 #[test]
-fn equal_frames_back_to_back_have_their_own_stamps_also_when_the_task_is_late() {
+fn equal_frames_back_to_back_have_own_stamps_even_if_task_late() {
     for task_delay in [0.0, 20.0, 40.0] {
         let mut line = Line::new(1e6);
         let mut ends = Vec::new();

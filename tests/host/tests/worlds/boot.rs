@@ -81,7 +81,7 @@ fn requests(world: &World, bus: Bus, node: NodeId, from: Time) -> Vec<[u8; 8]> {
 
 /// Verifies: ECSS 6.1a, 6.5.1a.1
 #[test]
-fn three_mandatory_slaves_are_checked_configured_and_started_before_sync_begins() {
+fn mandatory_slaves_are_checked_configured_started_before_sync() {
     let mut world = Craft::new(THREE_MANDATORY, 3);
     world.run_until(ms(1_000));
     use BootProgress::{Awaited, Booted, Checking, Comparing, Configuring, Queued, Started};
@@ -127,7 +127,7 @@ fn a_slave_that_is_stopped_while_it_is_checked_is_checked_again() {
 }
 
 #[test]
-fn with_all_slaves_there_sync_begins_when_it_did_without_the_process() {
+fn with_all_slaves_there_the_boot_process_does_not_delay_sync() {
     let mut worlds = [LIBRECUBE, Profile { slaves: &[], settings: &[], ..LIBRECUBE }].map(|profile| {
         let mut world = Craft::new(profile, 3);
         world.run_until(ms(6_000));
@@ -144,7 +144,7 @@ fn with_all_slaves_there_sync_begins_when_it_did_without_the_process() {
 }
 
 #[test]
-fn a_slave_with_another_product_code_is_not_started_and_sync_waits_for_it() {
+fn slave_of_other_product_code_is_not_started_and_sync_waits() {
     let mut other = mandatory(THREE);
     other.expected.identity[1] = 0x5016;
     let slaves: &'static [AssignedSlave] = Box::leak(Box::new([mandatory(TWO), other]));
@@ -171,7 +171,7 @@ fn a_slave_with_another_product_code_is_not_started_and_sync_waits_for_it() {
 }
 
 #[test]
-fn a_mandatory_slave_that_is_missing_is_told_after_the_boot_time_and_awaited() {
+fn missing_mandatory_slave_reported_after_boot_time_and_awaited() {
     let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(FOUR, ms(2_000)));
     world.run_until(ms(1_900));
     assert_eq!(failures(&world, Time::ZERO), [(FOUR, BootError::Silent, 0)]);
@@ -183,7 +183,7 @@ fn a_mandatory_slave_that_is_missing_is_told_after_the_boot_time_and_awaited() {
 }
 
 #[test]
-fn by_policy_the_network_goes_on_without_a_missing_slave_and_takes_it_up_later() {
+fn by_policy_network_goes_on_and_takes_up_missing_slave_later() {
     let boot = BootPolicy { goes_on: true, ..THREE_MANDATORY.boot };
     let mut world =
         Craft::of(Profile { boot, ..THREE_MANDATORY }, 3, |world| world.powered_at(FOUR, ms(2_000)));
@@ -237,7 +237,7 @@ fn what_a_slave_has_by_its_stamp_is_not_written_again() {
 }
 
 #[test]
-fn the_configuration_survives_a_fail_over_and_parallel_slaves_are_not_asked_again() {
+fn fail_over_keeps_configuration_and_asks_no_parallel_slave() {
     let mut world = running(THREE_MANDATORY, 3);
     let cut = world.now();
     cut_next_to_master(&mut world, Bus::Nominal);
@@ -251,7 +251,7 @@ fn the_configuration_survives_a_fail_over_and_parallel_slaves_are_not_asked_agai
 }
 
 #[test]
-fn a_selective_slave_that_toggled_is_started_at_once_and_checked_after() {
+fn toggled_selective_slave_is_started_at_once_and_then_checked() {
     let mut world = running(Profile { selective: &[FOUR], ..THREE_MANDATORY }, 3);
     let cut = world.now();
     cut_next_to_master(&mut world, Bus::Nominal);
@@ -294,7 +294,7 @@ fn a_slave_reset_unheard_on_the_bus_left_is_configured() {
 }
 
 #[test]
-fn a_bus_cut_in_the_middle_of_the_process_begins_it_anew_on_the_other_bus() {
+fn bus_cut_during_boot_restarts_the_process_on_the_other_bus() {
     let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
     world.run_until(ms(999));
     assert_eq!(world.state(THREE), Some(NmtState::Operational));
@@ -309,7 +309,7 @@ fn a_bus_cut_in_the_middle_of_the_process_begins_it_anew_on_the_other_bus() {
 }
 
 #[test]
-fn a_slave_that_loses_power_in_the_middle_is_told_and_booted_when_it_is_back() {
+fn slave_losing_power_in_boot_is_reported_and_booted_on_return() {
     let mut world = Craft::of(THREE_MANDATORY, 3, |world| world.powered_at(TWO, ms(1_000)));
     world.run_until(Time::from_us(1_000_400));
     let from = world.now();
@@ -329,7 +329,7 @@ fn a_slave_that_loses_power_in_the_middle_is_told_and_booted_when_it_is_back() {
 }
 
 #[test]
-fn a_slave_that_the_application_holds_is_configured_and_not_started() {
+fn slave_held_by_application_is_configured_but_not_started() {
     let mut world = running(THREE_MANDATORY, 3);
     world.nmt(Command::EnterPreOperational, Target::Node(TWO));
     world.run_for(ms(50));

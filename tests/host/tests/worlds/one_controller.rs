@@ -54,7 +54,7 @@ fn commands(world: &World, node: NodeId, bus: Bus, from: Time, to: Time) -> usiz
 
 /// Verifies: ECSS 8.2.1a.1
 #[test]
-fn minimal_slave_with_one_controller_follows_the_cut_by_its_search() {
+fn minimal_one_controller_slave_follows_the_cut_by_its_search() {
     let world = mixed();
     assert!(world.all_operational());
     assert_eq!((world.master_bus(), switches(&world, Time::ZERO)), (Bus::Redundant, 1));

@@ -127,7 +127,7 @@ fn a_standby_takes_over_on_the_bus_heard_last() {
 ///
 /// Verifies: ECSS 8.1a
 #[test]
-fn a_standby_that_is_cut_off_from_the_active_bus_stays_the_standby() {
+fn standby_cut_off_from_the_active_bus_stays_the_standby() {
     let mut world = flying();
     let cut = world.now();
     world.reset(SECOND);

@@ -52,7 +52,7 @@ fn a_master_reset_in_mid_flight_is_back_before_it_is_missed() {
 
 /// Verifies: ECSS 8.3.2a
 #[test]
-fn a_master_reset_on_the_redundant_bus_comes_back_on_the_default_bus() {
+fn master_reset_on_redundant_bus_comes_back_on_default_bus() {
     let mut world = running(MIXED, 3);
     world.request(MasterRequest::SwitchBus(Bus::Redundant));
     world.run_for(ms(1_000));
@@ -65,7 +65,7 @@ fn a_master_reset_on_the_redundant_bus_comes_back_on_the_default_bus() {
 
 /// Verifies: ECSS 8.3.3b.1
 #[test]
-fn a_cut_healed_while_frames_were_pending_lets_nothing_stale_out() {
+fn cut_healed_while_frames_are_pending_lets_nothing_stale_out() {
     for healed_after in [ms(120), ms(200), ms(777), ms(2_000)] {
         let mut world = Craft::busy(MIXED, 3, |world| world);
         world.run_until(ms(2_030));

@@ -44,7 +44,7 @@ fn values_are_read_and_written() {
 }
 
 #[test]
-fn an_abort_an_absent_node_and_a_buffer_that_is_too_small_are_typed_errors() {
+fn abort_absent_node_and_too_small_buffer_are_typed_errors() {
     let mut world = running(STANDARD, 2);
     let from = world.now();
     let task = world.on_master(|master| async move {
@@ -178,7 +178,7 @@ fn a_dropped_future_aborts_its_transfer_and_frees_the_client() {
 }
 
 #[test]
-fn a_switch_of_the_bus_ends_a_transfer_and_the_next_one_works_there() {
+fn bus_switch_ends_a_transfer_and_the_next_one_works_there() {
     let mut world = running(STANDARD, 2);
     let data = seeded(4);
     let task = world.on_master(move |master| async move {

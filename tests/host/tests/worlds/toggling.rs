@@ -22,7 +22,7 @@ fn toggled(event: &SlaveEvent) -> bool {
 
 /// Verifies: ECSS 8.3.3h, 8.3.3i, 8.3.3j
 #[test]
-fn after_an_even_number_of_switches_a_slave_stays_on_the_default_bus() {
+fn after_even_number_of_switches_slave_stays_on_default_bus() {
     for bdefault in Bus::ALL {
         let profile = Profile { ntoggle: 4, bdefault, ..MIXED };
         let mut world = waiting(profile, 3, ms(60_000));
@@ -43,7 +43,7 @@ fn after_an_even_number_of_switches_a_slave_stays_on_the_default_bus() {
 
 /// Verifies: ECSS 8.3.3j
 #[test]
-fn after_an_odd_number_of_switches_a_late_master_is_found_by_those_who_hear_it() {
+fn late_master_after_odd_switches_is_found_by_slaves_hearing_it() {
     let profile = Profile { ntoggle: 3, ..MIXED };
     let mut world = waiting(profile, 3, ms(5_000));
     world.run_until(ms(4_900));
@@ -69,7 +69,7 @@ fn after_an_odd_number_of_switches_a_late_master_is_found_by_those_who_hear_it()
 
 /// Verifies: ECSS 8.3.3g, 8.3.3k
 #[test]
-fn a_start_command_on_the_other_bus_ends_the_search_and_is_obeyed() {
+fn start_command_on_other_bus_ends_the_search_and_is_obeyed() {
     let mut world = waiting(MIXED, 3, ms(60_000));
     world.run_until(ms(300));
     world.inject(Bus::Redundant, standard(0x000, &[0x01, 0x02]));
@@ -99,7 +99,7 @@ fn a_malformed_message_on_the_other_bus_does_not_end_the_search() {
 
 /// Verifies: ECSS 8.3.3e.1
 #[test]
-fn without_toggling_a_missed_master_means_pre_operational_and_listening() {
+fn without_toggling_missed_master_means_waiting_pre_operational() {
     for profile in [Profile { ntoggle: 0, ..MIXED }, Profile { ttoggle: 0, ..MIXED }] {
         let mut world = running(profile, 3);
         let off = world.now();
@@ -138,7 +138,7 @@ fn a_lost_master_is_searched_on_both_buses_in_turn() {
 
 /// A heartbeat that comes back after the first miss and before the switch: the slave stays, and is started.
 #[test]
-fn a_master_that_returns_before_the_switch_starts_its_slaves_again() {
+fn master_that_returns_before_switch_starts_its_slaves_again() {
     let mut world = running(MIXED, 3);
     let off = world.now();
     world.power_off(MASTER);

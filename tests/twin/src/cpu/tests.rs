@@ -250,7 +250,7 @@ fn a_conditional_return_restores_the_interrupted_it_block() {
 }
 
 #[test]
-fn wfe_sleeps_until_an_enabled_interrupt_and_sev_lets_it_through() {
+fn wfe_sleeps_until_enabled_interrupt_and_sev_lets_it_through() {
     let mut program = ENABLE_TIM2.to_vec();
     program.extend([0xBF40, 0xBF20, 0xBF20, 0xE7FE]); // SEV; WFE; WFE; B .
     let mut core = core(&program, &[0x4770]);
@@ -266,7 +266,7 @@ fn wfe_sleeps_until_an_enabled_interrupt_and_sev_lets_it_through() {
 }
 
 #[test]
-fn an_undefined_instruction_enters_hard_fault_and_a_closed_loop_is_stuck() {
+fn undefined_instruction_hard_faults_and_closed_loop_is_stuck() {
     let mut core = core(&[0xDE00], &[0xE7FE]); // UDF #0; handler: B .
     let step = core.step();
     assert!(step.hard_fault);

@@ -432,7 +432,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stream_disabled_under_way_keeps_its_count_and_shows_complete() {
+    fn stream_disabled_in_progress_keeps_count_and_shows_complete() {
         let mut dma = ring(8);
         served(&mut dma, 3);
         dma.write(S2 + CR, 0).unwrap();

@@ -258,7 +258,7 @@ fn a_request_reaches_its_stream_on_its_channel() {
 }
 
 #[test]
-fn an_edge_is_captured_only_through_pins_in_their_alternate_function() {
+fn edge_is_captured_only_by_a_pin_in_its_alternate_function() {
     let mut peripherals = Peripherals::new(Model::PYBOARD_V11, 0);
     enable(&mut peripherals, 0x30, 1);
     enable(&mut peripherals, 0x40, 1 << 3);

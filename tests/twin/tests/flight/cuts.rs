@@ -64,7 +64,7 @@ fn detection_does_not_depend_on_the_moment_of_the_cut() {
 /// Verifies: ECSS 8.3.3d
 /// Verifies: ECSS 8.3.3g
 #[test]
-fn slaves_with_parallel_access_follow_at_the_masters_first_message() {
+fn parallel_slaves_follow_at_the_first_message_of_the_master() {
     let announced = FLIGHT.on(Bus::Redundant).next().unwrap().end;
     for node in [2, 3] {
         let (followed, state) = FLIGHT.heartbeats(node, Bus::Redundant)[0];
@@ -103,7 +103,7 @@ fn last_master_message_of_slave_4() -> Time {
 /// Verifies: ECSS 8.3.3e.1
 /// Verifies: ECSS 8.3.3e.2
 #[test]
-fn a_slave_with_selective_access_searches_when_the_master_is_missed() {
+fn selective_slave_searches_when_the_master_is_missed() {
     let last = last_master_message_of_slave_4();
     let fallen = FLIGHT.heartbeats(4, Bus::Nominal).into_iter().find(|(_, state)| *state == PRE_OPERATIONAL);
     let fallen = fallen.unwrap().0.since(last);
@@ -117,7 +117,7 @@ fn a_slave_with_selective_access_searches_when_the_master_is_missed() {
 
 /// Verifies: ECSS 8.2.1a.1
 #[test]
-fn a_slave_with_selective_access_takes_part_in_one_bus_at_a_time() {
+fn selective_slave_takes_part_in_one_bus_at_a_time() {
     let toggled = FLIGHT.heartbeats(4, Bus::Redundant)[0].0;
     for seen in FLIGHT.on(Bus::Redundant).filter(|seen| seen.sender != 3) {
         assert_eq!(seen.reached.contains(&4), seen.end > toggled, "{seen:?}");

@@ -110,7 +110,7 @@ fn sync_overtakes_commands_that_wait() {
 /// The answer of a slave lives 100 ms. The bus is busy for about as long, to the microsecond: the answer is aborted
 /// before it starts, while it is on the wire, or just too late. What counts as sent is what went out.
 #[test]
-fn a_frame_that_is_aborted_as_it_goes_out_is_told_as_what_happened() {
+fn frame_aborted_as_it_goes_out_is_reported_as_it_really_ended() {
     let mut craft = Craft::new(&MASTER_AND_THREE[..2]);
     let guest = craft.twin.add_guest(Bus::Nominal, 30.0);
     craft.fly_to(1000);

@@ -322,7 +322,7 @@ fn minimal_slave_sends_its_local_time_with_sync() {
 }
 
 #[test]
-fn commands_and_telemetry_reach_full_and_minimal_slaves_on_both_buses() {
+fn full_and_minimal_slaves_get_commands_and_reply_on_both_buses() {
     for node in [2, 3, MINIMAL, SELECTIVE] {
         for (bus, from) in [(Bus::Nominal, ms(600)), (Bus::Redundant, ms(14_900))] {
             let request = MIXED

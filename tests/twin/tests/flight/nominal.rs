@@ -37,7 +37,7 @@ fn by_crystal(node: u8, nominal: Time) -> Time {
 /// Verifies: ECSS 6.5.3a
 /// Verifies: ECSS 8.3.2a
 #[test]
-fn every_node_begins_with_its_boot_up_message_on_the_default_bus() {
+fn every_node_begins_with_boot_up_message_on_default_bus() {
     for seat in MASTER_AND_THREE {
         let sender = FLIGHT.board(seat.node).0;
         let first = FLIGHT.frames.iter().find(|seen| seen.sender == sender).unwrap();
@@ -128,7 +128,7 @@ fn scet_us(octets: &[u8]) -> u64 {
 /// Verifies: ECSS 7.2.2f
 /// Verifies: ECSS 7.2.3k
 #[test]
-fn after_each_sync_every_slave_tells_its_local_time_of_that_instant() {
+fn every_slave_sends_its_local_time_of_each_sync() {
     let syncs: Vec<Time> = FLIGHT.sent(MASTER, Bus::Nominal, SYNC).map(|seen| seen.end).collect();
     let spacecraft_time = FLIGHT.sent(MASTER, Bus::Nominal, SPACECRAFT_TIME).next().unwrap();
     for node in SLAVES {

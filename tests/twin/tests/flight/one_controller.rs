@@ -151,7 +151,7 @@ fn switch_disturbs_neither_bus() {
 /// Given a nominal bus that is dominant for ever, which lets no controller off, then a slave with one controller finds its master
 /// on the redundant bus all the same, some 50 ms later than after a cut: so long the driver waits.
 #[test]
-fn bus_that_is_dominant_for_ever_does_not_keep_a_slave_with_one_controller() {
+fn always_dominant_bus_does_not_keep_one_controller_slave() {
     let mut craft = craft();
     craft.fly(CUT);
     let short = Fault::Short { position_m: 20.0, level: false };

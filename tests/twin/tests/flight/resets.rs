@@ -40,7 +40,7 @@ fn the_master_is_reset_and_its_slaves_fly_on() {
 }
 
 #[test]
-fn a_reset_takes_the_master_back_to_the_default_bus_and_its_slaves_with_it() {
+fn master_reset_takes_it_and_its_slaves_to_the_default_bus() {
     let mut craft = Craft::new(&MASTER_AND_THREE[..3]);
     craft.fly_to(1000);
     craft.twin.wire_mut(Bus::Nominal).cut(NEXT_TO_MASTER_M);
@@ -139,7 +139,7 @@ fn reset_communication_starts_over_without_resetting_the_chip() {
 ///
 /// Verifies: ECSS 6.5.1a.2
 #[test]
-fn a_stopped_slave_stays_stopped_and_silent_but_for_its_heartbeat() {
+fn stopped_slave_stays_stopped_and_sends_only_heartbeats() {
     let (craft, sent, states) = told(WireFrame::standard(0x601, &[0x2F, 0x82, 0x1F, 3, 4, 0, 0, 0]));
     assert!(states.len() >= 3 && states.iter().all(|state| *state == STOPPED), "{states:?}");
     let others = craft.frames.iter().filter(|seen| seen.sender == 2 && seen.end > sent);

@@ -14,7 +14,7 @@ fn seat(node: u8, power_on_ms: u64) -> Seat {
 /// Verifies: ECSS 6.10f
 /// Verifies: ECSS 6.10k
 #[test]
-fn a_slave_whose_straps_have_the_wrong_parity_is_silent_and_says_so() {
+fn slave_with_wrong_strap_parity_is_silent_and_logs_it() {
     let mute = Seat { parity: false, ..seat(3, 20) };
     let mut craft = Craft::new(&[seat(1, 40), mute, seat(2, 600)]);
     craft.fly_to(590);
@@ -72,7 +72,7 @@ fn telemetry_tells_the_error_counters_as_they_are() {
 }
 
 #[test]
-fn slaves_that_wait_in_company_are_started_when_the_master_comes() {
+fn slaves_waiting_together_are_started_when_the_master_comes() {
     let mut craft = Craft::new(&[seat(1, 3000), seat(2, 20), seat(3, 60), seat(4, 110)]);
     craft.fly_to(2990);
     for node in [2, 3, 4] {

@@ -85,7 +85,7 @@ fn a_lone_transmitter_never_goes_bus_off() {
 
 /// Rule c, exception 1, only while the passive flag stays recessive on the line.
 #[test]
-fn a_dominant_bit_in_the_passive_flag_makes_a_missing_acknowledgement_count() {
+fn dominant_bit_in_passive_flag_makes_missing_ack_count() {
     let mut bench = sender_and(0);
     // The 17th try has its SOF at 940 us and its ACK slot up to 980 us.
     bench.wire.schedule(us(970), flip_field(Field::ErrorFlag(3), &[0])).unwrap();
@@ -113,7 +113,7 @@ fn an_overwritten_stuff_bit_in_the_arbitration_is_free() {
 
 /// Rule d: +8 for a transmitter with a bit error in its active error flag.
 #[test]
-fn a_transmitter_with_a_bit_error_in_its_error_flag_counts_eight() {
+fn transmitter_with_bit_error_in_its_error_flag_counts_eight() {
     let mut bench = sender_and(2);
     transmitter_errs(&mut bench);
     from_start(&mut bench, [flip_field(Field::ErrorFlag(3), &[0])]);
@@ -124,7 +124,7 @@ fn a_transmitter_with_a_bit_error_in_its_error_flag_counts_eight() {
 
 /// Rule d, overload flag. Intermission begins with bit 48.
 #[test]
-fn a_transmitter_with_a_bit_error_in_its_overload_flag_counts_eight() {
+fn transmitter_with_bit_error_in_its_overload_flag_counts_eight() {
     let mut bench = sender_and(2);
     let faults = [flip_field(Field::Intermission(0), &[0]), flip_field(Field::OverloadFlag(1), &[0])];
     from_start(&mut bench, faults);
@@ -161,7 +161,7 @@ fn held_dominant(bits: u64) -> ((u16, u16), (u16, u16)) {
 /// Rule f: up to seven dominant bits after a flag are tolerated (but see rule b); the 14th in a row counts 8, and so
 /// does every eighth after it.
 #[test]
-fn a_line_that_stays_dominant_after_an_active_flag_counts_eight_again_and_again() {
+fn dominant_line_after_active_flag_counts_eight_repeatedly() {
     let up_to_bit = |bit: u64| held_dominant(bit - 11);
     assert_eq!(up_to_bit(22), ((8, 0), (0, 1)));
     assert_eq!(up_to_bit(23), ((8, 0), (0, 9)), "rule b");
@@ -175,7 +175,7 @@ fn a_line_that_stays_dominant_after_an_active_flag_counts_eight_again_and_again(
 /// Rule f after a passive flag: the eighth dominant bit. The 17th try of a lone node is its first passive flag, from
 /// 980 to 986 us.
 #[test]
-fn a_line_that_stays_dominant_after_a_passive_flag_counts_from_the_eighth_bit() {
+fn dominant_line_after_passive_flag_counts_from_eighth_bit() {
     for (bits, count) in [(7, 128), (8, 136), (15, 136), (16, 144)] {
         let mut bench = sender_and(0);
         hold_dominant(&mut bench, 986, bits);
@@ -186,7 +186,7 @@ fn a_line_that_stays_dominant_after_a_passive_flag_counts_from_the_eighth_bit() 
 
 /// Rule f after an overload flag: 14 dominant bits in a row count, and rule b does not apply.
 #[test]
-fn a_line_that_stays_dominant_after_an_overload_flag_counts_from_the_fourteenth_bit() {
+fn dominant_line_after_overload_flag_counts_from_fourteenth_bit() {
     for (bits, count) in [(1 + 13, 0), (1 + 14, 8), (1 + 22, 16)] {
         let mut bench = sender_and(1);
         // The first bit of intermission, then six of the flag.

@@ -33,12 +33,12 @@ fn stuff_error_of_a_receiver_is_the_sixth_equal_bit() {
 }
 
 #[test]
-fn stuff_error_of_a_transmitter_is_a_stuff_bit_overwritten_in_the_arbitration() {
+fn stuff_bit_overwritten_in_arbitration_is_sender_stuff_error() {
     assert_eq!(first_errors(flip_bit(10, &[0]))[0], at(10, transmit_error(ErrorKind::Stuff)));
 }
 
 #[test]
-fn form_error_of_a_receiver_is_a_dominant_bit_in_a_delimiter_or_in_eof() {
+fn form_error_of_receiver_is_dominant_bit_in_delimiter_or_eof() {
     for field in [Field::CrcDelimiter, Field::AckDelimiter] {
         let bit = if field == Field::CrcDelimiter { CRC_DELIMITER } else { ACK_DELIMITER };
         assert_eq!(first_errors(flip_field(field, &[1]))[1], at(bit, receive_error(ErrorKind::Form)));
@@ -300,7 +300,7 @@ fn a_dominant_last_but_one_bit_of_eof_makes_receivers_disagree() {
 
 /// Worse: the transmitter dies before it repeats the frame, or does not see the flag. The receivers disagree for good.
 #[test]
-fn receivers_disagree_for_good_when_the_transmitter_does_not_repeat() {
+fn receivers_disagree_for_good_if_transmitter_does_not_repeat() {
     let mut bench = sender_and(2);
     from_start(&mut bench, [flip_field(Field::Eof(5), &[1])]);
     bench.wire.schedule(us(SOF + 50), Fault::PowerOff(0)).unwrap();

@@ -155,7 +155,7 @@ fn can_h_at_a_low_voltage_leaves_all_communicating() {
 
 /// The case of ECSS 5.3.3.2.3d
 #[test]
-fn can_h_at_a_voltage_in_range_blocks_the_bus_until_it_is_removed() {
+fn can_h_at_voltage_in_range_blocks_the_bus_until_removed() {
     all_resume_after(Failure::can_h_shorted_in_range(15.0));
 }
 
@@ -180,7 +180,7 @@ fn can_h_at_ground_blocks_the_bus_until_it_is_removed() {
 
 /// The case of ECSS 5.3.3.2.3h
 #[test]
-fn can_l_at_a_voltage_in_range_blocks_the_bus_until_it_is_removed() {
+fn can_l_at_voltage_in_range_blocks_the_bus_until_removed() {
     all_resume_after(Failure::can_l_shorted_in_range(40.0));
 }
 

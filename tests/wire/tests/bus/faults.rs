@@ -136,7 +136,7 @@ fn each_piece_of_a_cut_cable_is_a_bus_of_its_own() {
 }
 
 #[test]
-fn a_cut_off_transmitter_gets_no_acknowledgement_until_the_cut_heals() {
+fn cut_off_transmitter_gets_no_acknowledgement_until_cut_heals() {
     let mut bench = four([sending(SOF, sync()), idle(), idle(), idle()]);
     bench.wire.cut(0.5);
     schedule(&mut bench, 1000, Fault::Restore { position_m: 0.5 });
@@ -174,7 +174,7 @@ fn a_cut_within_a_frame_leaves_it_to_its_own_side() {
 }
 
 #[test]
-fn a_cut_after_the_acknowledgement_harms_nobody_nor_does_its_healing() {
+fn cut_after_the_acknowledgement_and_its_healing_harm_no_node() {
     let mut bench = four([idle(), idle(), idle(), sending(SOF, sync())]);
     schedule(&mut bench, SOF + 43, Fault::Cut { position_m: 6.0 });
     schedule(&mut bench, SOF + 45, Fault::RestoreAll);
@@ -281,7 +281,7 @@ fn a_disconnected_node_hears_and_is_heard_by_nobody() {
 }
 
 #[test]
-fn a_node_without_power_takes_no_part_and_comes_back_after_11_bits() {
+fn node_without_power_takes_no_part_and_returns_after_11_bits() {
     let mut bench = sender_and(2);
     bench.stations[0].queue.push_back((us(300), frame(0x100)));
     schedule(&mut bench, 15, Fault::PowerOff(1));

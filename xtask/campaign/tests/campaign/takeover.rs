@@ -8,7 +8,7 @@ use can_wire::time::Time;
 ///
 /// Verifies: ECSS 8.1a
 #[test]
-fn a_takeover_at_any_phase_leaves_two_active_masters_for_two_heartbeat_periods_at_most() {
+fn takeover_at_any_phase_leaves_two_masters_two_periods_at_most() {
     for kbit in [1_000, 125] {
         for ppm in [0, 1, 50] {
             let case = Case { kbit, ppm };

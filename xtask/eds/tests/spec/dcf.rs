@@ -33,7 +33,7 @@ fn owned<const N: usize>(pairs: [(&str, &str); N]) -> Vec<(String, String)> {
 }
 
 #[test]
-fn a_device_as_it_was_made_differs_only_where_the_eds_cannot_tell() {
+fn device_as_made_differs_only_where_eds_cannot_express_it() {
     let told = parameters(&dcf(&mut fixture(NODE)));
     assert_eq!(told, owned([("2103", "0x000300FA"), ("2104", "-7"), ("2105", "node 3")]));
 }

@@ -39,7 +39,7 @@ fn both_files_tell_every_object_and_every_value_of_the_slave() {
 
 /// Verifies: ECSS 6.6a
 #[test]
-fn the_configuration_is_that_of_node_3_and_differs_in_nothing_from_the_defaults() {
+fn configuration_of_node_3_equals_the_defaults() {
     let dcf = committed("slave-3.dcf");
     let node = dcf.section("DeviceComissioning");
     assert_eq!((node.get("NodeID"), node.get("Baudrate")), ("3", "1000"));

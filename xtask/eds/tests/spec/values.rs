@@ -126,7 +126,7 @@ pub fn compare_fresh<D: Objects>(eds: &Ini, make: impl Fn(NodeId) -> D) -> Vec<u
 }
 
 #[test]
-fn a_reader_who_knows_the_node_id_has_every_value_of_a_fresh_device() {
+fn reader_with_the_node_id_has_every_value_of_a_fresh_device() {
     // Errors of the past; write-only; times; a DOMAIN; what follows the Node-ID in no way that an EDS can tell.
     let others = [0x2030, 0x2103, 0x2104, 0x2105, 0x6007, 0x600C, 0x600D, 0x600F];
     assert_eq!(compare_fresh(&eds(), fixture), [&[0x1003; 8][..], &others].concat());
@@ -147,7 +147,7 @@ fn what_follows_the_node_id_is_a_formula_with_the_node_id_first() {
 }
 
 #[test]
-fn a_device_with_one_node_id_has_numbers_where_others_have_formulas() {
+fn device_with_one_node_id_has_numbers_instead_of_formulas() {
     let device = eds::Device { nodes: 5..=5, ..crate::fixture::device() };
     let eds = Ini::parse(&eds::Description::new(&device, fixture).unwrap().eds("one.eds"));
     let default = |name: &str| eds.section(name).get("DefaultValue").to_owned();

@@ -263,7 +263,7 @@ fn the_last_segment_of_an_upload_may_come_twice() {
 }
 
 #[test]
-fn segments_of_an_upload_that_was_cancelled_do_not_disturb_the_next() {
+fn segments_of_cancelled_upload_do_not_disturb_the_next() {
     let value = pattern(2_000);
     let mut bench = Bench::uploading(2_000, Mode::Block);
     bench.exchange("A4 00 20 01 7F", &[("C6 00 20 01 D0 07", "A3")]);

@@ -126,7 +126,7 @@ fn one_to_four_bytes_are_read_at_once() {
 }
 
 #[test]
-fn of_a_value_that_does_not_tell_its_size_as_much_is_read_as_is_wanted() {
+fn value_without_size_is_read_as_far_as_wanted() {
     let mut bench = Bench::uploading(2, Mode::Segmented);
     bench.exchange("40 00 20 01", &[("42 00 20 01 78 56 34 12", "")]);
     assert_eq!(bench.read(), Some(Ok(vec![0x78, 0x56])));

@@ -127,7 +127,7 @@ fn in_a_sub_block_everything_is_a_segment_but_an_abort() {
 }
 
 #[test]
-fn a_client_that_begins_anew_in_a_sub_block_is_served_in_the_end() {
+fn client_that_restarts_in_a_sub_block_is_served_in_the_end() {
     // It asks again before each timeout; what it asks is a segment out of order.
     let mut bench = downloading("C6 08 20 00 15");
     let retry = Duration::from_micros(TIMEOUT.as_micros() * 3 / 4);

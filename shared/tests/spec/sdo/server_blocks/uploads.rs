@@ -95,7 +95,7 @@ fn an_acknowledgement_or_a_start_that_comes_twice_is_ignored() {
 }
 
 #[test]
-fn small_values_are_uploaded_without_blocks_when_the_client_says_so() {
+fn small_values_are_uploaded_without_blocks_on_client_request() {
     for (request, answer) in [
         ("A4 00 20 00 7F 04", "43 00 20 00 78 56 34 12"),
         ("A4 00 20 00 7F 03", "C6 00 20 00 04"),

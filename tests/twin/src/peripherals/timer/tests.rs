@@ -81,7 +81,7 @@ fn a_reset_leaves_the_clock_alone() {
 
 /// RM0090 18.4.5, CC1IF: beyond the reload value the flag rises at the overflow.
 #[test]
-fn a_compare_value_beyond_the_reload_value_matches_at_the_overflow() {
+fn compare_value_beyond_reload_value_matches_at_the_overflow() {
     let mut tim = at_1_mhz();
     put(&mut tim, 0, CCR1, 0x1_0000);
     put(&mut tim, 0, DIER, 1 << 1);
@@ -456,7 +456,7 @@ fn a_trigger_starts_a_pulse_five_clocks_later() {
 }
 
 #[test]
-fn a_trigger_has_no_effect_while_the_counter_runs_or_without_trigger_mode() {
+fn trigger_has_no_effect_while_running_or_without_trigger_mode() {
     let mut tim = one_pulse(1);
     tim.trigger(2000);
     tim.trigger(2500);

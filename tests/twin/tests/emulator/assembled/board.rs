@@ -112,7 +112,7 @@ fn straps_are_read_as_the_harness_ties_them() {
 }
 
 #[test]
-fn an_access_to_an_unmodelled_address_names_board_pc_and_address() {
+fn access_to_unmodelled_address_names_board_pc_and_address() {
     let program = [store(0x4000_7400, 1), STOP.to_vec()].concat();
     let mut board = EmulatedBoard::new(board("lost", image(&program, &STOP)), 0);
     board.power(true);

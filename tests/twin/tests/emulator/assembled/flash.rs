@@ -61,7 +61,7 @@ fn word(board: &EmulatedBoard, address: u32) -> u32 {
 }
 
 #[test]
-fn words_are_programmed_and_stay_through_resets_and_without_power() {
+fn programmed_words_stay_through_resets_and_without_power() {
     let mut board = on("writer", writer());
     board.run_until(Time::from_us(200)).unwrap();
     let words =
@@ -127,7 +127,7 @@ fn waits_for_a_word(flash_speed: FlashSpeed, us: u64) {
 }
 
 #[test]
-fn timers_count_on_while_a_sector_is_erased_and_the_core_executes_nothing() {
+fn timers_count_on_while_an_erase_stalls_the_core() {
     let code = [
         store(RCC + 0x40, 1),
         store(TIM2 + 0x28, 15_999), // 1 kHz of 16 MHz
@@ -170,7 +170,7 @@ fn a_core_that_runs_from_ram_sees_the_interface_busy() {
 }
 
 #[test]
-fn power_that_fails_at_a_word_leaves_the_words_before_and_what_the_test_asked_for() {
+fn power_failure_keeps_earlier_words_and_leaves_chosen_remains() {
     for (remains, expected) in [(Remains::Old, u32::MAX), (Remains::New, 0x9ABC_DEF0)] {
         let mut board = on("writer", writer());
         board.cut_power_at(2, remains);
@@ -192,7 +192,7 @@ fn power_that_fails_at_a_word_leaves_the_words_before_and_what_the_test_asked_fo
 }
 
 #[test]
-fn a_board_whose_power_failed_starts_again_and_power_fails_no_more() {
+fn board_restarts_after_power_failure_that_does_not_recur() {
     let mut board = on("writer", writer());
     board.cut_power_at(1, Remains::Old);
     board.run_until(Time::from_ms(1)).unwrap();
@@ -246,7 +246,7 @@ fn a_stray_store_to_flash_stops_the_board() {
 }
 
 #[test]
-fn a_controller_goes_on_acknowledging_while_its_core_waits_for_an_erase() {
+fn controller_acknowledges_while_its_core_waits_for_an_erase() {
     let listener = [join_both_buses(), unlock(), erase(), receive(CAN1, RAM), STOP.to_vec()].concat();
     let asker = [join_both_buses(), send(CAN1, 0x123, 0x1122_3344), STOP.to_vec()].concat();
     let late = BoardConfig { power_on_at: Time::from_ms(500), ..board("asker", image(&asker, &STOP)) };
@@ -268,7 +268,7 @@ fn a_controller_goes_on_acknowledging_while_its_core_waits_for_an_erase() {
 }
 
 #[test]
-fn power_that_fails_takes_a_board_off_its_bus_in_the_middle_of_a_frame() {
+fn power_failure_takes_board_off_its_bus_in_mid_frame() {
     let request =
         [store(CAN1 + 0x184, 4), store(CAN1 + 0x188, 0x1122_3344), store(CAN1 + 0x180, 0x123 << 21 | 1)]
             .concat();

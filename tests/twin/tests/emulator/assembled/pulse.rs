@@ -52,7 +52,7 @@ fn flown(ppm: f64, rest: &[u16], quantum: Time) -> (EmulatedBoard, Vec<Edge>) {
 
 /// Given a core that sleeps, runs, or is stopped every microsecond, when TIM5 matches, then the pin rises five counts later.
 #[test]
-fn the_pin_rises_five_counts_after_the_match_and_falls_by_itself() {
+fn pin_rises_five_counts_after_the_match_and_falls_by_itself() {
     for (rest, quantum) in
         [(&SLEEP[..], Time::from_ms(8)), (&STOP, Time::from_ms(8)), (&STOP, Time::from_us(1))]
     {

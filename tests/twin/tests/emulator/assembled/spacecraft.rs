@@ -145,7 +145,7 @@ fn a_frame_wakes_a_sleeping_core_through_its_interrupt() {
 }
 
 #[test]
-fn the_interrupt_follows_the_frame_by_its_entry_and_nothing_else() {
+fn interrupt_follows_the_frame_by_its_entry_time_only() {
     // The handler raises PB4 first; its edge tells when it ran.
     let program = [
         join_both_buses(),

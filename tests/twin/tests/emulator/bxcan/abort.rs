@@ -46,7 +46,7 @@ fn an_abort_raises_the_transmit_interrupt() {
 }
 
 #[test]
-fn an_abort_during_a_transmission_that_succeeds_waits_for_its_end() {
+fn abort_of_successful_transmission_waits_for_its_end() {
     let mut bench = Bench::normal();
     bench.request(0, 0x080);
     bench.pass(bits(1));
@@ -74,7 +74,7 @@ fn an_abort_during_a_transmission_that_fails_ends_it() {
 }
 
 #[test]
-fn an_abort_during_a_transmission_that_nobody_acknowledges_ends_it() {
+fn abort_of_unacknowledged_transmission_ends_it() {
     let mut bench = Bench::with(vec![], 0, 0);
     bench.request(0, 0x080);
     bench.pass(bits(1));

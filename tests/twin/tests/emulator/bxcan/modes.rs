@@ -280,7 +280,7 @@ fn no_frame_starts_after_the_request_for_initialisation() {
 }
 
 #[test]
-fn a_failed_attempt_ends_the_activity_that_initialisation_waits_for() {
+fn failed_attempt_ends_activity_that_initialisation_waits_for() {
     let mut bench = Bench::with(vec![], 0, 0);
     bench.request(0, 0x080);
     bench.pass(bits(10));
@@ -309,7 +309,7 @@ fn error_counters_survive_initialisation() {
 
 /// INAK and the clearing of INRQ fall into one quantum of the bench: 20 bits.
 #[test]
-fn initialisation_left_as_soon_as_it_is_acknowledged_synchronises_anew() {
+fn initialisation_left_once_acknowledged_synchronises_anew() {
     let mut bench = Bench::normal();
     bench.write(MCR, INRQ);
     bench.pass(bits(20));

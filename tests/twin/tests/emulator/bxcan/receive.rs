@@ -81,7 +81,7 @@ fn a_dominant_last_bit_of_eof_is_no_error_for_a_receiver() {
 }
 
 #[test]
-fn a_repetition_after_a_dominant_last_bit_of_eof_is_received_again() {
+fn repetition_after_dominant_last_eof_bit_is_received_again() {
     let mut bench = Bench::normal();
     bench.flip(PEER, Field::Eof(6));
     bench.deliver(sync());

@@ -140,7 +140,7 @@ fn lowest_identifier_goes_first_then_lowest_mailbox() {
 }
 
 #[test]
-fn a_standard_data_frame_beats_remote_and_extended_of_the_same_base() {
+fn standard_data_frame_beats_remote_and_extended_of_same_base() {
     let mut bench = Bench::normal();
     bench.write(TIR0, 0x100 << 21 | 0b101);
     bench.write(TIR0 + 16, 0x100 << 21 | 0b011);
