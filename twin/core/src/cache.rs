@@ -14,10 +14,15 @@ const CHECKED: usize = 256;
 
 /// A decoded instruction and its size.
 #[derive(Clone, Copy, Debug)]
+#[repr(align(16))]
 pub struct Decoded {
     pub instruction: Instruction,
-    /// Bytes: 2 or 4.
+    /// Bytes: 2 or 4; 0 if nothing is known of an address.
     pub size: u8,
+}
+
+impl Decoded {
+    const NOTHING: Decoded = Decoded { instruction: Instruction::Undefined, size: 0 };
 }
 
 /// Half-words and what they mean.
@@ -32,7 +37,7 @@ struct Checked {
 #[derive(Clone, Debug, Default)]
 pub struct Cache {
     base: u32,
-    pages: Vec<Option<Box<[Option<Decoded>; PAGE]>>>,
+    pages: Vec<Option<Box<[Decoded; PAGE]>>>,
     checked: Vec<Option<Checked>>,
 }
 
@@ -43,18 +48,21 @@ impl Cache {
         Cache { base: code.start, pages: vec![None; half_words.div_ceil(PAGE)], checked: vec![None; CHECKED] }
     }
 
-    /// The instruction at an address whose content changes only by announcement.
+    /// The instruction at an address whose content changes only by announcement; its size is 0 if it is not known.
     #[inline]
-    pub fn get(&self, address: u32) -> Option<Decoded> {
+    pub fn get(&self, address: u32) -> Decoded {
         let index = (address.wrapping_sub(self.base) >> 1) as usize;
-        self.pages.get(index / PAGE)?.as_ref()?[index % PAGE]
+        match self.pages.get(index / PAGE) {
+            Some(Some(page)) => page[index % PAGE],
+            _ => Decoded::NOTHING,
+        }
     }
 
     /// Keeps an instruction; of addresses outside of the range it keeps nothing.
     pub fn put(&mut self, address: u32, decoded: Decoded) {
         let index = (address.wrapping_sub(self.base) >> 1) as usize;
         if let Some(page) = self.pages.get_mut(index / PAGE) {
-            page.get_or_insert_with(|| Box::new([None; PAGE]))[index % PAGE] = Some(decoded);
+            page.get_or_insert_with(|| Box::new([Decoded::NOTHING; PAGE]))[index % PAGE] = decoded;
         }
     }
 
@@ -70,7 +78,7 @@ impl Cache {
         for address in (first..range.end).step_by(2) {
             let index = (address.wrapping_sub(self.base) >> 1) as usize;
             if let Some(Some(page)) = self.pages.get_mut(index / PAGE) {
-                page[index % PAGE] = None;
+                page[index % PAGE] = Decoded::NOTHING;
             }
         }
     }
@@ -113,10 +121,10 @@ mod tests {
             cache.put(address, NOP);
         }
         cache.invalidate(0x0800_0104..0x0800_0108);
-        assert!(cache.get(0x0800_0100).is_some());
-        assert!(cache.get(0x0800_0102).is_none(), "its second half-word lies in the range");
-        assert!(cache.get(0x0800_0104).is_none());
-        assert!(cache.get(0x0800_0108).is_some());
+        assert!(cache.get(0x0800_0100).size == 4);
+        assert!(cache.get(0x0800_0102).size == 0, "its second half-word lies in the range");
+        assert!(cache.get(0x0800_0104).size == 0);
+        assert!(cache.get(0x0800_0108).size == 4);
     }
 
     #[test]

@@ -251,19 +251,7 @@ impl Core {
         }
         let pc = self.r[15];
         self.spent = cycles::BASE;
-        let outcome = match self.fetch(bus, pc) {
-            Ok(decoded) => {
-                self.r[15] = pc.wrapping_add(4);
-                self.next = pc.wrapping_add(u32::from(decoded.size));
-                if self.epsr == EPSR_T {
-                    self.execute(bus, decoded.instruction)
-                } else {
-                    self.execute_in_state(bus, decoded)
-                }
-            }
-            Err(raised) => Err(raised),
-        };
-        match outcome {
+        match self.run_one(bus, pc) {
             Ok(()) => self.r[15] = self.next,
             Err(Raised) => self.take_trap(bus, pc)?,
         }
@@ -288,6 +276,31 @@ impl Core {
                 }
                 Ok(_) => {}
             }
+        }
+    }
+
+    /// Fetches and executes the instruction at `pc`.
+    #[inline]
+    fn run_one<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<(), Raised> {
+        let mut decoded = self.cache.get(pc);
+        if decoded.size != 0 && bus.is_settled() {
+            let last = pc.wrapping_add(u32::from(decoded.size) - 2);
+            if self.mpu.is_enabled() && !(self.may_execute(pc) && self.may_execute(last)) {
+                return Err(self.raise(Trap::FetchAccess));
+            }
+            bus.refetch(pc);
+            if decoded.size == 4 {
+                bus.refetch(last);
+            }
+        } else {
+            self.fetch(bus, pc, &mut decoded)?;
+        }
+        self.r[15] = pc.wrapping_add(4);
+        self.next = pc.wrapping_add(u32::from(decoded.size));
+        if self.epsr == EPSR_T {
+            self.execute(bus, &decoded.instruction)
+        } else {
+            self.execute_in_state(bus, &decoded)
         }
     }
 
@@ -324,45 +337,27 @@ impl Core {
         false
     }
 
-    /// The decoded instruction at `pc`.
-    #[inline]
-    fn fetch<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<Decoded, Raised> {
-        match self.cache.get(pc) {
-            Some(decoded) if bus.is_settled() => {
-                let last = pc.wrapping_add(u32::from(decoded.size) - 2);
-                if self.mpu.is_enabled() && !(self.may_execute(pc) && self.may_execute(last)) {
-                    return Err(self.raise(Trap::FetchAccess));
-                }
-                bus.refetch(pc);
-                if decoded.size == 4 {
-                    bus.refetch(last);
-                }
-                Ok(decoded)
-            }
-            _ => self.fetch_anew(bus, pc),
-        }
-    }
-
+    /// Reads the instruction at `pc` from the memory.
     #[inline(never)]
-    fn fetch_anew<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<Decoded, Raised> {
+    fn fetch<B: Bus>(&mut self, bus: &mut B, pc: u32, decoded: &mut Decoded) -> Result<(), Raised> {
         let first = self.fetch_half(bus, pc)?;
         let wide = decode::is_wide(first);
         let second = if wide { self.fetch_half(bus, pc.wrapping_add(2))? } else { 0 };
         let decode = || if wide { decode::wide(first, second) } else { decode::narrow(first) };
         if self.cache.covers(pc) {
-            let decoded = decode();
+            *decoded = decode();
             if bus.is_settled() {
-                self.cache.put(pc, decoded);
+                self.cache.put(pc, *decoded);
             }
-            return Ok(decoded);
+            return Ok(());
         }
         let word = u32::from(first) << 16 | u32::from(second);
-        if let Some(decoded) = self.cache.get_checked(pc, word) {
-            return Ok(decoded);
-        }
-        let decoded = decode();
-        self.cache.put_checked(pc, word, decoded);
-        Ok(decoded)
+        *decoded = self.cache.get_checked(pc, word).unwrap_or_else(|| {
+            let decoded = decode();
+            self.cache.put_checked(pc, word, decoded);
+            decoded
+        });
+        Ok(())
     }
 
     fn fetch_half<B: Bus>(&mut self, bus: &mut B, address: u32) -> Result<u16, Raised> {
@@ -374,21 +369,21 @@ impl Core {
 
     /// Runs an instruction while EPSR holds more than T: in an IT block, in the middle of a load or store multiple, or without T.
     #[inline(never)]
-    fn execute_in_state<B: Bus>(&mut self, bus: &mut B, decoded: Decoded) -> Result<(), Raised> {
+    fn execute_in_state<B: Bus>(&mut self, bus: &mut B, decoded: &Decoded) -> Result<(), Raised> {
         use Instruction::{Breakpoint, LoadMultiple, StoreMultiple};
         let before = self.epsr;
         if before & EPSR_T == 0 {
             return Err(self.raise(Trap::INVALID_STATE));
         }
         let state = self.itstate();
-        let Decoded { instruction, size } = decoded;
+        let Decoded { instruction, size } = *decoded;
         if state & 0xF == 0 {
             if !matches!(instruction, LoadMultiple { .. } | StoreMultiple { .. }) {
                 return Err(self.raise(Trap::INVALID_STATE));
             }
             self.epsr = EPSR_T;
             self.resume = state >> 4;
-            let outcome = self.execute(bus, instruction);
+            let outcome = self.execute(bus, &instruction);
             self.resume = 0;
             return outcome.inspect_err(|_| self.epsr = before);
         }
@@ -405,7 +400,7 @@ impl Core {
             return Ok(());
         }
         let instruction = if narrow { instruction.without_flags() } else { instruction };
-        let outcome = self.execute(bus, instruction);
+        let outcome = self.execute(bus, &instruction);
         if outcome.is_err() && self.raised != Some(Trap::SupervisorCall) {
             self.epsr = before;
         }

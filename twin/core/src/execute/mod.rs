@@ -19,8 +19,8 @@ use crate::instruction::Instruction as I;
 impl Core {
     /// Runs one instruction whose condition holds. `next` already holds its successor.
     #[inline]
-    pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
-        match instruction {
+    pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
+        match *instruction {
             I::AluImmediate { op, s, rotated, rd, rn, imm } => {
                 self.alu_immediate(op, s, rotated, rd, rn, imm)
             }
@@ -78,15 +78,15 @@ impl Core {
             I::AddPc { rm } => self.branch(self.r[15].wrapping_add(self.reg(rm))),
 
             I::IfThen { state } => self.set_itstate(state),
-            other => return self.execute_rarer(bus, other),
+            _ => return self.execute_rarer(bus, instruction),
         }
         Ok(())
     }
 
     /// The instructions that programs contain less often.
     #[inline(never)]
-    fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: I) -> Result<(), Raised> {
-        match instruction {
+    fn execute_rarer<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
+        match *instruction {
             I::Undefined => return Err(self.raise(Trap::UNDEFINED)),
             I::Unpredictable => return Err(self.raise(Trap::Unpredictable)),
             I::NoCoprocessor => return Err(self.raise(Trap::NO_COPROCESSOR)),
@@ -154,7 +154,7 @@ impl Core {
             I::SupervisorCall => return Err(self.raise(Trap::SupervisorCall)),
             I::Breakpoint { immediate } => return Err(self.raise(Trap::Breakpoint(immediate))),
 
-            other => return self.execute_fp(bus, other),
+            _ => return self.execute_fp(bus, instruction),
         }
         Ok(())
     }
