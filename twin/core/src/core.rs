@@ -136,7 +136,6 @@ pub struct Core {
     pub(crate) sleep: Sleep,
     pub(crate) locked_up: bool,
     pub(crate) reset_pending: bool,
-    pub(crate) reset_requested: bool,
     /// Cycles since power-on.
     pub(crate) cycle: u64,
     /// The cycle from which on [`Core::attend`] has something to do: 0 for at once.
@@ -177,7 +176,6 @@ impl Core {
             sleep: Sleep::Awake,
             locked_up: false,
             reset_pending: true,
-            reset_requested: false,
             cycle: 0,
             attention: 0,
             nvic: Nvic::default(),
@@ -207,7 +205,6 @@ impl Core {
         self.sleep = Sleep::Awake;
         self.locked_up = false;
         self.reset_pending = true;
-        self.reset_requested = false;
         self.nvic.reset();
         self.scb = Scb::new(self.config.vector_table);
         self.systick = SysTick::new(self.config.systick_reference);
@@ -255,12 +252,7 @@ impl Core {
             Ok(()) => self.r[15] = self.next,
             Err(Raised) => self.take_trap(bus, pc)?,
         }
-        let step = self.finish(bus);
-        if self.reset_requested {
-            self.reset_requested = false;
-            return Err(Stop::ResetRequest);
-        }
-        Ok(step)
+        Ok(self.finish(bus))
     }
 
     /// Steps until `budget` cycles have passed, the core sleeps or stops, or [`Bus::yields`]. Takes at least one step.
@@ -305,7 +297,7 @@ impl Core {
     }
 
     #[inline]
-    fn finish<B: Bus>(&mut self, bus: &mut B) -> Step {
+    pub(crate) fn finish<B: Bus>(&mut self, bus: &mut B) -> Step {
         let cycles = self.spent + bus.take_waits();
         self.cycle += u64::from(cycles);
         Step { cycles, asleep: self.sleep != Sleep::Awake }
@@ -383,7 +375,7 @@ impl Core {
             }
             self.epsr = EPSR_T;
             self.resume = state >> 4;
-            let outcome = self.execute(bus, &instruction);
+            let outcome = self.execute_out_of_line(bus, &instruction);
             self.resume = 0;
             return outcome.inspect_err(|_| self.epsr = before);
         }
@@ -400,11 +392,17 @@ impl Core {
             return Ok(());
         }
         let instruction = if narrow { instruction.without_flags() } else { instruction };
-        let outcome = self.execute(bus, &instruction);
-        if outcome.is_err() && self.raised != Some(Trap::SupervisorCall) {
+        let outcome = self.execute_out_of_line(bus, &instruction);
+        if outcome.is_err() && !matches!(self.raised, Some(Trap::SupervisorCall | Trap::ResetRequest)) {
             self.epsr = before;
         }
         outcome
+    }
+
+    /// As [`Core::execute`], which is part of [`Core::step`] for speed.
+    #[inline(never)]
+    fn execute_out_of_line<B: Bus>(&mut self, bus: &mut B, instruction: &Instruction) -> Result<(), Raised> {
+        self.execute(bus, instruction)
     }
 
     /// Notes why the instruction ends here.

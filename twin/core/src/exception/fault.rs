@@ -52,6 +52,8 @@ pub enum Trap {
     /// BKPT with its constant.
     Breakpoint(u8),
     Unpredictable,
+    /// The instruction, a store to AIRCR, is complete.
+    ResetRequest,
     /// A system register that is not modelled.
     Unmodelled {
         address: u32,
@@ -79,6 +81,11 @@ impl Core {
             }
             Trap::Unmodelled { address, write } => {
                 return Err(Stop::Unmodelled { instruction: pc, address, write });
+            }
+            Trap::ResetRequest => {
+                self.r[15] = self.next;
+                self.finish(bus);
+                return Err(Stop::ResetRequest);
             }
             Trap::Breakpoint(immediate) if self.debug.is_attached() => {
                 self.cycle += u64::from(cycles::IDLE);

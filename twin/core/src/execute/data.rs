@@ -40,20 +40,20 @@ pub fn shift(value: u32, kind: ShiftKind, amount: u32, carry: bool) -> (u32, boo
 }
 
 impl Core {
-    #[inline]
+    #[inline(always)]
     pub(super) fn alu_immediate(&mut self, op: Alu, s: bool, rotated: bool, rd: u8, rn: u8, imm: u32) {
         let carry = if rotated { imm >> 31 == 1 } else { self.flags.c };
         self.alu(op, s, rd, self.reg(rn), imm, carry);
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn alu_register(&mut self, op: Alu, s: bool, rd: u8, rn: u8, rm: u8, by: Shift) {
         let (operand, carry) = shift(self.reg(rm), by.kind, u32::from(by.amount), self.flags.c);
         self.alu(op, s, rd, self.reg(rn), operand, carry);
     }
 
     /// One operation; `carry` is that of the second operand, for logical ones.
-    #[inline]
+    #[inline(always)]
     fn alu(&mut self, op: Alu, s: bool, rd: u8, a: u32, b: u32, carry: bool) {
         match op {
             Alu::Mov => self.logical(s, rd, b, carry),

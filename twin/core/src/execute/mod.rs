@@ -18,7 +18,7 @@ use crate::instruction::Instruction as I;
 
 impl Core {
     /// Runs one instruction whose condition holds. `next` already holds its successor.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn execute<B: Bus>(&mut self, bus: &mut B, instruction: &I) -> Result<(), Raised> {
         match *instruction {
             I::AluImmediate { op, s, rotated, rd, rn, imm } => {

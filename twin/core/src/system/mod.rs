@@ -78,6 +78,9 @@ const ID_VALUES: [u32; 13] = [
 const MVFR0_VALUE: u32 = 0x1011_0021;
 const MVFR1_VALUE: u32 = 0x1100_0011;
 const AIRCR_KEY: u32 = 0x05FA;
+/// For a halted core alone.
+const VECTRESET: u32 = 1;
+const VECTCLRACTIVE: u32 = 1 << 1;
 const SYSRESETREQ: u32 = 1 << 2;
 const CP10_CP11: u32 = 0xF << 20;
 
@@ -198,10 +201,11 @@ impl Core {
             VTOR => self.scb.vtor = merged(self.scb.vtor) & !0x7F,
             AIRCR if value >> 16 == AIRCR_KEY => {
                 self.scb.prigroup = (value >> 8 & 7) as u8;
-                self.reset_requested |= value & SYSRESETREQ != 0;
-                if value & 0b11 != 0 {
-                    // VECTCLRACTIVE and VECTRESET are for a halted core alone.
+                if value & (VECTRESET | VECTCLRACTIVE) != 0 {
                     return Err(self.raise(Trap::Unpredictable));
+                }
+                if value & SYSRESETREQ != 0 {
+                    return Err(self.raise(Trap::ResetRequest));
                 }
             }
             SCR => self.scb.scr = merged(self.scb.scr) & scb::SCR_BITS,
