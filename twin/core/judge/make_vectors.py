@@ -25,8 +25,8 @@ CORE = [getattr(arm, f"UC_ARM_REG_R{k}") for k in range(13)] + [arm.UC_ARM_REG_S
 SINGLE = [getattr(arm, f"UC_ARM_REG_S{k}") for k in range(32)]
 APSR = 0xF80F0000
 NONE = 0xFF
-# What a state has to fulfil: an aligned base, rounding to nearest.
-ALIGNED, TO_NEAREST, RMODE = 1, 2, 3 << 22
+# What a state has to fulfil: an aligned base, rounding to nearest, the address of Thumb code in a register.
+ALIGNED, TO_NEAREST, TARGET, RMODE = 1, 2, 4, 3 << 22
 
 
 class Generator:
@@ -61,7 +61,7 @@ def state(index, base, register, shape):
         if shape & ALIGNED:
             core[base] &= ~3
     if register != NONE:
-        core[register] = offset % 0x40
+        core[register] = offset & 0x1FFFFFFF | 1 if shape & TARGET else offset % 0x40
     apsr = generator.next() & APSR
     single = []
     for _ in range(32):
@@ -171,7 +171,7 @@ def pack(code, count, base, register, shape, inputs, answer, ram):
 
 def block(chance):
     """An IT block of one to four instructions that leave the flow and PC alone."""
-    plain = [entry for entry in t32.TABLE if entry[0] == "R" and not entry[1].startswith(("B", "CB", "MOVS reg", "MOV pc", "ADD pc"))
+    plain = [entry for entry in t32.TABLE if entry[0] == "R" and not entry[1].startswith(("B", "CB", "TB", "ISB", "MOVS reg", "MOV pc", "ADD pc"))
              or entry[1].startswith(("BIC", "BFI", "BFC"))]
     length = chance.randrange(1, 5)
     condition = chance.randrange(15)
@@ -199,6 +199,8 @@ def choose(chance, index):
     code, fields = draw(chance, bits, rule)
     base = fields["n"] if kind in "MD" else NONE
     register = fields.get("m", NONE) if kind == "M" else NONE
+    if name in ("BX", "BLX", "MOV pc"):
+        return name, code, 1, NONE, fields["m"], TARGET
     shape = ALIGNED if kind == "D" or name in ("STM 16", "LDM 16") else TO_NEAREST if kind == "N" else 0
     return name, code, 1, base, register, shape
 
@@ -221,8 +223,8 @@ def main():
                 answer = judge.run(code, steps, inputs)
                 break
             except unicorn.UcError as error:
-                # Targets from F0000000h on are exception returns to Unicorn, in Thread mode too.
-                if name not in ("MOV pc", "ADD pc"):
+                # A target in a region that holds no code raises an exception at once.
+                if name != "ADD pc":
                     sys.exit(f"vector {index}, {name}: {' '.join(f'{half:04X}' for half in code)}: {error}")
         vectors.append(pack(code, steps, base, register, shape, inputs, answer, ram))
     output.parent.mkdir(exist_ok=True)

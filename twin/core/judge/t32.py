@@ -159,6 +159,14 @@ for size, letter in ((0, "B"), (1, "H"), (2, "")):
         if load == "1":
             add("L", f"{name} literal", f"{head} 1 {size:02b} 1 1111 tttt 000iiiiiiiii", lambda f: ok(f["t"]))
             add("L", f"{name} literal before", f"{head} 0 {size:02b} 1 1111 tttt 000iiiiiiiii", lambda f: ok(f["t"]))
+        add("M", f"{name} unprivileged", f"{head} 0 {size:02b} {load} nnnn tttt 1 110 iiiiiiii", base)
+for head in ("11111000 1001", "11111001 1001", "11111000 1011", "11111001 1011"):
+    add("M", f"memory hint {head}", f"{head} nnnn 1111 iiiiiiiiiiii", lambda f: ok(f["n"]))
+add("M", "PLD reg", "11111000 0001 nnnn 1111 000000 kk mmmm", lambda f: ok(f["n"], f["m"]) and f["m"] != f["n"])
+add("D", "LDREX", "11101000 0101 nnnn tttt 1111 iiiiiiii", lambda f: ok(f["t"], f["n"]))
+add("D", "LDREXB", "11101000 1101 nnnn tttt 1111 0100 1111", lambda f: ok(f["t"], f["n"]))
+add("D", "LDREXH", "11101000 1101 nnnn tttt 1111 0101 1111", lambda f: ok(f["t"], f["n"]))
+add("L", "LDRD literal", "11101001 x101 1111 tttt uuuu 0iiiiiii", lambda f: ok(f["t"], f["u"]) and f["t"] != f["u"])
 dual = lambda f: ok(f["t"], f["u"], f["n"]) and f["t"] != f["u"] and f["n"] not in (f["t"], f["u"])
 for load, name in ((0, "STRD"), (1, "LDRD")):
     add("D", f"{name} offset", f"1110100 1 x 1 0 {load} nnnn tttt uuuu iiiiiiii", dual)
@@ -182,6 +190,14 @@ add("R", "B 32", "11110 iiiiiiiiiii 10 i 1 i iiiiiiiiiii")
 add("R", "BL", "11110 iiiiiiiiiii 11 i 1 i iiiiiiiiiii")
 add("R", "MRS apsr", "11110011 1110 1111 1000 dddd 00000000", lambda f: ok(f["d"]))
 add("R", "MSR apsr", "11110011 1000 nnnn 1000 kk00 00000000", lambda f: ok(f["n"]) and f["k"] != 0)
+add("M", "TBB", "11101000 1101 nnnn 11110000 0000 mmmm", lambda f: ok(f["n"], f["m"]) and f["m"] != f["n"])
+add("M", "TBH", "11101000 1101 nnnn 11110000 0001 mmmm", lambda f: ok(f["n"], f["m"]) and f["m"] != f["n"])
+add("R", "BX", "01000111 0 mmmm 000", lambda f: ok(f["m"]))
+add("R", "BLX", "01000111 1 mmmm 000", lambda f: ok(f["m"]))
+add("R", "DBG", "11110011 1010 1111 1000 0000 1111 iiii")
+add("R", "CLREX", "11110011 1011 1111 1000 1111 0010 1111")
+add("R", "DMB", "11110011 1011 1111 1000 1111 0101 iiii")
+add("R", "ISB", "11110011 1011 1111 1000 1111 0110 iiii")
 add("R", "NOP 32", "11110011 1010 1111 1000 0000 00000000")
 add("R", "DSB", "11110011 1011 1111 1000 1111 0100 iiii")
 
@@ -211,6 +227,7 @@ fpbase = lambda f: f["n"] not in (13, 15)
 for load, name in ((0, "VSTR"), (1, "VLDR")):
     add("D", name, f"11101101 yx0{load} nnnn dddd 1010 iiiiiiii", fpbase)
     add("D", f"{name} double", f"11101101 y00{load} nnnn dddd 1011 iiiiiiii", fpbase)
+add("L", "VLDR literal", "11101101 yx01 1111 dddd 1010 iiiiiiii")
 for load, name in ((0, "VSTM"), (1, "VLDM")):
     fits = lambda f: fpbase(f) and 0 < f["i"] and f["d"] * 2 + f["b"] + f["i"] <= 32
     add("D", name, f"11101100 1bw{load} nnnn dddd 1010 iiiiiiii", fits)

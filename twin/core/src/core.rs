@@ -42,7 +42,8 @@ pub struct Config {
 }
 
 impl Config {
-    /// STM32F4: flash at 0800_0000h, which also answers at zero; SysTick reference HCLK/8 (RM0090 10.1.3).
+    /// STM32F4: flash at 0800_0000h, which also answers at zero; SysTick reference HCLK/8 and its calibration value (RM0090,
+    /// "SysTick calibration value register").
     ///
     /// `flash_bytes` is the size of the flash.
     #[must_use]

@@ -9,7 +9,8 @@
 //!   approximation.
 //! - Barriers wait for nothing, and IT takes its cycle (manual: it may take none).
 //!
-//! Every instruction takes [`BASE`]. The other lines are added to it.
+//! Every instruction takes [`BASE`]. The other lines are added to it. FPU registers that are stacked or unstacked with a frame add
+//! [`ACCESS`] for each of their 17 words, when that happens.
 
 /// Any instruction; complete for data processing, shifts, extends, bit fields, saturation, parallel arithmetic, multiplies, MRS, MSR,
 /// CPS, hints, barriers, CLREX, a branch that is not taken, and an instruction whose condition fails (table 3-1). VABS, VNEG, VMOV,
@@ -19,7 +20,7 @@ pub const BASE: u32 = 1;
 pub const REFILL: u32 = 2;
 /// Each word, half-word or byte loaded or stored: LDR and STR 2, LDM and STM 1 + N, LDRD 3, TBB 2 + P (table 3-1); VLDR, VLDM (table 7-1).
 pub const ACCESS: u32 = 1;
-/// The read before the write of a store to a bit-band alias (3.7, "Bit-banding").
+/// The read before the write of a store to a bit-band alias ("Bit-banding").
 pub const BIT_BAND_READ: u32 = 1;
 /// VMOV between two core registers and two single registers: 2 (table 7-1).
 pub const FP_MOVE_PAIR: u32 = 1;
@@ -27,11 +28,11 @@ pub const FP_MOVE_PAIR: u32 = 1;
 pub const FP_ACCUMULATE: u32 = 2;
 /// VDIV, VSQRT: 14 (table 7-1).
 pub const FP_DIVIDE: u32 = 13;
-/// Exception entry, stacking of 8 words included (3.9.1, "Interrupt latency": 12).
+/// Exception entry, stacking of 8 words included ("Exceptions": an interrupt latency of 12).
 pub const ENTRY: u32 = 12;
-/// Exception return, added to the instruction that returns; unstacking of 8 words included (3.9.1: 12 in all).
+/// Exception return, added to the instruction that returns; unstacking of 8 words included ("Exceptions": 12 in all).
 pub const RETURN: u32 = 11;
-/// Tail-chaining, added to the instruction that returns (3.9.1: 6).
+/// Tail-chaining, added to the instruction that returns ("Exceptions": 6).
 pub const TAIL_CHAIN: u32 = 6;
 /// Reset sequence: the two words of the vector table.
 pub const RESET: u32 = 2;

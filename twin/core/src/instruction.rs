@@ -198,6 +198,7 @@ pub enum FpConvert {
 }
 
 /// One decoded instruction.
+#[rustfmt::skip] // One line for each instruction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instruction {
     /// No such instruction: UsageFault with UNDEFINSTR.
@@ -208,418 +209,104 @@ pub enum Instruction {
     NoCoprocessor,
 
     /// `rotated`: the constant sets the carry of logical operations to its bit 31.
-    AluImmediate {
-        op: Alu,
-        s: bool,
-        rotated: bool,
-        rd: Reg,
-        rn: Reg,
-        imm: u32,
-    },
-    AluRegister {
-        op: Alu,
-        s: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        shift: Shift,
-    },
+    AluImmediate { op: Alu, s: bool, rotated: bool, rd: Reg, rn: Reg, imm: u32 },
+    AluRegister { op: Alu, s: bool, rd: Reg, rn: Reg, rm: Reg, shift: Shift },
     /// Shift by the low byte of a register.
-    ShiftRegister {
-        kind: ShiftKind,
-        s: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-    },
+    ShiftRegister { kind: ShiftKind, s: bool, rd: Reg, rn: Reg, rm: Reg },
     /// ADD or MOV to PC: a branch (A7.7.4, A7.7.77).
-    MovPc {
-        rm: Reg,
-    },
-    AddPc {
-        rm: Reg,
-    },
+    MovPc { rm: Reg },
+    AddPc { rm: Reg },
     /// Aligned PC plus offset (A7.7.7).
-    Adr {
-        rd: Reg,
-        offset: i16,
-    },
-    MovTop {
-        rd: Reg,
-        imm: u16,
-    },
-    BitFieldInsert {
-        rd: Reg,
-        rn: Reg,
-        lsb: u8,
-        width: u8,
-    },
-    BitFieldClear {
-        rd: Reg,
-        lsb: u8,
-        width: u8,
-    },
-    BitFieldExtract {
-        signed: bool,
-        rd: Reg,
-        rn: Reg,
-        lsb: u8,
-        width: u8,
-    },
-    Saturate {
-        signed: bool,
-        bits: u8,
-        rd: Reg,
-        rn: Reg,
-        shift: Shift,
-    },
-    Saturate16 {
-        signed: bool,
-        bits: u8,
-        rd: Reg,
-        rn: Reg,
-    },
+    Adr { rd: Reg, offset: i16 },
+    MovTop { rd: Reg, imm: u16 },
+    BitFieldInsert { rd: Reg, rn: Reg, lsb: u8, width: u8 },
+    BitFieldClear { rd: Reg, lsb: u8, width: u8 },
+    BitFieldExtract { signed: bool, rd: Reg, rn: Reg, lsb: u8, width: u8 },
+    Saturate { signed: bool, bits: u8, rd: Reg, rn: Reg, shift: Shift },
+    Saturate16 { signed: bool, bits: u8, rd: Reg, rn: Reg },
     /// `rn` 15: nothing is added.
-    Extend {
-        kind: Extension,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        rotation: u8,
-    },
-    Reverse {
-        kind: Reverse,
-        rd: Reg,
-        rm: Reg,
-    },
+    Extend { kind: Extension, rd: Reg, rn: Reg, rm: Reg, rotation: u8 },
+    Reverse { kind: Reverse, rd: Reg, rm: Reg },
 
-    Parallel {
-        lanes: Lanes,
-        treatment: Treatment,
-        signed: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-    },
-    SaturatingAdd {
-        op: Saturating,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-    },
-    Select {
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-    },
+    Parallel { lanes: Lanes, treatment: Treatment, signed: bool, rd: Reg, rn: Reg, rm: Reg },
+    SaturatingAdd { op: Saturating, rd: Reg, rn: Reg, rm: Reg },
+    Select { rd: Reg, rn: Reg, rm: Reg },
     /// PKHBT, or PKHTB with `top`.
-    Pack {
-        top: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        shift: Shift,
-    },
+    Pack { top: bool, rd: Reg, rn: Reg, rm: Reg, shift: Shift },
     /// `ra` 15: nothing is added.
-    AbsoluteDifferences {
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        ra: Reg,
-    },
+    AbsoluteDifferences { rd: Reg, rn: Reg, rm: Reg, ra: Reg },
 
-    Multiply {
-        s: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-    },
-    MultiplyAccumulate {
-        subtract: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        ra: Reg,
-    },
-    MultiplyLong {
-        op: LongMultiply,
-        low: Reg,
-        high: Reg,
-        rn: Reg,
-        rm: Reg,
-    },
-    Divide {
-        signed: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-    },
+    Multiply { s: bool, rd: Reg, rn: Reg, rm: Reg },
+    MultiplyAccumulate { subtract: bool, rd: Reg, rn: Reg, rm: Reg, ra: Reg },
+    MultiplyLong { op: LongMultiply, low: Reg, high: Reg, rn: Reg, rm: Reg },
+    Divide { signed: bool, rd: Reg, rn: Reg, rm: Reg },
     /// SMULxy, SMLAxy; `ra` 15: nothing is added.
-    MultiplyHalves {
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        ra: Reg,
-        n_top: bool,
-        m_top: bool,
-    },
+    MultiplyHalves { rd: Reg, rn: Reg, rm: Reg, ra: Reg, n_top: bool, m_top: bool },
     /// SMULWy, SMLAWy.
-    MultiplyWordHalf {
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        ra: Reg,
-        m_top: bool,
-    },
+    MultiplyWordHalf { rd: Reg, rn: Reg, rm: Reg, ra: Reg, m_top: bool },
     /// SMUAD, SMUSD, SMLAD, SMLSD.
-    MultiplyDual {
-        subtract: bool,
-        exchange: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        ra: Reg,
-    },
+    MultiplyDual { subtract: bool, exchange: bool, rd: Reg, rn: Reg, rm: Reg, ra: Reg },
     /// SMMUL, SMMLA, SMMLS.
-    MultiplyHigh {
-        subtract: bool,
-        round: bool,
-        rd: Reg,
-        rn: Reg,
-        rm: Reg,
-        ra: Reg,
-    },
+    MultiplyHigh { subtract: bool, round: bool, rd: Reg, rn: Reg, rm: Reg, ra: Reg },
     /// SMLALxy.
-    MultiplyHalvesLong {
-        low: Reg,
-        high: Reg,
-        rn: Reg,
-        rm: Reg,
-        n_top: bool,
-        m_top: bool,
-    },
+    MultiplyHalvesLong { low: Reg, high: Reg, rn: Reg, rm: Reg, n_top: bool, m_top: bool },
     /// SMLALD, SMLSLD.
-    MultiplyDualLong {
-        subtract: bool,
-        exchange: bool,
-        low: Reg,
-        high: Reg,
-        rn: Reg,
-        rm: Reg,
-    },
+    MultiplyDualLong { subtract: bool, exchange: bool, low: Reg, high: Reg, rn: Reg, rm: Reg },
 
-    Load {
-        size: Size,
-        index: Index,
-        rt: Reg,
-        rn: Reg,
-        offset: i16,
-    },
-    LoadRegister {
-        size: Size,
-        rt: Reg,
-        rn: Reg,
-        rm: Reg,
-        shift: u8,
-    },
-    LoadLiteral {
-        size: Size,
-        rt: Reg,
-        offset: i16,
-    },
-    Store {
-        size: Size,
-        index: Index,
-        rt: Reg,
-        rn: Reg,
-        offset: i16,
-    },
-    StoreRegister {
-        size: Size,
-        rt: Reg,
-        rn: Reg,
-        rm: Reg,
-        shift: u8,
-    },
+    Load { size: Size, index: Index, rt: Reg, rn: Reg, offset: i16 },
+    LoadRegister { size: Size, rt: Reg, rn: Reg, rm: Reg, shift: u8 },
+    LoadLiteral { size: Size, rt: Reg, offset: i16 },
+    Store { size: Size, index: Index, rt: Reg, rn: Reg, offset: i16 },
+    StoreRegister { size: Size, rt: Reg, rn: Reg, rm: Reg, shift: u8 },
     /// `rn` 15: a literal.
-    LoadDual {
-        index: Index,
-        rt: Reg,
-        rt2: Reg,
-        rn: Reg,
-        offset: i16,
-    },
-    StoreDual {
-        index: Index,
-        rt: Reg,
-        rt2: Reg,
-        rn: Reg,
-        offset: i16,
-    },
-    LoadMultiple {
-        rn: Reg,
-        list: u16,
-        decrement: bool,
-        writeback: bool,
-    },
-    StoreMultiple {
-        rn: Reg,
-        list: u16,
-        decrement: bool,
-        writeback: bool,
-    },
-    LoadExclusive {
-        size: Size,
-        rt: Reg,
-        rn: Reg,
-        offset: u16,
-    },
-    StoreExclusive {
-        size: Size,
-        rd: Reg,
-        rt: Reg,
-        rn: Reg,
-        offset: u16,
-    },
+    LoadDual { index: Index, rt: Reg, rt2: Reg, rn: Reg, offset: i16 },
+    StoreDual { index: Index, rt: Reg, rt2: Reg, rn: Reg, offset: i16 },
+    LoadMultiple { rn: Reg, list: u16, decrement: bool, writeback: bool },
+    StoreMultiple { rn: Reg, list: u16, decrement: bool, writeback: bool },
+    LoadExclusive { size: Size, rt: Reg, rn: Reg, offset: u16 },
+    StoreExclusive { size: Size, rd: Reg, rt: Reg, rn: Reg, offset: u16 },
     ClearExclusive,
 
-    Branch {
-        offset: i32,
-    },
-    BranchIf {
-        condition: Condition,
-        offset: i32,
-    },
-    BranchLink {
-        offset: i32,
-    },
-    BranchExchange {
-        rm: Reg,
-    },
-    BranchLinkExchange {
-        rm: Reg,
-    },
-    CompareBranch {
-        rn: Reg,
-        non_zero: bool,
-        offset: u8,
-    },
-    TableBranch {
-        half: bool,
-        rn: Reg,
-        rm: Reg,
-    },
+    Branch { offset: i32 },
+    BranchIf { condition: Condition, offset: i32 },
+    BranchLink { offset: i32 },
+    BranchExchange { rm: Reg },
+    BranchLinkExchange { rm: Reg },
+    CompareBranch { rn: Reg, non_zero: bool, offset: u8 },
+    TableBranch { half: bool, rn: Reg, rm: Reg },
 
     /// ITSTATE that the instruction sets.
-    IfThen {
-        state: u8,
-    },
-    Hint {
-        hint: Hint,
-    },
+    IfThen { state: u8 },
+    Hint { hint: Hint },
     /// DMB, DSB, ISB.
     Barrier,
-    ChangeState {
-        disable: bool,
-        primask: bool,
-        faultmask: bool,
-    },
-    MoveFromSpecial {
-        rd: Reg,
-        register: u8,
-    },
-    MoveToSpecial {
-        rn: Reg,
-        register: u8,
-        mask: u8,
-    },
+    ChangeState { disable: bool, primask: bool, faultmask: bool },
+    MoveFromSpecial { rd: Reg, register: u8 },
+    MoveToSpecial { rn: Reg, register: u8, mask: u8 },
     SupervisorCall,
-    Breakpoint {
-        immediate: u8,
-    },
+    Breakpoint { immediate: u8 },
 
     /// An encoding in the space of the FPU that it does not have: NOCP while the FPU is off, then UNDEFINSTR.
     FpUndefined,
-    FpBinary {
-        op: FpBinary,
-        d: Reg,
-        n: Reg,
-        m: Reg,
-    },
-    FpAccumulate {
-        op: FpAccumulate,
-        d: Reg,
-        n: Reg,
-        m: Reg,
-    },
-    FpUnary {
-        op: FpUnary,
-        d: Reg,
-        m: Reg,
-    },
-    FpImmediate {
-        d: Reg,
-        value: u32,
-    },
+    FpBinary { op: FpBinary, d: Reg, n: Reg, m: Reg },
+    FpAccumulate { op: FpAccumulate, d: Reg, n: Reg, m: Reg },
+    FpUnary { op: FpUnary, d: Reg, m: Reg },
+    FpImmediate { d: Reg, value: u32 },
     /// `zero`: compares with +0. `quiet_raises`: VCMPE.
-    FpCompare {
-        quiet_raises: bool,
-        zero: bool,
-        d: Reg,
-        m: Reg,
-    },
-    FpConvert {
-        op: FpConvert,
-        d: Reg,
-        m: Reg,
-    },
+    FpCompare { quiet_raises: bool, zero: bool, d: Reg, m: Reg },
+    FpConvert { op: FpConvert, d: Reg, m: Reg },
     /// VMOV between a core register and a single register.
-    FpMoveCore {
-        to_core: bool,
-        rt: Reg,
-        n: Reg,
-    },
+    FpMoveCore { to_core: bool, rt: Reg, n: Reg },
     /// VMOV between two core registers and two consecutive single registers.
-    FpMovePair {
-        to_core: bool,
-        rt: Reg,
-        rt2: Reg,
-        m: Reg,
-    },
+    FpMovePair { to_core: bool, rt: Reg, rt2: Reg, m: Reg },
     /// VMRS; `rt` 15: the flags go to APSR.
-    FpStatusRead {
-        rt: Reg,
-    },
-    FpStatusWrite {
-        rt: Reg,
-    },
+    FpStatusRead { rt: Reg },
+    FpStatusWrite { rt: Reg },
     /// VLDR, VSTR of `count` words.
-    FpLoad {
-        d: Reg,
-        count: u8,
-        rn: Reg,
-        offset: i16,
-    },
-    FpStore {
-        d: Reg,
-        count: u8,
-        rn: Reg,
-        offset: i16,
-    },
-    FpLoadMultiple {
-        d: Reg,
-        count: u8,
-        rn: Reg,
-        decrement: bool,
-        writeback: bool,
-    },
-    FpStoreMultiple {
-        d: Reg,
-        count: u8,
-        rn: Reg,
-        decrement: bool,
-        writeback: bool,
-    },
+    FpLoad { d: Reg, count: u8, rn: Reg, offset: i16 },
+    FpStore { d: Reg, count: u8, rn: Reg, offset: i16 },
+    FpLoadMultiple { d: Reg, count: u8, rn: Reg, decrement: bool, writeback: bool },
+    FpStoreMultiple { d: Reg, count: u8, rn: Reg, decrement: bool, writeback: bool },
 }
 
 /// Where an instruction may stand in an IT block.

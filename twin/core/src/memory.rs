@@ -16,7 +16,7 @@ const PRIVATE: u32 = 0xE000_0000;
 const PRIVATE_INTERNAL_END: u32 = 0xE004_0000;
 const PRIVATE_END: u32 = 0xE010_0000;
 
-/// The bit that a word of an alias stands for: address of the byte, and number of the bit (TRM 3.7).
+/// The bit that a word of an alias stands for: address of the byte, and number of the bit ("Bit-banding" in the technical reference manual).
 pub fn bit_band(address: u32) -> Option<(u32, u32)> {
     match address >> 24 {
         0x22 | 0x23 | 0x42 | 0x43 => {

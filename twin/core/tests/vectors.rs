@@ -12,9 +12,10 @@ const CODE: u32 = FLASH + 0x800;
 const STACK: u32 = RAM + 0x800;
 const FPSCR_BITS: u32 = 0xF7C0_009F;
 const RMODE: u32 = 3 << 22;
-/// What a state has to fulfil: an aligned base, rounding to nearest.
+/// What a state has to fulfil: an aligned base, rounding to nearest, the address of Thumb code in a register.
 const ALIGNED: u8 = 1;
 const TO_NEAREST: u8 = 2;
+const TARGET: u8 = 4;
 const APSR: u32 = 0xF80F_0000;
 const SPECIALS: [u32; 16] = [
     0,
@@ -134,7 +135,7 @@ fn state(index: u64, base: u8, register: u8, shape: u8) -> Registers {
         *core = (RAM + 0x600 + place % 0x200) & if shape & ALIGNED != 0 { !3 } else { !0 };
     }
     if let Some(core) = registers.r.get_mut(usize::from(register)) {
-        *core = offset % 0x40;
+        *core = if shape & TARGET != 0 { offset & 0x1FFF_FFFF | 1 } else { offset % 0x40 };
     }
     registers.xpsr = generator.next() & APSR | 1 << 24;
     for single in &mut registers.s {
