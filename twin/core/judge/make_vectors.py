@@ -1,4 +1,4 @@
-"""Makes twin/core/tests/vectors/unicorn.bin: instructions from random states, and what Unicorn answers.
+"""Makes twin/core/tests/vectors/unicorn.bin: instructions from random states, and the answers of Unicorn.
 
 States come from a generator that tests/vectors.rs repeats, so that the file holds encodings and answers alone. See README.md.
 
@@ -25,7 +25,7 @@ CORE = [getattr(arm, f"UC_ARM_REG_R{k}") for k in range(13)] + [arm.UC_ARM_REG_S
 SINGLE = [getattr(arm, f"UC_ARM_REG_S{k}") for k in range(32)]
 APSR = 0xF80F0000
 NONE = 0xFF
-# What a state has to fulfil: an aligned base, rounding to nearest, the address of Thumb code in a register.
+# Conditions on a state: an aligned base, rounding to nearest, the address of Thumb code in a register.
 ALIGNED, TO_NEAREST, TARGET, RMODE = 1, 2, 4, 3 << 22
 
 
@@ -139,7 +139,7 @@ class Judge:
             uc.reg_read(arm.UC_ARM_REG_FPSCR),
             bytes(uc.mem_read(RAM, SIZE)),
         )
-        # The next vector finds what the flash held.
+        # Restores the flash for the next vector.
         uc.mem_write(CODE, self.flash[CODE - FLASH:CODE - FLASH + 32])
         return result
 
@@ -191,7 +191,7 @@ def block(chance):
 
 
 def choose(chance, index):
-    """The encoding of a vector and what its state has to fulfil: all encodings in turn, and every tenth an IT block."""
+    """The encoding of a vector and the conditions on its state: all encodings in turn, and every tenth an IT block."""
     if index % 10 == 9:
         code, steps = block(chance)
         return "IT block", code, steps, NONE, NONE, 0

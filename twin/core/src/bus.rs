@@ -1,4 +1,4 @@
-//! The bus: what the core asks of the memories and peripherals around it.
+//! The bus: memories and peripherals around a core.
 
 /// Width of a data access.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -25,7 +25,7 @@ impl Decoded {
     const NOTHING: Decoded = Decoded { instruction: Instruction::Undefined, size: 0 };
 }
 
-/// Half-words and what they mean.
+/// Half-words and the instruction that they encode.
 #[derive(Clone, Copy, Debug)]
 struct Checked {
     address: u32,
@@ -66,7 +66,7 @@ impl Cache {
         }
     }
 
-    /// Whether the content of an address changes only by announcement.
+    /// Returns whether the content of an address changes only by announcement.
     pub fn covers(&self, address: u32) -> bool {
         (address.wrapping_sub(self.base) >> 1) as usize / PAGE < self.pages.len()
     }
@@ -91,7 +91,7 @@ impl Cache {
             .map(|entry| entry.decoded)
     }
 
-    /// Keeps what `word` at `address` means.
+    /// Keeps the instruction that `word` at `address` encodes.
     pub fn put_checked(&mut self, address: u32, word: u32, decoded: Decoded) {
         self.checked[place(address)] = Some(Checked { address, word, decoded });
     }

@@ -16,7 +16,7 @@ use crate::system::nvic::Nvic;
 use crate::system::scb::{HFSR_VECTTBL, Scb};
 use crate::system::systick::SysTick;
 
-/// What the core does when it meets an UNPREDICTABLE encoding.
+/// Reaction to an UNPREDICTABLE encoding.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Unpredictable {
     /// Stop with [`Stop::Unpredictable`].
@@ -26,10 +26,10 @@ pub enum Unpredictable {
     UsageFault,
 }
 
-/// What distinguishes one part from another.
+/// Properties that differ between parts.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Config {
-    /// Addresses of code that changes only when [`Core::invalidate`] says so: flash.
+    /// Addresses of code that changes only when [`Core::invalidate`] is called: flash. A multiple of 256 bytes.
     pub code: Range<u32>,
     /// Vector table after a reset (VTOR), a multiple of 128.
     pub vector_table: u32,
@@ -67,7 +67,7 @@ pub struct Step {
     pub asleep: bool,
 }
 
-/// Why the core does not go on.
+/// Reason for which the core does not go on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// A debugger is attached and the next instruction is BKPT, which has not run.
@@ -97,18 +97,18 @@ pub enum Stop {
     },
 }
 
-/// What [`Core::run`] did.
+/// Result of [`Core::run`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Run {
     /// Steps taken.
     pub steps: u64,
     /// The core sleeps.
     pub asleep: bool,
-    /// Why the core does not go on. `None`: the budget is used, the core sleeps, or the bus asked for a pause.
+    /// Reason for which the core does not go on. `None`: the budget is used, the core sleeps, or the bus asked for a pause.
     pub stop: Option<Stop>,
 }
 
-/// An exception, stop or lock-up prevents the rest of an instruction; [`Core::raised`] says which.
+/// An exception or stop prevents the rest of an instruction. [`Core::raised`] holds the cause.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Raised;
 
@@ -146,14 +146,14 @@ pub struct Core {
     pub(crate) systick: SysTick,
     pub(crate) debug: Debug,
     pub(crate) mpu: Mpu,
-    /// During an instruction: where the next one is.
+    /// During an instruction: address of the next one.
     pub(crate) next: u32,
     /// During a step: its cycles so far.
     pub(crate) spent: u32,
     /// During an instruction: the first register of a load or store multiple that goes on (B1.5.10), 0 for its beginning.
     pub(crate) resume: u8,
     pub(crate) raised: Option<Trap>,
-    /// Where the bus refused an access last.
+    /// Address of the last access that the bus refused.
     pub(crate) refused: Option<u32>,
     cache: Cache,
 }
@@ -240,7 +240,7 @@ impl Core {
     /// Runs one instruction, exception entry, reset sequence, or cycle of sleep.
     ///
     /// # Errors
-    /// [`Stop`] if the core does not go on. What the step did before counts in [`Core::cycle`].
+    /// [`Stop`] if the core does not go on.
     #[inline]
     pub fn step<B: Bus>(&mut self, bus: &mut B) -> Result<Step, Stop> {
         bus.begin(self.cycle);
@@ -304,7 +304,7 @@ impl Core {
         Step { cycles, asleep: self.sleep != Sleep::Awake }
     }
 
-    /// What comes before the next instruction, if anything. `true`: it took the step.
+    /// Handles reset, exceptions and sleep before the next instruction. Answers `true` if that took the step.
     #[inline(never)]
     fn attend<B: Bus>(&mut self, bus: &mut B) -> bool {
         if self.reset_pending {
@@ -406,7 +406,7 @@ impl Core {
         self.execute(bus, instruction)
     }
 
-    /// Notes why the instruction ends here.
+    /// Notes the cause that ends the instruction.
     #[cold]
     pub(crate) fn raise(&mut self, trap: Trap) -> Raised {
         self.raised = Some(trap);

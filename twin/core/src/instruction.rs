@@ -1,4 +1,4 @@
-//! Decoded instructions: what the decoder produces and the executor consumes.
+//! Decoded instructions, which the decoder produces and the executor consumes.
 //!
 //! A decoded instruction holds register numbers and constants, ready for use. It does not hold its own address or size. Sections in
 //! the comments are those of DDI 0403.
@@ -62,7 +62,7 @@ pub enum Size {
     Word,
 }
 
-/// How a load or store uses its base register.
+/// Use of the base register by a load or store.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Index {
     /// Base plus offset; the base stays.
@@ -137,7 +137,7 @@ pub enum LongMultiply {
     UnsignedAccumulateBoth,
 }
 
-/// Hint that does something.
+/// Hint; those without an effect are `Nop`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hint {
     Nop,
@@ -309,7 +309,7 @@ pub enum Instruction {
     FpStoreMultiple { d: Reg, count: u8, rn: Reg, decrement: bool, writeback: bool },
 }
 
-/// Where an instruction may stand in an IT block.
+/// Places of an instruction in an IT block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InBlock {
     Anywhere,
@@ -319,7 +319,7 @@ pub enum InBlock {
 }
 
 impl Instruction {
-    /// Says where the instruction may stand in an IT block (A7.7.38 and the entry of each instruction).
+    /// Returns the places that the instruction may have in an IT block (A7.7.38 and the entry of each instruction).
     pub fn in_block(self, narrow: bool) -> InBlock {
         use Instruction::{
             AddPc, AluRegister, Branch, BranchExchange, BranchIf, BranchLink, BranchLinkExchange,

@@ -51,9 +51,12 @@
 //! # Limits
 //!
 //! - Interrupts are taken between instructions. A load or store multiple is never left in the middle.
+//! - Exception entry is one step. An exception of higher priority that arrives during it preempts before the first instruction of
+//!   the handler; the real core would fetch its vector instead (late arrival).
 //! - Bus faults are precise; there is no write buffer.
-//! - Not there: ITM, FPB, TPIU, comparators and profiling counters of the DWT, DCRSR and DCRDR, CCR.BFHFNMIGN. A program that
-//!   accesses them stops with [`Stop::Unmodelled`].
+//! - Memory attributes (TEX, S, C, B of the MPU) have no effect.
+//! - Not there: ITM, FPB, TPIU, comparators and profiling counters of the DWT, DCRSR and DCRDR, vector catch and stepping in DEMCR,
+//!   DISFPCA and DISOOFP in ACTLR, CCR.BFHFNMIGN. A program that accesses them stops with [`Stop::Unmodelled`].
 //! - UNPREDICTABLE encodings stop the core with [`Stop::Unpredictable`], or raise a UsageFault where [`Config::unpredictable`] says so.
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]

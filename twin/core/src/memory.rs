@@ -12,7 +12,7 @@ const ALIAS_MASK: u32 = 0x9E00_0000;
 const ALIAS: u32 = 0x0200_0000;
 /// The private peripheral bus, and above.
 const PRIVATE: u32 = 0xE000_0000;
-/// End of what the core serves itself; the board's part of the private bus follows (B3.1.1).
+/// End of the registers that the core serves itself. The board's part of the private bus follows (B3.1.1).
 const PRIVATE_INTERNAL_END: u32 = 0xE004_0000;
 const PRIVATE_END: u32 = 0xE010_0000;
 
@@ -61,7 +61,7 @@ impl Core {
         self.write_special(bus, address, width, value, privileged)
     }
 
-    /// Whether an access goes to the bus as it is.
+    /// Returns whether an access goes to the bus as it is.
     #[inline]
     fn is_plain(&self, address: u32, width: Width) -> bool {
         address & (width.bytes() - 1) == 0
@@ -161,7 +161,7 @@ impl Core {
         Ok(())
     }
 
-    /// Whether code at `address` may run: the default memory map (B3.1) and the MPU.
+    /// Returns whether code at `address` may run by the default memory map (B3.1) and the MPU.
     pub(crate) fn may_execute(&self, address: u32) -> bool {
         let negative = self.mpu.is_enabled() && self.execution_priority() < 0;
         !(PRIVATE..).contains(&address)
@@ -169,7 +169,7 @@ impl Core {
     }
 }
 
-/// Where an access of `width` finds a bit: aligned address, number of the bit.
+/// Aligned address and number of the bit for an access of `width`.
 fn containing(byte: u32, bit: u32, width: Width) -> (u32, u32) {
     let within = byte & (width.bytes() - 1);
     (byte - within, 8 * within + bit)

@@ -24,7 +24,7 @@ pub struct Flags {
     pub c: bool,
     pub v: bool,
     pub q: bool,
-    /// GE[3:0].
+    /// GE, four bits.
     pub ge: u8,
 }
 
@@ -59,7 +59,7 @@ impl Flags {
         }
     }
 
-    /// Whether a condition of four bits holds (A7.3).
+    /// Returns whether a condition of four bits holds (A7.3).
     #[inline]
     pub fn pass(self, condition: u8) -> bool {
         let holds = match condition >> 1 {
@@ -194,7 +194,7 @@ impl Core {
         self.ipsr != 0 || !self.control.unprivileged
     }
 
-    /// Whether R13 is the process stack pointer.
+    /// Returns whether R13 is the process stack pointer.
     pub(crate) fn uses_process_stack(&self) -> bool {
         self.ipsr == 0 && self.control.process_stack
     }

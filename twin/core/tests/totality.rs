@@ -17,7 +17,7 @@ impl Random {
     }
 }
 
-/// Runs one encoding from a random state. `None`: the word was not reported as it is.
+/// Runs one encoding from a random state. An error says that no time passed or that the stop names another word.
 fn run(board: &mut Board, random: &mut Random, code: [u16; 2]) -> Result<(), String> {
     let mut fresh = board.clone();
     fresh.memory.poke_code(CODE, &code);
@@ -77,7 +77,7 @@ fn a_million_random_words_run_fault_or_stop() {
 }
 
 #[test]
-fn unpredictable_encoding_raises_usage_fault_where_config_says_so() {
+fn unpredictable_encoding_raises_usage_fault_if_configured() {
     let config = Config { unpredictable: Unpredictable::UsageFault, ..Config::stm32f4(board::FLASH_BYTES) };
     // BX with a bit set that has to be zero.
     let mut board = Board::with_config(&[0x4701], config);
@@ -87,4 +87,47 @@ fn unpredictable_encoding_raises_usage_fault_where_config_says_so() {
 
     let mut board = Board::new(&[0x4701]);
     assert_eq!(board.try_step(), Err(Stop::Unpredictable { address: CODE, word: 0x4701 }));
+}
+
+/// Random code with random interrupts, from RAM and flash, privileged or not.
+#[test]
+fn random_programs_with_interrupts_run_or_lock_up() {
+    let mut random = Random(0x005E_ED0F_7E57);
+    let mut lock_ups = 0;
+    for _ in 0..300 {
+        let config =
+            Config { unpredictable: Unpredictable::UsageFault, ..Config::stm32f4(board::FLASH_BYTES) };
+        let program: Vec<u16> = (0..256).map(|_| random.next() as u16).collect();
+        let mut board = Board::with_config(&program, config);
+        board.store(0xE000_ED88, 0x00F0_0000);
+        board.store(0xE000_ED24, 7 << 16);
+        board.store(0xE000_E100, random.next());
+        board.store(0xE000_E400, random.next());
+        board.store(0xE000_E404, random.next());
+        for exception in 2..48 {
+            // Two random instructions, then the return.
+            board.handler(exception, &[random.next() as u16 % 0xE800, random.next() as u16 % 0xE800, 0x4770]);
+        }
+        for (at, _) in (RAM..).step_by(4).zip(0..0x400) {
+            board.memory.poke(at, twin_core::Width::Word, random.next());
+        }
+        for _ in 0..500 {
+            board.core.set_irq((random.next() % 97) as u16, random.next().is_multiple_of(2));
+            match board.try_step() {
+                Ok(step) => assert!(step.cycles > 0),
+                Err(Stop::ResetRequest) => board.core.reset(),
+                // Goes on behind the instruction.
+                Err(Stop::Unmodelled { instruction, .. }) => {
+                    board.set(|registers| registers.r[15] = instruction + 2);
+                }
+                Err(stop) => panic!("{stop:?}"),
+            }
+            if board.core.is_locked_up() {
+                lock_ups += 1;
+                board.core.reset();
+            }
+            board.memory.accesses.clear();
+        }
+    }
+    assert!(lock_ups > 0, "some programs destroy their stack");
 }

@@ -1,4 +1,4 @@
-//! Replays instructions from random states and compares with what Unicorn answered (`judge/README.md`).
+//! Replays instructions from random states and compares with the answers of Unicorn (`judge/README.md`).
 
 use twin_core::{Bus, BusError, Config, Core, Registers, Width};
 
@@ -12,7 +12,7 @@ const CODE: u32 = FLASH + 0x800;
 const STACK: u32 = RAM + 0x800;
 const FPSCR_BITS: u32 = 0xF7C0_009F;
 const RMODE: u32 = 3 << 22;
-/// What a state has to fulfil: an aligned base, rounding to nearest, the address of Thumb code in a register.
+/// Conditions on a state: an aligned base, rounding to nearest, the address of Thumb code in a register.
 const ALIGNED: u8 = 1;
 const TO_NEAREST: u8 = 2;
 const TARGET: u8 = 4;

@@ -42,7 +42,7 @@ pub fn operation(op: u32, s: bool, rd: Reg, rn: Reg) -> Option<Alu> {
     })
 }
 
-/// Whether the manual forbids these registers for the operation. SP may be base and destination of ADD and SUB.
+/// Returns whether the manual forbids these registers for the operation. SP may be base and destination of ADD and SUB.
 pub fn is_unpredictable(op: Alu, rd: Reg, rn: Reg) -> bool {
     match op {
         Alu::Tst | Alu::Teq => bad(rn),

@@ -15,7 +15,7 @@ mod thumb16;
 use crate::cache::Decoded;
 use crate::instruction::{Instruction, Reg, Shift, ShiftKind};
 
-/// Whether the first half-word begins a 32-bit instruction (A5.1).
+/// Returns whether the first half-word begins a 32-bit instruction (A5.1).
 #[inline]
 pub fn is_wide(first: u16) -> bool {
     first >= 0xE800

@@ -10,7 +10,7 @@ pub fn short(h1: u32, h2: u32) -> Instruction {
         return Instruction::Undefined;
     }
     let (n_top, m_top) = (bit(h2, 5), bit(h2, 4));
-    // Where bit 5 selects no half of Rn it has to be zero.
+    // Bit 5 has to be zero if it selects no half of Rn.
     let instruction = match (bits(h1, 4, 3), n_top) {
         (0b000, false) if !m_top && ra == 15 => Instruction::Multiply { s: false, rd, rn, rm },
         (0b000, false) if m_top && ra == 15 => Instruction::Unpredictable,

@@ -15,7 +15,7 @@ use crate::system::scb::{CCR_NONBASETHRDENA, CCR_STKALIGN, SCR_SLEEPONEXIT};
 /// Bits of EXC_RETURN that are ones.
 const ONES: u32 = 0x0FFF_FFE0;
 
-/// Where a return goes, from the low four bits of EXC_RETURN.
+/// Mode and stack after a return, from the low four bits of EXC_RETURN.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Target {
     Handler,
@@ -122,7 +122,7 @@ impl Core {
         bus.load(address, Width::Word).map_err(|_| self.raise(Trap::DataBus(address)))
     }
 
-    /// Continues with what the frame describes.
+    /// Continues with the context that the frame describes.
     fn resume_context<B: Bus>(
         &mut self,
         bus: &mut B,

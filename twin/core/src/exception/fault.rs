@@ -1,4 +1,4 @@
-//! Why an instruction ends early: faults, calls and stops, and how they become exceptions (B1.5.14, B1.5.15).
+//! Faults, calls and stops that end an instruction early, and the exceptions that they become (B1.5.14, B1.5.15).
 
 use super::{BUS_FAULT, DEBUG_MONITOR, HARD_FAULT, MEM_MANAGE, SV_CALL, USAGE_FAULT};
 use crate::bus::Bus;
@@ -28,10 +28,10 @@ const NOCP: u32 = 1 << 19;
 const UNALIGNED: u32 = 1 << 24;
 const DIVBYZERO: u32 = 1 << 25;
 
-/// Where a locked-up core stands (B1.5.15).
+/// PC of a locked-up core (B1.5.15).
 const LOCK_UP_ADDRESS: u32 = 0xFFFF_FFFE;
 
-/// Why an instruction ended before its end.
+/// Cause that ends an instruction before its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Trap {
     /// UsageFault with these bits of CFSR.
@@ -70,7 +70,7 @@ impl Trap {
 }
 
 impl Core {
-    /// Turns what ended the instruction at `pc` into an exception or a stop.
+    /// Turns the cause that ended the instruction at `pc` into an exception or a stop.
     #[inline(never)]
     pub(crate) fn take_trap<B: Bus>(&mut self, bus: &mut B, pc: u32) -> Result<(), Stop> {
         self.r[15] = pc;

@@ -24,7 +24,7 @@ pub const INTERRUPTS: u16 = 16;
 /// Execution priority without exceptions and masks: lower than any other (B1.5.4).
 const LOWEST: i16 = 256;
 
-/// Whether the core sleeps, and for what (B1.5.17, B1.5.18).
+/// Kind of sleep (B1.5.17, B1.5.18).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sleep {
     Awake,
@@ -124,7 +124,7 @@ impl Core {
         self.attention = 0;
     }
 
-    /// Whether the core is awake, or what it sleeps for has come. An exception that it can take is no matter of this function.
+    /// Returns whether the core is awake or its wake-up condition holds. Exceptions that it can take are found before.
     pub(crate) fn wakes(&mut self) -> bool {
         match self.sleep {
             Sleep::Awake => true,

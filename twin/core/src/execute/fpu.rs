@@ -12,7 +12,7 @@ use crate::registers::Flags;
 pub const FPSCR_BITS: u32 = 0xF7C0_009F;
 /// Modes in FPSCR and FPDSCR: AHP, DN, FZ, RMode.
 const MODES: u32 = 0x07C0_0000;
-/// FPCCR: automatic and lazy preservation of the context, and what a deferred stacking has to know.
+/// FPCCR: automatic and lazy preservation of the context, and the conditions of a deferred stacking.
 const ASPEN: u32 = 1 << 31;
 const LSPEN: u32 = 1 << 30;
 const MONRDY: u32 = 1 << 8;
@@ -58,12 +58,12 @@ impl Fpu {
         self.fpdscr = value & MODES;
     }
 
-    /// Whether exception entry leaves the stacking to the next FPU instruction.
+    /// Returns whether exception entry leaves the stacking to the next FPU instruction.
     pub fn defers_stacking(&self) -> bool {
         self.fpccr & LSPEN != 0
     }
 
-    /// Notes where the registers go before the next FPU instruction. `ready`: bits of FPCCR for handlers that could run now.
+    /// Defers the stacking to the next FPU instruction. `ready`: bits of FPCCR for handlers that could run now.
     pub fn defer(&mut self, address: u32, thread: bool, user: bool, ready: u32) {
         self.fpcar = address & !7;
         let kept = self.fpccr & (ASPEN | LSPEN);
@@ -72,7 +72,7 @@ impl Fpu {
         self.fpccr = kept | ready | origin | rights | LSPACT;
     }
 
-    /// On a return: whether the stacking never happened, so that the registers still hold their values.
+    /// On a return: answers `true` if the stacking never happened, so that the registers still hold their values.
     pub fn keep_deferred(&mut self) -> bool {
         let deferred = self.fpccr & LSPACT != 0;
         self.fpccr &= !LSPACT;
@@ -110,7 +110,7 @@ impl Core {
         ready(DEBUG_MONITOR, MONRDY) | ready(BUS_FAULT, BFRDY) | ready(MEM_MANAGE, MMRDY) | hard_fault
     }
 
-    /// What every FPU instruction does first: access, deferred stacking, a context of its own (ExecuteFPCheck).
+    /// Begins an FPU instruction: checks access, completes a deferred stacking, starts a new context (ExecuteFPCheck).
     fn begin_fp<B: Bus>(&mut self, bus: &mut B) -> Result<(), Raised> {
         self.check_fpu()?;
         if self.fpu.fpccr & LSPACT != 0 {

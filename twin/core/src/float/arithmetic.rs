@@ -4,7 +4,7 @@ use super::{
     DIVISION_BY_ZERO, Float, INFINITY, INVALID, Number, SIGN, Value, is_nan, is_signaling, shift_right_sticky,
 };
 
-/// Where sums have their leading bits: products of 48 bits fit, and a carry does.
+/// Position of the leading bit of a sum's operands. Products of 48 bits fit, and so does a carry.
 const LEADING: u32 = 61;
 
 fn is_negative(bits: u32) -> bool {

@@ -9,11 +9,12 @@ const S_REGRDY: u32 = 1 << 16;
 const S_RETIRE_ST: u32 = 1 << 24;
 const S_RESET_ST: u32 = 1 << 25;
 
-/// DEMCR: DWT and ITM are on; DebugMonitor is enabled, pending; and the bits that can be written.
+/// DEMCR: DWT and ITM are on; DebugMonitor is enabled, pending; a flag for programs. Vector catch and stepping are not there.
 const TRCENA: u32 = 1 << 24;
 pub const MON_EN: u32 = 1 << 16;
 pub const MON_PEND: u32 = 1 << 17;
-const DEMCR_BITS: u32 = 0x010F_07F1;
+const MON_REQ: u32 = 1 << 19;
+pub const DEMCR_BITS: u32 = TRCENA | MON_EN | MON_PEND | MON_REQ;
 
 /// DWT_CTRL: four comparators; the cycle counter runs.
 const NUMCOMP: u32 = 4 << 28;

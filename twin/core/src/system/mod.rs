@@ -189,7 +189,13 @@ impl Core {
                 let count = merged(self.debug.cycle_count(self.cycle));
                 self.debug.set_cycle_count(count, self.cycle);
             }
-            ACTLR => self.scb.actlr = merged(self.scb.actlr) & 0x307,
+            ACTLR => {
+                let new = merged(self.scb.actlr);
+                if new & !scb::ACTLR_BITS != 0 {
+                    return Err(self.raise(unmodelled));
+                }
+                self.scb.actlr = new;
+            }
             SYST_CSR..=SYST_CVR => self.systick.write(address - SYST_CSR, value, self.cycle),
             NVIC_ISPR..NVIC_ISPR_END => {
                 for exception in Nvic::named(address - NVIC, value) {
@@ -228,7 +234,13 @@ impl Core {
                 let new = merged(self.mpu.read(address - MPU));
                 self.mpu.write(address - MPU, new);
             }
-            DEMCR => self.write_monitor(merged(self.debug.demcr)),
+            DEMCR => {
+                let new = merged(self.debug.demcr);
+                if new & !debug::DEMCR_BITS != 0 {
+                    return Err(self.raise(unmodelled));
+                }
+                self.write_monitor(new);
+            }
             STIR if value & 0x1FF < u32::from(nvic::LINES) => self.pend(INTERRUPTS + (value & 0x1FF) as u16),
             FPCCR => self.fpu.set_fpccr(merged(self.fpu.fpccr)),
             FPCAR => self.fpu.fpcar = merged(self.fpu.fpcar) & !7,

@@ -70,7 +70,7 @@ impl Mpu {
         self.control & CTRL_ENABLE != 0
     }
 
-    /// Whether an access may be. `negative`: the execution priority is that of HardFault, NMI or FAULTMASK.
+    /// Returns whether an access is permitted. `negative`: the execution priority is that of HardFault, NMI or FAULTMASK.
     #[inline]
     pub fn permits(&self, address: u32, access: Access, privileged: bool, negative: bool) -> bool {
         let applies = self.is_enabled() && !(negative && self.control & CTRL_HFNMIENA == 0);

@@ -58,7 +58,7 @@ fn lines(word: u32) -> u32 {
     }
 }
 
-/// What the NVIC holds of all exceptions.
+/// State of all exceptions.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Nvic {
     pub pending: Exceptions,
@@ -118,7 +118,7 @@ impl Nvic {
         self.active.iter().map(|exception| self.priority(exception, group_mask)).min()
     }
 
-    /// Whether an interrupt is pending, enabled or not.
+    /// Returns whether an interrupt is pending, enabled or not.
     pub fn is_interrupt_pending(&self) -> bool {
         (0..4).any(|word| self.pending.interrupts(word) != 0)
     }

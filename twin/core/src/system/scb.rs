@@ -14,6 +14,8 @@ pub const CCR_BFHFNMIGN: u32 = 1 << 8;
 pub const CCR_STKALIGN: u32 = 1 << 9;
 pub const CCR_BITS: u32 =
     CCR_NONBASETHRDENA | CCR_USERSETMPEND | CCR_UNALIGN_TRP | CCR_DIV_0_TRP | CCR_STKALIGN;
+/// ACTLR: interruption of multi-cycle instructions, write buffer, IT folding. None of them is there, so these bits change nothing.
+pub const ACTLR_BITS: u32 = 0x7;
 /// SCR.
 pub const SCR_SLEEPONEXIT: u32 = 1 << 1;
 pub const SCR_SLEEPDEEP: u32 = 1 << 2;
@@ -59,7 +61,7 @@ impl Scb {
         !((2_u32 << self.prigroup) - 1) as u8
     }
 
-    /// Whether code with these rights may use the FPU.
+    /// Returns whether code with these rights may use the FPU.
     pub fn permits_fpu(&self, privileged: bool) -> bool {
         match self.cpacr >> 20 & 3 {
             0b01 => privileged,

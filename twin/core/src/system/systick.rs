@@ -33,7 +33,7 @@ impl SysTick {
         self.deadline
     }
 
-    /// Whether the exception is due at `cycle`. Answers `true` once for each time.
+    /// Returns whether the exception is due at `cycle`, once for each time.
     pub fn expires(&mut self, cycle: u64) -> bool {
         if cycle < self.deadline {
             return false;

@@ -21,7 +21,7 @@ pub const C: u32 = 1 << 29;
 pub const V: u32 = 1 << 28;
 pub const Q: u32 = 1 << 27;
 
-/// Memories, and what they were asked for.
+/// Memories, and a record of the accesses to them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Memory {
     pub flash: Vec<u8>,
@@ -30,7 +30,7 @@ pub struct Memory {
     /// Addresses and widths of loads and stores.
     pub accesses: Vec<(u32, Width, bool)>,
     pub waits: u32,
-    /// What fetches of flash show is not what it holds.
+    /// Fetches show the content of the flash, not an outdated line of a cache.
     pub is_settled: bool,
 }
 
