@@ -209,7 +209,7 @@ add("F", "VMOV imm", "11101110 1x11 iiii dddd 1010 0000 iiii")
 for opc, name in ((0b00000, "VMOV"), (0b00001, "VABS"), (0b00010, "VNEG"), (0b00011, "VSQRT"), (0b00100, "VCVTB from half"), (0b00101, "VCVTT from half"), (0b00110, "VCVTB to half"), (0b00111, "VCVTT to half"), (0b01000, "VCMP"), (0b01001, "VCMPE"), (0b10000, "VCVT from unsigned"), (0b10001, "VCVT from signed"), (0b11000, "VCVTR to unsigned"), (0b11001, "VCVT to unsigned"), (0b11010, "VCVTR to signed"), (0b11011, "VCVT to signed")):
     add("F", name, f"11101110 1x11 {opc >> 1:04b} dddd 1010 {opc & 1} 1 x 0 mmmm")
 add("F", "VCMP zero", "11101110 1x11 0101 dddd 1010 y 1 0 0 0000")
-# From fixed point rounds to nearest in every mode (A7.7.229). Unicorn rounds as FPSCR says, so kind N keeps FPSCR.RMode zero.
+# From fixed point rounds to nearest in every mode (A7.7, VCVT). Unicorn rounds as FPSCR says, so kind N keeps FPSCR.RMode zero.
 for opc in (0b1010, 0b1011, 0b1110, 0b1111):
     direction = "to" if opc & 4 else "from"
     kind = "F" if opc & 4 else "N"

@@ -75,7 +75,7 @@ pub enum Index {
     Unprivileged,
 }
 
-/// Part of a register that an extension takes (A7.7.175 and following).
+/// Part of a register that an extension takes (A7.7, SXTAB to SXTH and UXTAB to UXTH).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extension {
     SignedByte,
@@ -180,7 +180,7 @@ pub enum FpUnary {
     Sqrt,
 }
 
-/// FP conversion (A7.7.227 to A7.7.229).
+/// FP conversion (A7.7, VCVT).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FpConvert {
     /// Integer to float.
